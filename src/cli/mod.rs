@@ -1,0 +1,142 @@
+//! The command: what it understands, and how it answers.
+
+mod lens;
+mod progress;
+mod render;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use petzval::image::Exposure;
+
+/// Photographs 3-D scenes through real, multi-element camera lenses.
+#[derive(Debug, Parser)]
+#[command(name = "petzval", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene file to a picture
+    Render(RenderArguments),
+    /// Show what a lens file holds and where it focuses
+    Lens(LensArguments),
+}
+
+/// `petzval render`
+#[derive(Debug, clap::Args)]
+struct RenderArguments {
+    /// Scene file, pbrt-v4 or the pbrt-v2 of the 2016 course
+    scene: PathBuf,
+    /// Picture to write: .exr, .png, .jpg; the scene's own name if not given
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    spp: Option<u32>,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// Threads; one a core if not given. The picture is the same for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
+    /// Eight lanes or one. The picture is the same
+    #[arg(long, value_enum, default_value_t)]
+    backend: BackendArgument,
+    /// Render a part of the picture only; X1 and Y1 are not included
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four)]
+    crop: Option<[u32; 4]>,
+    /// Another size of the picture, pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    resolution: Option<[u32; 2]>,
+    /// Another lens file; the stop is opened as far as the scene says, the scene's film
+    /// distance or focus stays
+    #[arg(long, value_name = "FILE")]
+    lens: Option<PathBuf>,
+    /// Where film points aim: at the exit pupil, or at the rear element's disk as the course of
+    /// 2016 did
+    #[arg(long, value_enum, default_value_t)]
+    pupil: PupilArgument,
+    /// Write 16-bit floats (EXR)
+    #[arg(long)]
+    half: bool,
+    /// Brightness of PNG and JPEG in stops, or "auto"
+    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
+    exposure: Exposure,
+}
+
+/// `petzval lens`
+#[derive(Debug, clap::Args)]
+struct LensArguments {
+    /// Lens file
+    lens: PathBuf,
+    /// Say what is in focus on a film at this distance, mm, behind the rear vertex
+    #[arg(long, value_name = "MM")]
+    film_distance: Option<f64>,
+    /// Say where the film must stand to focus at this distance from it, mm (or inf)
+    #[arg(long, value_name = "MM")]
+    focus: Option<f64>,
+    /// Close the stop to this diameter, mm
+    #[arg(long, value_name = "MM")]
+    stop: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum BackendArgument {
+    #[default]
+    Simd,
+    Scalar,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum PupilArgument {
+    #[default]
+    Exit,
+    Rear,
+}
+
+fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
+    let numbers: Vec<u32> =
+        text.split(separator).map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    numbers.try_into().ok()
+}
+
+fn four(text: &str) -> Result<[u32; 4], String> {
+    list(text, ',').ok_or_else(|| "expected four whole numbers X0,Y0,X1,Y1".to_owned())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let size = list(text, 'x').filter(|size: &[u32; 2]| size.iter().all(|n| (1..=65536).contains(n)));
+    size.ok_or_else(|| "expected WxH in pixels, such as 1200x800, up to 65536".to_owned())
+}
+
+/// Why a command failed, in words for the user.
+type Failure = Box<dyn std::error::Error>;
+
+/// Exit code of a command stopped by Ctrl-C or SIGTERM, as shells know it.
+const INTERRUPTED: u8 = 130;
+
+/// How a command ended that did not fail.
+enum Outcome {
+    Done,
+    Interrupted,
+}
+
+/// Runs the command that the arguments ask for.
+pub fn run() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Lens(arguments) => lens::run(&arguments),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
+        Err(failure) => {
+            eprintln!("petzval: error: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}

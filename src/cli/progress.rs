@@ -1,0 +1,68 @@
+//! The progress bar: on a terminal only.
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use petzval::render::{Job, Progress};
+
+/// Watches a render.
+pub(super) struct Bar {
+    shown: Option<(ProgressBar, Arc<AtomicBool>, JoinHandle<()>)>,
+}
+
+impl Bar {
+    /// Begins to show how far a render has come, if anybody looks.
+    pub(super) fn start(job: &Job, progress: Arc<Progress>) -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self { shown: None };
+        }
+        let lit = job
+            .frame
+            .tiles()
+            .iter()
+            .flat_map(|tile| {
+                let [x, y] = tile.low;
+                let [width, height] = tile.size;
+                (0..width * height).map(move |i| [x + i % width, y + i / width])
+            })
+            .filter(|&pixel| job.camera.sees(pixel, job.frame.resolution))
+            .count() as u64;
+        let total = lit * u64::from(job.samples.end - job.samples.start);
+        let bar = ProgressBar::new(total);
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}") {
+            bar.set_style(style);
+        }
+        let done = Arc::new(AtomicBool::new(false));
+        let (shown, ended) = (bar.clone(), done.clone());
+        let start = Instant::now();
+        let watcher = std::thread::spawn(move || {
+            while !ended.load(Ordering::Relaxed) {
+                let samples = progress.samples.load(Ordering::Relaxed);
+                let seconds = start.elapsed().as_secs_f64();
+                let rate = samples as f64 / seconds.max(1e-3);
+                shown.set_position(samples.min(total));
+                if samples > 0 {
+                    let left = (total.saturating_sub(samples)) as f64 / rate;
+                    shown.set_message(format!("{:.1} M rays/s, {left:.0} s left", rate / 1e6));
+                }
+                std::thread::park_timeout(Duration::from_millis(100));
+            }
+        });
+        Self { shown: Some((bar, done, watcher)) }
+    }
+
+    /// Takes the bar away.
+    pub(super) fn finish(self) {
+        if let Some((bar, done, watcher)) = self.shown {
+            done.store(true, Ordering::Relaxed);
+            watcher.thread().unpark();
+            // A bar that failed to draw is no reason to lose the picture.
+            let _ = watcher.join();
+            bar.finish_and_clear();
+        }
+    }
+}

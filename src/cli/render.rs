@@ -1,0 +1,176 @@
+//! `petzval render`
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use petzval::image::{Encoding, Format, Note, Window};
+use petzval::job::{Changes, prepare};
+use petzval::lens::{Aim, Model};
+use petzval::render::{Backend, Job, Progress, RenderError, render};
+use petzval::scene::pbrt;
+use petzval::stats::{Stage, Stats};
+
+use super::progress::Bar;
+use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
+
+pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
+    let start = Instant::now();
+    let description = pbrt::read(&arguments.scene)?;
+    let named = description.film.filename.clone();
+    let output = arguments.output.clone().or(named).unwrap_or_else(|| {
+        PathBuf::from(arguments.scene.file_stem().unwrap_or_default()).with_extension("exr")
+    });
+    // A long render must not end at a name that nothing can be written to.
+    Format::of(&output)?;
+    check_folder(&output)?;
+    let changes = Changes {
+        lens: arguments.lens.clone(),
+        resolution: arguments.resolution,
+        crop: arguments.crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]),
+        samples: arguments.spp,
+        seed: arguments.seed,
+        aim: match arguments.pupil {
+            PupilArgument::Exit => Aim::Pupil,
+            PupilArgument::Rear => Aim::RearDisk,
+        },
+    };
+    let (job, mut notes, warnings) = prepare(description, &changes)?;
+    for warning in &warnings {
+        eprintln!("petzval: warning: {warning}");
+    }
+    let backend = match arguments.backend {
+        BackendArgument::Simd => Backend::Simd,
+        BackendArgument::Scalar => Backend::Scalar,
+    };
+    let read = start.elapsed();
+
+    let progress = Arc::new(Progress::default());
+    let stop = progress.clone();
+    // Where no handler can be had, Ctrl-C ends the program at once, as ever.
+    let _ = ctrlc::set_handler(move || stop.stop.store(true, Ordering::Relaxed));
+    let bar = Bar::start(&job, progress.clone());
+    let threads = arguments.threads.map_or(0, usize::from);
+    let exposed = render(&job, backend, threads, &progress);
+    bar.finish();
+    let exposed = match exposed {
+        Ok(exposed) => exposed,
+        Err(RenderError::Stopped) => {
+            eprintln!("petzval: interrupted; {} was not written", output.display());
+            return Ok(Outcome::Interrupted);
+        }
+        Err(other) => return Err(other.into()),
+    };
+    let rendered = start.elapsed();
+
+    notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
+    let words: Vec<String> =
+        std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
+    notes.push(("commandLine", Note::Text(words.join(" "))));
+    let picture = exposed.film.picture(job.samples.end - job.samples.start);
+    let window = Window { origin: job.frame.low, frame: job.frame.resolution };
+    let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
+    picture.write(&output, window, encoding, &notes)?;
+
+    print_table(&job, &exposed.stats);
+    if exposed.film.dropped > 0 {
+        eprintln!("petzval: warning: {} samples were no numbers and were left out", exposed.film.dropped);
+    }
+    if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
+        eprintln!("petzval: warning: {}", why_black(&job, &exposed.stats));
+    }
+    eprintln!(
+        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}, write {:.2})",
+        output.display(),
+        picture.size[0],
+        picture.size[1],
+        job.samples.end,
+        start.elapsed().as_secs_f64(),
+        read.as_secs_f64(),
+        (rendered - read).as_secs_f64(),
+        (start.elapsed() - rendered).as_secs_f64(),
+    );
+    Ok(Outcome::Done)
+}
+
+/// A word of a command line as a shell would take it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+fn check_folder(output: &Path) -> Result<(), Failure> {
+    let folder = match output.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if output.is_dir() {
+        return Err(format!("{} is a folder; name a picture in it", output.display()).into());
+    }
+    match tempfile::tempfile_in(folder) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(format!(
+            "cannot write {}: {error}; name another picture with -o",
+            output.display()
+        )
+        .into()),
+    }
+}
+
+/// Time and rays by stage, and which surface of the lens let how many rays through.
+fn print_table(job: &Job, stats: &Stats) {
+    let total: Duration = stats.stages.iter().map(|stage| stage.time).sum();
+    eprintln!("{:<12}{:>12}{:>10}{:>8}{:>10}", "stage", "rays", "cpu s", "share", "ns/ray");
+    for stage in Stage::ALL {
+        let part = stats.stage(stage);
+        eprintln!(
+            "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10.1}",
+            stage.name(),
+            part.rays,
+            part.time.as_secs_f64(),
+            100.0 * part.time.as_secs_f64() / total.as_secs_f64().max(1e-9),
+            part.time.as_nanos() as f64 / part.rays.max(1) as f64,
+        );
+    }
+    let Model::Real(lens) = &job.camera.model else { return };
+    let sent = stats.stage(Stage::Lens).rays.max(1);
+    let share = |count: u64| 100.0 * count as f64 / sent as f64;
+    let lost: u64 = stats.blocked.iter().sum();
+    eprint!("{}: {:.1}% of the rays leave the lens", lens.prescription.name, share(sent - lost));
+    // Traced from the film, told in the order of the prescription.
+    let count = stats.blocked.len();
+    let mut ends: Vec<(usize, u64)> =
+        stats.blocked.iter().enumerate().map(|(i, &n)| (count - i, n)).filter(|(_, n)| *n > 0).collect();
+    ends.reverse();
+    let words: Vec<String> = ends
+        .iter()
+        .map(|&(i, n)| {
+            let stop = if lens.prescription.rows[i - 1].stop { " (stop)" } else { "" };
+            format!("{i}{stop} {:.2}%", share(n))
+        })
+        .collect();
+    match words.is_empty() {
+        true => eprintln!(),
+        false => eprintln!("; blocked at surface {}", words.join(", ")),
+    }
+}
+
+/// The likeliest reason why nothing arrived.
+fn why_black(job: &Job, stats: &Stats) -> &'static str {
+    if job.scene.lights.all.is_empty() {
+        "the picture is black: the scene has no light"
+    } else if stats.stage(Stage::Lens).rays == 0 {
+        "the picture is black: no light comes through the lens to this part of the film"
+    } else if stats.stage(Stage::Intersect).rays == 0 {
+        "the picture is black: no ray leaves the lens"
+    } else if job.scene.bounds().is_none() {
+        "the picture is black: the scene holds no shapes"
+    } else {
+        "the picture is black: nothing that the camera sees is lit; check where it looks, and \
+         which side of the lights shines"
+    }
+}

@@ -1,0 +1,51 @@
+//! The film: which pixels there are, where their samples lie, and what they have received.
+
+mod accumulate;
+mod sample;
+
+pub use accumulate::{FilmSums, TileSums};
+pub use sample::{TileSampler, sample};
+
+/// The picture's pixels and the part of them that is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// Width and height of the whole picture.
+    pub resolution: [u32; 2],
+    /// First pixel that is rendered.
+    pub low: [u32; 2],
+    /// First pixel that is not rendered any more.
+    pub high: [u32; 2],
+}
+
+/// Side of a tile, pixels.
+const TILE: u32 = 16;
+
+/// A square of pixels that one worker owns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// First pixel.
+    pub low: [u32; 2],
+    /// Width and height.
+    pub size: [u32; 2],
+}
+
+impl Frame {
+    /// The whole picture.
+    pub fn whole(resolution: [u32; 2]) -> Self {
+        Self { resolution, low: [0, 0], high: resolution }
+    }
+
+    /// Width and height of the part that is rendered.
+    pub fn size(&self) -> [u32; 2] {
+        [self.high[0] - self.low[0], self.high[1] - self.low[1]]
+    }
+
+    /// The tiles that cover it, row by row.
+    pub fn tiles(&self) -> Vec<Tile> {
+        let steps = |axis: usize| (self.low[axis]..self.high[axis]).step_by(TILE as usize);
+        steps(1)
+            .flat_map(|y| steps(0).map(move |x| [x, y]))
+            .map(|low| Tile { low, size: [0, 1].map(|i| TILE.min(self.high[i] - low[i])) })
+            .collect()
+    }
+}

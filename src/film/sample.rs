@@ -1,0 +1,74 @@
+//! Choosing film and pupil points: a stage.
+
+use std::ops::Range;
+
+use super::{Frame, Tile};
+use crate::rays::{SampleBatch, WAVE};
+use crate::sampler::{Dimension, pair, pixel_key};
+
+/// Walks through the samples of a tile, wave by wave: pixel after pixel, all samples of one
+/// before the next, so that rays of a wave stay together.
+#[derive(Clone, Debug)]
+pub struct TileSampler {
+    /// Place of each pixel that sees light: index in the tile and coordinates in the picture.
+    pixels: Vec<(u32, [u32; 2])>,
+    samples: Range<u32>,
+    pixel: usize,
+    sample: u32,
+}
+
+impl TileSampler {
+    /// The samples of a tile, without the pixels that see no light.
+    pub fn new(tile: &Tile, samples: Range<u32>, sees: impl Fn([u32; 2]) -> bool) -> Self {
+        let pixels = (0..tile.size[0] * tile.size[1])
+            .map(|i| (i, [tile.low[0] + i % tile.size[0], tile.low[1] + i / tile.size[0]]))
+            .filter(|(_, pixel)| sees(*pixel))
+            .collect();
+        Self { pixels, sample: samples.start, samples, pixel: 0 }
+    }
+}
+
+/// Fills a batch with the next samples of a tile; false when there are none left.
+///
+/// `film` is the size of the whole film in its own units. The picture on it is upside down
+/// and mirrored: the right of the picture lies at negative x, its lower edge at positive y.
+pub fn sample(
+    tile: &mut TileSampler,
+    frame: &Frame,
+    film: [f64; 2],
+    seed: u32,
+    batch: &mut SampleBatch,
+) -> bool {
+    let mut len = 0;
+    while len < WAVE && tile.pixel < tile.pixels.len() {
+        let (index, [x, y]) = tile.pixels[tile.pixel];
+        let key = pixel_key(x, y, seed);
+        let count = (WAVE - len).min((tile.samples.end - tile.sample) as usize);
+        for i in 0..count {
+            batch.pixel[len + i] = index;
+            batch.key[len + i] = key;
+            batch.sample[len + i] = tile.sample + i as u32;
+            batch.film[0][len + i] = x as f32;
+            batch.film[1][len + i] = y as f32;
+        }
+        len += count;
+        tile.sample += count as u32;
+        if tile.sample == tile.samples.end {
+            tile.sample = tile.samples.start;
+            tile.pixel += 1;
+        }
+    }
+    batch.len = len;
+    let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);
+    let centre = frame.resolution.map(|n| n as f32 / 2.0);
+    // Whole packets, so that the lanes behind the last sample hold numbers too.
+    for i in 0..len.next_multiple_of(8).min(WAVE) {
+        let [u, v] = pair(batch.key[i], batch.sample[i], Dimension::Film);
+        batch.film[0][i] = (centre[0] - (batch.film[0][i] + u)) * pitch[0];
+        batch.film[1][i] = ((batch.film[1][i] + v) - centre[1]) * pitch[1];
+        let [u, v] = pair(batch.key[i], batch.sample[i], Dimension::Pupil);
+        batch.pupil[0][i] = u;
+        batch.pupil[1][i] = v;
+    }
+    len > 0
+}

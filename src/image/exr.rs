@@ -1,0 +1,135 @@
+//! OpenEXR. This is the only file that names the `exr` crate.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use exr::prelude::*;
+
+use super::{ImageError, Note, Notes, Picture, Window};
+
+/// Largest number of a 16-bit float; what is brighter would become infinite.
+const HALF_MAX: f32 = 65504.0;
+
+pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
+    type Pixels = Picture;
+    let create = |size: Vec2<usize>| Pixels {
+        size: [size.width(), size.height()],
+        pixels: vec![[0.0; 3]; size.area()],
+    };
+    let rgb = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(
+            move |size, _| create(size),
+            |picture: &mut Pixels, at, (r, g, b): (f32, f32, f32)| {
+                picture.pixels[at.y() * picture.size[0] + at.x()] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path);
+    match rgb {
+        Ok(image) => return Ok(image.layer_data.channel_data.pixels),
+        Err(Error::Io(source)) => {
+            return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
+        }
+        Err(_) => {}
+    }
+    // No red, green and blue: perhaps luminance alone.
+    exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("Y")
+        .collect_pixels(
+            move |size, _| create(size),
+            |picture: &mut Pixels, at, (y,): (f32,)| {
+                picture.pixels[at.y() * picture.size[0] + at.x()] = [y; 3];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map(|image| image.layer_data.channel_data.pixels)
+        .map_err(|error| ImageError::Malformed {
+            path: path.to_owned(),
+            found: format!("no layer with channels R, G, B or Y ({error})"),
+        })
+}
+
+pub(super) fn write(
+    picture: &Picture,
+    window: Window,
+    half: bool,
+    notes: &Notes,
+    file: &mut File,
+) -> io::Result<()> {
+    let [width, height] = picture.size;
+    let pixel = |at: Vec2<usize>| picture.pixels[at.y() * width + at.x()];
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let (mut layer, mut image) = attributes(notes);
+    let [x, y] = window.origin.map(|v| v as i32);
+    layer.layer_position = Vec2(x, y);
+    image.display_window = IntegerBounds::from_dimensions(Vec2::from((
+        window.frame[0] as usize,
+        window.frame[1] as usize,
+    )));
+    let out = BufWriter::new(file);
+    let failed = |error: Error| match error {
+        Error::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    };
+    if half {
+        let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+            let [r, g, b] = pixel(at).map(|v| f16::from_f32(v.min(HALF_MAX)));
+            (r, g, b)
+        });
+        let layer = Layer::new((width, height), layer, encoding, channels);
+        Image::new(image, layer).write().to_buffered(out).map_err(failed)
+    } else {
+        let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
+            let [r, g, b] = pixel(at);
+            (r, g, b)
+        });
+        let layer = Layer::new((width, height), layer, encoding, channels);
+        Image::new(image, layer).write().to_buffered(out).map_err(failed)
+    }
+}
+
+/// Notes as attributes: those that OpenEXR has a name for under that name and type, the
+/// others under their own.
+fn attributes(notes: &Notes) -> (LayerAttributes, ImageAttributes) {
+    let mut layer = LayerAttributes::default();
+    let mut image = ImageAttributes::new(IntegerBounds::zero());
+    for (name, note) in notes {
+        match (*name, note) {
+            ("aperture", Note::Number(n)) => layer.aperture = Some(*n as f32),
+            ("focus", Note::Number(n)) => layer.focus = Some(*n as f32),
+            ("isoSpeed", Note::Number(n)) => layer.iso_speed = Some(*n as f32),
+            ("expTime", Note::Number(n)) => layer.exposure = Some(*n as f32),
+            ("software", Note::Text(text)) => layer.software_name = Some(latin(text)),
+            (name, Note::Number(n)) => {
+                image.other.insert(Text::from(name), AttributeValue::F32(*n as f32));
+            }
+            (name, Note::Text(text)) => {
+                image.other.insert(Text::from(name), AttributeValue::Text(latin(text)));
+            }
+        }
+    }
+    (layer, image)
+}
+
+/// EXR texts hold Latin-1; anything else becomes a question mark.
+fn latin(text: &str) -> Text {
+    let plain: String = text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
+    Text::from(plain.as_str())
+}

@@ -1,0 +1,178 @@
+//! Pictures in files: EXR, PNG and JPEG, in and out.
+//!
+//! Writing is atomic: a picture is written beside its final name and renamed, so that the name
+//! holds either the whole new picture or what it held before.
+
+mod display;
+mod exr;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use display::{Exposure, srgb_decode, srgb_encode};
+
+/// Linear RGB pixels, row 0 at the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Width and height.
+    pub size: [usize; 2],
+    /// Row after row.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// One thing to know about a picture, written into its file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Note {
+    /// Words.
+    Text(String),
+    /// A number; its name says the unit.
+    Number(f64),
+}
+
+/// What is known about a picture, by name, in order.
+pub type Notes = Vec<(&'static str, Note)>;
+
+/// Where a picture lies in the frame it is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Its upper left pixel in the frame.
+    pub origin: [u32; 2],
+    /// Width and height of the frame.
+    pub frame: [u32; 2],
+}
+
+/// How a picture is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Encoding {
+    /// 16-bit floats instead of 32-bit, EXR only.
+    pub half: bool,
+    /// What 8-bit formats multiply the picture by.
+    pub exposure: Exposure,
+}
+
+/// The formats, by file name extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// OpenEXR.
+    Exr,
+    /// PNG.
+    Png,
+    /// JPEG.
+    Jpeg,
+}
+
+/// Why a picture could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The file could not be opened, read or written.
+    #[error("cannot {verb} the picture {}: {source}", path.display())]
+    Io {
+        /// "read" or "write".
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The content is not what its name promises.
+    #[error("cannot read the picture {}: {found}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        found: String,
+    },
+    /// The extension says no known format.
+    #[error(
+        "{}: the extension {found:?} names no picture format; known are {known}",
+        path.display()
+    )]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Its extension.
+        found: String,
+        /// What can be read or written.
+        known: &'static str,
+    },
+}
+
+impl Format {
+    /// The format that a file name asks for.
+    ///
+    /// # Errors
+    /// Where the extension is none of .exr .png .jpg .jpeg.
+    pub fn of(path: &Path) -> Result<Self, ImageError> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match extension.as_str() {
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
+            _ => Err(ImageError::Format {
+                path: path.to_owned(),
+                found: extension,
+                known: ".exr, .png, .jpg and .jpeg",
+            }),
+        }
+    }
+}
+
+impl Picture {
+    /// Reads a picture. Pixels of 8-bit formats are decoded from sRGB if `srgb` says so.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or is no picture.
+    pub fn read(path: &Path, srgb: bool) -> Result<Self, ImageError> {
+        match Format::of(path)? {
+            Format::Exr => exr::read(path),
+            Format::Png | Format::Jpeg => display::read(path, srgb),
+        }
+    }
+
+    /// Writes the picture in the format of the file's extension.
+    ///
+    /// # Errors
+    /// Where the extension is unknown or the file cannot be written; what stood under its
+    /// name is then still there.
+    pub fn write(
+        &self,
+        path: &Path,
+        window: Window,
+        encoding: Encoding,
+        notes: &Notes,
+    ) -> Result<(), ImageError> {
+        let format = Format::of(path)?;
+        let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut file = tempfile::Builder::new()
+            .prefix(".petzval-")
+            .suffix(".tmp")
+            .permissions(permissions())
+            .tempfile_in(folder)
+            .map_err(io)?;
+        match format {
+            Format::Exr => exr::write(self, window, encoding.half, notes, file.as_file_mut()),
+            Format::Png => display::write_png(self, encoding.exposure, notes, file.as_file_mut()),
+            Format::Jpeg => display::write_jpeg(self, encoding.exposure, file.as_file_mut()),
+        }
+        .map_err(io)?;
+        file.as_file().sync_all().map_err(io)?;
+        file.persist(path).map_err(|error| io(error.error))?;
+        Ok(())
+    }
+}
+
+/// Temporary files are private by default; a picture is for everyone the umask allows.
+fn permissions() -> std::fs::Permissions {
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::PermissionsExt::from_mode(0o666)
+    }
+    #[cfg(not(unix))]
+    {
+        std::fs::metadata(".").map_or_else(|_| unreachable!("the current folder"), |m| m.permissions())
+    }
+}

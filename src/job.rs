@@ -1,0 +1,194 @@
+//! From what a scene file asks for, and what the command line changes, to a job.
+
+use std::path::PathBuf;
+
+use crate::film::Frame;
+use crate::image::{Note, Notes};
+use crate::lens::{self, Aim, Camera, LensError, Model, RealLens, ThinLens};
+use crate::render::Job;
+use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
+use crate::source::{Location, Warning};
+
+/// What may be asked for instead of what the scene file says.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    /// Another lens file.
+    pub lens: Option<PathBuf>,
+    /// Another size of the picture, pixels.
+    pub resolution: Option<[u32; 2]>,
+    /// First pixel, and first pixel not, that is rendered.
+    pub crop: Option<[[u32; 2]; 2]>,
+    /// Samples a pixel.
+    pub samples: Option<u32>,
+    /// Seed of the random numbers.
+    pub seed: Option<u32>,
+    /// How film points choose where to aim.
+    pub aim: Aim,
+}
+
+/// Why a scene cannot be photographed as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    /// The lens file.
+    #[error(transparent)]
+    Lens(#[from] LensError),
+    /// The camera and its lens do not fit together.
+    #[error("{at}: {problem}")]
+    Camera {
+        /// Where the camera stands in the scene file.
+        at: Location,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The command line asks for what cannot be.
+    #[error("{0}")]
+    Asked(String),
+}
+
+/// Makes a scene ready to render. Answers the job, what to write about it into the picture, and
+/// what was noticed on the way.
+///
+/// # Errors
+/// Where the lens cannot be read, or cannot do what is asked of it.
+pub fn prepare(
+    description: Description,
+    changes: &Changes,
+) -> Result<(Job, Notes, Vec<Warning>), JobError> {
+    let Description { scene, camera, world_from_camera, camera_at, film, warnings, .. } =
+        description;
+    let mut setup = Setup { at: camera_at, warnings, notes: Notes::new() };
+    let frame = frame(&film, changes)?;
+    let (model, size, imaging_ratio, depth) = match camera {
+        CameraSpec::Thin(spec) => setup.thin(&spec, &film, frame.resolution),
+        CameraSpec::Realistic(spec) => setup.real(&spec, &film, frame.resolution, changes)?,
+    };
+    let samples = changes.samples.unwrap_or(description.samples);
+    let seed = changes.seed.unwrap_or(description.seed);
+    setup.number("isoSpeed", film.iso);
+    setup.number("filmWidth", size[0]);
+    setup.number("filmHeight", size[1]);
+    setup.number("samplesPerPixel", f64::from(samples));
+    setup.number("seed", f64::from(seed));
+    let job = Job {
+        scene,
+        camera: Camera { model, film: size, world_from_camera, imaging_ratio, depth },
+        frame,
+        samples: 0..samples,
+        seed,
+        max_depth: description.max_depth,
+    };
+    Ok((job, setup.notes, setup.warnings))
+}
+
+fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobError> {
+    let resolution = changes.resolution.unwrap_or(film.resolution);
+    // A crop in the scene file is in its own pixels; it keeps its share of the picture.
+    let scaled = |pixel: [u32; 2]| {
+        [0, 1].map(|i| {
+            let share = f64::from(pixel[i]) / f64::from(film.resolution[i]);
+            (share * f64::from(resolution[i])).round() as u32
+        })
+    };
+    let [low, high] = changes.crop.unwrap_or(film.bounds.map(scaled));
+    let inside = (0..2).all(|i| low[i] < high[i] && high[i] <= resolution[i]);
+    if !inside {
+        return Err(JobError::Asked(format!(
+            "the crop {},{},{},{} leaves nothing of a picture of {} x {} pixels; \
+             it reads X0,Y0,X1,Y1 with X1 and Y1 not included",
+            low[0], low[1], high[0], high[1], resolution[0], resolution[1]
+        )));
+    }
+    Ok(Frame { resolution, low, high })
+}
+
+type Parts = (Model, [f64; 2], f64, [f64; 2]);
+
+struct Setup {
+    at: Location,
+    warnings: Vec<Warning>,
+    notes: Notes,
+}
+
+impl Setup {
+    fn number(&mut self, name: &'static str, value: f64) {
+        self.notes.push((name, Note::Number(value)));
+    }
+
+    fn thin(&mut self, spec: &ThinSpec, film: &FilmSpec, resolution: [u32; 2]) -> Parts {
+        let pixels = f64::from(resolution[0]) / f64::from(resolution[1]);
+        let aspect = spec.aspect.unwrap_or(pixels);
+        let short = 2.0 * (spec.fov.to_radians() / 2.0).tan();
+        let size = if aspect >= 1.0 { [short * aspect, short] } else { [short, short / aspect] };
+        let lens = ThinLens { radius: spec.lens_radius, focus: spec.focal_distance };
+        let name = if lens.radius > 0.0 { "thin lens" } else { "pinhole" };
+        self.notes.push(("lensModel", Note::Text(name.to_owned())));
+        if lens.radius > 0.0 {
+            self.number("focus", lens.focus);
+        }
+        self.number("expTime", spec.exposure_time);
+        (Model::Thin(lens), size, spec.exposure_time * film.iso / 100.0, spec.depth)
+    }
+
+    fn real(
+        &mut self,
+        spec: &RealisticSpec,
+        film: &FilmSpec,
+        resolution: [u32; 2],
+        changes: &Changes,
+    ) -> Result<Parts, JobError> {
+        let (file, aperture, diagonal) = match spec {
+            RealisticSpec::V4 { lens, aperture, .. } => (lens, *aperture, film.diagonal),
+            RealisticSpec::V2 { lens, aperture, film_diagonal, .. } => {
+                (lens, *aperture, *film_diagonal)
+            }
+        };
+        let mut prescription = lens::read(changes.lens.as_deref().unwrap_or(file))?;
+        let opened = prescription.stop_down(aperture);
+        if opened < aperture * (1.0 - 1e-9) && changes.lens.is_none() {
+            self.warnings.push(Warning {
+                at: self.at.clone(),
+                message: format!(
+                    "a stop of {aperture} mm is asked for, but the lens opens to {opened} mm"
+                ),
+            });
+        }
+        let paraxial = lens::Paraxial::of(&prescription);
+        let camera = |problem: String| JobError::Camera { at: self.at.clone(), problem };
+        let (film_distance, unit, front, ratio, depth, time) = match spec {
+            RealisticSpec::V4 { focus, exposure_time, .. } => {
+                let distance =
+                    paraxial.film_for_focus(focus * 1e3).map_err(|e| camera(e.to_string()))?;
+                let front = (distance + paraxial.length) * 1e-3;
+                let ratio = exposure_time * film.iso / 100.0;
+                (distance, 1e-3, front, ratio, [0.0, f64::INFINITY], *exposure_time)
+            }
+            RealisticSpec::V2 { film_distance, depth, .. } => {
+                (*film_distance, 1.0, 0.0, 1.0, *depth, 0.0)
+            }
+        };
+        let rear = prescription.rear();
+        let rim = rear.sag(rear.diameter / 2.0).max(0.0);
+        if film_distance <= rim {
+            return Err(camera(format!(
+                "the film, {film_distance:.4} mm behind the rear vertex, would stand inside the \
+                 lens, which reaches {rim:.4} mm behind it; focus nearer"
+            )));
+        }
+        let aspect = f64::from(resolution[1]) / f64::from(resolution[0]);
+        let width = diagonal / (1.0 + aspect * aspect).sqrt();
+        let size = [width, width * aspect];
+        let aim = changes.aim;
+        let lens = RealLens::new(prescription, film_distance, diagonal / 2.0, aim, unit, front);
+        let focus = lens.paraxial.focus_of_film(film_distance) + lens.paraxial.length;
+        let in_focus = (focus + film_distance) * 1e-3;
+        self.notes.push(("lensModel", Note::Text(lens.prescription.name.clone())));
+        self.number("effectiveFocalLength", lens.paraxial.focal_length);
+        self.number("aperture", lens.f_number);
+        self.number("focus", in_focus);
+        self.number("filmDistance", film_distance);
+        self.number("stopDiameter", opened);
+        self.number("entrancePupilOffset", lens.paraxial.entrance_pupil.position);
+        self.number("expTime", time);
+        Ok((Model::Real(Box::new(lens)), size, ratio, depth))
+    }
+}

@@ -1,0 +1,168 @@
+//! The `.dat` lens tables of pbrt: four columns, millimetres, scene side first.
+//!
+//! `radius  thickness  index  diameter`: radius 0 is the stop, index 0 at the stop means
+//! air, `#` starts a comment. Two conventions share the format: the thickness column
+//! holds the distance AFTER the surface (last row 0, or anything: pbrt's own files), or the
+//! distance BEFORE it (first row 0, last row not).
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::prescription::{Prescription, Row};
+
+/// No lens table is longer than this; what is longer is no lens table.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// Why a lens file was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum LensError {
+    /// The file could not be opened or read.
+    #[error("cannot read the lens {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A line is not what a lens table may hold.
+    #[error("{}:{line}: {found}; {expected}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What stands there.
+        found: String,
+        /// What was expected, or what to try.
+        expected: String,
+    },
+}
+
+/// Reads a `.dat` lens table.
+///
+/// # Errors
+/// Where the file cannot be read or is no lens table, with the line.
+pub fn read(path: &Path) -> Result<Prescription, LensError> {
+    let io = |source| LensError::Io { path: path.to_owned(), source };
+    let file = std::fs::File::open(path).map_err(io)?;
+    let mut reader = BufReader::new(file.take(MOST_BYTES + 1));
+    let (mut bytes, mut text, mut lines) = (0, Vec::new(), Vec::new());
+    while reader.read_until(b'\n', &mut text).map_err(io)? > 0 {
+        bytes += text.len() as u64;
+        if bytes > MOST_BYTES {
+            return Err(LensError::Malformed {
+                path: path.to_owned(),
+                line: lines.len() + 1,
+                found: "the file goes on past 1 MiB here".into(),
+                expected: "a lens table is a few short lines of four numbers".into(),
+            });
+        }
+        lines.push(String::from_utf8_lossy(&text).into_owned());
+        text.clear();
+    }
+    parse(path, &lines)
+}
+
+/// Reads the lines of a lens table; the path serves for its name and in errors.
+///
+/// # Errors
+/// Where a line is not what a lens table may hold.
+pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, LensError> {
+    let refuse = |line: usize, found: String, expected: &str| LensError::Malformed {
+        path: path.to_owned(),
+        line,
+        found,
+        expected: expected.to_owned(),
+    };
+
+    let mut table: Vec<(usize, [f64; 4])> = Vec::new();
+    for (i, text) in lines.iter().enumerate() {
+        let text = text.as_ref();
+        let line = i + 1;
+        let data = text.split('#').next().unwrap_or_default();
+        let mut numbers = Vec::with_capacity(4);
+        for word in data.split_whitespace() {
+            match word.parse::<f64>() {
+                Ok(number) if number.is_finite() => numbers.push(number),
+                _ => {
+                    let found = format!("\"{}\" is not a finite number", shortened(word));
+                    return Err(refuse(line, found, "comments start with #"));
+                }
+            }
+        }
+        match numbers[..] {
+            [] => {}
+            [radius, thickness, index, diameter] => {
+                table.push((line, [radius, thickness, index, diameter]));
+            }
+            _ => {
+                let found = format!("{} columns", numbers.len());
+                return Err(refuse(line, found, "expected four: radius thickness index diameter"));
+            }
+        }
+    }
+    let (Some(first), Some(last)) = (table.first(), table.last()) else {
+        return Err(refuse(
+            lines.len().max(1),
+            "no surface in the file".into(),
+            "expected rows of radius thickness index diameter, in mm",
+        ));
+    };
+
+    let before = first.1[1] == 0.0 && last.1[1] != 0.0;
+    let distances: Vec<f64> = table.iter().map(|(_, row)| row[1]).collect();
+    let mut rows: Vec<Row> = Vec::with_capacity(table.len());
+    let mut stop_line = None;
+    for (i, &(line, [radius, _, index, diameter])) in table.iter().enumerate() {
+        let thickness = match before {
+            true => distances.get(i + 1).copied().unwrap_or(0.0),
+            false => distances[i],
+        };
+        let stop = radius == 0.0;
+        if stop {
+            if let Some(earlier) = stop_line.replace(line) {
+                let found = format!("a second stop (radius 0), after the one in line {earlier}");
+                return Err(refuse(line, found, "a lens has one"));
+            }
+        }
+        let medium = if stop && index == 0.0 { 1.0 } else { index };
+        let ahead = rows.last().map_or(1.0, |row| row.index);
+        if medium < 1.0 {
+            let found = format!("index {index}");
+            return Err(refuse(line, found, "expected 1 (air) or more; 0 only at the stop"));
+        }
+        if stop && medium != ahead {
+            let found = format!("the stop changes the index from {ahead} to {medium}");
+            return Err(refuse(line, found, "write the index of the medium it stands in, or 0 in air"));
+        }
+        if diameter <= 0.0 {
+            let found = format!("diameter {diameter}");
+            return Err(refuse(line, found, "expected the full clear diameter, above 0 mm"));
+        }
+        if !stop && diameter / 2.0 > radius.abs() {
+            let found = format!("diameter {diameter} on a sphere of radius {radius}");
+            return Err(refuse(line, found, "a clear diameter is at most twice the radius"));
+        }
+        let radius = if stop { f64::INFINITY } else { radius };
+        rows.push(Row { radius, thickness, index: medium, diameter, stop });
+    }
+    if stop_line.is_none() {
+        return Err(refuse(
+            last.0,
+            "the table ends without a stop".into(),
+            "one row must have radius 0",
+        ));
+    }
+    if rows.len() < 2 {
+        return Err(refuse(last.0, "a stop without any glass".into(), "a lens has surfaces"));
+    }
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Prescription { name, rows })
+}
+
+fn shortened(word: &str) -> String {
+    if word.chars().count() <= 40 {
+        return word.to_owned();
+    }
+    word.chars().take(37).chain("...".chars()).collect()
+}

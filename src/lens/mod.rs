@@ -1,0 +1,22 @@
+//! The lens: prescriptions, first-order optics, and the stage that takes film samples to
+//! rays in the world.
+//!
+//! Public numbers are in millimetres. Inside the trace +z is the direction of travel and
+//! positions are relative to the vertex of the surface last crossed.
+
+mod aim;
+mod camera;
+mod dat;
+mod paraxial;
+mod prescription;
+mod pupil;
+mod surface;
+mod trace;
+
+pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
+pub use dat::{LensError, parse, read};
+pub use paraxial::{Matrix, Paraxial, Pupil, TooNear, f_number};
+pub use prescription::{Prescription, Row};
+pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE, Ring};
+pub use surface::{From, Kind, Surface, sequence};
+pub use trace::{LensRay, trace, trace_one};

@@ -1,0 +1,174 @@
+//! Gaussian optics: what a lens does near its axis.
+//!
+//! A ray is (y, n u): height and index times slope; light travels from the scene to the
+//! film, and a lens is the product of its refractions and transfers, of determinant 1
+//! (Born & Wolf, "Principles of Optics", 4.4).
+
+use super::prescription::Prescription;
+use super::surface::{From, sequence};
+use super::trace::{LensRay, trace_one};
+
+/// A ray-transfer matrix: y' = a y + b nu, nu' = c y + d nu. Lengths in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Matrix {
+    /// y from y.
+    pub a: f64,
+    /// y from nu.
+    pub b: f64,
+    /// nu from y.
+    pub c: f64,
+    /// nu from nu.
+    pub d: f64,
+}
+
+impl Matrix {
+    const IDENTITY: Self = Self { a: 1.0, b: 0.0, c: 0.0, d: 1.0 };
+
+    fn refract(self, curvature: f64, n: f64, n_after: f64) -> Self {
+        let power = (n_after - n) * curvature;
+        Self { c: self.c - power * self.a, d: self.d - power * self.b, ..self }
+    }
+
+    fn transfer(self, distance: f64, n: f64) -> Self {
+        let reduced = distance / n;
+        Self { a: self.a + reduced * self.c, b: self.b + reduced * self.d, ..self }
+    }
+}
+
+/// A pupil: where it stands on the axis and how wide it is, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pupil {
+    /// Distance towards the film, from the front vertex for the entrance pupil and from the
+    /// rear vertex for the exit pupil; infinite where the lens is telecentric.
+    pub position: f64,
+    /// Diameter.
+    pub diameter: f64,
+}
+
+/// What a lens is to first order. Lengths in mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Paraxial {
+    /// Front vertex to rear vertex.
+    pub whole: Matrix,
+    /// Index of the medium before the film.
+    pub film_index: f64,
+    /// Front vertex to rear vertex.
+    pub length: f64,
+    /// Effective focal length, on the film side.
+    pub focal_length: f64,
+    /// Rear vertex to the rear focal point.
+    pub back_focal_distance: f64,
+    /// The stop as seen from the scene.
+    pub entrance_pupil: Pupil,
+    /// The stop as seen from the film.
+    pub exit_pupil: Pupil,
+}
+
+/// A distance at which the lens cannot be in focus.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the lens cannot focus at {asked:.4} mm from the film; the nearest it can is {nearest:.4} mm"
+)]
+pub struct TooNear {
+    /// The distance asked for, mm from the film plane.
+    pub asked: f64,
+    /// The nearest distance that has a film position, mm from the film plane.
+    pub nearest: f64,
+}
+
+impl Paraxial {
+    /// Works it out.
+    pub fn of(lens: &Prescription) -> Self {
+        let stop = lens.stop();
+        let part = |range: std::ops::Range<usize>| {
+            range.fold(Matrix::IDENTITY, |m, i| {
+                let row = &lens.rows[i];
+                m.refract(row.curvature(), lens.index_before(i), row.index)
+                    .transfer(row.thickness, row.index)
+            })
+        };
+        let last = lens.rows.len() - 1;
+        let to_rear_vertex = |m: Matrix| {
+            m.refract(lens.rows[last].curvature(), lens.index_before(last), lens.rows[last].index)
+        };
+        let whole = to_rear_vertex(part(0..last));
+        let front = part(0..stop);
+        let behind = if stop == last { Matrix::IDENTITY } else { to_rear_vertex(part(stop..last)) };
+        let film_index = lens.rear().index;
+        let opening = lens.rows[stop].diameter;
+        Self {
+            whole,
+            film_index,
+            length: lens.length(),
+            focal_length: -film_index / whole.c,
+            back_focal_distance: -whole.a * film_index / whole.c,
+            entrance_pupil: Pupil { position: front.b / front.a, diameter: (opening / front.a).abs() },
+            exit_pupil: Pupil {
+                position: -behind.b * film_index / behind.d,
+                diameter: (opening / behind.d).abs(),
+            },
+        }
+    }
+
+    /// The distance before the front vertex, mm, that is in focus on a film at `distance` mm
+    /// behind the rear vertex; infinite, or negative where nothing real is in focus.
+    pub fn focus_of_film(&self, distance: f64) -> f64 {
+        let Matrix { a, b, c, d } = self.whole;
+        let reduced = distance / self.film_index;
+        -(b + reduced * d) / (a + reduced * c)
+    }
+
+    /// The distance of the film behind the rear vertex, mm, that brings into focus what is
+    /// `focus` mm (or infinitely far) before the film plane.
+    ///
+    /// # Errors
+    /// Where the lens cannot focus so near.
+    pub fn film_for_focus(&self, focus: f64) -> Result<f64, TooNear> {
+        if focus.is_infinite() {
+            return Ok(self.back_focal_distance);
+        }
+        // With the object at s = focus - length - x before the front vertex and the reduced
+        // film distance x: x (c s + d) + a s + b = 0, a quadratic in x; the root next to the
+        // focal point is the one that goes with distant objects.
+        let Matrix { a, b, c, d } = self.whole;
+        let n = self.film_index;
+        let half = |k: f64| (c * k + d - a * n) / 2.0;
+        let discriminant = |k: f64| half(k) * half(k) + c * n * (a * k + b);
+        let k = focus - self.length;
+        let roots = discriminant(k);
+        // discriminant(k) is a parabola in k with its larger zero at the nearest focus.
+        let (p, q) = (c * c / 4.0, (c * (d - a * n) / 2.0) + c * n * a);
+        let r = (d - a * n) * (d - a * n) / 4.0 + c * n * b;
+        let nearest = (-q + (q * q - 4.0 * p * r).max(0.0).sqrt()) / (2.0 * p);
+        if roots < 0.0 || k < nearest {
+            return Err(TooNear { asked: focus, nearest: nearest + self.length });
+        }
+        let root = roots.sqrt();
+        let near = |sign: f64| (half(k) + sign * root) / (c * n) * n;
+        let film = |x: f64| (x - self.back_focal_distance).abs();
+        let (one, other) = (near(1.0), near(-1.0));
+        Ok(if film(one) < film(other) { one } else { other })
+    }
+}
+
+/// The f-number by a traced marginal ray: focal length over the diameter of the widest
+/// axis-parallel bundle that comes through.
+pub fn f_number(lens: &Prescription, focal_length: f64) -> f64 {
+    let surfaces = sequence::<f64>(lens, From::Scene(0.0));
+    let passes = |h: f64| {
+        trace_one::<f64>(LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] }, &surfaces).is_ok()
+    };
+    let (mut open, mut shut) = (0.0, lens.rows[0].diameter / 2.0);
+    if passes(shut) {
+        open = shut;
+    }
+    while shut - open > 1e-9 * shut {
+        let middle = (open + shut) / 2.0;
+        if passes(middle) {
+            open = middle;
+        } else {
+            shut = middle;
+        }
+    }
+    focal_length.abs() / (2.0 * open)
+}

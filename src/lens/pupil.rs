@@ -1,0 +1,276 @@
+//! Where to aim: the part of the rear element through which a film point sees the scene.
+//!
+//! Points of the pupil live in the plane of the rear vertex, in the frame of their film
+//! point: u away from the axis through the film point, v across. The lens is a body of
+//! revolution, so a table over the film radius says it all: for every ring of the film an
+//! ellipse that bounds the light of the ring, found by tracing. The sampler mixes in a small
+//! share of points of the whole rear element, with the mixture's density, so that light
+//! which the ellipse should miss is still counted and the picture stays unbiased.
+
+use super::prescription::Prescription;
+use super::surface::{From, Surface, sequence};
+use super::trace::trace;
+use crate::lanes::f32x8;
+use crate::rays::{LensBatch, WAVE};
+
+/// Rings of the film that have an ellipse of their own.
+const RINGS: usize = 64;
+/// Columns and rows of the last grid that measures a pupil; the rows cover half of it.
+const GRID: [usize; 2] = [96, 48];
+/// Share of the samples that go to the whole rear element.
+pub const REAR_SHARE: f32 = 1.0 / 64.0;
+
+/// How film points choose where to aim.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Aim {
+    /// At the bound of the exit pupil: few rays are lost, none are missed.
+    #[default]
+    Pupil,
+    /// At the disk of the rear element's diameter in its vertex plane, as the course of 2016
+    /// did: most rays are lost, and those that cross the rim outside the disk are missed.
+    RearDisk,
+}
+
+/// An ellipse in the plane of the rear vertex, mm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ellipse {
+    /// Its centre on the u axis.
+    pub centre: f32,
+    /// Half its width along u and along v.
+    pub half: [f32; 2],
+}
+
+impl Ellipse {
+    /// Its area, mm^2.
+    pub fn area(&self) -> f32 {
+        std::f32::consts::PI * self.half[0] * self.half[1]
+    }
+}
+
+/// Bounds for one ring of the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ring {
+    /// Holds the light of the ring, as far as tracing found it.
+    pub pupil: Ellipse,
+    /// Holds everything that could hit the rear element.
+    pub rear: Ellipse,
+    /// Whether any light comes to the ring at all.
+    pub open: bool,
+}
+
+/// The bounds of a lens's exit pupil for every film radius.
+#[derive(Clone, Debug)]
+pub struct PupilBound {
+    rings: Vec<Ring>,
+    rings_per_mm: f32,
+    /// Share of samples that go to the rear element instead of the pupil.
+    pub rear_share: f32,
+}
+
+impl PupilBound {
+    /// Finds the bounds for a film at `distance` mm behind the rear vertex that reaches to
+    /// `radius` mm from the axis. Takes some milliseconds.
+    pub fn new(lens: &Prescription, distance: f64, radius: f64, aim: Aim) -> Self {
+        let rings_per_mm = (RINGS as f64 / radius) as f32;
+        if aim == Aim::RearDisk {
+            let half = lens.rear().diameter as f32 / 2.0;
+            let disk = Ellipse { centre: 0.0, half: [half; 2] };
+            let ring = Ring { pupil: disk, rear: disk, open: true };
+            return Self { rings: vec![ring; RINGS], rings_per_mm, rear_share: 0.0 };
+        }
+        let mut finder = Finder {
+            surfaces: sequence::<f32x8>(lens, From::Film(distance)),
+            batch: Box::default(),
+            distance,
+        };
+        let mut found: Option<Light> = None;
+        let edges: Vec<(Light, Ellipse)> = (0..=RINGS)
+            .map(|i| {
+                let r = radius * i as f64 / RINGS as f64;
+                let rear_points = rear_outline(lens, distance, r);
+                let rear = bounding_ellipse(&rear_points, [0.0; 2]);
+                let light = finder.find(r, found.as_ref().map(|l| l.frame), Frame::around(&rear_points));
+                if !light.points.is_empty() {
+                    found = Some(light.clone());
+                }
+                (light, rear)
+            })
+            .collect();
+        let rings = edges
+            .windows(2)
+            .map(|pair| {
+                let [(inner, inner_rear), (outer, outer_rear)] = pair else { unreachable!() };
+                let points = [inner.points.as_slice(), &outer.points].concat();
+                let cell = [0, 1].map(|i| inner.cell[i].max(outer.cell[i]));
+                Ring {
+                    pupil: bounding_ellipse(&points, cell),
+                    rear: enclosing(*inner_rear, *outer_rear),
+                    open: !points.is_empty(),
+                }
+            })
+            .collect();
+        Self { rings, rings_per_mm, rear_share: REAR_SHARE }
+    }
+
+    /// The bounds for a film point at this distance from the axis, mm.
+    #[inline(always)]
+    pub fn ring(&self, radius: f32) -> &Ring {
+        &self.rings[((radius * self.rings_per_mm) as usize).min(RINGS - 1)]
+    }
+
+    /// Whether light comes to any film point between two distances from the axis, mm.
+    pub fn any_open(&self, inner: f32, outer: f32) -> bool {
+        let ring = |r: f32| ((r * self.rings_per_mm) as usize).min(RINGS - 1);
+        self.rings[ring(inner)..=ring(outer)].iter().any(|ring| ring.open)
+    }
+}
+
+/// A rectangle of pupil points, u from `low` to `high`, v from 0 to `height`.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    low: f64,
+    high: f64,
+    height: f64,
+}
+
+impl Frame {
+    fn around(points: &[[f64; 2]]) -> Self {
+        points.iter().fold(
+            Self { low: f64::INFINITY, high: f64::NEG_INFINITY, height: 0.0 },
+            |frame, &[u, v]| Self {
+                low: frame.low.min(u),
+                high: frame.high.max(u),
+                height: frame.height.max(v),
+            },
+        )
+    }
+
+    fn grown(self, by: [f64; 2]) -> Self {
+        Self { low: self.low - by[0], high: self.high + by[0], height: self.height + by[1] }
+    }
+
+    fn width(self) -> f64 {
+        self.high - self.low
+    }
+}
+
+/// The pupil points through which one film point sees light.
+#[derive(Clone, Debug)]
+struct Light {
+    points: Vec<[f64; 2]>,
+    /// Spacing of the grid that found them.
+    cell: [f64; 2],
+    frame: Frame,
+}
+
+struct Finder {
+    surfaces: Vec<Surface<f32>>,
+    batch: Box<LensBatch<f32>>,
+    distance: f64,
+}
+
+impl Finder {
+    /// The light of a film point, searched first near where its neighbour saw it and then
+    /// over the whole rear element.
+    fn find(&mut self, r: f64, near: Option<Frame>, whole: Frame) -> Light {
+        let near = near.map(|frame| frame.grown([frame.width(), frame.height]));
+        let mut frame = whole;
+        for start in near.into_iter().chain([whole]) {
+            frame = start;
+            // Zoom in until the light fills a good part of the frame: a small stop is a
+            // needle in the haystack of the first grid.
+            for _ in 0..16 {
+                let light = self.grid(r, frame, [33, 16]);
+                if light.points.is_empty() {
+                    break;
+                }
+                let tight = light.frame.grown(light.cell);
+                if tight.width() > 0.6 * frame.width() && tight.height > 0.6 * frame.height {
+                    return self.grid(r, tight, GRID);
+                }
+                frame = tight;
+            }
+        }
+        Light { points: Vec::new(), cell: [0.0; 2], frame }
+    }
+
+    /// Traces a grid of rays from the film point at radius r.
+    fn grid(&mut self, r: f64, frame: Frame, [columns, rows]: [usize; 2]) -> Light {
+        let cell = [frame.width() / (columns - 1) as f64, frame.height / (rows - 1) as f64];
+        let place = |i: usize| {
+            [frame.low + cell[0] * (i % columns) as f64, cell[1] * (i / columns) as f64]
+        };
+        let mut points = Vec::new();
+        let mut ignored = vec![0; self.surfaces.len()];
+        let total = columns * rows;
+        for start in (0..total).step_by(WAVE) {
+            let batch = &mut *self.batch;
+            let count = WAVE.min(total - start);
+            for i in 0..count {
+                let [u, v] = place(start + i);
+                let length = (u - r).hypot(v).hypot(self.distance);
+                (batch.x[i], batch.y[i], batch.z[i]) = (r as f32, 0.0, 0.0);
+                batch.tx[i] = ((u - r) / length) as f32;
+                batch.ty[i] = (v / length) as f32;
+                batch.tz[i] = (self.distance / length) as f32;
+            }
+            batch.resize::<f32x8>(count);
+            trace::<f32x8>(batch, &self.surfaces, &mut ignored);
+            points.extend((0..count).filter(|&i| !batch.x[i].is_nan()).map(|i| place(start + i)));
+        }
+        let frame = Frame::around(&points);
+        Light { points, cell, frame }
+    }
+}
+
+/// The rear element seen from a film point at radius r and projected on its vertex plane.
+fn rear_outline(lens: &Prescription, distance: f64, r: f64) -> Vec<[f64; 2]> {
+    let rear = lens.rear();
+    let mut points = Vec::new();
+    for ring in 0..=8 {
+        let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
+        // The sag counts towards the film; the film is `distance` behind the vertex.
+        let scale = distance / (distance - rear.sag(h));
+        for step in 0..=32 {
+            let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
+            points.push([r + (h * cos - r) * scale, h * sin * scale]);
+        }
+    }
+    points
+}
+
+/// A small ellipse, its axes along u and v and its centre on u, around points and grown by
+/// a margin.
+fn bounding_ellipse(points: &[[f64; 2]], margin: [f64; 2]) -> Ellipse {
+    if points.is_empty() {
+        return Ellipse::default();
+    }
+    let frame = Frame::around(points);
+    let centre = (frame.low + frame.high) / 2.0;
+    let half_width = (frame.width() / 2.0).max(1e-12);
+    let half_height = |a: f64| {
+        points.iter().fold(0.0, |b: f64, &[u, v]| {
+            let x = (u - centre) / a;
+            if v == 0.0 { b } else { b.max(v / (1.0 - x * x).max(0.0).sqrt()) }
+        })
+    };
+    let (_, a, b) = (0..=30)
+        .map(|step| half_width * (1.0 + 0.02 * f64::from(step)))
+        .map(|a| (a * half_height(a), a, half_height(a)))
+        .min_by(|one, other| one.0.total_cmp(&other.0))
+        .expect("there are thirty-one candidates");
+    // Rounding to f32 must not cut anything off, nor leave a zero width.
+    let grow = |half: f64, margin: f64| ((half + margin) * 1.000_001).max(1e-9) as f32;
+    Ellipse { centre: centre as f32, half: [grow(a, margin[0]), grow(b, margin[1])] }
+}
+
+/// An ellipse around two ellipses.
+fn enclosing(one: Ellipse, other: Ellipse) -> Ellipse {
+    let centre = (one.centre + other.centre) / 2.0;
+    let shift = (one.centre - centre).abs();
+    let wide = one.half[0].max(other.half[0]);
+    // Scaling by 1 + shift / width holds every ellipse of that width moved by the shift.
+    let scale = 1.0 + shift / wide;
+    let high = one.half[1].max(other.half[1]);
+    Ellipse { centre, half: [wide * scale * 1.000_001, high * scale * 1.000_001] }
+}

@@ -1,0 +1,182 @@
+//! The wavefront: the only module that knows the order of the stages.
+
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use crate::film::{FilmSums, Frame, Tile, TileSampler, TileSums, sample};
+use crate::lanes::{Real, f32x8};
+use crate::lens::{Camera, LensColumns, Model};
+use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
+use crate::scene::{Scene, TraversalStack};
+use crate::shade::{Vertex, shade};
+use crate::stats::{Clock, Stage, Stats};
+
+/// Everything that decides what a picture looks like.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What is seen.
+    pub scene: Scene,
+    /// Through what it is seen.
+    pub camera: Camera,
+    /// The pixels.
+    pub frame: Frame,
+    /// Which samples of every pixel.
+    pub samples: Range<u32>,
+    /// Which of all random choices.
+    pub seed: u32,
+    /// Surfaces on a path that gather light: 1 is direct light only.
+    pub max_depth: u32,
+}
+
+/// One lane or eight; the picture is the same bit for bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// Eight lanes.
+    #[default]
+    Simd,
+    /// One lane.
+    Scalar,
+}
+
+/// How far a render has come; shared with whoever watches it or stops it.
+#[derive(Debug, Default)]
+pub struct Progress {
+    /// Film samples taken.
+    pub samples: AtomicU64,
+    /// Set to stop the workers at their next wave.
+    pub stop: AtomicBool,
+}
+
+/// A finished render.
+#[derive(Clone, Debug)]
+pub struct Exposed {
+    /// What the film received.
+    pub film: FilmSums,
+    /// How that came about.
+    pub stats: Stats,
+}
+
+/// Why a render ended without a picture.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// [`Progress::stop`] was set.
+    #[error("stopped before the picture was complete")]
+    Stopped,
+    /// The threads could not be started.
+    #[error("cannot start the render threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// Renders a picture on this many threads; 0 means one per core.
+///
+/// The picture depends on the job alone: not on threads, backend or the order of work.
+///
+/// # Errors
+/// Where it was told to stop, or threads could not be had.
+pub fn render(
+    job: &Job,
+    backend: Backend,
+    threads: usize,
+    progress: &Progress,
+) -> Result<Exposed, RenderError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    pool.install(|| match backend {
+        Backend::Simd => expose::<f32x8>(job, progress),
+        Backend::Scalar => expose::<f32>(job, progress),
+    })
+}
+
+fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Exposed, RenderError> {
+    let workers: Vec<Mutex<Box<Wave>>> =
+        (0..rayon::current_num_threads()).map(|_| Mutex::new(Wave::new(job))).collect();
+    let tiles = job.frame.tiles();
+    let received: Vec<TileSums> = tiles
+        .par_iter()
+        .map(|tile| {
+            let worker = rayon::current_thread_index().unwrap_or(0);
+            let mut wave = workers[worker].lock().unwrap_or_else(|poison| poison.into_inner());
+            wave.expose_tile::<R>(job, tile, progress)
+        })
+        .collect();
+    if progress.stop.load(Ordering::Relaxed) {
+        return Err(RenderError::Stopped);
+    }
+    let mut exposed = Exposed { film: FilmSums::new(job.frame), stats: Stats::default() };
+    for (tile, sums) in tiles.iter().zip(&received) {
+        exposed.film.put(tile, sums);
+    }
+    for worker in workers {
+        let wave = worker.into_inner().unwrap_or_else(|poison| poison.into_inner());
+        exposed.stats.add(&wave.stats);
+    }
+    Ok(exposed)
+}
+
+/// The columns of one worker.
+#[derive(Default)]
+struct Wave {
+    samples: SampleBatch,
+    lens: LensColumns,
+    rays: RayBatch,
+    next: RayBatch,
+    shadows: RayBatch,
+    hits: HitBatch,
+    stack: TraversalStack,
+    radiance: [Column<f32>; 3],
+    stats: Stats,
+}
+
+impl Wave {
+    fn new(job: &Job) -> Box<Self> {
+        let mut wave = Box::<Self>::default();
+        if let Model::Real(lens) = &job.camera.model {
+            wave.stats.blocked = vec![0; lens.surfaces()];
+        }
+        wave
+    }
+
+    /// All samples of one tile, wave by wave.
+    fn expose_tile<R: Real<Scalar = f32>>(
+        &mut self,
+        job: &Job,
+        tile: &Tile,
+        progress: &Progress,
+    ) -> TileSums {
+        let Self { samples, lens, rays, next, shadows, hits, stack, radiance, stats } = self;
+        let Job { scene, camera, frame, seed, max_depth, .. } = job;
+        let mut sums = TileSums::new(tile);
+        let sees = |pixel| camera.sees(pixel, frame.resolution);
+        let mut tile = TileSampler::new(tile, job.samples.clone(), sees);
+        let mut clock = Clock::start();
+        while !progress.stop.load(Ordering::Relaxed)
+            && sample(&mut tile, frame, camera.film, *seed, samples)
+        {
+            clock.lap(stats, Stage::Sample, samples.len);
+            camera.expose::<R>(samples, lens, rays, &mut stats.blocked);
+            clock.lap(stats, Stage::Lens, samples.len);
+            radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
+            for depth in 0..*max_depth {
+                scene.intersect::<R>(rays, hits, stack);
+                clock.lap(stats, Stage::Intersect, rays.len);
+                let vertex = Vertex { depth, last: depth + 1 == *max_depth };
+                shade(scene, vertex, rays, hits, samples, radiance, shadows, next);
+                clock.lap(stats, Stage::Shade, rays.len);
+                scene.occlude::<R>(shadows, stack, radiance);
+                clock.lap(stats, Stage::Occlude, shadows.len);
+                std::mem::swap(rays, next);
+                if rays.len == 0 {
+                    break;
+                }
+            }
+            sums.accumulate(samples, radiance);
+            clock.lap(stats, Stage::Accumulate, samples.len);
+            progress.samples.fetch_add(samples.len as u64, Ordering::Relaxed);
+        }
+        sums
+    }
+}
+
+const _: () = assert!(WAVE.is_multiple_of(8), "waves are whole packets");

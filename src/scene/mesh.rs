@@ -1,0 +1,88 @@
+//! Triangle meshes.
+
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+
+use super::point::{SurfacePoint, gamma};
+use crate::rays::Hit;
+
+/// Triangles over shared vertices, in the space of the object they belong to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Three vertices a triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// One shading normal a vertex, or none.
+    pub normals: Vec<[f32; 3]>,
+    /// One texture coordinate a vertex, or none.
+    pub uvs: Vec<[f32; 2]>,
+    /// Whether the normal is against the winding: ReverseOrientation or a mirroring transform.
+    pub flipped: bool,
+}
+
+impl Mesh {
+    /// Moves the mesh into another space. `reversed` says whether the scene file turned the
+    /// normals around; a transform that mirrors turns the winding around as well.
+    pub fn transform(&mut self, matrix: &DAffine3, reversed: bool) {
+        let single = |v: DVec3| v.as_vec3().to_array();
+        let double = |v: [f32; 3]| Vec3::from(v).as_dvec3();
+        for p in &mut self.positions {
+            *p = single(matrix.transform_point3(double(*p)));
+        }
+        let to_normal = matrix.matrix3.inverse().transpose();
+        let sign = if reversed { -1.0 } else { 1.0 };
+        for n in &mut self.normals {
+            *n = single((to_normal * double(*n)).normalize_or_zero() * sign);
+        }
+        self.flipped = reversed ^ (matrix.matrix3.determinant() < 0.0);
+    }
+
+    /// The three corners of a triangle.
+    #[inline(always)]
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| Vec3::from(self.positions[i as usize]))
+    }
+
+    /// Area of a triangle.
+    pub fn area(&self, triangle: u32) -> f32 {
+        let [a, b, c] = self.corners(triangle).map(|v| v.as_dvec3());
+        ((b - a).cross(c - a).length() / 2.0) as f32
+    }
+
+    /// The point of the surface that a ray hit.
+    pub fn point(&self, hit: &Hit) -> SurfacePoint {
+        let [a, b, c] = self.corners(hit.primitive);
+        let (wb, wc) = (hit.u, hit.v);
+        let wa = 1.0 - wb - wc;
+        let position = a * wa + b * wb + c * wc;
+        let error = ((a * wa).abs() + (b * wb).abs() + (c * wc).abs()) * gamma(7);
+        let mut normal = (b - a).cross(c - a).normalize_or_zero();
+        let corners = self.triangles[hit.primitive as usize];
+        let mut shading = None;
+        if !self.normals.is_empty() {
+            let [na, nb, nc] = corners.map(|i| Vec3::from(self.normals[i as usize]));
+            shading = (na * wa + nb * wb + nc * wc).try_normalize();
+        }
+        match shading {
+            Some(n) => normal *= n.dot(normal).signum(),
+            None if self.flipped => normal = -normal,
+            None => {}
+        }
+        let uv = if self.uvs.is_empty() {
+            Vec2::new(wb + wc, wc)
+        } else {
+            let [ta, tb, tc] = corners.map(|i| Vec2::from(self.uvs[i as usize]));
+            ta * wa + tb * wb + tc * wc
+        };
+        SurfacePoint { position, error, normal, shading: shading.unwrap_or(normal), uv }
+    }
+
+    /// A uniformly chosen point of a triangle.
+    pub fn sample(&self, triangle: u32, u: [f32; 2]) -> SurfacePoint {
+        // Heitz 2019, "A low-distortion map between triangle and square".
+        let (mut b, mut c) = (u[0] * 0.5, u[1] * 0.5);
+        let offset = c - b;
+        if offset > 0.0 { c += offset } else { b -= offset }
+        self.point(&Hit { t: 0.0, u: b, v: c, primitive: triangle, ..Hit::MISS })
+    }
+}

@@ -1,0 +1,296 @@
+//! The scene: shapes, materials, lights, and the stages that find what rays meet.
+//!
+//! World space, in the units of the scene file. What a scene holds is data that the shading
+//! stages read; it is made by the reader in [`pbrt`] or by hand with [`SceneBuilder`].
+
+mod intersect;
+mod light;
+mod mesh;
+pub mod pbrt;
+pub mod ply;
+mod point;
+mod quadric;
+mod texture;
+mod tree;
+
+pub use intersect::TraversalStack;
+pub use light::{
+    AreaLight, Light, LightSample, Lights, Sky, SkyImage, SkyLayout, cosine_hemisphere,
+};
+pub use mesh::Mesh;
+pub use point::{SurfacePoint, gamma};
+pub use quadric::{Form, Quadric};
+pub use texture::{ImageMap, Mapping, Texture, Wrap};
+pub use tree::Tree;
+
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
+
+use crate::lanes::Real;
+use crate::rays::{Column, Hit, NONE, Ray, RayBatch};
+use tree::{Item, ItemKind};
+
+/// What a shape is made of.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Mesh),
+    /// A sphere, disk or cone.
+    Quadric(Quadric),
+}
+
+/// A shape with what covers it.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// Its form.
+    pub geometry: Geometry,
+    /// Its material, by index.
+    pub material: u32,
+    /// The light that it is, by index, or [`NONE`].
+    pub light: u32,
+}
+
+impl Shape {
+    fn quadric(&self) -> Option<&Quadric> {
+        match &self.geometry {
+            Geometry::Quadric(quadric) => Some(quadric),
+            Geometry::Mesh(_) => None,
+        }
+    }
+}
+
+/// A perfectly diffuse surface (Lambert).
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// Share of the light that it sends back.
+    pub reflectance: Texture,
+}
+
+/// One copy of an object in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance {
+    /// Which object.
+    pub object: u32,
+    /// Object space to world space.
+    pub world_from_object: Affine3A,
+    /// World space to object space.
+    pub object_from_world: Affine3A,
+}
+
+/// Everything that can be seen.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// All shapes, those of objects among them.
+    pub shapes: Vec<Shape>,
+    /// What they are made of.
+    pub materials: Vec<Material>,
+    /// What shines.
+    pub lights: Lights,
+    instances: Vec<Instance>,
+    objects: Vec<Tree>,
+    world: Tree,
+}
+
+impl Scene {
+    /// Whether anything is in the way of each shadow ray; what is unshadowed is added to the
+    /// radiance of its sample: a stage.
+    pub fn occlude<R: Real<Scalar = f32>>(
+        &self,
+        rays: &RayBatch,
+        stack: &mut TraversalStack,
+        radiance: &mut [Column<f32>; 3],
+    ) {
+        for i in 0..rays.len {
+            if !self.occluded::<R>(&rays.ray(i), stack) {
+                let slot = rays.slot[i] as usize;
+                for (column, carried) in radiance.iter_mut().zip(rays.carried(i)) {
+                    column[slot] += carried;
+                }
+            }
+        }
+    }
+
+    /// The surface at a hit.
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> (&Shape, SurfacePoint) {
+        let shape = &self.shapes[hit.shape as usize];
+        let instance = (hit.instance != NONE).then(|| &self.instances[hit.instance as usize]);
+        let point = match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.point(hit),
+            Geometry::Quadric(quadric) => {
+                let world = DVec3::from_array(ray.origin.map(f64::from))
+                    + DVec3::from_array(ray.direction.map(f64::from)) * f64::from(hit.t);
+                let near = match instance {
+                    Some(i) => i.object_from_world.transform_point3a(world.as_vec3a()).as_dvec3(),
+                    None => world,
+                };
+                quadric.point(near)
+            }
+        };
+        match instance {
+            Some(instance) => (shape, point.transform(&instance.world_from_object)),
+            None => (shape, point),
+        }
+    }
+
+    /// Lowest and highest corner of the world, or `None` where it is empty.
+    pub fn bounds(&self) -> Option<[Vec3; 2]> {
+        self.world.bounds
+    }
+
+    /// Triangles in all meshes, each instanced mesh counted once.
+    pub fn triangles(&self) -> usize {
+        let count = |shape: &Shape| match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.triangles.len(),
+            Geometry::Quadric(_) => 0,
+        };
+        self.shapes.iter().map(count).sum()
+    }
+}
+
+/// Collects a scene and then builds its trees.
+#[derive(Clone, Debug, Default)]
+pub struct SceneBuilder {
+    shapes: Vec<Shape>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    objects: Vec<Vec<u32>>,
+    instances: Vec<(u32, DAffine3)>,
+    world: Vec<u32>,
+}
+
+impl SceneBuilder {
+    /// Adds a material; answers its index.
+    pub fn material(&mut self, material: Material) -> u32 {
+        self.materials.push(material);
+        (self.materials.len() - 1) as u32
+    }
+
+    /// Adds a light that is no shape.
+    pub fn light(&mut self, light: Light) {
+        self.lights.push(light);
+    }
+
+    /// Adds an empty object; answers its index.
+    pub fn object(&mut self) -> u32 {
+        self.objects.push(Vec::new());
+        (self.objects.len() - 1) as u32
+    }
+
+    /// Adds a copy of an object to the world.
+    pub fn instance(&mut self, object: u32, world_from_object: DAffine3) {
+        self.instances.push((object, world_from_object));
+    }
+
+    /// Adds a shape to the world, or to an object. One in the world may shine.
+    pub fn shape(
+        &mut self,
+        geometry: Geometry,
+        material: u32,
+        emission: Option<([f32; 3], bool)>,
+        object: Option<u32>,
+    ) {
+        let shape = self.shapes.len() as u32;
+        let mut light = NONE;
+        if let (Some((radiance, two_sided)), None) = (emission, object) {
+            let mut areas = Vec::new();
+            if let Geometry::Mesh(mesh) = &geometry {
+                let mut sum = 0.0;
+                areas.extend((0..mesh.triangles.len() as u32).map(|i| {
+                    sum += f64::from(mesh.area(i));
+                    sum as f32
+                }));
+            }
+            light = self.lights.len() as u32;
+            self.lights.push(Light::Area(AreaLight { shape, radiance, two_sided, areas }));
+        }
+        self.shapes.push(Shape { geometry, material, light });
+        match object {
+            Some(object) => self.objects[object as usize].push(shape),
+            None => self.world.push(shape),
+        }
+    }
+
+    /// Builds the trees.
+    pub fn build(self) -> Scene {
+        let tree_of = |shapes: &[u32], more: Vec<Item>| {
+            let mut items = more;
+            for &i in shapes {
+                push_items(&mut items, i, &self.shapes[i as usize].geometry);
+            }
+            Tree::new(&items)
+        };
+        let objects: Vec<Tree> =
+            self.objects.iter().map(|shapes| tree_of(shapes, Vec::new())).collect();
+        let mut instances = Vec::new();
+        let mut items = Vec::new();
+        for (object, world_from_object) in &self.instances {
+            let inverse = world_from_object.inverse();
+            let Some([low, high]) = objects[*object as usize].bounds else { continue };
+            if !inverse.is_finite() {
+                continue;
+            }
+            items.push(Item {
+                bounds: moved_box([low.as_dvec3(), high.as_dvec3()], world_from_object),
+                kind: ItemKind::Instance(instances.len() as u32),
+            });
+            instances.push(Instance {
+                object: *object,
+                world_from_object: single(world_from_object),
+                object_from_world: single(&inverse),
+            });
+        }
+        let world = tree_of(&self.world, items);
+        let radius = world.bounds.map_or(0.0, |[low, high]| (high - low).length() / 2.0);
+        let lights = Lights::new(self.lights, &self.shapes, radius);
+        Scene {
+            shapes: self.shapes,
+            materials: self.materials,
+            lights,
+            instances,
+            objects,
+            world,
+        }
+    }
+}
+
+fn single(matrix: &DAffine3) -> Affine3A {
+    Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
+}
+
+fn push_items(items: &mut Vec<Item>, shape: u32, geometry: &Geometry) {
+    match geometry {
+        Geometry::Mesh(mesh) => items.extend((0..mesh.triangles.len() as u32).map(|triangle| {
+            let corners = mesh.corners(triangle);
+            let [a, b, c] = corners;
+            Item {
+                bounds: [a.min(b).min(c), a.max(b).max(c)],
+                kind: ItemKind::Triangle { shape, triangle, corners },
+            }
+        })),
+        Geometry::Quadric(quadric) => items.push(Item {
+            bounds: rounded_out(quadric.bounds()),
+            kind: ItemKind::Quadric(shape),
+        }),
+    }
+}
+
+/// A box in f32 around a box in f64.
+fn rounded_out([low, high]: [DVec3; 2]) -> [Vec3; 2] {
+    let outward = |v: DVec3, away: f64| {
+        let slack = v.abs().max_element() * f64::from(f32::EPSILON) * away;
+        (v + slack).as_vec3()
+    };
+    [outward(low, -1.0), outward(high, 1.0)]
+}
+
+/// A box around a box that was moved, with room for rays that were moved in f32.
+fn moved_box([low, high]: [DVec3; 2], matrix: &DAffine3) -> [Vec3; 2] {
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for corner in 0..8 {
+        let pick = |bit: usize, axis: usize| {
+            if corner >> bit & 1 == 0 { low[axis] } else { high[axis] }
+        };
+        let p = matrix.transform_point3(DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2)));
+        (least, most) = (least.min(p), most.max(p));
+    }
+    rounded_out([least, most])
+}

@@ -1,0 +1,101 @@
+//! What a scene file asks for, before it meets a lens file and the command line.
+
+use std::path::PathBuf;
+
+use glam::DAffine3;
+
+use crate::scene::Scene;
+use crate::source::{Location, Warning};
+
+/// A scene file, read.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// What is seen.
+    pub scene: Scene,
+    /// Through what.
+    pub camera: CameraSpec,
+    /// The camera's place: camera space to world space.
+    pub world_from_camera: DAffine3,
+    /// Where the camera stands in the file.
+    pub camera_at: Location,
+    /// Onto what.
+    pub film: FilmSpec,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Surfaces on a path that gather light.
+    pub max_depth: u32,
+    /// What was noticed on the way.
+    pub warnings: Vec<Warning>,
+}
+
+/// The film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmSpec {
+    /// Width and height, pixels.
+    pub resolution: [u32; 2],
+    /// Diagonal, mm.
+    pub diagonal: f64,
+    /// First pixel, and first pixel not, that is rendered.
+    pub bounds: [[u32; 2]; 2],
+    /// Name of the picture.
+    pub filename: Option<PathBuf>,
+    /// Sensitivity.
+    pub iso: f64,
+}
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraSpec {
+    /// Through a lens file.
+    Realistic(RealisticSpec),
+    /// Through a pinhole or a thin lens.
+    Thin(ThinSpec),
+}
+
+/// A camera with a real lens, in one of two dialects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RealisticSpec {
+    /// pbrt-v4: units of metres, the origin at the film's centre, focused by a distance.
+    V4 {
+        /// The lens file.
+        lens: PathBuf,
+        /// Diameter of the stop, mm.
+        aperture: f64,
+        /// What is in focus, metres from the film.
+        focus: f64,
+        /// How long the shutter is open, seconds.
+        exposure_time: f64,
+    },
+    /// The course of 2016 on pbrt-v2: units of mm, the origin at the front vertex.
+    V2 {
+        /// The lens file.
+        lens: PathBuf,
+        /// Diameter of the stop, mm.
+        aperture: f64,
+        /// Rear vertex to film, mm.
+        film_distance: f64,
+        /// Diagonal of the film, mm.
+        film_diagonal: f64,
+        /// Nearest and farthest depth that is seen, mm.
+        depth: [f64; 2],
+    },
+}
+
+/// A pinhole or a thin lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinSpec {
+    /// Field of view of the shorter side, degrees.
+    pub fov: f64,
+    /// Width over height of the picture, if it is not that of its pixels.
+    pub aspect: Option<f64>,
+    /// Radius of the lens, camera units.
+    pub lens_radius: f64,
+    /// Depth in focus, camera units.
+    pub focal_distance: f64,
+    /// Nearest and farthest depth that is seen, camera units.
+    pub depth: [f64; 2],
+    /// How long the shutter is open, seconds.
+    pub exposure_time: f64,
+}

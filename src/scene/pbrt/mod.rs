@@ -1,0 +1,66 @@
+//! Scene files in the language of pbrt: the v4 dialect, and the v2 dialect as far as the
+//! scenes of 2016 use it. Unknown words are errors with file, line and column; known ones that
+//! are not supported yet are warnings that say what is done instead.
+
+mod appearance;
+mod description;
+mod params;
+mod reader;
+mod shapes;
+mod token;
+mod vocabulary;
+
+pub use description::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
+pub use reader::read;
+
+use crate::image::ImageError;
+use crate::scene::ply::PlyError;
+use crate::source::{Location, Unreadable};
+
+/// Why a scene was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// A file could not be read.
+    #[error(transparent)]
+    Unreadable(#[from] Unreadable),
+    /// An included file could not be read.
+    #[error("{at}: {source}")]
+    Include {
+        /// Where it is included.
+        at: Location,
+        /// What happened.
+        source: Unreadable,
+    },
+    /// The text is not what it should be.
+    #[error("{at}: {message}")]
+    Invalid {
+        /// Where.
+        at: Location,
+        /// What was found and what was expected.
+        message: String,
+    },
+    /// A picture that a texture or light names.
+    #[error("{at}: {source}")]
+    Image {
+        /// Where it is named.
+        at: Location,
+        /// What is wrong with it.
+        source: ImageError,
+    },
+    /// A mesh file that a shape names.
+    #[error("{at}: {source}")]
+    Mesh {
+        /// Where it is named.
+        at: Location,
+        /// What is wrong with it.
+        source: PlyError,
+    },
+}
+
+impl SceneError {
+    fn at(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        let (found, expected) = (found.into(), expected.into());
+        let message = if expected.is_empty() { found } else { format!("{found}; {expected}") };
+        Self::Invalid { at, message }
+    }
+}

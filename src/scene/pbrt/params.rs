@@ -1,0 +1,201 @@
+//! Parameter lists: `"type name" [ values ]`.
+
+use super::SceneError;
+use crate::source::{Location, hint};
+
+/// The values of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Values {
+    Numbers(Vec<f64>),
+    Texts(Vec<String>),
+    Truths(Vec<bool>),
+}
+
+/// One parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Param {
+    pub(super) kind: String,
+    pub(super) name: String,
+    pub(super) values: Values,
+    pub(super) at: Location,
+}
+
+/// The types of parameters, and how many numbers make one value of each.
+const KINDS: &[(&str, usize)] = &[
+    ("integer", 1),
+    ("float", 1),
+    ("point2", 2),
+    ("vector2", 2),
+    ("point3", 3),
+    ("vector3", 3),
+    ("normal", 3),
+    ("rgb", 3),
+    ("xyz", 3),
+    ("blackbody", 0),
+    ("spectrum", 0),
+    ("bool", 0),
+    ("string", 0),
+    ("texture", 0),
+];
+
+/// One name for each type: pbrt-v2 and v4 call some by several.
+pub(super) fn kind_of(word: &str) -> Option<&'static str> {
+    let word = match word {
+        "point" => "point3",
+        "vector" => "vector3",
+        "normal3" => "normal",
+        "color" => "rgb",
+        other => other,
+    };
+    KINDS.iter().map(|(kind, _)| *kind).find(|kind| *kind == word)
+}
+
+/// "; did you mean ...?" for a type that is none.
+pub(super) fn kind_hint(word: &str) -> String {
+    hint(word, KINDS.iter().map(|(kind, _)| *kind))
+}
+
+/// The parameters of one directive.
+#[derive(Clone, Debug)]
+pub(super) struct Params {
+    pub(super) all: Vec<Param>,
+    /// Where the directive stands.
+    pub(super) at: Location,
+}
+
+impl Params {
+    /// The parameter of this name.
+    pub(super) fn find(&self, name: &str) -> Option<&Param> {
+        self.all.iter().find(|param| param.name == name)
+    }
+
+    /// The numbers of a parameter of one of these types, in whole values.
+    pub(super) fn numbers(
+        &self,
+        name: &str,
+        kinds: &[&'static str],
+    ) -> Result<Option<&[f64]>, SceneError> {
+        let Some(param) = self.find(name) else { return Ok(None) };
+        let Values::Numbers(numbers) = &param.values else {
+            return Err(param.wrong(kinds));
+        };
+        if !kinds.contains(&param.kind.as_str()) {
+            return Err(param.wrong(kinds));
+        }
+        let each = KINDS.iter().find(|(kind, _)| *kind == param.kind).map_or(1, |(_, n)| *n);
+        if numbers.is_empty() || (each > 1 && numbers.len() % each != 0) {
+            return Err(SceneError::at(
+                param.at.clone(),
+                format!("{} numbers for \"{} {}\"", numbers.len(), param.kind, param.name),
+                format!("expected a multiple of {each}, and some"),
+            ));
+        }
+        Ok(Some(numbers))
+    }
+
+    /// One number, or what stands in for it.
+    pub(super) fn float(&self, name: &str, default: f64) -> Result<f64, SceneError> {
+        Ok(self.maybe_float(name)?.unwrap_or(default))
+    }
+
+    /// One number, if it is given.
+    pub(super) fn maybe_float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        let Some(numbers) = self.numbers(name, &["float", "integer"])? else { return Ok(None) };
+        match numbers {
+            [number] => Ok(Some(*number)),
+            _ => Err(self.count(name, numbers.len(), "one number")),
+        }
+    }
+
+    /// A number above zero, or what stands in for it.
+    pub(super) fn positive(&self, name: &str, default: f64) -> Result<f64, SceneError> {
+        let value = self.float(name, default)?;
+        if value > 0.0 {
+            return Ok(value);
+        }
+        Err(self.refuse(name, format!("\"{name}\" is {value}"), "expected more than 0"))
+    }
+
+    /// A whole number from 1 to a limit, if it is given.
+    pub(super) fn count_of(&self, name: &str, most: u32) -> Result<Option<u32>, SceneError> {
+        let Some(number) = self.maybe_float(name)? else { return Ok(None) };
+        if number.fract() == 0.0 && (1.0..=f64::from(most)).contains(&number) {
+            return Ok(Some(number as u32));
+        }
+        let expected = format!("expected a whole number from 1 to {most}");
+        Err(self.refuse(name, format!("\"{name}\" is {number}"), expected))
+    }
+
+    /// Three numbers, if they are given.
+    pub(super) fn triple(&self, name: &str) -> Result<Option<[f64; 3]>, SceneError> {
+        let Some(numbers) = self.numbers(name, &["point3", "vector3", "float"])? else {
+            return Ok(None);
+        };
+        match *numbers {
+            [x, y, z] => Ok(Some([x, y, z])),
+            _ => Err(self.count(name, numbers.len(), "three numbers")),
+        }
+    }
+
+    /// One string of type `string`, if it is given.
+    pub(super) fn text(&self, name: &str) -> Result<Option<&str>, SceneError> {
+        self.one_text(name, "string")
+    }
+
+    /// The name of a texture, if one is given.
+    pub(super) fn texture(&self, name: &str) -> Result<Option<&str>, SceneError> {
+        match self.find(name) {
+            Some(param) if param.kind == "texture" => self.one_text(name, "texture"),
+            _ => Ok(None),
+        }
+    }
+
+    fn one_text(&self, name: &str, kind: &'static str) -> Result<Option<&str>, SceneError> {
+        let Some(param) = self.find(name) else { return Ok(None) };
+        match &param.values {
+            Values::Texts(texts) if param.kind == kind => match &texts[..] {
+                [text] => Ok(Some(text)),
+                _ => Err(self.count(name, texts.len(), "one string")),
+            },
+            _ => Err(param.wrong(&[kind])),
+        }
+    }
+
+    /// A truth value, if it is given. pbrt-v2 writes it as a string.
+    pub(super) fn truth(&self, name: &str) -> Result<Option<bool>, SceneError> {
+        let Some(param) = self.find(name) else { return Ok(None) };
+        match &param.values {
+            Values::Truths(truths) if truths.len() == 1 => Ok(Some(truths[0])),
+            Values::Texts(texts) if texts == &["true"] => Ok(Some(true)),
+            Values::Texts(texts) if texts == &["false"] => Ok(Some(false)),
+            _ => Err(param.wrong(&["bool"])),
+        }
+    }
+
+    /// An error at a parameter (or at the directive, where it is not given).
+    pub(super) fn refuse(
+        &self,
+        name: &str,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> SceneError {
+        let at = self.find(name).map_or(&self.at, |param| &param.at);
+        SceneError::at(at.clone(), found, expected)
+    }
+
+    fn count(&self, name: &str, found: usize, expected: &str) -> SceneError {
+        self.refuse(name, format!("{found} values for \"{name}\""), format!("expected {expected}"))
+    }
+}
+
+impl Param {
+    /// The error for a parameter of the wrong type.
+    pub(super) fn wrong(&self, kinds: &[&'static str]) -> SceneError {
+        let kinds = kinds.join(" or ");
+        SceneError::at(
+            self.at.clone(),
+            format!("\"{} {}\" with these values", self.kind, self.name),
+            format!("expected \"{}\" of type {kinds}", self.name),
+        )
+    }
+}

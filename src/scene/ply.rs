@@ -1,0 +1,391 @@
+//! Triangle and quad meshes in PLY files, ascii and binary.
+//!
+//! Our own reader, for three reasons: a mesh of millions of faces goes straight into columns,
+//! declared sizes are checked against the file before memory is asked for, and every error
+//! names its place.
+
+use std::path::{Path, PathBuf};
+
+use super::mesh::Mesh;
+
+/// Why a PLY file was refused.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {found}", path.display())]
+pub struct PlyError {
+    path: PathBuf,
+    found: String,
+}
+
+/// Reads a mesh.
+///
+/// # Errors
+/// Where the file cannot be read, is no PLY file or holds no triangle mesh.
+pub fn read(path: &Path) -> Result<Mesh, PlyError> {
+    let refuse = |found: String| PlyError { path: path.to_owned(), found };
+    let bytes = std::fs::read(path).map_err(|error| refuse(format!("cannot read it: {error}")))?;
+    parse(&bytes).map_err(refuse)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Order {
+    Ascii,
+    Little,
+    Big,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Property {
+    name: String,
+    value: Scalar,
+    /// The type of the length, if this is a list.
+    length: Option<Scalar>,
+}
+
+#[derive(Clone, Debug)]
+struct Element {
+    name: String,
+    count: usize,
+    properties: Vec<Property>,
+}
+
+fn parse(bytes: &[u8]) -> Result<Mesh, String> {
+    let (order, elements, start) = header(bytes)?;
+    let mut values = Values { order, bytes, next: start };
+    let mut mesh = Mesh::default();
+    for element in &elements {
+        // Even an empty list takes a byte, in ascii two with the blank.
+        let least: usize = element
+            .properties
+            .iter()
+            .map(|p| if order == Order::Ascii { 2 } else { p.length.unwrap_or(p.value).bytes() })
+            .sum();
+        let left = bytes.len() - values.next;
+        if element.count.saturating_mul(least) > left.saturating_add(1) {
+            return Err(format!(
+                "{} elements \"{}\" are declared, but only {left} bytes follow",
+                element.count, element.name
+            ));
+        }
+        match element.name.as_str() {
+            "vertex" => vertices(element, &mut values, &mut mesh)?,
+            "face" => faces(element, &mut values, &mut mesh)?,
+            _ => skip(element, &mut values)?,
+        }
+    }
+    if mesh.positions.is_empty() || mesh.triangles.is_empty() {
+        return Err("no vertices, or no faces".to_owned());
+    }
+    let count = mesh.positions.len() as u32;
+    if let Some(i) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v >= count)) {
+        return Err(format!("a face near number {i} names a vertex that is not there"));
+    }
+    Ok(mesh)
+}
+
+fn header(bytes: &[u8]) -> Result<(Order, Vec<Element>, usize), String> {
+    let mut order = None;
+    let mut elements: Vec<Element> = Vec::new();
+    let mut next = 0;
+    for line in 1.. {
+        let rest = &bytes[next..];
+        let end = rest.iter().take(1000).position(|&b| b == b'\n');
+        let Some(end) = end else { return Err(format!("line {line}: the header does not end")) };
+        let text = String::from_utf8_lossy(&rest[..end]);
+        let words: Vec<&str> = text.split_whitespace().collect();
+        next += end + 1;
+        let wrong = || format!("line {line}: \"{}\" is no PLY header line", text.trim());
+        match words[..] {
+            _ if line == 1 && words != ["ply"] => {
+                return Err("not a PLY file: it does not begin with \"ply\"".to_owned());
+            }
+            ["ply"] | ["comment", ..] | ["obj_info", ..] | [] => {}
+            ["format", format, _] => {
+                order = Some(match format {
+                    "ascii" => Order::Ascii,
+                    "binary_little_endian" => Order::Little,
+                    "binary_big_endian" => Order::Big,
+                    _ => return Err(wrong()),
+                });
+            }
+            ["element", name, count] => elements.push(Element {
+                name: name.to_owned(),
+                count: count.parse().map_err(|_| wrong())?,
+                properties: Vec::new(),
+            }),
+            ["property", "list", length, value, name] => {
+                let length = Some(Scalar::named(length).ok_or_else(wrong)?);
+                let value = Scalar::named(value).ok_or_else(wrong)?;
+                let property = Property { name: name.to_owned(), value, length };
+                elements.last_mut().ok_or_else(wrong)?.properties.push(property);
+            }
+            ["property", value, name] => {
+                let value = Scalar::named(value).ok_or_else(wrong)?;
+                let property = Property { name: name.to_owned(), value, length: None };
+                elements.last_mut().ok_or_else(wrong)?.properties.push(property);
+            }
+            ["end_header"] => break,
+            _ => return Err(wrong()),
+        }
+    }
+    if let Some(empty) = elements.iter().find(|e| e.properties.is_empty() && e.count > 0) {
+        return Err(format!("element \"{}\" has no properties", empty.name));
+    }
+    Ok((order.ok_or("the header names no format")?, elements, next))
+}
+
+/// The values behind the header, one after another.
+struct Values<'a> {
+    order: Order,
+    bytes: &'a [u8],
+    next: usize,
+}
+
+impl Values<'_> {
+    fn read(&mut self, kind: Scalar) -> Result<f64, String> {
+        if self.order == Order::Ascii {
+            return self.word();
+        }
+        let size = kind.bytes();
+        let Some(slice) = self.bytes.get(self.next..self.next + size) else {
+            return Err("the file ends too early".to_owned());
+        };
+        self.next += size;
+        let mut raw = [0; 8];
+        raw[..size].copy_from_slice(slice);
+        if self.order == Order::Big {
+            raw[..size].reverse();
+        }
+        let [a, b, c, d, ..] = raw;
+        Ok(match kind {
+            Scalar::I8 => f64::from(a as i8),
+            Scalar::U8 => f64::from(a),
+            Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
+            Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
+            Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+            Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+            Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+            Scalar::F64 => f64::from_le_bytes(raw),
+        })
+    }
+
+    fn word(&mut self) -> Result<f64, String> {
+        let rest = &self.bytes[self.next..];
+        let start = rest.iter().position(|b| !b.is_ascii_whitespace());
+        let Some(start) = start else { return Err("the file ends too early".to_owned()) };
+        let length = rest[start..].iter().position(u8::is_ascii_whitespace);
+        let end = length.map_or(rest.len(), |n| start + n);
+        self.next += end;
+        let text = String::from_utf8_lossy(&rest[start..end]);
+        text.parse().map_err(|_| {
+            let line = 1 + self.bytes[..self.next].iter().filter(|&&b| b == b'\n').count();
+            format!("line {line}: \"{}\" is no number", text.chars().take(40).collect::<String>())
+        })
+    }
+
+    fn length(&mut self, kind: Scalar) -> Result<usize, String> {
+        let length = self.read(kind)?;
+        if length >= 0.0 && length.fract() == 0.0 && length <= self.bytes.len() as f64 {
+            return Ok(length as usize);
+        }
+        Err(format!("a list of {length} values"))
+    }
+}
+
+fn skip(element: &Element, values: &mut Values) -> Result<(), String> {
+    for _ in 0..element.count {
+        for property in &element.properties {
+            let count = property.length.map_or(Ok(1), |kind| values.length(kind))?;
+            for _ in 0..count {
+                values.read(property.value)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(), String> {
+    // Where each property goes: position, normal, texture coordinate.
+    let slots: Vec<Option<usize>> = element
+        .properties
+        .iter()
+        .map(|p| match p.name.as_str() {
+            "x" => Some(0),
+            "y" => Some(1),
+            "z" => Some(2),
+            "nx" => Some(3),
+            "ny" => Some(4),
+            "nz" => Some(5),
+            "u" | "s" | "texture_u" | "texture_s" => Some(6),
+            "v" | "t" | "texture_v" | "texture_t" => Some(7),
+            _ => None,
+        })
+        .collect();
+    let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|i| slots.contains(&Some(i)));
+    if !has(0..3) {
+        return Err("its vertices lack x, y or z".to_owned());
+    }
+    let (normals, uvs) = (has(3..6), has(6..8));
+    mesh.positions.reserve_exact(element.count);
+    for i in 0..element.count {
+        let mut row = [0.0f32; 8];
+        for (property, slot) in element.properties.iter().zip(&slots) {
+            if let Some(length) = property.length {
+                for _ in 0..values.length(length)? {
+                    values.read(property.value)?;
+                }
+                continue;
+            }
+            let value = values.read(property.value)? as f32;
+            if let Some(slot) = slot {
+                row[*slot] = value;
+            }
+        }
+        if !row.iter().all(|v| v.is_finite()) {
+            return Err(format!("vertex {i} holds a number that is not finite"));
+        }
+        let [x, y, z, nx, ny, nz, u, v] = row;
+        mesh.positions.push([x, y, z]);
+        if normals {
+            mesh.normals.push([nx, ny, nz]);
+        }
+        if uvs {
+            mesh.uvs.push([u, v]);
+        }
+    }
+    Ok(())
+}
+
+fn faces(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(), String> {
+    mesh.triangles.reserve_exact(element.count);
+    let mut corners: Vec<u32> = Vec::new();
+    for i in 0..element.count {
+        for property in &element.properties {
+            let count = property.length.map_or(Ok(1), |kind| values.length(kind))?;
+            let wanted = matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
+            corners.clear();
+            for _ in 0..count {
+                let value = values.read(property.value)?;
+                if wanted {
+                    if value < 0.0 || value.fract() != 0.0 || value >= f64::from(u32::MAX) {
+                        return Err(format!("face {i} names vertex {value}"));
+                    }
+                    corners.push(value as u32);
+                }
+            }
+            match corners[..] {
+                _ if !wanted => {}
+                [a, b, c] => mesh.triangles.push([a, b, c]),
+                [a, b, c, d] => mesh.triangles.extend([[a, b, c], [a, c, d]]),
+                _ => {
+                    return Err(format!(
+                        "face {i} has {count} corners; expected triangles or quads"
+                    ));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n\
+        property float x\nproperty float y\nproperty float z\nproperty float u\n\
+        property float v\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n4 0 1 2 3\n";
+
+    fn binary(big: bool) -> Vec<u8> {
+        let format = if big { "binary_big_endian" } else { "binary_little_endian" };
+        let mut bytes = ASCII.replace("ascii", format).into_bytes();
+        let end = "end_header\n";
+        let body = bytes.windows(end.len()).position(|w| w == end.as_bytes()).unwrap() + end.len();
+        bytes.truncate(body);
+        let order = |mut raw: [u8; 4]| {
+            if big {
+                raw.reverse();
+            }
+            raw
+        };
+        let rows = [[0., 0., 0., 0., 0.], [1., 0., 0., 1., 0.], [1., 1., 0., 1., 1.]];
+        for row in rows.into_iter().chain([[0., 1., 0., 0., 1.]]) {
+            for value in row {
+                bytes.extend(order(f32::to_le_bytes(value)));
+            }
+        }
+        bytes.push(4);
+        for index in 0..4i32 {
+            bytes.extend(order(index.to_le_bytes()));
+        }
+        bytes
+    }
+
+    #[test]
+    fn ascii_and_both_binary_orders_say_the_same() {
+        let ascii = parse(ASCII.as_bytes()).unwrap();
+        assert_eq!(ascii.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(ascii.positions[2], [1.0, 1.0, 0.0]);
+        assert_eq!(ascii.uvs[3], [0.0, 1.0]);
+        assert_eq!(parse(&binary(false)).unwrap(), ascii);
+        assert_eq!(parse(&binary(true)).unwrap(), ascii);
+    }
+
+    #[test]
+    fn every_truncation_is_an_error_and_no_panic() {
+        for bytes in [ASCII.as_bytes().to_vec(), binary(false), binary(true)] {
+            // Without its last newline the ascii file is still whole.
+            for end in 0..bytes.len() - 1 {
+                assert!(parse(&bytes[..end]).is_err(), "{end} bytes");
+            }
+        }
+    }
+
+    #[test]
+    fn declared_sizes_are_checked_before_memory_is_asked_for() {
+        let huge = ASCII.replace("vertex 4", "vertex 4000000000000");
+        let error = parse(huge.as_bytes()).unwrap_err();
+        assert!(error.contains("bytes follow"), "{error}");
+        let wild = ASCII.replace("4 0 1 2 3", "4 0 1 2 9");
+        assert!(parse(wild.as_bytes()).unwrap_err().contains("vertex that is not there"));
+        let pentagon = ASCII.replace("4 0 1 2 3", "5 0 1 2 3 0");
+        assert!(parse(pentagon.as_bytes()).unwrap_err().contains("5 corners"));
+    }
+}

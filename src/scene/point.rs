@@ -1,0 +1,65 @@
+//! Points of surfaces, how exactly they are known, and rays that leave them.
+
+use glam::{Affine3A, Vec2, Vec3};
+
+/// The bound on the relative error of n roundings: n e / (1 - n e), e = 2^-24
+/// (Higham 2002, Lemma 3.1).
+pub const fn gamma(n: u32) -> f32 {
+    let e = n as f32 * (f32::EPSILON / 2.0);
+    e / (1.0 - e)
+}
+
+/// Where a ray met a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position.
+    pub position: Vec3,
+    /// Bound on the error of the position, by axis.
+    pub error: Vec3,
+    /// Unit normal of the surface itself, on the side the scene file calls outside.
+    pub normal: Vec3,
+    /// Unit normal for shading.
+    pub shading: Vec3,
+    /// Texture coordinates.
+    pub uv: Vec2,
+}
+
+impl SurfacePoint {
+    /// The same point in the space outside an instance.
+    pub fn transform(&self, matrix: &Affine3A) -> Self {
+        let m = matrix.matrix3;
+        let inverse = m.inverse().transpose();
+        let magnitude = |v: Vec3| {
+            let v = v.abs();
+            Vec3::from(m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z)
+        };
+        let error = magnitude(self.error) * (1.0 + gamma(3))
+            + (magnitude(self.position) + Vec3::from(matrix.translation.abs())) * gamma(3);
+        Self {
+            position: matrix.transform_point3(self.position),
+            error,
+            normal: (inverse * self.normal).normalize(),
+            shading: (inverse * self.shading).normalize(),
+            uv: self.uv,
+        }
+    }
+
+    /// The origin of a ray that leaves in a direction: outside the box in which the true
+    /// point lies, on the right side (Pharr, Jakob & Humphreys, "Physically Based
+    /// Rendering", 6.8.6).
+    pub fn leave(&self, direction: Vec3) -> Vec3 {
+        let reach = self.normal.abs().dot(self.error);
+        let offset = self.normal * if direction.dot(self.normal) < 0.0 { -reach } else { reach };
+        let moved = self.position + offset;
+        let round = |from: f32, by: f32| match by {
+            _ if by > 0.0 => from.next_up(),
+            _ if by < 0.0 => from.next_down(),
+            _ => from,
+        };
+        Vec3::new(
+            round(moved.x, offset.x),
+            round(moved.y, offset.y),
+            round(moved.z, offset.z),
+        )
+    }
+}

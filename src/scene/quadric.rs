@@ -1,0 +1,217 @@
+//! Spheres, disks and cones: intersected in f64 in their own space.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DVec3, Vec2};
+
+use super::point::SurfacePoint;
+
+/// A form in its own space, as pbrt defines it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A sphere about the origin, cut at two heights.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+        /// Lowest and highest z that belong to it.
+        z: [f64; 2],
+    },
+    /// A disk at a height on the z axis.
+    Disk {
+        /// Its outer radius.
+        radius: f64,
+        /// Radius of the hole.
+        inner: f64,
+        /// Its height.
+        height: f64,
+    },
+    /// The mantle of a cone with its base at z = 0.
+    Cone {
+        /// Radius of the base.
+        radius: f64,
+        /// z of the apex.
+        height: f64,
+    },
+}
+
+/// A form placed in the space of the object it belongs to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quadric {
+    form: Form,
+    phi_max: f64,
+    object_from_form: DAffine3,
+    form_from_object: DAffine3,
+    /// -1 where the scene file reversed the orientation.
+    side: f64,
+}
+
+impl Quadric {
+    /// Places a form; `phi_max` in radians cuts a piece out of it around z. `None` where the
+    /// transform flattens it to nothing.
+    pub fn new(form: Form, phi_max: f64, place: DAffine3, reversed: bool) -> Option<Self> {
+        let inverse = place.inverse();
+        (inverse.is_finite() && place.is_finite()).then_some(Self {
+            form,
+            phi_max,
+            object_from_form: place,
+            form_from_object: inverse,
+            side: if reversed { -1.0 } else { 1.0 },
+        })
+    }
+
+    /// A box around it: lowest and highest corner.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let (radius, z) = match self.form {
+            Form::Sphere { radius, z } => (radius, z),
+            Form::Disk { radius, height, .. } => (radius, [height, height]),
+            Form::Cone { radius, height } => (radius, [height.min(0.0), height.max(0.0)]),
+        };
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for corner in 0..8 {
+            let pick = |bit: u32| if corner >> bit & 1 == 0 { -radius } else { radius };
+            let p = DVec3::new(pick(0), pick(1), z[corner >> 2 & 1]);
+            let p = self.object_from_form.transform_point3(p);
+            (low, high) = (low.min(p), high.max(p));
+        }
+        [low, high]
+    }
+
+    /// Distance to the first point that a ray meets with 0 < t < `t_max`.
+    pub fn intersect(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<f64> {
+        let o = self.form_from_object.transform_point3(origin);
+        let d = self.form_from_object.transform_vector3(direction);
+        let meets = |t: f64| t > 0.0 && t < t_max && self.holds(o + d * t);
+        let roots = match self.form {
+            Form::Disk { height, .. } => [(height - o.z) / d.z, f64::NAN],
+            Form::Sphere { radius, .. } => {
+                // About the point nearest to the centre, where nothing cancels (Haines et al.
+                // 2019, "Precision improvements for ray/sphere intersection").
+                let a = d.length_squared();
+                let half_b = -o.dot(d);
+                let nearest = o + d * (half_b / a);
+                quadratic(a, half_b, o.length_squared() - radius * radius, {
+                    a * (radius * radius - nearest.length_squared())
+                })
+            }
+            Form::Cone { radius, height } => {
+                let k = (radius / height).powi(2);
+                let rise = o.z - height;
+                let a = d.x * d.x + d.y * d.y - k * d.z * d.z;
+                let half_b = -(o.x * d.x + o.y * d.y - k * rise * d.z);
+                let c = o.x * o.x + o.y * o.y - k * rise * rise;
+                quadratic(a, half_b, c, half_b * half_b - a * c)
+            }
+        };
+        roots.into_iter().find(|&t| meets(t))
+    }
+
+    /// Whether a point of the infinite form belongs to its part.
+    fn holds(&self, p: DVec3) -> bool {
+        let inside = match self.form {
+            Form::Sphere { radius, z } => {
+                let whole = z == [-radius, radius];
+                whole || (p.z >= z[0] && p.z <= z[1])
+            }
+            Form::Disk { radius, inner, .. } => {
+                let r2 = p.x * p.x + p.y * p.y;
+                r2 <= radius * radius && r2 >= inner * inner
+            }
+            Form::Cone { height, .. } => p.z * height.signum() >= 0.0 && p.z.abs() <= height.abs(),
+        };
+        inside && (self.phi_max >= 2.0 * PI || phi(p) <= self.phi_max)
+    }
+
+    /// The point of the surface at (or, after rounding, next to) a point of object space.
+    pub fn point(&self, near: DVec3) -> SurfacePoint {
+        let p = self.form_from_object.transform_point3(near);
+        let u = phi(p) / self.phi_max;
+        let (p, normal, v) = match self.form {
+            Form::Sphere { radius, z } => {
+                let normal = p.normalize();
+                let p = normal * radius;
+                let theta = |z: f64| (z / radius).clamp(-1.0, 1.0).acos();
+                (p, normal, (theta(p.z) - theta(z[0])) / (theta(z[1]) - theta(z[0])))
+            }
+            Form::Disk { radius, inner, height } => {
+                let r = p.x.hypot(p.y);
+                (DVec3::new(p.x, p.y, height), DVec3::Z, (radius - r) / (radius - inner))
+            }
+            Form::Cone { radius, height } => {
+                let r = p.x.hypot(p.y);
+                let away = if r > 0.0 { DVec3::new(p.x / r, p.y / r, 0.0) } else { DVec3::X };
+                let q = away * (radius * (1.0 - p.z / height).max(0.0)) + DVec3::Z * p.z;
+                let normal = (away * height.abs() + DVec3::Z * (radius * height.signum())).normalize();
+                (q, normal, p.z / height)
+            }
+        };
+        self.placed(p, normal, Vec2::new(u as f32, v as f32))
+    }
+
+    fn placed(&self, p: DVec3, normal: DVec3, uv: Vec2) -> SurfacePoint {
+        let position = self.object_from_form.transform_point3(p).as_vec3();
+        let to_normal = self.form_from_object.matrix3.transpose();
+        let normal = ((to_normal * normal).normalize() * self.side).as_vec3();
+        // The point is exact in f64; rounding it to f32 is the only error.
+        let error = position.abs() * f32::EPSILON + f32::MIN_POSITIVE;
+        SurfacePoint { position, error, normal, shading: normal, uv }
+    }
+
+    /// A point chosen uniformly by area in the form's own space, and its density by area in
+    /// object space.
+    pub fn sample(&self, u: [f32; 2]) -> (SurfacePoint, f32) {
+        let [u0, u1] = u.map(f64::from);
+        let (sin, cos) = (u0 * self.phi_max).sin_cos();
+        let (p, normal, v, area) = match self.form {
+            Form::Sphere { radius, z } => {
+                let height = z[0] + (z[1] - z[0]) * u1;
+                let r = (radius * radius - height * height).max(0.0).sqrt();
+                let p = DVec3::new(r * cos, r * sin, height);
+                (p, p / radius, u1, self.phi_max * radius * (z[1] - z[0]))
+            }
+            Form::Disk { radius, inner, height } => {
+                let r2 = inner * inner + (radius * radius - inner * inner) * u1;
+                let r = r2.sqrt();
+                let area = self.phi_max / 2.0 * (radius * radius - inner * inner);
+                (DVec3::new(r * cos, r * sin, height), DVec3::Z, (radius - r) / (radius - inner), area)
+            }
+            Form::Cone { radius, height } => {
+                // Density falls linearly from the base to the apex.
+                let v = 1.0 - u1.sqrt();
+                let away = DVec3::new(cos, sin, 0.0);
+                let normal = (away * height.abs() + DVec3::Z * (radius * height.signum())).normalize();
+                let area = self.phi_max / 2.0 * radius * radius.hypot(height);
+                (away * (radius * (1.0 - v)) + DVec3::Z * (v * height), normal, v, area)
+            }
+        };
+        let to_normal = self.form_from_object.matrix3.transpose();
+        let stretch =
+            self.object_from_form.matrix3.determinant().abs() * (to_normal * normal).length();
+        let point = self.placed(p, normal, Vec2::new(u0 as f32, v as f32));
+        (point, (1.0 / (area * stretch)) as f32)
+    }
+
+    /// Its area in object space, by the midpoint rule over its parameters.
+    pub fn area(&self) -> f64 {
+        let steps = 32;
+        let middle = |i: i32| (i as f32 + 0.5) / steps as f32;
+        let total: f64 = (0..steps * steps)
+            .map(|i| f64::from(1.0 / self.sample([middle(i / steps), middle(i % steps)]).1))
+            .sum();
+        total / f64::from(steps * steps)
+    }
+}
+
+/// Angle about z in [0, 2 pi).
+fn phi(p: DVec3) -> f64 {
+    let angle = p.y.atan2(p.x);
+    if angle < 0.0 { angle + 2.0 * PI } else { angle }
+}
+
+/// The roots of a t^2 - 2 b t + c in ascending order, without cancellation; NaN where there
+/// are none. `discriminant` is b^2 - a c, computed as exactly as the caller can.
+fn quadratic(a: f64, half_b: f64, c: f64, discriminant: f64) -> [f64; 2] {
+    let root = discriminant.sqrt();
+    let q = if half_b < 0.0 { half_b - root } else { half_b + root };
+    let (one, other) = (c / q, q / a);
+    if one < other { [one, other] } else { [other, one] }
+}

@@ -1,0 +1,151 @@
+//! Shading: what the surfaces that rays met send towards the film.
+//!
+//! Light is gathered by sampling the lights at every vertex of a path (next-event
+//! estimation); a path that runs into a light by itself counts it only when it comes straight
+//! from the camera.
+
+use glam::Vec3;
+
+use crate::rays::{Column, HitBatch, NONE, Ray, RayBatch, SampleBatch};
+use crate::sampler::{Dimension, pair};
+use crate::scene::{Scene, SurfacePoint, cosine_hemisphere};
+
+/// Which part of a path a shading stage works on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Vertex {
+    /// Surfaces that the path has met before.
+    pub depth: u32,
+    /// Whether the path ends here.
+    pub last: bool,
+}
+
+/// Shades the hits of a wave: a stage. Emission goes into `radiance`, what a light would add if
+/// nothing were in its way into `shadows`, and the path's next step into `next`.
+#[expect(clippy::too_many_arguments, reason = "a stage names every column that it touches")]
+pub fn shade(
+    scene: &Scene,
+    vertex: Vertex,
+    rays: &RayBatch,
+    hits: &HitBatch,
+    samples: &SampleBatch,
+    radiance: &mut [Column<f32>; 3],
+    shadows: &mut RayBatch,
+    next: &mut RayBatch,
+) {
+    shadows.len = 0;
+    next.len = 0;
+    for i in 0..rays.len {
+        let ray = rays.ray(i);
+        let throughput = rays.carried(i);
+        let slot = rays.slot[i];
+        let direction = Vec3::from(ray.direction);
+        let mut receive = |light: [f32; 3]| {
+            for channel in 0..3 {
+                radiance[channel][slot as usize] += throughput[channel] * light[channel];
+            }
+        };
+        if hits[i].shape == NONE {
+            if vertex.depth == 0 {
+                for &sky in &scene.lights.skies {
+                    receive(scene.sky_radiance(sky, direction));
+                }
+            }
+            continue;
+        }
+        let (shape, mut point) = scene.surface(&ray, &hits[i]);
+        if vertex.depth == 0 && shape.light != NONE {
+            receive(scene.emitted(shape.light, point.normal, -direction));
+        }
+        // Surfaces are two-sided: both normals turn to where the ray came from.
+        point.normal = facing(point.normal, -direction);
+        point.shading = facing(point.shading, -direction);
+        let reflectance = scene.materials[shape.material as usize].reflectance.at(point.uv);
+        let throughput = [0, 1, 2].map(|c| throughput[c] * reflectance[c]);
+        if throughput.iter().all(|&t| t <= 0.0) {
+            continue;
+        }
+        let path = Path {
+            scene,
+            point: &point,
+            throughput,
+            key: samples.key[slot as usize],
+            sample: samples.sample[slot as usize],
+            depth: vertex.depth,
+        };
+        if let Some((ray, light)) = path.light() {
+            shadows.push(ray, light, slot);
+        }
+        if !vertex.last && let Some((ray, throughput)) = path.bounce() {
+            next.push(ray, throughput, slot);
+        }
+    }
+}
+
+fn facing(normal: Vec3, towards: Vec3) -> Vec3 {
+    if normal.dot(towards) < 0.0 { -normal } else { normal }
+}
+
+/// A path at a diffuse surface; the throughput already holds its reflectance.
+struct Path<'a> {
+    scene: &'a Scene,
+    point: &'a SurfacePoint,
+    throughput: [f32; 3],
+    key: u32,
+    sample: u32,
+    depth: u32,
+}
+
+impl Path<'_> {
+    fn pair(&self, dimension: Dimension) -> [f32; 2] {
+        pair(self.key, self.sample, dimension)
+    }
+
+    /// A shadow ray to a light, and what it brings to the film if nothing is in its way.
+    fn light(&self) -> Option<(Ray, [f32; 3])> {
+        let [u_light, u_triangle] = self.pair(Dimension::Choice(self.depth));
+        let (light, probability) = self.scene.lights.choose(u_light)?;
+        let u = self.pair(Dimension::Light(self.depth));
+        let point = self.point;
+        let sample = self.scene.sample_light(light, point, point.shading, u, u_triangle)?;
+        let towards = sample.direction.normalize();
+        let cos = point.shading.dot(towards);
+        if cos <= 0.0 || point.normal.dot(towards) <= 0.0 {
+            return None;
+        }
+        let weight = cos / (std::f32::consts::PI * probability);
+        let carried = [0, 1, 2].map(|c| self.throughput[c] * sample.radiance[c] * weight);
+        let origin = point.leave(sample.direction);
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: sample.direction.to_array(),
+            t_max: sample.t_max,
+        };
+        carried.iter().any(|&c| c > 0.0).then_some((ray, carried))
+    }
+
+    /// The next ray of the path and its throughput, if the path goes on.
+    fn bounce(&self) -> Option<(Ray, [f32; 3])> {
+        let mut throughput = self.throughput;
+        if self.depth >= 2 {
+            // Russian roulette by how much reflectance the path has left.
+            let survives = throughput.iter().fold(0.0f32, |a, &b| a.max(b)).min(0.95);
+            let [u, _] = self.pair(Dimension::Roulette(self.depth));
+            if u >= survives {
+                return None;
+            }
+            throughput = throughput.map(|t| t / survives);
+        }
+        let u = self.pair(Dimension::Bounce(self.depth));
+        let (direction, _) = cosine_hemisphere(self.point.shading, u);
+        if self.point.normal.dot(direction) <= 0.0 {
+            return None;
+        }
+        let origin = self.point.leave(direction);
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: direction.normalize().to_array(),
+            t_max: f32::INFINITY,
+        };
+        Some((ray, throughput))
+    }
+}
