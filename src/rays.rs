@@ -10,9 +10,10 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::lanes::Real;
 
-/// The most rays that move together. Any multiple of eight works; 512 to 1024 are
-/// fastest on CPUs with 32 kB of L1 data cache.
-pub const WAVE: usize = 1024;
+/// The most rays that move together: whole packets, few enough for the caches, and an odd
+/// number of cache lines a column. Columns of 1024 would all begin in the same set of an
+/// 8-way L1 cache and push each other out; that made the lens stage twice as slow.
+pub const WAVE: usize = 1008;
 
 /// One quantity of every ray of a wave.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
-use crate::shade::{Vertex, shade};
+use crate::shade::{Dice, Vertex, shade};
 use crate::stats::{Clock, Stage, Stats};
 
 /// Everything that decides what a picture looks like.
@@ -125,6 +125,7 @@ struct Wave {
     shadows: RayBatch,
     hits: HitBatch,
     stack: TraversalStack,
+    dice: Dice,
     radiance: [Column<f32>; 3],
     stats: Stats,
 }
@@ -145,7 +146,7 @@ impl Wave {
         tile: &Tile,
         progress: &Progress,
     ) -> TileSums {
-        let Self { samples, lens, rays, next, shadows, hits, stack, radiance, stats } = self;
+        let Self { samples, lens, rays, next, shadows, hits, stack, dice, radiance, stats } = self;
         let Job { scene, camera, frame, seed, max_depth, .. } = job;
         let mut sums = TileSums::new(tile);
         let sees = |pixel| camera.sees(pixel, frame.resolution);
@@ -162,7 +163,7 @@ impl Wave {
                 scene.intersect::<R>(rays, hits, stack);
                 clock.lap(stats, Stage::Intersect, rays.len);
                 let vertex = Vertex { depth, last: depth + 1 == *max_depth };
-                shade(scene, vertex, rays, hits, samples, radiance, shadows, next);
+                shade(scene, vertex, rays, hits, samples, dice, radiance, shadows, next);
                 clock.lap(stats, Stage::Shade, rays.len);
                 scene.occlude::<R>(shadows, stack, radiance);
                 clock.lap(stats, Stage::Occlude, shadows.len);

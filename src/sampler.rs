@@ -26,16 +26,18 @@ pub enum Dimension {
 }
 
 impl Dimension {
+    /// What tells its random numbers from those of others.
     #[inline(always)]
-    fn index(self) -> u32 {
-        match self {
+    fn salt(self) -> u32 {
+        let index = match self {
             Self::Film => 0,
             Self::Pupil => 1,
             Self::Light(bounce) => 2 + 4 * bounce,
             Self::Choice(bounce) => 3 + 4 * bounce,
             Self::Bounce(bounce) => 4 + 4 * bounce,
             Self::Roulette(bounce) => 5 + 4 * bounce,
-        }
+        };
+        index.wrapping_mul(0x9e37_79b9)
     }
 }
 
@@ -48,7 +50,22 @@ pub fn pixel_key(x: u32, y: u32, seed: u32) -> u32 {
 /// The pair of numbers in [0, 1) for one sample of one pixel.
 #[inline(always)]
 pub fn pair(key: u32, sample: u32, dimension: Dimension) -> [f32; 2] {
-    let key = hash(key ^ dimension.index().wrapping_mul(0x9e37_79b9));
+    point(key, sample, dimension.salt())
+}
+
+/// [`pair`] for columns of keys and sample indices, eight lanes at a time.
+pub fn pairs(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32], y: &mut [f32]) {
+    let len = keys.len();
+    let (samples, x, y) = (&samples[..len], &mut x[..len], &mut y[..len]);
+    let salt = dimension.salt();
+    for i in 0..len {
+        [x[i], y[i]] = point(keys[i], samples[i], salt);
+    }
+}
+
+#[inline(always)]
+fn point(key: u32, sample: u32, salt: u32) -> [f32; 2] {
+    let key = hash(key ^ salt);
     let index = scramble(sample.reverse_bits(), key).reverse_bits();
     let x = scramble(index, hash(key ^ 0xa511_e9b3)).reverse_bits();
     let y = scramble(pascal(index), hash(key ^ 0x63d8_3595)).reverse_bits();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Frame, Tile};
 use crate::rays::{SampleBatch, WAVE};
-use crate::sampler::{Dimension, pair, pixel_key};
+use crate::sampler::{Dimension, pairs, pixel_key};
 
 /// Walks through the samples of a tile, wave by wave: pixel after pixel, all samples of one
 /// before the next, so that rays of a wave stay together.
@@ -61,14 +61,17 @@ pub fn sample(
     batch.len = len;
     let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);
     let centre = frame.resolution.map(|n| n as f32 / 2.0);
+    let SampleBatch { key, sample, film, pupil, .. } = batch;
     // Whole packets, so that the lanes behind the last sample hold numbers too.
-    for i in 0..len.next_multiple_of(8).min(WAVE) {
-        let [u, v] = pair(batch.key[i], batch.sample[i], Dimension::Film);
-        batch.film[0][i] = (centre[0] - (batch.film[0][i] + u)) * pitch[0];
-        batch.film[1][i] = ((batch.film[1][i] + v) - centre[1]) * pitch[1];
-        let [u, v] = pair(batch.key[i], batch.sample[i], Dimension::Pupil);
-        batch.pupil[0][i] = u;
-        batch.pupil[1][i] = v;
+    let padded = len.next_multiple_of(8);
+    let (keys, samples) = (&key[..padded], &sample[..padded]);
+    let [u, v] = pupil;
+    pairs(keys, samples, Dimension::Film, &mut u[..], &mut v[..]);
+    let [x, y] = film;
+    for i in 0..padded {
+        x[i] = (centre[0] - (x[i] + u[i])) * pitch[0];
+        y[i] = ((y[i] + v[i]) - centre[1]) * pitch[1];
     }
+    pairs(keys, samples, Dimension::Pupil, &mut u[..], &mut v[..]);
     len > 0
 }

@@ -139,102 +139,125 @@ impl Camera {
                 let distance = lens.film_distance as f32;
                 aim::<R>(samples, &lens.bound, distance, film_index, rings, weight, batch);
                 trace::<R>(batch, &lens.surfaces, blocked);
-                self.emerge(lens, batch, weight, rays);
+                self.emerge::<R>(lens, batch, weight, rays);
             }
             Model::Thin(lens) => self.project(*lens, samples, rays),
         }
     }
 
     /// Moves the rays that came out into world space, without gaps.
-    fn emerge(
+    fn emerge<R: Real<Scalar = f32>>(
         &self,
         lens: &RealLens,
-        batch: &LensBatch<f32>,
-        weight: &Column<f32>,
+        batch: &mut LensBatch<f32>,
+        weight: &mut Column<f32>,
         rays: &mut RayBatch,
     ) {
-        let place = self.placement(lens.unit, DVec3::new(0.0, 0.0, lens.front));
-        let ratio = self.imaging_ratio as f32;
-        rays.len = 0;
-        for i in 0..batch.len {
-            if batch.x[i].is_nan() {
-                continue;
-            }
-            let origin = [batch.x[i], batch.y[i], batch.z[i]];
-            let direction = [batch.tx[i], batch.ty[i], batch.tz[i]];
-            rays.push(place.ray(origin, direction), [weight[i] * ratio; 3], i as u32);
+        let place = Placement::<R>::new(self, lens.unit, lens.front);
+        let ratio = R::constant(self.imaging_ratio);
+        let len = batch.len;
+        let x = batch.x.packets_mut::<R>(len);
+        let packets = x.len();
+        let y = &mut batch.y.packets_mut::<R>(len)[..packets];
+        let z = &mut batch.z.packets_mut::<R>(len)[..packets];
+        let tx = &mut batch.tx.packets_mut::<R>(len)[..packets];
+        let ty = &mut batch.ty.packets_mut::<R>(len)[..packets];
+        let tz = &mut batch.tz.packets_mut::<R>(len)[..packets];
+        let ends = &mut rays.t_max.packets_mut::<R>(len)[..packets];
+        let weights = &mut weight.packets_mut::<R>(len)[..packets];
+        for i in 0..packets {
+            let (origin, direction, end) = place.ray([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
+            // A blocked ray is not a number in x, and by the turn in all three.
+            [x[i], y[i], z[i]] = origin;
+            [tx[i], ty[i], tz[i]] = direction;
+            ends[i] = end;
+            weights[i] = weights[i] * ratio;
         }
+        // Every ray is written, and the next one over it unless it is alive: no branches.
+        let mut alive = 0;
+        for i in 0..len {
+            rays.origin[0][alive] = batch.x[i];
+            rays.origin[1][alive] = batch.y[i];
+            rays.origin[2][alive] = batch.z[i];
+            rays.direction[0][alive] = batch.tx[i];
+            rays.direction[1][alive] = batch.ty[i];
+            rays.direction[2][alive] = batch.tz[i];
+            rays.t_max[alive] = rays.t_max[i];
+            rays.slot[alive] = i as u32;
+            for channel in &mut rays.carried {
+                channel[alive] = weight[i];
+            }
+            alive += usize::from(!batch.x[i].is_nan());
+        }
+        rays.len = alive;
     }
 
     /// The rays of a thin lens or pinhole.
     fn project(&self, lens: ThinLens, samples: &SampleBatch, rays: &mut RayBatch) {
-        let place = self.placement(1.0, DVec3::ZERO);
+        let place = Placement::<f32>::new(self, 1.0, 0.0);
         let ratio = self.imaging_ratio as f32;
         let (radius, focus) = (lens.radius as f32, lens.focus as f32);
         rays.len = 0;
         for i in 0..samples.len {
             // The film point's picture lies mirrored in the plane z = 1.
             let seen = [-samples.film[0][i], -samples.film[1][i]];
-            let (origin, direction) = if radius > 0.0 {
+            let (start, towards) = if radius > 0.0 {
                 let [x, y] = disk(samples.pupil[0][i], samples.pupil[1][i]).map(|d| d * radius);
-                let to = [seen[0] * focus - x, seen[1] * focus - y, focus];
-                ([x, y, 0.0], to)
+                ([x, y, 0.0], [seen[0] * focus - x, seen[1] * focus - y, focus])
             } else {
                 ([0.0; 3], [seen[0], seen[1], 1.0])
             };
-            rays.push(place.ray(origin, direction), [ratio; 3], i as u32);
-        }
-    }
-
-    fn placement(&self, unit: f64, offset: DVec3) -> Placement {
-        let world = self.world_from_camera;
-        let depth = self.depth;
-        Placement {
-            linear: world.matrix3.to_cols_array_2d().map(|column| column.map(|v| v as f32)),
-            unit: unit as f32,
-            origin: world.transform_point3(offset).to_array().map(|v| v as f32),
-            near: depth[0] as f32,
-            far: depth[1] as f32,
-            clips: depth[0] > 0.0 || depth[1] < f64::from(f32::MAX),
+            let (origin, direction, t_max) = place.ray(start, towards);
+            rays.push(Ray { origin, direction, t_max }, [ratio; 3], i as u32);
         }
     }
 }
 
 /// Takes local rays to the world: small offsets and directions first, the place last, so
 /// that nothing is lost far from the world's origin.
-struct Placement {
-    linear: [[f32; 3]; 3],
-    unit: f32,
-    origin: [f32; 3],
-    near: f32,
-    far: f32,
-    clips: bool,
+struct Placement<R> {
+    linear: [[R; 3]; 3],
+    unit: R,
+    origin: [R; 3],
+    near: R,
+    depth: R,
 }
 
-impl Placement {
-    #[inline(always)]
-    fn ray(&self, origin: [f32; 3], direction: [f32; 3]) -> Ray {
-        let mut start = origin.map(|v| v * self.unit);
-        let mut t_max = f32::INFINITY;
-        if self.clips {
-            let per_depth = 1.0 / direction[2];
-            let near = self.near * per_depth;
-            start = [0, 1, 2].map(|i| start[i] + near * direction[i]);
-            t_max = (self.far - self.near) * per_depth;
-        }
-        let offset = self.turn(start);
-        let direction = self.turn(direction);
-        let length = direction.iter().map(|d| d * d).sum::<f32>().sqrt();
-        Ray {
-            origin: [0, 1, 2].map(|i| self.origin[i] + offset[i]),
-            direction: direction.map(|d| d / length),
-            t_max: t_max * length,
+impl<R: Real> Placement<R> {
+    /// `unit` is the local unit in camera units, `front` the depth of the local origin.
+    fn new(camera: &Camera, unit: f64, front: f64) -> Self {
+        let world = camera.world_from_camera;
+        let [near, far] = camera.depth;
+        Self {
+            linear: world.matrix3.to_cols_array_2d().map(|column| column.map(R::constant)),
+            unit: R::constant(unit),
+            origin: world.transform_point3(DVec3::new(0.0, 0.0, front)).to_array().map(R::constant),
+            near: R::constant(near),
+            depth: R::constant(far - near),
         }
     }
 
+    /// Origin, unit direction and end of a ray in the world.
     #[inline(always)]
-    fn turn(&self, v: [f32; 3]) -> [f32; 3] {
+    fn ray(&self, start: [R; 3], towards: [R; 3]) -> ([R; 3], [R; 3], R) {
+        let per_depth = R::constant(1.0) / towards[2];
+        let near = self.near * per_depth;
+        let start = [0, 1, 2].map(|i| near.mul_add(towards[i], start[i] * self.unit));
+        let direction = self.turn(towards);
+        let [x, y, z] = direction;
+        let length = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
+        let per_length = R::constant(1.0) / length;
+        let offset = self.turn(start);
+        (
+            [0, 1, 2].map(|i| self.origin[i] + offset[i]),
+            direction.map(|d| d * per_length),
+            self.depth * per_depth * length,
+        )
+    }
+
+    #[inline(always)]
+    fn turn(&self, v: [R; 3]) -> [R; 3] {
         let [x, y, z] = &self.linear;
-        [0, 1, 2].map(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
+        [0, 1, 2].map(|i| x[i].mul_add(v[0], y[i].mul_add(v[1], z[i] * v[2])))
     }
 }

@@ -154,7 +154,7 @@ impl Frame {
     }
 }
 
-/// The pupil points through which one film point sees light.
+/// The outline of the pupil through which one film point sees light.
 #[derive(Clone, Debug)]
 struct Light {
     points: Vec<[f64; 2]>,
@@ -219,8 +219,17 @@ impl Finder {
             points.extend((0..count).filter(|&i| !batch.x[i].is_nan()).map(|i| place(start + i)));
         }
         let frame = Frame::around(&points);
-        Light { points, cell, frame }
+        Light { points: row_ends(points), cell, frame }
     }
+}
+
+/// The first and the last point of every row: their hull is that of all.
+fn row_ends(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points
+        .chunk_by(|one, next| one[1] == next[1])
+        .flat_map(|row| row.first().into_iter().chain(row.last()))
+        .copied()
+        .collect()
 }
 
 /// The rear element seen from a film point at radius r and projected on its vertex plane.
@@ -254,11 +263,10 @@ fn bounding_ellipse(points: &[[f64; 2]], margin: [f64; 2]) -> Ellipse {
             if v == 0.0 { b } else { b.max(v / (1.0 - x * x).max(0.0).sqrt()) }
         })
     };
-    let (_, a, b) = (0..=30)
-        .map(|step| half_width * (1.0 + 0.02 * f64::from(step)))
-        .map(|a| (a * half_height(a), a, half_height(a)))
-        .min_by(|one, other| one.0.total_cmp(&other.0))
-        .expect("there are thirty-one candidates");
+    let candidates = (0..=30).map(|step| half_width * (1.0 + 0.02 * f64::from(step)));
+    let [a, b] = candidates
+        .map(|a| [a, half_height(a)])
+        .fold([f64::INFINITY; 2], |best, new| if new[0] * new[1] < best[0] * best[1] { new } else { best });
     // Rounding to f32 must not cut anything off, nor leave a zero width.
     let grow = |half: f64, margin: f64| ((half + margin) * 1.000_001).max(1e-9) as f32;
     Ellipse { centre: centre as f32, half: [grow(a, margin[0]), grow(b, margin[1])] }

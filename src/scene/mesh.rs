@@ -55,11 +55,11 @@ impl Mesh {
         let (wb, wc) = (hit.u, hit.v);
         let wa = 1.0 - wb - wc;
         let position = a * wa + b * wb + c * wc;
-        let error = ((a * wa).abs() + (b * wb).abs() + (c * wc).abs()) * gamma(7);
+        let error = ((a * wa).abs() + (b * wb).abs() + (c * wc).abs()) * gamma(8);
         let mut normal = (b - a).cross(c - a).normalize_or_zero();
-        let corners = self.triangles[hit.primitive as usize];
         let mut shading = None;
         if !self.normals.is_empty() {
+            let corners = self.triangles[hit.primitive as usize];
             let [na, nb, nc] = corners.map(|i| Vec3::from(self.normals[i as usize]));
             shading = (na * wa + nb * wb + nc * wc).try_normalize();
         }
@@ -68,13 +68,18 @@ impl Mesh {
             None if self.flipped => normal = -normal,
             None => {}
         }
-        let uv = if self.uvs.is_empty() {
-            Vec2::new(wb + wc, wc)
-        } else {
-            let [ta, tb, tc] = corners.map(|i| Vec2::from(self.uvs[i as usize]));
-            ta * wa + tb * wb + tc * wc
-        };
-        SurfacePoint { position, error, normal, shading: shading.unwrap_or(normal), uv }
+        SurfacePoint { position, error, normal, shading: shading.unwrap_or(normal) }
+    }
+
+    /// Texture coordinates at a hit.
+    pub fn uv(&self, hit: &Hit) -> Vec2 {
+        let [wb, wc] = [hit.u, hit.v];
+        if self.uvs.is_empty() {
+            return Vec2::new(wb + wc, wc);
+        }
+        let corners = self.triangles[hit.primitive as usize];
+        let [a, b, c] = corners.map(|i| Vec2::from(self.uvs[i as usize]));
+        a * (1.0 - wb - wc) + b * wb + c * wc
     }
 
     /// A uniformly chosen point of a triangle.

@@ -112,22 +112,39 @@ impl Scene {
     /// The surface at a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> (&Shape, SurfacePoint) {
         let shape = &self.shapes[hit.shape as usize];
-        let instance = (hit.instance != NONE).then(|| &self.instances[hit.instance as usize]);
         let point = match &shape.geometry {
             Geometry::Mesh(mesh) => mesh.point(hit),
-            Geometry::Quadric(quadric) => {
-                let world = DVec3::from_array(ray.origin.map(f64::from))
-                    + DVec3::from_array(ray.direction.map(f64::from)) * f64::from(hit.t);
-                let near = match instance {
-                    Some(i) => i.object_from_world.transform_point3a(world.as_vec3a()).as_dvec3(),
-                    None => world,
-                };
-                quadric.point(near)
-            }
+            Geometry::Quadric(quadric) => quadric.point(self.object_point(ray, hit)),
         };
-        match instance {
-            Some(instance) => (shape, point.transform(&instance.world_from_object)),
-            None => (shape, point),
+        match hit.instance {
+            NONE => (shape, point),
+            i => (shape, point.transform(&self.instances[i as usize].world_from_object)),
+        }
+    }
+
+    /// The share of light that the surface at a hit sends back.
+    pub fn reflectance(&self, ray: &Ray, hit: &Hit) -> [f32; 3] {
+        let shape = &self.shapes[hit.shape as usize];
+        let texture = &self.materials[shape.material as usize].reflectance;
+        if let Texture::Constant(colour) = texture {
+            return *colour;
+        }
+        texture.at(match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.uv(hit),
+            Geometry::Quadric(quadric) => quadric.uv(self.object_point(ray, hit)),
+        })
+    }
+
+    /// Where a ray hit, in the space of the object that it hit.
+    fn object_point(&self, ray: &Ray, hit: &Hit) -> DVec3 {
+        let double = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        let world = double(ray.origin) + double(ray.direction) * f64::from(hit.t);
+        match hit.instance {
+            NONE => world,
+            i => {
+                let matrix = &self.instances[i as usize].object_from_world;
+                matrix.transform_point3(world.as_vec3()).as_dvec3()
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Points of surfaces, how exactly they are known, and rays that leave them.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Vec3};
 
 /// The bound on the relative error of n roundings: n e / (1 - n e), e = 2^-24
 /// (Higham 2002, Lemma 3.1).
@@ -14,14 +14,12 @@ pub const fn gamma(n: u32) -> f32 {
 pub struct SurfacePoint {
     /// Position.
     pub position: Vec3,
-    /// Bound on the error of the position, by axis.
+    /// Bound on the error of the position, by axis, with room for one more rounding of it.
     pub error: Vec3,
     /// Unit normal of the surface itself, on the side the scene file calls outside.
     pub normal: Vec3,
     /// Unit normal for shading.
     pub shading: Vec3,
-    /// Texture coordinates.
-    pub uv: Vec2,
 }
 
 impl SurfacePoint {
@@ -34,32 +32,20 @@ impl SurfacePoint {
             Vec3::from(m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z)
         };
         let error = magnitude(self.error) * (1.0 + gamma(3))
-            + (magnitude(self.position) + Vec3::from(matrix.translation.abs())) * gamma(3);
+            + (magnitude(self.position) + Vec3::from(matrix.translation.abs())) * gamma(4);
         Self {
             position: matrix.transform_point3(self.position),
             error,
             normal: (inverse * self.normal).normalize(),
             shading: (inverse * self.shading).normalize(),
-            uv: self.uv,
         }
     }
 
     /// The origin of a ray that leaves in a direction: outside the box in which the true
     /// point lies, on the right side (Pharr, Jakob & Humphreys, "Physically Based
-    /// Rendering", 6.8.6).
+    /// Rendering", 6.8.6). The rounding of the sum is within the box: see [`Self::error`].
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let reach = self.normal.abs().dot(self.error);
-        let offset = self.normal * if direction.dot(self.normal) < 0.0 { -reach } else { reach };
-        let moved = self.position + offset;
-        let round = |from: f32, by: f32| match by {
-            _ if by > 0.0 => from.next_up(),
-            _ if by < 0.0 => from.next_down(),
-            _ => from,
-        };
-        Vec3::new(
-            round(moved.x, offset.x),
-            round(moved.y, offset.y),
-            round(moved.z, offset.z),
-        )
+        self.position + self.normal * reach.copysign(direction.dot(self.normal))
     }
 }

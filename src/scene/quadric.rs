@@ -1,10 +1,11 @@
 //! Spheres, disks and cones: intersected in f64 in their own space.
 
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, Vec2};
 
-use super::point::SurfacePoint;
+use super::point::{SurfacePoint, gamma};
+use crate::sampler::disk;
 
 /// A form in its own space, as pbrt defines it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,8 @@ pub struct Quadric {
     form_from_object: DAffine3,
     /// -1 where the scene file reversed the orientation.
     side: f64,
+    /// By how much the placement stretches volumes.
+    volume: f64,
 }
 
 impl Quadric {
@@ -56,6 +59,7 @@ impl Quadric {
             object_from_form: place,
             form_from_object: inverse,
             side: if reversed { -1.0 } else { 1.0 },
+            volume: place.matrix3.determinant().abs(),
         })
     }
 
@@ -118,76 +122,93 @@ impl Quadric {
             }
             Form::Cone { height, .. } => p.z * height.signum() >= 0.0 && p.z.abs() <= height.abs(),
         };
-        inside && (self.phi_max >= 2.0 * PI || phi(p) <= self.phi_max)
+        inside && (self.phi_max >= TAU || phi(p) <= self.phi_max)
     }
 
     /// The point of the surface at (or, after rounding, next to) a point of object space.
     pub fn point(&self, near: DVec3) -> SurfacePoint {
         let p = self.form_from_object.transform_point3(near);
-        let u = phi(p) / self.phi_max;
-        let (p, normal, v) = match self.form {
-            Form::Sphere { radius, z } => {
+        let (p, normal) = match self.form {
+            Form::Sphere { radius, .. } => {
                 let normal = p.normalize();
-                let p = normal * radius;
-                let theta = |z: f64| (z / radius).clamp(-1.0, 1.0).acos();
-                (p, normal, (theta(p.z) - theta(z[0])) / (theta(z[1]) - theta(z[0])))
+                (normal * radius, normal)
             }
-            Form::Disk { radius, inner, height } => {
-                let r = p.x.hypot(p.y);
-                (DVec3::new(p.x, p.y, height), DVec3::Z, (radius - r) / (radius - inner))
-            }
+            Form::Disk { height, .. } => (DVec3::new(p.x, p.y, height), DVec3::Z),
             Form::Cone { radius, height } => {
-                let r = p.x.hypot(p.y);
-                let away = if r > 0.0 { DVec3::new(p.x / r, p.y / r, 0.0) } else { DVec3::X };
-                let q = away * (radius * (1.0 - p.z / height).max(0.0)) + DVec3::Z * p.z;
-                let normal = (away * height.abs() + DVec3::Z * (radius * height.signum())).normalize();
-                (q, normal, p.z / height)
+                let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
+                let r = radius * (1.0 - p.z / height).max(0.0);
+                (away * r + DVec3::Z * p.z, cone_normal(away, radius, height))
             }
         };
-        self.placed(p, normal, Vec2::new(u as f32, v as f32))
+        self.placed(p, self.outwards(normal).normalize())
     }
 
-    fn placed(&self, p: DVec3, normal: DVec3, uv: Vec2) -> SurfacePoint {
+    /// Texture coordinates of a point of object space, as pbrt defines them.
+    pub fn uv(&self, near: DVec3) -> Vec2 {
+        let p = self.form_from_object.transform_point3(near);
+        let v = match self.form {
+            Form::Sphere { radius, z } => {
+                let theta = |z: f64| (z / radius).clamp(-1.0, 1.0).acos();
+                (theta(p.z) - theta(z[0])) / (theta(z[1]) - theta(z[0]))
+            }
+            Form::Disk { radius, inner, .. } => (radius - p.x.hypot(p.y)) / (radius - inner),
+            Form::Cone { height, .. } => p.z / height,
+        };
+        Vec2::new((phi(p) / self.phi_max) as f32, v as f32)
+    }
+
+    /// A normal of the form as a vector of object space. Its length is the ratio of a small
+    /// area in the form's space to the same area in object space, times the determinant.
+    fn outwards(&self, normal: DVec3) -> DVec3 {
+        self.form_from_object.matrix3.transpose() * normal
+    }
+
+    fn placed(&self, p: DVec3, normal: DVec3) -> SurfacePoint {
         let position = self.object_from_form.transform_point3(p).as_vec3();
-        let to_normal = self.form_from_object.matrix3.transpose();
-        let normal = ((to_normal * normal).normalize() * self.side).as_vec3();
-        // The point is exact in f64; rounding it to f32 is the only error.
-        let error = position.abs() * f32::EPSILON + f32::MIN_POSITIVE;
-        SurfacePoint { position, error, normal, shading: normal, uv }
+        let normal = (normal * self.side).as_vec3();
+        // The point is exact in f64; rounding it to f32, and once more, are the only errors.
+        let error = position.abs() * gamma(3) + f32::MIN_POSITIVE;
+        SurfacePoint { position, error, normal, shading: normal }
     }
 
     /// A point chosen uniformly by area in the form's own space, and its density by area in
     /// object space.
     pub fn sample(&self, u: [f32; 2]) -> (SurfacePoint, f32) {
-        let [u0, u1] = u.map(f64::from);
-        let (sin, cos) = (u0 * self.phi_max).sin_cos();
-        let (p, normal, v, area) = match self.form {
+        // A point of the unit disk; where a piece is cut out, its angle is squeezed.
+        let [x, y] = if self.phi_max < TAU {
+            let (sin, cos) = (f64::from(u[0]) * self.phi_max).sin_cos();
+            [cos, sin].map(|v| v * f64::from(u[1]).sqrt())
+        } else {
+            disk(u[0], u[1]).map(f64::from)
+        };
+        let r2 = (x * x + y * y).min(1.0);
+        let (p, normal, area) = match self.form {
             Form::Sphere { radius, z } => {
-                let height = z[0] + (z[1] - z[0]) * u1;
+                // Equal heights have equal areas (Archimedes).
+                let height = z[0] + (z[1] - z[0]) * r2;
                 let r = (radius * radius - height * height).max(0.0).sqrt();
-                let p = DVec3::new(r * cos, r * sin, height);
-                (p, p / radius, u1, self.phi_max * radius * (z[1] - z[0]))
+                let p = direction(x, y, r2) * r + DVec3::Z * height;
+                (p, p / radius, self.phi_max * radius * (z[1] - z[0]))
             }
             Form::Disk { radius, inner, height } => {
-                let r2 = inner * inner + (radius * radius - inner * inner) * u1;
-                let r = r2.sqrt();
-                let area = self.phi_max / 2.0 * (radius * radius - inner * inner);
-                (DVec3::new(r * cos, r * sin, height), DVec3::Z, (radius - r) / (radius - inner), area)
+                let ring = radius * radius - inner * inner;
+                let p = match inner {
+                    0.0 => DVec3::new(x, y, 0.0) * radius,
+                    _ => direction(x, y, r2) * (inner * inner + ring * r2).sqrt(),
+                };
+                (p + DVec3::Z * height, DVec3::Z, self.phi_max / 2.0 * ring)
             }
             Form::Cone { radius, height } => {
-                // Density falls linearly from the base to the apex.
-                let v = 1.0 - u1.sqrt();
-                let away = DVec3::new(cos, sin, 0.0);
-                let normal = (away * height.abs() + DVec3::Z * (radius * height.signum())).normalize();
-                let area = self.phi_max / 2.0 * radius * radius.hypot(height);
-                (away * (radius * (1.0 - v)) + DVec3::Z * (v * height), normal, v, area)
+                // The mantle unrolls to a sector: its density falls with r like a disk's.
+                let p = DVec3::new(x * radius, y * radius, height * (1.0 - r2.sqrt()));
+                let normal = cone_normal(direction(x, y, r2), radius, height);
+                (p, normal, self.phi_max / 2.0 * radius * radius.hypot(height))
             }
         };
-        let to_normal = self.form_from_object.matrix3.transpose();
-        let stretch =
-            self.object_from_form.matrix3.determinant().abs() * (to_normal * normal).length();
-        let point = self.placed(p, normal, Vec2::new(u0 as f32, v as f32));
-        (point, (1.0 / (area * stretch)) as f32)
+        let normal = self.outwards(normal);
+        let length = normal.length();
+        let stretch = self.volume * length;
+        (self.placed(p, normal / length), (1.0 / (area * stretch)) as f32)
     }
 
     /// Its area in object space, by the midpoint rule over its parameters.
@@ -201,10 +222,20 @@ impl Quadric {
     }
 }
 
+/// The unit vector away from the z axis through (x, y), whose square length is given.
+fn direction(x: f64, y: f64, r2: f64) -> DVec3 {
+    if r2 > 0.0 { DVec3::new(x, y, 0.0) / r2.sqrt() } else { DVec3::X }
+}
+
+/// Unit normal of a cone where it is this far around.
+fn cone_normal(away: DVec3, radius: f64, height: f64) -> DVec3 {
+    (away * height.abs() + DVec3::Z * (radius * height.signum())).normalize()
+}
+
 /// Angle about z in [0, 2 pi).
 fn phi(p: DVec3) -> f64 {
     let angle = p.y.atan2(p.x);
-    if angle < 0.0 { angle + 2.0 * PI } else { angle }
+    if angle < 0.0 { angle + TAU } else { angle }
 }
 
 /// The roots of a t^2 - 2 b t + c in ascending order, without cancellation; NaN where there

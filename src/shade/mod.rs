@@ -4,11 +4,15 @@
 //! estimation); a path that runs into a light by itself counts it only when it comes straight
 //! from the camera.
 
+mod dice;
+
+pub use dice::Dice;
+
 use glam::Vec3;
 
 use crate::rays::{Column, HitBatch, NONE, Ray, RayBatch, SampleBatch};
-use crate::sampler::{Dimension, pair};
 use crate::scene::{Scene, SurfacePoint, cosine_hemisphere};
+use dice::Throw;
 
 /// Which part of a path a shading stage works on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,12 +32,14 @@ pub fn shade(
     rays: &RayBatch,
     hits: &HitBatch,
     samples: &SampleBatch,
+    dice: &mut Dice,
     radiance: &mut [Column<f32>; 3],
     shadows: &mut RayBatch,
     next: &mut RayBatch,
 ) {
     shadows.len = 0;
     next.len = 0;
+    dice.throw(vertex, rays, samples);
     for i in 0..rays.len {
         let ray = rays.ray(i);
         let throughput = rays.carried(i);
@@ -59,7 +65,7 @@ pub fn shade(
         // Surfaces are two-sided: both normals turn to where the ray came from.
         point.normal = facing(point.normal, -direction);
         point.shading = facing(point.shading, -direction);
-        let reflectance = scene.materials[shape.material as usize].reflectance.at(point.uv);
+        let reflectance = scene.reflectance(&ray, &hits[i]);
         let throughput = [0, 1, 2].map(|c| throughput[c] * reflectance[c]);
         if throughput.iter().all(|&t| t <= 0.0) {
             continue;
@@ -68,8 +74,7 @@ pub fn shade(
             scene,
             point: &point,
             throughput,
-            key: samples.key[slot as usize],
-            sample: samples.sample[slot as usize],
+            dice: &dice.at(i),
             depth: vertex.depth,
         };
         if let Some((ray, light)) = path.light() {
@@ -90,22 +95,16 @@ struct Path<'a> {
     scene: &'a Scene,
     point: &'a SurfacePoint,
     throughput: [f32; 3],
-    key: u32,
-    sample: u32,
+    dice: &'a Throw,
     depth: u32,
 }
 
 impl Path<'_> {
-    fn pair(&self, dimension: Dimension) -> [f32; 2] {
-        pair(self.key, self.sample, dimension)
-    }
-
     /// A shadow ray to a light, and what it brings to the film if nothing is in its way.
     fn light(&self) -> Option<(Ray, [f32; 3])> {
-        let [u_light, u_triangle] = self.pair(Dimension::Choice(self.depth));
+        let [u_light, u_triangle] = self.dice.choice;
         let (light, probability) = self.scene.lights.choose(u_light)?;
-        let u = self.pair(Dimension::Light(self.depth));
-        let point = self.point;
+        let (point, u) = (self.point, self.dice.light);
         let sample = self.scene.sample_light(light, point, point.shading, u, u_triangle)?;
         let towards = sample.direction.normalize();
         let cos = point.shading.dot(towards);
@@ -129,14 +128,12 @@ impl Path<'_> {
         if self.depth >= 2 {
             // Russian roulette by how much reflectance the path has left.
             let survives = throughput.iter().fold(0.0f32, |a, &b| a.max(b)).min(0.95);
-            let [u, _] = self.pair(Dimension::Roulette(self.depth));
-            if u >= survives {
+            if self.dice.roulette >= survives {
                 return None;
             }
             throughput = throughput.map(|t| t / survives);
         }
-        let u = self.pair(Dimension::Bounce(self.depth));
-        let (direction, _) = cosine_hemisphere(self.point.shading, u);
+        let (direction, _) = cosine_hemisphere(self.point.shading, self.dice.bounce);
         if self.point.normal.dot(direction) <= 0.0 {
             return None;
         }
