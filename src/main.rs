@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     // Nothing may run before this: the rest of the program assumes what it checks.
-    match cpu::missing() {
-        Some(feature) => cpu::explain(feature),
-        None => cli::run(),
+    if !cpu::suffices() {
+        cpu::explain();
     }
+    cli::run()
 }
