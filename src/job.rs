@@ -183,7 +183,7 @@ impl Setup {
         let in_focus = (focus + film_distance) * 1e-3;
         self.notes.push(("lensModel", Note::Text(lens.prescription.name.clone())));
         self.number("effectiveFocalLength", lens.paraxial.focal_length);
-        self.number("aperture", lens.f_number);
+        self.number("aperture", lens.paraxial.f_number());
         self.number("focus", in_focus);
         self.number("filmDistance", film_distance);
         self.number("stopDiameter", opened);

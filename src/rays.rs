@@ -65,7 +65,7 @@ pub fn packets<R: Real>(rays: usize) -> usize {
 ///
 /// The position is relative to the vertex of the surface last crossed, the direction is
 /// scaled to the refractive index of the medium. A blocked ray has a NaN in `x`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LensBatch<T: Pod> {
     /// How many rays are in the batch. Behind them, up to a whole packet, stand blocked rays.
     pub len: usize,
@@ -81,6 +81,13 @@ pub struct LensBatch<T: Pod> {
     pub ty: Column<T>,
     /// Direction, length = refractive index.
     pub tz: Column<T>,
+}
+
+impl<T: Pod> Default for LensBatch<T> {
+    fn default() -> Self {
+        let [x, y, z, tx, ty, tz] = std::array::from_fn(|_| Column::default());
+        Self { len: 0, x, y, z, tx, ty, tz }
+    }
 }
 
 impl<T: Pod> LensBatch<T> {

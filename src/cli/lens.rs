@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::Write as _;
 
-use petzval::lens::{Paraxial, f_number, read};
+use petzval::lens::{Paraxial, marginal_f_number, read};
 
 use super::{Failure, LensArguments, Outcome};
 
@@ -22,7 +22,8 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "{name:<28}{value:>12.4}{unit}");
     };
     line("focal length", paraxial.focal_length, " mm");
-    line("f-number (traced)", f_number(&lens, paraxial.focal_length), "");
+    line("f-number", paraxial.f_number(), "     (focal length / entrance pupil)");
+    line("f-number, marginal ray", marginal_f_number(&lens), "     (widest bundle that passes)");
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
     line("length", paraxial.length, " mm  (front to rear vertex)");
     line("entrance pupil position", paraxial.entrance_pupil.position, " mm  (behind front vertex)");

@@ -1,21 +1,21 @@
 //! From a point on the film to a ray into the lens: a stage.
 
-use super::pupil::{Ellipse, PupilBound, Ring};
+use super::pupil::{Bound, PupilBound};
 use crate::lanes::Real;
 use crate::rays::{Column, LensBatch, SampleBatch};
 use crate::sampler::disk;
 
-/// The columns in which the stage looks up the ring of every film point.
+/// The columns in which the stage looks up the bounds of every film point.
 #[derive(Clone, Debug, Default)]
-pub struct RingColumns {
+pub struct BoundColumns {
     pupil: [Column<f32>; 3],
     rear: [Column<f32>; 3],
 }
 
-impl RingColumns {
+impl BoundColumns {
     #[inline(always)]
-    fn set(&mut self, i: usize, ring: &Ring) {
-        for (columns, ellipse) in [(&mut self.pupil, ring.pupil), (&mut self.rear, ring.rear)] {
+    fn set(&mut self, i: usize, bound: &Bound) {
+        for (columns, ellipse) in [(&mut self.pupil, bound.pupil), (&mut self.rear, bound.rear)] {
             columns[0][i] = ellipse.centre;
             columns[1][i] = ellipse.half[0];
             columns[2][i] = ellipse.half[1];
@@ -27,25 +27,23 @@ impl RingColumns {
 ///
 /// The rays start on the film, `distance` mm behind the rear vertex, in a medium of index
 /// `n`. The weight is cos^4 / (Z^2 pdf), with theta at the film and the density in mm^-2 of
-/// the rear vertex plane (Kolb, Mitchell & Hanrahan 1995, eq. 3); 0 for rings without light.
+/// the rear vertex plane (Kolb, Mitchell & Hanrahan 1995, eq. 3); 0 where the film sees no light.
 pub fn aim<R: Real<Scalar = f32>>(
     samples: &SampleBatch,
     bound: &PupilBound,
     distance: f32,
     n: f32,
-    rings: &mut RingColumns,
+    bounds: &mut BoundColumns,
     weight: &mut Column<f32>,
     batch: &mut LensBatch<f32>,
 ) {
     let len = samples.len;
-    let closed = Ring { pupil: Ellipse::default(), rear: Ellipse::default(), open: false };
     for i in 0..len {
         let (x, y) = (samples.film[0][i], samples.film[1][i]);
-        let ring = bound.ring((x * x + y * y).sqrt());
-        rings.set(i, if ring.open { ring } else { &closed });
+        bounds.set(i, &bound.at((x * x + y * y).sqrt()));
     }
     for i in len..len.next_multiple_of(R::LANES) {
-        rings.set(i, &closed);
+        bounds.set(i, &Bound::default());
     }
 
     let (zero, one) = (R::constant(0.0), R::constant(1.0));
@@ -59,8 +57,8 @@ pub fn aim<R: Real<Scalar = f32>>(
 
     let (x, y) = (samples.film[0].packets::<R>(len), samples.film[1].packets::<R>(len));
     let (u, v) = (samples.pupil[0].packets::<R>(len), samples.pupil[1].packets::<R>(len));
-    let [pupil_c, pupil_a, pupil_b] = [0, 1, 2].map(|i| rings.pupil[i].packets::<R>(len));
-    let [rear_c, rear_a, rear_b] = [0, 1, 2].map(|i| rings.rear[i].packets::<R>(len));
+    let [pupil_c, pupil_a, pupil_b] = [0, 1, 2].map(|i| bounds.pupil[i].packets::<R>(len));
+    let [rear_c, rear_a, rear_b] = [0, 1, 2].map(|i| bounds.rear[i].packets::<R>(len));
     let weight = weight.packets_mut::<R>(len);
     let (to_x, to_y) = (batch.x.packets_mut::<R>(len), batch.y.packets_mut::<R>(len));
     let to_z = batch.z.packets_mut::<R>(len);
@@ -95,7 +93,7 @@ pub fn aim<R: Real<Scalar = f32>>(
         let per_length = index / d2.sqrt();
         let cos2 = z2 / d2;
         let exposure = cos2 * cos2 / (z2 * density);
-        // An ellipse of no width: the ring is closed.
+        // An ellipse of no width: no light comes here.
         let closed = pupil_a[i].le(zero);
         weight[i] = R::select(closed, zero, exposure);
         to_x[i] = R::select(closed, R::constant(f64::NAN), x[i]);

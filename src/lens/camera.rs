@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::aim::{RingColumns, aim};
+use super::aim::{BoundColumns, aim};
 use super::paraxial::Paraxial;
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
@@ -43,8 +43,6 @@ pub struct RealLens {
     pub prescription: Prescription,
     /// Its first-order data.
     pub paraxial: Paraxial,
-    /// The f-number of a traced marginal ray.
-    pub f_number: f64,
     /// Rear vertex to film, mm.
     pub film_distance: f64,
     /// Camera units in a millimetre.
@@ -68,7 +66,6 @@ impl RealLens {
     ) -> Self {
         let paraxial = Paraxial::of(&prescription);
         Self {
-            f_number: super::paraxial::f_number(&prescription, paraxial.focal_length),
             surfaces: sequence::<f32>(&prescription, From::Film(film_distance)),
             bound: PupilBound::new(&prescription, film_distance, half_diagonal, aiming),
             prescription,
@@ -98,7 +95,7 @@ pub struct ThinLens {
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
     batch: LensBatch<f32>,
-    rings: RingColumns,
+    bounds: BoundColumns,
     weight: Column<f32>,
 }
 
@@ -134,10 +131,10 @@ impl Camera {
     ) {
         match &self.model {
             Model::Real(lens) => {
-                let LensColumns { batch, rings, weight } = columns;
+                let LensColumns { batch, bounds, weight } = columns;
                 let film_index = lens.prescription.rear().index as f32;
                 let distance = lens.film_distance as f32;
-                aim::<R>(samples, &lens.bound, distance, film_index, rings, weight, batch);
+                aim::<R>(samples, &lens.bound, distance, film_index, bounds, weight, batch);
                 trace::<R>(batch, &lens.surfaces, blocked);
                 self.emerge::<R>(lens, batch, weight, rays);
             }

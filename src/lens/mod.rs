@@ -15,8 +15,8 @@ mod trace;
 
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use dat::{LensError, parse, read};
-pub use paraxial::{Matrix, Paraxial, Pupil, TooNear, f_number};
+pub use paraxial::{Matrix, Paraxial, Pupil, TooNear, marginal_f_number};
 pub use prescription::{Prescription, Row};
-pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE, Ring};
+pub use pupil::{Aim, Bound, Ellipse, PupilBound, REAR_SHARE};
 pub use surface::{From, Kind, Surface, sequence};
 pub use trace::{LensRay, trace, trace_one};

@@ -110,6 +110,11 @@ impl Paraxial {
         }
     }
 
+    /// Focal length over the diameter of the entrance pupil.
+    pub fn f_number(&self) -> f64 {
+        self.focal_length.abs() / self.entrance_pupil.diameter
+    }
+
     /// The distance before the front vertex, mm, that is in focus on a film at `distance` mm
     /// behind the rear vertex; infinite, or negative where nothing real is in focus.
     pub fn focus_of_film(&self, distance: f64) -> f64 {
@@ -152,8 +157,9 @@ impl Paraxial {
 }
 
 /// The f-number by a traced marginal ray: focal length over the diameter of the widest
-/// axis-parallel bundle that comes through.
-pub fn f_number(lens: &Prescription, focal_length: f64) -> f64 {
+/// axis-parallel bundle that comes through. It differs from [`Paraxial::f_number`] by the
+/// aberrations of the entrance pupil and by rims narrower than the stop.
+pub fn marginal_f_number(lens: &Prescription) -> f64 {
     let surfaces = sequence::<f64>(lens, From::Scene(0.0));
     let passes = |h: f64| {
         trace_one::<f64>(LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] }, &surfaces).is_ok()
@@ -170,5 +176,5 @@ pub fn f_number(lens: &Prescription, focal_length: f64) -> f64 {
             shut = middle;
         }
     }
-    focal_length.abs() / (2.0 * open)
+    Paraxial::of(lens).focal_length.abs() / (2.0 * open)
 }

@@ -2,8 +2,8 @@
 //!
 //! Points of the pupil live in the plane of the rear vertex, in the frame of their film
 //! point: u away from the axis through the film point, v across. The lens is a body of
-//! revolution, so a table over the film radius says it all: for every ring of the film an
-//! ellipse that bounds the light of the ring, found by tracing. The sampler mixes in a small
+//! revolution, so a table over the film radius says it all: ellipses that bound the light at
+//! this radius, found by tracing. The sampler mixes in a small
 //! share of points of the whole rear element, with the mixture's density, so that light
 //! which the ellipse should miss is still counted and the picture stays unbiased.
 
@@ -13,12 +13,16 @@ use super::trace::trace;
 use crate::lanes::f32x8;
 use crate::rays::{LensBatch, WAVE};
 
-/// Rings of the film that have an ellipse of their own.
+/// Rings of the film; their edges have an ellipse each.
 const RINGS: usize = 64;
 /// Columns and rows of the last grid that measures a pupil; the rows cover half of it.
 const GRID: [usize; 2] = [96, 48];
 /// Share of the samples that go to the whole rear element.
 pub const REAR_SHARE: f32 = 1.0 / 64.0;
+
+/// By how much the ellipses around the rear element are widened, so that between two rings,
+/// where they are mixed, nothing of it is left out.
+const REAR_MARGIN: f32 = 1.002;
 
 /// How film points choose where to aim.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,23 +49,43 @@ impl Ellipse {
     pub fn area(&self) -> f32 {
         std::f32::consts::PI * self.half[0] * self.half[1]
     }
+
+    fn scaled(self, by: f32) -> Self {
+        Self { half: self.half.map(|half| half * by), ..self }
+    }
+
+    #[inline(always)]
+    fn mix(&self, other: &Self, t: f32) -> Self {
+        let mix = |a: f32, b: f32| a + (b - a) * t;
+        Self {
+            centre: mix(self.centre, other.centre),
+            half: [0, 1].map(|i| mix(self.half[i], other.half[i])),
+        }
+    }
 }
 
-/// Bounds for one ring of the film.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ring {
-    /// Holds the light of the ring, as far as tracing found it.
+/// Bounds for one film radius.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bound {
+    /// Holds the light, as far as tracing found it; of no width where there is none.
     pub pupil: Ellipse,
     /// Holds everything that could hit the rear element.
     pub rear: Ellipse,
-    /// Whether any light comes to the ring at all.
-    pub open: bool,
+}
+
+impl Bound {
+    /// Whether any light comes to this radius at all.
+    pub fn open(&self) -> bool {
+        self.pupil.half[0] > 0.0
+    }
 }
 
 /// The bounds of a lens's exit pupil for every film radius.
 #[derive(Clone, Debug)]
 pub struct PupilBound {
-    rings: Vec<Ring>,
+    /// Inner and outer edge of every ring. Where light ends inside a ring, both edges have the
+    /// bound of the lit one.
+    rings: Vec<[Bound; 2]>,
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
     pub rear_share: f32,
@@ -75,53 +99,57 @@ impl PupilBound {
         if aim == Aim::RearDisk {
             let half = lens.rear().diameter as f32 / 2.0;
             let disk = Ellipse { centre: 0.0, half: [half; 2] };
-            let ring = Ring { pupil: disk, rear: disk, open: true };
-            return Self { rings: vec![ring; RINGS], rings_per_mm, rear_share: 0.0 };
+            let bound = Bound { pupil: disk, rear: disk };
+            return Self { rings: vec![[bound; 2]; RINGS], rings_per_mm, rear_share: 0.0 };
         }
         let mut finder = Finder {
             surfaces: sequence::<f32x8>(lens, From::Film(distance)),
             batch: Box::default(),
             distance,
         };
-        let mut found: Option<Light> = None;
-        let edges: Vec<(Light, Ellipse)> = (0..=RINGS)
+        let mut near = None;
+        let edges: Vec<Bound> = (0..=RINGS)
             .map(|i| {
                 let r = radius * i as f64 / RINGS as f64;
-                let rear_points = rear_outline(lens, distance, r);
-                let rear = bounding_ellipse(&rear_points, [0.0; 2]);
-                let light = finder.find(r, found.as_ref().map(|l| l.frame), Frame::around(&rear_points));
+                let outline = rear_outline(lens, distance, r);
+                let light = finder.find(r, near, Frame::around(&outline));
                 if !light.points.is_empty() {
-                    found = Some(light.clone());
+                    near = Some(light.frame);
                 }
-                (light, rear)
+                let rear = bounding_ellipse(&outline, [0.0; 2]).scaled(REAR_MARGIN);
+                Bound { pupil: bounding_ellipse(&light.points, light.cell), rear }
             })
             .collect();
         let rings = edges
             .windows(2)
-            .map(|pair| {
-                let [(inner, inner_rear), (outer, outer_rear)] = pair else { unreachable!() };
-                let points = [inner.points.as_slice(), &outer.points].concat();
-                let cell = [0, 1].map(|i| inner.cell[i].max(outer.cell[i]));
-                Ring {
-                    pupil: bounding_ellipse(&points, cell),
-                    rear: enclosing(*inner_rear, *outer_rear),
-                    open: !points.is_empty(),
+            .map(|pair| match [pair[0], pair[1]] {
+                [inner, outer] if inner.open() && !outer.open() => {
+                    [inner, Bound { pupil: inner.pupil, ..outer }]
                 }
+                [inner, outer] if !inner.open() && outer.open() => {
+                    [Bound { pupil: outer.pupil, ..inner }, outer]
+                }
+                both => both,
             })
             .collect();
         Self { rings, rings_per_mm, rear_share: REAR_SHARE }
     }
 
-    /// The bounds for a film point at this distance from the axis, mm.
+    /// The bounds for a film point at this distance from the axis, mm: between those of the
+    /// edges of its ring, because the pupil moves evenly across the film.
     #[inline(always)]
-    pub fn ring(&self, radius: f32) -> &Ring {
-        &self.rings[((radius * self.rings_per_mm) as usize).min(RINGS - 1)]
+    pub fn at(&self, radius: f32) -> Bound {
+        let place = radius * self.rings_per_mm;
+        let ring = (place as usize).min(RINGS - 1);
+        let [inner, outer] = &self.rings[ring];
+        let t = (place - ring as f32).min(1.0);
+        Bound { pupil: inner.pupil.mix(&outer.pupil, t), rear: inner.rear.mix(&outer.rear, t) }
     }
 
     /// Whether light comes to any film point between two distances from the axis, mm.
     pub fn any_open(&self, inner: f32, outer: f32) -> bool {
         let ring = |r: f32| ((r * self.rings_per_mm) as usize).min(RINGS - 1);
-        self.rings[ring(inner)..=ring(outer)].iter().any(|ring| ring.open)
+        self.rings[ring(inner)..=ring(outer)].iter().any(|[inner, _]| inner.open())
     }
 }
 
@@ -270,15 +298,4 @@ fn bounding_ellipse(points: &[[f64; 2]], margin: [f64; 2]) -> Ellipse {
     // Rounding to f32 must not cut anything off, nor leave a zero width.
     let grow = |half: f64, margin: f64| ((half + margin) * 1.000_001).max(1e-9) as f32;
     Ellipse { centre: centre as f32, half: [grow(a, margin[0]), grow(b, margin[1])] }
-}
-
-/// An ellipse around two ellipses.
-fn enclosing(one: Ellipse, other: Ellipse) -> Ellipse {
-    let centre = (one.centre + other.centre) / 2.0;
-    let shift = (one.centre - centre).abs();
-    let wide = one.half[0].max(other.half[0]);
-    // Scaling by 1 + shift / width holds every ellipse of that width moved by the shift.
-    let scale = 1.0 + shift / wide;
-    let high = one.half[1].max(other.half[1]);
-    Ellipse { centre, half: [wide * scale * 1.000_001, high * scale * 1.000_001] }
 }

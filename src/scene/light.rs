@@ -110,8 +110,25 @@ pub struct Lights {
     pub all: Vec<Light>,
     /// Those among them that fill the sky.
     pub skies: Vec<u32>,
-    /// Cumulated shares of the power, ending in 1.
+    /// Cumulated probabilities, ending in 1; empty where no light has any power.
     cumulated: Vec<f32>,
+}
+
+/// The power of a light at a finite place, W for radiances in W / (m^2 sr).
+fn power(light: &Light, shapes: &[Shape]) -> f64 {
+    let mean = |c: [f32; 3]| f64::from((c[0] + c[1] + c[2]) / 3.0);
+    match light {
+        Light::Area(light) => {
+            let area = match &shapes[light.shape as usize].geometry {
+                Geometry::Mesh(_) => f64::from(light.areas.last().copied().unwrap_or(0.0)),
+                Geometry::Quadric(quadric) => quadric.area(),
+            };
+            let sides = if light.two_sided { 2.0 } else { 1.0 };
+            sides * std::f64::consts::PI * area * mean(light.radiance)
+        }
+        Light::Point { intensity, .. } => 4.0 * std::f64::consts::PI * mean(*intensity),
+        Light::Distant { .. } | Light::Infinite(_) => 0.0,
+    }
 }
 
 /// A light as one point of a surface sees it.
@@ -126,34 +143,29 @@ pub struct LightSample {
 }
 
 impl Lights {
-    /// Weighs the lights by their power; `radius` is that of the whole scene.
-    pub fn new(all: Vec<Light>, shapes: &[Shape], radius: f32) -> Self {
-        let mean = |c: [f32; 3]| (c[0] + c[1] + c[2]) / 3.0;
-        let power = |light: &Light| match light {
-            Light::Area(light) => {
-                let area = match &shapes[light.shape as usize].geometry {
-                    Geometry::Mesh(_) => light.areas.last().copied().unwrap_or(0.0),
-                    Geometry::Quadric(quadric) => quadric.area() as f32,
-                };
-                let sides = if light.two_sided { 2.0 } else { 1.0 };
-                sides * PI * area * mean(light.radiance)
-            }
-            Light::Point { intensity, .. } => 4.0 * PI * mean(*intensity),
-            Light::Distant { irradiance, .. } => PI * radius * radius * mean(*irradiance),
-            Light::Infinite(sky) => 4.0 * PI * PI * radius * radius * mean(sky.radiance),
-        };
-        let powers: Vec<f64> = all.iter().map(|light| f64::from(power(light))).collect();
-        let total: f64 = powers.iter().sum();
+    /// Weighs the lights. Each that is infinitely far away gets as much as all that are near
+    /// together: which power a sky has depends on how much empty ground the scene holds. Near
+    /// lights share by their power.
+    pub fn new(all: Vec<Light>, shapes: &[Shape]) -> Self {
+        let far = |light: &Light| matches!(light, Light::Distant { .. } | Light::Infinite(_));
+        let near = all.iter().filter(|light| !far(light));
+        let near: f64 = near.map(|light| power(light, shapes)).sum();
+        let groups = all.iter().filter(|light| far(light)).count() + usize::from(near > 0.0);
         let mut sum = 0.0;
-        let mut cumulated: Vec<f32> = powers
+        let mut cumulated: Vec<f32> = all
             .iter()
-            .map(|power| {
-                sum += if total > 0.0 { power / total } else { 1.0 / all.len() as f64 };
+            .map(|light| {
+                let share = if far(light) { 1.0 } else { power(light, shapes) / near };
+                // Lights of no power are never chosen, not even where there is nothing else.
+                sum += if share.is_nan() { 0.0 } else { share / groups as f64 };
                 sum as f32
             })
             .collect();
-        if let Some(last) = cumulated.last_mut() {
-            *last = 1.0;
+        // Rounding must leave no gap at the end.
+        let whole = cumulated.last().copied().unwrap_or(0.0);
+        cumulated.iter_mut().filter(|c| **c == whole).for_each(|c| *c = 1.0);
+        if groups == 0 {
+            cumulated.clear();
         }
         let skies = (0..all.len() as u32)
             .filter(|&i| matches!(all[i as usize], Light::Infinite(_)))
@@ -163,7 +175,9 @@ impl Lights {
 
     /// Chooses a light: which, and with what probability.
     pub fn choose(&self, u: f32) -> Option<(u32, f32)> {
-        let i = self.cumulated.partition_point(|&c| c <= u).min(self.all.len().checked_sub(1)?);
+        let i = self.cumulated.partition_point(|&c| c <= u);
+        let last = self.cumulated.len().checked_sub(1)?;
+        let i = i.min(last);
         let before = if i == 0 { 0.0 } else { self.cumulated[i - 1] };
         Some((i as u32, self.cumulated[i] - before))
     }

@@ -256,8 +256,7 @@ impl SceneBuilder {
             });
         }
         let world = tree_of(&self.world, items);
-        let radius = world.bounds.map_or(0.0, |[low, high]| (high - low).length() / 2.0);
-        let lights = Lights::new(self.lights, &self.shapes, radius);
+        let lights = Lights::new(self.lights, &self.shapes);
         Scene {
             shapes: self.shapes,
             materials: self.materials,

@@ -1,0 +1,120 @@
+//! Lens files: what is read, and what is refused with which words.
+
+mod support;
+
+use std::path::Path;
+
+use petzval::lens::{LensError, Prescription, parse, read};
+use support::{LENSES, folder, lens, write};
+
+fn parsed(text: &str) -> Result<Prescription, LensError> {
+    let lines: Vec<&str> = text.lines().collect();
+    parse(Path::new("test.dat"), &lines)
+}
+
+const GOOD: &str = "# a lens\n10 2 1.5 8\n-30 1 1 8 # trailing words\n0 1 0 6\n-20 0 1 8\n";
+
+#[test]
+fn both_column_conventions_give_the_same_lens() {
+    let after = parsed("10 2 1.5 8\n-30 1 1 8\n0 3 0 6\n20 4 1.6 8\n-20 0 1 8").unwrap();
+    let before = parsed("10 0 1.5 8\n-30 2 1 8\n0 1 0 6\n20 3 1.6 8\n-20 4 1 8").unwrap();
+    assert_eq!(after, before);
+    let thicknesses: Vec<f64> = after.rows.iter().map(|row| row.thickness).collect();
+    assert_eq!(thicknesses, [2.0, 1.0, 3.0, 4.0, 0.0]);
+    // pbrt's own files give the distance to the film in the last row.
+    let to_film = parsed("10 2 1.5 8\n-30 1 1 8\n0 3 0 6\n20 4 1.6 8\n-20 40 1 8").unwrap();
+    assert_eq!(to_film.rows[..4], after.rows[..4]);
+}
+
+#[test]
+fn the_stop_stands_in_air_unless_it_says_otherwise() {
+    let lens = parsed(GOOD).unwrap();
+    assert_eq!(lens.stop(), 2);
+    assert_eq!(lens.rows[2].index, 1.0);
+    assert!(lens.rows[2].radius.is_infinite());
+    let inside = parsed("10 2 1.5 8\n0 1 1.5 6\n-30 1 1 8").unwrap();
+    assert_eq!(inside.rows[1].index, 1.5);
+}
+
+#[test]
+fn what_is_malformed_is_refused_with_its_line() {
+    let cases = [
+        ("10 2 1.5 8\n-30 one 1 8\n0 0 0 6", "test.dat:2: \"one\" is not a finite number"),
+        ("10 2 1.5 8\n-30 nan 1 8\n0 0 0 6", "test.dat:2: \"nan\" is not a finite number"),
+        ("10 2 1.5 8\n-30 1e999 1 8\n0 0 0 6", "test.dat:2: \"1e999\" is not a finite number"),
+        ("10 2 1.5\n0 1 0 6\n-30 0 1 8", "test.dat:1: 3 columns; expected four"),
+        ("10 2 1.5 8 9\n0 1 0 6\n-30 0 1 8", "test.dat:1: 5 columns; expected four"),
+        ("10 2 1.5 8\n-30 0 1 8", "test.dat:2: the table ends without a stop"),
+        ("10 2 1.5 8\n-3 1 1 6\n0 1 0 6\n\n0 1 0 6\n9 0 1 8", "test.dat:5: a second stop"),
+        ("10 2 1.5 -8\n0 1 0 6\n-30 0 1 8", "test.dat:1: diameter -8"),
+        ("10 2 1.5 0\n0 1 0 6\n-30 0 1 8", "test.dat:1: diameter 0"),
+        ("10 2 0.9 8\n0 1 0 6\n-30 0 1 8", "test.dat:1: index 0.9"),
+        ("10 2 1.5 8\n-30 1 0 8\n0 1 0 6", "test.dat:2: index 0"),
+        ("10 2 1.5 8\n-3 1 1 6.1\n0 0 0 6", "test.dat:2: diameter 6.1 on a sphere of radius -3"),
+        ("10 2 1.5 8\n0 1 0 6\n-30 0 1 8", "test.dat:2: the stop changes the index from 1.5"),
+        ("", "test.dat:1: no surface in the file"),
+        ("# only words\n", "test.dat:1: no surface in the file"),
+        ("0 0 0 5", "test.dat:1: a stop without any glass"),
+    ];
+    for (text, expected) in cases {
+        let error = parsed(text).expect_err(text).to_string();
+        assert!(error.starts_with(expected), "{text:?}\n  said     {error}\n  expected {expected}");
+    }
+}
+
+#[test]
+fn a_line_without_end_is_refused_before_it_fills_the_memory() {
+    let folder = folder();
+    let path = write(&folder, "long.dat", "");
+    // A sparse file of a gigabyte of NULs behind one good line.
+    let file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    std::io::Write::write_all(&mut &file, b"10 2 1.5 8\n").unwrap();
+    file.set_len(1 << 30).unwrap();
+    let error = read(&path).unwrap_err().to_string();
+    assert!(error.contains("long.dat:2: the file goes on past 1 MiB"), "{error}");
+}
+
+#[test]
+fn a_missing_lens_is_named() {
+    let error = read(Path::new("no/such.dat")).unwrap_err().to_string();
+    assert!(error.starts_with("cannot read the lens no/such.dat: "), "{error}");
+}
+
+#[test]
+fn no_garbage_panics() {
+    let good = GOOD.as_bytes();
+    let mut random = support::Random::new(3);
+    for _ in 0..20_000 {
+        let mut bytes = good.to_vec();
+        for _ in 0..3 {
+            let i = (random.next() * bytes.len() as f64) as usize;
+            bytes[i] = (random.next() * 256.0) as u8;
+        }
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        // Whatever is accepted must also be fit for use.
+        if let Ok(lens) = parsed(&text) {
+            let _ = petzval::lens::Paraxial::of(&lens);
+        }
+    }
+}
+
+#[test]
+fn the_repository_holds_the_four_course_lenses() {
+    // Surfaces, and a checksum of the course's tables: sums of radii, distances and diameters.
+    let facts = [
+        ("dgauss.50mm", 11, 590.325, 32.04, 228.5),
+        ("fisheye.10mm", 12, 151.1369, 33.4461, 135.72),
+        ("telephoto.250mm", 7, 206.4825, 102.78, 276.0),
+        ("wide.22mm", 13, -122.48764, 33.37114, 164.912),
+    ];
+    for ((name, _), (fact, rows, radii, distances, diameters)) in LENSES.iter().zip(facts) {
+        assert_eq!(*name, fact);
+        let lens = lens(name);
+        let sum = |f: fn(&petzval::lens::Row) -> f64| lens.rows.iter().map(f).sum::<f64>();
+        let radius = |row: &petzval::lens::Row| if row.stop { 0.0 } else { row.radius };
+        assert_eq!(lens.rows.len(), rows);
+        assert!((sum(radius) - radii).abs() < 1e-3, "{name}: radii {}", sum(radius));
+        assert!((lens.length() - distances).abs() < 1e-3, "{name}: length {}", lens.length());
+        assert!((sum(|r| r.diameter) - diameters).abs() < 1e-3, "{name}: diameters");
+    }
+}

@@ -1,0 +1,193 @@
+//! The lens kernels against the oracle, and one lane against eight.
+
+mod support;
+
+use petzval::lanes::{Real, f32x8};
+use petzval::lens::{From, LensRay, Prescription, sequence, trace, trace_one};
+use petzval::rays::{LensBatch, WAVE};
+use support::{LENSES, Random, lens, oracle, row};
+
+/// Rays from the film through a disk 1.2 times the rear element, at its vertex.
+fn aimed(lens: &Prescription, film: f64, count: usize, seed: u64) -> Vec<[[f64; 3]; 2]> {
+    let mut random = Random::new(seed);
+    let reach = lens.rear().diameter * 0.6;
+    let height = film * 0.9;
+    // Rounded to f32, so that both sides trace the same ray.
+    let round = |v: f64| f64::from(v as f32);
+    (0..count)
+        .map(|_| {
+            let start = [random.between(-height, height), random.between(-height, height), 0.0];
+            let start = start.map(round);
+            let (r, phi) = (random.next().sqrt() * reach, random.between(0.0, 6.3));
+            let d = [r * phi.cos() - start[0], r * phi.sin() - start[1], film];
+            let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+            [start, d.map(|v| round(v / length))]
+        })
+        .collect()
+}
+
+fn batch<R: Real>(rays: &[[[f64; 3]; 2]]) -> Box<LensBatch<R::Scalar>> {
+    let mut batch = Box::<LensBatch<R::Scalar>>::default();
+    for (i, [p, d]) in rays.iter().enumerate() {
+        [batch.x[i], batch.y[i], batch.z[i]] = p.map(R::scalar);
+        [batch.tx[i], batch.ty[i], batch.tz[i]] = d.map(R::scalar);
+    }
+    batch.resize::<R>(rays.len());
+    batch
+}
+
+type Traced<T> = (Box<LensBatch<T>>, Vec<u64>);
+
+fn traced<R: Real>(lens: &Prescription, film: f64, rays: &[[[f64; 3]; 2]]) -> Traced<R::Scalar> {
+    let surfaces = sequence::<R>(lens, From::Film(film));
+    let mut blocked = vec![0; surfaces.len()];
+    let mut batch = batch::<R>(rays);
+    trace::<R>(&mut batch, &surfaces, &mut blocked);
+    (batch, blocked)
+}
+
+#[test]
+fn eight_lanes_give_the_bits_of_one() {
+    let nasty = [
+        0.0, -0.0, 1e-45, 1e-30, 1.0, -3.5, 1e10, 1e30, f64::from(f32::MAX), f64::INFINITY,
+        f64::NEG_INFINITY, f64::NAN,
+    ];
+    for (name, film) in LENSES {
+        let lens = lens(name);
+        let mut rays = aimed(&lens, film, 4 * WAVE, 1);
+        for a in nasty {
+            for b in nasty {
+                rays.push([[a, b, 0.0], [0.0, 0.0, 1.0]]);
+                rays.push([[1.0, 0.0, 0.0], [a, b, 1.0]]);
+                rays.push([[1.0, 2.0, a], [0.1, 0.0, b]]);
+            }
+        }
+        // An odd count: the last packet is not full.
+        rays.push([[0.0; 3], [0.0, 0.0, 1.0]]);
+        for chunk in rays.chunks(WAVE) {
+            let (one, one_blocked) = traced::<f32>(&lens, film, chunk);
+            let (eight, eight_blocked) = traced::<f32x8>(&lens, film, chunk);
+            assert_eq!(one_blocked, eight_blocked, "{name}");
+            for i in 0..chunk.len() {
+                assert_eq!(one.x[i].is_nan(), eight.x[i].is_nan(), "{name} {:?}", chunk[i]);
+                if one.x[i].is_nan() {
+                    continue;
+                }
+                let bits = |b: &LensBatch<f32>| {
+                    [b.x[i], b.y[i], b.z[i], b.tx[i], b.ty[i], b.tz[i]].map(f32::to_bits)
+                };
+                assert_eq!(bits(&one), bits(&eight), "{name} {:?}", chunk[i]);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_comes_out_is_a_finite_unit_direction_or_nothing() {
+    let mut random = Random::new(5);
+    for (name, film) in LENSES {
+        let lens = lens(name);
+        for _ in 0..200 {
+            let rays: Vec<_> = (0..WAVE)
+                .map(|_| {
+                    let mut wild = || random.between(-1.0, 1.0) * 10f64.powf(random.between(-8.0, 8.0));
+                    [[wild(), wild(), 0.0], [wild(), wild(), wild()]]
+                })
+                .map(|[p, d]| {
+                    let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+                    [p, d.map(|v| v / length)]
+                })
+                .collect();
+            let (batch, blocked) = traced::<f32x8>(&lens, film, &rays);
+            let mut alive = 0;
+            for i in (0..rays.len()).filter(|&i| !batch.x[i].is_nan()) {
+                let t = [batch.tx[i], batch.ty[i], batch.tz[i]].map(f64::from);
+                let length = t.iter().map(|v| v * v).sum::<f64>().sqrt();
+                assert!((length - 1.0).abs() < 1e-5, "{name}: |T| = {length} for {:?}", rays[i]);
+                alive += 1;
+            }
+            assert_eq!(alive + blocked.iter().sum::<u64>(), WAVE as u64, "{name}");
+        }
+    }
+}
+
+/// Largest error of the exit point (um) and direction (urad) of f32 rays against the oracle,
+/// and how many rays both or only one of them let through.
+fn errors<R: Real>(lens: &Prescription, film: f64, count: usize) -> ([f64; 2], usize, usize) {
+    let (mut worst, mut both, mut one) = ([0.0f64; 2], 0, 0);
+    let surfaces = sequence::<R>(lens, From::Film(film));
+    for [p, d] in aimed(lens, film, count, 2) {
+        let exact = oracle::trace(lens, film, p, d);
+        // The oracle takes a direction of unit length; so does the kernel, in air.
+        let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let splat = |v: f64| R::splat(R::scalar(v));
+        let ray = LensRay { p: p.map(splat), t: d.map(|v| splat(v / length)) };
+        let ours = trace_one::<R>(ray, &surfaces);
+        match (exact, ours) {
+            (Ok([p, d]), Ok(ray)) => {
+                both += 1;
+                let number = |v: R| {
+                    let mut lanes = [R::scalar(0.0); 8];
+                    v.store(&mut lanes);
+                    R::to_f64(lanes[0])
+                };
+                let off = |a: [f64; 3], b: [R; 3]| {
+                    let d: [f64; 3] = [0, 1, 2].map(|i| a[i] - number(b[i]));
+                    d.iter().map(|v| v * v).sum::<f64>().sqrt()
+                };
+                worst = [worst[0].max(off(p, ray.p) * 1e3), worst[1].max(off(d, ray.t) * 1e6)];
+            }
+            (Err(_), Err(_)) => {}
+            _ => one += 1,
+        }
+    }
+    (worst, both, one)
+}
+
+#[test]
+fn the_course_lenses_agree_with_the_oracle() {
+    for (name, film) in LENSES {
+        let lens = lens(name);
+        let ([um, urad], both, one) = errors::<f32>(&lens, film, 400_000);
+        println!("{name}: f32 {um:.4} um, {urad:.3} urad over {both} rays, {one} at rims");
+        // Measured: 0.03 um and 2 urad, twice that for the fisheye; doubled here.
+        let bound = if name.starts_with("fisheye") { [0.12, 14.0] } else { [0.06, 4.0] };
+        assert!(both > 10_000, "{name}: too few rays come through to say anything");
+        assert!(um < bound[0] && urad < bound[1], "{name}: {um} um, {urad} urad");
+        assert!(one < 20, "{name}: {one} rays pass in one of the two only");
+        let ([um, urad], _, one) = errors::<f64>(&lens, film, 400_000);
+        println!("{name}: f64 {um:.2e} um, {urad:.2e} urad");
+        assert!(um < 1e-8 && urad < 1e-6 && one == 0, "{name}: f64 is off by {um} um, {urad} urad");
+    }
+}
+
+#[test]
+fn planes_and_huge_radii_lose_nothing() {
+    for radius in [1e4, 1e6, 1e7, 1e9, f64::INFINITY] {
+        let rows = vec![
+            row(radius, 4.0, 1.6, 30.0),
+            row(-60.0, 2.0, 1.0, 30.0),
+            row(0.0, 3.0, 1.0, 16.0),
+            row(-radius, 3.0, 1.5, 30.0),
+            row(radius, 0.0, 1.0, 30.0),
+        ];
+        let lens = Prescription { name: "flat".into(), rows };
+        let ([um, urad], both, one) = errors::<f32>(&lens, 60.0, 100_000);
+        println!("R = {radius:e}: {um:.4} um, {urad:.3} urad over {both} rays");
+        // Beyond 1e6 mm the oracle's own sphere centre costs it up to 1e-7 mm of 1e9.
+        assert!(both > 10_000 && one < 20, "R = {radius:e}: {both} through, {one} disagree");
+        assert!(um < 0.06 && urad < 2.0, "R = {radius:e}: {um} um, {urad} urad");
+    }
+}
+
+#[test]
+fn a_ball_lens_keeps_all_its_rays() {
+    let rows = vec![row(5.0, 10.0, 1.5, 8.0), row(-5.0, 0.5, 1.0, 8.0), row(0.0, 0.0, 1.0, 6.0)];
+    let lens = Prescription { name: "ball".into(), rows };
+    let ([um, urad], both, one) = errors::<f32>(&lens, 4.0, 200_000);
+    println!("ball: {um:.4} um, {urad:.3} urad over {both} rays, {one} disagree");
+    assert!(both > 10_000 && one < 60, "{both} through, {one} disagree");
+    // 892 urad: the published worst case of the curvature form, for rays that graze next to
+    // total reflection. The point itself must hold.
+    assert!(um < 0.1 && urad < 892.0, "{um} um, {urad} urad");
+}

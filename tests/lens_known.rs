@@ -1,0 +1,126 @@
+//! First-order optics against published and closed-form numbers.
+
+mod support;
+
+use petzval::lens::{From, LensRay, Paraxial, Prescription, marginal_f_number, sequence, trace_one};
+use support::{LENSES, lens, row};
+
+/// Traced independently, in f64, for the course: focal length, back focal distance, f-number,
+/// and the distance in focus before the front vertex at the scene's film distance. Printed to
+/// three digits, and to a millimetre.
+const FACTS: [[f64; 4]; 4] = [
+    [50.358, 36.106, 2.03, 3846.0],
+    [9.991, 23.161, 3.95, 3165.0],
+    [249.567, 105.070, 5.42, 3668.0],
+    [22.023, 14.318, 2.68, 2194.0],
+];
+
+#[test]
+fn the_course_lenses_have_their_published_data() {
+    for ((name, film), [focal, back, f_number, focus]) in LENSES.into_iter().zip(FACTS) {
+        let paraxial = Paraxial::of(&lens(name));
+        let near = |a: f64, b: f64, digit: f64| (a - b).abs() < 0.6 * digit;
+        assert!(near(paraxial.focal_length, focal, 1e-3), "{name}: {}", paraxial.focal_length);
+        assert!(near(paraxial.back_focal_distance, back, 1e-3), "{name}");
+        assert!(near(paraxial.f_number(), f_number, 1e-2), "{name}: {}", paraxial.f_number());
+        assert!(near(paraxial.focus_of_film(film), focus, 1.0), "{name}");
+    }
+}
+
+#[test]
+fn a_thick_lens_obeys_the_lensmaker() {
+    // 1/f = (n - 1) (1/R1 - 1/R2 + (n - 1) d / (n R1 R2)); back focus f (1 - (n - 1) d / (n R1)).
+    let (r1, r2, d, n) = (50.0, -80.0, 6.0, 1.6);
+    let rows = vec![row(r1, d, n, 20.0), row(r2, 2.0, 1.0, 20.0), row(0.0, 0.0, 1.0, 15.0)];
+    let paraxial = Paraxial::of(&Prescription { name: "thick".into(), rows });
+    let power = (n - 1.0) * (1.0 / r1 - 1.0 / r2 + (n - 1.0) * d / (n * r1 * r2));
+    let back = (1.0 - (n - 1.0) * d / (n * r1)) / power;
+    assert!((paraxial.focal_length - 1.0 / power).abs() < 1e-9);
+    // The stop is the last row here: distances count from it.
+    assert!((paraxial.back_focal_distance - (back - 2.0)).abs() < 1e-9);
+    assert_eq!(paraxial.exit_pupil.position, 0.0);
+    assert_eq!(paraxial.exit_pupil.diameter, 15.0);
+}
+
+#[test]
+fn film_and_focus_are_inverse() {
+    for (name, _) in LENSES {
+        let paraxial = Paraxial::of(&lens(name));
+        for focus in [2000.0, 3000.0, 1e4, 1e6] {
+            let film = paraxial.film_for_focus(focus).unwrap();
+            let back = paraxial.focus_of_film(film) + paraxial.length + film;
+            assert!((back / focus - 1.0).abs() < 1e-6, "{name} at {focus}: {back}");
+        }
+        let infinity = paraxial.film_for_focus(f64::INFINITY).unwrap();
+        assert_eq!(infinity, paraxial.back_focal_distance);
+    }
+}
+
+#[test]
+fn what_is_too_near_is_refused_with_the_nearest_distance() {
+    for (name, _) in LENSES {
+        let paraxial = Paraxial::of(&lens(name));
+        let error = paraxial.film_for_focus(1.0).unwrap_err();
+        assert!(paraxial.film_for_focus(error.nearest * 1.0001).is_ok(), "{name}: {error}");
+        assert!(paraxial.film_for_focus(error.nearest * 0.9999).is_err(), "{name}: {error}");
+    }
+    let paraxial = Paraxial::of(&lens("dgauss.50mm"));
+    let nearest = paraxial.film_for_focus(0.0).unwrap_err().nearest;
+    // Object and image are never nearer than four focal lengths and the principal separation.
+    let m = paraxial.whole;
+    let (front, rear) = ((m.d - 1.0) / m.c, (1.0 - m.a) / m.c);
+    let separation = paraxial.length - front.abs() - rear.abs();
+    let expected = 4.0 * paraxial.focal_length + separation;
+    assert!((nearest - expected).abs() < 0.02 * expected, "{nearest} against {expected}");
+}
+
+#[test]
+fn a_paraxial_real_ray_meets_the_focal_point() {
+    for (name, _) in LENSES {
+        let lens = lens(name);
+        let paraxial = Paraxial::of(&lens);
+        let h = 1e-4;
+        let ray = LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] };
+        let out = trace_one::<f64>(ray, &sequence::<f64>(&lens, From::Scene(5.0))).unwrap();
+        let crosses = out.p[2] - out.p[0] * out.t[2] / out.t[0];
+        assert!((crosses - paraxial.back_focal_distance).abs() < 1e-6, "{name}: {crosses}");
+        let focal = -h * out.t[2] / out.t[0];
+        assert!((focal - paraxial.focal_length).abs() < 1e-6, "{name}: {focal}");
+    }
+}
+
+#[test]
+fn the_marginal_ray_passes_and_the_next_does_not() {
+    for (name, _) in LENSES {
+        let lens = lens(name);
+        let h = Paraxial::of(&lens).focal_length / marginal_f_number(&lens) / 2.0;
+        let surfaces = sequence::<f64>(&lens, From::Scene(1.0));
+        let passes = |h: f64| {
+            trace_one::<f64>(LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] }, &surfaces).is_ok()
+        };
+        assert!(passes(h * 0.999) && !passes(h * 1.001), "{name}: {h}");
+    }
+}
+
+#[test]
+fn light_goes_back_the_way_it_came() {
+    for (name, film) in LENSES {
+        let lens = lens(name);
+        let out = sequence::<f64>(&lens, From::Film(film));
+        let back = sequence::<f64>(&lens, From::Scene(50.0));
+        let start = [1.0, 0.5, 0.0];
+        let towards = [0.02 - start[0] / film, 0.01 - start[1] / film, 1.0];
+        let length = towards.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
+        let ray = LensRay { p: start, t: towards.map(|v| v / length) };
+        let exit = trace_one::<f64>(ray, &out).expect("near the axis rays pass");
+        // Turned around about the z axis's normal plane, 50 mm before the front vertex.
+        let s = (50.0 - exit.p[2]) / exit.t[2];
+        let p = [0, 1].map(|i| exit.p[i] + s * exit.t[i]);
+        let ray = LensRay { p: [p[0], p[1], 0.0], t: [-exit.t[0], -exit.t[1], exit.t[2]] };
+        let end = trace_one::<f64>(ray, &back).expect("the same way back");
+        let s = (film - end.p[2]) / end.t[2];
+        for i in 0..2 {
+            assert!((end.p[i] + s * end.t[i] - start[i]).abs() < 1e-9, "{name}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The pupil sampler against brute force: what a uniform sky of radiance 1 gives the film.
+
+mod support;
+
+use glam::DAffine3;
+use petzval::lanes::f32x8;
+use petzval::lens::{Aim, Camera, LensColumns, Model, Prescription, RealLens};
+use petzval::rays::{RayBatch, SampleBatch, WAVE};
+use petzval::sampler::{Dimension, pairs, pixel_key};
+use support::{LENSES, lens, oracle};
+
+/// Half the diagonal of the course's film, mm.
+const HALF_DIAGONAL: f64 = 35.0;
+
+fn camera(lens: Prescription, film: f64, aim: Aim) -> Camera {
+    let lens = RealLens::new(lens, film, HALF_DIAGONAL, aim, 1.0, 0.0);
+    Camera {
+        model: Model::Real(Box::new(lens)),
+        film: [49.497; 2],
+        world_from_camera: DAffine3::IDENTITY,
+        imaging_ratio: 1.0,
+        depth: [0.0, f64::INFINITY],
+    }
+}
+
+/// Mean weight of the rays of one film point, and the share that leaves the lens.
+fn sampled(camera: &Camera, r: f64, waves: u32) -> (f64, f64) {
+    let mut samples = SampleBatch::default();
+    let mut rays = RayBatch::default();
+    let mut columns = LensColumns::default();
+    let mut blocked = vec![0; 32];
+    let (mut sum, mut alive) = (0.0, 0);
+    for wave in 0..waves {
+        samples.len = WAVE;
+        for i in 0..WAVE {
+            samples.key[i] = pixel_key(7, 7, 7);
+            samples.sample[i] = wave * WAVE as u32 + i as u32;
+            samples.film[0][i] = (r * 0.6) as f32;
+            samples.film[1][i] = (r * -0.8) as f32;
+        }
+        let [u, v] = &mut samples.pupil;
+        pairs(&samples.key[..], &samples.sample[..], Dimension::Pupil, &mut u[..], &mut v[..]);
+        camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut blocked);
+        sum += (0..rays.len).map(|i| f64::from(rays.carried[0][i])).sum::<f64>();
+        alive += rays.len;
+    }
+    let total = f64::from(waves) * WAVE as f64;
+    (sum / total, alive as f64 / total)
+}
+
+/// The same by the oracle: cos^4 / Z^2 over a grid of the vertex plane.
+fn brute(lens: &Prescription, film: f64, r: f64, reach: f64, grid: usize) -> f64 {
+    let cell = 2.0 * reach / grid as f64;
+    let mut sum = 0.0;
+    for j in 0..grid {
+        // The lens is symmetric about the plane of the film point: half the rows are enough.
+        let v = (j as f64 + 0.5) * cell / 2.0;
+        for i in 0..grid {
+            let u = -reach + (i as f64 + 0.5) * cell;
+            let d = [u - r, v, film];
+            if oracle::trace(lens, film, [r, 0.0, 0.0], d).is_ok() {
+                let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                let cos2 = film * film / d2;
+                sum += cos2 * cos2 / (film * film);
+            }
+        }
+    }
+    sum * cell * cell
+}
+
+#[test]
+fn exposure_is_unbiased_from_the_centre_to_the_rim() {
+    for (name, film) in LENSES {
+        let lens = lens(name);
+        let exact = camera(lens.clone(), film, Aim::Pupil);
+        let mut centre = 0.0;
+        for step in 0..=10 {
+            let r = HALF_DIAGONAL * f64::from(step) / 10.0;
+            // The rear element seen from the film never reaches farther than twice its width.
+            let truth = brute(&lens, film, r, lens.rear().diameter, 700);
+            let (ours, share) = sampled(&exact, r, 130);
+            if step == 0 {
+                centre = truth;
+            }
+            println!("{name} r {r:4.1}: {ours:.6} against {truth:.6}, {:.1}% alive", share * 100.0);
+            let error = (ours - truth).abs() / centre;
+            // Both sides integrate an area with a sharp edge: 2e-3 of the centre each at worst.
+            assert!(error < 0.004, "{name} at {r} mm: {ours} against {truth}");
+        }
+    }
+}
+
+#[test]
+fn a_small_stop_is_found_and_aimed_at() {
+    for (name, film) in LENSES {
+        let stopped = |divisor: f64| {
+            let mut lens = lens(name);
+            let stop = lens.stop();
+            let opening = lens.rows[stop].diameter / divisor;
+            lens.stop_down(opening);
+            let (ours, share) = sampled(&camera(lens.clone(), film, Aim::Pupil), 2.0, 100);
+            println!("{name} stop / {divisor}: {ours:e}, {:.1}% alive", share * 100.0);
+            assert!(share > 0.85, "{name} / {divisor}: only {share} of the rays leave the lens");
+            (lens, ours)
+        };
+        for divisor in [2.0, 8.0] {
+            let (lens, ours) = stopped(divisor);
+            let truth = brute(&lens, film, 2.0, lens.rear().diameter * 0.6, 3000);
+            // The grid has some ten thousand cells in the smallest pupil: 1 % at its edge.
+            assert!((ours / truth - 1.0).abs() < 0.01, "{name} / {divisor}: {ours} and {truth}");
+        }
+        // Smaller stops have no aberrations left: light follows their area.
+        let (eighth, tiny) = (stopped(8.0).1, stopped(256.0).1);
+        assert!((tiny * 1024.0 / eighth - 1.0).abs() < 0.02, "{name}: {tiny} and {eighth}");
+    }
+}
+
+#[test]
+fn the_rear_disk_is_the_courses_convention() {
+    // Share of rays aimed at the disk that leave the lens, whole film: published with the
+    // course's scenes.
+    let shares = [0.284, 0.103, 0.288, 0.029];
+    for ((name, film), published) in LENSES.into_iter().zip(shares) {
+        let camera = camera(lens(name), film, Aim::RearDisk);
+        let (mut alive, mut area) = (0.0, 0.0);
+        // Rings of the square film, weighted by how much of each lies on it.
+        let half = 49.497 / 2.0;
+        for i in 0..60 {
+            let r = HALF_DIAGONAL * (f64::from(i) + 0.5) / 60.0;
+            let inside = if r <= half { 1.0 } else { 1.0 - 4.0 / std::f64::consts::PI * (half / r).acos() };
+            let (_, share) = sampled(&camera, r, 4);
+            alive += share * r * inside;
+            area += r * inside;
+        }
+        let share = alive / area;
+        println!("{name}: {share:.4} against {published}");
+        assert!((share - published).abs() < 0.003, "{name}: {share} against {published}");
+    }
+}
+
+#[test]
+fn the_corner_of_a_large_film_is_known_to_be_dark() {
+    let lens = lens("wide.22mm");
+    let bound = petzval::lens::PupilBound::new(&lens, 14.54, HALF_DIAGONAL, Aim::Pupil);
+    assert!(bound.any_open(0.0, 1.0));
+    assert!(!bound.any_open(34.0, 35.0), "no light comes to the corner of this film");
+    assert!(bound.at(10.0).pupil.area() < bound.at(10.0).rear.area());
+}
