@@ -7,6 +7,7 @@
 //! share of points of the whole rear element, with the mixture's density, so that light
 //! which the ellipse should miss is still counted and the picture stays unbiased.
 
+use super::paraxial::Paraxial;
 use super::prescription::Prescription;
 use super::surface::{From, Surface, sequence};
 use super::trace::trace;
@@ -107,14 +108,21 @@ impl PupilBound {
             batch: Box::default(),
             distance,
         };
-        let mut near = None;
+        // How far the pupil moves per mm on the film, at first by where it stands on the axis.
+        let behind = -Paraxial::of(lens).exit_pupil.position;
+        let mut drift = behind / (distance + behind);
+        let mut last: Option<(f64, Frame)> = None;
         let edges: Vec<Bound> = (0..=RINGS)
             .map(|i| {
                 let r = radius * i as f64 / RINGS as f64;
                 let outline = rear_outline(lens, distance, r);
-                let light = finder.find(r, near, Frame::around(&outline));
+                let expected = last.map(|(from, frame)| frame.moved((r - from) * drift));
+                let light = finder.find(r, expected, Frame::around(&outline));
                 if !light.points.is_empty() {
-                    near = Some(light.frame);
+                    if let Some((from, frame)) = last {
+                        drift = (light.frame.middle() - frame.middle()) / (r - from);
+                    }
+                    last = Some((r, light.frame));
                 }
                 let rear = bounding_ellipse(&outline, [0.0; 2]).scaled(REAR_MARGIN);
                 Bound { pupil: bounding_ellipse(&light.points, light.cell), rear }
@@ -177,6 +185,14 @@ impl Frame {
         Self { low: self.low - by[0], high: self.high + by[0], height: self.height + by[1] }
     }
 
+    fn moved(self, by: f64) -> Self {
+        Self { low: self.low + by, high: self.high + by, ..self }
+    }
+
+    fn middle(self) -> f64 {
+        (self.low + self.high) / 2.0
+    }
+
     fn width(self) -> f64 {
         self.high - self.low
     }
@@ -198,12 +214,14 @@ struct Finder {
 }
 
 impl Finder {
-    /// The light of a film point, searched first near where its neighbour saw it and then
-    /// over the whole rear element.
-    fn find(&mut self, r: f64, near: Option<Frame>, whole: Frame) -> Light {
-        let near = near.map(|frame| frame.grown([frame.width(), frame.height]));
+    /// The light of a film point, searched first around where it is expected and then over the
+    /// whole rear element.
+    fn find(&mut self, r: f64, expected: Option<Frame>, whole: Frame) -> Light {
+        let around = |frame: Frame| {
+            [1.0, 5.0, 12.0].map(|by| frame.grown([by * frame.width(), by * frame.height]))
+        };
         let mut frame = whole;
-        for start in near.into_iter().chain([whole]) {
+        for start in expected.map(around).into_iter().flatten().chain([whole]) {
             frame = start;
             // Zoom in until the light fills a good part of the frame: a small stop is a
             // needle in the haystack of the first grid.
