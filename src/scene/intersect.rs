@@ -8,6 +8,7 @@
 use glam::{Affine3A, DVec3, Vec3};
 
 use super::Scene;
+use super::point::gamma;
 use super::tree::{Child, Code, Node, Packet, Tree};
 use crate::lanes::Real;
 use crate::rays::{Hit, HitBatch, NONE, Ray, RayBatch};
@@ -239,8 +240,12 @@ fn packet<R: Real<Scalar = f32>>(
         let det = u + v + w;
         let t = (u * az + v * bz + w * cz) / det;
         // 0 / 0, a ray in the plane of its triangle, is NaN and fails both comparisons.
-        let between = zero.lt(t) & t.lt(R::splat(hit.t));
-        mask |= R::bits((above | below) & between) << lane;
+        let inside = (above | below) & zero.lt(t) & t.lt(R::splat(hit.t));
+        if R::bits(inside) == 0 {
+            continue;
+        }
+        let least = t_error([ax, bx, cx], [ay, by, cy], [az, bz, cz], edge, det);
+        mask |= R::bits(inside & least.lt(t)) << lane;
         t.store(&mut distances[lane..]);
         (v / det).store(&mut weights[0][lane..]);
         (w / det).store(&mut weights[1][lane..]);
@@ -261,6 +266,18 @@ fn packet<R: Real<Scalar = f32>>(
         }
     }
     any
+}
+
+/// A bound on the absolute error of t: what is nearer than that may be the surface that the ray
+/// leaves (Pharr, Jakob & Humphreys, "Physically Based Rendering", 6.8.7).
+#[inline(always)]
+fn t_error<R: Real<Scalar = f32>>(x: [R; 3], y: [R; 3], z: [R; 3], edge: [R; 3], det: R) -> R {
+    let largest = |[a, b, c]: [R; 3]| a.abs().max(b.abs()).max(c.abs());
+    let bound = |n: u32| R::splat(gamma(n));
+    let (x, y, z, edge) = (largest(x), largest(y), largest(z), largest(edge));
+    let (dx, dy, dz) = (bound(5) * (x + z), bound(5) * (y + z), bound(3) * z);
+    let d_edge = R::splat(2.0) * (bound(2) * x * y + dy * x + dx * y);
+    R::splat(3.0) * (bound(3) * edge * z + d_edge * z + dz * edge) / det.abs()
 }
 
 /// The edge functions in f64, where the product of two f32 is exact and so its sign is too.

@@ -136,3 +136,35 @@ pub mod oracle {
         Some([ratio * d[0] + k * n[0], ratio * d[1] + k * n[1], ratio * d[2] + k * n[2]])
     }
 }
+
+/// Renders the text of a scene, whose files stand in the repository's scenes folder.
+pub fn rendered(text: &str) -> petzval::image::Picture {
+    let folder = folder();
+    let path = write(&folder, "scene.pbrt", text);
+    let description = petzval::scene::pbrt::read(&path).expect("a scene of a test");
+    let (job, _, _) = petzval::job::prepare(description, &Default::default()).expect("a job");
+    picture(&job, petzval::render::Backend::Simd, 2)
+}
+
+/// Renders a job.
+pub fn picture(
+    job: &petzval::render::Job,
+    backend: petzval::render::Backend,
+    threads: usize,
+) -> petzval::image::Picture {
+    let exposed = petzval::render::render(job, backend, threads, &Default::default())
+        .expect("a render that nobody stops");
+    assert_eq!(exposed.film.dropped, 0, "no sample may be other than a number");
+    exposed.film.picture(job.samples.end - job.samples.start)
+}
+
+/// The mean of a picture, by channel.
+pub fn mean(picture: &petzval::image::Picture) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for pixel in &picture.pixels {
+        for (sum, value) in sum.iter_mut().zip(pixel) {
+            *sum += f64::from(*value);
+        }
+    }
+    sum.map(|s| s / picture.pixels.len() as f64)
+}

@@ -1,0 +1,204 @@
+//! Radiometry: pictures whose brightness is known in closed form.
+
+mod support;
+
+use std::f64::consts::PI;
+
+use support::{mean, rendered};
+
+/// A camera that looks straight down on the world's origin from 1 unit, at a spot of about 1 %.
+fn looking_down(samples: u32, integrator: &str, world: &str) -> [f64; 3] {
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+           Sampler "sobol" "integer pixelsamples" {samples}
+           Integrator {integrator}
+           LookAt 0 1 0  0 0 0  0 0 1
+           Camera "perspective" "float fov" 1
+           WorldBegin {world}"#
+    );
+    mean(&rendered(&text))
+}
+
+const FLOOR: &str = r#"Material "diffuse" "rgb reflectance" [0.5 0.25 0.8]
+    Shape "trianglemesh" "point3 P" [-9 0 -9  9 0 -9  9 0 9  -9 0 9] "integer indices" [0 1 2 2 3 0]"#;
+const DIRECT: &str = r#""directlighting""#;
+
+fn assert_near(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
+    for (found, expected) in found.into_iter().zip(expected) {
+        assert!((found / expected - 1.0).abs() < tolerance, "{found} instead of {expected}");
+    }
+}
+
+fn times(colour: [f64; 3], by: f64) -> [f64; 3] {
+    colour.map(|c| c * by)
+}
+
+const REFLECTANCE: [f64; 3] = [0.5, 0.25, 0.8];
+
+#[test]
+fn a_floor_under_a_uniform_sky_has_its_reflectance() {
+    let sky = r#"LightSource "infinite" "rgb L" [2 2 2]"#;
+    let found = looking_down(16, DIRECT, &format!("{sky} {FLOOR}"));
+    assert_near(found, times(REFLECTANCE, 2.0), 1e-3);
+}
+
+#[test]
+fn a_point_light_falls_off_with_the_square_of_the_distance() {
+    let light = r#"LightSource "point" "rgb I" [3 3 3] "point3 from" [0 2 0]"#;
+    let found = looking_down(16, DIRECT, &format!("{light} {FLOOR}"));
+    assert_near(found, times(REFLECTANCE, 3.0 / 4.0 / PI), 1e-3);
+}
+
+#[test]
+fn a_distant_light_falls_off_with_the_cosine() {
+    let light = r#"LightSource "distant" "rgb L" [3 3 3] "point3 from" [3 4 0] "point3 to" [0 0 0]"#;
+    let found = looking_down(16, DIRECT, &format!("{light} {FLOOR}"));
+    assert_near(found, times(REFLECTANCE, 3.0 * 0.8 / PI), 1e-3);
+}
+
+#[test]
+fn a_disk_light_gives_what_its_solid_angle_says() {
+    // On the axis of a disk of radius r at height h: E = pi L r^2 / (r^2 + h^2).
+    let light = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [7 7 7]
+        Translate 0 2 0 Rotate 90 1 0 0 Shape "disk" "float radius" 1.5 AttributeEnd"#;
+    let found = looking_down(1024, DIRECT, &format!("{light} {FLOOR}"));
+    assert_near(found, times(REFLECTANCE, 7.0 * 2.25 / (2.25 + 4.0)), 5e-3);
+}
+
+#[test]
+fn spheres_cones_and_meshes_shine_by_their_area() {
+    // A small sphere of radius r at distance d: E = pi L r^2 / d^2, whatever it is made of.
+    let expected = times(REFLECTANCE, 100.0 * 0.05f64.powi(2) / 4.0);
+    for shape in [
+        r#"Shape "sphere" "float radius" 0.05"#,
+        r#"Scale 0.05 0.05 0.05 Shape "sphere""#,
+        r#"ReverseOrientation Scale -1 1 1 ReverseOrientation Shape "sphere" "float radius" 0.05"#,
+    ] {
+        let light = format!(
+            r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [100 100 100]
+               Translate 0 2 0 {shape} AttributeEnd"#
+        );
+        let found = looking_down(1024, DIRECT, &format!("{light} {FLOOR}"));
+        assert_near(found, expected, 0.01);
+    }
+    // A quad of side 0.1 facing down: E = L A / d^2, less 0.1 % for its size.
+    let quad = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [100 100 100] Translate 0 2 0
+        Shape "trianglemesh" "point3 P" [-.05 0 -.05  .05 0 -.05  .05 0 .05  -.05 0 .05]
+        "integer indices" [0 1 2 2 3 0] AttributeEnd"#;
+    let found = looking_down(1024, DIRECT, &format!("{quad} {FLOOR}"));
+    assert_near(found, times(REFLECTANCE, 100.0 * 0.01 / 4.0 / PI), 0.01);
+}
+
+#[test]
+fn lights_shine_from_one_side_unless_told_otherwise() {
+    let quad = |more: &str, turn: &str| {
+        format!(
+            r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [100 100 100] {more}
+               Translate 0 2 0 {turn} Rotate 90 1 0 0 Shape "disk" "float radius" 0.1 AttributeEnd"#
+        )
+    };
+    let lit = |more: &str, turn: &str| {
+        looking_down(64, DIRECT, &format!("{} {FLOOR}", quad(more, turn)))[0]
+    };
+    let down = lit("", "");
+    assert!(down > 0.0);
+    assert_eq!(lit("", "Rotate 180 1 0 0"), 0.0);
+    assert_eq!(lit("", "ReverseOrientation"), 0.0);
+    assert!((lit(r#""bool twosided" true"#, "Rotate 180 1 0 0") / down - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn many_lights_add_up() {
+    let one = |x: f64, i: f64| {
+        format!(r#"LightSource "point" "rgb I" [{i} {i} {i}] "point3 from" [{x} 2 0]"#)
+    };
+    let lights: String = (0..9).map(|i| one(0.001 * f64::from(i), f64::from(i + 1))).collect();
+    let found = looking_down(1024, DIRECT, &format!("{lights} {FLOOR}"));
+    assert_near(found, times(REFLECTANCE, 45.0 / 4.0 / PI), 2e-3);
+}
+
+#[test]
+fn a_light_is_seen_as_bright_as_it_is() {
+    let light = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [3 4 5] "float scale" 2
+        Rotate -90 1 0 0 Shape "disk" AttributeEnd"#;
+    let found = looking_down(4, DIRECT, light);
+    assert_near(found, [6.0, 8.0, 10.0], 1e-6);
+    let sky = r#"LightSource "infinite" "rgb L" [1 2 3] "float scale" 2"#;
+    assert_near(looking_down(4, DIRECT, sky), [2.0, 4.0, 6.0], 1e-6);
+}
+
+#[test]
+fn exposure_time_and_iso_scale_the_picture() {
+    let text = r#"Film "rgb" "integer xresolution" 4 "integer yresolution" 4 "float iso" 400
+        LookAt 0 1 0  0 0 0  0 0 1
+        Camera "perspective" "float fov" 1 "float shutteropen" 0.5 "float shutterclose" 0.75
+        WorldBegin LightSource "infinite" "rgb L" [1 1 1]"#;
+    assert_near(mean(&rendered(text)), [1.0; 3], 1e-6);
+}
+
+#[test]
+fn paths_in_a_white_furnace_lose_nothing() {
+    // Inside a closed box that shines with E and reflects rho everywhere, the radiance is the
+    // geometric series E (1 + rho + rho^2 + ...); n surfaces give n + 1 terms.
+    let box_of_light = r#"AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" true
+        Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
+        Translate 0 1.1 0 Shape "sphere" "float radius" 4"#;
+    for (depth, expected) in [(1, 1.5), (2, 1.75), (3, 1.875), (30, 2.0)] {
+        let integrator = format!(r#""path" "integer maxdepth" {depth}"#);
+        let found = looking_down(256, &integrator, box_of_light);
+        // Points of the light next to a surface are rare and bright: noise of some percent.
+        assert_near(found, [expected; 3], 0.02);
+    }
+}
+
+#[test]
+fn a_thin_lens_is_sharp_at_its_focus_only() {
+    let line = |focus: f64| {
+        let text = format!(
+            r#"Film "rgb" "integer xresolution" 32 "integer yresolution" 32
+               Sampler "sobol" "integer pixelsamples" 64 Integrator "directlighting"
+               LookAt 0 1 0  0 0 0  0 0 1
+               Camera "perspective" "float fov" 40 "float lensradius" 0.1 "float focaldistance" {focus}
+               WorldBegin LightSource "infinite" "rgb L" [1 1 1]
+               Material "diffuse" "rgb reflectance" [0 0 0]
+               Shape "trianglemesh" "point3 P" [0 0 -9  9 0 -9  9 0 9  0 0 9] "integer indices" [0 1 2 2 3 0]"#
+        );
+        let picture = rendered(&text);
+        let row = &picture.pixels[16 * 32..17 * 32];
+        row.iter().filter(|pixel| (0.02..0.98).contains(&pixel[0])).count()
+    };
+    assert!(line(1.0) <= 1, "in focus the edge is sharp");
+    assert!(line(0.5) >= 6, "out of focus it is not");
+}
+
+#[test]
+fn pictures_are_upright() {
+    // Red to the right of the camera, green above: pbrt's camera space is left-handed.
+    let world = r#"WorldBegin
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [1 0 0] "bool twosided" true
+            Translate 2 0 4 Shape "sphere" "float radius" 0.5 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [0 1 0] "bool twosided" true
+            Translate 0 1.2 4 Shape "sphere" "float radius" 0.5 AttributeEnd"#;
+    let film = r#"Film "rgb" "integer xresolution" 30 "integer yresolution" 20 "float diagonal" 43.27
+        Sampler "sobol" "integer pixelsamples" 16"#;
+    let lens = support::root().join("lenses/wide.22mm.dat");
+    let real = format!(
+        r#"Camera "realistic" "string lensfile" "{}" "float aperturediameter" 9 "float focusdistance" 4"#,
+        lens.display()
+    );
+    for camera in [r#"Camera "perspective" "float fov" 50"#, &real] {
+        let picture = rendered(&format!("{film} {camera} {world}"));
+        let centre = |channel: usize| {
+            let (mut x, mut y, mut sum) = (0.0, 0.0, 0.0);
+            for (i, pixel) in picture.pixels.iter().enumerate() {
+                x += (i % 30) as f32 * pixel[channel];
+                y += (i / 30) as f32 * pixel[channel];
+                sum += pixel[channel];
+            }
+            [x / sum, y / sum]
+        };
+        let ([red_x, red_y], [green_x, green_y]) = (centre(0), centre(1));
+        assert!(red_x > 20.0 && (red_y - 9.5).abs() < 1.5, "{camera}: red at {red_x} {red_y}");
+        assert!((green_x - 14.5).abs() < 1.5 && green_y < 8.0, "{camera}: {green_x} {green_y}");
+    }
+}
