@@ -1,0 +1,243 @@
+//! The command as a new user meets it.
+
+mod support;
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use support::{folder, root, write};
+
+fn petzval(arguments: &[&str]) -> Output {
+    command(arguments).output().expect("the command starts")
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
+    command.args(arguments).current_dir(root()).stdin(Stdio::null());
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The command fails with exit code 2, writes nothing to standard output, and says this.
+fn refuses(arguments: &[&str], expected: &str) {
+    let output = petzval(arguments);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    assert!(said.contains(expected), "{arguments:?}\n  said     {said}\n  expected {expected}");
+    assert!(output.stdout.is_empty() && !said.contains("panicked"), "{arguments:?}: {said}");
+}
+
+fn small<'a>(output: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let output = output.to_str().expect("a plain path");
+    let mut arguments = vec!["render", "scenes/dgauss.pbrt", "--resolution", "40x30", "--spp", "16"];
+    arguments.extend(["-o", output]);
+    arguments.extend(more);
+    arguments
+}
+
+#[test]
+fn a_scene_becomes_a_picture_with_its_attributes() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let output = petzval(&small(&path, &["--threads", "1"]));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(output.stdout.is_empty(), "the picture goes to its file");
+    for words in ["intersect", "% of the rays leave the lens", "a.exr: 40 x 30 pixels, 16 samples"] {
+        assert!(said.contains(words), "{said}");
+    }
+    assert!(!said.contains('\r') && !said.contains('\u{1b}'), "no bar where nobody looks: {said:?}");
+
+    let meta = exr::meta::MetaData::read_from_file(&path, true).unwrap();
+    let own = &meta.headers[0].own_attributes;
+    assert!((own.aperture.unwrap() - 2.03).abs() < 0.01);
+    assert!((own.focus.unwrap() - 3.9146).abs() < 1e-3);
+    assert_eq!(own.iso_speed, Some(100.0));
+    assert!(own.software_name.as_ref().unwrap().to_string().starts_with("petzval "));
+    let number = |name: &str| match own.other.get(&exr::meta::attribute::Text::from(name)) {
+        Some(exr::meta::attribute::AttributeValue::F32(v)) => *v,
+        other => panic!("{name}: {other:?}"),
+    };
+    assert!((number("effectiveFocalLength") - 50.358).abs() < 1e-3);
+    assert!((number("filmDistance") - 36.77).abs() < 1e-3);
+    assert_eq!([number("samplesPerPixel"), number("seed")], [16.0, 0.0]);
+    let words = |name: &str| match own.other.get(&exr::meta::attribute::Text::from(name)) {
+        Some(exr::meta::attribute::AttributeValue::Text(v)) => v.to_string(),
+        other => panic!("{name}: {other:?}"),
+    };
+    assert_eq!(words("lensModel"), "dgauss.50mm");
+    assert!(words("commandLine").contains("--resolution 40x30 --spp 16"));
+}
+
+#[test]
+fn a_png_and_a_jpeg_look_like_the_exr() {
+    let folder = folder();
+    let read = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        assert!(petzval(&small(&path, more)).status.success());
+        petzval::image::Picture::read(&path, true).unwrap()
+    };
+    let exr = read("a.exr", &[]);
+    let half = read("half.exr", &["--half"]);
+    let png = read("a.png", &[]);
+    let jpeg = read("a.jpg", &[]);
+    let brighter = read("b.png", &["--exposure", "-1"]);
+    let auto = read("c.png", &["--exposure", "auto"]);
+    let code = |v: f32| petzval::image::srgb_encode(v) * 255.0;
+    let (mut jpeg_off, mut white) = (0.0, 0);
+    for (i, pixel) in exr.pixels.iter().enumerate() {
+        for (c, &linear) in pixel.iter().enumerate() {
+            // The PNG holds the code next to the EXR's light, half a code off at most.
+            assert!((code(png.pixels[i][c]) - code(linear)).abs() <= 0.51, "pixel {i}");
+            assert!((code(brighter.pixels[i][c]) - code(linear / 2.0)).abs() <= 0.51, "pixel {i}");
+            assert!((half.pixels[i][c] - linear).abs() <= linear * 1e-3 + 1e-7, "pixel {i}");
+            jpeg_off += (code(jpeg.pixels[i][c]) - code(linear)).abs();
+        }
+        white += usize::from(auto.pixels[i].iter().all(|&v| v > 0.99));
+    }
+    assert!(jpeg_off / (3.0 * exr.pixels.len() as f32) < 4.0, "JPEG is off by {jpeg_off} in all");
+    assert!(white > 0 && white < exr.pixels.len() / 20, "{white} white pixels");
+    // The sRGB chunk, so that viewers need not guess.
+    let bytes = std::fs::read(folder.path().join("a.png")).unwrap();
+    assert!(bytes.windows(4).any(|w| w == b"sRGB"));
+}
+
+#[test]
+fn a_crop_knows_where_it_lies() {
+    let folder = folder();
+    let path = folder.path().join("crop.exr");
+    assert!(petzval(&small(&path, &["--crop", "4,6,20,21"])).status.success());
+    let meta = exr::meta::MetaData::read_from_file(&path, true).unwrap();
+    let header = &meta.headers[0];
+    assert_eq!((header.layer_size.0, header.layer_size.1), (16, 15));
+    let position = header.own_attributes.layer_position;
+    assert_eq!((position.0, position.1), (4, 6));
+    let display = header.shared_attributes.display_window;
+    assert_eq!((display.size.0, display.size.1), (40, 30));
+}
+
+#[test]
+fn mistakes_are_answered_with_exit_code_2_and_what_to_try() {
+    let folder = folder();
+    let out = folder.path().join("x.exr");
+    let out = out.to_str().unwrap();
+    refuses(&["render", "scenes/no.pbrt", "-o", out], "cannot read scenes/no.pbrt");
+    refuses(&["render", "scenes", "-o", out], "cannot read scenes");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", "x.tiff"], "known are .exr, .png, .jpg");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", "no/such/x.exr"], "name another picture with -o");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", folder.path().to_str().unwrap()], "");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--lens", "no.dat"], "cannot read the lens");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--lens", "README.md"], "README.md:");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--crop", "9,9,9,9"], "leaves nothing");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--crop", "0,0,301,9"], "leaves nothing");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--crop", "a"], "four whole numbers");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "0x9"], "expected WxH");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "99999x9"], "expected WxH");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--spp", "0"], "--spp");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--exposure", "x"], "expected stops");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--threads", "0"], "--threads");
+    refuses(&["rendr"], "unrecognized subcommand");
+    refuses(&["lens", "no.dat"], "cannot read the lens no.dat");
+    refuses(&["lens", "lenses/dgauss.50mm.dat", "--stop", "18"], "at most 17.1 mm");
+    refuses(&["lens", "lenses/dgauss.50mm.dat", "--focus", "10"], "the nearest it can is");
+    assert!(!Path::new(out).exists());
+    let near = std::fs::read_to_string(root().join("scenes/dgauss.pbrt")).unwrap();
+    let near = near.replace("3.9145817", "0.05").replace("../lenses", &format!("{}/lenses", root().display()));
+    write(&folder, "cones.pbrt", "");
+    let near = write(&folder, "near.pbrt", near);
+    refuses(&["render", near.to_str().unwrap(), "-o", out], "the lens cannot focus at 50.0000 mm");
+}
+
+#[test]
+fn a_folder_without_permission_is_named_before_the_render() {
+    // Root may write anywhere; a folder on a read-only file system refuses everybody.
+    let proc = Path::new("/proc/petzval.exr");
+    if !Path::new("/proc").is_dir() {
+        return;
+    }
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", proc.to_str().unwrap()], "cannot write /proc");
+}
+
+#[test]
+fn what_stood_under_the_name_survives_an_error() {
+    let folder = folder();
+    let path = write(&folder, "old.exr", "precious");
+    let mut arguments = small(&path, &[]);
+    arguments[1] = "scenes/no.pbrt";
+    assert_eq!(petzval(&arguments).status.code(), Some(2));
+    assert_eq!(std::fs::read(&path).unwrap(), b"precious");
+    let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(names.len(), 1, "no temporary files stay behind");
+}
+
+#[test]
+fn the_lens_command_prints_what_the_lens_is() {
+    let output = petzval(&["lens", "lenses/dgauss.50mm.dat", "--film-distance", "36.77", "--focus", "inf"]);
+    let said = text(&output.stdout);
+    assert!(output.status.success());
+    for words in ["29.4750", "stop", "50.3582 mm", "2.0302", "36.1059 mm", "3845.7717 mm", "24.8051"] {
+        assert!(said.contains(words), "{words} is not in\n{said}");
+    }
+}
+
+#[test]
+fn a_black_picture_comes_with_a_reason() {
+    let folder = folder();
+    let scene = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+                 Camera \"perspective\"\nWorldBegin\nTranslate 0 0 3 Shape \"sphere\"";
+    let scene = write(&folder, "dark.pbrt", scene);
+    let out = folder.path().join("dark.exr");
+    let output = petzval(&["render", scene.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    assert!(output.status.success());
+    let said = text(&output.stderr);
+    assert!(said.contains("the picture is black: the scene has no light"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_at_once_and_leaves_nothing() {
+    let folder = folder();
+    let path = folder.path().join("long.exr");
+    let mut child = command(&["render", "scenes/snowman.pbrt", "--spp", "1000000", "-o"])
+        .arg(&path)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(130));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+const ADVICE: &str = "RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release";
+
+#[test]
+fn an_old_cpu_is_told_what_to_do() {
+    let output = command(&["--version"]).env("PETZVAL_PRETEND_OLD_CPU", "1").output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains(ADVICE));
+}
+
+/// For real, where an emulator of old CPUs is installed (Debian's qemu-user).
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+#[test]
+fn an_emulated_old_cpu_is_told_what_to_do() {
+    for cpu in ["core2duo", "Nehalem", "IvyBridge"] {
+        let output = Command::new("qemu-x86_64")
+            .args(["-cpu", cpu, env!("CARGO_BIN_EXE_petzval"), "--version"])
+            .output();
+        let Ok(output) = output else {
+            eprintln!("qemu-x86_64 is not installed: not tried on emulated CPUs");
+            return;
+        };
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{cpu}: {said}");
+        assert!(said.contains(ADVICE), "{cpu}: {said}");
+    }
+}

@@ -1,0 +1,310 @@
+//! The scene reader: what it understands, and what it says when it does not.
+
+mod support;
+
+use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec, SceneError};
+use support::{folder, mean, rendered, write};
+
+fn read(text: &str) -> Result<Description, SceneError> {
+    let folder = folder();
+    pbrt::read(&write(&folder, "test.pbrt", text))
+}
+
+const HEAD: &str = "Camera \"perspective\"\nWorldBegin\n";
+
+/// The error for a scene whose third line and those after are given, without the folder.
+fn error(world: &str) -> String {
+    let text = match read(&format!("{HEAD}{world}")) {
+        Ok(_) => panic!("accepted: {world}"),
+        Err(error) => error.to_string(),
+    };
+    text[text.find("test.pbrt").unwrap_or(0)..].to_owned()
+}
+
+#[test]
+fn mistakes_are_named_with_line_column_and_what_was_meant() {
+    let cases = [
+        ("Shpe \"sphere\"", "test.pbrt:3:1: unknown directive \"Shpe\"; did you mean \"Shape\"?"),
+        ("Shape \"spere\"", "test.pbrt:3:1: unknown Shape \"spere\"; did you mean \"sphere\"?"),
+        ("Shape \"xyzzy\"", "test.pbrt:3:1: unknown Shape \"xyzzy\"; known are trianglemesh, "),
+        (
+            "Shape \"sphere\" \"float radios\" 2",
+            "test.pbrt:3:16: unknown parameter \"radios\" of Shape \"sphere\"; did you mean \"radius\"?",
+        ),
+        ("Shape \"sphere\"\n  \"flot radius\" 2", "test.pbrt:4:3: unknown parameter type \"flot\""),
+        ("Shape \"sphere\" \"radius\" 2", "test.pbrt:3:16: found \"radius\"; expected a parameter"),
+        ("Shape \"sphere\" \"float radius\" -2", "test.pbrt:3:16: \"radius\" is -2; expected more"),
+        ("Shape \"sphere\" \"float radius\" [1 2]", "test.pbrt:3:16: 2 values for \"radius\""),
+        ("Shape \"sphere\" \"string radius\" \"2\"", "test.pbrt:3:16: \"string radius\" with these"),
+        ("Shape \"sphere\" \"float radius\" [1", "test.pbrt:3:1: the file ends here; expected a value"),
+        ("Shape \"sphere\" \"float radius\" 1e999", "test.pbrt:3:31: the number 1e999 is out of range"),
+        ("Translate 1 2", "test.pbrt:3:1: the file ends here; expected 3 numbers"),
+        ("Translate 1 2 x", "test.pbrt:3:15: found x; expected 3 numbers"),
+        ("Translate 1 2 3x", "test.pbrt:3:15: \"3x\" is no number"),
+        ("Scale 1 0 1", "test.pbrt:3:1: Scale by 0"),
+        ("Rotate 10 0 0 0", "test.pbrt:3:1: Rotate about no axis"),
+        ("LookAt 1 1 1 1 1 1 0 1 0", "test.pbrt:3:1: LookAt from a point to itself"),
+        ("Material \"matte", "test.pbrt:3:10: a quoted string that does not end"),
+        ("\"sphere\"", "test.pbrt:3:1: \"sphere\" where a directive should stand"),
+        ("AttributeEnd", "test.pbrt:3:1: AttributeEnd without AttributeBegin"),
+        ("AttributeBegin\nTransformEnd", "test.pbrt:4:1: TransformEnd inside the AttributeBegin"),
+        ("\nAttributeBegin", "test.pbrt:4:1: AttributeBegin without AttributeEnd"),
+        ("ObjectBegin \"a\"\nObjectInstance \"a\"\nObjectEnd", "test.pbrt:4:1: object \"a\" contains"),
+        ("ObjectInstance \"tre\"", "test.pbrt:3:1: no object \"tre\""),
+        ("NamedMaterial \"gold\"", "test.pbrt:3:1: no material named \"gold\""),
+        ("Material \"matte\" \"texture Kd\" \"wood\"", "test.pbrt:3:18: no texture \"wood\""),
+        ("Include \"no.pbrt\"", "test.pbrt:3:1: cannot read "),
+        ("Shape \"plymesh\" \"string filename\" \"no.ply\"", "test.pbrt:3:17: "),
+        (
+            "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"no.png\"",
+            "test.pbrt:3:32: cannot read the picture ",
+        ),
+        (
+            "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
+            "test.pbrt:3:52: the index 3; there are 3 points",
+        ),
+        (
+            "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2]",
+            "test.pbrt:3:22: 8 numbers for \"point3 P\"; expected a multiple of 3",
+        ),
+        ("Film \"rgb\"", "test.pbrt:3:1: Film after WorldBegin"),
+        ("WorldBegin", "test.pbrt:3:1: a second WorldBegin"),
+    ];
+    for (world, expected) in cases {
+        let said = error(world);
+        assert!(said.starts_with(expected), "{world}\n  said     {said}\n  expected {expected}");
+    }
+}
+
+#[test]
+fn what_a_scene_lacks_is_said() {
+    for (text, expected) in [
+        ("", "the file ends without WorldBegin"),
+        ("WorldBegin", "the file ends without a Camera"),
+        ("Shape \"sphere\"", "Shape before WorldBegin"),
+        ("Camera \"realistic\" WorldBegin", "a realistic camera without a lens"),
+        ("Camera \"perspective\" \"float fov\" 180 WorldBegin", "a field of view of 180"),
+        ("Film \"rgb\" \"integer xresolution\" 0 Camera \"perspective\" WorldBegin", "xresolution"),
+        (
+            "Camera \"perspective\" \"float shutteropen\" 1 \"float shutterclose\" 1 WorldBegin",
+            "a shutter that is open for 0 s",
+        ),
+    ] {
+        let said = read(text).map(|_| ()).expect_err(text).to_string();
+        assert!(said.contains(expected), "{text}\n  said {said}");
+    }
+}
+
+#[test]
+fn known_but_unsupported_things_are_warnings_that_say_what_is_done() {
+    let description = read(&format!(
+        "{HEAD}Material \"conductor\" \"float roughness\" 0.1\nMaterial \"conductor\"\n\
+         Shape \"cylinder\"\nLightSource \"spot\"\n\
+         Shape \"sphere\" \"texture alpha\" \"holes\"\nAreaLightSource \"area\" \"integer nsamples\" 4\n"
+    ))
+    .unwrap();
+    let said: Vec<String> = description.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(said.len(), 5, "each is named once: {said:#?}");
+    for (said, (line, words)) in said.iter().zip([
+        ("3:1", "Material \"conductor\" is not supported yet: a diffuse surface"),
+        ("5:1", "Shape \"cylinder\" is not supported yet: the shape is left out"),
+        ("6:1", "LightSource \"spot\" is not supported yet: the light is left out"),
+        ("7:16", "\"alpha\" of Shape \"sphere\" is not supported yet: the shape is opaque"),
+        ("8:24", "\"nsamples\" of AreaLightSource \"area\""),
+    ]) {
+        assert!(said.contains(&format!("test.pbrt:{line}: {words}")), "{said}");
+    }
+    assert_eq!(description.scene.shapes.len(), 1);
+}
+
+#[test]
+fn both_dialects_of_the_realistic_camera_are_understood() {
+    let v2 = read(
+        "Film \"image\" \"integer xresolution\" [30] \"integer yresolution\" [20]\n\
+         Sampler \"lowdiscrepancy\" \"integer pixelsamples\" [7]\n\
+         Scale 1000 1000 1000\n\
+         Camera \"realistic\" \"string specfile\" \"a.dat\" \"float filmdistance\" 36.77\n\
+         \"float aperture_diameter\" 17.1 \"float filmdiag\" 70 \"float hither\" [0.001 ]\n\
+         \"float yon\" [1e+30 ] \"float shutteropen\" [0 ] \"float shutterclose\" [0 ]\n\
+         WorldBegin\nMaterial \"matte\" \"color Kd\" [ .2 .2 .5 ]\nWorldEnd",
+    )
+    .unwrap();
+    let CameraSpec::Realistic(RealisticSpec::V2 { aperture, film_distance, film_diagonal, .. }) =
+        v2.camera
+    else {
+        panic!("{:?}", v2.camera)
+    };
+    assert_eq!([aperture, film_distance, film_diagonal], [17.1, 36.77, 70.0]);
+    assert_eq!((v2.film.resolution, v2.samples, v2.max_depth), ([30, 20], 7, 1));
+
+    let v4 = read(
+        "Film \"rgb\" \"float diagonal\" 43.27 \"float cropwindow\" [0.25 0.5 0 1] \"float iso\" 200\n\
+         Camera \"realistic\" \"string lensfile\" \"a.dat\" \"float aperturediameter\" 5\n\
+         \"float focusdistance\" 3 \"float shutterclose\" 0.5\nWorldBegin",
+    )
+    .unwrap();
+    let CameraSpec::Realistic(RealisticSpec::V4 { aperture, focus, exposure_time, .. }) = v4.camera
+    else {
+        panic!("{:?}", v4.camera)
+    };
+    assert_eq!([aperture, focus, exposure_time], [5.0, 3.0, 0.5]);
+    assert_eq!(v4.film.bounds, [[320, 0], [640, 720]]);
+    assert_eq!((v4.film.diagonal, v4.film.iso, v4.max_depth), (43.27, 200.0, 5));
+}
+
+/// What a camera that looks down on the origin from above sees of a world, on average.
+fn seen(world: &str) -> [f64; 3] {
+    mean(&rendered(&format!(
+        "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\n\
+         Sampler \"sobol\" \"integer pixelsamples\" 16\nIntegrator \"directlighting\"\n\
+         LookAt 0 10 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 20\nWorldBegin\n\
+         LightSource \"infinite\" \"rgb L\" [0 0 0]\n\
+         AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" true\n{world}"
+    )))
+}
+
+#[test]
+fn transforms_nest_and_end_as_in_pbrt() {
+    let unit = seen("Shape \"sphere\" \"float radius\" 0.5")[0];
+    assert!(unit > 0.01);
+    for world in [
+        "Translate 3 0 0 Translate -3 0 0 Shape \"sphere\" \"float radius\" 0.5",
+        "TransformBegin Translate 3 0 0 TransformEnd Shape \"sphere\" \"float radius\" 0.5",
+        "AttributeBegin Scale 9 9 9 AttributeEnd Shape \"sphere\" \"float radius\" 0.5",
+        "Scale 0.5 0.5 0.5 Shape \"sphere\"",
+        "Translate 1 2 3 Identity Scale 0.5 0.5 0.5 Shape \"sphere\"",
+        "Transform [0.5 0 0 0  0 0.5 0 0  0 0 0.5 0  0 0 0 1] Shape \"sphere\"",
+        "Translate 7 7 7 CoordinateSystem \"there\" Identity Scale 9 9 9 \
+         CoordSysTransform \"there\" Translate -7 -7 -7 Shape \"sphere\" \"float radius\" 0.5",
+        "CoordSysTransform \"camera\" Translate 0 0 10 Shape \"sphere\" \"float radius\" 0.5",
+        "ConcatTransform [1 0 0 0  0 1 0 0  0 0 1 0  2 0 0 1] Translate -2 0 0 Rotate 33 0 1 0 \
+         Shape \"sphere\" \"float radius\" 0.5",
+    ] {
+        let found = seen(world)[0];
+        assert!((found / unit - 1.0).abs() < 0.03, "{world}: {found} instead of {unit}");
+    }
+    // LookAt as a world transform puts the scene in front of an eye.
+    let eye = "Translate 0 0 -5 LookAt 0 0 0  0 0 -5  0 1 0 Translate 0 0 -5 \
+               Shape \"sphere\" \"float radius\" 0.5";
+    assert!(seen(eye)[0] > 0.0);
+}
+
+#[test]
+fn instances_nest() {
+    let floor = |shape: &str| {
+        mean(&rendered(&format!(
+            "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\n\
+             Sampler \"sobol\" \"integer pixelsamples\" 16\nIntegrator \"directlighting\"\n\
+             LookAt 0 10 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 30\nWorldBegin\n\
+             LightSource \"distant\" \"point3 from\" [0 1 0] \"point3 to\" [0 0 0]\n{shape}"
+        )))[0]
+    };
+    let disk = "Rotate -90 1 0 0 Shape \"disk\" \"float radius\" 0.4";
+    let plain: String = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+        .map(|(x, z)| format!("AttributeBegin Translate {x} 0 {z} {disk} AttributeEnd "))
+        .concat();
+    let nested = format!(
+        "ObjectBegin \"one\" {disk} ObjectEnd\n\
+         ObjectBegin \"two\" Translate 0 0 -1 ObjectInstance \"one\" Translate 0 0 2 \
+         ObjectInstance \"one\" ObjectEnd\n\
+         AttributeBegin Translate -1 0 0 ObjectInstance \"two\" AttributeEnd\n\
+         Translate 1 0 0 ObjectInstance \"two\""
+    );
+    let (plain, nested) = (floor(&plain), floor(&nested));
+    assert!(plain > 0.01 && (nested / plain - 1.0).abs() < 0.01, "{nested} instead of {plain}");
+}
+
+#[test]
+fn textures_are_the_right_way_up() {
+    // A picture whose upper half is white: v runs up in pbrt-v4, down in the v2 dialect.
+    let folder = folder();
+    let mut pixels = vec![[1.0f32; 3]; 8];
+    pixels.extend([[0.0; 3]; 8]);
+    let picture = petzval::image::Picture { size: [4, 4], pixels };
+    let window = petzval::image::Window { origin: [0, 0], frame: [4, 4] };
+    let path = folder.path().join("half.png");
+    picture.write(&path, window, Default::default(), &Vec::new()).unwrap();
+    let seen = |v: &str| {
+        let text = format!(
+            "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             Integrator \"directlighting\" LookAt 0 1 0  0 0 0  0 0 1\n\
+             Camera \"perspective\" \"float fov\" 1\nWorldBegin\n\
+             LightSource \"infinite\" \"rgb L\" [1 1 1]\n\
+             Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\"\n\
+             Material \"diffuse\" \"texture reflectance\" \"t\"\n\
+             Shape \"trianglemesh\" \"point3 P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9]\n\
+             \"point2 uv\" [0.5 {v} 0.5 {v} 0.5 {v} 0.5 {v}] \"integer indices\" [0 1 2 2 3 0]",
+            path.display()
+        );
+        mean(&rendered(&text))[0]
+    };
+    assert!(seen("0.7") > 0.99 && seen("0.3") < 0.01);
+}
+
+#[test]
+fn checkerboards_and_products_of_textures() {
+    let colour = |texture: &str| {
+        mean(&rendered(&format!(
+            "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\n\
+             Sampler \"sobol\" \"integer pixelsamples\" 16\nIntegrator \"directlighting\"\n\
+             LookAt 0 1 0  0 0 0  0 0 1\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n\
+             LightSource \"infinite\" \"rgb L\" [1 1 1]\n{texture}\n\
+             Material \"diffuse\" \"texture reflectance\" \"t\"\n\
+             Shape \"trianglemesh\" \"point3 P\" [-2 0 -2 2 0 -2 2 0 2 -2 0 2]\n\
+             \"point2 uv\" [0 0 1 0 1 1 0 1] \"integer indices\" [0 1 2 2 3 0]"
+        )))
+    };
+    let checks = "\"checkerboard\" \"rgb tex1\" [0.9 0.5 0.1] \"rgb tex2\" [0.1 0.1 0.3] \
+                  \"float uscale\" 64 \"float vscale\" 64";
+    let found = colour(&format!("Texture \"t\" \"spectrum\" {checks}"));
+    for (found, expected) in found.into_iter().zip([0.5, 0.3, 0.2]) {
+        assert!((found - expected).abs() < 0.02, "{found} instead of {expected}");
+    }
+    let found = colour(&format!(
+        "Texture \"c\" \"spectrum\" {checks}\nTexture \"t\" \"color\" \"scale\" \
+         \"texture tex1\" \"c\" \"color tex2\" [0.5 0.5 0.5]"
+    ));
+    for (found, expected) in found.into_iter().zip([0.25, 0.15, 0.1]) {
+        assert!((found - expected).abs() < 0.01, "{found} instead of {expected}");
+    }
+}
+
+#[test]
+fn includes_are_found_beside_the_scene_and_may_not_go_round() {
+    let folder = folder();
+    write(&folder, "shape.pbrt", "Shape \"sphere\"");
+    let scene = write(&folder, "test.pbrt", format!("{HEAD}Include \"shape.pbrt\"\nInclude \"shape.pbrt\""));
+    assert_eq!(pbrt::read(&scene).unwrap().scene.shapes.len(), 2);
+    write(&folder, "shape.pbrt", "Include \"shape.pbrt\"");
+    let said = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
+    assert!(said.contains("files include each other"), "{said}");
+    write(&folder, "shape.pbrt", "Shape \"sphere\"\n  Shpe");
+    let said = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
+    assert!(said.contains("shape.pbrt:2:3: unknown directive"), "{said}");
+}
+
+#[test]
+fn no_mutation_of_a_scene_panics() {
+    let good = std::fs::read(support::root().join("scenes/dgauss.pbrt")).unwrap();
+    let folder = folder();
+    let lens = std::fs::read(support::root().join("scenes/cones.pbrt")).unwrap();
+    write(&folder, "cones.pbrt", lens);
+    let mut random = support::Random::new(9);
+    for _ in 0..3_000 {
+        let mut bytes = good.clone();
+        for _ in 0..4 {
+            let i = (random.next() * bytes.len() as f64) as usize;
+            match (random.next() * 3.0) as usize {
+                0 => bytes[i] = (random.next() * 256.0) as u8,
+                1 => drop(bytes.remove(i)),
+                _ => {
+                    let j = (random.next() * bytes.len() as f64) as usize;
+                    bytes.swap(i, j);
+                }
+            }
+        }
+        let path = write(&folder, "test.pbrt", bytes);
+        // An error or a scene; both are fine.
+        let _ = pbrt::read(&path);
+    }
+}
