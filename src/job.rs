@@ -98,8 +98,21 @@ fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobError> {
             low[0], low[1], high[0], high[1], resolution[0], resolution[1]
         )));
     }
+    let pixels = u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
+    if pixels > MOST_PIXELS {
+        return Err(JobError::Asked(format!(
+            "a picture of {pixels} pixels would take about {} GB of memory; render it in parts of \
+             at most {MOST_PIXELS} pixels with --crop",
+            pixels * BYTES_PER_PIXEL / 1_000_000_000
+        )));
+    }
     Ok(Frame { resolution, low, high })
 }
+
+/// Pixels of one render.
+const MOST_PIXELS: u64 = 1 << 27;
+/// Sums by tile and by film, the picture, and room to encode it.
+const BYTES_PER_PIXEL: u64 = 72;
 
 type Parts = (Model, [f64; 2], f64, [f64; 2]);
 

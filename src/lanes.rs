@@ -11,7 +11,6 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 use bytemuck::Pod;
 pub use wide::f32x8;
 
-
 /// A real number, or a packet of them that are computed in step.
 pub trait Real:
     Pod

@@ -1,7 +1,60 @@
 //! Petzval photographs 3-D scenes through real, multi-element camera lenses.
-
-#![forbid(unsafe_code)]
-#![warn(missing_docs)]
+//!
+//! # Goals
+//!
+//! 1. Show what accuracy costs in time.
+//! 2. Hard cases stay numerically stable, and tests prove it.
+//! 3. Only the effects that a scene calls for are simulated; what is off costs nothing.
+//!
+//! # What flows
+//!
+//! A *wave* is about a thousand rays in structure-of-arrays columns ([`rays`]), owned by one
+//! worker. It moves through stages, eight lanes at a time, and nothing allocates inside it:
+//!
+//! | module | stage | from, to |
+//! |---|---|---|
+//! | [`film`] | `sample` | pixels, to film and pupil points |
+//! | [`lens`] | `expose`: aim, trace, emerge | film points, to rays in the world; vignetted rays are left out |
+//! | [`scene`] | `intersect` | rays, to nearest hits |
+//! | [`shade`] | `shade` | hits, to shadow rays and the next rays of the paths |
+//! | [`scene`] | `occlude` | shadow rays, to radiance |
+//! | [`film`] | `accumulate` | radiance, to the sums of the tile that the worker owns |
+//!
+//! [`render`] is the only module that knows this order. Stages do not call each other; shading
+//! reads the scene's data. [`job`] turns what a scene file asks for into what `render` needs.
+//!
+//! # Decisions
+//!
+//! **One source for one lane and for eight.** Kernels are generic over [`lanes::Real`] and
+//! compiled for `f32`, `f64` and `f32x8`; lanes round as lone floats do, so the scalar and SIMD
+//! pictures are the same bit for bit, and that is a test. The tests' oracle is another source.
+//!
+//! **x86-64-v3, never native.** `wide` chooses its instructions when it is compiled, so the whole
+//! build asks for AVX2 and FMA in `.cargo/config.toml`. The command looks at the CPU first.
+//!
+//! **Surfaces from their vertices.** A sphere is a curvature, not a centre: planes are nothing
+//! special and a radius of 1e9 mm loses nothing ([`lens::trace`]).
+//!
+//! **Compact once, after the lens.** Lost rays are poisoned by a NaN on the way, which no
+//! comparison lets through.
+//!
+//! **Columns of 63 cache lines.** With 64 they all begin in the same set of the L1 cache, and
+//! the lens stage takes twice as long ([`rays::WAVE`]).
+//!
+//! **Samples are functions.** A random number depends on pixel, sample index, dimension and
+//! seed, and on nothing else ([`sampler`]); a picture does not depend on threads or tiles.
+//!
+//! **obvhs builds the tree, we walk it.** Its triangle test leaks and takes one ray against one
+//! triangle; ours is watertight and takes eight. Quadrics are exact, in f64.
+//!
+//! **Our own readers** for pbrt's language and PLY: every error names file, line and column, and
+//! what is known but unsupported is a row in a table that says what is done instead.
+//!
+//! # Units and frames
+//!
+//! Lens space is in millimetres with its axis along z. Camera space has +z to the scene, x to the
+//! right and y up (left-handed, as in pbrt). World space is the scene file's. Public items say
+//! which they mean.
 
 pub mod film;
 pub mod image;

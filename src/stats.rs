@@ -21,14 +21,8 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 6] = [
-        Self::Sample,
-        Self::Lens,
-        Self::Intersect,
-        Self::Shade,
-        Self::Occlude,
-        Self::Accumulate,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Sample, Self::Lens, Self::Intersect, Self::Shade, Self::Occlude, Self::Accumulate];
 
     /// Its name.
     pub fn name(self) -> &'static str {

@@ -33,7 +33,8 @@ fn refuses(arguments: &[&str], expected: &str) {
 
 fn small<'a>(output: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     let output = output.to_str().expect("a plain path");
-    let mut arguments = vec!["render", "scenes/dgauss.pbrt", "--resolution", "40x30", "--spp", "16"];
+    let mut arguments =
+        vec!["render", "scenes/dgauss.pbrt", "--resolution", "40x30", "--spp", "16"];
     arguments.extend(["-o", output]);
     arguments.extend(more);
     arguments
@@ -47,10 +48,14 @@ fn a_scene_becomes_a_picture_with_its_attributes() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(output.stdout.is_empty(), "the picture goes to its file");
-    for words in ["intersect", "% of the rays leave the lens", "a.exr: 40 x 30 pixels, 16 samples"] {
+    for words in ["intersect", "% of the rays leave the lens", "a.exr: 40 x 30 pixels, 16 samples"]
+    {
         assert!(said.contains(words), "{said}");
     }
-    assert!(!said.contains('\r') && !said.contains('\u{1b}'), "no bar where nobody looks: {said:?}");
+    assert!(
+        !said.contains('\r') && !said.contains('\u{1b}'),
+        "no bar where nobody looks: {said:?}"
+    );
 
     let meta = exr::meta::MetaData::read_from_file(&path, true).unwrap();
     let own = &meta.headers[0].own_attributes;
@@ -128,25 +133,40 @@ fn mistakes_are_answered_with_exit_code_2_and_what_to_try() {
     refuses(&["render", "scenes/no.pbrt", "-o", out], "cannot read scenes/no.pbrt");
     refuses(&["render", "scenes", "-o", out], "cannot read scenes");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", "x.tiff"], "known are .exr, .png, .jpg");
-    refuses(&["render", "scenes/dgauss.pbrt", "-o", "no/such/x.exr"], "name another picture with -o");
+    refuses(
+        &["render", "scenes/dgauss.pbrt", "-o", "no/such/x.exr"],
+        "name another picture with -o",
+    );
     refuses(&["render", "scenes/dgauss.pbrt", "-o", folder.path().to_str().unwrap()], "");
-    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--lens", "no.dat"], "cannot read the lens");
+    refuses(
+        &["render", "scenes/dgauss.pbrt", "-o", out, "--lens", "no.dat"],
+        "cannot read the lens",
+    );
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--lens", "README.md"], "README.md:");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--crop", "9,9,9,9"], "leaves nothing");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--crop", "0,0,301,9"], "leaves nothing");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--crop", "a"], "four whole numbers");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "0x9"], "expected WxH");
-    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "99999x9"], "expected WxH");
+    refuses(
+        &["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "99999x9"],
+        "expected WxH",
+    );
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--spp", "0"], "--spp");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--exposure", "x"], "expected stops");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--threads", "0"], "--threads");
+    refuses(
+        &["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "65536x65536"],
+        "would take about 309 GB of memory; render it in parts",
+    );
     refuses(&["rendr"], "unrecognized subcommand");
     refuses(&["lens", "no.dat"], "cannot read the lens no.dat");
     refuses(&["lens", "lenses/dgauss.50mm.dat", "--stop", "18"], "at most 17.1 mm");
     refuses(&["lens", "lenses/dgauss.50mm.dat", "--focus", "10"], "the nearest it can is");
     assert!(!Path::new(out).exists());
     let near = std::fs::read_to_string(root().join("scenes/dgauss.pbrt")).unwrap();
-    let near = near.replace("3.9145817", "0.05").replace("../lenses", &format!("{}/lenses", root().display()));
+    let near = near
+        .replace("3.9145817", "0.05")
+        .replace("../lenses", &format!("{}/lenses", root().display()));
     write(&folder, "cones.pbrt", "");
     let near = write(&folder, "near.pbrt", near);
     refuses(&["render", near.to_str().unwrap(), "-o", out], "the lens cannot focus at 50.0000 mm");
@@ -175,11 +195,26 @@ fn what_stood_under_the_name_survives_an_error() {
 }
 
 #[test]
+fn a_picture_replaces_an_older_one_in_one_step() {
+    let folder = folder();
+    let path = write(&folder, "old.exr", "precious");
+    // Whoever still has the old file open, or linked, keeps it: nothing is written into it.
+    let link = folder.path().join("link");
+    std::fs::hard_link(&path, &link).unwrap();
+    assert!(petzval(&small(&path, &[])).status.success());
+    assert_eq!(std::fs::read(&link).unwrap(), b"precious");
+    assert!(std::fs::read(&path).unwrap().len() > 1000);
+}
+
+#[test]
 fn the_lens_command_prints_what_the_lens_is() {
-    let output = petzval(&["lens", "lenses/dgauss.50mm.dat", "--film-distance", "36.77", "--focus", "inf"]);
+    let output =
+        petzval(&["lens", "lenses/dgauss.50mm.dat", "--film-distance", "36.77", "--focus", "inf"]);
     let said = text(&output.stdout);
     assert!(output.status.success());
-    for words in ["29.4750", "stop", "50.3582 mm", "2.0302", "36.1059 mm", "3845.7717 mm", "24.8051"] {
+    for words in
+        ["29.4750", "stop", "50.3582 mm", "2.0302", "36.1059 mm", "3845.7717 mm", "24.8051"]
+    {
         assert!(said.contains(words), "{words} is not in\n{said}");
     }
 }

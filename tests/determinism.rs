@@ -38,7 +38,11 @@ fn any_number_of_threads_gives_the_same_picture() {
         let job = small(scene);
         let one = picture(&job, Backend::Simd, 1);
         for threads in [2, 7] {
-            assert_same(&one, &picture(&job, Backend::Simd, threads), &format!("{scene}, {threads}"));
+            assert_same(
+                &one,
+                &picture(&job, Backend::Simd, threads),
+                &format!("{scene}, {threads}"),
+            );
         }
     }
 }

@@ -49,8 +49,18 @@ fn traced<R: Real>(lens: &Prescription, film: f64, rays: &[[[f64; 3]; 2]]) -> Tr
 #[test]
 fn eight_lanes_give_the_bits_of_one() {
     let nasty = [
-        0.0, -0.0, 1e-45, 1e-30, 1.0, -3.5, 1e10, 1e30, f64::from(f32::MAX), f64::INFINITY,
-        f64::NEG_INFINITY, f64::NAN,
+        0.0,
+        -0.0,
+        1e-45,
+        1e-30,
+        1.0,
+        -3.5,
+        1e10,
+        1e30,
+        f64::from(f32::MAX),
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
     ];
     for (name, film) in LENSES {
         let lens = lens(name);
@@ -90,7 +100,8 @@ fn what_comes_out_is_a_finite_unit_direction_or_nothing() {
         for _ in 0..200 {
             let rays: Vec<_> = (0..WAVE)
                 .map(|_| {
-                    let mut wild = || random.between(-1.0, 1.0) * 10f64.powf(random.between(-8.0, 8.0));
+                    let mut wild =
+                        || random.between(-1.0, 1.0) * 10f64.powf(random.between(-8.0, 8.0));
                     [[wild(), wild(), 0.0], [wild(), wild(), wild()]]
                 })
                 .map(|[p, d]| {

@@ -2,7 +2,9 @@
 
 mod support;
 
-use petzval::lens::{From, LensRay, Paraxial, Prescription, marginal_f_number, sequence, trace_one};
+use petzval::lens::{
+    From, LensRay, Paraxial, Prescription, marginal_f_number, sequence, trace_one,
+};
 use support::{LENSES, lens, row};
 
 /// Traced independently, in f64, for the course: focal length, back focal distance, f-number,

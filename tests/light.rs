@@ -51,7 +51,8 @@ fn a_point_light_falls_off_with_the_square_of_the_distance() {
 
 #[test]
 fn a_distant_light_falls_off_with_the_cosine() {
-    let light = r#"LightSource "distant" "rgb L" [3 3 3] "point3 from" [3 4 0] "point3 to" [0 0 0]"#;
+    let light =
+        r#"LightSource "distant" "rgb L" [3 3 3] "point3 from" [3 4 0] "point3 to" [0 0 0]"#;
     let found = looking_down(16, DIRECT, &format!("{light} {FLOOR}"));
     assert_near(found, times(REFLECTANCE, 3.0 * 0.8 / PI), 1e-3);
 }

@@ -127,7 +127,8 @@ fn the_rear_disk_is_the_courses_convention() {
         let half = 49.497 / 2.0;
         for i in 0..60 {
             let r = HALF_DIAGONAL * (f64::from(i) + 0.5) / 60.0;
-            let inside = if r <= half { 1.0 } else { 1.0 - 4.0 / std::f64::consts::PI * (half / r).acos() };
+            let inside =
+                if r <= half { 1.0 } else { 1.0 - 4.0 / std::f64::consts::PI * (half / r).acos() };
             let (_, share) = sampled(&camera, r, 4);
             alive += share * r * inside;
             area += r * inside;
@@ -145,4 +146,34 @@ fn the_corner_of_a_large_film_is_known_to_be_dark() {
     assert!(bound.any_open(0.0, 1.0));
     assert!(!bound.any_open(34.0, 35.0), "no light comes to the corner of this film");
     assert!(bound.at(10.0).pupil.area() < bound.at(10.0).rear.area());
+}
+
+#[test]
+fn whatever_could_hit_the_rear_element_is_inside_its_bound() {
+    let concave = support::row(-40.0, 2.0, 1.0, 20.0);
+    for (name, film) in LENSES {
+        for turned in [false, true] {
+            let mut lens = lens(name);
+            if turned {
+                // A rear surface that is hollow towards the film: its rim stands behind it.
+                let last = lens.rows.len() - 1;
+                lens.rows[last] =
+                    petzval::lens::Row { radius: 30.0, diameter: 12.0, ..concave.clone() };
+            }
+            let bound = petzval::lens::PupilBound::new(&lens, film, HALF_DIAGONAL, Aim::Pupil);
+            let mut random = support::Random::new(4);
+            for _ in 0..20_000 {
+                let r = random.between(0.0, HALF_DIAGONAL);
+                let h = lens.rear().diameter / 2.0 * random.next().sqrt();
+                let (sin, cos) = random.between(0.0, 6.29).sin_cos();
+                // A point of the rear surface, and where its ray crosses the vertex plane.
+                let scale = film / (film - lens.rear().sag(h));
+                let [u, v] = [r + (h * cos - r) * scale, h * sin * scale];
+                let rear = bound.at(r as f32).rear;
+                let x = (u - f64::from(rear.centre)) / f64::from(rear.half[0]);
+                let y = v / f64::from(rear.half[1]);
+                assert!(x * x + y * y <= 1.0, "{name}, r {r}, h {h}: {}", x * x + y * y);
+            }
+        }
+    }
 }

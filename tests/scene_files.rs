@@ -35,9 +35,18 @@ fn mistakes_are_named_with_line_column_and_what_was_meant() {
         ("Shape \"sphere\" \"radius\" 2", "test.pbrt:3:16: found \"radius\"; expected a parameter"),
         ("Shape \"sphere\" \"float radius\" -2", "test.pbrt:3:16: \"radius\" is -2; expected more"),
         ("Shape \"sphere\" \"float radius\" [1 2]", "test.pbrt:3:16: 2 values for \"radius\""),
-        ("Shape \"sphere\" \"string radius\" \"2\"", "test.pbrt:3:16: \"string radius\" with these"),
-        ("Shape \"sphere\" \"float radius\" [1", "test.pbrt:3:1: the file ends here; expected a value"),
-        ("Shape \"sphere\" \"float radius\" 1e999", "test.pbrt:3:31: the number 1e999 is out of range"),
+        (
+            "Shape \"sphere\" \"string radius\" \"2\"",
+            "test.pbrt:3:16: \"string radius\" with these",
+        ),
+        (
+            "Shape \"sphere\" \"float radius\" [1",
+            "test.pbrt:3:1: the file ends here; expected a value",
+        ),
+        (
+            "Shape \"sphere\" \"float radius\" 1e999",
+            "test.pbrt:3:31: the number 1e999 is out of range",
+        ),
         ("Translate 1 2", "test.pbrt:3:1: the file ends here; expected 3 numbers"),
         ("Translate 1 2 x", "test.pbrt:3:15: found x; expected 3 numbers"),
         ("Translate 1 2 3x", "test.pbrt:3:15: \"3x\" is no number"),
@@ -49,7 +58,10 @@ fn mistakes_are_named_with_line_column_and_what_was_meant() {
         ("AttributeEnd", "test.pbrt:3:1: AttributeEnd without AttributeBegin"),
         ("AttributeBegin\nTransformEnd", "test.pbrt:4:1: TransformEnd inside the AttributeBegin"),
         ("\nAttributeBegin", "test.pbrt:4:1: AttributeBegin without AttributeEnd"),
-        ("ObjectBegin \"a\"\nObjectInstance \"a\"\nObjectEnd", "test.pbrt:4:1: object \"a\" contains"),
+        (
+            "ObjectBegin \"a\"\nObjectInstance \"a\"\nObjectEnd",
+            "test.pbrt:4:1: object \"a\" contains",
+        ),
         ("ObjectInstance \"tre\"", "test.pbrt:3:1: no object \"tre\""),
         ("NamedMaterial \"gold\"", "test.pbrt:3:1: no material named \"gold\""),
         ("Material \"matte\" \"texture Kd\" \"wood\"", "test.pbrt:3:18: no texture \"wood\""),
@@ -273,7 +285,11 @@ fn checkerboards_and_products_of_textures() {
 fn includes_are_found_beside_the_scene_and_may_not_go_round() {
     let folder = folder();
     write(&folder, "shape.pbrt", "Shape \"sphere\"");
-    let scene = write(&folder, "test.pbrt", format!("{HEAD}Include \"shape.pbrt\"\nInclude \"shape.pbrt\""));
+    let scene = write(
+        &folder,
+        "test.pbrt",
+        format!("{HEAD}Include \"shape.pbrt\"\nInclude \"shape.pbrt\""),
+    );
     assert_eq!(pbrt::read(&scene).unwrap().scene.shapes.len(), 2);
     write(&folder, "shape.pbrt", "Include \"shape.pbrt\"");
     let said = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();

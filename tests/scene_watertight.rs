@@ -27,7 +27,8 @@ fn torus(columns: u32, rows: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for j in 0..rows {
         for i in 0..columns {
-            let (a, b) = (f64::from(i) / f64::from(columns) * TAU, f64::from(j) / f64::from(rows) * TAU);
+            let (a, b) =
+                (f64::from(i) / f64::from(columns) * TAU, f64::from(j) / f64::from(rows) * TAU);
             let tube = 0.4 + 0.03 * (5.0 * a).sin() * (3.0 * b).cos();
             let ring = 1.0 + tube * b.cos();
             mesh.positions.push([ring * a.cos(), tube * b.sin(), ring * a.sin()].map(|v| v as f32));
@@ -109,7 +110,11 @@ fn the_tree_finds_what_a_naive_search_finds() {
     let (mut hits, mut differ) = (0, 0);
     for _ in 0..20_000 {
         let mut point = |reach: f64| {
-            DVec3::new(random.between(-reach, reach), random.between(-reach, reach), random.between(-reach, reach))
+            DVec3::new(
+                random.between(-reach, reach),
+                random.between(-reach, reach),
+                random.between(-reach, reach),
+            )
         };
         let ray = ray(point(3.0), point(1.2));
         let hit = scene.closest::<f32x8>(&ray, &mut stack);
@@ -152,7 +157,13 @@ fn one_lane_walks_like_eight() {
     let nasty = [0.0f32, -0.0, 1.0, -1.0, 1e-30, 0.3, f32::MIN_POSITIVE, 1e20];
     let mut rays = Vec::new();
     for _ in 0..30_000 {
-        let mut point = || DVec3::new(random.between(-3.0, 3.0), random.between(-3.0, 3.0), random.between(-3.0, 3.0));
+        let mut point = || {
+            DVec3::new(
+                random.between(-3.0, 3.0),
+                random.between(-3.0, 3.0),
+                random.between(-3.0, 3.0),
+            )
+        };
         rays.push(ray(point(), point()));
     }
     for x in nasty {
@@ -180,7 +191,8 @@ fn one_lane_walks_like_eight() {
 #[test]
 fn quadrics_are_met_where_their_formulas_say() {
     let place = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0));
-    let sphere = Quadric::new(Form::Sphere { radius: 2.0, z: [-2.0, 2.0] }, TAU, place, false).unwrap();
+    let sphere =
+        Quadric::new(Form::Sphere { radius: 2.0, z: [-2.0, 2.0] }, TAU, place, false).unwrap();
     let hit = |q: &Quadric, o: [f64; 3], d: [f64; 3]| {
         q.intersect(DVec3::from_array(o), DVec3::from_array(d), f64::INFINITY)
     };
@@ -197,7 +209,8 @@ fn quadrics_are_met_where_their_formulas_say() {
     assert!((t - 9.5).abs() < 1e-12, "{t}");
     assert_eq!(hit(&cone, [-9.0, 2.0, 5.1], [1.0, 0.0, 0.0]), None);
     // Half of it cut away: the side of negative y is gone.
-    let half = Quadric::new(Form::Cone { radius: 1.0, height: 2.0 }, TAU / 2.0, place, false).unwrap();
+    let half =
+        Quadric::new(Form::Cone { radius: 1.0, height: 2.0 }, TAU / 2.0, place, false).unwrap();
     assert!(hit(&half, [1.0, -9.0, 4.0], [0.0, 1.0, 0.0]).unwrap() > 11.0);
 }
 
@@ -251,7 +264,8 @@ fn instances_stand_where_their_copies_would() {
     let material = builder.material(Material { reflectance: Texture::Constant([0.5; 3]) });
     let object = builder.object();
     builder.shape(Geometry::Mesh(torus(24, 12)), material, None, Some(object));
-    let ball = Quadric::new(Form::Sphere { radius: 0.5, z: [-0.5, 0.5] }, TAU, DAffine3::IDENTITY, false);
+    let ball =
+        Quadric::new(Form::Sphere { radius: 0.5, z: [-0.5, 0.5] }, TAU, DAffine3::IDENTITY, false);
     builder.shape(Geometry::Quadric(ball.unwrap()), material, None, Some(object));
     let mut copies = Vec::new();
     for i in 0..7 {
@@ -305,7 +319,13 @@ fn rays_that_leave_a_surface_do_not_meet_it_again() {
         let mut random = Random::new(15);
         let mut again = 0;
         for i in 0..40_000 {
-            let mut point = || DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+            let mut point = || {
+                DVec3::new(
+                    random.between(-1.0, 1.0),
+                    random.between(-1.0, 1.0),
+                    random.between(-1.0, 1.0),
+                )
+            };
             let centre = if i % 2 == 0 { DVec3::ZERO } else { DVec3::new(3.0, 1.0, 2.0) };
             let from = (centre + point() * 4.0) * scale;
             let first = ray(from, (centre + point() * 0.9) * scale);

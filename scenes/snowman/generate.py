@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the generated parts of ../snowman.pbrt: ground.ply and lights.pbrt and trees.pbrt.
+"""Writes the generated parts of ../snowman.pbrt: ground.ply, trees.pbrt and lights.pbrt.
 
 Run it in this folder. Same seed, same files; nothing but Python's standard library.
 """
@@ -111,9 +111,6 @@ def lights(path, firs):
         # A lamp on the tip of every third fir.
         for x, z, size in firs[::3]:
             lamp(out, x, height(x, z) + 0.30 * size * 1.05, z, 0.006 + 0.002 * z, (4.0, 2.9, 1.3))
-        # A few that lie in the snow in front.
-        for x, z, c in [(-0.17, -0.30, 0), (0.155, -0.27, 5), (0.20, -0.12, 2), (-0.24, -0.08, 4)]:
-            lamp(out, x, height(x, z) + 0.004, z, 0.007, [2.5 * v for v in COLOURS[c]])
 
 
 if __name__ == "__main__":

@@ -109,7 +109,8 @@ fn four(text: &str) -> Result<[u32; 4], String> {
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {
-    let size = list(text, 'x').filter(|size: &[u32; 2]| size.iter().all(|n| (1..=65536).contains(n)));
+    let size =
+        list(text, 'x').filter(|size: &[u32; 2]| size.iter().all(|n| (1..=65536).contains(n)));
     size.ok_or_else(|| "expected WxH in pixels, such as 1200x800, up to 65536".to_owned())
 }
 

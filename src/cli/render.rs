@@ -75,7 +75,10 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
 
     print_table(&job, &exposed.stats);
     if exposed.film.dropped > 0 {
-        eprintln!("petzval: warning: {} samples were no numbers and were left out", exposed.film.dropped);
+        eprintln!(
+            "petzval: warning: {} samples were no numbers and were left out",
+            exposed.film.dropped
+        );
     }
     if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
         eprintln!("petzval: warning: {}", why_black(&job, &exposed.stats));
@@ -113,11 +116,10 @@ fn check_folder(output: &Path) -> Result<(), Failure> {
     }
     match tempfile::tempfile_in(folder) {
         Ok(_) => Ok(()),
-        Err(error) => Err(format!(
-            "cannot write {}: {error}; name another picture with -o",
-            output.display()
-        )
-        .into()),
+        Err(error) => {
+            Err(format!("cannot write {}: {error}; name another picture with -o", output.display())
+                .into())
+        }
     }
 }
 
@@ -143,8 +145,13 @@ fn print_table(job: &Job, stats: &Stats) {
     eprint!("{}: {:.1}% of the rays leave the lens", lens.prescription.name, share(sent - lost));
     // Traced from the film, told in the order of the prescription.
     let count = stats.blocked.len();
-    let mut ends: Vec<(usize, u64)> =
-        stats.blocked.iter().enumerate().map(|(i, &n)| (count - i, n)).filter(|(_, n)| *n > 0).collect();
+    let mut ends: Vec<(usize, u64)> = stats
+        .blocked
+        .iter()
+        .enumerate()
+        .map(|(i, &n)| (count - i, n))
+        .filter(|(_, n)| *n > 0)
+        .collect();
     ends.reverse();
     let words: Vec<String> = ends
         .iter()

@@ -173,6 +173,7 @@ fn permissions() -> std::fs::Permissions {
     }
     #[cfg(not(unix))]
     {
-        std::fs::metadata(".").map_or_else(|_| unreachable!("the current folder"), |m| m.permissions())
+        std::fs::metadata(".")
+            .map_or_else(|_| unreachable!("the current folder"), |m| m.permissions())
     }
 }

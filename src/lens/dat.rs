@@ -119,11 +119,9 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             false => distances[i],
         };
         let stop = radius == 0.0;
-        if stop {
-            if let Some(earlier) = stop_line.replace(line) {
-                let found = format!("a second stop (radius 0), after the one in line {earlier}");
-                return Err(refuse(line, found, "a lens has one"));
-            }
+        if stop && let Some(earlier) = stop_line.replace(line) {
+            let found = format!("a second stop (radius 0), after the one in line {earlier}");
+            return Err(refuse(line, found, "a lens has one"));
         }
         let medium = if stop && index == 0.0 { 1.0 } else { index };
         let ahead = rows.last().map_or(1.0, |row| row.index);
@@ -133,7 +131,11 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         }
         if stop && medium != ahead {
             let found = format!("the stop changes the index from {ahead} to {medium}");
-            return Err(refuse(line, found, "write the index of the medium it stands in, or 0 in air"));
+            return Err(refuse(
+                line,
+                found,
+                "write the index of the medium it stands in, or 0 in air",
+            ));
         }
         if diameter <= 0.0 {
             let found = format!("diameter {diameter}");

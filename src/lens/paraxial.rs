@@ -102,7 +102,10 @@ impl Paraxial {
             length: lens.length(),
             focal_length: -film_index / whole.c,
             back_focal_distance: -whole.a * film_index / whole.c,
-            entrance_pupil: Pupil { position: front.b / front.a, diameter: (opening / front.a).abs() },
+            entrance_pupil: Pupil {
+                position: front.b / front.a,
+                diameter: (opening / front.a).abs(),
+            },
             exit_pupil: Pupil {
                 position: -behind.b * film_index / behind.d,
                 diameter: (opening / behind.d).abs(),

@@ -73,7 +73,11 @@ impl Prescription {
 
 impl fmt::Display for Prescription {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:>4}  {:>12}  {:>12}  {:>8}  {:>9}", "", "radius", "thickness", "index", "diameter")?;
+        writeln!(
+            f,
+            "{:>4}  {:>12}  {:>12}  {:>8}  {:>9}",
+            "", "radius", "thickness", "index", "diameter"
+        )?;
         for (i, row) in self.rows.iter().enumerate() {
             let radius = if row.stop && row.radius.is_infinite() {
                 "stop".to_owned()

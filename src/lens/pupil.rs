@@ -243,9 +243,8 @@ impl Finder {
     /// Traces a grid of rays from the film point at radius r.
     fn grid(&mut self, r: f64, frame: Frame, [columns, rows]: [usize; 2]) -> Light {
         let cell = [frame.width() / (columns - 1) as f64, frame.height / (rows - 1) as f64];
-        let place = |i: usize| {
-            [frame.low + cell[0] * (i % columns) as f64, cell[1] * (i / columns) as f64]
-        };
+        let place =
+            |i: usize| [frame.low + cell[0] * (i % columns) as f64, cell[1] * (i / columns) as f64];
         let mut points = Vec::new();
         let mut ignored = vec![0; self.surfaces.len()];
         let total = columns * rows;
@@ -310,9 +309,9 @@ fn bounding_ellipse(points: &[[f64; 2]], margin: [f64; 2]) -> Ellipse {
         })
     };
     let candidates = (0..=30).map(|step| half_width * (1.0 + 0.02 * f64::from(step)));
-    let [a, b] = candidates
-        .map(|a| [a, half_height(a)])
-        .fold([f64::INFINITY; 2], |best, new| if new[0] * new[1] < best[0] * best[1] { new } else { best });
+    let [a, b] = candidates.map(|a| [a, half_height(a)]).fold([f64::INFINITY; 2], |best, new| {
+        if new[0] * new[1] < best[0] * best[1] { new } else { best }
+    });
     // Rounding to f32 must not cut anything off, nor leave a zero width.
     let grow = |half: f64, margin: f64| ((half + margin) * 1.000_001).max(1e-9) as f32;
     Ellipse { centre: centre as f32, half: [grow(a, margin[0]), grow(b, margin[1])] }

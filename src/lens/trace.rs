@@ -71,8 +71,7 @@ fn refract<R: Real, const FAR: bool>(ray: LensRay<R>, surface: Lanes<R>) -> (Len
     let normal_z = (-c).mul_add(z, R::constant(1.0));
     let bent = [bend_c.mul_add(x, tx), bend_c.mul_add(y, ty), bend.mul_add(normal_z, tz)];
     let zero = R::constant(0.0);
-    let passed =
-        x.mul_add(x, y * y).le(aperture2) & zero.lt(normal_z) & zero.le(radicand);
+    let passed = x.mul_add(x, y * y).le(aperture2) & zero.lt(normal_z) & zero.le(radicand);
     (LensRay { p: [x, y, z], t: bent }, passed)
 }
 

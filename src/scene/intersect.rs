@@ -122,9 +122,7 @@ impl Scene {
                     node = Some(&tree.nodes[i as usize]);
                     false
                 }
-                Child::Triangles(i) => {
-                    packet::<R>(&tree.packets[i as usize], ray, instance, hit)
-                }
+                Child::Triangles(i) => packet::<R>(&tree.packets[i as usize], ray, instance, hit),
                 Child::Quadric(shape) => self.quadric(shape, ray, instance, hit),
                 Child::Instance(i) => {
                     let entered = &self.instances[i as usize];
@@ -215,8 +213,9 @@ fn packet<R: Real<Scalar = f32>>(
     let mut mask = 0;
     for lane in (0..8).step_by(R::LANES) {
         let corner = |i: usize| {
-            let relative =
-                |axis: usize| R::load(&packet.corners[i][axis][lane..]) - R::splat(ray.origin[axis]);
+            let relative = |axis: usize| {
+                R::load(&packet.corners[i][axis][lane..]) - R::splat(ray.origin[axis])
+            };
             let along = relative(kz);
             [
                 relative(kx) - R::splat(ray.shear[0]) * along,
@@ -226,14 +225,10 @@ fn packet<R: Real<Scalar = f32>>(
         };
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [corner(0), corner(1), corner(2)];
         // Never fused: the edge shared by two triangles must give the same number, up to its
-        // sign, from both.
-        let mut edge = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+        // sign, from both. Products round monotonically, so a sign is never wrong; at worst a
+        // number is 0, and 0 counts as inside on both sides.
+        let edge = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
         let zero = R::constant(0.0);
-        let on_edge = edge[0].same(zero) | edge[1].same(zero) | edge[2].same(zero);
-        if R::bits(on_edge) != 0 {
-            let exact = exact_edges([[ax, ay], [bx, by], [cx, cy]]);
-            edge = [0, 1, 2].map(|i| R::select(on_edge, exact[i], edge[i]));
-        }
         let [u, v, w] = edge;
         let above = zero.le(u) & zero.le(v) & zero.le(w);
         let below = u.le(zero) & v.le(zero) & w.le(zero);
@@ -278,24 +273,4 @@ fn t_error<R: Real<Scalar = f32>>(x: [R; 3], y: [R; 3], z: [R; 3], edge: [R; 3],
     let (dx, dy, dz) = (bound(5) * (x + z), bound(5) * (y + z), bound(3) * z);
     let d_edge = R::splat(2.0) * (bound(2) * x * y + dy * x + dx * y);
     R::splat(3.0) * (bound(3) * edge * z + d_edge * z + dz * edge) / det.abs()
-}
-
-/// The edge functions in f64, where the product of two f32 is exact and so its sign is too.
-#[cold]
-fn exact_edges<R: Real<Scalar = f32>>(corners: [[R; 2]; 3]) -> [R; 3] {
-    let mut lanes = [[[0.0f32; 8]; 2]; 3];
-    for (corner, lanes) in corners.iter().zip(&mut lanes) {
-        corner[0].store(&mut lanes[0]);
-        corner[1].store(&mut lanes[1]);
-    }
-    let edge = |p: usize, q: usize| {
-        let mut values = [0.0f32; 8];
-        for (i, value) in values.iter_mut().enumerate() {
-            let [px, py] = [0, 1].map(|axis| f64::from(lanes[p][axis][i]));
-            let [qx, qy] = [0, 1].map(|axis| f64::from(lanes[q][axis][i]));
-            *value = (px * qy - py * qx) as f32;
-        }
-        R::load(&values)
-    };
-    [edge(2, 1), edge(0, 2), edge(1, 0)]
 }

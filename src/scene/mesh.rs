@@ -87,7 +87,11 @@ impl Mesh {
         // Heitz 2019, "A low-distortion map between triangle and square".
         let (mut b, mut c) = (u[0] * 0.5, u[1] * 0.5);
         let offset = c - b;
-        if offset > 0.0 { c += offset } else { b -= offset }
+        if offset > 0.0 {
+            c += offset
+        } else {
+            b -= offset
+        }
         self.point(&Hit { t: 0.0, u: b, v: c, primitive: triangle, ..Hit::MISS })
     }
 }

@@ -257,14 +257,7 @@ impl SceneBuilder {
         }
         let world = tree_of(&self.world, items);
         let lights = Lights::new(self.lights, &self.shapes);
-        Scene {
-            shapes: self.shapes,
-            materials: self.materials,
-            lights,
-            instances,
-            objects,
-            world,
-        }
+        Scene { shapes: self.shapes, materials: self.materials, lights, instances, objects, world }
     }
 }
 
@@ -282,10 +275,8 @@ fn push_items(items: &mut Vec<Item>, shape: u32, geometry: &Geometry) {
                 kind: ItemKind::Triangle { shape, triangle, corners },
             }
         })),
-        Geometry::Quadric(quadric) => items.push(Item {
-            bounds: rounded_out(quadric.bounds()),
-            kind: ItemKind::Quadric(shape),
-        }),
+        Geometry::Quadric(quadric) => items
+            .push(Item { bounds: rounded_out(quadric.bounds()), kind: ItemKind::Quadric(shape) }),
     }
 }
 

@@ -42,7 +42,8 @@ impl Dice {
             self.sample[i] = samples.sample[slot];
         }
         let (keys, indices) = (&self.key[..len], &self.sample[..len]);
-        let fill = |[x, y]: &mut Pairs, dimension| pairs(keys, indices, dimension, &mut x[..], &mut y[..]);
+        let fill =
+            |[x, y]: &mut Pairs, dimension| pairs(keys, indices, dimension, &mut x[..], &mut y[..]);
         fill(&mut self.choice, Dimension::Choice(depth));
         fill(&mut self.light, Dimension::Light(depth));
         if !vertex.last {

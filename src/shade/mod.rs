@@ -70,17 +70,14 @@ pub fn shade(
         if throughput.iter().all(|&t| t <= 0.0) {
             continue;
         }
-        let path = Path {
-            scene,
-            point: &point,
-            throughput,
-            dice: &dice.at(i),
-            depth: vertex.depth,
-        };
+        let path =
+            Path { scene, point: &point, throughput, dice: &dice.at(i), depth: vertex.depth };
         if let Some((ray, light)) = path.light() {
             shadows.push(ray, light, slot);
         }
-        if !vertex.last && let Some((ray, throughput)) = path.bounce() {
+        if !vertex.last
+            && let Some((ray, throughput)) = path.bounce()
+        {
             next.push(ray, throughput, slot);
         }
     }

@@ -11,9 +11,9 @@ use super::SceneError;
 use super::appearance::{Dialect, Library};
 use super::description::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
 use super::params::{Param, Params, Values, kind_hint, kind_of};
+use super::shapes;
 use super::token::{Lexer, Token, Word};
 use super::vocabulary::{Entry, entry};
-use super::shapes;
 use crate::scene::{Geometry, Material, SceneBuilder, Texture};
 use crate::source::{Location, Unreadable, Warning, hint};
 
@@ -613,7 +613,8 @@ impl Reader {
             }
         };
         if total > MOST_INSTANCES {
-            return self.refuse(format!("{total} copies of objects"), "expected at most 67 million");
+            return self
+                .refuse(format!("{total} copies of objects"), "expected at most 67 million");
         }
         Ok(())
     }
@@ -625,8 +626,8 @@ impl Reader {
             let found = format!("more than {MOST_NESTED} files include each other");
             return self.refuse(found, "does one include itself?");
         }
-        let text = load(&path)
-            .map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
+        let text =
+            load(&path).map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
         debug_assert!(self.pending.is_none(), "a directive without parameters looks not ahead");
         self.files.push(Lexer::new(Arc::from(path), text));
         Ok(())
@@ -656,11 +657,11 @@ impl Reader {
             return Ok(());
         }
         let most = 1 << 30;
-        let strata = match (params.count_of("xsamples", 1 << 15)?, params.count_of("ysamples", 1 << 15)?)
-        {
-            (None, None) => None,
-            (x, y) => Some(x.unwrap_or(4) * y.unwrap_or(4)),
-        };
+        let strata =
+            match (params.count_of("xsamples", 1 << 15)?, params.count_of("ysamples", 1 << 15)?) {
+                (None, None) => None,
+                (x, y) => Some(x.unwrap_or(4) * y.unwrap_or(4)),
+            };
         self.samples = params.count_of("pixelsamples", most)?.or(strata);
         self.seed = params.float("seed", 0.0)?.clamp(0.0, f64::from(u32::MAX)) as u32;
         Ok(())
@@ -913,10 +914,9 @@ fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError> {
     ];
     let mut bounds = [[0, 0], resolution];
     // Both give x0 x1 y0 y1: one in shares of the picture, one in pixels.
-    for (name, kind, unit) in [
-        ("cropwindow", "float", resolution.map(f64::from)),
-        ("pixelbounds", "integer", [1.0, 1.0]),
-    ] {
+    for (name, kind, unit) in
+        [("cropwindow", "float", resolution.map(f64::from)), ("pixelbounds", "integer", [1.0, 1.0])]
+    {
         let Some(window) = params.numbers(name, &[kind])? else { continue };
         let [x0, x1, y0, y1] = *window else {
             let found = format!("{} numbers", window.len());
@@ -967,7 +967,11 @@ fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, SceneError> {
 fn thin(params: &Params) -> Result<CameraSpec, SceneError> {
     let fov = params.positive("fov", 90.0)?;
     if fov >= 180.0 {
-        return Err(params.refuse("fov", format!("a field of view of {fov}"), "expected below 180"));
+        return Err(params.refuse(
+            "fov",
+            format!("a field of view of {fov}"),
+            "expected below 180",
+        ));
     }
     if params.numbers("screenwindow", &["float"])?.is_some_and(|w| w != [-1.0, 1.0, -1.0, 1.0]) {
         let expected = "only -1 1 -1 1 is supported; set fov instead";

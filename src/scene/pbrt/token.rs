@@ -153,8 +153,9 @@ impl Lexer {
             i += 1;
         }
         self.next = i + 1;
-        String::from_utf8(text)
-            .map_err(|_| SceneError::at(at.clone(), "a string that is not UTF-8", "write it in UTF-8"))
+        String::from_utf8(text).map_err(|_| {
+            SceneError::at(at.clone(), "a string that is not UTF-8", "write it in UTF-8")
+        })
     }
 }
 

@@ -42,9 +42,8 @@ const UNSHADED: &str = "the surface is left as it is";
 const OPAQUE: &str = "the shape is opaque";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
 
-const FILM: &[&str] = &[
-    "xresolution", "yresolution", "filename", "diagonal", "cropwindow", "pixelbounds", "iso",
-];
+const FILM: &[&str] =
+    &["xresolution", "yresolution", "filename", "diagonal", "cropwindow", "pixelbounds", "iso"];
 const FILM_LEAVES: &[(&str, &str)] = &[
     ("sensor", "the sensor is ideal: pixels are linear RGB"),
     ("whitebalance", "the sensor is ideal: pixels are linear RGB"),
@@ -111,8 +110,17 @@ pub(super) const VOCABULARY: &[Entry] = &[
         "Camera",
         "realistic",
         &[
-            "specfile", "filmdistance", "aperture_diameter", "filmdiag", "hither", "yon",
-            "shutteropen", "shutterclose", "lensfile", "aperturediameter", "focusdistance",
+            "specfile",
+            "filmdistance",
+            "aperture_diameter",
+            "filmdiag",
+            "hither",
+            "yon",
+            "shutteropen",
+            "shutterclose",
+            "lensfile",
+            "aperturediameter",
+            "focusdistance",
         ],
         &[
             ("aperture", "the stop is round"),
@@ -123,8 +131,15 @@ pub(super) const VOCABULARY: &[Entry] = &[
         "Camera",
         "perspective",
         &[
-            "fov", "frameaspectratio", "screenwindow", "lensradius", "focaldistance", "hither",
-            "yon", "shutteropen", "shutterclose",
+            "fov",
+            "frameaspectratio",
+            "screenwindow",
+            "lensradius",
+            "focaldistance",
+            "hither",
+            "yon",
+            "shutteropen",
+            "shutterclose",
         ],
         &[],
     ),
@@ -133,10 +148,15 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Camera", "spherical", "a perspective camera of 90 degrees is used"),
     known("Integrator", "directlighting", DEPTH, PATH_LEAVES),
     known("Integrator", "path", DEPTH, PATH_LEAVES),
-    known("Integrator", "simplepath", DEPTH, &[
-        ("samplebsdf", "both directions are sampled"),
-        ("samplelights", "lights are always sampled"),
-    ]),
+    known(
+        "Integrator",
+        "simplepath",
+        DEPTH,
+        &[
+            ("samplebsdf", "both directions are sampled"),
+            ("samplelights", "lights are always sampled"),
+        ],
+    ),
     later("Integrator", "volpath", PATH_INSTEAD),
     later("Integrator", "simplevolpath", PATH_INSTEAD),
     later("Integrator", "randomwalk", PATH_INSTEAD),
@@ -307,8 +327,10 @@ impl Entry {
                 none if none.is_empty() => format!("; it reads {}", self.reads.join(", ")),
                 hint => hint,
             };
-            let found =
-                format!("unknown parameter \"{name}\" of {} \"{}\"{hint}", self.directive, self.name);
+            let found = format!(
+                "unknown parameter \"{name}\" of {} \"{}\"{hint}",
+                self.directive, self.name
+            );
             return Err(SceneError::at(param.at.clone(), found, ""));
         }
         Ok(())
