@@ -141,7 +141,8 @@ mod tests {
         // IEC 61966-2-1: 18 % grey is code 118, half of the light code 188.
         assert_eq!((srgb_encode(0.18) * 255.0).round(), 118.0);
         assert_eq!((srgb_encode(0.5) * 255.0).round(), 188.0);
-        assert_eq!([srgb_encode(0.0), srgb_encode(1.0), srgb_encode(7.0)], [0.0, 1.0, 1.0]);
+        let codes = [0.0, 1.0, 7.0, f32::INFINITY].map(|v| (srgb_encode(v) * 255.0).round());
+        assert_eq!(codes, [0.0, 255.0, 255.0, 255.0]);
         assert_eq!(srgb_encode(f32::NAN), 0.0);
         for code in 0..=255 {
             let signal = code as f32 / 255.0;
