@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Mat3, Vec2};
 
-use super::SceneError;
 use super::params::{Params, Values};
+use super::{Notices, SceneError};
 use crate::image::Picture;
 use crate::scene::{ImageMap, Light, Mapping, Sky, SkyImage, SkyLayout, Texture, Wrap};
 
@@ -31,14 +31,15 @@ pub(super) enum Dialect {
 
 impl Params {
     /// A colour, if one is given: linear RGB. Spectra are not supported yet: they count as
-    /// their mean, and `warn` hears of it.
+    /// their mean.
     pub(super) fn colour(
         &self,
         name: &str,
-        warn: &mut dyn FnMut(&str, &str),
+        notices: &mut Notices,
     ) -> Result<Option<[f32; 3]>, SceneError> {
         let Some(param) = self.find(name) else { return Ok(None) };
         let kind = param.kind.as_str();
+        let what = format!("a spectrum for \"{name}\"");
         let colour = match (&param.values, kind) {
             (Values::Numbers(v), "rgb") if v.len() == 3 => [v[0], v[1], v[2]],
             (Values::Numbers(v), "float") if v.len() == 1 => [v[0]; 3],
@@ -51,12 +52,12 @@ impl Params {
                 ]
             }
             (Values::Numbers(v), "spectrum") if !v.is_empty() && v.len() % 2 == 0 => {
-                warn(name, "the spectrum counts as grey of its mean");
+                notices.instead(&param.at, &what, "it counts as grey of its mean");
                 let sum: f64 = v.as_chunks::<2>().0.iter().map(|[_, value]| value).sum();
                 [sum / (v.len() / 2) as f64; 3]
             }
             (_, "spectrum" | "blackbody") => {
-                warn(name, "the spectrum counts as white");
+                notices.instead(&param.at, &what, "it counts as white");
                 [1.0; 3]
             }
             _ => return Err(param.wrong(&["rgb", "xyz", "spectrum", "blackbody", "float"])),
@@ -67,6 +68,11 @@ impl Params {
         }
         Ok(Some(colour.map(|c| c as f32)))
     }
+
+    /// The `scale` of a light, by channel: pbrt-v4 gives a number, pbrt-v2 a colour.
+    pub(super) fn scale(&self, notices: &mut Notices) -> Result<[f32; 3], SceneError> {
+        Ok(self.colour("scale", notices)?.unwrap_or([1.0; 3]))
+    }
 }
 
 impl Library {
@@ -75,10 +81,10 @@ impl Library {
         &self,
         params: &Params,
         name: &str,
-        warn: &mut dyn FnMut(&str, &str),
+        notices: &mut Notices,
     ) -> Result<Option<Texture>, SceneError> {
         let Some(texture) = params.texture(name)? else {
-            return Ok(params.colour(name, warn)?.map(Texture::Constant));
+            return Ok(params.colour(name, notices)?.map(Texture::Constant));
         };
         match self.textures.get(texture) {
             Some(texture) => Ok(Some(texture.clone())),
@@ -122,10 +128,10 @@ impl Library {
         params: &Params,
         dialect: Dialect,
         folder: &Path,
-        warn: &mut dyn FnMut(&str, &str),
+        notices: &mut Notices,
     ) -> Result<Texture, SceneError> {
         let mut part = |name: &str, default: f32| -> Result<Texture, SceneError> {
-            let texture = self.colour_or_texture(params, name, warn)?;
+            let texture = self.colour_or_texture(params, name, notices)?;
             Ok(texture.unwrap_or(Texture::Constant([default; 3])))
         };
         Ok(match class {
@@ -191,15 +197,11 @@ impl Library {
         ctm: &DAffine3,
         dialect: Dialect,
         folder: &Path,
-        warn: &mut dyn FnMut(&str, &str),
+        notices: &mut Notices,
     ) -> Result<Light, SceneError> {
-        let scale = match params.find("scale") {
-            Some(param) if param.kind != "float" => params.colour("scale", warn)?,
-            _ => Some([params.float("scale", 1.0)? as f32; 3]),
-        };
-        let scale = scale.unwrap_or([1.0; 3]);
+        let scale = params.scale(notices)?;
         let mut scaled = |name: &str| -> Result<[f32; 3], SceneError> {
-            let colour = params.colour(name, warn)?.unwrap_or([1.0; 3]);
+            let colour = params.colour(name, notices)?.unwrap_or([1.0; 3]);
             Ok([0, 1, 2].map(|i| colour[i] * scale[i]))
         };
         let point = |name: &str, default: [f64; 3]| -> Result<DVec3, SceneError> {

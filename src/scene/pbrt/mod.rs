@@ -3,19 +3,26 @@
 //! are not supported yet are warnings that say what is done instead.
 
 mod appearance;
+mod blocks;
 mod description;
 mod params;
 mod reader;
+mod settings;
 mod shapes;
 mod token;
+mod transforms;
 mod vocabulary;
+mod words;
+mod world;
 
 pub use description::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
 pub use reader::read;
 
+use std::collections::HashSet;
+
 use crate::image::ImageError;
 use crate::scene::ply::PlyError;
-use crate::source::{Location, Unreadable};
+use crate::source::{Location, Unreadable, Warning};
 
 /// Why a scene was refused.
 #[derive(Debug, thiserror::Error)]
@@ -55,6 +62,23 @@ pub enum SceneError {
         /// What is wrong with it.
         source: PlyError,
     },
+}
+
+/// What was noticed so far, each thing once.
+#[derive(Default)]
+struct Notices {
+    warnings: Vec<Warning>,
+    seen: HashSet<String>,
+}
+
+impl Notices {
+    /// Notes what is not supported and what is done instead.
+    fn instead(&mut self, at: &Location, what: &str, instead: &str) {
+        if self.seen.insert(what.to_owned()) {
+            let message = format!("{what} is not supported yet: {instead}");
+            self.warnings.push(Warning { at: at.clone(), message });
+        }
+    }
 }
 
 impl SceneError {

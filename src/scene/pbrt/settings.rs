@@ -1,0 +1,190 @@
+//! Directives before the world: film, sampler, integrator and camera.
+
+use std::path::{Path, PathBuf};
+
+use super::SceneError;
+use super::appearance::Dialect;
+use super::description::{CameraSpec, FilmSpec, RealisticSpec, ThinSpec};
+use super::params::Params;
+use super::reader::Reader;
+
+/// Pixels on one side of a picture.
+const MOST_PIXELS: u32 = 1 << 16;
+
+impl Reader {
+    pub(super) fn film(&mut self) -> Result<(), SceneError> {
+        self.before_world("Film")?;
+        let (_, _, params, _) = self.kind("Film")?;
+        self.film = Some(params);
+        Ok(())
+    }
+
+    pub(super) fn sampler(&mut self) -> Result<(), SceneError> {
+        self.before_world("Sampler")?;
+        let (_, _, params, supported) = self.kind("Sampler")?;
+        if !supported {
+            return Ok(());
+        }
+        let most = 1 << 30;
+        let strata =
+            match (params.count_of("xsamples", 1 << 15)?, params.count_of("ysamples", 1 << 15)?) {
+                (None, None) => None,
+                (x, y) => Some(x.unwrap_or(4) * y.unwrap_or(4)),
+            };
+        self.samples = params.count_of("pixelsamples", most)?.or(strata);
+        self.seed = params.float("seed", 0.0)?.clamp(0.0, f64::from(u32::MAX)) as u32;
+        Ok(())
+    }
+
+    pub(super) fn filter(&mut self) -> Result<(), SceneError> {
+        self.before_world("PixelFilter")?;
+        let (_, _, params, supported) = self.kind("PixelFilter")?;
+        for name in ["xwidth", "ywidth", "xradius", "yradius"] {
+            if supported && params.float(name, 0.5)? != 0.5 {
+                self.warn_here("a box filter of another radius than 0.5", "0.5 is used");
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn integrator(&mut self) -> Result<(), SceneError> {
+        self.before_world("Integrator")?;
+        let (_, name, params, supported) = self.kind("Integrator")?;
+        let asked = if supported { params.maybe_float("maxdepth")? } else { None };
+        let depth = asked.unwrap_or(5.0);
+        if !(0.0..=1e6).contains(&depth) || depth.fract() != 0.0 {
+            let found = format!("\"maxdepth\" is {depth}");
+            return Err(params.refuse("maxdepth", found, "expected a whole number from 0"));
+        }
+        // Direct lighting follows mirrors to maxdepth, and there are none yet.
+        self.max_depth = Some(if name == "directlighting" { 1 } else { depth as u32 });
+        Ok(())
+    }
+
+    pub(super) fn camera(&mut self) -> Result<(), SceneError> {
+        self.before_world("Camera")?;
+        let (_, name, params, _) = self.kind("Camera")?;
+        let world_from_camera = self.state.ctm.inverse();
+        if !world_from_camera.is_finite() {
+            return self.refuse("a camera transform that cannot be inverted", "");
+        }
+        if name == "realistic" && params.find("specfile").is_some() {
+            self.dialect = Dialect::V2;
+        }
+        self.systems.insert("camera".to_owned(), world_from_camera);
+        self.camera = Some((name, params, world_from_camera));
+        Ok(())
+    }
+}
+
+pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError> {
+    let Some(params) = params else {
+        let resolution = [1280, 720];
+        let bounds = [[0, 0], resolution];
+        return Ok(FilmSpec { resolution, diagonal: 35.0, bounds, filename: None, iso: 100.0 });
+    };
+    let resolution = [
+        params.count_of("xresolution", MOST_PIXELS)?.unwrap_or(1280),
+        params.count_of("yresolution", MOST_PIXELS)?.unwrap_or(720),
+    ];
+    let mut bounds = [[0, 0], resolution];
+    // Both give x0 x1 y0 y1: one in shares of the picture, one in pixels.
+    for (name, kind, unit) in
+        [("cropwindow", "float", resolution.map(f64::from)), ("pixelbounds", "integer", [1.0, 1.0])]
+    {
+        let Some(window) = params.numbers(name, &[kind])? else { continue };
+        let [x0, x1, y0, y1] = *window else {
+            let found = format!("{} numbers", window.len());
+            return Err(params.refuse(name, found, "expected x0 x1 y0 y1"));
+        };
+        let pixel = |v: f64, axis: usize| {
+            (v * unit[axis]).ceil().clamp(0.0, f64::from(resolution[axis])) as u32
+        };
+        bounds = [[pixel(x0, 0), pixel(y0, 1)], [pixel(x1, 0), pixel(y1, 1)]];
+        if bounds[0][0] >= bounds[1][0] || bounds[0][1] >= bounds[1][1] {
+            return Err(params.refuse(name, "a window without pixels", "expected x0 x1 y0 y1"));
+        }
+    }
+    Ok(FilmSpec {
+        resolution,
+        diagonal: params.positive("diagonal", 35.0)?,
+        bounds,
+        filename: params.text("filename")?.map(PathBuf::from),
+        iso: params.positive("iso", 100.0)?,
+    })
+}
+
+pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, SceneError> {
+    if let Some(file) = params.text("specfile")? {
+        return Ok(CameraSpec::Realistic(RealisticSpec::V2 {
+            lens: folder.join(file),
+            aperture: params.positive("aperture_diameter", 1.0)?,
+            film_distance: params.positive("filmdistance", 70.0)?,
+            film_diagonal: params.positive("filmdiag", 35.0)?,
+            depth: depth_range(params, [0.001, 1e30])?,
+        }));
+    }
+    let Some(file) = params.text("lensfile")? else {
+        return Err(params.refuse(
+            "lensfile",
+            "a realistic camera without a lens",
+            "expected \"string lensfile\" (pbrt-v4) or \"string specfile\" (pbrt-v2)",
+        ));
+    };
+    Ok(CameraSpec::Realistic(RealisticSpec::V4 {
+        lens: folder.join(file),
+        aperture: params.positive("aperturediameter", 1.0)?,
+        focus: params.positive("focusdistance", 10.0)?,
+        exposure_time: exposure_time(params)?,
+    }))
+}
+
+pub(super) fn thin(params: &Params) -> Result<CameraSpec, SceneError> {
+    let fov = params.positive("fov", 90.0)?;
+    if fov >= 180.0 {
+        return Err(params.refuse(
+            "fov",
+            format!("a field of view of {fov}"),
+            "expected below 180",
+        ));
+    }
+    if params.numbers("screenwindow", &["float"])?.is_some_and(|w| w != [-1.0, 1.0, -1.0, 1.0]) {
+        let expected = "only -1 1 -1 1 is supported; set fov instead";
+        return Err(params.refuse("screenwindow", "a window off the centre", expected));
+    }
+    let lens_radius = params.float("lensradius", 0.0)?;
+    if lens_radius < 0.0 {
+        let found = format!("a lens radius of {lens_radius}");
+        return Err(params.refuse("lensradius", found, "expected 0 or more"));
+    }
+    let aspect = match params.find("frameaspectratio") {
+        Some(_) => Some(params.positive("frameaspectratio", 1.0)?),
+        None => None,
+    };
+    Ok(CameraSpec::Thin(ThinSpec {
+        fov,
+        aspect,
+        lens_radius,
+        focal_distance: params.positive("focaldistance", 1e6)?,
+        depth: depth_range(params, [0.0, f64::INFINITY])?,
+        exposure_time: exposure_time(params)?,
+    }))
+}
+
+pub(super) fn depth_range(params: &Params, default: [f64; 2]) -> Result<[f64; 2], SceneError> {
+    let [near, far] = [params.float("hither", default[0])?, params.float("yon", default[1])?];
+    if near < 0.0 || near >= far {
+        let found = format!("hither {near} and yon {far}");
+        return Err(params.refuse("hither", found, "expected 0 or more, and less than yon"));
+    }
+    Ok([near, far])
+}
+
+pub(super) fn exposure_time(params: &Params) -> Result<f64, SceneError> {
+    let time = params.float("shutterclose", 1.0)? - params.float("shutteropen", 0.0)?;
+    if time > 0.0 {
+        return Ok(time);
+    }
+    let found = format!("a shutter that is open for {time} s");
+    Err(params.refuse("shutterclose", found, "expected shutterclose after shutteropen"))
+}

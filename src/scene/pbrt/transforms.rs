@@ -1,0 +1,101 @@
+//! Directives that change the current transform.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::SceneError;
+use super::reader::Reader;
+use super::token::{Token, Word};
+use crate::source::hint;
+
+impl Reader {
+    pub(super) fn translate(&mut self) -> Result<(), SceneError> {
+        let by = DVec3::from_array(self.numbers::<3>()?);
+        self.concat(DAffine3::from_translation(by))
+    }
+
+    pub(super) fn scale(&mut self) -> Result<(), SceneError> {
+        let by = DVec3::from_array(self.numbers::<3>()?);
+        if by.min_element().abs() == 0.0 || by.cmpeq(DVec3::ZERO).any() {
+            return self.refuse("Scale by 0", "a scale that flattens space cannot be undone");
+        }
+        self.concat(DAffine3::from_scale(by))
+    }
+
+    pub(super) fn rotate(&mut self) -> Result<(), SceneError> {
+        let [angle, x, y, z] = self.numbers::<4>()?;
+        let Some(axis) = DVec3::new(x, y, z).try_normalize() else {
+            return self.refuse("Rotate about no axis", "expected an angle and an axis");
+        };
+        self.concat(DAffine3::from_axis_angle(axis, angle.to_radians()))
+    }
+
+    pub(super) fn look_at(&mut self) -> Result<(), SceneError> {
+        let n = self.numbers::<9>()?;
+        let eye = DVec3::new(n[0], n[1], n[2]);
+        let up = DVec3::new(n[6], n[7], n[8]);
+        let Some(forward) = (DVec3::new(n[3], n[4], n[5]) - eye).try_normalize() else {
+            return self.refuse("LookAt from a point to itself", "expected two points");
+        };
+        let Some(right) = up.cross(forward).try_normalize() else {
+            return self.refuse("LookAt along its up vector", "expected another up");
+        };
+        let turn = DMat3::from_cols(right, forward.cross(right), forward);
+        self.concat(DAffine3::from_mat3_translation(turn, eye).inverse())
+    }
+
+    pub(super) fn matrix(&mut self, concat: bool) -> Result<(), SceneError> {
+        let m = self.numbers::<16>()?;
+        if [m[3], m[7], m[11]] != [0.0; 3] || m[15] == 0.0 {
+            return self.refuse("a projective matrix", "expected a last row of 0 0 0 1");
+        }
+        let column = |i: usize| DVec3::new(m[i], m[i + 1], m[i + 2]) / m[15];
+        let affine = DAffine3 {
+            matrix3: DMat3::from_cols(column(0), column(4), column(8)),
+            translation: column(12),
+        };
+        if !concat {
+            self.state.ctm = DAffine3::IDENTITY;
+        }
+        self.concat(affine)
+    }
+
+    pub(super) fn concat(&mut self, by: DAffine3) -> Result<(), SceneError> {
+        self.state.ctm *= by;
+        if self.state.ctm.is_finite() {
+            return Ok(());
+        }
+        self.refuse("a transform out of range", "its numbers are no longer finite")
+    }
+
+    pub(super) fn coordinate_system(&mut self) -> Result<(), SceneError> {
+        let name = self.string()?;
+        self.systems.insert(name, self.state.ctm);
+        Ok(())
+    }
+
+    pub(super) fn use_coordinate_system(&mut self) -> Result<(), SceneError> {
+        let name = self.string()?;
+        match self.systems.get(&name) {
+            Some(ctm) => {
+                self.state.ctm = *ctm;
+                Ok(())
+            }
+            None => {
+                let hint = hint(&name, self.systems.keys().map(String::as_str));
+                self.refuse(format!("no coordinate system \"{name}\"{hint}"), "")
+            }
+        }
+    }
+
+    pub(super) fn active_transform(&mut self) -> Result<(), SceneError> {
+        match self.next()? {
+            Some(Token { word: Word::Name(name), .. })
+                if ["StartTime", "EndTime", "All"].contains(&name.as_str()) =>
+            {
+                self.warn_here("ActiveTransform", "nothing moves: every transform counts");
+                Ok(())
+            }
+            other => Err(self.unexpected(other, "expected StartTime, EndTime or All")),
+        }
+    }
+}

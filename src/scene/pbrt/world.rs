@@ -1,0 +1,127 @@
+//! Directives in the world: lights, textures, materials and shapes.
+
+use super::blocks::State;
+use super::params::Params;
+use super::reader::Reader;
+use super::{SceneError, shapes};
+use crate::scene::{Geometry, Material, Texture};
+use crate::source::hint;
+
+impl Reader {
+    pub(super) fn light_source(&mut self) -> Result<(), SceneError> {
+        self.after_world("LightSource")?;
+        let (_, name, params, supported) = self.kind("LightSource")?;
+        if supported {
+            let Self { library, dialect, folder, notices, state, .. } = self;
+            let light = library.light(&name, &params, &state.ctm, *dialect, folder, notices)?;
+            self.builder.light(light);
+        }
+        Ok(())
+    }
+
+    pub(super) fn area_light(&mut self) -> Result<(), SceneError> {
+        self.after_world("AreaLightSource")?;
+        let (_, _, params, _) = self.kind("AreaLightSource")?;
+        let radiance = params.colour("L", &mut self.notices)?.unwrap_or([1.0; 3]);
+        let scale = params.scale(&mut self.notices)?;
+        let two_sided = params.truth("twosided")?.unwrap_or(false);
+        self.state.area_light = Some(([0, 1, 2].map(|i| radiance[i] * scale[i]), two_sided));
+        Ok(())
+    }
+
+    pub(super) fn texture(&mut self) -> Result<(), SceneError> {
+        self.after_world("Texture")?;
+        let name = self.string()?;
+        let kind = self.string()?;
+        if !["float", "color", "spectrum", "rgb"].contains(&kind.as_str()) {
+            let found = format!("a texture of type \"{kind}\"");
+            return self.refuse(found, "expected float, color or spectrum");
+        }
+        let (_, class, params, supported) = self.kind("Texture")?;
+        let texture = if supported {
+            let Self { library, dialect, folder, notices, .. } = self;
+            library.texture(&class, &params, *dialect, folder, notices)?
+        } else {
+            Texture::Constant([0.5; 3])
+        };
+        self.library.textures.insert(name, texture);
+        Ok(())
+    }
+
+    pub(super) fn material(&mut self) -> Result<(), SceneError> {
+        self.after_world("Material")?;
+        let name = self.string()?;
+        let params = self.params()?;
+        self.state.material = self.surface(name, params)?;
+        Ok(())
+    }
+
+    pub(super) fn make_named_material(&mut self) -> Result<(), SceneError> {
+        self.after_world("MakeNamedMaterial")?;
+        let name = self.string()?;
+        let mut params = self.params()?;
+        let Some(kind) = params.text("type")?.map(str::to_owned) else {
+            return self.refuse("a named material without \"string type\"", "");
+        };
+        params.all.retain(|param| param.name != "type");
+        let material = self.surface(kind, params)?;
+        self.materials.insert(name, material);
+        Ok(())
+    }
+
+    pub(super) fn named_material(&mut self) -> Result<(), SceneError> {
+        self.after_world("NamedMaterial")?;
+        let name = self.string()?;
+        match self.materials.get(&name) {
+            Some(material) => {
+                self.state.material = *material;
+                Ok(())
+            }
+            None => {
+                let hint = hint(&name, self.materials.keys().map(String::as_str));
+                self.refuse(format!("no material named \"{name}\"{hint}"), "")
+            }
+        }
+    }
+
+    pub(super) fn surface(&mut self, name: String, params: Params) -> Result<u32, SceneError> {
+        let (_, _, params, supported) = self.check("Material", name, params)?;
+        let mut reflectance = None;
+        for name in ["Kd", "reflectance"] {
+            let found = self.library.colour_or_texture(&params, name, &mut self.notices);
+            // What is not supported is not checked either: it may call another thing Kd.
+            reflectance = reflectance.or(if supported { found? } else { found.unwrap_or(None) });
+        }
+        let reflectance = reflectance.unwrap_or(Texture::Constant([0.5; 3]));
+        Ok(self.builder.material(Material { reflectance }))
+    }
+
+    pub(super) fn shape(&mut self) -> Result<(), SceneError> {
+        self.after_world("Shape")?;
+        let (_, name, params, supported) = self.kind("Shape")?;
+        if !supported {
+            return Ok(());
+        }
+        let State { ctm, reversed, material, area_light } = self.state;
+        let Some(geometry) = shapes::make(&name, &params, &ctm, reversed, &self.folder)? else {
+            self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
+            return Ok(());
+        };
+        self.add_shape(geometry, material, area_light);
+        Ok(())
+    }
+
+    pub(super) fn add_shape(
+        &mut self,
+        geometry: Geometry,
+        material: u32,
+        area_light: Option<([f32; 3], bool)>,
+    ) {
+        let object = self.object.as_ref().and_then(|name| self.objects.get(name));
+        let object = object.map(|object| object.index);
+        if object.is_some() && area_light.is_some() {
+            self.warn_here("an area light inside an object", "the shape does not shine");
+        }
+        self.builder.shape(geometry, material, area_light, object);
+    }
+}
