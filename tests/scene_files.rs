@@ -300,6 +300,19 @@ fn includes_are_found_beside_the_scene_and_may_not_go_round() {
 }
 
 #[test]
+fn a_line_of_a_million_numbers_is_read_at_once() {
+    // Not timed: counting columns from the start of the line would take minutes.
+    let points = "0 0 0  1 0 0  0 1 0 ".repeat(120_000);
+    let indices: String = (0..360_000).map(|i| format!("{i} ")).collect();
+    let scene = format!(
+        "{HEAD}Shape \"trianglemesh\" \"point3 P\" [{points}] \"integer indices\" [{indices}] é Shpe"
+    );
+    let said = read(&scene).map(|_| ()).unwrap_err().to_string();
+    let column = scene.lines().nth(2).unwrap().chars().position(|c| c == 'é').unwrap() + 1;
+    assert!(said.contains(&format!("test.pbrt:3:{column}: ")), "{}", &said[..200.min(said.len())]);
+}
+
+#[test]
 fn no_mutation_of_a_scene_panics() {
     let good = std::fs::read(support::root().join("scenes/dgauss.pbrt")).unwrap();
     let folder = folder();

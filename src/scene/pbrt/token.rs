@@ -49,12 +49,14 @@ pub(super) struct Lexer {
     text: Vec<u8>,
     next: usize,
     line: u32,
-    line_start: usize,
+    /// A place in the line and its column: columns are counted on from there, so that a line
+    /// may hold a million words.
+    counted: (usize, u32),
 }
 
 impl Lexer {
     pub(super) fn new(file: Arc<Path>, text: Vec<u8>) -> Self {
-        Self { file, text, next: 0, line: 1, line_start: 0 }
+        Self { file, text, next: 0, line: 1, counted: (0, 1) }
     }
 
     /// Where a token stands.
@@ -68,8 +70,10 @@ impl Lexer {
     }
 
     fn column(&self, at: usize) -> u32 {
-        let before = String::from_utf8_lossy(&self.text[self.line_start..at]);
-        before.chars().count() as u32 + 1
+        let (from, column) = self.counted;
+        // Every byte but those that continue a UTF-8 character.
+        let characters = self.text[from..at].iter().filter(|&&b| b & 0xc0 != 0x80).count();
+        column + characters as u32
     }
 
     /// The next word, or `None` at the end of the file.
@@ -78,6 +82,7 @@ impl Lexer {
         let start = self.next;
         let Some(&first) = self.text.get(start) else { return Ok(None) };
         let (line, column) = (self.line, self.column(start));
+        self.counted = (start, column);
         let at = Location { file: self.file.clone(), line, column };
         let word = match first {
             b'[' => {
@@ -105,7 +110,7 @@ impl Lexer {
             match byte {
                 b'\n' => {
                     self.line += 1;
-                    self.line_start = self.next + 1;
+                    self.counted = (self.next + 1, 1);
                 }
                 b'#' => {
                     let rest = &self.text[self.next..];
