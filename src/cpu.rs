@@ -14,12 +14,13 @@ pub fn suffices() -> bool {
     use std::arch::x86_64::__cpuid;
 
     // Intel SDM vol. 2A, CPUID: FMA, MOVBE, OSXSAVE (the system keeps wide registers), AVX,
-    // F16C in leaf 1; BMI1, AVX2, BMI2 in leaf 7.
+    // F16C in leaf 1; BMI1, AVX2, BMI2 in leaf 7; LZCNT in leaf 8000_0001.
     const LEAF_1_ECX: u32 = 1 << 12 | 1 << 22 | 1 << 27 | 1 << 28 | 1 << 29;
     const LEAF_7_EBX: u32 = 1 << 3 | 1 << 5 | 1 << 8;
     __cpuid(0).eax >= 7
         && __cpuid(1).ecx & LEAF_1_ECX == LEAF_1_ECX
         && __cpuid(7).ebx & LEAF_7_EBX == LEAF_7_EBX
+        && __cpuid(0x8000_0001).ecx & (1 << 5) != 0
 }
 
 /// Portable builds run everywhere.

@@ -59,6 +59,10 @@ pub fn prepare(
     let mut setup = Setup { at: camera_at, warnings, notes: Notes::new() };
     let frame = frame(&film, changes)?;
     let (model, size, imaging_ratio, depth) = match camera {
+        CameraSpec::Thin(_) if changes.lens.is_some() => {
+            let problem = "--lens is given, but this camera has no lens file to replace".into();
+            return Err(JobError::Camera { at: setup.at, problem });
+        }
         CameraSpec::Thin(spec) => setup.thin(&spec, &film, frame.resolution),
         CameraSpec::Realistic(spec) => setup.real(&spec, &film, frame.resolution, changes)?,
     };

@@ -27,7 +27,7 @@ pub struct Job {
     pub samples: Range<u32>,
     /// Which of all random choices.
     pub seed: u32,
-    /// Surfaces on a path that gather light: 1 is direct light only.
+    /// Surfaces on a path that gather light: 1 is direct light only, 0 is what shines by itself.
     pub max_depth: u32,
 }
 
@@ -159,10 +159,10 @@ impl Wave {
             camera.expose::<R>(samples, lens, rays, &mut stats.blocked);
             clock.lap(stats, Stage::Lens, samples.len);
             radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
-            for depth in 0..*max_depth {
+            for depth in 0..(*max_depth).max(1) {
                 scene.intersect::<R>(rays, hits, stack);
                 clock.lap(stats, Stage::Intersect, rays.len);
-                let vertex = Vertex { depth, last: depth + 1 == *max_depth };
+                let vertex = Vertex { depth, last: depth + 1 >= *max_depth, lit: *max_depth > 0 };
                 shade(scene, vertex, rays, hits, samples, dice, radiance, shadows, next);
                 clock.lap(stats, Stage::Shade, rays.len);
                 scene.occlude::<R>(shadows, stack, radiance);

@@ -158,6 +158,24 @@ fn mistakes_are_answered_with_exit_code_2_and_what_to_try() {
         &["render", "scenes/dgauss.pbrt", "-o", out, "--resolution", "65536x65536"],
         "would take about 309 GB of memory; render it in parts",
     );
+    let pinhole = "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"";
+    let pinhole = write(&folder, "pinhole.pbrt", pinhole);
+    let pinhole = pinhole.to_str().unwrap();
+    refuses(
+        &["render", pinhole, "-o", out, "--lens", "lenses/wide.22mm.dat"],
+        "pinhole.pbrt:1:1: --lens is given, but this camera has no lens file",
+    );
+    refuses(&["render", "/dev/zero", "-o", out], "cannot read /dev/zero: it does not end");
+    for length in ["nan", "-3", "0", "x"] {
+        refuses(
+            &["lens", "lenses/dgauss.50mm.dat", "--focus", length],
+            "expected a length above 0",
+        );
+        refuses(
+            &["lens", "lenses/dgauss.50mm.dat", "--film-distance", length],
+            "expected a length",
+        );
+    }
     refuses(&["rendr"], "unrecognized subcommand");
     refuses(&["lens", "no.dat"], "cannot read the lens no.dat");
     refuses(&["lens", "lenses/dgauss.50mm.dat", "--stop", "18"], "at most 17.1 mm");
@@ -192,6 +210,23 @@ fn what_stood_under_the_name_survives_an_error() {
     assert_eq!(std::fs::read(&path).unwrap(), b"precious");
     let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(names.len(), 1, "no temporary files stay behind");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn words_that_nobody_can_hear_do_not_cost_the_picture() {
+    let folder = folder();
+    let scene = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+                 Camera \"perspective\"\nOption \"bool x\" true\nWorldBegin\nLightSource \"infinite\"";
+    let scene = write(&folder, "warns.pbrt", scene);
+    let out = folder.path().join("a.exr");
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let status = command(&["render", scene.to_str().unwrap(), "-o", out.to_str().unwrap()])
+        .stderr(full)
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(0));
+    assert!(out.exists());
 }
 
 #[test]

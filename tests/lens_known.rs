@@ -3,7 +3,7 @@
 mod support;
 
 use petzval::lens::{
-    From, LensRay, Paraxial, Prescription, marginal_f_number, sequence, trace_one,
+    FocusError, From, LensRay, Paraxial, Prescription, marginal_f_number, sequence, trace_one,
 };
 use support::{LENSES, lens, row};
 
@@ -62,12 +62,16 @@ fn film_and_focus_are_inverse() {
 fn what_is_too_near_is_refused_with_the_nearest_distance() {
     for (name, _) in LENSES {
         let paraxial = Paraxial::of(&lens(name));
-        let error = paraxial.film_for_focus(1.0).unwrap_err();
-        assert!(paraxial.film_for_focus(error.nearest * 1.0001).is_ok(), "{name}: {error}");
-        assert!(paraxial.film_for_focus(error.nearest * 0.9999).is_err(), "{name}: {error}");
+        let FocusError::TooNear { nearest, .. } = paraxial.film_for_focus(1.0).unwrap_err() else {
+            panic!("{name} forms an image")
+        };
+        assert!(paraxial.film_for_focus(nearest * 1.0001).is_ok(), "{name}: {nearest}");
+        assert!(paraxial.film_for_focus(nearest * 0.9999).is_err(), "{name}: {nearest}");
     }
     let paraxial = Paraxial::of(&lens("dgauss.50mm"));
-    let nearest = paraxial.film_for_focus(0.0).unwrap_err().nearest;
+    let FocusError::TooNear { nearest, .. } = paraxial.film_for_focus(0.0).unwrap_err() else {
+        panic!("a double Gauss forms an image")
+    };
     // Object and image are never nearer than four focal lengths and the principal separation.
     let m = paraxial.whole;
     let (front, rear) = ((m.d - 1.0) / m.c, (1.0 - m.a) / m.c);
@@ -123,6 +127,20 @@ fn light_goes_back_the_way_it_came() {
         let s = (film - end.p[2]) / end.t[2];
         for i in 0..2 {
             assert!((end.p[i] + s * end.t[i] - start[i]).abs() < 1e-9, "{name}");
+        }
+    }
+}
+
+#[test]
+fn lenses_without_a_real_image_say_so() {
+    let lens = |r1: f64, r2: f64| {
+        let rows = vec![row(0.0, 5.0, 1.0, 10.0), row(r1, 5.0, 1.5, 20.0), row(r2, 0.0, 1.0, 20.0)];
+        Paraxial::of(&Prescription { name: "test".into(), rows })
+    };
+    for (r1, r2) in [(-50.0, 50.0), (1e12, 1e12), (f64::INFINITY, f64::INFINITY)] {
+        for focus in [10.0, 1000.0, f64::INFINITY] {
+            let answer = lens(r1, r2).film_for_focus(focus);
+            assert!(matches!(answer, Err(FocusError::NoImage { .. })), "{r1} {r2}: {answer:?}");
         }
     }
 }

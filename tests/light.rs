@@ -129,6 +129,18 @@ fn a_light_is_seen_as_bright_as_it_is() {
 }
 
 #[test]
+fn a_path_of_no_surfaces_sees_what_shines_and_nothing_else() {
+    let world = format!(
+        r#"LightSource "infinite" "rgb L" [2 2 2] {FLOOR} AreaLightSource "diffuse" "rgb L" [3 3 3]
+           Translate 0 0.5 0 Rotate -90 1 0 0 Shape "disk""#
+    );
+    let depth = r#""path" "integer maxdepth" 0"#;
+    assert_near(looking_down(16, depth, &world), [3.0; 3], 1e-6);
+    let floor = format!(r#"LightSource "infinite" "rgb L" [2 2 2] {FLOOR}"#);
+    assert_eq!(looking_down(16, depth, &floor), [0.0; 3]);
+}
+
+#[test]
 fn exposure_time_and_iso_scale_the_picture() {
     let text = r#"Film "rgb" "integer xresolution" 4 "integer yresolution" 4 "float iso" 400
         LookAt 0 1 0  0 0 0  0 0 1

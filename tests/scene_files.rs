@@ -79,6 +79,11 @@ fn mistakes_are_named_with_line_column_and_what_was_meant() {
             "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2]",
             "test.pbrt:3:22: 8 numbers for \"point3 P\"; expected a multiple of 3",
         ),
+        ("ObjectBegin \"a\" ObjectEnd\nObjectBegin \"a\"", "test.pbrt:4:1: a second object \"a\""),
+        (
+            "Shape \"sphere\" \"float radius\" 1 \"float radius\" 3",
+            "test.pbrt:3:33: a second \"radius\"; give it once",
+        ),
         ("Film \"rgb\"", "test.pbrt:3:1: Film after WorldBegin"),
         ("WorldBegin", "test.pbrt:3:1: a second WorldBegin"),
     ];
@@ -254,6 +259,36 @@ fn textures_are_the_right_way_up() {
 }
 
 #[test]
+fn a_sky_comes_from_a_radiance_picture() {
+    // Dark below the horizon, 2 above: pbrt-v2's layout has z up and the zenith at the top.
+    let folder = folder();
+    let path = folder.path().join("sky.hdr");
+    let half = |v: f32| vec![image::Rgb([v, v / 2.0, v / 4.0]); 32 * 8];
+    let pixels = [half(2.0), half(0.0)].concat();
+    image::codecs::hdr::HdrEncoder::new(std::fs::File::create(&path).unwrap())
+        .encode(&pixels, 32, 16)
+        .unwrap();
+    let floor = |turn: &str| {
+        mean(&rendered(&format!(
+            "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             Sampler \"sobol\" \"integer pixelsamples\" 64\n\
+             Integrator \"directlighting\" LookAt 0 1 0  0 0 0  0 0 1\n\
+             Camera \"perspective\" \"float fov\" 1\nWorldBegin\n\
+             AttributeBegin {turn} LightSource \"infinite\" \"string filename\" \"{}\" AttributeEnd\n\
+             Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n\
+             Shape \"trianglemesh\" \"point3 P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9]\n\
+             \"integer indices\" [0 1 2 2 3 0]",
+            path.display()
+        )))
+    };
+    for (found, expected) in floor("Rotate -90 1 0 0").into_iter().zip([1.0, 0.5, 0.25]) {
+        // Texels blend across the horizon: a row of sixteen, seen at a slant.
+        assert!((found / expected - 1.0).abs() < 0.02, "{found} instead of {expected}");
+    }
+    assert!(floor("Rotate 90 1 0 0")[0] < 0.02);
+}
+
+#[test]
 fn checkerboards_and_products_of_textures() {
     let colour = |texture: &str| {
         mean(&rendered(&format!(
@@ -297,6 +332,53 @@ fn includes_are_found_beside_the_scene_and_may_not_go_round() {
     write(&folder, "shape.pbrt", "Shape \"sphere\"\n  Shpe");
     let said = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
     assert!(said.contains("shape.pbrt:2:3: unknown directive"), "{said}");
+}
+
+#[test]
+fn nothing_that_nests_can_blow_up() {
+    let chain = |link: &dyn Fn(u32) -> String| (1..2000).map(link).collect::<String>();
+    let objects = chain(&|i| {
+        let before = i - 1;
+        format!("ObjectBegin \"o{i}\" ObjectInstance \"o{before}\" ObjectEnd\n")
+    });
+    let said = error(&format!("ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n{objects}"));
+    assert!(said.contains("33 objects inside each other"), "{said}");
+    // Doubling: 2^26 copies are refused, not made.
+    let doubled = chain(&|i| {
+        let before = format!("ObjectInstance \"o{}\" ", i - 1);
+        format!("ObjectBegin \"o{i}\" {before}{before} ObjectEnd\n")
+    });
+    let said = error(&format!("ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n{doubled}"));
+    assert!(said.contains("copies of objects"), "{said}");
+    let textures = chain(&|i| {
+        let before = i - 1;
+        format!(
+            "Texture \"t{i}\" \"color\" \"scale\" \"texture tex1\" \"t{before}\" \
+             \"texture tex2\" \"t{before}\"\n"
+        )
+    });
+    let said = error(&format!("Texture \"t0\" \"color\" \"constant\"\n{textures}"));
+    assert!(said.contains("a texture of more than 1000 parts"), "{said}");
+}
+
+#[test]
+fn what_pbrt_knows_is_never_an_error() {
+    for world in [
+        "Material \"none\"",
+        "Material \"\"",
+        "Material \"interface\"",
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"",
+        "MediumInterface \"fog\" \"\"",
+        "Texture \"t\" \"color\" \"checkerboard\" \"string mapping\" \"planar\" \"vector3 v1\" [1 0 0]",
+        "Texture \"t\" \"color\" \"checkerboard\" \"integer dimension\" 3",
+        "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd\n\
+         ConcatTransform [1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1] ObjectInstance \"a\"",
+        "WorldEnd\nWorldBegin",
+        "LightSource \"infinite\" \"blackbody L\" 6500",
+    ] {
+        let description = read(&format!("{HEAD}{world}")).expect(world);
+        assert!(!description.warnings.is_empty(), "{world}: nothing was said");
+    }
 }
 
 #[test]

@@ -11,10 +11,8 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     let mut lens = read(&arguments.lens)?;
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
-        if !(stop > 0.0 && stop <= opening) {
-            return Err(
-                format!("--stop {stop}: expected more than 0 and at most {opening} mm").into()
-            );
+        if stop > opening {
+            return Err(format!("--stop {stop}: expected at most {opening} mm").into());
         }
         lens.stop_down(stop);
     }

@@ -1,5 +1,13 @@
 //! The command: what it understands, and how it answers.
 
+/// A line for the user. Where nobody can hear it, the picture matters more than the words.
+macro_rules! say {
+    ($($word:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($word)*);
+    }};
+}
+
 mod lens;
 mod progress;
 mod render;
@@ -74,13 +82,13 @@ struct LensArguments {
     /// Lens file
     lens: PathBuf,
     /// Say what is in focus on a film at this distance, mm, behind the rear vertex
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     film_distance: Option<f64>,
     /// Say where the film must stand to focus at this distance from it, mm (or inf)
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = length_or_inf, allow_hyphen_values = true)]
     focus: Option<f64>,
     /// Close the stop to this diameter, mm
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
 }
 
@@ -114,6 +122,18 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     size.ok_or_else(|| "expected WxH in pixels, such as 1200x800, up to 65536".to_owned())
 }
 
+fn length_or_inf(text: &str) -> Result<f64, String> {
+    let length = text.parse().ok().filter(|&length: &f64| length > 0.0);
+    length.ok_or_else(|| "expected a length above 0, in mm".to_owned())
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    length_or_inf(text).and_then(|length| match length.is_finite() {
+        true => Ok(length),
+        false => Err("expected a finite length, in mm".to_owned()),
+    })
+}
+
 /// Why a command failed, in words for the user.
 type Failure = Box<dyn std::error::Error>;
 
@@ -140,7 +160,7 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(failure) => {
-            eprintln!("petzval: error: {failure}");
+            say!("petzval: error: {failure}");
             ExitCode::from(2)
         }
     }

@@ -38,7 +38,10 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
     for warning in &warnings {
-        eprintln!("petzval: warning: {warning}");
+        say!("petzval: warning: {warning}");
+    }
+    if arguments.half && Format::of(&output)? != Format::Exr {
+        say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
     }
     let backend = match arguments.backend {
         BackendArgument::Simd => Backend::Simd,
@@ -57,7 +60,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let exposed = match exposed {
         Ok(exposed) => exposed,
         Err(RenderError::Stopped) => {
-            eprintln!("petzval: interrupted; {} was not written", output.display());
+            say!("petzval: interrupted; {} was not written", output.display());
             return Ok(Outcome::Interrupted);
         }
         Err(other) => return Err(other.into()),
@@ -75,15 +78,15 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
 
     print_table(&job, &exposed.stats);
     if exposed.film.dropped > 0 {
-        eprintln!(
+        say!(
             "petzval: warning: {} samples were no numbers and were left out",
             exposed.film.dropped
         );
     }
     if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
-        eprintln!("petzval: warning: {}", why_black(&job, &exposed.stats));
+        say!("petzval: warning: {}", why_black(&job, &exposed.stats));
     }
-    eprintln!(
+    say!(
         "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}, write {:.2})",
         output.display(),
         picture.size[0],
@@ -126,10 +129,10 @@ fn check_folder(output: &Path) -> Result<(), Failure> {
 /// Time and rays by stage, and which surface of the lens let how many rays through.
 fn print_table(job: &Job, stats: &Stats) {
     let total: Duration = stats.stages.iter().map(|stage| stage.time).sum();
-    eprintln!("{:<12}{:>12}{:>10}{:>8}{:>10}", "stage", "rays", "cpu s", "share", "ns/ray");
+    say!("{:<12}{:>12}{:>10}{:>8}{:>10}", "stage", "rays", "cpu s", "share", "ns/ray");
     for stage in Stage::ALL {
         let part = stats.stage(stage);
-        eprintln!(
+        say!(
             "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10.1}",
             stage.name(),
             part.rays,
@@ -139,31 +142,32 @@ fn print_table(job: &Job, stats: &Stats) {
         );
     }
     let Model::Real(lens) = &job.camera.model else { return };
-    let sent = stats.stage(Stage::Lens).rays.max(1);
+    let sent = stats.stage(Stage::Lens).rays;
+    if sent == 0 {
+        return;
+    }
     let share = |count: u64| 100.0 * count as f64 / sent as f64;
     let lost: u64 = stats.blocked.iter().sum();
-    eprint!("{}: {:.1}% of the rays leave the lens", lens.prescription.name, share(sent - lost));
     // Traced from the film, told in the order of the prescription.
     let count = stats.blocked.len();
-    let mut ends: Vec<(usize, u64)> = stats
+    let ends: Vec<String> = stats
         .blocked
         .iter()
         .enumerate()
-        .map(|(i, &n)| (count - i, n))
-        .filter(|(_, n)| *n > 0)
-        .collect();
-    ends.reverse();
-    let words: Vec<String> = ends
-        .iter()
-        .map(|&(i, n)| {
-            let stop = if lens.prescription.rows[i - 1].stop { " (stop)" } else { "" };
-            format!("{i}{stop} {:.2}%", share(n))
+        .rev()
+        .filter(|(_, rays)| **rays > 0)
+        .map(|(i, &rays)| {
+            let row = count - 1 - i;
+            let stop = if lens.prescription.rows[row].stop { " (stop)" } else { "" };
+            format!("{}{stop} {:.2}%", row + 1, share(rays))
         })
         .collect();
-    match words.is_empty() {
-        true => eprintln!(),
-        false => eprintln!("; blocked at surface {}", words.join(", ")),
-    }
+    let blocked = match ends.is_empty() {
+        true => String::new(),
+        false => format!("; blocked at surface {}", ends.join(", ")),
+    };
+    let name = &lens.prescription.name;
+    say!("{name}: {:.1}% of the rays leave the lens{blocked}", share(sent - lost));
 }
 
 /// The likeliest reason why nothing arrived.

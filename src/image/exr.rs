@@ -12,8 +12,7 @@ use super::{ImageError, Note, Notes, Picture, Window};
 const HALF_MAX: f32 = 65504.0;
 
 pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
-    type Pixels = Picture;
-    let create = |size: Vec2<usize>| Pixels {
+    let create = |size: Vec2<usize>| Picture {
         size: [size.width(), size.height()],
         pixels: vec![[0.0; 3]; size.area()],
     };
@@ -26,7 +25,7 @@ pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
         .required("B")
         .collect_pixels(
             move |size, _| create(size),
-            |picture: &mut Pixels, at, (r, g, b): (f32, f32, f32)| {
+            |picture: &mut Picture, at, (r, g, b): (f32, f32, f32)| {
                 picture.pixels[at.y() * picture.size[0] + at.x()] = [r, g, b];
             },
         )
@@ -48,7 +47,7 @@ pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
         .required("Y")
         .collect_pixels(
             move |size, _| create(size),
-            |picture: &mut Pixels, at, (y,): (f32,)| {
+            |picture: &mut Picture, at, (y,): (f32,)| {
                 picture.pixels[at.y() * picture.size[0] + at.x()] = [y; 3];
             },
         )
@@ -116,20 +115,20 @@ fn attributes(notes: &Notes) -> (LayerAttributes, ImageAttributes) {
             ("focus", Note::Number(n)) => layer.focus = Some(*n as f32),
             ("isoSpeed", Note::Number(n)) => layer.iso_speed = Some(*n as f32),
             ("expTime", Note::Number(n)) => layer.exposure = Some(*n as f32),
-            ("software", Note::Text(text)) => layer.software_name = Some(latin(text)),
+            ("software", Note::Text(text)) => layer.software_name = Some(ascii(text)),
             (name, Note::Number(n)) => {
                 image.other.insert(Text::from(name), AttributeValue::F32(*n as f32));
             }
             (name, Note::Text(text)) => {
-                image.other.insert(Text::from(name), AttributeValue::Text(latin(text)));
+                image.other.insert(Text::from(name), AttributeValue::Text(ascii(text)));
             }
         }
     }
     (layer, image)
 }
 
-/// EXR texts hold Latin-1; anything else becomes a question mark.
-fn latin(text: &str) -> Text {
+/// EXR texts hold single bytes; anything but ASCII becomes a question mark.
+fn ascii(text: &str) -> Text {
     let plain: String = text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
     Text::from(plain.as_str())
 }

@@ -97,20 +97,24 @@ pub enum ImageError {
     },
 }
 
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
 impl Format {
     /// The format that a file name asks for.
     ///
     /// # Errors
     /// Where the extension is none of .exr .png .jpg .jpeg.
     pub fn of(path: &Path) -> Result<Self, ImageError> {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        match extension.as_str() {
+        let found = extension(path);
+        match found.as_str() {
             "exr" => Ok(Self::Exr),
             "png" => Ok(Self::Png),
             "jpg" | "jpeg" => Ok(Self::Jpeg),
             _ => Err(ImageError::Format {
                 path: path.to_owned(),
-                found: extension,
+                found,
                 known: ".exr, .png, .jpg and .jpeg",
             }),
         }
@@ -123,9 +127,16 @@ impl Picture {
     /// # Errors
     /// Where the file cannot be read or is no picture.
     pub fn read(path: &Path, srgb: bool) -> Result<Self, ImageError> {
-        match Format::of(path)? {
-            Format::Exr => exr::read(path),
-            Format::Png | Format::Jpeg => display::read(path, srgb),
+        match extension(path).as_str() {
+            "exr" => exr::read(path),
+            "png" | "jpg" | "jpeg" | "tga" => display::read(path, srgb),
+            // Radiance pictures hold linear light.
+            "hdr" => display::read(path, false),
+            found => Err(ImageError::Format {
+                path: path.to_owned(),
+                found: found.to_owned(),
+                known: ".exr, .png, .jpg, .jpeg, .tga and .hdr",
+            }),
         }
     }
 
@@ -147,12 +158,12 @@ impl Picture {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let mut file = tempfile::Builder::new()
-            .prefix(".petzval-")
-            .suffix(".tmp")
-            .permissions(permissions())
-            .tempfile_in(folder)
-            .map_err(io)?;
+        let mut beside = tempfile::Builder::new();
+        beside.prefix(".petzval-").suffix(".tmp");
+        // Temporary files are private by default; a picture is for everyone the umask allows.
+        #[cfg(unix)]
+        beside.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = beside.tempfile_in(folder).map_err(io)?;
         match format {
             Format::Exr => exr::write(self, window, encoding.half, notes, file.as_file_mut()),
             Format::Png => display::write_png(self, encoding.exposure, notes, file.as_file_mut()),
@@ -162,18 +173,5 @@ impl Picture {
         file.as_file().sync_all().map_err(io)?;
         file.persist(path).map_err(|error| io(error.error))?;
         Ok(())
-    }
-}
-
-/// Temporary files are private by default; a picture is for everyone the umask allows.
-fn permissions() -> std::fs::Permissions {
-    #[cfg(unix)]
-    {
-        std::os::unix::fs::PermissionsExt::from_mode(0o666)
-    }
-    #[cfg(not(unix))]
-    {
-        std::fs::metadata(".")
-            .map_or_else(|_| unreachable!("the current folder"), |m| m.permissions())
     }
 }

@@ -13,6 +13,9 @@ use super::prescription::{Prescription, Row};
 /// No lens table is longer than this; what is longer is no lens table.
 const MOST_BYTES: u64 = 1 << 20;
 
+/// Germanium in the far infrared has 4; nothing that a lens is made of has more than this.
+const MOST_INDEX: f64 = 10.0;
+
 /// Why a lens file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum LensError {
@@ -125,9 +128,9 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         }
         let medium = if stop && index == 0.0 { 1.0 } else { index };
         let ahead = rows.last().map_or(1.0, |row| row.index);
-        if medium < 1.0 {
-            let found = format!("index {index}");
-            return Err(refuse(line, found, "expected 1 (air) or more; 0 only at the stop"));
+        if !(1.0..=MOST_INDEX).contains(&medium) {
+            let found = format!("index {index:?}");
+            return Err(refuse(line, found, "expected 1 (air) to 10; 0 only at the stop"));
         }
         if stop && medium != ahead {
             let found = format!("the stop changes the index from {ahead} to {medium}");

@@ -15,7 +15,7 @@ mod trace;
 
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use dat::{LensError, parse, read};
-pub use paraxial::{Matrix, Paraxial, Pupil, TooNear, marginal_f_number};
+pub use paraxial::{FocusError, Matrix, Paraxial, Pupil, marginal_f_number};
 pub use prescription::{Prescription, Row};
 pub use pupil::{Aim, Bound, Ellipse, PupilBound, REAR_SHARE};
 pub use surface::{From, Kind, Surface, sequence};

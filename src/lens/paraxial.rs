@@ -64,16 +64,31 @@ pub struct Paraxial {
     pub exit_pupil: Pupil,
 }
 
-/// A distance at which the lens cannot be in focus.
+/// Why a lens cannot be focused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "the lens cannot focus at {asked:.4} mm from the film; the nearest it can is {nearest:.4} mm"
-)]
-pub struct TooNear {
-    /// The distance asked for, mm from the film plane.
-    pub asked: f64,
-    /// The nearest distance that has a film position, mm from the film plane.
-    pub nearest: f64,
+pub enum FocusError {
+    /// A distance nearer than the lens can focus, all in mm from the film plane.
+    #[error(
+        "the lens cannot focus at {asked:.4} mm from the film; the nearest it can is \
+         {nearest:.4} mm"
+    )]
+    TooNear {
+        /// The distance asked for.
+        asked: f64,
+        /// The nearest distance that has a film position.
+        nearest: f64,
+    },
+    /// There is no place for a film.
+    #[error(
+        "the lens forms no real image behind it (focal length {focal_length:.4} mm, back focal \
+         distance {back_focal_distance:.4} mm)"
+    )]
+    NoImage {
+        /// Focal length, mm.
+        focal_length: f64,
+        /// Rear vertex to the rear focal point, mm.
+        back_focal_distance: f64,
+    },
 }
 
 impl Paraxial {
@@ -130,10 +145,19 @@ impl Paraxial {
     /// `focus` mm (or infinitely far) before the film plane.
     ///
     /// # Errors
-    /// Where the lens cannot focus so near.
-    pub fn film_for_focus(&self, focus: f64) -> Result<f64, TooNear> {
+    /// Where the lens cannot focus so near, or forms no image.
+    pub fn film_for_focus(&self, focus: f64) -> Result<f64, FocusError> {
+        let (focal_length, back_focal_distance) = (self.focal_length, self.back_focal_distance);
+        // A millionth of the power of the weakest lens in use is a window pane.
+        if !(focal_length > 0.0 && focal_length < 1e9) {
+            return Err(FocusError::NoImage { focal_length, back_focal_distance });
+        }
+        let real = |film: f64| match film > 0.0 {
+            true => Ok(film),
+            false => Err(FocusError::NoImage { focal_length, back_focal_distance }),
+        };
         if focus.is_infinite() {
-            return Ok(self.back_focal_distance);
+            return real(back_focal_distance);
         }
         // With the object at s = focus - length - x before the front vertex and the reduced
         // film distance x: x (c s + d) + a s + b = 0, a quadratic in x; the root next to the
@@ -149,13 +173,13 @@ impl Paraxial {
         let r = (d - a * n) * (d - a * n) / 4.0 + c * n * b;
         let nearest = (-q + (q * q - 4.0 * p * r).max(0.0).sqrt()) / (2.0 * p);
         if roots < 0.0 || k < nearest {
-            return Err(TooNear { asked: focus, nearest: nearest + self.length });
+            return Err(FocusError::TooNear { asked: focus, nearest: nearest + self.length });
         }
         let root = roots.sqrt();
         let near = |sign: f64| (half(k) + sign * root) / (c * n) * n;
         let film = |x: f64| (x - self.back_focal_distance).abs();
         let (one, other) = (near(1.0), near(-1.0));
-        Ok(if film(one) < film(other) { one } else { other })
+        real(if film(one) < film(other) { one } else { other })
     }
 }
 

@@ -152,15 +152,6 @@ impl Scene {
     pub fn bounds(&self) -> Option<[Vec3; 2]> {
         self.world.bounds
     }
-
-    /// Triangles in all meshes, each instanced mesh counted once.
-    pub fn triangles(&self) -> usize {
-        let count = |shape: &Shape| match &shape.geometry {
-            Geometry::Mesh(mesh) => mesh.triangles.len(),
-            Geometry::Quadric(_) => 0,
-        };
-        self.shapes.iter().map(count).sum()
-    }
 }
 
 /// Collects a scene and then builds its trees.

@@ -30,10 +30,10 @@ pub enum Texture {
         /// How coordinates become squares.
         mapping: Mapping,
         /// The textures.
-        squares: [Box<Texture>; 2],
+        squares: [Arc<Texture>; 2],
     },
     /// The product of two.
-    Scale(Box<Texture>, Box<Texture>),
+    Scale(Arc<Texture>, Arc<Texture>),
 }
 
 /// Texture coordinates from surface coordinates: scale, then offset.
@@ -75,6 +75,16 @@ pub struct ImageMap {
 }
 
 impl Texture {
+    /// How many textures are looked at for one colour, at most.
+    pub fn parts(&self) -> usize {
+        match self {
+            Self::Constant(_) | Self::Image(_) => 1,
+            Self::Checkerboard { squares: [one, other], .. } | Self::Scale(one, other) => {
+                1 + one.parts() + other.parts()
+            }
+        }
+    }
+
     /// The colour at a point with these surface coordinates.
     pub fn at(&self, uv: Vec2) -> [f32; 3] {
         match self {

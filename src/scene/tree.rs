@@ -137,11 +137,6 @@ impl Tree {
         collapse.run();
         collapse.tree
     }
-
-    /// Bytes that it takes.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.nodes) + size_of_val(&*self.packets)
-    }
 }
 
 /// For every binary node the number of triangles below it, if that is all there is and they

@@ -21,6 +21,8 @@ pub struct Vertex {
     pub depth: u32,
     /// Whether the path ends here.
     pub last: bool,
+    /// Whether lights are sampled here.
+    pub lit: bool,
 }
 
 /// Shades the hits of a wave: a stage. Emission goes into `radiance`, what a light would add if
@@ -72,7 +74,9 @@ pub fn shade(
         }
         let path =
             Path { scene, point: &point, throughput, dice: &dice.at(i), depth: vertex.depth };
-        if let Some((ray, light)) = path.light() {
+        if vertex.lit
+            && let Some((ray, light)) = path.light()
+        {
             shadows.push(ray, light, slot);
         }
         if !vertex.last

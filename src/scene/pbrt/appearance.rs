@@ -7,9 +7,13 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Mat3, Vec2};
 
 use super::params::{Params, Values};
+use super::vocabulary::UV_INSTEAD;
 use super::{Notices, SceneError};
 use crate::image::Picture;
 use crate::scene::{ImageMap, Light, Mapping, Sky, SkyImage, SkyLayout, Texture, Wrap};
+
+/// Textures that are looked at for one colour.
+const MOST_PARTS: usize = 1000;
 
 /// The pictures and textures that a scene file has named so far.
 #[derive(Default)]
@@ -130,26 +134,37 @@ impl Library {
         folder: &Path,
         notices: &mut Notices,
     ) -> Result<Texture, SceneError> {
-        let mut part = |name: &str, default: f32| -> Result<Texture, SceneError> {
+        let mut parts = 1;
+        let mut part = |name: &str, default: f32, notices: &mut Notices| {
             let texture = self.colour_or_texture(params, name, notices)?;
-            Ok(texture.unwrap_or(Texture::Constant([default; 3])))
+            let texture = texture.unwrap_or(Texture::Constant([default; 3]));
+            parts += texture.parts();
+            if parts > MOST_PARTS {
+                let found = format!("a texture of more than {MOST_PARTS} parts");
+                return Err(params.refuse(name, found, "textures inside textures multiply"));
+            }
+            Ok(texture)
         };
         Ok(match class {
-            "constant" => part("value", 1.0)?,
+            "constant" => part("value", 1.0, notices)?,
             "scale" => {
                 let second = if params.find("scale").is_some() { "scale" } else { "tex2" };
                 let first = if params.find("tex").is_some() { "tex" } else { "tex1" };
-                Texture::Scale(Box::new(part(first, 1.0)?), Box::new(part(second, 1.0)?))
+                Texture::Scale(
+                    Arc::new(part(first, 1.0, notices)?),
+                    Arc::new(part(second, 1.0, notices)?),
+                )
             }
             "checkerboard" => {
+                let mapping = mapping(params, notices)?;
                 if params.float("dimension", 2.0)? != 2.0 {
-                    let found = "a checkerboard that is not flat";
-                    return Err(params.refuse("dimension", found, "expected 2 dimensions"));
+                    notices.instead(&params.at, "a checkerboard in space", "it is flat, in uv");
                 }
-                let squares = [Box::new(part("tex1", 1.0)?), Box::new(part("tex2", 0.0)?)];
-                Texture::Checkerboard { mapping: mapping(params)?, squares }
+                let squares =
+                    [Arc::new(part("tex1", 1.0, notices)?), Arc::new(part("tex2", 0.0, notices)?)];
+                Texture::Checkerboard { mapping, squares }
             }
-            _ => Texture::Image(self.image_map(params, dialect, folder)?),
+            _ => Texture::Image(self.image_map(params, dialect, folder, notices)?),
         })
     }
 
@@ -158,13 +173,16 @@ impl Library {
         params: &Params,
         dialect: Dialect,
         folder: &Path,
+        notices: &mut Notices,
     ) -> Result<ImageMap, SceneError> {
+        let gamma = params.float("gamma", 1.0)?;
         let srgb = match params.text("encoding")? {
-            None | Some("sRGB") => params.float("gamma", 2.2)? != 1.0,
             Some("linear") => false,
-            Some(other) => {
-                let found = format!("the encoding \"{other}\"");
-                return Err(params.refuse("encoding", found, "expected sRGB or linear"));
+            None if gamma == 1.0 && params.find("gamma").is_some() => false,
+            None | Some("sRGB") if gamma == 1.0 => true,
+            _ => {
+                notices.instead(&params.at, "a picture with a gamma", "sRGB is used");
+                true
             }
         };
         let Some(picture) = self.picture(params, "filename", folder, srgb)? else {
@@ -174,6 +192,10 @@ impl Library {
             None | Some("repeat") => Wrap::Repeat,
             Some("clamp") => Wrap::Clamp,
             Some("black") => Wrap::Black,
+            Some("octahedralsphere") => {
+                notices.instead(&params.at, "the wrap mode octahedralsphere", "repeat is used");
+                Wrap::Repeat
+            }
             Some(other) => {
                 let found = format!("the wrap mode \"{other}\"");
                 return Err(params.refuse("wrap", found, "expected repeat, clamp or black"));
@@ -181,7 +203,7 @@ impl Library {
         };
         Ok(ImageMap {
             picture,
-            mapping: mapping(params)?,
+            mapping: mapping(params, notices)?,
             wrap,
             top_down: dialect == Dialect::V2,
             scale: params.float("scale", 1.0)? as f32,
@@ -250,12 +272,16 @@ impl Library {
     }
 }
 
-fn mapping(params: &Params) -> Result<Mapping, SceneError> {
+fn mapping(params: &Params, notices: &mut Notices) -> Result<Mapping, SceneError> {
     match params.text("mapping")? {
         None | Some("uv") => {}
+        Some(kind @ ("spherical" | "cylindrical" | "planar")) => {
+            notices.instead(&params.at, &format!("the mapping \"{kind}\""), UV_INSTEAD);
+        }
         Some(other) => {
             let found = format!("the mapping \"{other}\"");
-            return Err(params.refuse("mapping", found, "only uv is supported so far"));
+            let expected = "expected uv, spherical, cylindrical or planar";
+            return Err(params.refuse("mapping", found, expected));
         }
     }
     let number = |name: &str, default: f64| params.float(name, default).map(|v| v as f32);

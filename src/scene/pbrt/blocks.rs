@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs;
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use super::token::Lexer;
 use crate::scene::SceneBuilder;
 use crate::source::{Unreadable, hint};
 
-/// Files that may include each other in a chain.
+/// Files that may include each other in a chain, and objects that may hold each other.
 const MOST_NESTED: usize = 32;
 /// Copies of objects in one scene.
 const MOST_INSTANCES: usize = 1 << 26;
@@ -50,6 +51,8 @@ pub(super) struct Object {
     pub(super) index: u32,
     pub(super) nested: Vec<(String, DAffine3)>,
     pub(super) copies: usize,
+    /// Objects inside objects, itself counted.
+    pub(super) depth: usize,
 }
 
 /// Puts an object and all that is nested in it into the world.
@@ -66,9 +69,19 @@ fn place(
     }
 }
 
-/// The bytes of a file.
+/// The bytes of a file. What is no file, and so of no known size, may hold 256 MiB.
 pub(super) fn load(path: &Path) -> Result<Vec<u8>, Unreadable> {
-    fs::read(path).map_err(|source| Unreadable { path: path.to_owned(), source })
+    let read = || {
+        let file = fs::File::open(path)?;
+        let most = file.metadata()?.len().max(1 << 28);
+        let mut bytes = Vec::new();
+        file.take(most + 1).read_to_end(&mut bytes)?;
+        match bytes.len() as u64 > most {
+            true => Err(io::Error::other("it does not end")),
+            false => Ok(bytes),
+        }
+    };
+    read().map_err(|source| Unreadable { path: path.to_owned(), source })
 }
 
 impl Reader {
@@ -101,9 +114,13 @@ impl Reader {
         if self.object.is_some() {
             return self.refuse("ObjectBegin inside ObjectBegin", "close the first one before");
         }
+        if self.objects.contains_key(&name) {
+            return self.refuse(format!("a second object \"{name}\""), "give it another name");
+        }
         self.begin(Block::Object)?;
         let index = self.builder.object();
-        self.objects.insert(name.clone(), Object { index, nested: Vec::new(), copies: 1 });
+        self.objects
+            .insert(name.clone(), Object { index, nested: Vec::new(), copies: 1, depth: 1 });
         self.object = Some(name);
         Ok(())
     }
@@ -121,15 +138,20 @@ impl Reader {
             let hint = hint(&name, self.objects.keys().map(String::as_str));
             return self.refuse(format!("no object \"{name}\"{hint}"), "");
         };
-        let copies = object.copies;
+        let (copies, depth) = (object.copies, object.depth + 1);
         if self.object.as_ref() == Some(&name) {
             return self.refuse(format!("object \"{name}\" contains itself"), "");
         }
         let ctm = self.state.ctm;
+        if !ctm.inverse().is_finite() {
+            self.warn_here("an instance that its transform flattens", "it is left out");
+            return Ok(());
+        }
         let total = match self.object.as_ref().and_then(|open| self.objects.get_mut(open)) {
             Some(open) => {
                 open.nested.push((name, ctm));
                 open.copies = open.copies.saturating_add(copies);
+                open.depth = open.depth.max(depth);
                 open.copies
             }
             None => {
@@ -140,6 +162,10 @@ impl Reader {
                 self.instances
             }
         };
+        if depth > MOST_NESTED {
+            return self
+                .refuse(format!("{depth} objects inside each other"), "expected at most 32");
+        }
         if total > MOST_INSTANCES {
             return self
                 .refuse(format!("{total} copies of objects"), "expected at most 67 million");

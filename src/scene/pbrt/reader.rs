@@ -36,7 +36,11 @@ const DIRECTIVES: &[(&str, Action)] = &[
     ("PixelFilter", Reader::filter),
     ("Camera", Reader::camera),
     ("Integrator", Reader::integrator),
-    ("SurfaceIntegrator", Reader::integrator),
+    ("SurfaceIntegrator", |r| {
+        // A directive of pbrt-v2 alone.
+        r.dialect = Dialect::V2;
+        r.integrator()
+    }),
     ("VolumeIntegrator", |r| r.leave_out("VolumeIntegrator")),
     ("Renderer", |r| r.leave_out("Renderer")),
     ("Accelerator", |r| r.leave_out("Accelerator")),
@@ -72,7 +76,13 @@ const DIRECTIVES: &[(&str, Action)] = &[
     ("Include", Reader::include),
     ("Import", Reader::include),
     ("WorldBegin", Reader::world_begin),
-    ("WorldEnd", |_| Ok(())),
+    ("WorldEnd", |r| {
+        if r.peek()?.is_some() {
+            r.warn_here("what follows WorldEnd", "it is left out");
+        }
+        r.ended = true;
+        Ok(())
+    }),
     ("LightSource", Reader::light_source),
     ("AreaLightSource", Reader::area_light),
     ("Texture", Reader::texture),
@@ -124,6 +134,7 @@ pub(super) struct Reader {
     pub(super) saved: Vec<(Block, State, Location)>,
     pub(super) systems: HashMap<String, DAffine3>,
     pub(super) in_world: bool,
+    pub(super) ended: bool,
     pub(super) dialect: Dialect,
 
     pub(super) film: Option<Params>,
@@ -157,6 +168,7 @@ impl Reader {
             saved: Vec::new(),
             systems: HashMap::new(),
             in_world: false,
+            ended: false,
             dialect: Dialect::V4,
             film: None,
             camera: None,
@@ -174,7 +186,9 @@ impl Reader {
     }
 
     fn run(&mut self) -> Result<(), SceneError> {
-        while let Some(token) = self.next()? {
+        while !self.ended
+            && let Some(token) = self.next()?
+        {
             let at = self.place(&token);
             let Word::Name(name) = &token.word else {
                 let found = format!("{} where a directive should stand", token.word.shown());
@@ -197,7 +211,7 @@ impl Reader {
         }
     }
 
-    fn finish(self) -> Result<Description, SceneError> {
+    fn finish(mut self) -> Result<Description, SceneError> {
         let missing = |what: &str| {
             let here = self.files.first().map_or_else(|| self.at.clone(), Lexer::here);
             SceneError::at(here, format!("the file ends without {what}"), "")
@@ -211,7 +225,7 @@ impl Reader {
         let film = film_spec(self.film.as_ref())?;
         let camera = match name.as_str() {
             "realistic" => realistic(params, &self.folder)?,
-            "perspective" => thin(params)?,
+            "perspective" => thin(params, &mut self.notices)?,
             _ => CameraSpec::Thin(ThinSpec {
                 fov: 90.0,
                 aspect: None,

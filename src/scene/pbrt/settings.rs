@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::SceneError;
 use super::appearance::Dialect;
 use super::description::{CameraSpec, FilmSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
+use super::{Notices, SceneError};
 
 /// Pixels on one side of a picture.
 const MOST_PIXELS: u32 = 1 << 16;
@@ -139,7 +139,7 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
     }))
 }
 
-pub(super) fn thin(params: &Params) -> Result<CameraSpec, SceneError> {
+pub(super) fn thin(params: &Params, notices: &mut Notices) -> Result<CameraSpec, SceneError> {
     let fov = params.positive("fov", 90.0)?;
     if fov >= 180.0 {
         return Err(params.refuse(
@@ -149,8 +149,7 @@ pub(super) fn thin(params: &Params) -> Result<CameraSpec, SceneError> {
         ));
     }
     if params.numbers("screenwindow", &["float"])?.is_some_and(|w| w != [-1.0, 1.0, -1.0, 1.0]) {
-        let expected = "only -1 1 -1 1 is supported; set fov instead";
-        return Err(params.refuse("screenwindow", "a window off the centre", expected));
+        notices.instead(&params.at, "a screenwindow", "fov alone decides what is seen");
     }
     let lens_radius = params.float("lensradius", 0.0)?;
     if lens_radius < 0.0 {

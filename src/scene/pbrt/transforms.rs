@@ -15,7 +15,7 @@ impl Reader {
 
     pub(super) fn scale(&mut self) -> Result<(), SceneError> {
         let by = DVec3::from_array(self.numbers::<3>()?);
-        if by.min_element().abs() == 0.0 || by.cmpeq(DVec3::ZERO).any() {
+        if by.cmpeq(DVec3::ZERO).any() {
             return self.refuse("Scale by 0", "a scale that flattens space cannot be undone");
         }
         self.concat(DAffine3::from_scale(by))

@@ -39,6 +39,7 @@ const TEXTURE_LATER: &str = "the constant 0.5 is used";
 const MATERIAL_LATER: &str = "a diffuse surface of its Kd or reflectance, or of 0.5, is used";
 const ONE_LIGHT_SAMPLE: &str = "every camera sample takes one light sample; raise --spp instead";
 const UNSHADED: &str = "the surface is left as it is";
+pub(super) const UV_INSTEAD: &str = "the uv coordinates of the surface are used";
 const OPAQUE: &str = "the shape is opaque";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
 
@@ -212,7 +213,11 @@ pub(super) const VOCABULARY: &[Entry] = &[
         "Texture",
         "checkerboard",
         &["tex1", "tex2", "uscale", "vscale", "udelta", "vdelta", "dimension", "mapping"],
-        &[("aamode", "edges are antialiased by the samples")],
+        &[
+            ("aamode", "edges are antialiased by the samples"),
+            ("v1", UV_INSTEAD),
+            ("v2", UV_INSTEAD),
+        ],
     ),
     known(
         "Texture",
@@ -225,6 +230,8 @@ pub(super) const VOCABULARY: &[Entry] = &[
             ("trilinear", "texels are interpolated bilinearly"),
             ("maxanisotropy", "texels are interpolated bilinearly"),
             ("filter", "texels are interpolated bilinearly"),
+            ("v1", UV_INSTEAD),
+            ("v2", UV_INSTEAD),
         ],
     ),
     later("Texture", "mix", TEXTURE_LATER),
@@ -249,6 +256,8 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Material", "hair", MATERIAL_LATER),
     later("Material", "measured", MATERIAL_LATER),
     later("Material", "interface", MATERIAL_LATER),
+    later("Material", "none", MATERIAL_LATER),
+    later("Material", "", MATERIAL_LATER),
     later("Material", "mix", MATERIAL_LATER),
     later("Material", "plastic", MATERIAL_LATER),
     later("Material", "glass", MATERIAL_LATER),
@@ -274,12 +283,6 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Shape", "curve", SHAPE_LATER),
     later("Shape", "nurbs", SHAPE_LATER),
     later("Shape", "heightfield", SHAPE_LATER),
-    later("MakeNamedMedium", "homogeneous", "there are no media"),
-    later("MakeNamedMedium", "uniformgrid", "there are no media"),
-    later("MakeNamedMedium", "rgbgrid", "there are no media"),
-    later("MakeNamedMedium", "cloud", "there are no media"),
-    later("MakeNamedMedium", "nanovdb", "there are no media"),
-    later("MakeNamedMedium", "heterogeneous", "there are no media"),
 ];
 
 const AREA_LEAVES: &[(&str, &str)] = &[

@@ -93,6 +93,9 @@ impl Reader {
                 let found = format!("unknown parameter type \"{kind}\"{}", kind_hint(kind));
                 return Err(SceneError::at(at, found, ""));
             };
+            if all.iter().any(|param: &Param| param.name == name) {
+                return Err(SceneError::at(at, format!("a second \"{name}\""), "give it once"));
+            }
             let values = self.values(name)?;
             all.push(Param { kind: known.to_owned(), name: name.to_owned(), values, at });
         }
@@ -130,8 +133,8 @@ impl Reader {
         Ok(values.unwrap_or(Values::Numbers(Vec::new())))
     }
 
-    /// The name and parameters of a directive, checked against the vocabulary. `None` where it
-    /// is known but not supported; the warning is then given.
+    /// The entry, name and parameters of a directive, checked against the vocabulary, and whether
+    /// it is supported; where it is not, the warning is given.
     pub(super) fn kind(
         &mut self,
         directive: &'static str,
