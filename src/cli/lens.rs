@@ -8,7 +8,8 @@ use petzval::lens::{Paraxial, marginal_f_number, read};
 use super::{Failure, LensArguments, Outcome};
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
-    let mut lens = read(&arguments.lens)?;
+    let file = arguments.lens.as_deref().ok_or("name a lens file")?;
+    let mut lens = read(file)?;
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
         if stop > opening {

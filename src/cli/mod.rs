@@ -11,6 +11,7 @@ macro_rules! say {
 mod lens;
 mod progress;
 mod render;
+mod trace;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -78,9 +79,13 @@ struct RenderArguments {
 
 /// `petzval lens`
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 struct LensArguments {
+    #[command(subcommand)]
+    command: Option<LensCommand>,
     /// Lens file
-    lens: PathBuf,
+    #[arg(required = true)]
+    lens: Option<PathBuf>,
     /// Say what is in focus on a film at this distance, mm, behind the rear vertex
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     film_distance: Option<f64>,
@@ -90,6 +95,36 @@ struct LensArguments {
     /// Close the stop to this diameter, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
+}
+
+#[derive(Debug, Subcommand)]
+enum LensCommand {
+    /// Trace rays from a CSV file through a lens, for checks against other tools
+    Trace(TraceArguments),
+}
+
+/// `petzval lens trace`
+#[derive(Debug, clap::Args)]
+struct TraceArguments {
+    /// Lens file
+    lens: PathBuf,
+    /// CSV of rays: x,y,z,dx,dy,dz[,wavelength_nm]; mm; the front vertex at z = 0, the film at +z;
+    /// rays start on the film side and travel towards -z
+    #[arg(long, value_name = "FILE")]
+    rays: PathBuf,
+    /// Arithmetic
+    #[arg(long, value_enum, default_value_t)]
+    precision: PrecisionArgument,
+    /// Eight lanes or one. The answer is the same
+    #[arg(long, value_enum, default_value_t)]
+    backend: BackendArgument,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum PrecisionArgument {
+    #[default]
+    F32,
+    F64,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -154,6 +189,9 @@ pub fn run() -> ExitCode {
     }
     let outcome = match Arguments::parse().command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Lens(LensArguments { command: Some(LensCommand::Trace(arguments)), .. }) => {
+            trace::run(&arguments)
+        }
         Command::Lens(arguments) => lens::run(&arguments),
     };
     match outcome {

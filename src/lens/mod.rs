@@ -19,4 +19,4 @@ pub use paraxial::{FocusError, Matrix, Paraxial, Pupil, marginal_f_number};
 pub use prescription::{Prescription, Row};
 pub use pupil::{Aim, Bound, Ellipse, PupilBound, REAR_SHARE};
 pub use surface::{From, Kind, Surface, sequence};
-pub use trace::{LensRay, trace, trace_one};
+pub use trace::{Blocked, LensRay, Why, trace, trace_one};

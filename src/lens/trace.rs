@@ -138,14 +138,36 @@ pub fn trace<R: Real>(
     }
 }
 
-/// Takes one ray through a sequence of surfaces, or says at which it ends.
+/// Why a ray ends at a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// It meets the surface outside the clear aperture.
+    Clip,
+    /// It meets the plane of the stop outside the opening.
+    Stop,
+    /// It does not meet the surface's sheet.
+    Miss,
+    /// It is totally reflected.
+    Tir,
+}
+
+/// Where and why a ray ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocked {
+    /// Place of the surface in the sequence.
+    pub surface: usize,
+    /// What happened there.
+    pub why: Why,
+}
+
+/// Takes one ray (or several in step) through a sequence of surfaces.
 ///
 /// # Errors
-/// The place in the sequence of the surface that the ray does not pass.
+/// Where and why the ray of the first lane ends.
 pub fn trace_one<R: Real>(
     mut ray: LensRay<R>,
     surfaces: &[Surface<R::Scalar>],
-) -> Result<LensRay<R>, usize> {
+) -> Result<LensRay<R>, Blocked> {
     for (i, surface) in surfaces.iter().enumerate() {
         let lanes = Lanes::of(surface);
         let (behind, passed) = match surface.kind {
@@ -153,10 +175,28 @@ pub fn trace_one<R: Real>(
             Kind::Sphere => refract::<R, false>(ray, lanes),
             Kind::FarSphere => refract::<R, true>(ray, lanes),
         };
-        if R::bits(passed) == 0 {
-            return Err(i);
+        if R::bits(passed) & 1 == 0 {
+            let why = match surface.kind {
+                Kind::Stop => Why::Stop,
+                Kind::Sphere | Kind::FarSphere => why(behind, lanes),
+            };
+            return Err(Blocked { surface: i, why });
         }
         ray = behind;
     }
     Ok(ray)
+}
+
+/// Why the kernel of a sphere let a ray not pass, from what it made of it.
+fn why<R: Real>(behind: LensRay<R>, surface: Lanes<R>) -> Why {
+    let [x, y, z] = behind.p;
+    let holds = |mask: R::Mask| R::bits(mask) & 1 == 1;
+    let normal_z = (-surface.c).mul_add(z, R::constant(1.0));
+    if !holds(x.same(x)) || !holds(R::constant(0.0).lt(normal_z)) {
+        Why::Miss
+    } else if !holds(x.mul_add(x, y * y).le(surface.aperture2)) {
+        Why::Clip
+    } else {
+        Why::Tir
+    }
 }
