@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::film::Frame;
 use crate::image::{Note, Notes};
-use crate::lens::{self, Aim, Camera, LensError, Model, RealLens, ThinLens};
+use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
 use crate::render::Job;
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
 use crate::source::{Location, Warning};
@@ -14,6 +14,10 @@ use crate::source::{Location, Warning};
 pub struct Changes {
     /// Another lens file.
     pub lens: Option<PathBuf>,
+    /// Another distance in focus, metres from the film; infinite is allowed.
+    pub focus: Option<f64>,
+    /// Another f-number: focal length over the diameter of the widest bundle along the axis.
+    pub f_number: Option<f64>,
     /// Another size of the picture, pixels.
     pub resolution: Option<[u32; 2]>,
     /// First pixel, and first pixel not, that is rendered.
@@ -24,6 +28,18 @@ pub struct Changes {
     pub seed: Option<u32>,
     /// How film points choose where to aim.
     pub aim: Aim,
+}
+
+impl Changes {
+    /// The option that makes sense with a real lens only, if one is given.
+    fn needs_lens(&self) -> Option<&'static str> {
+        let given = [
+            (self.lens.is_some(), "--lens"),
+            (self.focus.is_some(), "--focus"),
+            (self.f_number.is_some(), "--fstop"),
+        ];
+        given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
+    }
 }
 
 /// Why a scene cannot be photographed as asked.
@@ -59,8 +75,9 @@ pub fn prepare(
     let mut setup = Setup { at: camera_at, warnings, notes: Notes::new() };
     let frame = frame(&film, changes)?;
     let (model, size, imaging_ratio, depth) = match camera {
-        CameraSpec::Thin(_) if changes.lens.is_some() => {
-            let problem = "--lens is given, but this camera has no lens file to replace".into();
+        CameraSpec::Thin(_) if changes.needs_lens().is_some() => {
+            let option = changes.needs_lens().unwrap_or_default();
+            let problem = format!("{option} is given, but this camera has no lens file");
             return Err(JobError::Camera { at: setup.at, problem });
         }
         CameraSpec::Thin(spec) => setup.thin(&spec, &film, frame.resolution),
@@ -113,6 +130,34 @@ fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobError> {
     Ok(Frame { resolution, low, high })
 }
 
+/// The diameter of the stop, mm, that gives an f-number by a traced marginal ray: so that the
+/// light on the film follows it, whatever the aberrations of the pupil.
+fn stop_for(lens: &Prescription, asked: f64) -> Result<f64, JobError> {
+    let f_number = |diameter: f64| {
+        let mut closed = lens.clone();
+        closed.stop_down(diameter);
+        lens::marginal_f_number(&closed)
+    };
+    let (mut narrow, mut wide) = (0.0, lens.rows[lens.stop()].diameter);
+    let open = f_number(wide);
+    if asked >= open * (1.0 - 1e-3) {
+        // Fifty halvings leave nothing of any stop.
+        for _ in 0..50 {
+            let middle = (narrow + wide) / 2.0;
+            if f_number(middle) > asked {
+                narrow = middle;
+            } else {
+                wide = middle;
+            }
+        }
+        return Ok(wide);
+    }
+    Err(JobError::Asked(format!(
+        "--fstop {asked}: {} opens to f/{open:.2} and no wider; expected {open:.2} or more",
+        lens.name
+    )))
+}
+
 /// Pixels of one render.
 const MOST_PIXELS: u64 = 1 << 27;
 /// Sums by tile and by film, the picture, and room to encode it.
@@ -160,6 +205,10 @@ impl Setup {
             }
         };
         let mut prescription = lens::read(changes.lens.as_deref().unwrap_or(file))?;
+        let aperture = match changes.f_number {
+            Some(asked) => stop_for(&prescription, asked)?,
+            None => aperture,
+        };
         let opened = prescription.stop_down(aperture);
         if opened < aperture * (1.0 - 1e-9) && changes.lens.is_none() {
             self.warnings.push(Warning {
@@ -171,16 +220,19 @@ impl Setup {
         }
         let paraxial = lens::Paraxial::of(&prescription);
         let camera = |problem: String| JobError::Camera { at: self.at.clone(), problem };
+        let film_for = |metres: f64| {
+            paraxial.film_for_focus(metres * 1e3).map_err(|error| camera(error.to_string()))
+        };
         let (film_distance, unit, front, ratio, depth, time) = match spec {
             RealisticSpec::V4 { focus, exposure_time, .. } => {
-                let distance =
-                    paraxial.film_for_focus(focus * 1e3).map_err(|e| camera(e.to_string()))?;
+                let distance = film_for(changes.focus.unwrap_or(*focus))?;
                 let front = (distance + paraxial.length) * 1e-3;
                 let ratio = exposure_time * film.iso / 100.0;
                 (distance, 1e-3, front, ratio, [0.0, f64::INFINITY], *exposure_time)
             }
             RealisticSpec::V2 { film_distance, depth, .. } => {
-                (*film_distance, 1.0, 0.0, 1.0, *depth, 0.0)
+                let distance = changes.focus.map_or(Ok(*film_distance), film_for)?;
+                (distance, 1.0, 0.0, 1.0, *depth, 0.0)
             }
         };
         let rear = prescription.rear();

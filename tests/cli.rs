@@ -165,6 +165,17 @@ fn mistakes_are_answered_with_exit_code_2_and_what_to_try() {
         &["render", pinhole, "-o", out, "--lens", "lenses/wide.22mm.dat"],
         "pinhole.pbrt:1:1: --lens is given, but this camera has no lens file",
     );
+    refuses(&["render", pinhole, "-o", out, "--fstop", "8"], "--fstop is given, but this camera");
+    refuses(
+        &["render", "scenes/dgauss.pbrt", "-o", out, "--fstop", "1.4"],
+        "dgauss.50mm opens to f/2.02 and no wider",
+    );
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--fstop", "inf"], "an f-number such as");
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", out, "--focus", "-1"], "a distance above 0");
+    refuses(
+        &["render", "scenes/dgauss.pbrt", "-o", out, "--focus", "0.1"],
+        "the lens cannot focus at 100.0000 mm from the film; the nearest it can is",
+    );
     refuses(&["render", "/dev/zero", "-o", out], "cannot read /dev/zero: it does not end");
     for length in ["nan", "-3", "0", "x"] {
         refuses(

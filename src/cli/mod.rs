@@ -65,6 +65,12 @@ struct RenderArguments {
     /// distance or focus stays
     #[arg(long, value_name = "FILE")]
     lens: Option<PathBuf>,
+    /// What is in focus, metres from the film, or inf
+    #[arg(long, value_name = "M", value_parser = metres, allow_hyphen_values = true)]
+    focus: Option<f64>,
+    /// f-number, by a traced marginal ray: closes the stop of the lens
+    #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
+    fstop: Option<f64>,
     /// Where film points aim: at the exit pupil, or at the rear element's disk as the course of
     /// 2016 did
     #[arg(long, value_enum, default_value_t)]
@@ -157,9 +163,25 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     size.ok_or_else(|| "expected WxH in pixels, such as 1200x800, up to 65536".to_owned())
 }
 
+/// A number above 0, perhaps infinite.
+fn above_zero(text: &str, expected: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|&number: &f64| number > 0.0);
+    number.ok_or_else(|| format!("expected {expected}"))
+}
+
+fn metres(text: &str) -> Result<f64, String> {
+    above_zero(text, "a distance above 0, in m, or inf")
+}
+
+fn f_number(text: &str) -> Result<f64, String> {
+    above_zero(text, "an f-number such as 2.8").and_then(|number| match number.is_finite() {
+        true => Ok(number),
+        false => Err("expected an f-number such as 2.8".to_owned()),
+    })
+}
+
 fn length_or_inf(text: &str) -> Result<f64, String> {
-    let length = text.parse().ok().filter(|&length: &f64| length > 0.0);
-    length.ok_or_else(|| "expected a length above 0, in mm".to_owned())
+    above_zero(text, "a length above 0, in mm")
 }
 
 fn length(text: &str) -> Result<f64, String> {

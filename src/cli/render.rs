@@ -27,6 +27,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     check_folder(&output)?;
     let changes = Changes {
         lens: arguments.lens.clone(),
+        focus: arguments.focus,
+        f_number: arguments.fstop,
         resolution: arguments.resolution,
         crop: arguments.crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]),
         samples: arguments.spp,
