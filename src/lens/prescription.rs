@@ -42,6 +42,9 @@ pub struct Prescription {
 
 impl Prescription {
     /// The place of the stop among the rows.
+    ///
+    /// # Panics
+    /// Where no row is the stop; no reader makes such a lens.
     pub fn stop(&self) -> usize {
         self.rows.iter().position(|row| row.stop).expect("readers let no lens in without a stop")
     }
