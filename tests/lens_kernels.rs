@@ -182,7 +182,7 @@ fn planes_and_huge_radii_lose_nothing() {
             row(-radius, 3.0, 1.5, 30.0),
             row(radius, 0.0, 1.0, 30.0),
         ];
-        let lens = Prescription { name: "flat".into(), rows };
+        let lens = Prescription { name: "flat".into(), rows, ..Prescription::default() };
         let ([um, urad], both, one) = errors::<f32>(&lens, 60.0, 100_000);
         println!("R = {radius:e}: {um:.4} um, {urad:.3} urad over {both} rays");
         // Beyond 1e6 mm the oracle's own sphere centre costs it up to 1e-7 mm of 1e9.
@@ -194,7 +194,7 @@ fn planes_and_huge_radii_lose_nothing() {
 #[test]
 fn a_ball_lens_keeps_all_its_rays() {
     let rows = vec![row(5.0, 10.0, 1.5, 8.0), row(-5.0, 0.5, 1.0, 8.0), row(0.0, 0.0, 1.0, 6.0)];
-    let lens = Prescription { name: "ball".into(), rows };
+    let lens = Prescription { name: "ball".into(), rows, ..Prescription::default() };
     let ([um, urad], both, one) = errors::<f32>(&lens, 4.0, 200_000);
     println!("ball: {um:.4} um, {urad:.3} urad over {both} rays, {one} disagree");
     assert!(both > 10_000 && one < 60, "{both} through, {one} disagree");

@@ -149,7 +149,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             return Err(refuse(line, found, "a clear diameter is at most twice the radius"));
         }
         let radius = if stop { f64::INFINITY } else { radius };
-        rows.push(Row { radius, thickness, index: medium, diameter, stop });
+        rows.push(Row { radius, thickness, index: medium, diameter, stop, ..Row::default() });
     }
     if stop_line.is_none() {
         return Err(refuse(
@@ -162,7 +162,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         return Err(refuse(last.0, "a stop without any glass".into(), "a lens has surfaces"));
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Prescription { name, rows })
+    Ok(Prescription { name, rows, ..Prescription::default() })
 }
 
 fn shortened(word: &str) -> String {

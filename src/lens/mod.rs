@@ -7,6 +7,8 @@
 mod aim;
 mod camera;
 mod dat;
+mod glass;
+mod iris;
 mod paraxial;
 mod prescription;
 mod pupil;
@@ -15,8 +17,10 @@ mod trace;
 
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use dat::{LensError, parse, read};
+pub use glass::Glass;
+pub use iris::{Iris, Mask};
 pub use paraxial::{FocusError, Matrix, Paraxial, Pupil, marginal_f_number};
-pub use prescription::{Prescription, Row};
+pub use prescription::{Axis, Prescription, Row};
 pub use pupil::{Aim, Bound, Ellipse, PupilBound, REAR_SHARE};
 pub use surface::{From, Kind, Surface, sequence};
 pub use trace::{Blocked, LensRay, Why, trace, trace_one};

@@ -4,7 +4,7 @@
 //! film, and a lens is the product of its refractions and transfers, of determinant 1
 //! (Born & Wolf, "Principles of Optics", 4.4).
 
-use super::prescription::Prescription;
+use super::prescription::{Axis, Prescription};
 use super::surface::{From, sequence};
 use super::trace::{LensRay, trace_one};
 
@@ -92,20 +92,25 @@ pub enum FocusError {
 }
 
 impl Paraxial {
-    /// Works it out.
+    /// Works it out, in the plane of x for a lens that is not round.
     pub fn of(lens: &Prescription) -> Self {
+        Self::in_plane(lens, Axis::X)
+    }
+
+    /// Works it out for rays in the plane of one axis.
+    pub fn in_plane(lens: &Prescription, plane: Axis) -> Self {
+        let curvature = |i: usize| lens.rows[i].curvatures()[plane as usize];
         let stop = lens.stop();
         let part = |range: std::ops::Range<usize>| {
             range.fold(Matrix::IDENTITY, |m, i| {
                 let row = &lens.rows[i];
-                m.refract(row.curvature(), lens.index_before(i), row.index)
+                m.refract(curvature(i), lens.index_before(i), row.index)
                     .transfer(row.thickness, row.index)
             })
         };
         let last = lens.rows.len() - 1;
-        let to_rear_vertex = |m: Matrix| {
-            m.refract(lens.rows[last].curvature(), lens.index_before(last), lens.rows[last].index)
-        };
+        let to_rear_vertex =
+            |m: Matrix| m.refract(curvature(last), lens.index_before(last), lens.rows[last].index);
         let whole = to_rear_vertex(part(0..last));
         let front = part(0..stop);
         let behind = if stop == last { Matrix::IDENTITY } else { to_rear_vertex(part(stop..last)) };

@@ -2,40 +2,131 @@
 
 use std::fmt;
 
+use super::glass::Glass;
+use super::iris::Iris;
+
+/// Which way a cylinder runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// Straight along x, curved along y.
+    X,
+    /// Straight along y, curved along x.
+    Y,
+}
+
 /// One row of a lens table: a surface and the medium behind it.
+///
+/// Sag and `h` below: z = c h^2 / (1 + sqrt(1 - (1 + k) c^2 h^2)) + sum of a_p h^p, with c the
+/// curvature and k the conic constant, z towards the film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Radius of curvature, mm, positive where the centre lies on the film side; infinite for a
-    /// plane.
+    /// Radius of curvature at the vertex, mm, positive where the centre lies on the film side;
+    /// infinite for a plane.
     pub radius: f64,
+    /// Conic constant k: 0 a sphere, -1 a paraboloid.
+    pub conic: f64,
+    /// Powers p from 2 to 20 and their coefficients a_p in mm^(1 - p), each power once.
+    pub asphere: Vec<(u32, f64)>,
+    /// Makes a cylinder of the sphere.
+    pub axis: Option<Axis>,
     /// Distance to the next surface, or of the last one to nowhere, mm.
     pub thickness: f64,
-    /// Refractive index of the medium on the film side of the surface.
+    /// Refractive index of the medium on the film side of the surface, at the d line.
     pub index: f64,
+    /// How the index changes with wavelength, where that is known.
+    pub glass: Glass,
     /// Full clear diameter, mm.
     pub diameter: f64,
+    /// Diameter of an opaque disk in the middle, mm; 0 for none.
+    pub obstruction: f64,
     /// Whether this is the aperture stop.
     pub stop: bool,
+    /// The shape of the opening, inside the clear diameter.
+    pub iris: Iris,
+    /// What the surface is coated with.
+    pub coating: Option<String>,
+}
+
+impl Default for Row {
+    /// A plane of no extent in air.
+    fn default() -> Self {
+        Self {
+            radius: f64::INFINITY,
+            conic: 0.0,
+            asphere: Vec::new(),
+            axis: None,
+            thickness: 0.0,
+            index: 1.0,
+            glass: Glass::Constant,
+            diameter: 0.0,
+            obstruction: 0.0,
+            stop: false,
+            iris: Iris::Round,
+            coating: None,
+        }
+    }
 }
 
 impl Row {
-    /// Curvature, 1/mm; 0 for a plane.
+    /// Curvature at the vertex, 1/mm; 0 for a plane.
     pub fn curvature(&self) -> f64 {
         self.radius.recip()
     }
 
-    /// Distance along the axis from the vertex to the surface at height `h`, mm.
+    /// Curvatures at the vertex along x and y, 1/mm, with what an asphere's square term adds.
+    pub fn curvatures(&self) -> [f64; 2] {
+        let square: f64 = self.asphere.iter().filter(|(p, _)| *p == 2).map(|(_, a)| 2.0 * a).sum();
+        let c = self.curvature() + square;
+        match self.axis {
+            None => [c, c],
+            Some(Axis::X) => [0.0, c],
+            Some(Axis::Y) => [c, 0.0],
+        }
+    }
+
+    /// Whether turning the surface about the axis changes nothing.
+    pub fn is_round(&self) -> bool {
+        self.axis.is_none() && self.iris == Iris::Round
+    }
+
+    /// Distance along the axis from the vertex to the surface at height `h` (where a cylinder is
+    /// curved), mm. Beyond the edge of a conic the sag of its edge.
     pub fn sag(&self, h: f64) -> f64 {
         let c = self.curvature();
-        c * h * h / (1.0 + (1.0 - c * c * h * h).max(0.0).sqrt())
+        let root = (1.0 - (1.0 + self.conic) * c * c * h * h).max(0.0).sqrt();
+        let terms: f64 = self.asphere.iter().map(|&(p, a)| a * h.powi(p as i32)).sum();
+        c * h * h / (1.0 + root) + terms
+    }
+
+    /// Slope of the surface at height `h`; infinite at the edge of a conic and beyond.
+    pub fn slope(&self, h: f64) -> f64 {
+        let c = self.curvature();
+        let root = (1.0 - (1.0 + self.conic) * c * c * h * h).max(0.0).sqrt();
+        let term = |&(p, a): &(u32, f64)| f64::from(p) * a * h.powi(p as i32 - 1);
+        c * h / root + self.asphere.iter().map(term).sum::<f64>()
+    }
+
+    /// Distance along the axis from the vertex to the surface at a point, mm.
+    pub fn sag_at(&self, x: f64, y: f64) -> f64 {
+        match self.axis {
+            None => self.sag(x.hypot(y)),
+            Some(Axis::X) => self.sag(y),
+            Some(Axis::Y) => self.sag(x),
+        }
     }
 }
 
 /// A lens: its surfaces from the scene to the film, mm.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prescription {
     /// What it is called.
     pub name: String,
+    /// Where the figures come from: a patent, a book, a catalogue.
+    pub source: Option<String>,
+    /// Focal length that the file states, mm.
+    pub stated_focal_length: Option<f64>,
+    /// f-number that the file states.
+    pub stated_f_number: Option<f64>,
     /// The surfaces in the order in which light meets them. Exactly one is the stop.
     pub rows: Vec<Row>,
 }
@@ -47,6 +138,20 @@ impl Prescription {
     /// Where no row is the stop; no reader makes such a lens.
     pub fn stop(&self) -> usize {
         self.rows.iter().position(|row| row.stop).expect("readers let no lens in without a stop")
+    }
+
+    /// The lens for light of one wavelength, nm.
+    pub fn at_wavelength(&self, nm: f64) -> Self {
+        let mut lens = self.clone();
+        for row in &mut lens.rows {
+            row.index = row.glass.index(row.index, nm);
+        }
+        lens
+    }
+
+    /// Whether turning the lens about its axis changes nothing.
+    pub fn is_round(&self) -> bool {
+        self.rows.iter().all(Row::is_round)
     }
 
     /// Front vertex to rear vertex, mm.

@@ -26,7 +26,7 @@ pub fn lens(name: &str) -> Prescription {
 pub fn row(radius: f64, thickness: f64, index: f64, diameter: f64) -> Row {
     let stop = radius == 0.0;
     let radius = if stop { f64::INFINITY } else { radius };
-    Row { radius, thickness, index, diameter, stop }
+    Row { radius, thickness, index, diameter, stop, ..Row::default() }
 }
 
 /// A folder of its own for one test, removed at the end.
