@@ -6,7 +6,7 @@
 //! that names the `wide` crate.
 
 use std::fmt::Debug;
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use bytemuck::Pod;
 pub use wide::f32x8;
@@ -26,9 +26,14 @@ pub trait Real:
     /// The type of one lane.
     type Scalar: Pod + Debug + PartialOrd + Send + Sync;
     /// One truth value per lane.
-    type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask>;
+    type Mask: Copy
+        + BitAnd<Output = Self::Mask>
+        + BitOr<Output = Self::Mask>
+        + Not<Output = Self::Mask>;
     /// How many numbers a packet holds.
     const LANES: usize;
+    /// Half the distance from 1 to the next number: the largest relative error of rounding.
+    const EPSILON: f64;
 
     /// The same number in every lane.
     fn splat(value: Self::Scalar) -> Self;
@@ -67,6 +72,19 @@ pub trait Real:
         Self::splat(Self::scalar(value))
     }
 
+    /// A function of one lane, in every lane of two packets.
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(Self::Scalar, Self::Scalar) -> Self::Scalar) -> Self {
+        let zero = Self::scalar(0.0);
+        let (mut a, mut b) = ([zero; 8], [zero; 8]);
+        self.store(&mut a);
+        other.store(&mut b);
+        for lane in 0..Self::LANES {
+            a[lane] = f(a[lane], b[lane]);
+        }
+        Self::load(&a)
+    }
+
     /// `self * self`.
     #[inline(always)]
     fn square(self) -> Self {
@@ -80,6 +98,7 @@ macro_rules! one_lane {
             type Scalar = $float;
             type Mask = bool;
             const LANES: usize = 1;
+            const EPSILON: f64 = <$float>::EPSILON as f64 / 2.0;
 
             #[inline(always)]
             fn splat(value: $float) -> Self {
@@ -156,6 +175,7 @@ impl Real for f32x8 {
     type Scalar = f32;
     type Mask = f32x8;
     const LANES: usize = 8;
+    const EPSILON: f64 = f32::EPSILON as f64 / 2.0;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {

@@ -69,6 +69,8 @@ pub fn packets<R: Real>(rays: usize) -> usize {
 pub struct LensBatch<T: Pod> {
     /// How many rays are in the batch. Behind them, up to a whole packet, stand blocked rays.
     pub len: usize,
+    /// How many of them are not blocked from the start.
+    pub living: usize,
     /// Position, mm.
     pub x: Column<T>,
     /// Position, mm.
@@ -81,19 +83,25 @@ pub struct LensBatch<T: Pod> {
     pub ty: Column<T>,
     /// Direction, length = refractive index.
     pub tz: Column<T>,
+    /// What the ray counts; changed only by openings of partial transmission.
+    pub weight: Column<T>,
+    /// Places of the rays that this precision could not trace exactly enough.
+    pub doubtful: Vec<u32>,
 }
 
 impl<T: Pod> Default for LensBatch<T> {
     fn default() -> Self {
-        let [x, y, z, tx, ty, tz] = std::array::from_fn(|_| Column::default());
-        Self { len: 0, x, y, z, tx, ty, tz }
+        let [x, y, z, tx, ty, tz, weight] = std::array::from_fn(|_| Column::default());
+        // No ray is noted twice, so nothing is allocated inside a wave.
+        let doubtful = Vec::with_capacity(WAVE);
+        Self { len: 0, living: 0, x, y, z, tx, ty, tz, weight, doubtful }
     }
 }
 
 impl<T: Pod> LensBatch<T> {
-    /// Sets the number of rays, and blocks the lanes behind them up to a whole packet.
+    /// Sets the number of rays, none of them blocked, and blocks the lanes behind them up to a whole packet.
     pub fn resize<R: Real<Scalar = T>>(&mut self, rays: usize) {
-        self.len = rays;
+        (self.len, self.living) = (rays, rays);
         for i in rays..rays.next_multiple_of(R::LANES) {
             self.x[i] = R::scalar(f64::NAN);
         }

@@ -134,7 +134,7 @@ impl Wave {
     fn new(job: &Job) -> Box<Self> {
         let mut wave = Box::<Self>::default();
         if let Model::Real(lens) = &job.camera.model {
-            wave.stats.blocked = vec![0; lens.surfaces()];
+            wave.stats.lens.blocked = vec![0; lens.prescription.rows.len()];
         }
         wave
     }
@@ -156,7 +156,7 @@ impl Wave {
             && sample(&mut tile, frame, camera.film, *seed, samples)
         {
             clock.lap(stats, Stage::Sample, samples.len);
-            camera.expose::<R>(samples, lens, rays, &mut stats.blocked);
+            camera.expose::<R>(samples, lens, rays, &mut stats.lens);
             clock.lap(stats, Stage::Lens, samples.len);
             radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
             for depth in 0..(*max_depth).max(1) {

@@ -51,8 +51,19 @@ pub struct StageStats {
 pub struct Stats {
     /// By stage, in the order of [`Stage::ALL`].
     pub stages: [StageStats; 6],
-    /// Rays that ended at each surface of the lens, from the film side.
+    /// What became of the rays in the lens.
+    pub lens: LensStats,
+}
+
+/// What became of rays in a lens.
+#[derive(Clone, Debug, Default)]
+pub struct LensStats {
+    /// Rays sent into the lens: those of film points that light comes to.
+    pub aimed: u64,
+    /// Rays that ended at each row of the prescription.
     pub blocked: Vec<u64>,
+    /// Rays that f32 could not trace exactly enough and f64 did.
+    pub redone: u64,
 }
 
 impl Stats {
@@ -67,10 +78,13 @@ impl Stats {
             one.time += other.time;
             one.rays += other.rays;
         }
-        self.blocked.resize(self.blocked.len().max(other.blocked.len()), 0);
-        for (one, other) in self.blocked.iter_mut().zip(&other.blocked) {
+        let (lens, other) = (&mut self.lens, &other.lens);
+        lens.blocked.resize(lens.blocked.len().max(other.blocked.len()), 0);
+        for (one, other) in lens.blocked.iter_mut().zip(&other.blocked) {
             *one += other;
         }
+        lens.aimed += other.aimed;
+        lens.redone += other.redone;
     }
 }
 

@@ -87,7 +87,7 @@ fn a_paraxial_real_ray_meets_the_focal_point() {
         let lens = lens(name);
         let paraxial = Paraxial::of(&lens);
         let h = 1e-4;
-        let ray = LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] };
+        let ray = LensRay::new([h, 0.0, 0.0], [0.0, 0.0, 1.0]);
         let out = trace_one::<f64>(ray, &sequence::<f64>(&lens, From::Scene(5.0))).unwrap();
         let crosses = out.p[2] - out.p[0] * out.t[2] / out.t[0];
         assert!((crosses - paraxial.back_focal_distance).abs() < 1e-6, "{name}: {crosses}");
@@ -103,7 +103,7 @@ fn the_marginal_ray_passes_and_the_next_does_not() {
         let h = Paraxial::of(&lens).focal_length / marginal_f_number(&lens) / 2.0;
         let surfaces = sequence::<f64>(&lens, From::Scene(1.0));
         let passes = |h: f64| {
-            trace_one::<f64>(LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] }, &surfaces).is_ok()
+            trace_one::<f64>(LensRay::new([h, 0.0, 0.0], [0.0, 0.0, 1.0]), &surfaces).is_ok()
         };
         assert!(passes(h * 0.999) && !passes(h * 1.001), "{name}: {h}");
     }
@@ -118,12 +118,12 @@ fn light_goes_back_the_way_it_came() {
         let start = [1.0, 0.5, 0.0];
         let towards = [0.02 - start[0] / film, 0.01 - start[1] / film, 1.0];
         let length = towards.iter().map(|v: &f64| v * v).sum::<f64>().sqrt();
-        let ray = LensRay { p: start, t: towards.map(|v| v / length) };
+        let ray = LensRay::new(start, towards.map(|v| v / length));
         let exit = trace_one::<f64>(ray, &out).expect("near the axis rays pass");
         // Turned around about the z axis's normal plane, 50 mm before the front vertex.
         let s = (50.0 - exit.p[2]) / exit.t[2];
         let p = [0, 1].map(|i| exit.p[i] + s * exit.t[i]);
-        let ray = LensRay { p: [p[0], p[1], 0.0], t: [-exit.t[0], -exit.t[1], exit.t[2]] };
+        let ray = LensRay::new([p[0], p[1], 0.0], [-exit.t[0], -exit.t[1], exit.t[2]]);
         let end = trace_one::<f64>(ray, &back).expect("the same way back");
         let s = (film - end.p[2]) / end.t[2];
         for i in 0..2 {

@@ -144,22 +144,19 @@ fn print_table(job: &Job, stats: &Stats) {
         );
     }
     let Model::Real(lens) = &job.camera.model else { return };
-    let sent = stats.stage(Stage::Lens).rays;
+    let sent = stats.lens.aimed;
     if sent == 0 {
         return;
     }
     let share = |count: u64| 100.0 * count as f64 / sent as f64;
-    let lost: u64 = stats.blocked.iter().sum();
-    // Traced from the film, told in the order of the prescription.
-    let count = stats.blocked.len();
+    let lost: u64 = stats.lens.blocked.iter().sum();
     let ends: Vec<String> = stats
+        .lens
         .blocked
         .iter()
         .enumerate()
-        .rev()
         .filter(|(_, rays)| **rays > 0)
-        .map(|(i, &rays)| {
-            let row = count - 1 - i;
+        .map(|(row, &rays)| {
             let stop = if lens.prescription.rows[row].stop { " (stop)" } else { "" };
             format!("{}{stop} {:.2}%", row + 1, share(rays))
         })
@@ -170,6 +167,8 @@ fn print_table(job: &Job, stats: &Stats) {
     };
     let name = &lens.prescription.name;
     say!("{name}: {:.1}% of the rays leave the lens{blocked}", share(sent - lost));
+    let redone = 1e6 * stats.lens.redone as f64 / sent as f64;
+    say!("{name}: {redone:.0} of a million rays redone in f64");
 }
 
 /// The likeliest reason why nothing arrived.

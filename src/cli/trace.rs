@@ -93,7 +93,7 @@ fn all<R: Real>(lens: &Prescription, rows: &[Row], digits: usize, text: &mut Str
             let t = [batch.tx[i], batch.ty[i], batch.tz[i]].map(R::to_f64);
             // Away from the lens no surface is met, whatever lies behind the start.
             if p[0].is_nan() || row.towards[2] >= 0.0 {
-                write_blocked(lens, blocked::<R>(lens, &surfaces, row), text);
+                write_blocked(blocked::<R>(lens, &surfaces, row), text);
             } else {
                 write_exit(p, t, digits, text);
             }
@@ -112,24 +112,23 @@ fn local(lens: &Prescription, row: &Row) -> ([f64; 3], [f64; 3]) {
 
 /// Where and why a ray ends that does not come through: the same arithmetic again, one ray.
 fn blocked<R: Real>(lens: &Prescription, surfaces: &[Surface<R::Scalar>], row: &Row) -> Blocked {
-    let miss = Blocked { surface: 0, why: Why::Miss };
+    let miss = Blocked { row: lens.rows.len() - 1, why: Why::Miss };
     if row.towards[2] >= 0.0 {
         return miss;
     }
     let (p, t) = local(lens, row);
-    let ray = LensRay { p: p.map(R::constant), t: t.map(R::constant) };
+    let ray = LensRay::new(p.map(R::constant), t.map(R::constant));
     trace_one::<R>(ray, surfaces).err().unwrap_or(miss)
 }
 
-fn write_blocked(lens: &Prescription, blocked: Blocked, text: &mut String) {
+fn write_blocked(blocked: Blocked, text: &mut String) {
     let why = match blocked.why {
         Why::Clip => "clip",
         Why::Stop => "stop",
         Why::Miss => "miss",
         Why::Tir => "tir",
     };
-    // The trace meets the surfaces from the film; people count from the scene.
-    let _ = writeln!(text, "blocked,{},{why}", lens.rows.len() - blocked.surface);
+    let _ = writeln!(text, "blocked,{},{why}", blocked.row + 1);
 }
 
 /// The crossing of the plane through the front vertex, and the unit direction.

@@ -2,15 +2,16 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::aim::{BoundColumns, aim};
+use super::aim::{TargetColumns, aim, aimed};
 use super::paraxial::Paraxial;
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
 use super::surface::{From, Surface, sequence};
-use super::trace::trace;
+use super::trace::{settle, trace};
 use crate::lanes::Real;
-use crate::rays::{Column, LensBatch, Ray, RayBatch, SampleBatch};
+use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
+use crate::stats::LensStats;
 
 /// What makes rays of film samples.
 #[derive(Clone, Debug)]
@@ -50,6 +51,7 @@ pub struct RealLens {
     /// Depth of the front vertex in camera space, camera units.
     pub front: f64,
     surfaces: Vec<Surface<f32>>,
+    exact: Vec<Surface<f64>>,
     bound: PupilBound,
 }
 
@@ -67,6 +69,7 @@ impl RealLens {
         let paraxial = Paraxial::of(&prescription);
         Self {
             surfaces: sequence::<f32>(&prescription, From::Film(film_distance)),
+            exact: sequence::<f64>(&prescription, From::Film(film_distance)),
             bound: PupilBound::new(&prescription, film_distance, half_diagonal, aiming),
             prescription,
             paraxial,
@@ -76,9 +79,9 @@ impl RealLens {
         }
     }
 
-    /// How many surfaces a ray crosses, the stop among them.
-    pub fn surfaces(&self) -> usize {
-        self.surfaces.len()
+    /// The bounds of its pupil.
+    pub fn bound(&self) -> &PupilBound {
+        &self.bound
     }
 }
 
@@ -95,8 +98,7 @@ pub struct ThinLens {
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
     batch: LensBatch<f32>,
-    bounds: BoundColumns,
-    weight: Column<f32>,
+    targets: TargetColumns,
 }
 
 impl Camera {
@@ -108,35 +110,36 @@ impl Camera {
     /// Whether any light can come to a pixel of a picture of this resolution.
     pub fn sees(&self, pixel: [u32; 2], resolution: [u32; 2]) -> bool {
         let Model::Real(lens) = &self.model else { return true };
-        // Nearest and farthest point of the pixel from the axis, by axis.
-        let reach = [0, 1].map(|i| {
-            let pitch = self.film[i] / f64::from(resolution[i]);
-            let low = f64::from(pixel[i]) * pitch - self.film[i] / 2.0;
-            let (low, high) = (low.min(low + pitch), low.max(low + pitch));
-            [low.max(-high).max(0.0), high.max(-low)]
-        });
-        let radius = |i: usize| reach[0][i].hypot(reach[1][i]) as f32;
-        lens.bound.any_open(radius(0), radius(1))
+        // The film is point-symmetric about the axis: it does not matter that its picture is
+        // upside down.
+        let corner = |i: usize, by: u32| {
+            f64::from(pixel[i] + by) * self.film[i] / f64::from(resolution[i]) - self.film[i] / 2.0
+        };
+        let [low, high] = [0, 1].map(|by| [-corner(0, 1 - by), corner(1, by)]);
+        lens.bound.any_open(low, high)
     }
 
     /// From film samples to rays in world space, as many as leave the lens: a stage.
     ///
-    /// `blocked[i]` grows by the rays that end at the i-th surface on their way out.
     pub fn expose<R: Real<Scalar = f32>>(
         &self,
         samples: &SampleBatch,
         columns: &mut LensColumns,
         rays: &mut RayBatch,
-        blocked: &mut [u64],
+        stats: &mut LensStats,
     ) {
         match &self.model {
             Model::Real(lens) => {
-                let LensColumns { batch, bounds, weight } = columns;
-                let film_index = lens.prescription.rear().index as f32;
-                let distance = lens.film_distance as f32;
-                aim::<R>(samples, &lens.bound, distance, film_index, bounds, weight, batch);
-                trace::<R>(batch, &lens.surfaces, blocked);
-                self.emerge::<R>(lens, batch, weight, rays);
+                let LensColumns { batch, targets } = columns;
+                let film = [lens.film_distance as f32, lens.prescription.rear().index as f32];
+                aim::<R>(samples, &lens.bound, film, targets, batch);
+                stats.aimed += batch.living as u64;
+                trace::<R>(batch, &lens.surfaces, &mut stats.blocked);
+                stats.redone += batch.doubtful.len() as u64;
+                settle::<R>(batch, &lens.exact, &mut stats.blocked, |i| {
+                    aimed(samples, targets, film, i)
+                });
+                self.emerge::<R>(lens, batch, rays);
             }
             Model::Thin(lens) => self.project(*lens, samples, rays),
         }
@@ -147,7 +150,6 @@ impl Camera {
         &self,
         lens: &RealLens,
         batch: &mut LensBatch<f32>,
-        weight: &mut Column<f32>,
         rays: &mut RayBatch,
     ) {
         let place = Placement::<R>::new(self, lens.unit, lens.front);
@@ -161,7 +163,7 @@ impl Camera {
         let ty = &mut batch.ty.packets_mut::<R>(len)[..packets];
         let tz = &mut batch.tz.packets_mut::<R>(len)[..packets];
         let ends = &mut rays.t_max.packets_mut::<R>(len)[..packets];
-        let weights = &mut weight.packets_mut::<R>(len)[..packets];
+        let weights = &mut batch.weight.packets_mut::<R>(len)[..packets];
         for i in 0..packets {
             let (origin, direction, end) = place.ray([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
             // A blocked ray is not a number in x, and by the turn in all three.
@@ -182,7 +184,7 @@ impl Camera {
             rays.t_max[alive] = rays.t_max[i];
             rays.slot[alive] = i as u32;
             for channel in &mut rays.carried {
-                channel[alive] = weight[i];
+                channel[alive] = batch.weight[i];
             }
             alive += usize::from(!batch.x[i].is_nan());
         }

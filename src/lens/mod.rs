@@ -5,22 +5,30 @@
 //! positions are relative to the vertex of the surface last crossed.
 
 mod aim;
+mod asphere;
 mod camera;
 mod dat;
+mod fan;
 mod glass;
 mod iris;
+mod opening;
+mod outline;
 mod paraxial;
 mod prescription;
 mod pupil;
+mod refract;
 mod surface;
 mod trace;
 
+pub use asphere::Asphere;
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use dat::{LensError, parse, read};
+pub use fan::Fan;
 pub use glass::Glass;
-pub use iris::{Iris, Mask};
+pub use iris::{Iris, Mask, Shape};
 pub use paraxial::{FocusError, Matrix, Paraxial, Pupil, marginal_f_number};
 pub use prescription::{Axis, Prescription, Row};
-pub use pupil::{Aim, Bound, Ellipse, PupilBound, REAR_SHARE};
+pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE};
+pub use refract::LensRay;
 pub use surface::{From, Kind, Surface, sequence};
-pub use trace::{Blocked, LensRay, Why, trace, trace_one};
+pub use trace::{Blocked, Why, settle, trace, trace_one};

@@ -5,8 +5,9 @@
 //! (Born & Wolf, "Principles of Optics", 4.4).
 
 use super::prescription::{Axis, Prescription};
+use super::refract::LensRay;
 use super::surface::{From, sequence};
-use super::trace::{LensRay, trace_one};
+use super::trace::trace_one;
 
 /// A ray-transfer matrix: y' = a y + b nu, nu' = c y + d nu. Lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -193,9 +194,8 @@ impl Paraxial {
 /// aberrations of the entrance pupil and by rims narrower than the stop.
 pub fn marginal_f_number(lens: &Prescription) -> f64 {
     let surfaces = sequence::<f64>(lens, From::Scene(0.0));
-    let passes = |h: f64| {
-        trace_one::<f64>(LensRay { p: [h, 0.0, 0.0], t: [0.0, 0.0, 1.0] }, &surfaces).is_ok()
-    };
+    let passes =
+        |h: f64| trace_one::<f64>(LensRay::new([h, 0.0, 0.0], [0.0, 0.0, 1.0]), &surfaces).is_ok();
     let (mut open, mut shut) = (0.0, lens.rows[0].diameter / 2.0);
     if passes(shut) {
         open = shut;

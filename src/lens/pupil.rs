@@ -1,29 +1,35 @@
 //! Where to aim: the part of the rear element through which a film point sees the scene.
 //!
-//! Points of the pupil live in the plane of the rear vertex, in the frame of their film
-//! point: u away from the axis through the film point, v across. The lens is a body of
-//! revolution, so a table over the film radius says it all: ellipses that bound the light at
-//! this radius, found by tracing. The sampler mixes in a small
-//! share of points of the whole rear element, with the mixture's density, so that light
-//! which the ellipse should miss is still counted and the picture stays unbiased.
+//! Points of the pupil live in the plane of the rear vertex, in the frame of their film point:
+//! u away from the axis through the film point, v across. For some film points the outline of
+//! the light is found by tracing and held by a [`Fan`]; between them fans are mixed, corner by
+//! corner, because the pupil moves and closes evenly across the film. For a round lens the
+//! points are a line of radii, for any other a grid over the film.
+//!
+//! The sampler mixes in a small share of points of the whole rear element, with the mixture's
+//! density, so that light which a fan should miss is still counted and the picture stays
+//! unbiased.
 
+use super::fan::{Fan, TRIANGLES, Triangle};
+use super::outline::{Finder, Frame, Light};
 use super::paraxial::Paraxial;
-use super::prescription::Prescription;
-use super::surface::{From, Surface, sequence};
-use super::trace::trace;
-use crate::lanes::f32x8;
-use crate::rays::{LensBatch, WAVE};
+use super::prescription::{Axis, Prescription};
 
-/// Rings of the film; their edges have an ellipse each.
+/// Rings of the film of a round lens; their edges have a fan each.
 const RINGS: usize = 64;
-/// Columns and rows of the last grid that measures a pupil; the rows cover half of it.
-const GRID: [usize; 2] = [96, 48];
+/// Cells along each side of the film behind any other lens; their corners have a fan each.
+const CELLS: usize = 24;
 /// Share of the samples that go to the whole rear element.
-pub const REAR_SHARE: f32 = 1.0 / 64.0;
+pub const REAR_SHARE: f32 = 1.0 / 128.0;
 
 /// By how much the ellipses around the rear element are widened, so that between two rings,
 /// where they are mixed, nothing of it is left out.
 const REAR_MARGIN: f32 = 1.002;
+/// By how much fans are widened beyond the light that was found.
+const FAN_MARGIN: f64 = 1.001;
+/// The most that a fan is widened for the light between it and the next; what is still beyond
+/// it, at the very rim of the image circle, is left to the share of the rear element.
+const MOST_WIDENED: f64 = 1.5;
 
 /// How film points choose where to aim.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +53,7 @@ pub struct Ellipse {
 
 impl Ellipse {
     /// Its area, mm^2.
+    #[inline(always)]
     pub fn area(&self) -> f32 {
         std::f32::consts::PI * self.half[0] * self.half[1]
     }
@@ -65,247 +72,451 @@ impl Ellipse {
     }
 }
 
-/// Bounds for one film radius.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Bound {
-    /// Holds the light, as far as tracing found it; of no width where there is none.
-    pub pupil: Ellipse,
-    /// Holds everything that could hit the rear element.
-    pub rear: Ellipse,
-}
-
-impl Bound {
-    /// Whether any light comes to this radius at all.
-    pub fn open(&self) -> bool {
-        self.pupil.half[0] > 0.0
-    }
-}
-
-/// The bounds of a lens's exit pupil for every film radius.
+/// The bounds of a lens's exit pupil for every film point.
 #[derive(Clone, Debug)]
 pub struct PupilBound {
-    /// Inner and outer edge of every ring. Where light ends inside a ring, both edges have the
-    /// bound of the lit one.
-    rings: Vec<[Bound; 2]>,
+    field: Field,
+    /// What could hit the rear element, from RINGS + 1 film radii.
+    rear: Vec<Ellipse>,
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
     pub rear_share: f32,
+}
+
+/// Fans over the film.
+#[derive(Clone, Debug)]
+enum Field {
+    /// No fans: all samples go to the rear element.
+    Bare,
+    /// By film radius, in the frame of the film point. Behind the edges of all rings stand two empty ones for the dark beyond.
+    Round { fans: Vec<Fan>, per_end: f32 },
+    /// Row by row over the square around the film, in the frame of the film.
+    Square { fans: Vec<Fan>, per_mm: f32, half: f32 },
+}
+
+/// The fans around a film point and how much of each makes its own.
+struct Around<'a, const N: usize>([(&'a Fan, f32); N]);
+
+impl<const N: usize> Around<'_, N> {
+    #[inline(always)]
+    fn sum(&self, of: impl Fn(&Fan) -> [f32; 2]) -> [f32; 2] {
+        self.0.iter().fold([0.0; 2], |sum, (fan, weight)| {
+            let [x, y] = of(fan);
+            [sum[0] + weight * x, sum[1] + weight * y]
+        })
+    }
+
+    #[inline(always)]
+    fn triangle(&self, k: usize) -> Triangle {
+        Triangle {
+            centre: self.sum(|fan| fan.centre),
+            corners: [self.sum(|fan| fan.corners[k]), self.sum(|fan| fan.corners[k + 1])],
+        }
+    }
+}
+
+#[inline(always)]
+fn round<'a>(fans: &'a [Fan], per_end: f32, radius: f32) -> Around<'a, 2> {
+    let place = place(radius * per_end);
+    let ring = ring(place);
+    let t = place - ring as f32;
+    Around([(&fans[ring], 1.0 - t), (&fans[ring + 1], t)])
+}
+
+/// Where among the rings a film point stands, by its share of the radius at which the light
+/// ends: the pupil closes ever faster there, so rings grow narrow.
+#[inline(always)]
+fn place(share: f32) -> f32 {
+    RINGS as f32 * (1.0 - (1.0 - share).max(0.0).sqrt())
+}
+
+/// The ring of a place; beyond the light, that of the dark.
+#[inline(always)]
+fn ring(place: f32) -> usize {
+    let ring = place as usize;
+    if ring < RINGS { ring } else { RINGS + 1 }
+}
+
+#[inline(always)]
+fn square<'a>(fans: &'a [Fan], per_mm: f32, half: f32, x: f32, y: f32) -> Around<'a, 4> {
+    let split = |v: f32| {
+        let place = ((v + half) * per_mm).clamp(0.0, CELLS as f32);
+        let cell = (place as usize).min(CELLS - 1);
+        (cell, place - cell as f32)
+    };
+    let ((i, s), (j, t)) = (split(x), split(y));
+    let fan = |i: usize, j: usize| &fans[j * (CELLS + 1) + i];
+    Around([
+        (fan(i, j), (1.0 - s) * (1.0 - t)),
+        (fan(i + 1, j), s * (1.0 - t)),
+        (fan(i, j + 1), (1.0 - s) * t),
+        (fan(i + 1, j + 1), s * t),
+    ])
+}
+
+/// How a sample finds its point of the pupil: `centre + sqrt(v) edge`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    pub centre: [f32; 2],
+    pub edge: [f32; 2],
+    /// Of all samples at this point, mm^-2; 0 where the film sees no light.
+    pub density: f32,
 }
 
 impl PupilBound {
     /// Finds the bounds for a film at `distance` mm behind the rear vertex that reaches to
     /// `radius` mm from the axis. Takes some milliseconds.
     pub fn new(lens: &Prescription, distance: f64, radius: f64, aim: Aim) -> Self {
-        let rings_per_mm = (RINGS as f64 / radius) as f32;
-        if aim == Aim::RearDisk {
-            let half = lens.rear().diameter as f32 / 2.0;
-            let disk = Ellipse { centre: 0.0, half: [half; 2] };
-            let bound = Bound { pupil: disk, rear: disk };
-            return Self { rings: vec![[bound; 2]; RINGS], rings_per_mm, rear_share: 0.0 };
-        }
-        let mut finder = Finder {
-            surfaces: sequence::<f32x8>(lens, From::Film(distance)),
-            batch: Box::default(),
-            distance,
+        let outlines = Outlines { lens, distance };
+        let edges = (0..=RINGS).map(|i| radius * i as f64 / RINGS as f64);
+        let (rear, field, rear_share) = match aim {
+            Aim::RearDisk => {
+                let half = lens.rear().diameter as f32 / 2.0;
+                let disk = Ellipse { centre: 0.0, half: [half; 2] };
+                (vec![disk; RINGS + 1], Field::Bare, 1.0)
+            }
+            Aim::Pupil => {
+                let rear = edges.map(|r| outlines.rear_ellipse(r)).collect();
+                let field = match lens.is_round() {
+                    true => outlines.rings(radius),
+                    false => outlines.square(radius),
+                };
+                (rear, field, REAR_SHARE)
+            }
         };
-        // How far the pupil moves per mm on the film, at first by where it stands on the axis.
-        let behind = -Paraxial::of(lens).exit_pupil.position;
-        let mut drift = behind / (distance + behind);
-        let mut last: Option<(f64, Frame)> = None;
-        let edges: Vec<Bound> = (0..=RINGS)
-            .map(|i| {
-                let r = radius * i as f64 / RINGS as f64;
-                let outline = rear_outline(lens, distance, r);
-                let expected = last.map(|(from, frame)| frame.moved((r - from) * drift));
-                let light = finder.find(r, expected, Frame::around(&outline));
-                if !light.points.is_empty() {
-                    if let Some((from, frame)) = last {
-                        drift = (light.frame.middle() - frame.middle()) / (r - from);
-                    }
-                    last = Some((r, light.frame));
-                }
-                let rear = bounding_ellipse(&outline, [0.0; 2]).scaled(REAR_MARGIN);
-                Bound { pupil: bounding_ellipse(&light.points, light.cell), rear }
-            })
-            .collect();
-        let rings = edges
-            .windows(2)
-            .map(|pair| match [pair[0], pair[1]] {
-                [inner, outer] if inner.open() && !outer.open() => {
-                    [inner, Bound { pupil: inner.pupil, ..outer }]
-                }
-                [inner, outer] if !inner.open() && outer.open() => {
-                    [Bound { pupil: outer.pupil, ..inner }, outer]
-                }
-                both => both,
-            })
-            .collect();
-        Self { rings, rings_per_mm, rear_share: REAR_SHARE }
+        Self { field, rear, rings_per_mm: (RINGS as f64 / radius) as f32, rear_share }
     }
 
-    /// The bounds for a film point at this distance from the axis, mm: between those of the
-    /// edges of its ring, because the pupil moves evenly across the film.
+    /// What could hit the rear element from a film point at this distance from the axis, mm.
     #[inline(always)]
-    pub fn at(&self, radius: f32) -> Bound {
+    pub fn rear(&self, radius: f32) -> Ellipse {
         let place = radius * self.rings_per_mm;
         let ring = (place as usize).min(RINGS - 1);
-        let [inner, outer] = &self.rings[ring];
-        let t = (place - ring as f32).min(1.0);
-        Bound { pupil: inner.pupil.mix(&outer.pupil, t), rear: inner.rear.mix(&outer.rear, t) }
+        self.rear[ring].mix(&self.rear[ring + 1], (place - ring as f32).min(1.0))
     }
 
-    /// Whether light comes to any film point between two distances from the axis, mm.
-    pub fn any_open(&self, inner: f32, outer: f32) -> bool {
-        let ring = |r: f32| ((r * self.rings_per_mm) as usize).min(RINGS - 1);
-        self.rings[ring(inner)..=ring(outer)].iter().any(|[inner, _]| inner.open())
+    /// The light of a film point, mm, in its own frame, as far as tracing found it; an empty fan
+    /// where all samples go to the rear element.
+    pub fn fan(&self, [x, y]: [f32; 2]) -> Fan {
+        let radius = x.hypot(y);
+        match &self.field {
+            Field::Bare => Fan::EMPTY,
+            Field::Round { fans, per_end } => Fan::mix(&round(fans, *per_end, radius).0),
+            Field::Square { fans, per_mm, half } => {
+                let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
+                let turned = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
+                let fan = Fan::mix(&square(fans, *per_mm, *half, x, y).0);
+                Fan { centre: turned(fan.centre), corners: fan.corners.map(turned) }
+            }
+        }
+    }
+
+    /// Where samples of a film point aim: for every entry of the columns its film point, the
+    /// first random number of its pupil point, and what becomes of it.
+    #[inline(always)]
+    pub(super) fn targets(
+        &self,
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        mut put: impl FnMut(usize, Target),
+    ) {
+        let count = film[0].len();
+        let share = self.rear_share;
+        let scale = TRIANGLES as f32 / (1.0 - share);
+        for i in 0..count {
+            let (x, y, u) = (film[0][i], film[1][i], pupil[0][i]);
+            let radius = (x * x + y * y).sqrt();
+            let rear = self.rear(radius);
+            let rear_density = share / rear.area();
+            if u < share {
+                put(i, self.rear_target([x, y], [u / share, pupil[1][i]], &rear));
+                continue;
+            }
+            let place = (u - share) * scale;
+            let k = (place as usize).min(TRIANGLES - 1);
+            let t = place - k as f32;
+            let triangle = match &self.field {
+                Field::Bare => continue,
+                Field::Round { fans, per_end } => round(fans, *per_end, radius).triangle(k),
+                Field::Square { fans, per_mm, half } => {
+                    square(fans, *per_mm, *half, x, y).triangle(k).turned(x, y, radius)
+                }
+            };
+            let [a, b] = triangle.corners;
+            let area2 = triangle.area2();
+            let density = match area2 > 0.0 {
+                true => 2.0 / (scale * area2) + rear_density,
+                false => 0.0,
+            };
+            let edge = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+            put(i, Target { centre: triangle.centre, edge, density });
+        }
+    }
+
+    /// A sample of the whole rear element: one in a hundred.
+    #[inline(never)]
+    fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2], rear: &Ellipse) -> Target {
+        let [disk_u, disk_v] = crate::sampler::disk(u, v);
+        let point = [rear.half[0] * disk_u + rear.centre, rear.half[1] * disk_v];
+        let fan = self.fan(film);
+        let bare = matches!(self.field, Field::Bare);
+        let density = match bare || fan.open() {
+            true => (1.0 - self.rear_share) * fan.density(point) + self.rear_share / rear.area(),
+            false => 0.0,
+        };
+        Target { centre: point, edge: [0.0; 2], density }
+    }
+
+    /// Whether light comes to any film point of a rectangle, mm.
+    pub fn any_open(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        match &self.field {
+            Field::Bare => true,
+            Field::Round { fans, per_end } => {
+                let near = |i: usize| low[i].max(-high[i]).max(0.0);
+                let far = |i: usize| high[i].max(-low[i]);
+                let at = |r: f64| ring(place(r as f32 * per_end));
+                let (inner, outer) = (near(0).hypot(near(1)), far(0).hypot(far(1)));
+                fans[at(inner)..=at(outer) + 1].iter().any(Fan::open)
+            }
+            Field::Square { fans, per_mm, half } => {
+                let cell = |v: f64, up: f64| {
+                    let place = (v + f64::from(*half)) * f64::from(*per_mm) + up;
+                    place.clamp(0.0, CELLS as f64) as usize
+                };
+                let range = |i: usize| cell(low[i], 0.0)..=cell(high[i], 1.0);
+                range(1).any(|j| range(0).any(|i| fans[j * (CELLS + 1) + i].open()))
+            }
+        }
     }
 }
 
-/// A rectangle of pupil points, u from `low` to `high`, v from 0 to `height`.
-#[derive(Clone, Copy, Debug)]
-struct Frame {
-    low: f64,
-    high: f64,
-    height: f64,
-}
-
-impl Frame {
-    fn around(points: &[[f64; 2]]) -> Self {
-        points.iter().fold(
-            Self { low: f64::INFINITY, high: f64::NEG_INFINITY, height: 0.0 },
-            |frame, &[u, v]| Self {
-                low: frame.low.min(u),
-                high: frame.high.max(u),
-                height: frame.height.max(v),
-            },
-        )
-    }
-
-    fn grown(self, by: [f64; 2]) -> Self {
-        Self { low: self.low - by[0], high: self.high + by[0], height: self.height + by[1] }
-    }
-
-    fn moved(self, by: f64) -> Self {
-        Self { low: self.low + by, high: self.high + by, ..self }
-    }
-
-    fn middle(self) -> f64 {
-        (self.low + self.high) / 2.0
-    }
-
-    fn width(self) -> f64 {
-        self.high - self.low
+impl Triangle {
+    /// From the frame of the film to that of the film point.
+    #[inline(always)]
+    fn turned(self, x: f32, y: f32, radius: f32) -> Self {
+        let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
+        let turn = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
+        Self { centre: turn(self.centre), corners: self.corners.map(turn) }
     }
 }
 
-/// The outline of the pupil through which one film point sees light.
-#[derive(Clone, Debug)]
-struct Light {
-    points: Vec<[f64; 2]>,
-    /// Spacing of the grid that found them.
-    cell: [f64; 2],
-    frame: Frame,
-}
-
-struct Finder {
-    surfaces: Vec<Surface<f32>>,
-    batch: Box<LensBatch<f32>>,
+/// Measures a lens.
+struct Outlines<'a> {
+    lens: &'a Prescription,
     distance: f64,
 }
 
-impl Finder {
-    /// The light of a film point, searched first around where it is expected and then over the
-    /// whole rear element.
-    fn find(&mut self, r: f64, expected: Option<Frame>, whole: Frame) -> Light {
-        let around = |frame: Frame| {
-            [1.0, 5.0, 12.0].map(|by| frame.grown([by * frame.width(), by * frame.height]))
+impl Outlines<'_> {
+    /// Fans along a radius of the film, up to where the light ends.
+    fn rings(&self, radius: f64) -> Field {
+        let mut finder = Finder::new(self.lens, self.distance);
+        let mut follow = Follow::new(self, &mut finder);
+        let end = follow.end(radius);
+        let mut fans = Vec::with_capacity(RINGS + 3);
+        let mut between = Vec::with_capacity(RINGS);
+        let mut last = None;
+        for i in 0..=2 * RINGS {
+            // The inverse of `place`.
+            let rest = 1.0 - i as f64 / (2 * RINGS) as f64;
+            let r = end * (1.0 - rest * rest);
+            let light = follow.at(r, last);
+            if let Some(light) = &light {
+                last = Some((r, light.frame));
+            }
+            match i % 2 {
+                0 => fans.push(fan(light.as_ref())),
+                _ => between.push(light),
+            }
+        }
+        let pairs: Vec<_> = (0..RINGS).map(|i| ([i, i + 1], between[i].as_ref())).collect();
+        widen(&mut fans, &pairs);
+        fans.push(Fan::EMPTY);
+        fans.push(Fan::EMPTY);
+        // The last point of the film, where it is lit, is not beyond the light.
+        Field::Round { fans, per_end: ((1.0 - 1e-6) / end) as f32 }
+    }
+
+    /// Fans over the square around the film.
+    fn square(&self, radius: f64) -> Field {
+        let mut finder = Finder::new(self.lens, self.distance);
+        let mut follow = Follow::new(self, &mut finder);
+        let pitch = 2.0 * radius / CELLS as f64;
+        let place = |i: usize, j: usize, by: f64| {
+            [-radius + pitch * (i as f64 + by), -radius + pitch * (j as f64 + by)]
         };
-        let mut frame = whole;
-        for start in expected.map(around).into_iter().flatten().chain([whole]) {
-            frame = start;
-            // Zoom in until the light fills a good part of the frame: a small stop is a
-            // needle in the haystack of the first grid.
-            for _ in 0..16 {
-                let light = self.grid(r, frame, [33, 16]);
-                if light.points.is_empty() {
-                    break;
-                }
-                let tight = light.frame.grown(light.cell);
-                if tight.width() > 0.6 * frame.width() && tight.height > 0.6 * frame.height {
-                    return self.grid(r, tight, GRID);
-                }
-                frame = tight;
+        let side = CELLS + 1;
+        let mut lights: Vec<Option<Light>> = Vec::with_capacity(side * side);
+        for j in 0..side {
+            for i in 0..side {
+                // What is next to it, and known.
+                let beside = (i > 0).then(|| (lights.len() - 1, place(i - 1, j, 0.0)));
+                let under = (j > 0).then(|| (lights.len() - side, place(i, j - 1, 0.0)));
+                let known = [beside, under]
+                    .into_iter()
+                    .flatten()
+                    .find_map(|(k, at)| Some((at, lights[k].as_ref()?.frame)));
+                lights.push(follow.at_point(place(i, j, 0.0), known));
             }
         }
-        Light { points: Vec::new(), cell: [0.0; 2], frame }
+        let mut fans: Vec<Fan> = lights.iter().map(|light| fan(light.as_ref())).collect();
+        let mut cells = Vec::with_capacity(CELLS * CELLS);
+        for j in 0..CELLS {
+            for i in 0..CELLS {
+                let corners =
+                    [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| j * side + i);
+                let known = corners.iter().find_map(|&k| {
+                    Some((place(k % side, k / side, 0.0), lights[k].as_ref()?.frame))
+                });
+                cells.push((corners, follow.at_point(place(i, j, 0.5), known)));
+            }
+        }
+        // A corner in the dark takes the fan of a lit one that shares a cell with it.
+        let dark: Vec<usize> = (0..fans.len()).filter(|&k| !fans[k].open()).collect();
+        let lit = fans.clone();
+        for k in dark {
+            let beside = cells.iter().filter(|(corners, _)| corners.contains(&k));
+            let found = beside.flat_map(|(corners, _)| corners).find(|&&other| lit[other].open());
+            if let Some(&other) = found {
+                fans[k] = lit[other];
+            }
+        }
+        let pairs: Vec<_> =
+            cells.iter().map(|(corners, light)| (*corners, light.as_ref())).collect();
+        widen(&mut fans, &pairs);
+        Field::Square { fans, per_mm: (1.0 / pitch) as f32, half: radius as f32 }
     }
 
-    /// Traces a grid of rays from the film point at radius r.
-    fn grid(&mut self, r: f64, frame: Frame, [columns, rows]: [usize; 2]) -> Light {
-        let cell = [frame.width() / (columns - 1) as f64, frame.height / (rows - 1) as f64];
-        let place =
-            |i: usize| [frame.low + cell[0] * (i % columns) as f64, cell[1] * (i / columns) as f64];
+    /// The rear element seen from a film point at radius r and projected on its vertex plane.
+    fn rear_outline(&self, r: f64) -> Vec<[f64; 2]> {
+        let rear = self.lens.rear();
         let mut points = Vec::new();
-        let mut ignored = vec![0; self.surfaces.len()];
-        let total = columns * rows;
-        for start in (0..total).step_by(WAVE) {
-            let batch = &mut *self.batch;
-            let count = WAVE.min(total - start);
-            for i in 0..count {
-                let [u, v] = place(start + i);
-                let length = (u - r).hypot(v).hypot(self.distance);
-                (batch.x[i], batch.y[i], batch.z[i]) = (r as f32, 0.0, 0.0);
-                batch.tx[i] = ((u - r) / length) as f32;
-                batch.ty[i] = (v / length) as f32;
-                batch.tz[i] = (self.distance / length) as f32;
+        for ring in 0..=8 {
+            let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
+            // A cylinder stands level along one of the axes.
+            let sags: &[f64] =
+                if rear.axis.is_some() { &[0.0, rear.sag(h)] } else { &[rear.sag(h)] };
+            for sag in sags {
+                // The sag counts towards the film; the film is `distance` behind the vertex.
+                let scale = self.distance / (self.distance - sag);
+                for step in 0..64 {
+                    let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
+                    points.push([r + (h * cos - r) * scale, h * sin * scale]);
+                }
             }
-            batch.resize::<f32x8>(count);
-            trace::<f32x8>(batch, &self.surfaces, &mut ignored);
-            points.extend((0..count).filter(|&i| !batch.x[i].is_nan()).map(|i| place(start + i)));
         }
-        let frame = Frame::around(&points);
-        Light { points: row_ends(points), cell, frame }
+        points
+    }
+
+    fn rear_ellipse(&self, r: f64) -> Ellipse {
+        bounding_ellipse(&self.rear_outline(r)).scaled(REAR_MARGIN)
     }
 }
 
-/// The first and the last point of every row: their hull is that of all.
-fn row_ends(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    points
-        .chunk_by(|one, next| one[1] == next[1])
-        .flat_map(|row| row.first().into_iter().chain(row.last()))
-        .copied()
-        .collect()
+/// Steps along the film radius that follow the light to its end, and halvings that find it.
+const SEARCHES: [usize; 2] = [48, 20];
+
+/// The fan that holds some light, if there is any.
+fn fan(light: Option<&Light>) -> Fan {
+    light.map_or(Fan::EMPTY, |light| Fan::around(light.centre, &light.outline))
 }
 
-/// The rear element seen from a film point at radius r and projected on its vertex plane.
-fn rear_outline(lens: &Prescription, distance: f64, r: f64) -> Vec<[f64; 2]> {
-    let rear = lens.rear();
-    let mut points = Vec::new();
-    for ring in 0..=8 {
-        let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
-        // The sag counts towards the film; the film is `distance` behind the vertex.
-        let scale = distance / (distance - rear.sag(h));
-        for step in 0..=32 {
-            let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
-            points.push([r + (h * cos - r) * scale, h * sin * scale]);
+/// Widens fans until their mixture holds the light half-way between them.
+fn widen<const N: usize>(fans: &mut [Fan], between: &[([usize; N], Option<&Light>)]) {
+    let mut by = vec![FAN_MARGIN; fans.len()];
+    for (corners, light) in between {
+        let Some(light) = light else { continue };
+        let mixed = Fan::mix(&corners.map(|k| (&fans[k], 1.0 / N as f32)));
+        let reach = light.outline.iter().fold(0.0f64, |reach, point| {
+            reach.max(mixed.reach([0, 1].map(|axis| light.centre[axis] + point[axis])))
+        });
+        for &k in corners {
+            by[k] = by[k].max((reach * FAN_MARGIN).min(MOST_WIDENED));
         }
     }
-    points
+    for (fan, by) in fans.iter_mut().zip(by) {
+        *fan = fan.scaled(by as f32);
+    }
 }
 
-/// A small ellipse, its axes along u and v and its centre on u, around points and grown by
-/// a margin.
-fn bounding_ellipse(points: &[[f64; 2]], margin: [f64; 2]) -> Ellipse {
-    if points.is_empty() {
-        return Ellipse::default();
+/// Follows the pupil across the film.
+struct Follow<'a> {
+    outlines: &'a Outlines<'a>,
+    finder: &'a mut Finder,
+    /// How far the pupil moves per mm on the film, along x and y, by where it stands on the axis.
+    drift: [f64; 2],
+    /// The pupil of the middle of the film, as first-order optics has it.
+    paraxial: Frame,
+}
+
+impl<'a> Follow<'a> {
+    fn new(outlines: &'a Outlines<'a>, finder: &'a mut Finder) -> Self {
+        let pupils =
+            [Axis::X, Axis::Y].map(|axis| Paraxial::in_plane(outlines.lens, axis).exit_pupil);
+        let behind = pupils.map(|pupil| -pupil.position);
+        let drift = behind.map(|behind| behind / (outlines.distance + behind));
+        // Seen from the film in the plane of the rear vertex.
+        let half = [0, 1].map(|i| {
+            let half = pupils[i].diameter / 2.0 * outlines.distance;
+            half / (outlines.distance + behind[i]).abs()
+        });
+        let paraxial = Frame::around(&[half, half.map(|v| -v)]);
+        Self { outlines, finder, drift, paraxial }
     }
+
+    /// The radius at which the light ends, mm, or that of the film.
+    fn end(&mut self, radius: f64) -> f64 {
+        let mut last = None;
+        for i in 0..=SEARCHES[0] {
+            let r = radius * i as f64 / SEARCHES[0] as f64;
+            if let Some(light) = self.at(r, last) {
+                last = Some((r, light.frame));
+                continue;
+            }
+            let Some((mut lit, mut frame)) = last else { continue };
+            let mut dark = r;
+            for _ in 0..SEARCHES[1] {
+                let middle = (lit + dark) / 2.0;
+                match self.at(middle, Some((lit, frame))) {
+                    Some(light) => (lit, frame) = (middle, light.frame),
+                    None => dark = middle,
+                }
+            }
+            return lit;
+        }
+        radius
+    }
+
+    /// The light of a film point on the u axis, near that of another if one is known.
+    fn at(&mut self, r: f64, known: Option<(f64, Frame)>) -> Option<Light> {
+        self.at_point([r, 0.0], known.map(|(from, frame)| ([from, 0.0], frame)))
+    }
+
+    /// The light of a film point in the frame of the film.
+    fn at_point(&mut self, film: [f64; 2], known: Option<([f64; 2], Frame)>) -> Option<Light> {
+        let r = film[0].hypot(film[1]);
+        let (sin, cos) = if r > 0.0 { (film[1] / r, film[0] / r) } else { (0.0, 1.0) };
+        let turned: Vec<_> = self
+            .outlines
+            .rear_outline(r)
+            .into_iter()
+            .map(|[u, v]| [cos * u - sin * v, sin * u + cos * v])
+            .collect();
+        let by = |from: [f64; 2]| [0, 1].map(|i| (film[i] - from[i]) * self.drift[i]);
+        let (from, frame) = known.unwrap_or(([0.0; 2], self.paraxial));
+        self.finder.find(film, frame.moved(by(from)), Frame::around(&turned))
+    }
+}
+
+/// A small ellipse, its axes along u and v and its centre on u, around points that are their own
+/// mirror image in v.
+fn bounding_ellipse(points: &[[f64; 2]]) -> Ellipse {
     let frame = Frame::around(points);
-    let centre = (frame.low + frame.high) / 2.0;
-    let half_width = (frame.width() / 2.0).max(1e-12);
+    let centre = frame.middle()[0];
+    let half_width = (frame.size()[0] / 2.0).max(1e-12);
     let half_height = |a: f64| {
         points.iter().fold(0.0, |b: f64, &[u, v]| {
             let x = (u - centre) / a;
-            if v == 0.0 { b } else { b.max(v / (1.0 - x * x).max(0.0).sqrt()) }
+            if v <= 0.0 { b } else { b.max(v / (1.0 - x * x).max(0.0).sqrt()) }
         })
     };
     let candidates = (0..=30).map(|step| half_width * (1.0 + 0.02 * f64::from(step)));
@@ -313,6 +524,6 @@ fn bounding_ellipse(points: &[[f64; 2]], margin: [f64; 2]) -> Ellipse {
         if new[0] * new[1] < best[0] * best[1] { new } else { best }
     });
     // Rounding to f32 must not cut anything off, nor leave a zero width.
-    let grow = |half: f64, margin: f64| ((half + margin) * 1.000_001).max(1e-9) as f32;
-    Ellipse { centre: centre as f32, half: [grow(a, margin[0]), grow(b, margin[1])] }
+    let grow = |half: f64| (half * 1.000_001).max(1e-9) as f32;
+    Ellipse { centre: centre as f32, half: [grow(a), grow(b)] }
 }

@@ -1,35 +1,58 @@
 //! Surfaces made ready for tracing in one direction.
 
-use super::prescription::Prescription;
+use std::sync::Arc;
+
+use super::asphere::Asphere;
+use super::iris::{Iris, Shape};
+use super::prescription::{Axis, Prescription, Row};
 use crate::lanes::Real;
 
-/// Which formula takes a ray to a surface and through it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+/// Which kernel takes a ray to a surface and through it.
+#[derive(Clone, Debug)]
+pub enum Kind<T> {
     /// A plane that only clips.
     Stop,
-    /// A sphere or plane, met with T.N > 0 on the way to its vertex: s = F / (G + xi).
+    /// A sphere or a plane.
     Sphere,
-    /// A sphere met from so far behind its vertex that G may be negative, where the other
-    /// form cancels (a ball lens): s = (G - xi) / (c n^2).
-    FarSphere,
+    /// A conic of revolution, with 1 + k.
+    Conic(T),
+    /// A circular cylinder.
+    Cylinder(Axis),
+    /// A conic of revolution and a polynomial.
+    Asphere(Arc<Asphere<T>>),
+    /// The shape of the opening in the plane of the stop crossed before.
+    Iris(Arc<Shape<T>>),
+    /// An opaque disk on the surface crossed before, with the square of half its diameter.
+    Obstruction(T),
 }
 
 /// One surface as a ray meets it: +z is the direction of travel, lengths in mm.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Surface<T> {
-    /// Which formula applies.
-    pub kind: Kind,
+    /// The row of the prescription that it comes from.
+    pub row: usize,
+    /// Which kernel applies.
+    pub kind: Kind<T>,
+    /// Met from so far behind its vertex that G may be negative, where F / (G + xi) cancels (a
+    /// ball lens) and (G - xi) / A does not.
+    pub far: bool,
+    /// Whether its rim is that of the aperture stop.
+    pub stop: bool,
     /// Distance from the vertex crossed before to this one.
     pub advance: T,
-    /// Curvature, positive where the centre lies ahead.
+    /// Curvature at the vertex, positive where the centre lies ahead.
     pub curvature: T,
-    /// Curvature times the square of the index on the side where rays come from.
-    pub curvature_n2: T,
+    /// Square of the index on the side where rays come from.
+    pub n2: T,
     /// n'^2 - n^2, what refraction adds to the square of the normal component.
     pub n2_step: T,
     /// Square of half the clear diameter.
     pub aperture2: T,
+    /// Square of the normal component before refraction at which the ray is totally reflected or
+    /// tangent.
+    pub limit: T,
+    /// How near to the limit this precision cannot be trusted.
+    pub doubt: T,
 }
 
 /// From which side rays come.
@@ -41,41 +64,87 @@ pub enum From {
     Scene(f64),
 }
 
-/// The surfaces of a lens in the order in which rays from that side meet them.
+/// The surfaces of a lens in the order in which rays from that side meet them. A row of the
+/// prescription that blocks in several ways makes several.
 pub fn sequence<R: Real>(lens: &Prescription, from: From) -> Vec<Surface<R::Scalar>> {
     let rows = &lens.rows;
-    let surface = |i: usize, advance: f64, sign: f64, n: f64, n_after: f64| {
-        let row = &rows[i];
-        let curvature = sign * row.curvature();
+    let count = rows.len();
+    let mut surfaces = Vec::with_capacity(count);
+    let mut before = 0.0;
+    for place in 0..count {
+        let (row, advance, sign) = match from {
+            From::Film(distance) => {
+                let row = count - 1 - place;
+                (row, if place == 0 { distance } else { rows[row].thickness }, -1.0)
+            }
+            From::Scene(distance) => {
+                (place, if place == 0 { distance } else { rows[place - 1].thickness }, 1.0)
+            }
+        };
+        let (n, n_after) = match from {
+            From::Film(_) => (rows[row].index, lens.index_before(row)),
+            From::Scene(_) => (lens.index_before(row), rows[row].index),
+        };
+        let side = Side { row, advance, sign, n, n_after, height: before };
+        before = rows[row].diameter / 2.0;
+        push::<R>(&rows[row], &side, &mut surfaces);
+    }
+    surfaces
+}
+
+/// How rays come to a surface.
+struct Side {
+    row: usize,
+    advance: f64,
+    /// -1 where they come from the film.
+    sign: f64,
+    n: f64,
+    n_after: f64,
+    /// How far from the axis they start.
+    height: f64,
+}
+
+/// How far off, rad, the direction behind a surface may be by the bound below. The bound is
+/// pessimistic: a ball lens next to total reflection, at this limit, is off by 4 urad.
+const DIRECTION: f64 = 8e-6;
+
+fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>) {
+    let &Side { row: place, advance, sign, n, n_after, height } = side;
+    let curvature = sign * row.curvature();
+    let n2_step = n_after * n_after - n * n;
+    let plain_stop = row.stop && row.curvature() == 0.0 && row.asphere.is_empty() && n2_step == 0.0;
+    // The square of the normal component is a difference of G^2 and A F, of this size; an error
+    // of it becomes one of its root behind the surface.
+    let size = n * n * (1.0 + curvature.abs() * advance.hypot(height)).powi(2);
+    let doubt = (2.0 * R::EPSILON * size / (2.0 * DIRECTION)).powi(2);
+    let surface = Surface {
+        row: place,
+        kind: match row {
+            _ if plain_stop => Kind::Stop,
+            Row { axis: Some(axis), .. } => Kind::Cylinder(*axis),
+            _ if !row.asphere.is_empty() => Kind::Asphere(Arc::new(Asphere::new::<R>(row, sign))),
+            _ if row.conic != 0.0 && curvature != 0.0 => Kind::Conic(R::scalar(1.0 + row.conic)),
+            _ => Kind::Sphere,
+        },
         // A start more than half a radius before a surface that is concave to the ray (its
         // centre behind the vertex) can lie beyond the centre: there G changes sign.
-        let far = curvature * advance < -0.5;
-        Surface {
-            kind: match row.stop {
-                true => Kind::Stop,
-                false if far => Kind::FarSphere,
-                false => Kind::Sphere,
-            },
-            advance: R::scalar(advance),
-            curvature: R::scalar(curvature),
-            curvature_n2: R::scalar(curvature * n * n),
-            n2_step: R::scalar(n_after * n_after - n * n),
-            aperture2: R::scalar(row.diameter * row.diameter / 4.0),
-        }
+        far: curvature * advance < -0.5,
+        stop: row.stop,
+        advance: R::scalar(advance),
+        curvature: R::scalar(curvature),
+        n2: R::scalar(n * n),
+        n2_step: R::scalar(n2_step),
+        aperture2: R::scalar(row.diameter * row.diameter / 4.0),
+        limit: R::scalar((-n2_step).max(0.0)),
+        doubt: R::scalar(doubt),
     };
-    match from {
-        From::Film(distance) => (0..rows.len())
-            .rev()
-            .map(|i| {
-                let advance = if i + 1 == rows.len() { distance } else { rows[i].thickness };
-                surface(i, advance, -1.0, rows[i].index, lens.index_before(i))
-            })
-            .collect(),
-        From::Scene(distance) => (0..rows.len())
-            .map(|i| {
-                let advance = if i == 0 { distance } else { rows[i - 1].thickness };
-                surface(i, advance, 1.0, lens.index_before(i), rows[i].index)
-            })
-            .collect(),
-    }
+    let beside =
+        |kind: Kind<R::Scalar>| Surface { kind, advance: R::scalar(0.0), ..surface.clone() };
+    let iris = (row.iris != Iris::Round)
+        .then(|| beside(Kind::Iris(Arc::new(Shape::new::<R>(&row.iris, row.diameter)))));
+    let disk = (row.obstruction > 0.0)
+        .then(|| beside(Kind::Obstruction(R::scalar(row.obstruction * row.obstruction / 4.0))));
+    surfaces.push(surface);
+    surfaces.extend(iris);
+    surfaces.extend(disk);
 }

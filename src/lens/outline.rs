@@ -1,0 +1,199 @@
+//! Finding the light: the outline of the pupil through which a film point sees the scene.
+
+use super::prescription::Prescription;
+use super::surface::{From, Surface, sequence};
+use super::trace::trace;
+use crate::lanes::f32x8;
+use crate::rays::{LensBatch, WAVE};
+
+/// Directions from the middle of the pupil in which its edge is looked for: over half a turn
+/// where the other half is its mirror image, else over a whole turn.
+const DIRECTIONS: usize = 96;
+/// Points along a direction in the first round, and in each that refines it.
+const ROUNDS: [usize; 3] = [24, 8, 8];
+/// Columns and rows of the grid that looks for the pupil.
+const GRID: [usize; 2] = [33, 33];
+
+/// A rectangle of pupil points, mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Frame {
+    pub fn around(points: &[[f64; 2]]) -> Self {
+        let start = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
+        points.iter().fold(start, |frame, point| Self {
+            low: [0, 1].map(|i| frame.low[i].min(point[i])),
+            high: [0, 1].map(|i| frame.high[i].max(point[i])),
+        })
+    }
+
+    pub fn grown(self, by: [f64; 2]) -> Self {
+        Self {
+            low: [0, 1].map(|i| self.low[i] - by[i]),
+            high: [0, 1].map(|i| self.high[i] + by[i]),
+        }
+    }
+
+    pub fn moved(self, by: [f64; 2]) -> Self {
+        Self {
+            low: [0, 1].map(|i| self.low[i] + by[i]),
+            high: [0, 1].map(|i| self.high[i] + by[i]),
+        }
+    }
+
+    pub fn middle(self) -> [f64; 2] {
+        [0, 1].map(|i| (self.low[i] + self.high[i]) / 2.0)
+    }
+
+    pub fn size(self) -> [f64; 2] {
+        [0, 1].map(|i| self.high[i] - self.low[i])
+    }
+}
+
+/// The light of one film point.
+#[derive(Clone, Debug)]
+pub(super) struct Light {
+    pub frame: Frame,
+    /// A point that the outline goes around.
+    pub centre: [f64; 2],
+    /// Counter-clockwise around the centre, and relative to it.
+    pub outline: Vec<[f64; 2]>,
+}
+
+/// Looks for light by tracing rays from points of the film.
+pub(super) struct Finder {
+    surfaces: Vec<Surface<f32>>,
+    batch: Box<LensBatch<f32>>,
+    ignored: Vec<u64>,
+    distance: f64,
+    index: f64,
+    /// Whether the pupil of a film point on the axis u is its own mirror image in v.
+    mirrored: bool,
+}
+
+impl Finder {
+    pub fn new(lens: &Prescription, distance: f64) -> Self {
+        let mut surfaces = sequence::<f32>(lens, From::Film(distance));
+        // An outline needs no exact directions.
+        surfaces.iter_mut().for_each(|surface| surface.doubt = 0.0);
+        Self {
+            surfaces,
+            batch: Box::default(),
+            ignored: vec![0; lens.rows.len()],
+            distance,
+            index: lens.rear().index,
+            mirrored: lens.is_round(),
+        }
+    }
+
+    /// The light of a film point, searched first around where it is expected and then over all
+    /// that it could come through.
+    pub fn find(&mut self, film: [f64; 2], expected: Frame, whole: Frame) -> Option<Light> {
+        let around =
+            [1.0, 5.0, 12.0].map(|by| expected.grown(expected.size().map(|size| by * size)));
+        // A telecentric lens has its pupil at infinity; first-order optics says nothing then.
+        let usable = around.into_iter().filter(|frame| frame.size().iter().all(|v| v.is_finite()));
+        for start in usable.chain([whole]) {
+            let mut frame = start;
+            // Zoom in until the light fills a good part of the frame: a small stop is a needle
+            // in the haystack of the first grid.
+            for _ in 0..16 {
+                let [columns, rows] = GRID;
+                let cell = [0, 1].map(|i| frame.size()[i] / (GRID[i] - 1) as f64);
+                let place = |i: usize| {
+                    [
+                        frame.low[0] + cell[0] * (i % columns) as f64,
+                        frame.low[1] + cell[1] * (i / columns) as f64,
+                    ]
+                };
+                let lit = self.lit(film, columns * rows, place);
+                let points: Vec<_> = (0..columns * rows).filter(|&i| lit[i]).map(place).collect();
+                if points.is_empty() {
+                    break;
+                }
+                let mut tight = Frame::around(&points).grown(cell);
+                if self.mirrored {
+                    let half = tight.high[1].max(-tight.low[1]);
+                    (tight.low[1], tight.high[1]) = (-half, half);
+                }
+                let (now, before) = (tight.size(), frame.size());
+                if (0..2).all(|i| now[i] > 0.5 * before[i]) {
+                    return Some(self.outline(film, tight));
+                }
+                frame = tight;
+            }
+        }
+        None
+    }
+
+    /// The edge of the light inside a frame, by the outermost light in every direction.
+    fn outline(&mut self, film: [f64; 2], frame: Frame) -> Light {
+        let (middle, half) = (frame.middle(), frame.size().map(|size| size / 2.0));
+        let turn = if self.mirrored { 1.0 } else { 2.0 };
+        let count = if self.mirrored { DIRECTIONS / 2 + 1 } else { DIRECTIONS };
+        let steps = if self.mirrored { DIRECTIONS / 2 } else { DIRECTIONS };
+        let directions: Vec<[f64; 2]> = (0..count)
+            .map(|k| {
+                let (sin, cos) = (turn * std::f64::consts::PI * k as f64 / steps as f64).sin_cos();
+                let to_edge = (half[0] / cos.abs()).min(half[1] / sin.abs());
+                [cos * to_edge, sin * to_edge]
+            })
+            .collect();
+        // In every direction, light is known at the first share and none at the second.
+        let mut edges = vec![[0.0, 1.0]; count];
+        for points in ROUNDS {
+            let share = |edges: &[[f64; 2]], i: usize| {
+                let [inner, outer] = edges[i / points];
+                inner + (outer - inner) * (i % points + 1) as f64 / points as f64
+            };
+            let known = edges.clone();
+            let lit = self.lit(film, count * points, |i| {
+                let at = share(&known, i);
+                [0, 1].map(|axis| middle[axis] + directions[i / points][axis] * at)
+            });
+            for k in 0..count {
+                let last = (0..points).rev().find(|j| lit[k * points + j]);
+                let step = |j: usize| share(&known, k * points + j);
+                edges[k] = match last {
+                    None => [known[k][0], step(0)],
+                    Some(j) if j + 1 < points => [step(j), step(j + 1)],
+                    Some(j) => [step(j), known[k][1]],
+                };
+            }
+        }
+        let mut outline: Vec<[f64; 2]> =
+            (0..count).map(|k| directions[k].map(|d| d * edges[k][1])).collect();
+        if self.mirrored {
+            let lower = outline[1..count - 1].iter().rev().map(|&[u, v]| [u, -v]);
+            let lower: Vec<_> = lower.collect();
+            outline.extend(lower);
+        }
+        Light { frame: Frame::around(&outline).moved(middle), centre: middle, outline }
+    }
+
+    /// Which of some points of the vertex plane a film point sees light through.
+    fn lit(&mut self, [x, y]: [f64; 2], count: usize, at: impl Fn(usize) -> [f64; 2]) -> Vec<bool> {
+        let mut lit = Vec::with_capacity(count);
+        for start in (0..count).step_by(WAVE) {
+            let batch = &mut *self.batch;
+            let rays = WAVE.min(count - start);
+            for i in 0..rays {
+                let [u, v] = at(start + i);
+                let (dx, dy, dz) = (u - x, v - y, self.distance);
+                let scale = self.index / (dx * dx + dy * dy + dz * dz).sqrt();
+                (batch.x[i], batch.y[i], batch.z[i]) = (x as f32, y as f32, 0.0);
+                batch.tx[i] = (dx * scale) as f32;
+                batch.ty[i] = (dy * scale) as f32;
+                batch.tz[i] = (dz * scale) as f32;
+                batch.weight[i] = 1.0;
+            }
+            batch.resize::<f32x8>(rays);
+            trace::<f32x8>(batch, &self.surfaces, &mut self.ignored);
+            lit.extend(batch.x[..rays].iter().map(|x| !x.is_nan()));
+        }
+        lit
+    }
+}
