@@ -401,6 +401,13 @@ fn the_example_lenses_have_the_focal_lengths_they_state() {
 }
 
 #[test]
+fn the_triplet_has_its_focal_length_at_the_wavelength_of_its_design() {
+    let lens = read(&root().join("lenses/triplet.toml")).unwrap();
+    let green = Paraxial::of(&lens.at_wavelength(550.0)).focal_length;
+    assert!((green - 50.0).abs() < 5e-3, "{green}");
+}
+
+#[test]
 fn the_phone_is_the_one_that_ray_optics_traces() {
     let lens = read(&root().join("lenses/phone.toml")).unwrap();
     let paraxial = Paraxial::of(&lens);

@@ -138,6 +138,9 @@ mod tests {
             assert_eq!(catalogue(name).map(|glass| glass.name), Some("N-BK7"), "{name:?}");
         }
         assert_eq!(catalogue("fused silica").map(|glass| glass.name), Some("F_SILICA"));
+        for (alias, listed) in ALIASES {
+            assert!(catalogue(listed).is_some() && catalogue(alias) == catalogue(listed));
+        }
         for name in ["BK7", "Ohara N-BK7", "", " ", "N-BK7 Schott", "no such glass"] {
             assert_eq!(catalogue(name), None, "{name:?}");
         }

@@ -25,6 +25,8 @@
 //! The `toml` crate reads the grammar because it keeps the place of every value, so that each
 //! error can name its line.
 
+mod medium;
+mod opening;
 mod row;
 mod value;
 
