@@ -50,8 +50,11 @@ pub struct Unreadable {
 /// The known word nearest to a misspelt one, if any is near enough to be meant.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
+    let length = lower.chars().count();
     known
         .into_iter()
+        // The distance takes time and space by the product of both lengths.
+        .filter(|candidate| candidate.len().abs_diff(length) <= 1 + candidate.len() / 4)
         .map(|candidate| {
             (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate)
         })

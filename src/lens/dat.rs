@@ -5,66 +5,11 @@
 //! holds the distance AFTER the surface (last row 0, or anything: pbrt's own files), or the
 //! distance BEFORE it (first row 0, last row not).
 
-use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::error::LensError;
+use super::file::MOST_INDEX;
 use super::prescription::{Prescription, Row};
-
-/// No lens table is longer than this; what is longer is no lens table.
-const MOST_BYTES: u64 = 1 << 20;
-
-/// Germanium in the far infrared has 4; nothing that a lens is made of has more than this.
-const MOST_INDEX: f64 = 10.0;
-
-/// Why a lens file was refused.
-#[derive(Debug, thiserror::Error)]
-pub enum LensError {
-    /// The file could not be opened or read.
-    #[error("cannot read the lens {}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: std::io::Error,
-    },
-    /// A line is not what a lens table may hold.
-    #[error("{}:{line}: {found}; {expected}", path.display())]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// What stands there.
-        found: String,
-        /// What was expected, or what to try.
-        expected: String,
-    },
-}
-
-/// Reads a `.dat` lens table.
-///
-/// # Errors
-/// Where the file cannot be read or is no lens table, with the line.
-pub fn read(path: &Path) -> Result<Prescription, LensError> {
-    let io = |source| LensError::Io { path: path.to_owned(), source };
-    let file = std::fs::File::open(path).map_err(io)?;
-    let mut reader = BufReader::new(file.take(MOST_BYTES + 1));
-    let (mut bytes, mut text, mut lines) = (0, Vec::new(), Vec::new());
-    while reader.read_until(b'\n', &mut text).map_err(io)? > 0 {
-        bytes += text.len() as u64;
-        if bytes > MOST_BYTES {
-            return Err(LensError::Malformed {
-                path: path.to_owned(),
-                line: lines.len() + 1,
-                found: "the file goes on past 1 MiB here".into(),
-                expected: "a lens table is a few short lines of four numbers".into(),
-            });
-        }
-        lines.push(String::from_utf8_lossy(&text).into_owned());
-        text.clear();
-    }
-    parse(path, &lines)
-}
 
 /// Reads the lines of a lens table; the path serves for its name and in errors.
 ///

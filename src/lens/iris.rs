@@ -1,8 +1,10 @@
 //! The shape of the opening of a stop.
 
+use std::f64::consts::TAU;
+use std::path::Path;
 use std::sync::Arc;
 
-use crate::lanes::Real;
+use crate::image::{ImageError, Picture};
 
 /// What the opening of a stop looks like, inside its clear diameter.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,80 +36,143 @@ pub struct Mask {
     pub transmission: Arc<[f32]>,
 }
 
-/// An iris of a given width, ready for a kernel; mm.
-#[derive(Clone, Debug)]
-pub struct Shape<T> {
-    edges: Edges<T>,
-    mask: Option<(Mask, f64)>,
-}
+/// The masks with a name; pbrt's, but for its circle, which needs none.
+pub const MASKS: &[&str] = &["gaussian", "square", "pentagon", "star"];
 
-/// The arcs that bound an opening: inside, `curvature h^2 + normal . p <= reach` for all.
-#[derive(Clone, Debug)]
-struct Edges<T> {
-    normals: Vec<[T; 2]>,
-    curvature: T,
-    reach: T,
-}
+/// Rows and columns of a mask with a name.
+const NAMED_SIZE: usize = 256;
 
-impl<T: Copy> Shape<T> {
-    /// The opening of an iris of this clear diameter.
-    pub fn new<R: Real<Scalar = T>>(iris: &Iris, diameter: f64) -> Self {
-        let corner = diameter / 2.0;
-        let open = Edges { normals: Vec::new(), curvature: R::scalar(0.0), reach: R::scalar(0.0) };
-        match iris {
-            Iris::Round => Self { edges: open, mask: None },
-            Iris::Mask(mask) => Self { edges: open, mask: Some((mask.clone(), corner)) },
-            &Iris::Blades { count, rotation, curvature } => {
-                let half_angle = std::f64::consts::PI / f64::from(count);
-                let bend = curvature / corner;
-                // The arc bulges over its chord; a is where its middle is.
-                let half_chord = corner * half_angle.sin();
-                let chord = corner * half_angle.cos();
-                let bulge = bend * half_chord * half_chord
-                    / (1.0 + (1.0 - (bend * half_chord).powi(2)).max(0.0).sqrt());
-                let a = chord + bulge;
-                let normals = (0..count).map(|i| {
-                    let angle = rotation.to_radians() + half_angle * f64::from(2 * i + 1);
-                    let scale = 2.0 * (1.0 - bend * a);
-                    [angle.cos(), angle.sin()].map(|n| R::scalar(n * scale))
-                });
-                let edges = Edges {
-                    normals: normals.collect(),
-                    curvature: R::scalar(bend),
-                    reach: R::scalar(2.0 * a - bend * a * a),
-                };
-                Self { edges, mask: None }
-            }
-        }
-    }
+/// A point of a named mask is the mean of this many by this many.
+const SUBSAMPLES: usize = 4;
 
-    /// Share of the light that passes at a point of the stop, mm from the axis.
-    #[inline(always)]
-    pub fn transmission<R: Real<Scalar = T>>(&self, x: R, y: R) -> R {
-        if let Some((mask, corner)) = &self.mask {
-            return x.zip(y, |x, y| R::scalar(mask.at(R::to_f64(x), R::to_f64(y), *corner)));
-        }
-        let (zero, one) = (R::constant(0.0), R::constant(1.0));
-        let mut furthest = zero;
-        for &[nx, ny] in &self.edges.normals {
-            furthest = furthest.max(x.mul_add(R::splat(nx), y * R::splat(ny)));
-        }
-        let h2 = x.mul_add(x, y * y);
-        let reached = R::splat(self.edges.curvature).mul_add(h2, furthest);
-        R::select(reached.le(R::splat(self.edges.reach)), one, zero)
-    }
-}
+/// No more points than a picture of 4096 by 4096.
+const MOST_SIZE: usize = 4096;
 
 impl Mask {
-    /// The transmission at a point, for an opening of this half width; 0 beyond.
-    fn at(&self, x: f64, y: f64, half: f64) -> f64 {
-        let place = |v: f64| {
-            let place = (v / half + 1.0) / 2.0 * self.size as f64;
-            (place >= 0.0 && place < self.size as f64).then_some(place as usize)
+    /// The masks that pbrt knows by name, on 256 by 256 points. With r in units of the stop's
+    /// radius: "gaussian" is exp(-r^2) - exp(-1) scaled to 1 in the middle, "square" reaches to
+    /// half the radius, "pentagon" has its corners at 0.8 and "star" at 1, one upwards.
+    pub fn named(name: &str) -> Option<Self> {
+        let opening: fn(f64, f64) -> f64 = match name {
+            "gaussian" => gaussian,
+            "square" => square,
+            "pentagon" => pentagon,
+            "star" => star,
+            _ => return None,
         };
-        match (place(x), place(-y)) {
-            (Some(column), Some(row)) => f64::from(self.transmission[row * self.size + column]),
-            _ => 0.0,
+        let fine = NAMED_SIZE * SUBSAMPLES;
+        let place = |i: usize| (2 * i + 1) as f64 / fine as f64 - 1.0;
+        let point = |row: usize, column: usize| {
+            let samples = (0..SUBSAMPLES * SUBSAMPLES).map(|i| {
+                let x = place(column * SUBSAMPLES + i % SUBSAMPLES);
+                let y = -place(row * SUBSAMPLES + i / SUBSAMPLES);
+                opening(x, y)
+            });
+            (samples.sum::<f64>() / (SUBSAMPLES * SUBSAMPLES) as f64) as f32
+        };
+        let points = (0..NAMED_SIZE * NAMED_SIZE).map(|i| point(i / NAMED_SIZE, i % NAMED_SIZE));
+        Some(Self { name: name.to_owned(), size: NAMED_SIZE, transmission: points.collect() })
+    }
+
+    /// A square picture as a mask: the mean of its channels, decoded from sRGB where they have 8
+    /// bits, clipped to 0 to 1. What is no number lets nothing through.
+    ///
+    /// # Errors
+    /// Where the file is no picture, or not square, or black.
+    pub fn image(path: &Path) -> Result<Self, ImageError> {
+        let Picture { size: [width, height], pixels } = Picture::read(path, true)?;
+        let refuse = |found: String| ImageError::Malformed { path: path.to_owned(), found };
+        if width != height || width == 0 || width > MOST_SIZE {
+            return Err(refuse(format!(
+                "it has {width} x {height} pixels; an aperture is square, at most {MOST_SIZE} wide"
+            )));
         }
+        let grey = |rgb: &[f32; 3]| {
+            let mean = rgb.iter().sum::<f32>() / 3.0;
+            if mean > 0.0 { mean.min(1.0) } else { 0.0 }
+        };
+        let transmission: Arc<[f32]> = pixels.iter().map(grey).collect();
+        if transmission.iter().all(|&t| t == 0.0) {
+            return Err(refuse("it is black; an aperture lets light through".into()));
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { name, size: width, transmission })
+    }
+}
+
+fn gaussian(x: f64, y: f64) -> f64 {
+    let rim = (-1.0f64).exp();
+    ((-(x * x + y * y)).exp() - rim).max(0.0) / (1.0 - rim)
+}
+
+fn square(x: f64, y: f64) -> f64 {
+    f64::from(x.abs().max(y.abs()) <= 0.5)
+}
+
+/// How many of the five lines at this distance from the middle a point lies beyond. The lines
+/// are turned so that a corner between two of them points along `-sign` y.
+fn beyond(x: f64, y: f64, distance: f64, sign: f64) -> usize {
+    let outside = |k: i32| {
+        let (sin, cos) = (f64::from(k) * TAU / 5.0).sin_cos();
+        sign * (x * sin + y * cos) > distance
+    };
+    (0..5).filter(|&k| outside(k)).count()
+}
+
+fn pentagon(x: f64, y: f64) -> f64 {
+    f64::from(beyond(x, y, 0.8 * (TAU / 10.0).cos(), -1.0) == 0)
+}
+
+/// The five lines of a pentagram: its tips lie beyond one of them, what is outside beyond two.
+fn star(x: f64, y: f64) -> f64 {
+    f64::from(beyond(x, y, (TAU / 5.0).cos(), 1.0) <= 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(name: &str) -> Mask {
+        Mask::named(name).expect("a name of MASKS")
+    }
+
+    /// Area of the opening over that of the square around the stop.
+    fn share(mask: &Mask) -> f64 {
+        let sum: f64 = mask.transmission.iter().map(|&t| f64::from(t)).sum();
+        sum / (mask.size * mask.size) as f64
+    }
+
+    #[test]
+    fn the_named_masks_have_the_areas_of_their_shapes() {
+        let sine = |degrees: f64| degrees.to_radians().sin();
+        let pentagon = 5.0 / 2.0 * 0.8 * 0.8 * sine(72.0) / 4.0;
+        let inner = sine(18.0) / sine(54.0);
+        let star = 5.0 * inner * sine(36.0) / 4.0;
+        let e = 1.0f64.exp().recip();
+        let gaussian = std::f64::consts::PI * (1.0 - 2.0 * e) / (1.0 - e) / 4.0;
+        for (name, expected) in
+            [("square", 0.25), ("pentagon", pentagon), ("star", star), ("gaussian", gaussian)]
+        {
+            let mask = mask(name);
+            // A tenth of a pixel all along the edge.
+            assert!((share(&mask) - expected).abs() < 5e-4, "{name}: {}", share(&mask));
+            assert!(mask.transmission.iter().all(|t| (0.0..=1.0).contains(t)));
+        }
+    }
+
+    #[test]
+    fn pentagon_and_star_point_up() {
+        let top = |name: &str| mask(name).transmission.iter().position(|&t| t > 0.0).expect("open");
+        for (name, radius) in [("pentagon", 0.8), ("star", 1.0)] {
+            let (row, column) = (top(name) / 256, top(name) % 256);
+            assert!((column as f64 - 127.5).abs() < 2.0, "{name}: column {column}");
+            assert!((row as f64 - 128.0 * (1.0 - radius)).abs() < 3.0, "{name}: row {row}");
+        }
+    }
+
+    #[test]
+    fn a_mask_without_a_name_is_none() {
+        assert!(Mask::named("circular").is_none() && Mask::named("").is_none());
+        assert!((mask("gaussian").transmission[128 * 256 + 128] - 1.0).abs() < 1e-3);
     }
 }

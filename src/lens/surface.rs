@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::asphere::Asphere;
-use super::iris::{Iris, Shape};
+use super::iris::Iris;
+use super::opening::Shape;
 use super::prescription::{Axis, Prescription, Row};
 use crate::lanes::Real;
 

@@ -1,0 +1,41 @@
+//! Lens files: which reader takes which.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::error::LensError;
+use super::prescription::Prescription;
+use super::{dat, toml};
+
+/// No lens is longer than this; what is longer is no lens.
+const MOST_BYTES: usize = 1 << 20;
+
+/// Germanium in the far infrared has 4; nothing that a lens is made of has more than this.
+pub(super) const MOST_INDEX: f64 = 10.0;
+
+/// Reads a lens: petzval's own format from a `.toml` file, a `.dat` table from any other.
+///
+/// # Errors
+/// Where the file cannot be read or is no lens, with the line.
+pub fn read(path: &Path) -> Result<Prescription, LensError> {
+    let io = |source| LensError::Io { path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes))
+        .map_err(io)?;
+    if bytes.len() > MOST_BYTES {
+        return Err(LensError::Malformed {
+            path: path.to_owned(),
+            line: 1 + bytes[..MOST_BYTES].iter().filter(|&&byte| byte == b'\n').count(),
+            found: "the file goes on past 1 MiB here".into(),
+            expected: "a lens is a few short lines".into(),
+        });
+    }
+    let text = String::from_utf8_lossy(&bytes);
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+        return toml::parse(path, &text);
+    }
+    let lines: Vec<&str> = text.lines().collect();
+    dat::parse(path, &lines)
+}

@@ -1,0 +1,112 @@
+//! The medium behind a surface: `index`, `abbe`, `glass`.
+
+use super::value::{Section, shortened};
+use crate::lens::error::LensError;
+use crate::lens::file::MOST_INDEX;
+use crate::lens::glass::{D_LINE, Glass, catalogue, nearest_glass};
+use crate::lens::prescription::Row;
+
+/// The index and the dispersion of the medium behind a surface; `ahead` is the surface before it.
+pub(super) fn read(section: &Section, row: &Row, ahead: &Row) -> Result<(f64, Glass), LensError> {
+    let stated = match section.has("glass") {
+        true => by_name(section)?,
+        false => by_index(section)?,
+    };
+    if !(row.stop && row.is_plane()) {
+        return Ok(stated.unwrap_or((1.0, Glass::Constant)));
+    }
+    if let Some((index, glass)) = stated
+        && (index != ahead.index || glass.disperses() && glass != ahead.glass)
+    {
+        let found = format!("the stop changes the medium, of index {}, to {index}", ahead.index);
+        let expected = "leave it out: a stop without radius stands in what is before it";
+        let key = if section.has("glass") { "glass" } else { "index" };
+        return Err(section.refuse(key, found, expected));
+    }
+    Ok((ahead.index, ahead.glass.clone()))
+}
+
+fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
+    for key in ["index", "abbe"] {
+        if section.has(key) {
+            let found = format!("{key} beside glass");
+            return Err(section.refuse(key, found, "a glass has both by its name"));
+        }
+    }
+    let Some(name) = section.text("glass")? else { return Ok(None) };
+    let Some(glass) = catalogue(name) else {
+        let near = nearest_glass(name)
+            .map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
+        let found = format!("no glass \"{}\" in the catalogue{near}", shortened(name));
+        let expected = "expected a listed name, or index and abbe as numbers";
+        return Err(section.refuse("glass", found, expected));
+    };
+    Ok(Some((glass.nd(), Glass::Catalogue(glass))))
+}
+
+fn by_index(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
+    let in_range = |at: usize, index: f64| {
+        let found = format!("index {index}");
+        let expected = format!("expected 1 (air) to {MOST_INDEX}");
+        match (1.0..=MOST_INDEX).contains(&index) {
+            true => Ok(index),
+            false => Err(section.source.refuse(at, found, expected)),
+        }
+    };
+    if section.array("index").is_some() {
+        if section.has("abbe") {
+            let found = "abbe beside a table of indices";
+            return Err(section.refuse("abbe", found, "the table says how the index changes"));
+        }
+        let table = table(section, in_range)?;
+        return Ok(Some((table.index(1.0, D_LINE), table)));
+    }
+    let index = section
+        .number("index")?
+        .map(|index| in_range(section.place("index"), index))
+        .transpose()?;
+    let abbe = section.finite("abbe")?;
+    match (index, abbe) {
+        (None, None) => Ok(None),
+        (Some(index), None) => Ok(Some((index, Glass::Constant))),
+        (Some(index), Some(vd)) if (5.0..=200.0).contains(&vd) => {
+            Ok(Some((index, Glass::Abbe { vd })))
+        }
+        (Some(_), Some(vd)) => {
+            Err(section.refuse("abbe", format!("abbe is {vd}"), "expected 5 to 200"))
+        }
+        (None, Some(_)) => Err(section.refuse(
+            "abbe",
+            "abbe without index",
+            "expected index as a number beside it",
+        )),
+    }
+}
+
+fn table(
+    section: &Section,
+    in_range: impl Fn(usize, f64) -> Result<f64, LensError>,
+) -> Result<Glass, LensError> {
+    let form = "[[nm, n], ...]";
+    let mut entries = section.pairs("index", form)?;
+    for &(at, [nm, n]) in &entries {
+        in_range(at, n)?;
+        if !(100.0..=1e6).contains(&nm) {
+            let found = format!("wavelength {nm}");
+            return Err(section.source.refuse(at, found, "expected nm, 100 to 1000000"));
+        }
+    }
+    entries.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
+    if let Some(pair) = entries.windows(2).find(|pair| pair[0].1[0] == pair[1].1[0]) {
+        let found = format!("wavelength {} a second time", pair[1].1[0]);
+        return Err(section.source.refuse(pair[1].0, found, "each wavelength stands once"));
+    }
+    if entries.is_empty() {
+        return Err(section.refuse(
+            "index",
+            "an empty table of indices",
+            format!("expected {form}"),
+        ));
+    }
+    Ok(Glass::Table(entries.into_iter().map(|(_, entry)| entry).collect()))
+}

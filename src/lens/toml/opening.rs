@@ -1,0 +1,66 @@
+//! The opening of the stop: `blades`, `rotation`, `curvature`, `aperture`.
+
+use std::path::Path;
+
+use super::value::{Section, shortened};
+use crate::image::ImageError;
+use crate::lens::error::LensError;
+use crate::lens::iris::{Iris, MASKS, Mask};
+use crate::source::hint;
+
+/// The shape of the opening; round for what is not the stop.
+pub(super) fn read(section: &Section, stop: bool) -> Result<Iris, LensError> {
+    for key in ["blades", "rotation", "curvature", "aperture"] {
+        if section.has(key) && !stop {
+            let found = format!("{key} on a surface that is not the stop");
+            return Err(section.refuse(key, found, "only a surface with stop = true has it"));
+        }
+    }
+    for key in ["rotation", "curvature"] {
+        if section.has(key) && !section.has("blades") {
+            let found = format!("{key} without blades");
+            return Err(section.refuse(key, found, "expected blades = 3 to 64 beside it"));
+        }
+    }
+    if section.has("blades") && section.has("aperture") {
+        return Err(section.refuse("aperture", "aperture beside blades", "a stop has one of them"));
+    }
+    let Some(blades) = section.number("blades")? else {
+        return section.text("aperture")?.map_or(Ok(Iris::Round), |name| shaped(section, name));
+    };
+    if !(3.0..=64.0).contains(&blades) || blades.fract() != 0.0 {
+        let found = format!("blades is {blades}");
+        return Err(section.refuse("blades", found, "expected a whole number from 3 to 64"));
+    }
+    let rotation = section.finite("rotation")?.unwrap_or(0.0);
+    let curvature = section.number("curvature")?.unwrap_or(0.0);
+    if !(0.0..=1.0).contains(&curvature) {
+        let found = format!("curvature is {curvature}");
+        let expected = "expected 0 (straight blades) to 1 (a circle)";
+        return Err(section.refuse("curvature", found, expected));
+    }
+    Ok(Iris::Blades { count: blades as u32, rotation, curvature })
+}
+
+/// An opening by its name or its picture.
+fn shaped(section: &Section, name: &str) -> Result<Iris, LensError> {
+    if name == "circular" {
+        return Ok(Iris::Round);
+    }
+    if let Some(mask) = Mask::named(name) {
+        return Ok(Iris::Mask(mask));
+    }
+    let folder = section.source.path.parent().unwrap_or(Path::new(""));
+    Mask::image(&folder.join(name)).map(Iris::Mask).map_err(|error| {
+        let known = MASKS.iter().copied().chain(["circular"]);
+        match error {
+            ImageError::Format { .. } => {
+                let found = format!("aperture is \"{}\"{}", shortened(name), hint(name, known));
+                let names = MASKS.join(", ");
+                let expected = format!("expected circular, {names}, or the path of a picture");
+                section.refuse("aperture", found, expected)
+            }
+            other => section.refuse("aperture", other.to_string(), "expected a square picture"),
+        }
+    })
+}
