@@ -5,8 +5,8 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::lanes::{Real, f32x8};
-use petzval::lens::{Blocked, From, LensRay, Prescription, Surface, Why, read, sequence};
-use petzval::lens::{trace, trace_one};
+use petzval::lens::{Blocked, D_LINE, From, LensRay, Prescription, Surface, Why};
+use petzval::lens::{read, sequence, trace, trace_one};
 use petzval::rays::{LensBatch, WAVE};
 
 use super::{BackendArgument, Failure, Outcome, PrecisionArgument, TraceArguments};
@@ -15,11 +15,28 @@ use super::{BackendArgument, Failure, Outcome, PrecisionArgument, TraceArguments
 struct Row {
     start: [f64; 3],
     towards: [f64; 3],
+    /// nm
+    wavelength: f64,
 }
 
 pub(super) fn run(arguments: &TraceArguments) -> Result<Outcome, Failure> {
     let lens = read(&arguments.lens)?;
     let (header, rows) = rows(&arguments.rays)?;
+    let asked = rows.iter().any(|row| row.wavelength != D_LINE);
+    let constant = |row: &petzval::lens::Row| row.index > 1.0 && !row.glass.disperses();
+    let unknown: Vec<String> = (1..)
+        .zip(&lens.rows)
+        .filter(|(_, row)| constant(row))
+        .map(|(i, _)| i.to_string())
+        .collect();
+    if asked && !unknown.is_empty() {
+        say!(
+            "petzval: warning: {} says nothing of dispersion behind surface {}: there the index is \
+             the same for every wavelength",
+            arguments.lens.display(),
+            unknown.join(", ")
+        );
+    }
     let mut text = String::new();
     if header {
         text.push_str("x,y,z,dx,dy,dz\n");
@@ -59,66 +76,113 @@ fn rows(path: &Path) -> Result<(bool, Vec<Row>), Failure> {
             let expected = "expected x,y,z,dx,dy,dz and perhaps wavelength_nm";
             return Err(format!("{name}:{line}: {found} columns; {expected}").into());
         }
-        let mut numbers = [0.0; 6];
+        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, D_LINE];
         for (number, word) in numbers.iter_mut().zip(&record) {
             *number = word.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
                 let word: String = word.chars().take(40).collect();
                 format!("{name}:{line}: \"{word}\" is not a finite number")
             })?;
         }
-        let [x, y, z, dx, dy, dz] = numbers;
+        let [x, y, z, dx, dy, dz, wavelength] = numbers;
         if dx.hypot(dy).hypot(dz) == 0.0 {
             return Err(format!("{name}:{line}: a ray without a direction").into());
         }
-        rows.push(Row { start: [x, y, z], towards: [dx, dy, dz] });
+        if !(100.0..=1e6).contains(&wavelength) {
+            let expected = "expected a wavelength in nm, from 100 to 1000000";
+            return Err(format!("{name}:{line}: wavelength {wavelength}; {expected}").into());
+        }
+        rows.push(Row { start: [x, y, z], towards: [dx, dy, dz], wavelength });
     }
     Ok((header, rows))
 }
 
+/// A lens for one wavelength, ready to trace.
+struct Tracer<R: Real> {
+    wavelength: f64,
+    /// Front to rear vertex, mm, and the index before the film.
+    length: f64,
+    index: f64,
+    surfaces: Vec<Surface<R::Scalar>>,
+    exact: Vec<Surface<f64>>,
+}
+
+impl<R: Real> Tracer<R> {
+    fn new(lens: &Prescription, wavelength: f64) -> Self {
+        let lens = lens.at_wavelength(wavelength);
+        Self {
+            wavelength,
+            length: lens.length(),
+            index: lens.rear().index,
+            surfaces: sequence::<R>(&lens, From::Film(0.0)),
+            exact: sequence::<f64>(&lens, From::Film(0.0)),
+        }
+    }
+
+    /// A ray as the trace takes it: +z along the way out, relative to the rear vertex, the
+    /// direction scaled to the index before the film.
+    fn start(&self, row: &Row) -> LensRay<f64> {
+        let [x, y, z] = row.start;
+        let [dx, dy, dz] = row.towards;
+        let scale = self.index / dx.hypot(dy).hypot(dz);
+        LensRay::new([x, y, self.length - z], [dx * scale, dy * scale, -dz * scale])
+    }
+}
+
 /// Traces all rays, wave by wave, and writes what became of them.
 fn all<R: Real>(lens: &Prescription, rows: &[Row], digits: usize, text: &mut String) {
-    let surfaces = sequence::<R>(lens, From::Film(0.0));
+    let mut tracers: Vec<Tracer<R>> = Vec::new();
     let mut batch = Box::<LensBatch<R::Scalar>>::default();
-    let mut counts = vec![0; surfaces.len()];
-    for wave in rows.chunks(WAVE) {
-        for (i, row) in wave.iter().enumerate() {
-            let ([x, y, z], [tx, ty, tz]) = local(lens, row);
-            [batch.x[i], batch.y[i], batch.z[i]] = [x, y, z].map(R::scalar);
-            [batch.tx[i], batch.ty[i], batch.tz[i]] = [tx, ty, tz].map(R::scalar);
-        }
-        batch.resize::<R>(wave.len());
-        trace::<R>(&mut batch, &surfaces, &mut counts);
-        for (i, row) in wave.iter().enumerate() {
-            let p = [batch.x[i], batch.y[i], batch.z[i]].map(R::to_f64);
-            let t = [batch.tx[i], batch.ty[i], batch.tz[i]].map(R::to_f64);
-            // Away from the lens no surface is met, whatever lies behind the start.
-            if p[0].is_nan() || row.towards[2] >= 0.0 {
-                write_blocked(blocked::<R>(lens, &surfaces, row), text);
-            } else {
-                write_exit(p, t, digits, text);
+    let mut counts = vec![0; lens.rows.len()];
+    for rows in rows.chunk_by(|one, next| one.wavelength == next.wavelength) {
+        let wavelength = rows[0].wavelength;
+        let known = tracers.iter().position(|tracer| tracer.wavelength == wavelength);
+        let place = known.unwrap_or_else(|| {
+            tracers.push(Tracer::new(lens, wavelength));
+            tracers.len() - 1
+        });
+        let tracer = &tracers[place];
+        for wave in rows.chunks(WAVE) {
+            for (i, row) in wave.iter().enumerate() {
+                let start = tracer.start(row);
+                [batch.x[i], batch.y[i], batch.z[i]] = start.p.map(R::scalar);
+                [batch.tx[i], batch.ty[i], batch.tz[i]] = start.t.map(R::scalar);
+                batch.weight[i] = R::scalar(1.0);
+            }
+            batch.resize::<R>(wave.len());
+            trace::<R>(&mut batch, &tracer.surfaces, &mut counts);
+            for (i, row) in wave.iter().enumerate() {
+                match outcome(&batch, tracer, i, row) {
+                    Ok(ray) => write_exit(ray, digits, text),
+                    Err(blocked) => write_blocked(blocked, text),
+                }
             }
         }
     }
 }
 
-/// A ray as the trace takes it: +z along the way out, relative to the rear vertex, the
-/// direction scaled to the index before the film.
-fn local(lens: &Prescription, row: &Row) -> ([f64; 3], [f64; 3]) {
-    let [x, y, z] = row.start;
-    let [dx, dy, dz] = row.towards;
-    let scale = lens.rear().index / dx.hypot(dy).hypot(dz);
-    ([x, y, lens.length() - z], [dx * scale, dy * scale, -dz * scale])
-}
-
-/// Where and why a ray ends that does not come through: the same arithmetic again, one ray.
-fn blocked<R: Real>(lens: &Prescription, surfaces: &[Surface<R::Scalar>], row: &Row) -> Blocked {
-    let miss = Blocked { row: lens.rows.len() - 1, why: Why::Miss };
-    if row.towards[2] >= 0.0 {
-        return miss;
-    }
-    let (p, t) = local(lens, row);
-    let ray = LensRay::new(p.map(R::constant), t.map(R::constant));
-    trace_one::<R>(ray, surfaces).err().unwrap_or(miss)
+/// What became of the i-th ray of a traced batch.
+fn outcome<R: Real>(
+    batch: &LensBatch<R::Scalar>,
+    tracer: &Tracer<R>,
+    i: usize,
+    row: &Row,
+) -> Result<LensRay<f64>, Blocked> {
+    let start = tracer.start(row);
+    let ray = if batch.doubtful.contains(&(i as u32)) {
+        trace_one::<f64>(start, &tracer.exact)?
+    } else if !R::to_f64(batch.x[i]).is_nan() {
+        LensRay::new(
+            [batch.x[i], batch.y[i], batch.z[i]].map(R::to_f64),
+            [batch.tx[i], batch.ty[i], batch.tz[i]].map(R::to_f64),
+        )
+    } else {
+        // The batch forgot why: the same arithmetic again, one ray.
+        let start = LensRay::new(start.p.map(R::constant), start.t.map(R::constant));
+        trace_one::<R>(start, &tracer.surfaces)?;
+        return Err(Blocked { row: tracer.surfaces[0].row, why: Why::Miss });
+    };
+    // Parallel to the plane in which exits are told.
+    if ray.t[2] == 0.0 { Err(Blocked { row: 0, why: Why::Miss }) } else { Ok(ray) }
 }
 
 fn write_blocked(blocked: Blocked, text: &mut String) {
@@ -132,7 +196,7 @@ fn write_blocked(blocked: Blocked, text: &mut String) {
 }
 
 /// The crossing of the plane through the front vertex, and the unit direction.
-fn write_exit(p: [f64; 3], t: [f64; 3], digits: usize, text: &mut String) {
+fn write_exit(LensRay { p, t, .. }: LensRay<f64>, digits: usize, text: &mut String) {
     let s = -p[2] / t[2];
     let length = t[0].hypot(t[1]).hypot(t[2]);
     let numbers =

@@ -239,8 +239,11 @@ impl<R: Real> Placement<R> {
     /// Origin, unit direction and end of a ray in the world.
     #[inline(always)]
     fn ray(&self, start: [R; 3], towards: [R; 3]) -> ([R; 3], [R; 3], R) {
+        // A fisheye's ray that goes sideways or back meets neither end of the depth.
+        let zero = R::constant(0.0);
+        let forward = zero.lt(towards[2]);
         let per_depth = R::constant(1.0) / towards[2];
-        let near = self.near * per_depth;
+        let near = R::select(forward, self.near * per_depth, zero);
         let start = [0, 1, 2].map(|i| near.mul_add(towards[i], start[i] * self.unit));
         let direction = self.turn(towards);
         let [x, y, z] = direction;
@@ -250,7 +253,7 @@ impl<R: Real> Placement<R> {
         (
             [0, 1, 2].map(|i| self.origin[i] + offset[i]),
             direction.map(|d| d * per_length),
-            self.depth * per_depth * length,
+            R::select(forward, self.depth * per_depth * length, R::constant(f64::INFINITY)),
         )
     }
 
