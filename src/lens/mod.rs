@@ -7,6 +7,7 @@
 mod aim;
 mod camera;
 mod dat;
+mod draw;
 mod glass;
 mod iris;
 mod paraxial;
@@ -17,6 +18,7 @@ mod trace;
 
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use dat::{LensError, parse, read};
+pub use draw::draw;
 pub use glass::Glass;
 pub use iris::{Iris, Mask};
 pub use paraxial::{FocusError, Matrix, Paraxial, Pupil, marginal_f_number};
