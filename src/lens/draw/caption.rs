@@ -3,14 +3,14 @@
 use super::super::paraxial::{Paraxial, marginal_f_number};
 use super::super::prescription::Prescription;
 use super::bundle::Bundle;
-use super::svg::{Point, Sheet, shortened};
+use super::svg::{Point, Sheet, shortened, width};
 
 /// White around everything, px.
 const MARGIN: f64 = 28.0;
 /// Room that what is drawn to scale may take, px.
 const ROOM: [f64; 2] = [904.0, 520.0];
 /// The least width of the sheet, px, so that the words below stand beside each other.
-const LEAST: f64 = 800.0;
+const LEAST: f64 = 820.0;
 /// Sizes of the type, px.
 const TITLE: f64 = 18.0;
 const WORDS: f64 = 13.0;
@@ -19,9 +19,14 @@ const ABOVE: f64 = 54.0;
 const BELOW: f64 = 52.0;
 /// How far the axis goes on beyond what it passes, px.
 const AXIS: f64 = 12.0;
-/// Room of one entry of the legend and the line at its beginning, px.
-const ENTRY: f64 = 148.0;
+/// The line at the beginning of an entry of the legend, px, and what stands after line and entry.
 const SAMPLE: f64 = 26.0;
+const GAP: f64 = 6.0;
+
+/// The focal length, mm, from which on a lens is a window pane.
+const AFOCAL: f64 = 1e9;
+/// The f-number from which on nobody asks.
+const MOST_F_NUMBER: f64 = 1e4;
 
 /// A line of the legend.
 pub(super) struct Key {
@@ -115,24 +120,25 @@ impl Figure {
         if self.keys.is_empty() {
             return;
         }
-        let left = self.size[0] - MARGIN - ENTRY * self.keys.len() as f64;
+        let room = |key: &Key| SAMPLE + GAP + width(&key.words, WORDS) + GAP;
+        let mut x = self.size[0] - MARGIN - self.keys.iter().map(room).sum::<f64>();
         let y = self.size[1] - MARGIN;
-        sheet.text([left, y - 20.0], WORDS, "", "Film height, field angle:");
-        for (i, key) in self.keys.iter().enumerate() {
-            let x = left + ENTRY * i as f64;
+        sheet.text([x, y - 20.0], WORDS, "", "Film height, field angle:");
+        for key in &self.keys {
             let sample = [[x, y - 4.5], [x + SAMPLE, y - 4.5]];
             sheet.path(
                 &sample,
                 false,
                 &format!("class=\"key\" fill=\"none\" {} stroke-width=\"2\"", key.style),
             );
-            sheet.text([x + SAMPLE + 6.0, y], WORDS, "", &key.words);
+            sheet.text([x + SAMPLE + GAP, y], WORDS, "", &key.words);
+            x += room(key);
         }
     }
 
     /// A round length, about a fifth of the width, below at the left.
     pub(super) fn scale_bar(&self, sheet: &mut Sheet) {
-        let most = (self.bounds[1] - self.bounds[0]) / 4.0;
+        let most = 0.28 * (self.bounds[1] - self.bounds[0]);
         let power = 10f64.powf(most.log10().floor());
         let Some(bar) = [5.0, 2.0, 1.0].map(|n| n * power).into_iter().find(|&bar| bar <= most)
         else {
@@ -161,11 +167,10 @@ impl Figure {
 fn words(lens: &Prescription, distance: Option<f64>) -> String {
     let paraxial = Paraxial::of(lens);
     let (focal_length, open) = (paraxial.focal_length, marginal_f_number(lens));
-    let mut words = match focal_length.is_finite() {
-        true => format!("f = {}", length(focal_length)),
-        false => "afocal".to_owned(),
-    };
-    if open.is_finite() && focal_length.is_finite() {
+    let bends = focal_length.abs() < AFOCAL;
+    let mut words =
+        if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
+    if bends && open < MOST_F_NUMBER {
         words += &format!(", f/{open:.1}");
     }
     let Some(distance) = distance else {

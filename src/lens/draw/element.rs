@@ -28,7 +28,7 @@ struct Face<'a> {
 
 impl Face<'_> {
     fn at(&self, h: f64) -> f64 {
-        self.vertex + self.row.sag_at(0.0, h.clamp(-self.half, self.half))
+        self.vertex + self.row.sag_at(0.0, h.min(self.half))
     }
 
     /// The curve from the lower rim to the upper.

@@ -29,8 +29,9 @@ const AHEAD: f64 = 0.2;
 /// How far from the axis rays show, in units of the greatest height of glass and film.
 const ASIDE: f64 = 1.35;
 
-/// How far the marks of the stop reach beyond its opening, in units of that height.
-const MARK: f64 = 0.12;
+/// How far the marks of the stop reach beyond its opening, in units of the mean of that height
+/// and half the length.
+const MARK: f64 = 0.08;
 
 /// Draws the section of a lens with the y-z plane, as an SVG file.
 ///
@@ -99,7 +100,8 @@ impl Section {
             section.film = Some([[z, -half], [z, half]]);
             height = height.max(half);
         }
-        section.stop = stop(lens, &vertices, height);
+        let [left, right, ..] = section.bounds();
+        section.stop = stop(lens, &vertices, MARK * (height + (right - left) / 2.0) / 2.0);
         let [left, right, bottom, top] = section.bounds();
         let aside = ASIDE * top.max(-bottom);
         let window = [left - AHEAD * (right - left), right, aside];
@@ -151,7 +153,7 @@ impl Section {
         sheet.path(
             &figure.axis(),
             false,
-            "class=\"axis\" stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"14 3 2 3\"",
+            "class=\"axis\" stroke=\"#000\" stroke-width=\"0.6\" stroke-dasharray=\"16 6 2 6\"",
         );
         for disk in &self.disks {
             sheet.path(
@@ -176,15 +178,15 @@ impl Section {
 }
 
 /// The edges of the stop's opening, each with the outer end of its mark: as far out as the glass
-/// before and behind is clear, so that a closed stop looks closed.
-fn stop(lens: &Prescription, vertices: &[f64], height: f64) -> [[Point; 2]; 2] {
+/// before and behind is clear, so that a closed stop looks closed, and at least `mark`.
+fn stop(lens: &Prescription, vertices: &[f64], mark: f64) -> [[Point; 2]; 2] {
     let i = lens.stop();
     let row = &lens.rows[i];
     let half = row.diameter / 2.0;
     let z = vertices[i] + row.sag_at(0.0, half);
     let near = &lens.rows[i.saturating_sub(1)..lens.rows.len().min(i + 2)];
     let clear = near.iter().fold(0.0, |clear: f64, row| clear.max(row.diameter / 2.0));
-    let end = clear.max(half + MARK * height);
+    let end = clear.max(half + mark);
     [[[z, half], [z, end]], [[z, -half], [z, -end]]]
 }
 
