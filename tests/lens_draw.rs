@@ -199,6 +199,35 @@ fn a_chief_ray_crosses_the_axis_in_the_stop() {
     }
 }
 
+/// A meniscus before the fisheye takes its field past 90 degrees.
+fn beyond_90_degrees() -> Prescription {
+    let mut lens = lens("fisheye.10mm");
+    lens.rows.splice(0..0, [row(44.0, 2.0, 1.8, 64.0), row(18.0, 14.0, 1.0, 35.4)]);
+    lens
+}
+
+#[test]
+fn rays_from_far_aside_stay_beside_the_lens() {
+    let mut lenses: Vec<_> = all().collect();
+    lenses.push(("beyond 90 degrees", beyond_90_degrees()));
+    for (name, lens) in lenses {
+        let svg = drawn(&lens);
+        check(name, &svg);
+        let document = Document::parse(&svg).unwrap();
+        let axis = points(class(&document, "axis").next().unwrap())[0][1];
+        let height = |nodes: &str| {
+            let points = class(&document, nodes).flat_map(paths).flat_map(points);
+            points.fold(0.0, |height: f64, point| height.max((point[1] - axis).abs()))
+        };
+        let lens = height("glass").max(height("film")).max(height("stop"));
+        assert!(height("field") <= 1.36 * lens, "{name}: {} over {lens}", height("field"));
+    }
+    let svg = drawn(&beyond_90_degrees());
+    let degrees: Vec<f64> =
+        svg.split('\u{b0}').filter_map(|words| words.rsplit(' ').next()?.parse().ok()).collect();
+    assert!(degrees.last().is_some_and(|&d| d > 90.0), "{degrees:?}");
+}
+
 #[test]
 fn size_changes_nothing_but_the_words() {
     let one = lens("dgauss.50mm");
