@@ -2,13 +2,18 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::path::Path;
 
-use petzval::lens::{Paraxial, marginal_f_number, read};
+use petzval::image::replace;
+use petzval::lens::{Paraxial, Prescription, draw, marginal_f_number, read};
 
 use super::{Failure, LensArguments, Outcome};
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     let file = arguments.lens.as_deref().ok_or("name a lens file")?;
+    if let Some(drawing) = &arguments.draw {
+        svg(drawing)?;
+    }
     let mut lens = read(file)?;
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
@@ -31,7 +36,9 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     line("entrance pupil diameter", paraxial.entrance_pupil.diameter, " mm");
     line("exit pupil position", paraxial.exit_pupil.position, " mm  (behind rear vertex)");
     line("exit pupil diameter", paraxial.exit_pupil.diameter, " mm");
+    let mut film = paraxial.film_for_focus(f64::INFINITY).ok();
     if let Some(distance) = arguments.film_distance {
+        film = Some(distance);
         let focus = paraxial.focus_of_film(distance);
         line("film distance", distance, " mm  (behind rear vertex)");
         if focus > 0.0 && focus.is_finite() {
@@ -45,10 +52,43 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         line("focus", focus, " mm  (from the film)");
         let distance = paraxial.film_for_focus(focus)?;
         line("film distance", distance, " mm  (behind rear vertex)");
+        film = arguments.film_distance.or(Some(distance));
+    }
+    if let Some(drawing) = &arguments.draw {
+        write(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
     }
     match std::io::stdout().write_all(text.as_bytes()) {
         // Whoever reads has seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),
         other => Ok(other.map(|()| Outcome::Done)?),
     }
+}
+
+/// Whether a drawing can have this name.
+fn svg(path: &Path) -> Result<(), Failure> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match extension.as_str() {
+        "svg" => Ok(()),
+        _ => Err(format!(
+            "--draw {}: drawings are SVG; name the file {}",
+            path.display(),
+            path.with_extension("svg").display()
+        )
+        .into()),
+    }
+}
+
+fn write(
+    path: &Path,
+    lens: &Prescription,
+    film: Option<f64>,
+    film_radius: f64,
+) -> Result<(), Failure> {
+    let text = draw(lens, film, film_radius);
+    replace(path, |file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write the drawing {}: {error}", path.display()))?;
+    if film.is_none() {
+        say!("petzval: the lens forms no real image: {} has no film and no rays", path.display());
+    }
+    Ok(())
 }

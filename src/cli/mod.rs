@@ -101,6 +101,20 @@ struct LensArguments {
     /// Close the stop to this diameter, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
+    /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
+    /// --focus, or at infinity
+    #[arg(long, value_name = "FILE")]
+    draw: Option<PathBuf>,
+    /// Diagonal of the film in the drawing, mm
+    #[arg(
+        long,
+        value_name = "MM",
+        value_parser = length,
+        allow_hyphen_values = true,
+        default_value = "43.27",
+        requires = "draw"
+    )]
+    film_diagonal: f64,
 }
 
 #[derive(Debug, Subcommand)]

@@ -6,6 +6,7 @@
 mod display;
 mod exr;
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -154,24 +155,32 @@ impl Picture {
     ) -> Result<(), ImageError> {
         let format = Format::of(path)?;
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut beside = tempfile::Builder::new();
-        beside.prefix(".petzval-").suffix(".tmp");
-        // Temporary files are private by default; a picture is for everyone the umask allows.
-        #[cfg(unix)]
-        beside.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = beside.tempfile_in(folder).map_err(io)?;
-        match format {
-            Format::Exr => exr::write(self, window, encoding.half, notes, file.as_file_mut()),
-            Format::Png => display::write_png(self, encoding.exposure, notes, file.as_file_mut()),
-            Format::Jpeg => display::write_jpeg(self, encoding.exposure, file.as_file_mut()),
-        }
-        .map_err(io)?;
-        file.as_file().sync_all().map_err(io)?;
-        file.persist(path).map_err(|error| io(error.error))?;
-        Ok(())
+        replace(path, |file| match format {
+            Format::Exr => exr::write(self, window, encoding.half, notes, file),
+            Format::Png => display::write_png(self, encoding.exposure, notes, file),
+            Format::Jpeg => display::write_jpeg(self, encoding.exposure, file),
+        })
+        .map_err(io)
     }
+}
+
+/// Writes a file beside its final name, then renames it.
+///
+/// # Errors
+/// Where it cannot be written; what stood under its name is then still there.
+pub fn replace(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut beside = tempfile::Builder::new();
+    beside.prefix(".petzval-").suffix(".tmp");
+    // Temporary files are private by default; a picture is for everyone the umask allows.
+    #[cfg(unix)]
+    beside.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = beside.tempfile_in(folder)?;
+    fill(file.as_file_mut())?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
 }

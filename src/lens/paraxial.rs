@@ -200,7 +200,7 @@ pub fn marginal_f_number(lens: &Prescription) -> f64 {
     if passes(shut) {
         open = shut;
     }
-    while shut - open > 1e-9 * shut {
+    while shut - open > 1e-9 * shut.abs() {
         let middle = (open + shut) / 2.0;
         if passes(middle) {
             open = middle;

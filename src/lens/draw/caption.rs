@@ -1,0 +1,219 @@
+//! Where things stand on the sheet, and the words around them.
+
+use super::super::paraxial::{Paraxial, marginal_f_number};
+use super::super::prescription::Prescription;
+use super::bundle::Bundle;
+use super::svg::{Point, Sheet, shortened, width};
+
+/// White around everything, px.
+const MARGIN: f64 = 28.0;
+/// Room that what is drawn to scale may take, px.
+const ROOM: [f64; 2] = [904.0, 520.0];
+/// The least width of the sheet, px, so that the words below stand beside each other.
+const LEAST: f64 = 820.0;
+/// Sizes of the type, px.
+const TITLE: f64 = 18.0;
+const WORDS: f64 = 13.0;
+/// Heights of the strips above and below, px.
+const ABOVE: f64 = 54.0;
+const BELOW: f64 = 52.0;
+/// How far the axis goes on beyond what it passes, px.
+const AXIS: f64 = 12.0;
+/// The line at the beginning of an entry of the legend, px, and what stands after line and entry.
+const SAMPLE: f64 = 26.0;
+const GAP: f64 = 6.0;
+
+/// The focal length, mm, from which on a lens is a window pane.
+const AFOCAL: f64 = 1e9;
+/// The f-number from which on nobody asks.
+const MOST_F_NUMBER: f64 = 1e4;
+
+/// A line of the legend.
+pub(super) struct Key {
+    style: String,
+    words: String,
+}
+
+impl Key {
+    pub(super) fn of(bundle: &Bundle, style: &str) -> Self {
+        let words = match &bundle.chief {
+            _ if bundle.height == 0.0 => "on axis".to_owned(),
+            Some(chief) => {
+                let [dz, dy] = chief.towards;
+                let angle = dy.abs().atan2(-dz).to_degrees();
+                let degrees =
+                    if angle < 0.95 { format!("{angle:.3}") } else { format!("{angle:.1}") };
+                format!("{}, {degrees}\u{b0}", length(bundle.height))
+            }
+            None => length(bundle.height),
+        };
+        Self { style: style.to_owned(), words }
+    }
+}
+
+/// The sheet: from mm in the lens to px, and the words.
+pub(super) struct Figure {
+    name: String,
+    words: String,
+    keys: Vec<Key>,
+    bounds: [f64; 4],
+    /// Px a mm.
+    scale: f64,
+    /// The upper left corner of what is drawn to scale, px.
+    corner: Point,
+    size: Point,
+}
+
+impl Figure {
+    /// `bounds` are the least and greatest z, the least and greatest y, mm.
+    pub(super) fn new(
+        lens: &Prescription,
+        distance: Option<f64>,
+        keys: Vec<Key>,
+        bounds: [f64; 4],
+    ) -> Self {
+        let [left, right, bottom, top] = bounds;
+        let scale = (ROOM[0] / (right - left)).min(ROOM[1] / (top - bottom));
+        let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
+        let inside = [scale * (right - left), scale * (top - bottom)];
+        let width = (inside[0] + 2.0 * MARGIN).max(LEAST);
+        let corner = [(width - inside[0]) / 2.0, MARGIN + ABOVE];
+        let size = [width, corner[1] + inside[1] + BELOW + MARGIN];
+        Self {
+            name: lens.name.clone(),
+            words: words(lens, distance),
+            keys,
+            bounds,
+            scale,
+            corner,
+            size,
+        }
+    }
+
+    /// Where a point of the lens stands on the sheet.
+    pub(super) fn at(&self, [z, y]: Point) -> Point {
+        let [left, _, _, top] = self.bounds;
+        [self.corner[0] + self.scale * (z - left), self.corner[1] + self.scale * (top - y)]
+    }
+
+    /// Width and height of the sheet, px.
+    pub(super) fn size(&self) -> Point {
+        self.size
+    }
+
+    /// The ends of the optical axis, px.
+    pub(super) fn axis(&self) -> [Point; 2] {
+        let [left, right, ..] = self.bounds;
+        let ([x, y], [x_end, _]) = (self.at([left, 0.0]), self.at([right, 0.0]));
+        [[x - AXIS, y], [x_end + AXIS, y]]
+    }
+
+    /// The name and what the lens is, above.
+    pub(super) fn title(&self, sheet: &mut Sheet) {
+        let name = shortened(&self.name, TITLE, self.size[0] - 2.0 * MARGIN);
+        sheet.text([MARGIN, MARGIN + 14.0], TITLE, "font-weight=\"bold\"", &name);
+        sheet.text([MARGIN, MARGIN + 34.0], WORDS, "", &self.words);
+    }
+
+    /// The field points, below at the right.
+    pub(super) fn legend(&self, sheet: &mut Sheet) {
+        if self.keys.is_empty() {
+            return;
+        }
+        let room = |key: &Key| SAMPLE + GAP + width(&key.words, WORDS) + GAP;
+        let mut x = self.size[0] - MARGIN - self.keys.iter().map(room).sum::<f64>();
+        let y = self.size[1] - MARGIN;
+        sheet.text([x, y - 20.0], WORDS, "", "Film height, field angle:");
+        for key in &self.keys {
+            let sample = [[x, y - 4.5], [x + SAMPLE, y - 4.5]];
+            sheet.path(
+                &sample,
+                false,
+                &format!("class=\"key\" fill=\"none\" {} stroke-width=\"2\"", key.style),
+            );
+            sheet.text([x + SAMPLE + GAP, y], WORDS, "", &key.words);
+            x += room(key);
+        }
+    }
+
+    /// A round length, about a fifth of the width, below at the left.
+    pub(super) fn scale_bar(&self, sheet: &mut Sheet) {
+        let most = 0.28 * (self.bounds[1] - self.bounds[0]);
+        let power = 10f64.powf(most.log10().floor());
+        let Some(bar) = [5.0, 2.0, 1.0].map(|n| n * power).into_iter().find(|&bar| bar <= most)
+        else {
+            return;
+        };
+        let y = self.size[1] - MARGIN - 4.5;
+        let end = MARGIN + bar * self.scale;
+        let ticks = [
+            [MARGIN, y - 4.0],
+            [MARGIN, y + 4.0],
+            [MARGIN, y],
+            [end, y],
+            [end, y - 4.0],
+            [end, y + 4.0],
+        ];
+        sheet.path(
+            &ticks,
+            false,
+            "class=\"scale\" fill=\"none\" stroke=\"#000\" stroke-width=\"1.2\"",
+        );
+        sheet.text([end + 8.0, y + 4.5], WORDS, "", &round(&length(bar)));
+    }
+}
+
+/// Focal length, f-number and focus.
+fn words(lens: &Prescription, distance: Option<f64>) -> String {
+    let paraxial = Paraxial::of(lens);
+    let (focal_length, open) = (paraxial.focal_length, marginal_f_number(lens));
+    let bends = focal_length.abs() < AFOCAL;
+    let mut words =
+        if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
+    if bends && open < MOST_F_NUMBER {
+        words += &format!(", f/{open:.1}");
+    }
+    let Some(distance) = distance else {
+        words += match paraxial.film_for_focus(f64::INFINITY) {
+            Ok(_) => "; drawn without film",
+            Err(_) => "; forms no real image of distant things, drawn without film",
+        };
+        return words;
+    };
+    let focus = paraxial.focus_of_film(distance);
+    // A millionth of the focal length is below what any mount holds.
+    if (distance - paraxial.back_focal_distance).abs() <= 1e-6 * focal_length.abs() {
+        words += ", focused at infinity";
+    } else if focus.is_finite() && focus > 0.0 {
+        words +=
+            &format!(", focused at {} from the film", length(focus + lens.length() + distance));
+    }
+    words
+}
+
+/// A length with about three digits, in the unit that suits it.
+fn length(mm: f64) -> String {
+    let size = mm.abs();
+    let (number, unit) = match size {
+        _ if size >= 1000.0 => (mm / 1000.0, "m"),
+        _ if size >= 0.1 || size == 0.0 => (mm, "mm"),
+        _ => (mm * 1000.0, "\u{b5}m"),
+    };
+    let size = number.abs();
+    match size {
+        _ if size >= 1e5 || (size < 0.01 && size > 0.0) => format!("{number:.2e} {unit}"),
+        _ if size >= 10.0 => format!("{number:.1} {unit}"),
+        _ if size >= 1.0 => format!("{number:.2} {unit}"),
+        _ => format!("{number:.3} {unit}"),
+    }
+}
+
+/// A round length without the zeros behind its point.
+fn round(length: &str) -> String {
+    match length.split_once(' ') {
+        Some((number, unit)) if number.contains('.') && !number.contains('e') => {
+            format!("{} {unit}", number.trim_end_matches('0').trim_end_matches('.'))
+        }
+        _ => length.to_owned(),
+    }
+}
