@@ -2,20 +2,34 @@
 
 use std::path::PathBuf;
 
+use glam::DAffine3;
+
 use crate::film::Frame;
 use crate::image::{Note, Notes};
 use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
+use crate::lens::{Iris, MASKS, Mask};
+use crate::rays::{HitBatch, NONE, RayBatch};
 use crate::render::Job;
-use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
+use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
+use crate::scene::{Scene, TraversalStack};
 use crate::source::{Location, Warning};
+
+/// What to focus on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FocusOn {
+    /// A distance, metres from the film; infinite is allowed.
+    Distance(f64),
+    /// What a pixel sees, or the middle of the picture.
+    Pixel(Option<[u32; 2]>),
+}
 
 /// What may be asked for instead of what the scene file says.
 #[derive(Clone, Debug, Default)]
 pub struct Changes {
     /// Another lens file.
     pub lens: Option<PathBuf>,
-    /// Another distance in focus, metres from the film; infinite is allowed.
-    pub focus: Option<f64>,
+    /// Another distance in focus.
+    pub focus: Option<FocusOn>,
     /// Another f-number: focal length over the diameter of the widest bundle along the axis.
     pub f_number: Option<f64>,
     /// Another size of the picture, pixels.
@@ -81,7 +95,10 @@ pub fn prepare(
             return Err(JobError::Camera { at: setup.at, problem });
         }
         CameraSpec::Thin(spec) => setup.thin(&spec, &film, frame.resolution),
-        CameraSpec::Realistic(spec) => setup.real(&spec, &film, frame.resolution, changes)?,
+        CameraSpec::Realistic(spec) => {
+            let place = Place { scene: &scene, world_from_camera, frame: &frame };
+            setup.real(&spec, &film, place, changes)?
+        }
     };
     let samples = changes.samples.unwrap_or(description.samples);
     let seed = changes.seed.unwrap_or(description.seed);
@@ -163,6 +180,44 @@ const MOST_PIXELS: u64 = 1 << 27;
 /// Sums by tile and by film, the picture, and room to encode it.
 const BYTES_PER_PIXEL: u64 = 72;
 
+/// What the film looks at.
+struct Place<'a> {
+    scene: &'a Scene,
+    world_from_camera: DAffine3,
+    frame: &'a Frame,
+}
+
+impl Place<'_> {
+    /// How far before the film plane, in camera units, stands what a pixel sees through the
+    /// middle of the pupil; infinitely far where it sees nothing.
+    fn depth(&self, camera: &Camera, pixel: Option<[u32; 2]>) -> Result<f64, JobError> {
+        let resolution = self.frame.resolution;
+        let pixel = pixel.unwrap_or(resolution.map(|n| n / 2));
+        let [x, y] = pixel;
+        if (0..2).any(|i| pixel[i] >= resolution[i]) {
+            return Err(JobError::Asked(format!(
+                "--focus auto@{x},{y}: the picture has {} x {} pixels, counted from 0",
+                resolution[0], resolution[1]
+            )));
+        }
+        let mut rays = RayBatch::default();
+        camera.principal(pixel, resolution, &mut rays);
+        if rays.len == 0 {
+            return Err(JobError::Asked(format!(
+                "--focus auto@{x},{y}: no light comes through the middle of the lens to this pixel"
+            )));
+        }
+        let mut hits = HitBatch::default();
+        self.scene.intersect::<f32>(&rays, &mut hits, &mut TraversalStack::default());
+        let ray = rays.ray(0);
+        let hit = [0, 1, 2]
+            .map(|i| f64::from(ray.origin[i]) + f64::from(hits[0].t) * f64::from(ray.direction[i]));
+        let depth = self.world_from_camera.inverse().transform_point3(hit.into()).z;
+        let depth = depth + camera.film_behind();
+        Ok(if hits[0].shape == NONE || depth <= 0.0 { f64::INFINITY } else { depth })
+    }
+}
+
 type Parts = (Model, [f64; 2], f64, [f64; 2]);
 
 struct Setup {
@@ -191,11 +246,28 @@ impl Setup {
         (Model::Thin(lens), size, spec.exposure_time * film.iso / 100.0, spec.depth)
     }
 
+    /// One of pbrt's names, or a picture.
+    fn iris(&self, IrisSpec { name, path }: &IrisSpec) -> Result<Iris, JobError> {
+        if name == "circular" {
+            return Ok(Iris::Round);
+        }
+        if let Some(mask) = Mask::named(name) {
+            return Ok(Iris::Mask(mask));
+        }
+        let known = MASKS.join(", ");
+        Mask::image(path).map(Iris::Mask).map_err(|error| JobError::Camera {
+            at: self.at.clone(),
+            problem: format!(
+                "aperture \"{name}\": {error}; expected circular, {known} or a picture"
+            ),
+        })
+    }
+
     fn real(
         &mut self,
         spec: &RealisticSpec,
         film: &FilmSpec,
-        resolution: [u32; 2],
+        place: Place<'_>,
         changes: &Changes,
     ) -> Result<Parts, JobError> {
         let (file, aperture, diagonal) = match spec {
@@ -205,6 +277,10 @@ impl Setup {
             }
         };
         let mut prescription = lens::read(changes.lens.as_deref().unwrap_or(file))?;
+        if let RealisticSpec::V4 { iris: Some(iris), .. } = spec {
+            let stop = prescription.stop();
+            prescription.rows[stop].iris = self.iris(iris)?;
+        }
         let aperture = match changes.f_number {
             Some(asked) => stop_for(&prescription, asked)?,
             None => aperture,
@@ -218,38 +294,68 @@ impl Setup {
                 ),
             });
         }
-        let paraxial = lens::Paraxial::of(&prescription);
         let camera = |problem: String| JobError::Camera { at: self.at.clone(), problem };
         let film_for = |metres: f64| {
-            paraxial.film_for_focus(metres * 1e3).map_err(|error| camera(error.to_string()))
+            lens::Focus::of(&prescription)
+                .film(metres * 1e3)
+                .map_err(|error| camera(error.to_string()))
         };
-        let (film_distance, unit, front, ratio, depth, time) = match spec {
+        let (from_file, unit, ratio, depth, time) = match spec {
             RealisticSpec::V4 { focus, exposure_time, .. } => {
-                let distance = film_for(changes.focus.unwrap_or(*focus))?;
-                let front = (distance + paraxial.length) * 1e-3;
                 let ratio = exposure_time * film.iso / 100.0;
-                (distance, 1e-3, front, ratio, [0.0, f64::INFINITY], *exposure_time)
+                (Ok(*focus), 1e-3, ratio, [0.0, f64::INFINITY], *exposure_time)
             }
             RealisticSpec::V2 { film_distance, depth, .. } => {
-                let distance = changes.focus.map_or(Ok(*film_distance), film_for)?;
-                (distance, 1.0, 0.0, 1.0, *depth, 0.0)
+                (Err(*film_distance), 1.0, 1.0, *depth, 0.0)
             }
         };
-        let rear = prescription.rear();
-        let rim = rear.sag(rear.diameter / 2.0).max(0.0);
-        if film_distance <= rim {
-            return Err(camera(format!(
-                "the film, {film_distance:.4} mm behind the rear vertex, would stand inside the \
-                 lens, which reaches {rim:.4} mm behind it; focus nearer"
-            )));
-        }
-        let aspect = f64::from(resolution[1]) / f64::from(resolution[0]);
+        let [x, y] = place.frame.resolution.map(f64::from);
+        let aspect = y / x;
         let width = diagonal / (1.0 + aspect * aspect).sqrt();
         let size = [width, width * aspect];
-        let aim = changes.aim;
-        let lens = RealLens::new(prescription, film_distance, diagonal / 2.0, aim, unit, front);
-        let focus = lens.paraxial.focus_of_film(film_distance) + lens.paraxial.length;
-        let in_focus = (focus + film_distance) * 1e-3;
+        let stands_at = |film_distance: f64| -> Result<RealLens, JobError> {
+            let rear = prescription.rear();
+            let half = rear.diameter / 2.0;
+            let rim = rear.sag_at(half, 0.0).max(rear.sag_at(0.0, half)).max(0.0);
+            if film_distance <= rim {
+                return Err(camera(format!(
+                    "the film, {film_distance:.4} mm behind the rear vertex, would stand inside \
+                     the lens, which reaches {rim:.4} mm behind it; focus nearer"
+                )));
+            }
+            // The origin of pbrt-v4's camera is the film, that of the course the front vertex.
+            let front = match spec {
+                RealisticSpec::V4 { .. } => (film_distance + prescription.length()) * unit,
+                RealisticSpec::V2 { .. } => 0.0,
+            };
+            let lens = prescription.clone();
+            Ok(RealLens::new(lens, film_distance, diagonal / 2.0, changes.aim, unit, front))
+        };
+        let unchanged = || from_file.map_or_else(Ok, film_for);
+        let lens = match changes.focus {
+            None => stands_at(unchanged()?)?,
+            Some(FocusOn::Distance(metres)) => stands_at(film_for(metres)?)?,
+            Some(FocusOn::Pixel(pixel)) => {
+                let mut lens = stands_at(unchanged()?)?;
+                // The view changes a little with the focus: look again from where it is then.
+                for _ in 0..2 {
+                    let model = Model::Real(Box::new(lens));
+                    let world_from_camera = place.world_from_camera;
+                    let camera = Camera {
+                        model,
+                        film: size,
+                        world_from_camera,
+                        imaging_ratio: ratio,
+                        depth,
+                    };
+                    lens = stands_at(film_for(place.depth(&camera, pixel)? * 1e-3 / unit)?)?;
+                }
+                lens
+            }
+        };
+        let film_distance = lens.film_distance;
+        let focus = lens::Focus::of(&prescription).object(film_distance).unwrap_or(f64::NAN);
+        let in_focus = (focus + lens.paraxial.length + film_distance) * 1e-3;
         self.notes.push(("lensModel", Note::Text(lens.prescription.name.clone())));
         self.number("effectiveFocalLength", lens.paraxial.focal_length);
         self.number("aperture", lens.paraxial.f_number());

@@ -4,11 +4,12 @@ mod support;
 
 use std::f64::consts::PI;
 
-use petzval::job::{Changes, prepare};
-use petzval::lens::Model;
+use petzval::job::{Changes, FocusOn, prepare};
+use petzval::lens::{Focus, FocusError, From, LensRay, Model, Paraxial, Prescription};
+use petzval::lens::{sequence, trace_one};
 use petzval::render::{Backend, Job};
 use petzval::scene::pbrt;
-use support::{LENSES, folder, mean, picture, root, write};
+use support::{LENSES, folder, lens, mean, picture, root, write};
 
 /// The centre of the film of a lens under a uniform sky of radiance 1.
 fn centre(lens: &str, changes: &Changes) -> Job {
@@ -30,7 +31,7 @@ fn centre(lens: &str, changes: &Changes) -> Job {
 fn brightness_follows_the_f_number() {
     for (name, _) in LENSES {
         for f_number in [5.6, 8.0, 11.0, 16.0, 22.0] {
-            let focus = Some(f64::INFINITY);
+            let focus = Some(FocusOn::Distance(f64::INFINITY));
             let job =
                 centre(name, &Changes { focus, f_number: Some(f_number), ..Changes::default() });
             let found = mean(&picture(&job, Backend::Simd, 2))[0];
@@ -44,15 +45,105 @@ fn brightness_follows_the_f_number() {
     }
 }
 
-#[test]
-fn the_film_moves_to_where_the_asked_distance_is_sharp() {
-    for (name, _) in LENSES {
-        for metres in [2.0, 5.0, 100.0] {
-            let job = centre(name, &Changes { focus: Some(metres), ..Changes::default() });
-            let Model::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
-            let before = lens.paraxial.focus_of_film(lens.film_distance);
-            let from_film = before + lens.paraxial.length + lens.film_distance;
-            assert!((from_film / (metres * 1e3) - 1.0).abs() < 1e-6, "{name}: {from_film} mm");
+/// Root mean square distance from the axis, mm, on a film behind the rear vertex, of rays from
+/// a point of the axis before the front vertex that fill the opening evenly.
+fn spot(lens: &Prescription, object: f64, film: f64) -> f64 {
+    let surfaces = sequence::<f64>(lens, From::Scene(object));
+    let reach = lens.rows[0].diameter / 2.0;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for i in 0..200 {
+        for j in 0..200 {
+            let place = |k: i32| reach * (f64::from(k) + 0.5 - 100.0) / 100.0;
+            let t = [place(i), place(j), object];
+            let length = t.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let ray = LensRay::new([0.0; 3], t.map(|v| v / length));
+            let Ok(ray) = trace_one::<f64>(ray, &surfaces) else { continue };
+            let at = |axis: usize| ray.p[axis] + (film - ray.p[2]) / ray.t[2] * ray.t[axis];
+            sum += at(0).powi(2) + at(1).powi(2);
+            count += 1.0;
         }
     }
+    (sum / count).sqrt()
+}
+
+#[test]
+fn the_film_moves_to_where_the_asked_distance_is_sharpest() {
+    for (name, _) in LENSES {
+        for metres in [2.0, 5.0, 100.0] {
+            let focus = Some(FocusOn::Distance(metres));
+            let job = centre(name, &Changes { focus, ..Changes::default() });
+            let Model::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
+            let (film, lens) = (lens.film_distance, &lens.prescription);
+            let object = metres * 1e3 - lens.length() - film;
+            let best = spot(lens, object, film);
+            // A step that moves the focus by well more than the sampling of the spot does.
+            for step in [-0.01, 0.01] {
+                let other = spot(lens, object, film + step);
+                assert!(best < other, "{name} at {metres} m: {best} mm, {other} at {step} mm");
+            }
+            let back = Focus::of(lens).object(film).expect("something is in focus");
+            assert!((back / object - 1.0).abs() < 1e-6, "{name}: {back} and {object} mm");
+        }
+    }
+}
+
+#[test]
+fn a_small_stop_focuses_as_first_order_optics_says() {
+    for (name, _) in LENSES {
+        let mut lens = lens(name);
+        lens.stop_down(lens.rows[lens.stop()].diameter / 200.0);
+        for focus in [f64::INFINITY, 5e3, 2e3] {
+            let film = Focus::of(&lens).film(focus).expect("a distance that can be focused");
+            let paraxial = Paraxial::of(&lens).film_for_focus(focus).expect("the same");
+            assert!((film / paraxial - 1.0).abs() < 2e-6, "{name}: {film} and {paraxial} mm");
+        }
+    }
+}
+
+#[test]
+fn what_is_nearer_than_the_nearest_is_refused_and_the_nearest_is_not() {
+    for (name, _) in LENSES {
+        let lens = lens(name);
+        let focus = Focus::of(&lens);
+        for asked in [0.0, 1.0, lens.length()] {
+            let Err(FocusError::TooNear { nearest, .. }) = focus.film(asked) else {
+                panic!("{name} cannot focus at {asked} mm");
+            };
+            assert!(focus.film(nearest * 1.0001).is_ok(), "{name}: {nearest}");
+            assert!(focus.film(nearest * 0.9999).is_err(), "{name}: {nearest}");
+        }
+    }
+}
+
+/// A wall at 3 m that fills the view but for a hole on the left, through which the sky is seen.
+fn wall(changes: &Changes) -> Result<f64, String> {
+    let folder = folder();
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 60 "integer yresolution" 40 "float diagonal" 43.3
+           Camera "realistic" "string lensfile" "{}/lenses/dgauss.50mm.dat"
+               "float aperturediameter" 5 "float focusdistance" 1
+           WorldBegin LightSource "infinite" "rgb L" [1 1 1]
+           Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
+               "point3 P" [-0.5 -5 3  5 -5 3  5 5 3  -0.5 5 3]"#,
+        root().display()
+    );
+    let description = pbrt::read(&write(&folder, "wall.pbrt", text)).expect("a scene");
+    let (job, _, _) = prepare(description, changes).map_err(|error| error.to_string())?;
+    let Model::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    Ok(lens.film_distance)
+}
+
+#[test]
+fn auto_focus_finds_what_a_pixel_sees() {
+    let film = |focus: FocusOn| wall(&Changes { focus: Some(focus), ..Changes::default() });
+    let at = |metres: f64| film(FocusOn::Distance(metres)).expect("a distance");
+    // The right of the picture is the wall, whatever the angle: its depth counts.
+    for pixel in [None, Some([55, 5]), Some([55, 35])] {
+        let found = film(FocusOn::Pixel(pixel)).expect("something is there");
+        assert!((found - at(3.0)).abs() < 1e-4, "{pixel:?}: {found} mm, not {}", at(3.0));
+    }
+    let sky = film(FocusOn::Pixel(Some([2, 20]))).expect("the sky is there");
+    assert!((sky - at(f64::INFINITY)).abs() < 1e-9, "{sky} mm");
+    let beyond = film(FocusOn::Pixel(Some([60, 0]))).unwrap_err();
+    assert!(beyond.contains("60 x 40 pixels"), "{beyond}");
 }

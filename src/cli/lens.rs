@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::image::replace;
-use petzval::lens::{Paraxial, Prescription, draw, marginal_f_number, read};
+use petzval::lens::{Axis, Focus, Paraxial, Prescription, draw, marginal_f_number, read};
 
 use super::{Failure, LensArguments, Outcome};
 
@@ -28,7 +28,17 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "{name:<28}{value:>12.4}{unit}");
     };
     line("focal length", paraxial.focal_length, " mm");
+    if let Some(stated) = lens.stated_focal_length {
+        line("", stated, " mm  (as the file states)");
+    }
+    if !lens.is_round() {
+        let along_y = Paraxial::in_plane(&lens, Axis::Y).focal_length;
+        line("focal length along y", along_y, " mm  (all else is along x)");
+    }
     line("f-number", paraxial.f_number(), "     (focal length / entrance pupil)");
+    if let Some(stated) = lens.stated_f_number {
+        line("", stated, "     (as the file states)");
+    }
     line("f-number, marginal ray", marginal_f_number(&lens), "     (widest bundle that passes)");
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
     line("length", paraxial.length, " mm  (front to rear vertex)");
@@ -44,14 +54,19 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         if focus > 0.0 && focus.is_finite() {
             line("in focus", focus, " mm  (before front vertex)");
             line("", focus + paraxial.length + distance, " mm  (from the film)");
+            if let Some(focus) = Focus::of(&lens).object(distance) {
+                line("in focus, real rays", focus, " mm  (before front vertex)");
+                line("", focus + paraxial.length + distance, " mm  (from the film)");
+            }
         } else {
             line("in focus", f64::INFINITY, ": nothing real; the film is too near");
         }
     }
     if let Some(focus) = arguments.focus {
         line("focus", focus, " mm  (from the film)");
-        let distance = paraxial.film_for_focus(focus)?;
-        line("film distance", distance, " mm  (behind rear vertex)");
+        line("film distance", paraxial.film_for_focus(focus)?, " mm  (behind rear vertex)");
+        let distance = Focus::of(&lens).film(focus)?;
+        line("film distance, real rays", distance, " mm  (smallest spot on the axis)");
         film = arguments.film_distance.or(Some(distance));
     }
     if let Some(drawing) = &arguments.draw {

@@ -18,6 +18,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
+use petzval::job::FocusOn;
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -65,9 +66,10 @@ struct RenderArguments {
     /// distance or focus stays
     #[arg(long, value_name = "FILE")]
     lens: Option<PathBuf>,
-    /// What is in focus, metres from the film, or inf
-    #[arg(long, value_name = "M", value_parser = metres, allow_hyphen_values = true)]
-    focus: Option<f64>,
+    /// What is in focus: metres from the film, or inf, or auto for what the middle of the picture
+    /// sees, or auto@X,Y for what that pixel sees
+    #[arg(long, value_name = "M|inf|auto[@X,Y]", value_parser = focus, allow_hyphen_values = true)]
+    focus: Option<FocusOn>,
     /// f-number, by a traced marginal ray: closes the stop of the lens
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     fstop: Option<f64>,
@@ -183,8 +185,16 @@ fn above_zero(text: &str, expected: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("expected {expected}"))
 }
 
-fn metres(text: &str) -> Result<f64, String> {
-    above_zero(text, "a distance above 0, in m, or inf")
+fn focus(text: &str) -> Result<FocusOn, String> {
+    let expected = "a distance above 0, in m, or inf, auto, auto@X,Y";
+    match text.strip_prefix("auto") {
+        Some("") => Ok(FocusOn::Pixel(None)),
+        Some(pixel) => match pixel.strip_prefix('@').and_then(|pixel| list(pixel, ',')) {
+            Some(pixel) => Ok(FocusOn::Pixel(Some(pixel))),
+            None => Err(format!("expected {expected}")),
+        },
+        None => above_zero(text, expected).map(FocusOn::Distance),
+    }
 }
 
 fn f_number(text: &str) -> Result<f64, String> {

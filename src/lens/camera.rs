@@ -119,6 +119,35 @@ impl Camera {
         lens.bound.any_open(low, high)
     }
 
+    /// How far behind the camera's origin the film stands, camera units.
+    pub fn film_behind(&self) -> f64 {
+        match &self.model {
+            Model::Real(lens) => {
+                let front = (lens.film_distance + lens.paraxial.length) * lens.unit;
+                front - lens.front
+            }
+            Model::Thin(_) => 0.0,
+        }
+    }
+
+    /// The ray that a pixel's centre sends through the middle of its pupil, if it comes through.
+    pub fn principal(&self, pixel: [u32; 2], resolution: [u32; 2], rays: &mut RayBatch) {
+        let mut samples = SampleBatch { len: 1, ..SampleBatch::default() };
+        for axis in 0..2 {
+            let share = (f64::from(pixel[axis]) + 0.5) / f64::from(resolution[axis]) - 0.5;
+            // Mirrored in x and upside down in y, as the film stage has it.
+            let sign = if axis == 0 { -1.0 } else { 1.0 };
+            samples.film[axis][0] = (sign * share * self.film[axis]) as f32;
+        }
+        // Not of the rear element, and at no distance from the middle.
+        (samples.pupil[0][0], samples.pupil[1][0]) = (0.5, 0.0);
+        let mut stats = LensStats::default();
+        if let Model::Real(lens) = &self.model {
+            stats.blocked = vec![0; lens.prescription.rows.len()];
+        }
+        self.expose::<f32>(&samples, &mut LensColumns::default(), rays, &mut stats);
+    }
+
     /// From film samples to rays in world space, as many as leave the lens: a stage.
     ///
     pub fn expose<R: Real<Scalar = f32>>(

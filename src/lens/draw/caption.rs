@@ -1,6 +1,7 @@
 //! Where things stand on the sheet, and the words around them.
 
 use super::super::paraxial::{Paraxial, marginal_f_number};
+use super::super::prescription::Axis;
 use super::super::prescription::Prescription;
 use super::bundle::Bundle;
 use super::svg::{Point, Sheet, shortened, width};
@@ -170,6 +171,10 @@ fn words(lens: &Prescription, distance: Option<f64>) -> String {
     let bends = focal_length.abs() < AFOCAL;
     let mut words =
         if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
+    if !lens.is_round() {
+        let drawn = Paraxial::in_plane(lens, Axis::Y).focal_length;
+        words = format!("{words} along x, {} along y (drawn)", length(drawn));
+    }
     if bends && open < MOST_F_NUMBER {
         words += &format!(", f/{open:.1}");
     }

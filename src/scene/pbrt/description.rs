@@ -63,6 +63,8 @@ pub enum RealisticSpec {
         lens: PathBuf,
         /// Diameter of the stop, mm.
         aperture: f64,
+        /// The shape of the stop, if the scene names one.
+        iris: Option<IrisSpec>,
         /// What is in focus, metres from the film.
         focus: f64,
         /// How long the shutter is open, seconds.
@@ -81,6 +83,15 @@ pub enum RealisticSpec {
         /// Nearest and farthest depth that is seen, mm.
         depth: [f64; 2],
     },
+}
+
+/// The shape of a stop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IrisSpec {
+    /// A name of pbrt's, or of a picture.
+    pub name: String,
+    /// Where the picture would be.
+    pub path: PathBuf,
 }
 
 /// A pinhole or a thin lens.

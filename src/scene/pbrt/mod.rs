@@ -15,7 +15,7 @@ mod vocabulary;
 mod words;
 mod world;
 
-pub use description::{CameraSpec, Description, FilmSpec, RealisticSpec, ThinSpec};
+pub use description::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 pub use reader::read;
 
 use std::collections::HashSet;

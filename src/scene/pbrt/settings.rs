@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::appearance::Dialect;
-use super::description::{CameraSpec, FilmSpec, RealisticSpec, ThinSpec};
+use super::description::{CameraSpec, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
 use super::{Notices, SceneError};
@@ -134,6 +134,9 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
     Ok(CameraSpec::Realistic(RealisticSpec::V4 {
         lens: folder.join(file),
         aperture: params.positive("aperturediameter", 1.0)?,
+        iris: params
+            .text("aperture")?
+            .map(|name| IrisSpec { path: folder.join(name), name: name.to_owned() }),
         focus: params.positive("focusdistance", 10.0)?,
         exposure_time: exposure_time(params)?,
     }))

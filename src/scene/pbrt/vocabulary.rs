@@ -122,11 +122,9 @@ pub(super) const VOCABULARY: &[Entry] = &[
             "lensfile",
             "aperturediameter",
             "focusdistance",
+            "aperture",
         ],
-        &[
-            ("aperture", "the stop is round"),
-            ("simpleweighting", "exposure is always A cos^4 / Z^2"),
-        ],
+        &[("simpleweighting", "exposure is always A cos^4 / Z^2")],
     ),
     known(
         "Camera",
