@@ -153,10 +153,13 @@ fn stop_for(lens: &Prescription, asked: f64) -> Result<f64, JobError> {
     let f_number = |diameter: f64| {
         let mut closed = lens.clone();
         closed.stop_down(diameter);
-        lens::marginal_f_number(&closed)
+        lens::Focus::of(&closed).f_number().unwrap_or(f64::INFINITY)
     };
     let (mut narrow, mut wide) = (0.0, lens.rows[lens.stop()].diameter);
     let open = f_number(wide);
+    if open.is_infinite() {
+        return Err(JobError::Asked(format!("--fstop {asked}: {} forms no image", lens.name)));
+    }
     if asked >= open * (1.0 - 1e-3) {
         // Fifty halvings leave nothing of any stop.
         for _ in 0..50 {

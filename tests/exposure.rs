@@ -49,7 +49,8 @@ fn brightness_follows_the_f_number() {
 /// a point of the axis before the front vertex that fill the opening evenly.
 fn spot(lens: &Prescription, object: f64, film: f64) -> f64 {
     let surfaces = sequence::<f64>(lens, From::Scene(object));
-    let reach = lens.rows[0].diameter / 2.0;
+    // A little more than the opening, from near or far.
+    let reach = 0.6 * Paraxial::of(lens).entrance_pupil.diameter;
     let (mut sum, mut count) = (0.0, 0.0);
     for i in 0..200 {
         for j in 0..200 {

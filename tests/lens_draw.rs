@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 use std::process::Command;
 
-use petzval::lens::{Axis, Paraxial, Prescription, Row, draw};
+use petzval::lens::{Axis, Focus, Prescription, Row, draw};
 use roxmltree::{Document, Node};
 use support::{LENSES, folder, lens, oracle, root, row};
 
@@ -16,7 +16,7 @@ const RADIUS: f64 = 21.635;
 const ROUNDING: f64 = 0.011;
 
 fn drawn(lens: &Prescription) -> String {
-    draw(lens, Some(Paraxial::of(lens).back_focal_distance), RADIUS)
+    draw(lens, Some(Focus::of(lens).film(f64::INFINITY).unwrap()), RADIUS)
 }
 
 fn all() -> impl Iterator<Item = (&'static str, Prescription)> {
@@ -149,7 +149,7 @@ fn the_oracle_agrees_with_the_rays_and_with_their_rims() {
         let mm = label.next_back().expect("a length") / (bar[3][0] - bar[2][0]);
         let film = points(class(&document, "film").next().unwrap());
         let (film_x, axis) = (film[0][0], (film[0][1] + film[1][1]) / 2.0);
-        let distance = Paraxial::of(&lens).back_focal_distance;
+        let distance = Focus::of(&lens).film(f64::INFINITY).unwrap();
         let place = |[x, y]: [f64; 2]| [0.0, (axis - y) * mm, (film_x - x) * mm];
         let mut seen = 0;
         for field in class(&document, "field") {
@@ -231,7 +231,7 @@ fn rays_from_far_aside_stay_beside_the_lens() {
 #[test]
 fn size_changes_nothing_but_the_words() {
     let one = lens("dgauss.50mm");
-    let film = Paraxial::of(&one).back_focal_distance;
+    let film = Focus::of(&one).film(f64::INFINITY).unwrap();
     let numbers = |svg: &str| -> Vec<[f64; 2]> {
         let document = Document::parse(svg).unwrap();
         paths(class(&document, "glass").next().unwrap())
@@ -362,7 +362,7 @@ fn the_command_draws() {
     assert!(usual.contains("21.6 mm"), "{usual}");
     assert!(words(&["--film-diagonal", "20"]).contains("10.0 mm"));
     assert!(words(&["--focus", "500"]).contains("focused at 500.0 mm from the film"));
-    assert!(words(&["--film-distance", "36.77"]).contains("focused at 3.91 m from the film"));
+    assert!(words(&["--film-distance", "36.77"]).contains("focused at 4.01 m from the film"));
     assert!(words(&["--stop", "4"]).contains("f/8.7"));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary files");
 }

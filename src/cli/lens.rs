@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::image::replace;
-use petzval::lens::{Axis, Focus, Paraxial, Prescription, draw, marginal_f_number, read};
+use petzval::lens::{Axis, Focus, Paraxial, Prescription, draw, read};
 
 use super::{Failure, LensArguments, Outcome};
 
@@ -39,14 +39,16 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if let Some(stated) = lens.stated_f_number {
         line("", stated, "     (as the file states)");
     }
-    line("f-number, marginal ray", marginal_f_number(&lens), "     (widest bundle that passes)");
+    if let Some(f_number) = Focus::of(&lens).f_number() {
+        line("f-number, marginal ray", f_number, "     (what --fstop and brightness go by)");
+    }
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
     line("length", paraxial.length, " mm  (front to rear vertex)");
     line("entrance pupil position", paraxial.entrance_pupil.position, " mm  (behind front vertex)");
     line("entrance pupil diameter", paraxial.entrance_pupil.diameter, " mm");
     line("exit pupil position", paraxial.exit_pupil.position, " mm  (behind rear vertex)");
     line("exit pupil diameter", paraxial.exit_pupil.diameter, " mm");
-    let mut film = paraxial.film_for_focus(f64::INFINITY).ok();
+    let mut film = Focus::of(&lens).film(f64::INFINITY).ok();
     if let Some(distance) = arguments.film_distance {
         film = Some(distance);
         let focus = paraxial.focus_of_film(distance);

@@ -79,17 +79,9 @@ impl<'a> Focus<'a> {
             small /= 2.0;
             last = passes(small).then_some(small).or(last);
         }
-        let mut open = last?;
-        let mut shut = if open < height(1) { 2.0 * open.max(small) } else { open + height(1) };
-        for _ in 0..HALVINGS {
-            let middle = (open + shut) / 2.0;
-            if passes(middle) {
-                open = middle;
-            } else {
-                shut = middle;
-            }
-        }
-        Some(open)
+        let open = last?;
+        let shut = if open < height(1) { 2.0 * open.max(small) } else { open + height(1) };
+        Some(edge(open, shut, passes))
     }
 
     /// The distance of the film behind the rear vertex, mm, that makes what is `focus` mm (or
@@ -162,7 +154,8 @@ impl<'a> Focus<'a> {
     pub fn object(&self, film: f64) -> Option<f64> {
         let infinity = self.image(f64::INFINITY)?;
         if film <= infinity {
-            return (film >= infinity * (1.0 - 1e-9)).then_some(f64::INFINITY);
+            // A millionth is below what any mount holds.
+            return (film >= infinity * (1.0 - 1e-6)).then_some(f64::INFINITY);
         }
         // The image comes nearer as the object goes away.
         let (mut near, mut far) = (0.0, 1.0 / self.nearest().unwrap_or(self.start).min(self.start));
@@ -175,4 +168,38 @@ impl<'a> Focus<'a> {
         }
         Some(1.0 / near)
     }
+
+    /// The f-number by a traced marginal ray: 1 / (2 sin theta), theta the angle with the axis of
+    /// the outermost ray that leaves the lens from the middle of a film on which infinitely far
+    /// things are sharpest. A uniform sky of radiance L gives that point pi L / (4 N^2). It is focal
+    /// length over diameter of the bundle where the lens obeys the sine condition, and differs from
+    /// [`Paraxial::f_number`] by aberrations and by rims narrower than the stop. None where the
+    /// lens forms no image.
+    pub fn f_number(&self) -> Option<f64> {
+        let film = self.film(f64::INFINITY).ok()?;
+        let surfaces = sequence::<f64>(self.lens, From::Film(film));
+        let n = self.lens.rear().index;
+        let passes = |sine: f64| {
+            let t = [n * sine, 0.0, n * (1.0 - sine * sine).sqrt()];
+            trace_one::<f64>(LensRay::new([0.0; 3], t), &surfaces).is_ok()
+        };
+        // By the paraxial f-number, which may be off by far.
+        let expected = (0.5 / self.paraxial.f_number()).min(0.5);
+        let height = |i: u32| 2.0 * expected * f64::from(i) / f64::from(HEIGHTS);
+        let last = (1..=HEIGHTS).rev().find(|&i| passes(height(i)))?;
+        Some(0.5 / edge(height(last), (height(last + 1)).min(1.0), passes))
+    }
+}
+
+/// The last number, on the way from one that holds to one that does not, that holds.
+fn edge(mut holds: f64, mut fails: f64, test: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..HALVINGS {
+        let middle = (holds + fails) / 2.0;
+        if test(middle) {
+            holds = middle;
+        } else {
+            fails = middle;
+        }
+    }
+    holds
 }

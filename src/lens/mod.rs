@@ -36,7 +36,7 @@ pub use focus::Focus;
 pub use glass::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, catalogue, nearest_glass};
 pub use iris::{Iris, MASKS, Mask};
 pub use opening::Shape;
-pub use paraxial::{FocusError, Matrix, Paraxial, Pupil, marginal_f_number};
+pub use paraxial::{FocusError, Matrix, Paraxial, Pupil};
 pub use prescription::{Axis, Prescription, Row};
 pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE};
 pub use refract::LensRay;

@@ -5,9 +5,6 @@
 //! (Born & Wolf, "Principles of Optics", 4.4).
 
 use super::prescription::{Axis, Prescription};
-use super::refract::LensRay;
-use super::surface::{From, sequence};
-use super::trace::trace_one;
 
 /// A ray-transfer matrix: y' = a y + b nu, nu' = c y + d nu. Lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -187,26 +184,4 @@ impl Paraxial {
         let (one, other) = (near(1.0), near(-1.0));
         real(if film(one) < film(other) { one } else { other })
     }
-}
-
-/// The f-number by a traced marginal ray: focal length over the diameter of the widest
-/// axis-parallel bundle that comes through. It differs from [`Paraxial::f_number`] by the
-/// aberrations of the entrance pupil and by rims narrower than the stop.
-pub fn marginal_f_number(lens: &Prescription) -> f64 {
-    let surfaces = sequence::<f64>(lens, From::Scene(0.0));
-    let passes =
-        |h: f64| trace_one::<f64>(LensRay::new([h, 0.0, 0.0], [0.0, 0.0, 1.0]), &surfaces).is_ok();
-    let (mut open, mut shut) = (0.0, lens.rows[0].diameter / 2.0);
-    if passes(shut) {
-        open = shut;
-    }
-    while shut - open > 1e-9 * shut.abs() {
-        let middle = (open + shut) / 2.0;
-        if passes(middle) {
-            open = middle;
-        } else {
-            shut = middle;
-        }
-    }
-    Paraxial::of(lens).focal_length.abs() / (2.0 * open)
 }

@@ -1,6 +1,7 @@
 //! Where things stand on the sheet, and the words around them.
 
-use super::super::paraxial::{Paraxial, marginal_f_number};
+use super::super::focus::Focus;
+use super::super::paraxial::Paraxial;
 use super::super::prescription::Axis;
 use super::super::prescription::Prescription;
 use super::bundle::Bundle;
@@ -167,7 +168,8 @@ impl Figure {
 /// Focal length, f-number and focus.
 fn words(lens: &Prescription, distance: Option<f64>) -> String {
     let paraxial = Paraxial::of(lens);
-    let (focal_length, open) = (paraxial.focal_length, marginal_f_number(lens));
+    let focal_length = paraxial.focal_length;
+    let open = Focus::of(lens).f_number().unwrap_or(f64::INFINITY);
     let bends = focal_length.abs() < AFOCAL;
     let mut words =
         if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
@@ -185,13 +187,13 @@ fn words(lens: &Prescription, distance: Option<f64>) -> String {
         };
         return words;
     };
-    let focus = paraxial.focus_of_film(distance);
-    // A millionth of the focal length is below what any mount holds.
-    if (distance - paraxial.back_focal_distance).abs() <= 1e-6 * focal_length.abs() {
-        words += ", focused at infinity";
-    } else if focus.is_finite() && focus > 0.0 {
-        words +=
-            &format!(", focused at {} from the film", length(focus + lens.length() + distance));
+    match Focus::of(lens).object(distance) {
+        Some(focus) if focus.is_infinite() => words += ", focused at infinity",
+        Some(focus) => {
+            words +=
+                &format!(", focused at {} from the film", length(focus + lens.length() + distance));
+        }
+        None => {}
     }
     words
 }
