@@ -18,6 +18,9 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         lens.stop_down(stop);
     }
     let paraxial = Paraxial::of(&lens);
+    if arguments.vignetting {
+        return print(&super::vignetting::table(&lens, &paraxial, arguments)?);
+    }
     let mut text = format!("{}\n{lens}\n", lens.name);
     let mut line = |name: &str, value: f64, unit: &str| {
         let _ = writeln!(text, "{name:<28}{value:>12.4}{unit}");
@@ -46,6 +49,10 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         let distance = paraxial.film_for_focus(focus)?;
         line("film distance", distance, " mm  (behind rear vertex)");
     }
+    print(&text)
+}
+
+fn print(text: &str) -> Result<Outcome, Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
         // Whoever reads has seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),

@@ -12,6 +12,7 @@ mod lens;
 mod progress;
 mod render;
 mod trace;
+mod vignetting;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -78,6 +79,10 @@ struct RenderArguments {
     /// Write 16-bit floats (EXR)
     #[arg(long)]
     half: bool,
+    /// Layers to add to the picture (EXR). vignetting: which surface of the lens takes which share
+    /// of each pixel's light
+    #[arg(long, value_enum, value_name = "LAYER", value_delimiter = ',')]
+    aov: Vec<AovArgument>,
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: Exposure,
@@ -101,6 +106,14 @@ struct LensArguments {
     /// Close the stop to this diameter, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
+    /// Print which surface takes which share of the light, from the middle of the film to its
+    /// corner, and the relative illumination; focused at infinity if nothing else is said
+    #[arg(long)]
+    vignetting: bool,
+    /// Diagonal of the film for --vignetting, mm [default: 43.27]
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true,
+          requires = "vignetting")]
+    film_diagonal: Option<f64>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -145,6 +158,11 @@ enum PupilArgument {
     #[default]
     Exit,
     Rear,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum AovArgument {
+    Vignetting,
 }
 
 fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
