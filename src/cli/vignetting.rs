@@ -14,8 +14,8 @@ const ZONES: u32 = 10;
 const RAYS: u32 = 1 << 18;
 /// A surface that takes less than this everywhere has no column.
 const LEAST: f64 = 5e-4;
-/// How many surfaces have a column, so that the table is 100 characters wide.
-const COLUMNS: usize = 8;
+/// How many surfaces have a column, so that the table fits a terminal of 80.
+const COLUMNS: usize = 7;
 
 /// A line of the table.
 struct Zone {
@@ -62,15 +62,20 @@ pub(super) fn table(
 /// What the numbers mean.
 fn heading(lens: &Prescription, distance: f64, diagonal: f64) -> String {
     let (stop, last) = (lens.stop() + 1, lens.rows.len());
-    let along = if lens.is_round() { "" } else { "; the lens is not round: along x" };
+    let along = match lens.is_round() {
+        true => "",
+        false => "The lens is not round: this is along its x axis.\n",
+    };
     format!(
         "{}\n\
-         vignetting on a film of {diagonal} mm diagonal, {distance:.4} mm behind the rear vertex{along}\n\n\
-         A row is a zone of the film. All light that would pass the stop (surface {stop}) if every\n\
-         other rim were open is 100 %: \"pass\" leaves the lens, the rest is lost at the first rim\n\
-         that a ray from the film misses on its way from surface {last} to 1.\n\
-         \"light\" is the illumination relative to the middle of the film; \"cos^4\" is what the field\n\
-         angle, that of the ray through the middle of the stop, would leave of it by itself.\n\n",
+         vignetting on a film of {diagonal} mm diagonal, {distance:.4} mm behind the rear vertex\n\
+         {along}\n\
+         All light that would pass the stop, surface {stop}, if all other rims were open is\n\
+         100 %. \"pass\" is what leaves the lens. The rest ends at the rims of the surfaces\n\
+         under their numbers, a ray counting at the first that it misses on its way from\n\
+         the film, from surface {last} to 1. \"light\" is the illumination, of that of the\n\
+         middle of the film; \"cos^4\" is what the field angle alone would leave of it. The\n\
+         field angle is that of the ray through the middle of the stop.\n\n",
         lens.name
     )
 }
@@ -91,38 +96,34 @@ fn body(lens: &Prescription, zones: &[Zone], end: Option<f64>, text: &mut String
         let [height, rest @ ..] = cells else { return };
         let _ = write!(text, "{height:>7}");
         rest.iter().for_each(|cell| {
-            let _ = write!(text, "{cell:>8}");
+            let _ = write!(text, "{cell:>6}");
         });
         text.push('\n');
     };
-    let words = |words: [&str; 5]| words.map(str::to_owned).to_vec();
-    let mut names = words(["height", "field", "light", "cos^4", "pass"]);
-    let mut units = words(["mm", "deg", "%", "%", "%"]);
-    names.extend(shown.iter().map(|row| format!("surf{}", row + 1)));
-    units.extend(shown.iter().map(|_| "%".to_owned()));
-    if !others.is_empty() {
-        names.push("others".to_owned());
-        units.push("%".to_owned());
-    }
+    let mut names = ["height", "field", "light", "cos^4", "pass"].map(str::to_owned).to_vec();
+    names.extend(shown.iter().map(|row| format!("{}", row + 1)));
+    names.extend((!others.is_empty()).then(|| "other".to_owned()));
+    let mut units = vec!["%".to_owned(); names.len()];
+    ["mm", "deg"].iter().zip(&mut units).for_each(|(unit, cell)| (*unit).clone_into(cell));
     line(&names);
     line(&units);
 
     let irradiance = |zone: &Zone| zone.ledger.as_ref().map_or(0.0, |ledger| ledger.irradiance);
     let centre = irradiance(&zones[0]);
-    let percent = |share: f64| format!("{:.2}", 100.0 * share);
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
     let mut end = end;
     for zone in zones {
         if let Some(radius) = end.take_if(|radius| *radius < zone.height) {
-            line(&[format!("{radius:.2}"), "-- the light ends here --".to_owned()]);
+            line(&[format!("{radius:.2}"), "  the light ends here".to_owned()]);
         }
         let mut cells = vec![format!("{:.2}", zone.height)];
-        cells.push(zone.angle.map_or_else(none, |angle| format!("{angle:.2}")));
+        cells.push(zone.angle.map_or_else(none, |angle| format!("{angle:.1}")));
         cells.push(if centre > 0.0 { percent(irradiance(zone) / centre) } else { none() });
         let seen = zone.angle.filter(|angle| *angle < 90.0);
         cells.push(seen.map_or_else(none, |angle| percent(angle.to_radians().cos().powi(4))));
         match &zone.ledger {
             // The stop is not to be seen from here, whatever the rims.
-            None => cells.extend((0..names.len() - 3).map(|_| none())),
+            None => cells.resize_with(names.len(), none),
             Some(ledger) => {
                 cells.push(percent(ledger.pass));
                 cells.extend(shown.iter().map(|&row| percent(lost(zone, row))));
@@ -131,7 +132,6 @@ fn body(lens: &Prescription, zones: &[Zone], end: Option<f64>, text: &mut String
                 }
             }
         }
-        cells.truncate(names.len());
         line(&cells);
     }
 }
