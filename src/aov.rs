@@ -12,9 +12,9 @@ use crate::lens::{Ledger, Of, RealLens, Vignetting};
 /// Radii of the film of a round lens that have a ledger each.
 const RADII: usize = 512;
 /// Cells along each side of the film behind any other lens; their corners have a ledger each.
-const CELLS: [usize; 2] = [48, 32];
-/// Rays for each of them.
-const RAYS: u32 = 1 << 14;
+const CELLS: [usize; 2] = [96, 64];
+/// Rays for each radius, and for each corner, of which there are more.
+const RAYS: [u32; 2] = [1 << 14, 1 << 12];
 
 /// Where the light of every pixel goes: of what would pass the stop if no other rim were in its
 /// way, `pass` is the share that leaves the lens and `surfaceNN` what row NN, from 01 at the
@@ -23,9 +23,11 @@ const RAYS: u32 = 1 << 14;
 ///
 /// `film` is the width and height of the whole film, mm.
 pub fn vignetting(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Layer {
-    let ledgers = Vignetting::new(&lens.prescription, lens.film_distance, RAYS);
+    let round = lens.prescription.is_round();
+    let rays = RAYS[usize::from(!round)];
+    let ledgers = Vignetting::new(&lens.prescription, lens.film_distance, rays);
     let shares = |point: [f64; 2]| shares(ledgers.ledger(point, Of::Stop), lens);
-    let field = match lens.prescription.is_round() {
+    let field = match round {
         true => {
             let step = film[0].hypot(film[1]) / 2.0 / (RADII - 1) as f64;
             let nodes = (0..RADII).into_par_iter().map(|i| shares([step * i as f64, 0.0]));

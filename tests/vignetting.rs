@@ -153,6 +153,29 @@ fn a_narrowed_front_rim_is_the_culprit() {
 }
 
 #[test]
+fn total_reflection_is_told_from_rims() {
+    // A stop, and before it half a ball: rays further from the axis than 2/3 of its radius are
+    // reflected inside, and its rim lies beyond them all.
+    let rows = vec![
+        support::row(6.0, 6.0, 1.5, 11.9),
+        support::row(f64::INFINITY, 0.1, 1.0, 11.9),
+        support::row(0.0, 0.0, 1.0, 10.0),
+    ];
+    let mut ball = Prescription { name: "half a ball".to_owned(), rows, ..Default::default() };
+    let ledger = |lens: &Prescription| {
+        Vignetting::new(lens, 5000.0, RAYS).ledger([0.0, 0.0], Of::Stop).unwrap()
+    };
+    let reflected = ledger(&ball);
+    assert_eq!(reflected.rows[0].rim, 0.0, "{reflected:?}");
+    assert!((reflected.rows[0].bent - (1.0 - 16.0 / 25.0)).abs() < 0.005, "{reflected:?}");
+    // A narrower rim takes what came through; the rest would be reflected anyway.
+    ball.rows[0].diameter = 6.0;
+    let rim = ledger(&ball);
+    assert!((rim.rows[0].rim - (16.0 - 9.0) / 25.0).abs() < 0.005, "{rim:?}");
+    assert!((rim.pass - 9.0 / 25.0).abs() < 0.005, "{rim:?}");
+}
+
+#[test]
 fn a_shaped_stop_takes_light_but_is_no_vignetting() {
     let (name, film) = LENSES[2];
     let mut lens = lens(name);

@@ -81,6 +81,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let window = Window { origin: job.frame.low, frame: job.frame.resolution };
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
     let layers = layers(&job, arguments)?;
+    let layered = start.elapsed();
     picture.write_with_layers(&layers, &output, window, encoding, &notes)?;
 
     print_table(&job, &exposed.stats);
@@ -93,8 +94,12 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
         say!("petzval: warning: {}", why_black(&job, &exposed.stats));
     }
+    let layers_took = match layers.is_empty() {
+        true => String::new(),
+        false => format!(", layers {:.2}", (layered - rendered).as_secs_f64()),
+    };
     say!(
-        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}, write {:.2})",
+        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}{layers_took}, write {:.2})",
         output.display(),
         picture.size[0],
         picture.size[1],
@@ -102,7 +107,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         start.elapsed().as_secs_f64(),
         read.as_secs_f64(),
         (rendered - read).as_secs_f64(),
-        (start.elapsed() - rendered).as_secs_f64(),
+        (start.elapsed() - layered).as_secs_f64(),
     );
     Ok(Outcome::Done)
 }
