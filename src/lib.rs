@@ -56,6 +56,7 @@
 //! right and y up (left-handed, as in pbrt). World space is the scene file's. Public items say
 //! which they mean.
 
+pub mod aov;
 pub mod film;
 pub mod image;
 pub mod job;

@@ -74,6 +74,14 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if let Some(drawing) = &arguments.draw {
         write(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
     }
+    if arguments.vignetting {
+        let film = film.ok_or("--vignetting: the lens forms no real image of distant things")?;
+        text = super::vignetting::table(&lens, film, arguments.film_diagonal)?;
+    }
+    print(&text)
+}
+
+fn print(text: &str) -> Result<Outcome, Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
         // Whoever reads has seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),

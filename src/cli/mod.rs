@@ -12,6 +12,7 @@ mod lens;
 mod progress;
 mod render;
 mod trace;
+mod vignetting;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -80,6 +81,10 @@ struct RenderArguments {
     /// Write 16-bit floats (EXR)
     #[arg(long)]
     half: bool,
+    /// Layers to add to the picture (EXR). vignetting: which surface of the lens takes which share
+    /// of each pixel's light
+    #[arg(long, value_enum, value_name = "LAYER", value_delimiter = ',')]
+    aov: Vec<AovArgument>,
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: Exposure,
@@ -105,16 +110,20 @@ struct LensArguments {
     stop: Option<f64>,
     /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
     /// --focus, or at infinity
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", group = "pictured")]
     draw: Option<PathBuf>,
-    /// Diagonal of the film in the drawing, mm
+    /// Print which surface takes which share of the light, from the middle of the film to its
+    /// corner, and the relative illumination; focused at infinity if nothing else is said
+    #[arg(long, group = "pictured")]
+    vignetting: bool,
+    /// Diagonal of the film for --draw and --vignetting, mm
     #[arg(
         long,
         value_name = "MM",
         value_parser = length,
         allow_hyphen_values = true,
         default_value = "43.27",
-        requires = "draw"
+        requires = "pictured"
     )]
     film_diagonal: f64,
 }
@@ -161,6 +170,11 @@ enum PupilArgument {
     #[default]
     Exit,
     Rear,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum AovArgument {
+    Vignetting,
 }
 
 fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use petzval::image::{Encoding, Format, Note, Window};
+use petzval::aov;
+use petzval::image::{Encoding, Format, ImageError, Layer, Note, Window};
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Aim, Model};
 use petzval::render::{Backend, Job, Progress, RenderError, render};
@@ -13,7 +14,7 @@ use petzval::scene::pbrt;
 use petzval::stats::{Stage, Stats};
 
 use super::progress::Bar;
-use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
+use super::{AovArgument, BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
@@ -23,7 +24,9 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         PathBuf::from(arguments.scene.file_stem().unwrap_or_default()).with_extension("exr")
     });
     // A long render must not end at a name that nothing can be written to.
-    Format::of(&output)?;
+    if Format::of(&output)? != Format::Exr && !arguments.aov.is_empty() {
+        return Err(ImageError::NoLayers { path: output }.into());
+    }
     check_folder(&output)?;
     let changes = Changes {
         lens: arguments.lens.clone(),
@@ -39,6 +42,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         },
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
+    check_layers(&job, arguments)?;
     for warning in &warnings {
         say!("petzval: warning: {warning}");
     }
@@ -76,7 +80,9 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let picture = exposed.film.picture(job.samples.end - job.samples.start);
     let window = Window { origin: job.frame.low, frame: job.frame.resolution };
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
-    picture.write(&output, window, encoding, &notes)?;
+    let layers = layers(&job, arguments)?;
+    let layered = start.elapsed();
+    picture.write_with_layers(&layers, &output, window, encoding, &notes)?;
 
     print_table(&job, &exposed.stats);
     if exposed.film.dropped > 0 {
@@ -88,8 +94,12 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
         say!("petzval: warning: {}", why_black(&job, &exposed.stats));
     }
+    let layers_took = match layers.is_empty() {
+        true => String::new(),
+        false => format!(", layers {:.2}", (layered - rendered).as_secs_f64()),
+    };
     say!(
-        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}, write {:.2})",
+        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}{layers_took}, write {:.2})",
         output.display(),
         picture.size[0],
         picture.size[1],
@@ -97,7 +107,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         start.elapsed().as_secs_f64(),
         read.as_secs_f64(),
         (rendered - read).as_secs_f64(),
-        (start.elapsed() - rendered).as_secs_f64(),
+        (start.elapsed() - layered).as_secs_f64(),
     );
     Ok(Outcome::Done)
 }
@@ -126,6 +136,25 @@ fn check_folder(output: &Path) -> Result<(), Failure> {
                 .into())
         }
     }
+}
+
+/// Nobody should wait for a render whose layers cannot be had.
+fn check_layers(job: &Job, arguments: &RenderArguments) -> Result<(), Failure> {
+    match (&job.camera.model, arguments.aov.contains(&AovArgument::Vignetting)) {
+        (Model::Thin(_), true) => Err("--aov vignetting: this camera has no lens file".into()),
+        _ => Ok(()),
+    }
+}
+
+/// The layers that are asked for.
+fn layers(job: &Job, arguments: &RenderArguments) -> Result<Vec<Layer>, Failure> {
+    let Model::Real(lens) = &job.camera.model else { return Ok(Vec::new()) };
+    if !arguments.aov.contains(&AovArgument::Vignetting) {
+        return Ok(Vec::new());
+    }
+    let threads = arguments.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    Ok(vec![pool.install(|| aov::vignetting(lens, job.camera.film, &job.frame))])
 }
 
 /// Time and rays by stage, and which surface of the lens let how many rays through.

@@ -61,15 +61,17 @@ pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
         })
 }
 
+/// Writes one part: R, G and B, and the channels of layers as `layer.channel`, which is how
+/// compositors find layers. Layers hold 32-bit floats whatever the picture does: they may count.
 pub(super) fn write(
     picture: &Picture,
+    layers: &[super::Layer],
     window: Window,
     half: bool,
     notes: &Notes,
     file: &mut File,
 ) -> io::Result<()> {
     let [width, height] = picture.size;
-    let pixel = |at: Vec2<usize>| picture.pixels[at.y() * width + at.x()];
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
@@ -87,21 +89,28 @@ pub(super) fn write(
         Error::Io(error) => error,
         other => io::Error::other(other.to_string()),
     };
-    if half {
-        let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
-            let [r, g, b] = pixel(at).map(|v| f16::from_f32(v.min(HALF_MAX)));
-            (r, g, b)
-        });
-        let layer = Layer::new((width, height), layer, encoding, channels);
-        Image::new(image, layer).write().to_buffered(out).map_err(failed)
-    } else {
-        let channels = SpecificChannels::rgb(|at: Vec2<usize>| {
-            let [r, g, b] = pixel(at);
-            (r, g, b)
-        });
-        let layer = Layer::new((width, height), layer, encoding, channels);
-        Image::new(image, layer).write().to_buffered(out).map_err(failed)
+    let colour = |name: &str, i: usize| {
+        let values = picture.pixels.iter().map(|pixel| pixel[i]);
+        let samples = match half {
+            true => FlatSamples::F16(values.map(|v| f16::from_f32(v.min(HALF_MAX))).collect()),
+            false => FlatSamples::F32(values.collect()),
+        };
+        AnyChannel::new(name, samples)
+    };
+    let mut list: SmallVec<[_; 4]> =
+        ["R", "G", "B"].into_iter().zip(0..).map(|(name, i)| colour(name, i)).collect();
+    for extra in layers {
+        for (name, values) in &extra.channels {
+            if values.len() != width * height {
+                let found = format!("{}.{name} has {} values", extra.name, values.len());
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
+            }
+            let name = ascii(&format!("{}.{name}", extra.name));
+            list.push(AnyChannel::new(name, FlatSamples::F32(values.clone())));
+        }
     }
+    let layer = Layer::new((width, height), layer, encoding, AnyChannels::sort(list));
+    Image::new(image, layer).write().to_buffered(out).map_err(failed)
 }
 
 /// Notes as attributes: those that OpenEXR has a name for under that name and type, the

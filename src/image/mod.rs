@@ -21,6 +21,15 @@ pub struct Picture {
     pub pixels: Vec<[f32; 3]>,
 }
 
+/// What is known of every pixel beside its colour: distances, shares, numbers of things.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layer {
+    /// What it is about; its channels are called `name.channel`.
+    pub name: String,
+    /// Names, and a value for each pixel of the picture, row after row from the top.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
 /// One thing to know about a picture, written into its file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Note {
@@ -82,6 +91,12 @@ pub enum ImageError {
         path: PathBuf,
         /// What is wrong.
         found: String,
+    },
+    /// The format holds no layers.
+    #[error("{}: only EXR holds layers; name a picture.exr", path.display())]
+    NoLayers {
+        /// The file.
+        path: PathBuf,
     },
     /// The extension says no known format.
     #[error(
@@ -153,10 +168,29 @@ impl Picture {
         encoding: Encoding,
         notes: &Notes,
     ) -> Result<(), ImageError> {
+        self.write_with_layers(&[], path, window, encoding, notes)
+    }
+
+    /// Writes the picture with layers beside its colours, into an EXR.
+    ///
+    /// # Errors
+    /// As [`Picture::write`], and where there are layers that the format cannot hold or that are
+    /// of another size.
+    pub fn write_with_layers(
+        &self,
+        layers: &[Layer],
+        path: &Path,
+        window: Window,
+        encoding: Encoding,
+        notes: &Notes,
+    ) -> Result<(), ImageError> {
         let format = Format::of(path)?;
+        if !layers.is_empty() && format != Format::Exr {
+            return Err(ImageError::NoLayers { path: path.to_owned() });
+        }
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
         replace(path, |file| match format {
-            Format::Exr => exr::write(self, window, encoding.half, notes, file),
+            Format::Exr => exr::write(self, layers, window, encoding.half, notes, file),
             Format::Png => display::write_png(self, encoding.exposure, notes, file),
             Format::Jpeg => display::write_jpeg(self, encoding.exposure, file),
         })

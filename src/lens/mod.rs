@@ -24,6 +24,7 @@ mod refract;
 mod surface;
 mod toml;
 mod trace;
+mod vignetting;
 
 pub use asphere::Asphere;
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
@@ -43,3 +44,4 @@ pub use refract::LensRay;
 pub use surface::{From, Kind, Surface, sequence};
 pub use toml::parse as parse_toml;
 pub use trace::{Blocked, Why, settle, trace, trace_one};
+pub use vignetting::{Ledger, Loss, Of, Vignetting};

@@ -1,0 +1,98 @@
+//! Waves of rays from a film point, and where in the lens they end.
+
+use crate::lanes::f32x8;
+use crate::lens::surface::Surface;
+use crate::lens::trace::trace;
+use crate::rays::{LensBatch, WAVE};
+
+/// Where a ray starts: on a film at `distance` mm behind the rear vertex, in a medium.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    pub film: [f64; 2],
+    pub distance: f64,
+    pub index: f64,
+}
+
+/// What became of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fate {
+    /// The row where it ended, or [`Fate::ALIVE`].
+    pub row: u16,
+    /// What shaped openings have let through of it.
+    pub left: f32,
+}
+
+impl Fate {
+    /// No row: the ray came through all surfaces.
+    pub const ALIVE: u16 = u16::MAX;
+
+    pub fn alive(self) -> bool {
+        self.row == Self::ALIVE
+    }
+}
+
+/// The columns of a wave.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Fates {
+    batch: Box<LensBatch<f32>>,
+    fates: Vec<Fate>,
+}
+
+impl Fates {
+    /// Sends rays, [`WAVE`] at most, to points of the plane of the rear vertex and through
+    /// surfaces.
+    pub fn of(
+        &mut self,
+        start: Start,
+        count: usize,
+        at: impl Fn(usize) -> [f64; 2],
+        surfaces: &[Surface<f32>],
+    ) -> &[Fate] {
+        let Self { batch, fates } = self;
+        let count = count.min(WAVE);
+        let [x, y] = start.film;
+        for i in 0..count {
+            let [u, v] = at(i);
+            let t = start.towards([u, v]);
+            (batch.x[i], batch.y[i], batch.z[i]) = (x as f32, y as f32, 0.0);
+            [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(|t| t as f32);
+            batch.weight[i] = 1.0;
+        }
+        batch.resize::<f32x8>(count);
+        fates.clear();
+        fates.resize(count, Fate { row: Fate::ALIVE, left: 1.0 });
+        let rows = surfaces.iter().map(|surface| surface.row + 1).max().unwrap_or(0);
+        let mut uncounted = vec![0; rows];
+        for surface in surfaces {
+            trace::<f32x8>(batch, std::slice::from_ref(surface), &mut uncounted);
+            for (i, fate) in fates.iter_mut().enumerate() {
+                if fate.alive() && batch.x[i].is_nan() {
+                    fate.row = surface.row as u16;
+                }
+            }
+        }
+        for (i, fate) in fates.iter_mut().enumerate() {
+            fate.left = batch.weight[i];
+        }
+        fates
+    }
+}
+
+impl Start {
+    /// The direction to a point of the plane of the rear vertex, of the length of the index.
+    pub fn towards(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+        let [x, y] = self.film;
+        let scale = self.index / self.squared([u, v]).sqrt();
+        [(u - x) * scale, (v - y) * scale, self.distance * scale]
+    }
+
+    /// What a ray to a point of the plane of the rear vertex counts, mm^-2: cos^4 / Z^2.
+    pub fn light(&self, point: [f64; 2]) -> f64 {
+        (self.distance / self.squared(point)).powi(2)
+    }
+
+    fn squared(&self, [u, v]: [f64; 2]) -> f64 {
+        let [x, y] = self.film;
+        (u - x).powi(2) + (v - y).powi(2) + self.distance * self.distance
+    }
+}

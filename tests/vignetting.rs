@@ -1,0 +1,335 @@
+//! The ledger of vignetting against brute force, in the library, the table and the picture.
+
+mod support;
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use petzval::lens::{Ledger, Of, Prescription, Vignetting, read};
+use support::{LENSES, folder, lens, oracle, root};
+
+/// Rays of a ledger whose shares are wanted to about 0.1 %.
+const RAYS: u32 = 1 << 16;
+
+fn shares(ledger: &Ledger) -> f64 {
+    ledger.pass + ledger.rows.iter().map(|row| row.share()).sum::<f64>()
+}
+
+/// Every lens of the repository, with a film distance and half a film diagonal, mm.
+fn all() -> Vec<(Prescription, f64, f64)> {
+    let mut all: Vec<_> = LENSES.iter().map(|(name, film)| (lens(name), *film, 21.635)).collect();
+    for (name, film, half) in
+        [("triplet", 42.436, 21.635), ("anamorphic", 42.436, 21.635), ("phone", 0.568, 3.5)]
+    {
+        let file = root().join("lenses").join(format!("{name}.toml"));
+        all.push((read(&file).unwrap(), film, half));
+    }
+    all
+}
+
+/// What the oracle makes of the light of a film point: the irradiance, the share that passes of
+/// what enters the rear element, and the share that ends at each row. Over a grid in the plane of
+/// the rear vertex.
+fn brute(lens: &Prescription, film: f64, r: f64) -> (f64, f64, Vec<f64>) {
+    let (grid, reach) = (1600, lens.rear().diameter);
+    let cell = 2.0 * reach / f64::from(grid);
+    let (mut passed, mut lost) = (0.0, vec![0.0; lens.rows.len()]);
+    for j in 0..grid / 2 {
+        let v = (f64::from(j) + 0.5) * cell;
+        for i in 0..grid {
+            let u = -reach + (f64::from(i) + 0.5) * cell;
+            let d = [u - r, v, film];
+            let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            let light = 2.0 * film * film / (d2 * d2);
+            match oracle::trace(lens, film, [r, 0.0, 0.0], d) {
+                Ok(_) => passed += light,
+                Err(row) => lost[row] += light,
+            }
+        }
+    }
+    // What does not hit the rear element inside its rim never enters.
+    lost.pop();
+    let all = passed + lost.iter().sum::<f64>();
+    (passed * cell * cell, passed / all, lost.into_iter().map(|row| row / all).collect())
+}
+
+#[test]
+fn shares_add_up_to_one_in_every_zone() {
+    for (lens, film, half) in all() {
+        let vignetting = Vignetting::new(&lens, film, 1 << 13);
+        for zone in 0..=10 {
+            let height = half * f64::from(zone) / 10.0;
+            for of in [Of::Stop, Of::Rear] {
+                for point in [[height, 0.0], [height * 0.6, height * -0.8]] {
+                    let Some(ledger) = vignetting.ledger(point, of) else { continue };
+                    let sum = shares(&ledger);
+                    assert!((sum - 1.0).abs() < 1e-6, "{} at {point:?}: {sum}", lens.name);
+                    let stop = ledger.rows[lens.stop()].share();
+                    assert!(of == Of::Rear || stop == 0.0, "{}: {stop} at the stop", lens.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn light_and_losses_agree_with_brute_force() {
+    for (name, film) in [LENSES[0], LENSES[3]] {
+        let lens = lens(name);
+        let vignetting = Vignetting::new(&lens, film, RAYS);
+        let irradiance = |r: f64, of| vignetting.ledger([r, 0.0], of).unwrap().irradiance;
+        let centre = brute(&lens, film, 0.0).0;
+        for r in [6.0, 13.0, 20.0] {
+            let (truth, passes, lost) = brute(&lens, film, r);
+            for of in [Of::Stop, Of::Rear] {
+                let relative = irradiance(r, of) / irradiance(0.0, of);
+                println!("{name} at {r}, {of:?}: {relative:.5} against {:.5}", truth / centre);
+                // Of the illumination of the middle.
+                assert!((relative - truth / centre).abs() < 0.002, "{name} at {r}");
+                assert!((relative / (truth / centre) - 1.0).abs() < 0.005, "{name} at {r}");
+            }
+            let ledger = vignetting.ledger([r, 0.0], Of::Rear).unwrap();
+            assert!((ledger.pass - passes).abs() < 0.002, "{name} at {r}");
+            for (row, truth) in lost.iter().enumerate() {
+                let ours = ledger.rows[row].share();
+                assert!((ours - truth).abs() < 0.002, "{name} at {r}, row {row}: {ours}, {truth}");
+            }
+        }
+    }
+}
+
+#[test]
+fn mechanical_losses_agree_with_brute_force() {
+    let (name, film) = LENSES[0];
+    let lens = lens(name);
+    let stop = lens.stop();
+    // The oracle's own twin: the rows up to the stop, rims open.
+    let mut open = lens.clone();
+    open.rows.drain(..stop);
+    for row in &mut open.rows[1..] {
+        row.diameter = (2.0 * row.radius.abs()).min(80.0);
+    }
+    for r in [0.0, 10.0, 20.0] {
+        let (grid, reach) = (1600, 30.0);
+        let (mut all, mut passed, mut lost) = (0.0, 0.0, vec![0.0; lens.rows.len()]);
+        for j in 0..grid / 2 {
+            for i in 0..grid {
+                let place = |i: i32| reach * (2.0 * (f64::from(i) + 0.5) / f64::from(grid) - 1.0);
+                let d = [place(i) - r, place(j), film];
+                if oracle::trace(&open, film, [r, 0.0, 0.0], d).is_err() {
+                    continue;
+                }
+                let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                let light = 1.0 / (d2 * d2);
+                all += light;
+                match oracle::trace(&lens, film, [r, 0.0, 0.0], d) {
+                    Ok(_) => passed += light,
+                    Err(row) => lost[row] += light,
+                }
+            }
+        }
+        let ledger = Vignetting::new(&lens, film, RAYS).ledger([r, 0.0], Of::Stop).unwrap();
+        println!("{name} at {r}: passes {} against {}", ledger.pass, passed / all);
+        assert!((ledger.pass - passed / all).abs() < 0.002, "{name} at {r}");
+        for (row, lost) in lost.iter().enumerate() {
+            let (ours, truth) = (ledger.rows[row].share(), lost / all);
+            assert!((ours - truth).abs() < 0.002, "{name} at {r}, row {row}: {ours}, {truth}");
+        }
+    }
+}
+
+#[test]
+fn a_narrowed_front_rim_is_the_culprit() {
+    let (name, film) = LENSES[2];
+    let mut narrow = lens(name);
+    let ledger =
+        |lens: &Prescription| Vignetting::new(lens, film, RAYS).ledger([5.0, 0.0], Of::Stop);
+    assert_eq!(ledger(&narrow).unwrap().pass, 1.0);
+    narrow.rows[0].diameter = 33.0;
+    let ledger = ledger(&narrow).unwrap();
+    // The entrance pupil is 46 mm wide.
+    assert!(ledger.rows[0].rim > 0.4, "{ledger:?}");
+    assert!((ledger.pass + ledger.rows[0].rim - 1.0).abs() < 1e-9, "{ledger:?}");
+}
+
+#[test]
+fn total_reflection_is_told_from_rims() {
+    // A stop, and before it half a ball: rays further from the axis than 2/3 of its radius are
+    // reflected inside, and its rim lies beyond them all.
+    let rows = vec![
+        support::row(6.0, 6.0, 1.5, 11.9),
+        support::row(f64::INFINITY, 0.1, 1.0, 11.9),
+        support::row(0.0, 0.0, 1.0, 10.0),
+    ];
+    let mut ball = Prescription { name: "half a ball".to_owned(), rows, ..Default::default() };
+    let ledger = |lens: &Prescription| {
+        Vignetting::new(lens, 5000.0, RAYS).ledger([0.0, 0.0], Of::Stop).unwrap()
+    };
+    let reflected = ledger(&ball);
+    assert_eq!(reflected.rows[0].rim, 0.0, "{reflected:?}");
+    assert!((reflected.rows[0].bent - (1.0 - 16.0 / 25.0)).abs() < 0.005, "{reflected:?}");
+    // A narrower rim takes what came through; the rest would be reflected anyway.
+    ball.rows[0].diameter = 6.0;
+    let rim = ledger(&ball);
+    assert!((rim.rows[0].rim - (16.0 - 9.0) / 25.0).abs() < 0.005, "{rim:?}");
+    assert!((rim.pass - 9.0 / 25.0).abs() < 0.005, "{rim:?}");
+}
+
+#[test]
+fn a_shaped_stop_takes_light_but_is_no_vignetting() {
+    let (name, film) = LENSES[2];
+    let mut lens = lens(name);
+    // Narrow, so that aberrations of the pupil do not matter.
+    lens.stop_down(4.0);
+    let stop = lens.stop();
+    let round = Vignetting::new(&lens, film, RAYS).ledger([5.0, 0.0], Of::Stop).unwrap();
+    lens.rows[stop].iris = petzval::lens::Iris::Blades { count: 6, rotation: 10.0, curvature: 0.0 };
+    let hexagon = Vignetting::new(&lens, film, RAYS).ledger([5.0, 0.0], Of::Stop).unwrap();
+    assert_eq!(hexagon.pass, 1.0);
+    // A hexagon in a circle.
+    let ratio = hexagon.irradiance / round.irradiance;
+    assert!((ratio - 1.5 * 3f64.sqrt() / std::f64::consts::PI).abs() < 0.002, "{ratio}");
+}
+
+#[test]
+fn the_light_ends_where_brute_force_says_and_the_chief_ray_obeys_first_order_optics() {
+    let vignetting = Vignetting::new(&lens("fisheye.10mm"), 23.192, RAYS);
+    let end = vignetting.end(21.635).unwrap();
+    let lit = |r: f64| brute(&lens("fisheye.10mm"), 23.192, r).0 > 0.0;
+    assert!(lit(end - 0.05) && !lit(end + 0.05), "{end}");
+    assert_eq!(Vignetting::new(&lens("telephoto.250mm"), 123.7, RAYS).end(21.0), None);
+
+    let lens = lens("telephoto.250mm");
+    let paraxial = petzval::lens::Paraxial::of(&lens);
+    let vignetting = Vignetting::new(&lens, paraxial.back_focal_distance, RAYS);
+    // Focused at infinity, height is focal length times the tangent.
+    let angle = vignetting.field_angle(0.5).unwrap().to_radians();
+    assert!((angle.tan() * paraxial.focal_length / 0.5 - 1.0).abs() < 1e-3, "{angle}");
+}
+
+fn petzval(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
+    command.args(arguments).current_dir(root()).stdin(Stdio::null()).output().unwrap()
+}
+
+fn refuses(arguments: &[&str], expected: &str) {
+    let output = petzval(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    assert!(said.contains(expected), "{arguments:?}\n  said     {said}\n  expected {expected}");
+    assert!(output.stdout.is_empty() && !said.contains("panicked"), "{arguments:?}: {said}");
+}
+
+fn table(arguments: &[&str]) -> String {
+    let output = petzval(&[&["lens"], arguments, &["--vignetting"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn the_table_has_a_line_for_each_zone_and_fits_a_terminal() {
+    let text = table(&["lenses/dgauss.50mm.dat"]);
+    let lines: Vec<&str> = text.lines().collect();
+    let head = lines.iter().position(|line| line.contains("cos^4  pass")).expect("names");
+    let cells = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let names = cells(lines[head]);
+    assert_eq!(names[..5], ["height", "field", "light", "cos^4", "pass"]);
+    assert_eq!(names[5..], ["1", "2", "3", "4", "5", "10", "11", "other"]);
+    assert_eq!(cells(lines[head + 1])[..4], ["mm", "deg", "%", "%"]);
+    let zones = &lines[head + 2..];
+    assert_eq!(zones.len(), 11, "{text}");
+    for (i, line) in zones.iter().enumerate() {
+        assert_eq!(line.len(), lines[head].len(), "numbers stand under their names: {line}");
+        let numbers: Vec<f64> = cells(line).iter().map(|cell| cell.parse().unwrap()).collect();
+        assert!((numbers[0] - 2.1635 * i as f64).abs() < 0.006);
+        // Rounded to a tenth of a percent each.
+        let sum: f64 = numbers[4..].iter().sum();
+        assert!((sum - 100.0).abs() < 0.5, "{line}");
+    }
+    assert_eq!(cells(zones[0])[..4], ["0.00", "0.0", "100.0", "100.0"]);
+    for (name, _) in LENSES {
+        let text = table(&[&format!("lenses/{name}.dat")]);
+        assert!(text.lines().all(|line| line.len() <= 80), "{text}");
+    }
+    assert!(table(&["lenses/fisheye.10mm.dat"]).contains("the light ends here"));
+    assert!(table(&["lenses/anamorphic.toml"]).contains("along its x axis"));
+    // Stopped down, nothing else is in the way.
+    let closed = table(&["lenses/triplet.toml", "--stop", "1", "--film-diagonal", "20"]);
+    assert!(closed.contains("film of 20 mm diagonal") && !closed.contains("other\n"), "{closed}");
+}
+
+#[test]
+fn layers_read_back_and_add_up_to_one() {
+    let folder = folder();
+    let render = |name: &str, more: &[&str]| {
+        let path = folder.path().join(name);
+        let mut arguments = vec!["render", "scenes/dgauss.pbrt", "--resolution", "40x30"];
+        arguments.extend(["--spp", "1", "-o", path.to_str().unwrap(), "--aov", "vignetting"]);
+        arguments.extend(more);
+        let output = petzval(&arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        path
+    };
+    let whole = channels(&render("whole.exr", &[]));
+    let names: Vec<&str> = whole.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(names.contains(&"vignetting.pass") && names.contains(&"vignetting.surface11"));
+    assert!(!names.contains(&"vignetting.surface06"), "the stop takes nothing: {names:?}");
+    sums(&whole);
+    let middle = whole.iter().find(|(name, _)| name == "vignetting.pass").unwrap().1[15 * 40 + 20];
+    assert!((middle - 0.98).abs() < 0.02, "{middle}");
+
+    let part = channels(&render("part.exr", &["--crop", "4,6,20,21", "--half"]));
+    for ((name, whole), (other, part)) in whole.iter().zip(&part) {
+        assert_eq!(name, other);
+        let cut = (6..21).flat_map(|y| (4..20).map(move |x| whole[y * 40 + x]));
+        assert!(!name.starts_with("vig") || cut.eq(part.iter().copied()), "{name}");
+    }
+    // A lens that is not round takes the other way.
+    sums(&channels(&render("wide.exr", &["--lens", "lenses/anamorphic.toml"])));
+    // The colours are where they were.
+    assert!(petzval::image::Picture::read(&folder.path().join("whole.exr"), false).is_ok());
+}
+
+fn sums(channels: &[(String, Vec<f32>)]) {
+    let layer: Vec<_> = channels.iter().filter(|(name, _)| name.starts_with("vig")).collect();
+    for i in 0..layer[0].1.len() {
+        let sum: f32 = layer.iter().map(|(_, values)| values[i]).sum();
+        assert!((sum - 1.0).abs() < 1e-5, "pixel {i}: {sum}");
+    }
+}
+
+fn channels(path: &Path) -> Vec<(String, Vec<f32>)> {
+    use exr::prelude::*;
+    let image = read_all_flat_layers_from_file(path).unwrap();
+    assert_eq!(image.layer_data.len(), 1, "one part");
+    let list = &image.layer_data[0].channel_data.list;
+    list.iter()
+        .map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect()))
+        .collect()
+}
+
+#[test]
+fn mistakes_are_answered_with_exit_code_2() {
+    let folder = folder();
+    let png = folder.path().join("a.png");
+    let out = folder.path().join("a.exr");
+    let (png, out) = (png.to_str().unwrap(), out.to_str().unwrap());
+    let scene = "scenes/dgauss.pbrt";
+    refuses(&["render", scene, "-o", png, "--aov", "vignetting"], "only EXR holds layers");
+    refuses(&["render", scene, "-o", out, "--aov", "depht"], "invalid value 'depht'");
+    let pinhole = "Camera \"perspective\"\nWorldBegin\nLightSource \"infinite\"";
+    let pinhole = support::write(&folder, "pinhole.pbrt", pinhole);
+    let pinhole = pinhole.to_str().unwrap();
+    refuses(&["render", pinhole, "-o", out, "--aov", "vignetting"], "this camera has no lens");
+    let lens = "lenses/dgauss.50mm.dat";
+    refuses(&["lens", lens, "--film-diagonal", "30"], "--vignetting");
+    refuses(&["lens", lens, "--vignetting", "--film-diagonal", "-3"], "expected a length");
+    refuses(&["lens", lens, "--vignetting", "--focus", "10"], "the nearest it can is");
+    let hollow = "name = 'hollow'\n[[surface]]\nstop = true\ndiameter = 5\nthickness = 1\n\
+                  [[surface]]\nradius = 20\ndiameter = 10\nthickness = 3\nindex = 1.5\nabbe = 60\n\
+                  [[surface]]\nradius = 30\ndiameter = 10\n";
+    let hollow = support::write(&folder, "hollow.toml", hollow);
+    let hollow = hollow.to_str().unwrap();
+    refuses(&["lens", hollow, "--vignetting", "--film-distance", "0.1"], "inside the lens");
+    assert!(!Path::new(png).exists() && !Path::new(out).exists());
+}
