@@ -1,6 +1,6 @@
 //! From a point on the film to a ray into the lens: a stage.
 
-use super::pupil::{PupilBound, Target};
+use super::pupil::{Lookup, PupilBound};
 use super::refract::LensRay;
 use crate::lanes::Real;
 use crate::rays::{Column, LensBatch, SampleBatch};
@@ -10,18 +10,9 @@ use crate::rays::{Column, LensBatch, SampleBatch};
 pub struct TargetColumns {
     centre: [Column<f32>; 2],
     edge: [Column<f32>; 2],
-    density: Column<f32>,
-}
-
-impl TargetColumns {
-    #[inline(always)]
-    fn set(&mut self, i: usize, target: Target) {
-        for axis in 0..2 {
-            self.centre[axis][i] = target.centre[axis];
-            self.edge[axis][i] = target.edge[axis];
-        }
-        self.density[i] = target.density;
-    }
+    area2: Column<f32>,
+    base: Column<f32>,
+    lookup: Lookup,
 }
 
 /// The film and the medium before it, in every lane.
@@ -29,6 +20,8 @@ impl TargetColumns {
 struct Film<R> {
     distance: R,
     index: R,
+    /// Density of the samples of a triangle times twice its area.
+    triangle: R,
 }
 
 /// One packet of samples.
@@ -38,10 +31,19 @@ struct Sample<R> {
     v: R,
     centre: [R; 2],
     edge: [R; 2],
-    density: R,
+    area2: R,
+    base: R,
 }
 
 impl<R: Real<Scalar = f32>> Film<R> {
+    fn new(bound: &PupilBound, [distance, index]: [f32; 2]) -> Self {
+        Self {
+            distance: R::splat(distance),
+            index: R::splat(index),
+            triangle: R::splat(bound.triangle_density()),
+        }
+    }
+
     /// The ray of a sample, with its weight.
     #[inline(always)]
     fn launch(&self, sample: &Sample<R>) -> LensRay<R> {
@@ -58,11 +60,16 @@ impl<R: Real<Scalar = f32>> Film<R> {
         let dy = sin.mul_add(u, cos * v) - y;
         let z2 = self.distance * self.distance;
         let d2 = dx.mul_add(dx, dy.mul_add(dy, z2));
-        let per_length = self.index / d2.sqrt();
-        let cos2 = z2 / d2;
-        let exposure = cos2 * cos2 / (z2 * sample.density);
-        // No density: no light comes here.
-        let closed = sample.density.le(zero);
+        let per_d = one / d2.sqrt();
+        let per_length = self.index * per_d;
+        let cos = self.distance * per_d;
+        let cos2 = cos * cos;
+        // cos^4 / (Z^2 pdf) with pdf = triangle / area2 + base, of a triangle if there is one.
+        let drawn = zero.lt(sample.area2);
+        let area2 = R::select(drawn, sample.area2, one);
+        let pdf_area2 = sample.base.mul_add(area2, R::select(drawn, self.triangle, zero));
+        let exposure = cos2 * cos2 * area2 / (z2 * pdf_area2);
+        let closed = sample.base.le(zero);
         LensRay {
             p: [R::select(closed, R::constant(f64::NAN), x), y, zero],
             t: [dx * per_length, dy * per_length, self.distance * per_length],
@@ -86,16 +93,23 @@ pub fn aim<R: Real<Scalar = f32>>(
     let len = samples.len;
     let film = [&samples.film[0][..len], &samples.film[1][..len]];
     let pupil = [&samples.pupil[0][..len], &samples.pupil[1][..len]];
-    bound.targets(film, pupil, |i, target| targets.set(i, target));
+    let TargetColumns { centre, edge, area2, base, lookup } = targets;
+    bound.targets(film, pupil, lookup, |i, target| {
+        for axis in 0..2 {
+            centre[axis][i] = target.centre[axis];
+            edge[axis][i] = target.edge[axis];
+        }
+        (area2[i], base[i]) = (target.area2, target.base);
+    });
     // The lanes behind the last sample are no dark film points.
-    targets.density[len..len.next_multiple_of(R::LANES)].fill(1.0);
+    base[len..len.next_multiple_of(R::LANES)].fill(1.0);
 
-    let stage = Film { distance: R::splat(distance), index: R::splat(n) };
+    let stage = Film::<R>::new(bound, [distance, n]);
     let (x, y) = (samples.film[0].packets::<R>(len), samples.film[1].packets::<R>(len));
     let v = samples.pupil[1].packets::<R>(len);
-    let [centre_u, centre_v] = [0, 1].map(|axis| targets.centre[axis].packets::<R>(len));
-    let [edge_u, edge_v] = [0, 1].map(|axis| targets.edge[axis].packets::<R>(len));
-    let density = targets.density.packets::<R>(len);
+    let [centre_u, centre_v] = [0, 1].map(|axis| centre[axis].packets::<R>(len));
+    let [edge_u, edge_v] = [0, 1].map(|axis| edge[axis].packets::<R>(len));
+    let (area2, base) = (area2.packets::<R>(len), base.packets::<R>(len));
     let weight = batch.weight.packets_mut::<R>(len);
     let (to_x, to_y) = (batch.x.packets_mut::<R>(len), batch.y.packets_mut::<R>(len));
     let to_z = batch.z.packets_mut::<R>(len);
@@ -108,12 +122,13 @@ pub fn aim<R: Real<Scalar = f32>>(
             v: v[i],
             centre: [centre_u[i], centre_v[i]],
             edge: [edge_u[i], edge_v[i]],
-            density: density[i],
+            area2: area2[i],
+            base: base[i],
         });
         [to_x[i], to_y[i], to_z[i]] = ray.p;
         [to_tx[i], to_ty[i], to_tz[i]] = ray.t;
         weight[i] = ray.weight;
-        dark += R::bits(density[i].le(R::constant(0.0))).count_ones() as usize;
+        dark += R::bits(base[i].le(R::constant(0.0))).count_ones() as usize;
     }
     batch.resize::<R>(len);
     batch.living = len - dark;
@@ -122,16 +137,18 @@ pub fn aim<R: Real<Scalar = f32>>(
 /// The i-th ray once more, as [`aim`] made it, its direction of the index's length in f64.
 pub fn aimed(
     samples: &SampleBatch,
+    bound: &PupilBound,
     targets: &TargetColumns,
     [distance, index]: [f32; 2],
     i: usize,
 ) -> LensRay<f64> {
-    let ray = Film { distance, index }.launch(&Sample {
+    let ray = Film::<f32>::new(bound, [distance, index]).launch(&Sample {
         film: [samples.film[0][i], samples.film[1][i]],
         v: samples.pupil[1][i],
         centre: [targets.centre[0][i], targets.centre[1][i]],
         edge: [targets.edge[0][i], targets.edge[1][i]],
-        density: targets.density[i],
+        area2: targets.area2[i],
+        base: targets.base[i],
     });
     let [x, y, z] = ray.t.map(f64::from);
     let scale = f64::from(index) / (x * x + y * y + z * z).sqrt();

@@ -166,7 +166,7 @@ impl Camera {
                 trace::<R>(batch, &lens.surfaces, &mut stats.blocked);
                 stats.redone += batch.doubtful.len() as u64;
                 settle::<R>(batch, &lens.exact, &mut stats.blocked, |i| {
-                    aimed(samples, targets, film, i)
+                    aimed(samples, &lens.bound, targets, film, i)
                 });
                 self.emerge::<R>(lens, batch, rays);
             }
@@ -178,44 +178,39 @@ impl Camera {
     fn emerge<R: Real<Scalar = f32>>(
         &self,
         lens: &RealLens,
-        batch: &mut LensBatch<f32>,
+        batch: &LensBatch<f32>,
         rays: &mut RayBatch,
     ) {
         let place = Placement::<R>::new(self, lens.unit, lens.front);
         let ratio = R::constant(self.imaging_ratio);
         let len = batch.len;
-        let x = batch.x.packets_mut::<R>(len);
+        let x = batch.x.packets::<R>(len);
         let packets = x.len();
-        let y = &mut batch.y.packets_mut::<R>(len)[..packets];
-        let z = &mut batch.z.packets_mut::<R>(len)[..packets];
-        let tx = &mut batch.tx.packets_mut::<R>(len)[..packets];
-        let ty = &mut batch.ty.packets_mut::<R>(len)[..packets];
-        let tz = &mut batch.tz.packets_mut::<R>(len)[..packets];
-        let ends = &mut rays.t_max.packets_mut::<R>(len)[..packets];
-        let weights = &mut batch.weight.packets_mut::<R>(len)[..packets];
-        for i in 0..packets {
-            let (origin, direction, end) = place.ray([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
-            // A blocked ray is not a number in x, and by the turn in all three.
-            [x[i], y[i], z[i]] = origin;
-            [tx[i], ty[i], tz[i]] = direction;
-            ends[i] = end;
-            weights[i] = weights[i] * ratio;
-        }
-        // Every ray is written, and the next one over it unless it is alive: no branches.
+        let [y, z] = [&batch.y, &batch.z].map(|column| &column.packets::<R>(len)[..packets]);
+        let [tx, ty, tz] =
+            [&batch.tx, &batch.ty, &batch.tz].map(|column| &column.packets::<R>(len)[..packets]);
+        let weight = &batch.weight.packets::<R>(len)[..packets];
+        let all = R::bits(R::constant(0.0).le(R::constant(0.0)));
         let mut alive = 0;
-        for i in 0..len {
-            rays.origin[0][alive] = batch.x[i];
-            rays.origin[1][alive] = batch.y[i];
-            rays.origin[2][alive] = batch.z[i];
-            rays.direction[0][alive] = batch.tx[i];
-            rays.direction[1][alive] = batch.ty[i];
-            rays.direction[2][alive] = batch.tz[i];
-            rays.t_max[alive] = rays.t_max[i];
-            rays.slot[alive] = i as u32;
-            for channel in &mut rays.carried {
-                channel[alive] = batch.weight[i];
+        for i in 0..packets {
+            let living = R::bits(x[i].same(x[i]));
+            let (origin, direction, end) = place.ray([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
+            let weight = weight[i] * ratio;
+            // Every packet is written; what is not alive, the next one writes over.
+            let to = alive..alive + R::LANES;
+            for axis in 0..3 {
+                origin[axis].store(&mut rays.origin[axis][to.clone()]);
+                direction[axis].store(&mut rays.direction[axis][to.clone()]);
+                weight.store(&mut rays.carried[axis][to.clone()]);
             }
-            alive += usize::from(!batch.x[i].is_nan());
+            end.store(&mut rays.t_max[to.clone()]);
+            for (lane, slot) in rays.slot[to].iter_mut().enumerate() {
+                *slot = (i * R::LANES + lane) as u32;
+            }
+            if living != all {
+                close_ranks::<R>(rays, alive, living);
+            }
+            alive += living.count_ones() as usize;
         }
         rays.len = alive;
     }
@@ -238,6 +233,21 @@ impl Camera {
             let (origin, direction, t_max) = place.ray(start, towards);
             rays.push(Ray { origin, direction, t_max }, [ratio; 3], i as u32);
         }
+    }
+}
+
+/// Moves the living rays of a packet that begins at `first` together.
+#[inline(never)]
+fn close_ranks<R: Real>(rays: &mut RayBatch, first: usize, living: u32) {
+    let alive = (0..R::LANES).filter(|lane| living >> lane & 1 == 1);
+    for (to, from) in (first..).zip(alive.map(|lane| first + lane)) {
+        for axis in 0..3 {
+            rays.origin[axis][to] = rays.origin[axis][from];
+            rays.direction[axis][to] = rays.direction[axis][from];
+            rays.carried[axis][to] = rays.carried[axis][from];
+        }
+        rays.t_max[to] = rays.t_max[from];
+        rays.slot[to] = rays.slot[from];
     }
 }
 

@@ -14,6 +14,7 @@ use super::fan::{Fan, TRIANGLES, Triangle};
 use super::outline::{Finder, Frame, Light};
 use super::paraxial::Paraxial;
 use super::prescription::{Axis, Prescription};
+use crate::rays::{Column, WAVE};
 
 /// Rings of the film of a round lens; their edges have a fan each.
 const RINGS: usize = 64;
@@ -22,8 +23,8 @@ const CELLS: usize = 24;
 /// Share of the samples that go to the whole rear element.
 pub const REAR_SHARE: f32 = 1.0 / 128.0;
 
-/// By how much the ellipses around the rear element are widened, so that between two rings,
-/// where they are mixed, nothing of it is left out.
+/// By how much the ellipses around the rear element are widened, so that nothing of it is left
+/// out.
 const REAR_MARGIN: f32 = 1.002;
 /// By how much fans are widened beyond the light that was found.
 const FAN_MARGIN: f64 = 1.001;
@@ -53,7 +54,6 @@ pub struct Ellipse {
 
 impl Ellipse {
     /// Its area, mm^2.
-    #[inline(always)]
     pub fn area(&self) -> f32 {
         std::f32::consts::PI * self.half[0] * self.half[1]
     }
@@ -61,22 +61,13 @@ impl Ellipse {
     fn scaled(self, by: f32) -> Self {
         Self { half: self.half.map(|half| half * by), ..self }
     }
-
-    #[inline(always)]
-    fn mix(&self, other: &Self, t: f32) -> Self {
-        let mix = |a: f32, b: f32| a + (b - a) * t;
-        Self {
-            centre: mix(self.centre, other.centre),
-            half: [0, 1].map(|i| mix(self.half[i], other.half[i])),
-        }
-    }
 }
 
 /// The bounds of a lens's exit pupil for every film point.
 #[derive(Clone, Debug)]
 pub struct PupilBound {
     field: Field,
-    /// What could hit the rear element, from RINGS + 1 film radii.
+    /// What could hit the rear element from each of RINGS rings of equal width.
     rear: Vec<Ellipse>,
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
@@ -89,38 +80,9 @@ enum Field {
     /// No fans: all samples go to the rear element.
     Bare,
     /// By film radius, in the frame of the film point. Behind the edges of all rings stand two empty ones for the dark beyond.
-    Round { fans: Vec<Fan>, per_end: f32 },
+    Round { fans: Box<[Fan; RINGS + 3]>, per_end: f32 },
     /// Row by row over the square around the film, in the frame of the film.
     Square { fans: Vec<Fan>, per_mm: f32, half: f32 },
-}
-
-/// The fans around a film point and how much of each makes its own.
-struct Around<'a, const N: usize>([(&'a Fan, f32); N]);
-
-impl<const N: usize> Around<'_, N> {
-    #[inline(always)]
-    fn sum(&self, of: impl Fn(&Fan) -> [f32; 2]) -> [f32; 2] {
-        self.0.iter().fold([0.0; 2], |sum, (fan, weight)| {
-            let [x, y] = of(fan);
-            [sum[0] + weight * x, sum[1] + weight * y]
-        })
-    }
-
-    #[inline(always)]
-    fn triangle(&self, k: usize) -> Triangle {
-        Triangle {
-            centre: self.sum(|fan| fan.centre),
-            corners: [self.sum(|fan| fan.corners[k]), self.sum(|fan| fan.corners[k + 1])],
-        }
-    }
-}
-
-#[inline(always)]
-fn round<'a>(fans: &'a [Fan], per_end: f32, radius: f32) -> Around<'a, 2> {
-    let place = place(radius * per_end);
-    let ring = ring(place);
-    let t = place - ring as f32;
-    Around([(&fans[ring], 1.0 - t), (&fans[ring + 1], t)])
 }
 
 /// Where among the rings a film point stands, by its share of the radius at which the light
@@ -132,26 +94,26 @@ fn place(share: f32) -> f32 {
 
 /// The ring of a place; beyond the light, that of the dark.
 #[inline(always)]
-fn ring(place: f32) -> usize {
-    let ring = place as usize;
-    if ring < RINGS { ring } else { RINGS + 1 }
+fn ring(place: f32) -> u32 {
+    let ring = place as u32;
+    if ring < RINGS as u32 { ring } else { RINGS as u32 + 1 }
 }
 
-#[inline(always)]
-fn square<'a>(fans: &'a [Fan], per_mm: f32, half: f32, x: f32, y: f32) -> Around<'a, 4> {
+/// The corners of the cell around a film point, and how much each counts.
+fn corners(per_mm: f32, half: f32, [x, y]: [f32; 2]) -> [(usize, f32); 4] {
     let split = |v: f32| {
         let place = ((v + half) * per_mm).clamp(0.0, CELLS as f32);
         let cell = (place as usize).min(CELLS - 1);
         (cell, place - cell as f32)
     };
     let ((i, s), (j, t)) = (split(x), split(y));
-    let fan = |i: usize, j: usize| &fans[j * (CELLS + 1) + i];
-    Around([
-        (fan(i, j), (1.0 - s) * (1.0 - t)),
-        (fan(i + 1, j), s * (1.0 - t)),
-        (fan(i, j + 1), (1.0 - s) * t),
-        (fan(i + 1, j + 1), s * t),
-    ])
+    let corner = |i: usize, j: usize| j * (CELLS + 1) + i;
+    [
+        (corner(i, j), (1.0 - s) * (1.0 - t)),
+        (corner(i + 1, j), s * (1.0 - t)),
+        (corner(i, j + 1), (1.0 - s) * t),
+        (corner(i + 1, j + 1), s * t),
+    ]
 }
 
 /// How a sample finds its point of the pupil: `centre + sqrt(v) edge`.
@@ -159,8 +121,20 @@ fn square<'a>(fans: &'a [Fan], per_mm: f32, half: f32, x: f32, y: f32) -> Around
 pub(super) struct Target {
     pub centre: [f32; 2],
     pub edge: [f32; 2],
-    /// Of all samples at this point, mm^-2; 0 where the film sees no light.
-    pub density: f32,
+    /// Twice the area of the triangle that the sample is drawn from, mm^2; 0 for none.
+    pub area2: f32,
+    /// Density of the samples that come from elsewhere, mm^-2; 0 where the film sees no light.
+    pub base: f32,
+}
+
+/// Columns for what is computed eight samples at a time before the fans are looked up.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lookup {
+    ring: Column<u32>,
+    ring_share: Column<f32>,
+    rear: Column<u32>,
+    triangle: Column<u32>,
+    triangle_share: Column<f32>,
 }
 
 impl PupilBound {
@@ -168,15 +142,16 @@ impl PupilBound {
     /// `radius` mm from the axis. Takes some milliseconds.
     pub fn new(lens: &Prescription, distance: f64, radius: f64, aim: Aim) -> Self {
         let outlines = Outlines { lens, distance };
-        let edges = (0..=RINGS).map(|i| radius * i as f64 / RINGS as f64);
+        let edge = |i: usize| radius * i as f64 / RINGS as f64;
         let (rear, field, rear_share) = match aim {
             Aim::RearDisk => {
                 let half = lens.rear().diameter as f32 / 2.0;
                 let disk = Ellipse { centre: 0.0, half: [half; 2] };
-                (vec![disk; RINGS + 1], Field::Bare, 1.0)
+                (vec![disk; RINGS], Field::Bare, 1.0)
             }
             Aim::Pupil => {
-                let rear = edges.map(|r| outlines.rear_ellipse(r)).collect();
+                let ring = |i: usize| outlines.rear_ellipse([edge(i), edge(i + 1)]);
+                let rear = (0..RINGS).map(ring).collect();
                 let field = match lens.is_round() {
                     true => outlines.rings(radius),
                     false => outlines.square(radius),
@@ -188,11 +163,18 @@ impl PupilBound {
     }
 
     /// What could hit the rear element from a film point at this distance from the axis, mm.
-    #[inline(always)]
     pub fn rear(&self, radius: f32) -> Ellipse {
-        let place = radius * self.rings_per_mm;
-        let ring = (place as usize).min(RINGS - 1);
-        self.rear[ring].mix(&self.rear[ring + 1], (place - ring as f32).min(1.0))
+        self.rear[self.rear_ring(radius) as usize]
+    }
+
+    #[inline(always)]
+    fn rear_ring(&self, radius: f32) -> u32 {
+        ((radius * self.rings_per_mm) as u32).min(RINGS as u32 - 1)
+    }
+
+    /// Density of the samples of a triangle times twice its area.
+    pub(super) fn triangle_density(&self) -> f32 {
+        2.0 * (1.0 - self.rear_share) / TRIANGLES as f32
     }
 
     /// The light of a film point, mm, in its own frame, as far as tracing found it; an empty fan
@@ -201,70 +183,166 @@ impl PupilBound {
         let radius = x.hypot(y);
         match &self.field {
             Field::Bare => Fan::EMPTY,
-            Field::Round { fans, per_end } => Fan::mix(&round(fans, *per_end, radius).0),
+            Field::Round { fans, per_end } => {
+                let place = place(radius * per_end);
+                let ring = ring(place);
+                let t = place - ring as f32;
+                let near = ring as usize;
+                Fan::mix(&[(&fans[near], 1.0 - t), (&fans[near + 1], t)])
+            }
             Field::Square { fans, per_mm, half } => {
                 let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
                 let turned = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
-                let fan = Fan::mix(&square(fans, *per_mm, *half, x, y).0);
+                let around = corners(*per_mm, *half, [x, y]);
+                let fan = Fan::mix(&around.map(|(corner, weight)| (&fans[corner], weight)));
                 Fan { centre: turned(fan.centre), corners: fan.corners.map(turned) }
             }
         }
     }
 
-    /// Where samples of a film point aim: for every entry of the columns its film point, the
-    /// first random number of its pupil point, and what becomes of it.
-    #[inline(always)]
+    /// Chooses where samples aim: for every entry of the columns its film point and the two
+    /// random numbers of its pupil point.
     pub(super) fn targets(
+        &self,
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        lookup: &mut Lookup,
+        put: impl FnMut(usize, Target),
+    ) {
+        match &self.field {
+            Field::Bare => self.bare_targets(film, pupil, put),
+            Field::Round { fans, per_end } => {
+                self.round_targets((fans, *per_end), film, pupil, lookup, put);
+            }
+            Field::Square { .. } => self.square_targets(film, pupil, put),
+        }
+    }
+
+    #[inline(always)]
+    fn round_targets(
+        &self,
+        (fans, per_end): (&[Fan; RINGS + 3], f32),
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        lookup: &mut Lookup,
+        mut put: impl FnMut(usize, Target),
+    ) {
+        let count = film[0].len().min(WAVE);
+        let (x, y) = (&film[0][..count], &film[1][..count]);
+        let (u, v) = (&pupil[0][..count], &pupil[1][..count]);
+        let share = self.rear_share;
+        let per_triangle = TRIANGLES as f32 / (1.0 - share);
+        // Arithmetic first, over whole columns.
+        for i in 0..count {
+            let radius = (x[i] * x[i] + y[i] * y[i]).sqrt();
+            let place = place(radius * per_end);
+            let ring = ring(place);
+            lookup.ring[i] = ring;
+            lookup.ring_share[i] = place - ring as f32;
+            lookup.rear[i] = self.rear_ring(radius);
+            let place = (u[i] - share).max(0.0) * per_triangle;
+            let triangle = (place as u32).min(TRIANGLES as u32 - 1);
+            lookup.triangle[i] = triangle;
+            lookup.triangle_share[i] = place - triangle as f32;
+        }
+        let rear: [f32; RINGS] = std::array::from_fn(|i| share / self.rear[i].area());
+        for i in 0..count {
+            let ring = (lookup.ring[i] as usize).min(RINGS + 1);
+            let triangle = lookup.triangle[i] as usize % TRIANGLES;
+            let base = rear[lookup.rear[i] as usize % RINGS];
+            let (near, far) = (&fans[ring], &fans[ring + 1]);
+            let s = lookup.ring_share[i];
+            let mix = |a: f32, b: f32| a + s * (b - a);
+            let pair = |fan: &Fan| {
+                let [[ax, ay], [bx, by]] = [fan.corners[triangle], fan.corners[triangle + 1]];
+                [ax, ay, bx, by]
+            };
+            let (near_pair, far_pair) = (pair(near), pair(far));
+            let [ax, ay, bx, by] = [0, 1, 2, 3].map(|k| mix(near_pair[k], far_pair[k]));
+            let centre = [0, 1].map(|k| mix(near.centre[k], far.centre[k]));
+            let area2 = ax * by - ay * bx;
+            let t = lookup.triangle_share[i];
+            let edge = [ax + t * (bx - ax), ay + t * (by - ay)];
+            let base = if area2 > 0.0 { base } else { 0.0 };
+            put(i, Target { centre, edge, area2, base });
+            if u[i] < share {
+                put(i, self.rear_target([x[i], y[i]], [u[i] / share, v[i]]));
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn square_targets(
         &self,
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
         mut put: impl FnMut(usize, Target),
     ) {
-        let count = film[0].len();
         let share = self.rear_share;
-        let scale = TRIANGLES as f32 / (1.0 - share);
-        for i in 0..count {
-            let (x, y, u) = (film[0][i], film[1][i], pupil[0][i]);
-            let radius = (x * x + y * y).sqrt();
-            let rear = self.rear(radius);
-            let rear_density = share / rear.area();
+        for i in 0..film[0].len() {
+            let (point, u, v) = ([film[0][i], film[1][i]], pupil[0][i], pupil[1][i]);
             if u < share {
-                put(i, self.rear_target([x, y], [u / share, pupil[1][i]], &rear));
+                put(i, self.rear_target(point, [u / share, v]));
                 continue;
             }
-            let place = (u - share) * scale;
+            let place = (u - share) * (TRIANGLES as f32 / (1.0 - share));
             let k = (place as usize).min(TRIANGLES - 1);
             let t = place - k as f32;
-            let triangle = match &self.field {
-                Field::Bare => continue,
-                Field::Round { fans, per_end } => round(fans, *per_end, radius).triangle(k),
-                Field::Square { fans, per_mm, half } => {
-                    square(fans, *per_mm, *half, x, y).triangle(k).turned(x, y, radius)
-                }
-            };
-            let [a, b] = triangle.corners;
-            let area2 = triangle.area2();
-            let density = match area2 > 0.0 {
-                true => 2.0 / (scale * area2) + rear_density,
-                false => 0.0,
-            };
+            let Triangle { centre, corners: [a, b] } = self.triangle(point, k);
+            let area2 = Triangle { centre, corners: [a, b] }.area2();
             let edge = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
-            put(i, Target { centre: triangle.centre, edge, density });
+            let rear = self.rear(point[0].hypot(point[1]));
+            let base = if area2 > 0.0 { share / rear.area() } else { 0.0 };
+            put(i, Target { centre, edge, area2, base });
         }
     }
 
-    /// A sample of the whole rear element: one in a hundred.
+    /// One triangle of [`PupilBound::fan`], without the others.
+    fn triangle(&self, [x, y]: [f32; 2], k: usize) -> Triangle {
+        let Field::Square { fans, per_mm, half } = &self.field else {
+            return self.fan([x, y]).triangle(k);
+        };
+        let around = corners(*per_mm, *half, [x, y]);
+        let sum = |of: &dyn Fn(&Fan) -> [f32; 2]| {
+            around.iter().fold([0.0; 2], |sum: [f32; 2], (corner, weight)| {
+                let [x, y] = of(&fans[*corner]);
+                [sum[0] + weight * x, sum[1] + weight * y]
+            })
+        };
+        let radius = x.hypot(y);
+        let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
+        let turned = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
+        Triangle {
+            centre: turned(sum(&|fan| fan.centre)),
+            corners: [turned(sum(&|fan| fan.corners[k])), turned(sum(&|fan| fan.corners[k + 1]))],
+        }
+    }
+
     #[inline(never)]
-    fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2], rear: &Ellipse) -> Target {
+    fn bare_targets(
+        &self,
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        mut put: impl FnMut(usize, Target),
+    ) {
+        for i in 0..film[0].len() {
+            put(i, self.rear_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]));
+        }
+    }
+
+    /// A sample of the whole rear element: one in a hundred, where there are fans.
+    #[inline(never)]
+    fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> Target {
+        let rear = self.rear(film[0].hypot(film[1]));
         let [disk_u, disk_v] = crate::sampler::disk(u, v);
         let point = [rear.half[0] * disk_u + rear.centre, rear.half[1] * disk_v];
         let fan = self.fan(film);
         let bare = matches!(self.field, Field::Bare);
-        let density = match bare || fan.open() {
+        let base = match bare || fan.open() {
             true => (1.0 - self.rear_share) * fan.density(point) + self.rear_share / rear.area(),
             false => 0.0,
         };
-        Target { centre: point, edge: [0.0; 2], density }
+        Target { centre: point, edge: [0.0; 2], area2: 0.0, base }
     }
 
     /// Whether light comes to any film point of a rectangle, mm.
@@ -276,7 +354,7 @@ impl PupilBound {
                 let far = |i: usize| high[i].max(-low[i]);
                 let at = |r: f64| ring(place(r as f32 * per_end));
                 let (inner, outer) = (near(0).hypot(near(1)), far(0).hypot(far(1)));
-                fans[at(inner)..=at(outer) + 1].iter().any(Fan::open)
+                fans[at(inner) as usize..=at(outer) as usize + 1].iter().any(Fan::open)
             }
             Field::Square { fans, per_mm, half } => {
                 let cell = |v: f64, up: f64| {
@@ -287,16 +365,6 @@ impl PupilBound {
                 range(1).any(|j| range(0).any(|i| fans[j * (CELLS + 1) + i].open()))
             }
         }
-    }
-}
-
-impl Triangle {
-    /// From the frame of the film to that of the film point.
-    #[inline(always)]
-    fn turned(self, x: f32, y: f32, radius: f32) -> Self {
-        let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
-        let turn = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
-        Self { centre: turn(self.centre), corners: self.corners.map(turn) }
     }
 }
 
@@ -333,6 +401,7 @@ impl Outlines<'_> {
         fans.push(Fan::EMPTY);
         fans.push(Fan::EMPTY);
         // The last point of the film, where it is lit, is not beyond the light.
+        let fans = fans.try_into().expect("an edge for every ring, and two beyond");
         Field::Round { fans, per_end: ((1.0 - 1e-6) / end) as f32 }
     }
 
@@ -407,8 +476,10 @@ impl Outlines<'_> {
         points
     }
 
-    fn rear_ellipse(&self, r: f64) -> Ellipse {
-        bounding_ellipse(&self.rear_outline(r)).scaled(REAR_MARGIN)
+    /// What holds the rear element seen from two radii, and from between them.
+    fn rear_ellipse(&self, radii: [f64; 2]) -> Ellipse {
+        let [inner, outer] = radii.map(|r| self.rear_outline(r));
+        bounding_ellipse(&[inner, outer].concat()).scaled(REAR_MARGIN)
     }
 }
 
