@@ -95,8 +95,16 @@ fn place(share: f32) -> f32 {
 /// The ring of a place; beyond the light, that of the dark.
 #[inline(always)]
 fn ring(place: f32) -> u32 {
-    let ring = place as u32;
+    let ring = whole(place);
     if ring < RINGS as u32 { ring } else { RINGS as u32 + 1 }
+}
+
+/// The whole part of a number from 0 to 2^22; of a whole number perhaps the one before. By the
+/// bits of a sum, because the conversion has no vector form.
+#[inline(always)]
+fn whole(number: f32) -> u32 {
+    const UNIT: f32 = 8_388_608.0;
+    ((number - 0.5).max(0.0) + UNIT).to_bits() & 0x7f_ffff
 }
 
 /// The corners of the cell around a film point, and how much each counts.
@@ -169,7 +177,7 @@ impl PupilBound {
 
     #[inline(always)]
     fn rear_ring(&self, radius: f32) -> u32 {
-        ((radius * self.rings_per_mm) as u32).min(RINGS as u32 - 1)
+        whole(radius * self.rings_per_mm).min(RINGS as u32 - 1)
     }
 
     /// Density of the samples of a triangle times twice its area.
@@ -186,7 +194,7 @@ impl PupilBound {
             Field::Round { fans, per_end } => {
                 let place = place(radius * per_end);
                 let ring = ring(place);
-                let t = place - ring as f32;
+                let t = place - ring as i32 as f32;
                 let near = ring as usize;
                 Fan::mix(&[(&fans[near], 1.0 - t), (&fans[near + 1], t)])
             }
@@ -238,12 +246,12 @@ impl PupilBound {
             let place = place(radius * per_end);
             let ring = ring(place);
             lookup.ring[i] = ring;
-            lookup.ring_share[i] = place - ring as f32;
+            lookup.ring_share[i] = place - ring as i32 as f32;
             lookup.rear[i] = self.rear_ring(radius);
             let place = (u[i] - share).max(0.0) * per_triangle;
-            let triangle = (place as u32).min(TRIANGLES as u32 - 1);
+            let triangle = whole(place).min(TRIANGLES as u32 - 1);
             lookup.triangle[i] = triangle;
-            lookup.triangle_share[i] = place - triangle as f32;
+            lookup.triangle_share[i] = place - triangle as i32 as f32;
         }
         let rear: [f32; RINGS] = std::array::from_fn(|i| share / self.rear[i].area());
         for i in 0..count {
