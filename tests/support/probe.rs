@@ -12,6 +12,9 @@ use super::oracle::{Exit, Fate, Oracle, V, dot, unit};
 /// A point of the film's frame and a direction, in numbers that f32 holds exactly.
 pub type Start = [V; 2];
 
+/// The weight that rays start with; what openings multiply.
+const HALF: f64 = 0.5;
+
 /// What f32 holds of a ray whose direction has any length.
 pub fn start(p: V, towards: V) -> Start {
     [p, unit(towards)].map(|v| v.map(|v| f64::from(v as f32)))
@@ -63,7 +66,7 @@ impl<'a> Bench<'a> {
 
     /// A ray as f64 traces it.
     pub fn exact(&self, [p, d]: Start) -> LensRay<f64> {
-        LensRay::new(p, unit(d).map(|v| v * self.index()))
+        LensRay { weight: HALF, ..LensRay::new(p, unit(d).map(|v| v * self.index())) }
     }
 
     pub fn fate(&self, [p, d]: Start) -> Fate {
@@ -91,7 +94,7 @@ impl<'a> Bench<'a> {
         trace_one::<f64>(self.exact(ray), &self.double).map(|ray| Exit {
             p: ray.p,
             d: unit(ray.t),
-            weight: ray.weight,
+            weight: ray.weight / HALF,
         })
     }
 
@@ -116,7 +119,7 @@ impl<'a> Bench<'a> {
                 let LensRay { p, t, .. } = self.exact(ray);
                 [batch.x[i], batch.y[i], batch.z[i]] = p.map(R::scalar);
                 [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(R::scalar);
-                batch.weight[i] = R::scalar(1.0);
+                batch.weight[i] = R::scalar(HALF);
             }
             batch.resize::<R>(chunk.len());
             trace::<R>(&mut batch, surfaces, &mut all.blocked);
@@ -127,7 +130,7 @@ impl<'a> Bench<'a> {
             for i in 0..chunk.len() {
                 let p = [batch.x[i], batch.y[i], batch.z[i]].map(R::to_f64);
                 let t = [batch.tx[i], batch.ty[i], batch.tz[i]].map(R::to_f64);
-                let weight = R::to_f64(batch.weight[i]);
+                let weight = R::to_f64(batch.weight[i]) / HALF;
                 let lives = !p[0].is_nan();
                 let [t0, t1, t2] = t;
                 let numbers = [p[0], p[1], p[2], t0, t1, t2, weight];
@@ -252,6 +255,7 @@ pub fn compare(name: &str, bench: &Bench, rays: &[Start], rims: [f64; 2]) -> Rep
         length: [0.0; 2],
         reason: None,
     };
+    let mut ends = vec![0; bench.lens.rows.len()];
     let doubtful: std::collections::HashSet<usize> = one.doubtful.iter().copied().collect();
     for (i, &ray) in rays.iter().enumerate() {
         for (length, traced) in report.length.iter_mut().zip([&settled, &double]) {
@@ -267,6 +271,9 @@ pub fn compare(name: &str, bench: &Bench, rays: &[Start], rims: [f64; 2]) -> Rep
         report.settled.add(i, settled.rays[i], &fate, rims[0]);
         report.double.add(i, double.rays[i], &fate, rims[1]);
         let alone = bench.alone(ray);
+        if let Err(end) = alone {
+            ends[end.row] += 1;
+        }
         match (alone, double.rays[i]) {
             (Ok(a), Some(b)) => {
                 assert!(a.p == b.p && a.d == b.d && a.weight == b.weight, "{name}: alone {ray:?}");
@@ -284,6 +291,7 @@ pub fn compare(name: &str, bench: &Bench, rays: &[Start], rims: [f64; 2]) -> Rep
             report.reason = report.reason.or(Some((i, ours, fate)));
         }
     }
+    assert_eq!(ends, double.blocked, "{name}: the rows at which rays end");
     report
 }
 
