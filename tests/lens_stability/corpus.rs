@@ -396,8 +396,11 @@ fn shaped(all: &mut Vec<Case>) {
     // Doubtful rays keep what the mask has left of them.
     let gaussian = Iris::Mask(Mask::named("gaussian").expect("a mask"));
     let masked = Row { iris: gaussian, ..stop(9.0, 0.0) };
-    let rows = vec![row(5.0, 5.0, 1.5, 10.0), row(f64::INFINITY, 0.0, 1.0, 10.0), masked];
-    all.push(case("gaussian mask behind a hemisphere", rows, 4.0, [5.0, 5.0]));
+    let half = [row(5.0, 5.0, 1.5, 10.0), row(f64::INFINITY, 0.0, 1.0, 10.0)];
+    let behind = [&half[..], std::slice::from_ref(&masked)].concat();
+    all.push(case("gaussian mask behind a hemisphere", behind, 4.0, [5.0, 5.0]));
+    let before = [&[Row { thickness: 1.0, ..masked }], &half[..]].concat();
+    all.push(case("gaussian mask before a hemisphere", before, 4.0, [5.0, 5.0]));
 }
 
 pub fn corpus() -> Vec<Case> {
