@@ -71,8 +71,8 @@ const SAMPLES: u32 = 512;
 /// Steps of Newton's iteration, which doubles the digits with every one; what needs more is
 /// searched.
 const STEPS: usize = 8;
-/// Parts of the way through the slab in which a first crossing is looked for.
-const PARTS: usize = 64;
+/// The shortest step on the way through the slab to a first crossing is the way divided by this.
+const PARTS: usize = 1024;
 
 /// An asphere in every lane.
 pub(super) struct AsphereLanes<'a, R: Real, const ODD: bool>(
@@ -165,13 +165,24 @@ impl<R: Real, const ODD: bool> AsphereLanes<'_, R, ODD> {
         // The slab begins under the surface and ends over it.
         let (mut under, mut over, mut found) = (low, high, once);
         if R::bits(!once) != 0 {
+            // No step is longer than it takes to come up to the surface where it is steepest.
+            let [tx, ty, tz] = ray.t;
+            let across = tx.mul_add(tx, ty * ty).sqrt();
+            let quickest = across.mul_add(R::splat(self.1.slope2).sqrt(), tz);
             let part = (high - low) * R::constant(1.0 / PARTS as f64);
-            for i in 1..=PARTS {
-                let s = part.mul_add(R::constant(i as f64), low);
-                let crossing = above(s) & !found;
+            let mut s = low;
+            let mut going = s.lt(high) & !found;
+            for _ in 0..=PARTS {
+                if R::bits(going) == 0 {
+                    break;
+                }
+                under = R::select(going, s, under);
+                let below = -self.height_over(advanced(ray.p, s, ray.t));
+                s = s + (below / quickest).max(part);
+                let crossing = above(s) & going;
                 over = R::select(crossing, s, over);
                 found = found | crossing;
-                under = R::select(found, under, s);
+                going = going & s.lt(high) & !crossing;
             }
         }
         // As many halvings as a number has digits, and some for the place of the slab.
@@ -202,14 +213,22 @@ impl<R: Real, const ODD: bool> Kernel<R> for AsphereLanes<'_, R, ODD> {
         // Steeper than the surface is anywhere: it crosses once.
         let across2 = tx.mul_add(tx, ty * ty);
         let once = (across2 * R::splat(self.1.slope2)).lt(tz * tz);
-        // Beyond the clear diameter the polynomial may run wild and have a crossing of its own.
-        let settled = done & once & self.0.clear(p[0], p[1]) & zero.lt(tz);
+        let mut normal = self.local(p).normal;
+        // Beyond the clear diameter the polynomial may run wild and have a crossing of its own;
+        // the conic has another sheet.
+        let near = self.0.clear(p[0], p[1]) & zero.lt(normal[2]);
+        let settled = done & once & near & zero.lt(tz);
         let living = ray.p[0].same(ray.p[0]);
         if R::bits(living & !settled) != 0 {
             let found = self.search(&ray, once);
             p = [0, 1, 2].map(|i| R::select(settled, p[i], found[i]));
+            normal = self.local(p).normal;
         }
-        let Local { normal, .. } = self.local(p);
+        // A point beyond the clear diameter is on the level part, whatever the polynomial says:
+        // the ray is clipped there and does not miss.
+        let clear = self.0.clear(p[0], p[1]);
+        let level = [zero, zero, R::constant(1.0)];
+        let normal = [0, 1, 2].map(|i| R::select(clear, normal[i], level[i]));
         refracted(&self.0, LensRay { p, ..ray }, normal)
     }
 }

@@ -101,7 +101,10 @@ impl<R: Real> Lanes<R> {
 fn reach<R: Real, const FAR: bool>(f: R, g: R, a: R) -> (R, R, R) {
     let disc = g.mul_add(g, -(a * f));
     let t_n = disc.sqrt();
-    let s = if FAR { (g - t_n) / a } else { f / (g + t_n) };
+    // A ray that is level with the axis has no a on a paraboloid: the other form only where the
+    // first cancels.
+    let near = f / (g + t_n);
+    let s = if FAR { R::select(g.lt(R::constant(0.0)), (g - t_n) / a, near) } else { near };
     (s, t_n, disc)
 }
 

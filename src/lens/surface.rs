@@ -114,9 +114,11 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
     let curvature = sign * row.curvature();
     let n2_step = n_after * n_after - n * n;
     let plain_stop = row.stop && row.curvature() == 0.0 && row.asphere.is_empty() && n2_step == 0.0;
+    // The centre of a conic stands nearer to its vertex than a sphere's by this.
+    let bulge = if row.asphere.is_empty() { (1.0 + row.conic).abs().max(1.0) } else { 1.0 };
     // The square of the normal component is a difference of G^2 and A F, of this size; an error
     // of it becomes one of its root behind the surface.
-    let size = n * n * (1.0 + curvature.abs() * advance.hypot(height)).powi(2);
+    let size = n * n * (1.0 + bulge * curvature.abs() * advance.hypot(height)).powi(2);
     let doubt = (2.0 * R::EPSILON * size / (2.0 * DIRECTION)).powi(2);
     let surface = Surface {
         row: place,
@@ -129,7 +131,7 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
         },
         // A start more than half a radius before a surface that is concave to the ray (its
         // centre behind the vertex) can lie beyond the centre: there G changes sign.
-        far: curvature * advance < -0.5,
+        far: bulge * curvature * advance < -0.5,
         stop: row.stop,
         advance: R::scalar(advance),
         curvature: R::scalar(curvature),

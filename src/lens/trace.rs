@@ -83,7 +83,10 @@ fn cross<R: Real, K: Kernel<R>>(
             // Near total reflection and tangency: rare, and settled in f64 after the wave.
             let unsure = R::bits(incidence.lt(sure));
             if unsure != 0 {
-                note(doubtful, unsure & R::bits((limit - doubt).le(incidence)), i * R::LANES);
+                // A cylinder does not see that a ray is blocked in the number along it.
+                let alive = R::bits(before.p[0].same(before.p[0]));
+                let near = R::bits((limit - doubt).le(incidence));
+                note(doubtful, unsure & near & alive, i * R::LANES);
             }
             passed = passed & sure.le(incidence);
         }

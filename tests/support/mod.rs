@@ -1,6 +1,9 @@
 //! What the tests share: the independent oracle, the lenses, and nasty numbers.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+pub mod oracle;
+pub mod probe;
+
 use std::path::{Path, PathBuf};
 
 use petzval::lens::{Prescription, Row, read};
@@ -60,83 +63,6 @@ impl Random {
     }
 }
 
-/// The oracle: a lens traced from the film by the textbook, in f64.
-///
-/// Written apart from the program: spheres by their centres and the quadratic formula,
-/// refraction in vector form (Heckbert, in Glassner 1989, "An Introduction to Ray Tracing",
-/// p. 291). z runs from the film (z = 0) to the scene.
-pub mod oracle {
-    use petzval::lens::Prescription;
-
-    type V = [f64; 3];
-
-    fn dot(a: V, b: V) -> f64 {
-        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-    }
-
-    fn along(a: V, t: f64, d: V) -> V {
-        [a[0] + t * d[0], a[1] + t * d[1], a[2] + t * d[2]]
-    }
-
-    /// The exit point relative to the front vertex and the unit direction, or the row (from 0)
-    /// at which the ray ends.
-    pub fn trace(lens: &Prescription, film: f64, start: V, towards: V) -> Result<[V; 2], usize> {
-        let length = dot(towards, towards).sqrt();
-        let mut p = start;
-        let mut d = towards.map(|v| v / length);
-        let mut vertex = film;
-        for (i, row) in lens.rows.iter().enumerate().rev() {
-            let half = row.diameter / 2.0;
-            if row.radius.is_infinite() {
-                let t = (vertex - p[2]) / d[2];
-                if t <= 0.0 {
-                    return Err(i);
-                }
-                p = along(p, t, d);
-                if p[0] * p[0] + p[1] * p[1] > half * half {
-                    return Err(i);
-                }
-                d = refract(d, [0.0, 0.0, -1.0], row.index, lens.index_before(i)).ok_or(i)?;
-            } else {
-                // The centre lies towards the film where the radius is positive.
-                let centre = [0.0, 0.0, vertex - row.radius];
-                let o = [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
-                let b = dot(o, d);
-                let disc = b * b - dot(o, o) + row.radius * row.radius;
-                if disc < 0.0 {
-                    return Err(i);
-                }
-                // The sheet at the vertex: the far one where the centre is on this side.
-                let t = if row.radius > 0.0 { -b + disc.sqrt() } else { -b - disc.sqrt() };
-                p = along(p, t, d);
-                let n = [p[0] / row.radius, p[1] / row.radius, (p[2] - centre[2]) / row.radius];
-                let past_equator = n[2] <= 0.0;
-                if p[0] * p[0] + p[1] * p[1] > half * half || past_equator {
-                    return Err(i);
-                }
-                let n = n.map(|v| -v);
-                d = refract(d, n, row.index, lens.index_before(i)).ok_or(i)?;
-            }
-            if i > 0 {
-                vertex += lens.rows[i - 1].thickness;
-            }
-        }
-        Ok([[p[0], p[1], p[2] - vertex], d])
-    }
-
-    /// Heckbert's refraction; the normal points against the ray.
-    fn refract(d: V, n: V, n1: f64, n2: f64) -> Option<V> {
-        let ratio = n1 / n2;
-        let c1 = -dot(d, n);
-        let c2 = 1.0 - ratio * ratio * (1.0 - c1 * c1);
-        if c2 < 0.0 {
-            return None;
-        }
-        let k = ratio * c1 - c2.sqrt();
-        Some([ratio * d[0] + k * n[0], ratio * d[1] + k * n[1], ratio * d[2] + k * n[2]])
-    }
-}
-
 /// Renders the text of a scene, whose files stand in the repository's scenes folder.
 pub fn rendered(text: &str) -> petzval::image::Picture {
     let folder = folder();
@@ -167,4 +93,18 @@ pub fn mean(picture: &petzval::image::Picture) -> [f64; 3] {
         }
     }
     sum.map(|s| s / picture.pixels.len() as f64)
+}
+
+/// The answers of a function for every item, by two threads.
+pub fn in_parallel<T: Sync, A: Send>(items: &[T], f: impl Fn(&T) -> A + Sync) -> Vec<A> {
+    let (even, odd): (Vec<&T>, Vec<&T>) =
+        (items.iter().step_by(2).collect(), items.iter().skip(1).step_by(2).collect());
+    let f = &f;
+    let run = |items: Vec<&T>| items.into_iter().map(f).collect::<Vec<A>>();
+    let (even, odd) = std::thread::scope(|scope| {
+        let odd = scope.spawn(|| run(odd));
+        (run(even), odd.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    });
+    let (mut even, mut odd) = (even.into_iter(), odd.into_iter());
+    (0..items.len()).filter_map(|i| if i % 2 == 0 { even.next() } else { odd.next() }).collect()
 }
