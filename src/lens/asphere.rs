@@ -28,6 +28,8 @@ pub struct Asphere<T> {
     half: T,
     /// A step of the iteration below this ends it, mm.
     tolerance: T,
+    /// Steps that almost every ray needs.
+    passes: usize,
 }
 
 impl<T: Copy> Asphere<T> {
@@ -46,7 +48,10 @@ impl<T: Copy> Asphere<T> {
         let half = row.diameter / 2.0;
         let heights = (0..=SAMPLES).map(|i| half * f64::from(i) / f64::from(SAMPLES));
         let (mut low, mut high, mut slope) = (0.0f64, 0.0f64, 0.0f64);
+        let mut departure = 0.0f64;
+        let conic = Row { asphere: Vec::new(), ..row.clone() };
         for h in heights {
+            departure = departure.max((row.sag(h) - conic.sag(h)).abs() / half);
             let sag = sign * row.sag(h);
             (low, high) = (low.min(sag), high.max(sag));
             slope = slope.max(row.slope(h).abs());
@@ -54,6 +59,10 @@ impl<T: Copy> Asphere<T> {
         // Between two samples the sag may go on for half a step at the steepest slope.
         let margin = half / f64::from(SAMPLES) * slope.min(1e3) + 1e-6 * half;
         let slope = slope * 1.01 + 1e-6;
+        // From the conic the error, in units of the aperture, is squared by every step.
+        let tolerance = 16.0 * R::EPSILON;
+        let error = |steps: usize| departure.min(0.5).powi(1 << steps);
+        let passes = 1 + (1..4).find(|&steps| error(steps) <= tolerance).unwrap_or(4);
         Self {
             odd,
             k1: R::scalar(1.0 + row.conic),
@@ -61,7 +70,8 @@ impl<T: Copy> Asphere<T> {
             slab: [R::scalar(low - margin), R::scalar(high + margin)],
             slope2: R::scalar((slope * slope).min(1e30)),
             half: R::scalar(half),
-            tolerance: R::scalar(half * 16.0 * R::EPSILON),
+            tolerance: R::scalar(half * tolerance),
+            passes,
         }
     }
 }
@@ -75,7 +85,7 @@ const STEPS: usize = 8;
 const PARTS: usize = 1024;
 
 /// An asphere in every lane.
-pub(super) struct AsphereLanes<'a, R: Real, const ODD: bool>(
+pub(super) struct AsphereLanes<'a, R: Real, const ODD: bool, const FAR: bool>(
     pub Lanes<R>,
     pub &'a Asphere<R::Scalar>,
 );
@@ -88,7 +98,7 @@ struct Local<R> {
     normal: [R; 3],
 }
 
-impl<R: Real, const ODD: bool> AsphereLanes<'_, R, ODD> {
+impl<R: Real, const ODD: bool, const FAR: bool> AsphereLanes<'_, R, ODD, FAR> {
     /// P(h) and P'(h) / h.
     #[inline(always)]
     fn polynomial(&self, h2: R) -> (R, R) {
@@ -115,29 +125,63 @@ impl<R: Real, const ODD: bool> AsphereLanes<'_, R, ODD> {
         Local { over, normal: [across * x, across * y, normal_z] }
     }
 
-    /// Newton's iteration from the conic, and which lanes have come to its end.
+    /// Newton's step from a point of the ray, in units of T, and the normal there.
     #[inline(always)]
-    fn iterate(&self, ray: &LensRay<R>) -> ([R; 3], R::Mask) {
-        let [tx, ty, tz] = ray.t;
-        let zero = R::constant(0.0);
-        let (s, disc) = meet_conic::<R, false>(ray, self.0.c, R::splat(self.1.k1));
-        let s = R::select(zero.le(disc) & s.same(s), s, -(ray.p[2] / tz));
-        let mut p = advanced(ray.p, s, ray.t);
+    fn step(&self, p: [R; 3], [tx, ty, tz]: [R; 3]) -> (R, [R; 3]) {
+        let Local { over, normal: [nx, ny, nz] } = self.local(p);
+        let fall = tx.mul_add(nx, ty.mul_add(ny, tz * nz));
+        (-(over / fall), [nx, ny, nz])
+    }
+
+    /// The end of Newton's iteration, the normal there, and which lanes have come to it. A lane
+    /// that has come to its end stands still, so that its neighbours change nothing.
+    #[inline(always)]
+    fn finish(&self, ray: &LensRay<R>) -> ([R; 3], [R; 3], R::Mask) {
         let tolerance = R::splat(self.1.tolerance);
-        // A lane that has come to its end stands still, so that its neighbours change nothing.
-        let mut done = zero.lt(zero);
+        let ended = |step: R| (step * ray.t[2]).abs().le(tolerance);
+        let (step, first) = self.step(ray.p, ray.t);
+        let mut p = advanced(ray.p, step, ray.t);
+        let at_once = ended(step);
+        let dead = !ray.p[0].same(ray.p[0]);
+        let mut done = at_once | dead;
+        if R::bits(!done) == 0 {
+            return (p, first, at_once);
+        }
         for _ in 0..STEPS {
-            let Local { over, normal: [nx, ny, nz] } = self.local(p);
-            let fall = tx.mul_add(nx, ty.mul_add(ny, tz * nz));
-            let step = -(over / fall);
-            let step = R::select(done, zero, step);
-            p = advanced(p, step, ray.t);
-            done = done | (step * tz).abs().le(tolerance);
-            if R::bits(done) == (1 << R::LANES) - 1 {
+            let (step, _) = self.step(p, ray.t);
+            let next = advanced(p, step, ray.t);
+            p = [0, 1, 2].map(|i| R::select(done, p[i], next[i]));
+            done = done | ended(step);
+            if R::bits(!done) == 0 {
                 break;
             }
         }
-        (p, done)
+        let normal = self.local(p).normal;
+        (p, [0, 1, 2].map(|i| R::select(at_once, first[i], normal[i])), done)
+    }
+
+    /// Points and normals of all lanes, by a search for those that are not settled.
+    #[cold]
+    #[inline(never)]
+    fn search_others(
+        &self,
+        ray: &LensRay<R>,
+        once: R::Mask,
+        settled: R::Mask,
+        p: [R; 3],
+        normal: [R; 3],
+    ) -> ([R; 3], [R; 3]) {
+        let found = self.search(ray, once);
+        let there = self.local(found).normal;
+        // A point beyond the clear diameter is on the level part, whatever the polynomial says:
+        // the ray is clipped there and does not miss.
+        let clear = self.0.clear(found[0], found[1]);
+        let level = [R::constant(0.0), R::constant(0.0), R::constant(1.0)];
+        let there = [0, 1, 2].map(|i| R::select(clear, there[i], level[i]));
+        let pick = |ours: [R; 3], theirs: [R; 3]| {
+            [0, 1, 2].map(|i| R::select(settled, ours[i], theirs[i]))
+        };
+        (pick(p, found), pick(normal, there))
     }
 
     /// How far a point lies over the surface along z; beyond the clear diameter over a surface
@@ -203,32 +247,46 @@ fn advanced<R: Real>(p: [R; 3], s: R, t: [R; 3]) -> [R; 3] {
     [s.mul_add(t[0], p[0]), s.mul_add(t[1], p[1]), s.mul_add(t[2], p[2])]
 }
 
-impl<R: Real, const ODD: bool> Kernel<R> for AsphereLanes<'_, R, ODD> {
+impl<R: Real, const ODD: bool, const FAR: bool> Kernel<R> for AsphereLanes<'_, R, ODD, FAR> {
+    #[inline(always)]
+    fn passes(&self) -> usize {
+        self.1.passes
+    }
+
+    /// To the conic, then by Newton's steps.
+    #[inline(always)]
+    fn approach(&self, ray: LensRay<R>, pass: usize) -> LensRay<R> {
+        let zero = R::constant(0.0);
+        let (ray, s) = if pass == 0 {
+            let ray = self.0.arrive::<FAR>(ray);
+            let (s, disc) = meet_conic(&ray, self.0.c, R::splat(self.1.k1));
+            (ray, R::select(zero.le(disc) & s.same(s), s, -(ray.p[2] / ray.t[2])))
+        } else {
+            let (step, _) = self.step(ray.p, ray.t);
+            // A step that leads away, where the slope turns, is none.
+            let away = R::constant(4.0) * R::splat(self.1.half);
+            let near = (step * ray.t[2]).abs().le(away);
+            (ray, R::select(near, step, zero))
+        };
+        LensRay { p: advanced(ray.p, s, ray.t), ..ray }
+    }
+
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
-        let ray = self.0.arrive(ray);
         let [tx, ty, tz] = ray.t;
         let zero = R::constant(0.0);
-        let (mut p, done) = self.iterate(&ray);
+        let (mut p, mut normal, done) = self.finish(&ray);
         // Steeper than the surface is anywhere: it crosses once.
         let across2 = tx.mul_add(tx, ty * ty);
         let once = (across2 * R::splat(self.1.slope2)).lt(tz * tz);
-        let mut normal = self.local(p).normal;
         // Beyond the clear diameter the polynomial may run wild and have a crossing of its own;
         // the conic has another sheet.
         let near = self.0.clear(p[0], p[1]) & zero.lt(normal[2]);
         let settled = done & once & near & zero.lt(tz);
         let living = ray.p[0].same(ray.p[0]);
         if R::bits(living & !settled) != 0 {
-            let found = self.search(&ray, once);
-            p = [0, 1, 2].map(|i| R::select(settled, p[i], found[i]));
-            normal = self.local(p).normal;
+            (p, normal) = self.search_others(&ray, once, settled, p, normal);
         }
-        // A point beyond the clear diameter is on the level part, whatever the polynomial says:
-        // the ray is clipped there and does not miss.
-        let clear = self.0.clear(p[0], p[1]);
-        let level = [zero, zero, R::constant(1.0)];
-        let normal = [0, 1, 2].map(|i| R::select(clear, normal[i], level[i]));
         refracted(&self.0, LensRay { p, ..ray }, normal)
     }
 }

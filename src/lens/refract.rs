@@ -57,6 +57,19 @@ pub(super) trait Kernel<R: Real> {
     /// Whether the weight changes.
     const SHADES: bool = false;
 
+    /// How many times rays approach the surface before they cross it: stages of their own over
+    /// the batch, which hide the latency of an iteration.
+    #[inline(always)]
+    fn passes(&self) -> usize {
+        0
+    }
+
+    /// One such step along the ray.
+    #[inline(always)]
+    fn approach(&self, ray: LensRay<R>, _pass: usize) -> LensRay<R> {
+        ray
+    }
+
     fn cross(&self, ray: LensRay<R>) -> Crossed<R>;
 }
 
@@ -82,11 +95,17 @@ impl<R: Real> Lanes<R> {
         }
     }
 
-    /// The ray in the frame of this surface's vertex.
+    /// The ray in the frame of this surface's vertex; one that comes from afar in the plane of
+    /// the vertex, so that nothing is lost to the length of its way.
     #[inline(always)]
-    pub fn arrive(&self, ray: LensRay<R>) -> LensRay<R> {
-        let [x, y, z] = ray.p;
-        LensRay { p: [x, y, z - self.advance], ..ray }
+    pub fn arrive<const FAR: bool>(&self, ray: LensRay<R>) -> LensRay<R> {
+        let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
+        let z = z - self.advance;
+        if FAR {
+            let s = -(z / tz);
+            return LensRay { p: [s.mul_add(tx, x), s.mul_add(ty, y), R::constant(0.0)], ..ray };
+        }
+        LensRay { p: [x, y, z], ..ray }
     }
 
     /// Whether a point is inside the clear diameter.
@@ -96,16 +115,12 @@ impl<R: Real> Lanes<R> {
     }
 }
 
-/// How far to a quadric along the ray, in units of T, and the square of T.N there.
+/// How far to a quadric along the ray, in units of T; T.N there, and its square.
 #[inline(always)]
-fn reach<R: Real, const FAR: bool>(f: R, g: R, a: R) -> (R, R, R) {
+fn reach<R: Real>(f: R, g: R, a: R) -> (R, R, R) {
     let disc = g.mul_add(g, -(a * f));
     let t_n = disc.sqrt();
-    // A ray that is level with the axis has no a on a paraboloid: the other form only where the
-    // first cancels.
-    let near = f / (g + t_n);
-    let s = if FAR { R::select(g.lt(R::constant(0.0)), (g - t_n) / a, near) } else { near };
-    (s, t_n, disc)
+    (f / (g + t_n), t_n, disc)
 }
 
 /// A sphere or plane.
@@ -124,14 +139,14 @@ impl<R: Real, const FAR: bool> Kernel<R> for Sphere<R, FAR> {
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
         let Self(surface, c_n2) = *self;
-        let ray = surface.arrive(ray);
+        let ray = surface.arrive::<FAR>(ray);
         let Lanes { c, n2_step, .. } = surface;
         let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
         let p_p = x.mul_add(x, y.mul_add(y, z * z));
         let p_t = x.mul_add(tx, y.mul_add(ty, z * tz));
         let f = c.mul_add(p_p, -(z + z));
         let g = (-c).mul_add(p_t, tz);
-        let (s, xi, disc) = reach::<R, FAR>(f, g, c_n2);
+        let (s, xi, disc) = reach(f, g, c_n2);
         let bend = (disc + n2_step).sqrt() - xi;
         let (x, y, z) = (s.mul_add(tx, x), s.mul_add(ty, y), s.mul_add(tz, z));
         let bend_c = -(bend * c);
@@ -155,8 +170,8 @@ impl<R: Real, const FAR: bool> Kernel<R> for Conic<R, FAR> {
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
         let Self(surface, k1) = *self;
-        let ray = surface.arrive(ray);
-        let (s, disc) = meet_conic::<R, FAR>(&ray, surface.c, k1);
+        let ray = surface.arrive::<FAR>(ray);
+        let (s, disc) = meet_conic(&ray, surface.c, k1);
         let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
         let (x, y, z) = (s.mul_add(tx, x), s.mul_add(ty, y), s.mul_add(tz, z));
         let normal_z = (-(surface.c * k1)).mul_add(z, R::constant(1.0));
@@ -170,7 +185,7 @@ impl<R: Real, const FAR: bool> Kernel<R> for Conic<R, FAR> {
 
 /// How far along a ray its conic is, in units of T, and the square of T.N there.
 #[inline(always)]
-pub(super) fn meet_conic<R: Real, const FAR: bool>(ray: &LensRay<R>, c: R, k1: R) -> (R, R) {
+pub(super) fn meet_conic<R: Real>(ray: &LensRay<R>, c: R, k1: R) -> (R, R) {
     let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
     let (k1_z, k1_tz) = (k1 * z, k1 * tz);
     let p_p = x.mul_add(x, y.mul_add(y, k1_z * z));
@@ -178,7 +193,7 @@ pub(super) fn meet_conic<R: Real, const FAR: bool>(ray: &LensRay<R>, c: R, k1: R
     let t_t = tx.mul_add(tx, ty.mul_add(ty, k1_tz * tz));
     let f = c.mul_add(p_p, -(z + z));
     let g = (-c).mul_add(p_t, tz);
-    let (s, _, disc) = reach::<R, FAR>(f, g, c * t_t);
+    let (s, _, disc) = reach(f, g, c * t_t);
     (s, disc)
 }
 
@@ -218,7 +233,7 @@ impl<R: Real, const ALONG_X: bool, const FAR: bool> Kernel<R> for Cylinder<R, AL
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
         let surface = self.0;
-        let ray = surface.arrive(ray);
+        let ray = surface.arrive::<FAR>(ray);
         let Lanes { c, n2, n2_step, .. } = surface;
         let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
         // Where it is curved, and where it is not.
@@ -228,7 +243,7 @@ impl<R: Real, const ALONG_X: bool, const FAR: bool> Kernel<R> for Cylinder<R, AL
         let f = c.mul_add(p_p, -(z + z));
         let g = (-c).mul_add(p_t, tz);
         let a = c * (-straight).mul_add(straight, n2);
-        let (s, xi, disc) = reach::<R, FAR>(f, g, a);
+        let (s, xi, disc) = reach(f, g, a);
         let bend = (disc + n2_step).sqrt() - xi;
         let (x, y, z) = (s.mul_add(tx, x), s.mul_add(ty, y), s.mul_add(tz, z));
         let bend_c = -(bend * c);

@@ -34,8 +34,8 @@ pub struct Surface<T> {
     pub row: usize,
     /// Which kernel applies.
     pub kind: Kind<T>,
-    /// Met from so far behind its vertex that G may be negative, where F / (G + xi) cancels (a
-    /// ball lens) and (G - xi) / A does not.
+    /// Met from so far that the ray goes to the plane of the vertex first: G may change sign on
+    /// the way (a ball lens), and its square would dwarf the normal component.
     pub far: bool,
     /// Whether its rim is that of the aperture stop.
     pub stop: bool,
@@ -107,7 +107,10 @@ struct Side {
 
 /// How far off, rad, the direction behind a surface may be by the bound below. The bound is
 /// pessimistic: a ball lens next to total reflection, at this limit, is off by 4 urad.
-const DIRECTION: f64 = 8e-6;
+const DIRECTION: f64 = 2e-6;
+
+/// From this share of the radius on a surface is met from afar. The step costs a division.
+const FAR: f64 = 0.5;
 
 fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>) {
     let &Side { row: place, advance, sign, n, n_after, height } = side;
@@ -116,9 +119,13 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
     let plain_stop = row.stop && row.curvature() == 0.0 && row.asphere.is_empty() && n2_step == 0.0;
     // The centre of a conic stands nearer to its vertex than a sphere's by this.
     let bulge = if row.asphere.is_empty() { (1.0 + row.conic).abs().max(1.0) } else { 1.0 };
+    let far = bulge * (curvature * advance).abs() > FAR;
+    // How far from the vertex rays are when they meet the formula.
+    let half = row.diameter / 2.0;
+    let from = if far { half + 2.0 * row.sag(half).abs() } else { advance.hypot(height) };
     // The square of the normal component is a difference of G^2 and A F, of this size; an error
     // of it becomes one of its root behind the surface.
-    let size = n * n * (1.0 + bulge * curvature.abs() * advance.hypot(height)).powi(2);
+    let size = n * n * (1.0 + bulge * curvature.abs() * from).powi(2);
     let doubt = (2.0 * R::EPSILON * size / (2.0 * DIRECTION)).powi(2);
     let surface = Surface {
         row: place,
@@ -129,9 +136,7 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
             _ if row.conic != 0.0 && curvature != 0.0 => Kind::Conic(R::scalar(1.0 + row.conic)),
             _ => Kind::Sphere,
         },
-        // A start more than half a radius before a surface that is concave to the ray (its
-        // centre behind the vertex) can lie beyond the centre: there G changes sign.
-        far: bulge * curvature * advance < -0.5,
+        far,
         stop: row.stop,
         advance: R::scalar(advance),
         curvature: R::scalar(curvature),

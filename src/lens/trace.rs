@@ -28,10 +28,12 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
         (Kind::Cylinder(Axis::X), true) => what.with(Cylinder::<R, true, true>(lanes)),
         (Kind::Cylinder(Axis::Y), false) => what.with(Cylinder::<R, false, false>(lanes)),
         (Kind::Cylinder(Axis::Y), true) => what.with(Cylinder::<R, false, true>(lanes)),
-        (Kind::Asphere(asphere), _) if asphere.odd => {
-            what.with(AsphereLanes::<R, true>(lanes, asphere))
-        }
-        (Kind::Asphere(asphere), _) => what.with(AsphereLanes::<R, false>(lanes, asphere)),
+        (Kind::Asphere(asphere), far) => match (asphere.odd, far) {
+            (false, false) => what.with(AsphereLanes::<R, false, false>(lanes, asphere)),
+            (false, true) => what.with(AsphereLanes::<R, false, true>(lanes, asphere)),
+            (true, false) => what.with(AsphereLanes::<R, true, false>(lanes, asphere)),
+            (true, true) => what.with(AsphereLanes::<R, true, true>(lanes, asphere)),
+        },
         (Kind::Iris(shape), _) => what.with(Opening::<R>(shape)),
         (Kind::Obstruction(h2), _) => what.with(Disk(R::splat(*h2))),
     }
@@ -70,6 +72,12 @@ fn cross<R: Real, K: Kernel<R>>(
     let ty = &mut batch.ty.packets_mut::<R>(rays)[..packets];
     let tz = &mut batch.tz.packets_mut::<R>(rays)[..packets];
     let weight = &mut batch.weight.packets_mut::<R>(rays)[..packets];
+    for pass in 0..kernel.passes() {
+        for i in 0..packets {
+            let ray = LensRay::new([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
+            [x[i], y[i], z[i]] = kernel.approach(ray, pass).p;
+        }
+    }
     let mut alive = 0;
     for i in 0..packets {
         let before = LensRay {
@@ -214,7 +222,8 @@ fn one<R: Real, K: Kernel<R>>(
 ) -> Result<LensRay<R>, Blocked> {
     let holds = |mask: R::Mask| R::bits(mask) & 1 == 1;
     let end = |why| Err(Blocked { row: surface.row, why });
-    let Crossed { ray, met, inside, incidence } = kernel.cross(ray);
+    let near = (0..kernel.passes()).fold(ray, |ray, pass| kernel.approach(ray, pass));
+    let Crossed { ray, met, inside, incidence } = kernel.cross(near);
     // Not a number where there is no point to refract at.
     let nowhere = !holds(ray.p[0].same(ray.p[0]));
     if nowhere || !holds(met) {

@@ -145,6 +145,23 @@ impl Sheet {
         sheet
     }
 
+    /// For a ray that misses a sphere's sheet: how near to the equator, mm, it comes to the sphere
+    /// beyond it.
+    fn past_edge(&self, p: V, d: V) -> f64 {
+        if self.k1 != 1.0 || self.curvature == 0.0 || self.axis.is_some() || self.is_asphere() {
+            return f64::INFINITY;
+        }
+        let radius = 1.0 / self.curvature;
+        let o = [p[0], p[1], p[2] - radius];
+        let b = dot(o, d);
+        let root = (b * b - dot(o, o) + radius * radius).max(0.0).sqrt();
+        let height = |t: f64| (p[0] + t * d[0]).hypot(p[1] + t * d[1]);
+        [-b - root, -b + root]
+            .map(|t| (height(t) - radius.abs()).abs())
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+
     fn is_asphere(&self) -> bool {
         !self.terms.is_empty() && self.axis.is_none()
     }
@@ -348,7 +365,12 @@ impl<'a> Oracle<'a> {
                 if d[2] <= 0.0 {
                     return Err(Why::Miss);
                 }
-                p = sheet.meet(p, d).ok_or(Why::Miss)?;
+                let Some(met) = sheet.meet(p, d) else {
+                    // A miss may be a matter of rounding too: past the very edge of a sphere.
+                    rim = rim.min(sheet.past_edge(p, d));
+                    return Err(Why::Miss);
+                };
+                p = met;
                 let h = p[0].hypot(p[1]);
                 rim = rim.min((h - sheet.half).abs());
                 let clip = if row.stop { Why::Stop } else { Why::Clip };
