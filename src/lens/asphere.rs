@@ -133,37 +133,12 @@ impl<R: Real, const ODD: bool, const FAR: bool> AsphereLanes<'_, R, ODD, FAR> {
         (-(over / fall), [nx, ny, nz])
     }
 
-    /// The end of Newton's iteration, the normal there, and which lanes have come to it. A lane
-    /// that has come to its end stands still, so that its neighbours change nothing.
-    #[inline(always)]
-    fn finish(&self, ray: &LensRay<R>) -> ([R; 3], [R; 3], R::Mask) {
-        let tolerance = R::splat(self.1.tolerance);
-        let ended = |step: R| (step * ray.t[2]).abs().le(tolerance);
-        let (step, first) = self.step(ray.p, ray.t);
-        let mut p = advanced(ray.p, step, ray.t);
-        let at_once = ended(step);
-        let dead = !ray.p[0].same(ray.p[0]);
-        let mut done = at_once | dead;
-        if R::bits(!done) == 0 {
-            return (p, first, at_once);
-        }
-        for _ in 0..STEPS {
-            let (step, _) = self.step(p, ray.t);
-            let next = advanced(p, step, ray.t);
-            p = [0, 1, 2].map(|i| R::select(done, p[i], next[i]));
-            done = done | ended(step);
-            if R::bits(!done) == 0 {
-                break;
-            }
-        }
-        let normal = self.local(p).normal;
-        (p, [0, 1, 2].map(|i| R::select(at_once, first[i], normal[i])), done)
-    }
-
-    /// Points and normals of all lanes, by a search for those that are not settled.
+    /// Points and normals of the lanes of a packet that not all are settled: first by more of
+    /// Newton's steps, then by a search. A settled lane stands still, so that its neighbours
+    /// change nothing.
     #[cold]
     #[inline(never)]
-    fn search_others(
+    fn settle(
         &self,
         ray: &LensRay<R>,
         once: R::Mask,
@@ -171,17 +146,45 @@ impl<R: Real, const ODD: bool, const FAR: bool> AsphereLanes<'_, R, ODD, FAR> {
         p: [R; 3],
         normal: [R; 3],
     ) -> ([R; 3], [R; 3]) {
+        let mut end = p;
+        let mut done = settled | !ray.p[0].same(ray.p[0]);
+        for _ in 0..STEPS {
+            let (step, _) = self.step(end, ray.t);
+            let next = advanced(end, step, ray.t);
+            end = [0, 1, 2].map(|i| R::select(done, end[i], next[i]));
+            done = done | self.ended(step, ray.t[2]);
+            if R::bits(!done) == 0 {
+                break;
+            }
+        }
+        let there = self.local(end).normal;
+        let late = done & self.counts(end, there, ray.t[2], once);
         let found = self.search(ray, once);
-        let there = self.local(found).normal;
+        let end = [0, 1, 2].map(|i| R::select(late, end[i], found[i]));
         // A point beyond the clear diameter is on the level part, whatever the polynomial says:
         // the ray is clipped there and does not miss.
-        let clear = self.0.clear(found[0], found[1]);
+        let there = self.local(end).normal;
+        let clear = self.0.clear(end[0], end[1]);
         let level = [R::constant(0.0), R::constant(0.0), R::constant(1.0)];
         let there = [0, 1, 2].map(|i| R::select(clear, there[i], level[i]));
-        let pick = |ours: [R; 3], theirs: [R; 3]| {
-            [0, 1, 2].map(|i| R::select(settled, ours[i], theirs[i]))
-        };
-        (pick(p, found), pick(normal, there))
+        (
+            [0, 1, 2].map(|i| R::select(settled, p[i], end[i])),
+            [0, 1, 2].map(|i| R::select(settled, normal[i], there[i])),
+        )
+    }
+
+    /// Whether a step is short enough to be the last.
+    #[inline(always)]
+    fn ended(&self, step: R, tz: R) -> R::Mask {
+        (step * tz).abs().le(R::splat(self.1.tolerance))
+    }
+
+    /// Whether the end of an iteration is the crossing: beyond the clear diameter the polynomial
+    /// may run wild and have one of its own, and the conic has another sheet.
+    #[inline(always)]
+    fn counts(&self, p: [R; 3], normal: [R; 3], tz: R, once: R::Mask) -> R::Mask {
+        let zero = R::constant(0.0);
+        once & self.0.clear(p[0], p[1]) & zero.lt(normal[2]) & zero.lt(tz)
     }
 
     /// How far a point lies over the surface along z; beyond the clear diameter over a surface
@@ -274,18 +277,15 @@ impl<R: Real, const ODD: bool, const FAR: bool> Kernel<R> for AsphereLanes<'_, R
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
         let [tx, ty, tz] = ray.t;
-        let zero = R::constant(0.0);
-        let (mut p, mut normal, done) = self.finish(&ray);
+        let (step, mut normal) = self.step(ray.p, ray.t);
+        let mut p = advanced(ray.p, step, ray.t);
         // Steeper than the surface is anywhere: it crosses once.
         let across2 = tx.mul_add(tx, ty * ty);
         let once = (across2 * R::splat(self.1.slope2)).lt(tz * tz);
-        // Beyond the clear diameter the polynomial may run wild and have a crossing of its own;
-        // the conic has another sheet.
-        let near = self.0.clear(p[0], p[1]) & zero.lt(normal[2]);
-        let settled = done & once & near & zero.lt(tz);
+        let settled = self.ended(step, tz) & self.counts(p, normal, tz, once);
         let living = ray.p[0].same(ray.p[0]);
         if R::bits(living & !settled) != 0 {
-            (p, normal) = self.search_others(&ray, once, settled, p, normal);
+            (p, normal) = self.settle(&ray, once, settled, p, normal);
         }
         refracted(&self.0, LensRay { p, ..ray }, normal)
     }
