@@ -3,7 +3,9 @@
 mod support;
 
 use petzval::lanes::{Real, f32x8};
-use petzval::lens::{From, LensRay, Prescription, sequence, trace, trace_one};
+use petzval::lens::{
+    Aim, From, LensRay, Prescription, PupilBound, sequence, settle, trace, trace_one,
+};
 use petzval::rays::{LensBatch, WAVE};
 use support::{LENSES, Random, lens, oracle, row};
 
@@ -202,4 +204,72 @@ fn a_ball_lens_keeps_all_its_rays() {
     // 892 urad: the published worst case of the curvature form, for rays that graze next to
     // total reflection. The point itself must hold.
     assert!(um < 0.1 && urad < 892.0, "{um} um, {urad} urad");
+}
+
+/// A ray from a point of the film to a point of its pupil.
+fn into_pupil(bound: &PupilBound, film: [f64; 2], random: &mut Random) -> Option<[f64; 3]> {
+    let point = film.map(|v| v as f32);
+    let fan = bound.fan(point);
+    if !fan.open() {
+        return None;
+    }
+    let k = (random.next() * 32.0) as usize;
+    let (t, s) = (random.next(), random.next().sqrt());
+    let [u, v] = [0, 1].map(|axis| {
+        let [a, b] = [fan.corners[k][axis], fan.corners[k + 1][axis]].map(f64::from);
+        f64::from(fan.centre[axis]) + s * (a + t * (b - a))
+    });
+    let r = film[0].hypot(film[1]);
+    let (cos, sin) = (film[0] / r, film[1] / r);
+    Some([cos * u - sin * v - film[0], sin * u + cos * v - film[1], 0.0])
+}
+
+#[test]
+fn a_million_rays_of_each_lens_keep_the_published_errors() {
+    for (name, film) in LENSES {
+        let lens = lens(name);
+        let bound = PupilBound::new(&lens, film, 35.0, Aim::Pupil);
+        let surfaces = sequence::<f32x8>(&lens, From::Film(film));
+        let exact = sequence::<f64>(&lens, From::Film(film));
+        let mut random = Random::new(8);
+        let mut blocked = vec![0; lens.rows.len()];
+        let mut batch = Box::<LensBatch<f32>>::default();
+        let (mut count, mut redone, mut um, mut urad) = (0u32, 0, 0.0f64, 0.0f64);
+        while count < 1_000_000 {
+            let mut starts = Vec::with_capacity(WAVE);
+            while starts.len() < WAVE {
+                let at = [0, 1].map(|_| f64::from(random.between(-24.7, 24.7) as f32));
+                let Some([dx, dy, _]) = into_pupil(&bound, at, &mut random) else { continue };
+                let length = (dx * dx + dy * dy + film * film).sqrt();
+                let t = [dx, dy, film].map(|d| (d / length) as f32);
+                let i = starts.len();
+                [batch.x[i], batch.y[i], batch.z[i]] = [at[0] as f32, at[1] as f32, 0.0];
+                [batch.tx[i], batch.ty[i], batch.tz[i]] = t;
+                let t = t.map(f64::from);
+                let length = t.iter().map(|v| v * v).sum::<f64>().sqrt();
+                starts.push(LensRay::new([at[0], at[1], 0.0], t.map(|v| v / length)));
+            }
+            batch.resize::<f32x8>(WAVE);
+            trace::<f32x8>(&mut batch, &surfaces, &mut blocked);
+            redone += batch.doubtful.len();
+            settle::<f32x8>(&mut batch, &exact, &mut blocked, |i| starts[i]);
+            for (i, start) in starts.iter().enumerate() {
+                let truth = trace_one::<f64>(*start, &exact);
+                // At rims the two may disagree; how seldom, the oracle's test says.
+                let (Ok(truth), false) = (truth, batch.x[i].is_nan()) else { continue };
+                count += 1;
+                let p = [batch.x[i], batch.y[i], batch.z[i]].map(f64::from);
+                let t = [batch.tx[i], batch.ty[i], batch.tz[i]].map(f64::from);
+                let length = t.iter().map(|v| v * v).sum::<f64>().sqrt();
+                let off = |a: [f64; 3], b: [f64; 3]| {
+                    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+                };
+                um = um.max(1e3 * off(p, truth.p));
+                urad = urad.max(1e6 * off(t.map(|v| v / length), truth.t));
+            }
+        }
+        println!("{name}: {um:.4} um, {urad:.3} urad over {count} rays, {redone} redone");
+        // Measured: 0.028 um (the telephoto's) and 1.9 urad (the fisheye's).
+        assert!(um <= 0.03 && urad <= 2.0, "{name}: {um} um, {urad} urad");
+    }
 }

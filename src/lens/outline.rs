@@ -138,8 +138,9 @@ impl Finder {
         let directions: Vec<[f64; 2]> = (0..count)
             .map(|k| {
                 let (sin, cos) = (turn * std::f64::consts::PI * k as f64 / steps as f64).sin_cos();
-                let to_edge = (half[0] / cos.abs()).min(half[1] / sin.abs());
-                [cos * to_edge, sin * to_edge]
+                // Even in units of the frame: a sliver of a pupil is measured as well as a disk.
+                let to_edge = 1.0 / cos.abs().max(sin.abs());
+                [half[0] * cos * to_edge, half[1] * sin * to_edge]
             })
             .collect();
         // In every direction, light is known at the first share and none at the second.

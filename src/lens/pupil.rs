@@ -21,7 +21,7 @@ const RINGS: usize = 64;
 /// Cells along each side of the film behind any other lens; their corners have a fan each.
 const CELLS: usize = 24;
 /// Share of the samples that go to the whole rear element.
-pub const REAR_SHARE: f32 = 1.0 / 128.0;
+pub const REAR_SHARE: f32 = 1.0 / 256.0;
 
 /// By how much the ellipses around the rear element are widened, so that nothing of it is left
 /// out.
