@@ -31,7 +31,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if let Some(stated) = lens.stated_focal_length {
         line("", stated, " mm  (as the file states)");
     }
-    if !lens.is_round() {
+    if lens.rows.iter().any(|row| row.axis.is_some()) {
         let along_y = Paraxial::in_plane(&lens, Axis::Y).focal_length;
         line("focal length along y", along_y, " mm  (all else is along x)");
     }

@@ -361,7 +361,8 @@ impl PupilBound {
                 let near = |i: usize| low[i].max(-high[i]).max(0.0);
                 let far = |i: usize| high[i].max(-low[i]);
                 let at = |r: f64| ring(place(r as f32 * per_end));
-                let (inner, outer) = (near(0).hypot(near(1)), far(0).hypot(far(1)));
+                let length = |a: f64, b: f64| (a * a + b * b).sqrt();
+                let (inner, outer) = (length(near(0), near(1)), length(far(0), far(1)));
                 fans[at(inner) as usize..=at(outer) as usize + 1].iter().any(Fan::open)
             }
             Field::Square { fans, per_mm, half } => {

@@ -173,7 +173,7 @@ fn words(lens: &Prescription, distance: Option<f64>) -> String {
     let bends = focal_length.abs() < AFOCAL;
     let mut words =
         if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
-    if !lens.is_round() {
+    if lens.rows.iter().any(|row| row.axis.is_some()) {
         let drawn = Paraxial::in_plane(lens, Axis::Y).focal_length;
         words = format!("{words} along x, {} along y (drawn)", length(drawn));
     }
