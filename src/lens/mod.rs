@@ -22,6 +22,7 @@ mod prescription;
 mod pupil;
 mod refract;
 mod surface;
+mod survey;
 mod toml;
 mod trace;
 mod vignetting;
