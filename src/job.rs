@@ -30,7 +30,7 @@ pub struct Changes {
     pub lens: Option<PathBuf>,
     /// Another distance in focus.
     pub focus: Option<FocusOn>,
-    /// Another f-number: focal length over the diameter of the widest bundle along the axis.
+    /// Another f-number, by the marginal ray ([`lens::Focus::f_number`]).
     pub f_number: Option<f64>,
     /// Another size of the picture, pixels.
     pub resolution: Option<[u32; 2]>,

@@ -69,7 +69,8 @@ pub struct PupilBound {
 pub(super) enum Field {
     /// No fans: all samples go to the rear element.
     Bare,
-    /// By film radius, in the frame of the film point. Behind the edges of all rings stand two empty ones for the dark beyond.
+    /// By film radius, in the frame of the film point. Behind the edges of all rings stand two
+    /// empty ones for the dark beyond.
     Round { fans: Box<[Fan; RINGS + 3]>, per_end: f32 },
     /// Row by row over the square around the film, in the frame of the film.
     Square { fans: Vec<Fan>, per_mm: f32, half: f32 },
@@ -328,7 +329,7 @@ impl PupilBound {
         }
     }
 
-    /// A sample of the whole rear element: one in a hundred, where there are fans.
+    /// A sample of the whole rear element: [`REAR_SHARE`] of all, where there are fans.
     #[inline(never)]
     fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> Target {
         let rear = self.rear(film[0].hypot(film[1]));

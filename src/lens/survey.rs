@@ -47,8 +47,8 @@ impl Survey<'_> {
         widen(&mut fans, &pairs);
         fans.push(Fan::EMPTY);
         fans.push(Fan::EMPTY);
-        // The last point of the film, where it is lit, is not beyond the light.
         let fans = fans.try_into().expect("an edge for every ring, and two beyond");
+        // The last point of the film, where it is lit, is not beyond the light.
         Field::Round { fans, per_end: ((1.0 - 1e-6) / end) as f32 }
     }
 
