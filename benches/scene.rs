@@ -14,7 +14,7 @@ use petzval::lanes::{Real, f32x8};
 use petzval::rays::{HitBatch, NONE, Ray, RayBatch, WAVE};
 use petzval::sampler::{Dimension, pair};
 use petzval::scene::{
-    Geometry, Material, Mesh, Scene, SceneBuilder, Texture, TraversalStack, cosine_hemisphere,
+    Geometry, Material, Mesh, Scene, SceneBuilder, TraversalStack, cosine_hemisphere,
 };
 
 /// Quads on a side: two triangles each.
@@ -128,7 +128,7 @@ fn theirs(bench: &mut Criterion, mesh: &Mesh, waves: &[RayBatch], name: &str) {
 fn closest_hit(bench: &mut Criterion) {
     let mesh = hills();
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material { reflectance: Texture::Constant([0.5; 3]) });
+    let material = builder.material(Material::diffuse([0.5; 3]));
     builder.shape(Geometry::Mesh(mesh.clone()), material, None, None);
     let scene = builder.build();
     for (name, waves) in ["camera", "diffuse"].into_iter().zip(waves(&scene)) {

@@ -9,13 +9,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use petzval::lanes::f32x8;
 use petzval::rays::{Hit, NONE, Ray};
 use petzval::scene::{
-    Form, Geometry, Material, Mesh, Quadric, Scene, SceneBuilder, Texture, TraversalStack,
+    Form, Geometry, Material, Mesh, Quadric, Scene, SceneBuilder, TraversalStack,
 };
 use support::Random;
 
 fn scene(shapes: Vec<Geometry>) -> Scene {
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material { reflectance: Texture::Constant([0.5; 3]) });
+    let material = builder.material(Material::diffuse([0.5; 3]));
     for shape in shapes {
         builder.shape(shape, material, None, None);
     }
@@ -261,7 +261,7 @@ fn u_edge(form: Form, phi_max: f64) -> bool {
 #[test]
 fn instances_stand_where_their_copies_would() {
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material { reflectance: Texture::Constant([0.5; 3]) });
+    let material = builder.material(Material::diffuse([0.5; 3]));
     let object = builder.object();
     builder.shape(Geometry::Mesh(torus(24, 12)), material, None, Some(object));
     let ball =

@@ -7,6 +7,7 @@ use glam::{Mat3, Vec2, Vec3};
 use super::point::SurfacePoint;
 use super::texture::ImageMap;
 use super::{Geometry, Scene, Shape};
+use crate::rays::Hit;
 
 /// Something that emits. Radiances are linear RGB in the units of the scene file.
 #[derive(Clone, Debug)]
@@ -138,8 +139,13 @@ pub struct LightSample {
     pub direction: Vec3,
     /// Where the shadow ray ends.
     pub t_max: f32,
-    /// Radiance over the density of the choice of direction.
+    /// Radiance that arrives from there; irradiance across the beam where `singular`.
     pub radiance: [f32; 3],
+    /// Density of the choice, of the light and of the direction together, per unit of solid
+    /// angle; the probability of the light alone where `singular`.
+    pub density: f32,
+    /// Whether the light is at one point or in one direction, which no other ray runs into.
+    pub singular: bool,
 }
 
 impl Lights {
@@ -181,41 +187,92 @@ impl Lights {
         let before = if i == 0 { 0.0 } else { self.cumulated[i - 1] };
         Some((i as u32, self.cumulated[i] - before))
     }
+
+    /// With what probability [`Self::choose`] chooses a light.
+    pub fn probability(&self, light: u32) -> f32 {
+        let at = |i: usize| self.cumulated.get(i).copied().unwrap_or(0.0);
+        let i = light as usize;
+        at(i) - if i == 0 { 0.0 } else { at(i - 1) }
+    }
+}
+
+/// A direction by equal shares of the sphere.
+fn sphere(u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u[0];
+    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    Vec3::new(r * cos, r * sin, z)
 }
 
 impl Scene {
-    /// Chooses a point of a light for a point of a surface. `None` where it cannot contribute.
+    /// Chooses a light, and a point of it, for a point of a surface: `choice` decides which
+    /// light and which part of it, `u` where. `None` where it cannot contribute.
     pub fn sample_light(
         &self,
-        light: u32,
         from: &SurfacePoint,
-        facing: Vec3,
+        choice: [f32; 2],
         u: [f32; 2],
-        u_triangle: f32,
     ) -> Option<LightSample> {
+        let (light, probability) = self.lights.choose(choice[0])?;
         match &self.lights.all[light as usize] {
-            Light::Area(area) => self.sample_area(area, from, u, u_triangle),
+            Light::Area(area) => {
+                let sample = self.sample_area(area, from, u, choice[1])?;
+                Some(LightSample { density: sample.density * probability, ..sample })
+            }
             Light::Point { position, intensity } => {
                 let direction = *position - from.leave(*position - from.position);
                 let d2 = direction.length_squared();
-                Some(LightSample { direction, t_max: 1.0, radiance: intensity.map(|i| i / d2) })
+                Some(LightSample {
+                    direction,
+                    t_max: 1.0,
+                    radiance: intensity.map(|i| i / d2),
+                    density: probability,
+                    singular: true,
+                })
             }
             Light::Distant { towards, irradiance } => Some(LightSample {
                 direction: *towards,
                 t_max: f32::INFINITY,
                 radiance: *irradiance,
+                density: probability,
+                singular: true,
             }),
             Light::Infinite(sky) => {
-                // By the cosine at the surface, which a diffuse surface can use to the full.
-                let (direction, cos) = cosine_hemisphere(facing, u);
-                let density = cos / PI;
-                (density > 0.0).then(|| LightSample {
+                let direction = sphere(u);
+                Some(LightSample {
                     direction,
                     t_max: f32::INFINITY,
-                    radiance: sky.radiance(direction).map(|l| l / density),
+                    radiance: sky.radiance(direction),
+                    density: probability / (4.0 * PI),
+                    singular: false,
                 })
             }
         }
+    }
+
+    /// The density with which [`Self::sample_light`] chooses, from a point, the direction in
+    /// which a ray ran into a surface that shines. `point` is where, `direction` of unit length.
+    pub fn emitter_density(
+        &self,
+        from: Vec3,
+        hit: &Hit,
+        point: &SurfacePoint,
+        direction: Vec3,
+    ) -> f32 {
+        let light = self.shapes[hit.shape as usize].light;
+        let Light::Area(area) = &self.lights.all[light as usize] else { return 0.0 };
+        let cos = point.normal.dot(direction).abs();
+        let d2 = (point.position - from).length_squared();
+        let area = match area.areas.last() {
+            Some(&area) => f64::from(area),
+            None => 1.0,
+        } as f32;
+        self.lights.probability(light) * d2 / (cos * area)
+    }
+
+    /// The density with which [`Self::sample_light`] chooses a direction of the sky.
+    pub fn sky_density(&self, _from: Vec3, sky: u32, _direction: Vec3) -> f32 {
+        self.lights.probability(sky) / (4.0 * PI)
     }
 
     fn sample_area(
@@ -240,9 +297,12 @@ impl Scene {
         let d2 = direction.length_squared();
         let cos = -point.normal.dot(direction) / d2.sqrt();
         let cos = if area.two_sided { cos.abs() } else { cos };
-        (cos > 0.0 && d2 > 0.0).then(|| {
-            let per_density = cos / (d2 * density);
-            LightSample { direction, t_max: 1.0, radiance: area.radiance.map(|l| l * per_density) }
+        (cos > 0.0 && d2 > 0.0).then_some(LightSample {
+            direction,
+            t_max: 1.0,
+            radiance: area.radiance,
+            density: density * d2 / cos,
+            singular: false,
         })
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-use super::point::{SurfacePoint, gamma};
+use super::point::{Patch, SurfacePoint, gamma};
 use crate::rays::Hit;
 
 /// Triangles over shared vertices, in the space of the object they belong to.
@@ -71,15 +71,33 @@ impl Mesh {
         SurfacePoint { position, error, normal, shading: shading.unwrap_or(normal) }
     }
 
-    /// Texture coordinates at a hit.
-    pub fn uv(&self, hit: &Hit) -> Vec2 {
-        let [wb, wc] = [hit.u, hit.v];
-        if self.uvs.is_empty() {
-            return Vec2::new(wb + wc, wc);
-        }
+    /// How the triangle at a hit is laid out in texture coordinates.
+    pub fn patch(&self, hit: &Hit) -> Patch {
         let corners = self.triangles[hit.primitive as usize];
-        let [a, b, c] = corners.map(|i| Vec2::from(self.uvs[i as usize]));
-        a * (1.0 - wb - wc) + b * wb + c * wc
+        let [a, b, c] = match self.uvs.is_empty() {
+            true => [Vec2::ZERO, Vec2::X, Vec2::ONE],
+            false => corners.map(|i| Vec2::from(self.uvs[i as usize])),
+        };
+        let uv = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        // The edges from the third corner are linear in u and v: solve for the slopes.
+        let (one, other) = (a - c, b - c);
+        let determinant = one.perp_dot(other);
+        let slopes = |values: [Vec3; 3]| {
+            let (d, e) = (values[0] - values[2], values[1] - values[2]);
+            [d * other.y - e * one.y, e * one.x - d * other.x].map(|slope| slope / determinant)
+        };
+        let [p, q, r] = self.corners(hit.primitive);
+        let mut dp = slopes([p, q, r]);
+        let mut dn = [Vec3::ZERO; 2];
+        let normal = (q - p).cross(r - p);
+        if !dp[0].cross(dp[1]).length_squared().is_normal() || !dp[0].is_finite() {
+            // Texture coordinates that are not laid out: any two directions in the plane.
+            let (u, v) = normal.normalize_or(Vec3::Z).any_orthonormal_pair();
+            dp = [u, v];
+        } else if !self.normals.is_empty() {
+            dn = slopes(corners.map(|i| Vec3::from(self.normals[i as usize])));
+        }
+        Patch { uv, dp, dn }
     }
 
     /// A uniformly chosen point of a triangle.

@@ -5,6 +5,7 @@
 
 mod intersect;
 mod light;
+mod material;
 mod mesh;
 pub mod pbrt;
 pub mod ply;
@@ -17,10 +18,11 @@ pub use intersect::TraversalStack;
 pub use light::{
     AreaLight, Light, LightSample, Lights, Sky, SkyImage, SkyLayout, cosine_hemisphere,
 };
+pub use material::{Coat, Material, Metal, Roughness, Scatters};
 pub use mesh::Mesh;
-pub use point::{SurfacePoint, gamma};
+pub use point::{Patch, SurfacePoint, gamma};
 pub use quadric::{Form, Quadric};
-pub use texture::{ImageMap, Mapping, Texture, Wrap};
+pub use texture::{ImageMap, Mapping, Texture, TexturePoint, Wrap};
 pub use tree::Tree;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
@@ -56,13 +58,6 @@ impl Shape {
             Geometry::Mesh(_) => None,
         }
     }
-}
-
-/// A perfectly diffuse surface (Lambert).
-#[derive(Clone, Debug)]
-pub struct Material {
-    /// Share of the light that it sends back.
-    pub reflectance: Texture,
 }
 
 /// One copy of an object in the world.
@@ -122,17 +117,17 @@ impl Scene {
         }
     }
 
-    /// The share of light that the surface at a hit sends back.
-    pub fn reflectance(&self, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    /// How the surface at a hit is laid out in texture coordinates, world space.
+    pub fn patch(&self, ray: &Ray, hit: &Hit) -> Patch {
         let shape = &self.shapes[hit.shape as usize];
-        let texture = &self.materials[shape.material as usize].reflectance;
-        if let Texture::Constant(colour) = texture {
-            return *colour;
+        let patch = match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.patch(hit),
+            Geometry::Quadric(quadric) => quadric.patch(self.object_point(ray, hit)),
+        };
+        match hit.instance {
+            NONE => patch,
+            i => patch.transform(&self.instances[i as usize].world_from_object),
         }
-        texture.at(match &shape.geometry {
-            Geometry::Mesh(mesh) => mesh.uv(hit),
-            Geometry::Quadric(quadric) => quadric.uv(self.object_point(ray, hit)),
-        })
     }
 
     /// Where a ray hit, in the space of the object that it hit.

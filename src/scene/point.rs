@@ -1,6 +1,6 @@
 //! Points of surfaces, how exactly they are known, and rays that leave them.
 
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 
 /// The bound on the relative error of n roundings: n e / (1 - n e), e = 2^-24
 /// (Higham 2002, Lemma 3.1).
@@ -20,6 +20,29 @@ pub struct SurfacePoint {
     pub normal: Vec3,
     /// Unit normal for shading.
     pub shading: Vec3,
+}
+
+/// How a surface is laid out in texture coordinates about a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Patch {
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Change of the position with u and with v.
+    pub dp: [Vec3; 2],
+    /// Change of the unit shading normal with u and with v.
+    pub dn: [Vec3; 2],
+}
+
+impl Patch {
+    /// The same patch in the space outside an instance.
+    pub fn transform(&self, matrix: &Affine3A) -> Self {
+        let inverse = matrix.matrix3.inverse().transpose();
+        Self {
+            uv: self.uv,
+            dp: self.dp.map(|d| matrix.matrix3 * d),
+            dn: self.dn.map(|d| inverse * d),
+        }
+    }
 }
 
 impl SurfacePoint {

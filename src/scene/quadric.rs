@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DAffine3, DVec3, Vec2};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 
-use super::point::{SurfacePoint, gamma};
+use super::point::{Patch, SurfacePoint, gamma};
 use crate::sampler::disk;
 
 /// A form in its own space, as pbrt defines it.
@@ -144,7 +144,7 @@ impl Quadric {
     }
 
     /// Texture coordinates of a point of object space, as pbrt defines them.
-    pub fn uv(&self, near: DVec3) -> Vec2 {
+    fn uv(&self, near: DVec3) -> Vec2 {
         let p = self.form_from_object.transform_point3(near);
         let v = match self.form {
             Form::Sphere { radius, z } => {
@@ -155,6 +155,13 @@ impl Quadric {
             Form::Cone { height, .. } => p.z / height,
         };
         Vec2::new((phi(p) / self.phi_max) as f32, v as f32)
+    }
+
+    /// How the surface is laid out in texture coordinates about a point of object space.
+    pub fn patch(&self, near: DVec3) -> Patch {
+        let normal = self.point(near).normal;
+        let (u, v) = normal.any_orthonormal_pair();
+        Patch { uv: self.uv(near), dp: [u, v], dn: [Vec3::ZERO; 2] }
     }
 
     /// A normal of the form as a vector of object space. Its length is the ratio of a small

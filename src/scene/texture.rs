@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use crate::image::Picture;
 
@@ -16,6 +16,17 @@ pub enum Wrap {
     Clamp,
     /// Nothing.
     Black,
+}
+
+/// Where a texture is looked up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TexturePoint {
+    /// Texture coordinates of the surface.
+    pub uv: Vec2,
+    /// The point itself, world space.
+    pub position: Vec3,
+    /// About how far the sample reaches along each of u and v; 0 is a point.
+    pub footprint: f32,
 }
 
 /// A colour for every texture coordinate; linear RGB.
@@ -85,18 +96,24 @@ impl Texture {
         }
     }
 
-    /// The colour at a point with these surface coordinates.
-    pub fn at(&self, uv: Vec2) -> [f32; 3] {
+    /// A number at a point: the mean of the colour, as pbrt reads images.
+    pub fn number(&self, at: &TexturePoint) -> f32 {
+        let [r, g, b] = self.at(at);
+        (r + g + b) / 3.0
+    }
+
+    /// The colour at a point.
+    pub fn at(&self, at: &TexturePoint) -> [f32; 3] {
         match self {
             Self::Constant(colour) => *colour,
-            Self::Image(map) => map.at(uv),
+            Self::Image(map) => map.at(at.uv),
             Self::Checkerboard { mapping, squares } => {
-                let square = mapping.apply(uv).floor();
+                let square = mapping.apply(at.uv).floor();
                 let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
-                squares[usize::from(odd)].at(uv)
+                squares[usize::from(odd)].at(at)
             }
             Self::Scale(one, other) => {
-                let (one, other) = (one.at(uv), other.at(uv));
+                let (one, other) = (one.at(at), other.at(at));
                 [0, 1, 2].map(|i| one[i] * other[i])
             }
         }

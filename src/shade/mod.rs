@@ -10,8 +10,10 @@ pub use dice::Dice;
 
 use glam::Vec3;
 
-use crate::rays::{Column, HitBatch, NONE, Ray, RayBatch, SampleBatch};
-use crate::scene::{Scene, SurfacePoint, cosine_hemisphere};
+use crate::rays::{Column, Hit, HitBatch, NONE, Ray, RayBatch, SampleBatch};
+use crate::scene::{
+    Scatters, Scene, Shape, SurfacePoint, Texture, TexturePoint, cosine_hemisphere,
+};
 use dice::Throw;
 
 /// Which part of a path a shading stage works on.
@@ -67,7 +69,7 @@ pub fn shade(
         // Surfaces are two-sided: both normals turn to where the ray came from.
         point.normal = facing(point.normal, -direction);
         point.shading = facing(point.shading, -direction);
-        let reflectance = scene.reflectance(&ray, &hits[i]);
+        let reflectance = reflectance(scene, shape, &ray, &hits[i]);
         let throughput = [0, 1, 2].map(|c| throughput[c] * reflectance[c]);
         if throughput.iter().all(|&t| t <= 0.0) {
             continue;
@@ -87,6 +89,18 @@ pub fn shade(
     }
 }
 
+/// The share of light that the surface at a hit sends back.
+fn reflectance(scene: &Scene, shape: &Shape, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    match &scene.materials[shape.material as usize].scatters {
+        Scatters::Diffuse { reflectance: Texture::Constant(colour) } => *colour,
+        Scatters::Diffuse { reflectance } => {
+            let uv = scene.patch(ray, hit).uv;
+            reflectance.at(&TexturePoint { uv, ..TexturePoint::default() })
+        }
+        _ => [0.5; 3],
+    }
+}
+
 fn facing(normal: Vec3, towards: Vec3) -> Vec3 {
     if normal.dot(towards) < 0.0 { -normal } else { normal }
 }
@@ -103,16 +117,14 @@ struct Path<'a> {
 impl Path<'_> {
     /// A shadow ray to a light, and what it brings to the film if nothing is in its way.
     fn light(&self) -> Option<(Ray, [f32; 3])> {
-        let [u_light, u_triangle] = self.dice.choice;
-        let (light, probability) = self.scene.lights.choose(u_light)?;
-        let (point, u) = (self.point, self.dice.light);
-        let sample = self.scene.sample_light(light, point, point.shading, u, u_triangle)?;
+        let point = self.point;
+        let sample = self.scene.sample_light(point, self.dice.choice, self.dice.light)?;
         let towards = sample.direction.normalize();
         let cos = point.shading.dot(towards);
         if cos <= 0.0 || point.normal.dot(towards) <= 0.0 {
             return None;
         }
-        let weight = cos / (std::f32::consts::PI * probability);
+        let weight = cos / (std::f32::consts::PI * sample.density);
         let carried = [0, 1, 2].map(|c| self.throughput[c] * sample.radiance[c] * weight);
         let origin = point.leave(sample.direction);
         let ray = Ray {

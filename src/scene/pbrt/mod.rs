@@ -2,13 +2,16 @@
 //! scenes of 2016 use it. Unknown words are errors with file, line and column; known ones that
 //! are not supported yet are warnings that say what is done instead.
 
-mod appearance;
 mod blocks;
+mod colour;
 mod description;
+mod lights;
+mod materials;
 mod params;
 mod reader;
 mod settings;
 mod shapes;
+mod textures;
 mod token;
 mod transforms;
 mod vocabulary;
@@ -62,6 +65,16 @@ pub enum SceneError {
         /// What is wrong with it.
         source: PlyError,
     },
+}
+
+/// The dialect of a scene file, where the two read the same words differently.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Dialect {
+    /// pbrt-v2.
+    V2,
+    /// pbrt-v4.
+    #[default]
+    V4,
 }
 
 /// What was noticed so far, each thing once.

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::appearance::{Dialect, Library};
 use super::blocks::{Block, Object, State, load};
 use super::description::{CameraSpec, Description, ThinSpec};
 use super::params::Params;
 use super::settings::{film_spec, realistic, thin};
+use super::textures::Library;
 use super::token::{Lexer, Token, Word};
-use super::{Notices, SceneError};
-use crate::scene::{Material, SceneBuilder, Texture};
+use super::{Dialect, Notices, SceneError};
+use crate::scene::{Material, SceneBuilder};
 use crate::source::{Location, hint};
 
 /// Reads a scene file and all that it includes.
@@ -158,7 +158,7 @@ impl Reader {
         let text = load(path)?;
         let lexer = Lexer::new(Arc::from(path), text);
         let mut builder = SceneBuilder::default();
-        let material = builder.material(Material { reflectance: Texture::Constant([0.5; 3]) });
+        let material = builder.material(Material::diffuse([0.5; 3]));
         Ok(Self {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
             pending: None,

@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::appearance::Dialect;
 use super::description::{CameraSpec, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
-use super::{Notices, SceneError};
+use super::{Dialect, Notices, SceneError};
 
 /// Pixels on one side of a picture.
 const MOST_PIXELS: u32 = 1 << 16;

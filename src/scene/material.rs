@@ -1,0 +1,139 @@
+//! What surfaces are made of, as the scene file says it: textures still to be looked up. The
+//! shading stage turns a material and a point into a scattering function.
+
+use super::texture::{ImageMap, Texture};
+
+/// What a surface does to light, and how its normals are bent.
+#[derive(Clone, Debug)]
+pub struct Material {
+    /// How it scatters.
+    pub scatters: Scatters,
+    /// A height over the surface, world units, whose slopes bend the shading normal.
+    pub bump: Option<Texture>,
+    /// An image of normals about (u, v, normal), stored as 2 c - 1.
+    pub normal_map: Option<ImageMap>,
+}
+
+/// The kinds of surfaces, named and defined as in pbrt-v4.
+#[derive(Clone, Debug)]
+pub enum Scatters {
+    /// Nothing: light goes straight on.
+    Interface,
+    /// Lambert's reflection.
+    Diffuse {
+        /// Share of the light that comes back.
+        reflectance: Texture,
+    },
+    /// Lambert's reflection and transmission.
+    DiffuseTransmission {
+        /// Share of the light that comes back.
+        reflectance: Texture,
+        /// Share of the light that goes through.
+        transmittance: Texture,
+        /// Factor of both.
+        scale: f32,
+    },
+    /// A metal.
+    Conductor {
+        /// Its refractive index.
+        metal: Metal,
+        /// Its smoothness.
+        roughness: Roughness,
+    },
+    /// The border of glass, water and the like.
+    Dielectric {
+        /// Refractive index inside over outside.
+        eta: f32,
+        /// Its smoothness.
+        roughness: Roughness,
+    },
+    /// A sheet of glass without thickness.
+    ThinDielectric {
+        /// Refractive index.
+        eta: f32,
+    },
+    /// A varnished diffuse surface.
+    CoatedDiffuse {
+        /// Share of the light that comes back from under the coat.
+        reflectance: Texture,
+        /// The varnish.
+        coat: Coat,
+    },
+    /// A varnished metal.
+    CoatedConductor {
+        /// Its refractive index.
+        metal: Metal,
+        /// The smoothness of the metal.
+        roughness: Roughness,
+        /// The varnish.
+        coat: Coat,
+    },
+    /// One of two materials, by chance at every point.
+    Mix {
+        /// Which.
+        materials: [u32; 2],
+        /// Probability of the second.
+        amount: Texture,
+    },
+}
+
+/// The complex refractive index of a metal by colour channel.
+#[derive(Clone, Debug)]
+pub enum Metal {
+    /// eta + i k.
+    Index {
+        /// Real part.
+        eta: Texture,
+        /// Imaginary part.
+        k: Texture,
+    },
+    /// Whatever reflects this share at normal incidence, with eta = 1.
+    Reflectance(Texture),
+}
+
+/// How rough a surface of microfacets (Trowbridge & Reitz 1975, "GGX") is along u and v.
+#[derive(Clone, Debug)]
+pub struct Roughness {
+    /// Roughness by direction; only the first channel counts.
+    pub uv: [Texture; 2],
+    /// Whether alpha is the square root of the roughness rather than the roughness itself.
+    pub remap: bool,
+}
+
+/// A clear or hazy layer over a surface, traversed at random (Guo, Hasan & Zhao 2018).
+#[derive(Clone, Debug)]
+pub struct Coat {
+    /// Refractive index of the layer over that of the outside.
+    pub eta: f32,
+    /// The smoothness of its outer side.
+    pub roughness: Roughness,
+    /// Thickness in mean free paths of a medium of density 1.
+    pub thickness: Texture,
+    /// Single-scattering albedo of the medium in the layer; 0 is clear.
+    pub albedo: Texture,
+    /// Asymmetry of its scattering (Henyey & Greenstein 1941).
+    pub g: Texture,
+    /// Most events inside the layer.
+    pub max_depth: u32,
+    /// Random walks for each evaluation.
+    pub samples: u32,
+}
+
+impl Material {
+    /// A material without bent normals.
+    pub fn new(scatters: Scatters) -> Self {
+        Self { scatters, bump: None, normal_map: None }
+    }
+
+    /// A Lambertian surface of one colour.
+    pub fn diffuse(reflectance: [f32; 3]) -> Self {
+        Self::new(Scatters::Diffuse { reflectance: Texture::Constant(reflectance) })
+    }
+}
+
+impl Roughness {
+    /// A perfectly smooth surface.
+    pub fn smooth() -> Self {
+        Self { uv: [Texture::Constant([0.0; 3]), Texture::Constant([0.0; 3])], remap: true }
+    }
+}
