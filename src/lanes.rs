@@ -27,6 +27,7 @@ pub trait Real:
     type Scalar: Pod + Debug + PartialOrd + Send + Sync;
     /// One truth value per lane.
     type Mask: Copy
+        + Debug
         + BitAnd<Output = Self::Mask>
         + BitOr<Output = Self::Mask>
         + Not<Output = Self::Mask>;

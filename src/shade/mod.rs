@@ -4,6 +4,7 @@
 //! estimation); a path that runs into a light by itself counts it only when it comes straight
 //! from the camera.
 
+pub mod bsdf;
 mod dice;
 
 pub use dice::Dice;

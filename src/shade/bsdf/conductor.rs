@@ -1,0 +1,86 @@
+//! Metals.
+
+use super::fresnel::conductor_reflectance;
+use super::microfacet::Microfacets;
+use super::vector::{dot, negate, normal, scale, scale_add, select};
+use super::{Bsdf, Drawn};
+use crate::lanes::Real;
+
+/// Indices above this are as good as a perfect mirror; keeps their powers in the range of f32.
+const MOST: f32 = 1e8;
+
+/// A metal, smooth or of microfacets (Torrance & Sparrow 1967); the same from both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Conductor<R: Real> {
+    facets: Microfacets<R>,
+    eta: [R; 3],
+    k: [R; 3],
+}
+
+impl<R: Real<Scalar = f32>> Conductor<R> {
+    /// A metal of roughness `alpha` along x and y and of refractive index eta + i k by colour
+    /// channel, relative to the medium around it (under a coat: divided by the coat's).
+    #[inline(always)]
+    pub fn new(alpha: [R; 2], eta: [R; 3], k: [R; 3]) -> Self {
+        let clamp = |x: R| x.max(R::splat(0.0)).min(R::splat(MOST));
+        Self {
+            facets: Microfacets::new(alpha),
+            eta: [clamp(eta[0]), clamp(eta[1]), clamp(eta[2])],
+            k: [clamp(k[0]), clamp(k[1]), clamp(k[2])],
+        }
+    }
+
+    /// Fresnel's reflectance, times a factor, by colour channel.
+    #[inline(always)]
+    fn reflectance(&self, cos: R, factor: R) -> [R; 3] {
+        [
+            conductor_reflectance(cos, self.eta[0], self.k[0]) * factor,
+            conductor_reflectance(cos, self.eta[1], self.k[1]) * factor,
+            conductor_reflectance(cos, self.eta[2], self.k[2]) * factor,
+        ]
+    }
+}
+
+impl<R: Real<Scalar = f32>> Bsdf<R> for Conductor<R> {
+    #[inline(always)]
+    fn evaluate(&self, wo: [R; 3], wi: [R; 3]) -> ([R; 3], R) {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let half = scale_add(wi, one, wo);
+        let length2 = dot(half, half);
+        let scatters = zero.lt(wo[2] * wi[2]) & zero.lt(length2) & !self.facets.smooth;
+        let m = scale(half, one / R::select(scatters, length2, one).sqrt());
+        let (o, i) = (self.facets.facing(wo), self.facets.facing(wi));
+        let quarter = self.facets.density(m) * R::splat(0.25);
+        let factor = R::select(scatters, quarter * Microfacets::shadowed(o, i), zero);
+        let density = R::select(scatters, quarter * Microfacets::visible(o), zero);
+        (self.reflectance(dot(wo, m).abs(), factor), density)
+    }
+
+    #[inline(always)]
+    fn draw(&self, wo: [R; 3], u: [R; 2], _choice: R) -> Drawn<R> {
+        let (zero, two) = (R::splat(0.0), R::splat(2.0));
+        let smooth = self.facets.smooth;
+        let m = select(smooth, normal(), self.facets.sample(wo, u));
+        let cos = dot(wo, m);
+        let wi = scale_add(m, two * cos, negate(wo));
+        let (o, i) = (self.facets.facing(wo), self.facets.facing(wi));
+        let visible = Microfacets::visible(o);
+        let lost = Microfacets::shadowed(o, i) / visible;
+        let weight = self.reflectance(cos.abs(), R::select(smooth, R::splat(1.0), lost));
+        let density = self.facets.density(m) * R::splat(0.25) * visible;
+        Drawn {
+            wi,
+            weight,
+            density: R::select(smooth, zero, density),
+            singular: smooth,
+            valid: zero.lt(wo[2] * wi[2]),
+            eta2: R::splat(1.0),
+        }
+        .only(zero.lt(cos.abs()))
+    }
+
+    #[inline(always)]
+    fn singular(&self) -> R::Mask {
+        self.facets.smooth
+    }
+}
