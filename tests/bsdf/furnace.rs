@@ -1,0 +1,259 @@
+//! Energy and reciprocity: no surface makes light, lossless ones lose none, and paths can be
+//! walked either way.
+
+use petzval::lanes::{Real, f32x8};
+use petzval::shade::bsdf::{Bsdf, Dielectric, Diffuse};
+
+use crate::scene::{ETA, K, Kind, REFLECTANCE, Random, TRANSMITTANCE, direction, splat};
+use crate::twin::fresnel;
+
+const ALPHAS: [[f32; 2]; 6] =
+    [[0.002, 0.002], [0.05, 0.05], [0.3, 0.1], [0.5, 0.5], [0.1, 1.0], [1.0, 1.0]];
+const COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
+
+/// Mean weight of the first and second channel of `count` draws, freed from the compression
+/// of radiance, and the standard error of the first.
+fn mean_weight(kind: Kind, wo: [f32; 3], count: usize, seed: u64) -> ([f64; 2], f64) {
+    let bsdf = kind.build::<f32x8>();
+    let mut random = Random::new(seed);
+    let (mut sum, mut squares) = ([0.0; 2], 0.0);
+    for _ in 0..count / 8 {
+        let u = [random.eight(), random.eight()];
+        let drawn = bsdf.draw(splat(wo), u, random.eight());
+        for channel in 0..2 {
+            let weights = (drawn.weight[channel] * drawn.eta2).to_array();
+            sum[channel] += weights.iter().map(|&w| f64::from(w)).sum::<f64>();
+            if channel == 0 {
+                squares += weights.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>();
+            }
+        }
+    }
+    let n = count as f64;
+    let mean = sum.map(|s| s / n);
+    (mean, ((squares / n - mean[0] * mean[0]).max(0.0) / n).sqrt())
+}
+
+/// The integral of f |cos wi| over all directions, freed from the compression of radiance.
+fn integral(kind: Kind, wo: [f32; 3]) -> [f64; 2] {
+    let bsdf = kind.build::<f32x8>();
+    let (cosines, azimuths) = (800, 800);
+    let cell = 4.0 * std::f64::consts::PI / f64::from(cosines * azimuths);
+    let expand = f64::from(kind.ratio(wo)).powi(2);
+    let mut sum = [0.0; 2];
+    for row in 0..cosines {
+        let cos = 2.0 * (f64::from(row) + 0.5) / f64::from(cosines) - 1.0;
+        let scale = if cos * f64::from(wo[2]) < 0.0 { expand } else { 1.0 };
+        for column in 0..azimuths / 8 {
+            let mut wi = [[0.0; 8]; 3];
+            for lane in 0..8 {
+                let turn = (f64::from(column * 8 + lane) + 0.5) / f64::from(azimuths);
+                let w = direction(cos, 2.0 * std::f64::consts::PI * turn);
+                for axis in 0..3 {
+                    wi[axis][lane as usize] = w[axis];
+                }
+            }
+            let (value, _) = bsdf.evaluate(splat(wo), wi.map(|axis| f32x8::load(&axis)));
+            for channel in 0..2 {
+                let values = value[channel].to_array();
+                let values: f64 = values.iter().map(|&v| f64::from(v)).sum();
+                sum[channel] += values * scale * cell;
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn a_diffuse_surface_returns_its_albedo() {
+    for wo in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.6, -0.8]] {
+        let (mean, _) = mean_weight(Kind::Diffuse, wo, 8000, 1);
+        let both = integral(Kind::Diffuse, wo);
+        for channel in 0..2 {
+            assert!((mean[channel] - f64::from(REFLECTANCE[channel])).abs() < 1e-3);
+            assert!((both[channel] - f64::from(REFLECTANCE[channel])).abs() < 1e-4);
+        }
+        let (mean, error) = mean_weight(Kind::DiffuseTransmission, wo, 800_000, 2);
+        let both = integral(Kind::DiffuseTransmission, wo);
+        for channel in 0..2 {
+            let all = f64::from(REFLECTANCE[channel] + TRANSMITTANCE[channel]);
+            assert!((both[channel] - all).abs() < 1e-4);
+            assert!((mean[channel] - all).abs() < 5.0 * error + 1e-3);
+        }
+    }
+}
+
+#[test]
+fn smooth_glass_loses_nothing_and_shares_light_as_fresnel_says() {
+    let steps = 4000;
+    for eta in [1.0f32, 1.0 / 1.5, 1.33, 1.5, 2.4] {
+        let glass = Dielectric::<f32>::new([0.0; 2], eta);
+        assert!(glass.singular());
+        for cos in COSINES {
+            for side in [1.0f64, -1.0] {
+                let mut wo = direction(cos, 0.3);
+                wo[2] *= side as f32;
+                let relative = f64::from(if side > 0.0 { eta } else { 1.0 / eta });
+                let (mut all, mut reflected) = (0.0, 0.0);
+                for step in 0..steps {
+                    let choice = (step as f32 + 0.5) / steps as f32;
+                    let drawn = glass.draw(wo, [0.3, 0.7], choice);
+                    assert!(drawn.valid && drawn.singular, "{wo:?} {eta}");
+                    all += f64::from(drawn.weight[0] * drawn.eta2);
+                    if drawn.wi[2] * wo[2] > 0.0 {
+                        reflected += 1.0;
+                        assert_eq!(
+                            [drawn.wi[0], drawn.wi[1], drawn.wi[2]],
+                            [-wo[0], -wo[1], wo[2]]
+                        );
+                        assert_eq!(drawn.eta2, 1.0);
+                    } else {
+                        for axis in 0..2 {
+                            let snell = -f64::from(wo[axis]) / relative;
+                            assert!((f64::from(drawn.wi[axis]) - snell).abs() < 1e-6);
+                        }
+                        assert!((f64::from(drawn.eta2) - relative * relative).abs() < 1e-5);
+                    }
+                }
+                let n = f64::from(steps);
+                assert!((all / n - 1.0).abs() < 1e-6, "{wo:?} {eta}: {}", all / n);
+                let total = 1.0 - cos * cos >= relative * relative;
+                let exact = if total { 1.0 } else { fresnel(cos, relative, 0.0) };
+                assert!((reflected / n - exact).abs() < 1.0 / n, "{wo:?} {eta}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_border_between_equal_media_is_not_there() {
+    for alpha in [0.0, 0.4] {
+        let nothing = Dielectric::<f32>::new([alpha; 2], 1.0);
+        for cos in [1.0, 0.5, 0.01, 1e-5] {
+            for choice in [0.0, 0.5, 0.999_999] {
+                let wo = direction(cos, 2.0);
+                let drawn = nothing.draw(wo, [0.9, 0.1], choice);
+                assert!(drawn.valid && drawn.singular);
+                assert_eq!((drawn.wi, drawn.weight), (wo.map(|x| -x), [1.0; 3]));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pane_reflects_from_both_its_sides() {
+    let steps = 4000;
+    for cos in COSINES {
+        let once = fresnel(cos, 1.5, 0.0);
+        // In, twice reflected inside, out: the first terms of the series by hand.
+        let series: f64 = (0..60).map(|n| (1.0 - once).powi(2) * once.powi(2 * n + 1)).sum();
+        let pane = Kind::Thin.build::<f32>();
+        let wo = direction(cos, 1.0);
+        let mut reflected = 0.0;
+        for step in 0..steps {
+            let drawn = pane.draw(wo, [0.5; 2], (step as f32 + 0.5) / steps as f32);
+            assert!(drawn.valid && drawn.singular && drawn.weight == [1.0; 3]);
+            assert_eq!(drawn.wi.map(f32::abs), wo.map(f32::abs));
+            reflected += if drawn.wi[2] > 0.0 { 1.0 } else { 0.0 };
+            assert_eq!(drawn.eta2, 1.0);
+        }
+        assert!((reflected / f64::from(steps) - once - series).abs() < 1.0 / f64::from(steps));
+    }
+}
+
+#[test]
+fn no_rough_surface_makes_light_and_what_it_loses_is_small_where_it_is_smooth() {
+    for alpha in ALPHAS {
+        for (cos, kind) in COSINES.into_iter().flat_map(|cos| {
+            [Kind::Mirror(alpha), Kind::Dielectric(alpha, 1.5), Kind::Dielectric(alpha, 0.7)]
+                .map(|kind| (cos, kind))
+        }) {
+            for side in [1.0, -1.0] {
+                let mut wo = direction(cos, 0.7);
+                wo[2] *= side;
+                let (mean, error) = mean_weight(kind, wo, 40_000, 3);
+                assert!(mean[0] <= 1.0 + 5.0 * error + 1e-5, "{kind:?} {wo:?}: {mean:?}");
+                if alpha[0].max(alpha[1]) < 0.01 && cos > 0.1 {
+                    assert!(mean[0] > 0.9999, "{kind:?} {wo:?}: {mean:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn draws_bring_what_the_integral_says() {
+    // Lobes wide enough for the grid of the integral; 1 % is 20 of these errors or more.
+    for alpha in [[0.1, 0.1], [0.3, 0.1], [0.5, 0.5], [1.0, 1.0]] {
+        for kind in [Kind::Conductor(alpha), Kind::Mirror(alpha), Kind::Dielectric(alpha, 1.5)] {
+            for (cos, side) in [(0.9, 1.0), (0.4, -1.0), (0.15, 1.0)] {
+                let mut wo = direction(cos, 0.7);
+                wo[2] *= side;
+                let (mean, error) = mean_weight(kind, wo, 400_000, 4);
+                let exact = integral(kind, wo);
+                for channel in 0..2 {
+                    let off = (mean[channel] - exact[channel]).abs();
+                    assert!(off < 5.0 * error + 2e-3 * exact[channel], "{kind:?} {wo:?}: {off}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_smooth_metal_mirrors_each_colour_by_its_own_share() {
+    let metal = Kind::Conductor([0.0; 2]).build::<f32>();
+    assert!(metal.singular());
+    for cos in COSINES {
+        let wo = direction(cos, 1.0);
+        let drawn = metal.draw(wo, [0.2, 0.3], 0.5);
+        assert!(drawn.valid && drawn.singular);
+        assert_eq!(drawn.wi, [-wo[0], -wo[1], wo[2]]);
+        for channel in 0..3 {
+            let exact = fresnel(cos, f64::from(ETA[channel]), f64::from(K[channel]));
+            assert!((f64::from(drawn.weight[channel]) - exact).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn light_takes_the_same_way_back() {
+    let mut random = Random::new(5);
+    for alpha in [[0.05, 0.05], [0.3, 0.1], [1.0, 0.4]] {
+        for kind in [
+            Kind::Diffuse,
+            Kind::DiffuseTransmission,
+            Kind::Conductor(alpha),
+            Kind::Dielectric(alpha, 1.5),
+            Kind::Dielectric(alpha, 0.7),
+        ] {
+            let bsdf = kind.build::<f32>();
+            let mut compared = 0;
+            for turn in 0..2000 {
+                let (mut a, mut b) = (random.direction(), random.direction());
+                a[2] *= if turn & 1 == 0 { 1.0 } else { -1.0 };
+                b[2] *= if turn & 2 == 0 { 1.0 } else { -1.0 };
+                let (there, back) = (bsdf.evaluate(a, b).0, bsdf.evaluate(b, a).0);
+                // f / n^2 is symmetric, with n of the side that the light comes from.
+                let n2 = if a[2] * b[2] < 0.0 { kind.ratio(a).powi(2) } else { 1.0 };
+                for channel in 0..3 {
+                    let one = there[channel] / b[2].abs() * n2;
+                    let other = back[channel] / a[2].abs();
+                    assert!(
+                        (one - other).abs() <= 3e-3 * one.max(other) + 1e-6,
+                        "{kind:?} {a:?} {b:?}: {one} {other}"
+                    );
+                    compared += usize::from(one > 0.0);
+                }
+            }
+            assert!(compared > 500, "{kind:?}: {compared}");
+        }
+    }
+}
+
+#[test]
+fn black_surfaces_need_no_light() {
+    let black = Diffuse { reflectance: [0.0f32; 3] };
+    assert!(black.singular());
+    assert_eq!(black.evaluate([0.0, 0.0, 1.0], [0.6, 0.0, 0.8]).0, [0.0; 3]);
+    assert!(!Diffuse { reflectance: [0.0f32, 0.1, 0.0] }.singular());
+}

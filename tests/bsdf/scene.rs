@@ -1,0 +1,95 @@
+//! What the tests share: random numbers, directions, and one of each kind of surface.
+
+use petzval::lanes::{Real, f32x8};
+use petzval::shade::bsdf::{
+    Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
+};
+
+/// O'Neill 2014's PCG, another generator than the program's.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(2_862_933_555_777_941_757).wrapping_add(3_037_000_493))
+    }
+
+    pub fn bits(&mut self) -> u32 {
+        let old = self.0;
+        self.0 =
+            old.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let word = (((old >> 18) ^ old) >> 27) as u32;
+        word.rotate_right((old >> 59) as u32)
+    }
+
+    /// In [0, 1).
+    pub fn number(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / 16_777_216.0
+    }
+
+    pub fn eight(&mut self) -> f32x8 {
+        f32x8::load(&[(); 8].map(|()| self.number()))
+    }
+
+    /// A direction of the upper hemisphere by equal shares of solid angle.
+    pub fn direction(&mut self) -> [f32; 3] {
+        let cos = f64::from(self.number()).max(1e-3);
+        direction(cos, 2.0 * std::f64::consts::PI * f64::from(self.number()))
+    }
+}
+
+/// The unit vector of a cosine and an azimuth.
+pub fn direction(cos: f64, phi: f64) -> [f32; 3] {
+    let sin = (1.0 - cos * cos).max(0.0).sqrt();
+    [(sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32]
+}
+
+pub fn splat<R: Real<Scalar = f32>, const N: usize>(v: [f32; N]) -> [R; N] {
+    v.map(R::splat)
+}
+
+/// A kind of surface.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    Diffuse,
+    DiffuseTransmission,
+    /// Of two alphas.
+    Conductor([f32; 2]),
+    /// Like a perfect mirror, so that only shadowing loses light.
+    Mirror([f32; 2]),
+    /// Of two alphas and an index.
+    Dielectric([f32; 2], f32),
+    Thin,
+}
+
+pub const REFLECTANCE: [f32; 3] = [0.2, 0.5, 0.8];
+pub const TRANSMITTANCE: [f32; 3] = [0.3, 0.1, 0.05];
+/// Copper, nearly, at 630, 532 and 465 nm.
+pub const ETA: [f32; 3] = [0.2, 1.12, 1.16];
+pub const K: [f32; 3] = [3.58, 2.59, 2.42];
+
+impl Kind {
+    pub fn build<R: Real<Scalar = f32>>(self) -> Box<dyn Bsdf<R>> {
+        match self {
+            Self::Diffuse => Box::new(Diffuse { reflectance: splat(REFLECTANCE) }),
+            Self::DiffuseTransmission => Box::new(DiffuseTransmission {
+                reflectance: splat(REFLECTANCE),
+                transmittance: splat(TRANSMITTANCE),
+            }),
+            Self::Conductor(alpha) => Box::new(Conductor::new(splat(alpha), splat(ETA), splat(K))),
+            Self::Mirror(alpha) => {
+                Box::new(Conductor::new(splat(alpha), splat([1.0; 3]), splat([1e7; 3])))
+            }
+            Self::Dielectric(alpha, eta) => Box::new(Dielectric::new(splat(alpha), R::splat(eta))),
+            Self::Thin => Box::new(ThinDielectric::new(R::splat(1.5))),
+        }
+    }
+
+    /// The index beyond the surface over that on the side of `wo`.
+    pub fn ratio(self, wo: [f32; 3]) -> f32 {
+        match self {
+            Self::Dielectric(_, eta) if wo[2] < 0.0 => 1.0 / eta,
+            Self::Dielectric(_, eta) => eta,
+            _ => 1.0,
+        }
+    }
+}
