@@ -49,9 +49,16 @@ pub struct Shape {
     pub material: u32,
     /// The light that it is, by index, or [`NONE`].
     pub light: u32,
+    /// The probability that a ray meets it, where it is not 1 everywhere; below 0 counts as 0.
+    pub alpha: Option<Texture>,
 }
 
 impl Shape {
+    /// Whether every ray meets it.
+    pub fn opaque(&self) -> bool {
+        self.alpha.is_none()
+    }
+
     fn quadric(&self) -> Option<&Quadric> {
         match &self.geometry {
             Geometry::Quadric(quadric) => Some(quadric),
@@ -149,6 +156,28 @@ impl Scene {
     }
 }
 
+/// A shape to be added to a scene.
+#[derive(Clone, Debug)]
+pub struct ShapeSpec {
+    /// Its form.
+    pub geometry: Geometry,
+    /// Its material, by index.
+    pub material: u32,
+    /// Radiance that it emits, and whether both sides do.
+    pub emission: Option<([f32; 3], bool)>,
+    /// The probability that a ray meets it; `None` is 1.
+    pub alpha: Option<Texture>,
+    /// The object that it belongs to; `None` is the world itself.
+    pub object: Option<u32>,
+}
+
+impl ShapeSpec {
+    /// An opaque shape in the world that does not shine.
+    pub fn new(geometry: Geometry, material: u32) -> Self {
+        Self { geometry, material, emission: None, alpha: None, object: None }
+    }
+}
+
 /// Collects a scene and then builds its trees.
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
@@ -165,6 +194,11 @@ impl SceneBuilder {
     pub fn material(&mut self, material: Material) -> u32 {
         self.materials.push(material);
         (self.materials.len() - 1) as u32
+    }
+
+    /// Puts another material in the place of one that was added.
+    pub fn change_material(&mut self, index: u32, material: Material) {
+        self.materials[index as usize] = material;
     }
 
     /// Adds a light that is no shape.
@@ -184,13 +218,8 @@ impl SceneBuilder {
     }
 
     /// Adds a shape to the world, or to an object. One in the world may shine.
-    pub fn shape(
-        &mut self,
-        geometry: Geometry,
-        material: u32,
-        emission: Option<([f32; 3], bool)>,
-        object: Option<u32>,
-    ) {
+    pub fn shape(&mut self, spec: ShapeSpec) {
+        let ShapeSpec { geometry, material, emission, alpha, object } = spec;
         let shape = self.shapes.len() as u32;
         let mut light = NONE;
         if let (Some((radiance, two_sided)), None) = (emission, object) {
@@ -205,7 +234,9 @@ impl SceneBuilder {
             light = self.lights.len() as u32;
             self.lights.push(Light::Area(AreaLight { shape, radiance, two_sided, areas }));
         }
-        self.shapes.push(Shape { geometry, material, light });
+        let whole = |alpha: &Texture| matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0);
+        let alpha = alpha.filter(|alpha| !whole(alpha));
+        self.shapes.push(Shape { geometry, material, light, alpha });
         match object {
             Some(object) => self.objects[object as usize].push(shape),
             None => self.world.push(shape),

@@ -142,6 +142,15 @@ impl Params {
         self.one_text(name, "string")
     }
 
+    /// Strings of type `string`, if they are given.
+    pub(super) fn texts(&self, name: &str) -> Result<Option<&[String]>, SceneError> {
+        let Some(param) = self.find(name) else { return Ok(None) };
+        match &param.values {
+            Values::Texts(texts) if param.kind == "string" => Ok(Some(texts)),
+            _ => Err(param.wrong(&["string"])),
+        }
+    }
+
     /// The name of a texture, if one is given.
     pub(super) fn texture(&self, name: &str) -> Result<Option<&str>, SceneError> {
         match self.find(name) {

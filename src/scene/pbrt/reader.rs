@@ -8,6 +8,7 @@ use glam::DAffine3;
 
 use super::blocks::{Block, Object, State, load};
 use super::description::{CameraSpec, Description, ThinSpec};
+use super::materials::Named;
 use super::params::Params;
 use super::settings::{film_spec, realistic, thin};
 use super::textures::Library;
@@ -144,7 +145,7 @@ pub(super) struct Reader {
     pub(super) max_depth: Option<u32>,
 
     pub(super) library: Library,
-    pub(super) materials: HashMap<String, u32>,
+    pub(super) materials: HashMap<String, Named>,
     pub(super) objects: HashMap<String, Object>,
     pub(super) object: Option<String>,
     pub(super) instances: usize,
@@ -219,6 +220,7 @@ impl Reader {
         if !self.in_world {
             return Err(missing("WorldBegin"));
         }
+        self.promises()?;
         let Some((name, params, world_from_camera)) = &self.camera else {
             return Err(missing("a Camera"));
         };

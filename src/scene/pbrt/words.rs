@@ -153,7 +153,9 @@ impl Reader {
         let entry = entry(directive, &name, &params)?;
         if let Some(instead) = entry.instead {
             self.notices.instead(&params.at, &format!("{directive} \"{name}\""), instead);
-            return Ok((entry, name, params, false));
+            if !entry.supported() {
+                return Ok((entry, name, params, false));
+            }
         }
         entry.check(&params, |param, instead| {
             let what = format!("\"{}\" of {directive} \"{name}\"", param.name);

@@ -2,8 +2,9 @@
 
 use super::blocks::State;
 use super::reader::Reader;
+use super::surfaces::Recipe;
 use super::{SceneError, shapes};
-use crate::scene::{Geometry, Texture};
+use crate::scene::{ShapeSpec, Texture};
 
 impl Reader {
     pub(super) fn light_source(&mut self) -> Result<(), SceneError> {
@@ -57,21 +58,22 @@ impl Reader {
             self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
             return Ok(());
         };
-        self.add_shape(geometry, material, area_light);
+        let Self { library, notices, .. } = self;
+        let alpha = Recipe { params: &params, library, notices }.maybe_number("alpha")?;
+        self.add_shape(ShapeSpec {
+            emission: area_light,
+            alpha,
+            ..ShapeSpec::new(geometry, material)
+        });
         Ok(())
     }
 
-    pub(super) fn add_shape(
-        &mut self,
-        geometry: Geometry,
-        material: u32,
-        area_light: Option<([f32; 3], bool)>,
-    ) {
+    pub(super) fn add_shape(&mut self, spec: ShapeSpec) {
         let object = self.object.as_ref().and_then(|name| self.objects.get(name));
         let object = object.map(|object| object.index);
-        if object.is_some() && area_light.is_some() {
+        if object.is_some() && spec.emission.is_some() {
             self.warn_here("an area light inside an object", "the shape does not shine");
         }
-        self.builder.shape(geometry, material, area_light, object);
+        self.builder.shape(ShapeSpec { object, ..spec });
     }
 }
