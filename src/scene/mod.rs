@@ -3,6 +3,7 @@
 //! World space, in the units of the scene file. What a scene holds is data that the shading
 //! stages read; it is made by the reader in [`pbrt`] or by hand with [`SceneBuilder`].
 
+mod bilinear;
 mod intersect;
 mod light;
 mod material;
@@ -11,9 +12,11 @@ pub mod pbrt;
 pub mod ply;
 mod point;
 mod quadric;
+mod subdivision;
 mod texture;
 mod tree;
 
+pub use bilinear::triangulate;
 pub use intersect::TraversalStack;
 pub use light::{
     AreaLight, Light, LightSample, Lights, Sky, SkyImage, SkyLayout, cosine_hemisphere,
@@ -22,6 +25,7 @@ pub use material::{Coat, Material, Metal, Roughness, Scatters};
 pub use mesh::Mesh;
 pub use point::{Patch, SurfacePoint, gamma};
 pub use quadric::{Form, Quadric};
+pub use subdivision::{Unsmooth, subdivide};
 pub use texture::{ImageMap, Mapping, Texture, TexturePoint, Wrap};
 pub use tree::Tree;
 
@@ -36,7 +40,7 @@ use tree::{Item, ItemKind};
 pub enum Geometry {
     /// Triangles.
     Mesh(Mesh),
-    /// A sphere, disk or cone.
+    /// A sphere, cylinder, disk or cone.
     Quadric(Quadric),
 }
 

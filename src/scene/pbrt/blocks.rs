@@ -1,9 +1,6 @@
 //! Blocks, objects and included files.
 
 use std::collections::HashMap;
-use std::fs;
-use std::io::{self, Read};
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -12,7 +9,7 @@ use super::SceneError;
 use super::reader::Reader;
 use super::token::Lexer;
 use crate::scene::SceneBuilder;
-use crate::source::{Unreadable, hint};
+use crate::source::{bytes, hint};
 
 /// Files that may include each other in a chain, and objects that may hold each other.
 const MOST_NESTED: usize = 32;
@@ -67,21 +64,6 @@ fn place(
     for (nested, transform) in &object.nested {
         place(objects, builder, nested, world_from_object * *transform);
     }
-}
-
-/// The bytes of a file. What is no file, and so of no known size, may hold 256 MiB.
-pub(super) fn load(path: &Path) -> Result<Vec<u8>, Unreadable> {
-    let read = || {
-        let file = fs::File::open(path)?;
-        let most = file.metadata()?.len().max(1 << 28);
-        let mut bytes = Vec::new();
-        file.take(most + 1).read_to_end(&mut bytes)?;
-        match bytes.len() as u64 > most {
-            true => Err(io::Error::other("it does not end")),
-            false => Ok(bytes),
-        }
-    };
-    read().map_err(|source| Unreadable { path: path.to_owned(), source })
 }
 
 impl Reader {
@@ -181,7 +163,7 @@ impl Reader {
             return self.refuse(found, "does one include itself?");
         }
         let text =
-            load(&path).map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
+            bytes(&path).map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
         debug_assert!(self.pending.is_none(), "a directive without parameters looks not ahead");
         self.files.push(Lexer::new(Arc::from(path), text));
         Ok(())

@@ -7,6 +7,7 @@ mod colour;
 mod description;
 mod lights;
 mod materials;
+mod meshes;
 mod params;
 mod reader;
 mod refractive;

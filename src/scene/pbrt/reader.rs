@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::blocks::{Block, Object, State, load};
+use super::blocks::{Block, Object, State};
 use super::description::{CameraSpec, Description, ThinSpec};
 use super::materials::Named;
 use super::params::Params;
@@ -15,7 +15,7 @@ use super::textures::Library;
 use super::token::{Lexer, Token, Word};
 use super::{Dialect, Notices, SceneError};
 use crate::scene::{Material, SceneBuilder};
-use crate::source::{Location, hint};
+use crate::source::{Location, bytes, hint};
 
 /// Reads a scene file and all that it includes.
 ///
@@ -156,7 +156,7 @@ pub(super) struct Reader {
 
 impl Reader {
     fn new(path: &Path) -> Result<Self, SceneError> {
-        let text = load(path)?;
+        let text = bytes(path)?;
         let lexer = Lexer::new(Arc::from(path), text);
         let mut builder = SceneBuilder::default();
         let material = builder.material(Material::diffuse([0.5; 3]));

@@ -81,12 +81,14 @@ const SHADOW_ALPHA: (&str, &str) = ("shadowalpha", "alpha alone decides");
 const MESH_LEAVES: &[(&str, &str)] = &[
     ("S", "tangents are not needed by diffuse surfaces"),
     ("faceIndices", "there are no per-face textures"),
+    ("emissionfilename", "the light is of one colour"),
     SHADOW_ALPHA,
     ("discarddegenerateUVs", "texture coordinates are left as they are"),
     ("displacement", UNSHADED),
     ("edgelength", UNSHADED),
     ("displacement.edgelength", UNSHADED),
 ];
+const LOOP_LEAVES: &[(&str, &str)] = &[SHADOW_ALPHA, ("scheme", QUIET)];
 const LAMBERT: &[(&str, &str)] = &[("sigma", "the surface is Lambertian")];
 const CONDUCTOR: &[&str] =
     &["eta", "k", "reflectance", "roughness", "uroughness", "vroughness", "remaproughness"];
@@ -329,11 +331,11 @@ pub(super) const VOCABULARY: &[Entry] = &[
     known("Shape", "sphere", &["radius", "zmin", "zmax", "phimax"], &[SHADOW_ALPHA]),
     known("Shape", "disk", &["height", "radius", "innerradius", "phimax"], &[SHADOW_ALPHA]),
     known("Shape", "cone", &["height", "radius", "phimax"], &[SHADOW_ALPHA]),
-    later("Shape", "cylinder", SHAPE_LATER),
+    known("Shape", "cylinder", &["radius", "zmin", "zmax", "phimax"], &[SHADOW_ALPHA]),
     later("Shape", "paraboloid", SHAPE_LATER),
     later("Shape", "hyperboloid", SHAPE_LATER),
-    later("Shape", "bilinearmesh", SHAPE_LATER),
-    later("Shape", "loopsubdiv", SHAPE_LATER),
+    known("Shape", "bilinearmesh", &["P", "indices", "N", "uv"], MESH_LEAVES),
+    known("Shape", "loopsubdiv", &["P", "indices", "levels", "nlevels"], LOOP_LEAVES),
     later("Shape", "curve", SHAPE_LATER),
     later("Shape", "nurbs", SHAPE_LATER),
     later("Shape", "heightfield", SHAPE_LATER),

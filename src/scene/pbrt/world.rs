@@ -54,17 +54,19 @@ impl Reader {
             return Ok(());
         }
         let State { ctm, reversed, material, area_light } = self.state;
-        let Some(geometry) = shapes::make(&name, &params, &ctm, reversed, &self.folder)? else {
-            self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
-            return Ok(());
-        };
-        let Self { library, notices, .. } = self;
+        let Self { library, notices, folder, .. } = self;
+        let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
         let alpha = Recipe { params: &params, library, notices }.maybe_number("alpha")?;
-        self.add_shape(ShapeSpec {
-            emission: area_light,
-            alpha,
-            ..ShapeSpec::new(geometry, material)
-        });
+        if parts.is_empty() {
+            self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
+        }
+        for geometry in parts {
+            self.add_shape(ShapeSpec {
+                emission: area_light,
+                alpha: alpha.clone(),
+                ..ShapeSpec::new(geometry, material)
+            });
+        }
         Ok(())
     }
 
