@@ -2,6 +2,7 @@
 //! scenes of 2016 use it. Unknown words are errors with file, line and column; known ones that
 //! are not supported yet are warnings that say what is done instead.
 
+mod attributes;
 mod blocks;
 mod colour;
 mod description;
@@ -21,7 +22,9 @@ mod vocabulary;
 mod words;
 mod world;
 
-pub use description::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
+pub use description::{
+    CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec,
+};
 pub use reader::read;
 
 use std::collections::HashSet;

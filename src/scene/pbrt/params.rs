@@ -126,6 +126,15 @@ impl Params {
         Err(self.refuse(name, format!("\"{name}\" is {number}"), expected))
     }
 
+    /// A seed, if one is given: any whole number, by its low 32 bits.
+    pub(super) fn seed(&self, name: &str) -> Result<Option<u32>, SceneError> {
+        let Some(number) = self.maybe_float(name)? else { return Ok(None) };
+        if number.fract() == 0.0 && number.abs() < 9e15 {
+            return Ok(Some(number as i64 as u32));
+        }
+        Err(self.refuse(name, format!("\"{name}\" is {number}"), "expected a whole number"))
+    }
+
     /// Three numbers, if they are given.
     pub(super) fn triple(&self, name: &str) -> Result<Option<[f64; 3]>, SceneError> {
         let Some(numbers) = self.numbers(name, &["point3", "vector3", "float"])? else {

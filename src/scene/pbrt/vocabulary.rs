@@ -44,7 +44,6 @@ const fn later(directive: &'static str, name: &'static str, instead: &'static st
 
 /// Said of parameters that cannot change the mean of any pixel: nothing.
 const QUIET: &str = "";
-const BOX_INSTEAD: &str = "a box of one pixel is used";
 const PATH_INSTEAD: &str = "path is used";
 const SHAPE_LATER: &str = "the shape is left out";
 const LIGHT_LATER: &str = "the light is left out";
@@ -65,17 +64,36 @@ const FILM_LEAVES: &[(&str, &str)] = &[
     ("savefp16", "pixels are 32-bit floats; --half writes 16-bit ones"),
     ("display", "no window is opened"),
     ("scale", "the picture is not scaled"),
+    ("coordinatesystem", "layers of geometry are in the camera's frame"),
+    ("nbuckets", QUIET),
+    ("lambdamin", QUIET),
+    ("lambdamax", QUIET),
+    ("buckets", QUIET),
 ];
 const SAMPLER: &[&str] = &["pixelsamples", "xsamples", "ysamples", "seed"];
 const SAMPLER_LEAVES: &[(&str, &str)] =
-    &[("randomization", OWN_ORDER), ("jitter", OWN_ORDER), ("scramble", OWN_ORDER)];
-const DEPTH: &[&str] = &["maxdepth"];
+    &[("randomization", QUIET), ("jitter", QUIET), ("scramble", QUIET), ("dimensions", QUIET)];
+const DEPTH: &[&str] = &["maxdepth", "regularize"];
+const FILTER: &[&str] = &["xradius", "yradius", "xwidth", "ywidth"];
 const PATH_LEAVES: &[(&str, &str)] = &[
-    ("lightsampler", "lights are chosen by their power"),
-    ("lightsamplestrategy", "lights are chosen by their power"),
-    ("regularize", "nothing is regularised"),
-    ("rrthreshold", "Russian roulette begins at the third surface"),
-    ("strategy", "lights are chosen by their power, one a sample"),
+    ("lightsampler", QUIET),
+    ("lightsamplestrategy", QUIET),
+    ("rrthreshold", QUIET),
+    ("strategy", QUIET),
+    ("samplebsdf", QUIET),
+    ("samplelights", QUIET),
+    ("visualizestrategies", "only the picture is written"),
+    ("visualizeweights", "only the picture is written"),
+    ("bootstrapsamples", QUIET),
+    ("chains", QUIET),
+    ("mutationsperpixel", "pixelsamples alone decides"),
+    ("largestepprobability", QUIET),
+    ("sigma", QUIET),
+    ("photonsperiteration", QUIET),
+    ("radius", QUIET),
+    ("seed", QUIET),
+    ("iterations", QUIET),
+    ("imagewritefrequency", QUIET),
 ];
 const SHADOW_ALPHA: (&str, &str) = ("shadowalpha", "alpha alone decides");
 const MESH_LEAVES: &[(&str, &str)] = &[
@@ -144,8 +162,8 @@ const OLD_LEAVES: &[(&str, &str)] = &[
 pub(super) const VOCABULARY: &[Entry] = &[
     known("Film", "image", FILM, FILM_LEAVES),
     known("Film", "rgb", FILM, FILM_LEAVES),
-    later("Film", "gbuffer", "film rgb is used"),
-    later("Film", "spectral", "film rgb is used"),
+    known("Film", "gbuffer", FILM, FILM_LEAVES),
+    near("Film", "spectral", FILM, FILM_LEAVES, "film rgb is used"),
     known("Sampler", "lowdiscrepancy", SAMPLER, SAMPLER_LEAVES),
     known("Sampler", "halton", SAMPLER, SAMPLER_LEAVES),
     known("Sampler", "sobol", SAMPLER, SAMPLER_LEAVES),
@@ -160,11 +178,16 @@ pub(super) const VOCABULARY: &[Entry] = &[
     known("Sampler", "stratified", SAMPLER, SAMPLER_LEAVES),
     later("Sampler", "adaptive", OWN_ORDER),
     later("Sampler", "bestcandidate", OWN_ORDER),
-    known("PixelFilter", "box", &["xwidth", "ywidth", "xradius", "yradius"], &[]),
-    later("PixelFilter", "gaussian", BOX_INSTEAD),
-    later("PixelFilter", "mitchell", BOX_INSTEAD),
-    later("PixelFilter", "sinc", BOX_INSTEAD),
-    later("PixelFilter", "triangle", BOX_INSTEAD),
+    known("PixelFilter", "box", FILTER, &[]),
+    known(
+        "PixelFilter",
+        "gaussian",
+        &["xradius", "yradius", "xwidth", "ywidth", "sigma", "alpha"],
+        &[],
+    ),
+    known("PixelFilter", "mitchell", &["xradius", "yradius", "xwidth", "ywidth", "B", "C"], &[]),
+    known("PixelFilter", "sinc", &["xradius", "yradius", "xwidth", "ywidth", "tau"], &[]),
+    known("PixelFilter", "triangle", FILTER, &[]),
     known(
         "Camera",
         "realistic",
@@ -205,23 +228,16 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Camera", "spherical", "a perspective camera of 90 degrees is used"),
     known("Integrator", "directlighting", DEPTH, PATH_LEAVES),
     known("Integrator", "path", DEPTH, PATH_LEAVES),
-    known(
-        "Integrator",
-        "simplepath",
-        DEPTH,
-        &[
-            ("samplebsdf", "both directions are sampled"),
-            ("samplelights", "lights are always sampled"),
-        ],
-    ),
-    later("Integrator", "volpath", PATH_INSTEAD),
-    later("Integrator", "simplevolpath", PATH_INSTEAD),
-    later("Integrator", "randomwalk", PATH_INSTEAD),
+    known("Integrator", "volpath", DEPTH, PATH_LEAVES),
+    known("Integrator", "simplepath", DEPTH, PATH_LEAVES),
+    known("Integrator", "simplevolpath", DEPTH, PATH_LEAVES),
+    known("Integrator", "randomwalk", DEPTH, PATH_LEAVES),
+    near("Integrator", "lightpath", DEPTH, PATH_LEAVES, PATH_INSTEAD),
+    near("Integrator", "bdpt", DEPTH, PATH_LEAVES, PATH_INSTEAD),
+    near("Integrator", "mlt", DEPTH, PATH_LEAVES, PATH_INSTEAD),
+    near("Integrator", "sppm", DEPTH, PATH_LEAVES, PATH_INSTEAD),
     later("Integrator", "whitted", PATH_INSTEAD),
-    later("Integrator", "lightpath", PATH_INSTEAD),
-    later("Integrator", "bdpt", PATH_INSTEAD),
-    later("Integrator", "mlt", PATH_INSTEAD),
-    later("Integrator", "sppm", PATH_INSTEAD),
+    later("Integrator", "function", PATH_INSTEAD),
     later("Integrator", "photonmap", PATH_INSTEAD),
     later("Integrator", "exphotonmap", PATH_INSTEAD),
     later("Integrator", "irradiancecache", PATH_INSTEAD),
@@ -372,7 +388,7 @@ impl Entry {
     }
 
     /// Every parameter that is read: this kind's own, and those of every kind of the directive.
-    fn names(&self) -> impl Iterator<Item = &'static str> {
+    pub(super) fn names(&self) -> impl Iterator<Item = &'static str> {
         let shared: &[&str] = match self.directive {
             "Material" => &["displacement", "bumpmap", "normalmap"],
             "Shape" => &["alpha"],

@@ -11,8 +11,9 @@ impl Reader {
         self.after_world("LightSource")?;
         let (_, name, params, supported) = self.kind("LightSource")?;
         if supported {
-            let Self { library, dialect, folder, notices, state, .. } = self;
-            let light = library.light(&name, &params, &state.ctm, *dialect, folder, notices)?;
+            let ctm = self.placement();
+            let Self { library, dialect, folder, notices, .. } = self;
+            let light = library.light(&name, &params, &ctm, *dialect, folder, notices)?;
             self.builder.light(light);
         }
         Ok(())
@@ -53,7 +54,8 @@ impl Reader {
         if !supported {
             return Ok(());
         }
-        let State { ctm, reversed, material, area_light } = self.state;
+        let ctm = self.placement();
+        let State { reversed, material, area_light, .. } = self.state;
         let Self { library, notices, folder, .. } = self;
         let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
         let alpha = Recipe { params: &params, library, notices }.maybe_number("alpha")?;
