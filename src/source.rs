@@ -53,8 +53,9 @@ pub struct Unreadable {
 
 /// What is no file, and so of no known size, may hold this many bytes.
 const MOST_UNKNOWN: u64 = 1 << 28;
-/// By how much a packed file may grow beyond that. Scenes grow three to ten times.
-const MOST_GROWTH: u64 = 100;
+/// How many bytes a packed file may unpack to, whatever its size, and how many for each of its
+/// own beyond that. Scenes grow three to ten times.
+const MOST_UNPACKED: [u64; 2] = [1 << 24, 100];
 
 /// The bytes of a file; of one that gzip packed, unpacked.
 ///
@@ -68,7 +69,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
         if !packed.starts_with(&[0x1f, 0x8b]) {
             return Ok(packed);
         }
-        let most = MOST_UNKNOWN + packed.len() as u64 * MOST_GROWTH;
+        let most = MOST_UNPACKED[0] + MOST_UNPACKED[1] * packed.len() as u64;
         whole(MultiGzDecoder::new(&packed[..]), most)
     };
     read().map_err(|source| Unreadable { path: path.to_owned(), source })

@@ -43,12 +43,14 @@ impl Corners {
     fn cells(&self, tolerance: f64, flat: bool) -> u32 {
         let [a, b, c, d] = self.0;
         let diagonal = a.distance(d).max(b.distance(c));
-        let twist = match flat {
-            // Only what leaves the plane counts.
-            true => self.twist().dot((d - a).cross(c - b).normalize_or_zero()).abs(),
-            false => self.twist().length(),
-        };
-        let cells = (twist / (4.0 * tolerance * diagonal)).sqrt().ceil();
+        let twist = self.twist();
+        // Without texture coordinates only what leaves the plane counts.
+        let height = twist.dot((d - a).cross(c - b).normalize_or_zero()).abs();
+        let allowed = 4.0 * tolerance * diagonal;
+        if flat && height <= allowed {
+            return 1;
+        }
+        let cells = (twist.length() / allowed).sqrt().ceil();
         (cells as u32).clamp(1, MOST_CELLS)
     }
 }

@@ -254,6 +254,10 @@ fn beta(neighbours: usize) -> f64 {
     if neighbours == 3 { 3.0 / 16.0 } else { 3.0 / (8.0 * neighbours as f64) }
 }
 
+/// The share of the two neighbours along a boundary in what counts as its limit: pbrt's figure.
+/// The curve that refinement alone tends to, a cubic B-spline, has 1/6.
+const BOUNDARY_LIMIT: f64 = 1.0 / 5.0;
+
 /// The share of each neighbour in the limit of a vertex inside.
 fn limit(neighbours: usize) -> f64 {
     1.0 / (neighbours as f64 + 3.0 / (8.0 * beta(neighbours)))
@@ -270,7 +274,7 @@ pub fn subdivide(mesh: &Mesh, levels: u32) -> Result<Mesh, Unsmooth> {
     for _ in 0..levels {
         control = control.refined();
     }
-    control.points = control.moved(limit, 1.0 / 5.0);
+    control.points = control.moved(limit, BOUNDARY_LIMIT);
     let mut ring = Vec::new();
     let normals = (0..control.points.len() as u32).map(|v| control.normal(v, &mut ring));
     let single = |p: DVec3| p.as_vec3().to_array();
