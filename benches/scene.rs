@@ -14,7 +14,7 @@ use petzval::lanes::{Real, f32x8};
 use petzval::rays::{HitBatch, NONE, Ray, RayBatch, WAVE};
 use petzval::sampler::{Dimension, pair};
 use petzval::scene::{
-    Geometry, Material, Mesh, Scene, SceneBuilder, TraversalStack, cosine_hemisphere,
+    Geometry, Material, Mesh, Scene, SceneBuilder, ShapeSpec, TraversalStack, cosine_hemisphere,
 };
 
 /// Quads on a side: two triangles each.
@@ -129,7 +129,7 @@ fn closest_hit(bench: &mut Criterion) {
     let mesh = hills();
     let mut builder = SceneBuilder::default();
     let material = builder.material(Material::diffuse([0.5; 3]));
-    builder.shape(Geometry::Mesh(mesh.clone()), material, None, None);
+    builder.shape(ShapeSpec::new(Geometry::Mesh(mesh.clone()), material));
     let scene = builder.build();
     for (name, waves) in ["camera", "diffuse"].into_iter().zip(waves(&scene)) {
         ours::<f32>(bench, &scene, &waves, &format!("{name}/scalar"));

@@ -1,8 +1,12 @@
 //! Places in input files, and what is said about them.
 
 use std::fmt;
+use std::fs;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use flate2::read::MultiGzDecoder;
 
 /// A place in a text file. Lines and columns count from 1; a column counts characters.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,6 +49,39 @@ pub struct Unreadable {
     pub path: PathBuf,
     /// What the system said.
     pub source: std::io::Error,
+}
+
+/// What is no file, and so of no known size, may hold this many bytes.
+const MOST_UNKNOWN: u64 = 1 << 28;
+/// How many bytes a packed file may unpack to, whatever its size, and how many for each of its
+/// own beyond that. Scenes grow three to ten times.
+const MOST_UNPACKED: [u64; 2] = [1 << 24, 100];
+
+/// The bytes of a file; of one that gzip packed, unpacked.
+///
+/// # Errors
+/// Where it cannot be read, does not end or unpacks to more than anything sensible.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
+    let read = || {
+        let file = fs::File::open(path)?;
+        let length = file.metadata()?.len();
+        let packed = whole(file, length.max(MOST_UNKNOWN))?;
+        if !packed.starts_with(&[0x1f, 0x8b]) {
+            return Ok(packed);
+        }
+        let most = MOST_UNPACKED[0] + MOST_UNPACKED[1] * packed.len() as u64;
+        whole(MultiGzDecoder::new(&packed[..]), most)
+    };
+    read().map_err(|source| Unreadable { path: path.to_owned(), source })
+}
+
+fn whole(from: impl Read, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    from.take(most + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > most {
+        true => Err(io::Error::other("it does not end")),
+        false => Ok(bytes),
+    }
 }
 
 /// The known word nearest to a misspelt one, if any is near enough to be meant.

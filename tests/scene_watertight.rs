@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use petzval::lanes::f32x8;
 use petzval::rays::{Hit, NONE, Ray};
 use petzval::scene::{
-    Form, Geometry, Material, Mesh, Quadric, Scene, SceneBuilder, TraversalStack,
+    Form, Geometry, Material, Mesh, Quadric, Scene, SceneBuilder, ShapeSpec, TraversalStack,
 };
 use support::Random;
 
@@ -17,7 +17,7 @@ fn scene(shapes: Vec<Geometry>) -> Scene {
     let mut builder = SceneBuilder::default();
     let material = builder.material(Material::diffuse([0.5; 3]));
     for shape in shapes {
-        builder.shape(shape, material, None, None);
+        builder.shape(ShapeSpec::new(shape, material));
     }
     builder.build()
 }
@@ -263,10 +263,14 @@ fn instances_stand_where_their_copies_would() {
     let mut builder = SceneBuilder::default();
     let material = builder.material(Material::diffuse([0.5; 3]));
     let object = builder.object();
-    builder.shape(Geometry::Mesh(torus(24, 12)), material, None, Some(object));
+    let mut add = |geometry| {
+        let object = Some(object);
+        builder.shape(ShapeSpec { object, ..ShapeSpec::new(geometry, material) });
+    };
+    add(Geometry::Mesh(torus(24, 12)));
     let ball =
         Quadric::new(Form::Sphere { radius: 0.5, z: [-0.5, 0.5] }, TAU, DAffine3::IDENTITY, false);
-    builder.shape(Geometry::Quadric(ball.unwrap()), material, None, Some(object));
+    add(Geometry::Quadric(ball.unwrap()));
     let mut copies = Vec::new();
     for i in 0..7 {
         let place = DAffine3::from_scale_rotation_translation(

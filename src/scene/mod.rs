@@ -3,6 +3,7 @@
 //! World space, in the units of the scene file. What a scene holds is data that the shading
 //! stages read; it is made by the reader in [`pbrt`] or by hand with [`SceneBuilder`].
 
+mod bilinear;
 mod intersect;
 mod light;
 mod material;
@@ -11,9 +12,11 @@ pub mod pbrt;
 pub mod ply;
 mod point;
 mod quadric;
+mod subdivision;
 mod texture;
 mod tree;
 
+pub use bilinear::triangulate;
 pub use intersect::TraversalStack;
 pub use light::{
     AreaLight, Light, LightSample, Lights, Sky, SkyImage, SkyLayout, cosine_hemisphere,
@@ -22,6 +25,7 @@ pub use material::{Coat, Material, Metal, Roughness, Scatters};
 pub use mesh::Mesh;
 pub use point::{Patch, SurfacePoint, gamma};
 pub use quadric::{Form, Quadric};
+pub use subdivision::{Unsmooth, subdivide};
 pub use texture::{ImageMap, Mapping, Texture, TexturePoint, Wrap};
 pub use tree::Tree;
 
@@ -36,7 +40,7 @@ use tree::{Item, ItemKind};
 pub enum Geometry {
     /// Triangles.
     Mesh(Mesh),
-    /// A sphere, disk or cone.
+    /// A sphere, cylinder, disk or cone.
     Quadric(Quadric),
 }
 
@@ -49,9 +53,16 @@ pub struct Shape {
     pub material: u32,
     /// The light that it is, by index, or [`NONE`].
     pub light: u32,
+    /// The probability that a ray meets it, where it is not 1 everywhere; below 0 counts as 0.
+    pub alpha: Option<Texture>,
 }
 
 impl Shape {
+    /// Whether every ray meets it.
+    pub fn opaque(&self) -> bool {
+        self.alpha.is_none()
+    }
+
     fn quadric(&self) -> Option<&Quadric> {
         match &self.geometry {
             Geometry::Quadric(quadric) => Some(quadric),
@@ -149,6 +160,28 @@ impl Scene {
     }
 }
 
+/// A shape to be added to a scene.
+#[derive(Clone, Debug)]
+pub struct ShapeSpec {
+    /// Its form.
+    pub geometry: Geometry,
+    /// Its material, by index.
+    pub material: u32,
+    /// Radiance that it emits, and whether both sides do.
+    pub emission: Option<([f32; 3], bool)>,
+    /// The probability that a ray meets it; `None` is 1.
+    pub alpha: Option<Texture>,
+    /// The object that it belongs to; `None` is the world itself.
+    pub object: Option<u32>,
+}
+
+impl ShapeSpec {
+    /// An opaque shape in the world that does not shine.
+    pub fn new(geometry: Geometry, material: u32) -> Self {
+        Self { geometry, material, emission: None, alpha: None, object: None }
+    }
+}
+
 /// Collects a scene and then builds its trees.
 #[derive(Clone, Debug, Default)]
 pub struct SceneBuilder {
@@ -165,6 +198,11 @@ impl SceneBuilder {
     pub fn material(&mut self, material: Material) -> u32 {
         self.materials.push(material);
         (self.materials.len() - 1) as u32
+    }
+
+    /// Puts another material in the place of one that was added.
+    pub fn change_material(&mut self, index: u32, material: Material) {
+        self.materials[index as usize] = material;
     }
 
     /// Adds a light that is no shape.
@@ -184,13 +222,8 @@ impl SceneBuilder {
     }
 
     /// Adds a shape to the world, or to an object. One in the world may shine.
-    pub fn shape(
-        &mut self,
-        geometry: Geometry,
-        material: u32,
-        emission: Option<([f32; 3], bool)>,
-        object: Option<u32>,
-    ) {
+    pub fn shape(&mut self, spec: ShapeSpec) {
+        let ShapeSpec { geometry, material, emission, alpha, object } = spec;
         let shape = self.shapes.len() as u32;
         let mut light = NONE;
         if let (Some((radiance, two_sided)), None) = (emission, object) {
@@ -205,7 +238,9 @@ impl SceneBuilder {
             light = self.lights.len() as u32;
             self.lights.push(Light::Area(AreaLight { shape, radiance, two_sided, areas }));
         }
-        self.shapes.push(Shape { geometry, material, light });
+        let whole = |alpha: &Texture| matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0);
+        let alpha = alpha.filter(|alpha| !whole(alpha));
+        self.shapes.push(Shape { geometry, material, light, alpha });
         match object {
             Some(object) => self.objects[object as usize].push(shape),
             None => self.world.push(shape),

@@ -6,7 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::bilinear::triangulate;
 use super::mesh::Mesh;
+use crate::source::bytes;
 
 /// Why a PLY file was refused.
 #[derive(Debug, thiserror::Error)]
@@ -16,13 +18,14 @@ pub struct PlyError {
     found: String,
 }
 
-/// Reads a mesh.
+/// Reads a mesh, packed by gzip or not. Triangles and flat quads become the first of the two;
+/// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second.
 ///
 /// # Errors
 /// Where the file cannot be read, is no PLY file or holds no triangle mesh.
-pub fn read(path: &Path) -> Result<Mesh, PlyError> {
+pub fn read(path: &Path) -> Result<[Mesh; 2], PlyError> {
     let refuse = |found: String| PlyError { path: path.to_owned(), found };
-    let bytes = std::fs::read(path).map_err(|error| refuse(format!("cannot read it: {error}")))?;
+    let bytes = bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
     parse(&bytes).map_err(refuse)
 }
 
@@ -85,10 +88,10 @@ struct Element {
     properties: Vec<Property>,
 }
 
-fn parse(bytes: &[u8]) -> Result<Mesh, String> {
+fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
     let (order, elements, start) = header(bytes)?;
     let mut values = Values { order, bytes, next: start };
-    let mut mesh = Mesh::default();
+    let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
     for element in &elements {
         // Even an empty list takes a byte, in ascii two with the blank.
         let least: usize = element
@@ -105,18 +108,22 @@ fn parse(bytes: &[u8]) -> Result<Mesh, String> {
         }
         match element.name.as_str() {
             "vertex" => vertices(element, &mut values, &mut mesh)?,
-            "face" => faces(element, &mut values, &mut mesh)?,
+            "face" => faces(element, &mut values, &mut mesh, &mut quads)?,
             _ => skip(element, &mut values)?,
         }
     }
-    if mesh.positions.is_empty() || mesh.triangles.is_empty() {
+    if mesh.positions.is_empty() || mesh.triangles.is_empty() && quads.is_empty() {
         return Err("no vertices, or no faces".to_owned());
     }
     let count = mesh.positions.len() as u32;
     if let Some(i) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v >= count)) {
         return Err(format!("a face near number {i} names a vertex that is not there"));
     }
-    Ok(mesh)
+    if quads.iter().flatten().any(|&v| v >= count) {
+        return Err("a quad names a vertex that is not there".to_owned());
+    }
+    let curved = triangulate(&mut mesh, &quads);
+    Ok([mesh, curved])
 }
 
 fn header(bytes: &[u8]) -> Result<(Order, Vec<Element>, usize), String> {
@@ -292,8 +299,14 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
     Ok(())
 }
 
-fn faces(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(), String> {
-    mesh.triangles.reserve_exact(element.count);
+/// Faces become triangles; those of four corners are kept as patches, and more corners make a
+/// fan. What has fewer than three is no face.
+fn faces(
+    element: &Element,
+    values: &mut Values,
+    mesh: &mut Mesh,
+    quads: &mut Vec<[u32; 4]>,
+) -> Result<(), String> {
     let mut corners: Vec<u32> = Vec::new();
     for i in 0..element.count {
         for property in &element.properties {
@@ -312,11 +325,10 @@ fn faces(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(), 
             match corners[..] {
                 _ if !wanted => {}
                 [a, b, c] => mesh.triangles.push([a, b, c]),
-                [a, b, c, d] => mesh.triangles.extend([[a, b, c], [a, c, d]]),
-                _ => {
-                    return Err(format!(
-                        "face {i} has {count} corners; expected triangles or quads"
-                    ));
+                [a, b, c, d] => quads.push([a, b, d, c]),
+                [] | [_] | [_, _] => {}
+                [a, ref rest @ ..] => {
+                    mesh.triangles.extend(rest.windows(2).map(|edge| [a, edge[0], edge[1]]));
                 }
             }
         }
@@ -360,12 +372,13 @@ mod tests {
 
     #[test]
     fn ascii_and_both_binary_orders_say_the_same() {
-        let ascii = parse(ASCII.as_bytes()).unwrap();
-        assert_eq!(ascii.triangles, [[0, 1, 2], [0, 2, 3]]);
+        let [ascii, curved] = parse(ASCII.as_bytes()).unwrap();
+        assert_eq!(ascii.triangles, [[0, 1, 2], [2, 3, 0]]);
+        assert!(curved.triangles.is_empty());
         assert_eq!(ascii.positions[2], [1.0, 1.0, 0.0]);
         assert_eq!(ascii.uvs[3], [0.0, 1.0]);
-        assert_eq!(parse(&binary(false)).unwrap(), ascii);
-        assert_eq!(parse(&binary(true)).unwrap(), ascii);
+        assert_eq!(parse(&binary(false)).unwrap()[0], ascii);
+        assert_eq!(parse(&binary(true)).unwrap()[0], ascii);
     }
 
     #[test]
@@ -385,7 +398,24 @@ mod tests {
         assert!(error.contains("bytes follow"), "{error}");
         let wild = ASCII.replace("4 0 1 2 3", "4 0 1 2 9");
         assert!(parse(wild.as_bytes()).unwrap_err().contains("vertex that is not there"));
-        let pentagon = ASCII.replace("4 0 1 2 3", "5 0 1 2 3 0");
-        assert!(parse(pentagon.as_bytes()).unwrap_err().contains("5 corners"));
+    }
+
+    #[test]
+    fn polygons_are_fans_and_what_has_two_corners_is_nothing() {
+        let faces = ASCII.replace("face 1", "face 3") + "5 0 1 2 3 0\n2 0 1\n";
+        let [mesh, _] = parse(faces.as_bytes()).unwrap();
+        assert_eq!(mesh.triangles[..3], [[0, 1, 2], [0, 2, 3], [0, 3, 0]]);
+        assert_eq!(mesh.triangles.len(), 5);
+    }
+
+    #[test]
+    fn a_quad_that_is_not_flat_is_a_patch() {
+        let bent = ASCII.replace("1 1 0 1 1", "1 1 1 1 1");
+        let [mesh, curved] = parse(bent.as_bytes()).unwrap();
+        assert!(mesh.triangles.is_empty() && curved.triangles.len() > 100);
+        // On the patch z = x y.
+        for [x, y, z] in &curved.positions {
+            assert!((z - x * y).abs() < 1e-6, "{x} {y} {z}");
+        }
     }
 }

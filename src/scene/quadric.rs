@@ -1,11 +1,14 @@
-//! Spheres, disks and cones: intersected in f64 in their own space.
+//! Spheres, cylinders, disks and cones: intersected in f64 in their own space.
 
 use std::f64::consts::TAU;
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2};
 
 use super::point::{Patch, SurfacePoint, gamma};
 use crate::sampler::disk;
+
+/// How far from the axis a point on it is moved for want of a direction, in radii.
+const CLOSE_BY: f64 = 1e-5;
 
 /// A form in its own space, as pbrt defines it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +18,13 @@ pub enum Form {
         /// Its radius.
         radius: f64,
         /// Lowest and highest z that belong to it.
+        z: [f64; 2],
+    },
+    /// The mantle of a cylinder about the z axis.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Lowest and highest z.
         z: [f64; 2],
     },
     /// A disk at a height on the z axis.
@@ -66,7 +76,7 @@ impl Quadric {
     /// A box around it: lowest and highest corner.
     pub fn bounds(&self) -> [DVec3; 2] {
         let (radius, z) = match self.form {
-            Form::Sphere { radius, z } => (radius, z),
+            Form::Sphere { radius, z } | Form::Cylinder { radius, z } => (radius, z),
             Form::Disk { radius, height, .. } => (radius, [height, height]),
             Form::Cone { radius, height } => (radius, [height.min(0.0), height.max(0.0)]),
         };
@@ -97,6 +107,16 @@ impl Quadric {
                     a * (radius * radius - nearest.length_squared())
                 })
             }
+            Form::Cylinder { radius, .. } => {
+                // About the point nearest to the axis, as for the sphere.
+                let (o, d) = (o.truncate(), d.truncate());
+                let a = d.length_squared();
+                let half_b = -o.dot(d);
+                let nearest = o + d * (half_b / a);
+                quadratic(a, half_b, o.length_squared() - radius * radius, {
+                    a * (radius * radius - nearest.length_squared())
+                })
+            }
             Form::Cone { radius, height } => {
                 let k = (radius / height).powi(2);
                 let rise = o.z - height;
@@ -116,6 +136,7 @@ impl Quadric {
                 let whole = z == [-radius, radius];
                 whole || (p.z >= z[0] && p.z <= z[1])
             }
+            Form::Cylinder { z, .. } => p.z >= z[0] && p.z <= z[1],
             Form::Disk { radius, inner, .. } => {
                 let r2 = p.x * p.x + p.y * p.y;
                 r2 <= radius * radius && r2 >= inner * inner
@@ -133,6 +154,10 @@ impl Quadric {
                 let normal = p.normalize();
                 (normal * radius, normal)
             }
+            Form::Cylinder { radius, .. } => {
+                let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
+                (away * radius + DVec3::Z * p.z, away)
+            }
             Form::Disk { height, .. } => (DVec3::new(p.x, p.y, height), DVec3::Z),
             Form::Cone { radius, height } => {
                 let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
@@ -143,14 +168,14 @@ impl Quadric {
         self.placed(p, self.outwards(normal).normalize())
     }
 
-    /// Texture coordinates of a point of object space, as pbrt defines them.
-    fn uv(&self, near: DVec3) -> Vec2 {
-        let p = self.form_from_object.transform_point3(near);
+    /// Texture coordinates of a point of the form, as pbrt defines them.
+    fn uv(&self, p: DVec3) -> Vec2 {
         let v = match self.form {
             Form::Sphere { radius, z } => {
                 let theta = |z: f64| (z / radius).clamp(-1.0, 1.0).acos();
                 (theta(p.z) - theta(z[0])) / (theta(z[1]) - theta(z[0]))
             }
+            Form::Cylinder { z, .. } => (p.z - z[0]) / (z[1] - z[0]),
             Form::Disk { radius, inner, .. } => (radius - p.x.hypot(p.y)) / (radius - inner),
             Form::Cone { height, .. } => p.z / height,
         };
@@ -158,10 +183,47 @@ impl Quadric {
     }
 
     /// How the surface is laid out in texture coordinates about a point of object space.
+    ///
+    /// Where all u meet, at a pole, an apex or the middle of a disk, it is that of a point
+    /// close by.
     pub fn patch(&self, near: DVec3) -> Patch {
-        let normal = self.point(near).normal;
-        let (u, v) = normal.any_orthonormal_pair();
-        Patch { uv: self.uv(near), dp: [u, v], dn: [Vec3::ZERO; 2] }
+        let p = self.form_from_object.transform_point3(near);
+        let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
+        let around = DVec3::new(-away.y, away.x, 0.0) * self.phi_max;
+        let r = |radius: f64| p.x.hypot(p.y).max(CLOSE_BY * radius);
+        // Changes of the position, and of the unit normal in the form's own space.
+        let (dp, normal, dn) = match self.form {
+            Form::Sphere { radius, z } => {
+                let theta = |z: f64| (z / radius).clamp(-1.0, 1.0).acos();
+                let sweep = theta(z[1]) - theta(z[0]);
+                let r = r(radius);
+                let dp = [around * r, (away * p.z - DVec3::Z * r) * sweep];
+                (dp, p.normalize(), dp.map(|d| d / radius))
+            }
+            Form::Cylinder { radius, z } => {
+                let dp = [around * radius, DVec3::Z * (z[1] - z[0])];
+                (dp, away, [around, DVec3::ZERO])
+            }
+            Form::Disk { radius, inner, .. } => {
+                ([around * r(radius), away * (inner - radius)], DVec3::Z, [DVec3::ZERO; 2])
+            }
+            Form::Cone { radius, height } => {
+                let dp = [around * r(radius), DVec3::Z * height - away * radius];
+                let slope = height.abs() / radius.hypot(height);
+                (dp, cone_normal(away, radius, height), [around * slope, DVec3::ZERO])
+            }
+        };
+        let normal = self.outwards(normal);
+        let (length, unit) = (normal.length(), normal.normalize());
+        let turned = |dn: DVec3| {
+            let dn = self.outwards(dn) * (self.side / length);
+            (dn - unit * unit.dot(dn)).as_vec3()
+        };
+        Patch {
+            uv: self.uv(p),
+            dp: dp.map(|d| self.object_from_form.transform_vector3(d).as_vec3()),
+            dn: dn.map(turned),
+        }
     }
 
     /// A normal of the form as a vector of object space. Its length is the ratio of a small
@@ -196,6 +258,12 @@ impl Quadric {
                 let r = (radius * radius - height * height).max(0.0).sqrt();
                 let p = direction(x, y, r2) * r + DVec3::Z * height;
                 (p, p / radius, self.phi_max * radius * (z[1] - z[0]))
+            }
+            Form::Cylinder { radius, z } => {
+                let normal = direction(x, y, r2);
+                let height = z[1] - z[0];
+                let p = normal * radius + DVec3::Z * (z[0] + height * r2);
+                (p, normal, self.phi_max * radius * height)
             }
             Form::Disk { radius, inner, height } => {
                 let ring = radius * radius - inner * inner;

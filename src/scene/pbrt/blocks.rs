@@ -1,18 +1,16 @@
 //! Blocks, objects and included files.
 
 use std::collections::HashMap;
-use std::fs;
-use std::io::{self, Read};
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
 
 use super::SceneError;
+use super::params::Param;
 use super::reader::Reader;
 use super::token::Lexer;
 use crate::scene::SceneBuilder;
-use crate::source::{Unreadable, hint};
+use crate::source::{bytes, hint};
 
 /// Files that may include each other in a chain, and objects that may hold each other.
 const MOST_NESTED: usize = 32;
@@ -22,11 +20,29 @@ const MOST_INSTANCES: usize = 1 << 26;
 /// What AttributeBegin saves.
 #[derive(Clone)]
 pub(super) struct State {
-    pub(super) ctm: DAffine3,
+    /// The current transform, at the start and at the end of the motion.
+    pub(super) ctm: [DAffine3; 2],
+    /// Which of the two the next directives change.
+    pub(super) active: [bool; 2],
     pub(super) reversed: bool,
     pub(super) material: u32,
     /// Radiance and whether both sides shine.
     pub(super) area_light: Option<([f32; 3], bool)>,
+    /// What Attribute gave, by its place in [`TARGETS`](super::attributes::TARGETS).
+    pub(super) attributes: [Arc<Vec<Param>>; 5],
+}
+
+impl State {
+    pub(super) fn new(material: u32) -> Self {
+        Self {
+            ctm: [DAffine3::IDENTITY; 2],
+            active: [true; 2],
+            reversed: false,
+            material,
+            area_light: None,
+            attributes: Default::default(),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +50,8 @@ pub(super) enum Block {
     Attribute,
     Transform,
     Object,
+    /// A file whose changes of state end with it.
+    Import,
 }
 
 impl Block {
@@ -42,6 +60,7 @@ impl Block {
             Self::Attribute => "Attribute",
             Self::Transform => "Transform",
             Self::Object => "Object",
+            Self::Import => "Import",
         }
     }
 }
@@ -69,21 +88,6 @@ fn place(
     }
 }
 
-/// The bytes of a file. What is no file, and so of no known size, may hold 256 MiB.
-pub(super) fn load(path: &Path) -> Result<Vec<u8>, Unreadable> {
-    let read = || {
-        let file = fs::File::open(path)?;
-        let most = file.metadata()?.len().max(1 << 28);
-        let mut bytes = Vec::new();
-        file.take(most + 1).read_to_end(&mut bytes)?;
-        match bytes.len() as u64 > most {
-            true => Err(io::Error::other("it does not end")),
-            false => Ok(bytes),
-        }
-    };
-    read().map_err(|source| Unreadable { path: path.to_owned(), source })
-}
-
 impl Reader {
     pub(super) fn begin(&mut self, block: Block) -> Result<(), SceneError> {
         self.saved.push((block, self.state.clone(), self.at.clone()));
@@ -94,11 +98,15 @@ impl Reader {
         match self.saved.pop() {
             Some((open, state, _)) if open == block => {
                 if block == Block::Transform {
-                    self.state.ctm = state.ctm;
+                    (self.state.ctm, self.state.active) = (state.ctm, state.active);
                 } else {
                     self.state = state;
                 }
                 Ok(())
+            }
+            Some((Block::Import, ..)) => {
+                let found = format!("{0}End without {0}Begin in its file", block.name());
+                self.refuse(found, "blocks must close in the file that opens them")
             }
             Some((open, _, at)) => self.refuse(
                 format!("{}End inside the {}Begin of {at}", block.name(), open.name()),
@@ -142,7 +150,7 @@ impl Reader {
         if self.object.as_ref() == Some(&name) {
             return self.refuse(format!("object \"{name}\" contains itself"), "");
         }
-        let ctm = self.state.ctm;
+        let ctm = self.placement();
         if !ctm.inverse().is_finite() {
             self.warn_here("an instance that its transform flattens", "it is left out");
             return Ok(());
@@ -173,6 +181,32 @@ impl Reader {
         Ok(())
     }
 
+    /// Reads another file as if it stood here, but keeps none of its changes of state.
+    pub(super) fn import(&mut self) -> Result<(), SceneError> {
+        self.after_world("Import")?;
+        self.include()?;
+        if let Some(file) = self.files.last_mut() {
+            file.imported = true;
+        }
+        self.begin(Block::Import)
+    }
+
+    /// An imported file has ended.
+    pub(super) fn end_import(&mut self) -> Result<(), SceneError> {
+        match self.saved.pop() {
+            Some((Block::Import, state, _)) => {
+                self.state = state;
+                self.files.pop();
+                Ok(())
+            }
+            Some((open, _, at)) => {
+                let found = format!("{0}Begin without {0}End", open.name());
+                Err(SceneError::at(at, found, "the file ends before it is closed"))
+            }
+            None => self.refuse("a file that ends twice", ""),
+        }
+    }
+
     pub(super) fn include(&mut self) -> Result<(), SceneError> {
         let name = self.string()?;
         let path = self.folder.join(&name);
@@ -181,7 +215,7 @@ impl Reader {
             return self.refuse(found, "does one include itself?");
         }
         let text =
-            load(&path).map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
+            bytes(&path).map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
         debug_assert!(self.pending.is_none(), "a directive without parameters looks not ahead");
         self.files.push(Lexer::new(Arc::from(path), text));
         Ok(())
@@ -190,8 +224,9 @@ impl Reader {
     pub(super) fn world_begin(&mut self) -> Result<(), SceneError> {
         self.before_world("a second WorldBegin")?;
         self.in_world = true;
-        self.state.ctm = DAffine3::IDENTITY;
-        self.systems.insert("world".to_owned(), DAffine3::IDENTITY);
+        self.state.ctm = [DAffine3::IDENTITY; 2];
+        self.state.active = [true; 2];
+        self.systems.insert("world".to_owned(), self.state.ctm);
         Ok(())
     }
 }

@@ -24,8 +24,12 @@ pub struct Description {
     pub samples: u32,
     /// Seed of the random numbers.
     pub seed: u32,
+    /// How samples are weighted about their pixel.
+    pub filter: FilterSpec,
     /// Surfaces on a path that gather light.
     pub max_depth: u32,
+    /// Whether rough surfaces should be made rougher behind diffuse ones, which is not done.
+    pub regularize: bool,
     /// What was noticed on the way.
     pub warnings: Vec<Warning>,
 }
@@ -43,6 +47,48 @@ pub struct FilmSpec {
     pub filename: Option<PathBuf>,
     /// Sensitivity.
     pub iso: f64,
+    /// Whether the file asks for layers of geometry beside the picture.
+    pub gbuffer: bool,
+}
+
+/// The pixel filter: a product of one function of x and one of y, each 0 beyond its radius in
+/// pixels, as in pbrt-v4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FilterSpec {
+    /// The same weight everywhere.
+    Box {
+        /// Radii along x and y, pixels.
+        radius: [f64; 2],
+    },
+    /// radius - |x|.
+    Triangle {
+        /// Radii along x and y, pixels.
+        radius: [f64; 2],
+    },
+    /// A normal density, less its value at the radius, where that is above 0.
+    Gaussian {
+        /// Radii along x and y, pixels.
+        radius: [f64; 2],
+        /// Standard deviation, pixels.
+        sigma: f64,
+    },
+    /// The cubic of Mitchell & Netravali 1988, "Reconstruction filters in computer graphics",
+    /// stretched from its radius of 2.
+    Mitchell {
+        /// Radii along x and y, pixels.
+        radius: [f64; 2],
+        /// Their B.
+        b: f64,
+        /// Their C.
+        c: f64,
+    },
+    /// sinc(x) sinc(x / tau), sinc(x) = sin(pi x) / (pi x) (Lanczos).
+    Sinc {
+        /// Radii along x and y, pixels.
+        radius: [f64; 2],
+        /// How many lobes the window is wide.
+        tau: f64,
+    },
 }
 
 /// The camera.

@@ -2,15 +2,19 @@
 //! scenes of 2016 use it. Unknown words are errors with file, line and column; known ones that
 //! are not supported yet are warnings that say what is done instead.
 
+mod attributes;
 mod blocks;
 mod colour;
 mod description;
 mod lights;
 mod materials;
+mod meshes;
 mod params;
 mod reader;
+mod refractive;
 mod settings;
 mod shapes;
+mod surfaces;
 mod textures;
 mod token;
 mod transforms;
@@ -18,7 +22,9 @@ mod vocabulary;
 mod words;
 mod world;
 
-pub use description::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
+pub use description::{
+    CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec,
+};
 pub use reader::read;
 
 use std::collections::HashSet;

@@ -126,6 +126,15 @@ impl Params {
         Err(self.refuse(name, format!("\"{name}\" is {number}"), expected))
     }
 
+    /// A seed, if one is given: any whole number, by its low 32 bits.
+    pub(super) fn seed(&self, name: &str) -> Result<Option<u32>, SceneError> {
+        let Some(number) = self.maybe_float(name)? else { return Ok(None) };
+        if number.fract() == 0.0 && number.abs() < 9e15 {
+            return Ok(Some(number as i64 as u32));
+        }
+        Err(self.refuse(name, format!("\"{name}\" is {number}"), "expected a whole number"))
+    }
+
     /// Three numbers, if they are given.
     pub(super) fn triple(&self, name: &str) -> Result<Option<[f64; 3]>, SceneError> {
         let Some(numbers) = self.numbers(name, &["point3", "vector3", "float"])? else {
@@ -140,6 +149,15 @@ impl Params {
     /// One string of type `string`, if it is given.
     pub(super) fn text(&self, name: &str) -> Result<Option<&str>, SceneError> {
         self.one_text(name, "string")
+    }
+
+    /// Strings of type `string`, if they are given.
+    pub(super) fn texts(&self, name: &str) -> Result<Option<&[String]>, SceneError> {
+        let Some(param) = self.find(name) else { return Ok(None) };
+        match &param.values {
+            Values::Texts(texts) if param.kind == "string" => Ok(Some(texts)),
+            _ => Err(param.wrong(&["string"])),
+        }
     }
 
     /// The name of a texture, if one is given.

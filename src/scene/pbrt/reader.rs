@@ -6,15 +6,16 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::blocks::{Block, Object, State, load};
-use super::description::{CameraSpec, Description, ThinSpec};
+use super::blocks::{Block, Object, State};
+use super::description::{CameraSpec, Description, FilmSpec, FilterSpec, ThinSpec};
+use super::materials::Named;
 use super::params::Params;
 use super::settings::{film_spec, realistic, thin};
 use super::textures::Library;
 use super::token::{Lexer, Token, Word};
 use super::{Dialect, Notices, SceneError};
 use crate::scene::{Material, SceneBuilder};
-use crate::source::{Location, hint};
+use crate::source::{Location, bytes, hint};
 
 /// Reads a scene file and all that it includes.
 ///
@@ -45,7 +46,7 @@ const DIRECTIVES: &[(&str, Action)] = &[
     ("Renderer", |r| r.leave_out("Renderer")),
     ("Accelerator", |r| r.leave_out("Accelerator")),
     ("Identity", |r| {
-        r.state.ctm = DAffine3::IDENTITY;
+        r.identity();
         Ok(())
     }),
     ("Translate", Reader::translate),
@@ -62,9 +63,8 @@ const DIRECTIVES: &[(&str, Action)] = &[
     }),
     ("ActiveTransform", Reader::active_transform),
     ("TransformTimes", |r| {
-        r.numbers::<2>()?;
-        r.warn_here("TransformTimes", "nothing moves: the transforms at the start are used");
-        Ok(())
+        // Only what moves needs them, and that is said where it moves.
+        r.numbers::<2>().map(|_| ())
     }),
     ("AttributeBegin", |r| r.begin(Block::Attribute)),
     ("AttributeEnd", |r| r.end(Block::Attribute)),
@@ -74,7 +74,7 @@ const DIRECTIVES: &[(&str, Action)] = &[
     ("ObjectEnd", Reader::object_end),
     ("ObjectInstance", Reader::object_instance),
     ("Include", Reader::include),
-    ("Import", Reader::include),
+    ("Import", Reader::import),
     ("WorldBegin", Reader::world_begin),
     ("WorldEnd", |r| {
         if r.peek()?.is_some() {
@@ -110,17 +110,8 @@ const DIRECTIVES: &[(&str, Action)] = &[
         }
         Ok(())
     }),
-    ("Option", |r| {
-        r.params()?;
-        r.warn_here("Option", "the option is left out");
-        Ok(())
-    }),
-    ("Attribute", |r| {
-        r.string()?;
-        r.params()?;
-        r.warn_here("Attribute", "the attributes are left out");
-        Ok(())
-    }),
+    ("Option", Reader::option),
+    ("Attribute", Reader::attribute),
 ];
 
 /// What the reader has come to.
@@ -132,19 +123,22 @@ pub(super) struct Reader {
 
     pub(super) state: State,
     pub(super) saved: Vec<(Block, State, Location)>,
-    pub(super) systems: HashMap<String, DAffine3>,
+    pub(super) systems: HashMap<String, [DAffine3; 2]>,
     pub(super) in_world: bool,
     pub(super) ended: bool,
     pub(super) dialect: Dialect,
 
-    pub(super) film: Option<Params>,
+    pub(super) film: Option<(String, Params)>,
     pub(super) camera: Option<(String, Params, DAffine3)>,
     pub(super) samples: Option<u32>,
-    pub(super) seed: u32,
+    /// Of the sampler, and of the options where the sampler names none.
+    pub(super) seeds: [Option<u32>; 2],
+    pub(super) filter: Option<FilterSpec>,
     pub(super) max_depth: Option<u32>,
+    pub(super) regularize: bool,
 
     pub(super) library: Library,
-    pub(super) materials: HashMap<String, u32>,
+    pub(super) materials: HashMap<String, Named>,
     pub(super) objects: HashMap<String, Object>,
     pub(super) object: Option<String>,
     pub(super) instances: usize,
@@ -155,7 +149,7 @@ pub(super) struct Reader {
 
 impl Reader {
     fn new(path: &Path) -> Result<Self, SceneError> {
-        let text = load(path)?;
+        let text = bytes(path)?;
         let lexer = Lexer::new(Arc::from(path), text);
         let mut builder = SceneBuilder::default();
         let material = builder.material(Material::diffuse([0.5; 3]));
@@ -164,7 +158,7 @@ impl Reader {
             pending: None,
             at: lexer.here(),
             files: vec![lexer],
-            state: State { ctm: DAffine3::IDENTITY, reversed: false, material, area_light: None },
+            state: State::new(material),
             saved: Vec::new(),
             systems: HashMap::new(),
             in_world: false,
@@ -173,8 +167,10 @@ impl Reader {
             film: None,
             camera: None,
             samples: None,
-            seed: 0,
+            seeds: [None; 2],
+            filter: None,
             max_depth: None,
+            regularize: false,
             library: Library::default(),
             materials: HashMap::new(),
             objects: HashMap::new(),
@@ -190,6 +186,11 @@ impl Reader {
             && let Some(token) = self.next()?
         {
             let at = self.place(&token);
+            if token.word == Word::End {
+                self.at = at;
+                self.end_import()?;
+                continue;
+            }
             let Word::Name(name) = &token.word else {
                 let found = format!("{} where a directive should stand", token.word.shown());
                 return Err(SceneError::at(at, found, "expected Shape, Material, Translate ..."));
@@ -219,10 +220,16 @@ impl Reader {
         if !self.in_world {
             return Err(missing("WorldBegin"));
         }
+        self.promises()?;
         let Some((name, params, world_from_camera)) = &self.camera else {
             return Err(missing("a Camera"));
         };
-        let film = film_spec(self.film.as_ref())?;
+        let film = match &self.film {
+            Some((name, params)) => {
+                FilmSpec { gbuffer: name == "gbuffer", ..film_spec(Some(params))? }
+            }
+            None => film_spec(None)?,
+        };
         let camera = match name.as_str() {
             "realistic" => realistic(params, &self.folder)?,
             "perspective" => thin(params, &mut self.notices)?,
@@ -243,7 +250,12 @@ impl Reader {
             world_from_camera: *world_from_camera,
             camera_at: params.at.clone(),
             samples: self.samples.unwrap_or(16),
-            seed: self.seed,
+            seed: self.seeds[0].or(self.seeds[1]).unwrap_or(0),
+            filter: self.filter.unwrap_or(match self.dialect {
+                Dialect::V4 => FilterSpec::Gaussian { radius: [1.5; 2], sigma: 0.5 },
+                Dialect::V2 => FilterSpec::Box { radius: [0.5; 2] },
+            }),
+            regularize: self.regularize,
             max_depth: self.max_depth.unwrap_or(depth),
             scene: self.builder.build(),
             warnings: self.notices.warnings,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::description::{CameraSpec, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
+use super::description::{CameraSpec, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
 use super::{Dialect, Notices, SceneError};
@@ -13,8 +13,8 @@ const MOST_PIXELS: u32 = 1 << 16;
 impl Reader {
     pub(super) fn film(&mut self) -> Result<(), SceneError> {
         self.before_world("Film")?;
-        let (_, _, params, _) = self.kind("Film")?;
-        self.film = Some(params);
+        let (_, name, params, _) = self.kind("Film")?;
+        self.film = Some((name, params));
         Ok(())
     }
 
@@ -31,18 +31,14 @@ impl Reader {
                 (x, y) => Some(x.unwrap_or(4) * y.unwrap_or(4)),
             };
         self.samples = params.count_of("pixelsamples", most)?.or(strata);
-        self.seed = params.float("seed", 0.0)?.clamp(0.0, f64::from(u32::MAX)) as u32;
+        self.seeds[0] = params.seed("seed")?;
         Ok(())
     }
 
     pub(super) fn filter(&mut self) -> Result<(), SceneError> {
         self.before_world("PixelFilter")?;
-        let (_, _, params, supported) = self.kind("PixelFilter")?;
-        for name in ["xwidth", "ywidth", "xradius", "yradius"] {
-            if supported && params.float(name, 0.5)? != 0.5 {
-                self.warn_here("a box filter of another radius than 0.5", "0.5 is used");
-            }
-        }
+        let (_, name, params, _) = self.kind("PixelFilter")?;
+        self.filter = Some(filter_spec(&name, &params)?);
         Ok(())
     }
 
@@ -50,6 +46,10 @@ impl Reader {
         self.before_world("Integrator")?;
         let (_, name, params, supported) = self.kind("Integrator")?;
         let asked = if supported { params.maybe_float("maxdepth")? } else { None };
+        if supported && params.truth("regularize")?.unwrap_or(false) {
+            self.regularize = true;
+            self.warn_here("regularize", "every surface is as smooth as the scene says");
+        }
         let depth = asked.unwrap_or(5.0);
         if !(0.0..=1e6).contains(&depth) || depth.fract() != 0.0 {
             let found = format!("\"maxdepth\" is {depth}");
@@ -63,24 +63,60 @@ impl Reader {
     pub(super) fn camera(&mut self) -> Result<(), SceneError> {
         self.before_world("Camera")?;
         let (_, name, params, _) = self.kind("Camera")?;
-        let world_from_camera = self.state.ctm.inverse();
+        let world_from_camera = self.placement().inverse();
         if !world_from_camera.is_finite() {
             return self.refuse("a camera transform that cannot be inverted", "");
         }
         if name == "realistic" && params.find("specfile").is_some() {
             self.dialect = Dialect::V2;
         }
-        self.systems.insert("camera".to_owned(), world_from_camera);
+        let system = self.state.ctm.map(|ctm| ctm.inverse());
+        self.systems.insert("camera".to_owned(), system);
         self.camera = Some((name, params, world_from_camera));
         Ok(())
     }
+}
+
+/// Radii and parameters as in pbrt-v4; pbrt-v2 says width for radius, and gives a Gaussian by
+/// alpha = 1 / (2 sigma^2).
+fn filter_spec(name: &str, params: &Params) -> Result<FilterSpec, SceneError> {
+    let radius = |default: f64| -> Result<[f64; 2], SceneError> {
+        let of = |radius: &str, width: &str| {
+            params.positive(if params.find(radius).is_some() { radius } else { width }, default)
+        };
+        Ok([of("xradius", "xwidth")?, of("yradius", "ywidth")?])
+    };
+    Ok(match name {
+        "box" => FilterSpec::Box { radius: radius(0.5)? },
+        "triangle" => FilterSpec::Triangle { radius: radius(2.0)? },
+        "gaussian" => {
+            let sigma = match params.find("alpha") {
+                Some(_) => (2.0 * params.positive("alpha", 2.0)?).sqrt().recip(),
+                None => params.positive("sigma", 0.5)?,
+            };
+            FilterSpec::Gaussian { radius: radius(1.5)?, sigma }
+        }
+        "mitchell" => FilterSpec::Mitchell {
+            radius: radius(2.0)?,
+            b: params.float("B", 1.0 / 3.0)?,
+            c: params.float("C", 1.0 / 3.0)?,
+        },
+        _ => FilterSpec::Sinc { radius: radius(4.0)?, tau: params.positive("tau", 3.0)? },
+    })
 }
 
 pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError> {
     let Some(params) = params else {
         let resolution = [1280, 720];
         let bounds = [[0, 0], resolution];
-        return Ok(FilmSpec { resolution, diagonal: 35.0, bounds, filename: None, iso: 100.0 });
+        return Ok(FilmSpec {
+            resolution,
+            diagonal: 35.0,
+            bounds,
+            filename: None,
+            iso: 100.0,
+            gbuffer: false,
+        });
     };
     let resolution = [
         params.count_of("xresolution", MOST_PIXELS)?.unwrap_or(1280),
@@ -110,6 +146,7 @@ pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError>
         bounds,
         filename: params.text("filename")?.map(PathBuf::from),
         iso: params.positive("iso", 100.0)?,
+        gbuffer: false,
     })
 }
 

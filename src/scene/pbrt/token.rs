@@ -19,6 +19,8 @@ pub(super) enum Word {
     Open,
     /// `]`
     Close,
+    /// The end of a file that is imported.
+    End,
 }
 
 impl Word {
@@ -30,6 +32,7 @@ impl Word {
             Self::Number(number) => number.to_string(),
             Self::Open => "[".to_owned(),
             Self::Close => "]".to_owned(),
+            Self::End => "the end of the file".to_owned(),
         }
     }
 }
@@ -52,11 +55,24 @@ pub(super) struct Lexer {
     /// A place in the line and its column: columns are counted on from there, so that a line
     /// may hold a million words.
     counted: (usize, u32),
+    /// Whether the end of the file is a word of its own.
+    pub(super) imported: bool,
 }
+
+/// The bytes that no word of a name or number holds.
+const ENDS: [bool; 256] = {
+    let mut ends = [false; 256];
+    let mut rest: &[u8] = b" \t\n\r\x0c[]\"#";
+    while let [byte, others @ ..] = rest {
+        ends[*byte as usize] = true;
+        rest = others;
+    }
+    ends
+};
 
 impl Lexer {
     pub(super) fn new(file: Arc<Path>, text: Vec<u8>) -> Self {
-        Self { file, text, next: 0, line: 1, counted: (0, 1) }
+        Self { file, text, next: 0, line: 1, counted: (0, 1), imported: false }
     }
 
     /// Where a token stands.
@@ -67,6 +83,11 @@ impl Lexer {
     /// Where reading has come to.
     pub(super) fn here(&self) -> Location {
         Location { file: self.file.clone(), line: self.line, column: self.column(self.next) }
+    }
+
+    /// The word behind the last one.
+    pub(super) fn end(&self) -> Token {
+        Token { word: Word::End, line: self.line, column: self.column(self.next) }
     }
 
     fn column(&self, at: usize) -> u32 {
@@ -95,14 +116,42 @@ impl Lexer {
             }
             b'"' => Word::Text(self.quoted(&at)?),
             _ => {
-                let ends = |b: u8| b.is_ascii_whitespace() || b"[]\"#".contains(&b);
-                let length = self.text[start..].iter().position(|&b| ends(b));
-                self.next = length.map_or(self.text.len(), |n| start + n);
-                let text = String::from_utf8_lossy(&self.text[start..self.next]).into_owned();
-                if first.is_ascii_alphabetic() { Word::Name(text) } else { number(text, at)? }
+                let word = self.word();
+                if first.is_ascii_alphabetic() {
+                    Word::Name(String::from_utf8_lossy(word).into_owned())
+                } else {
+                    Word::Number(number(word).map_err(|found| SceneError::at(at, found, ""))?)
+                }
             }
         };
         Ok(Some(Token { word, line, column }))
+    }
+
+    /// The bytes of a word that has begun.
+    fn word(&mut self) -> &[u8] {
+        let start = self.next;
+        let length = self.text[start..].iter().position(|&b| ENDS[usize::from(b)]);
+        self.next = length.map_or(self.text.len(), |n| start + n);
+        &self.text[start..self.next]
+    }
+
+    /// As many numbers as follow. They are most of what large scenes hold.
+    pub(super) fn numbers(&mut self, into: &mut Vec<f64>) -> Result<(), SceneError> {
+        loop {
+            self.skip_blanks();
+            let start = self.next;
+            let first = self.text.get(start);
+            if !first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b)) {
+                return Ok(());
+            }
+            match number(self.word()) {
+                Ok(number) => into.push(number),
+                Err(found) => {
+                    self.next = start;
+                    return Err(SceneError::at(self.here(), found, ""));
+                }
+            }
+        }
     }
 
     fn skip_blanks(&mut self) {
@@ -164,13 +213,90 @@ impl Lexer {
     }
 }
 
-fn number(text: String, at: Location) -> Result<Word, SceneError> {
+/// The number that a word is, or what is wrong with it.
+fn number(word: &[u8]) -> Result<f64, String> {
+    if let Some(number) = short_decimal(word) {
+        return Ok(number);
+    }
+    let text = String::from_utf8_lossy(word);
     match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(Word::Number(number)),
-        Ok(_) => Err(SceneError::at(at, format!("the number {text} is out of range"), "")),
+        Ok(number) if number.is_finite() => Ok(number),
+        Ok(_) => Err(format!("the number {text} is out of range")),
         Err(_) => {
             let shown: String = text.chars().take(60).collect();
-            Err(SceneError::at(at, format!("\"{shown}\" is no number and no directive"), ""))
+            Err(format!("\"{shown}\" is no number and no directive"))
+        }
+    }
+}
+
+/// A decimal of few digits: both its digits and its power of ten are exact, so that one
+/// rounding gives what correct rounding gives (Clinger 1990, "How to read floating point
+/// numbers accurately"). `None` is no verdict.
+fn short_decimal(word: &[u8]) -> Option<f64> {
+    let (negative, digits) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, word),
+    };
+    if digits.len() > 17 {
+        return None;
+    }
+    let (mut whole, mut point, mut behind) = (0u64, false, 0usize);
+    for &byte in digits {
+        match byte {
+            b'0'..=b'9' => {
+                whole = 10 * whole + u64::from(byte - b'0');
+                behind += usize::from(point);
+            }
+            b'.' if !point => point = true,
+            _ => return None,
+        }
+    }
+    if digits.len() == usize::from(point) || whole >= 1 << 53 {
+        return None;
+    }
+    let value = whole as f64 / TENS[behind];
+    Some(if negative { -value } else { value })
+}
+
+/// The powers of ten that are exact and that a short decimal can need.
+const TENS: [f64; 18] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17,
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_decimals_round_as_the_standard_library_does() {
+        for word in [
+            "0",
+            "-0",
+            "1",
+            "+2",
+            "-3.5",
+            ".5",
+            "5.",
+            "0.1",
+            "-.25",
+            "123456.789",
+            "0.30000000000",
+            "9007199254740991",
+            "9007199254740993",
+            "0.1234567890123456",
+            "3.4028235e38",
+            "1e-7",
+            "16777217.0000001",
+            "00000000000000001",
+            "72057594037927945",
+        ] {
+            let expected: f64 = word.parse().unwrap();
+            assert_eq!(number(word.as_bytes()).unwrap().to_bits(), expected.to_bits(), "{word}");
+        }
+        for word in ["", "-", ".", "+.", "1.2.3", "--1", "1-", "0x10", "1e", "é"] {
+            assert!(number(word.as_bytes()).is_err(), "{word}");
         }
     }
 }

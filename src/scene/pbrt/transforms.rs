@@ -54,17 +54,38 @@ impl Reader {
             translation: column(12),
         };
         if !concat {
-            self.state.ctm = DAffine3::IDENTITY;
+            self.identity();
         }
         self.concat(affine)
     }
 
     pub(super) fn concat(&mut self, by: DAffine3) -> Result<(), SceneError> {
-        self.state.ctm *= by;
-        if self.state.ctm.is_finite() {
+        for (ctm, active) in self.state.ctm.iter_mut().zip(self.state.active) {
+            if active {
+                *ctm *= by;
+            }
+        }
+        if self.state.ctm.iter().all(|ctm| ctm.is_finite()) {
             return Ok(());
         }
         self.refuse("a transform out of range", "its numbers are no longer finite")
+    }
+
+    pub(super) fn identity(&mut self) {
+        for (ctm, active) in self.state.ctm.iter_mut().zip(self.state.active) {
+            if active {
+                *ctm = DAffine3::IDENTITY;
+            }
+        }
+    }
+
+    /// Where what comes next is placed: nothing moves yet.
+    pub(super) fn placement(&mut self) -> DAffine3 {
+        let [start, end] = self.state.ctm;
+        if start != end {
+            self.warn_here("motion", "everything stands where it is at the start");
+        }
+        start
     }
 
     pub(super) fn coordinate_system(&mut self) -> Result<(), SceneError> {
@@ -88,14 +109,22 @@ impl Reader {
     }
 
     pub(super) fn active_transform(&mut self) -> Result<(), SceneError> {
-        match self.next()? {
-            Some(Token { word: Word::Name(name), .. })
-                if ["StartTime", "EndTime", "All"].contains(&name.as_str()) =>
-            {
-                self.warn_here("ActiveTransform", "nothing moves: every transform counts");
+        let token = self.next()?;
+        let active = match &token {
+            Some(Token { word: Word::Name(name), .. }) => match name.as_str() {
+                "StartTime" => Some([true, false]),
+                "EndTime" => Some([false, true]),
+                "All" => Some([true; 2]),
+                _ => None,
+            },
+            _ => None,
+        };
+        match active {
+            Some(active) => {
+                self.state.active = active;
                 Ok(())
             }
-            other => Err(self.unexpected(other, "expected StartTime, EndTime or All")),
+            None => Err(self.unexpected(token, "expected StartTime, EndTime or All")),
         }
     }
 }

@@ -27,20 +27,32 @@ const fn known(
     Entry { directive, name, reads, leaves, instead: None }
 }
 
+/// What is read as the kind nearest to it, with a notice that says so.
+const fn near(
+    directive: &'static str,
+    name: &'static str,
+    reads: &'static [&'static str],
+    leaves: &'static [(&'static str, &'static str)],
+    instead: &'static str,
+) -> Entry {
+    Entry { directive, name, reads, leaves, instead: Some(instead) }
+}
+
 const fn later(directive: &'static str, name: &'static str, instead: &'static str) -> Entry {
     Entry { directive, name, reads: &[], leaves: &[], instead: Some(instead) }
 }
 
-const BOX_INSTEAD: &str = "a box of one pixel is used";
+/// Said of parameters that cannot change the mean of any pixel: nothing.
+const QUIET: &str = "";
 const PATH_INSTEAD: &str = "path is used";
 const SHAPE_LATER: &str = "the shape is left out";
 const LIGHT_LATER: &str = "the light is left out";
 const TEXTURE_LATER: &str = "the constant 0.5 is used";
-const MATERIAL_LATER: &str = "a diffuse surface of its Kd or reflectance, or of 0.5, is used";
+const MATERIAL_LATER: &str =
+    "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
 const ONE_LIGHT_SAMPLE: &str = "every camera sample takes one light sample; raise --spp instead";
 const UNSHADED: &str = "the surface is left as it is";
 pub(super) const UV_INSTEAD: &str = "the uv coordinates of the surface are used";
-const OPAQUE: &str = "the shape is opaque";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
 
 const FILM: &[&str] =
@@ -52,42 +64,106 @@ const FILM_LEAVES: &[(&str, &str)] = &[
     ("savefp16", "pixels are 32-bit floats; --half writes 16-bit ones"),
     ("display", "no window is opened"),
     ("scale", "the picture is not scaled"),
+    ("coordinatesystem", "layers of geometry are in the camera's frame"),
+    ("nbuckets", QUIET),
+    ("lambdamin", QUIET),
+    ("lambdamax", QUIET),
+    ("buckets", QUIET),
 ];
 const SAMPLER: &[&str] = &["pixelsamples", "xsamples", "ysamples", "seed"];
 const SAMPLER_LEAVES: &[(&str, &str)] =
-    &[("randomization", OWN_ORDER), ("jitter", OWN_ORDER), ("scramble", OWN_ORDER)];
-const DEPTH: &[&str] = &["maxdepth"];
+    &[("randomization", QUIET), ("jitter", QUIET), ("scramble", QUIET), ("dimensions", QUIET)];
+const DEPTH: &[&str] = &["maxdepth", "regularize"];
+const FILTER: &[&str] = &["xradius", "yradius", "xwidth", "ywidth"];
 const PATH_LEAVES: &[(&str, &str)] = &[
-    ("lightsampler", "lights are chosen by their power"),
-    ("lightsamplestrategy", "lights are chosen by their power"),
-    ("regularize", "nothing is regularised"),
-    ("rrthreshold", "Russian roulette begins at the third surface"),
-    ("strategy", "lights are chosen by their power, one a sample"),
+    ("lightsampler", QUIET),
+    ("lightsamplestrategy", QUIET),
+    ("rrthreshold", QUIET),
+    ("strategy", QUIET),
+    ("samplebsdf", QUIET),
+    ("samplelights", QUIET),
+    ("visualizestrategies", "only the picture is written"),
+    ("visualizeweights", "only the picture is written"),
+    ("bootstrapsamples", QUIET),
+    ("chains", QUIET),
+    ("mutationsperpixel", "pixelsamples alone decides"),
+    ("largestepprobability", QUIET),
+    ("sigma", QUIET),
+    ("photonsperiteration", QUIET),
+    ("radius", QUIET),
+    ("seed", QUIET),
+    ("iterations", QUIET),
+    ("imagewritefrequency", QUIET),
 ];
-const PHI_CLIPPED: &[(&str, &str)] = &[("alpha", OPAQUE)];
+const SHADOW_ALPHA: (&str, &str) = ("shadowalpha", "alpha alone decides");
 const MESH_LEAVES: &[(&str, &str)] = &[
     ("S", "tangents are not needed by diffuse surfaces"),
     ("faceIndices", "there are no per-face textures"),
-    ("alpha", OPAQUE),
-    ("shadowalpha", OPAQUE),
+    ("emissionfilename", "the light is of one colour"),
+    SHADOW_ALPHA,
     ("discarddegenerateUVs", "texture coordinates are left as they are"),
     ("displacement", UNSHADED),
     ("edgelength", UNSHADED),
     ("displacement.edgelength", UNSHADED),
 ];
-const SURFACE_LEAVES: &[(&str, &str)] = &[
-    ("sigma", "the surface is Lambertian"),
-    ("bumpmap", UNSHADED),
-    ("displacement", UNSHADED),
-    ("normalmap", UNSHADED),
+const LOOP_LEAVES: &[(&str, &str)] = &[SHADOW_ALPHA, ("scheme", QUIET)];
+const LAMBERT: &[(&str, &str)] = &[("sigma", "the surface is Lambertian")];
+const CONDUCTOR: &[&str] =
+    &["eta", "k", "reflectance", "roughness", "uroughness", "vroughness", "remaproughness"];
+const DIELECTRIC: &[&str] = &["eta", "roughness", "uroughness", "vroughness", "remaproughness"];
+const COATED_DIFFUSE: &[&str] = &[
+    "reflectance",
+    "roughness",
+    "uroughness",
+    "vroughness",
+    "remaproughness",
+    "thickness",
+    "eta",
+    "albedo",
+    "g",
+    "maxdepth",
+    "nsamples",
+];
+const COATED_CONDUCTOR: &[&str] = &[
+    "interface.roughness",
+    "interface.uroughness",
+    "interface.vroughness",
+    "interface.eta",
+    "thickness",
+    "albedo",
+    "g",
+    "conductor.eta",
+    "conductor.k",
+    "reflectance",
+    "conductor.roughness",
+    "conductor.uroughness",
+    "conductor.vroughness",
+    "remaproughness",
+    "maxdepth",
+    "nsamples",
+];
+const OLD_COATED: &[&str] =
+    &["Kd", "roughness", "uroughness", "vroughness", "remaproughness", "eta", "index"];
+const OLD_GLASS: &[&str] =
+    &["eta", "index", "roughness", "uroughness", "vroughness", "remaproughness"];
+const OLD_METAL: &[&str] = &["Kr", "roughness", "uroughness", "vroughness", "remaproughness"];
+const OLD_LEAF: &[&str] = &["Kd", "reflect", "transmit"];
+/// Parameters of surfaces of pbrt-v2 and v3 that have no place in the surface nearest to them.
+const OLD_LEAVES: &[(&str, &str)] = &[
+    ("Ks", QUIET),
+    ("Kr", QUIET),
+    ("Kt", QUIET),
+    ("roughness", QUIET),
+    ("remaproughness", QUIET),
+    ("opacity", "the surface is opaque"),
 ];
 
 /// Everything the reader knows.
 pub(super) const VOCABULARY: &[Entry] = &[
     known("Film", "image", FILM, FILM_LEAVES),
     known("Film", "rgb", FILM, FILM_LEAVES),
-    later("Film", "gbuffer", "film rgb is used"),
-    later("Film", "spectral", "film rgb is used"),
+    known("Film", "gbuffer", FILM, FILM_LEAVES),
+    near("Film", "spectral", FILM, FILM_LEAVES, "film rgb is used"),
     known("Sampler", "lowdiscrepancy", SAMPLER, SAMPLER_LEAVES),
     known("Sampler", "halton", SAMPLER, SAMPLER_LEAVES),
     known("Sampler", "sobol", SAMPLER, SAMPLER_LEAVES),
@@ -102,11 +178,16 @@ pub(super) const VOCABULARY: &[Entry] = &[
     known("Sampler", "stratified", SAMPLER, SAMPLER_LEAVES),
     later("Sampler", "adaptive", OWN_ORDER),
     later("Sampler", "bestcandidate", OWN_ORDER),
-    known("PixelFilter", "box", &["xwidth", "ywidth", "xradius", "yradius"], &[]),
-    later("PixelFilter", "gaussian", BOX_INSTEAD),
-    later("PixelFilter", "mitchell", BOX_INSTEAD),
-    later("PixelFilter", "sinc", BOX_INSTEAD),
-    later("PixelFilter", "triangle", BOX_INSTEAD),
+    known("PixelFilter", "box", FILTER, &[]),
+    known(
+        "PixelFilter",
+        "gaussian",
+        &["xradius", "yradius", "xwidth", "ywidth", "sigma", "alpha"],
+        &[],
+    ),
+    known("PixelFilter", "mitchell", &["xradius", "yradius", "xwidth", "ywidth", "B", "C"], &[]),
+    known("PixelFilter", "sinc", &["xradius", "yradius", "xwidth", "ywidth", "tau"], &[]),
+    known("PixelFilter", "triangle", FILTER, &[]),
     known(
         "Camera",
         "realistic",
@@ -147,23 +228,16 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Camera", "spherical", "a perspective camera of 90 degrees is used"),
     known("Integrator", "directlighting", DEPTH, PATH_LEAVES),
     known("Integrator", "path", DEPTH, PATH_LEAVES),
-    known(
-        "Integrator",
-        "simplepath",
-        DEPTH,
-        &[
-            ("samplebsdf", "both directions are sampled"),
-            ("samplelights", "lights are always sampled"),
-        ],
-    ),
-    later("Integrator", "volpath", PATH_INSTEAD),
-    later("Integrator", "simplevolpath", PATH_INSTEAD),
-    later("Integrator", "randomwalk", PATH_INSTEAD),
+    known("Integrator", "volpath", DEPTH, PATH_LEAVES),
+    known("Integrator", "simplepath", DEPTH, PATH_LEAVES),
+    known("Integrator", "simplevolpath", DEPTH, PATH_LEAVES),
+    known("Integrator", "randomwalk", DEPTH, PATH_LEAVES),
+    near("Integrator", "lightpath", DEPTH, PATH_LEAVES, PATH_INSTEAD),
+    near("Integrator", "bdpt", DEPTH, PATH_LEAVES, PATH_INSTEAD),
+    near("Integrator", "mlt", DEPTH, PATH_LEAVES, PATH_INSTEAD),
+    near("Integrator", "sppm", DEPTH, PATH_LEAVES, PATH_INSTEAD),
     later("Integrator", "whitted", PATH_INSTEAD),
-    later("Integrator", "lightpath", PATH_INSTEAD),
-    later("Integrator", "bdpt", PATH_INSTEAD),
-    later("Integrator", "mlt", PATH_INSTEAD),
-    later("Integrator", "sppm", PATH_INSTEAD),
+    later("Integrator", "function", PATH_INSTEAD),
     later("Integrator", "photonmap", PATH_INSTEAD),
     later("Integrator", "exphotonmap", PATH_INSTEAD),
     later("Integrator", "irradiancecache", PATH_INSTEAD),
@@ -242,42 +316,42 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Texture", "windy", TEXTURE_LATER),
     later("Texture", "marble", TEXTURE_LATER),
     later("Texture", "ptex", TEXTURE_LATER),
-    known("Material", "matte", &["Kd"], SURFACE_LEAVES),
-    known("Material", "diffuse", &["reflectance"], SURFACE_LEAVES),
-    later("Material", "coateddiffuse", MATERIAL_LATER),
-    later("Material", "conductor", MATERIAL_LATER),
-    later("Material", "coatedconductor", MATERIAL_LATER),
-    later("Material", "dielectric", MATERIAL_LATER),
-    later("Material", "thindielectric", MATERIAL_LATER),
-    later("Material", "diffusetransmission", MATERIAL_LATER),
+    known("Material", "", &[], &[]),
+    known("Material", "none", &[], &[]),
+    known("Material", "interface", &[], &[]),
+    known("Material", "diffuse", &["reflectance"], LAMBERT),
+    known("Material", "coateddiffuse", COATED_DIFFUSE, &[("twosided", QUIET)]),
+    known("Material", "conductor", CONDUCTOR, &[]),
+    known("Material", "coatedconductor", COATED_CONDUCTOR, &[]),
+    known("Material", "dielectric", DIELECTRIC, &[]),
+    known("Material", "thindielectric", &["eta"], &[]),
+    known("Material", "diffusetransmission", &["reflectance", "transmittance", "scale"], LAMBERT),
+    known("Material", "mix", &["materials", "amount"], &[]),
     later("Material", "subsurface", MATERIAL_LATER),
     later("Material", "hair", MATERIAL_LATER),
     later("Material", "measured", MATERIAL_LATER),
-    later("Material", "interface", MATERIAL_LATER),
-    later("Material", "none", MATERIAL_LATER),
-    later("Material", "", MATERIAL_LATER),
-    later("Material", "mix", MATERIAL_LATER),
-    later("Material", "plastic", MATERIAL_LATER),
-    later("Material", "glass", MATERIAL_LATER),
-    later("Material", "metal", MATERIAL_LATER),
-    later("Material", "mirror", MATERIAL_LATER),
-    later("Material", "shinymetal", MATERIAL_LATER),
-    later("Material", "substrate", MATERIAL_LATER),
-    later("Material", "translucent", MATERIAL_LATER),
-    later("Material", "uber", MATERIAL_LATER),
+    known("Material", "matte", &["Kd"], LAMBERT),
+    near("Material", "plastic", OLD_COATED, OLD_LEAVES, "coateddiffuse of its Kd is used"),
+    near("Material", "uber", OLD_COATED, OLD_LEAVES, "coateddiffuse of its Kd is used"),
+    near("Material", "substrate", OLD_COATED, OLD_LEAVES, "coateddiffuse of its Kd is used"),
+    near("Material", "glass", OLD_GLASS, OLD_LEAVES, "a dielectric of its index is used"),
+    near("Material", "metal", CONDUCTOR, OLD_LEAVES, "a conductor is used"),
+    near("Material", "mirror", &["Kr"], OLD_LEAVES, "a smooth conductor that reflects Kr is used"),
+    near("Material", "shinymetal", OLD_METAL, OLD_LEAVES, "a conductor that reflects Kr is used"),
+    near("Material", "translucent", OLD_LEAF, OLD_LEAVES, "diffusetransmission of its Kd is used"),
     later("Material", "disney", MATERIAL_LATER),
     later("Material", "fourier", MATERIAL_LATER),
     later("Material", "kdsubsurface", MATERIAL_LATER),
     known("Shape", "trianglemesh", &["P", "indices", "N", "uv", "st"], MESH_LEAVES),
     known("Shape", "plymesh", &["filename"], MESH_LEAVES),
-    known("Shape", "sphere", &["radius", "zmin", "zmax", "phimax"], PHI_CLIPPED),
-    known("Shape", "disk", &["height", "radius", "innerradius", "phimax"], PHI_CLIPPED),
-    known("Shape", "cone", &["height", "radius", "phimax"], PHI_CLIPPED),
-    later("Shape", "cylinder", SHAPE_LATER),
+    known("Shape", "sphere", &["radius", "zmin", "zmax", "phimax"], &[SHADOW_ALPHA]),
+    known("Shape", "disk", &["height", "radius", "innerradius", "phimax"], &[SHADOW_ALPHA]),
+    known("Shape", "cone", &["height", "radius", "phimax"], &[SHADOW_ALPHA]),
+    known("Shape", "cylinder", &["radius", "zmin", "zmax", "phimax"], &[SHADOW_ALPHA]),
     later("Shape", "paraboloid", SHAPE_LATER),
     later("Shape", "hyperboloid", SHAPE_LATER),
-    later("Shape", "bilinearmesh", SHAPE_LATER),
-    later("Shape", "loopsubdiv", SHAPE_LATER),
+    known("Shape", "bilinearmesh", &["P", "indices", "N", "uv"], MESH_LEAVES),
+    known("Shape", "loopsubdiv", &["P", "indices", "levels", "nlevels"], LOOP_LEAVES),
     later("Shape", "curve", SHAPE_LATER),
     later("Shape", "nurbs", SHAPE_LATER),
     later("Shape", "heightfield", SHAPE_LATER),
@@ -308,6 +382,21 @@ pub(super) fn entry(
 }
 
 impl Entry {
+    /// Whether anything is done with the parameters.
+    pub(super) fn supported(&self) -> bool {
+        self.instead.is_none() || !self.reads.is_empty()
+    }
+
+    /// Every parameter that is read: this kind's own, and those of every kind of the directive.
+    pub(super) fn names(&self) -> impl Iterator<Item = &'static str> {
+        let shared: &[&str] = match self.directive {
+            "Material" => &["displacement", "bumpmap", "normalmap"],
+            "Shape" => &["alpha"],
+            _ => &[],
+        };
+        self.reads.iter().chain(shared).copied()
+    }
+
     /// Checks every parameter: `leave` hears of those that are known and left out.
     pub(super) fn check(
         &self,
@@ -316,16 +405,21 @@ impl Entry {
     ) -> Result<(), SceneError> {
         for param in &params.all {
             let name = param.name.as_str();
-            if self.reads.contains(&name) {
+            if self.names().any(|known| known == name) {
                 continue;
             }
             if let Some((_, instead)) = self.leaves.iter().find(|(left, _)| *left == name) {
-                leave(param, instead);
+                if *instead != QUIET {
+                    leave(param, instead);
+                }
                 continue;
             }
-            let names = self.reads.iter().copied().chain(self.leaves.iter().map(|(name, _)| *name));
+            let names = self.names().chain(self.leaves.iter().map(|(name, _)| *name));
             let hint = match hint(name, names) {
-                none if none.is_empty() => format!("; it reads {}", self.reads.join(", ")),
+                none if none.is_empty() => {
+                    let names: Vec<&str> = self.names().collect();
+                    format!("; it reads {}", names.join(", "))
+                }
                 hint => hint,
             };
             let found = format!(

@@ -17,6 +17,9 @@ impl Reader {
             if let Some(token) = file.token()? {
                 return Ok(Some(token));
             }
+            if file.imported {
+                return Ok(Some(file.end()));
+            }
             if self.files.len() == 1 {
                 return Ok(None);
             }
@@ -115,7 +118,13 @@ impl Reader {
             let word = token.as_ref().map(|token| token.word.clone());
             match (word, &mut values) {
                 (Some(Word::Close), _) if bracket => break,
-                (Some(Word::Number(v)), None) => values = Some(Values::Numbers(vec![v])),
+                (Some(Word::Number(v)), None) => {
+                    let mut all = vec![v];
+                    if bracket && let Some(file) = self.files.last_mut() {
+                        file.numbers(&mut all)?;
+                    }
+                    values = Some(Values::Numbers(all));
+                }
                 (Some(Word::Number(v)), Some(Values::Numbers(all))) => all.push(v),
                 (Some(Word::Text(v)), None) => values = Some(Values::Texts(vec![v])),
                 (Some(Word::Text(v)), Some(Values::Texts(all))) => all.push(v),
@@ -148,12 +157,15 @@ impl Reader {
         &mut self,
         directive: &'static str,
         name: String,
-        params: Params,
+        mut params: Params,
     ) -> Result<(&'static Entry, String, Params, bool), SceneError> {
         let entry = entry(directive, &name, &params)?;
+        self.defaults(entry, &mut params);
         if let Some(instead) = entry.instead {
             self.notices.instead(&params.at, &format!("{directive} \"{name}\""), instead);
-            return Ok((entry, name, params, false));
+            if !entry.supported() {
+                return Ok((entry, name, params, false));
+            }
         }
         entry.check(&params, |param, instead| {
             let what = format!("\"{}\" of {directive} \"{name}\"", param.name);

@@ -2,16 +2,18 @@
 
 use super::blocks::State;
 use super::reader::Reader;
+use super::surfaces::Recipe;
 use super::{SceneError, shapes};
-use crate::scene::{Geometry, Texture};
+use crate::scene::{ShapeSpec, Texture};
 
 impl Reader {
     pub(super) fn light_source(&mut self) -> Result<(), SceneError> {
         self.after_world("LightSource")?;
         let (_, name, params, supported) = self.kind("LightSource")?;
         if supported {
-            let Self { library, dialect, folder, notices, state, .. } = self;
-            let light = library.light(&name, &params, &state.ctm, *dialect, folder, notices)?;
+            let ctm = self.placement();
+            let Self { library, dialect, folder, notices, .. } = self;
+            let light = library.light(&name, &params, &ctm, *dialect, folder, notices)?;
             self.builder.light(light);
         }
         Ok(())
@@ -52,26 +54,30 @@ impl Reader {
         if !supported {
             return Ok(());
         }
-        let State { ctm, reversed, material, area_light } = self.state;
-        let Some(geometry) = shapes::make(&name, &params, &ctm, reversed, &self.folder)? else {
+        let ctm = self.placement();
+        let State { reversed, material, area_light, .. } = self.state;
+        let Self { library, notices, folder, .. } = self;
+        let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
+        let alpha = Recipe { params: &params, library, notices }.maybe_number("alpha")?;
+        if parts.is_empty() {
             self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
-            return Ok(());
-        };
-        self.add_shape(geometry, material, area_light);
+        }
+        for geometry in parts {
+            self.add_shape(ShapeSpec {
+                emission: area_light,
+                alpha: alpha.clone(),
+                ..ShapeSpec::new(geometry, material)
+            });
+        }
         Ok(())
     }
 
-    pub(super) fn add_shape(
-        &mut self,
-        geometry: Geometry,
-        material: u32,
-        area_light: Option<([f32; 3], bool)>,
-    ) {
+    pub(super) fn add_shape(&mut self, spec: ShapeSpec) {
         let object = self.object.as_ref().and_then(|name| self.objects.get(name));
         let object = object.map(|object| object.index);
-        if object.is_some() && area_light.is_some() {
+        if object.is_some() && spec.emission.is_some() {
             self.warn_here("an area light inside an object", "the shape does not shine");
         }
-        self.builder.shape(geometry, material, area_light, object);
+        self.builder.shape(ShapeSpec { object, ..spec });
     }
 }

@@ -1,0 +1,527 @@
+//! The language of pbrt-v4: materials, shapes, attributes, files and settings, with the
+//! defaults that its manual gives.
+
+mod support;
+
+use std::io::Write;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use petzval::scene::pbrt::{self, Description, FilterSpec, SceneError};
+use petzval::scene::{
+    Geometry, Material, Metal, Roughness, Scatters, Shape, Texture, TexturePoint,
+};
+use support::{folder, write};
+
+fn read(text: &str) -> Result<Description, SceneError> {
+    let folder = folder();
+    pbrt::read(&write(&folder, "test.pbrt", text))
+}
+
+/// A world with a camera in front of it; it must read without a word of warning.
+fn quietly(world: &str) -> Description {
+    let description = loudly(world);
+    assert!(description.warnings.is_empty(), "{world}\n{:#?}", description.warnings);
+    description
+}
+
+fn loudly(world: &str) -> Description {
+    read(&format!("Camera \"perspective\"\nWorldBegin\n{world}")).expect(world)
+}
+
+fn error(world: &str) -> String {
+    let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
+    let said = read(&text).map(|_| ()).expect_err(world).to_string();
+    said[said.find("test.pbrt").unwrap_or(0)..].to_owned()
+}
+
+/// The material of a ball.
+fn material(world: &str) -> Material {
+    let Description { scene, .. } = quietly(&format!("{world} Shape \"sphere\""));
+    scene.materials[scene.shapes[0].material as usize].clone()
+}
+
+fn scatters(world: &str) -> Scatters {
+    material(world).scatters
+}
+
+fn colour(texture: &Texture) -> [f32; 3] {
+    texture.at(&TexturePoint::default())
+}
+
+fn rough(roughness: &Roughness) -> ([f32; 2], bool) {
+    ([0, 1].map(|i| colour(&roughness.uv[i])[0]), roughness.remap)
+}
+
+#[test]
+fn materials_have_the_defaults_of_pbrt() {
+    for name in ["", "none", "interface"] {
+        assert!(matches!(scatters(&format!("Material \"{name}\"")), Scatters::Interface));
+    }
+    let Scatters::Diffuse { reflectance } = scatters("") else { panic!() };
+    assert_eq!(colour(&reflectance), [0.5; 3]);
+    let Scatters::Diffuse { reflectance } = scatters("Material \"diffuse\"") else { panic!() };
+    assert_eq!(colour(&reflectance), [0.5; 3]);
+
+    let Scatters::CoatedDiffuse { reflectance, coat } = scatters("Material \"coateddiffuse\"")
+    else {
+        panic!()
+    };
+    assert_eq!((colour(&reflectance), coat.eta), ([0.5; 3], 1.5));
+    assert_eq!(rough(&coat.roughness), ([0.0; 2], true));
+    assert_eq!((colour(&coat.thickness)[0], colour(&coat.albedo)), (0.01, [0.0; 3]));
+    assert_eq!((colour(&coat.g)[0], coat.max_depth, coat.samples), (0.0, 10, 1));
+
+    let Scatters::Dielectric { eta, roughness } = scatters("Material \"dielectric\"") else {
+        panic!()
+    };
+    assert_eq!((eta, rough(&roughness)), (1.5, ([0.0; 2], true)));
+    let Scatters::ThinDielectric { eta } = scatters("Material \"thindielectric\"") else {
+        panic!()
+    };
+    assert_eq!(eta, 1.5);
+
+    let Scatters::DiffuseTransmission { reflectance, transmittance, scale } =
+        scatters("Material \"diffusetransmission\"")
+    else {
+        panic!()
+    };
+    assert_eq!((colour(&reflectance), colour(&transmittance), scale), ([0.25; 3], [0.25; 3], 1.0));
+
+    let Scatters::Conductor { metal: copper, roughness } = scatters("Material \"conductor\"")
+    else {
+        panic!()
+    };
+    let Metal::Index { eta, k } = copper else { panic!() };
+    assert!(colour(&eta)[0] < 0.3 && colour(&eta)[2] > 1.0 && colour(&k)[0] > 3.0);
+    assert_eq!(rough(&roughness), ([0.0; 2], true));
+    let Scatters::CoatedConductor { metal, roughness, coat } =
+        scatters("Material \"coatedconductor\"")
+    else {
+        panic!()
+    };
+    let Metal::Index { eta: base, .. } = metal else { panic!() };
+    assert_eq!((colour(&base), coat.eta, rough(&roughness)), (colour(&eta), 1.5, ([0.0; 2], true)));
+}
+
+#[test]
+fn materials_read_what_they_are_given() {
+    let Scatters::CoatedDiffuse { reflectance, coat } = scatters(
+        "Texture \"t\" \"float\" \"constant\" \"float value\" 0.25\n\
+         Material \"coateddiffuse\" \"rgb reflectance\" [0.1 0.2 0.3] \"float roughness\" 0.3 \
+         \"texture vroughness\" \"t\" \"bool remaproughness\" false \"float thickness\" 0.5 \
+         \"float eta\" 1.3 \"rgb albedo\" [0.4 0.5 0.6] \"float g\" -0.7 \"integer maxdepth\" 20 \
+         \"integer nsamples\" 4",
+    ) else {
+        panic!()
+    };
+    assert_eq!((colour(&reflectance), coat.eta), ([0.1, 0.2, 0.3], 1.3));
+    assert_eq!(rough(&coat.roughness), ([0.3, 0.25], false));
+    assert_eq!((colour(&coat.thickness)[0], colour(&coat.albedo)), (0.5, [0.4, 0.5, 0.6]));
+    assert_eq!((colour(&coat.g)[0], coat.max_depth, coat.samples), (-0.7, 20, 4));
+
+    let Scatters::CoatedConductor { metal, roughness, coat } = scatters(
+        "Material \"coatedconductor\" \"float interface.roughness\" 0.1 \"float interface.eta\" 1.7 \
+         \"rgb conductor.eta\" [1 2 3] \"rgb conductor.k\" [4 5 6] \
+         \"float conductor.uroughness\" 0.2 \"float conductor.roughness\" 0.3",
+    ) else {
+        panic!()
+    };
+    let Metal::Index { eta, k } = metal else { panic!() };
+    assert_eq!((colour(&eta), colour(&k)), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
+    assert_eq!((rough(&roughness).0, rough(&coat.roughness).0), ([0.2, 0.3], [0.1, 0.1]));
+    assert_eq!(coat.eta, 1.7);
+
+    let reflects = "Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7]";
+    let Scatters::Conductor { metal: Metal::Reflectance(found), .. } = scatters(reflects) else {
+        panic!()
+    };
+    assert_eq!(colour(&found), [0.9, 0.8, 0.7]);
+
+    let gold =
+        "Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"";
+    let Scatters::Conductor { metal: Metal::Index { eta, k }, .. } = scatters(gold) else {
+        panic!()
+    };
+    assert!(colour(&eta)[0] < 0.2 && colour(&k)[0] > 3.5 && colour(&eta)[2] > 1.3);
+
+    for (eta, expected) in [
+        ("\"float eta\" 1.33", 1.33),
+        ("\"spectrum eta\" \"glass-BK7\"", 1.5168),
+        ("\"spectrum eta\" [400 1.6 775.12 1.4]", 1.5),
+    ] {
+        let Scatters::Dielectric { eta, .. } = scatters(&format!("Material \"dielectric\" {eta}"))
+        else {
+            panic!()
+        };
+        assert!((eta - expected).abs() < 1e-4, "{eta} instead of {expected}");
+    }
+
+    let mix = "MakeNamedMaterial \"a\" \"string type\" \"dielectric\" \
+               MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 1 1] \
+               Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 0.3 Shape \"sphere\"";
+    let scene = quietly(mix).scene;
+    let of = |index: u32| &scene.materials[index as usize].scatters;
+    let Scatters::Mix { materials: [a, b], amount } = of(scene.shapes[0].material) else {
+        panic!()
+    };
+    assert_eq!(colour(amount)[0], 0.3);
+    assert!(
+        matches!(of(*a), Scatters::Dielectric { .. }) && matches!(of(*b), Scatters::Diffuse { .. })
+    );
+
+    let bent = material(
+        "Texture \"t\" \"float\" \"constant\" \"float value\" 0.25\n\
+         Material \"diffuse\" \"texture displacement\" \"t\"",
+    );
+    assert_eq!(bent.bump.map(|bump| colour(&bump)[0]), Some(0.25));
+}
+
+#[test]
+fn a_named_material_may_be_made_after_it_is_used() {
+    let scene = quietly(
+        "NamedMaterial \"late\" Shape \"sphere\"\n\
+         MakeNamedMaterial \"late\" \"string type\" \"thindielectric\" Shape \"disk\"",
+    )
+    .scene;
+    assert_eq!(scene.shapes[0].material, scene.shapes[1].material);
+    let late = &scene.materials[scene.shapes[0].material as usize].scatters;
+    assert!(matches!(late, Scatters::ThinDielectric { .. }));
+}
+
+#[test]
+fn old_kinds_become_the_nearest_ones_and_say_so() {
+    for (world, kind) in [
+        ("\"mirror\" \"rgb Kr\" [1 1 1]", "Conductor"),
+        ("\"glass\" \"float index\" 1.6 \"rgb Kr\" [1 1 1]", "Dielectric"),
+        ("\"metal\" \"float roughness\" 0.1", "Conductor"),
+        ("\"plastic\" \"rgb Ks\" [1 1 1]", "CoatedDiffuse"),
+        ("\"substrate\" \"float uroughness\" 0.2", "CoatedDiffuse"),
+        ("\"uber\" \"rgb Kt\" [0 0 0]", "CoatedDiffuse"),
+        ("\"translucent\" \"rgb reflect\" [1 1 1]", "DiffuseTransmission"),
+        ("\"shinymetal\" \"float roughness\" 0.2", "Conductor"),
+        ("\"hair\" \"float beta_m\" 0.2", "Diffuse"),
+        ("\"subsurface\" \"rgb reflectance\" [0.1 0.2 0.3]", "Diffuse"),
+    ] {
+        let description = loudly(&format!("Material {world} Shape \"sphere\""));
+        let scene = &description.scene;
+        let found = format!("{:?}", scene.materials[scene.shapes[0].material as usize].scatters);
+        assert!(found.starts_with(&format!("{kind} {{")), "{world}: {found}");
+        assert_eq!(description.warnings.len(), 1, "{world}: {:#?}", description.warnings);
+    }
+}
+
+#[test]
+fn mistakes_in_materials_are_named() {
+    for (world, expected) in [
+        (
+            "Material \"difuse\"",
+            "test.pbrt:3:1: unknown Material \"difuse\"; did you mean \"diffuse\"?",
+        ),
+        (
+            "Material \"dielectric\" \"float etta\" 2",
+            "test.pbrt:3:23: unknown parameter \"etta\" of Material \"dielectric\"; did you mean \"eta\"?",
+        ),
+        ("Material \"dielectric\" \"float eta\" 0", "test.pbrt:3:23: a refractive index of 0"),
+        (
+            "Material \"dielectric\" \"spectrum eta\" \"glass-BK8\"",
+            "test.pbrt:3:23: no glass \"glass-BK8\"; did you mean \"glass-BK7\"?",
+        ),
+        (
+            "Material \"conductor\" \"rgb reflectance\" [1 1 1] \"rgb k\" [1 1 1]",
+            "test.pbrt:3:22: a metal with reflectance and with eta or k",
+        ),
+        ("Material \"mix\"", "test.pbrt:3:1: a mix without \"string materials\""),
+        (
+            "Material \"mix\" \"string materials\" [\"a\" \"b\"]",
+            "test.pbrt:3:16: no material named \"a\"",
+        ),
+        (
+            "NamedMaterial \"a\" MakeNamedMaterial \"a\" \"string type\" \"mix\" \
+             \"string materials\" [\"a\" \"a\"]",
+            "test.pbrt:3:61: no material named \"a\"; a mix needs them made before",
+        ),
+        ("Material \"coateddiffuse\" \"integer maxdepth\" 0", "test.pbrt:3:26: \"maxdepth\" is 0"),
+        ("Shape \"sphere\"\nNamedMaterial \"gold\"", "test.pbrt:4:1: no material named \"gold\""),
+    ] {
+        let said = error(world);
+        assert!(said.starts_with(expected), "{world}\n  said     {said}\n  expected {expected}");
+    }
+}
+
+/// The shapes of a world.
+fn shapes(world: &str) -> Vec<Shape> {
+    quietly(world).scene.shapes
+}
+
+#[test]
+fn alpha_is_kept_where_it_is_not_one() {
+    let alpha = |given: &str| {
+        let texture = "Texture \"t\" \"float\" \"constant\" \"float value\" 0.5";
+        let shapes = shapes(&format!("{texture} Shape \"sphere\" {given}"));
+        assert_eq!(shapes[0].opaque(), shapes[0].alpha.is_none());
+        shapes[0].alpha.as_ref().map(|alpha| colour(alpha)[0])
+    };
+    assert_eq!(alpha(""), None);
+    assert_eq!(alpha("\"float alpha\" 1"), None);
+    assert_eq!(alpha("\"float alpha\" 0"), Some(0.0));
+    assert_eq!(alpha("\"float alpha\" 0.75"), Some(0.75));
+    assert_eq!(alpha("\"texture alpha\" \"t\""), Some(0.5));
+}
+
+/// How many triangles the meshes of a world have.
+fn triangles(world: &str) -> usize {
+    let count = |shape: &Shape| match &shape.geometry {
+        Geometry::Mesh(mesh) => mesh.triangles.len(),
+        Geometry::Quadric(_) => panic!("a quadric"),
+    };
+    shapes(world).iter().map(count).sum()
+}
+
+const CORNERS: &str = "\"point3 P\" [1 1 1  1 -1 -1  -1 1 -1  -1 -1 1] \
+                       \"integer indices\" [0 1 2  0 3 1  0 2 3  1 3 2]";
+
+#[test]
+fn meshes_of_every_kind_are_read() {
+    assert_eq!(triangles(&format!("Shape \"loopsubdiv\" {CORNERS}")), 4 << 6);
+    assert_eq!(triangles(&format!("Shape \"loopsubdiv\" {CORNERS} \"integer levels\" 0")), 4);
+    let flat = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]";
+    assert_eq!(triangles(flat), 2);
+    let Geometry::Mesh(mesh) = &shapes(flat)[0].geometry else { panic!() };
+    assert_eq!(mesh.uvs, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]);
+    assert!(triangles("Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 1]") > 100);
+    let two = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0 0 2 0 1 2 0] \
+               \"integer indices\" [0 1 2 3  2 3 4 5]";
+    assert_eq!(triangles(two), 4);
+    for name in ["cylinder", "disk", "sphere", "cone"] {
+        let shape = &shapes(&format!("Shape \"{name}\" \"float phimax\" 90"))[0];
+        assert!(matches!(shape.geometry, Geometry::Quadric(_)), "{name}");
+    }
+}
+
+#[test]
+fn mistakes_in_shapes_are_named() {
+    for (world, expected) in [
+        ("Shape \"cylinder\" \"float zmin\" 1", "test.pbrt:3:18: a cylinder of no height"),
+        ("Shape \"bilinearmesh\"", "test.pbrt:3:1: a mesh without \"point3 P\""),
+        (
+            "Shape \"bilinearmesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 0]",
+            "test.pbrt:3:41: 3 indices; expected 4 for each face",
+        ),
+        (
+            "Shape \"loopsubdiv\" \"integer levels\" 30 \"point3 P\" [0 0 0 1 0 0 0 1 0]",
+            "test.pbrt:3:20: 1 triangles refined 30 times",
+        ),
+        (
+            "Shape \"loopsubdiv\" \"float levels\" -1 \"point3 P\" [0 0 0 1 0 0 0 1 0]",
+            "test.pbrt:3:20: 1 triangles refined -1 times",
+        ),
+    ] {
+        let said = error(world);
+        assert!(said.starts_with(expected), "{world}\n  said     {said}\n  expected {expected}");
+    }
+    let bowtie = "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0 -1 0 0 0 -1 0] \
+                  \"integer indices\" [0 1 2  0 3 4]";
+    let said = loudly(bowtie).warnings[0].to_string();
+    assert!(said.contains("a loopsubdiv where vertex 0 joins triangles"), "{said}");
+}
+
+#[test]
+fn attributes_are_defaults_until_their_block_ends() {
+    let scene = quietly(
+        "AttributeBegin\n\
+         Attribute \"shape\" \"float alpha\" 0.5 \"float radius\" 3\n\
+         Attribute \"shape\" \"float alpha\" 0.25\n\
+         Attribute \"material\" \"float roughness\" 0.7\n\
+         Material \"dielectric\" Shape \"sphere\" Shape \"sphere\" \"float alpha\" 0.1\n\
+         Material \"diffuse\"\n\
+         AttributeEnd\n\
+         Shape \"sphere\"",
+    )
+    .scene;
+    let alphas: Vec<_> =
+        scene.shapes.iter().map(|s| s.alpha.as_ref().map(|alpha| colour(alpha)[0])).collect();
+    assert_eq!(alphas, [Some(0.25), Some(0.1), None]);
+    let Scatters::Dielectric { roughness, .. } =
+        &scene.materials[scene.shapes[0].material as usize].scatters
+    else {
+        panic!()
+    };
+    assert_eq!(rough(roughness).0, [0.7; 2]);
+    let Geometry::Quadric(ball) = &scene.shapes[0].geometry else { panic!() };
+    assert!((ball.area() / (36.0 * std::f64::consts::PI) - 1.0).abs() < 1e-6);
+    let said = error("Attribute \"shap\" \"float alpha\" 1");
+    assert!(said.starts_with("test.pbrt:3:1: attributes of \"shap\"; did you mean"), "{said}");
+}
+
+#[test]
+fn options_are_known_or_refused() {
+    let quiet = "Option \"string rendercoordsys\" \"world\" Option \"integer seed\" 7\n";
+    let scene = "Camera \"perspective\" WorldBegin";
+    let description = read(&format!("{quiet}{scene}")).unwrap();
+    assert_eq!((description.seed, description.warnings.len()), (7, 0));
+    let sampler = "Sampler \"independent\" \"integer seed\" 3\n";
+    assert_eq!(read(&format!("{sampler}{quiet}{scene}")).unwrap().seed, 3);
+    let said = read(&format!("Option \"bool disablepixeljitter\" true {scene}")).unwrap().warnings;
+    assert_eq!(said.len(), 1);
+    let said = read(&format!("Option \"integer sead\" 1 {scene}")).map(|_| ()).unwrap_err();
+    assert!(said.to_string().contains("unknown option \"sead\"; did you mean \"seed\"?"), "{said}");
+}
+
+#[test]
+fn filters_have_the_defaults_of_pbrt() {
+    let filter = |text: &str| {
+        let description = read(&format!("{text} Camera \"perspective\" WorldBegin")).unwrap();
+        assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
+        description.filter
+    };
+    let gaussian = FilterSpec::Gaussian { radius: [1.5; 2], sigma: 0.5 };
+    assert_eq!(filter(""), gaussian);
+    assert_eq!(filter("PixelFilter \"gaussian\""), gaussian);
+    assert_eq!(filter("PixelFilter \"box\""), FilterSpec::Box { radius: [0.5; 2] });
+    assert_eq!(filter("PixelFilter \"triangle\""), FilterSpec::Triangle { radius: [2.0; 2] });
+    let mitchell = FilterSpec::Mitchell { radius: [2.0; 2], b: 1.0 / 3.0, c: 1.0 / 3.0 };
+    assert_eq!(filter("PixelFilter \"mitchell\""), mitchell);
+    assert_eq!(
+        filter("PixelFilter \"sinc\" \"float xradius\" 3"),
+        FilterSpec::Sinc { radius: [3.0, 4.0], tau: 3.0 }
+    );
+    let old = "PixelFilter \"gaussian\" \"float xwidth\" 2 \"float ywidth\" 1 \"float alpha\" 8";
+    assert_eq!(filter(old), FilterSpec::Gaussian { radius: [2.0, 1.0], sigma: 0.25 });
+    let v2 = read("SurfaceIntegrator \"path\" Camera \"perspective\" WorldBegin").unwrap();
+    assert_eq!(v2.filter, FilterSpec::Box { radius: [0.5; 2] });
+    let said = read("PixelFilter \"box\" \"float xradius\" 0 Camera \"perspective\" WorldBegin");
+    assert!(said.is_err());
+}
+
+#[test]
+fn integrators_and_films_are_read_by_name() {
+    let of = |text: &str| read(&format!("{text} Camera \"perspective\" WorldBegin")).unwrap();
+    for name in ["path", "volpath", "simplepath", "randomwalk", "simplevolpath"] {
+        let default = of(&format!("Integrator \"{name}\""));
+        let given = of(&format!("Integrator \"{name}\" \"integer maxdepth\" 9"));
+        assert_eq!((default.max_depth, given.max_depth), (5, 9), "{name}");
+        assert!(default.warnings.is_empty(), "{name}: {:#?}", default.warnings);
+    }
+    let bidirectional = of("Integrator \"bdpt\" \"integer maxdepth\" 7");
+    assert_eq!((bidirectional.max_depth, bidirectional.warnings.len()), (7, 1));
+    let regular = of("Integrator \"path\" \"bool regularize\" true");
+    assert!(regular.regularize && regular.warnings.len() == 1);
+    assert!(!of("Integrator \"path\"").regularize);
+    assert!(of("Film \"gbuffer\" \"integer xresolution\" 9").film.gbuffer);
+    assert!(!of("Film \"rgb\"").film.gbuffer);
+    assert_eq!(of("Film \"spectral\" \"integer nbuckets\" 16").warnings.len(), 1);
+}
+
+#[test]
+fn what_moves_stands_where_it_is_at_the_start() {
+    let scene = "TransformTimes 0 1 ActiveTransform EndTime Translate 5 0 0 ActiveTransform All\n";
+    let moving = loudly(&format!("{scene}Shape \"sphere\" Shape \"disk\""));
+    assert_eq!(moving.warnings.len(), 1, "{:#?}", moving.warnings);
+    assert!(moving.warnings[0].message.contains("motion is not supported yet"));
+    let [low, high] = moving.scene.bounds().unwrap();
+    assert!(low.x < -0.99 && high.x < 1.01);
+    let start = "ActiveTransform StartTime Translate 5 0 0 ActiveTransform All Shape \"sphere\"";
+    assert!(loudly(start).scene.bounds().unwrap()[0].x > 3.9);
+    // What is moved back again does not move, and a block restores what is active.
+    quietly(&format!(
+        "AttributeBegin {scene} AttributeEnd Shape \"sphere\"\n\
+         AttributeBegin ActiveTransform EndTime AttributeEnd Translate 1 0 0 Shape \"sphere\"\n\
+         ActiveTransform EndTime Translate 1 0 0 Translate -1 0 0 Shape \"sphere\""
+    ));
+}
+
+#[test]
+fn an_import_keeps_its_state_to_itself_and_an_include_does_not() {
+    let folder = folder();
+    let part = "Translate 5 0 0 Material \"dielectric\" Shape \"sphere\" \"float radius\" 1";
+    write(&folder, "part.pbrt", part);
+    let bounds = |directive: &str| {
+        let text =
+            format!("Camera \"perspective\" WorldBegin {directive} \"part.pbrt\" Shape \"disk\"");
+        let scene = pbrt::read(&write(&folder, "test.pbrt", text)).unwrap().scene;
+        assert_eq!(scene.shapes.len(), 2);
+        let same = scene.shapes[0].material == scene.shapes[1].material;
+        (scene.bounds().unwrap()[0].x.round(), same)
+    };
+    assert_eq!(bounds("Import"), (-1.0, false));
+    assert_eq!(bounds("Include"), (4.0, true));
+    for (part, expected) in [
+        ("AttributeBegin", "part.pbrt:1:1: AttributeBegin without AttributeEnd"),
+        ("\nAttributeEnd", "part.pbrt:2:1: AttributeEnd without AttributeBegin in its file"),
+        ("Translate 1 2", "found the end of the file"),
+        ("Import \"part.pbrt\"", "files include each other"),
+    ] {
+        write(&folder, "part.pbrt", part);
+        let text =
+            "Camera \"perspective\" WorldBegin AttributeBegin Import \"part.pbrt\" AttributeEnd";
+        let said =
+            pbrt::read(&write(&folder, "test.pbrt", text)).map(|_| ()).unwrap_err().to_string();
+        assert!(said.contains(expected), "{part}: {said}");
+    }
+}
+
+fn packed(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn packed_files_are_unpacked() {
+    let folder = folder();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 0 1 0 0 0 1 0\n3 0 1 2\n";
+    write(&folder, "mesh.ply.gz", packed(ply.as_bytes()));
+    write(
+        &folder,
+        "part.pbrt.gz",
+        packed(b"Shape \"plymesh\" \"string filename\" \"mesh.ply.gz\""),
+    );
+    let text = "Camera \"perspective\" WorldBegin Include \"part.pbrt.gz\"";
+    let scene = pbrt::read(&write(&folder, "test.pbrt.gz", packed(text.as_bytes()))).unwrap().scene;
+    assert_eq!(scene.shapes.len(), 1);
+    // Cut off, or nothing but a promise of much.
+    let whole = packed(text.as_bytes());
+    assert!(pbrt::read(&write(&folder, "cut.pbrt.gz", &whole[..whole.len() - 9])).is_err());
+    let bomb = packed(&vec![b' '; 40 << 20]);
+    let said = pbrt::read(&write(&folder, "bomb.pbrt.gz", bomb)).map(|_| ()).unwrap_err();
+    assert!(said.to_string().contains("it does not end"), "{said}");
+}
+
+#[test]
+fn no_mutation_of_a_rich_scene_panics() {
+    let good = format!(
+        "Option \"integer seed\" 3 PixelFilter \"mitchell\" \"float B\" 0.2\n\
+         Integrator \"volpath\" \"integer maxdepth\" 3 Film \"gbuffer\" \"integer xresolution\" 8\n\
+         Camera \"perspective\" \"float fov\" 40 WorldBegin\n\
+         Attribute \"shape\" \"float alpha\" 0.5 ActiveTransform EndTime Scale 1 2 3\n\
+         ActiveTransform All CoordinateSystem \"a\" Rotate 30 1 0 0\n\
+         MakeNamedMaterial \"a\" \"string type\" \"conductor\" \"spectrum eta\" \"metal-Ag-eta\"\n\
+         MakeNamedMaterial \"b\" \"string type\" \"coateddiffuse\" \"float roughness\" 0.3\n\
+         Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 0.25\n\
+         Shape \"loopsubdiv\" {CORNERS} \"integer levels\" 2\n\
+         Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 1] \"integer indices\" [0 1 2 3]\n\
+         Shape \"cylinder\" \"float zmin\" -0.5 \"float phimax\" 200 ReverseOrientation\n\
+         ObjectBegin \"o\" Shape \"disk\" \"float innerradius\" 0.5 ObjectEnd ObjectInstance \"o\"\n"
+    );
+    let folder = folder();
+    pbrt::read(&write(&folder, "test.pbrt", &good)).unwrap();
+    let mut random = support::Random::new(4);
+    for _ in 0..1_000 {
+        let mut bytes = good.clone().into_bytes();
+        for _ in 0..3 {
+            let i = (random.next() * bytes.len() as f64) as usize;
+            let j = (random.next() * bytes.len() as f64) as usize;
+            match (random.next() * 4.0) as usize {
+                0 => bytes[i] = (random.next() * 256.0) as u8,
+                1 => drop(bytes.remove(i)),
+                2 => bytes[i] = b"0123456789-.e\"[] "[(random.next() * 17.0) as usize],
+                _ => bytes.swap(i, j),
+            }
+        }
+        // An error or a scene; both are fine.
+        let _ = pbrt::read(&write(&folder, "test.pbrt", bytes));
+    }
+}
