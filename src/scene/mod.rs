@@ -16,7 +16,8 @@ mod tree;
 
 pub use intersect::TraversalStack;
 pub use light::{
-    AreaLight, Light, LightSample, Lights, Sky, SkyImage, SkyLayout, cosine_hemisphere,
+    AreaLight, Ball, Beam, Emission, Lamp, Light, LightSample, Lights, Sky, SkyImage, SkyLayout,
+    cosine_hemisphere, luminance,
 };
 pub use material::{Coat, Material, Metal, Roughness, Scatters};
 pub use mesh::Mesh;
@@ -188,22 +189,14 @@ impl SceneBuilder {
         &mut self,
         geometry: Geometry,
         material: u32,
-        emission: Option<([f32; 3], bool)>,
+        emission: Option<Emission>,
         object: Option<u32>,
     ) {
         let shape = self.shapes.len() as u32;
         let mut light = NONE;
-        if let (Some((radiance, two_sided)), None) = (emission, object) {
-            let mut areas = Vec::new();
-            if let Geometry::Mesh(mesh) = &geometry {
-                let mut sum = 0.0;
-                areas.extend((0..mesh.triangles.len() as u32).map(|i| {
-                    sum += f64::from(mesh.area(i));
-                    sum as f32
-                }));
-            }
+        if let (Some(emission), None) = (emission, object) {
             light = self.lights.len() as u32;
-            self.lights.push(Light::Area(AreaLight { shape, radiance, two_sided, areas }));
+            self.lights.push(Light::Area(AreaLight::new(shape, emission, &geometry)));
         }
         self.shapes.push(Shape { geometry, material, light });
         match object {

@@ -11,7 +11,7 @@ use glam::DAffine3;
 use super::SceneError;
 use super::reader::Reader;
 use super::token::Lexer;
-use crate::scene::SceneBuilder;
+use crate::scene::{Emission, SceneBuilder};
 use crate::source::{Unreadable, hint};
 
 /// Files that may include each other in a chain, and objects that may hold each other.
@@ -25,8 +25,7 @@ pub(super) struct State {
     pub(super) ctm: DAffine3,
     pub(super) reversed: bool,
     pub(super) material: u32,
-    /// Radiance and whether both sides shine.
-    pub(super) area_light: Option<([f32; 3], bool)>,
+    pub(super) area_light: Option<Emission>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

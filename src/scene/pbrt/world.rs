@@ -3,7 +3,7 @@
 use super::blocks::State;
 use super::reader::Reader;
 use super::{SceneError, shapes};
-use crate::scene::{Geometry, Texture};
+use crate::scene::{Emission, Geometry, Texture};
 
 impl Reader {
     pub(super) fn light_source(&mut self) -> Result<(), SceneError> {
@@ -20,10 +20,8 @@ impl Reader {
     pub(super) fn area_light(&mut self) -> Result<(), SceneError> {
         self.after_world("AreaLightSource")?;
         let (_, _, params, _) = self.kind("AreaLightSource")?;
-        let radiance = params.colour("L", &mut self.notices)?.unwrap_or([1.0; 3]);
-        let scale = params.scale(&mut self.notices)?;
-        let two_sided = params.truth("twosided")?.unwrap_or(false);
-        self.state.area_light = Some(([0, 1, 2].map(|i| radiance[i] * scale[i]), two_sided));
+        let Self { library, folder, notices, .. } = self;
+        self.state.area_light = Some(library.emission(&params, folder, notices)?);
         Ok(())
     }
 
@@ -52,7 +50,7 @@ impl Reader {
         if !supported {
             return Ok(());
         }
-        let State { ctm, reversed, material, area_light } = self.state;
+        let State { ctm, reversed, material, area_light } = self.state.clone();
         let Some(geometry) = shapes::make(&name, &params, &ctm, reversed, &self.folder)? else {
             self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
             return Ok(());
@@ -65,7 +63,7 @@ impl Reader {
         &mut self,
         geometry: Geometry,
         material: u32,
-        area_light: Option<([f32; 3], bool)>,
+        area_light: Option<Emission>,
     ) {
         let object = self.object.as_ref().and_then(|name| self.objects.get(name));
         let object = object.map(|object| object.index);
