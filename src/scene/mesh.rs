@@ -100,8 +100,8 @@ impl Mesh {
         Patch { uv, dp, dn }
     }
 
-    /// A uniformly chosen point of a triangle.
-    pub fn sample(&self, triangle: u32, u: [f32; 2]) -> SurfacePoint {
+    /// Where a ray would hit a uniformly chosen point of a triangle.
+    pub fn sample(&self, triangle: u32, u: [f32; 2]) -> Hit {
         // Heitz 2019, "A low-distortion map between triangle and square".
         let (mut b, mut c) = (u[0] * 0.5, u[1] * 0.5);
         let offset = c - b;
@@ -110,6 +110,6 @@ impl Mesh {
         } else {
             b -= offset
         }
-        self.point(&Hit { t: 0.0, u: b, v: c, primitive: triangle, ..Hit::MISS })
+        Hit { t: 0.0, u: b, v: c, primitive: triangle, ..Hit::MISS }
     }
 }

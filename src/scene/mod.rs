@@ -19,7 +19,8 @@ mod tree;
 pub use bilinear::triangulate;
 pub use intersect::TraversalStack;
 pub use light::{
-    AreaLight, Light, LightSample, Lights, Sky, SkyImage, SkyLayout, cosine_hemisphere,
+    AreaLight, Ball, Beam, Emission, Lamp, Light, LightSample, Lights, Sky, SkyImage, SkyLayout,
+    cosine_hemisphere, luminance,
 };
 pub use material::{Coat, Material, Metal, Roughness, Scatters};
 pub use mesh::Mesh;
@@ -167,8 +168,8 @@ pub struct ShapeSpec {
     pub geometry: Geometry,
     /// Its material, by index.
     pub material: u32,
-    /// Radiance that it emits, and whether both sides do.
-    pub emission: Option<([f32; 3], bool)>,
+    /// What it emits.
+    pub emission: Option<Emission>,
     /// The probability that a ray meets it; `None` is 1.
     pub alpha: Option<Texture>,
     /// The object that it belongs to; `None` is the world itself.
@@ -226,17 +227,9 @@ impl SceneBuilder {
         let ShapeSpec { geometry, material, emission, alpha, object } = spec;
         let shape = self.shapes.len() as u32;
         let mut light = NONE;
-        if let (Some((radiance, two_sided)), None) = (emission, object) {
-            let mut areas = Vec::new();
-            if let Geometry::Mesh(mesh) = &geometry {
-                let mut sum = 0.0;
-                areas.extend((0..mesh.triangles.len() as u32).map(|i| {
-                    sum += f64::from(mesh.area(i));
-                    sum as f32
-                }));
-            }
+        if let (Some(emission), None) = (emission, object) {
             light = self.lights.len() as u32;
-            self.lights.push(Light::Area(AreaLight { shape, radiance, two_sided, areas }));
+            self.lights.push(Light::Area(AreaLight::new(shape, emission, &geometry)));
         }
         let whole = |alpha: &Texture| matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0);
         let alpha = alpha.filter(|alpha| !whole(alpha));

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, Vec2};
 
+use super::light::Ball;
 use super::point::{Patch, SurfacePoint, gamma};
 use crate::sampler::disk;
 
@@ -284,6 +285,50 @@ impl Quadric {
         let length = normal.length();
         let stretch = self.volume * length;
         (self.placed(p, normal / length), (1.0 / (area * stretch)) as f32)
+    }
+
+    /// The density by area in object space of [`Self::sample`] at a point of object space.
+    pub fn density(&self, near: DVec3) -> f32 {
+        let p = self.form_from_object.transform_point3(near);
+        let (normal, area) = match self.form {
+            Form::Sphere { radius, z } => (p.normalize(), self.phi_max * radius * (z[1] - z[0])),
+            Form::Cylinder { radius, z } => {
+                let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
+                (away, self.phi_max * radius * (z[1] - z[0]))
+            }
+            Form::Disk { radius, inner, .. } => {
+                (DVec3::Z, self.phi_max / 2.0 * (radius * radius - inner * inner))
+            }
+            Form::Cone { radius, height } => {
+                let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
+                let area = self.phi_max / 2.0 * radius * radius.hypot(height);
+                (cone_normal(away, radius, height), area)
+            }
+        };
+        (1.0 / (area * self.volume * self.outwards(normal).length())) as f32
+    }
+
+    /// The sphere of object space that it is, if it is a whole one.
+    pub fn ball(&self) -> Option<Ball> {
+        let Form::Sphere { radius, z } = self.form else { return None };
+        let [x, y, w] = self.object_from_form.matrix3.to_cols_array_2d().map(DVec3::from_array);
+        let scale2 = x.length_squared();
+        let same = |a: f64, b: f64| (a - b).abs() < 1e-6 * scale2;
+        let similar = same(y.length_squared(), scale2)
+            && same(w.length_squared(), scale2)
+            && [x.dot(y), y.dot(w), w.dot(x)].into_iter().all(|dot| same(dot, 0.0));
+        let whole = z == [-radius, radius] && self.phi_max >= TAU;
+        (similar && whole).then(|| Ball {
+            centre: self.object_from_form.translation,
+            radius: radius * scale2.sqrt(),
+            side: self.side,
+        })
+    }
+
+    /// The unit normal of a flat form, in object space.
+    pub fn flat_normal(&self) -> Option<DVec3> {
+        let flat = matches!(self.form, Form::Disk { .. });
+        flat.then(|| (self.outwards(DVec3::Z) * self.side).normalize())
     }
 
     /// Its area in object space, by the midpoint rule over its parameters.

@@ -65,7 +65,7 @@ pub fn shade(
         }
         let (shape, mut point) = scene.surface(&ray, &hits[i]);
         if vertex.depth == 0 && shape.light != NONE {
-            receive(scene.emitted(shape.light, point.normal, -direction));
+            receive(scene.emitted(&ray, &hits[i], point.normal, -direction));
         }
         // Surfaces are two-sided: both normals turn to where the ray came from.
         point.normal = facing(point.normal, -direction);

@@ -9,7 +9,7 @@ use super::SceneError;
 use super::params::Param;
 use super::reader::Reader;
 use super::token::Lexer;
-use crate::scene::SceneBuilder;
+use crate::scene::{Emission, SceneBuilder};
 use crate::source::{bytes, hint};
 
 /// Files that may include each other in a chain, and objects that may hold each other.
@@ -26,8 +26,7 @@ pub(super) struct State {
     pub(super) active: [bool; 2],
     pub(super) reversed: bool,
     pub(super) material: u32,
-    /// Radiance and whether both sides shine.
-    pub(super) area_light: Option<([f32; 3], bool)>,
+    pub(super) area_light: Option<Emission>,
     /// What Attribute gave, by its place in [`TARGETS`](super::attributes::TARGETS).
     pub(super) attributes: [Arc<Vec<Param>>; 5],
 }

@@ -46,11 +46,11 @@ const fn later(directive: &'static str, name: &'static str, instead: &'static st
 const QUIET: &str = "";
 const PATH_INSTEAD: &str = "path is used";
 const SHAPE_LATER: &str = "the shape is left out";
-const LIGHT_LATER: &str = "the light is left out";
 const TEXTURE_LATER: &str = "the constant 0.5 is used";
 const MATERIAL_LATER: &str =
     "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
 const ONE_LIGHT_SAMPLE: &str = "every camera sample takes one light sample; raise --spp instead";
+
 const UNSHADED: &str = "the surface is left as it is";
 pub(super) const UV_INSTEAD: &str = "the uv coordinates of the surface are used";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
@@ -254,31 +254,25 @@ pub(super) const VOCABULARY: &[Entry] = &[
     known(
         "LightSource",
         "infinite",
-        &["L", "scale", "filename", "mapname"],
+        &["L", "scale", "filename", "mapname", "illuminance"],
         &[
             ("nsamples", ONE_LIGHT_SAMPLE),
             ("samples", ONE_LIGHT_SAMPLE),
-            ("illuminance", "L and scale are used as they are"),
-            ("portal", "the whole sky is sampled"),
+            ("portal", "the whole sky shines"),
         ],
     ),
+    known("LightSource", "distant", &["L", "from", "to", "scale", "illuminance"], &[]),
+    known("LightSource", "point", &["I", "from", "scale", "power"], &[]),
     known(
         "LightSource",
-        "distant",
-        &["L", "from", "to", "scale"],
-        &[("illuminance", "L and scale are used as they are")],
+        "spot",
+        &["I", "from", "to", "coneangle", "conedeltaangle", "scale", "power"],
+        &[],
     ),
-    known(
-        "LightSource",
-        "point",
-        &["I", "from", "scale"],
-        &[("power", "I and scale are used as they are")],
-    ),
-    later("LightSource", "spot", LIGHT_LATER),
-    later("LightSource", "goniometric", LIGHT_LATER),
-    later("LightSource", "projection", LIGHT_LATER),
-    known("AreaLightSource", "area", &["L", "scale", "twosided"], AREA_LEAVES),
-    known("AreaLightSource", "diffuse", &["L", "scale", "twosided"], AREA_LEAVES),
+    known("LightSource", "goniometric", &["I", "filename", "mapname", "scale", "power"], &[]),
+    known("LightSource", "projection", &["I", "filename", "mapname", "fov", "scale", "power"], &[]),
+    known("AreaLightSource", "area", AREA, AREA_LEAVES),
+    known("AreaLightSource", "diffuse", AREA, AREA_LEAVES),
     known("Texture", "constant", &["value"], &[]),
     known("Texture", "scale", &["tex1", "tex2", "tex", "scale"], &[]),
     known(
@@ -357,12 +351,9 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Shape", "heightfield", SHAPE_LATER),
 ];
 
-const AREA_LEAVES: &[(&str, &str)] = &[
-    ("nsamples", ONE_LIGHT_SAMPLE),
-    ("samples", ONE_LIGHT_SAMPLE),
-    ("power", "L and scale are used as they are"),
-    ("filename", "the light is of one colour"),
-];
+const AREA: &[&str] = &["L", "scale", "twosided", "power", "filename"];
+const AREA_LEAVES: &[(&str, &str)] =
+    &[("nsamples", ONE_LIGHT_SAMPLE), ("samples", ONE_LIGHT_SAMPLE)];
 
 /// The entry for a kind of a directive.
 pub(super) fn entry(

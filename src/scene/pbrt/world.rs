@@ -22,10 +22,8 @@ impl Reader {
     pub(super) fn area_light(&mut self) -> Result<(), SceneError> {
         self.after_world("AreaLightSource")?;
         let (_, _, params, _) = self.kind("AreaLightSource")?;
-        let radiance = params.colour("L", &mut self.notices)?.unwrap_or([1.0; 3]);
-        let scale = params.scale(&mut self.notices)?;
-        let two_sided = params.truth("twosided")?.unwrap_or(false);
-        self.state.area_light = Some(([0, 1, 2].map(|i| radiance[i] * scale[i]), two_sided));
+        let Self { library, folder, notices, .. } = self;
+        self.state.area_light = Some(library.emission(&params, folder, notices)?);
         Ok(())
     }
 
@@ -55,7 +53,7 @@ impl Reader {
             return Ok(());
         }
         let ctm = self.placement();
-        let State { reversed, material, area_light, .. } = self.state;
+        let State { reversed, material, area_light, .. } = self.state.clone();
         let Self { library, notices, folder, .. } = self;
         let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
         let alpha = Recipe { params: &params, library, notices }.maybe_number("alpha")?;
@@ -64,7 +62,7 @@ impl Reader {
         }
         for geometry in parts {
             self.add_shape(ShapeSpec {
-                emission: area_light,
+                emission: area_light.clone(),
                 alpha: alpha.clone(),
                 ..ShapeSpec::new(geometry, material)
             });

@@ -1,0 +1,138 @@
+//! Points of the unit square with a density that is constant in every cell of a grid.
+
+/// A piecewise constant density over the unit square.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Distribution {
+    size: [usize; 2],
+    /// Cumulated shares of the rows: 0 first, 1 last.
+    rows: Vec<f32>,
+    /// Of the cells of every row in the row, from 0 to 1 again.
+    cells: Vec<f32>,
+}
+
+/// A point of the square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Chosen {
+    pub(super) uv: [f32; 2],
+    /// Column and row of its cell: the rounding of uv may say another.
+    pub(super) cell: [usize; 2],
+    /// Per unit of the square's area.
+    pub(super) density: f32,
+}
+
+impl Distribution {
+    /// Cells in proportion to their weights; `None` where no weight is above 0.
+    pub(super) fn new(size: [usize; 2], weight: impl Fn(usize, usize) -> f64) -> Option<Self> {
+        let [width, height] = size;
+        let mut cells = Vec::with_capacity((width + 1) * height);
+        let mut totals = Vec::with_capacity(height);
+        let mut row = vec![0.0; width];
+        for y in 0..height {
+            for (x, value) in row.iter_mut().enumerate() {
+                *value = weight(x, y);
+            }
+            totals.push(cumulate(&row, &mut cells));
+        }
+        let mut rows = Vec::with_capacity(height + 1);
+        let total = cumulate(&totals, &mut rows);
+        (total > 0.0 && total.is_finite()).then_some(Self { size, rows, cells })
+    }
+
+    fn row(&self, y: usize) -> &[f32] {
+        let stride = self.size[0] + 1;
+        &self.cells[y * stride..(y + 1) * stride]
+    }
+
+    /// A point, from two numbers in [0, 1).
+    pub(super) fn sample(&self, u: [f32; 2]) -> Chosen {
+        let (y, v, share_y) = find(&self.rows, u[1]);
+        let (x, u, share_x) = find(self.row(y), u[0]);
+        let [width, height] = self.size.map(|n| n as f32);
+        Chosen {
+            uv: [(x as f32 + u) / width, (y as f32 + v) / height],
+            cell: [x, y],
+            density: share_x * share_y * width * height,
+        }
+    }
+
+    /// The density of [`Self::sample`] at a point.
+    pub(super) fn density(&self, uv: [f32; 2]) -> f32 {
+        let [x, y] = [0, 1].map(|i| {
+            let n = self.size[i];
+            ((uv[i] * n as f32) as usize).min(n - 1)
+        });
+        let row = self.row(y);
+        let [width, height] = self.size.map(|n| n as f32);
+        (row[x + 1] - row[x]) * (self.rows[y + 1] - self.rows[y]) * width * height
+    }
+}
+
+/// Adds cumulated shares from 0 to 1 to a list; answers the sum of the values.
+fn cumulate(values: &[f64], shares: &mut Vec<f32>) -> f64 {
+    let total: f64 = values.iter().sum();
+    let mut sum = 0.0;
+    shares.push(0.0);
+    for value in values {
+        sum += value;
+        let share = if total > 0.0 { (sum / total) as f32 } else { 0.0 };
+        shares.push(share.min(1.0));
+    }
+    if total > 0.0 {
+        // Rounding must leave no gap at the end, and give nothing to cells without weight.
+        let last = values.iter().rposition(|&value| value > 0.0).unwrap_or(0);
+        let end = shares.len() - values.len() + last;
+        shares[end..].fill(1.0);
+    }
+    total
+}
+
+/// The interval of cumulated shares in which a number lies, where in it, and its width.
+fn find(shares: &[f32], u: f32) -> (usize, f32, f32) {
+    let i = shares.partition_point(|&share| share <= u).clamp(1, shares.len() - 1) - 1;
+    let width = shares[i + 1] - shares[i];
+    (i, ((u - shares[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0), width)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WEIGHTS: [[f64; 4]; 3] =
+        [[1.0, 0.0, 2.0, 1.0], [0.0, 0.0, 0.0, 0.0], [5.0, 3.0, 0.0, 0.0]];
+
+    #[test]
+    fn cells_are_chosen_as_often_as_they_weigh() {
+        let of = Distribution::new([4, 3], |x, y| WEIGHTS[y][x]).expect("weights above 0");
+        let n = 300;
+        let mut counts = [[0.0; 4]; 3];
+        for i in 0..n * n {
+            let u = [i % n, i / n].map(|i| (i as f32 + 0.5) / n as f32);
+            let chosen = of.sample(u);
+            let [x, y] = chosen.cell;
+            counts[y][x] += 12.0 / f64::from(n * n);
+            let expected = WEIGHTS[y][x];
+            assert!((f64::from(chosen.density) / expected - 1.0).abs() < 1e-5);
+            assert_eq!(chosen.density, of.density(chosen.uv));
+        }
+        for (row, weights) in counts.iter().zip(WEIGHTS) {
+            for (count, weight) in row.iter().zip(weights) {
+                assert!((count - weight).abs() < 0.03, "{count} instead of {weight}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_ends_of_the_numbers_choose_cells_that_weigh_something() {
+        let of = Distribution::new([4, 3], |x, y| WEIGHTS[y][x]).expect("weights above 0");
+        let last = 1.0 - f32::EPSILON / 2.0;
+        for u in [[0.0, 0.0], [0.0, last], [last, 0.0], [last, last]] {
+            let chosen = of.sample(u);
+            assert!(chosen.density > 0.0 && chosen.uv.iter().all(|&c| (0.0..=1.0).contains(&c)));
+        }
+    }
+
+    #[test]
+    fn nothing_is_chosen_where_nothing_weighs() {
+        assert_eq!(Distribution::new([2, 2], |_, _| 0.0), None);
+    }
+}

@@ -1,0 +1,221 @@
+//! Light from infinitely far away on all sides, uniform or from a picture.
+
+use std::f32::consts::PI;
+
+use glam::{Mat3, Vec2, Vec3};
+
+use super::distribution::Distribution;
+use super::lamp::luminance;
+use super::{mean, square};
+use crate::scene::texture::ImageMap;
+
+/// Radiance that comes from infinitely far away.
+#[derive(Clone, Debug)]
+pub struct Sky {
+    /// Radiance, or what an image is multiplied by.
+    pub radiance: [f32; 3],
+    /// An image of all directions.
+    pub image: Option<SkyImage>,
+}
+
+/// An image of all directions.
+#[derive(Clone, Debug)]
+pub struct SkyImage {
+    map: ImageMap,
+    light_from_world: Mat3,
+    world_from_light: Mat3,
+    layout: SkyLayout,
+    /// Which pixels are bright; `None` where all are black.
+    distribution: Option<Distribution>,
+}
+
+/// How an image holds all directions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyLayout {
+    /// Longitude and latitude, twice as wide as high (pbrt-v2); interpolated between pixels.
+    Equirectangular,
+    /// The square of Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere" (pbrt-v4); a
+    /// pixel has one colour, as there.
+    EqualArea,
+}
+
+/// A direction of the sky.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SkySample {
+    /// Unit vector, world space.
+    pub(super) direction: Vec3,
+    pub(super) radiance: [f32; 3],
+    /// By solid angle.
+    pub(super) density: f32,
+}
+
+impl SkyLayout {
+    fn point(self, d: Vec3) -> Vec2 {
+        match self {
+            Self::Equirectangular => {
+                let phi = d.y.atan2(d.x);
+                let phi = if phi < 0.0 { phi + 2.0 * PI } else { phi };
+                Vec2::new(phi / (2.0 * PI), d.x.hypot(d.y).atan2(d.z) / PI)
+            }
+            Self::EqualArea => square::from_sphere(d),
+        }
+    }
+
+    fn direction(self, uv: Vec2) -> Vec3 {
+        match self {
+            Self::Equirectangular => {
+                let (sin_phi, cos_phi) = (uv.x * 2.0 * PI).sin_cos();
+                let (sin, cos) = (uv.y * PI).sin_cos();
+                Vec3::new(sin * cos_phi, sin * sin_phi, cos)
+            }
+            Self::EqualArea => square::to_sphere(uv),
+        }
+    }
+
+    /// The solid angle of a unit of the image's area about a point of it.
+    fn solid_angle(self, uv: Vec2) -> f32 {
+        match self {
+            Self::Equirectangular => 2.0 * PI * PI * (uv.y * PI).sin(),
+            Self::EqualArea => 4.0 * PI,
+        }
+    }
+}
+
+impl SkyImage {
+    /// An image on the sky; its directions are turned by a matrix from world space to the
+    /// light's own. `None` where the matrix cannot be inverted.
+    pub fn new(map: ImageMap, light_from_world: Mat3, layout: SkyLayout) -> Option<Self> {
+        let world_from_light = light_from_world.inverse();
+        if !(light_from_world.is_finite() && world_from_light.is_finite()) {
+            return None;
+        }
+        let size = map.picture.size;
+        let bright = |x: usize, y: usize| {
+            f64::from(mean(map.picture.pixels[y * size[0] + x].map(|c| c.max(0.0))))
+        };
+        let distribution = match layout {
+            SkyLayout::EqualArea => Distribution::new(size, bright),
+            SkyLayout::Equirectangular => Distribution::new(size, |x, y| {
+                // The mean over the pixel of what is interpolated between the pixels.
+                let near = |i: usize, n: usize| [i.saturating_sub(1), i, (i + 1).min(n - 1)];
+                let weights = [0.125, 0.75, 0.125];
+                let mut sum = 0.0;
+                for (y, wy) in near(y, size[1]).into_iter().zip(weights) {
+                    for (x, wx) in near(x, size[0]).into_iter().zip(weights) {
+                        sum += bright(x, y) * wx * wy;
+                    }
+                }
+                let theta = std::f64::consts::PI * (y as f64 + 0.5) / size[1] as f64;
+                sum * theta.sin()
+            }),
+        };
+        Some(Self { map, light_from_world, world_from_light, layout, distribution })
+    }
+
+    /// The illuminance of an upward-facing patch (z of the light's space), over luminance, by
+    /// which pbrt-v4 fulfils a wish for an illuminance. It counts every pixel with half its
+    /// solid angle, and so do we: skies come out as bright as there.
+    pub fn illuminance(&self) -> f32 {
+        let [width, height] = self.map.picture.size;
+        let mut sum = 0.0;
+        for (i, &pixel) in self.map.picture.pixels.iter().enumerate() {
+            let at = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+            let uv = at / Vec2::new(width as f32, height as f32);
+            let cos = self.layout.direction(uv).z.max(0.0);
+            sum += f64::from(luminance(pixel) * cos * self.layout.solid_angle(uv) / 2.0);
+        }
+        (sum / self.map.picture.pixels.len() as f64) as f32
+    }
+
+    fn at(&self, uv: Vec2) -> [f32; 3] {
+        let size = self.map.picture.size;
+        let texel = match self.layout {
+            SkyLayout::Equirectangular => self.map.at(uv),
+            SkyLayout::EqualArea => {
+                let [x, y] = [0, 1].map(|i| ((uv[i] * size[i] as f32) as usize).min(size[i] - 1));
+                self.map.picture.pixels[y * size[0] + x]
+            }
+        };
+        texel.map(|c| c.max(0.0))
+    }
+
+    /// The square of an image for a direction of world space, and by how much solid angles
+    /// shrink on the way from the light's space: 1 where its matrix only turns.
+    fn place(&self, direction: Vec3) -> (Vec2, f32) {
+        let d = self.light_from_world * direction;
+        let length = d.length();
+        let shrink = self.light_from_world.determinant().abs() / length.powi(3);
+        (self.layout.point(d / length), shrink)
+    }
+
+    fn density(&self, direction: Vec3) -> f32 {
+        let Some(distribution) = &self.distribution else { return 0.0 };
+        let (uv, shrink) = self.place(direction);
+        let density = distribution.density(uv.to_array());
+        let density = density * shrink / self.layout.solid_angle(uv);
+        if density.is_finite() { density } else { 0.0 }
+    }
+
+    fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
+        let chosen = self.distribution.as_ref()?.sample(u);
+        let uv = Vec2::from(chosen.uv);
+        let size = self.map.picture.size;
+        let radiance = match self.layout {
+            SkyLayout::Equirectangular => self.at(uv),
+            SkyLayout::EqualArea => {
+                let [x, y] = chosen.cell;
+                self.map.picture.pixels[y * size[0] + x].map(|c| c.max(0.0))
+            }
+        };
+        let d = self.world_from_light * self.layout.direction(uv);
+        let direction = d.normalize();
+        let shrink = self.light_from_world.determinant().abs() * d.length().powi(3);
+        let density = chosen.density * shrink / self.layout.solid_angle(uv);
+        let usable = density > 0.0 && density.is_finite();
+        usable.then_some(SkySample { direction, radiance, density })
+    }
+}
+
+impl Sky {
+    /// The radiance from a direction (unit, world space, away from the scene).
+    pub fn radiance(&self, direction: Vec3) -> [f32; 3] {
+        let Some(image) = &self.image else { return self.radiance };
+        self.times(image.at(image.place(direction).0))
+    }
+
+    fn times(&self, texel: [f32; 3]) -> [f32; 3] {
+        [0, 1, 2].map(|i| texel[i] * self.radiance[i])
+    }
+
+    /// Whether nothing comes from it.
+    pub(super) fn is_dark(&self) -> bool {
+        let dark = |image: &SkyImage| image.distribution.is_none();
+        mean(self.radiance.map(|r| r.max(0.0))) <= 0.0 || self.image.as_ref().is_some_and(dark)
+    }
+
+    /// Chooses a direction: bright ones of an image more often.
+    pub(super) fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
+        match &self.image {
+            None => {
+                let z = 1.0 - 2.0 * u[0];
+                let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+                let r = (1.0 - z * z).max(0.0).sqrt();
+                let direction = Vec3::new(r * cos, r * sin, z);
+                let density = 1.0 / (4.0 * PI);
+                Some(SkySample { direction, radiance: self.radiance, density })
+            }
+            Some(image) => {
+                let sample = image.sample(u)?;
+                Some(SkySample { radiance: self.times(sample.radiance), ..sample })
+            }
+        }
+    }
+
+    /// The density, by solid angle, with which [`Self::sample`] chooses a direction.
+    pub(super) fn density(&self, direction: Vec3) -> f32 {
+        match &self.image {
+            None => 1.0 / (4.0 * PI),
+            Some(image) => image.density(direction),
+        }
+    }
+}
