@@ -18,30 +18,30 @@ pub const WAVE: usize = 1008;
 /// One quantity of every ray of a wave.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub struct Column<T>([T; WAVE]);
+pub struct Column<T, const N: usize = WAVE>([T; N]);
 
-impl<T: Zeroable> Default for Column<T> {
+impl<T: Zeroable, const N: usize> Default for Column<T, N> {
     fn default() -> Self {
         Self(std::array::from_fn(|_| T::zeroed()))
     }
 }
 
-impl<T> Deref for Column<T> {
-    type Target = [T; WAVE];
+impl<T, const N: usize> Deref for Column<T, N> {
+    type Target = [T; N];
     #[inline(always)]
     fn deref(&self) -> &Self::Target {
         &self.0
     }
 }
 
-impl<T> DerefMut for Column<T> {
+impl<T, const N: usize> DerefMut for Column<T, N> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.0
     }
 }
 
-impl<T: Pod> Column<T> {
+impl<T: Pod, const N: usize> Column<T, N> {
     /// The packets that cover the first `rays` entries; the last one may reach past them.
     #[inline(always)]
     pub fn packets<R: Real<Scalar = T>>(&self, rays: usize) -> &[R] {
@@ -143,6 +143,12 @@ pub struct RayBatch {
     pub carried: [Column<f32>; 3],
     /// The place of the ray's sample in its wave.
     pub slot: Column<u32>,
+    /// For bounces: the density, by solid angle, with which the direction was chosen; infinite
+    /// where nothing else could have chosen it.
+    pub density: Column<f32>,
+    /// For bounces: the square of the refractive index that the path is in, relative to where it
+    /// began, for Russian roulette.
+    pub eta2: Column<f32>,
 }
 
 impl RayBatch {

@@ -11,7 +11,7 @@ use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
-use crate::shade::{Dice, Vertex, shade};
+use crate::shade::{ShadeColumns, Vertex, shade};
 use crate::stats::{Clock, Stage, Stats};
 
 /// Everything that decides what a picture looks like.
@@ -27,7 +27,7 @@ pub struct Job {
     pub samples: Range<u32>,
     /// Which of all random choices.
     pub seed: u32,
-    /// Surfaces on a path that gather light: 1 is direct light only, 0 is what shines by itself.
+    /// Surfaces on a path that scatter light: 1 is direct light only, 0 is what shines by itself.
     pub max_depth: u32,
 }
 
@@ -125,7 +125,7 @@ struct Wave {
     shadows: RayBatch,
     hits: HitBatch,
     stack: TraversalStack,
-    dice: Dice,
+    columns: ShadeColumns,
     radiance: [Column<f32>; 3],
     stats: Stats,
 }
@@ -146,7 +146,8 @@ impl Wave {
         tile: &Tile,
         progress: &Progress,
     ) -> TileSums {
-        let Self { samples, lens, rays, next, shadows, hits, stack, dice, radiance, stats } = self;
+        let Self { samples, lens, rays, next, shadows, hits, stack, columns, radiance, stats } =
+            self;
         let Job { scene, camera, frame, seed, max_depth, .. } = job;
         let mut sums = TileSums::new(tile);
         let sees = |pixel| camera.sees(pixel, frame.resolution);
@@ -159,11 +160,11 @@ impl Wave {
             camera.expose::<R>(samples, lens, rays, &mut stats.lens);
             clock.lap(stats, Stage::Lens, samples.len);
             radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
-            for depth in 0..(*max_depth).max(1) {
+            for depth in 0..=*max_depth {
                 scene.intersect::<R>(rays, hits, stack);
                 clock.lap(stats, Stage::Intersect, rays.len);
-                let vertex = Vertex { depth, last: depth + 1 >= *max_depth, lit: *max_depth > 0 };
-                shade(scene, vertex, rays, hits, samples, dice, radiance, shadows, next);
+                let vertex = Vertex { depth, max_depth: *max_depth };
+                shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
                 clock.lap(stats, Stage::Shade, rays.len);
                 scene.occlude::<R>(shadows, stack, radiance);
                 clock.lap(stats, Stage::Occlude, shadows.len);

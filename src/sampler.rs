@@ -80,7 +80,7 @@ fn unit(bits: u32) -> f32 {
 
 /// A well mixed 32-bit permutation (Wellons 2018, "lowbias32").
 #[inline(always)]
-fn hash(mut x: u32) -> u32 {
+pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
     x ^= x >> 15;

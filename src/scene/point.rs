@@ -10,7 +10,7 @@ pub const fn gamma(n: u32) -> f32 {
 }
 
 /// Where a ray met a surface.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SurfacePoint {
     /// Position.
     pub position: Vec3,

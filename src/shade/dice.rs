@@ -3,7 +3,7 @@
 
 use super::Vertex;
 use crate::rays::{Column, RayBatch, SampleBatch};
-use crate::sampler::{Dimension, pairs};
+use crate::sampler::{Dimension, hash, pairs};
 
 /// A pair of random numbers for every ray.
 type Pairs = [Column<f32>; 2];
@@ -20,7 +20,7 @@ pub struct Dice {
 }
 
 /// The random numbers of one ray at one surface.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Throw {
     /// Which light, and which triangle of it.
     pub(super) choice: [f32; 2],
@@ -28,8 +28,10 @@ pub(super) struct Throw {
     pub(super) light: [f32; 2],
     /// Where the path goes on.
     pub(super) bounce: [f32; 2],
-    /// Whether it does.
-    pub(super) roulette: f32,
+    /// Whether it does, and by which lobe of the surface.
+    pub(super) roulette: [f32; 2],
+    /// Of what random walks inside the surface begin with.
+    pub(super) seed: u32,
 }
 
 impl Dice {
@@ -46,10 +48,8 @@ impl Dice {
             |[x, y]: &mut Pairs, dimension| pairs(keys, indices, dimension, &mut x[..], &mut y[..]);
         fill(&mut self.choice, Dimension::Choice(depth));
         fill(&mut self.light, Dimension::Light(depth));
-        if !vertex.last {
-            fill(&mut self.bounce, Dimension::Bounce(depth));
-            fill(&mut self.roulette, Dimension::Roulette(depth));
-        }
+        fill(&mut self.bounce, Dimension::Bounce(depth));
+        fill(&mut self.roulette, Dimension::Roulette(depth));
     }
 
     /// What was thrown for a ray.
@@ -59,7 +59,8 @@ impl Dice {
             choice: both(&self.choice),
             light: both(&self.light),
             bounce: both(&self.bounce),
-            roulette: self.roulette[0][i],
+            roulette: both(&self.roulette),
+            seed: hash(self.key[i] ^ hash(self.sample[i])),
         }
     }
 }

@@ -1,0 +1,195 @@
+//! The scalar parts of shading: what a surface is, which light it looks at, and where its rays go.
+
+use glam::Vec3;
+
+use super::Vertex;
+use super::dice::Dice;
+use super::kind::{
+    KINDS, Kind, any_tangent, coated_conductor, coated_diffuse, numbers, resolve, turns,
+};
+use super::look::Look;
+use super::vertices::{Vertices, set, vector};
+use crate::rays::{Column, HitBatch, NONE, Ray, RayBatch};
+use crate::scene::Scene;
+
+/// The power heuristic's weight of a choice against another; densities may be infinite.
+#[inline(always)]
+fn heuristic(mine: f32, other: f32) -> f32 {
+    let ratio = other / mine;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl Vertices {
+    /// Sorts the hits of a wave by kind, and adds what they shine by themselves to `radiance`.
+    pub(super) fn gather(
+        &mut self,
+        scene: &Scene,
+        vertex: Vertex,
+        rays: &RayBatch,
+        hits: &HitBatch,
+        radiance: &mut [Column<f32>; 3],
+        next: &mut RayBatch,
+    ) {
+        self.sort(scene, rays, hits);
+        let emit = |i: usize, light: [f32; 3], other: f32, radiance: &mut [Column<f32>; 3]| {
+            // Nothing but the lens could have chosen the direction of a camera ray.
+            let mine = if vertex.depth == 0 { f32::INFINITY } else { rays.density[i] };
+            let (weight, slot) = (heuristic(mine, other), rays.slot[i] as usize);
+            let throughput = rays.carried(i);
+            for channel in 0..3 {
+                radiance[channel][slot] += throughput[channel] * light[channel] * weight;
+            }
+        };
+        let mut places = self.ranges.clone().map(|range| range.start);
+        self.coated_diffuse.clear();
+        self.coated_conductor.clear();
+        for i in 0..rays.len {
+            let ray = rays.ray(i);
+            let direction = Vec3::from(ray.direction);
+            let origin = Vec3::from(ray.origin);
+            if hits[i].shape == NONE {
+                for &sky in &scene.lights.skies {
+                    let light = scene.sky_radiance(sky, direction);
+                    emit(i, light, scene.sky_density(origin, sky, direction), radiance);
+                }
+                continue;
+            }
+            let (shape, point) = scene.surface(&ray, &hits[i]);
+            if shape.light != NONE {
+                let light = scene.emitted(&ray, &hits[i], point.normal, -direction);
+                if light != [0.0; 3] {
+                    let other = scene.emitter_density(origin, &hits[i], &point, direction);
+                    emit(i, light, other, radiance);
+                }
+            }
+            if vertex.depth >= vertex.max_depth {
+                continue;
+            }
+            let (kind, material) = self.kinds[i];
+            let eta2 = if vertex.depth == 0 { 1.0 } else { rays.eta2[i] };
+            if kind == Kind::Interface {
+                let origin = point.leave(direction).to_array();
+                let ray = Ray { origin, direction: ray.direction, t_max: f32::INFINITY };
+                next.push(ray, rays.carried(i), rays.slot[i]);
+                (next.density[next.len - 1], next.eta2[next.len - 1]) = (f32::INFINITY, eta2);
+                continue;
+            }
+            let place = &mut places[kind as usize];
+            let at = *place;
+            *place += 1;
+            let material = &scene.materials[material as usize];
+            let bends = material.bump.is_some() || material.normal_map.is_some();
+            let look = Look::at(scene, ray, hits[i], point);
+            let (normal, tangent) = match bends || turns(material) {
+                true => look.bent(material),
+                false => (point.shading, any_tangent(point.shading)),
+            };
+            match kind {
+                Kind::CoatedDiffuse => self.coated_diffuse.extend(coated_diffuse(material, &look)),
+                Kind::CoatedConductor => {
+                    self.coated_conductor.extend(coated_conductor(material, &look));
+                }
+                _ => {
+                    for (column, number) in self.numbers.iter_mut().zip(numbers(material, &look)) {
+                        column[at] = number;
+                    }
+                }
+            }
+            self.ray[at] = i as u32;
+            self.slot[at] = rays.slot[i];
+            self.points[at] = point;
+            self.eta2[at] = eta2;
+            set(&mut self.normal, at, normal.to_array());
+            set(&mut self.tangent, at, tangent.to_array());
+            set(&mut self.wo, at, (-direction).to_array());
+            set(&mut self.throughput, at, rays.carried(i));
+        }
+    }
+
+    /// Finds out of what kind every hit is, and where each kind will stand.
+    fn sort(&mut self, scene: &Scene, rays: &RayBatch, hits: &HitBatch) {
+        self.kinds.clear();
+        let mut counts = [0; KINDS + 1];
+        for i in 0..rays.len {
+            let hit = hits[i];
+            if hit.shape == NONE {
+                self.kinds.push((Kind::Interface, NONE));
+                continue;
+            }
+            let material = scene.shapes[hit.shape as usize].material;
+            let (material, kind) = resolve(scene, material, || {
+                let ray = rays.ray(i);
+                Look::at(scene, ray, hit, scene.surface(&ray, &hit).1)
+            });
+            self.kinds.push((kind, material));
+            counts[kind as usize] += 1;
+        }
+        let mut start = 0;
+        for (range, count) in self.ranges.iter_mut().zip(counts) {
+            *range = start..start + count;
+            start = range.end.next_multiple_of(8);
+        }
+        let room = start.max(self.points.len());
+        self.ray.resize(room, 0);
+        self.slot.resize(room, 0);
+        self.points.resize(room, Default::default());
+        self.shadow.resize(room, Default::default());
+        self.roulette.resize(room, 0.0);
+        self.seeds.resize(room, 0);
+    }
+
+    /// Chooses a light for every vertex.
+    pub(super) fn light(&mut self, scene: &Scene, dice: &Dice) {
+        for at in self.places() {
+            let throw = dice.at(self.ray[at] as usize);
+            let [u, v] = throw.bounce;
+            set(&mut self.dice, at, [u, v, throw.roulette[1]]);
+            self.roulette[at] = throw.roulette[0];
+            self.seeds[at] = throw.seed;
+            let sample = scene.sample_light(&self.points[at], throw.choice, throw.light);
+            let Some(sample) = sample.filter(|sample| sample.density > 0.0) else {
+                set(&mut self.light, at, [0.0; 3]);
+                set(&mut self.wi, at, vector(&self.normal, at));
+                self.light_density[at] = 1.0;
+                continue;
+            };
+            set(&mut self.wi, at, sample.direction.normalize_or_zero().to_array());
+            set(&mut self.light, at, sample.radiance.map(|l| l / sample.density));
+            // Where no other ray runs into the light, its own weight is 1.
+            self.light_density[at] = if sample.singular { f32::INFINITY } else { sample.density };
+            self.shadow[at] = (sample.direction.to_array(), sample.t_max);
+        }
+    }
+
+    /// Sends out the shadow rays and the next rays of paths.
+    pub(super) fn leave(&mut self, vertex: Vertex, shadows: &mut RayBatch, next: &mut RayBatch) {
+        for at in self.places() {
+            let (point, slot) = (&self.points[at], self.slot[at]);
+            let brings = vector(&self.brings, at);
+            if brings.iter().any(|&b| b > 0.0) {
+                let (direction, t_max) = self.shadow[at];
+                let origin = point.leave(direction.into()).to_array();
+                shadows.push(Ray { origin, direction, t_max }, brings, slot);
+            }
+            let mut throughput = vector(&self.next_throughput, at);
+            if throughput.iter().all(|&t| t <= 0.0) {
+                continue;
+            }
+            let eta2 = self.eta2[at] * self.next_eta2[at];
+            if vertex.depth >= 1 {
+                // Russian roulette by what the path has left, apart from what refraction took.
+                let left = throughput.iter().fold(0.0f32, |a, &b| a.max(b)) * eta2;
+                if left < 1.0 {
+                    if self.roulette[at] >= left {
+                        continue;
+                    }
+                    throughput = throughput.map(|t| t / left);
+                }
+            }
+            let direction = vector(&self.next, at);
+            let origin = point.leave(direction.into()).to_array();
+            next.push(Ray { origin, direction, t_max: f32::INFINITY }, throughput, slot);
+            (next.density[next.len - 1], next.eta2[next.len - 1]) = (self.next_density[at], eta2);
+        }
+    }
+}
