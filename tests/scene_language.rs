@@ -300,6 +300,32 @@ fn meshes_of_every_kind_are_read() {
 }
 
 #[test]
+fn curves_of_both_bases_and_degrees_are_read() {
+    let ends = |given: &str| {
+        let description = loudly(&format!("Shape \"curve\" \"float width\" 0.001 {given}"));
+        assert_eq!(description.warnings.len(), 1, "{:#?}", description.warnings);
+        description.scene.bounds().unwrap().map(|p| (p.x * 100.0).round() / 100.0)
+    };
+    let line = "\"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]";
+    assert_eq!(ends(line), [0.0, 3.0]);
+    assert_eq!(ends(&format!("{line} \"string basis\" \"bspline\"")), [1.0, 2.0]);
+    let degree = "\"integer degree\" 2 \"string basis\" \"bspline\"";
+    assert_eq!(ends(&format!("{line} {degree}")), [0.5, 2.5]);
+    let line = "\"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0 4 0 0]";
+    assert_eq!(ends(&format!("{line} \"integer degree\" 2")), [0.0, 4.0]);
+    let ribbon = "\"string type\" \"ribbon\" \"normal N\" [0 0 1 0 0 1 0 1 1]";
+    assert_eq!(ends(&format!("{line} \"integer degree\" 2 {ribbon}")), [0.0, 4.0]);
+    for (given, expected) in [
+        (line, "test.pbrt:3:15: 5 points of a curve; expected 4, and 3 more for each segment"),
+        ("\"integer degree\" 4 \"point3 P\" [0 0 0]", "test.pbrt:3:15: a curve of degree 4"),
+        ("", "test.pbrt:3:1: a curve without \"point3 P\""),
+    ] {
+        let said = error(&format!("Shape \"curve\" {given}"));
+        assert!(said.starts_with(expected), "{said}");
+    }
+}
+
+#[test]
 fn mistakes_in_shapes_are_named() {
     for (world, expected) in [
         ("Shape \"cylinder\" \"float zmin\" 1", "test.pbrt:3:18: a cylinder of no height"),
