@@ -97,7 +97,7 @@ const PATH_LEAVES: &[(&str, &str)] = &[
 ];
 const SHADOW_ALPHA: (&str, &str) = ("shadowalpha", "alpha alone decides");
 const MESH_LEAVES: &[(&str, &str)] = &[
-    ("S", "tangents are not needed by diffuse surfaces"),
+    ("S", "tangents follow the texture coordinates"),
     ("faceIndices", "there are no per-face textures"),
     ("emissionfilename", "the light is of one colour"),
     SHADOW_ALPHA,
