@@ -228,7 +228,7 @@ fn what_stood_under_the_name_survives_an_error() {
 fn words_that_nobody_can_hear_do_not_cost_the_picture() {
     let folder = folder();
     let scene = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
-                 Camera \"perspective\"\nOption \"bool x\" true\nWorldBegin\nLightSource \"infinite\"";
+                 Camera \"perspective\"\nOption \"bool forcediffuse\" true\nWorldBegin\nLightSource \"infinite\"";
     let scene = write(&folder, "warns.pbrt", scene);
     let out = folder.path().join("a.exr");
     let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();

@@ -3,7 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
-use petzval::scene::{Form, Mesh, Quadric, Unsmooth, subdivide, triangulate};
+use petzval::scene::{
+    CurveSegment, Form, Mesh, Quadric, Unsmooth, subdivide, tessellate, triangulate,
+};
 
 const SPHERE: Form = Form::Sphere { radius: 2.0, z: [-1.5, 1.0] };
 const CYLINDER: Form = Form::Cylinder { radius: 0.7, z: [-0.5, 1.2] };
@@ -280,4 +282,47 @@ fn a_flat_patch_is_two_triangles_and_a_twisted_one_is_followed() {
     let curved = triangulate(&mut mesh, &many);
     let count = mesh.triangles.len() + curved.triangles.len();
     assert!((1_200_000..=1 << 22).contains(&count), "{count}");
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    (0..mesh.triangles.len() as u32).map(|i| f64::from(mesh.area(i))).sum()
+}
+
+/// Every triangle must turn the way its normals point.
+fn assert_turned_outwards(mesh: &Mesh) {
+    for (i, corners) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.corners(i as u32);
+        let normal = corners.map(|v| Vec3::from(mesh.normals[v as usize])).iter().sum::<Vec3>();
+        assert!((b - a).cross(c - a).dot(normal) > 0.0, "{i}");
+    }
+}
+
+#[test]
+fn a_straight_curve_has_the_surface_of_its_cylinder_or_ribbon() {
+    let control = [0.0, 1.0, 2.0, 3.0].map(|x| DVec3::new(x, 2.0 * x, -x));
+    let length = 3.0 * 6f64.sqrt();
+    let tube = CurveSegment { control, width: [0.2, 0.2], facing: None };
+    assert!((area(&tessellate(&[tube])) / (PI * 0.2 * length) - 1.0).abs() < 1e-5);
+    assert_turned_outwards(&tessellate(&[tube]));
+    let up = DVec3::new(1.0, 0.0, 1.0).normalize();
+    let ribbon = CurveSegment { control, width: [0.1, 0.5], facing: Some([up, up]) };
+    let mesh = tessellate(&[ribbon]);
+    assert!((area(&mesh) / (0.3 * length) - 1.0).abs() < 1e-5);
+    mesh.normals.iter().for_each(|n| close(*n, up.as_vec3().to_array()));
+    assert_turned_outwards(&mesh);
+}
+
+#[test]
+fn a_bent_curve_is_followed_to_a_twentieth_of_its_width() {
+    // A quarter of a circle of radius 1, to 3e-4 (Goldapp 1991).
+    let k = 0.552_285;
+    let control = [[1.0, 0.0], [1.0, k], [k, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let mesh = tessellate(&[CurveSegment { control, width: [0.02, 0.02], facing: None }]);
+    assert!(mesh.triangles.len() <= 16 * 12);
+    assert_turned_outwards(&mesh);
+    for i in 0..mesh.triangles.len() as u32 {
+        let middle = mesh.corners(i).iter().sum::<Vec3>() / 3.0;
+        let from_axis = (middle.truncate().length() - 1.0).hypot(middle.z);
+        assert!((0.007..0.0125).contains(&from_axis), "{from_axis}");
+    }
 }

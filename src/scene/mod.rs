@@ -4,6 +4,7 @@
 //! stages read; it is made by the reader in [`pbrt`] or by hand with [`SceneBuilder`].
 
 mod bilinear;
+mod curve;
 mod intersect;
 mod light;
 mod material;
@@ -17,6 +18,7 @@ mod texture;
 mod tree;
 
 pub use bilinear::triangulate;
+pub use curve::{CurveSegment, tessellate};
 pub use intersect::TraversalStack;
 pub use light::{
     AreaLight, Ball, Beam, Emission, Lamp, Light, LightSample, Lights, Sky, SkyImage, SkyLayout,

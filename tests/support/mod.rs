@@ -3,6 +3,7 @@
 
 pub mod oracle;
 pub mod probe;
+pub mod world;
 
 use std::path::{Path, PathBuf};
 

@@ -1,9 +1,10 @@
-//! Meshes from their parameters: triangles, bilinear patches, subdivision surfaces, PLY files.
+//! What becomes a mesh, from its parameters: triangles, bilinear patches, subdivision surfaces,
+//! curves, PLY files.
 
 use std::path::Path;
 
 use super::params::Params;
-use super::{Notices, SceneError};
+use super::{Notices, SceneError, curves};
 use crate::scene::{Mesh, ply, subdivide, triangulate};
 
 /// Triangles that a subdivision surface may become.
@@ -20,6 +21,7 @@ pub(super) fn make(
         "trianglemesh" => vec![triangle_mesh(params)?],
         "plymesh" => ply_mesh(params, folder)?.into(),
         "bilinearmesh" => patches(params)?.into(),
+        "curve" => vec![curves::make(params)?],
         "loopsubdiv" => vec![subdivision(params, notices)?],
         _ => return Ok(None),
     }))

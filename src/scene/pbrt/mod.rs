@@ -5,6 +5,7 @@
 mod attributes;
 mod blocks;
 mod colour;
+mod curves;
 mod description;
 mod lights;
 mod materials;

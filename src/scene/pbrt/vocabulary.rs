@@ -97,7 +97,7 @@ const PATH_LEAVES: &[(&str, &str)] = &[
 ];
 const SHADOW_ALPHA: (&str, &str) = ("shadowalpha", "alpha alone decides");
 const MESH_LEAVES: &[(&str, &str)] = &[
-    ("S", "tangents are not needed by diffuse surfaces"),
+    ("S", "tangents follow the texture coordinates"),
     ("faceIndices", "there are no per-face textures"),
     ("emissionfilename", "the light is of one colour"),
     SHADOW_ALPHA,
@@ -106,6 +106,8 @@ const MESH_LEAVES: &[(&str, &str)] = &[
     ("edgelength", UNSHADED),
     ("displacement.edgelength", UNSHADED),
 ];
+const CURVE: &[&str] = &["P", "N", "basis", "degree", "type", "width", "width0", "width1"];
+const CURVE_LEAVES: &[(&str, &str)] = &[SHADOW_ALPHA, ("splitdepth", QUIET)];
 const LOOP_LEAVES: &[(&str, &str)] = &[SHADOW_ALPHA, ("scheme", QUIET)];
 const LAMBERT: &[(&str, &str)] = &[("sigma", "the surface is Lambertian")];
 const CONDUCTOR: &[&str] =
@@ -346,7 +348,7 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Shape", "hyperboloid", SHAPE_LATER),
     known("Shape", "bilinearmesh", &["P", "indices", "N", "uv"], MESH_LEAVES),
     known("Shape", "loopsubdiv", &["P", "indices", "levels", "nlevels"], LOOP_LEAVES),
-    later("Shape", "curve", SHAPE_LATER),
+    near("Shape", "curve", CURVE, CURVE_LEAVES, "it is a tube of six sides, or a strip"),
     later("Shape", "nurbs", SHAPE_LATER),
     later("Shape", "heightfield", SHAPE_LATER),
 ];

@@ -1,0 +1,100 @@
+//! Curves from their parameters: Bezier and B-spline, quadratic and cubic.
+
+use glam::DVec3;
+
+use super::SceneError;
+use super::params::Params;
+use crate::scene::{CurveSegment, Mesh, tessellate};
+
+/// Makes the mesh of a curve.
+pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
+    let Some(numbers) = params.numbers("P", &["point3"])? else {
+        return Err(params.refuse("P", "a curve without \"point3 P\"", ""));
+    };
+    let points: Vec<DVec3> =
+        numbers.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect();
+    let degree = params.float("degree", 3.0)?;
+    if degree != 2.0 && degree != 3.0 {
+        let found = format!("a curve of degree {degree}");
+        return Err(params.refuse("degree", found, "expected 2 or 3"));
+    }
+    let degree = degree as usize;
+    let spline = match params.text("basis")?.unwrap_or("bezier") {
+        "bezier" => false,
+        "bspline" => true,
+        other => {
+            let found = format!("the basis \"{other}\"");
+            return Err(params.refuse("basis", found, "expected bezier or bspline"));
+        }
+    };
+    let whole = spline || (points.len() - 1).is_multiple_of(degree);
+    if points.len() <= degree || !whole {
+        let found = format!("{} points of a curve", points.len());
+        let expected = match spline {
+            true => format!("expected {} or more", degree + 1),
+            false => format!("expected {}, and {degree} more for each segment", degree + 1),
+        };
+        return Err(params.refuse("P", found, expected));
+    }
+    let windows = points.windows(degree + 1).step_by(if spline { 1 } else { degree });
+    let controls: Vec<[DVec3; 4]> = windows.map(|window| control(window, spline)).collect();
+    let facing = facing(params, controls.len())?;
+    let width = params.float("width", 1.0)?;
+    let ends = [params.float("width0", width)?, params.float("width1", width)?];
+    if ends.iter().any(|&width| width < 0.0) {
+        let found = format!("a curve of widths {} and {}", ends[0], ends[1]);
+        return Err(params.refuse("width", found, "expected 0 or more"));
+    }
+    let count = controls.len() as f64;
+    let width = |i: usize| ends[0] + (ends[1] - ends[0]) * i as f64 / count;
+    let segments: Vec<CurveSegment> = controls
+        .into_iter()
+        .enumerate()
+        .map(|(i, control)| CurveSegment {
+            control,
+            width: [width(i), width(i + 1)],
+            facing: facing.as_ref().map(|facing| [facing[i], facing[i + 1]]),
+        })
+        .collect();
+    Ok(tessellate(&segments))
+}
+
+/// The normals of a ribbon, one more than it has segments.
+fn facing(params: &Params, segments: usize) -> Result<Option<Vec<DVec3>>, SceneError> {
+    match params.text("type")?.unwrap_or("flat") {
+        "flat" | "cylinder" => return Ok(None),
+        "ribbon" => {}
+        other => {
+            let found = format!("the type \"{other}\" of curve");
+            return Err(params.refuse("type", found, "expected flat, cylinder or ribbon"));
+        }
+    }
+    let normals = params.numbers("N", &["normal"])?.unwrap_or(&[]).as_chunks::<3>().0;
+    let unit: Option<Vec<DVec3>> =
+        normals.iter().map(|n| DVec3::from_array(*n).try_normalize()).collect();
+    match unit {
+        Some(unit) if unit.len() == segments + 1 => Ok(Some(unit)),
+        _ => {
+            let found = format!("{} normals of a ribbon", normals.len());
+            let expected = format!("expected {} that are not zero", segments + 1);
+            Err(params.refuse("N", found, expected))
+        }
+    }
+}
+
+/// The cubic Bezier control points of one segment (Farin 2002, "Curves and surfaces for CAGD",
+/// chapters 6 and 8).
+fn control(points: &[DVec3], spline: bool) -> [DVec3; 4] {
+    let raised = |a: DVec3, b: DVec3, c: DVec3| [a, (a + 2.0 * b) / 3.0, (2.0 * b + c) / 3.0, c];
+    match (points, spline) {
+        (&[a, b, c], false) => raised(a, b, c),
+        (&[a, b, c], true) => raised((a + b) / 2.0, b, (b + c) / 2.0),
+        (&[a, b, c, d], true) => [
+            (a + 4.0 * b + c) / 6.0,
+            (2.0 * b + c) / 3.0,
+            (b + 2.0 * c) / 3.0,
+            (b + 4.0 * c + d) / 6.0,
+        ],
+        (points, _) => [0, 1, 2, 3].map(|i| points.get(i).copied().unwrap_or_default()),
+    }
+}
