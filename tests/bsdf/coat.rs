@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use petzval::shade::bsdf::{
-    AnyBsdf, Bsdf, Coated, Conductor, Dielectric, Diffuse, Layer, ThinDielectric,
+    AnyBsdf, Bsdf, Coated, Conductor, Dielectric, Diffuse, Layer, ThinDielectric, Weights,
 };
 
 use crate::scene::{ETA, K, REFLECTANCE, Random, direction};
@@ -17,6 +17,7 @@ fn layer(alpha: f32, eta: f32, thickness: f32) -> Layer {
         g: 0.0,
         max_depth: 10,
         samples: 1,
+        weights: Weights::Exact,
     }
 }
 
@@ -69,7 +70,7 @@ fn a_clear_varnish_over_a_diffuse_base_has_a_closed_form() {
         for (cos_o, cos_i) in [(1.0, 0.8), (0.5, 0.9), (0.2, 0.3)] {
             let (wo, wi) = (direction(cos_o, 0.0), direction(cos_i, 2.0));
             let mut means: [Mean; 3] = Default::default();
-            for seed in 0..250_000 {
+            for seed in 0..400_000 {
                 let value = coated.value(wo, wi, seed);
                 (0..3).for_each(|c| means[c].add(f64::from(value[c])));
             }
@@ -185,6 +186,27 @@ fn draws_and_evaluations_of_a_coat_agree() {
     let forward = Layer { g: 0.5, ..haze(layer(0.4, 1.4, 0.8)) };
     compare(&Coated::new(forward, diffuse(REFLECTANCE)), wo, n);
     compare(&Coated::new(forward, metal(0.0)), direction(0.3, 2.0), n);
+}
+
+#[test]
+fn pbrts_weights_only_matter_where_border_and_base_are_rough() {
+    let mean = |layer: Layer, base: Diffuse<f32>| {
+        let coated = Coated::new(layer, base);
+        let mut random = Random::new(15);
+        let mut mean = Mean::default();
+        for seed in 0..100_000 {
+            let wi = random.direction();
+            mean.add(f64::from(coated.value([0.6, 0.0, 0.8], wi, seed)[1]));
+        }
+        mean.both()
+    };
+    for (alpha, excess) in [(0.0, 0.0..1e-9), (0.3, 0.03..0.12)] {
+        let exact = layer(alpha, 1.5, 0.01);
+        let pbrt = Layer { weights: Weights::Pbrt, ..exact };
+        let base = diffuse(REFLECTANCE);
+        let ((exact, _), (pbrt, _)) = (mean(exact, base), mean(pbrt, base));
+        assert!(excess.contains(&(pbrt / exact - 1.0)), "{alpha}: {pbrt} {exact}");
+    }
 }
 
 #[test]
