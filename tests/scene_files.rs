@@ -116,7 +116,7 @@ fn what_a_scene_lacks_is_said() {
 fn known_but_unsupported_things_are_warnings_that_say_what_is_done() {
     let description = read(&format!(
         "{HEAD}Material \"conductor\" \"float roughness\" 0.1\nMaterial \"conductor\"\n\
-         Shape \"cylinder\"\nLightSource \"spot\"\n\
+         Shape \"cylinder\"\nLightSource \"infinite\" \"point3 portal\" [0 0 0]\n\
          Shape \"sphere\" \"texture alpha\" \"holes\"\nAreaLightSource \"area\" \"integer nsamples\" 4\n"
     ))
     .unwrap();
@@ -125,7 +125,10 @@ fn known_but_unsupported_things_are_warnings_that_say_what_is_done() {
     for (said, (line, words)) in said.iter().zip([
         ("3:1", "Material \"conductor\" is not supported yet: a diffuse surface"),
         ("5:1", "Shape \"cylinder\" is not supported yet: the shape is left out"),
-        ("6:1", "LightSource \"spot\" is not supported yet: the light is left out"),
+        (
+            "6:24",
+            "\"portal\" of LightSource \"infinite\" is not supported yet: the whole sky shines",
+        ),
         ("7:16", "\"alpha\" of Shape \"sphere\" is not supported yet: the shape is opaque"),
         ("8:24", "\"nsamples\" of AreaLightSource \"area\""),
     ]) {
