@@ -58,6 +58,10 @@
 //! **obvhs builds the tree, we walk it.** Its triangle test leaks and takes one ray against one
 //! triangle; ours is watertight and takes eight. Quadrics are exact, in f64.
 //!
+//! **Lights by a tree of triangles.** Each emitting triangle is a leaf of its own, eight branches
+//! are weighed at once, and the choice sees only where a point is: so a ray that runs into a light
+//! finds again how likely it was sampled. Triangles and balls are sampled by solid angle in f64.
+//!
 //! **Our own readers** for pbrt's language and PLY: every error names file, line and column, and
 //! what is known but unsupported is a row in a table that says what is done instead.
 //!

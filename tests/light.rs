@@ -38,7 +38,7 @@ const REFLECTANCE: [f64; 3] = [0.5, 0.25, 0.8];
 #[test]
 fn a_floor_under_a_uniform_sky_has_its_reflectance() {
     let sky = r#"LightSource "infinite" "rgb L" [2 2 2]"#;
-    let found = looking_down(16, DIRECT, &format!("{sky} {FLOOR}"));
+    let found = looking_down(256, DIRECT, &format!("{sky} {FLOOR}"));
     assert_near(found, times(REFLECTANCE, 2.0), 1e-3);
 }
 

@@ -146,7 +146,7 @@ impl AreaLight {
         u: [f32; 2],
     ) -> Option<LightSample> {
         let Place { point, uv, density } = match geometry {
-            Geometry::Mesh(mesh) => triangle(mesh, part, from.position, u)?,
+            Geometry::Mesh(mesh) => self.triangle(mesh, part, from.position, u)?,
             Geometry::Quadric(quadric) => self.quadric(quadric, from.position, u),
         };
         let start = from.leave(point.position - from.position);
@@ -167,6 +167,22 @@ impl AreaLight {
             density,
             singular: false,
         })
+    }
+
+    fn triangle(&self, mesh: &Mesh, part: u32, from: Vec3, u: [f32; 2]) -> Option<Place> {
+        let (hit, density) = match SphericalTriangle::seen(mesh.corners(part), from) {
+            Some(seen) => {
+                let [v, w] = seen.sample(u)?;
+                let hit = Hit { t: 0.0, u: v, v: w, primitive: part, ..Hit::MISS };
+                (hit, Density::SolidAngle((1.0 / seen.solid_angle) as f32))
+            }
+            None => (mesh.sample(part, u), Density::Area(1.0 / mesh.area(part))),
+        };
+        let uv = match self.emission.image {
+            Some(_) => mesh.patch(&hit).uv,
+            None => Vec2::ZERO,
+        };
+        Some(Place { point: mesh.point(&hit), uv, density })
     }
 
     fn quadric(&self, quadric: &Quadric, from: Vec3, u: [f32; 2]) -> Place {
@@ -207,18 +223,6 @@ impl AreaLight {
         let density = density * d2 / point.normal.dot(direction).abs();
         if density.is_finite() { density } else { 0.0 }
     }
-}
-
-fn triangle(mesh: &Mesh, part: u32, from: Vec3, u: [f32; 2]) -> Option<Place> {
-    let (hit, density) = match SphericalTriangle::seen(mesh.corners(part), from) {
-        Some(seen) => {
-            let [v, w] = seen.sample(u)?;
-            let hit = Hit { t: 0.0, u: v, v: w, primitive: part, ..Hit::MISS };
-            (hit, Density::SolidAngle((1.0 / seen.solid_angle) as f32))
-        }
-        None => (mesh.sample(part, u), Density::Area(1.0 / mesh.area(part))),
-    };
-    Some(Place { point: mesh.point(&hit), uv: mesh.patch(&hit).uv, density })
 }
 
 /// The sides on which a triangle with shading normals shines: both, where they disagree.

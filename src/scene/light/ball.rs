@@ -30,12 +30,15 @@ pub(super) struct Disc {
 }
 
 impl Ball {
-    /// How a point sees the ball; `None` from inside.
+    /// How a point sees the ball; `None` from inside, and from where rounding may have put a
+    /// point of the ball itself: that sees its inside.
     pub(super) fn seen(&self, from: Vec3) -> Option<Disc> {
-        let away = from.as_dvec3() - self.centre;
+        let from = from.as_dvec3();
+        let away = from - self.centre;
         let d2 = away.length_squared();
         let sin2 = self.radius * self.radius / d2;
-        (sin2 < 1.0).then(|| {
+        let slack = 16.0 * f64::from(f32::EPSILON) * from.abs().max_element();
+        (d2.sqrt() > self.radius + slack).then(|| {
             let versine = sin2 / (1.0 + (1.0 - sin2).sqrt());
             Disc { ball: *self, towards: away / d2.sqrt(), sin2, versine }
         })

@@ -5,6 +5,7 @@
 use glam::Vec3;
 
 use super::cone::Cone;
+use crate::lanes::{Real, f32x8};
 
 /// A group of lights, while the tree is built.
 #[derive(Clone, Copy, Debug)]
@@ -40,27 +41,29 @@ impl Bounds {
     }
 }
 
-/// A group in 32 bytes: half a cache line, for it is always compared with its sibling.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
-pub(super) struct Group {
-    centre: [f32; 3],
-    /// Of a sphere around it.
-    radius: f32,
-    intensity: f32,
-    /// The axis of its normals on an octahedron (Meyer et al. 2010).
-    axis: [i16; 2],
-    /// Cosines of the spread of the normals and of the angle beyond, rounded to the wider side.
-    cosines: [i16; 2],
-    /// A pair or, with [`LEAF`], an emitter; with [`TWO_SIDED`] it shines backwards as well.
-    code: u32,
+/// Eight groups, compared with each other at once. Missing ones have no intensity.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Groups {
+    centre: [[f32; 8]; 3],
+    /// Squared, of spheres around them.
+    radius2: [f32; 8],
+    intensity: [f32; 8],
+    /// The axes of their normals, and how far the normals spread about them.
+    axis: [[f32; 8]; 3],
+    cos_spread: [f32; 8],
+    sin_spread: [f32; 8],
+    cos_beyond: [f32; 8],
+    /// 1 for those that shine backwards as well.
+    two_sided: [f32; 8],
+    parts: [u32; 8],
+    /// Where this one hangs: eight times the place of its parent and which of eight it is.
+    pub(super) parent: u32,
 }
 
+/// The bit that marks an emitter.
 const LEAF: u32 = 1 << 31;
-const TWO_SIDED: u32 = 1 << 30;
-/// The step of the numbers from -1 to 1 in 16 bits.
-const STEP: f32 = 1.0 / 32767.0;
-/// Radians that the spread is widened by: more than the axis may turn by rounding.
+/// Radians that the spread of normals is widened by: more than rounding turns a direction.
 const TURN: f32 = 2e-4;
 /// The least square of a distance: no importance overflows.
 const LEAST: f32 = 1e-30;
@@ -68,103 +71,93 @@ const LEAST: f32 = 1e-30;
 /// What a group is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
-    /// Two groups, by their place.
-    Pair(u32),
+    /// Eight groups, by their place.
+    Groups(u32),
     /// One emitter.
     Emitter(u32),
 }
 
-impl Group {
-    pub(super) fn new(bounds: &Bounds, part: Part) -> Self {
-        let code = match part {
-            Part::Pair(i) => i,
-            Part::Emitter(i) => i | LEAF,
-        };
+impl Groups {
+    /// No groups.
+    pub(super) const EMPTY: Self = Self {
+        centre: [[0.0; 8]; 3],
+        radius2: [0.0; 8],
+        intensity: [0.0; 8],
+        axis: [[0.0; 8]; 3],
+        cos_spread: [-1.0; 8],
+        sin_spread: [0.0; 8],
+        cos_beyond: [0.0; 8],
+        two_sided: [0.0; 8],
+        parts: [LEAF; 8],
+        parent: 0,
+    };
+
+    /// Sets one of the eight.
+    pub(super) fn set(&mut self, i: usize, bounds: &Bounds, part: Part) {
         let centre = bounds.middle();
         // The middle is rounded: it may be nearer to one corner.
         let reach = (bounds.high - centre).max(centre - bounds.low);
-        let radius = reach.length() * (1.0 + 4.0 * f32::EPSILON);
-        let down = |cos: f32| (cos / STEP).floor().clamp(-32767.0, 32767.0) as i16;
         let spread = (bounds.normals.angle + TURN).min(std::f32::consts::PI);
-        Self {
-            centre: centre.to_array(),
-            radius,
-            intensity: bounds.intensity,
-            axis: octahedron(bounds.normals.axis),
-            cosines: [down(spread.cos()), down(bounds.cos_beyond)],
-            code: code | if bounds.two_sided { TWO_SIDED } else { 0 },
+        for axis in 0..3 {
+            self.centre[axis][i] = centre[axis];
+            self.axis[axis][i] = bounds.normals.axis[axis];
+        }
+        self.radius2[i] = reach.length_squared() * (1.0 + 8.0 * f32::EPSILON);
+        self.intensity[i] = bounds.intensity;
+        (self.sin_spread[i], self.cos_spread[i]) = spread.sin_cos();
+        self.cos_beyond[i] = bounds.cos_beyond;
+        self.two_sided[i] = if bounds.two_sided { 1.0 } else { 0.0 };
+        self.parts[i] = match part {
+            Part::Groups(place) => place,
+            Part::Emitter(index) => index | LEAF,
+        };
+    }
+
+    /// What one of the eight is made of.
+    pub(super) fn part(&self, i: usize) -> Part {
+        match self.parts[i] {
+            place if place & LEAF == 0 => Part::Groups(place),
+            index => Part::Emitter(index & !LEAF),
         }
     }
 
+    /// Bounds on what they contribute to a point, up to a factor that all groups share: pbrt-v4,
+    /// `LightBounds::Importance` without the cosine at the point. Never 0 where they contribute.
     #[inline(always)]
-    pub(super) fn part(&self) -> Part {
-        let place = self.code & !(LEAF | TWO_SIDED);
-        if self.code & LEAF == 0 { Part::Pair(place) } else { Part::Emitter(place) }
-    }
-
-    /// A bound on what it contributes to a point, up to a factor that all groups share: pbrt-v4,
-    /// `LightBounds::Importance` without the cosine at the point. Never 0 where it contributes.
-    #[inline(always)]
-    pub(super) fn importance(&self, p: Vec3) -> f32 {
-        let v = p - Vec3::from(self.centre);
-        let (d2, r2) = (v.length_squared(), self.radius * self.radius);
+    pub(super) fn importance(&self, p: Vec3) -> [f32; 8] {
+        let all = |number: f32| f32x8::splat(number);
+        let of = |column: &[f32; 8]| <f32x8 as Real>::load(column);
+        let [x, y, z] = [0, 1, 2].map(|axis| all(p[axis]) - of(&self.centre[axis]));
+        let [ax, ay, az] = [0, 1, 2].map(|axis| of(&self.axis[axis]));
+        let (zero, one) = (all(0.0), all(1.0));
+        let (d2, r2) = (x * x + y * y + z * z, of(&self.radius2));
         // What is nearer than its own size is no nearer.
-        let value = self.intensity / d2.max(r2).max(LEAST);
-        if d2 <= r2 {
-            return value;
-        }
-        let axis = direction(self.axis);
-        let [cos_o, cos_e] = self.cosines.map(|c| f32::from(c) * STEP);
-        let mut cos_w = axis.dot(v) / (axis.length_squared() * d2).sqrt();
-        if self.code & TWO_SIDED != 0 {
-            cos_w = cos_w.abs();
-        }
-        let sin = |cos: f32| (1.0 - cos * cos).max(0.0).sqrt();
-        // The angle to the nearest normal, then to the nearest point of the sphere around it.
-        let (mut cos, mut sin_x) = (1.0, 0.0);
-        if cos_w < cos_o {
-            let (sin_w, sin_o) = (sin(cos_w), sin(cos_o));
-            (cos, sin_x) = (cos_w * cos_o + sin_w * sin_o, sin_w * cos_o - cos_w * sin_o);
-        }
+        let value = of(&self.intensity) / Real::max(Real::max(d2, r2), all(LEAST));
+        let sine = |cos: f32x8| Real::sqrt(Real::max(one - cos * cos, zero));
+        let forward = (ax * x + ay * y + az * z) / Real::sqrt(d2);
+        let two_sided = zero.lt(of(&self.two_sided));
+        let cos_w = <f32x8 as Real>::select(two_sided, Real::abs(forward), forward);
+        let sin_w = sine(cos_w);
+        // The angle to the nearest normal, then to the nearest point of the sphere around.
+        let (cos_o, sin_o) = (of(&self.cos_spread), of(&self.sin_spread));
+        let normal = cos_o.le(cos_w);
+        let cos_x = <f32x8 as Real>::select(normal, one, cos_w * cos_o + sin_w * sin_o);
+        let sin_x = <f32x8 as Real>::select(normal, zero, sin_w * cos_o - cos_w * sin_o);
         let sin2_b = r2 / d2;
-        let cos_b = (1.0 - sin2_b).sqrt();
-        cos = if cos >= cos_b { 1.0 } else { cos * cos_b + sin_x * sin2_b.sqrt() };
-        if cos > cos_e { value * cos.max(0.0) } else { 0.0 }
+        let (sin_b, cos_b) = (Real::sqrt(sin2_b), Real::sqrt(one - sin2_b));
+        let nearest = cos_x * cos_b + sin_x * sin_b;
+        let cos = <f32x8 as Real>::select(cos_b.le(cos_x), one, nearest);
+        let seen = of(&self.cos_beyond).lt(cos);
+        let outside = <f32x8 as Real>::select(seen, value * Real::max(cos, zero), zero);
+        let mut importance = [0.0; 8];
+        <f32x8 as Real>::select(d2.le(r2), value, outside).store(&mut importance);
+        importance
     }
-}
-
-/// A unit vector on the octahedron, unfolded to a square.
-fn octahedron(axis: Vec3) -> [i16; 2] {
-    let v = axis / axis.abs().element_sum();
-    let fold = |a: f32, b: f32| if v.z < 0.0 { (1.0 - b.abs()).copysign(a) } else { a };
-    [fold(v.x, v.y), fold(v.y, v.x)].map(|c| (c / STEP).round() as i16)
-}
-
-/// The vector, not of unit length, of a point of the octahedron.
-#[inline(always)]
-fn direction(octahedron: [i16; 2]) -> Vec3 {
-    let [x, y] = octahedron.map(|c| f32::from(c) * STEP);
-    let z = 1.0 - x.abs() - y.abs();
-    let fold = (-z).max(0.0);
-    Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_rounded_axis_turns_less_than_the_spread_is_widened() {
-        for i in 0..100_000u32 {
-            let z = 1.0 - (i as f32 + 0.5) / 50_000.0;
-            let (sin, cos) = (i as f32 * 2.399_963).sin_cos();
-            let r = (1.0 - z * z).sqrt();
-            let axis = Vec3::new(r * cos, r * sin, z).normalize();
-            let back = direction(octahedron(axis)).normalize();
-            assert!(back.cross(axis).length() < TURN, "{axis} became {back}");
-            assert!(back.dot(axis) > 0.0);
-        }
-    }
 
     #[test]
     fn a_patch_is_worth_nothing_behind_it_and_something_wherever_it_is_seen() {
@@ -176,13 +169,14 @@ mod tests {
             intensity: 1.0,
             two_sided: false,
         };
-        let group = Group::new(&bounds, Part::Emitter(0));
-        assert_eq!(group.importance(Vec3::new(0.0, 0.0, -5.0)), 0.0);
-        assert!(group.importance(Vec3::new(1e6, 0.0, 1e-3)) > 0.0);
-        let both = Group::new(&Bounds { two_sided: true, ..bounds }, Part::Emitter(0));
-        assert_eq!(
-            both.importance(Vec3::new(0.0, 0.0, -5.0)),
-            both.importance(Vec3::new(0.0, 0.0, 5.0))
-        );
+        let mut groups = Groups::EMPTY;
+        groups.set(0, &bounds, Part::Emitter(0));
+        groups.set(5, &Bounds { two_sided: true, ..bounds }, Part::Emitter(1));
+        let [behind, before] = [-5.0, 5.0].map(|z| groups.importance(Vec3::new(0.0, 0.0, z)));
+        assert_eq!(behind[0], 0.0);
+        assert_eq!(before[0], 1.0 / 25.0);
+        assert_eq!([behind[5], before[5]], [before[0]; 2]);
+        assert!(groups.importance(Vec3::new(1e6, 0.0, 1e-3))[0] > 0.0);
+        assert_eq!(before[1..5], [0.0; 4]);
     }
 }

@@ -7,7 +7,7 @@ use super::tree::Emitter;
 /// Places along an axis where a group may be divided, and one.
 const BINS: usize = 16;
 /// Groups up to this size are tried along all axes, larger ones along the longest only.
-const ALL_AXES: usize = 256;
+const ALL_AXES: usize = 64;
 
 /// Emitters whose middles are close together.
 #[derive(Clone, Copy)]

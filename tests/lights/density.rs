@@ -1,0 +1,206 @@
+//! Sampled directions come with the density they are chosen with.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec3};
+use petzval::rays::NONE;
+
+use super::support::Random;
+use super::{Mean, at, closest, patchwork, read, sample, scene};
+
+const SHINES: &str = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]";
+const QUAD: &str = "Shape \"trianglemesh\" \"point3 P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0]
+    \"integer indices\" [0 1 2 2 3 0]";
+
+/// Irradiance over radiance at the origin of a plane with normal +z under a polygon (Lambert
+/// 1760): half the sum of the angles of the sides, weighed by the cosines of their planes.
+fn lambert(corners: &[DVec3]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    let sides = corners.iter().zip(next);
+    let sum: f64 = sides.map(|(a, b)| a.angle_between(*b) * a.cross(*b).normalize().z).sum();
+    (sum / 2.0).abs()
+}
+
+#[test]
+fn one_over_the_density_is_the_solid_angle_on_average() {
+    let from = at([0.0; 3], [0.0, 0.0, 1.0]);
+    let angle = |world: &str, expected: f64| {
+        let scene = scene(&format!("{SHINES} {world}"));
+        Mean::of(&scene, &from, 100_000, |_| 1.0).is(expected);
+    };
+    for (distance, radius) in [(1.01, 1.0), (2.0, 1.0), (1e3, 1.0), (5.0, 1e-4)] {
+        let sin2 = f64::powi(radius / distance, 2);
+        let expected = TAU * sin2 / (1.0 + (1.0 - sin2).sqrt());
+        let world = format!("Translate {distance} 0 0 Shape \"sphere\" \"float radius\" {radius}");
+        angle(&world, expected);
+    }
+    // A square of side 2 a at height h: 4 asin (a^2 / (a^2 + h^2)).
+    for height in [0.01, 1.0, 30.0, 1e4] {
+        let expected = 4.0 * (1.0f64 / (1.0 + height * height)).asin();
+        angle(&format!("Translate 0 0 {height} Rotate 180 1 0 0 {QUAD}"), expected);
+    }
+    let expected = TAU * (1.0 - 2.0 / 5f64.sqrt());
+    angle("Translate 0 0 2 Rotate 180 1 0 0 Shape \"disk\"", expected);
+    // From inside a sphere, all of it.
+    angle("ReverseOrientation Translate 0.3 0.2 0 Shape \"sphere\"", 2.0 * TAU);
+    let sky = scene("LightSource \"infinite\"");
+    Mean::of(&sky, &from, 100_000, |_| 1.0).is(2.0 * TAU);
+}
+
+#[test]
+fn stretched_spheres_fill_the_solid_angle_that_rays_find() {
+    let scene = scene(&format!(
+        "{SHINES} Translate 0.5 0 4 Rotate 30 1 1 0 Scale 1 2 0.5 Shape \"sphere\""
+    ));
+    let from = at([0.0; 3], [0.0, 0.0, 1.0]);
+    // Rays in a cone of 50 degrees about z.
+    let (side, versine) = (1000, 1.0 - f64::to_radians(50.0).cos());
+    let mut hits = 0;
+    for i in 0..side * side {
+        let [u, v] = [i % side, i / side].map(|i| (f64::from(i) + 0.5) / f64::from(side));
+        let (z, (sin, cos)) = (1.0 - u * versine, (v * TAU).sin_cos());
+        let r = (1.0 - z * z).sqrt();
+        let direction = DVec3::new(r * cos, r * sin, z).as_vec3();
+        hits += u32::from(closest(&scene, from.position, direction).1.shape != NONE);
+    }
+    let expected = TAU * versine * f64::from(hits) / f64::from(side * side);
+    Mean::of(&scene, &from, 1_500_000, |_| 1.0).is(expected);
+}
+
+#[test]
+fn irradiance_is_what_closed_forms_say() {
+    let from = at([0.0; 3], [0.0, 0.0, 1.0]);
+    let falls = |world: &str, expected: f64| {
+        let scene = scene(&format!("{SHINES} {world}"));
+        Mean::irradiance(&scene, &from, 400_000).is(expected);
+    };
+    // A sphere above the horizon: pi L sin^2 cos.
+    falls("Translate 1 0 2 Shape \"sphere\" \"float radius\" 1.5", {
+        PI * 2.25 / 5.0 * 2.0 / 5f64.sqrt()
+    });
+    falls("Translate 0 0 2 Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 3", PI * 9.0 / 13.0);
+    falls(
+        "Translate 0 0 2 Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 3 \"float innerradius\" 1",
+        PI * (9.0 / 13.0 - 1.0 / 5.0),
+    );
+    for (x, height) in [(0.0, 0.1), (0.7, 1.0), (3.0, 2.0), (40.0, 30.0)] {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(a, b)| DVec3::new(x + a, b, height));
+        let world = format!("Translate {x} 0 {height} Rotate 180 1 0 0 {QUAD}");
+        falls(&world, lambert(&corners));
+    }
+    let sky = scene("LightSource \"infinite\" \"rgb L\" [2 2 2]");
+    Mean::irradiance(&sky, &from, 2_000_000).is(2.0 * PI);
+}
+
+#[test]
+fn pictures_of_the_sky_are_summed_to_their_irradiance() {
+    let from = at([0.0; 3], [0.3, -0.5, 0.8]);
+    let turned = "Rotate 50 1 2 3";
+    // Not only turned: the density must follow what the transform does to solid angles.
+    let stretched = "Rotate 20 0 1 0 Scale 1 2 1";
+    for (size, transform) in
+        [([16, 16], turned), ([16, 16], stretched), ([32, 16], turned), ([32, 16], stretched)]
+    {
+        let world = format!("{transform} LightSource \"infinite\" \"string filename\" \"sky.exr\"");
+        let scene = read(&[("sky.exr", &patchwork(size))], &world).expect("a sky");
+        let (columns, rows) = (2000, 1000);
+        let mut expected = 0.0;
+        for row in 0..rows {
+            let (sin, z) = ((f64::from(row) + 0.5) / f64::from(rows) * PI).sin_cos();
+            for column in 0..columns {
+                let (y, x) = (f64::from(column) / f64::from(columns) * TAU).sin_cos();
+                let direction = DVec3::new(x * sin, y * sin, z).as_vec3();
+                let cos = f64::from(from.normal.dot(direction));
+                if cos > 0.0 {
+                    expected += f64::from(scene.sky_radiance(0, direction)[0]) * cos * sin;
+                }
+            }
+        }
+        expected *= PI / f64::from(rows) * TAU / f64::from(columns);
+        Mean::irradiance(&scene, &from, 2_200_000).is(expected);
+    }
+}
+
+#[test]
+fn a_ray_that_runs_into_a_light_finds_the_density_of_the_sample() {
+    let sky = "LightSource \"infinite\" \"string filename\" \"sky.exr\"";
+    let worlds = [
+        "Translate 1 0 2 Shape \"sphere\"".to_owned(),
+        "ReverseOrientation Shape \"sphere\" \"float radius\" 3".to_owned(),
+        "Translate 0 0 2 Rotate 30 1 0 0 Scale 1 2 0.5 Shape \"sphere\"".to_owned(),
+        "Translate 0 0 2 Rotate 150 1 0 0 Shape \"disk\" \"float radius\" 3 \"float phimax\" 200"
+            .to_owned(),
+        "Translate 0 0 1 Rotate 20 0 1 0 Scale 1 1 2 Shape \"cone\"".to_owned(),
+        format!("Translate 0 0 1 Rotate 170 1 0 0 {QUAD}"),
+        format!("Translate 9 0 90 Rotate 170 1 0 0 {QUAD} Translate 0 0 80 {QUAD} {sky}"),
+        format!("{sky} LightSource \"distant\" {sky} LightSource \"point\""),
+    ];
+    for world in &worlds {
+        let shines = "AreaLightSource \"diffuse\" \"bool twosided\" true";
+        let world = format!("{shines} {world}");
+        let scene = read(&[("sky.exr", &patchwork([16, 16]))], &world).expect("a scene");
+        let mut random = Random::new(11);
+        let (mut compared, mut wrong) = (0, 0);
+        for _ in 0..20_000 {
+            let place = [0; 3].map(|_| random.between(-0.5, 0.5) as f32);
+            let from = at(place, [0.0, 0.0, 1.0]);
+            let Some(sample) = sample(&scene, &from, &mut random) else { continue };
+            if sample.singular {
+                continue;
+            }
+            let direction = sample.direction.normalize();
+            let mut grazing = 0.0;
+            let density = if sample.t_max.is_infinite() {
+                // Two skies of the same picture are chosen by their numbers.
+                scene.sky_density(from.position, scene.lights.skies[0], direction)
+            } else {
+                let (ray, hit) = closest(&scene, from.position, direction);
+                if hit.shape == NONE {
+                    wrong += 1;
+                    continue;
+                }
+                let (_, point) = scene.surface(&ray, &hit);
+                if point.position.distance(from.position + sample.direction) > 1e-3 {
+                    continue;
+                }
+                grazing = 1e-5 / point.normal.dot(direction).powi(2);
+                scene.emitter_density(from.position, &hit, &point, direction)
+            };
+            compared += 1;
+            let off = (density / sample.density - 1.0).abs();
+            // Where a surface is grazed, rounding moves the point that the ray finds.
+            let allowed = 1e-3 + grazing;
+            wrong += i32::from(off.is_nan() || off > allowed);
+        }
+        assert!(compared > 5_000, "{world}: {compared}");
+        // At the borders of pixels and of triangles rounding may choose the other side.
+        assert!(wrong < compared / 200, "{world}: {wrong} of {compared}");
+    }
+}
+
+#[test]
+fn images_on_shapes_are_seen_where_they_are_sampled() {
+    let world = "AreaLightSource \"diffuse\" \"string filename\" \"light.exr\" \"float scale\" 3
+        Translate 0 0 1 Rotate 180 1 0 0 Shape \"trianglemesh\" \"point3 P\"
+        [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \"point2 uv\" [0 0 1 0 1 1 0 1]
+        \"integer indices\" [0 1 2 2 3 0]";
+    let scene = read(&[("light.exr", &patchwork([8, 8]))], world).expect("a scene");
+    let from = at([0.1, 0.2, 0.0], [0.0, 0.0, 1.0]);
+    let mut random = Random::new(5);
+    for _ in 0..2_000 {
+        let Some(sample) = sample(&scene, &from, &mut random) else { continue };
+        let (ray, hit) = closest(&scene, from.position, sample.direction.normalize());
+        let seen = scene.emitted(&ray, &hit, Vec3::NEG_Z, -sample.direction.normalize());
+        assert!((seen[0] - sample.radiance[0]).abs() < 1e-3 * (1.0 + seen[0]), "{seen:?}");
+        assert_eq!(scene.emitted(&ray, &hit, Vec3::NEG_Z, sample.direction), [0.0; 3]);
+    }
+    // v runs up the picture: near (u, v) = (0, 0), of which Rotate makes the corner (-1, 1),
+    // lies its lowest row.
+    let (ray, hit) = closest(&scene, Vec3::ZERO, Vec3::new(-0.999, 0.999, 1.0).normalize());
+    let found = scene.emitted(&ray, &hit, Vec3::NEG_Z, Vec3::NEG_Z);
+    let corner = patchwork([8, 8]).pixels[56];
+    for channel in 0..3 {
+        assert!((found[channel] - 3.0 * corner[channel]).abs() < 0.01, "{found:?} {corner:?}");
+    }
+}

@@ -1,0 +1,105 @@
+//! Lights: what they send, that they are sampled with the density they say, and which of them.
+
+mod density;
+mod many;
+mod nasty;
+mod strength;
+#[path = "../support/mod.rs"]
+mod support;
+
+use glam::Vec3;
+use petzval::image::{Encoding, Picture, Window};
+use petzval::lanes::f32x8;
+use petzval::rays::{Hit, Ray};
+use petzval::scene::pbrt::{self, SceneError};
+use petzval::scene::{LightSample, Scene, SurfacePoint, TraversalStack};
+use support::{Random, folder, write};
+
+/// Reads the world of a scene file, beside which some pictures lie.
+fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneError> {
+    let folder = folder();
+    for (name, picture) in pictures {
+        let frame = picture.size.map(|n| n as u32);
+        let window = Window { origin: [0, 0], frame };
+        let path = folder.path().join(name);
+        picture.write(&path, window, Encoding::default(), &Vec::new()).expect("a picture");
+    }
+    let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
+    pbrt::read(&write(&folder, "test.pbrt", text)).map(|description| description.scene)
+}
+
+fn scene(world: &str) -> Scene {
+    read(&[], world).expect("a scene of a test")
+}
+
+/// A point of a surface that is known exactly.
+fn at(position: [f32; 3], normal: [f32; 3]) -> SurfacePoint {
+    let normal = Vec3::from(normal).normalize();
+    SurfacePoint { position: position.into(), error: Vec3::ZERO, normal, shading: normal }
+}
+
+fn sample(scene: &Scene, from: &SurfacePoint, random: &mut Random) -> Option<LightSample> {
+    let mut pair = || [random.next() as f32, random.next() as f32].map(|u| u.min(0.999_999_94));
+    scene.sample_light(from, pair(), pair())
+}
+
+fn closest(scene: &Scene, from: Vec3, direction: Vec3) -> (Ray, Hit) {
+    let (origin, direction) = (from.to_array(), direction.to_array());
+    let ray = Ray { origin, direction, t_max: f32::INFINITY };
+    (ray, scene.closest::<f32x8>(&ray, &mut TraversalStack::default()))
+}
+
+/// A mean of samples and its standard error.
+#[derive(Clone, Copy, Debug)]
+struct Mean {
+    mean: f64,
+    error: f64,
+}
+
+impl Mean {
+    /// Of a function of the light samples of a point, over their density.
+    fn of(scene: &Scene, from: &SurfacePoint, count: u32, f: impl Fn(&LightSample) -> f64) -> Self {
+        let mut random = Random::new(7);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..count {
+            let Some(sample) = sample(scene, from, &mut random) else { continue };
+            let value = f(&sample) / f64::from(sample.density);
+            assert!(value.is_finite(), "{sample:?}");
+            sum += value;
+            squares += value * value;
+        }
+        let n = f64::from(count);
+        let mean = sum / n;
+        Self { mean, error: ((squares / n - mean * mean).max(0.0) / n).sqrt() }
+    }
+
+    /// Irradiance, if nothing is in the way.
+    fn irradiance(scene: &Scene, from: &SurfacePoint, count: u32) -> Self {
+        Self::of(scene, from, count, |sample| {
+            let cos = from.normal.dot(sample.direction.normalize()).max(0.0);
+            f64::from(sample.radiance[0] * cos)
+        })
+    }
+
+    /// Within 6 standard errors, which are small enough for 0.3 % to be seen.
+    #[track_caller]
+    fn is(self, expected: f64) {
+        assert!(self.error < 0.0015 * expected, "too noisy: {self:?}");
+        let away = (self.mean - expected).abs();
+        let allowed = (6.0 * self.error + 2e-4 * expected).min(0.003 * expected);
+        assert!(away < allowed, "{self:?} instead of {expected}");
+    }
+}
+
+/// A picture that is different everywhere, with black pixels and a bright one.
+fn patchwork(size: [usize; 2]) -> Picture {
+    let mut random = Random::new(3);
+    let mut pixels: Vec<[f32; 3]> = (0..size[0] * size[1])
+        .map(|i| match i % 5 {
+            0 => [0.0; 3],
+            _ => [random.next() as f32, random.next() as f32, 0.5],
+        })
+        .collect();
+    pixels[size[0] * size[1] / 3] = [60.0, 50.0, 40.0];
+    Picture { size, pixels }
+}
