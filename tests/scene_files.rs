@@ -374,7 +374,6 @@ fn what_pbrt_knows_is_never_an_error() {
         "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd\n\
          ConcatTransform [1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1] ObjectInstance \"a\"",
         "WorldEnd\nWorldBegin",
-        "LightSource \"infinite\" \"blackbody L\" 6500",
     ] {
         let description = read(&format!("{HEAD}{world}")).expect(world);
         assert!(!description.warnings.is_empty(), "{world}: nothing was said");

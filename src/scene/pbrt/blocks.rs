@@ -13,6 +13,7 @@ use super::reader::Reader;
 use super::token::Lexer;
 use crate::scene::SceneBuilder;
 use crate::source::{Unreadable, hint};
+use crate::spectrum::ColourSpace;
 
 /// Files that may include each other in a chain, and objects that may hold each other.
 const MOST_NESTED: usize = 32;
@@ -27,6 +28,8 @@ pub(super) struct State {
     pub(super) material: u32,
     /// Radiance and whether both sides shine.
     pub(super) area_light: Option<([f32; 3], bool)>,
+    /// What colours are given in.
+    pub(super) space: ColourSpace,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

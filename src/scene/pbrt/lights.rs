@@ -4,9 +4,10 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3, Mat3, Vec2};
 
+use super::colour::Meaning;
 use super::params::Params;
 use super::textures::Library;
-use super::{Dialect, Notices, SceneError};
+use super::{Dialect, SceneError};
 use crate::scene::{ImageMap, Light, Mapping, Sky, SkyImage, SkyLayout, Wrap};
 
 impl Library {
@@ -18,11 +19,10 @@ impl Library {
         ctm: &DAffine3,
         dialect: Dialect,
         folder: &Path,
-        notices: &mut Notices,
     ) -> Result<Light, SceneError> {
-        let scale = params.scale(notices)?;
-        let mut scaled = |name: &str| -> Result<[f32; 3], SceneError> {
-            let colour = params.colour(name, notices)?.unwrap_or([1.0; 3]);
+        let scale = params.scale()?;
+        let scaled = |name: &str| -> Result<[f32; 3], SceneError> {
+            let colour = params.colour(name, Meaning::Light)?.unwrap_or([1.0; 3]);
             Ok([0, 1, 2].map(|i| colour[i] * scale[i]))
         };
         let point = |name: &str, default: [f64; 3]| -> Result<DVec3, SceneError> {

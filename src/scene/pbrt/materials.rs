@@ -1,6 +1,7 @@
 //! Materials, named and in place, from their parameters.
 
 use super::SceneError;
+use super::colour::Meaning;
 use super::params::Params;
 use super::reader::Reader;
 use crate::scene::{Material, Scatters, Texture};
@@ -47,7 +48,7 @@ impl Reader {
         let (_, _, params, supported) = self.check("Material", name, params)?;
         let mut reflectance = None;
         for name in ["Kd", "reflectance"] {
-            let found = self.library.colour_or_texture(&params, name, &mut self.notices);
+            let found = self.library.colour_or_texture(&params, name, Meaning::Albedo);
             // What is not supported is not checked either: it may call another thing Kd.
             reflectance = reflectance.or(if supported { found? } else { found.unwrap_or(None) });
         }

@@ -1,7 +1,7 @@
 //! From words to a scene: the graphics state and the directives that change it.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -15,6 +15,7 @@ use super::token::{Lexer, Token, Word};
 use super::{Dialect, Notices, SceneError};
 use crate::scene::{Material, SceneBuilder};
 use crate::source::{Location, hint};
+use crate::spectrum::ColourSpace;
 
 /// Reads a scene file and all that it includes.
 ///
@@ -104,12 +105,7 @@ const DIRECTIVES: &[(&str, Action)] = &[
         r.warn_here("MediumInterface", "there are no media");
         Ok(())
     }),
-    ("ColorSpace", |r| {
-        if r.string()? != "srgb" {
-            r.warn_here("ColorSpace", "colours are read as sRGB primaries");
-        }
-        Ok(())
-    }),
+    ("ColorSpace", Reader::colour_space),
     ("Option", |r| {
         r.params()?;
         r.warn_here("Option", "the option is left out");
@@ -125,7 +121,7 @@ const DIRECTIVES: &[(&str, Action)] = &[
 
 /// What the reader has come to.
 pub(super) struct Reader {
-    pub(super) folder: PathBuf,
+    pub(super) folder: Arc<Path>,
     pub(super) files: Vec<Lexer>,
     pub(super) pending: Option<Token>,
     pub(super) at: Location,
@@ -160,11 +156,17 @@ impl Reader {
         let mut builder = SceneBuilder::default();
         let material = builder.material(Material::diffuse([0.5; 3]));
         Ok(Self {
-            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            folder: path.parent().unwrap_or(Path::new("")).into(),
             pending: None,
             at: lexer.here(),
             files: vec![lexer],
-            state: State { ctm: DAffine3::IDENTITY, reversed: false, material, area_light: None },
+            state: State {
+                ctm: DAffine3::IDENTITY,
+                reversed: false,
+                material,
+                area_light: None,
+                space: ColourSpace::default(),
+            },
             saved: Vec::new(),
             systems: HashMap::new(),
             in_world: false,

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::Vec2;
 
+use super::colour::Meaning;
 use super::params::Params;
 use super::vocabulary::UV_INSTEAD;
 use super::{Dialect, Notices, SceneError};
@@ -29,10 +30,10 @@ impl Library {
         &self,
         params: &Params,
         name: &str,
-        notices: &mut Notices,
+        meaning: Meaning,
     ) -> Result<Option<Texture>, SceneError> {
         let Some(texture) = params.texture(name)? else {
-            return Ok(params.colour(name, notices)?.map(Texture::Constant));
+            return Ok(params.colour(name, meaning)?.map(Texture::Constant));
         };
         match self.textures.get(texture) {
             Some(texture) => Ok(Some(texture.clone())),
@@ -79,8 +80,8 @@ impl Library {
         notices: &mut Notices,
     ) -> Result<Texture, SceneError> {
         let mut parts = 1;
-        let mut part = |name: &str, default: f32, notices: &mut Notices| {
-            let texture = self.colour_or_texture(params, name, notices)?;
+        let mut part = |name: &str, default: f32| {
+            let texture = self.colour_or_texture(params, name, Meaning::Albedo)?;
             let texture = texture.unwrap_or(Texture::Constant([default; 3]));
             parts += texture.parts();
             if parts > MOST_PARTS {
@@ -90,22 +91,18 @@ impl Library {
             Ok(texture)
         };
         Ok(match class {
-            "constant" => part("value", 1.0, notices)?,
+            "constant" => part("value", 1.0)?,
             "scale" => {
                 let second = if params.find("scale").is_some() { "scale" } else { "tex2" };
                 let first = if params.find("tex").is_some() { "tex" } else { "tex1" };
-                Texture::Scale(
-                    Arc::new(part(first, 1.0, notices)?),
-                    Arc::new(part(second, 1.0, notices)?),
-                )
+                Texture::Scale(Arc::new(part(first, 1.0)?), Arc::new(part(second, 1.0)?))
             }
             "checkerboard" => {
                 let mapping = mapping(params, notices)?;
                 if params.float("dimension", 2.0)? != 2.0 {
                     notices.instead(&params.at, "a checkerboard in space", "it is flat, in uv");
                 }
-                let squares =
-                    [Arc::new(part("tex1", 1.0, notices)?), Arc::new(part("tex2", 0.0, notices)?)];
+                let squares = [Arc::new(part("tex1", 1.0)?), Arc::new(part("tex2", 0.0)?)];
                 Texture::Checkerboard { mapping, squares }
             }
             _ => Texture::Image(self.image_map(params, dialect, folder, notices)?),

@@ -1,6 +1,7 @@
 //! Directives in the world: lights, textures and shapes.
 
 use super::blocks::State;
+use super::colour::Meaning;
 use super::reader::Reader;
 use super::{SceneError, shapes};
 use crate::scene::{Geometry, Texture};
@@ -10,8 +11,8 @@ impl Reader {
         self.after_world("LightSource")?;
         let (_, name, params, supported) = self.kind("LightSource")?;
         if supported {
-            let Self { library, dialect, folder, notices, state, .. } = self;
-            let light = library.light(&name, &params, &state.ctm, *dialect, folder, notices)?;
+            let Self { library, dialect, folder, state, .. } = self;
+            let light = library.light(&name, &params, &state.ctm, *dialect, folder)?;
             self.builder.light(light);
         }
         Ok(())
@@ -20,8 +21,8 @@ impl Reader {
     pub(super) fn area_light(&mut self) -> Result<(), SceneError> {
         self.after_world("AreaLightSource")?;
         let (_, _, params, _) = self.kind("AreaLightSource")?;
-        let radiance = params.colour("L", &mut self.notices)?.unwrap_or([1.0; 3]);
-        let scale = params.scale(&mut self.notices)?;
+        let radiance = params.colour("L", Meaning::Light)?.unwrap_or([1.0; 3]);
+        let scale = params.scale()?;
         let two_sided = params.truth("twosided")?.unwrap_or(false);
         self.state.area_light = Some(([0, 1, 2].map(|i| radiance[i] * scale[i]), two_sided));
         Ok(())
@@ -52,7 +53,7 @@ impl Reader {
         if !supported {
             return Ok(());
         }
-        let State { ctm, reversed, material, area_light } = self.state;
+        let State { ctm, reversed, material, area_light, .. } = self.state;
         let Some(geometry) = shapes::make(&name, &params, &ctm, reversed, &self.folder)? else {
             self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
             return Ok(());
