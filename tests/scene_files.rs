@@ -369,8 +369,6 @@ fn what_pbrt_knows_is_never_an_error() {
         "Material \"interface\"",
         "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"",
         "MediumInterface \"fog\" \"\"",
-        "Texture \"t\" \"color\" \"checkerboard\" \"string mapping\" \"planar\" \"vector3 v1\" [1 0 0]",
-        "Texture \"t\" \"color\" \"checkerboard\" \"integer dimension\" 3",
         "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd\n\
          ConcatTransform [1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1] ObjectInstance \"a\"",
         "WorldEnd\nWorldBegin",

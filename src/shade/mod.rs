@@ -69,7 +69,7 @@ pub fn shade(
         // Surfaces are two-sided: both normals turn to where the ray came from.
         point.normal = facing(point.normal, -direction);
         point.shading = facing(point.shading, -direction);
-        let reflectance = reflectance(scene, shape, &ray, &hits[i]);
+        let reflectance = reflectance(scene, shape, &point, &ray, &hits[i]);
         let throughput = [0, 1, 2].map(|c| throughput[c] * reflectance[c]);
         if throughput.iter().all(|&t| t <= 0.0) {
             continue;
@@ -90,12 +90,19 @@ pub fn shade(
 }
 
 /// The share of light that the surface at a hit sends back.
-fn reflectance(scene: &Scene, shape: &Shape, ray: &Ray, hit: &Hit) -> [f32; 3] {
+fn reflectance(
+    scene: &Scene,
+    shape: &Shape,
+    point: &SurfacePoint,
+    ray: &Ray,
+    hit: &Hit,
+) -> [f32; 3] {
     match &scene.materials[shape.material as usize].scatters {
         Scatters::Diffuse { reflectance: Texture::Constant(colour) } => *colour,
         Scatters::Diffuse { reflectance } => {
             let uv = scene.patch(ray, hit).uv;
-            reflectance.at(&TexturePoint { uv, ..TexturePoint::default() })
+            let SurfacePoint { position, normal, .. } = *point;
+            reflectance.at(&TexturePoint { uv, position, normal, footprint: 0.0 })
         }
         _ => [0.5; 3],
     }

@@ -235,3 +235,127 @@ impl super::reader::Reader {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::source::Location;
+
+    fn params(kind: &str, values: Values, space: ColourSpace, folder: &Path) -> Params {
+        let at = Location { file: Arc::from(Path::new("test.pbrt")), line: 2, column: 3 };
+        let param = Param { kind: kind.to_owned(), name: "L".to_owned(), values, at: at.clone() };
+        Params { all: vec![param], at, space, folder: Arc::from(folder) }
+    }
+
+    fn given(kind: &str, values: Values) -> Params {
+        params(kind, values, ColourSpace::Srgb, Path::new(""))
+    }
+
+    fn word(word: &str) -> Values {
+        Values::Texts(vec![word.to_owned()])
+    }
+
+    fn colour(params: &Params, meaning: Meaning) -> [f32; 3] {
+        params.colour("L", meaning).unwrap().unwrap()
+    }
+
+    fn said(params: &Params) -> String {
+        params.colour("L", Meaning::Albedo).unwrap_err().to_string()
+    }
+
+    fn assert_near(found: [f32; 3], expected: [f32; 3], within: f32) {
+        let off = (0..3).map(|i| (found[i] - expected[i]).abs()).fold(0.0, f32::max);
+        assert!(off < within, "{found:?}, expected {expected:?}");
+    }
+
+    #[test]
+    fn what_a_spectrum_means_depends_on_what_it_is_of() {
+        let flat = given("spectrum", Values::Numbers(vec![360.0, 0.5, 830.0, 0.5]));
+        assert_near(colour(&flat, Meaning::Albedo), [0.5; 3], 1e-5);
+        // Equal energy, with luminance 1, is redder than daylight.
+        assert_near(colour(&flat, Meaning::Light), [1.2048, 0.9483, 0.9087], 2e-3);
+        let lamp = given("blackbody", Values::Numbers(vec![6504.0]));
+        let [r, g, b] = colour(&lamp, Meaning::Light);
+        assert!((0.2126 * r + 0.7152 * g + 0.0722 * b - 1.0).abs() < 1e-3);
+        // A little more purple than daylight.
+        assert!(r > 1.0 && g < 1.0 && b > 1.0, "{r} {g} {b}");
+        let day = given("spectrum", word("stdillum-D65"));
+        assert_near(colour(&day, Meaning::Light), [1.0; 3], 1e-4);
+    }
+
+    #[test]
+    fn a_white_of_another_space_is_white_on_a_surface_and_its_own_in_a_light() {
+        let white = Values::Numbers(vec![1.0, 1.0, 1.0]);
+        let aces = params("rgb", white, ColourSpace::Aces2065, Path::new(""));
+        assert_near(colour(&aces, Meaning::Albedo), [1.0; 3], 1e-5);
+        assert!(colour(&aces, Meaning::Light)[0] > 1.03);
+    }
+
+    #[test]
+    fn spectra_are_read_from_files_and_their_faults_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |text: &str| {
+            std::fs::write(folder.path().join("a.spd"), text).unwrap();
+            params("spectrum", word("a.spd"), ColourSpace::Srgb, folder.path())
+        };
+        let grey = file("# grey\n360 0.25\n500 0.25 # and on\n830 0.25\n");
+        assert_near(colour(&grey, Meaning::Albedo), [0.25; 3], 1e-5);
+        let fault = said(&file("400 1\nabc 2\n"));
+        assert!(
+            fault.contains("test.pbrt:2:3") && fault.contains("a.spd:2: found \"abc\""),
+            "{fault}"
+        );
+        assert!(said(&file("500 1 400 2")).contains("the wavelength 400 nm after 500 nm"));
+        assert!(said(&file("500 1 600")).contains("3 numbers"));
+        assert!(said(&file("400 NaN 500 1")).contains("found \"NaN\""));
+        let missing = params("spectrum", word("b.spd"), ColourSpace::Srgb, folder.path());
+        assert!(said(&missing).contains("b.spd"));
+    }
+
+    #[test]
+    fn a_name_that_is_none_brings_the_nearest_one() {
+        let fault = said(&given("spectrum", word("metal-Cu-et")));
+        assert!(fault.contains("did you mean \"metal-Cu-eta\"?"), "{fault}");
+    }
+
+    #[test]
+    fn faulty_colours_are_refused() {
+        for (kind, numbers) in [
+            ("rgb", vec![0.1, 0.2]),
+            ("rgb", vec![0.1, -0.2, 0.3]),
+            ("rgb", vec![0.1, 1e300, 0.3]),
+            ("blackbody", vec![0.0]),
+            ("blackbody", vec![1.0, 2.0, 3.0]),
+            ("spectrum", vec![400.0, 1.0]),
+            ("spectrum", vec![400.0, 1.0, 390.0, 1.0]),
+            ("spectrum", vec![400.0, 1.0, 500.0]),
+            ("float", vec![-1.0]),
+            ("point3", vec![1.0, 2.0, 3.0]),
+        ] {
+            let fault = said(&given(kind, Values::Numbers(numbers.clone())));
+            assert!(fault.starts_with("test.pbrt:2:3: "), "{kind} {numbers:?}: {fault}");
+        }
+    }
+
+    #[test]
+    fn metals_and_glasses_come_from_spectra_or_numbers() {
+        let at = given("spectrum", word("glass-BK7"));
+        let index = at.index("L", 1.5, &mut Notices::default()).unwrap();
+        assert!((index - 1.5168).abs() < 1e-4);
+        let constant = given("float", Values::Numbers(vec![1.33]));
+        assert!((constant.index("L", 1.5, &mut Notices::default()).unwrap() - 1.33).abs() < 1e-6);
+        assert!(
+            given("float", Values::Numbers(vec![0.0]))
+                .index("L", 1.5, &mut Notices::default())
+                .is_err()
+        );
+        // Neither is given: copper.
+        let [eta, k] = constant.metal("eta", "k").unwrap();
+        assert!((eta[0] - 0.154).abs() < 0.02 && (k[2] - 2.36).abs() < 0.02, "{eta:?} {k:?}");
+        let rgb = given("rgb", Values::Numbers(vec![0.2, 0.9, 1.1]));
+        assert_eq!(rgb.metal("L", "L").unwrap(), [[0.2, 0.9, 1.1]; 2]);
+    }
+}

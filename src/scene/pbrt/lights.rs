@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DVec3, Mat3, Vec2};
+use glam::{DAffine3, DVec3, Mat3};
 
 use super::colour::Meaning;
 use super::params::Params;
 use super::textures::Library;
 use super::{Dialect, SceneError};
-use crate::scene::{ImageMap, Light, Mapping, Sky, SkyImage, SkyLayout, Wrap};
+use crate::scene::{ImageMap, Light, Sky, SkyImage, SkyLayout, Wrap};
 
 impl Library {
     /// Makes a light that is no shape.
@@ -51,16 +51,8 @@ impl Library {
                         _ => SkyLayout::Equirectangular,
                     };
                     let linear = ctm.matrix3.inverse().to_cols_array().map(|v| v as f32);
-                    let mapping = Mapping { scale: Vec2::ONE, offset: Vec2::ZERO };
                     SkyImage {
-                        map: ImageMap {
-                            picture,
-                            mapping,
-                            wrap: Wrap::Clamp,
-                            top_down: true,
-                            scale: 1.0,
-                            invert: false,
-                        },
+                        map: ImageMap::of(&picture, Wrap::Clamp),
                         light_from_world: Mat3::from_cols_array(&linear),
                         layout,
                     }

@@ -8,6 +8,7 @@ mod description;
 mod lights;
 mod materials;
 mod params;
+mod pictures;
 mod reader;
 mod settings;
 mod shapes;

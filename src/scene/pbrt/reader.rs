@@ -224,6 +224,7 @@ impl Reader {
         let Some((name, params, world_from_camera)) = &self.camera else {
             return Err(missing("a Camera"));
         };
+        self.library.pictures.read()?;
         let film = film_spec(self.film.as_ref())?;
         let camera = match name.as_str() {
             "realistic" => realistic(params, &self.folder)?,

@@ -3,6 +3,7 @@
 use super::blocks::State;
 use super::colour::Meaning;
 use super::reader::Reader;
+use super::textures::{Gives, Request};
 use super::{SceneError, shapes};
 use crate::scene::{Geometry, Texture};
 
@@ -32,18 +33,28 @@ impl Reader {
         self.after_world("Texture")?;
         let name = self.string()?;
         let kind = self.string()?;
-        if !["float", "color", "spectrum", "rgb"].contains(&kind.as_str()) {
-            let found = format!("a texture of type \"{kind}\"");
-            return self.refuse(found, "expected float, color or spectrum");
-        }
+        let gives = match kind.as_str() {
+            "float" => Gives::Numbers,
+            "color" | "spectrum" | "rgb" => Gives::Colours,
+            _ => {
+                let found = format!("a texture of type \"{kind}\"");
+                return self.refuse(found, "expected float, color or spectrum");
+            }
+        };
         let (_, class, params, supported) = self.kind("Texture")?;
         let texture = if supported {
-            let Self { library, dialect, folder, notices, .. } = self;
-            library.texture(&class, &params, *dialect, folder, notices)?
+            let request = Request {
+                class: &class,
+                gives,
+                params: &params,
+                world_from_texture: &self.state.ctm,
+                dialect: self.dialect,
+            };
+            self.library.texture(&request, &mut self.notices)?
         } else {
             Texture::Constant([0.5; 3])
         };
-        self.library.textures.insert(name, texture);
+        self.library.textures.insert((gives, name), texture);
         Ok(())
     }
 
