@@ -140,10 +140,7 @@ fn faulty_textures_are_named_with_their_place() {
             "Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 4".to_owned(),
             "4 dimensions",
         ),
-        (
-            "Texture \"t\" \"float\" \"mix\" \"texture amount\" \"x\"".to_owned(),
-            "no float texture \"x\"",
-        ),
+        ("Texture \"t\" \"float\" \"mix\" \"texture amount\" \"x\"".to_owned(), "no texture \"x\""),
         (
             "Texture \"t\" \"float\" \"directionmix\" \"vector3 dir\" [0 0 0]".to_owned(),
             "without length",

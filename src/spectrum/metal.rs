@@ -31,7 +31,7 @@ pub fn metal_reflectance(eta: &Spectrum, k: &Spectrum, cos: f64) -> [f64; 3] {
 /// Fresnel's formula gives what the metal reflects of daylight at every angle, by least squares.
 ///
 /// pbrt's own metals are met within 0.004 everywhere, but for gold's red, which no metal can
-/// reflect: it is 1 instead of 1.02, and 0.006 off towards grazing angles.
+/// reflect: it is 1 instead of 1.02, and up to 0.008 off towards grazing angles.
 pub fn metal(eta: &Spectrum, k: &Spectrum) -> [[f32; 3]; 2] {
     let cosines: [f64; ANGLES] = std::array::from_fn(|i| (i + 1) as f64 / ANGLES as f64);
     let colours = cosines.map(|cos| metal_reflectance(eta, k, cos));
@@ -141,7 +141,7 @@ mod tests {
                 for channel in 0..3 {
                     let found = fresnel(cos, f64::from(eta[channel]), f64::from(k[channel]));
                     let off = (found - exact[channel].min(1.0)).abs();
-                    let within = if (name, channel) == ("Au", 0) { 0.006 } else { 0.004 };
+                    let within = if (name, channel) == ("Au", 0) { 0.008 } else { 0.004 };
                     assert!(off < within, "{name}, cos {cos}, channel {channel}: off by {off}");
                 }
             }

@@ -104,7 +104,7 @@ impl Library {
         }
         let names = self.textures.keys().filter(|(of, _)| *of == gives);
         let hint = hint(texture, names.map(|(_, name)| name.as_str()));
-        Err(params.refuse(name, format!("no {wanted} texture \"{texture}\"{hint}"), ""))
+        Err(params.refuse(name, format!("no texture \"{texture}\"{hint}"), ""))
     }
 
     /// A picture that a light names, whole and in floats.
