@@ -23,7 +23,7 @@ pub use mesh::Mesh;
 pub use point::{Patch, SurfacePoint, gamma};
 pub use quadric::{Form, Quadric};
 pub use texture::{
-    Awaited, Board, Filter, ImageMap, Mapping, Pyramid, Texture, TexturePoint, Wrap,
+    Awaited, Board, Filter, ImageMap, ImageTexture, Mapping, Pyramid, Texture, TexturePoint, Wrap,
 };
 pub use tree::Tree;
 

@@ -8,7 +8,7 @@ use super::colour::Meaning;
 use super::params::Params;
 use super::textures::Library;
 use super::{Dialect, SceneError};
-use crate::scene::{ImageMap, Light, Sky, SkyImage, SkyLayout, Wrap};
+use crate::scene::{ImageMap, Light, Mapping, Sky, SkyImage, SkyLayout, Wrap};
 
 impl Library {
     /// Makes a light that is no shape.
@@ -52,7 +52,14 @@ impl Library {
                     };
                     let linear = ctm.matrix3.inverse().to_cols_array().map(|v| v as f32);
                     SkyImage {
-                        map: ImageMap::of(&picture, Wrap::Clamp),
+                        map: ImageMap {
+                            picture,
+                            mapping: Mapping::default(),
+                            wrap: Wrap::Clamp,
+                            top_down: true,
+                            scale: 1.0,
+                            invert: false,
+                        },
                         light_from_world: Mat3::from_cols_array(&linear),
                         layout,
                     }

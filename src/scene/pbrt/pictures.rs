@@ -1,22 +1,26 @@
-//! Pictures that textures name, each read once, all in parallel.
+//! Pictures that scene files name, each read once; those of textures all in parallel.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::SceneError;
 use super::params::Params;
-use crate::image::{Raster, Transfer};
+use super::textures::Library;
+use crate::image::{Picture, Raster, Transfer};
 use crate::scene::{Awaited, Pyramid};
 use crate::source::Location;
 
-/// The pictures that textures have named so far.
+/// The pictures that have been named so far.
 #[derive(Default)]
 pub(super) struct Pictures {
     known: HashMap<(PathBuf, [u8; 5]), Awaited>,
     /// Those that are still to be read, in the order in which they were named.
     missing: Vec<Order>,
+    /// Those that are wanted whole, by file and whether they were decoded from sRGB.
+    whole: HashMap<(PathBuf, bool), Arc<Picture>>,
 }
 
 struct Order {
@@ -71,5 +75,32 @@ impl Pictures {
         let done: Vec<Result<(), SceneError>> =
             std::mem::take(&mut self.missing).into_par_iter().map(read).collect();
         done.into_iter().collect()
+    }
+}
+
+impl Library {
+    /// A picture that a light or a map of normals names, whole and in floats.
+    pub(super) fn picture(
+        &mut self,
+        params: &Params,
+        name: &str,
+        folder: &Path,
+        srgb: bool,
+    ) -> Result<Option<Arc<Picture>>, SceneError> {
+        let Some(file) = params.text(name)? else { return Ok(None) };
+        let key = (folder.join(file), srgb);
+        if let Some(picture) = self.pictures.whole.get(&key) {
+            return Ok(Some(picture.clone()));
+        }
+        let picture = Picture::read(&key.0, srgb).map_err(|source| {
+            let at = params.find(name).map_or(&params.at, |param| &param.at);
+            SceneError::Image { at: at.clone(), source }
+        })?;
+        if picture.pixels.is_empty() {
+            return Err(params.refuse(name, "a picture without pixels", ""));
+        }
+        let picture = Arc::new(picture);
+        self.pictures.whole.insert(key, picture.clone());
+        Ok(Some(picture))
     }
 }

@@ -1,7 +1,6 @@
 //! Textures from their parameters.
 
 use std::collections::HashMap;
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec2, Vec3};
@@ -10,8 +9,8 @@ use super::colour::Meaning;
 use super::params::Params;
 use super::pictures::Pictures;
 use super::{Dialect, Notices, SceneError};
-use crate::image::{Picture, Transfer};
-use crate::scene::{Board, Filter, ImageMap, Mapping, Texture, Wrap};
+use crate::image::Transfer;
+use crate::scene::{Board, Filter, ImageTexture, Mapping, Texture, Wrap};
 use crate::source::hint;
 
 /// Textures that are looked at for one colour.
@@ -107,25 +106,6 @@ impl Library {
         Err(params.refuse(name, format!("no texture \"{texture}\"{hint}"), ""))
     }
 
-    /// A picture that a light names, whole and in floats.
-    pub(super) fn picture(
-        &mut self,
-        params: &Params,
-        name: &str,
-        folder: &Path,
-        srgb: bool,
-    ) -> Result<Option<Arc<Picture>>, SceneError> {
-        let Some(file) = params.text(name)? else { return Ok(None) };
-        let picture = Picture::read(&folder.join(file), srgb).map_err(|source| {
-            let at = params.find(name).map_or(&params.at, |param| &param.at);
-            SceneError::Image { at: at.clone(), source }
-        })?;
-        if picture.pixels.is_empty() {
-            return Err(params.refuse(name, "a picture without pixels", ""));
-        }
-        Ok(Some(Arc::new(picture)))
-    }
-
     /// Makes a texture.
     pub(super) fn texture(
         &mut self,
@@ -215,7 +195,7 @@ impl Library {
         &mut self,
         request: &Request,
         notices: &mut Notices,
-    ) -> Result<ImageMap, SceneError> {
+    ) -> Result<ImageTexture, SceneError> {
         let params = request.params;
         let transfer = transfer(params)?;
         let Some(picture) = self.pictures.order(params, "filename", transfer)? else {
@@ -250,7 +230,7 @@ impl Library {
                 return Err(params.refuse("filter", found, expected));
             }
         };
-        Ok(ImageMap {
+        Ok(ImageTexture {
             picture,
             mapping: request.mapping()?,
             wrap,
@@ -268,7 +248,7 @@ fn scale(texture: Texture, by: Texture) -> Texture {
     match (texture, by) {
         (texture, Texture::Constant([1.0, ..])) => texture,
         (Texture::Image(map), Texture::Constant([by, ..])) => {
-            Texture::Image(ImageMap { scale: map.scale * by, ..map })
+            Texture::Image(ImageTexture { scale: map.scale * by, ..map })
         }
         (texture, by) => Texture::Scale(Arc::new(texture), Arc::new(Texture::Number(Arc::new(by)))),
     }

@@ -1,143 +1,46 @@
-//! Images on surfaces.
+//! Images as they are, whole and in floats: skies, lamps, bent normals.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::Vec2;
 
-use super::{Filter, Mapping, Pyramid, TexturePoint, Wrap};
+use super::bilinear::{bilinear, place};
+use super::{Mapping, TexturePoint, Wrap};
 use crate::image::Picture;
 
-/// A picture that may still be on its way from its file; black until then.
-#[derive(Clone, Debug, Default)]
-pub struct Awaited(Arc<OnceLock<Pyramid>>);
-
-impl Awaited {
-    /// Hands in the picture; the first one stays.
-    pub fn arrive(&self, pyramid: Pyramid) {
-        self.0.get_or_init(|| pyramid);
-    }
-
-    /// The picture, once it is here.
-    pub fn get(&self) -> Option<&Pyramid> {
-        self.0.get()
-    }
-}
-
-impl From<Pyramid> for Awaited {
-    fn from(pyramid: Pyramid) -> Self {
-        Self(Arc::new(OnceLock::from(pyramid)))
-    }
-}
-
-/// An image on a surface.
+/// An image of which every pixel may be asked for.
 #[derive(Clone, Debug)]
 pub struct ImageMap {
-    /// Its pixels.
-    pub picture: Awaited,
-    /// How surfaces become the image.
+    /// Its pixels, row 0 at the top.
+    pub picture: Arc<Picture>,
+    /// How surface coordinates become image coordinates.
     pub mapping: Mapping,
     /// What lies beyond its edge.
     pub wrap: Wrap,
-    /// Which texels make a colour.
-    pub filter: Filter,
-    /// Whether t = 0 is the top of the image (pbrt-v2) or the bottom (pbrt-v4).
+    /// Whether t = 0 is the top of the image or the bottom.
     pub top_down: bool,
     /// What its colours are multiplied by.
     pub scale: f32,
-    /// Whether 1 - colour is meant, the scale counted in and nothing below 0.
+    /// Whether 1 - colour is meant.
     pub invert: bool,
 }
 
 impl ImageMap {
-    /// A picture as it is, t = 0 at its top.
-    pub fn of(picture: &Picture, wrap: Wrap) -> Self {
-        Self {
-            picture: Pyramid::from(picture).into(),
-            mapping: Mapping::default(),
-            wrap,
-            filter: Filter::Bilinear,
-            top_down: true,
-            scale: 1.0,
-            invert: false,
-        }
-    }
-
-    /// The colour of the image at these surface coordinates, between its finest texels.
+    /// The colour of the image at these surface coordinates, between its texels.
     pub fn at(&self, uv: Vec2) -> [f32; 3] {
-        self.colour(&TexturePoint { uv, ..TexturePoint::default() })
-    }
-
-    /// The colour of the image at a point of a surface; linear RGB.
-    pub fn colour(&self, at: &TexturePoint) -> [f32; 3] {
-        let [r, g, b, _] = self.look_up(at);
-        [r, g, b].map(|v| self.finished(v))
-    }
-
-    /// The number that the image means at a point of a surface: its alpha if it has one, the mean
-    /// of its channels otherwise.
-    pub fn number(&self, at: &TexturePoint) -> f32 {
-        let [r, g, b, alpha] = self.look_up(at);
-        let with_alpha = self.picture.get().is_some_and(|picture| picture.channels() == 4);
-        self.finished(if with_alpha { alpha } else { (r + g + b) / 3.0 })
-    }
-
-    fn finished(&self, v: f32) -> f32 {
-        let v = self.scale * v;
-        if self.invert { (1.0 - v).max(0.0) } else { v }
-    }
-
-    fn look_up(&self, at: &TexturePoint) -> [f32; 4] {
-        let Some(picture) = self.picture.get() else { return [0.0; 4] };
-        let (st, reach) = self.mapping.at(at);
+        let (st, _) = self.mapping.at(&TexturePoint { uv, ..TexturePoint::default() });
         let t = if self.top_down { st.y } else { 1.0 - st.y };
-        picture.look_up(Vec2::new(st.x, t), reach, self.wrap, self.filter)
+        let size = self.picture.size;
+        let at = place(Vec2::new(st.x, t), size, self.wrap);
+        let colour = bilinear(at, |x, y| self.texel(x, y)).map(|c| c * self.scale);
+        if self.invert { colour.map(|c| 1.0 - c) } else { colour }
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::image::{Raster, Samples};
-
-    fn map(channels: usize, floats: &[f32]) -> ImageMap {
-        let raster = Raster { size: [1, 1], channels, samples: Samples::Floats(floats.to_vec()) };
-        let picture = Pyramid::new(raster).into();
-        ImageMap {
-            picture,
-            ..ImageMap::of(&Picture { size: [1, 1], pixels: vec![[0.0; 3]] }, Wrap::Clamp)
+    fn texel(&self, x: i64, y: i64) -> [f32; 3] {
+        let [width, height] = self.picture.size;
+        match self.wrap.place([x, y], [width as i64, height as i64]) {
+            Some([x, y]) => self.picture.pixels[y as usize * width + x as usize],
+            None => [0.0; 3],
         }
-    }
-
-    #[test]
-    fn a_number_is_the_mean_or_the_alpha() {
-        let at = TexturePoint::default();
-        assert!((map(3, &[0.1, 0.2, 0.6]).number(&at) - 0.3).abs() < 1e-6);
-        assert_eq!(map(4, &[0.1, 0.2, 0.6, 0.75]).number(&at), 0.75);
-        assert_eq!(map(1, &[0.4]).number(&at), 0.4);
-        assert_eq!(map(4, &[0.1, 0.2, 0.6, 0.75]).colour(&at), [0.1, 0.2, 0.6]);
-    }
-
-    #[test]
-    fn the_scale_comes_before_the_inversion() {
-        let at = TexturePoint::default();
-        let map = ImageMap { scale: 2.0, invert: true, ..map(3, &[0.125, 0.25, 0.75]) };
-        assert_eq!(map.colour(&at), [0.75, 0.5, 0.0]);
-    }
-
-    #[test]
-    fn up_is_where_the_dialect_says() {
-        let picture = Picture { size: [1, 2], pixels: vec![[1.0; 3], [0.0; 3]] };
-        let down = ImageMap::of(&picture, Wrap::Clamp);
-        let up = ImageMap { top_down: false, ..down.clone() };
-        let high = Vec2::new(0.5, 0.75);
-        assert_eq!([down.at(high)[0], up.at(high)[0]], [0.0, 1.0]);
-    }
-
-    #[test]
-    fn a_picture_that_is_not_here_yet_is_black() {
-        let map = ImageMap { picture: Awaited::default(), ..map(1, &[1.0]) };
-        assert_eq!(map.at(Vec2::ZERO), [0.0; 3]);
-        map.picture.arrive(Pyramid::from(&Picture { size: [1, 1], pixels: vec![[0.5; 3]] }));
-        assert_eq!(map.at(Vec2::ZERO), [0.5; 3]);
     }
 }

@@ -1,7 +1,9 @@
 //! Textures: colours and numbers that change over a surface.
 
+mod bilinear;
 mod checkerboard;
 mod image_map;
+mod image_texture;
 mod mapping;
 mod pyramid;
 mod wrap;
@@ -11,7 +13,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 pub use checkerboard::Board;
-pub use image_map::{Awaited, ImageMap};
+pub use image_map::ImageMap;
+pub use image_texture::{Awaited, ImageTexture};
 pub use mapping::Mapping;
 pub use pyramid::{Filter, Pyramid};
 pub use wrap::Wrap;
@@ -35,7 +38,7 @@ pub enum Texture {
     /// The same everywhere.
     Constant([f32; 3]),
     /// An image.
-    Image(ImageMap),
+    Image(ImageTexture),
     /// A number instead of a colour: grey.
     Number(Arc<Texture>),
     /// Two textures in turn.
@@ -74,7 +77,7 @@ pub enum Texture {
 /// What a texture can be evaluated to.
 trait Value: Copy {
     fn constant(colour: [f32; 3]) -> Self;
-    fn image(map: &ImageMap, at: &TexturePoint) -> Self;
+    fn image(image: &ImageTexture, at: &TexturePoint) -> Self;
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self;
 }
 
@@ -82,8 +85,8 @@ impl Value for [f32; 3] {
     fn constant(colour: [f32; 3]) -> Self {
         colour
     }
-    fn image(map: &ImageMap, at: &TexturePoint) -> Self {
-        map.colour(at)
+    fn image(image: &ImageTexture, at: &TexturePoint) -> Self {
+        image.colour(at)
     }
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         [0, 1, 2].map(|i| f(self[i], other[i]))
@@ -94,8 +97,8 @@ impl Value for f32 {
     fn constant([r, g, b]: [f32; 3]) -> Self {
         if r == g && g == b { r } else { (r + g + b) / 3.0 }
     }
-    fn image(map: &ImageMap, at: &TexturePoint) -> Self {
-        map.number(at)
+    fn image(image: &ImageTexture, at: &TexturePoint) -> Self {
+        image.number(at)
     }
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         f(self, other)
@@ -131,7 +134,7 @@ impl Texture {
     fn value<V: Value>(&self, at: &TexturePoint) -> V {
         match self {
             Self::Constant(colour) => V::constant(*colour),
-            Self::Image(map) => V::image(map, at),
+            Self::Image(image) => V::image(image, at),
             Self::Number(texture) => V::constant([texture.number(at); 3]),
             Self::Checkerboard { board, textures } => blend(textures, board.share(at), at),
             Self::Scale(one, other) => one.value::<V>(at).zip(other.value(at), |a, b| a * b),

@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use super::Wrap;
+use super::bilinear::{bilinear, place};
 use crate::image::{Picture, Raster, Samples, Transfer};
 
 /// Which texels make a colour.
@@ -127,7 +128,7 @@ impl Pyramid {
         let below = level as usize;
         match filter {
             Filter::Point => {
-                let [x, y] = self.place(below, st, wrap);
+                let [x, y] = place(st, self.levels[below].size, wrap);
                 self.texel(below, (x + 0.5).floor() as i64, (y + 0.5).floor() as i64, wrap)
             }
             Filter::Bilinear => self.bilinear(below, st, wrap),
@@ -143,27 +144,9 @@ impl Pyramid {
         }
     }
 
-    /// A point in texels, whole numbers in their middles. Whole turns are taken off before, so that
-    /// far repeats stay sharp.
-    fn place(&self, level: usize, st: Vec2, wrap: Wrap) -> [f32; 2] {
-        let fold = |x: f32| if wrap == Wrap::Repeat { x - x.floor() } else { x };
-        let [width, height] = self.levels[level].size;
-        [fold(st.x) * width as f32 - 0.5, fold(st.y) * height as f32 - 0.5]
-    }
-
     fn bilinear(&self, level: usize, st: Vec2, wrap: Wrap) -> [f32; 4] {
-        let [x, y] = self.place(level, st, wrap);
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let (x0, y0) = (x0 as i64, y0 as i64);
-        let (x1, y1) = (x0.saturating_add(1), y0.saturating_add(1));
-        let corners = [
-            (self.texel(level, x0, y0, wrap), (1.0 - fx) * (1.0 - fy)),
-            (self.texel(level, x1, y0, wrap), fx * (1.0 - fy)),
-            (self.texel(level, x0, y1, wrap), (1.0 - fx) * fy),
-            (self.texel(level, x1, y1, wrap), fx * fy),
-        ];
-        [0, 1, 2, 3].map(|i| corners.iter().map(|(c, w)| c[i] * w).sum())
+        let at = place(st, self.levels[level].size, wrap);
+        bilinear(at, |x, y| self.texel(level, x, y, wrap))
     }
 }
 
