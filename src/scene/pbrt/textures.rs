@@ -168,7 +168,7 @@ impl Library {
                     corner("v01", 1.0)?,
                     corner("v11", 1.0)?,
                 ];
-                Texture::Bilerp { mapping: request.mapping()?, corners }
+                Texture::Bilerp { mapping: Arc::new(request.mapping()?), corners }
             }
             "checkerboard" => {
                 let board = match params.float("dimension", 2.0)? {
@@ -179,9 +179,9 @@ impl Library {
                         return Err(params.refuse("dimension", found, "expected 2 or 3"));
                     }
                 };
-                Texture::Checkerboard { board, textures: pair([1.0, 0.0])? }
+                Texture::Checkerboard { board: Arc::new(board), textures: pair([1.0, 0.0])? }
             }
-            _ => Texture::Image(self.image_map(request, notices)?),
+            _ => Texture::Image(Arc::new(self.image_texture(request, notices)?)),
         };
         if texture.parts() > MOST_PARTS {
             let found = format!("a texture of more than {MOST_PARTS} parts");
@@ -191,7 +191,7 @@ impl Library {
         Ok(texture)
     }
 
-    fn image_map(
+    fn image_texture(
         &mut self,
         request: &Request,
         notices: &mut Notices,
@@ -247,8 +247,9 @@ impl Library {
 fn scale(texture: Texture, by: Texture) -> Texture {
     match (texture, by) {
         (texture, Texture::Constant([1.0, ..])) => texture,
-        (Texture::Image(map), Texture::Constant([by, ..])) => {
-            Texture::Image(ImageTexture { scale: map.scale * by, ..map })
+        (Texture::Image(image), Texture::Constant([by, ..])) => {
+            let scale = image.scale * by;
+            Texture::Image(Arc::new(ImageTexture { scale, ..Arc::unwrap_or_clone(image) }))
         }
         (texture, by) => Texture::Scale(Arc::new(texture), Arc::new(Texture::Number(Arc::new(by)))),
     }

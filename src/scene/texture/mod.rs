@@ -38,13 +38,13 @@ pub enum Texture {
     /// The same everywhere.
     Constant([f32; 3]),
     /// An image.
-    Image(ImageTexture),
+    Image(Arc<ImageTexture>),
     /// A number instead of a colour: grey.
     Number(Arc<Texture>),
     /// Two textures in turn.
     Checkerboard {
         /// Where which.
-        board: Board,
+        board: Arc<Board>,
         /// The textures.
         textures: [Arc<Texture>; 2],
     },
@@ -68,7 +68,7 @@ pub enum Texture {
     /// Between four colours, and beyond them.
     Bilerp {
         /// Where between.
-        mapping: Mapping,
+        mapping: Arc<Mapping>,
         /// At (0, 0), (1, 0), (0, 1) and (1, 1).
         corners: [[f32; 3]; 4],
     },
@@ -203,7 +203,7 @@ mod tests {
     #[test]
     fn four_corners_are_interpolated() {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
-        let texture = Texture::Bilerp { mapping: Mapping::default(), corners };
+        let texture = Texture::Bilerp { mapping: Arc::default(), corners };
         let at = |u: f32, v: f32| {
             texture.at(&TexturePoint { uv: Vec2::new(u, v), ..TexturePoint::default() })
         };
