@@ -209,6 +209,17 @@ mod tests {
     }
 
     #[test]
+    fn alpha_of_sixteen_bits_is_linear() {
+        let fifth = 65535 / 5;
+        let pixel: ImageBuffer<Rgba<u16>, _> = ImageBuffer::from_pixel(1, 1, Rgba([fifth; 4]));
+        let raster = read("a.png", pixel.into(), Transfer::Gamma(2.0));
+        let Samples::Floats(floats) = &raster.samples else { panic!() };
+        for (found, expected) in floats.iter().zip([0.04, 0.04, 0.04, 0.2]) {
+            assert!((found - expected).abs() < 1e-6, "{floats:?}");
+        }
+    }
+
+    #[test]
     fn an_exr_is_light_with_its_alpha() {
         use ::exr::prelude::*;
         let folder = tempfile::tempdir().unwrap();
