@@ -83,4 +83,5 @@ pub mod sampler;
 pub mod scene;
 pub mod shade;
 pub mod source;
+pub mod spectrum;
 pub mod stats;

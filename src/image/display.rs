@@ -10,8 +10,8 @@ use std::io::{self, BufWriter};
 use std::path::Path;
 use std::str::FromStr;
 
-use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
+use image::{DynamicImage, ImageEncoder};
 
 use super::{ImageError, Note, Notes, Picture};
 
@@ -117,14 +117,19 @@ pub(super) fn write_jpeg(picture: &Picture, exposure: Exposure, file: &mut File)
         .map_err(io::Error::other)
 }
 
-pub(super) fn read(path: &Path, srgb: bool) -> Result<Picture, ImageError> {
+/// Reads a picture as it is.
+pub(super) fn decode(path: &Path) -> Result<DynamicImage, ImageError> {
     let io = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
     let malformed = |error: image::ImageError| match error {
         image::ImageError::IoError(error) => io(error),
         other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
     };
     let reader = image::ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
-    let pixels = reader.decode().map_err(malformed)?.into_rgb32f();
+    reader.decode().map_err(malformed)
+}
+
+pub(super) fn read(path: &Path, srgb: bool) -> Result<Picture, ImageError> {
+    let pixels = decode(path)?.into_rgb32f();
     let decode = |v: f32| if srgb { srgb_decode(v) } else { v };
     Ok(Picture {
         size: [pixels.width() as usize, pixels.height() as usize],

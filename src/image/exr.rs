@@ -6,7 +6,7 @@ use std::path::Path;
 
 use exr::prelude::*;
 
-use super::{ImageError, Note, Notes, Picture, Window};
+use super::{ImageError, Note, Notes, Picture, Raster, Samples, Window};
 
 /// Largest number of a 16-bit float; what is brighter would become infinite.
 const HALF_MAX: f32 = 65504.0;
@@ -59,6 +59,43 @@ pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
             path: path.to_owned(),
             found: format!("no layer with channels R, G, B or Y ({error})"),
         })
+}
+
+/// Reads a picture with its alpha, or one of luminance alone.
+pub(super) fn read_raster(path: &Path) -> std::result::Result<Raster, ImageError> {
+    type Pixels = (Vec2<usize>, Vec<f32>);
+    let rgba = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .optional("A", 1.0)
+        .collect_pixels(
+            |size, _| (size, vec![0.0; 4 * size.area()]),
+            |(size, all): &mut Pixels, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                let first = 4 * (at.y() * size.width() + at.x());
+                all[first..first + 4].copy_from_slice(&[r, g, b, a]);
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path);
+    match rgba {
+        Ok(image) => {
+            let (size, floats) = image.layer_data.channel_data.pixels;
+            let size = [size.width(), size.height()];
+            return Ok(Raster { size, channels: 4, samples: Samples::Floats(floats) });
+        }
+        Err(Error::Io(source)) => {
+            return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
+        }
+        Err(_) => {}
+    }
+    let Picture { size, pixels } = read(path)?;
+    let samples = Samples::Floats(pixels.iter().map(|[y, _, _]| *y).collect());
+    Ok(Raster { size, channels: 1, samples })
 }
 
 /// Writes one part: R, G and B, and the channels of layers as `layer.channel`, which is how

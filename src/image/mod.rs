@@ -5,12 +5,15 @@
 
 mod display;
 mod exr;
+mod pfm;
+mod raster;
 
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
 pub use display::{Exposure, srgb_decode, srgb_encode};
+pub use raster::{Raster, Samples, Transfer};
 
 /// Linear RGB pixels, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -148,10 +151,11 @@ impl Picture {
             "png" | "jpg" | "jpeg" | "tga" => display::read(path, srgb),
             // Radiance pictures hold linear light.
             "hdr" => display::read(path, false),
+            "pfm" => Ok(pfm::read(path)?.into_picture()),
             found => Err(ImageError::Format {
                 path: path.to_owned(),
                 found: found.to_owned(),
-                known: ".exr, .png, .jpg, .jpeg, .tga and .hdr",
+                known: ".exr, .png, .jpg, .jpeg, .tga, .hdr and .pfm",
             }),
         }
     }

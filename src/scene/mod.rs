@@ -29,7 +29,9 @@ pub use mesh::Mesh;
 pub use point::{Patch, SurfacePoint, gamma};
 pub use quadric::{Form, Quadric};
 pub use subdivision::{Unsmooth, subdivide};
-pub use texture::{ImageMap, Mapping, Texture, TexturePoint, Wrap};
+pub use texture::{
+    Awaited, Board, Filter, ImageMap, ImageTexture, Mapping, Pyramid, Texture, TexturePoint, Wrap,
+};
 pub use tree::Tree;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};

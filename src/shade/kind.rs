@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
-use super::bsdf::{Bsdf, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layer};
+use super::bsdf::{
+    Bsdf, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layer, Weights,
+};
 use super::look::Look;
 use crate::lanes::Real;
 use crate::scene::{Coat, Material, Metal, Roughness, Scatters, Scene};
@@ -130,6 +132,7 @@ fn layer(coat: &Coat, look: &Look) -> Layer {
         g: look.number(&coat.g).clamp(-1.0, 1.0),
         max_depth: coat.max_depth,
         samples: coat.samples,
+        weights: Weights::default(),
     }
 }
 

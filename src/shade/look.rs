@@ -30,7 +30,12 @@ impl<'a> Look<'a> {
     }
 
     fn place(&self) -> TexturePoint {
-        TexturePoint { uv: self.patch().uv, position: self.point.position, footprint: 0.0 }
+        TexturePoint {
+            uv: self.patch().uv,
+            position: self.point.position,
+            normal: self.point.normal,
+            footprint: 0.0,
+        }
     }
 
     /// The colour of a texture here.

@@ -11,6 +11,7 @@ use super::reader::Reader;
 use super::token::Lexer;
 use crate::scene::{Emission, SceneBuilder};
 use crate::source::{bytes, hint};
+use crate::spectrum::ColourSpace;
 
 /// Files that may include each other in a chain, and objects that may hold each other.
 const MOST_NESTED: usize = 32;
@@ -27,6 +28,8 @@ pub(super) struct State {
     pub(super) reversed: bool,
     pub(super) material: u32,
     pub(super) area_light: Option<Emission>,
+    /// What colours are given in.
+    pub(super) space: ColourSpace,
     /// What Attribute gave, by its place in [`TARGETS`](super::attributes::TARGETS).
     pub(super) attributes: [Arc<Vec<Param>>; 5],
 }
@@ -39,6 +42,7 @@ impl State {
             reversed: false,
             material,
             area_light: None,
+            space: ColourSpace::default(),
             attributes: Default::default(),
         }
     }

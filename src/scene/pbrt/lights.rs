@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Mat3};
 
+use super::colour::Meaning;
 use super::params::Params;
 use super::textures::Library;
-use super::{Dialect, Notices, SceneError};
+use super::{Dialect, SceneError};
 use crate::image::Picture;
 use crate::scene::{
     Beam, Emission, ImageMap, Lamp, Light, Mapping, Sky, SkyImage, SkyLayout, Wrap, luminance,
@@ -24,7 +25,6 @@ impl Library {
         ctm: &DAffine3,
         dialect: Dialect,
         folder: &Path,
-        notices: &mut Notices,
     ) -> Result<Light, SceneError> {
         let light_from_world = ctm.matrix3.inverse();
         if !light_from_world.is_finite() {
@@ -35,8 +35,8 @@ impl Library {
             "distant" | "infinite" => "L",
             _ => "I",
         };
-        let colour = params.colour(colour, notices)?.unwrap_or([1.0; 3]);
-        let scale = params.scale(notices)?;
+        let colour = params.colour(colour, Meaning::Light)?.unwrap_or([1.0; 3]);
+        let scale = params.scale()?;
         let strength = [0, 1, 2].map(|i| colour[i] * scale[i]);
         match name {
             "distant" => distant(params, ctm, strength),
@@ -138,10 +138,9 @@ impl Library {
         &mut self,
         params: &Params,
         folder: &Path,
-        notices: &mut Notices,
     ) -> Result<Emission, SceneError> {
-        let radiance = params.colour("L", notices)?;
-        let scale = params.scale(notices)?;
+        let radiance = params.colour("L", Meaning::Light)?;
+        let scale = params.scale()?;
         let two_sided = params.truth("twosided")?.unwrap_or(false);
         let image = self.light_picture(params, folder)?;
         if radiance.is_some() && image.is_some() {

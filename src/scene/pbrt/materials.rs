@@ -1,10 +1,11 @@
 //! Materials, named and in place: the directives. What a kind of material reads is in
 //! [`super::surfaces`].
 
+use super::SceneError;
+use super::colour::Meaning;
 use super::params::Params;
 use super::reader::Reader;
 use super::surfaces::Recipe;
-use super::{Notices, SceneError};
 use crate::scene::{ImageMap, Mapping, Material, Scatters, Wrap};
 use crate::source::{Location, hint};
 
@@ -143,10 +144,9 @@ impl Recipe<'_> {
     /// What stands in for a surface that is not supported. Its parameters are not checked: it
     /// may call another thing by the same name.
     fn stand_in(&mut self) -> Scatters {
-        let mut unheard = Notices::default();
         let mut found = None;
         for name in ["Kd", "reflectance", "color"] {
-            let colour = self.library.colour_or_texture(self.params, name, &mut unheard);
+            let colour = self.library.colour_or_texture(self.params, name, Meaning::Albedo);
             found = found.or(colour.unwrap_or(None));
         }
         Scatters::Diffuse { reflectance: found.unwrap_or_else(|| super::surfaces::grey(0.5)) }

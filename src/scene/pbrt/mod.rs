@@ -11,6 +11,7 @@ mod lights;
 mod materials;
 mod meshes;
 mod params;
+mod pictures;
 mod reader;
 mod refractive;
 mod settings;

@@ -1,7 +1,11 @@
 //! Parameter lists: `"type name" [ values ]`.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use super::SceneError;
 use crate::source::{Location, hint};
+use crate::spectrum::ColourSpace;
 
 /// The values of a parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,6 +65,10 @@ pub(super) struct Params {
     pub(super) all: Vec<Param>,
     /// Where the directive stands.
     pub(super) at: Location,
+    /// What its `rgb` colours are given in.
+    pub(super) space: ColourSpace,
+    /// Where the files lie that it names.
+    pub(super) folder: Arc<Path>,
 }
 
 impl Params {
@@ -103,7 +111,7 @@ impl Params {
         let Some(numbers) = self.numbers(name, &["float", "integer"])? else { return Ok(None) };
         match numbers {
             [number] => Ok(Some(*number)),
-            _ => Err(self.count(name, numbers.len(), "one number")),
+            _ => Err(self.wrong_count(name, numbers.len(), "one number")),
         }
     }
 
@@ -142,7 +150,7 @@ impl Params {
         };
         match *numbers {
             [x, y, z] => Ok(Some([x, y, z])),
-            _ => Err(self.count(name, numbers.len(), "three numbers")),
+            _ => Err(self.wrong_count(name, numbers.len(), "three numbers")),
         }
     }
 
@@ -173,7 +181,7 @@ impl Params {
         match &param.values {
             Values::Texts(texts) if param.kind == kind => match &texts[..] {
                 [text] => Ok(Some(text)),
-                _ => Err(self.count(name, texts.len(), "one string")),
+                _ => Err(self.wrong_count(name, texts.len(), "one string")),
             },
             _ => Err(param.wrong(&[kind])),
         }
@@ -201,7 +209,7 @@ impl Params {
         SceneError::at(at.clone(), found, expected)
     }
 
-    fn count(&self, name: &str, found: usize, expected: &str) -> SceneError {
+    pub(super) fn wrong_count(&self, name: &str, found: usize, expected: &str) -> SceneError {
         self.refuse(name, format!("{found} values for \"{name}\""), format!("expected {expected}"))
     }
 }

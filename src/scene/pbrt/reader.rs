@@ -1,7 +1,7 @@
 //! From words to a scene: the graphics state and the directives that change it.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -104,19 +104,14 @@ const DIRECTIVES: &[(&str, Action)] = &[
         r.warn_here("MediumInterface", "there are no media");
         Ok(())
     }),
-    ("ColorSpace", |r| {
-        if r.string()? != "srgb" {
-            r.warn_here("ColorSpace", "colours are read as sRGB primaries");
-        }
-        Ok(())
-    }),
+    ("ColorSpace", Reader::colour_space),
     ("Option", Reader::option),
     ("Attribute", Reader::attribute),
 ];
 
 /// What the reader has come to.
 pub(super) struct Reader {
-    pub(super) folder: PathBuf,
+    pub(super) folder: Arc<Path>,
     pub(super) files: Vec<Lexer>,
     pub(super) pending: Option<Token>,
     pub(super) at: Location,
@@ -154,7 +149,7 @@ impl Reader {
         let mut builder = SceneBuilder::default();
         let material = builder.material(Material::diffuse([0.5; 3]));
         Ok(Self {
-            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            folder: path.parent().unwrap_or(Path::new("")).into(),
             pending: None,
             at: lexer.here(),
             files: vec![lexer],
@@ -224,6 +219,7 @@ impl Reader {
         let Some((name, params, world_from_camera)) = &self.camera else {
             return Err(missing("a Camera"));
         };
+        self.library.pictures.read()?;
         let film = match &self.film {
             Some((name, params)) => {
                 FilmSpec { gbuffer: name == "gbuffer", ..film_spec(Some(params))? }

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::colour::Meaning;
 use super::params::Params;
 use super::textures::Library;
 use super::{Notices, SceneError};
@@ -114,7 +115,7 @@ impl Recipe<'_> {
 
     /// A colour or a texture of colours.
     pub(super) fn colour(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
-        let found = self.library.colour_or_texture(self.params, name, self.notices)?;
+        let found = self.library.colour_or_texture(self.params, name, Meaning::Albedo)?;
         Ok(found.unwrap_or_else(|| grey(default)))
     }
 
@@ -125,9 +126,6 @@ impl Recipe<'_> {
 
     /// A number or a texture of numbers, if one is given.
     pub(super) fn maybe_number(&mut self, name: &str) -> Result<Option<Texture>, SceneError> {
-        if self.params.texture(name)?.is_some() {
-            return self.library.colour_or_texture(self.params, name, self.notices);
-        }
-        Ok(self.params.maybe_float(name)?.map(|value| grey(value as f32)))
+        self.library.number_or_texture(self.params, name)
     }
 }

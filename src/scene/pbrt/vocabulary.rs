@@ -52,7 +52,6 @@ const MATERIAL_LATER: &str =
 const ONE_LIGHT_SAMPLE: &str = "every camera sample takes one light sample; raise --spp instead";
 
 const UNSHADED: &str = "the surface is left as it is";
-pub(super) const UV_INSTEAD: &str = "the uv coordinates of the surface are used";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
 
 const FILM: &[&str] =
@@ -277,34 +276,56 @@ pub(super) const VOCABULARY: &[Entry] = &[
     known("AreaLightSource", "diffuse", AREA, AREA_LEAVES),
     known("Texture", "constant", &["value"], &[]),
     known("Texture", "scale", &["tex1", "tex2", "tex", "scale"], &[]),
+    known("Texture", "mix", &["tex1", "tex2", "amount"], &[]),
+    known("Texture", "directionmix", &["tex1", "tex2", "dir"], &[]),
+    known(
+        "Texture",
+        "bilerp",
+        &[
+            "v00", "v01", "v10", "v11", "mapping", "uscale", "vscale", "udelta", "vdelta", "v1",
+            "v2",
+        ],
+        &[],
+    ),
     known(
         "Texture",
         "checkerboard",
-        &["tex1", "tex2", "uscale", "vscale", "udelta", "vdelta", "dimension", "mapping"],
         &[
-            ("aamode", "edges are antialiased by the samples"),
-            ("v1", UV_INSTEAD),
-            ("v2", UV_INSTEAD),
+            "tex1",
+            "tex2",
+            "dimension",
+            "mapping",
+            "uscale",
+            "vscale",
+            "udelta",
+            "vdelta",
+            "v1",
+            "v2",
         ],
+        &[("aamode", "edges are antialiased by the samples")],
     ),
     known(
         "Texture",
         "imagemap",
         &[
-            "filename", "wrap", "uscale", "vscale", "udelta", "vdelta", "scale", "invert",
-            "encoding", "gamma", "mapping",
+            "filename",
+            "wrap",
+            "filter",
+            "trilinear",
+            "encoding",
+            "gamma",
+            "scale",
+            "invert",
+            "mapping",
+            "uscale",
+            "vscale",
+            "udelta",
+            "vdelta",
+            "v1",
+            "v2",
         ],
-        &[
-            ("trilinear", "texels are interpolated bilinearly"),
-            ("maxanisotropy", "texels are interpolated bilinearly"),
-            ("filter", "texels are interpolated bilinearly"),
-            ("v1", UV_INSTEAD),
-            ("v2", UV_INSTEAD),
-        ],
+        &[("maxanisotropy", "samples are as wide as they are long")],
     ),
-    later("Texture", "mix", TEXTURE_LATER),
-    later("Texture", "directionmix", TEXTURE_LATER),
-    later("Texture", "bilerp", TEXTURE_LATER),
     later("Texture", "uv", TEXTURE_LATER),
     later("Texture", "dots", TEXTURE_LATER),
     later("Texture", "fbm", TEXTURE_LATER),

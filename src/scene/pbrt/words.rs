@@ -102,7 +102,8 @@ impl Reader {
             let values = self.values(name)?;
             all.push(Param { kind: known.to_owned(), name: name.to_owned(), values, at });
         }
-        Ok(Params { all, at: self.at.clone() })
+        let (space, folder) = (self.state.space, self.folder.clone());
+        Ok(Params { all, at: self.at.clone(), space, folder })
     }
 
     /// One value, or several in brackets.

@@ -3,6 +3,7 @@
 use super::blocks::State;
 use super::reader::Reader;
 use super::surfaces::Recipe;
+use super::textures::{Gives, Request};
 use super::{SceneError, shapes};
 use crate::scene::{ShapeSpec, Texture};
 
@@ -12,8 +13,8 @@ impl Reader {
         let (_, name, params, supported) = self.kind("LightSource")?;
         if supported {
             let ctm = self.placement();
-            let Self { library, dialect, folder, notices, .. } = self;
-            let light = library.light(&name, &params, &ctm, *dialect, folder, notices)?;
+            let Self { library, dialect, folder, .. } = self;
+            let light = library.light(&name, &params, &ctm, *dialect, folder)?;
             self.builder.light(light);
         }
         Ok(())
@@ -22,8 +23,8 @@ impl Reader {
     pub(super) fn area_light(&mut self) -> Result<(), SceneError> {
         self.after_world("AreaLightSource")?;
         let (_, _, params, _) = self.kind("AreaLightSource")?;
-        let Self { library, folder, notices, .. } = self;
-        self.state.area_light = Some(library.emission(&params, folder, notices)?);
+        let Self { library, folder, .. } = self;
+        self.state.area_light = Some(library.emission(&params, folder)?);
         Ok(())
     }
 
@@ -31,18 +32,28 @@ impl Reader {
         self.after_world("Texture")?;
         let name = self.string()?;
         let kind = self.string()?;
-        if !["float", "color", "spectrum", "rgb"].contains(&kind.as_str()) {
-            let found = format!("a texture of type \"{kind}\"");
-            return self.refuse(found, "expected float, color or spectrum");
-        }
+        let gives = match kind.as_str() {
+            "float" => Gives::Numbers,
+            "color" | "spectrum" | "rgb" => Gives::Colours,
+            _ => {
+                let found = format!("a texture of type \"{kind}\"");
+                return self.refuse(found, "expected float, color or spectrum");
+            }
+        };
         let (_, class, params, supported) = self.kind("Texture")?;
         let texture = if supported {
-            let Self { library, dialect, folder, notices, .. } = self;
-            library.texture(&class, &params, *dialect, folder, notices)?
+            let request = Request {
+                class: &class,
+                gives,
+                params: &params,
+                world_from_texture: &self.state.ctm[0],
+                dialect: self.dialect,
+            };
+            self.library.texture(&request, &mut self.notices)?
         } else {
             Texture::Constant([0.5; 3])
         };
-        self.library.textures.insert(name, texture);
+        self.library.textures.insert((gives, name), texture);
         Ok(())
     }
 

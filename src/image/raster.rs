@@ -1,0 +1,247 @@
+//! Pictures as their files hold them: 8-bit numbers stay 8-bit, and alpha is kept.
+
+use std::path::Path;
+
+use image::DynamicImage;
+
+use super::{ImageError, Picture, display, exr, extension, pfm, srgb_decode, srgb_encode};
+
+/// How the numbers of a file with 8 or 16 bits stand for light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Transfer {
+    /// In proportion.
+    Linear,
+    /// By the curve of sRGB (IEC 61966-2-1).
+    #[default]
+    Srgb,
+    /// By a power.
+    Gamma(f32),
+}
+
+impl Transfer {
+    /// Light, 0 to 1, of a signal of 0 to 1.
+    pub fn decode(self, signal: f32) -> f32 {
+        match self {
+            Self::Linear => signal,
+            Self::Srgb => srgb_decode(signal),
+            Self::Gamma(gamma) => signal.powf(gamma),
+        }
+    }
+
+    /// The signal, 0 to 1, of light.
+    pub fn encode(self, light: f32) -> f32 {
+        let light = light.clamp(0.0, 1.0);
+        match self {
+            Self::Linear => light,
+            Self::Srgb => srgb_encode(light),
+            Self::Gamma(gamma) => light.powf(gamma.recip()),
+        }
+    }
+}
+
+/// The numbers of a picture, channel by channel, pixel by pixel, row after row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// Signals, and what they stand for. Alpha is always linear.
+    Bytes(Vec<u8>, Transfer),
+    /// Light.
+    Floats(Vec<f32>),
+}
+
+/// A picture as its file holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Raster {
+    /// Width and height, pixels.
+    pub size: [usize; 2],
+    /// 1 (luminance), 3 (RGB) or 4 (RGB and alpha, which is not 1 everywhere).
+    pub channels: usize,
+    /// Its numbers.
+    pub samples: Samples,
+}
+
+impl Raster {
+    /// Reads a picture. `transfer` is how a PNG of 8 or 16 bits is to be read; other formats of 8
+    /// bits hold sRGB, and formats of floats hold light. Alpha is read from PNG and EXR.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, is no picture, or holds no pixels.
+    pub fn read(path: &Path, transfer: Transfer) -> Result<Self, ImageError> {
+        let raster = match extension(path).as_str() {
+            "exr" => exr::read_raster(path)?,
+            "pfm" => pfm::read(path)?,
+            "png" => from_image(display::decode(path)?, transfer),
+            "jpg" | "jpeg" | "tga" | "hdr" => {
+                let raster = from_image(display::decode(path)?, Transfer::Srgb);
+                raster.without_alpha(|_| true)
+            }
+            found => {
+                return Err(ImageError::Format {
+                    path: path.to_owned(),
+                    found: found.to_owned(),
+                    known: ".exr, .png, .jpg, .jpeg, .tga, .hdr and .pfm",
+                });
+            }
+        };
+        if raster.size.contains(&0) {
+            let found = "it has no pixels".to_owned();
+            return Err(ImageError::Malformed { path: path.to_owned(), found });
+        }
+        Ok(raster.without_alpha(Raster::opaque))
+    }
+
+    /// The picture's colours as light.
+    pub fn into_picture(self) -> Picture {
+        let light: Vec<f32> = match self.samples {
+            Samples::Bytes(bytes, transfer) => {
+                bytes.iter().map(|&code| transfer.decode(f32::from(code) / 255.0)).collect()
+            }
+            Samples::Floats(floats) => floats,
+        };
+        let colour = |pixel: &[f32]| match *pixel {
+            [r, g, b, ..] => [r, g, b],
+            _ => [pixel[0]; 3],
+        };
+        Picture { size: self.size, pixels: light.chunks_exact(self.channels).map(colour).collect() }
+    }
+
+    fn opaque(&self) -> bool {
+        match &self.samples {
+            Samples::Bytes(bytes, _) => bytes.chunks_exact(4).all(|pixel| pixel[3] == 255),
+            Samples::Floats(floats) => floats.chunks_exact(4).all(|pixel| pixel[3] == 1.0),
+        }
+    }
+
+    /// The picture without its alpha, if it has one that is to go.
+    fn without_alpha(self, goes: impl Fn(&Self) -> bool) -> Self {
+        if self.channels != 4 || !goes(&self) {
+            return self;
+        }
+        let samples = match self.samples {
+            Samples::Bytes(bytes, transfer) => Samples::Bytes(three_of_four(&bytes), transfer),
+            Samples::Floats(floats) => Samples::Floats(three_of_four(&floats)),
+        };
+        Self { channels: 3, samples, ..self }
+    }
+}
+
+fn three_of_four<T: Copy>(values: &[T]) -> Vec<T> {
+    values.as_chunks::<4>().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
+}
+
+fn from_image(image: DynamicImage, transfer: Transfer) -> Raster {
+    let size = [image.width() as usize, image.height() as usize];
+    let floats = |channels: usize, values: Vec<u16>| {
+        let decode = |(i, &v): (usize, &u16)| {
+            let signal = f32::from(v) / 65535.0;
+            if channels == 4 && i % 4 == 3 { signal } else { transfer.decode(signal) }
+        };
+        Samples::Floats(values.iter().enumerate().map(decode).collect())
+    };
+    let bytes = |values| Samples::Bytes(values, transfer);
+    let (channels, samples) = match image {
+        DynamicImage::ImageLuma8(image) => (1, bytes(image.into_raw())),
+        grey @ DynamicImage::ImageLumaA8(_) => (1, bytes(grey.into_luma8().into_raw())),
+        DynamicImage::ImageRgb8(image) => (3, bytes(image.into_raw())),
+        DynamicImage::ImageRgba8(image) => (4, bytes(image.into_raw())),
+        DynamicImage::ImageLuma16(image) => (1, floats(1, image.into_raw())),
+        grey @ DynamicImage::ImageLumaA16(_) => (1, floats(1, grey.into_luma16().into_raw())),
+        DynamicImage::ImageRgb16(image) => (3, floats(3, image.into_raw())),
+        DynamicImage::ImageRgba16(image) => (4, floats(4, image.into_raw())),
+        // What is left holds floats, which are light.
+        other => (4, Samples::Floats(other.into_rgba32f().into_raw())),
+    };
+    Raster { size, channels, samples }
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
+
+    use super::*;
+
+    fn read(name: &str, image: DynamicImage, transfer: Transfer) -> Raster {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        image.save(&path).unwrap();
+        Raster::read(&path, transfer).unwrap()
+    }
+
+    #[test]
+    fn eight_bits_stay_eight_bits() {
+        let rgb = ImageBuffer::from_fn(2, 1, |x, _| Rgb([x as u8, 100, 255]));
+        let raster = read("a.png", rgb.clone().into(), Transfer::Linear);
+        assert_eq!((raster.size, raster.channels), ([2, 1], 3));
+        assert_eq!(
+            raster.samples,
+            Samples::Bytes(vec![0, 100, 255, 1, 100, 255], Transfer::Linear)
+        );
+        // As in pbrt-v4, only a PNG can be told to be linear.
+        let raster = read("a.tga", rgb.into(), Transfer::Linear);
+        assert!(matches!(raster.samples, Samples::Bytes(_, Transfer::Srgb)));
+    }
+
+    #[test]
+    fn alpha_is_kept_where_it_says_something() {
+        let with = |alpha| {
+            read(
+                "a.png",
+                ImageBuffer::from_pixel(2, 2, Rgba([1u8, 2, 3, alpha])).into(),
+                Transfer::Srgb,
+            )
+        };
+        assert_eq!([with(255).channels, with(254).channels], [3, 4]);
+        let grey = ImageBuffer::from_pixel(2, 2, LumaA([7u8, 9]));
+        let raster = read("a.png", grey.into(), Transfer::Srgb);
+        assert_eq!(raster.samples, Samples::Bytes(vec![7; 4], Transfer::Srgb));
+    }
+
+    #[test]
+    fn sixteen_bits_are_decoded_by_the_same_curve() {
+        let grey: ImageBuffer<Luma<u16>, _> = ImageBuffer::from_pixel(1, 1, Luma([65535 / 5]));
+        for (transfer, light) in
+            [(Transfer::Linear, 0.2), (Transfer::Srgb, 0.033105), (Transfer::Gamma(2.0), 0.04)]
+        {
+            let raster = read("a.png", grey.clone().into(), transfer);
+            let Samples::Floats(floats) = &raster.samples else { panic!() };
+            assert!((floats[0] - light).abs() < 1e-6, "{transfer:?}: {}", floats[0]);
+            assert!((transfer.encode(floats[0]) - 0.2).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn alpha_of_sixteen_bits_is_linear() {
+        let fifth = 65535 / 5;
+        let pixel: ImageBuffer<Rgba<u16>, _> = ImageBuffer::from_pixel(1, 1, Rgba([fifth; 4]));
+        let raster = read("a.png", pixel.into(), Transfer::Gamma(2.0));
+        let Samples::Floats(floats) = &raster.samples else { panic!() };
+        for (found, expected) in floats.iter().zip([0.04, 0.04, 0.04, 0.2]) {
+            assert!((found - expected).abs() < 1e-6, "{floats:?}");
+        }
+    }
+
+    #[test]
+    fn an_exr_is_light_with_its_alpha() {
+        use ::exr::prelude::*;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        for (alpha, channels) in [(0.5f32, 4), (1.0, 3)] {
+            write_rgba_file(&path, 2, 1, |x, _| (x as f32, 2.0f32, 3.0f32, alpha)).unwrap();
+            let raster = Raster::read(&path, Transfer::Srgb).unwrap();
+            assert_eq!((raster.size, raster.channels), ([2, 1], channels));
+            let Samples::Floats(floats) = &raster.samples else { panic!() };
+            assert_eq!(floats[channels..channels + 3], [1.0, 2.0, 3.0]);
+        }
+    }
+
+    #[test]
+    fn what_is_no_picture_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.jpg", "a.exr", "a.hdr", "a.tga", "a.gif", "missing.png"] {
+            let path = folder.path().join(name);
+            if name != "missing.png" {
+                std::fs::write(&path, b"\x89PNG\r\n\x1a\nnothing of the kind").unwrap();
+            }
+            assert!(Raster::read(&path, Transfer::Srgb).is_err(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Textures and colours of scene files: what is read, and what is said of what cannot be.
+
+use std::path::Path;
+
+use glam::Vec3;
+use petzval::scene::{Scatters, Texture, TexturePoint, pbrt};
+
+/// The reflectance of the last material of a scene in a folder, or what is said of it.
+fn reflectance(folder: &Path, world: &str) -> Result<Texture, String> {
+    let path = folder.join("test.pbrt");
+    std::fs::write(&path, format!("Camera \"perspective\"\nWorldBegin\n{world}")).unwrap();
+    let scene = pbrt::read(&path).map_err(|error| error.to_string())?.scene;
+    match &scene.materials.last().unwrap().scatters {
+        Scatters::Diffuse { reflectance } => Ok(reflectance.clone()),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn colour(folder: &Path, textures: &str, at: TexturePoint) -> [f32; 3] {
+    let world = format!("{textures}\nMaterial \"diffuse\" \"texture reflectance\" \"t\"");
+    reflectance(folder, &world).unwrap().at(&at)
+}
+
+fn folder_with_pictures() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    // Codes of 51 (a fifth of the signal), alpha of 102.
+    let rgb = image::RgbImage::from_pixel(4, 2, image::Rgb([51, 102, 255]));
+    rgb.save(folder.path().join("rgb.png")).unwrap();
+    rgb.save(folder.path().join("rgb.tga")).unwrap();
+    let rgba = image::RgbaImage::from_pixel(2, 2, image::Rgba([51, 51, 51, 102]));
+    rgba.save(folder.path().join("rgba.png")).unwrap();
+    folder
+}
+
+fn assert_near(found: [f32; 3], expected: [f32; 3]) {
+    let off = (0..3).map(|i| (found[i] - expected[i]).abs()).fold(0.0, f32::max);
+    assert!(off < 1e-5, "{found:?}, expected {expected:?}");
+}
+
+#[test]
+fn pictures_are_decoded_as_their_encoding_says() {
+    let folder = folder_with_pictures();
+    let of = |file: &str, more: &str| {
+        let texture = format!(
+            "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"{file}\" {more}"
+        );
+        colour(folder.path(), &texture, TexturePoint::default())
+    };
+    // IEC 61966-2-1 of 0.2 and 0.4.
+    let srgb = [0.033_104_77, 0.132_868_32, 1.0];
+    assert_near(of("rgb.png", ""), srgb);
+    assert_near(of("rgb.png", "\"string encoding\" \"linear\""), [0.2, 0.4, 1.0]);
+    assert_near(of("rgb.png", "\"string encoding\" \"gamma 2\""), [0.04, 0.16, 1.0]);
+    assert_near(of("rgb.tga", "\"string encoding\" \"linear\""), srgb);
+    assert_near(
+        of("rgb.png", "\"string encoding\" \"linear\" \"float scale\" 0.5"),
+        [0.1, 0.2, 0.5],
+    );
+    let inverted = "\"string encoding\" \"linear\" \"float scale\" 2 \"bool invert\" true";
+    assert_near(of("rgb.png", inverted), [0.6, 0.2, 0.0]);
+}
+
+#[test]
+fn textures_of_numbers_have_names_of_their_own_and_mean_alpha_or_the_mean() {
+    let folder = folder_with_pictures();
+    let mixed = |file: &str| {
+        let text = format!(
+            "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"{file}\" \
+             \"string encoding\" \"linear\"\n\
+             Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0 0 0] \"rgb tex2\" [1 0.5 0] \
+             \"texture amount\" \"t\""
+        );
+        colour(folder.path(), &text, TexturePoint::default())
+    };
+    assert_near(mixed("rgba.png"), [0.4, 0.2, 0.0]);
+    assert_near(mixed("rgb.png"), [1.6 / 3.0, 0.8 / 3.0, 0.0]);
+    let said = reflectance(
+        folder.path(),
+        "Texture \"t\" \"float\" \"constant\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\"",
+    );
+    let said = said.unwrap_err();
+    assert!(said.contains("test.pbrt:4:20: \"t\" is a texture of type float"), "{said}");
+}
+
+#[test]
+fn texture_space_is_where_the_texture_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "AttributeBegin Translate 10 0 0 Scale 2 2 2\n\
+        Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3\n\
+        \"rgb tex1\" [1 1 1] \"rgb tex2\" [0 0 0]\nAttributeEnd";
+    let at = |x: f32| {
+        let position = Vec3::new(x, 1.0, 1.0);
+        colour(folder.path(), text, TexturePoint { position, ..TexturePoint::default() })[0]
+    };
+    assert_eq!([at(11.0), at(13.0), at(9.0)], [1.0, 0.0, 0.0]);
+    let planar = "Translate 0 0 5\nTexture \"t\" \"spectrum\" \"bilerp\" \"string mapping\" \"planar\" \
+        \"vector3 v1\" [0 0 0.25] \"float udelta\" 0.5 \"rgb v00\" [0 0 0] \"rgb v10\" [1 0 0] \
+        \"rgb v01\" [0 1 0] \"rgb v11\" [1 1 0]";
+    let position = Vec3::new(0.0, 0.125, 6.0);
+    let at = TexturePoint { position, ..TexturePoint::default() };
+    assert_near(colour(folder.path(), planar, at), [0.75, 0.125, 0.0]);
+}
+
+#[test]
+fn a_scaled_image_is_scaled_before_it_is_inverted_as_in_pbrt() {
+    let folder = folder_with_pictures();
+    let text = "Texture \"i\" \"spectrum\" \"imagemap\" \"string filename\" \"rgb.png\" \
+        \"string encoding\" \"linear\" \"bool invert\" true\n\
+        Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"i\" \"float scale\" 0.5";
+    assert_near(colour(folder.path(), text, TexturePoint::default()), [0.9, 0.8, 0.5]);
+}
+
+#[test]
+fn colour_spaces_last_as_long_as_their_block() {
+    let folder = tempfile::tempdir().unwrap();
+    let grey = "Material \"diffuse\" \"rgb reflectance\" [0.2 0.5 0.2]";
+    let of = |world: &str| reflectance(folder.path(), world).unwrap().at(&TexturePoint::default());
+    let space = "AttributeBegin ColorSpace \"rec2020\"";
+    assert!(of(&format!("{space} {grey} AttributeEnd"))[0] < 0.1);
+    assert_near(of(&format!("{space} AttributeEnd {grey}")), [0.2, 0.5, 0.2]);
+}
+
+#[test]
+fn faulty_textures_are_named_with_their_place() {
+    let folder = folder_with_pictures();
+    std::fs::write(folder.path().join("bad.png"), b"no picture").unwrap();
+    let image = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\"";
+    for (world, expected) in [
+        (format!("{image} \"none.png\""), "test.pbrt:3:35: cannot read the picture"),
+        (format!("{image} \"bad.png\""), "test.pbrt:3:35: cannot read the picture"),
+        (format!("{image} \"rgb.gif\""), "names no picture format"),
+        ("Texture \"t\" \"spectrum\" \"imagemap\"".to_owned(), "without \"string filename\""),
+        (format!("{image} \"rgb.png\" \"string wrap\" \"mirror\""), "the wrap mode \"mirror\""),
+        (format!("{image} \"rgb.png\" \"string filter\" \"box\""), "the filter \"box\""),
+        (format!("{image} \"rgb.png\" \"string encoding\" \"gamma 0\""), "a gamma of 0"),
+        (format!("{image} \"rgb.png\" \"string encoding\" \"srgb\""), "the encoding \"srgb\""),
+        (format!("{image} \"rgb.png\" \"string mapping\" \"cubic\""), "the mapping \"cubic\""),
+        (format!("Scale 0 1 1 {image} \"rgb.png\" \"string mapping\" \"planar\""), "flattens"),
+        (
+            "Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 4".to_owned(),
+            "4 dimensions",
+        ),
+        ("Texture \"t\" \"float\" \"mix\" \"texture amount\" \"x\"".to_owned(), "no texture \"x\""),
+        (
+            "Texture \"t\" \"float\" \"directionmix\" \"vector3 dir\" [0 0 0]".to_owned(),
+            "without length",
+        ),
+        ("ColorSpace \"rec709\"".to_owned(), "the colour space \"rec709\""),
+    ] {
+        let world = format!("{world}\nMaterial \"diffuse\"");
+        let said = reflectance(folder.path(), &world).map(|_| ()).unwrap_err();
+        assert!(said.contains(expected), "{world}: {said}");
+        assert!(said.contains("test.pbrt:3:"), "{said}");
+    }
+}
