@@ -95,7 +95,11 @@ impl AreaLight {
             radiance = [0, 1, 2].map(|i| radiance[i] * texel[i].max(0.0));
         }
         match geometry {
-            Geometry::Mesh(mesh) if emission.by_area => radiance.map(|r| r / mesh.area(part)),
+            Geometry::Mesh(mesh) if emission.by_area => {
+                // No ray lights anything by a triangle whose area rounds to 0.
+                let area = mesh.area(part);
+                if area > 0.0 { radiance.map(|r| r / area) } else { [0.0; 3] }
+            }
             _ => radiance,
         }
     }
