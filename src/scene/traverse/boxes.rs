@@ -17,7 +17,7 @@ pub(super) fn boxes<R: Real<Scalar = f32>>(
     let [bx, by, bz] = ray.backward.map(|side| side & 1);
     for lane in (0..8).step_by(R::LANES) {
         let at = |side: usize, axis: usize, [factor, term]: [f32; 2]| {
-            R::load(&node.bounds[side][axis][lane..]).mul_add(R::splat(factor), R::splat(term))
+            R::load(&node.bounds[axis][side][lane..]).mul_add(R::splat(factor), R::splat(term))
         };
         let ([nx, ny, nz], [fx, fy, fz]) = (ray.near, ray.far);
         let near = at(bx, 0, nx).max(at(by, 1, ny)).max(at(bz, 2, nz).max(R::constant(0.0)));

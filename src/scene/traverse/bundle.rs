@@ -122,7 +122,7 @@ impl<'a> Bundle<'a> {
         for lane in (0..8).step_by(R::LANES) {
             for child in 0..8 {
                 let at = |side: usize, axis: usize, [factor, term]: &[[f32; 8]; 2]| {
-                    let plane = R::splat(node.bounds[side][axis][child]);
+                    let plane = R::splat(node.bounds[axis][side][child]);
                     plane.mul_add(R::load(&factor[lane..]), R::load(&term[lane..]))
                 };
                 let ([nx, ny, nz], [fx, fy, fz]) = (&self.near, &self.far);

@@ -140,8 +140,8 @@ impl Collapse<'_> {
                 let [low, high] = self.binary.bounds(binary);
                 let wide = &mut self.tree.nodes[to];
                 for axis in 0..3 {
-                    wide.bounds[0][axis][slot] = low[axis];
-                    wide.bounds[1][axis][slot] = high[axis];
+                    wide.bounds[axis][0][slot] = low[axis];
+                    wide.bounds[axis][1][slot] = high[axis];
                 }
                 wide.children[slot] = Code::of(child);
             }

@@ -90,8 +90,8 @@ impl Code {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// `bounds[0]` the low and `bounds[1]` the high sides, by axis, of the eight boxes.
-    pub(super) bounds: [[[f32; 8]; 3]; 2],
+    /// By axis, the low and the high sides of the eight boxes.
+    pub(super) bounds: [[[f32; 8]; 2]; 3],
     /// What is in the boxes.
     pub(super) children: [Code; 8],
 }
@@ -99,7 +99,7 @@ pub(super) struct Node {
 impl Node {
     /// No children yet.
     pub(super) const EMPTY: Self = Self {
-        bounds: [[[f32::INFINITY; 8]; 3], [[f32::NEG_INFINITY; 8]; 3]],
+        bounds: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
         children: [Code::ROOT; 8],
     };
 }
