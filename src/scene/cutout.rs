@@ -32,3 +32,59 @@ fn share(origin: [f32; 3], direction: [f32; 3], hit: &Hit) -> f32 {
     }
     (state >> 40) as f32 / (1u32 << 24) as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::lanes::f32x8;
+    use crate::rays::{HitBatch, NONE, Ray, RayBatch, WAVE};
+    use crate::scene::{Geometry, Material, Mesh, SceneBuilder, Texture, TraversalStack};
+
+    /// Two squares one behind the other; the front one has holes.
+    fn squares(alpha: f32) -> crate::scene::Scene {
+        let mut builder = SceneBuilder::default();
+        let material = builder.material(Material::diffuse([0.5; 3]));
+        for z in [1.0, 2.0] {
+            let positions = vec![[0.0, 0.0, z], [4.0, 0.0, z], [4.0, 4.0, z], [0.0, 4.0, z]];
+            let triangles = vec![[0, 1, 2], [0, 2, 3]];
+            let mesh = Mesh { positions, triangles, ..Mesh::default() };
+            builder.shape(Geometry::Mesh(mesh), material, None, None);
+        }
+        builder.shapes[0].alpha = Some(Texture::Constant([alpha; 3]));
+        builder.build()
+    }
+
+    #[test]
+    fn a_surface_is_met_as_often_as_its_alpha_says() {
+        let mut stack = TraversalStack::default();
+        for alpha in [-1.0f32, 0.0, 0.3, 0.75, 1.0] {
+            let scene = squares(alpha);
+            let (mut met, mut rays, mut hits) = (0, 0, HitBatch::default());
+            for row in 0..1000 {
+                let mut wave = RayBatch::default();
+                for i in 0..WAVE as u32 {
+                    let [x, y] = [i as f32 / WAVE as f32, row as f32 / 1000.0].map(|v| 4.0 * v);
+                    let origin = [0.001 + 0.99 * x, 0.002 + 0.99 * y, 0.0];
+                    wave.push(Ray { origin, direction: [0.0, 0.0, 1.0], t_max: 1.5 }, [1.0; 3], i);
+                }
+                scene.intersect::<f32x8>(&wave, &mut hits, &mut stack);
+                for i in 0..wave.len {
+                    let solid = hits[i].shape != NONE;
+                    met += usize::from(solid);
+                    if i % 16 == 0 {
+                        // Any hit, and the surface behind, agree.
+                        let ray = wave.ray(i);
+                        assert_eq!(scene.occluded::<f32x8>(&ray, &mut stack), solid);
+                        let far = Ray { t_max: f32::INFINITY, ..ray };
+                        let hit = scene.closest::<f32>(&far, &mut stack);
+                        assert_eq!(hit.shape, u32::from(!solid));
+                    }
+                }
+                rays += wave.len;
+            }
+            let (share, alpha) = (met as f64 / rays as f64, f64::from(alpha.clamp(0.0, 1.0)));
+            // Five standard deviations of a million throws.
+            let sigma = (alpha * (1.0 - alpha) / rays as f64).sqrt();
+            assert!((share - alpha).abs() <= 5.0 * sigma, "{share} for an alpha of {alpha}");
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::Beyond;
 use super::ray::Prepared;
-use super::triangles::{t_error, triangles};
+use super::triangles::{ahead, triangles};
 use crate::lanes::Real;
 use crate::rays::{Hit, NONE};
 use crate::scene::tree::Tree;
@@ -73,7 +73,7 @@ pub(super) fn packet<R: Real<Scalar = f32>, const ANY: bool>(
         mask &= mask - 1;
         let t = met.distance(lane as usize);
         let place = number * 8 + lane;
-        if comes_before(tree, t, place, nearest) && t_error(packet, lane as usize, ray) < t {
+        if comes_before(tree, t, place, nearest) && ahead(packet, lane as usize, ray, t) {
             if ANY {
                 return true;
             }
@@ -112,7 +112,7 @@ pub(super) fn cutouts<R: Real<Scalar = f32>>(
         let (t, weights) = (met.distance(lane as usize), met.weights(lane as usize));
         let place = number * 8 + lane;
         if comes_before(tree, t, place, nearest)
-            && t_error(packet, lane as usize, ray) < t
+            && ahead(packet, lane as usize, ray, t)
             && beyond.solid(ray, name(tree, place), weights)
         {
             (nearest.t, nearest.place, nearest.weights) = (t, place, weights);

@@ -83,11 +83,23 @@ fn axes(ray: &Prepared) -> [usize; 3] {
     ray.axes.map(|axis| if axis < 3 { axis } else { 0 })
 }
 
+/// Whether a candidate is certainly ahead of the ray's origin, and not the surface that the ray
+/// leaves.
+#[inline(always)]
+pub(super) fn ahead(packet: &Packet, lane: usize, ray: &Prepared, t: f32) -> bool {
+    let kz = axes(ray)[2];
+    // The signs of differences are exact, and where a ray meets a triangle it is between its
+    // corners: no error of the edges, be the triangle ever so far away, can take it out.
+    let before = |corner: usize| {
+        (packet.corners[corner][kz][lane & 7] - ray.origin[kz]) * ray.shear[2] > 0.0
+    };
+    (before(0) && before(1) && before(2)) || t_error(packet, lane, ray) < t
+}
+
 /// A bound on the absolute error of the distance of a candidate: what is nearer than that may be
 /// the surface that the ray leaves (Pharr, Jakob & Humphreys, "Physically Based Rendering",
 /// 6.8.7).
-#[inline(always)]
-pub(super) fn t_error(packet: &Packet, lane: usize, ray: &Prepared) -> f32 {
+fn t_error(packet: &Packet, lane: usize, ray: &Prepared) -> f32 {
     let [kx, ky, kz] = axes(ray);
     let (mut x, mut y, mut z) = ([0.0f32; 3], [0.0f32; 3], [0.0f32; 3]);
     for corner in 0..3 {
