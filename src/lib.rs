@@ -56,7 +56,8 @@
 //! seed, and on nothing else ([`sampler`]); a picture does not depend on threads or tiles.
 //!
 //! **obvhs builds the tree, we walk it.** Its triangle test leaks and takes one ray against one
-//! triangle; ours is watertight and takes eight. Quadrics are exact, in f64.
+//! triangle; ours is watertight and takes eight. Rays of one octant walk in bundles of eight until
+//! they part, and what a ray meets does not depend on its bundle. Quadrics are exact, in f64.
 //!
 //! **Our own readers** for pbrt's language and PLY: every error names file, line and column, and
 //! what is known but unsupported is a row in a table that says what is done instead.

@@ -14,7 +14,8 @@ pub(super) fn boxes<R: Real<Scalar = f32>>(
     enters: &mut [f32; 8],
 ) -> u32 {
     let mut mask = 0;
-    let [bx, by, bz] = ray.backward.map(|side| side & 1);
+    let [bx, by, bz] = ray.backward;
+    let (bx, by, bz) = (bx & 1, by & 1, bz & 1);
     for lane in (0..8).step_by(R::LANES) {
         let at = |side: usize, axis: usize, [factor, term]: [f32; 2]| {
             R::load(&node.bounds[axis][side][lane..]).mul_add(R::splat(factor), R::splat(term))

@@ -118,7 +118,8 @@ impl<'a> Bundle<'a> {
         let mut enters = [[0.0f32; 8]; 8];
         // Eight bits for the rays that meet each child.
         let mut met = 0u64;
-        let [bx, by, bz] = self.backward.map(|side| side & 1);
+        let [bx, by, bz] = self.backward;
+        let (bx, by, bz) = (bx & 1, by & 1, bz & 1);
         for lane in (0..8).step_by(R::LANES) {
             for child in 0..8 {
                 let at = |side: usize, axis: usize, [factor, term]: &[[f32; 8]; 2]| {

@@ -30,7 +30,8 @@ impl Candidates {
     /// The barycentric weights of the second and the third corner.
     #[inline(always)]
     pub(super) fn weights(&self, lane: usize) -> [f32; 2] {
-        self.edge.map(|edge| edge[lane & 7] / self.sum[lane & 7])
+        let [v, w] = &self.edge;
+        [v[lane & 7] / self.sum[lane & 7], w[lane & 7] / self.sum[lane & 7]]
     }
 }
 
@@ -80,7 +81,8 @@ pub(super) fn triangles<R: Real<Scalar = f32>>(
 #[inline(always)]
 fn axes(ray: &Prepared) -> [usize; 3] {
     // They are 0, 1 and 2 in some order, which spares the bounds checks.
-    ray.axes.map(|axis| if axis < 3 { axis } else { 0 })
+    let [x, y, z] = ray.axes;
+    [x.min(2), y.min(2), z.min(2)]
 }
 
 /// Whether a candidate is certainly ahead of the ray's origin, and not the surface that the ray
