@@ -56,7 +56,8 @@
 //! seed, and on nothing else ([`sampler`]); a picture does not depend on threads or tiles.
 //!
 //! **obvhs builds the tree, we walk it.** Its triangle test leaks and takes one ray against one
-//! triangle; ours is watertight and takes eight. Quadrics are exact, in f64.
+//! triangle; ours is watertight and takes eight. Rays of one octant walk in bundles of eight until
+//! they part, and what a ray meets does not depend on its bundle. Quadrics are exact, in f64.
 //!
 //! **Lights by a tree of triangles.** Each emitting triangle is a leaf of its own, eight branches
 //! are weighed at once, and the choice sees only where a point is: so a ray that runs into a light

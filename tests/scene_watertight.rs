@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, Vec3};
 use petzval::lanes::f32x8;
-use petzval::rays::{Hit, NONE, Ray};
+use petzval::rays::{Column, Hit, HitBatch, NONE, Ray, RayBatch, WAVE};
 use petzval::scene::{
     Form, Geometry, Material, Mesh, Quadric, Scene, SceneBuilder, ShapeSpec, TraversalStack,
 };
@@ -76,6 +76,232 @@ fn no_ray_slips_through_an_edge_or_a_vertex() {
         leaks += usize::from(hit.shape == NONE);
     }
     assert_eq!(leaks, 0, "of 400,000 rays from inside a closed mesh");
+}
+
+/// A sphere of triangles, each of an icosahedron's split in four again and again; `dent` moves
+/// every vertex in or out by up to that share.
+fn icosphere(times: u32, dent: f64) -> Mesh {
+    let g = (1.0 + 5.0f64.sqrt()) / 2.0;
+    let mut points = Vec::new();
+    for axis in 0..3 {
+        for (one, other) in [(-1.0, -g), (1.0, -g), (-1.0, g), (1.0, g)] {
+            let mut p = [0.0; 3];
+            (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (one, other);
+            points.push(DVec3::from_array(p).normalize());
+        }
+    }
+    let edge = (0..12).map(|i| points[0].distance(points[i])).filter(|&d| d > 0.0);
+    let edge = edge.fold(f64::INFINITY, f64::min) * 1.01;
+    let mut faces = Vec::new();
+    for (a, b, c) in
+        (0..12).flat_map(|a| (0..12).flat_map(move |b| (0..12).map(move |c| (a, b, c))))
+    {
+        let near = |i: usize, j: usize| points[i].distance(points[j]) < edge;
+        let outward = points[a].dot(points[b].cross(points[c])) > 0.0;
+        if a < b && a < c && near(a, b) && near(b, c) && near(c, a) && outward {
+            faces.push([a, b, c]);
+        }
+    }
+    assert_eq!(faces.len(), 20);
+    for _ in 0..times {
+        let mut halves = std::collections::HashMap::new();
+        let mut half = |a: usize, b: usize| {
+            *halves.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                points.push((points[a] + points[b]).normalize());
+                points.len() - 1
+            })
+        };
+        faces = faces
+            .into_iter()
+            .flat_map(|[a, b, c]| {
+                let (ab, bc, ca) = (half(a, b), half(b, c), half(c, a));
+                [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    let mut random = Random::new(21);
+    Mesh {
+        positions: points
+            .iter()
+            .map(|&p| (p * (1.0 + random.between(-dent, dent))).as_vec3().to_array())
+            .collect(),
+        triangles: faces.into_iter().map(|face| face.map(|i| i as u32)).collect(),
+        ..Mesh::default()
+    }
+}
+
+fn tetrahedron() -> Mesh {
+    let positions = vec![[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+    let triangles = vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
+    Mesh { positions, triangles, ..Mesh::default() }
+}
+
+/// A vertex of a mesh, or a point of one of its edges.
+fn rim(points: &[DVec3], triangles: &[[u32; 3]], random: &mut Random) -> DVec3 {
+    let [a, b, _] = triangles[(random.next() * triangles.len() as f64) as usize];
+    let along = if random.next() < 0.3 { 0.0 } else { random.next() };
+    points[a as usize].lerp(points[b as usize], along)
+}
+
+#[test]
+fn closed_meshes_of_any_size_keep_rays_in() {
+    let mut random = Random::new(22);
+    for (name, mesh) in [
+        ("icosphere", icosphere(3, 0.0)),
+        ("dented", icosphere(4, 0.05)),
+        ("tetrahedron", tetrahedron()),
+    ] {
+        for scale in [1e-4, 1.0, 1e6] {
+            let mut mesh = mesh.clone();
+            let place = DAffine3::from_scale_rotation_translation(
+                DVec3::splat(scale),
+                glam::DQuat::from_rotation_y(random.next() * TAU),
+                DVec3::new(0.3, -0.2, 0.7) * scale,
+            );
+            mesh.transform(&place, false);
+            let points: Vec<DVec3> =
+                mesh.positions.iter().map(|p| Vec3::from(*p).as_dvec3()).collect();
+            let triangles = mesh.triangles.clone();
+            let scene = scene(vec![Geometry::Mesh(mesh)]);
+            let (mut stack, mut hits) = (TraversalStack::default(), HitBatch::default());
+            let mut leaks = 0;
+            for _ in 0..110 {
+                let mut wave = RayBatch::default();
+                for i in 0..WAVE as u32 {
+                    // The ball inside a tetrahedron has a third of its radius: 0.57 of 1.73.
+                    let mut point = || random.between(-0.28, 0.28);
+                    let origin = place.transform_point3(DVec3::new(point(), point(), point()));
+                    wave.push(ray(origin, rim(&points, &triangles, &mut random)), [1.0; 3], i);
+                }
+                scene.intersect::<f32x8>(&wave, &mut hits, &mut stack);
+                leaks += hits[..wave.len].iter().filter(|hit| hit.shape == NONE).count();
+            }
+            assert_eq!(leaks, 0, "{name} of size {scale:e}: of 110,880 rays from inside");
+        }
+    }
+}
+
+#[test]
+fn rays_from_a_million_diameters_away_meet_the_near_side() {
+    for (name, mesh) in [("icosphere", icosphere(3, 0.0)), ("dented", icosphere(2, 0.02))] {
+        let points: Vec<DVec3> = mesh.positions.iter().map(|p| Vec3::from(*p).as_dvec3()).collect();
+        let triangles = mesh.triangles.clone();
+        let scene = scene(vec![Geometry::Mesh(mesh)]);
+        let mut stack = TraversalStack::default();
+        let mut random = Random::new(23);
+        let (mut rays, mut far) = (0, 0);
+        while rays < 60_000 {
+            let target = rim(&points, &triangles, &mut random);
+            let mut number = || random.between(-1.0, 1.0);
+            let away = DVec3::new(number(), number(), number()).normalize();
+            // At a million diameters a rounding of the direction is a tenth of the radius.
+            if away.dot(target.normalize()) < 0.6 {
+                continue;
+            }
+            rays += 1;
+            let origin = away * 2e6;
+            let ray = ray(origin, target);
+            let hit = scene.closest::<f32x8>(&ray, &mut stack);
+            let near = hit.shape != NONE && {
+                let (_, point) = scene.surface(&ray, &hit);
+                point.normal.dot(Vec3::from(ray.direction)) < 0.0
+            };
+            far += usize::from(!near);
+        }
+        assert_eq!(far, 0, "{name}: of {rays} rays from outside");
+    }
+}
+
+#[test]
+fn rays_that_graze_a_flat_mesh_never_pass_to_its_other_side() {
+    // A grid of squares in a plane, and rays that come in along its edges, at up to a thousandth
+    // of a radian, from no nearer than some roundings of their coordinates.
+    let (mut mesh, n) = (Mesh::default(), 32);
+    for j in 0..=n {
+        for i in 0..=n {
+            mesh.positions.push([i as f32, 0.0, j as f32]);
+        }
+    }
+    for j in 0..n {
+        for i in 0..n {
+            let a = j * (n + 1) + i;
+            mesh.triangles.extend([[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
+        }
+    }
+    let scene = scene(vec![Geometry::Mesh(mesh)]);
+    let mut stack = TraversalStack::default();
+    let mut random = Random::new(24);
+    let mut leaks = 0;
+    for i in 0..60_000 {
+        let whole = |random: &mut Random| 2.0 + (random.next() * 28.0).floor();
+        let target = DVec3::new(whole(&mut random), 0.0, whole(&mut random));
+        let along = match i % 3 {
+            0 => DVec3::X,
+            1 => DVec3::Z,
+            _ => DVec3::new(1.0, 0.0, 1.0),
+        };
+        let origin = target - along + DVec3::Y * random.between(5e-5, 1e-3);
+        let hit = scene.closest::<f32x8>(&ray(origin, target), &mut stack);
+        leaks += usize::from(hit.shape == NONE);
+    }
+    assert_eq!(leaks, 0, "of 60,000 rays");
+}
+
+#[test]
+fn a_wave_meets_what_its_rays_meet_one_by_one() {
+    let mut builder = SceneBuilder::default();
+    let material = builder.material(Material::diffuse([0.5; 3]));
+    let object = builder.object();
+    let ball = Form::Sphere { radius: 0.4, z: [-0.4, 0.4] };
+    let ball = Geometry::Quadric(Quadric::new(ball, TAU, DAffine3::IDENTITY, false).unwrap());
+    builder.shape(ShapeSpec {
+        object: Some(object),
+        ..ShapeSpec::new(Geometry::Mesh(torus(20, 10)), material)
+    });
+    builder.shape(ShapeSpec { object: Some(object), ..ShapeSpec::new(ball.clone(), material) });
+    builder.instance(object, DAffine3::from_translation(DVec3::new(1.5, 0.5, 0.0)));
+    builder.instance(object, DAffine3::from_scale(DVec3::new(0.5, -0.7, 0.9)));
+    builder.shape(ShapeSpec::new(Geometry::Mesh(torus(48, 24)), material));
+    // The same twice: of equal distances the lower number counts.
+    builder.shape(ShapeSpec::new(Geometry::Mesh(torus(48, 24)), material));
+    builder.shape(ShapeSpec::new(ball, material));
+    let scene = builder.build();
+    let (mut stack, mut random) = (TraversalStack::default(), Random::new(25));
+    let (mut one, mut eight) = (HitBatch::default(), HitBatch::default());
+    let nasty = [f32::NAN, f32::INFINITY, 0.0, -0.0, 1e-30, 1e20];
+    let bits = |hit: &Hit| {
+        ([hit.t, hit.u, hit.v].map(f32::to_bits), [hit.shape, hit.primitive, hit.instance])
+    };
+    let mut met = 0;
+    for _ in 0..20 {
+        let mut wave = RayBatch::default();
+        for i in 0..WAVE as u32 - 3 {
+            let mut point = |r: f64| DVec3::from_array([(); 3].map(|()| random.between(-r, r)));
+            let mut ray = ray(point(3.0), point(1.0));
+            if i % 3 == 0 {
+                ray.t_max = 2.0;
+            }
+            if i % 50 == 0 {
+                let pick = (random.next() * 6.0) as usize;
+                ray.direction[i as usize % 3] = nasty[pick];
+            }
+            wave.push(ray, [1.0, 2.0, 3.0], i);
+        }
+        scene.intersect::<f32>(&wave, &mut one, &mut stack);
+        scene.intersect::<f32x8>(&wave, &mut eight, &mut stack);
+        let mut radiance: [Column<f32>; 3] = Default::default();
+        scene.occlude::<f32x8>(&wave, &mut stack, &mut radiance);
+        for i in 0..wave.len {
+            let lone = scene.closest::<f32x8>(&wave.ray(i), &mut stack);
+            assert_eq!(bits(&lone), bits(&eight[i]), "{:?}", wave.ray(i));
+            assert_eq!(bits(&one[i]), bits(&eight[i]), "{:?}", wave.ray(i));
+            let free = !scene.occluded::<f32x8>(&wave.ray(i), &mut stack);
+            assert_eq!(free, lone.shape == NONE, "{:?}", wave.ray(i));
+            assert_eq!(radiance[1][i], if free { 2.0 } else { 0.0 });
+            met += usize::from(!free);
+        }
+    }
+    assert!((5_000..18_000).contains(&met), "{met} hits say little");
 }
 
 /// The nearest hit by looking at every triangle, in f64 (Moller & Trumbore 1997).

@@ -5,6 +5,7 @@
 
 mod bilinear;
 mod curve;
+mod cutout;
 mod intersect;
 mod light;
 mod material;
@@ -15,11 +16,11 @@ mod point;
 mod quadric;
 mod subdivision;
 mod texture;
+mod traverse;
 mod tree;
 
 pub use bilinear::triangulate;
 pub use curve::{CurveSegment, tessellate};
-pub use intersect::TraversalStack;
 pub use light::{
     AreaLight, Ball, Beam, Emission, Lamp, Light, LightSample, Lights, Sky, SkyImage, SkyLayout,
     cosine_hemisphere, luminance,
@@ -32,13 +33,13 @@ pub use subdivision::{Unsmooth, subdivide};
 pub use texture::{
     Awaited, Board, Filter, ImageMap, ImageTexture, Mapping, Pyramid, Texture, TexturePoint, Wrap,
 };
+pub use traverse::TraversalStack;
 pub use tree::Tree;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
-use crate::lanes::Real;
-use crate::rays::{Column, Hit, NONE, Ray, RayBatch};
-use tree::{Item, ItemKind};
+use crate::rays::{Hit, NONE, Ray};
+use tree::{Part, Parts};
 
 /// What a shape is made of.
 #[derive(Clone, Debug)]
@@ -102,24 +103,6 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Whether anything is in the way of each shadow ray; what is unshadowed is added to the
-    /// radiance of its sample: a stage.
-    pub fn occlude<R: Real<Scalar = f32>>(
-        &self,
-        rays: &RayBatch,
-        stack: &mut TraversalStack,
-        radiance: &mut [Column<f32>; 3],
-    ) {
-        for i in 0..rays.len {
-            if !self.occluded::<R>(&rays.ray(i), stack) {
-                let slot = rays.slot[i] as usize;
-                for (column, carried) in radiance.iter_mut().zip(rays.carried(i)) {
-                    column[slot] += carried;
-                }
-            }
-        }
-    }
-
     /// The surface at a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> (&Shape, SurfacePoint) {
         let shape = &self.shapes[hit.shape as usize];
@@ -157,6 +140,13 @@ impl Scene {
                 matrix.transform_point3(world.as_vec3()).as_dvec3()
             }
         }
+    }
+
+    /// The memory that the trees take, in bytes; see [`Tree`]. Vertices and indices are the
+    /// shapes' own.
+    pub fn bytes(&self) -> usize {
+        let instances = size_of_val(&self.instances[..]);
+        self.objects.iter().map(Tree::bytes).sum::<usize>() + self.world.bytes() + instances
     }
 
     /// Lowest and highest corner of the world, or `None` where it is empty.
@@ -246,56 +236,53 @@ impl SceneBuilder {
 
     /// Builds the trees.
     pub fn build(self) -> Scene {
-        let tree_of = |shapes: &[u32], more: Vec<Item>| {
-            let mut items = more;
-            for &i in shapes {
-                push_items(&mut items, i, &self.shapes[i as usize].geometry);
-            }
-            Tree::new(&items)
+        let Self { shapes, materials, .. } = &self;
+        // What neither stops light nor shines is not there at all.
+        let there = |shape: &u32| {
+            let Shape { material, alpha, light, .. } = &shapes[*shape as usize];
+            let interface = matches!(materials[*material as usize].scatters, Scatters::Interface);
+            let hole = matches!(alpha, Some(Texture::Constant([alpha, ..])) if *alpha <= 0.0);
+            !hole && (!interface || *light != NONE)
         };
+        let there = |of: &[u32]| of.iter().copied().filter(there).collect::<Vec<u32>>();
         let objects: Vec<Tree> =
-            self.objects.iter().map(|shapes| tree_of(shapes, Vec::new())).collect();
+            self.objects.iter().map(|of| tree(shapes, &there(of), Parts::default())).collect();
         let mut instances = Vec::new();
-        let mut items = Vec::new();
+        let mut parts = Parts::default();
         for (object, world_from_object) in &self.instances {
             let inverse = world_from_object.inverse();
             let Some([low, high]) = objects[*object as usize].bounds else { continue };
             if !inverse.is_finite() {
                 continue;
             }
-            items.push(Item {
-                bounds: moved_box([low.as_dvec3(), high.as_dvec3()], world_from_object),
-                kind: ItemKind::Instance(instances.len() as u32),
-            });
+            let bounds = moved_box([low.as_dvec3(), high.as_dvec3()], world_from_object);
+            parts.push(Part::Instance(instances.len() as u32, bounds));
             instances.push(Instance {
                 object: *object,
                 world_from_object: single(world_from_object),
                 object_from_world: single(&inverse),
             });
         }
-        let world = tree_of(&self.world, items);
+        let world = tree(shapes, &there(&self.world), parts);
         let lights = Lights::new(self.lights, &self.shapes);
         Scene { shapes: self.shapes, materials: self.materials, lights, instances, objects, world }
     }
 }
 
-fn single(matrix: &DAffine3) -> Affine3A {
-    Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
+/// The tree of some of the shapes, and of more.
+fn tree<'a>(shapes: &'a [Shape], of: &[u32], mut parts: Parts<'a>) -> Tree {
+    for &shape in of {
+        let Shape { geometry, alpha, .. } = &shapes[shape as usize];
+        parts.push(match geometry {
+            Geometry::Mesh(mesh) => Part::Mesh { shape, mesh, cutout: alpha.is_some() },
+            Geometry::Quadric(quadric) => Part::Quadric(shape, rounded_out(quadric.bounds())),
+        });
+    }
+    Tree::new(&parts)
 }
 
-fn push_items(items: &mut Vec<Item>, shape: u32, geometry: &Geometry) {
-    match geometry {
-        Geometry::Mesh(mesh) => items.extend((0..mesh.triangles.len() as u32).map(|triangle| {
-            let corners = mesh.corners(triangle);
-            let [a, b, c] = corners;
-            Item {
-                bounds: [a.min(b).min(c), a.max(b).max(c)],
-                kind: ItemKind::Triangle { shape, triangle, corners },
-            }
-        })),
-        Geometry::Quadric(quadric) => items
-            .push(Item { bounds: rounded_out(quadric.bounds()), kind: ItemKind::Quadric(shape) }),
-    }
+fn single(matrix: &DAffine3) -> Affine3A {
+    Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
 }
 
 /// A box in f32 around a box in f64.

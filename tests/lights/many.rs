@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use petzval::scene::{Emission, Geometry, Material, Mesh, Scene, SceneBuilder};
+use petzval::scene::{Emission, Geometry, Material, Mesh, Scene, SceneBuilder, ShapeSpec};
 
 use super::support::Random;
 use super::{Mean, at, closest, sample, scene};
@@ -22,7 +22,10 @@ fn ceiling(n: u32) -> Scene {
     }
     let mut builder = SceneBuilder::default();
     let material = builder.material(Material::diffuse([0.5; 3]));
-    builder.shape(Geometry::Mesh(mesh), material, Some(Emission::uniform([1.0; 3])), None);
+    builder.shape(ShapeSpec {
+        emission: Some(Emission::uniform([1.0; 3])),
+        ..ShapeSpec::new(Geometry::Mesh(mesh), material)
+    });
     builder.build()
 }
 

@@ -1,0 +1,56 @@
+//! A million triangles: what their tree takes in memory, and that it is whole.
+
+mod support;
+
+use glam::Vec3;
+use petzval::lanes::f32x8;
+use petzval::rays::Ray;
+use petzval::scene::{Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack};
+use support::Random;
+
+/// Quads on a side.
+const SIDE: u32 = 710;
+/// What the documentation of the tree promises, besides vertices and indices.
+const BYTES_PER_TRIANGLE: usize = 110;
+
+fn height(x: f32, y: f32) -> f32 {
+    0.1 * (7.0 * x).sin() * (5.0 * y).cos() + 0.01 * (90.0 * x).cos() * (70.0 * y).sin()
+}
+
+#[test]
+fn a_million_triangles_take_a_hundred_megabytes_and_are_all_found() {
+    let mut mesh = Mesh::default();
+    let at = |i: u32| i as f32 / SIDE as f32;
+    for j in 0..=SIDE {
+        for i in 0..=SIDE {
+            mesh.positions.push([at(i), at(j), height(at(i), at(j))]);
+        }
+    }
+    for j in 0..SIDE {
+        for i in 0..SIDE {
+            let a = j * (SIDE + 1) + i;
+            mesh.triangles.extend([[a, a + 1, a + SIDE + 2], [a, a + SIDE + 2, a + SIDE + 1]]);
+        }
+    }
+    let triangles = mesh.triangles.len();
+    assert!(triangles > 1_000_000);
+    let centres: Vec<Vec3> = (0..triangles as u32)
+        .step_by(101)
+        .map(|i| mesh.corners(i).iter().sum::<Vec3>() / 3.0)
+        .collect();
+    let mut builder = SceneBuilder::default();
+    let material = builder.material(Material::diffuse([0.5; 3]));
+    builder.shape(ShapeSpec::new(Geometry::Mesh(mesh), material));
+    let scene = builder.build();
+    let bytes = scene.bytes() / triangles;
+    assert!(bytes < BYTES_PER_TRIANGLE, "{bytes} bytes a triangle");
+    let mut stack = TraversalStack::default();
+    let mut random = Random::new(31);
+    for (i, centre) in centres.into_iter().enumerate() {
+        let above = Vec3::new(0.0, 0.0, 1.0 + random.next() as f32);
+        let origin = (centre + above).to_array();
+        let ray = Ray { origin, direction: [0.0, 0.0, -1.0], t_max: f32::INFINITY };
+        let hit = scene.closest::<f32x8>(&ray, &mut stack);
+        assert_eq!(hit.primitive as usize, i * 101, "{hit:?} for a ray at {centre}");
+    }
+}
