@@ -224,7 +224,7 @@ fn picture(
     let frame = Frame { resolution: [96; 2], low: [0; 2], high: [96; 2] };
     for tile in frame.tiles() {
         let mut points =
-            TileSampler::new(&tile, 0..32, |pixel| camera.sees(pixel, frame.resolution));
+            TileSampler::new(&tile, 0..32, |low, high| camera.sees(low, high, frame.resolution));
         while sample(&mut points, &frame, camera.film, 0, &mut columns.samples) {
             camera.expose::<f32x8>(&columns.samples, &mut columns.lens, &mut columns.rays, stats);
             done(columns.rays.len as u64);

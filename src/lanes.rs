@@ -42,6 +42,8 @@ pub trait Real:
     fn load(from: &[Self::Scalar]) -> Self;
     /// Writes the packet to the first [`Self::LANES`] places of a slice.
     fn store(self, to: &mut [Self::Scalar]);
+    /// Eight numbers of every lane: a packet of the first ones, a packet of the second ones ...
+    fn columns(rows: &[[Self::Scalar; 8]]) -> [Self; 8];
     /// Rounds an f64 to a lane's precision.
     fn scalar(value: f64) -> Self::Scalar;
     /// Widens a lane to f64.
@@ -112,6 +114,10 @@ macro_rules! one_lane {
             #[inline(always)]
             fn store(self, to: &mut [$float]) {
                 to[0] = self;
+            }
+            #[inline(always)]
+            fn columns(rows: &[[$float; 8]]) -> [Self; 8] {
+                rows[0]
             }
             #[inline(always)]
             fn scalar(value: f64) -> $float {
@@ -191,6 +197,14 @@ impl Real for f32x8 {
     #[inline(always)]
     fn store(self, to: &mut [f32]) {
         to[..8].copy_from_slice(&self.to_array());
+    }
+    #[inline(always)]
+    fn columns(rows: &[[f32; 8]]) -> [Self; 8] {
+        let mut packets = [f32x8::ZERO; 8];
+        for (packet, row) in packets.iter_mut().zip(&rows[..8]) {
+            *packet = f32x8::new(*row);
+        }
+        f32x8::transpose(packets)
     }
     #[inline(always)]
     fn scalar(value: f64) -> f32 {

@@ -150,7 +150,7 @@ impl Wave {
             self;
         let Job { scene, camera, frame, seed, max_depth, .. } = job;
         let mut sums = TileSums::new(tile);
-        let sees = |pixel| camera.sees(pixel, frame.resolution);
+        let sees = |low, high| camera.sees(low, high, frame.resolution);
         let mut tile = TileSampler::new(tile, job.samples.clone(), sees);
         let mut clock = Clock::start();
         while !progress.stop.load(Ordering::Relaxed)

@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use petzval::film::TileSampler;
 use petzval::render::{Job, Progress};
 
 /// Watches a render.
@@ -20,18 +21,10 @@ impl Bar {
         if !std::io::stderr().is_terminal() {
             return Self { shown: None };
         }
-        let lit = job
-            .frame
-            .tiles()
-            .iter()
-            .flat_map(|tile| {
-                let [x, y] = tile.low;
-                let [width, height] = tile.size;
-                (0..width * height).map(move |i| [x + i % width, y + i / width])
-            })
-            .filter(|&pixel| job.camera.sees(pixel, job.frame.resolution))
-            .count() as u64;
-        let total = lit * u64::from(job.samples.end - job.samples.start);
+        let sees = |low, high| job.camera.sees(low, high, job.frame.resolution);
+        let tiles = job.frame.tiles();
+        let samples = |tile| TileSampler::new(tile, job.samples.clone(), sees).count();
+        let total = tiles.iter().map(samples).sum();
         let bar = ProgressBar::new(total);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}") {
             bar.set_style(style);

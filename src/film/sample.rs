@@ -18,13 +18,25 @@ pub struct TileSampler {
 }
 
 impl TileSampler {
-    /// The samples of a tile, without the pixels that see no light.
-    pub fn new(tile: &Tile, samples: Range<u32>, sees: impl Fn([u32; 2]) -> bool) -> Self {
-        let pixels = (0..tile.size[0] * tile.size[1])
+    /// The samples of a tile, without the pixels that see no light: `sees` says whether any
+    /// pixel from the first of two to before the second does.
+    pub fn new(
+        tile: &Tile,
+        samples: Range<u32>,
+        sees: impl Fn([u32; 2], [u32; 2]) -> bool,
+    ) -> Self {
+        let end = [0, 1].map(|axis| tile.low[axis] + tile.size[axis]);
+        let count = if sees(tile.low, end) { tile.size[0] * tile.size[1] } else { 0 };
+        let pixels = (0..count)
             .map(|i| (i, [tile.low[0] + i % tile.size[0], tile.low[1] + i / tile.size[0]]))
-            .filter(|(_, pixel)| sees(*pixel))
+            .filter(|(_, pixel)| sees(*pixel, pixel.map(|p| p + 1)))
             .collect();
         Self { pixels, sample: samples.start, samples, pixel: 0 }
+    }
+
+    /// How many samples the tile has in all.
+    pub fn count(&self) -> u64 {
+        self.pixels.len() as u64 * self.samples.len() as u64
     }
 }
 

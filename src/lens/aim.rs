@@ -1,17 +1,14 @@
 //! From a point on the film to a ray into the lens: a stage.
 
-use super::pupil::{Lookup, PupilBound};
+use super::pupil::{LIT, Lookup, PupilBound, Targets};
 use super::refract::LensRay;
 use crate::lanes::Real;
-use crate::rays::{Column, LensBatch, SampleBatch};
+use crate::rays::{LensBatch, SampleBatch};
 
-/// The columns in which the stage keeps where every sample aims.
+/// Where every sample of a wave aims.
 #[derive(Clone, Debug, Default)]
 pub struct TargetColumns {
-    centre: [Column<f32>; 2],
-    edge: [Column<f32>; 2],
-    area2: Column<f32>,
-    base: Column<f32>,
+    targets: Targets,
     lookup: Lookup,
 }
 
@@ -29,10 +26,10 @@ struct Sample<R> {
     film: [R; 2],
     /// The second random number of its pupil point.
     v: R,
-    centre: [R; 2],
-    edge: [R; 2],
-    area2: R,
-    base: R,
+    /// How far along the far side of its triangle.
+    along: R,
+    /// The lanes of its [`Target`].
+    target: [R; 8],
 }
 
 impl<R: Real<Scalar = f32>> Film<R> {
@@ -44,14 +41,17 @@ impl<R: Real<Scalar = f32>> Film<R> {
         }
     }
 
-    /// The ray of a sample, with its weight.
+    /// The ray of a sample, with its weight, and whether its film point is dark.
     #[inline(always)]
-    fn launch(&self, sample: &Sample<R>) -> LensRay<R> {
+    fn launch(&self, sample: &Sample<R>) -> (LensRay<R>, R::Mask) {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let [x, y] = sample.film;
+        let [centre_u, centre_v, corner_u, corner_v, side_u, side_v, base, lone] = sample.target;
+        let area2 = corner_u * side_v - corner_v * side_u;
+        let closed = base.le(zero) | (area2.le(zero) & lone.le(zero));
         let radial = sample.v.sqrt();
-        let u = radial.mul_add(sample.edge[0], sample.centre[0]);
-        let v = radial.mul_add(sample.edge[1], sample.centre[1]);
+        let u = radial.mul_add(sample.along.mul_add(side_u, corner_u), centre_u);
+        let v = radial.mul_add(sample.along.mul_add(side_v, corner_v), centre_v);
         let r2 = x.mul_add(x, y * y);
         let on_axis = r2.le(zero);
         let per_r = one / r2.sqrt();
@@ -65,16 +65,16 @@ impl<R: Real<Scalar = f32>> Film<R> {
         let cos = self.distance * per_d;
         let cos2 = cos * cos;
         // cos^4 / (Z^2 pdf) with pdf = triangle / area2 + base, of a triangle if there is one.
-        let drawn = zero.lt(sample.area2);
-        let area2 = R::select(drawn, sample.area2, one);
-        let pdf_area2 = sample.base.mul_add(area2, R::select(drawn, self.triangle, zero));
+        let drawn = zero.lt(area2);
+        let area2 = R::select(drawn, area2, one);
+        let pdf_area2 = base.mul_add(area2, R::select(drawn, self.triangle, zero));
         let exposure = cos2 * cos2 * area2 / (z2 * pdf_area2);
-        let closed = sample.base.le(zero);
-        LensRay {
+        let ray = LensRay {
             p: [R::select(closed, R::constant(f64::NAN), x), y, zero],
             t: [dx * per_length, dy * per_length, self.distance * per_length],
             weight: R::select(closed, zero, exposure),
-        }
+        };
+        (ray, closed)
     }
 }
 
@@ -93,23 +93,15 @@ pub fn aim<R: Real<Scalar = f32>>(
     let len = samples.len;
     let film = [&samples.film[0][..len], &samples.film[1][..len]];
     let pupil = [&samples.pupil[0][..len], &samples.pupil[1][..len]];
-    let TargetColumns { centre, edge, area2, base, lookup } = targets;
-    bound.targets(film, pupil, lookup, |i, target| {
-        for axis in 0..2 {
-            centre[axis][i] = target.centre[axis];
-            edge[axis][i] = target.edge[axis];
-        }
-        (area2[i], base[i]) = (target.area2, target.base);
-    });
+    let TargetColumns { targets, lookup } = targets;
+    bound.targets(film, pupil, lookup, targets);
     // The lanes behind the last sample are no dark film points.
-    base[len..len.next_multiple_of(R::LANES)].fill(1.0);
+    targets[len..len.next_multiple_of(R::LANES)].fill(LIT);
 
     let stage = Film::<R>::new(bound, [distance, n]);
     let (x, y) = (samples.film[0].packets::<R>(len), samples.film[1].packets::<R>(len));
     let v = samples.pupil[1].packets::<R>(len);
-    let [centre_u, centre_v] = [0, 1].map(|axis| centre[axis].packets::<R>(len));
-    let [edge_u, edge_v] = [0, 1].map(|axis| edge[axis].packets::<R>(len));
-    let (area2, base) = (area2.packets::<R>(len), base.packets::<R>(len));
+    let along = lookup.along.packets::<R>(len);
     let weight = batch.weight.packets_mut::<R>(len);
     let (to_x, to_y) = (batch.x.packets_mut::<R>(len), batch.y.packets_mut::<R>(len));
     let to_z = batch.z.packets_mut::<R>(len);
@@ -117,18 +109,16 @@ pub fn aim<R: Real<Scalar = f32>>(
     let to_tz = batch.tz.packets_mut::<R>(len);
     let mut dark = 0;
     for i in 0..weight.len() {
-        let ray = stage.launch(&Sample {
+        let (ray, closed) = stage.launch(&Sample {
             film: [x[i], y[i]],
             v: v[i],
-            centre: [centre_u[i], centre_v[i]],
-            edge: [edge_u[i], edge_v[i]],
-            area2: area2[i],
-            base: base[i],
+            along: along[i],
+            target: R::columns(&targets[i * R::LANES..(i + 1) * R::LANES]),
         });
         [to_x[i], to_y[i], to_z[i]] = ray.p;
         [to_tx[i], to_ty[i], to_tz[i]] = ray.t;
         weight[i] = ray.weight;
-        dark += R::bits(base[i].le(R::constant(0.0))).count_ones() as usize;
+        dark += R::bits(closed).count_ones() as usize;
     }
     batch.resize::<R>(len);
     batch.living = len - dark;
@@ -142,13 +132,11 @@ pub fn aimed(
     [distance, index]: [f32; 2],
     i: usize,
 ) -> LensRay<f64> {
-    let ray = Film::<f32>::new(bound, [distance, index]).launch(&Sample {
+    let (ray, _) = Film::<f32>::new(bound, [distance, index]).launch(&Sample {
         film: [samples.film[0][i], samples.film[1][i]],
         v: samples.pupil[1][i],
-        centre: [targets.centre[0][i], targets.centre[1][i]],
-        edge: [targets.edge[0][i], targets.edge[1][i]],
-        area2: targets.area2[i],
-        base: targets.base[i],
+        along: targets.lookup.along[i],
+        target: targets.targets[i],
     });
     let [x, y, z] = ray.t.map(f64::from);
     let scale = f64::from(index) / (x * x + y * y + z * z).sqrt();

@@ -107,16 +107,17 @@ impl Camera {
         self.film[0].hypot(self.film[1]) / 2.0
     }
 
-    /// Whether any light can come to a pixel of a picture of this resolution.
-    pub fn sees(&self, pixel: [u32; 2], resolution: [u32; 2]) -> bool {
+    /// Whether any light can come to the pixels of a picture of this resolution from `low` to
+    /// before `high`.
+    pub fn sees(&self, low: [u32; 2], high: [u32; 2], resolution: [u32; 2]) -> bool {
         let Model::Real(lens) = &self.model else { return true };
-        // The film is point-symmetric about the axis: it does not matter that its picture is
-        // upside down.
-        let corner = |i: usize, by: u32| {
-            f64::from(pixel[i] + by) * self.film[i] / f64::from(resolution[i]) - self.film[i] / 2.0
+        // Mirrored in x and upside down in y, as the film stage has it.
+        let place = |pixel: u32, i: usize| {
+            let place = f64::from(pixel) * self.film[i] / f64::from(resolution[i]);
+            if i == 0 { self.film[i] / 2.0 - place } else { place - self.film[i] / 2.0 }
         };
-        let [low, high] = [0, 1].map(|by| [-corner(0, 1 - by), corner(1, by)]);
-        lens.bound.any_open(low, high)
+        lens.bound
+            .any_open([place(high[0], 0), place(low[1], 1)], [place(low[0], 0), place(high[1], 1)])
     }
 
     /// How far behind the camera's origin the film stands, camera units.
@@ -257,8 +258,8 @@ struct Placement<R> {
     linear: [[R; 3]; 3],
     unit: R,
     origin: [R; 3],
-    near: R,
-    depth: R,
+    /// Nearest depth and what lies between it and the farthest, unless all is seen.
+    depth: Option<[R; 2]>,
 }
 
 impl<R: Real> Placement<R> {
@@ -266,34 +267,35 @@ impl<R: Real> Placement<R> {
     fn new(camera: &Camera, unit: f64, front: f64) -> Self {
         let world = camera.world_from_camera;
         let [near, far] = camera.depth;
+        let all = near == 0.0 && far == f64::INFINITY;
         Self {
             linear: world.matrix3.to_cols_array_2d().map(|column| column.map(R::constant)),
             unit: R::constant(unit),
             origin: world.transform_point3(DVec3::new(0.0, 0.0, front)).to_array().map(R::constant),
-            near: R::constant(near),
-            depth: R::constant(far - near),
+            depth: (!all).then(|| [near, far - near].map(R::constant)),
         }
     }
 
     /// Origin, unit direction and end of a ray in the world.
     #[inline(always)]
     fn ray(&self, start: [R; 3], towards: [R; 3]) -> ([R; 3], [R; 3], R) {
-        // A fisheye's ray that goes sideways or back meets neither end of the depth.
-        let zero = R::constant(0.0);
-        let forward = zero.lt(towards[2]);
-        let per_depth = R::constant(1.0) / towards[2];
-        let near = R::select(forward, self.near * per_depth, zero);
-        let start = [0, 1, 2].map(|i| near.mul_add(towards[i], start[i] * self.unit));
         let direction = self.turn(towards);
         let [x, y, z] = direction;
         let length = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
         let per_length = R::constant(1.0) / length;
+        let mut start = start.map(|v| v * self.unit);
+        let mut end = R::constant(f64::INFINITY);
+        if let Some([near, depth]) = self.depth {
+            // A fisheye's ray that goes sideways or back meets neither end of the depth.
+            let zero = R::constant(0.0);
+            let forward = zero.lt(towards[2]);
+            let per_depth = R::constant(1.0) / towards[2];
+            let near = R::select(forward, near * per_depth, zero);
+            start = [0, 1, 2].map(|i| near.mul_add(towards[i], start[i]));
+            end = R::select(forward, depth * per_depth * length, end);
+        }
         let offset = self.turn(start);
-        (
-            [0, 1, 2].map(|i| self.origin[i] + offset[i]),
-            direction.map(|d| d * per_length),
-            R::select(forward, self.depth * per_depth * length, R::constant(f64::INFINITY)),
-        )
+        ([0, 1, 2].map(|i| self.origin[i] + offset[i]), direction.map(|d| d * per_length), end)
     }
 
     #[inline(always)]

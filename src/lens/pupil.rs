@@ -70,8 +70,8 @@ pub(super) enum Field {
     /// No fans: all samples go to the rear element.
     Bare,
     /// By film radius, in the frame of the film point. Behind the edges of all rings stand two
-    /// empty ones for the dark beyond.
-    Round { fans: Box<[Fan; RINGS + 3]>, per_end: f32 },
+    /// empty ones for the dark beyond. `open` has a bit for every fan that has an area.
+    Round { fans: Box<[Fan; RINGS + 3]>, rows: Rows, open: u128, per_end: f32 },
     /// Row by row over the square around the film, in the frame of the film.
     Square { fans: Vec<Fan>, per_mm: f32, half: f32 },
 }
@@ -115,15 +115,35 @@ fn corners(per_mm: f32, half: f32, [x, y]: [f32; 2]) -> [(usize, f32); 4] {
     ]
 }
 
-/// How a sample finds its point of the pupil: `centre + sqrt(v) edge`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Target {
-    pub centre: [f32; 2],
-    pub edge: [f32; 2],
-    /// Twice the area of the triangle that the sample is drawn from, mm^2; 0 for none.
-    pub area2: f32,
-    /// Density of the samples that come from elsewhere, mm^-2; 0 where the film sees no light.
-    pub base: f32,
+/// How a sample finds its point of the pupil, `centre + sqrt(v) (corner + t side)`: u and v of
+/// the centre, of the corner and of the side, mm; the density of the samples that come from
+/// elsewhere, mm^-2, or 0 where the film sees no light; and 1 for a sample that is drawn from no
+/// triangle. One row for a sample, because it is looked up in one piece.
+pub(super) type Target = [f32; 8];
+
+/// The target of a lane that is not in use.
+pub(super) const LIT: Target = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0];
+
+/// The targets of a wave.
+pub(super) type Targets = Column<Target>;
+
+/// The triangles of the fans as rows to look up, without the density.
+#[derive(Clone, Debug)]
+pub(super) struct Rows(Vec<[Target; TRIANGLES]>);
+
+impl Rows {
+    pub(super) fn of(fans: &[Fan]) -> Self {
+        let row = |fan: &Fan, k: usize| {
+            let Triangle { centre: [u, v], corners: [[au, av], [bu, bv]] } = fan.triangle(k);
+            [u, v, au, av, bu - au, bv - av, 0.0, 0.0]
+        };
+        Self(fans.iter().map(|fan| std::array::from_fn(|k| row(fan, k))).collect())
+    }
+}
+
+/// A sample that is drawn from no triangle.
+fn lone([u, v]: [f32; 2], base: f32) -> Target {
+    [u, v, 0.0, 0.0, 0.0, 0.0, base, 1.0]
 }
 
 /// Columns for what is computed eight samples at a time before the fans are looked up.
@@ -133,7 +153,8 @@ pub(super) struct Lookup {
     ring_share: Column<f32>,
     rear: Column<u32>,
     triangle: Column<u32>,
-    triangle_share: Column<f32>,
+    /// How far along the far side of its triangle a sample is.
+    pub(super) along: Column<f32>,
 }
 
 impl PupilBound {
@@ -182,7 +203,7 @@ impl PupilBound {
         let radius = x.hypot(y);
         match &self.field {
             Field::Bare => Fan::EMPTY,
-            Field::Round { fans, per_end } => {
+            Field::Round { fans, per_end, .. } => {
                 let place = place(radius * per_end);
                 let ring = ring(place);
                 let t = place - ring as i32 as f32;
@@ -206,25 +227,25 @@ impl PupilBound {
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
         lookup: &mut Lookup,
-        put: impl FnMut(usize, Target),
+        targets: &mut Targets,
     ) {
         match &self.field {
-            Field::Bare => self.bare_targets(film, pupil, put),
-            Field::Round { fans, per_end } => {
-                self.round_targets((fans, *per_end), film, pupil, lookup, put);
+            Field::Bare => self.bare_targets(film, pupil, targets),
+            Field::Round { rows, per_end, .. } => {
+                self.round_targets((rows, *per_end), film, pupil, lookup, targets);
             }
-            Field::Square { .. } => self.square_targets(film, pupil, put),
+            Field::Square { .. } => self.square_targets(film, pupil, lookup, targets),
         }
     }
 
     #[inline(always)]
     fn round_targets(
         &self,
-        (fans, per_end): (&[Fan; RINGS + 3], f32),
+        (Rows(rows), per_end): (&Rows, f32),
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
         lookup: &mut Lookup,
-        mut put: impl FnMut(usize, Target),
+        targets: &mut Targets,
     ) {
         let count = film[0].len().min(WAVE);
         let (x, y) = (&film[0][..count], &film[1][..count]);
@@ -242,30 +263,21 @@ impl PupilBound {
             let place = (u[i] - share).max(0.0) * per_triangle;
             let triangle = whole(place).min(TRIANGLES as u32 - 1);
             lookup.triangle[i] = triangle;
-            lookup.triangle_share[i] = place - triangle as i32 as f32;
+            lookup.along[i] = place - triangle as i32 as f32;
         }
         let rear: [f32; RINGS] = std::array::from_fn(|i| share / self.rear[i].area());
         for i in 0..count {
-            let ring = (lookup.ring[i] as usize).min(RINGS + 1);
+            let ring = (lookup.ring[i] as usize).min(rows.len() - 2);
             let triangle = lookup.triangle[i] as usize % TRIANGLES;
-            let base = rear[lookup.rear[i] as usize % RINGS];
-            let (near, far) = (&fans[ring], &fans[ring + 1]);
+            let (near, far) = (&rows[ring][triangle], &rows[ring + 1][triangle]);
             let s = lookup.ring_share[i];
-            let mix = |a: f32, b: f32| a + s * (b - a);
-            let pair = |fan: &Fan| {
-                let [[ax, ay], [bx, by]] = [fan.corners[triangle], fan.corners[triangle + 1]];
-                [ax, ay, bx, by]
-            };
-            let (near_pair, far_pair) = (pair(near), pair(far));
-            let [ax, ay, bx, by] = [0, 1, 2, 3].map(|k| mix(near_pair[k], far_pair[k]));
-            let centre = [0, 1].map(|k| mix(near.centre[k], far.centre[k]));
-            let area2 = ax * by - ay * bx;
-            let t = lookup.triangle_share[i];
-            let edge = [ax + t * (bx - ax), ay + t * (by - ay)];
-            let base = if area2 > 0.0 { base } else { 0.0 };
-            put(i, Target { centre, edge, area2, base });
+            let target = &mut targets[i];
+            for k in 0..8 {
+                target[k] = near[k] + s * (far[k] - near[k]);
+            }
+            target[6] = rear[lookup.rear[i] as usize % RINGS];
             if u[i] < share {
-                put(i, self.rear_target([x[i], y[i]], [u[i] / share, v[i]]));
+                targets[i] = self.rear_target([x[i], y[i]], [u[i] / share, v[i]]);
             }
         }
     }
@@ -275,24 +287,23 @@ impl PupilBound {
         &self,
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
-        mut put: impl FnMut(usize, Target),
+        lookup: &mut Lookup,
+        targets: &mut Targets,
     ) {
         let share = self.rear_share;
         for i in 0..film[0].len() {
             let (point, u, v) = ([film[0][i], film[1][i]], pupil[0][i], pupil[1][i]);
             if u < share {
-                put(i, self.rear_target(point, [u / share, v]));
+                targets[i] = self.rear_target(point, [u / share, v]);
                 continue;
             }
             let place = (u - share) * (TRIANGLES as f32 / (1.0 - share));
             let k = (place as usize).min(TRIANGLES - 1);
-            let t = place - k as f32;
+            lookup.along[i] = place - k as f32;
             let Triangle { centre, corners: [a, b] } = self.triangle(point, k);
-            let area2 = Triangle { centre, corners: [a, b] }.area2();
-            let edge = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
-            let rear = self.rear(point[0].hypot(point[1]));
-            let base = if area2 > 0.0 { share / rear.area() } else { 0.0 };
-            put(i, Target { centre, edge, area2, base });
+            let base = share / self.rear(point[0].hypot(point[1])).area();
+            let side = [b[0] - a[0], b[1] - a[1]];
+            targets[i] = [centre[0], centre[1], a[0], a[1], side[0], side[1], base, 0.0];
         }
     }
 
@@ -318,14 +329,9 @@ impl PupilBound {
     }
 
     #[inline(never)]
-    fn bare_targets(
-        &self,
-        film: [&[f32]; 2],
-        pupil: [&[f32]; 2],
-        mut put: impl FnMut(usize, Target),
-    ) {
+    fn bare_targets(&self, film: [&[f32]; 2], pupil: [&[f32]; 2], targets: &mut Targets) {
         for i in 0..film[0].len() {
-            put(i, self.rear_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]));
+            targets[i] = self.rear_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]);
         }
     }
 
@@ -341,20 +347,19 @@ impl PupilBound {
             true => (1.0 - self.rear_share) * fan.density(point) + self.rear_share / rear.area(),
             false => 0.0,
         };
-        Target { centre: point, edge: [0.0; 2], area2: 0.0, base }
+        lone(point, base)
     }
 
     /// Whether light comes to any film point of a rectangle, mm.
     pub fn any_open(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         match &self.field {
             Field::Bare => true,
-            Field::Round { fans, per_end } => {
-                let near = |i: usize| low[i].max(-high[i]).max(0.0);
-                let far = |i: usize| high[i].max(-low[i]);
-                let at = |r: f64| ring(place(r as f32 * per_end));
-                let length = |a: f64, b: f64| (a * a + b * b).sqrt();
-                let (inner, outer) = (length(near(0), near(1)), length(far(0), far(1)));
-                fans[at(inner) as usize..=at(outer) as usize + 1].iter().any(Fan::open)
+            Field::Round { open, per_end, .. } => {
+                let near = |i: usize| low[i].max(-high[i]).max(0.0) as f32;
+                let far = |i: usize| high[i].max(-low[i]) as f32;
+                let at = |a: f32, b: f32| ring(place((a * a + b * b).sqrt() * per_end));
+                let (inner, outer) = (at(near(0), near(1)), at(far(0), far(1)) + 1);
+                (open >> inner) & ((2 << (outer - inner)) - 1) != 0
             }
             Field::Square { fans, per_mm, half } => {
                 let cell = |v: f64, up: f64| {

@@ -4,7 +4,7 @@ use super::fan::Fan;
 use super::outline::{Finder, Frame, Light};
 use super::paraxial::Paraxial;
 use super::prescription::{Axis, Prescription};
-use super::pupil::{CELLS, Ellipse, Field, RINGS};
+use super::pupil::{CELLS, Ellipse, Field, RINGS, Rows};
 
 /// By how much the ellipses around the rear element are widened, so that nothing of it is left
 /// out.
@@ -47,9 +47,11 @@ impl Survey<'_> {
         widen(&mut fans, &pairs);
         fans.push(Fan::EMPTY);
         fans.push(Fan::EMPTY);
+        let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.open()));
+        let rows = Rows::of(&fans);
         let fans = fans.try_into().expect("an edge for every ring, and two beyond");
         // The last point of the film, where it is lit, is not beyond the light.
-        Field::Round { fans, per_end: ((1.0 - 1e-6) / end) as f32 }
+        Field::Round { fans, rows, open, per_end: ((1.0 - 1e-6) / end) as f32 }
     }
 
     /// Fans over the square around the film.
