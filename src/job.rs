@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::DAffine3;
 
+use crate::aov::Aov;
 use crate::film::Frame;
 use crate::image::{Note, Notes};
 use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
@@ -42,6 +43,10 @@ pub struct Changes {
     pub seed: Option<u32>,
     /// How film points choose where to aim.
     pub aim: Aim,
+    /// Layers beside the colours.
+    pub layers: Vec<Aov>,
+    /// Whether the picture's format holds layers, so that those of the scene file are wanted.
+    pub holds_layers: bool,
 }
 
 impl Changes {
@@ -114,8 +119,30 @@ pub fn prepare(
         samples: 0..samples,
         seed,
         max_depth: description.max_depth,
+        layers: layers(&film, changes),
     };
+    if let (Some(aov), Model::Thin(_)) =
+        (job.layers.iter().find(|aov| aov.needs_lens()), &job.camera.model)
+    {
+        let name = format!("{aov:?}").to_lowercase();
+        return Err(JobError::Asked(format!("--aov {name}: this camera has no lens file")));
+    }
     Ok((job, setup.notes, setup.warnings))
+}
+
+/// The layers that the command line or a film of the kind "gbuffer" asks for, each once.
+fn layers(film: &FilmSpec, changes: &Changes) -> Vec<Aov> {
+    let given: &[Aov] = match film.gbuffer && changes.holds_layers {
+        true => &[Aov::Depth, Aov::Position, Aov::Normal, Aov::Albedo, Aov::Variance],
+        false => &[],
+    };
+    let mut layers = Vec::new();
+    for &aov in changes.layers.iter().chain(given) {
+        if !layers.contains(&aov) {
+            layers.push(aov);
+        }
+    }
+    layers
 }
 
 fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobError> {

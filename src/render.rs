@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::aov::{Aov, FeatureFilm, Features};
 use crate::film::{FilmSums, Frame, Tile, TileSampler, TileSums, sample};
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
@@ -29,6 +30,8 @@ pub struct Job {
     pub seed: u32,
     /// Surfaces on a path that scatter light: 1 is direct light only, 0 is what shines by itself.
     pub max_depth: u32,
+    /// What is wanted beside the colours.
+    pub layers: Vec<Aov>,
 }
 
 /// One lane or eight; the picture is the same bit for bit.
@@ -55,6 +58,8 @@ pub struct Progress {
 pub struct Exposed {
     /// What the film received.
     pub film: FilmSums,
+    /// What its first surfaces are like, where a layer asks for it.
+    pub features: Option<FeatureFilm>,
     /// How that came about.
     pub stats: Stats,
 }
@@ -93,7 +98,7 @@ fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Expos
     let workers: Vec<Mutex<Box<Wave>>> =
         (0..rayon::current_num_threads()).map(|_| Mutex::new(Wave::new(job))).collect();
     let tiles = job.frame.tiles();
-    let received: Vec<TileSums> = tiles
+    let received: Vec<(TileSums, Option<Features>)> = tiles
         .par_iter()
         .map(|tile| {
             let worker = rayon::current_thread_index().unwrap_or(0);
@@ -104,9 +109,13 @@ fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Expos
     if progress.stop.load(Ordering::Relaxed) {
         return Err(RenderError::Stopped);
     }
-    let mut exposed = Exposed { film: FilmSums::new(job.frame), stats: Stats::default() };
-    for (tile, sums) in tiles.iter().zip(&received) {
+    let film = FilmSums::new(job.frame, job.layers.contains(&Aov::Variance));
+    let mut exposed = Exposed { film, features: None, stats: Stats::default() };
+    for (tile, (sums, features)) in tiles.iter().zip(&received) {
         exposed.film.put(tile, sums);
+        if let Some(features) = features {
+            exposed.features.get_or_insert_with(|| FeatureFilm::new(job.frame)).put(tile, features);
+        }
     }
     for worker in workers {
         let wave = worker.into_inner().unwrap_or_else(|poison| poison.into_inner());
@@ -145,11 +154,12 @@ impl Wave {
         job: &Job,
         tile: &Tile,
         progress: &Progress,
-    ) -> TileSums {
+    ) -> (TileSums, Option<Features>) {
         let Self { samples, lens, rays, next, shadows, hits, stack, columns, radiance, stats } =
             self;
         let Job { scene, camera, frame, seed, max_depth, .. } = job;
-        let mut sums = TileSums::new(tile);
+        let mut sums = TileSums::new(tile, job.layers.contains(&Aov::Variance));
+        let mut features = Features::new(job, tile);
         let sees = |low, high| camera.sees(low, high, frame.resolution);
         let mut tile = TileSampler::new(tile, job.samples.clone(), sees);
         let mut clock = Clock::start();
@@ -163,6 +173,10 @@ impl Wave {
             for depth in 0..=*max_depth {
                 scene.intersect::<R>(rays, hits, stack);
                 clock.lap(stats, Stage::Intersect, rays.len);
+                if let (0, Some(features)) = (depth, &mut features) {
+                    features.record(scene, rays, hits, samples);
+                    clock.lap(stats, Stage::Record, rays.len);
+                }
                 let vertex = Vertex { depth, max_depth: *max_depth };
                 shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
                 clock.lap(stats, Stage::Shade, rays.len);
@@ -177,7 +191,7 @@ impl Wave {
             clock.lap(stats, Stage::Accumulate, samples.len);
             progress.samples.fetch_add(samples.len as u64, Ordering::Relaxed);
         }
-        sums
+        (sums, features)
     }
 }
 

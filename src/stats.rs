@@ -11,6 +11,8 @@ pub enum Stage {
     Lens,
     /// Nearest surfaces.
     Intersect,
+    /// What first surfaces are like, for layers of the picture.
+    Record,
     /// Materials and lights.
     Shade,
     /// Shadow rays.
@@ -21,8 +23,15 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 6] =
-        [Self::Sample, Self::Lens, Self::Intersect, Self::Shade, Self::Occlude, Self::Accumulate];
+    pub const ALL: [Self; 7] = [
+        Self::Sample,
+        Self::Lens,
+        Self::Intersect,
+        Self::Record,
+        Self::Shade,
+        Self::Occlude,
+        Self::Accumulate,
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -30,6 +39,7 @@ impl Stage {
             Self::Sample => "sample",
             Self::Lens => "lens",
             Self::Intersect => "intersect",
+            Self::Record => "record",
             Self::Shade => "shade",
             Self::Occlude => "occlude",
             Self::Accumulate => "accumulate",
@@ -50,7 +60,7 @@ pub struct StageStats {
 #[derive(Clone, Debug, Default)]
 pub struct Stats {
     /// By stage, in the order of [`Stage::ALL`].
-    pub stages: [StageStats; 6],
+    pub stages: [StageStats; 7],
     /// What became of the rays in the lens.
     pub lens: LensStats,
 }

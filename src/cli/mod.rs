@@ -18,6 +18,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use petzval::aov::Aov;
 use petzval::image::Exposure;
 use petzval::job::FocusOn;
 
@@ -81,8 +82,7 @@ struct RenderArguments {
     /// Write 16-bit floats (EXR)
     #[arg(long)]
     half: bool,
-    /// Layers to add to the picture (EXR). vignetting: which surface of the lens takes which share
-    /// of each pixel's light
+    /// Layers to add to the picture (EXR)
     #[arg(long, value_enum, value_name = "LAYER", value_delimiter = ',')]
     aov: Vec<AovArgument>,
     /// Brightness of PNG and JPEG in stops, or "auto"
@@ -174,7 +174,43 @@ enum PupilArgument {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum AovArgument {
+    /// How far the surfaces are, and which share of a pixel they cover
+    Depth,
+    /// Where they are, world space
+    Position,
+    /// Their normals, world space
+    Normal,
+    /// The share of light that they send back
+    Albedo,
+    /// The number of the shape, and of the instance
+    Object,
+    /// The number of the material
+    Material,
+    /// The square of the pixel's standard error
+    Variance,
+    /// How many samples were taken, and came through the lens
+    Samples,
+    /// Diameter of the circle of confusion, um
+    Coc,
+    /// Which surface of the lens takes which share of the light
     Vignetting,
+}
+
+impl From<AovArgument> for Aov {
+    fn from(argument: AovArgument) -> Self {
+        match argument {
+            AovArgument::Depth => Self::Depth,
+            AovArgument::Position => Self::Position,
+            AovArgument::Normal => Self::Normal,
+            AovArgument::Albedo => Self::Albedo,
+            AovArgument::Object => Self::Object,
+            AovArgument::Material => Self::Material,
+            AovArgument::Variance => Self::Variance,
+            AovArgument::Samples => Self::Samples,
+            AovArgument::Coc => Self::Coc,
+            AovArgument::Vignetting => Self::Vignetting,
+        }
+    }
 }
 
 fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {

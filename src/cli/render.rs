@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use petzval::aov;
-use petzval::image::{Encoding, Format, ImageError, Layer, Note, Window};
+use petzval::image::{Encoding, Format, ImageError, Note, Window};
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Aim, Model};
 use petzval::render::{Backend, Job, Progress, RenderError, render};
@@ -14,7 +14,7 @@ use petzval::scene::pbrt;
 use petzval::stats::{Stage, Stats};
 
 use super::progress::Bar;
-use super::{AovArgument, BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
+use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
@@ -24,7 +24,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         PathBuf::from(arguments.scene.file_stem().unwrap_or_default()).with_extension("exr")
     });
     // A long render must not end at a name that nothing can be written to.
-    if Format::of(&output)? != Format::Exr && !arguments.aov.is_empty() {
+    let holds_layers = Format::of(&output)? == Format::Exr;
+    if !holds_layers && !arguments.aov.is_empty() {
         return Err(ImageError::NoLayers { path: output }.into());
     }
     check_folder(&output)?;
@@ -40,9 +41,10 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
             PupilArgument::Exit => Aim::Pupil,
             PupilArgument::Rear => Aim::RearDisk,
         },
+        layers: arguments.aov.iter().map(|&aov| aov.into()).collect(),
+        holds_layers,
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
-    check_layers(&job, arguments)?;
     for warning in &warnings {
         say!("petzval: warning: {warning}");
     }
@@ -80,7 +82,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let picture = exposed.film.picture(job.samples.end - job.samples.start);
     let window = Window { origin: job.frame.low, frame: job.frame.resolution };
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
-    let layers = layers(&job, arguments)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let layers = pool.install(|| aov::layers(&job, &exposed.film, exposed.features.as_ref()));
     let layered = start.elapsed();
     picture.write_with_layers(&layers, &output, window, encoding, &notes)?;
 
@@ -138,31 +141,15 @@ fn check_folder(output: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Nobody should wait for a render whose layers cannot be had.
-fn check_layers(job: &Job, arguments: &RenderArguments) -> Result<(), Failure> {
-    match (&job.camera.model, arguments.aov.contains(&AovArgument::Vignetting)) {
-        (Model::Thin(_), true) => Err("--aov vignetting: this camera has no lens file".into()),
-        _ => Ok(()),
-    }
-}
-
-/// The layers that are asked for.
-fn layers(job: &Job, arguments: &RenderArguments) -> Result<Vec<Layer>, Failure> {
-    let Model::Real(lens) = &job.camera.model else { return Ok(Vec::new()) };
-    if !arguments.aov.contains(&AovArgument::Vignetting) {
-        return Ok(Vec::new());
-    }
-    let threads = arguments.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    Ok(vec![pool.install(|| aov::vignetting(lens, job.camera.film, &job.frame))])
-}
-
 /// Time and rays by stage, and which surface of the lens let how many rays through.
 fn print_table(job: &Job, stats: &Stats) {
     let total: Duration = stats.stages.iter().map(|stage| stage.time).sum();
     say!("{:<12}{:>12}{:>10}{:>8}{:>10}", "stage", "rays", "cpu s", "share", "ns/ray");
     for stage in Stage::ALL {
         let part = stats.stage(stage);
+        if stage == Stage::Record && job.layers.is_empty() {
+            continue;
+        }
         say!(
             "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10.1}",
             stage.name(),

@@ -8,15 +8,18 @@ use crate::rays::{Column, SampleBatch};
 #[derive(Clone, Debug)]
 pub struct TileSums {
     sums: Vec<[f64; 3]>,
+    /// Of the squares, where somebody asks for the variance.
+    squares: Vec<[f64; 3]>,
     /// Samples that were not finite and were left out.
     pub dropped: u64,
 }
 
 impl TileSums {
-    /// A tile that has received nothing.
-    pub fn new(tile: &Tile) -> Self {
+    /// A tile that has received nothing; `squares` says whether its variance will be asked for.
+    pub fn new(tile: &Tile, squares: bool) -> Self {
         let pixels = (tile.size[0] * tile.size[1]) as usize;
-        Self { sums: vec![[0.0; 3]; pixels], dropped: 0 }
+        let squares = vec![[0.0; 3]; if squares { pixels } else { 0 }];
+        Self { sums: vec![[0.0; 3]; pixels], squares, dropped: 0 }
     }
 
     /// Adds a wave: a stage. What is not a finite number is left out and counted.
@@ -29,6 +32,9 @@ impl TileSums {
             }
             let sum = &mut self.sums[samples.pixel[i] as usize];
             *sum = [0, 1, 2].map(|c| sum[c] + light[c]);
+            if let Some(sum) = self.squares.get_mut(samples.pixel[i] as usize) {
+                *sum = [0, 1, 2].map(|c| sum[c] + light[c] * light[c]);
+            }
         }
     }
 }
@@ -38,27 +44,40 @@ impl TileSums {
 pub struct FilmSums {
     frame: Frame,
     sums: Vec<[f64; 3]>,
+    squares: Vec<[f64; 3]>,
     /// Samples that were not finite and were left out.
     pub dropped: u64,
 }
 
 impl FilmSums {
-    /// A film that has received nothing.
-    pub fn new(frame: Frame) -> Self {
+    /// A film that has received nothing; `squares` says whether its variance will be asked for.
+    pub fn new(frame: Frame, squares: bool) -> Self {
         let [width, height] = frame.size().map(|n| n as usize);
-        Self { frame, sums: vec![[0.0; 3]; width * height], dropped: 0 }
+        let squares = vec![[0.0; 3]; if squares { width * height } else { 0 }];
+        Self { frame, sums: vec![[0.0; 3]; width * height], squares, dropped: 0 }
     }
 
     /// Takes over the pixels of a tile.
     pub fn put(&mut self, tile: &Tile, received: &TileSums) {
         self.dropped += received.dropped;
-        let row = self.frame.size()[0] as usize;
-        let [x, y] = [0, 1].map(|i| (tile.low[i] - self.frame.low[i]) as usize);
-        let width = tile.size[0] as usize;
-        for (i, pixels) in received.sums.chunks_exact(width).enumerate() {
-            let start = (y + i) * row + x;
-            self.sums[start..start + width].copy_from_slice(pixels);
+        tile.paste(&self.frame, &received.sums, &mut self.sums);
+        if !self.squares.is_empty() {
+            tile.paste(&self.frame, &received.squares, &mut self.squares);
         }
+    }
+
+    /// The variance of every pixel's mean over this many samples, by channel: the square of its
+    /// standard error. `None` where the squares were not added up.
+    pub fn variance(&self, samples: u32) -> Option<Vec<[f32; 3]>> {
+        let n = f64::from(samples);
+        let variance = |(sum, square): (&[f64; 3], &[f64; 3])| {
+            [0, 1, 2].map(|c| {
+                let spread = (square[c] - sum[c] * sum[c] / n).max(0.0);
+                (spread / (n * (n - 1.0).max(1.0))) as f32
+            })
+        };
+        let all = self.sums.iter().zip(&self.squares).map(variance);
+        (!self.squares.is_empty()).then(|| all.collect())
     }
 
     /// The mean over this many samples a pixel.

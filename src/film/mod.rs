@@ -29,6 +29,19 @@ pub struct Tile {
     pub size: [u32; 2],
 }
 
+impl Tile {
+    /// Copies values of its pixels to where they lie in the part of a frame that is rendered.
+    pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
+        let row = frame.size()[0] as usize;
+        let [x, y] = [0, 1].map(|i| (self.low[i] - frame.low[i]) as usize);
+        let width = self.size[0] as usize;
+        for (i, pixels) in from.chunks_exact(width).enumerate() {
+            let start = (y + i) * row + x;
+            to[start..start + width].copy_from_slice(pixels);
+        }
+    }
+}
+
 impl Frame {
     /// The whole picture.
     pub fn whole(resolution: [u32; 2]) -> Self {

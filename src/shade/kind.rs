@@ -4,10 +4,12 @@ use glam::Vec3;
 
 use super::bsdf::{
     Bsdf, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layer, Weights,
+    conductor_reflectance,
 };
 use super::look::Look;
 use crate::lanes::Real;
-use crate::scene::{Coat, Material, Metal, Roughness, Scatters, Scene};
+use crate::rays::{Hit, Ray};
+use crate::scene::{Coat, Material, Metal, Roughness, Scatters, Scene, SurfacePoint};
 
 /// Surfaces of one kind are shaded together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -198,6 +200,28 @@ impl<R: Real<Scalar = f32>> FromNumbers<R> for super::bsdf::ThinDielectric<R> {
     #[inline(always)]
     fn from_numbers([eta, ..]: [R; NUMBERS]) -> Self {
         Self::new(eta)
+    }
+}
+
+/// About which share of light a surface sends back or lets through, by channel.
+pub fn albedo(scene: &Scene, ray: Ray, hit: Hit, point: SurfacePoint) -> [f32; 3] {
+    let look = || Look::at(scene, ray, hit, point);
+    let shape = &scene.shapes[hit.shape as usize];
+    let (material, _) = resolve(scene, shape.material, look);
+    let look = look();
+    match &scene.materials[material as usize].scatters {
+        Scatters::Diffuse { reflectance } | Scatters::CoatedDiffuse { reflectance, .. } => {
+            share(look.colour(reflectance))
+        }
+        Scatters::DiffuseTransmission { reflectance, transmittance, scale } => {
+            let [back, through] = [reflectance, transmittance].map(|t| look.colour(t));
+            share([0, 1, 2].map(|c| (back[c] + through[c]) * scale))
+        }
+        Scatters::Conductor { metal, .. } | Scatters::CoatedConductor { metal, .. } => {
+            let [eta, k] = index(metal, &look);
+            [0, 1, 2].map(|c| conductor_reflectance(1.0, eta[c], k[c]))
+        }
+        _ => [1.0; 3],
     }
 }
 

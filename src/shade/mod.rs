@@ -13,6 +13,8 @@ mod look;
 mod scatter;
 mod vertices;
 
+pub use kind::albedo;
+
 use crate::lanes::Real;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch};
 use crate::scene::Scene;

@@ -1,7 +1,5 @@
-//! What is known of the pixels beside their colours, as layers of the picture.
-//!
-//! "AOV" is what renderers call such outputs (arbitrary output variables). They are worked out
-//! for the centres of pixels, after the render and only when asked for.
+//! The layer that says where in the lens the light of every pixel ends. It is worked out for the
+//! centres of pixels, after the render.
 
 use rayon::prelude::*;
 

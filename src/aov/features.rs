@@ -1,0 +1,198 @@
+//! What the first surfaces on the paths of a pixel are like.
+//!
+//! Every path counts as much as the light that the lens lets through for it, so that vignetting
+//! does not skew the means.
+
+use glam::{Affine3A, Vec3};
+
+use super::Aov;
+use crate::film::{Frame, Tile};
+use crate::image::Layer;
+use crate::lens::{Camera, Model};
+use crate::rays::{HitBatch, NONE, RayBatch, SampleBatch};
+use crate::render::Job;
+use crate::scene::Scene;
+use crate::shade::albedo;
+
+/// Sums of one pixel.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    taken: u32,
+    passed: u32,
+    /// Of all paths, and of those that meet a surface.
+    weight: [f64; 2],
+    depth: f64,
+    coc: f64,
+    position: [f64; 3],
+    normal: [f64; 3],
+    albedo: [f64; 3],
+    /// Shape, instance and material that the first path meets, plus one.
+    ids: Option<[u32; 3]>,
+}
+
+/// What the paths of a tile met.
+#[derive(Clone, Debug)]
+pub struct Features {
+    sums: Vec<Sum>,
+    camera_from_world: Affine3A,
+    blur: Option<Blur>,
+}
+
+/// The circle of confusion to first order, in the camera's units of depth.
+#[derive(Clone, Copy, Debug)]
+struct Blur {
+    /// Depth of the front vertex, and millimetres in a unit.
+    front: f64,
+    per_unit: f64,
+    /// Of a ray from the axis at distance s before the front vertex: y on the film is
+    /// (at + s per) times its slope.
+    at: f64,
+    per: f64,
+    /// The entrance pupil: its distance behind the front vertex and its diameter.
+    pupil: [f64; 2],
+}
+
+impl Blur {
+    fn of(camera: &Camera) -> Option<Self> {
+        let Model::Real(lens) = &camera.model else { return None };
+        let (paraxial, whole) = (&lens.paraxial, &lens.paraxial.whole);
+        let reduced = lens.film_distance / paraxial.film_index;
+        Some(Self {
+            front: lens.front,
+            per_unit: 1.0 / lens.unit,
+            at: whole.b + reduced * whole.d,
+            per: whole.a + reduced * whole.c,
+            pupil: [paraxial.entrance_pupil.position, paraxial.entrance_pupil.diameter],
+        })
+    }
+
+    /// The diameter, um, for a point at a depth.
+    fn at(&self, depth: f64) -> f64 {
+        let distance = (depth - self.front) * self.per_unit;
+        let [position, diameter] = self.pupil;
+        // The ray through the rim of the pupil.
+        let slope = diameter / 2.0 / (distance + position);
+        (2e3 * slope * (self.at + distance * self.per)).abs()
+    }
+}
+
+impl Features {
+    /// Of a tile that no path has come to; `None` where nobody asks.
+    pub fn new(job: &Job, tile: &Tile) -> Option<Self> {
+        let asked = |aov: &Aov| !matches!(aov, Aov::Vignetting | Aov::Variance);
+        job.layers.iter().any(asked).then(|| Self {
+            sums: vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize],
+            camera_from_world: single(&job.camera.world_from_camera.inverse()),
+            blur: Blur::of(&job.camera),
+        })
+    }
+
+    /// Adds the first hits of a wave: a stage.
+    pub fn record(
+        &mut self,
+        scene: &Scene,
+        rays: &RayBatch,
+        hits: &HitBatch,
+        samples: &SampleBatch,
+    ) {
+        for i in 0..samples.len {
+            self.sums[samples.pixel[i] as usize].taken += 1;
+        }
+        for i in 0..rays.len {
+            let sum = &mut self.sums[samples.pixel[rays.slot[i] as usize] as usize];
+            let (ray, hit) = (rays.ray(i), hits[i]);
+            let weight = f64::from(rays.carried(i)[0]);
+            sum.passed += 1;
+            sum.weight[0] += weight;
+            if hit.shape == NONE {
+                sum.ids.get_or_insert([0; 3]);
+                continue;
+            }
+            let (shape, point) = scene.surface(&ray, &hit);
+            sum.ids.get_or_insert([
+                hit.shape + 1,
+                hit.instance.wrapping_add(1),
+                shape.material + 1,
+            ]);
+            let depth = f64::from(self.camera_from_world.transform_point3(point.position).z);
+            sum.weight[1] += weight;
+            sum.depth += weight * depth;
+            if let Some(blur) = &self.blur {
+                sum.coc += weight * blur.at(depth);
+            }
+            let toward = -Vec3::from(ray.direction);
+            let normal = point.shading * point.shading.dot(toward).signum();
+            let colour = albedo(scene, ray, hit, point);
+            for axis in 0..3 {
+                sum.position[axis] += weight * f64::from(point.position[axis]);
+                sum.normal[axis] += weight * f64::from(normal[axis]);
+                sum.albedo[axis] += weight * f64::from(colour[axis]);
+            }
+        }
+    }
+}
+
+fn single(matrix: &glam::DAffine3) -> Affine3A {
+    Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
+}
+
+/// What the paths of a picture met.
+#[derive(Clone, Debug)]
+pub struct FeatureFilm {
+    frame: Frame,
+    sums: Vec<Sum>,
+}
+
+impl FeatureFilm {
+    /// A film that no path has come to.
+    pub fn new(frame: Frame) -> Self {
+        let [width, height] = frame.size().map(|n| n as usize);
+        Self { frame, sums: vec![Sum::default(); width * height] }
+    }
+
+    /// Takes over the pixels of a tile.
+    pub fn put(&mut self, tile: &Tile, features: &Features) {
+        tile.paste(&self.frame, &features.sums, &mut self.sums);
+    }
+
+    /// One of the layers of first surfaces.
+    pub(super) fn layer(&self, aov: Aov) -> Option<Layer> {
+        let all = |value: &dyn Fn(&Sum) -> f64| -> Vec<f32> {
+            self.sums.iter().map(|sum| value(sum) as f32).collect()
+        };
+        let mean = |total: f64, weight: f64| if weight > 0.0 { total / weight } else { 0.0 };
+        let id =
+            |place: usize| move |sum: &Sum| f64::from(sum.ids.map_or(0, |ids| ids[place])) - 1.0;
+        let vector = |names: [&str; 3], of: fn(&Sum) -> &[f64; 3]| {
+            let channel = |axis: usize| all(&|sum| mean(of(sum)[axis], sum.weight[1]));
+            (0..3).map(|axis| (names[axis].to_owned(), channel(axis))).collect()
+        };
+        let one = |name: &str, values: Vec<f32>| (name.to_owned(), values);
+        let (name, channels) = match aov {
+            Aov::Depth => (
+                "depth",
+                vec![
+                    one("Z", all(&|sum| mean(sum.depth, sum.weight[1]))),
+                    one("coverage", all(&|sum| mean(sum.weight[1], sum.weight[0]))),
+                ],
+            ),
+            Aov::Position => ("position", vector(["X", "Y", "Z"], |sum| &sum.position)),
+            Aov::Normal => ("normal", vector(["X", "Y", "Z"], |sum| &sum.normal)),
+            Aov::Albedo => ("albedo", vector(["R", "G", "B"], |sum| &sum.albedo)),
+            Aov::Object => {
+                ("object", vec![one("shape", all(&id(0))), one("instance", all(&id(1)))])
+            }
+            Aov::Material => ("material", vec![one("id", all(&id(2)))]),
+            Aov::Samples => (
+                "samples",
+                vec![
+                    one("taken", all(&|sum| f64::from(sum.taken))),
+                    one("passed", all(&|sum| f64::from(sum.passed))),
+                ],
+            ),
+            Aov::Coc => ("coc", vec![one("um", all(&|sum| mean(sum.coc, sum.weight[1])))]),
+            Aov::Variance | Aov::Vignetting => return None,
+        };
+        Some(Layer { name: name.to_owned(), channels })
+    }
+}
