@@ -107,15 +107,16 @@ fn materials_read_what_they_are_given() {
     };
     assert!(colour(&eta)[0] < 0.2 && colour(&k)[0] > 3.5 && colour(&eta)[2] > 1.3);
 
-    for (eta, expected) in [
-        ("\"float eta\" 1.33", 1.33),
-        ("\"spectrum eta\" \"glass-BK7\"", 1.5168),
-        ("\"spectrum eta\" [400 1.6 775.12 1.4]", 1.5),
+    // Of a spectrum the d line is used, which is said.
+    for (eta, expected, warnings) in [
+        ("\"float eta\" 1.33", 1.33, 0),
+        ("\"spectrum eta\" \"glass-BK7\"", 1.5168, 1),
+        ("\"spectrum eta\" [400 1.6 775.12 1.4]", 1.5, 1),
     ] {
-        let Scatters::Dielectric { eta, .. } = scatters(&format!("Material \"dielectric\" {eta}"))
-        else {
-            panic!()
-        };
+        let read = loudly(&format!("Material \"dielectric\" {eta} Shape \"sphere\""));
+        assert_eq!(read.warnings.len(), warnings, "{:#?}", read.warnings);
+        let material = &read.scene.materials[read.scene.shapes[0].material as usize];
+        let Scatters::Dielectric { eta, .. } = material.scatters else { panic!() };
         assert!((eta - expected).abs() < 1e-4, "{eta} instead of {expected}");
     }
 
@@ -184,10 +185,10 @@ fn mistakes_in_materials_are_named() {
             "Material \"dielectric\" \"float etta\" 2",
             "test.pbrt:3:23: unknown parameter \"etta\" of Material \"dielectric\"; did you mean \"eta\"?",
         ),
-        ("Material \"dielectric\" \"float eta\" 0", "test.pbrt:3:23: a refractive index of 0"),
+        ("Material \"dielectric\" \"float eta\" 0", "test.pbrt:3:23: \"eta\" is 0"),
         (
             "Material \"dielectric\" \"spectrum eta\" \"glass-BK8\"",
-            "test.pbrt:3:23: no glass \"glass-BK8\"; did you mean \"glass-BK7\"?",
+            "test.pbrt:3:23: no spectrum \"glass-BK8\"; did you mean \"glass-BK7\"?",
         ),
         (
             "Material \"conductor\" \"rgb reflectance\" [1 1 1] \"rgb k\" [1 1 1]",

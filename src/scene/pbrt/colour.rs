@@ -91,7 +91,7 @@ impl Params {
                 spectrum.index_at(D_LINE)
             }
             None => match self.colour(name, Meaning::Unbounded)? {
-                Some([r, g, b]) => f64::from(r + g + b) / 3.0,
+                Some(rgb) => rgb.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0,
                 None => default,
             },
         };
