@@ -13,7 +13,7 @@ use crate::lens::{Camera, LensColumns, Model};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
 use crate::shade::{ShadeColumns, Vertex, shade};
-use crate::stats::{Clock, Stage, Stats};
+use crate::stats::{BounceLanes, Clock, Stage, Stats};
 
 /// Everything that decides what a picture looks like.
 #[derive(Clone, Debug)]
@@ -169,19 +169,23 @@ impl Wave {
             clock.lap(stats, Stage::Sample, samples.len);
             camera.expose::<R>(samples, lens, rays, &mut stats.lens);
             clock.lap(stats, Stage::Lens, samples.len);
+            stats.aim(samples.len, rays.len);
             radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
             for depth in 0..=*max_depth {
-                scene.intersect::<R>(rays, hits, stack);
+                let intersect = scene.intersect::<R>(rays, hits, stack);
                 clock.lap(stats, Stage::Intersect, rays.len);
                 if let (0, Some(features)) = (depth, &mut features) {
                     features.record(scene, rays, hits, samples);
                     clock.lap(stats, Stage::Record, rays.len);
                 }
                 let vertex = Vertex { depth, max_depth: *max_depth };
-                shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
+                let shade = shade::<R>(
+                    scene, vertex, rays, hits, samples, columns, radiance, shadows, next,
+                );
                 clock.lap(stats, Stage::Shade, rays.len);
-                scene.occlude::<R>(shadows, stack, radiance);
+                let occlude = scene.occlude::<R>(shadows, stack, radiance);
                 clock.lap(stats, Stage::Occlude, shadows.len);
+                stats.bounce(depth, BounceLanes { intersect, shade, occlude });
                 std::mem::swap(rays, next);
                 if rays.len == 0 {
                     break;

@@ -47,6 +47,44 @@ impl Stage {
     }
 }
 
+/// How full the packets of a stage were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lanes {
+    /// Lanes that held a ray.
+    pub live: u64,
+    /// All lanes of the packets, of eight each.
+    pub all: u64,
+}
+
+impl Lanes {
+    /// Rays that stand one after the other, the last packet padded.
+    pub fn packed(rays: usize) -> Self {
+        Self { live: rays as u64, all: rays.next_multiple_of(8) as u64 }
+    }
+
+    /// The share of live lanes; `None` where no packet was worked on.
+    pub fn share(&self) -> Option<f64> {
+        (self.all > 0).then(|| self.live as f64 / self.all as f64)
+    }
+
+    /// Adds more packets.
+    pub fn add(&mut self, other: Self) {
+        self.live += other.live;
+        self.all += other.all;
+    }
+}
+
+/// The packets of the stages that follow a path, at one of its surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BounceLanes {
+    /// Of [`Stage::Intersect`].
+    pub intersect: Lanes,
+    /// Of [`Stage::Shade`]; coats, which are walked through one by one, are not counted.
+    pub shade: Lanes,
+    /// Of [`Stage::Occlude`].
+    pub occlude: Lanes,
+}
+
 /// What one stage did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageStats {
@@ -54,6 +92,8 @@ pub struct StageStats {
     pub time: Duration,
     /// Rays that went into it.
     pub rays: u64,
+    /// How full its packets were.
+    pub lanes: Lanes,
 }
 
 /// What a render, or one worker of it, did.
@@ -63,6 +103,8 @@ pub struct Stats {
     pub stages: [StageStats; 7],
     /// What became of the rays in the lens.
     pub lens: LensStats,
+    /// Packets by how many surfaces the path had met before.
+    pub bounces: Vec<BounceLanes>,
 }
 
 /// What became of rays in a lens.
@@ -82,11 +124,41 @@ impl Stats {
         self.stages[stage as usize]
     }
 
+    /// Books the packets of the stages before a path, which carry samples, and how many of them
+    /// leave the lens.
+    pub fn aim(&mut self, samples: usize, leave: usize) {
+        let packed = Lanes::packed(samples);
+        self.stages[Stage::Sample as usize].lanes.add(packed);
+        self.stages[Stage::Lens as usize].lanes.add(Lanes { live: leave as u64, ..packed });
+    }
+
+    /// Books the packets of a path's stages at one depth.
+    pub fn bounce(&mut self, depth: u32, lanes: BounceLanes) {
+        self.stages[Stage::Intersect as usize].lanes.add(lanes.intersect);
+        self.stages[Stage::Shade as usize].lanes.add(lanes.shade);
+        self.stages[Stage::Occlude as usize].lanes.add(lanes.occlude);
+        self.add_bounce(depth as usize, lanes);
+    }
+
+    fn add_bounce(&mut self, depth: usize, lanes: BounceLanes) {
+        if self.bounces.len() <= depth {
+            self.bounces.resize(depth + 1, BounceLanes::default());
+        }
+        let of = &mut self.bounces[depth];
+        of.intersect.add(lanes.intersect);
+        of.shade.add(lanes.shade);
+        of.occlude.add(lanes.occlude);
+    }
+
     /// Adds another worker's part.
     pub fn add(&mut self, other: &Self) {
         for (one, other) in self.stages.iter_mut().zip(&other.stages) {
             one.time += other.time;
             one.rays += other.rays;
+            one.lanes.add(other.lanes);
+        }
+        for (depth, lanes) in other.bounces.iter().enumerate() {
+            self.add_bounce(depth, *lanes);
         }
         let (lens, other) = (&mut self.lens, &other.lens);
         lens.blocked.resize(lens.blocked.len().max(other.blocked.len()), 0);

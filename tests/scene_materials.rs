@@ -3,6 +3,7 @@
 mod support;
 
 use petzval::scene::{Material, Metal, Scatters};
+use petzval::shade::bsdf::conductor_reflectance;
 use support::world::{colour, error, loudly, quietly, rough};
 
 /// The material of a ball.
@@ -54,7 +55,7 @@ fn materials_have_the_defaults_of_pbrt() {
     else {
         panic!()
     };
-    let Metal::Index { eta, k } = copper else { panic!() };
+    let Metal::Index { eta, k, .. } = copper else { panic!() };
     assert!(colour(&eta)[0] < 0.3 && colour(&eta)[2] > 1.0 && colour(&k)[0] > 3.0);
     assert_eq!(rough(&roughness), ([0.0; 2], true));
     let Scatters::CoatedConductor { metal, roughness, coat } =
@@ -89,7 +90,7 @@ fn materials_read_what_they_are_given() {
     ) else {
         panic!()
     };
-    let Metal::Index { eta, k } = metal else { panic!() };
+    let Metal::Index { eta, k, .. } = metal else { panic!() };
     assert_eq!((colour(&eta), colour(&k)), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
     assert_eq!((rough(&roughness).0, rough(&coat.roughness).0), ([0.2, 0.3], [0.1, 0.1]));
     assert_eq!(coat.eta, 1.7);
@@ -102,10 +103,14 @@ fn materials_read_what_they_are_given() {
 
     let gold =
         "Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"";
-    let Scatters::Conductor { metal: Metal::Index { eta, k }, .. } = scatters(gold) else {
+    let Scatters::Conductor { metal: Metal::Index { eta, k, tint }, .. } = scatters(gold) else {
         panic!()
     };
-    assert!(colour(&eta)[0] < 0.2 && colour(&k)[0] > 3.5 && colour(&eta)[2] > 1.3);
+    let at_normal =
+        [0, 1, 2].map(|c| tint[c] * conductor_reflectance(1.0, colour(&eta)[c], colour(&k)[c]));
+    for (found, expected) in at_normal.into_iter().zip([1.022, 0.782, 0.344]) {
+        assert!((found - expected).abs() < 0.006, "{at_normal:?}");
+    }
 
     // Of a spectrum the d line is used, which is said.
     for (eta, expected, warnings) in [

@@ -11,7 +11,7 @@ use petzval::job::{Changes, prepare};
 use petzval::lens::{Aim, Model};
 use petzval::render::{Backend, Job, Progress, RenderError, render};
 use petzval::scene::pbrt;
-use petzval::stats::{Stage, Stats};
+use petzval::stats::{Lanes, Stage, Stats};
 
 use super::progress::Bar;
 use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
@@ -144,21 +144,31 @@ fn check_folder(output: &Path) -> Result<(), Failure> {
 /// Time and rays by stage, and which surface of the lens let how many rays through.
 fn print_table(job: &Job, stats: &Stats) {
     let total: Duration = stats.stages.iter().map(|stage| stage.time).sum();
-    say!("{:<12}{:>12}{:>10}{:>8}{:>10}", "stage", "rays", "cpu s", "share", "ns/ray");
+    say!(
+        "{:<12}{:>12}{:>10}{:>8}{:>10}{:>8}",
+        "stage",
+        "rays",
+        "cpu s",
+        "share",
+        "ns/ray",
+        "lanes"
+    );
     for stage in Stage::ALL {
         let part = stats.stage(stage);
         if stage == Stage::Record && job.layers.is_empty() {
             continue;
         }
         say!(
-            "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10.1}",
+            "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10.1}{:>8}",
             stage.name(),
             part.rays,
             part.time.as_secs_f64(),
             100.0 * part.time.as_secs_f64() / total.as_secs_f64().max(1e-9),
             part.time.as_nanos() as f64 / part.rays.max(1) as f64,
+            live(part.lanes),
         );
     }
+    print_bounces(stats);
     let Model::Real(lens) = &job.camera.model else { return };
     let sent = stats.lens.aimed;
     if sent == 0 {
@@ -185,6 +195,26 @@ fn print_table(job: &Job, stats: &Stats) {
     say!("{name}: {:.1}% of the rays leave the lens{blocked}", share(sent - lost));
     let redone = 1e6 * stats.lens.redone as f64 / sent as f64;
     say!("{name}: {redone:.0} of a million rays redone in f64");
+}
+
+/// How full the packets were at the first surfaces of paths.
+fn print_bounces(stats: &Stats) {
+    say!("{:<12}{:>12}{:>10}{:>8}{:>10}", "bounce", "rays", "intersect", "shade", "occlude");
+    for (depth, bounce) in stats.bounces.iter().enumerate().take(6) {
+        say!(
+            "{:<12}{:>12}{:>10}{:>8}{:>10}",
+            depth,
+            bounce.intersect.live,
+            live(bounce.intersect),
+            live(bounce.shade),
+            live(bounce.occlude)
+        );
+    }
+}
+
+/// The share of live lanes; a dash where nothing went by lanes.
+fn live(lanes: Lanes) -> String {
+    lanes.share().map_or("-".into(), |share| format!("{:.1}%", 100.0 * share))
 }
 
 /// The likeliest reason why nothing arrived.

@@ -1,17 +1,32 @@
 //! Shapes with holes: whether a ray meets one at a point is decided by its alpha there.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
-use super::texture::TexturePoint;
-use super::{Geometry, Shape};
+use super::texture::{Texture, TexturePoint};
+use super::{Geometry, Shape, SurfacePoint};
 use crate::rays::Hit;
 
 impl Shape {
+    /// Whether no ray ever meets the shape: its alpha is 0 everywhere.
+    pub(super) fn unseen(&self) -> bool {
+        matches!(self.alpha, Some(Texture::Constant([alpha, ..])) if alpha <= 0.0)
+    }
+
+    /// The probability that a ray meets the shape at a point of it. All in the space of the
+    /// object.
+    pub(super) fn presence(&self, uv: Vec2, point: &SurfacePoint) -> f32 {
+        let Some(alpha) = &self.alpha else { return 1.0 };
+        let SurfacePoint { position, normal, .. } = *point;
+        alpha.number(&TexturePoint { uv, position, normal, footprint: 0.0 }).clamp(0.0, 1.0)
+    }
+
     /// Whether a ray meets the shape at a hit: with the probability alpha, by a number that
     /// depends on the ray and the triangle alone (as pbrt-v4 does, by a hash of the ray). All in
     /// the space of the object.
     pub(super) fn holds(&self, origin: [f32; 3], direction: [f32; 3], hit: &Hit) -> bool {
-        let Some(alpha) = &self.alpha else { return true };
+        if self.opaque() {
+            return true;
+        }
         let (patch, point) = match &self.geometry {
             Geometry::Mesh(mesh) => (mesh.patch(hit), mesh.point(hit)),
             Geometry::Quadric(quadric) => {
@@ -20,13 +35,7 @@ impl Shape {
                 (quadric.patch(near), quadric.point(near))
             }
         };
-        let at = TexturePoint {
-            uv: patch.uv,
-            position: point.position,
-            normal: point.normal,
-            footprint: 0.0,
-        };
-        let alpha = alpha.number(&at);
+        let alpha = self.presence(patch.uv, &point);
         alpha >= 1.0 || alpha > 0.0 && share(origin, direction, hit) < alpha
     }
 }

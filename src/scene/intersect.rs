@@ -10,32 +10,33 @@ use super::tree::{Child, Code, Tree};
 use super::{Instance, Scene};
 use crate::lanes::Real;
 use crate::rays::{Column, Hit, HitBatch, NONE, Ray, RayBatch};
+use crate::stats::Lanes;
 
 impl Scene {
-    /// The nearest hit of every ray: a stage.
+    /// The nearest hit of every ray: a stage. Answers how full its bundles were.
     pub fn intersect<R: Real<Scalar = f32>>(
         &self,
         rays: &RayBatch,
         hits: &mut HitBatch,
         stack: &mut TraversalStack,
-    ) {
+    ) -> Lanes {
         hits[..rays.len].fill(Hit::MISS);
         for i in 0..rays.len {
             hits[i].t = rays.t_max[i];
         }
-        self.bundles::<R, false>(rays, stack, |i, nearest, _| hits[i] = nearest.hit(&self.world));
+        self.bundles::<R, false>(rays, stack, |i, nearest, _| hits[i] = nearest.hit(&self.world))
     }
 
     /// Whether anything is in the way of each shadow ray; what is unshadowed is added to the
-    /// radiance of its sample: a stage.
+    /// radiance of its sample: a stage. Answers how full its bundles were.
     pub fn occlude<R: Real<Scalar = f32>>(
         &self,
         rays: &RayBatch,
         stack: &mut TraversalStack,
         radiance: &mut [Column<f32>; 3],
-    ) {
+    ) -> Lanes {
         let mut blocked = [false; crate::rays::WAVE];
-        self.bundles::<R, true>(rays, stack, |i, _, met| blocked[i] = met);
+        let lanes = self.bundles::<R, true>(rays, stack, |i, _, met| blocked[i] = met);
         // In the order of the rays, since sums round.
         for i in 0..rays.len {
             if !blocked[i] {
@@ -45,6 +46,7 @@ impl Scene {
                 }
             }
         }
+        lanes
     }
 
     /// The nearest hit of one ray.
@@ -70,13 +72,14 @@ impl Scene {
     }
 
     /// Sends the rays of a wave through the world, and tells of each that can meet anything what
-    /// it met, and whether.
+    /// it met, and whether. Answers how full the bundles were.
     fn bundles<R: Real<Scalar = f32>, const ANY: bool>(
         &self,
         rays: &RayBatch,
         stack: &mut TraversalStack,
         mut tell: impl FnMut(usize, &Nearest, bool),
-    ) {
+    ) -> Lanes {
+        let mut lanes = Lanes::default();
         let pending = self.room(stack);
         let mut octants = [Queue::default(); 8];
         let mut flush = |queue: &mut Queue| {
@@ -84,6 +87,7 @@ impl Scene {
             if len == 0 {
                 return;
             }
+            lanes.add(Lanes::packed(len));
             let (rays, nearest) = (&queue.rays[..len], &mut queue.nearest[..len]);
             let met =
                 Bundle::new(rays, nearest).walk::<R, ANY>(&self.world, self, nearest, pending);
@@ -104,6 +108,7 @@ impl Scene {
             }
         }
         octants.iter_mut().for_each(flush);
+        lanes
     }
 
     /// Room for all that a ray may have to remember, in the world and in an object.

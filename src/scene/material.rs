@@ -57,7 +57,7 @@ pub enum Scatters {
         /// Share of the light that comes back from under the coat.
         reflectance: Texture,
         /// The varnish.
-        coat: Coat,
+        coat: Box<Coat>,
     },
     /// A varnished metal.
     CoatedConductor {
@@ -66,7 +66,7 @@ pub enum Scatters {
         /// The smoothness of the metal.
         roughness: Roughness,
         /// The varnish.
-        coat: Coat,
+        coat: Box<Coat>,
     },
     /// One of two materials, by chance at every point.
     Mix {
@@ -86,6 +86,9 @@ pub enum Metal {
         eta: Texture,
         /// Imaginary part.
         k: Texture,
+        /// What Fresnel's reflectance is multiplied by at normal incidence; above 1 where a
+        /// metal's colour is more saturated than the primaries.
+        tint: [f32; 3],
     },
     /// Whatever reflects this share at normal incidence, with eta = 1.
     Reflectance(Texture),

@@ -239,10 +239,10 @@ impl SceneBuilder {
         let Self { shapes, materials, .. } = &self;
         // What neither stops light nor shines is not there at all.
         let there = |shape: &u32| {
-            let Shape { material, alpha, light, .. } = &shapes[*shape as usize];
-            let interface = matches!(materials[*material as usize].scatters, Scatters::Interface);
-            let hole = matches!(alpha, Some(Texture::Constant([alpha, ..])) if *alpha <= 0.0);
-            !hole && (!interface || *light != NONE)
+            let shape = &shapes[*shape as usize];
+            let scatters = &materials[shape.material as usize].scatters;
+            let dark = matches!(scatters, Scatters::Interface) && shape.light == NONE;
+            !shape.unseen() && !dark
         };
         let there = |of: &[u32]| of.iter().copied().filter(there).collect::<Vec<u32>>();
         let objects: Vec<Tree> =

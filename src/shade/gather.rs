@@ -138,26 +138,32 @@ impl Vertices {
         self.seeds.resize(room, 0);
     }
 
-    /// Chooses a light for every vertex.
+    /// Chooses a light for every vertex, but for those that only mirror or refract.
     pub(super) fn light(&mut self, scene: &Scene, dice: &Dice) {
-        for at in self.places() {
-            let throw = dice.at(self.ray[at] as usize);
-            let [u, v] = throw.bounce;
-            set(&mut self.dice, at, [u, v, throw.roulette[1]]);
-            self.roulette[at] = throw.roulette[0];
-            self.seeds[at] = throw.seed;
-            let sample = scene.sample_light(&self.points[at], throw.choice, throw.light);
-            let Some(sample) = sample.filter(|sample| sample.density > 0.0) else {
-                set(&mut self.light, at, [0.0; 3]);
-                set(&mut self.wi, at, vector(&self.normal, at));
-                self.light_density[at] = 1.0;
-                continue;
-            };
-            set(&mut self.wi, at, sample.direction.normalize_or_zero().to_array());
-            set(&mut self.light, at, sample.radiance.map(|l| l / sample.density));
-            // Where no other ray runs into the light, its own weight is 1.
-            self.light_density[at] = if sample.singular { f32::INFINITY } else { sample.density };
-            self.shadow[at] = (sample.direction.to_array(), sample.t_max);
+        for kind in Kind::ALL {
+            for at in self.ranges[kind as usize].clone() {
+                let throw = dice.at(self.ray[at] as usize);
+                let [u, v] = throw.bounce;
+                set(&mut self.dice, at, [u, v, throw.roulette[1]]);
+                self.roulette[at] = throw.roulette[0];
+                self.seeds[at] = throw.seed;
+                let singular = kind.singular([self.numbers[0][at], self.numbers[1][at]]);
+                let sample = (!singular)
+                    .then(|| scene.sample_light(&self.points[at], throw.choice, throw.light))
+                    .flatten();
+                let Some(sample) = sample.filter(|sample| sample.density > 0.0) else {
+                    set(&mut self.light, at, [0.0; 3]);
+                    set(&mut self.wi, at, vector(&self.normal, at));
+                    self.light_density[at] = 1.0;
+                    continue;
+                };
+                set(&mut self.wi, at, sample.direction.normalize_or_zero().to_array());
+                set(&mut self.light, at, sample.radiance.map(|l| l / sample.density));
+                // Where no other ray runs into the light, its own weight is 1.
+                self.light_density[at] =
+                    if sample.singular { f32::INFINITY } else { sample.density };
+                self.shadow[at] = (sample.direction.to_array(), sample.t_max);
+            }
         }
     }
 

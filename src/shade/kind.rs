@@ -3,13 +3,14 @@
 use glam::Vec3;
 
 use super::bsdf::{
-    Bsdf, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layer, Weights,
+    Bsdf, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layer, Microfacets, Weights,
     conductor_reflectance,
 };
 use super::look::Look;
 use crate::lanes::Real;
 use crate::rays::{Hit, Ray};
 use crate::scene::{Coat, Material, Metal, Roughness, Scatters, Scene, SurfacePoint};
+use crate::spectrum::ChannelMetal;
 
 /// Surfaces of one kind are shaded together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +40,20 @@ impl Kind {
         Self::CoatedDiffuse,
         Self::CoatedConductor,
     ];
+
+    /// Whether it is a random walk, for one lane.
+    pub(super) fn coated(self) -> bool {
+        matches!(self, Self::CoatedDiffuse | Self::CoatedConductor)
+    }
+
+    /// Whether light from a light can never be scattered, by the first numbers of a surface.
+    pub(super) fn singular(self, alpha: [f32; 2]) -> bool {
+        match self {
+            Self::ThinDielectric => true,
+            Self::Conductor | Self::Dielectric => Microfacets::new(alpha).smooth,
+            _ => false,
+        }
+    }
 
     fn of(scatters: &Scatters) -> Option<Self> {
         Some(match scatters {
@@ -78,7 +93,7 @@ pub(super) fn resolve<'a>(
 }
 
 /// Most numbers that a kind without a coat needs.
-pub(super) const NUMBERS: usize = 8;
+pub(super) const NUMBERS: usize = 11;
 
 /// The numbers of a surface without a coat.
 pub(super) fn numbers(material: &Material, look: &Look) -> [f32; NUMBERS] {
@@ -94,9 +109,10 @@ pub(super) fn numbers(material: &Material, look: &Look) -> [f32; NUMBERS] {
         }
         Scatters::Conductor { metal, roughness } => {
             put(0, &alpha(roughness, look));
-            let [eta, k] = index(metal, look);
+            let ChannelMetal { eta, k, tint } = index(metal, look);
             put(2, &eta);
             put(5, &k);
+            put(8, &tint);
         }
         Scatters::Dielectric { eta, roughness } => {
             put(0, &alpha(roughness, look));
@@ -121,8 +137,8 @@ pub(super) fn coated_conductor(material: &Material, look: &Look) -> Option<Coate
         return None;
     };
     let under = |index: [f32; 3]| index.map(|n| n / coat.eta);
-    let [eta, k] = index(metal, look);
-    let base = Conductor::new(alpha(roughness, look), under(eta), under(k));
+    let ChannelMetal { eta, k, tint } = index(metal, look);
+    let base = Conductor::new(alpha(roughness, look), under(eta), under(k)).tinted(tint);
     Some(Coated::new(layer(coat, look), base))
 }
 
@@ -151,14 +167,17 @@ fn alpha(roughness: &Roughness, look: &Look) -> [f32; 2] {
     })
 }
 
-/// eta and k.
-fn index(metal: &Metal, look: &Look) -> [[f32; 3]; 2] {
+/// A metal's numbers at a point.
+fn index(metal: &Metal, look: &Look) -> ChannelMetal {
     match metal {
-        Metal::Index { eta, k } => [look.colour(eta), look.colour(k)],
+        Metal::Index { eta, k, tint } => {
+            ChannelMetal { eta: look.colour(eta), k: look.colour(k), tint: *tint }
+        }
         Metal::Reflectance(reflectance) => {
             // Of an index 1 + i k the reflectance at normal incidence is k^2 / (4 + k^2).
             let k = |r: f32| 2.0 * (r / (1.0 - r)).sqrt();
-            [[1.0; 3], look.colour(reflectance).map(|r| k(r.clamp(0.0, 0.9999)))]
+            let k = look.colour(reflectance).map(|r| k(r.clamp(0.0, 0.9999)));
+            ChannelMetal { eta: [1.0; 3], k, tint: [1.0; 3] }
         }
     }
 }
@@ -184,8 +203,8 @@ impl<R: Real<Scalar = f32>> FromNumbers<R> for DiffuseTransmission<R> {
 
 impl<R: Real<Scalar = f32>> FromNumbers<R> for Conductor<R> {
     #[inline(always)]
-    fn from_numbers([along, across, r, g, b, x, y, z]: [R; NUMBERS]) -> Self {
-        Self::new([along, across], [r, g, b], [x, y, z])
+    fn from_numbers([along, across, r, g, b, x, y, z, tint @ ..]: [R; NUMBERS]) -> Self {
+        Self::new([along, across], [r, g, b], [x, y, z]).tinted(tint)
     }
 }
 
@@ -218,8 +237,8 @@ pub fn albedo(scene: &Scene, ray: Ray, hit: Hit, point: SurfacePoint) -> [f32; 3
             share([0, 1, 2].map(|c| (back[c] + through[c]) * scale))
         }
         Scatters::Conductor { metal, .. } | Scatters::CoatedConductor { metal, .. } => {
-            let [eta, k] = index(metal, &look);
-            [0, 1, 2].map(|c| conductor_reflectance(1.0, eta[c], k[c]))
+            let ChannelMetal { eta, k, tint } = index(metal, &look);
+            [0, 1, 2].map(|c| conductor_reflectance(1.0, eta[c], k[c]) * tint[c])
         }
         _ => [1.0; 3],
     }

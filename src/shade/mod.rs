@@ -18,6 +18,7 @@ pub use kind::albedo;
 use crate::lanes::Real;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch};
 use crate::scene::Scene;
+use crate::stats::Lanes;
 use dice::Dice;
 use vertices::Vertices;
 
@@ -35,12 +36,11 @@ pub struct Vertex {
 pub struct ShadeColumns {
     dice: Dice,
     vertices: Vertices,
-    /// Hits that were shaded, and lanes that did it.
-    pub(crate) lanes: [u64; 2],
 }
 
 /// Shades the hits of a wave: a stage. Emission goes into `radiance`, what a light would add if
-/// nothing were in its way into `shadows`, and the path's next step into `next`.
+/// nothing were in its way into `shadows`, and the path's next step into `next`. Answers how full
+/// its packets were.
 #[expect(clippy::too_many_arguments, reason = "a stage names every column that it touches")]
 pub fn shade<R: Real<Scalar = f32>>(
     scene: &Scene,
@@ -52,15 +52,15 @@ pub fn shade<R: Real<Scalar = f32>>(
     radiance: &mut [Column<f32>; 3],
     shadows: &mut RayBatch,
     next: &mut RayBatch,
-) {
+) -> Lanes {
     shadows.len = 0;
     next.len = 0;
-    let ShadeColumns { dice, vertices, lanes } = columns;
+    let ShadeColumns { dice, vertices } = columns;
     let last = vertex.depth >= vertex.max_depth;
     vertices.gather(scene, vertex, rays, hits, radiance, next);
     if last {
         next.len = 0;
-        return;
+        return Lanes::default();
     }
     dice.throw(vertex, rays, samples);
     vertices.light(scene, dice);
@@ -68,6 +68,5 @@ pub fn shade<R: Real<Scalar = f32>>(
     let alone = vertex.depth + 1 == vertex.max_depth && scene.lights.skies.is_empty();
     vertices.scatter::<R>(alone);
     vertices.leave(vertex, shadows, next);
-    lanes[0] += vertices.count() as u64;
-    lanes[1] += vertices.lanes(8) as u64;
+    vertices.lanes()
 }

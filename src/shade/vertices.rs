@@ -6,6 +6,7 @@ use super::bsdf::{Coated, Conductor, Diffuse};
 use super::kind::{KINDS, Kind, NUMBERS};
 use crate::rays::{Column, WAVE};
 use crate::scene::SurfacePoint;
+use crate::stats::Lanes;
 
 /// Every kind begins at a whole packet.
 const ROOM: usize = WAVE + 8 * KINDS;
@@ -61,14 +62,15 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
-    /// How many there are.
-    pub(super) fn count(&self) -> usize {
-        self.ranges.iter().map(Range::len).sum()
-    }
-
-    /// How many lanes packets of a width take for them.
-    pub(super) fn lanes(&self, width: usize) -> usize {
-        self.ranges.iter().map(|range| range.len().next_multiple_of(width)).sum()
+    /// How full the packets are of kinds that are shaded in packets.
+    pub(super) fn lanes(&self) -> Lanes {
+        let mut lanes = Lanes::default();
+        for (range, kind) in self.ranges.iter().zip(Kind::ALL) {
+            if !kind.coated() {
+                lanes.add(Lanes::packed(range.len()));
+            }
+        }
+        lanes
     }
 
     /// Where all vertices stand.

@@ -27,21 +27,37 @@ pub fn metal_reflectance(eta: &Spectrum, k: &Spectrum, cos: f64) -> [f64; 3] {
     }))
 }
 
+/// A metal by channel of linear sRGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelMetal {
+    /// Real part of the refractive index.
+    pub eta: [f32; 3],
+    /// Extinction coefficient.
+    pub k: [f32; 3],
+    /// What Fresnel's reflectance is multiplied by at normal incidence, and less with the cosine,
+    /// to 1 at grazing angles: above 1 where a colour is more saturated than sRGB, as gold is,
+    /// whose red is 1.02.
+    pub tint: [f32; 3],
+}
+
 /// One real index and one extinction coefficient for each channel of linear sRGB, such that
 /// Fresnel's formula gives what the metal reflects of daylight at every angle, by least squares.
 ///
-/// pbrt's own metals are met within 0.004 everywhere, but for gold's red, which no metal can
-/// reflect: it is 1 instead of 1.02, and up to 0.008 off towards grazing angles.
-pub fn metal(eta: &Spectrum, k: &Spectrum) -> [[f32; 3]; 2] {
+/// pbrt's own metals are met within 0.004 everywhere, but for gold's red, which is
+/// 0.008 off where the cosine is 0.24.
+pub fn metal(eta: &Spectrum, k: &Spectrum) -> ChannelMetal {
     let cosines: [f64; ANGLES] = std::array::from_fn(|i| (i + 1) as f64 / ANGLES as f64);
     let colours = cosines.map(|cos| metal_reflectance(eta, k, cos));
-    let mut fitted = [[0.0; 3]; 2];
+    let mut fitted = ChannelMetal { eta: [0.0; 3], k: [0.0; 3], tint: [1.0; 3] };
     for channel in 0..3 {
-        let share = |i: usize| colours[i][channel].clamp(0.0, 1.0);
+        let tint = colours[ANGLES - 1][channel].max(1.0);
+        let share =
+            |i: usize| (colours[i][channel] / (1.0 + (tint - 1.0) * cosines[i])).clamp(0.0, 1.0);
         let goal: [(f64, f64); ANGLES] = std::array::from_fn(|i| (cosines[i], share(i)));
         let [eta, k] = fit(&goal);
-        fitted[0][channel] = eta as f32;
-        fitted[1][channel] = k as f32;
+        fitted.eta[channel] = eta as f32;
+        fitted.k[channel] = k as f32;
+        fitted.tint[channel] = tint as f32;
     }
     fitted
 }
@@ -135,13 +151,14 @@ mod tests {
     fn one_index_a_channel_reflects_what_the_spectra_do_at_every_angle() {
         for name in ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"] {
             let spectra = spectra(name);
-            let [eta, k] = metal(&spectra[0], &spectra[1]);
+            let ChannelMetal { eta, k, tint } = metal(&spectra[0], &spectra[1]);
             for cos in (1..=100).map(|i| f64::from(i) / 100.0) {
                 let exact = metal_reflectance(&spectra[0], &spectra[1], cos);
                 for channel in 0..3 {
-                    let found = fresnel(cos, f64::from(eta[channel]), f64::from(k[channel]));
-                    let off = (found - exact[channel].min(1.0)).abs();
-                    let within = if (name, channel) == ("Au", 0) { 0.008 } else { 0.004 };
+                    let found = (1.0 + (f64::from(tint[channel]) - 1.0) * cos)
+                        * fresnel(cos, f64::from(eta[channel]), f64::from(k[channel]));
+                    let off = (found - exact[channel]).abs();
+                    let within = if (name, channel) == ("Au", 0) { 0.009 } else { 0.004 };
                     assert!(off < within, "{name}, cos {cos}, channel {channel}: off by {off}");
                 }
             }
@@ -150,8 +167,10 @@ mod tests {
 
     #[test]
     fn a_constant_index_is_found_again() {
-        let [eta, k] = metal(&Spectrum::Constant(0.8), &Spectrum::Constant(2.5));
+        let ChannelMetal { eta, k, tint } =
+            metal(&Spectrum::Constant(0.8), &Spectrum::Constant(2.5));
         for channel in 0..3 {
+            assert_eq!(tint[channel], 1.0);
             assert!((eta[channel] - 0.8).abs() < 1e-3 && (k[channel] - 2.5).abs() < 1e-3);
         }
     }

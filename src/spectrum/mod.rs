@@ -16,7 +16,7 @@ use std::sync::{Arc, LazyLock};
 
 pub use cie::{VISIBLE, matching};
 pub use illuminant::{d65, daylight};
-pub use metal::{fresnel, metal, metal_reflectance};
+pub use metal::{ChannelMetal, fresnel, metal, metal_reflectance};
 pub use named::{named, names};
 pub use rgb::{ColourSpace, srgb_from_xyz};
 

@@ -43,8 +43,39 @@ fn one_over_the_density_is_the_solid_angle_on_average() {
     angle("Translate 0 0 2 Rotate 180 1 0 0 Shape \"disk\"", expected);
     // From inside a sphere, all of it.
     angle("ReverseOrientation Translate 0.3 0.2 0 Shape \"sphere\"", 2.0 * TAU);
-    let sky = scene("LightSource \"infinite\"");
-    Mean::of(&sky, &from, 100_000, |_| 1.0).is(2.0 * TAU);
+}
+
+#[test]
+fn a_uniform_sky_is_left_to_the_directions_that_surfaces_choose() {
+    let from = at([0.0; 3], [0.0, 0.0, 1.0]);
+    let sky = scene("LightSource \"infinite\" \"rgb L\" [2 2 2]");
+    assert!(sample(&sky, &from, &mut Random::new(1)).is_none());
+    assert_eq!(sky.sky_density(Vec3::ZERO, 0, Vec3::Z), 0.0);
+    // It takes no samples from other lights.
+    let both = scene("LightSource \"infinite\" LightSource \"distant\"");
+    let sample = sample(&both, &from, &mut Random::new(1)).expect("the distant light");
+    assert!(sample.singular && sample.density == 1.0);
+}
+
+#[test]
+fn emitters_shine_as_much_as_their_alpha_lets_rays_meet_them() {
+    let from = at([0.0; 3], [0.0, 0.0, 1.0]);
+    let corners =
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(a, b)| DVec3::new(a, b, 3.0));
+    let whole = lambert(&corners);
+    let board = "Texture \"t\" \"float\" \"checkerboard\" \"float uscale\" 40 \"float vscale\" 40
+        \"float tex1\" 0.25 \"float tex2\" 0.75";
+    for (alpha, share) in [("\"float alpha\" 0.3", 0.3), ("\"texture alpha\" \"t\"", 0.5)] {
+        let quad = QUAD.to_owned() + " \"point2 uv\" [0 0  1 0  1 1  0 1] " + alpha;
+        let world = format!("{board} {SHINES} Translate 0 0 3 Rotate 180 1 0 0 {quad}");
+        Mean::irradiance(&scene(&world), &from, 400_000).is(share * whole);
+    }
+    // What is never met shines unseen, all by itself.
+    let unseen = format!("{SHINES} Translate 0 0 3 Rotate 180 1 0 0 {QUAD} \"float alpha\" 0");
+    let unseen = scene(&unseen);
+    Mean::irradiance(&unseen, &from, 400_000).is(whole);
+    assert!(sample(&unseen, &from, &mut Random::new(1)).is_some_and(|sample| sample.singular));
+    assert_eq!(closest(&unseen, Vec3::ZERO, Vec3::Z).1.shape, NONE);
 }
 
 #[test]
@@ -89,8 +120,6 @@ fn irradiance_is_what_closed_forms_say() {
         let world = format!("Translate {x} 0 {height} Rotate 180 1 0 0 {QUAD}");
         falls(&world, lambert(&corners));
     }
-    let sky = scene("LightSource \"infinite\" \"rgb L\" [2 2 2]");
-    Mean::irradiance(&sky, &from, 2_000_000).is(2.0 * PI);
 }
 
 #[test]

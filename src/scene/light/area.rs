@@ -12,7 +12,7 @@ use super::{LightSample, mean};
 use crate::rays::Hit;
 use crate::scene::point::SurfacePoint;
 use crate::scene::texture::ImageMap;
-use crate::scene::{Geometry, Mesh, Quadric};
+use crate::scene::{Geometry, Mesh, Quadric, Shape};
 
 /// What a shape sends out, as the scene file says it.
 #[derive(Clone, Debug)]
@@ -141,17 +141,19 @@ impl AreaLight {
     }
 
     /// Chooses a point of a part for a point of a surface; the density is by solid angle and
-    /// without the probability of the part.
+    /// without the probability of the part. Where the shape's alpha lets rays through it shines
+    /// so much less; where it lets all of them through it shines unseen, as in pbrt-v4.
     pub(super) fn sample(
         &self,
-        geometry: &Geometry,
+        shape: &Shape,
         part: u32,
         from: &SurfacePoint,
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let Place { point, uv, density } = match geometry {
-            Geometry::Mesh(mesh) => self.triangle(mesh, part, from.position, u)?,
-            Geometry::Quadric(quadric) => self.quadric(quadric, from.position, u),
+        let textured = self.emission.image.is_some() || !shape.opaque();
+        let Place { point, uv, density } = match &shape.geometry {
+            Geometry::Mesh(mesh) => self.triangle(mesh, part, from.position, u, textured)?,
+            Geometry::Quadric(quadric) => self.quadric(quadric, from.position, u, textured),
         };
         let start = from.leave(point.position - from.position);
         let end = point.leave(start - point.position);
@@ -164,16 +166,25 @@ impl AreaLight {
             Density::Area(density) => density * d2 / cos,
         };
         let usable = cos > 0.0 && d2 > 0.0 && density > 0.0 && density.is_finite();
+        let singular = shape.unseen();
+        let shown = if singular { 1.0 } else { shape.presence(uv, &point) };
         usable.then(|| LightSample {
             direction,
             t_max: 1.0,
-            radiance: self.radiance(geometry, part, uv),
+            radiance: self.radiance(&shape.geometry, part, uv).map(|l| l * shown),
             density,
-            singular: false,
+            singular,
         })
     }
 
-    fn triangle(&self, mesh: &Mesh, part: u32, from: Vec3, u: [f32; 2]) -> Option<Place> {
+    fn triangle(
+        &self,
+        mesh: &Mesh,
+        part: u32,
+        from: Vec3,
+        u: [f32; 2],
+        textured: bool,
+    ) -> Option<Place> {
         let (hit, density) = match SphericalTriangle::seen(mesh.corners(part), from) {
             Some(seen) => {
                 let [v, w] = seen.sample(u)?;
@@ -182,14 +193,11 @@ impl AreaLight {
             }
             None => (mesh.sample(part, u), Density::Area(1.0 / mesh.area(part))),
         };
-        let uv = match self.emission.image {
-            Some(_) => mesh.patch(&hit).uv,
-            None => Vec2::ZERO,
-        };
+        let uv = if textured { mesh.patch(&hit).uv } else { Vec2::ZERO };
         Some(Place { point: mesh.point(&hit), uv, density })
     }
 
-    fn quadric(&self, quadric: &Quadric, from: Vec3, u: [f32; 2]) -> Place {
+    fn quadric(&self, quadric: &Quadric, from: Vec3, u: [f32; 2], textured: bool) -> Place {
         let (point, density) = match self.ball.and_then(|ball| ball.seen(from)) {
             Some(disc) => (disc.sample(u), Density::SolidAngle(disc.density())),
             None => {
@@ -197,9 +205,9 @@ impl AreaLight {
                 (point, Density::Area(density))
             }
         };
-        let uv = match self.emission.image {
-            Some(_) => quadric.patch(point.position.as_dvec3()).uv,
-            None => Vec2::ZERO,
+        let uv = match textured {
+            true => quadric.patch(point.position.as_dvec3()).uv,
+            false => Vec2::ZERO,
         };
         Place { point, uv, density }
     }

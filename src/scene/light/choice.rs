@@ -13,7 +13,7 @@ pub struct Lights {
     pub all: Vec<Light>,
     /// Those among them that fill the sky.
     pub skies: Vec<u32>,
-    /// Those among them that are infinitely far away and not dark.
+    /// Those among them that are infinitely far away and sampled: beams and skies with an image.
     far: Vec<u32>,
     tree: LightTree,
     /// Light and triangle of it of every emitter.
@@ -32,7 +32,7 @@ pub(super) struct Choice {
 impl Lights {
     /// Builds the tree. Each light that is infinitely far away gets as much as all that are
     /// near together, as in pbrt-v4: which power a sky has depends on how much empty ground
-    /// the scene holds. Lights of no power are never chosen.
+    /// the scene holds. Lights of no power and uniform skies are never chosen.
     pub fn new(mut all: Vec<Light>, shapes: &[Shape]) -> Self {
         let mut emitters = Vec::new();
         let mut near = Vec::new();
@@ -60,7 +60,9 @@ impl Lights {
                     }
                 }
                 Light::Infinite(sky) => {
-                    if !sky.is_dark() {
+                    // No direction of a uniform sky is better than those that the surface would
+                    // choose.
+                    if sky.image.is_some() && !sky.is_dark() {
                         far.push(light);
                     }
                 }

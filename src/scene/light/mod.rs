@@ -56,7 +56,8 @@ pub struct LightSample {
     /// Density of the choice, of the light and of the direction together, per unit of solid
     /// angle; the probability of the light alone where `singular`.
     pub density: f32,
-    /// Whether the light is at one point or in one direction, which no other ray runs into.
+    /// Whether no other ray runs into the light: it is at one point, in one direction, or a
+    /// surface of alpha 0.
     pub singular: bool,
 }
 
@@ -76,7 +77,7 @@ impl Scene {
     ) -> Option<LightSample> {
         let Choice { light, part, probability } = self.lights.choose(from.position, choice)?;
         let sample = match &self.lights.all[light as usize] {
-            Light::Area(area) => area.sample(self.geometry(area), part, from, u)?,
+            Light::Area(area) => area.sample(&self.shapes[area.shape as usize], part, from, u)?,
             Light::Lamp(lamp) => {
                 let direction = lamp.position - from.leave(lamp.position - from.position);
                 let d2 = direction.length_squared();
@@ -165,10 +166,6 @@ impl Scene {
             Light::Area(light) => Some((light, &shape.geometry)),
             _ => None,
         }
-    }
-
-    fn geometry(&self, light: &AreaLight) -> &Geometry {
-        &self.shapes[light.shape as usize].geometry
     }
 }
 

@@ -193,29 +193,14 @@ impl Sky {
         mean(self.radiance.map(|r| r.max(0.0))) <= 0.0 || self.image.as_ref().is_some_and(dark)
     }
 
-    /// Chooses a direction: bright ones of an image more often.
+    /// Chooses a direction: bright ones of its image more often. `None` without an image.
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
-        match &self.image {
-            None => {
-                let z = 1.0 - 2.0 * u[0];
-                let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
-                let r = (1.0 - z * z).max(0.0).sqrt();
-                let direction = Vec3::new(r * cos, r * sin, z);
-                let density = 1.0 / (4.0 * PI);
-                Some(SkySample { direction, radiance: self.radiance, density })
-            }
-            Some(image) => {
-                let sample = image.sample(u)?;
-                Some(SkySample { radiance: self.times(sample.radiance), ..sample })
-            }
-        }
+        let sample = self.image.as_ref()?.sample(u)?;
+        Some(SkySample { radiance: self.times(sample.radiance), ..sample })
     }
 
     /// The density, by solid angle, with which [`Self::sample`] chooses a direction.
     pub(super) fn density(&self, direction: Vec3) -> f32 {
-        match &self.image {
-            None => 1.0 / (4.0 * PI),
-            Some(image) => image.density(direction),
-        }
+        self.image.as_ref().map_or(0.0, |image| image.density(direction))
     }
 }

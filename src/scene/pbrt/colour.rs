@@ -4,7 +4,9 @@ use super::params::{Param, Params, Values};
 use super::{Notices, SceneError};
 use crate::lens::D_LINE;
 use crate::source::{bytes, hint};
-use crate::spectrum::{ColourSpace, Spectrum, blackbody, metal, named, names, srgb_from_xyz};
+use crate::spectrum::{
+    ChannelMetal, ColourSpace, Spectrum, blackbody, metal, named, names, srgb_from_xyz,
+};
 
 /// What a colour is the colour of (pbrt-v4's `SpectrumType`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +107,7 @@ impl Params {
 
     /// Index and extinction coefficient of a metal by channel, from parameters that are spectra or
     /// colours; those of copper where one is not given or is a texture.
-    pub(super) fn metal(&self, eta: &str, k: &str) -> Result<[[f32; 3]; 2], SceneError> {
+    pub(super) fn metal(&self, eta: &str, k: &str) -> Result<ChannelMetal, SceneError> {
         let spectrum = |name: &str, default: &str| -> Result<_, SceneError> {
             match self.find(name).filter(|param| param.kind != "texture") {
                 None => Ok(named(default)),
@@ -123,7 +125,8 @@ impl Params {
                 None => Ok(self.colour(name, Meaning::Unbounded)?.unwrap_or([1.0; 3])),
             }
         };
-        Ok([colour(eta, spectral_eta)?, colour(k, spectral_k)?])
+        let (eta, k) = (colour(eta, spectral_eta)?, colour(k, spectral_k)?);
+        Ok(ChannelMetal { eta, k, tint: [1.0; 3] })
     }
 
     /// A spectrum and, behind the temperature of a black body in scenes before pbrt-v4, a factor.
@@ -350,9 +353,10 @@ mod tests {
                 .is_err()
         );
         // Neither is given: copper.
-        let [eta, k] = constant.metal("eta", "k").unwrap();
+        let ChannelMetal { eta, k, .. } = constant.metal("eta", "k").unwrap();
         assert!((eta[0] - 0.154).abs() < 0.02 && (k[2] - 2.36).abs() < 0.02, "{eta:?} {k:?}");
         let rgb = given("rgb", Values::Numbers(vec![0.2, 0.9, 1.1]));
-        assert_eq!(rgb.metal("L", "L").unwrap(), [[0.2, 0.9, 1.1]; 2]);
+        let plain = rgb.metal("L", "L").unwrap();
+        assert_eq!((plain.eta, plain.k, plain.tint), ([0.2, 0.9, 1.1], [0.2, 0.9, 1.1], [1.0; 3]));
     }
 }

@@ -4,6 +4,7 @@ use super::SceneError;
 use super::colour::Meaning;
 use super::surfaces::Recipe;
 use crate::scene::{Metal, Texture};
+use crate::spectrum::ChannelMetal;
 
 impl Recipe<'_> {
     /// The metal that these parameters describe; copper where nothing is given.
@@ -26,12 +27,17 @@ impl Recipe<'_> {
         };
         let (of_eta, of_k) = (textured(eta)?, textured(k)?);
         if of_eta.is_none() && of_k.is_none() {
-            let [eta, k] = self.params.metal(eta, k)?.map(Texture::Constant);
-            return Ok(Metal::Index { eta, k });
+            let ChannelMetal { eta, k, tint } = self.params.metal(eta, k)?;
+            let [eta, k] = [eta, k].map(Texture::Constant);
+            return Ok(Metal::Index { eta, k, tint });
         }
         // What stands beside a texture is looked at by channel as well.
-        let [plain_eta, plain_k] = self.params.metal(eta, k)?.map(Texture::Constant);
-        Ok(Metal::Index { eta: of_eta.unwrap_or(plain_eta), k: of_k.unwrap_or(plain_k) })
+        let plain = self.params.metal(eta, k)?;
+        Ok(Metal::Index {
+            eta: of_eta.unwrap_or(Texture::Constant(plain.eta)),
+            k: of_k.unwrap_or(Texture::Constant(plain.k)),
+            tint: [1.0; 3],
+        })
     }
 
     /// The index of a dielectric: the first of these parameters that is given, or 1.5.

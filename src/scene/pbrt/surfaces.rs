@@ -91,8 +91,13 @@ impl Recipe<'_> {
     }
 
     /// The layer over a coated surface; `prefix` is that of its roughness.
-    fn coat(&mut self, prefix: &str, eta: &[&str], roughness: f32) -> Result<Coat, SceneError> {
-        Ok(Coat {
+    fn coat(
+        &mut self,
+        prefix: &str,
+        eta: &[&str],
+        roughness: f32,
+    ) -> Result<Box<Coat>, SceneError> {
+        Ok(Box::new(Coat {
             eta: self.index(eta)?,
             roughness: self.roughness(prefix, roughness)?,
             thickness: self.number("thickness", 0.01)?,
@@ -100,7 +105,7 @@ impl Recipe<'_> {
             g: self.number("g", 0.0)?,
             max_depth: self.params.count_of("maxdepth", 10_000)?.unwrap_or(10),
             samples: self.params.count_of("nsamples", 10_000)?.unwrap_or(1),
-        })
+        }))
     }
 
     fn roughness(&mut self, prefix: &str, default: f32) -> Result<Roughness, SceneError> {

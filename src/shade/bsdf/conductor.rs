@@ -15,6 +15,8 @@ pub struct Conductor<R: Real> {
     facets: Microfacets<R>,
     eta: [R; 3],
     k: [R; 3],
+    /// Of the reflectance at normal incidence, over Fresnel's.
+    excess: [R; 3],
 }
 
 impl<R: Real<Scalar = f32>> Conductor<R> {
@@ -27,16 +29,27 @@ impl<R: Real<Scalar = f32>> Conductor<R> {
             facets: Microfacets::new(alpha),
             eta: [clamp(eta[0]), clamp(eta[1]), clamp(eta[2])],
             k: [clamp(k[0]), clamp(k[1]), clamp(k[2])],
+            excess: [R::splat(0.0); 3],
         }
     }
 
-    /// Fresnel's reflectance, times a factor, by colour channel.
+    /// The same metal, its reflectance multiplied by a colour at normal incidence, and by less
+    /// with the cosine, to nothing at grazing angles.
+    #[inline(always)]
+    pub fn tinted(self, tint: [R; 3]) -> Self {
+        let one = R::splat(1.0);
+        Self { excess: [tint[0] - one, tint[1] - one, tint[2] - one], ..self }
+    }
+
+    /// Fresnel's reflectance, tinted, times a factor, by colour channel.
     #[inline(always)]
     fn reflectance(&self, cos: R, factor: R) -> [R; 3] {
+        let [r, g, b] = self.excess;
+        let one = R::splat(1.0);
         [
-            conductor_reflectance(cos, self.eta[0], self.k[0]) * factor,
-            conductor_reflectance(cos, self.eta[1], self.k[1]) * factor,
-            conductor_reflectance(cos, self.eta[2], self.k[2]) * factor,
+            conductor_reflectance(cos, self.eta[0], self.k[0]) * (factor * r.mul_add(cos, one)),
+            conductor_reflectance(cos, self.eta[1], self.k[1]) * (factor * g.mul_add(cos, one)),
+            conductor_reflectance(cos, self.eta[2], self.k[2]) * (factor * b.mul_add(cos, one)),
         ]
     }
 }
