@@ -10,7 +10,7 @@ use criterion::criterion_main;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group};
 use glam::DAffine3;
-use petzval::film::{Frame, TileSampler, sample};
+use petzval::film::{Filter, Frame, TileSampler, sample};
 use petzval::lanes::{Real, f32x8};
 use petzval::lens::{
     Aim, Axis, Camera, Focus, From, LensColumns, LensRay, Model, Prescription, RealLens, Row,
@@ -222,10 +222,12 @@ fn picture(
     mut done: impl FnMut(u64),
 ) {
     let frame = Frame { resolution: [96; 2], low: [0; 2], high: [96; 2] };
+    let filter = Filter::default();
     for tile in frame.tiles() {
-        let mut points =
-            TileSampler::new(&tile, 0..32, |low, high| camera.sees(low, high, frame.resolution));
-        while sample(&mut points, &frame, camera.film, 0, &mut columns.samples) {
+        let mut points = TileSampler::new(&tile, 0..32, |low, high| {
+            camera.sees(low.map(f64::from), high.map(f64::from), frame.resolution)
+        });
+        while sample(&mut points, &frame, &filter, camera.film, 0, &mut columns.samples) {
             camera.expose::<f32x8>(&columns.samples, &mut columns.lens, &mut columns.rays, stats);
             done(columns.rays.len as u64);
         }

@@ -22,7 +22,7 @@ fn peer(mut job: Job, radius: f64) -> Job {
     let Model::Real(lens) = &job.camera.model else { unreachable!("dgauss is a real lens") };
     let focal = lens.paraxial.focal_length;
     job.camera.film = job.camera.film.map(|side| side / focal);
-    job.camera.model = Model::Thin(ThinLens { radius, focus: 3.88 });
+    job.camera.model = Model::Thin(ThinLens { radius, focus: 3.88, middle: [0.0; 2] });
     job
 }
 

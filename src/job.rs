@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::DAffine3;
 
 use crate::aov::Aov;
-use crate::film::Frame;
+use crate::film::{Filter, Frame, Response};
 use crate::image::{Note, Notes};
 use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
 use crate::lens::{Iris, MASKS, Mask};
@@ -14,6 +14,7 @@ use crate::render::Job;
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use crate::scene::{Scene, TraversalStack};
 use crate::source::{Location, Warning};
+use crate::spectrum::white_balance;
 
 /// What to focus on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +94,11 @@ pub fn prepare(
         description;
     let mut setup = Setup { at: camera_at, warnings, notes: Notes::new() };
     let frame = frame(&film, changes)?;
+    let response = Response {
+        filter: Filter::new(description.filter.profile, description.filter.radius),
+        brightest: film.brightest,
+        balance: film.white_balance.map(white_balance),
+    };
     let (model, size, imaging_ratio, depth) = match camera {
         CameraSpec::Thin(_) if changes.needs_lens().is_some() => {
             let option = changes.needs_lens().unwrap_or_default();
@@ -101,7 +107,8 @@ pub fn prepare(
         }
         CameraSpec::Thin(spec) => setup.thin(&spec, &film, frame.resolution),
         CameraSpec::Realistic(spec) => {
-            let place = Place { scene: &scene, world_from_camera, frame: &frame };
+            let reach = response.filter.reach();
+            let place = Place { scene: &scene, world_from_camera, frame: &frame, reach };
             setup.real(&spec, &film, place, changes)?
         }
     };
@@ -116,6 +123,7 @@ pub fn prepare(
         scene,
         camera: Camera { model, film: size, world_from_camera, imaging_ratio, depth },
         frame,
+        film: response,
         samples: 0..samples,
         seed,
         max_depth: description.max_depth,
@@ -215,6 +223,8 @@ struct Place<'a> {
     scene: &'a Scene,
     world_from_camera: DAffine3,
     frame: &'a Frame,
+    /// How far beyond the picture's edge its samples lie, pixels.
+    reach: [f64; 2],
 }
 
 impl Place<'_> {
@@ -265,8 +275,18 @@ impl Setup {
         let pixels = f64::from(resolution[0]) / f64::from(resolution[1]);
         let aspect = spec.aspect.unwrap_or(pixels);
         let short = 2.0 * (spec.fov.to_radians() / 2.0).tan();
-        let size = if aspect >= 1.0 { [short * aspect, short] } else { [short, short / aspect] };
-        let lens = ThinLens { radius: spec.lens_radius, focus: spec.focal_distance };
+        let (size, middle) = match spec.window {
+            Some([x0, x1, y0, y1]) => {
+                let half = short / 2.0;
+                (
+                    [(x1 - x0) * half, (y1 - y0) * half],
+                    [(x0 + x1) / 2.0 * half, (y0 + y1) / 2.0 * half],
+                )
+            }
+            None if aspect >= 1.0 => ([short * aspect, short], [0.0; 2]),
+            None => ([short, short / aspect], [0.0; 2]),
+        };
+        let lens = ThinLens { radius: spec.lens_radius, focus: spec.focal_distance, middle };
         let name = if lens.radius > 0.0 { "thin lens" } else { "pinhole" };
         self.notes.push(("lensModel", Note::Text(name.to_owned())));
         if lens.radius > 0.0 {
@@ -359,7 +379,10 @@ impl Setup {
                 RealisticSpec::V2 { .. } => 0.0,
             };
             let lens = prescription.clone();
-            Ok(RealLens::new(lens, film_distance, diagonal / 2.0, changes.aim, unit, front))
+            let beyond =
+                [0, 1].map(|i| place.reach[i] * size[i] / f64::from(place.frame.resolution[i]));
+            let radius = diagonal / 2.0 + beyond[0].hypot(beyond[1]);
+            Ok(RealLens::new(lens, film_distance, radius, changes.aim, unit, front))
         };
         let unchanged = || from_file.map_or_else(Ok, film_for);
         let lens = match changes.focus {

@@ -122,6 +122,8 @@ pub struct SampleBatch {
     /// Point on the film, in the film's units (mm for a real lens), camera frame: x to the
     /// right and y up as seen from behind the camera; the picture on it is upside down.
     pub film: [Column<f32>; 2],
+    /// What the sample counts for its pixel, where the filter is signed.
+    pub weight: Column<f32>,
     /// Two numbers in [0, 1) that choose a point of the pupil.
     pub pupil: [Column<f32>; 2],
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::aov::{Aov, FeatureFilm, Features};
-use crate::film::{FilmSums, Frame, Tile, TileSampler, TileSums, sample};
+use crate::film::{FilmSums, Frame, Response, Tile, TileSampler, TileSums, sample};
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
@@ -24,6 +24,8 @@ pub struct Job {
     pub camera: Camera,
     /// The pixels.
     pub frame: Frame,
+    /// How samples become pixels.
+    pub film: Response,
     /// Which samples of every pixel.
     pub samples: Range<u32>,
     /// Which of all random choices.
@@ -32,6 +34,18 @@ pub struct Job {
     pub max_depth: u32,
     /// What is wanted beside the colours.
     pub layers: Vec<Aov>,
+}
+
+impl Job {
+    /// The samples of a tile, but for pixels that no light can come to.
+    pub fn sampler(&self, tile: &Tile) -> TileSampler {
+        let reach = self.film.filter.reach();
+        TileSampler::new(tile, self.samples.clone(), |low, high| {
+            let low = [0, 1].map(|i| f64::from(low[i]) - reach[i]);
+            let high = [0, 1].map(|i| f64::from(high[i]) + reach[i]);
+            self.camera.sees(low, high, self.frame.resolution)
+        })
+    }
 }
 
 /// One lane or eight; the picture is the same bit for bit.
@@ -157,14 +171,13 @@ impl Wave {
     ) -> (TileSums, Option<Features>) {
         let Self { samples, lens, rays, next, shadows, hits, stack, columns, radiance, stats } =
             self;
-        let Job { scene, camera, frame, seed, max_depth, .. } = job;
+        let Job { scene, camera, frame, film, seed, max_depth, .. } = job;
         let mut sums = TileSums::new(tile, job.layers.contains(&Aov::Variance));
         let mut features = Features::new(job, tile);
-        let sees = |low, high| camera.sees(low, high, frame.resolution);
-        let mut tile = TileSampler::new(tile, job.samples.clone(), sees);
+        let mut tile = job.sampler(tile);
         let mut clock = Clock::start();
         while !progress.stop.load(Ordering::Relaxed)
-            && sample(&mut tile, frame, camera.film, *seed, samples)
+            && sample(&mut tile, frame, &film.filter, camera.film, *seed, samples)
         {
             clock.lap(stats, Stage::Sample, samples.len);
             camera.expose::<R>(samples, lens, rays, &mut stats.lens);
@@ -191,7 +204,7 @@ impl Wave {
                     break;
                 }
             }
-            sums.accumulate(samples, radiance);
+            sums.accumulate(film, samples, radiance);
             clock.lap(stats, Stage::Accumulate, samples.len);
             progress.samples.fetch_add(samples.len as u64, Ordering::Relaxed);
         }

@@ -170,7 +170,7 @@ fn a_thin_lens_is_sharp_at_its_focus_only() {
         let text = format!(
             r#"Film "rgb" "integer xresolution" 32 "integer yresolution" 32
                Sampler "sobol" "integer pixelsamples" 64 Integrator "directlighting"
-               LookAt 0 1 0  0 0 0  0 0 1
+               PixelFilter "box" LookAt 0 1 0  0 0 0  0 0 1
                Camera "perspective" "float fov" 40 "float lensradius" 0.1 "float focaldistance" {focus}
                WorldBegin LightSource "infinite" "rgb L" [1 1 1]
                Material "diffuse" "rgb reflectance" [0 0 0]

@@ -7,6 +7,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use petzval::film::filter::Profile;
 use petzval::scene::pbrt::{self, FilterSpec};
 use petzval::scene::{Geometry, Scatters, Shape};
 use support::world::{colour, error, loudly, quietly, read, rough};
@@ -164,21 +165,31 @@ fn filters_have_the_defaults_of_pbrt() {
         assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
         description.filter
     };
-    let gaussian = FilterSpec::Gaussian { radius: [1.5; 2], sigma: 0.5 };
+    let gaussian = FilterSpec { profile: Profile::Gaussian { sigma: 0.5 }, radius: [1.5; 2] };
     assert_eq!(filter(""), gaussian);
     assert_eq!(filter("PixelFilter \"gaussian\""), gaussian);
-    assert_eq!(filter("PixelFilter \"box\""), FilterSpec::Box { radius: [0.5; 2] });
-    assert_eq!(filter("PixelFilter \"triangle\""), FilterSpec::Triangle { radius: [2.0; 2] });
-    let mitchell = FilterSpec::Mitchell { radius: [2.0; 2], b: 1.0 / 3.0, c: 1.0 / 3.0 };
+    assert_eq!(
+        filter("PixelFilter \"box\""),
+        FilterSpec { profile: Profile::Box, radius: [0.5; 2] }
+    );
+    assert_eq!(
+        filter("PixelFilter \"triangle\""),
+        FilterSpec { profile: Profile::Triangle, radius: [2.0; 2] }
+    );
+    let mitchell =
+        FilterSpec { profile: Profile::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 }, radius: [2.0; 2] };
     assert_eq!(filter("PixelFilter \"mitchell\""), mitchell);
     assert_eq!(
         filter("PixelFilter \"sinc\" \"float xradius\" 3"),
-        FilterSpec::Sinc { radius: [3.0, 4.0], tau: 3.0 }
+        FilterSpec { profile: Profile::Sinc { tau: 3.0 }, radius: [3.0, 4.0] }
     );
     let old = "PixelFilter \"gaussian\" \"float xwidth\" 2 \"float ywidth\" 1 \"float alpha\" 8";
-    assert_eq!(filter(old), FilterSpec::Gaussian { radius: [2.0, 1.0], sigma: 0.25 });
+    assert_eq!(
+        filter(old),
+        FilterSpec { profile: Profile::Gaussian { sigma: 0.25 }, radius: [2.0, 1.0] }
+    );
     let v2 = read("SurfaceIntegrator \"path\" Camera \"perspective\" WorldBegin").unwrap();
-    assert_eq!(v2.filter, FilterSpec::Box { radius: [0.5; 2] });
+    assert_eq!(v2.filter, FilterSpec { profile: Profile::Box, radius: [0.5; 2] });
     let said = read("PixelFilter \"box\" \"float xradius\" 0 Camera \"perspective\" WorldBegin");
     assert!(said.is_err());
 }

@@ -7,7 +7,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use petzval::film::TileSampler;
 use petzval::render::{Job, Progress};
 
 /// Watches a render.
@@ -21,10 +20,7 @@ impl Bar {
         if !std::io::stderr().is_terminal() {
             return Self { shown: None };
         }
-        let sees = |low, high| job.camera.sees(low, high, job.frame.resolution);
-        let tiles = job.frame.tiles();
-        let samples = |tile| TileSampler::new(tile, job.samples.clone(), sees).count();
-        let total = tiles.iter().map(samples).sum();
+        let total = job.frame.tiles().iter().map(|tile| job.sampler(tile).count()).sum();
         let bar = ProgressBar::new(total);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}") {
             bar.set_style(style);

@@ -1,6 +1,6 @@
 //! Adding up what arrives: a stage, and the film that keeps the sums.
 
-use super::{Frame, Tile};
+use super::{Frame, Response, Tile};
 use crate::image::Picture;
 use crate::rays::{Column, SampleBatch};
 
@@ -23,12 +23,22 @@ impl TileSums {
     }
 
     /// Adds a wave: a stage. What is not a finite number is left out and counted.
-    pub fn accumulate(&mut self, samples: &SampleBatch, radiance: &[Column<f32>; 3]) {
+    pub fn accumulate(
+        &mut self,
+        film: &Response,
+        samples: &SampleBatch,
+        radiance: &[Column<f32>; 3],
+    ) {
+        let signed = film.filter.signed();
         for i in 0..samples.len {
             let light = [0, 1, 2].map(|c| f64::from(radiance[c][i]));
             if !(light[0] + light[1] + light[2]).is_finite() {
                 self.dropped += 1;
                 continue;
+            }
+            let mut light = film.to(light);
+            if signed {
+                light = light.map(|c| c * f64::from(samples.weight[i]));
             }
             let sum = &mut self.sums[samples.pixel[i] as usize];
             *sum = [0, 1, 2].map(|c| sum[c] + light[c]);

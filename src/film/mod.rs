@@ -1,9 +1,13 @@
 //! The film: which pixels there are, where their samples lie, and what they have received.
 
 mod accumulate;
+pub mod filter;
+mod response;
 mod sample;
 
 pub use accumulate::{FilmSums, TileSums};
+pub use filter::Filter;
+pub use response::Response;
 pub use sample::{TileSampler, sample};
 
 /// The picture's pixels and the part of them that is rendered.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Frame, Tile};
+use super::{Filter, Frame, Tile};
 use crate::rays::{SampleBatch, WAVE};
 use crate::sampler::{Dimension, pairs, pixel_key};
 
@@ -47,6 +47,7 @@ impl TileSampler {
 pub fn sample(
     tile: &mut TileSampler,
     frame: &Frame,
+    filter: &Filter,
     film: [f64; 2],
     seed: u32,
     batch: &mut SampleBatch,
@@ -72,13 +73,21 @@ pub fn sample(
     }
     batch.len = len;
     let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);
-    let centre = frame.resolution.map(|n| n as f32 / 2.0);
-    let SampleBatch { key, sample, film, pupil, .. } = batch;
+    // The middle of the picture, from the middle of its first pixel.
+    let centre = frame.resolution.map(|n| (n as f32 - 1.0) / 2.0);
+    let SampleBatch { key, sample, film, weight, pupil, .. } = batch;
     // Whole packets, so that the lanes behind the last sample hold numbers too.
     let padded = len.next_multiple_of(8);
     let (keys, samples) = (&key[..padded], &sample[..padded]);
     let [u, v] = pupil;
     pairs(keys, samples, Dimension::Film, &mut u[..], &mut v[..]);
+    filter.place(0, &mut u[..padded]);
+    filter.place(1, &mut v[..padded]);
+    if filter.signed() {
+        for i in 0..padded {
+            weight[i] = filter.weight([u[i], v[i]]);
+        }
+    }
     let [x, y] = film;
     for i in 0..padded {
         x[i] = (centre[0] - (x[i] + u[i])) * pitch[0];

@@ -92,6 +92,8 @@ pub struct ThinLens {
     pub radius: f64,
     /// Depth of the plane in focus, camera units.
     pub focus: f64,
+    /// Where the middle of the picture lies in the plane z = 1, camera frame.
+    pub middle: [f64; 2],
 }
 
 /// The columns that the lens stage works in.
@@ -107,13 +109,13 @@ impl Camera {
         self.film[0].hypot(self.film[1]) / 2.0
     }
 
-    /// Whether any light can come to the pixels of a picture of this resolution from `low` to
-    /// before `high`.
-    pub fn sees(&self, low: [u32; 2], high: [u32; 2], resolution: [u32; 2]) -> bool {
+    /// Whether any light can come to the part of a picture of this resolution between two
+    /// places, pixels.
+    pub fn sees(&self, low: [f64; 2], high: [f64; 2], resolution: [u32; 2]) -> bool {
         let Model::Real(lens) = &self.model else { return true };
         // Mirrored in x and upside down in y, as the film stage has it.
-        let place = |pixel: u32, i: usize| {
-            let place = f64::from(pixel) * self.film[i] / f64::from(resolution[i]);
+        let place = |pixel: f64, i: usize| {
+            let place = pixel * self.film[i] / f64::from(resolution[i]);
             if i == 0 { self.film[i] / 2.0 - place } else { place - self.film[i] / 2.0 }
         };
         lens.bound
@@ -221,10 +223,11 @@ impl Camera {
         let place = Placement::<f32>::new(self, 1.0, 0.0);
         let ratio = self.imaging_ratio as f32;
         let (radius, focus) = (lens.radius as f32, lens.focus as f32);
+        let middle = lens.middle.map(|m| m as f32);
         rays.len = 0;
         for i in 0..samples.len {
             // The film point's picture lies mirrored in the plane z = 1.
-            let seen = [-samples.film[0][i], -samples.film[1][i]];
+            let seen = [0, 1].map(|axis| middle[axis] - samples.film[axis][i]);
             let (start, towards) = if radius > 0.0 {
                 let [x, y] = disk(samples.pupil[0][i], samples.pupil[1][i]).map(|d| d * radius);
                 ([x, y, 0.0], [seen[0] * focus - x, seen[1] * focus - y, focus])

@@ -73,10 +73,16 @@ pub fn triangulate(mesh: &mut Mesh, patches: &[[u32; 4]]) -> Mesh {
         cells = cut(tolerance);
     }
     let mut curved = Mesh::default();
+    if !patches.is_empty() {
+        mesh.patches = (0..mesh.triangles.len() as u32).collect();
+    }
     for (&patch, cells) in patches.iter().zip(cells) {
         let [a, b, c, d] = patch;
         match cells {
-            1 => mesh.triangles.extend([[a, b, d], [d, c, a]]),
+            1 => {
+                mesh.patches.extend([mesh.triangles.len() as u32; 2]);
+                mesh.triangles.extend([[a, b, d], [d, c, a]]);
+            }
             _ => lattice(mesh, patch, cells, &mut curved),
         }
     }
@@ -110,8 +116,10 @@ fn lattice(from: &Mesh, patch: [u32; 4], cells: u32, to: &mut Mesh) {
             to.uvs.push(uv.as_vec2().to_array());
         }
     }
+    let whole = [to.triangles.len() as u32; 2];
     for row in 0..cells {
         for column in 0..cells {
+            to.patches.extend(whole);
             let a = first + row * (cells + 1) + column;
             let c = a + cells + 1;
             to.triangles.extend([[a, a + 1, c + 1], [c + 1, c, a]]);

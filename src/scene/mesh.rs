@@ -16,6 +16,9 @@ pub struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// One texture coordinate a vertex, or none.
     pub uvs: Vec<[f32; 2]>,
+    /// Where triangles were cut from bilinear patches: the first triangle of the patch, by
+    /// triangle.
+    pub patches: Vec<u32>,
     /// Whether the normal is against the winding: ReverseOrientation or a mirroring transform.
     pub flipped: bool,
 }
@@ -47,6 +50,19 @@ impl Mesh {
     pub fn area(&self, triangle: u32) -> f32 {
         let [a, b, c] = self.corners(triangle).map(|v| v.as_dvec3());
         ((b - a).cross(c - a).length() / 2.0) as f32
+    }
+
+    /// Areas of all triangles, or of the patches that they were cut from.
+    pub fn patch_areas(&self) -> Vec<f32> {
+        let areas = (0..self.triangles.len() as u32).map(|triangle| self.area(triangle));
+        if self.patches.is_empty() {
+            return areas.collect();
+        }
+        let mut sums = vec![0.0; self.triangles.len()];
+        for (&patch, area) in self.patches.iter().zip(areas) {
+            sums[patch as usize] += area;
+        }
+        self.patches.iter().map(|&patch| sums[patch as usize]).collect()
     }
 
     /// The point of the surface that a ray hit.

@@ -216,8 +216,8 @@ impl SceneBuilder {
         self.instances.push((object, world_from_object));
     }
 
-    /// Adds a shape to the world, or to an object. One in the world may shine.
-    pub fn shape(&mut self, spec: ShapeSpec) {
+    /// Adds a shape to the world, or to an object; answers its index. One in the world may shine.
+    pub fn shape(&mut self, spec: ShapeSpec) -> u32 {
         let ShapeSpec { geometry, material, emission, alpha, object } = spec;
         let shape = self.shapes.len() as u32;
         let mut light = NONE;
@@ -232,6 +232,23 @@ impl SceneBuilder {
             Some(object) => self.objects[object as usize].push(shape),
             None => self.world.push(shape),
         }
+        shape
+    }
+
+    /// Puts out a shape that shines but is made of nothing, as pbrt-v4 does; answers whether it
+    /// was one.
+    pub fn darken_interface(&mut self, shape: u32) -> bool {
+        let shape = &mut self.shapes[shape as usize];
+        let scatters = &self.materials[shape.material as usize].scatters;
+        let Some(Light::Area(light)) = self.lights.get_mut(shape.light as usize) else {
+            return false;
+        };
+        let dark = matches!(scatters, Scatters::Interface);
+        if dark {
+            light.emission.radiance = [0.0; 3];
+            shape.light = NONE;
+        }
+        dark
     }
 
     /// Builds the trees.

@@ -15,7 +15,8 @@ use crate::scene::Scene;
 /// The power heuristic's weight of a choice against another; densities may be infinite.
 #[inline(always)]
 fn heuristic(mine: f32, other: f32) -> f32 {
-    let ratio = other / mine;
+    // Of two choices that neither can make, this one was made.
+    let ratio = if other > 0.0 { other / mine } else { 0.0 };
     1.0 / (1.0 + ratio * ratio)
 }
 

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 use crate::rays::{Hit, Ray};
 use crate::sampler::hash;
-use crate::scene::{Material, Patch, Scene, SurfacePoint, Texture, TexturePoint};
+use crate::scene::{Geometry, Material, Patch, Scene, SurfacePoint, Texture, TexturePoint};
 
 /// A point of a surface. Its texture coordinates are worked out once somebody asks.
 pub(super) struct Look<'a> {
@@ -70,20 +70,43 @@ impl<'a> Look<'a> {
             let tangent = (patch.dp[0] - normal * normal.dot(patch.dp[0])).normalize_or_zero();
             let across = normal.cross(tangent);
             let bent = (tangent * x + across * y + normal * z).try_normalize();
-            return (bent.unwrap_or(normal), patch.dp[0]);
+            return (self.outward(bent.unwrap_or(normal)), patch.dp[0]);
         }
         let Some(bump) = &material.bump else { return (normal, patch.dp[0]) };
-        let at = self.place();
+        let (at, tangents) = (self.place(), self.tangents());
         let height = bump.number(&at);
         let [u, v] = [0, 1].map(|axis| {
             let mut moved = at;
             moved.uv += if axis == 0 { Vec2::new(STEP, 0.0) } else { Vec2::new(0.0, STEP) };
-            moved.position += patch.dp[axis] * STEP;
+            moved.position += tangents[axis] * STEP;
             let slope = (bump.number(&moved) - height) / STEP;
-            patch.dp[axis] + normal * slope + patch.dn[axis] * height
+            tangents[axis] + normal * slope + patch.dn[axis] * height
         });
         let bent = u.cross(v).try_normalize().unwrap_or(normal);
-        // On the side of the surface's own normal.
-        (bent * bent.dot(self.point.normal).signum(), u)
+        (self.outward(bent), u)
+    }
+
+    /// A normal on the side of the surface's own.
+    fn outward(&self, normal: Vec3) -> Vec3 {
+        normal * normal.dot(self.point.normal).signum()
+    }
+
+    /// The tangents that textures bend. As in pbrt-v4 they are those of u and v, but where the
+    /// vertices of triangles have normals: there they lie across the shading normal, the first as
+    /// nearly along u as it can be, and the second as long as the first.
+    fn tangents(&self) -> [Vec3; 2] {
+        let (normal, patch) = (self.point.shading, self.patch());
+        let smooth = match &self.scene.shapes[self.hit.shape as usize].geometry {
+            Geometry::Mesh(mesh) => !mesh.normals.is_empty() && mesh.patches.is_empty(),
+            Geometry::Quadric(_) => false,
+        };
+        if !smooth {
+            return patch.dp;
+        }
+        let across = normal.cross(patch.dp[0]);
+        match across.length_squared() > 0.0 {
+            true => [across.cross(normal), across],
+            false => normal.any_orthonormal_pair().into(),
+        }
     }
 }

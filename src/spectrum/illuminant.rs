@@ -7,7 +7,7 @@ use super::{Spectrum, blackbody};
 pub(super) fn illuminant(name: &str) -> Option<Spectrum> {
     let spectrum = match name {
         "stdillum-A" => incandescent(),
-        "stdillum-D50" => daylight(5000.0 * RENAMED),
+        "stdillum-D50" => d_illuminant(5000.0),
         "stdillum-D65" => d65(),
         // The white of the Academy's colour space is a daylight of 6000 K.
         "illum-acesD60" => daylight(6000.0),
@@ -41,7 +41,12 @@ const RENAMED: f64 = 1.4388 / 1.4380;
 
 /// Average daylight, the white of sRGB.
 pub fn d65() -> Spectrum {
-    daylight(6500.0 * RENAMED)
+    d_illuminant(6500.0)
+}
+
+/// The average daylight that is called by a temperature, as D50 by 5000 K.
+pub fn d_illuminant(kelvin: f64) -> Spectrum {
+    daylight(kelvin * RENAMED)
 }
 
 /// Illuminant A, a tungsten lamp (CIE 015:2018, eq. 4.1): a black body of 2848 K with the second

@@ -15,10 +15,10 @@ mod rgb;
 use std::sync::{Arc, LazyLock};
 
 pub use cie::{VISIBLE, matching};
-pub use illuminant::{d65, daylight};
+pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fresnel, metal, metal_reflectance};
 pub use named::{named, names};
-pub use rgb::{ColourSpace, srgb_from_xyz};
+pub use rgb::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 
 /// Some quantity at every wavelength.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use glam::{DMat3, DVec3};
 
-use super::{Spectrum, d65, named};
+use super::{Spectrum, d_illuminant, d65, named};
 
 /// A space of linear red, green and blue, as pbrt-v4 names them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,7 +26,9 @@ struct Conversion {
     surface: DMat3,
 }
 
-static SRGB_FROM_XYZ: LazyLock<DMat3> = LazyLock::new(|| ColourSpace::Srgb.to_xyz().inverse());
+static XYZ_FROM_SRGB: LazyLock<DMat3> = LazyLock::new(|| ColourSpace::Srgb.to_xyz());
+
+static SRGB_FROM_XYZ: LazyLock<DMat3> = LazyLock::new(|| XYZ_FROM_SRGB.inverse());
 
 static CONVERSIONS: LazyLock<[Conversion; 4]> =
     LazyLock::new(|| ColourSpace::ALL.map(ColourSpace::conversion));
@@ -34,6 +36,28 @@ static CONVERSIONS: LazyLock<[Conversion; 4]> =
 /// Linear sRGB of X, Y, Z; it may be outside the gamut.
 pub fn srgb_from_xyz(xyz: [f64; 3]) -> [f64; 3] {
     (*SRGB_FROM_XYZ * DVec3::from_array(xyz)).to_array()
+}
+
+/// X, Y, Z of linear sRGB.
+pub fn xyz_from_srgb(rgb: [f64; 3]) -> [f64; 3] {
+    (*XYZ_FROM_SRGB * DVec3::from_array(rgb)).to_array()
+}
+
+/// What turns linear sRGB to linear sRGB so that daylight of a temperature, K, looks white.
+pub fn white_balance(kelvin: f64) -> DMat3 {
+    let from = DVec3::from_array(d_illuminant(kelvin).to_xyz());
+    *SRGB_FROM_XYZ * adapt(from / from.y, ColourSpace::Srgb.white()) * *XYZ_FROM_SRGB
+}
+
+/// Takes X, Y, Z that look white under one light to those that do under another (Lam 1985,
+/// "Bradford"). Both have Y = 1.
+fn adapt(from: DVec3, to: DVec3) -> DMat3 {
+    let cones = DMat3::from_cols_array_2d(&[
+        [0.8951, -0.7502, 0.0389],
+        [0.2664, 1.7135, -0.0685],
+        [-0.1614, 0.0367, 1.0296],
+    ]);
+    cones.inverse() * DMat3::from_diagonal((cones * to) / (cones * from)) * cones
 }
 
 impl ColourSpace {
@@ -99,13 +123,7 @@ impl ColourSpace {
 
     fn conversion(self) -> Conversion {
         let to_srgb = *SRGB_FROM_XYZ;
-        let cones = DMat3::from_cols_array_2d(&[
-            [0.8951, -0.7502, 0.0389],
-            [0.2664, 1.7135, -0.0685],
-            [-0.1614, 0.0367, 1.0296],
-        ]);
-        let gain = (cones * Self::Srgb.white()) / (cones * self.white());
-        let adapt = cones.inverse() * DMat3::from_diagonal(gain) * cones;
+        let adapt = adapt(self.white(), Self::Srgb.white());
         let light = to_srgb * self.to_xyz();
         Conversion { light, surface: to_srgb * adapt * self.to_xyz() }
     }

@@ -23,8 +23,8 @@ pub struct Emission {
     pub two_sided: bool,
     /// Radiance by texture coordinates.
     pub image: Option<ImageMap>,
-    /// Whether the radiance is that of a surface of area 1, and every triangle (as pbrt-v4 has
-    /// it), or the quadric, is as strong as that.
+    /// Whether the radiance is that of a surface of area 1, and every triangle or bilinear patch
+    /// (as pbrt-v4 has it), or the quadric, is as strong as that.
     pub by_area: bool,
 }
 
@@ -44,6 +44,8 @@ pub struct AreaLight {
     pub emission: Emission,
     /// The number of its first triangle, or of the quadric, among the emitters of the scene.
     pub(super) first: u32,
+    /// Area that the radiance is spread over, by triangle, if the emission is by area.
+    areas: Vec<f32>,
     /// Mean of the image, by channel.
     mean: [f32; 3],
     /// The sphere that it is, if it is a whole one.
@@ -70,12 +72,16 @@ impl AreaLight {
             emission.radiance = emission.radiance.map(|r| r / quadric.area() as f32);
             emission.by_area = false;
         }
+        let areas = match geometry {
+            Geometry::Mesh(mesh) if emission.by_area => mesh.patch_areas(),
+            _ => Vec::new(),
+        };
         let mean = emission.image.as_ref().map_or([1.0; 3], image_mean);
         let ball = match geometry {
             Geometry::Quadric(quadric) => quadric.ball(),
             Geometry::Mesh(_) => None,
         };
-        Self { shape, emission, first: 0, mean, ball }
+        Self { shape, emission, first: 0, areas, mean, ball }
     }
 
     /// How many emitters it is made of.
@@ -87,20 +93,18 @@ impl AreaLight {
     }
 
     /// The radiance that leaves a place of a part to where it shines.
-    pub(super) fn radiance(&self, geometry: &Geometry, part: u32, uv: Vec2) -> [f32; 3] {
+    pub(super) fn radiance(&self, part: u32, uv: Vec2) -> [f32; 3] {
         let emission = &self.emission;
         let mut radiance = emission.radiance;
         if let Some(image) = &emission.image {
             let texel = image.at(uv);
             radiance = [0, 1, 2].map(|i| radiance[i] * texel[i].max(0.0));
         }
-        match geometry {
-            Geometry::Mesh(mesh) if emission.by_area => {
-                // No ray lights anything by a triangle whose area rounds to 0.
-                let area = mesh.area(part);
-                if area > 0.0 { radiance.map(|r| r / area) } else { [0.0; 3] }
-            }
-            _ => radiance,
+        match self.areas.get(part as usize) {
+            Some(&area) if area > 0.0 => radiance.map(|r| r / area),
+            // No ray lights anything by a triangle whose area rounds to 0.
+            Some(_) => [0.0; 3],
+            None => radiance,
         }
     }
 
@@ -133,7 +137,11 @@ impl AreaLight {
                 }
             }
         };
-        let area = if self.emission.by_area { 1.0 } else { area };
+        let area = match self.areas.get(part as usize) {
+            Some(&spread) if spread > 0.0 => area / f64::from(spread),
+            Some(_) => 0.0,
+            None => area,
+        };
         let intensity = (f64::from(strength) * area) as f32;
         let seen = intensity > 0.0 && intensity.is_finite();
         let two_sided = self.emission.two_sided;
@@ -171,7 +179,7 @@ impl AreaLight {
         usable.then(|| LightSample {
             direction,
             t_max: 1.0,
-            radiance: self.radiance(&shape.geometry, part, uv).map(|l| l * shown),
+            radiance: self.radiance(part, uv).map(|l| l * shown),
             density,
             singular,
         })

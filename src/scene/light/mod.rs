@@ -148,7 +148,7 @@ impl Scene {
     /// What the surface that a ray hit sends out by itself in a direction; `normal` is on the
     /// side that the scene file calls outside, not turned to the ray.
     pub fn emitted(&self, ray: &Ray, hit: &Hit, normal: Vec3, direction: Vec3) -> [f32; 3] {
-        let Some((light, geometry)) = self.emitter(hit) else { return [0.0; 3] };
+        let Some((light, _)) = self.emitter(hit) else { return [0.0; 3] };
         if !light.emission.two_sided && normal.dot(direction) <= 0.0 {
             return [0.0; 3];
         }
@@ -156,7 +156,7 @@ impl Scene {
             Some(_) => self.patch(ray, hit).uv,
             None => Vec2::ZERO,
         };
-        light.radiance(geometry, hit.primitive, uv)
+        light.radiance(hit.primitive, uv)
     }
 
     /// The light that a ray hit.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::DAffine3;
 
+use crate::film::filter::Profile;
 use crate::scene::Scene;
 use crate::source::{Location, Warning};
 
@@ -47,48 +48,21 @@ pub struct FilmSpec {
     pub filename: Option<PathBuf>,
     /// Sensitivity.
     pub iso: f64,
+    /// The largest X, Y or Z of a sample; brighter ones are scaled down to it.
+    pub brightest: Option<f64>,
+    /// Colour temperature, K, of the daylight that is to look white.
+    pub white_balance: Option<f64>,
     /// Whether the file asks for layers of geometry beside the picture.
     pub gbuffer: bool,
 }
 
-/// The pixel filter: a product of one function of x and one of y, each 0 beyond its radius in
-/// pixels, as in pbrt-v4.
+/// The pixel filter: a product of one function of x and one of y.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FilterSpec {
-    /// The same weight everywhere.
-    Box {
-        /// Radii along x and y, pixels.
-        radius: [f64; 2],
-    },
-    /// radius - |x|.
-    Triangle {
-        /// Radii along x and y, pixels.
-        radius: [f64; 2],
-    },
-    /// A normal density, less its value at the radius, where that is above 0.
-    Gaussian {
-        /// Radii along x and y, pixels.
-        radius: [f64; 2],
-        /// Standard deviation, pixels.
-        sigma: f64,
-    },
-    /// The cubic of Mitchell & Netravali 1988, "Reconstruction filters in computer graphics",
-    /// stretched from its radius of 2.
-    Mitchell {
-        /// Radii along x and y, pixels.
-        radius: [f64; 2],
-        /// Their B.
-        b: f64,
-        /// Their C.
-        c: f64,
-    },
-    /// sinc(x) sinc(x / tau), sinc(x) = sin(pi x) / (pi x) (Lanczos).
-    Sinc {
-        /// Radii along x and y, pixels.
-        radius: [f64; 2],
-        /// How many lobes the window is wide.
-        tau: f64,
-    },
+pub struct FilterSpec {
+    /// The function.
+    pub profile: Profile,
+    /// Radii along x and y, pixels.
+    pub radius: [f64; 2],
 }
 
 /// The camera.
@@ -147,6 +121,9 @@ pub struct ThinSpec {
     pub fov: f64,
     /// Width over height of the picture, if it is not that of its pixels.
     pub aspect: Option<f64>,
+    /// What is seen, x0 x1 y0 y1 in units in which the field of view is from -1 to 1, y
+    /// upwards; if it is not the middle.
+    pub window: Option<[f64; 4]>,
     /// Radius of the lens, camera units.
     pub lens_radius: f64,
     /// Depth in focus, camera units.

@@ -127,8 +127,10 @@ impl Reader {
     }
 
     fn normal_map(&mut self, params: &Params) -> Result<Option<ImageMap>, SceneError> {
-        let folder = &self.folder;
-        let picture = self.library.picture(params, "normalmap", folder, false)?;
+        // Only a PNG can be linear: pbrt-v4 takes other pictures of 8 bits for sRGB even here.
+        let linear = |name: &str| name.to_lowercase().ends_with(".png");
+        let srgb = params.text("normalmap")?.is_some_and(|name| !linear(name));
+        let picture = self.library.picture(params, "normalmap", &self.folder, srgb)?;
         Ok(picture.map(|picture| ImageMap {
             picture,
             mapping: Mapping::default(),

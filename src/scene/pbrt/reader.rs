@@ -14,6 +14,7 @@ use super::settings::{film_spec, realistic, thin};
 use super::textures::Library;
 use super::token::{Lexer, Token, Word};
 use super::{Dialect, Notices, SceneError};
+use crate::film::filter::Profile;
 use crate::scene::{Material, SceneBuilder};
 use crate::source::{Location, bytes, hint};
 
@@ -137,6 +138,8 @@ pub(super) struct Reader {
     pub(super) objects: HashMap<String, Object>,
     pub(super) object: Option<String>,
     pub(super) instances: usize,
+    /// Shapes that shine, and where they stand.
+    pub(super) emitters: Vec<(u32, Location)>,
     pub(super) builder: SceneBuilder,
 
     pub(super) notices: Notices,
@@ -171,6 +174,7 @@ impl Reader {
             objects: HashMap::new(),
             object: None,
             instances: 0,
+            emitters: Vec::new(),
             builder,
             notices: Notices::default(),
         })
@@ -216,6 +220,12 @@ impl Reader {
             return Err(missing("WorldBegin"));
         }
         self.promises()?;
+        for (shape, at) in std::mem::take(&mut self.emitters) {
+            if self.builder.darken_interface(shape) {
+                let what = "an area light on an interface";
+                self.notices.instead(&at, what, "the shape does not shine");
+            }
+        }
         let Some((name, params, world_from_camera)) = &self.camera else {
             return Err(missing("a Camera"));
         };
@@ -228,10 +238,11 @@ impl Reader {
         };
         let camera = match name.as_str() {
             "realistic" => realistic(params, &self.folder)?,
-            "perspective" => thin(params, &mut self.notices)?,
+            "perspective" => thin(params)?,
             _ => CameraSpec::Thin(ThinSpec {
                 fov: 90.0,
                 aspect: None,
+                window: None,
                 lens_radius: 0.0,
                 focal_distance: 1e6,
                 depth: [0.0, f64::INFINITY],
@@ -248,8 +259,10 @@ impl Reader {
             samples: self.samples.unwrap_or(16),
             seed: self.seeds[0].or(self.seeds[1]).unwrap_or(0),
             filter: self.filter.unwrap_or(match self.dialect {
-                Dialect::V4 => FilterSpec::Gaussian { radius: [1.5; 2], sigma: 0.5 },
-                Dialect::V2 => FilterSpec::Box { radius: [0.5; 2] },
+                Dialect::V4 => {
+                    FilterSpec { profile: Profile::Gaussian { sigma: 0.5 }, radius: [1.5; 2] }
+                }
+                Dialect::V2 => FilterSpec { profile: Profile::Box, radius: [0.5; 2] },
             }),
             regularize: self.regularize,
             max_depth: self.max_depth.unwrap_or(depth),

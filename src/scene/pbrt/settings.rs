@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::description::{CameraSpec, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
-use super::{Dialect, Notices, SceneError};
+use super::{Dialect, SceneError};
+use crate::film::filter::Profile;
 
 /// Pixels on one side of a picture.
 const MOST_PIXELS: u32 = 1 << 16;
@@ -86,23 +87,23 @@ fn filter_spec(name: &str, params: &Params) -> Result<FilterSpec, SceneError> {
         };
         Ok([of("xradius", "xwidth")?, of("yradius", "ywidth")?])
     };
-    Ok(match name {
-        "box" => FilterSpec::Box { radius: radius(0.5)? },
-        "triangle" => FilterSpec::Triangle { radius: radius(2.0)? },
+    let (profile, default) = match name {
+        "box" => (Profile::Box, 0.5),
+        "triangle" => (Profile::Triangle, 2.0),
         "gaussian" => {
             let sigma = match params.find("alpha") {
                 Some(_) => (2.0 * params.positive("alpha", 2.0)?).sqrt().recip(),
                 None => params.positive("sigma", 0.5)?,
             };
-            FilterSpec::Gaussian { radius: radius(1.5)?, sigma }
+            (Profile::Gaussian { sigma }, 1.5)
         }
-        "mitchell" => FilterSpec::Mitchell {
-            radius: radius(2.0)?,
-            b: params.float("B", 1.0 / 3.0)?,
-            c: params.float("C", 1.0 / 3.0)?,
-        },
-        _ => FilterSpec::Sinc { radius: radius(4.0)?, tau: params.positive("tau", 3.0)? },
-    })
+        "mitchell" => {
+            let [b, c] = [params.float("B", 1.0 / 3.0)?, params.float("C", 1.0 / 3.0)?];
+            (Profile::Mitchell { b, c }, 2.0)
+        }
+        _ => (Profile::Sinc { tau: params.positive("tau", 3.0)? }, 4.0),
+    };
+    Ok(FilterSpec { profile, radius: radius(default)? })
 }
 
 pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError> {
@@ -115,6 +116,8 @@ pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError>
             bounds,
             filename: None,
             iso: 100.0,
+            brightest: None,
+            white_balance: None,
             gbuffer: false,
         });
     };
@@ -146,6 +149,12 @@ pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError>
         bounds,
         filename: params.text("filename")?.map(PathBuf::from),
         iso: params.positive("iso", 100.0)?,
+        brightest: match params.find("maxcomponentvalue") {
+            Some(_) => Some(params.positive("maxcomponentvalue", f64::INFINITY)?),
+            None => None,
+        },
+        // As in pbrt-v4, 0 is none.
+        white_balance: params.maybe_float("whitebalance")?.filter(|&kelvin| kelvin != 0.0),
         gbuffer: false,
     })
 }
@@ -178,7 +187,7 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
     }))
 }
 
-pub(super) fn thin(params: &Params, notices: &mut Notices) -> Result<CameraSpec, SceneError> {
+pub(super) fn thin(params: &Params) -> Result<CameraSpec, SceneError> {
     let fov = params.positive("fov", 90.0)?;
     if fov >= 180.0 {
         return Err(params.refuse(
@@ -187,9 +196,14 @@ pub(super) fn thin(params: &Params, notices: &mut Notices) -> Result<CameraSpec,
             "expected below 180",
         ));
     }
-    if params.numbers("screenwindow", &["float"])?.is_some_and(|w| w != [-1.0, 1.0, -1.0, 1.0]) {
-        notices.instead(&params.at, "a screenwindow", "fov alone decides what is seen");
-    }
+    let window = match params.numbers("screenwindow", &["float"])? {
+        None => None,
+        Some(&[x0, x1, y0, y1]) if x0 < x1 && y0 < y1 => Some([x0, x1, y0, y1]),
+        Some(window) => {
+            let found = format!("a window of {window:?}");
+            return Err(params.refuse("screenwindow", found, "expected x0 x1 y0 y1, ascending"));
+        }
+    };
     let lens_radius = params.float("lensradius", 0.0)?;
     if lens_radius < 0.0 {
         let found = format!("a lens radius of {lens_radius}");
@@ -202,6 +216,7 @@ pub(super) fn thin(params: &Params, notices: &mut Notices) -> Result<CameraSpec,
     Ok(CameraSpec::Thin(ThinSpec {
         fov,
         aspect,
+        window,
         lens_radius,
         focal_distance: params.positive("focaldistance", 1e6)?,
         depth: depth_range(params, [0.0, f64::INFINITY])?,

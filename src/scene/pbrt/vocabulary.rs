@@ -54,12 +54,19 @@ const ONE_LIGHT_SAMPLE: &str = "every camera sample takes one light sample; rais
 const UNSHADED: &str = "the surface is left as it is";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
 
-const FILM: &[&str] =
-    &["xresolution", "yresolution", "filename", "diagonal", "cropwindow", "pixelbounds", "iso"];
+const FILM: &[&str] = &[
+    "xresolution",
+    "yresolution",
+    "filename",
+    "diagonal",
+    "cropwindow",
+    "pixelbounds",
+    "iso",
+    "maxcomponentvalue",
+    "whitebalance",
+];
 const FILM_LEAVES: &[(&str, &str)] = &[
     ("sensor", "the sensor is ideal: pixels are linear RGB"),
-    ("whitebalance", "the sensor is ideal: pixels are linear RGB"),
-    ("maxcomponentvalue", "nothing is clamped"),
     ("savefp16", "pixels are 32-bit floats; --half writes 16-bit ones"),
     ("display", "no window is opened"),
     ("scale", "the picture is not scaled"),

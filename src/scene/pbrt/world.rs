@@ -87,6 +87,10 @@ impl Reader {
         if object.is_some() && spec.emission.is_some() {
             self.warn_here("an area light inside an object", "the shape does not shine");
         }
-        self.builder.shape(ShapeSpec { object, ..spec });
+        let shines = spec.emission.is_some();
+        let shape = self.builder.shape(ShapeSpec { object, ..spec });
+        if shines {
+            self.emitters.push((shape, self.at.clone()));
+        }
     }
 }

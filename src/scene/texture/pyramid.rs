@@ -66,7 +66,7 @@ impl Pyramid {
             };
             let size = fine.map(half);
             let texels = match transfer {
-                Some(transfer) => Texels::Bytes(encoded(&next, channels, transfer)),
+                Some(transfer) => Texels::Bytes(encoded(&next, transfer)),
                 None => Texels::Floats(next.clone()),
             };
             pyramid.levels.push(Level { size, texels });
@@ -95,7 +95,6 @@ impl Pyramid {
 
     fn number(&self, level: usize, i: usize) -> f32 {
         match &self.levels[level].texels {
-            Texels::Bytes(bytes) if self.channels == 4 && i % 4 == 3 => f32::from(bytes[i]) / 255.0,
             Texels::Bytes(bytes) => self.light[usize::from(bytes[i])],
             Texels::Floats(floats) => floats[i],
         }
@@ -198,13 +197,8 @@ fn halve(size: [usize; 2], channels: usize, number: impl Fn(usize) -> f32) -> Ve
     coarse
 }
 
-fn encoded(light: &[f32], channels: usize, transfer: Transfer) -> Vec<u8> {
-    let encode = |(i, &v): (usize, &f32)| {
-        let alpha = channels == 4 && i % 4 == 3;
-        let signal = if alpha { v } else { transfer.encode(v) };
-        (255.0 * signal).round() as u8
-    };
-    light.iter().enumerate().map(encode).collect()
+fn encoded(light: &[f32], transfer: Transfer) -> Vec<u8> {
+    light.iter().map(|&v| (255.0 * transfer.encode(v)).round() as u8).collect()
 }
 
 #[cfg(test)]
@@ -296,10 +290,10 @@ mod tests {
     }
 
     #[test]
-    fn alpha_is_linear_whatever_the_colours_are() {
+    fn alpha_is_coded_as_the_colours_are() {
         let samples = Samples::Bytes(vec![51, 51, 51, 51], Transfer::Srgb);
         let pyramid = Pyramid::new(Raster { size: [1, 1], channels: 4, samples });
         let light = srgb_decode(0.2);
-        assert_eq!(pyramid.texel(0, 0, 0, Wrap::Clamp), [light, light, light, 0.2]);
+        assert_eq!(pyramid.texel(0, 0, 0, Wrap::Clamp), [light; 4]);
     }
 }

@@ -1,0 +1,232 @@
+//! Pixel filters: how far from its pixel a sample may lie, and what it counts there.
+//!
+//! A sample belongs to one pixel and lies where the pixel's filter is large (Ernst, Stamminger &
+//! Greiner 2006, "Filter importance sampling"), so that all samples count the same, but for the
+//! sign of filters that go below 0.
+
+use std::f64::consts::PI;
+
+/// A function of the distance from the pixel's centre, in pixels, that is 0 beyond a radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Profile {
+    /// The same everywhere.
+    Box,
+    /// radius - |x|.
+    Triangle,
+    /// A normal density, less its value at the radius, where that is above 0.
+    Gaussian {
+        /// Standard deviation, pixels.
+        sigma: f64,
+    },
+    /// The cubic of Mitchell & Netravali 1988, "Reconstruction filters in computer graphics",
+    /// stretched from its radius of 2.
+    Mitchell {
+        /// Their B.
+        b: f64,
+        /// Their C.
+        c: f64,
+    },
+    /// sinc(x) sinc(x / tau), sinc(x) = sin(pi x) / (pi x) (Lanczos).
+    Sinc {
+        /// How many lobes the window is wide.
+        tau: f64,
+    },
+}
+
+impl Profile {
+    /// Its value at a distance within the radius, up to a factor.
+    fn at(self, x: f64, radius: f64) -> f64 {
+        let x = x.abs();
+        match self {
+            Self::Box => 1.0,
+            Self::Triangle => radius - x,
+            Self::Gaussian { sigma } => {
+                let normal = |x: f64| (-x * x / (2.0 * sigma * sigma)).exp();
+                (normal(x) - normal(radius)).max(0.0)
+            }
+            Self::Mitchell { b, c } => {
+                let x = 2.0 * x / radius;
+                if x <= 1.0 {
+                    ((12.0 - 9.0 * b - 6.0 * c) * x - 18.0 + 12.0 * b + 6.0 * c) * x * x + 6.0
+                        - 2.0 * b
+                } else {
+                    (((-b - 6.0 * c) * x + 6.0 * b + 30.0 * c) * x - 12.0 * b - 48.0 * c) * x
+                        + 8.0 * b
+                        + 24.0 * c
+                }
+            }
+            Self::Sinc { tau } => {
+                let sinc = |x: f64| if x < 1e-5 { 1.0 } else { (PI * x).sin() / (PI * x) };
+                sinc(x) * sinc(x / tau)
+            }
+        }
+    }
+}
+
+/// Steps of the table of a radius.
+const STEPS: usize = 512;
+
+/// A filter along one axis.
+#[derive(Clone, Debug)]
+struct Axis {
+    radius: f64,
+    /// Where the distribution of the filter's magnitude reaches each share of its whole, of
+    /// [`STEPS`] + 1; empty for a box.
+    reached: Vec<f32>,
+    /// Edges of where the filter is below 0, in pairs.
+    negative: Vec<[f32; 2]>,
+    /// Integral of the magnitude over that of the filter.
+    gain: f32,
+}
+
+impl Axis {
+    fn new(profile: Profile, radius: f64) -> Self {
+        if profile == Profile::Box {
+            return Self { radius, reached: Vec::new(), negative: Vec::new(), gain: 1.0 };
+        }
+        let cells = 16 * STEPS;
+        let edge = |i: usize| radius * (2.0 * i as f64 / cells as f64 - 1.0);
+        let (mut sum, mut whole) = (0.0, 0.0);
+        let mut sums = vec![0.0];
+        let mut negative: Vec<[f32; 2]> = Vec::new();
+        for i in 0..cells {
+            let value = profile.at((edge(i) + edge(i + 1)) / 2.0, radius);
+            sum += value.abs();
+            whole += value;
+            sums.push(sum);
+            if value < 0.0 {
+                let (low, high) = (edge(i) as f32, edge(i + 1) as f32);
+                match negative.last_mut() {
+                    Some(last) if last[1] == low => last[1] = high,
+                    _ => negative.push([low, high]),
+                }
+            }
+        }
+        let mut cell = 0;
+        let reached = (0..=STEPS).map(|i| {
+            let goal = sum * i as f64 / STEPS as f64;
+            while cell + 1 < cells && sums[cell + 1] < goal {
+                cell += 1;
+            }
+            let width = sums[cell + 1] - sums[cell];
+            let within = if width > 0.0 { (goal - sums[cell]) / width } else { 0.0 };
+            (edge(cell) + within.clamp(0.0, 1.0) * (edge(cell + 1) - edge(cell))) as f32
+        });
+        let reached = reached.collect();
+        Self { radius, reached, negative, gain: (sum / whole) as f32 }
+    }
+
+    /// The place, from the pixel's centre, that a number in [0, 1) chooses.
+    #[inline(always)]
+    fn place(&self, u: f32) -> f32 {
+        if self.reached.is_empty() {
+            return (2.0 * u - 1.0) * self.radius as f32;
+        }
+        let scaled = u * STEPS as f32;
+        let step = (scaled as usize).min(STEPS - 1);
+        let [low, high] = [self.reached[step], self.reached[step + 1]];
+        (scaled - step as f32).mul_add(high - low, low)
+    }
+
+    fn weight(&self, x: f32) -> f32 {
+        let below = self.negative.iter().any(|&[low, high]| low <= x && x < high);
+        if below { -self.gain } else { self.gain }
+    }
+}
+
+/// The filter of a picture's pixels: a product of one function of x and one of y.
+#[derive(Clone, Debug)]
+pub struct Filter {
+    axes: [Axis; 2],
+}
+
+impl Default for Filter {
+    /// The pixel itself.
+    fn default() -> Self {
+        Self::new(Profile::Box, [0.5; 2])
+    }
+}
+
+impl Filter {
+    /// The same function along both axes, with a radius each, pixels.
+    pub fn new(profile: Profile, radius: [f64; 2]) -> Self {
+        Self { axes: radius.map(|radius| Axis::new(profile, radius)) }
+    }
+
+    /// How far beyond the edges of their pixel samples lie at most, pixels.
+    pub fn reach(&self) -> [f64; 2] {
+        self.axes.each_ref().map(|axis| (axis.radius - 0.5).max(0.0))
+    }
+
+    /// Whether samples may count different from 1.
+    pub fn signed(&self) -> bool {
+        self.axes.iter().any(|axis| !axis.negative.is_empty())
+    }
+
+    /// Moves numbers in [0, 1) to places along an axis, from the middle of the pixel.
+    pub fn place(&self, axis: usize, u: &mut [f32]) {
+        for u in u {
+            *u = self.axes[axis].place(*u);
+        }
+    }
+
+    /// What a sample counts at a place; 1 on average.
+    pub fn weight(&self, place: [f32; 2]) -> f32 {
+        self.axes[0].weight(place[0]) * self.axes[1].weight(place[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROFILES: [(Profile, f64); 5] = [
+        (Profile::Box, 0.5),
+        (Profile::Triangle, 2.0),
+        (Profile::Gaussian { sigma: 0.5 }, 1.5),
+        (Profile::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 }, 2.0),
+        (Profile::Sinc { tau: 3.0 }, 4.0),
+    ];
+
+    #[test]
+    fn samples_are_weighted_as_the_filter_says() {
+        for (profile, radius) in PROFILES {
+            let filter = Filter::new(profile, [radius, 1.0]);
+            // Moments by samples and by integration.
+            let (mut sampled, mut whole) = ([0.0; 3], [0.0; 3]);
+            let count = 200_000;
+            for i in 0..count {
+                let at = (f64::from(i) + 0.5) / f64::from(count);
+                let x = filter.axes[0].place(at as f32);
+                assert!(f64::from(x.abs()) <= radius, "{profile:?}: {x}");
+                let weight = f64::from(filter.axes[0].weight(x));
+                let there = radius * (2.0 * at - 1.0);
+                let value = profile.at(there, radius);
+                for (power, moments) in
+                    [0, 1, 2].into_iter().zip(sampled.iter_mut().zip(&mut whole))
+                {
+                    *moments.0 += weight * f64::from(x).powi(2 * power) / f64::from(count);
+                    *moments.1 += value * there.powi(2 * power);
+                }
+            }
+            let scale = whole[0];
+            for (found, expected) in sampled.iter().zip(whole.map(|moment| moment / scale)) {
+                let off = (found - expected).abs();
+                assert!(off < 4e-3 * expected.abs().max(0.1), "{profile:?}: {sampled:?} {whole:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_filters_that_go_below_zero_are_signed() {
+        let signed = PROFILES.map(|(profile, radius)| Filter::new(profile, [radius; 2]).signed());
+        assert_eq!(signed, [false, false, false, true, true]);
+    }
+
+    #[test]
+    fn a_pixel_is_its_own_filter_by_default() {
+        let mut places = [0.0, 0.25, 0.75];
+        Filter::default().place(0, &mut places);
+        assert_eq!(places, [-0.5, -0.25, 0.25]);
+    }
+}
