@@ -81,13 +81,13 @@ pub fn sample(
     let (keys, samples) = (&key[..padded], &sample[..padded]);
     let [u, v] = pupil;
     pairs(keys, samples, Dimension::Film, &mut u[..], &mut v[..]);
-    filter.place(0, &mut u[..padded]);
-    filter.place(1, &mut v[..padded]);
     if filter.signed() {
         for i in 0..padded {
             weight[i] = filter.weight([u[i], v[i]]);
         }
     }
+    filter.place(0, &mut u[..padded]);
+    filter.place(1, &mut v[..padded]);
     let [x, y] = film;
     for i in 0..padded {
         x[i] = (centre[0] - (x[i] + u[i])) * pitch[0];
