@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::texture::TexturePoint;
+use super::texture::{Texture, TexturePoint};
 use super::{Geometry, Shape};
 use crate::rays::Hit;
 
 impl Shape {
     /// Whether a ray meets the shape at a hit: with the probability alpha, by a number that
-    /// depends on the ray and the triangle alone (as pbrt-v4 does, by a hash of the ray). All in
+    /// depends on the ray and the place alone (as pbrt-v4 does, by a hash of the ray). All in
     /// the space of the object.
     pub(super) fn holds(&self, origin: [f32; 3], direction: [f32; 3], hit: &Hit) -> bool {
         let Some(alpha) = &self.alpha else { return true };
@@ -29,14 +29,24 @@ impl Shape {
         let alpha = alpha.number(&at);
         alpha >= 1.0 || alpha > 0.0 && share(origin, direction, hit) < alpha
     }
+
+    /// The share of the light of a place that its alpha leaves. A shape that is not there at all
+    /// shines as if it were.
+    pub(super) fn shining(&self, at: &TexturePoint) -> f32 {
+        match &self.alpha {
+            None => 1.0,
+            Some(Texture::Constant([alpha, ..])) if *alpha <= 0.0 => 1.0,
+            Some(alpha) => alpha.number(at).clamp(0.0, 1.0),
+        }
+    }
 }
 
-/// A number in [0, 1) for a ray and a triangle.
+/// A number in [0, 1) for a ray and a triangle, or a place on a quadric, which a ray meets twice.
 fn share(origin: [f32; 3], direction: [f32; 3], hit: &Hit) -> f32 {
     let words = origin.iter().chain(&direction).map(|v| v.to_bits());
     // The finalizer of SplitMix64 (Steele, Lea & Flood 2014) over every word.
     let mut state = 0u64;
-    for word in words.chain([hit.shape, hit.primitive]) {
+    for word in words.chain([hit.shape, hit.primitive, hit.t.to_bits()]) {
         state = (state ^ u64::from(word)).wrapping_add(0x9e37_79b9_7f4a_7c15);
         state = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         state = (state ^ state >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);

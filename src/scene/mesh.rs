@@ -97,7 +97,16 @@ impl Mesh {
         } else if !self.normals.is_empty() {
             dn = slopes(corners.map(|i| Vec3::from(self.normals[i as usize])));
         }
-        Patch { uv, dp, dn }
+        let mut tangents = dp;
+        if !self.normals.is_empty() {
+            let shading = self.point(hit).shading;
+            let across = shading.cross(dp[0]);
+            tangents = match across.length_squared() > 0.0 {
+                true => [across.cross(shading), across],
+                false => shading.any_orthonormal_pair().into(),
+            };
+        }
+        Patch { uv, dp, tangents, dn }
     }
 
     /// Where a ray would hit a uniformly chosen point of a triangle.

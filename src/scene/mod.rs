@@ -200,6 +200,11 @@ impl SceneBuilder {
         self.materials[index as usize] = material;
     }
 
+    /// Whether a material lets everything pass as if it were not there.
+    pub fn is_interface(&self, material: u32) -> bool {
+        matches!(self.materials[material as usize].scatters, Scatters::Interface)
+    }
+
     /// Adds a light that is no shape.
     pub fn light(&mut self, light: Light) {
         self.lights.push(light);

@@ -29,6 +29,9 @@ pub struct Patch {
     pub uv: Vec2,
     /// Change of the position with u and with v.
     pub dp: [Vec3; 2],
+    /// What bumps bend: `dp`, but on meshes with shading normals, as pbrt-v4 has it, the part of
+    /// its first vector across the normal, and that vector turned by a right angle.
+    pub tangents: [Vec3; 2],
     /// Change of the unit shading normal with u and with v.
     pub dn: [Vec3; 2],
 }
@@ -40,6 +43,7 @@ impl Patch {
         Self {
             uv: self.uv,
             dp: self.dp.map(|d| matrix.matrix3 * d),
+            tangents: self.tangents.map(|d| matrix.matrix3 * d),
             dn: self.dn.map(|d| inverse * d),
         }
     }

@@ -220,11 +220,8 @@ impl Quadric {
             let dn = self.outwards(dn) * (self.side / length);
             (dn - unit * unit.dot(dn)).as_vec3()
         };
-        Patch {
-            uv: self.uv(p),
-            dp: dp.map(|d| self.object_from_form.transform_vector3(d).as_vec3()),
-            dn: dn.map(turned),
-        }
+        let dp = dp.map(|d| self.object_from_form.transform_vector3(d).as_vec3());
+        Patch { uv: self.uv(p), dp, tangents: dp, dn: dn.map(turned) }
     }
 
     /// A normal of the form as a vector of object space. Its length is the ratio of a small

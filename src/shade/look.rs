@@ -78,9 +78,9 @@ impl<'a> Look<'a> {
         let [u, v] = [0, 1].map(|axis| {
             let mut moved = at;
             moved.uv += if axis == 0 { Vec2::new(STEP, 0.0) } else { Vec2::new(0.0, STEP) };
-            moved.position += patch.dp[axis] * STEP;
+            moved.position += patch.tangents[axis] * STEP;
             let slope = (bump.number(&moved) - height) / STEP;
-            patch.dp[axis] + normal * slope + patch.dn[axis] * height
+            patch.tangents[axis] + normal * slope + patch.dn[axis] * height
         });
         let bent = u.cross(v).try_normalize().unwrap_or(normal);
         // On the side of the surface's own normal.

@@ -11,8 +11,8 @@ use super::spherical::SphericalTriangle;
 use super::{LightSample, mean};
 use crate::rays::Hit;
 use crate::scene::point::SurfacePoint;
-use crate::scene::texture::ImageMap;
-use crate::scene::{Geometry, Mesh, Quadric};
+use crate::scene::texture::{ImageMap, TexturePoint};
+use crate::scene::{Geometry, Mesh, Quadric, Shape};
 
 /// What a shape sends out, as the scene file says it.
 #[derive(Clone, Debug)]
@@ -144,15 +144,19 @@ impl AreaLight {
     /// without the probability of the part.
     pub(super) fn sample(
         &self,
-        geometry: &Geometry,
+        shape: &Shape,
         part: u32,
         from: &SurfacePoint,
         u: [f32; 2],
     ) -> Option<LightSample> {
+        let geometry = &shape.geometry;
+        let textured = self.emission.image.is_some() || !shape.opaque();
         let Place { point, uv, density } = match geometry {
-            Geometry::Mesh(mesh) => self.triangle(mesh, part, from.position, u)?,
-            Geometry::Quadric(quadric) => self.quadric(quadric, from.position, u),
+            Geometry::Mesh(mesh) => self.triangle(mesh, part, from.position, u, textured)?,
+            Geometry::Quadric(quadric) => self.quadric(quadric, from.position, u, textured),
         };
+        let SurfacePoint { position, normal, .. } = point;
+        let shining = shape.shining(&TexturePoint { uv, position, normal, footprint: 0.0 });
         let start = from.leave(point.position - from.position);
         let end = point.leave(start - point.position);
         let direction = end - start;
@@ -163,17 +167,24 @@ impl AreaLight {
             Density::SolidAngle(density) => density,
             Density::Area(density) => density * d2 / cos,
         };
-        let usable = cos > 0.0 && d2 > 0.0 && density > 0.0 && density.is_finite();
+        let usable = cos * shining > 0.0 && d2 > 0.0 && density > 0.0 && density.is_finite();
         usable.then(|| LightSample {
             direction,
             t_max: 1.0,
-            radiance: self.radiance(geometry, part, uv),
+            radiance: self.radiance(geometry, part, uv).map(|r| r * shining),
             density,
             singular: false,
         })
     }
 
-    fn triangle(&self, mesh: &Mesh, part: u32, from: Vec3, u: [f32; 2]) -> Option<Place> {
+    fn triangle(
+        &self,
+        mesh: &Mesh,
+        part: u32,
+        from: Vec3,
+        u: [f32; 2],
+        textured: bool,
+    ) -> Option<Place> {
         let (hit, density) = match SphericalTriangle::seen(mesh.corners(part), from) {
             Some(seen) => {
                 let [v, w] = seen.sample(u)?;
@@ -182,14 +193,11 @@ impl AreaLight {
             }
             None => (mesh.sample(part, u), Density::Area(1.0 / mesh.area(part))),
         };
-        let uv = match self.emission.image {
-            Some(_) => mesh.patch(&hit).uv,
-            None => Vec2::ZERO,
-        };
+        let uv = if textured { mesh.patch(&hit).uv } else { Vec2::ZERO };
         Some(Place { point: mesh.point(&hit), uv, density })
     }
 
-    fn quadric(&self, quadric: &Quadric, from: Vec3, u: [f32; 2]) -> Place {
+    fn quadric(&self, quadric: &Quadric, from: Vec3, u: [f32; 2], textured: bool) -> Place {
         let (point, density) = match self.ball.and_then(|ball| ball.seen(from)) {
             Some(disc) => (disc.sample(u), Density::SolidAngle(disc.density())),
             None => {
@@ -197,9 +205,9 @@ impl AreaLight {
                 (point, Density::Area(density))
             }
         };
-        let uv = match self.emission.image {
-            Some(_) => quadric.patch(point.position.as_dvec3()).uv,
-            None => Vec2::ZERO,
+        let uv = match textured {
+            true => quadric.patch(point.position.as_dvec3()).uv,
+            false => Vec2::ZERO,
         };
         Place { point, uv, density }
     }

@@ -76,7 +76,9 @@ impl Scene {
     ) -> Option<LightSample> {
         let Choice { light, part, probability } = self.lights.choose(from.position, choice)?;
         let sample = match &self.lights.all[light as usize] {
-            Light::Area(area) => area.sample(self.geometry(area), part, from, u)?,
+            Light::Area(area) => {
+                area.sample(&self.shapes[area.shape as usize], part, from, u)?
+            }
             Light::Lamp(lamp) => {
                 let direction = lamp.position - from.leave(lamp.position - from.position);
                 let d2 = direction.length_squared();
@@ -165,10 +167,6 @@ impl Scene {
             Light::Area(light) => Some((light, &shape.geometry)),
             _ => None,
         }
-    }
-
-    fn geometry(&self, light: &AreaLight) -> &Geometry {
-        &self.shapes[light.shape as usize].geometry
     }
 }
 

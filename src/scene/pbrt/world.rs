@@ -81,7 +81,11 @@ impl Reader {
         Ok(())
     }
 
-    pub(super) fn add_shape(&mut self, spec: ShapeSpec) {
+    pub(super) fn add_shape(&mut self, mut spec: ShapeSpec) {
+        if spec.emission.is_some() && self.builder.is_interface(spec.material) {
+            self.warn_here("an area light of the material interface", "the shape does not shine");
+            spec.emission = None;
+        }
         let object = self.object.as_ref().and_then(|name| self.objects.get(name));
         let object = object.map(|object| object.index);
         if object.is_some() && spec.emission.is_some() {

@@ -1,0 +1,13 @@
+//! The whole path tracer against a naive one, against closed forms, and in white furnaces.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod compare;
+mod depth;
+mod furnace;
+mod matter;
+mod outdoors;
+mod rooms;
+mod walk;
+mod world;
