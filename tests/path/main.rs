@@ -6,6 +6,7 @@ mod support;
 mod compare;
 mod depth;
 mod furnace;
+mod language;
 mod matter;
 mod outdoors;
 mod rooms;

@@ -154,8 +154,8 @@ impl Matter {
         }
     }
 
-    /// A direction that is drawn without regard to the surface, or one of a singular lobe, and
-    /// what it counts.
+    /// A direction that is drawn without regard to the surface, but for glass, and what it
+    /// counts.
     pub fn draw(&self, wo: DVec3, random: &mut Random) -> Option<(DVec3, Colour)> {
         let side = wo.z.signum();
         let mirrored = DVec3::new(-wo.x, -wo.y, wo.z);
@@ -170,15 +170,29 @@ impl Matter {
             Self::Metal { alpha, eta, k } if *alpha == 0.0 => {
                 (mirrored, [0, 1, 2].map(|c| fresnel_metal(wo.z.abs(), eta[c], k[c])))
             }
-            Self::Glass { alpha, eta } if *alpha == 0.0 => {
-                let ratio = if wo.z > 0.0 { *eta } else { 1.0 / eta };
-                if random.next() < fresnel(wo.z.abs(), ratio) {
-                    (mirrored, [1.0; 3])
-                } else {
-                    let (x, y) = (-wo.x / ratio, -wo.y / ratio);
-                    let z = -side * (1.0 - x * x - y * y).max(0.0).sqrt();
-                    (DVec3::new(x, y, z), [1.0 / (ratio * ratio); 3])
+            Self::Glass { alpha, eta } => {
+                // Walter et al. 2007, eq. 35, 36, 39, 40 and 41; m is the normal where smooth.
+                let (share, phi) = (random.next(), 2.0 * PI * random.next());
+                let tan = alpha * (share / (1.0 - share)).sqrt();
+                let m = DVec3::new(tan * phi.cos(), tan * phi.sin(), 1.0).normalize() * side;
+                let cos = wo.dot(m);
+                if cos <= 0.0 {
+                    return None;
                 }
+                let ratio = if wo.z > 0.0 { *eta } else { 1.0 / eta };
+                let (wi, squeezed) = if random.next() < fresnel(cos, ratio) {
+                    (m * (2.0 * cos) - wo, 1.0)
+                } else {
+                    let across = (m * cos - wo) / ratio;
+                    let along = (1.0 - across.length_squared()).max(0.0).sqrt();
+                    (across - m * along, ratio * ratio)
+                };
+                let reflects = wi.dot(m) > 0.0;
+                if reflects != (wi.z * wo.z > 0.0) {
+                    return None;
+                }
+                let kept = shadowing(*alpha, wo, wi) * cos / (wo.z * m.z).abs();
+                (wi, [kept / squeezed; 3])
             }
             Self::Pane(eta) => {
                 // Twenty of the reflections between the two sides, one after the other.
@@ -195,7 +209,7 @@ impl Matter {
                     (wi, by(weight, 2.0))
                 }
             }
-            Self::Sheet(..) | Self::Glass { .. } => scattered(true, random),
+            Self::Sheet(..) => scattered(true, random),
             _ => scattered(false, random),
         })
     }

@@ -68,7 +68,8 @@ fn a_ray_may_pass_one_wall_of_a_ball_and_meet_the_other() {
     // Of alpha 1/2 a ball lets a quarter of the light through, and shadows so much less.
     let ball = Shape::ball([0.0, 0.3, 4.0], 1.2, Matter::Diffuse([0.3, 0.5, 0.7]));
     let ball = Shape { alpha: [0.5; 2], ..ball };
-    let lamp = Shape::quad([-2.0, 3.5, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0], Matter::Diffuse([0.0; 3]));
+    let lamp =
+        Shape::quad([-2.0, 3.5, 2.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0], Matter::Diffuse([0.0; 3]));
     let shapes = vec![floor(Matter::Diffuse([0.8; 3])), ball, lamp.shining([3.0; 3])];
     let world = World { shapes, sky: Some([1.0; 3]), ..World::default() };
     agree(&world, 3);

@@ -63,16 +63,16 @@ fn a_lamp_under_the_ceiling_lights_a_room_with_balls_and_walls() {
 #[test]
 fn two_sided_one_sided_and_round_lamps_light_a_room() {
     let white = || Matter::Diffuse([0.6; 3]);
-    let mut both = Shape::quad([-1.9, -0.5, 2.0], [0.4, 1.5, 0.0], [0.0, 0.5, 2.0], white())
-        .shining([3.0, 1.0, 0.5]);
+    let mut both = Shape::quad([-1.7, -0.5, 1.0], [0.4, 1.9, 0.0], [0.0, 0.5, 3.0], white())
+        .shining([3.0, 1.0, 1.5]);
     both.two_sided = true;
-    let ball = Shape::ball([1.0, 0.6, 3.0], 0.5, white()).shining([1.0, 2.0, 3.0]);
+    let ball = Shape::ball([0.8, 0.6, 3.0], 0.9, white()).shining([1.0, 2.0, 3.0]);
     // From inside only: the camera sees a dark ball, the lamp in it lights what is in it.
     let mut shell = Shape::ball([0.2, -1.0, 3.4], 0.6, white()).shining([5.0, 5.0, 5.0]);
     shell.reversed = true;
     // Shines on a wall close behind it, away from the camera.
-    let away = Shape::quad([-0.8, 0.6, 4.6], [1.6, 0.0, 0.0], [0.0, 1.0, 0.0], white())
-        .shining([2.0, 2.0, 6.0]);
+    let away = Shape::quad([-0.8, 0.6, 4.3], [1.6, 0.0, 0.0], [0.0, 1.0, 0.0], white())
+        .shining([2.0, 2.0, 4.0]);
     let mut shapes = room(WALLS);
     shapes.extend([both, ball, shell, away]);
     let world = World { shapes, ..World::default() };
@@ -81,26 +81,24 @@ fn two_sided_one_sided_and_round_lamps_light_a_room() {
 
 #[test]
 fn a_round_lamp_inside_glass_is_found_by_scattered_rays_alone() {
-    for alpha in [0.0, 0.8] {
-        let lamp =
-            Shape::ball([0.0, 0.0, 3.0], 0.7, Matter::Diffuse([0.5; 3])).shining([9.0, 6.0, 3.0]);
-        let bulb = Shape::ball([0.0, 0.0, 3.0], 0.9, glass(alpha));
-        let mut shapes = room(WALLS);
-        shapes.extend([lamp, bulb]);
-        agree(&World { shapes, ..World::default() }, 5);
-    }
+    let lamp =
+        Shape::ball([0.0, 0.0, 3.0], 1.2, Matter::Diffuse([0.5; 3])).shining([9.0, 6.0, 3.0]);
+    let bulb = Shape::ball([0.0, 0.0, 3.0], 1.5, glass(0.0));
+    let mut shapes = room(WALLS);
+    shapes.extend([lamp, bulb]);
+    agree(&World { shapes, ..World::default() }, 4);
 }
 
 #[test]
 fn a_pane_before_a_lamp_takes_what_it_mirrors() {
-    let pane = Shape::quad([-1.6, 1.5, 0.2], [3.2, 0.0, 0.0], [0.0, 0.0, 3.6], Matter::Pane(1.5));
+    let pane = Shape::quad([-1.6, 1.0, 1.5], [1.8, 0.5, 0.0], [0.0, 0.0, 2.0], Matter::Pane(1.8));
     agree(&lit_room([pane]), 4);
 }
 
 #[test]
 fn a_sheet_is_lit_from_behind() {
-    let sheet = Matter::Sheet([0.4, 0.2, 0.1], [0.1, 0.3, 0.6]);
-    let sheet = Shape::quad([-2.0, 0.4, -1.0], [4.0, 0.0, 0.0], [0.0, 0.0, 6.0], sheet);
+    let sheet = Matter::Sheet([0.4, 0.2, 0.2], [0.2, 0.3, 0.6]);
+    let sheet = Shape::quad([-2.0, 0.6, 1.0], [2.6, 0.0, 0.0], [0.0, 0.0, 4.0], sheet);
     let world = lit_room([sheet]);
     agree(&world, 5);
 }
@@ -155,7 +153,7 @@ fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
     };
     let ball = Shape::ball([-0.9, -0.8, 3.0], 0.7, glass(0.0));
     let metal_ball = Shape::ball([1.1, 1.0, 2.6], 0.5, metal(0.3));
-    let lamp = Shape::ball([-1.0, 0.9, 3.4], 0.5, Matter::Diffuse([0.5; 3]));
+    let lamp = Shape::ball([-0.8, 0.9, 3.4], 0.9, Matter::Diffuse([0.5; 3]));
     let lamp = lamp.shining([4.0, 3.0, 2.0]);
     let mut shapes = room(WALLS);
     shapes.extend([quad([0.9, 0.5, 0.2]), ball, metal_ball, lamp]);
@@ -186,7 +184,7 @@ fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
         )
         .replace(',', " "),
         r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [4 3 2]
-           Translate -1 0.9 3.4 ReverseOrientation Scale -0.5 0.5 0.5 ReverseOrientation
+           Translate -0.8 0.9 3.4 ReverseOrientation Scale -0.9 0.9 0.9 ReverseOrientation
            Material "diffuse" Shape "sphere" AttributeEnd"#
             .to_owned(),
     ]
@@ -196,33 +194,31 @@ fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
 
 #[test]
 fn lamps_light_varnish() {
-    for alpha in [0.0, 0.3] {
-        let varnish = |r| Matter::Varnish { alpha, reflectance: r };
-        let world = World {
-            shapes: vec![
-                Shape::quad(
-                    [-4.0, -1.0, 0.0],
-                    [0.0, 0.0, 9.0],
-                    [8.0, 0.0, 0.0],
-                    varnish([0.7, 0.4, 0.2]),
-                ),
-                Shape::ball([0.0, 0.0, 4.0], 1.0, varnish([0.2, 0.6, 0.8])),
-            ],
-            lamps: vec![
-                Lamp::Point { from: [2.0, 3.0, 1.0], intensity: [20.0, 10.0, 12.0] },
-                Lamp::Spot {
-                    from: [-3.0, 2.0, 2.0],
-                    to: [0.0, 0.0, 4.0],
-                    cone: 40.0,
-                    fade: 25.0,
-                    intensity: [5.0, 10.0, 12.0],
-                },
-                Lamp::Distant { from: [1.0, 2.0, -2.0], irradiance: [1.0, 2.0, 1.0] },
-            ],
-            ..World::default()
-        };
-        agree(&world, 1);
-    }
+    let varnish = |r| Matter::Varnish { alpha: 0.6, reflectance: r };
+    let world = World {
+        shapes: vec![
+            Shape::quad(
+                [-4.0, -1.0, 0.0],
+                [0.0, 0.0, 9.0],
+                [8.0, 0.0, 0.0],
+                varnish([0.7, 0.4, 0.2]),
+            ),
+            Shape::ball([0.0, 0.0, 4.0], 1.0, varnish([0.2, 0.6, 0.8])),
+        ],
+        lamps: vec![
+            Lamp::Point { from: [2.0, 3.0, 1.0], intensity: [20.0, 10.0, 12.0] },
+            Lamp::Spot {
+                from: [-3.0, 2.0, 2.0],
+                to: [0.0, 0.0, 4.0],
+                cone: 40.0,
+                fade: 25.0,
+                intensity: [5.0, 10.0, 12.0],
+            },
+            Lamp::Distant { from: [1.0, 2.0, -2.0], irradiance: [1.0, 2.0, 1.0] },
+        ],
+        ..World::default()
+    };
+    agree(&world, 1);
 }
 
 #[test]
@@ -230,4 +226,3 @@ fn varnish_is_lit_by_lamps_that_have_a_size() {
     let varnish = Matter::Varnish { alpha: 0.0, reflectance: [0.7, 0.4, 0.2] };
     agree(&lit_room([Shape::ball([0.0, -0.8, 3.0], 1.0, varnish)]), 3);
 }
-

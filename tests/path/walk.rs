@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec3, DVec2};
+use glam::{DVec2, DVec3};
 
 use crate::matter::{Colour, Matter, by};
 use crate::support::Random;
@@ -130,10 +130,11 @@ impl World {
         sum
     }
 
-    /// What a random ray of the camera brings.
-    pub fn sample(&self, depth: u32, random: &mut Random) -> Colour {
+    /// What a ray of the camera brings from somewhere in a cell of this many by as many.
+    pub fn sample(&self, cell: [u32; 2], of: u32, depth: u32, random: &mut Random) -> Colour {
         let half = (FIELD.to_radians() / 2.0).tan();
-        let [x, y] = [(); 2].map(|()| random.between(-half, half));
+        let [x, y] =
+            cell.map(|c| half * ((f64::from(c) + random.next()) * 2.0 / f64::from(of) - 1.0));
         self.arrives(DVec3::ZERO, DVec3::new(x, y, 1.0).normalize(), depth, random)
     }
 }

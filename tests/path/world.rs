@@ -82,7 +82,8 @@ impl Shape {
         let mut text = material(&self.matter, &name.to_string());
         if self.emits != [0.0; 3] {
             let (l, both) = (list(&self.emits), self.two_sided);
-            writeln!(text, r#"AreaLightSource "diffuse" "rgb L" {l} "bool twosided" {both}"#).unwrap();
+            writeln!(text, r#"AreaLightSource "diffuse" "rgb L" {l} "bool twosided" {both}"#)
+                .unwrap();
         }
         if self.reversed {
             text += "ReverseOrientation\n";
@@ -168,8 +169,11 @@ fn kind(matter: &Matter, name: &str) -> (String, String) {
                 let part = format!("{name}part{i}");
                 let (textures, words) = kind(matter, &part);
                 let (kind, params) = words.split_once(' ').unwrap();
-                write!(before, r#"{textures} MakeNamedMaterial "{part}" "string type" {kind} {params} "#)
-                    .unwrap();
+                write!(
+                    before,
+                    r#"{textures} MakeNamedMaterial "{part}" "string type" {kind} {params} "#
+                )
+                .unwrap();
                 write!(names, r#" "{part}""#).unwrap();
             }
             format!(r#""mix" "string materials" [{names}] "float amount" {amount}"#)
@@ -193,7 +197,11 @@ impl Lamp {
     fn text(&self) -> String {
         match self {
             Self::Point { from, intensity } => {
-                format!(r#"LightSource "point" "rgb I" {} "point3 from" {}"#, list(intensity), list(from))
+                format!(
+                    r#"LightSource "point" "rgb I" {} "point3 from" {}"#,
+                    list(intensity),
+                    list(from)
+                )
             }
             Self::Spot { from, to, cone, fade, intensity } => format!(
                 r#"LightSource "spot" "rgb I" {} "point3 from" {} "point3 to" {}

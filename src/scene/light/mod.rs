@@ -76,9 +76,7 @@ impl Scene {
     ) -> Option<LightSample> {
         let Choice { light, part, probability } = self.lights.choose(from.position, choice)?;
         let sample = match &self.lights.all[light as usize] {
-            Light::Area(area) => {
-                area.sample(&self.shapes[area.shape as usize], part, from, u)?
-            }
+            Light::Area(area) => area.sample(&self.shapes[area.shape as usize], part, from, u)?,
             Light::Lamp(lamp) => {
                 let direction = lamp.position - from.leave(lamp.position - from.position);
                 let d2 = direction.length_squared();
