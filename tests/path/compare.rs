@@ -78,7 +78,7 @@ pub fn well_known(mut job: Job) -> Estimate {
 
 /// What the naive path tracer finds, with as many rays as it takes: always two in every cell of
 /// the picture, whose difference tells the error.
-fn expected(world: &World, depth: u32) -> Estimate {
+pub fn expected(world: &World, depth: u32) -> Estimate {
     const CELLS: u32 = 160;
     let mut random = Random::new(7);
     let (mut n, mut sum, mut squares) = (0.0, [0.0; 3], [0.0; 3]);

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bumps;
 mod compare;
 mod depth;
 mod furnace;

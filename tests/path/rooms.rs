@@ -114,37 +114,6 @@ fn mixtures_are_what_they_are_made_of() {
     agree(&world, 4);
 }
 
-#[test]
-fn bumps_bend_the_normal_by_their_slope() {
-    let bent = |slopes, r| Matter::Bent(slopes, Box::new(Matter::Diffuse(r)));
-    let wall = |slopes, reversed| {
-        let matter = bent(slopes, [0.7, 0.8, 0.9]);
-        let shape = Shape::quad([-1.9, -1.5, 4.0], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], matter);
-        Shape { reversed, ..shape }
-    };
-    for reversed in [false, true] {
-        let world = World {
-            lamps: vec![Lamp::Point { from: [0.5, 1.0, 0.0], intensity: [30.0, 20.0, 10.0] }],
-            ..lit_room([wall([-2.0, 1.0], reversed)])
-        };
-        agree(&world, 2);
-    }
-}
-
-#[test]
-fn bumps_of_meshes_with_normals_are_measured_along_u_in_both_directions() {
-    // As in pbrt-v4: the second tangent is the first one turned, as long as that, whatever v says.
-    let wall = |slope| {
-        let matter = Matter::Bent([0.0, slope], Box::new(Matter::Diffuse([0.7, 0.8, 0.9])));
-        Shape::quad([-1.9, -1.5, 4.0], [0.0, 1.5, 0.0], [3.5, 0.0, 0.0], matter)
-    };
-    let lamps = vec![Lamp::Distant { from: [1.0, 1.0, -0.7], irradiance: [3.0, 2.0, 1.0] }];
-    let world = World { shapes: vec![wall(1.5 * 3.5 / 1.5)], lamps, ..World::default() };
-    let normals = r#""normal N" [0 0 -1 0 0 -1 0 0 -1 0 0 -1] "integer indices""#;
-    let told = world.lights() + &wall(1.5).text(0).replace(r#""integer indices""#, normals);
-    agree_with(&told, &world, 1);
-}
-
 /// The ball of a room in other words: squeezed, mirrored, turned and copied objects.
 #[test]
 fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
