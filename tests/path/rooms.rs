@@ -140,8 +140,9 @@ fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
            AttributeEnd
            ObjectInstance "quad""#
             .to_owned(),
-        r#"AttributeBegin Translate -0.9 -0.8 3 Scale -0.7 0.7 0.7
-           Material "dielectric" "float eta" 1.5 Shape "sphere" AttributeEnd"#
+        r#"Material "dielectric" "float eta" 1.5 ObjectBegin "glass" Shape "sphere" ObjectEnd
+           AttributeBegin Translate -0.9 -0.8 3 Scale -0.7 0.7 0.7 ObjectInstance "glass"
+           AttributeEnd"#
             .to_owned(),
         format!(
             r#"Material "conductor" "rgb eta" {:?} "rgb k" {:?} "float roughness" 0.3
