@@ -32,6 +32,66 @@ fn assert_same(one: &Picture, other: &Picture, what: &str) {
 const SCENES: [&str; 5] =
     ["dgauss.pbrt", "fisheye.pbrt", "telephoto.pbrt", "wide.pbrt", "snowman.pbrt"];
 
+/// Every kind of material under every kind of light, with holes, bumps, mixtures and copies.
+const EVERYTHING: &str = r#"
+    Film "rgb" "integer xresolution" 40 "integer yresolution" 40
+    Integrator "path" "integer maxdepth" 8
+    Camera "perspective" "float fov" 50
+    WorldBegin
+    LightSource "infinite" "rgb L" [0.3 0.4 0.5]
+    LightSource "point" "rgb I" [8 6 4] "point3 from" [1 3 2]
+    LightSource "distant" "rgb L" [1 1 1] "point3 from" [-1 2 -1]
+    LightSource "spot" "rgb I" [9 9 20] "point3 from" [-2 2 1] "point3 to" [0 0 5]
+    Texture "board" "spectrum" "checkerboard" "float uscale" 6 "float vscale" 6
+        "rgb tex1" [0.8 0.6 0.4] "rgb tex2" [0.1 0.2 0.3]
+    Texture "holes" "float" "checkerboard" "float uscale" 3 "float vscale" 3
+        "float tex1" 0.4 "float tex2" 1
+    Texture "bumps" "float" "bilerp" "float v00" 0 "float v10" 1 "float v01" -1 "float v11" 0.5
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [3 3 3]
+        Shape "trianglemesh" "point3 P" [-2 2.5 3  2 2.5 3  2 2.5 6  -2 2.5 6]
+            "integer indices" [0 1 2 0 2 3] "texture alpha" "holes"
+        Translate 0 -0.5 3.5 Shape "sphere" "float radius" 0.2
+    AttributeEnd
+    MakeNamedMaterial "a" "string type" "diffuse" "texture reflectance" "board" "texture displacement" "bumps"
+    MakeNamedMaterial "b" "string type" "conductor" "float uroughness" 0.3 "float vroughness" 0.1
+    Material "mix" "string materials" ["a" "b"] "float amount" 0.4
+    Shape "trianglemesh" "point3 P" [-5 -1 1  -5 -1 9  5 -1 9  5 -1 1] "integer indices" [0 1 2 0 2 3]
+    Material "diffusetransmission"
+    Shape "trianglemesh" "point3 P" [-3 -1 7  -3 2 7  3 2 7  3 -1 7] "integer indices" [0 1 2 0 2 3]
+        "texture alpha" "holes"
+    ObjectBegin "ball" Shape "sphere" "float radius" 0.5 ObjectEnd
+    Material "conductor" ObjectBegin "metal" Shape "sphere" "float radius" 0.5 ObjectEnd
+    Material "dielectric" "float roughness" 0.2 ObjectBegin "hazy" Shape "sphere" "float radius" 0.5 ObjectEnd
+    Material "dielectric" ObjectBegin "clear" Shape "sphere" "float radius" 0.5 ObjectEnd
+    Material "thindielectric" ObjectBegin "bubble" Shape "sphere" "float radius" 0.5 ObjectEnd
+    Material "coateddiffuse" "float roughness" 0.3 ObjectBegin "paint" Shape "sphere" "float radius" 0.5 ObjectEnd
+    Material "coatedconductor" ObjectBegin "varnish" Shape "sphere" "float radius" 0.5 ObjectEnd
+    AttributeBegin Translate -1.6 -0.5 4 ObjectInstance "metal" AttributeEnd
+    AttributeBegin Translate -0.5 -0.5 4 ObjectInstance "hazy" AttributeEnd
+    AttributeBegin Translate 0.6 -0.5 4 ObjectInstance "clear" AttributeEnd
+    AttributeBegin Translate 1.7 -0.5 4 Scale 1 -1 1 ObjectInstance "bubble" AttributeEnd
+    AttributeBegin Translate -1.1 0.6 5 Scale -1 1 1 ObjectInstance "paint" AttributeEnd
+    AttributeBegin Translate 0 0.6 5 ObjectInstance "varnish" AttributeEnd
+    AttributeBegin Translate 1.1 0.6 5 Rotate 30 1 1 1 Scale 1 0.6 1 ObjectInstance "ball" AttributeEnd"#;
+
+fn everything() -> Job {
+    let folder = support::folder();
+    let path = support::write(&folder, "everything.pbrt", EVERYTHING);
+    let changes = Changes { samples: Some(24), ..Changes::default() };
+    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+}
+
+#[test]
+fn materials_and_lights_of_all_kinds_are_the_same_for_all_threads_and_lanes() {
+    let job = everything();
+    let one = picture(&job, Backend::Simd, 1);
+    for threads in [2, 7] {
+        assert_same(&one, &picture(&job, Backend::Simd, threads), &format!("{threads} threads"));
+    }
+    assert_same(&one, &picture(&job, Backend::Scalar, 2), "one lane");
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_picture() {
     for scene in SCENES {

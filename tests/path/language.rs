@@ -1,0 +1,110 @@
+//! What the words of a scene file mean: defaults, units, and what is not there.
+
+use std::f64::consts::PI;
+
+use crate::compare::{agree_with, found, job};
+use crate::matter::{Colour, Matter};
+use crate::rooms::{WALLS, lit_room, room};
+use crate::support::world::loudly;
+use crate::world::{Shape, World};
+
+/// What the camera sees of a world, one surface deep.
+fn seen(text: &str) -> Colour {
+    found(&job(text, None, 1)).mean
+}
+
+fn assert_seen(text: &str, expected: Colour) {
+    let said = seen(text);
+    for c in 0..3 {
+        let off = (said[c] - expected[c]).abs();
+        assert!(off <= 2e-3 * expected[c], "{text}\n{said:?}, expected {expected:?}");
+    }
+}
+
+/// Fills the view, at distance 2, and looks at the camera.
+const SCREEN: &str = r#"Shape "trianglemesh" "point3 P" [-9 -9 2  -9 9 2  9 9 2  9 -9 2]
+    "integer indices" [0 1 2 0 2 3]"#;
+
+#[test]
+fn a_light_of_one_is_a_pixel_of_one() {
+    for (light, expected) in [
+        (r#"LightSource "infinite""#, [1.0; 3]),
+        (r#"LightSource "infinite" "rgb L" [1 2 3]"#, [1.0, 2.0, 3.0]),
+        (r#"LightSource "infinite" "rgb L" [1 2 3] "float scale" 0.5"#, [0.5, 1.0, 1.5]),
+        (r#"LightSource "infinite" "float illuminance" 6.283185"#, [2.0; 3]),
+    ] {
+        assert_seen(light, expected);
+    }
+    for (light, expected) in [
+        (r#"AreaLightSource "diffuse""#, [1.0; 3]),
+        (r#"AreaLightSource "diffuse" "rgb L" [1 2 3]"#, [1.0, 2.0, 3.0]),
+        (r#"AreaLightSource "diffuse" "rgb L" [1 2 3] "float scale" 3"#, [3.0, 6.0, 9.0]),
+        // Every triangle has the power, on its 162 units of area.
+        (r#"AreaLightSource "diffuse" "float power" 162"#, [1.0 / PI; 3]),
+        (r#"AreaLightSource "diffuse" "float power" 162 "bool twosided" true"#, [0.5 / PI; 3]),
+    ] {
+        assert_seen(
+            &format!(r#"{light} Material "diffuse" "rgb reflectance" [0 0 0] {SCREEN}"#),
+            expected,
+        );
+    }
+}
+
+#[test]
+fn a_black_body_has_the_luminance_one() {
+    for kelvin in [2700, 5000, 6500, 9000] {
+        let [r, g, b] = seen(&format!(r#"LightSource "infinite" "blackbody L" {kelvin}"#));
+        // ITU-R BT.709.
+        let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        assert!((y - 1.0).abs() < 5e-3, "{kelvin} K: {r} {g} {b}");
+        assert!((r > b) == (kelvin < 7000), "{kelvin} K: {r} {g} {b}");
+    }
+}
+
+#[test]
+fn what_is_left_out_is_what_pbrt_takes_for_it() {
+    let sky = r#"LightSource "infinite" "#;
+    for (material, expected) in [
+        ("", 0.5),
+        (r#"Material "diffuse""#, 0.5),
+        // What is behind is as bright as what is before.
+        (r#"Material "diffusetransmission""#, 0.5),
+        (r#"Material "diffusetransmission" "float scale" 1.5"#, 0.75),
+        (r#"Material "thindielectric""#, 1.0),
+        (r#"Material "conductor" "rgb reflectance" [0.6 0.6 0.6]"#, 0.6),
+    ] {
+        let said = seen(&format!("{sky} {material} {SCREEN}"));
+        // Metals reflect more at the rim of the view than at right angles.
+        let most = if material.contains("conductor") { 0.01 } else { 2e-3 };
+        assert!(said.iter().all(|&c| (c - expected).abs() < most), "{material}: {said:?}");
+    }
+    // The middle of a screen at distance 2 under a lamp of intensity 1 at the camera: the mean
+    // of cos^3 / 4 times 0.5 / pi over the view.
+    let steps = 400;
+    let half = (crate::world::FIELD.to_radians() / 2.0).tan();
+    let place = |i: u32| half * ((f64::from(i) + 0.5) * 2.0 / f64::from(steps) - 1.0);
+    let cells =
+        (0..steps * steps).map(|i| 1.0 + place(i % steps).powi(2) + place(i / steps).powi(2));
+    let mean = cells.map(|d2| d2.powf(-1.5)).sum::<f64>() / f64::from(steps * steps);
+    assert_seen(&format!(r#"LightSource "point" {SCREEN}"#), [mean / 4.0 * 0.5 / PI; 3]);
+    let power = r#"LightSource "point" "rgb I" [1 1 1] "float power" 12.566371"#;
+    assert_seen(&format!("{power} {SCREEN}"), [mean / 4.0 * 0.5 / PI; 3]);
+    assert_seen(&format!(r#"LightSource "distant" {SCREEN}"#), [0.5 / PI; 3]);
+}
+
+#[test]
+fn an_interface_is_not_there() {
+    let shell = r#"AttributeBegin Material "interface" AreaLightSource "diffuse" "rgb L" [9 9 9]
+        Translate 0 0 3 Shape "sphere" "float radius" 1.9 AttributeEnd
+        AttributeBegin Material "" Shape "sphere" "float radius" 0.1 AttributeEnd"#;
+    let description = loudly(shell);
+    assert!(
+        description.warnings.iter().any(|w| w.message.contains("does not shine")),
+        "{:?}",
+        description.warnings
+    );
+    let world = lit_room([Shape::ball([0.0, -0.5, 3.0], 1.0, Matter::Diffuse([0.9, 0.6, 0.3]))]);
+    agree_with(&(world.text() + shell), &world, 3);
+    let dark = World { shapes: room(WALLS), ..World::default() };
+    assert_eq!(seen(&(dark.text() + shell)), [0.0; 3]);
+}
