@@ -3,6 +3,7 @@
 
 Run it in this folder. Same seed, same files; needs numpy and Pillow.
 """
+import gzip
 import math
 import random
 import struct
@@ -53,17 +54,16 @@ def lathe(path, profile, segments):
         for k in range(segments):
             next_k = (k + 1) % segments
             faces.append([low * segments + k, low * segments + next_k, high * segments + next_k, high * segments + k])
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "property float nx\nproperty float ny\nproperty float nz\n"
+        f"element face {len(faces)}\nproperty list uchar short vertex_indices\nend_header\n"
+    )
+    rows = [struct.pack("<6f", *vertex) for vertex in vertices]
+    rows += [struct.pack("<B4h", 4, *face) for face in faces]
     with open(path, "wb") as out:
-        out.write(
-            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n"
-            "property float x\nproperty float y\nproperty float z\n"
-            "property float nx\nproperty float ny\nproperty float nz\n"
-            f"element face {len(faces)}\nproperty list uchar short vertex_indices\nend_header\n".encode()
-        )
-        for vertex in vertices:
-            out.write(struct.pack("<6f", *vertex))
-        for face in faces:
-            out.write(struct.pack("<B4h", 4, *face))
+        out.write(gzip.compress(header.encode() + b"".join(rows), mtime=0))
 
 
 def bead(r, z, radius, first, last, count=6):
@@ -204,13 +204,13 @@ def portrait_lens():
         + [(0.0298, 0.0710), (0.0300, 0.0740), (0.0310, 0.0790), (0.0328, 0.0850), (0.0345, 0.0890)]
         + bead(0.0345, 0.0912, 0.0022, -80, 180, 10) + [(0.0322, 0.0880), (0.0300, 0.0850), (0.0290, 0.0845), (0.0275, 0.0845)]
     )
-    lathe("barrel.ply", profile, 72)
+    lathe("barrel.ply.gz", profile, 72)
 
 
 def knob():
     profile = [(0.0030, 0.0), (0.0030, 0.009), (0.0085, 0.010)] + bead(0.0095, 0.0112, 0.001, -80, 0, 3)
     profile += [(0.0105, 0.0150)] + bead(0.0095, 0.0152, 0.001, 0, 90, 3) + [(0.004, 0.0168), (0.0002, 0.0170)]
-    lathe("knob.ply", profile, 40)
+    lathe("knob.ply.gz", profile, 40)
 
 
 def turnery():
@@ -376,7 +376,7 @@ def candles():
         for i, (x, y) in enumerate(places):
             z = random.uniform(1.0, 1.22)
             out.write(f'AttributeBegin\n    Translate {x:.3f} {y - 0.37:.3f} {z:.3f}\n    ObjectInstance "candlestick"\n')
-            out.write(f'    AreaLightSource "diffuse" "blackbody L" {random.choice((1900, 2000, 2150))} "float scale" 20\n')
+            out.write(f'    AreaLightSource "diffuse" "blackbody L" {random.choice((1900, 2000, 2150))} "float scale" 15\n')
             out.write('    Translate 0 0.374 0\n    Scale 0.8 1.5 0.8\n    NamedMaterial "wax"\n    Shape "sphere" "float radius" 0.006\nAttributeEnd\n')
 
 
@@ -414,8 +414,8 @@ def wood():
 
 def leather():
     """Heights of a pebbled skin."""
-    a = smooth((256, 256), (2.2, 2.2))
-    b = smooth((256, 256), (5, 5))
+    a = smooth((128, 128), (1.6, 1.6))
+    b = smooth((128, 128), (4, 4))
     save("leather.png", np.abs(a - 0.5) * 1.4 + 0.3 * b)
 
 
@@ -447,15 +447,15 @@ def engraving():
 def sky_globe():
     """The night sky on a globe: a graticule, the ecliptic and stars, none of them real."""
     w, h, k = 1024, 512, 2
-    image = Image.new("RGB", (w * k, h * k), (24, 42, 66))
+    image = Image.new("RGB", (w * k, h * k), (196, 172, 122))
     draw = ImageDraw.Draw(image)
-    gold = (206, 164, 86)
+    red = (134, 44, 30)
     for i in range(24):
-        draw.line((i * w * k // 24, 0, i * w * k // 24, h * k), fill=(70, 82, 88), width=2 if i % 6 else 4)
+        draw.line((i * w * k // 24, 0, i * w * k // 24, h * k), fill=(138, 116, 82), width=2 if i % 6 else 4)
     for i in range(1, 12):
-        draw.line((0, i * h * k // 12, w * k, i * h * k // 12), fill=(70, 82, 88), width=2 if i != 6 else 7)
+        draw.line((0, i * h * k // 12, w * k, i * h * k // 12), fill=(138, 116, 82), width=2 if i != 6 else 7)
     path = [(x, h * k / 2 + h * k * 23.4 / 180 * math.sin(2 * math.pi * x / (w * k))) for x in range(0, w * k + 8, 8)]
-    draw.line(path, fill=gold, width=7)
+    draw.line(path, fill=red, width=12)
     for _ in range(46):
         x, lat = random.uniform(0, w * k), math.asin(random.uniform(-0.92, 0.92))
         y = h * k / 2 - lat / math.pi * h * k
@@ -464,14 +464,14 @@ def sky_globe():
         for _ in range(random.randint(2, 5)):
             a = random.uniform(0, 2 * math.pi)
             chain.append((chain[-1][0] + 60 * stretch * math.cos(a), chain[-1][1] + 52 * math.sin(a)))
-        draw.line(chain, fill=(128, 116, 84), width=3)
+        draw.line(chain, fill=(74, 92, 96), width=6)
         for px, py in chain:
-            r = random.choice((4, 5, 7, 10))
+            r = random.choice((9, 11, 14, 20))
             star = [
                 (px + (r if i % 2 == 0 else 0.42 * r) * stretch * math.sin(math.pi * i / 5), py - (r if i % 2 == 0 else 0.42 * r) * math.cos(math.pi * i / 5))
                 for i in range(10)
             ]
-            draw.polygon(star, fill=gold)
+            draw.polygon(star, fill=(30, 58, 84))
     image.resize((w, h), Image.LANCZOS).save("globe.jpg", quality=80)
 
 
@@ -534,14 +534,14 @@ def drawing():
         rims.append((z, radius, a))
         if radius == 0:
             for s in (-1, 1):
-                draw.line((*px(z, s * a), *px(z, s * (a + 4))), fill=ink, width=8)
+                draw.line((*px(z, s * a), *px(z, s * (a + 4))), fill=ink, width=13)
             continue
-        draw.line([px(z + sag(radius, a * t / 40), a * t / 40) for t in range(-40, 41)], fill=ink, width=5)
+        draw.line([px(z + sag(radius, a * t / 40), a * t / 40) for t in range(-40, 41)], fill=ink, width=9)
     for i in range(len(rows) - 1):
         if rows[i][2] > 1.0:
             (z, r, a), (y, q, b) = rims[i], rims[i + 1]
             for s in (-1, 1):
-                draw.line((*px(z + sag(r, a), s * a), *px(y + sag(q, b), s * b)), fill=ink, width=5)
+                draw.line((*px(z + sag(r, a), s * a), *px(y + sag(q, b), s * b)), fill=ink, width=9)
     draw.line((*px(-15, 0), *px(40, 0)), fill=ink, width=2)
     for slope in (0.0, 0.18):
         for y in (-8.5, -4.2, 0, 4.2, 8.5):
@@ -559,7 +559,7 @@ def drawing():
                 if i + 1 < len(rows):
                     height += u * thickness
             line.append(px(places[-1] + 12, height + u * 12))
-            draw.line(line, fill=red if slope else (70, 90, 120), width=2)
+            draw.line(line, fill=red if slope else (70, 90, 120), width=4)
     font = ImageFont.load_default(size=40 * k // 2)
     draw.text((70 * k, 40 * k), "Doppelobjectiv, f = 50 mm", fill=ink, font=font)
     for i, row in enumerate(rows):
