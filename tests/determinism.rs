@@ -29,8 +29,8 @@ fn assert_same(one: &Picture, other: &Picture, what: &str) {
     assert!(one.pixels.iter().any(|p| p[0] > 0.0), "{what}: a black picture shows nothing");
 }
 
-const SCENES: [&str; 5] =
-    ["dgauss.pbrt", "fisheye.pbrt", "telephoto.pbrt", "wide.pbrt", "snowman.pbrt"];
+const SCENES: [&str; 6] =
+    ["dgauss.pbrt", "fisheye.pbrt", "telephoto.pbrt", "wide.pbrt", "snowman.pbrt", "atelier.pbrt"];
 
 #[test]
 fn any_number_of_threads_gives_the_same_picture() {
