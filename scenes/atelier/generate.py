@@ -148,9 +148,6 @@ def box(out, low, high, chamfer, per_metre, grain="x"):
     ends = (low, high)
     sign = (-1, 1)
 
-    def at(axis_values):
-        return tuple(axis_values)
-
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         for s in (0, 1):
@@ -160,7 +157,7 @@ def box(out, low, high, chamfer, per_metre, grain="x"):
                 p[axis] = ends[s][axis]
                 p[u] = ends[a][u] - sign[a] * chamfer
                 p[v] = ends[b][v] - sign[b] * chamfer
-                corners_.append(at(p))
+                corners_.append(tuple(p))
             n = [0, 0, 0]
             n[axis] = sign[s]
             face(corners_, tuple(n))
@@ -172,7 +169,7 @@ def box(out, low, high, chamfer, per_metre, grain="x"):
                     p[axis] = ends[s][axis] - sign[s] * chamfer
                     p[u] = ends[a][u] - (sign[a] * chamfer if inset == u else 0)
                     p[v] = ends[b][v] - (sign[b] * chamfer if inset == v else 0)
-                    strip.append(at(p))
+                    strip.append(tuple(p))
                 n = [0, 0, 0]
                 n[u], n[v] = sign[a] * 0.7071, sign[b] * 0.7071
                 face(strip, tuple(n))
@@ -184,7 +181,7 @@ def box(out, low, high, chamfer, per_metre, grain="x"):
                 corners_ = []
                 for k in range(3):
                     p = [tip[m] - s[m] * chamfer * (m != k) for m in range(3)]
-                    corners_.append(at(p))
+                    corners_.append(tuple(p))
                 face(corners_, tuple(0.5774 * q for q in s))
     out.write(f'Shape "trianglemesh"\n    "point3 P" [ {numbers(points)} ]\n')
     out.write(f'    "normal N" [ {numbers(normals, 3)} ]\n    "point2 uv" [ {numbers(uvs, 3)} ]\n')
@@ -431,8 +428,6 @@ def engraving():
     draw = ImageDraw.Draw(big)
     font = ImageFont.load_default(size=168)
     width = draw.textlength(text, font=font)
-    x = 0
-    spacing = w * 2 / 2 / width
     tile = Image.new("L", (int(width), h * 2), 0)
     ImageDraw.Draw(tile).text((0, 90), text, fill=255, font=font)
     tile = tile.resize((w, h * 2))
@@ -546,8 +541,6 @@ def drawing():
     for slope in (0.0, 0.18):
         for y in (-8.5, -4.2, 0, 4.2, 8.5):
             u, n = slope, 1.0
-            height = y + u * -22
-            line = [px(-14, height + u * 8 - (0 if not slope else 0))]
             line = [px(-14, y - slope * 28)]
             height = y - slope * 14
             for i, ((radius, thickness, index, _), z) in enumerate(zip(rows, places)):
