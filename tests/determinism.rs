@@ -29,8 +29,8 @@ fn assert_same(one: &Picture, other: &Picture, what: &str) {
     assert!(one.pixels.iter().any(|p| p[0] > 0.0), "{what}: a black picture shows nothing");
 }
 
-const SCENES: [&str; 5] =
-    ["dgauss.pbrt", "fisheye.pbrt", "telephoto.pbrt", "wide.pbrt", "snowman.pbrt"];
+const SCENES: [&str; 6] =
+    ["dgauss.pbrt", "fisheye.pbrt", "telephoto.pbrt", "wide.pbrt", "snowman.pbrt", "atelier.pbrt"];
 
 /// Every kind of material under every kind of light, with holes, bumps, mixtures and copies.
 const EVERYTHING: &str = r#"

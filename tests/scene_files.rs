@@ -135,6 +135,15 @@ fn known_but_unsupported_things_are_warnings_that_say_what_is_done() {
 }
 
 #[test]
+fn the_scenes_that_come_with_the_program_are_read_without_a_word_of_warning() {
+    for scene in ["dgauss", "fisheye", "telephoto", "wide", "snowman", "atelier"] {
+        let path = support::root().join(format!("scenes/{scene}.pbrt"));
+        let description = pbrt::read(&path).expect(scene);
+        assert!(description.warnings.is_empty(), "{scene}: {:#?}", description.warnings);
+    }
+}
+
+#[test]
 fn both_dialects_of_the_realistic_camera_are_understood() {
     let v2 = read(
         "Film \"image\" \"integer xresolution\" [30] \"integer yresolution\" [20]\n\
