@@ -126,7 +126,7 @@ pub fn prepare(
         film: response,
         samples: 0..samples,
         seed,
-        max_depth: description.max_depth,
+        reach: description.reach,
         layers: layers(&film, changes),
     };
     if let (Some(aov), Model::Thin(_)) =

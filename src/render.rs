@@ -12,7 +12,7 @@ use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
-use crate::shade::{ShadeColumns, Vertex, shade};
+use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 
 /// Everything that decides what a picture looks like.
@@ -30,13 +30,18 @@ pub struct Job {
     pub samples: Range<u32>,
     /// Which of all random choices.
     pub seed: u32,
-    /// Surfaces on a path that scatter light: 1 is direct light only, 0 is what shines by itself.
-    pub max_depth: u32,
+    /// How far paths go: over 1 surface is direct light only, over 0 what shines by itself.
+    pub reach: Reach,
     /// What is wanted beside the colours.
     pub layers: Vec<Aov>,
 }
 
 impl Job {
+    /// What a pixel sees.
+    pub fn beam(&self) -> Beam {
+        Beam::new(&self.camera, self.frame.resolution)
+    }
+
     /// The samples of a tile, but for pixels that no light can come to.
     pub fn sampler(&self, tile: &Tile) -> TileSampler {
         let reach = self.film.filter.reach();
@@ -171,10 +176,11 @@ impl Wave {
     ) -> (TileSums, Option<Features>) {
         let Self { samples, lens, rays, next, shadows, hits, stack, columns, radiance, stats } =
             self;
-        let Job { scene, camera, frame, film, seed, max_depth, .. } = job;
+        let Job { scene, camera, frame, film, seed, reach, .. } = job;
         let mut sums = TileSums::new(tile, job.layers.contains(&Aov::Variance));
         let mut features = Features::new(job, tile);
         let mut tile = job.sampler(tile);
+        let beam = job.beam();
         let mut clock = Clock::start();
         while !progress.stop.load(Ordering::Relaxed)
             && sample(&mut tile, frame, &film.filter, camera.film, *seed, samples)
@@ -184,14 +190,14 @@ impl Wave {
             clock.lap(stats, Stage::Lens, samples.len);
             stats.aim(samples.len, rays.len);
             radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
-            for depth in 0..=*max_depth {
+            for depth in 0..=reach.max_depth {
                 let intersect = scene.intersect::<R>(rays, hits, stack);
                 clock.lap(stats, Stage::Intersect, rays.len);
                 if let (0, Some(features)) = (depth, &mut features) {
                     features.record(scene, rays, hits, samples);
                     clock.lap(stats, Stage::Record, rays.len);
                 }
-                let vertex = Vertex { depth, max_depth: *max_depth };
+                let vertex = Vertex { depth, reach: *reach, beam };
                 let shade = shade::<R>(
                     scene, vertex, rays, hits, samples, columns, radiance, shadows, next,
                 );

@@ -185,6 +185,42 @@ fn a_thin_lens_is_sharp_at_its_focus_only() {
 }
 
 #[test]
+fn direct_light_is_seen_in_mirrors_and_through_panes() {
+    // A wall behind the camera in a mirror before it is the wall from behind the mirror.
+    let seen = |camera: &str, mirror: &str, integrator: &str| {
+        let text = format!(
+            r#"Film "rgb" "integer xresolution" 32 "integer yresolution" 32
+               Sampler "sobol" "integer pixelsamples" 256 Integrator {integrator}
+               {camera} Camera "perspective" "float fov" 30
+               WorldBegin AttributeBegin Translate 0 2 -1
+               LightSource "point" "rgb I" [10 20 30] AttributeEnd {mirror}
+               Material "diffuse" "rgb reflectance" [0.8 0.8 0.8]
+               Shape "bilinearmesh" "point3 P" [9 -9 -3  -9 -9 -3  9 9 -3  -9 9 -3]"#
+        );
+        mean(&rendered(&text))
+    };
+    let quad = |z: &str| {
+        format!(r#"Shape "bilinearmesh" "point3 P" [-1 -1 {z}  1 -1 {z}  -1 1 {z}  1 1 {z}]"#)
+    };
+    let direct = r#""directlighting" "integer maxdepth" 5"#;
+    let there = seen("LookAt 0 0 6  0 0 0  0 1 0", "", direct);
+    let silver = r#"Material "conductor" "rgb reflectance" [1 1 1] "float roughness" 0 "#;
+    let mirror = silver.to_owned() + &quad("3");
+    assert_near(seen("", &mirror, direct), there, 0.005);
+    // The pane passes (1 - F) / (1 + F) of the light, F of an index of 1.5 being 0.04.
+    let pane = mirror.clone() + r#"Material "thindielectric" "# + &quad("2");
+    let passes = (1.0 - 0.04) / (1.0 + 0.04);
+    let through = there.map(|c| c * passes * passes);
+    let found = seen("", &pane, direct);
+    // What the pane mirrors by itself is the wall as well, nearly as bright.
+    for c in 0..3 {
+        assert!(found[c] > 0.99 * through[c] && found[c] < 1.02 * there[c], "{found:?} {there:?}");
+    }
+    // A path over one surface ends in the mirror.
+    assert_eq!(seen("", &mirror, r#""path" "integer maxdepth" 1"#), [0.0; 3]);
+}
+
+#[test]
 fn pictures_are_upright() {
     // Red to the right of the camera, green above: pbrt's camera space is left-handed.
     let world = r#"WorldBegin

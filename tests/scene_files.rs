@@ -161,7 +161,7 @@ fn both_dialects_of_the_realistic_camera_are_understood() {
         panic!("{:?}", v2.camera)
     };
     assert_eq!([aperture, film_distance, film_diagonal], [17.1, 36.77, 70.0]);
-    assert_eq!((v2.film.resolution, v2.samples, v2.max_depth), ([30, 20], 7, 1));
+    assert_eq!((v2.film.resolution, v2.samples, v2.reach.direct), ([30, 20], 7, true));
 
     let v4 = read(
         "Film \"rgb\" \"float diagonal\" 43.27 \"float cropwindow\" [0.25 0.5 0 1] \"float iso\" 200\n\
@@ -175,7 +175,7 @@ fn both_dialects_of_the_realistic_camera_are_understood() {
     };
     assert_eq!([aperture, focus, exposure_time], [5.0, 3.0, 0.5]);
     assert_eq!(v4.film.bounds, [[320, 0], [640, 720]]);
-    assert_eq!((v4.film.diagonal, v4.film.iso, v4.max_depth), (43.27, 200.0, 5));
+    assert_eq!((v4.film.diagonal, v4.film.iso, v4.reach.max_depth), (43.27, 200.0, 5));
 }
 
 /// What a camera that looks down on the origin from above sees of a world, on average.

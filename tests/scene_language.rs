@@ -200,11 +200,11 @@ fn integrators_and_films_are_read_by_name() {
     for name in ["path", "volpath", "simplepath", "randomwalk", "simplevolpath"] {
         let default = of(&format!("Integrator \"{name}\""));
         let given = of(&format!("Integrator \"{name}\" \"integer maxdepth\" 9"));
-        assert_eq!((default.max_depth, given.max_depth), (5, 9), "{name}");
+        assert_eq!((default.reach.max_depth, given.reach.max_depth), (5, 9), "{name}");
         assert!(default.warnings.is_empty(), "{name}: {:#?}", default.warnings);
     }
     let bidirectional = of("Integrator \"bdpt\" \"integer maxdepth\" 7");
-    assert_eq!((bidirectional.max_depth, bidirectional.warnings.len()), (7, 1));
+    assert_eq!((bidirectional.reach.max_depth, bidirectional.warnings.len()), (7, 1));
     let regular = of("Integrator \"path\" \"bool regularize\" true");
     assert!(regular.regularize && regular.warnings.len() == 1);
     assert!(!of("Integrator \"path\"").regularize);

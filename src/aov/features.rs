@@ -12,7 +12,7 @@ use crate::lens::{Camera, Model};
 use crate::rays::{HitBatch, NONE, RayBatch, SampleBatch};
 use crate::render::Job;
 use crate::scene::Scene;
-use crate::shade::albedo;
+use crate::shade::{Beam, albedo};
 
 /// Sums of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,6 +36,7 @@ pub struct Features {
     sums: Vec<Sum>,
     camera_from_world: Affine3A,
     blur: Option<Blur>,
+    beam: Beam,
 }
 
 /// The circle of confusion to first order, in the camera's units of depth.
@@ -84,6 +85,7 @@ impl Features {
             sums: vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize],
             camera_from_world: single(&job.camera.world_from_camera.inverse()),
             blur: Blur::of(&job.camera),
+            beam: job.beam(),
         })
     }
 
@@ -122,7 +124,7 @@ impl Features {
             }
             let toward = -Vec3::from(ray.direction);
             let normal = point.shading * point.shading.dot(toward).signum();
-            let colour = albedo(scene, ray, hit, point);
+            let colour = albedo(scene, &self.beam, ray, hit, point);
             for axis in 0..3 {
                 sum.position[axis] += weight * f64::from(point.position[axis]);
                 sum.normal[axis] += weight * f64::from(normal[axis]);

@@ -36,7 +36,7 @@ pub(super) struct Throw {
 
 impl Dice {
     /// Throws for all rays of a wave at one vertex of their paths.
-    pub(super) fn throw(&mut self, vertex: Vertex, rays: &RayBatch, samples: &SampleBatch) {
+    pub(super) fn throw(&mut self, vertex: &Vertex, rays: &RayBatch, samples: &SampleBatch) {
         let (len, depth) = (rays.len, vertex.depth);
         for i in 0..len {
             let slot = rays.slot[i] as usize;

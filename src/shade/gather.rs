@@ -25,13 +25,13 @@ impl Vertices {
     pub(super) fn gather(
         &mut self,
         scene: &Scene,
-        vertex: Vertex,
+        vertex: &Vertex,
         rays: &RayBatch,
         hits: &HitBatch,
         radiance: &mut [Column<f32>; 3],
         next: &mut RayBatch,
     ) {
-        self.sort(scene, rays, hits);
+        self.sort(scene, vertex, rays, hits);
         let emit = |i: usize, light: [f32; 3], other: f32, radiance: &mut [Column<f32>; 3]| {
             // Nothing but the lens could have chosen the direction of a camera ray.
             let mine = if vertex.depth == 0 { f32::INFINITY } else { rays.density[i] };
@@ -63,7 +63,7 @@ impl Vertices {
                     emit(i, light, other, radiance);
                 }
             }
-            if vertex.depth >= vertex.max_depth {
+            if vertex.ends(rays.density[i]) {
                 continue;
             }
             let (kind, material) = self.kinds[i];
@@ -80,7 +80,7 @@ impl Vertices {
             *place += 1;
             let material = &scene.materials[material as usize];
             let bends = material.bump.is_some() || material.normal_map.is_some();
-            let look = Look::at(scene, ray, hits[i], point);
+            let look = Look::at(scene, &vertex.beam, ray, hits[i], point);
             let (normal, tangent) = match bends || turns(material) {
                 true => look.bent(material),
                 false => (point.shading, any_tangent(point.shading)),
@@ -108,19 +108,19 @@ impl Vertices {
     }
 
     /// Finds out of what kind every hit is, and where each kind will stand.
-    fn sort(&mut self, scene: &Scene, rays: &RayBatch, hits: &HitBatch) {
+    fn sort(&mut self, scene: &Scene, vertex: &Vertex, rays: &RayBatch, hits: &HitBatch) {
         self.kinds.clear();
         let mut counts = [0; KINDS + 1];
         for i in 0..rays.len {
             let hit = hits[i];
-            if hit.shape == NONE {
+            if hit.shape == NONE || vertex.ends(rays.density[i]) {
                 self.kinds.push((Kind::Interface, NONE));
                 continue;
             }
             let material = scene.shapes[hit.shape as usize].material;
             let (material, kind) = resolve(scene, material, || {
                 let ray = rays.ray(i);
-                Look::at(scene, ray, hit, scene.surface(&ray, &hit).1)
+                Look::at(scene, &vertex.beam, ray, hit, scene.surface(&ray, &hit).1)
             });
             self.kinds.push((kind, material));
             counts[kind as usize] += 1;
@@ -169,7 +169,7 @@ impl Vertices {
     }
 
     /// Sends out the shadow rays and the next rays of paths.
-    pub(super) fn leave(&mut self, vertex: Vertex, shadows: &mut RayBatch, next: &mut RayBatch) {
+    pub(super) fn leave(&mut self, vertex: &Vertex, shadows: &mut RayBatch, next: &mut RayBatch) {
         for at in self.places() {
             let (point, slot) = (&self.points[at], self.slot[at]);
             let brings = vector(&self.brings, at);

@@ -6,6 +6,7 @@ use super::bsdf::{
     Bsdf, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Layer, Microfacets, Weights,
     conductor_reflectance,
 };
+use super::footprint::Beam;
 use super::look::Look;
 use crate::lanes::Real;
 use crate::rays::{Hit, Ray};
@@ -223,8 +224,8 @@ impl<R: Real<Scalar = f32>> FromNumbers<R> for super::bsdf::ThinDielectric<R> {
 }
 
 /// About which share of light a surface sends back or lets through, by channel.
-pub fn albedo(scene: &Scene, ray: Ray, hit: Hit, point: SurfacePoint) -> [f32; 3] {
-    let look = || Look::at(scene, ray, hit, point);
+pub fn albedo(scene: &Scene, beam: &Beam, ray: Ray, hit: Hit, point: SurfacePoint) -> [f32; 3] {
+    let look = || Look::at(scene, beam, ray, hit, point);
     let shape = &scene.shapes[hit.shape as usize];
     let (material, _) = resolve(scene, shape.material, look);
     let look = look();

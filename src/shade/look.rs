@@ -2,8 +2,9 @@
 
 use std::cell::OnceCell;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
+use super::footprint::Beam;
 use crate::rays::{Hit, Ray};
 use crate::sampler::hash;
 use crate::scene::{Geometry, Material, Patch, Scene, SurfacePoint, Texture, TexturePoint};
@@ -14,15 +15,23 @@ pub(super) struct Look<'a> {
     pub(super) ray: Ray,
     pub(super) hit: Hit,
     pub(super) point: SurfacePoint,
+    beam: &'a Beam,
     patch: OnceCell<Patch>,
 }
 
-/// How far apart, in texture coordinates, heights are compared for their slope, as in pbrt-v4.
+/// How far apart, in texture coordinates, heights are compared for their slope where the pixel
+/// does not say it, as in pbrt-v4.
 const STEP: f32 = 0.0005;
 
 impl<'a> Look<'a> {
-    pub(super) fn at(scene: &'a Scene, ray: Ray, hit: Hit, point: SurfacePoint) -> Self {
-        Self { scene, ray, hit, point, patch: OnceCell::new() }
+    pub(super) fn at(
+        scene: &'a Scene,
+        beam: &'a Beam,
+        ray: Ray,
+        hit: Hit,
+        point: SurfacePoint,
+    ) -> Self {
+        Self { scene, ray, hit, point, beam, patch: OnceCell::new() }
     }
 
     pub(super) fn patch(&self) -> &Patch {
@@ -34,8 +43,13 @@ impl<'a> Look<'a> {
             uv: self.patch().uv,
             position: self.point.position,
             normal: self.point.normal,
-            footprint: 0.0,
+            footprint: self.steps().as_flattened().iter().fold(0.0, |a, b| a.max(b.abs())),
         }
+    }
+
+    /// How texture coordinates change from sample to sample of the pixel.
+    fn steps(&self) -> [[f32; 2]; 2] {
+        self.beam.on(&self.point, self.patch())
     }
 
     /// The colour of a texture here.
@@ -73,13 +87,15 @@ impl<'a> Look<'a> {
             return (self.outward(bent.unwrap_or(normal)), patch.dp[0]);
         }
         let Some(bump) = &material.bump else { return (normal, patch.dp[0]) };
-        let (at, tangents) = (self.place(), self.tangents());
+        let (at, steps, tangents) = (self.place(), self.steps(), self.tangents());
         let height = bump.number(&at);
         let [u, v] = [0, 1].map(|axis| {
+            let wide = 0.5 * (steps[0][axis].abs() + steps[1][axis].abs());
+            let step = if wide > 0.0 { wide } else { STEP };
             let mut moved = at;
-            moved.uv += if axis == 0 { Vec2::new(STEP, 0.0) } else { Vec2::new(0.0, STEP) };
-            moved.position += tangents[axis] * STEP;
-            let slope = (bump.number(&moved) - height) / STEP;
+            moved.uv[axis] += step;
+            moved.position += tangents[axis] * step;
+            let slope = (bump.number(&moved) - height) / step;
             tangents[axis] + normal * slope + patch.dn[axis] * height
         });
         let bent = u.cross(v).try_normalize().unwrap_or(normal);

@@ -7,12 +7,14 @@
 
 pub mod bsdf;
 mod dice;
+mod footprint;
 mod gather;
 mod kind;
 mod look;
 mod scatter;
 mod vertices;
 
+pub use footprint::Beam;
 pub use kind::albedo;
 
 use crate::lanes::Real;
@@ -22,13 +24,34 @@ use crate::stats::Lanes;
 use dice::Dice;
 use vertices::Vertices;
 
-/// Which part of a path a shading stage works on.
+/// How far paths go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// Surfaces that scatter light; what the path meets after that many only shines.
+    pub max_depth: u32,
+    /// Whether paths go on from mirrors and clear glass only: what comes to other surfaces is
+    /// direct light.
+    pub direct: bool,
+}
+
+/// Which part of a path a shading stage works on.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex {
     /// Surfaces that the path has met before.
     pub depth: u32,
-    /// Surfaces that scatter light; what the path meets after that many only shines.
-    pub max_depth: u32,
+    /// How far it goes.
+    pub reach: Reach,
+    /// What a pixel sees.
+    pub beam: Beam,
+}
+
+impl Vertex {
+    /// Whether a path, whose last direction was drawn with this density, ends at what it meets
+    /// here.
+    fn ends(&self, density: f32) -> bool {
+        let Reach { max_depth, direct } = self.reach;
+        self.depth >= max_depth || direct && self.depth > 0 && density.is_finite()
+    }
 }
 
 /// The columns that the stage works in.
@@ -56,17 +79,17 @@ pub fn shade<R: Real<Scalar = f32>>(
     shadows.len = 0;
     next.len = 0;
     let ShadeColumns { dice, vertices } = columns;
-    let last = vertex.depth >= vertex.max_depth;
-    vertices.gather(scene, vertex, rays, hits, radiance, next);
-    if last {
+    vertices.gather(scene, &vertex, rays, hits, radiance, next);
+    if vertex.depth >= vertex.reach.max_depth {
         next.len = 0;
         return Lanes::default();
     }
-    dice.throw(vertex, rays, samples);
+    dice.throw(&vertex, rays, samples);
     vertices.light(scene, dice);
     // What is only lit by lamps and shapes needs no second ray for its last light.
-    let alone = vertex.depth + 1 == vertex.max_depth && scene.lights.skies.is_empty();
+    let last = vertex.reach.direct || vertex.depth + 1 == vertex.reach.max_depth;
+    let alone = last && scene.lights.skies.is_empty();
     vertices.scatter::<R>(alone);
-    vertices.leave(vertex, shadows, next);
+    vertices.leave(&vertex, shadows, next);
     vertices.lanes()
 }

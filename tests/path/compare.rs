@@ -23,12 +23,15 @@ const SIGMAS: f64 = 5.0;
 /// one, and of their difference: a wrong 1 % is seen.
 const SEEN: [f64; 3] = [0.0045, 0.006, 0.008];
 
+/// Pixels on a side: so many that textures are hardly averaged over a pixel.
+const SIDE: u32 = 64;
+
 /// A job for a world in text; a picture of the sky may stand beside it.
 pub fn job(text: &str, sky: Option<Vec<u8>>, depth: u32) -> Job {
     let text = format!(
-        r#"Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+        r#"Film "rgb" "integer xresolution" {SIDE} "integer yresolution" {SIDE}
            PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
-           Sampler "independent" "integer pixelsamples" 64
+           Sampler "independent" "integer pixelsamples" 4
            Integrator "path" "integer maxdepth" {depth}
            Camera "perspective" "float fov" {FIELD}
            WorldBegin
@@ -67,12 +70,12 @@ pub fn well_known(mut job: Job) -> Estimate {
         let found = found(&job);
         let excess = (0..3).map(|c| SIGMAS * found.error[c] / (SEEN[0] * found.mean[c]));
         let excess = excess.fold(0.0, f64::max);
-        if excess <= 1.0 || job.samples.end > 8192 {
+        if excess <= 1.0 || job.samples.end > 512 {
             println!("{} samples a pixel", job.samples.end);
             return found;
         }
         let more = 1.1 * excess * excess * f64::from(job.samples.end);
-        job.samples.end = more.min(10_000.0) as u32;
+        job.samples.end = more.min(600.0) as u32;
     }
 }
 

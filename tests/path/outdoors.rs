@@ -49,7 +49,7 @@ fn a_picture_of_the_sky_lights_diffuse_things() {
 /// A quad of holes, half of which let a part of the light through, over a chequered floor.
 fn holes() -> Shape {
     let matter = Matter::Board([0.9, 0.2, 0.1], [0.1, 0.7, 0.9]);
-    let quad = Shape::quad([-1.5, 0.2, 1.5], [0.0, 0.6, 4.0], [3.0, 0.0, 0.0], matter);
+    let quad = Shape::quad([-1.5, 0.9, 1.5], [0.0, -0.6, 4.0], [3.0, 0.0, 0.0], matter);
     Shape { alpha: [0.0, 0.75], ..quad }
 }
 

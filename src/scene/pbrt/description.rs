@@ -6,6 +6,7 @@ use glam::DAffine3;
 
 use crate::film::filter::Profile;
 use crate::scene::Scene;
+use crate::shade::Reach;
 use crate::source::{Location, Warning};
 
 /// A scene file, read.
@@ -27,8 +28,8 @@ pub struct Description {
     pub seed: u32,
     /// How samples are weighted about their pixel.
     pub filter: FilterSpec,
-    /// Surfaces on a path that gather light.
-    pub max_depth: u32,
+    /// How far paths go.
+    pub reach: Reach,
     /// Whether rough surfaces should be made rougher behind diffuse ones, which is not done.
     pub regularize: bool,
     /// What was noticed on the way.

@@ -16,6 +16,7 @@ use super::token::{Lexer, Token, Word};
 use super::{Dialect, Notices, SceneError};
 use crate::film::filter::Profile;
 use crate::scene::{Material, SceneBuilder};
+use crate::shade::Reach;
 use crate::source::{Location, bytes, hint};
 
 /// Reads a scene file and all that it includes.
@@ -130,7 +131,7 @@ pub(super) struct Reader {
     /// Of the sampler, and of the options where the sampler names none.
     pub(super) seeds: [Option<u32>; 2],
     pub(super) filter: Option<FilterSpec>,
-    pub(super) max_depth: Option<u32>,
+    pub(super) reach: Option<Reach>,
     pub(super) regularize: bool,
 
     pub(super) library: Library,
@@ -167,7 +168,7 @@ impl Reader {
             samples: None,
             seeds: [None; 2],
             filter: None,
-            max_depth: None,
+            reach: None,
             regularize: false,
             library: Library::default(),
             materials: HashMap::new(),
@@ -250,7 +251,7 @@ impl Reader {
             }),
         };
         // pbrt-v2 gathers direct light unless told otherwise, pbrt-v4 follows paths.
-        let depth = if self.dialect == Dialect::V2 { 1 } else { 5 };
+        let reach = Reach { max_depth: 5, direct: self.dialect == Dialect::V2 };
         Ok(Description {
             camera,
             film,
@@ -265,7 +266,7 @@ impl Reader {
                 Dialect::V2 => FilterSpec { profile: Profile::Box, radius: [0.5; 2] },
             }),
             regularize: self.regularize,
-            max_depth: self.max_depth.unwrap_or(depth),
+            reach: self.reach.unwrap_or(reach),
             scene: self.builder.build(),
             warnings: self.notices.warnings,
         })

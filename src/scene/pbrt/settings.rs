@@ -7,6 +7,7 @@ use super::params::Params;
 use super::reader::Reader;
 use super::{Dialect, SceneError};
 use crate::film::filter::Profile;
+use crate::shade::Reach;
 
 /// Pixels on one side of a picture.
 const MOST_PIXELS: u32 = 1 << 16;
@@ -56,8 +57,7 @@ impl Reader {
             let found = format!("\"maxdepth\" is {depth}");
             return Err(params.refuse("maxdepth", found, "expected a whole number from 0"));
         }
-        // Direct lighting follows mirrors to maxdepth, and there are none yet.
-        self.max_depth = Some(if name == "directlighting" { 1 } else { depth as u32 });
+        self.reach = Some(Reach { max_depth: depth as u32, direct: name == "directlighting" });
         Ok(())
     }
 
