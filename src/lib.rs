@@ -63,6 +63,15 @@
 //! are weighed at once, and the choice sees only where a point is: so a ray that runs into a light
 //! finds again how likely it was sampled. Triangles and balls are sampled by solid angle in f64.
 //!
+//! **Shading by kind of surface.** Hits are sorted by kind, and the scattering functions of a
+//! kind are evaluated eight at a time; only varnish, a random walk, goes one by one. Light is
+//! gathered by light samples and by what the next ray meets, weighed by the power heuristic.
+//! Uniform skies are left to the next ray; a diffuse surface at the end of a path needs none
+//! where there is no sky ([`shade`]).
+//!
+//! **Filters place samples.** A sample belongs to one pixel and lies where its filter is large:
+//! tiles need no borders ([`film::filter`]).
+//!
 //! **Our own readers** for pbrt's language and PLY: every error names file, line and column, and
 //! what is known but unsupported is a row in a table that says what is done instead.
 //!
