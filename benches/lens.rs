@@ -224,7 +224,7 @@ fn picture(
     let frame = Frame { resolution: [96; 2], low: [0; 2], high: [96; 2] };
     let filter = Filter::default();
     for tile in frame.tiles() {
-        let mut points = TileSampler::new(&tile, 0..32, |low, high| {
+        let mut points = TileSampler::new(&tile, 0..32, 1, |low, high| {
             camera.sees(low.map(f64::from), high.map(f64::from), frame.resolution)
         });
         while sample(&mut points, &frame, &filter, camera.film, 0, &mut columns.samples) {

@@ -9,12 +9,13 @@ use crate::film::{Filter, Frame, Response};
 use crate::image::{Note, Notes};
 use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
 use crate::lens::{Iris, MASKS, Mask};
+use crate::plan::{Effect, Question, Visible, Wanted, plan};
 use crate::rays::{HitBatch, NONE, RayBatch};
 use crate::render::Job;
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use crate::scene::{Scene, TraversalStack};
 use crate::source::{Location, Warning};
-use crate::spectrum::white_balance;
+use crate::spectrum::{bands, white_balance};
 
 /// What to focus on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +37,10 @@ pub struct Changes {
     pub f_number: Option<f64>,
     /// Another size of the picture, pixels.
     pub resolution: Option<[u32; 2]>,
+    /// Which effects to simulate.
+    pub effects: Wanted,
+    /// From what on one counts as visible.
+    pub visible: Visible,
     /// First pixel, and first pixel not, that is rendered.
     pub crop: Option<[[u32; 2]; 2]>,
     /// Samples a pixel.
@@ -119,9 +124,22 @@ pub fn prepare(
     setup.number("filmHeight", size[1]);
     setup.number("samplesPerPixel", f64::from(samples));
     setup.number("seed", f64::from(seed));
+    let mut camera = Camera { model, film: size, world_from_camera, imaging_ratio, depth };
+    let plan = plan(&Question {
+        camera: &camera,
+        resolution: frame.resolution,
+        moves: description.moves,
+        wanted: &changes.effects,
+        visible: changes.visible,
+    });
+    if let (true, Model::Real(lens)) = (plan.has(Effect::Dispersion), &mut camera.model) {
+        lens.disperse(&bands());
+    }
+    setup.notes.push(("effects", Note::Text(plan.line())));
     let job = Job {
         scene,
-        camera: Camera { model, film: size, world_from_camera, imaging_ratio, depth },
+        camera,
+        plan,
         frame,
         film: response,
         samples: 0..samples,
@@ -330,6 +348,11 @@ impl Setup {
         if let RealisticSpec::V4 { iris: Some(iris), .. } = spec {
             let stop = prescription.stop();
             prescription.rows[stop].iris = self.iris(iris)?;
+        }
+        if changes.effects.of(Effect::Iris) == Some(false) {
+            for row in &mut prescription.rows {
+                (row.iris, row.obstruction) = (Iris::Round, 0.0);
+            }
         }
         let aperture = match changes.f_number {
             Some(asked) => stop_for(&prescription, asked)?,

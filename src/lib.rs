@@ -87,6 +87,7 @@ pub mod image;
 pub mod job;
 pub mod lanes;
 pub mod lens;
+pub mod plan;
 pub mod rays;
 pub mod render;
 pub mod sampler;

@@ -124,6 +124,8 @@ pub struct SampleBatch {
     pub film: [Column<f32>; 2],
     /// What the sample counts for its pixel, where the filter is signed.
     pub weight: Column<f32>,
+    /// Which part of the light all of them are, where a lens takes it apart.
+    pub band: usize,
     /// Two numbers in [0, 1) that choose a point of the pupil.
     pub pupil: [Column<f32>; 2],
 }

@@ -10,6 +10,7 @@ use crate::aov::{Aov, FeatureFilm, Features};
 use crate::film::{FilmSums, Frame, Response, Tile, TileSampler, TileSums, sample};
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
+use crate::plan::Plan;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
 use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
@@ -22,6 +23,8 @@ pub struct Job {
     pub scene: Scene,
     /// Through what it is seen.
     pub camera: Camera,
+    /// Which effects are simulated, and why.
+    pub plan: Plan,
     /// The pixels.
     pub frame: Frame,
     /// How samples become pixels.
@@ -45,7 +48,7 @@ impl Job {
     /// The samples of a tile, but for pixels that no light can come to.
     pub fn sampler(&self, tile: &Tile) -> TileSampler {
         let reach = self.film.filter.reach();
-        TileSampler::new(tile, self.samples.clone(), |low, high| {
+        TileSampler::new(tile, self.samples.clone(), self.camera.bands(), |low, high| {
             let low = [0, 1].map(|i| f64::from(low[i]) - reach[i]);
             let high = [0, 1].map(|i| f64::from(high[i]) + reach[i]);
             self.camera.sees(low, high, self.frame.resolution)

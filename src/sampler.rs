@@ -23,6 +23,8 @@ pub enum Dimension {
     Bounce(u32),
     /// Whether the path goes on, at a given bounce.
     Roulette(u32),
+    /// Which part of the light.
+    Wavelength,
 }
 
 impl Dimension {
@@ -36,6 +38,7 @@ impl Dimension {
             Self::Choice(bounce) => 3 + 4 * bounce,
             Self::Bounce(bounce) => 4 + 4 * bounce,
             Self::Roulette(bounce) => 5 + 4 * bounce,
+            Self::Wavelength => u32::MAX,
         };
         index.wrapping_mul(0x9e37_79b9)
     }

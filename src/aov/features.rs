@@ -103,7 +103,7 @@ impl Features {
         for i in 0..rays.len {
             let sum = &mut self.sums[samples.pixel[rays.slot[i] as usize] as usize];
             let (ray, hit) = (rays.ray(i), hits[i]);
-            let weight = f64::from(rays.carried(i)[0]);
+            let weight = rays.carried(i).into_iter().map(f64::from).sum::<f64>() / 3.0;
             sum.passed += 1;
             sum.weight[0] += weight;
             if hit.shape == NONE {

@@ -78,15 +78,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         let film = film.ok_or("--vignetting: the lens forms no real image of distant things")?;
         text = super::vignetting::table(&lens, film, arguments.film_diagonal)?;
     }
-    print(&text)
-}
-
-fn print(text: &str) -> Result<Outcome, Failure> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // Whoever reads has seen enough.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),
-        other => Ok(other.map(|()| Outcome::Done)?),
-    }
+    super::print(&text)
 }
 
 /// Whether a drawing can have this name.

@@ -9,6 +9,7 @@ macro_rules! say {
 }
 
 mod lens;
+mod plan;
 mod progress;
 mod render;
 mod trace;
@@ -21,6 +22,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use petzval::aov::Aov;
 use petzval::image::Exposure;
 use petzval::job::FocusOn;
+use petzval::plan::{Visible, Wanted};
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -36,6 +38,49 @@ enum Command {
     Render(RenderArguments),
     /// Show what a lens file holds and where it focuses
     Lens(LensArguments),
+    /// Show which effects a picture needs, why, and what they cost
+    Plan(PlanArguments),
+}
+
+/// Which effects are simulated.
+#[derive(Debug, clap::Args)]
+struct EffectArguments {
+    /// Effects to simulate: auto for what can be seen, all, none, or a list such as
+    /// +dispersion,-iris
+    #[arg(
+        long,
+        value_name = "auto|all|none|LIST",
+        default_value = "auto",
+        allow_hyphen_values = true
+    )]
+    effects: Wanted,
+    /// From what on an effect counts as visible: displacement or blur, pixels
+    #[arg(long, value_name = "PIXELS", default_value = "0.5px")]
+    visible: Visible,
+}
+
+/// `petzval plan`
+#[derive(Debug, clap::Args)]
+struct PlanArguments {
+    /// Scene file, pbrt-v4 or the pbrt-v2 of the 2016 course
+    scene: PathBuf,
+    /// For programs: one JSON object
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    effects: EffectArguments,
+    /// Another size of the picture, pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    resolution: Option<[u32; 2]>,
+    /// Another lens file
+    #[arg(long, value_name = "FILE")]
+    lens: Option<PathBuf>,
+    /// What is in focus, as for render
+    #[arg(long, value_name = "M|inf|auto[@X,Y]", value_parser = focus, allow_hyphen_values = true)]
+    focus: Option<FocusOn>,
+    /// f-number, by a traced marginal ray: closes the stop of the lens
+    #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
+    fstop: Option<f64>,
 }
 
 /// `petzval render`
@@ -75,6 +120,8 @@ struct RenderArguments {
     /// f-number, by a traced marginal ray: closes the stop of the lens
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     fstop: Option<f64>,
+    #[command(flatten)]
+    effects: EffectArguments,
     /// Where film points aim: at the exit pupil, or at the rear element's disk as the course of
     /// 2016 did
     #[arg(long, value_enum, default_value_t)]
@@ -265,6 +312,16 @@ fn length(text: &str) -> Result<f64, String> {
     })
 }
 
+/// Writes an answer to where answers go.
+fn print(text: &str) -> Result<Outcome, Failure> {
+    use std::io::Write as _;
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // Whoever reads has seen enough.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),
+        other => Ok(other.map(|()| Outcome::Done)?),
+    }
+}
+
 /// Why a command failed, in words for the user.
 type Failure = Box<dyn std::error::Error>;
 
@@ -289,6 +346,7 @@ pub fn run() -> ExitCode {
             trace::run(&arguments)
         }
         Command::Lens(arguments) => lens::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

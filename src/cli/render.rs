@@ -43,6 +43,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         },
         layers: arguments.aov.iter().map(|&aov| aov.into()).collect(),
         holds_layers,
+        effects: arguments.effects.effects.clone(),
+        visible: arguments.effects.visible,
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
     for warning in &warnings {
@@ -87,6 +89,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let layered = start.elapsed();
     picture.write_with_layers(&layers, &output, window, encoding, &notes)?;
 
+    say!("{}", super::plan::table(&job.plan).trim_end());
     print_table(&job, &exposed.stats);
     if exposed.film.dropped > 0 {
         say!(

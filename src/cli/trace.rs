@@ -1,7 +1,6 @@
 //! `petzval lens trace`: rays in, rays out, for checks against other tools.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
 
 use petzval::lanes::{Real, f32x8};
@@ -46,11 +45,7 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<Outcome, Failure> {
         (PrecisionArgument::F32, BackendArgument::Scalar) => all::<f32>(&lens, &rows, 8, &mut text),
         (PrecisionArgument::F64, _) => all::<f64>(&lens, &rows, 16, &mut text),
     }
-    match std::io::stdout().write_all(text.as_bytes()) {
-        // Whoever reads has seen enough.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),
-        other => Ok(other.map(|()| Outcome::Done)?),
-    }
+    super::print(&text)
 }
 
 /// The rays of a CSV file, and whether it has a header.

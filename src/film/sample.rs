@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use super::{Filter, Frame, Tile};
 use crate::rays::{SampleBatch, WAVE};
-use crate::sampler::{Dimension, pairs, pixel_key};
+use crate::sampler::{Dimension, pair, pairs, pixel_key};
 
 /// Walks through the samples of a tile, wave by wave: pixel after pixel, all samples of one
-/// before the next, so that rays of a wave stay together.
+/// before the next, so that rays of a wave stay together. Where the lens takes the light apart,
+/// samples wait until there is a wave of their band.
 #[derive(Clone, Debug)]
 pub struct TileSampler {
     /// Place of each pixel that sees light: index in the tile and coordinates in the picture.
@@ -15,14 +16,17 @@ pub struct TileSampler {
     samples: Range<u32>,
     pixel: usize,
     sample: u32,
+    /// By band, pixel and sample; empty where all light goes together.
+    waiting: Vec<Vec<(usize, u32)>>,
 }
 
 impl TileSampler {
     /// The samples of a tile, without the pixels that see no light: `sees` says whether any
-    /// pixel from the first of two to before the second does.
+    /// pixel from the first of two to before the second does. The light is in this many bands.
     pub fn new(
         tile: &Tile,
         samples: Range<u32>,
+        bands: usize,
         sees: impl Fn([u32; 2], [u32; 2]) -> bool,
     ) -> Self {
         let end = [0, 1].map(|axis| tile.low[axis] + tile.size[axis]);
@@ -31,12 +35,49 @@ impl TileSampler {
             .map(|i| (i, [tile.low[0] + i % tile.size[0], tile.low[1] + i / tile.size[0]]))
             .filter(|(_, pixel)| sees(*pixel, pixel.map(|p| p + 1)))
             .collect();
-        Self { pixels, sample: samples.start, samples, pixel: 0 }
+        let waiting = vec![Vec::new(); if bands > 1 { bands } else { 0 }];
+        Self { pixels, sample: samples.start, samples, pixel: 0, waiting }
     }
 
     /// How many samples the tile has in all.
     pub fn count(&self) -> u64 {
         self.pixels.len() as u64 * self.samples.len() as u64
+    }
+
+    /// The next samples of one pixel, at most so many: its place in the list, and which.
+    fn next(&mut self, most: usize) -> Option<(usize, Range<u32>)> {
+        let pixel = self.pixel;
+        if pixel == self.pixels.len() || self.samples.is_empty() {
+            return None;
+        }
+        let first = self.sample;
+        self.sample += most.min((self.samples.end - first) as usize) as u32;
+        let run = first..self.sample;
+        if self.sample == self.samples.end {
+            self.sample = self.samples.start;
+            self.pixel += 1;
+        }
+        Some((pixel, run))
+    }
+
+    /// Fills the line of some band with a wave, or with what is left; answers which.
+    fn gather(&mut self, seed: u32) -> Option<usize> {
+        loop {
+            if let Some(full) = self.waiting.iter().position(|line| line.len() >= WAVE) {
+                return Some(full);
+            }
+            let Some((pixel, run)) = self.next(WAVE) else {
+                return self.waiting.iter().position(|line| !line.is_empty());
+            };
+            let [x, y] = self.pixels[pixel].1;
+            let key = pixel_key(x, y, seed);
+            let bands = self.waiting.len();
+            for sample in run {
+                let [u, _] = pair(key, sample, Dimension::Wavelength);
+                let band = (u * bands as f32) as usize;
+                self.waiting[band.min(bands - 1)].push((pixel, sample));
+            }
+        }
     }
 }
 
@@ -53,23 +94,31 @@ pub fn sample(
     batch: &mut SampleBatch,
 ) -> bool {
     let mut len = 0;
-    while len < WAVE && tile.pixel < tile.pixels.len() {
-        let (index, [x, y]) = tile.pixels[tile.pixel];
+    let mut put = |(index, [x, y]): (u32, [u32; 2]), run: Range<u32>| {
         let key = pixel_key(x, y, seed);
-        let count = (WAVE - len).min((tile.samples.end - tile.sample) as usize);
-        for i in 0..count {
-            batch.pixel[len + i] = index;
-            batch.key[len + i] = key;
-            batch.sample[len + i] = tile.sample + i as u32;
-            batch.film[0][len + i] = x as f32;
-            batch.film[1][len + i] = y as f32;
+        for sample in run {
+            batch.pixel[len] = index;
+            batch.key[len] = key;
+            batch.sample[len] = sample;
+            batch.film[0][len] = x as f32;
+            batch.film[1][len] = y as f32;
+            len += 1;
         }
-        len += count;
-        tile.sample += count as u32;
-        if tile.sample == tile.samples.end {
-            tile.sample = tile.samples.start;
-            tile.pixel += 1;
+        len
+    };
+    if tile.waiting.is_empty() {
+        let mut room = WAVE;
+        while room > 0
+            && let Some((pixel, run)) = tile.next(room)
+        {
+            room = WAVE - put(tile.pixels[pixel], run);
         }
+    } else if let Some(band) = tile.gather(seed) {
+        let line = &mut tile.waiting[band];
+        for (pixel, sample) in line.drain(..line.len().min(WAVE)) {
+            put(tile.pixels[pixel], sample..sample + 1);
+        }
+        batch.band = band;
     }
     batch.len = len;
     let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);

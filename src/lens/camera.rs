@@ -3,14 +3,15 @@
 use glam::{DAffine3, DVec3};
 
 use super::aim::{TargetColumns, aim, aimed};
+use super::band::Band;
 use super::paraxial::Paraxial;
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
-use super::surface::{From, Surface, sequence};
 use super::trace::{settle, trace};
 use crate::lanes::Real;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
+use crate::spectrum::LightBand;
 use crate::stats::LensStats;
 
 /// What makes rays of film samples.
@@ -50,8 +51,8 @@ pub struct RealLens {
     pub unit: f64,
     /// Depth of the front vertex in camera space, camera units.
     pub front: f64,
-    surfaces: Vec<Surface<f32>>,
-    exact: Vec<Surface<f64>>,
+    /// The light that it is traced in: all at once, or taken apart.
+    pub bands: Vec<Band>,
     bound: PupilBound,
 }
 
@@ -68,8 +69,7 @@ impl RealLens {
     ) -> Self {
         let paraxial = Paraxial::of(&prescription);
         Self {
-            surfaces: sequence::<f32>(&prescription, From::Film(film_distance)),
-            exact: sequence::<f64>(&prescription, From::Film(film_distance)),
+            bands: vec![Band::whole(&prescription, film_distance)],
             bound: PupilBound::new(&prescription, film_distance, half_diagonal, aiming),
             prescription,
             paraxial,
@@ -77,6 +77,16 @@ impl RealLens {
             unit,
             front,
         }
+    }
+
+    /// Takes the light apart: every sample is of one wavelength. The pupil stays that of the d
+    /// line; what another wavelength lets through beside it is found by the rays that are aimed at
+    /// the whole rear element.
+    pub fn disperse(&mut self, bands: &[LightBand]) {
+        let one = |band: &LightBand| {
+            Band::new(&self.prescription, self.film_distance, band.wavelength, band.response)
+        };
+        self.bands = bands.iter().map(one).collect();
     }
 
     /// The bounds of its pupil.
@@ -107,6 +117,14 @@ impl Camera {
     /// Half the diagonal of the film.
     pub fn half_diagonal(&self) -> f64 {
         self.film[0].hypot(self.film[1]) / 2.0
+    }
+
+    /// Into how many bands the light is taken apart.
+    pub fn bands(&self) -> usize {
+        match &self.model {
+            Model::Real(lens) => lens.bands.len(),
+            Model::Thin(_) => 1,
+        }
     }
 
     /// Whether any light can come to the part of a picture of this resolution between two
@@ -166,12 +184,13 @@ impl Camera {
                 let film = [lens.film_distance as f32, lens.prescription.rear().index as f32];
                 aim::<R>(samples, &lens.bound, film, targets, batch);
                 stats.aimed += batch.living as u64;
-                trace::<R>(batch, &lens.surfaces, &mut stats.blocked);
+                let band = &lens.bands[samples.band];
+                trace::<R>(batch, &band.surfaces, &mut stats.blocked);
                 stats.redone += batch.doubtful.len() as u64;
-                settle::<R>(batch, &lens.exact, &mut stats.blocked, |i| {
+                settle::<R>(batch, &band.exact, &mut stats.blocked, |i| {
                     aimed(samples, &lens.bound, targets, film, i)
                 });
-                self.emerge::<R>(lens, batch, rays);
+                self.emerge::<R>(lens, band, batch, rays);
             }
             Model::Thin(lens) => self.project(*lens, samples, rays),
         }
@@ -181,11 +200,12 @@ impl Camera {
     fn emerge<R: Real<Scalar = f32>>(
         &self,
         lens: &RealLens,
+        band: &Band,
         batch: &LensBatch<f32>,
         rays: &mut RayBatch,
     ) {
         let place = Placement::<R>::new(self, lens.unit, lens.front);
-        let ratio = R::constant(self.imaging_ratio);
+        let ratio = band.response.map(|response| R::constant(self.imaging_ratio * response));
         let len = batch.len;
         let x = batch.x.packets::<R>(len);
         let packets = x.len();
@@ -198,13 +218,12 @@ impl Camera {
         for i in 0..packets {
             let living = R::bits(x[i].same(x[i]));
             let (origin, direction, end) = place.ray([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
-            let weight = weight[i] * ratio;
             // Every packet is written; what is not alive, the next one writes over.
             let to = alive..alive + R::LANES;
             for axis in 0..3 {
                 origin[axis].store(&mut rays.origin[axis][to.clone()]);
                 direction[axis].store(&mut rays.direction[axis][to.clone()]);
-                weight.store(&mut rays.carried[axis][to.clone()]);
+                (weight[i] * ratio[axis]).store(&mut rays.carried[axis][to.clone()]);
             }
             end.store(&mut rays.t_max[to.clone()]);
             for (lane, slot) in rays.slot[to].iter_mut().enumerate() {

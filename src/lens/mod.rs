@@ -6,6 +6,7 @@
 
 mod aim;
 mod asphere;
+mod band;
 mod camera;
 mod dat;
 mod draw;
@@ -28,6 +29,7 @@ mod trace;
 mod vignetting;
 
 pub use asphere::Asphere;
+pub use band::Band;
 pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use dat::parse;
 pub use draw::draw;

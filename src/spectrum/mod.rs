@@ -4,6 +4,7 @@
 //! the CIE's standard observer of 1931: what reflects as it looks in daylight (D65), what shines
 //! as it looks by itself. Integrals are sums over whole nanometres from 360 to 830, as pbrt-v4's.
 
+mod bands;
 mod cie;
 mod fluorescent;
 mod illuminant;
@@ -14,6 +15,7 @@ mod rgb;
 
 use std::sync::{Arc, LazyLock};
 
+pub use bands::{BANDS, LightBand, bands};
 pub use cie::{VISIBLE, matching};
 pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fresnel, metal, metal_reflectance};
@@ -59,8 +61,14 @@ fn planck(nm: f64, kelvin: f64) -> f64 {
 
 /// The sum over the visible wavelengths of a quantity times the three matching functions.
 fn integrate(quantity: impl Fn(f64) -> f64) -> [f64; 3] {
+    integrate_over([0.0, f64::INFINITY], quantity)
+}
+
+/// The same over wavelengths from the first of two to before the second, nm.
+fn integrate_over([first, end]: [f64; 2], quantity: impl Fn(f64) -> f64) -> [f64; 3] {
     let mut sums = [0.0; 3];
-    for nm in (VISIBLE[0]..=VISIBLE[1]).map(f64::from) {
+    let within = |nm: &f64| (first..end).contains(nm);
+    for nm in (VISIBLE[0]..=VISIBLE[1]).map(f64::from).filter(within) {
         let value = quantity(nm);
         for (sum, weight) in sums.iter_mut().zip(matching(nm)) {
             *sum += value * weight;

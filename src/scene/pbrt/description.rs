@@ -30,6 +30,8 @@ pub struct Description {
     pub filter: FilterSpec,
     /// How far paths go.
     pub reach: Reach,
+    /// Whether something stands elsewhere at the end of the exposure than at its start.
+    pub moves: bool,
     /// Whether rough surfaces should be made rougher behind diffuse ones, which is not done.
     pub regularize: bool,
     /// What was noticed on the way.

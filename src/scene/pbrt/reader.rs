@@ -133,6 +133,7 @@ pub(super) struct Reader {
     pub(super) filter: Option<FilterSpec>,
     pub(super) reach: Option<Reach>,
     pub(super) regularize: bool,
+    pub(super) moves: bool,
 
     pub(super) library: Library,
     pub(super) materials: HashMap<String, Named>,
@@ -170,6 +171,7 @@ impl Reader {
             filter: None,
             reach: None,
             regularize: false,
+            moves: false,
             library: Library::default(),
             materials: HashMap::new(),
             objects: HashMap::new(),
@@ -266,6 +268,7 @@ impl Reader {
                 Dialect::V2 => FilterSpec { profile: Profile::Box, radius: [0.5; 2] },
             }),
             regularize: self.regularize,
+            moves: self.moves,
             reach: self.reach.unwrap_or(reach),
             scene: self.builder.build(),
             warnings: self.notices.warnings,

@@ -83,6 +83,7 @@ impl Reader {
     pub(super) fn placement(&mut self) -> DAffine3 {
         let [start, end] = self.state.ctm;
         if start != end {
+            self.moves = true;
             self.warn_here("motion", "everything stands where it is at the start");
         }
         start

@@ -1,0 +1,70 @@
+//! `petzval plan`, and the plan in the log of a render.
+
+use petzval::job::{Changes, prepare};
+use petzval::plan::{Cost, Decision, Harm, Plan};
+use petzval::scene::pbrt;
+use serde_json::{Value, json};
+
+use super::{Failure, Outcome, PlanArguments};
+
+pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
+    let description = pbrt::read(&arguments.scene)?;
+    let changes = Changes {
+        lens: arguments.lens.clone(),
+        focus: arguments.focus,
+        f_number: arguments.fstop,
+        resolution: arguments.resolution,
+        effects: arguments.effects.effects.clone(),
+        visible: arguments.effects.visible,
+        ..Changes::default()
+    };
+    let (job, _, warnings) = prepare(description, &changes)?;
+    for warning in &warnings {
+        say!("petzval: warning: {warning}");
+    }
+    let text = match arguments.json {
+        true => format!("{:#}\n", json(&job.plan)),
+        false => table(&job.plan),
+    };
+    super::print(&text)
+}
+
+fn json(plan: &Plan) -> Value {
+    let row = |decision: &Decision| {
+        let Decision { effect, on, by, reason, error, cost } = decision;
+        json!({
+            "effect": effect.name(),
+            "on": on,
+            "by": by.name(),
+            "reason": reason,
+            "error": error.map(|harm| match harm {
+                Harm::Blur { um, pixels } => json!({ "um": um, "px": pixels }),
+                Harm::Signal(percent) => json!({ "percent": percent }),
+            }),
+            "cost": cost.map(|Cost { ns_per_ray, percent }| {
+                json!({ "ns_per_ray": ns_per_ray, "percent": percent })
+            }),
+        })
+    };
+    json!({ "effects": plan.effects.iter().map(row).collect::<Vec<Value>>() })
+}
+
+/// The plan as a table, a line for each effect.
+pub(super) fn table(plan: &Plan) -> String {
+    let mut text = format!(
+        "{:<16}{:<5}{:<7}{:>18}{:>10}  {}\n",
+        "effect", "on", "by", "without it", "ns/ray", "reason"
+    );
+    for Decision { effect, on, by, reason, error, cost } in &plan.effects {
+        let dash = || "-".to_owned();
+        let error = error.map_or_else(dash, |harm| harm.to_string());
+        let cost = cost.map_or_else(dash, |cost| format!("{:.1}", cost.ns_per_ray));
+        let on = if *on { "on" } else { "off" };
+        text += &format!(
+            "{:<16}{on:<5}{:<7}{error:>18}{cost:>10}  {reason}\n",
+            effect.name(),
+            by.name()
+        );
+    }
+    text
+}

@@ -1,0 +1,100 @@
+//! How far a lens takes colours apart.
+
+use glam::{DAffine3, DVec3};
+
+use super::{By, Cost, Finding, Harm, Question, pixels_per_um};
+use crate::lanes::f32x8;
+use crate::lens::{Camera, Focus, LensColumns, Model, RealLens};
+use crate::rays::{RayBatch, SampleBatch, WAVE};
+use crate::sampler::{Dimension, pair};
+use crate::spectrum::bands;
+use crate::stats::LensStats;
+
+/// Film samples that the estimate looks at.
+const SAMPLES: usize = 512;
+
+pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
+    let rows = &lens.prescription.rows;
+    let glass = rows.iter().filter(|row| row.index != 1.0);
+    let (known, all) = (glass.clone().filter(|row| row.glass.disperses()).count(), glass.count());
+    if known == 0 {
+        let reason = "the lens file does not say how its glass depends on the wavelength";
+        return Finding::not_called_for(By::Lens, reason);
+    }
+    let um = displacement(question.camera, lens);
+    let pixels = um * pixels_per_um(question);
+    let part = match known < all {
+        true => format!(" (of {known} of {all} media; of the others nothing is known)"),
+        false => String::new(),
+    };
+    Finding {
+        by: By::Lens,
+        reason: format!("colours land {um:.2} um apart, {pixels:.2} pixels{part}"),
+        error: Some(Harm::Blur { um, pixels }),
+        possible: true,
+        cost: Some(COST),
+    }
+}
+
+/// Sorting samples by band, and looking up the band: `cargo bench --bench effects`.
+const COST: Cost = Cost { ns_per_ray: 14.0, percent: 4.0 };
+
+/// How far, um on the film, light of all wavelengths lands from that of the d line, root mean
+/// square over film, pupil and wavelengths as the eye weighs them.
+fn displacement(camera: &Camera, lens: &RealLens) -> f64 {
+    let object = Focus::of(&lens.prescription).object(lens.film_distance);
+    let object = object.filter(|object| object.is_finite()).unwrap_or(1e7).max(1.0);
+    let focal = lens.paraxial.focal_length.abs();
+    // From an angle at the front of the lens to micrometres on the film.
+    let um_per_radian = 1e3 * focal * (object / (object - focal)).abs().min(1e3);
+    let mut spread = lens.clone();
+    spread.disperse(&bands());
+    spread.bands.insert(0, lens.bands[0].clone());
+    let (unit, count) = (lens.unit, spread.bands.len());
+    let camera = Camera {
+        model: Model::Real(Box::new(spread)),
+        world_from_camera: DAffine3::IDENTITY,
+        imaging_ratio: 1.0,
+        depth: [0.0, f64::INFINITY],
+        ..camera.clone()
+    };
+    let mut samples = SampleBatch { len: SAMPLES.min(WAVE), ..SampleBatch::default() };
+    for i in 0..samples.len {
+        let [film, pupil] = [Dimension::Film, Dimension::Pupil].map(|d| pair(0, i as u32, d));
+        for axis in 0..2 {
+            samples.film[axis][i] = ((f64::from(film[axis]) - 0.5) * camera.film[axis]) as f32;
+            samples.pupil[axis][i] = pupil[axis];
+        }
+    }
+    let mut columns = LensColumns::default();
+    let mut stats =
+        LensStats { blocked: vec![0; lens.prescription.rows.len()], ..LensStats::default() };
+    // Where the ray of each sample meets the distance in focus; of the d line first.
+    let mut first = vec![None; samples.len];
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for band in 0..count {
+        samples.band = band;
+        let mut rays = RayBatch::default();
+        camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+        let Model::Real(spread) = &camera.model else { break };
+        let [r, g, b] = spread.bands[band].response;
+        let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+        for i in 0..rays.len {
+            let ray = rays.ray(i);
+            let of = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+            let reach = object * unit;
+            let point = of(ray.origin) + of(ray.direction) * reach;
+            let slot = rays.slot[i] as usize;
+            match (band, first[slot]) {
+                (0, _) => first[slot] = Some(point),
+                (_, Some(there)) => {
+                    let angle = point.distance(there) / reach;
+                    sum += luminance * angle * angle;
+                    weights += luminance;
+                }
+                _ => {}
+            }
+        }
+    }
+    if weights > 0.0 { um_per_radian * (sum / weights).sqrt() } else { 0.0 }
+}

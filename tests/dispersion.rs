@@ -1,0 +1,156 @@
+//! Light that a lens takes apart: white stays white, and colours land where theory has them.
+
+mod support;
+
+use petzval::job::{Changes, prepare};
+use petzval::lens::{Model, Paraxial, read};
+use petzval::plan::{Effect, Wanted};
+use petzval::render::{Backend, Job, render};
+use petzval::scene::pbrt;
+use petzval::spectrum::bands;
+use support::{folder, mean, picture, root, write};
+
+/// A flint singlet of about 100 mm at f/20, its stop on the front surface.
+const SINGLET: &str =
+    "[[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 5.0\nglass = \"SF5\"
+stop = true\n[[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
+
+/// A picture through a lens of the world behind the camera, metres.
+fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
+    let folder = folder();
+    let file = match lens {
+        "singlet" => write(&folder, "singlet.toml", SINGLET),
+        name => root().join("lenses").join(name),
+    };
+    let text = format!(
+        "Film \"rgb\" {film} PixelFilter \"box\" Integrator \"path\" \"integer maxdepth\" 1
+         Camera \"realistic\" \"string lensfile\" \"{}\" \"float aperturediameter\" 30
+         \"float focusdistance\" 1000\nWorldBegin\n{world}",
+        file.display()
+    );
+    let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
+    prepare(description, changes).expect("a job").0
+}
+
+fn dispersed(mut job: Job) -> Job {
+    let Model::Real(lens) = &mut job.camera.model else { panic!() };
+    lens.disperse(&bands());
+    job
+}
+
+const SMALL: &str = "\"integer xresolution\" 24 \"integer yresolution\" 24 \"float diagonal\" 20";
+
+#[test]
+fn grey_through_glass_that_keeps_colours_together_stays_as_it_is() {
+    let world = "LightSource \"infinite\" \"rgb L\" [1 1 1] Material \"diffuse\"
+        \"rgb reflectance\" [0.5 0.5 0.5] Translate 0 0 3 Shape \"sphere\" \"float radius\" 0.3";
+    let changes = Changes { samples: Some(256), ..Changes::default() };
+    let plain = job("dgauss.50mm.dat", SMALL, world, &changes);
+    let [one, other] =
+        [&plain, &dispersed(plain.clone())].map(|job| picture(job, Backend::Simd, 2));
+    let [white, found] = [mean(&one), mean(&other)];
+    for c in 0..3 {
+        assert!((found[c] / white[c] - 1.0).abs() < 0.002, "{found:?} for {white:?}");
+    }
+    // 256 samples fill every band eight times: no pixel is coloured by more than noise.
+    for (a, b) in one.pixels.iter().zip(&other.pixels) {
+        for c in 0..3 {
+            assert!((b[c] / a[0] - 1.0).abs() < 0.15, "{b:?} for {a:?}");
+        }
+    }
+}
+
+#[test]
+fn colours_are_as_blurred_as_their_focal_lengths_say() {
+    // A star on the axis, focused at the d line. Of each wavelength the film sees a disc of
+    // diameter D |f - s| / f behind a thin lens; of each channel the mean of its wavelengths.
+    let world = "AreaLightSource \"diffuse\" \"rgb L\" [1e6 1e6 1e6] Translate 0 0 1000
+        Shape \"sphere\" \"float radius\" 0.02";
+    let size = 60.0;
+    let film = format!(
+        "\"integer xresolution\" {size} \"integer yresolution\" {size} \"float diagonal\" 0.42426"
+    );
+    let changes = Changes { samples: Some(4096), ..Changes::default() };
+    let job = job("singlet", &film, world, &changes);
+    assert!(job.plan.has(Effect::Dispersion), "{:?}", job.plan);
+    let Model::Real(lens) = &job.camera.model else { panic!() };
+    let file = &lens.prescription;
+    let pupil = Paraxial::of(file).entrance_pupil.diameter;
+    // The same distance for all: where rays of the d line meet.
+    let mut expected = [0.0; 3];
+    let mut weights = [0.0; 3];
+    for band in bands() {
+        let paraxial = Paraxial::of(&file.at_wavelength(band.wavelength));
+        // Where the image of the star lies, behind the rear vertex.
+        let f = paraxial.focal_length;
+        let image = paraxial.back_focal_distance + f * f / (1e6 - f);
+        let disc = pupil * (image - lens.film_distance).abs() / image;
+        for c in 0..3 {
+            expected[c] += band.response[c] * disc * disc / 8.0;
+            weights[c] += band.response[c];
+        }
+    }
+    let seen = picture(&job, Backend::Simd, 2);
+    let pitch = 0.3 / size;
+    for c in 0..3 {
+        let (mut sum, mut moments) = (0.0, [0.0; 3]);
+        for (i, pixel) in seen.pixels.iter().enumerate() {
+            let [x, y] = [i % 60, i / 60].map(|p| p as f64 * pitch);
+            let value = f64::from(pixel[c]);
+            sum += value;
+            moments[0] += value * x;
+            moments[1] += value * y;
+            moments[2] += value * (x * x + y * y);
+        }
+        let [x, y, square] = moments.map(|moment| moment / sum);
+        // The star's own disc, and the pixel's.
+        let star = 2e-5 * Paraxial::of(file).focal_length;
+        let found = square - x * x - y * y - pitch * pitch / 6.0 - star * star / 2.0;
+        let expected = expected[c] / weights[c];
+        println!(
+            "channel {c}: {:.2} um, expected {:.2} um",
+            1e3 * found.sqrt(),
+            1e3 * expected.sqrt()
+        );
+        assert!((found.sqrt() / expected.sqrt() - 1.0).abs() < 0.08, "{found} and {expected}");
+    }
+}
+
+#[test]
+fn bands_do_not_depend_on_threads_or_lanes() {
+    let world = "LightSource \"infinite\" Translate 0.2 0 3 Shape \"sphere\" \"float radius\" 0.3";
+    let changes = Changes { samples: Some(40), ..Changes::default() };
+    let job = dispersed(job("triplet.toml", SMALL, world, &changes));
+    let one = picture(&job, Backend::Simd, 1);
+    assert_eq!(one.pixels, picture(&job, Backend::Simd, 3).pixels);
+    assert_eq!(one.pixels, picture(&job, Backend::Scalar, 2).pixels);
+    // Every sample is taken once.
+    let taken = render(&job, Backend::Simd, 2, &Default::default()).expect("a picture");
+    assert_eq!(taken.stats.stages[0].rays, 24 * 24 * 40);
+}
+
+#[test]
+fn what_the_lens_file_says_and_the_command_line_decide() {
+    let of = |lens: &str, effects: &str| {
+        let effects: Wanted = effects.parse().expect("a list of effects");
+        let job = job(lens, SMALL, "", &Changes { effects, ..Changes::default() });
+        let Model::Real(lens) = &job.camera.model else { panic!() };
+        let bands = lens.bands.len();
+        assert_eq!(job.plan.has(Effect::Dispersion), bands > 1, "the plan is what is done");
+        bands > 1
+    };
+    // The course's lenses say nothing of their glass: even who asks does not get it.
+    assert!(!of("dgauss.50mm.dat", "auto") && !of("dgauss.50mm.dat", "all"));
+    // 24 pixels across 14 mm see nothing of the triplet's colours, unless somebody asks.
+    assert!(!of("triplet.toml", "auto") && of("triplet.toml", "+dispersion"));
+    assert!(
+        of("singlet", "+dispersion") && !of("singlet", "none") && !of("singlet", "-dispersion")
+    );
+    for (wrong, expected) in [
+        ("dispersion", "\"dispersion\"; expected auto, all, none, or a list"),
+        ("+dispersoin", "no effect \"dispersoin\"; expected one of dispersion, fresnel"),
+    ] {
+        let said = wrong.parse::<Wanted>().expect_err("no list of effects");
+        assert!(said.contains(expected), "{said}");
+    }
+}
