@@ -1,5 +1,7 @@
 //! The wavefront: the only module that knows the order of the stages.
 
+mod tails;
+
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,6 +17,7 @@ use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
 use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
+use tails::{FEW, Tails};
 
 /// Everything that decides what a picture looks like.
 #[derive(Clone, Debug)]
@@ -158,6 +161,7 @@ struct Wave {
     stack: TraversalStack,
     columns: ShadeColumns,
     radiance: [Column<f32>; 3],
+    tails: Tails,
     stats: Stats,
 }
 
@@ -177,47 +181,82 @@ impl Wave {
         tile: &Tile,
         progress: &Progress,
     ) -> (TileSums, Option<Features>) {
-        let Self { samples, lens, rays, next, shadows, hits, stack, columns, radiance, stats } =
-            self;
-        let Job { scene, camera, frame, film, seed, reach, .. } = job;
         let mut sums = TileSums::new(tile, job.layers.contains(&Aov::Variance));
         let mut features = Features::new(job, tile);
         let mut tile = job.sampler(tile);
-        let beam = job.beam();
         let mut clock = Clock::start();
-        while !progress.stop.load(Ordering::Relaxed)
-            && sample(&mut tile, frame, &film.filter, camera.film, *seed, samples)
+        while !progress.stop.load(Ordering::Relaxed) && self.begin::<R>(job, &mut tile, &mut clock)
         {
-            clock.lap(stats, Stage::Sample, samples.len);
-            camera.expose::<R>(samples, lens, rays, &mut stats.lens);
-            clock.lap(stats, Stage::Lens, samples.len);
-            stats.aim(samples.len, rays.len);
-            radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
-            for depth in 0..=reach.max_depth {
-                let intersect = scene.intersect::<R>(rays, hits, stack);
-                clock.lap(stats, Stage::Intersect, rays.len);
-                if let (0, Some(features)) = (depth, &mut features) {
-                    features.record(scene, rays, hits, samples);
-                    clock.lap(stats, Stage::Record, rays.len);
-                }
-                let vertex = Vertex { depth, reach: *reach, beam };
-                let shade = shade::<R>(
-                    scene, vertex, rays, hits, samples, columns, radiance, shadows, next,
-                );
-                clock.lap(stats, Stage::Shade, rays.len);
-                let occlude = scene.occlude::<R>(shadows, stack, radiance);
-                clock.lap(stats, Stage::Occlude, shadows.len);
-                stats.bounce(depth, BounceLanes { intersect, shade, occlude });
-                std::mem::swap(rays, next);
-                if rays.len == 0 {
-                    break;
-                }
+            let samples = self.samples.len as u64;
+            self.follow::<R>(job, 0, features.as_mut(), &mut sums, &mut clock);
+            while let Some((depth, tail)) = self.tails.next(false) {
+                tail.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
+                self.follow::<R>(job, depth, None, &mut sums, &mut clock);
             }
-            sums.accumulate(film, samples, radiance);
-            clock.lap(stats, Stage::Accumulate, samples.len);
-            progress.samples.fetch_add(samples.len as u64, Ordering::Relaxed);
+            progress.samples.fetch_add(samples, Ordering::Relaxed);
+        }
+        while let Some((depth, tail)) = self.tails.next(true) {
+            tail.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
+            self.follow::<R>(job, depth, None, &mut sums, &mut clock);
         }
         (sums, features)
+    }
+
+    /// The rays of the next samples of a tile; false where there are none.
+    fn begin<R: Real<Scalar = f32>>(
+        &mut self,
+        job: &Job,
+        tile: &mut TileSampler,
+        clock: &mut Clock,
+    ) -> bool {
+        let Self { samples, lens, rays, radiance, stats, .. } = self;
+        let Job { camera, frame, film, seed, .. } = job;
+        if !sample(tile, frame, &film.filter, camera.film, *seed, samples) {
+            return false;
+        }
+        clock.lap(stats, Stage::Sample, samples.len);
+        camera.expose::<R>(samples, lens, rays, &mut stats.lens);
+        clock.lap(stats, Stage::Lens, samples.len);
+        stats.aim(samples.len, rays.len);
+        radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
+        true
+    }
+
+    /// Follows the paths of a wave that have met `first` surfaces, until they end or are few.
+    fn follow<R: Real<Scalar = f32>>(
+        &mut self,
+        job: &Job,
+        first: u32,
+        mut features: Option<&mut Features>,
+        sums: &mut TileSums,
+        clock: &mut Clock,
+    ) {
+        let Self { samples, rays, next, shadows, hits, stack, columns, radiance, .. } = self;
+        let (stats, tails) = (&mut self.stats, &mut self.tails);
+        let Job { scene, film, reach, .. } = job;
+        let beam = job.beam();
+        for depth in first..=reach.max_depth {
+            let intersect = scene.intersect::<R>(rays, hits, stack);
+            clock.lap(stats, Stage::Intersect, rays.len);
+            if let (0, Some(features)) = (depth, &mut features) {
+                features.record(scene, rays, hits, samples);
+                clock.lap(stats, Stage::Record, rays.len);
+            }
+            let vertex = Vertex { depth, reach: *reach, beam };
+            let shade =
+                shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
+            clock.lap(stats, Stage::Shade, rays.len);
+            let occlude = scene.occlude::<R>(shadows, stack, radiance);
+            clock.lap(stats, Stage::Occlude, shadows.len);
+            stats.bounce(depth, BounceLanes { intersect, shade, occlude });
+            std::mem::swap(rays, next);
+            if rays.len < FEW {
+                tails.defer(depth + 1, samples, rays, radiance);
+                break;
+            }
+        }
+        sums.accumulate(film, samples, radiance);
+        clock.lap(stats, Stage::Accumulate, samples.len);
     }
 }
 

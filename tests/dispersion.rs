@@ -3,7 +3,7 @@
 mod support;
 
 use petzval::job::{Changes, prepare};
-use petzval::lens::{Model, Paraxial, read};
+use petzval::lens::{Model, Paraxial};
 use petzval::plan::{Effect, Wanted};
 use petzval::render::{Backend, Job, render};
 use petzval::scene::pbrt;

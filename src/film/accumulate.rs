@@ -2,7 +2,7 @@
 
 use super::{Frame, Response, Tile};
 use crate::image::Picture;
-use crate::rays::{Column, SampleBatch};
+use crate::rays::{Column, NONE, SampleBatch};
 
 /// Sums of the radiance that a tile's pixels received.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl TileSums {
         Self { sums: vec![[0.0; 3]; pixels], squares, dropped: 0 }
     }
 
-    /// Adds a wave: a stage. What is not a finite number is left out and counted.
+    /// Adds a wave: a stage. A sample whose pixel is [`NONE`] arrives by another wave. What is not a finite number is left out and counted.
     pub fn accumulate(
         &mut self,
         film: &Response,
@@ -30,7 +30,7 @@ impl TileSums {
         radiance: &[Column<f32>; 3],
     ) {
         let signed = film.filter.signed();
-        for i in 0..samples.len {
+        for i in (0..samples.len).filter(|&i| samples.pixel[i] != NONE) {
             let light = [0, 1, 2].map(|c| f64::from(radiance[c][i]));
             if !(light[0] + light[1] + light[2]).is_finite() {
                 self.dropped += 1;
