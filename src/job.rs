@@ -8,7 +8,7 @@ use crate::aov::Aov;
 use crate::film::{Filter, Frame, Response};
 use crate::image::{Note, Notes};
 use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
-use crate::lens::{Iris, MASKS, Mask};
+use crate::lens::{Coating, Iris, MASKS, Mask};
 use crate::rays::{HitBatch, NONE, RayBatch};
 use crate::render::Job;
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
@@ -34,6 +34,9 @@ pub struct Changes {
     pub focus: Option<FocusOn>,
     /// Another f-number, by the marginal ray ([`lens::Focus::f_number`]).
     pub f_number: Option<f64>,
+    /// What to coat faces to air with that have no coating of their own; given, surfaces take what
+    /// they reflect.
+    pub coating: Option<Coating>,
     /// Another size of the picture, pixels.
     pub resolution: Option<[u32; 2]>,
     /// First pixel, and first pixel not, that is rendered.
@@ -57,6 +60,7 @@ impl Changes {
             (self.lens.is_some(), "--lens"),
             (self.focus.is_some(), "--focus"),
             (self.f_number.is_some(), "--fstop"),
+            (self.coating.is_some(), "--coating"),
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
     }
@@ -327,6 +331,9 @@ impl Setup {
             }
         };
         let mut prescription = lens::read(changes.lens.as_deref().unwrap_or(file))?;
+        if let Some(coating) = changes.coating {
+            prescription.coat(coating);
+        }
         if let RealisticSpec::V4 { iris: Some(iris), .. } = spec {
             let stop = prescription.stop();
             prescription.rows[stop].iris = self.iris(iris)?;
@@ -382,7 +389,9 @@ impl Setup {
             let beyond =
                 [0, 1].map(|i| place.reach[i] * size[i] / f64::from(place.frame.resolution[i]));
             let radius = diagonal / 2.0 + beyond[0].hypot(beyond[1]);
-            Ok(RealLens::new(lens, film_distance, radius, changes.aim, unit, front))
+            let mut lens = RealLens::new(lens, film_distance, radius, changes.aim, unit, front);
+            lens.fresnel = changes.coating.is_some();
+            Ok(lens)
         };
         let unchanged = || from_file.map_or_else(Ok, film_for);
         let lens = match changes.focus {

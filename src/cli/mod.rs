@@ -21,6 +21,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use petzval::aov::Aov;
 use petzval::image::Exposure;
 use petzval::job::FocusOn;
+use petzval::lens::Coating;
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -75,6 +76,10 @@ struct RenderArguments {
     /// f-number, by a traced marginal ray: closes the stop of the lens
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     fstop: Option<f64>,
+    /// Let surfaces take what they reflect, and coat faces to air that the lens file says nothing
+    /// of: none, mgf2, broadband or perfect
+    #[arg(long, value_name = "COATING", value_parser = coating)]
+    coating: Option<Coating>,
     /// Where film points aim: at the exit pupil, or at the rear element's disk as the course of
     /// 2016 did
     #[arg(long, value_enum, default_value_t)]
@@ -108,6 +113,9 @@ struct LensArguments {
     /// Close the stop to this diameter, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
+    /// Coat faces to air that the lens file says nothing of: none, mgf2, broadband or perfect
+    #[arg(long, value_name = "COATING", value_parser = coating, default_value = "none")]
+    coating: Coating,
     /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
     /// --focus, or at infinity
     #[arg(long, value_name = "FILE", group = "pictured")]
@@ -252,6 +260,10 @@ fn f_number(text: &str) -> Result<f64, String> {
         true => Ok(number),
         false => Err("expected an f-number such as 2.8".to_owned()),
     })
+}
+
+fn coating(text: &str) -> Result<Coating, String> {
+    Coating::named(text).ok_or_else(|| format!("expected one of {}", Coating::NAMES.join(", ")))
 }
 
 fn length_or_inf(text: &str) -> Result<f64, String> {

@@ -7,7 +7,7 @@ use super::paraxial::Paraxial;
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
 use super::surface::{From, Surface, sequence};
-use super::trace::{settle, trace};
+use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use crate::lanes::Real;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
@@ -50,6 +50,8 @@ pub struct RealLens {
     pub unit: f64,
     /// Depth of the front vertex in camera space, camera units.
     pub front: f64,
+    /// Whether surfaces take what they reflect, each by its coating. Off in a new lens.
+    pub fresnel: bool,
     surfaces: Vec<Surface<f32>>,
     exact: Vec<Surface<f64>>,
     bound: PupilBound,
@@ -76,12 +78,39 @@ impl RealLens {
             film_distance,
             unit,
             front,
+            fresnel: false,
         }
     }
 
     /// The bounds of its pupil.
     pub fn bound(&self) -> &PupilBound {
         &self.bound
+    }
+
+    /// From film samples to rays in the plane of the front vertex, with losses or without.
+    #[inline(always)]
+    pub(super) fn traced<R: Real<Scalar = f32>>(
+        &self,
+        samples: &SampleBatch,
+        columns: &mut LensColumns,
+        fresnel: bool,
+        stats: &mut LensStats,
+    ) {
+        let LensColumns { batch, targets } = columns;
+        let film = [self.film_distance as f32, self.prescription.rear().index as f32];
+        aim::<R>(samples, &self.bound, film, targets, batch);
+        stats.aimed += batch.living as u64;
+        let blocked = &mut stats.blocked;
+        match fresnel {
+            false => trace::<R>(batch, &self.surfaces, blocked),
+            true => trace_lossy::<R>(batch, &self.surfaces, blocked),
+        }
+        stats.redone += batch.doubtful.len() as u64;
+        let start = |i| aimed(samples, &self.bound, targets, film, i);
+        match fresnel {
+            false => settle::<R>(batch, &self.exact, blocked, start),
+            true => settle_lossy::<R>(batch, &self.exact, blocked, start),
+        }
     }
 }
 
@@ -99,7 +128,7 @@ pub struct ThinLens {
 /// The columns that the lens stage works in.
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
-    batch: LensBatch<f32>,
+    pub(super) batch: LensBatch<f32>,
     targets: TargetColumns,
 }
 
@@ -162,16 +191,8 @@ impl Camera {
     ) {
         match &self.model {
             Model::Real(lens) => {
-                let LensColumns { batch, targets } = columns;
-                let film = [lens.film_distance as f32, lens.prescription.rear().index as f32];
-                aim::<R>(samples, &lens.bound, film, targets, batch);
-                stats.aimed += batch.living as u64;
-                trace::<R>(batch, &lens.surfaces, &mut stats.blocked);
-                stats.redone += batch.doubtful.len() as u64;
-                settle::<R>(batch, &lens.exact, &mut stats.blocked, |i| {
-                    aimed(samples, &lens.bound, targets, film, i)
-                });
-                self.emerge::<R>(lens, batch, rays);
+                lens.traced::<R>(samples, columns, lens.fresnel, stats);
+                self.emerge::<R>(lens, &columns.batch, rays);
             }
             Model::Thin(lens) => self.project(*lens, samples, rays),
         }
