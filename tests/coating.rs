@@ -318,6 +318,28 @@ fn by_oracle(lens: &Prescription, film: f64, p: [f64; 3], t: [f64; 3]) -> Option
     met.ok().map(|_| left)
 }
 
+#[test]
+fn rays_that_f32_doubts_lose_what_f64_says() {
+    // A film in glass looks out through a plane, hardly below the angle of total reflection.
+    let rows = vec![row(0.0, 1.0, 1.0, 1e5), row(f64::INFINITY, 0.0, 1.5, 1e5)];
+    let lens = Prescription { rows, ..Prescription::default() };
+    let rays: Vec<[[f64; 3]; 2]> = (1..=200)
+        .map(|i| {
+            // n' cos(theta'), small.
+            let out = f64::from(i) * 2e-4;
+            let across = (1.0 - out * out).sqrt();
+            [[0.0; 3], [across, 0.0, (2.25 - across * across).sqrt()]]
+        })
+        .collect();
+    let (wide, packets) = (lossy::<f64>(&lens, 10.0, &rays), lossy::<f32x8>(&lens, 10.0, &rays));
+    for (i, ray) in rays.iter().enumerate() {
+        let (wide, single) = (wide[i].expect("it passes"), packets[i].expect("it passes"));
+        let expected = Coating::Bare.transmittance([1.5, 1.0], ray[1][2] / 1.5, D_LINE);
+        assert!((wide - expected).abs() < 1e-6, "{i}: {wide}, not {expected}");
+        assert!((single - wide).abs() < 1e-5, "{i}: {single}, not {wide}");
+    }
+}
+
 /// The middle of the film of a double Gauss under a uniform sky.
 fn sky(changes: &Changes) -> Job {
     let folder = folder();
