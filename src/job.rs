@@ -8,7 +8,7 @@ use crate::aov::Aov;
 use crate::film::{Filter, Frame, Response};
 use crate::image::{Note, Notes};
 use crate::lens::{self, Aim, Camera, LensError, Model, Prescription, RealLens, ThinLens};
-use crate::lens::{Iris, MASKS, Mask};
+use crate::lens::{Coating, Iris, MASKS, Mask};
 use crate::plan::{Effect, Question, Visible, Wanted, plan};
 use crate::rays::{HitBatch, NONE, RayBatch};
 use crate::render::Job;
@@ -35,6 +35,9 @@ pub struct Changes {
     pub focus: Option<FocusOn>,
     /// Another f-number, by the marginal ray ([`lens::Focus::f_number`]).
     pub f_number: Option<f64>,
+    /// What to coat faces to air with that have no coating of their own; given, surfaces take what
+    /// they reflect.
+    pub coating: Option<Coating>,
     /// Another size of the picture, pixels.
     pub resolution: Option<[u32; 2]>,
     /// Which effects to simulate.
@@ -62,6 +65,7 @@ impl Changes {
             (self.lens.is_some(), "--lens"),
             (self.focus.is_some(), "--focus"),
             (self.f_number.is_some(), "--fstop"),
+            (self.coating.is_some(), "--coating"),
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
     }
@@ -128,12 +132,16 @@ pub fn prepare(
     let plan = plan(&Question {
         camera: &camera,
         resolution: frame.resolution,
+        coated: changes.coating.is_some(),
         moves: description.moves,
         wanted: &changes.effects,
         visible: changes.visible,
     });
-    if let (true, Model::Real(lens)) = (plan.has(Effect::Dispersion), &mut camera.model) {
-        lens.disperse(&bands());
+    if let Model::Real(lens) = &mut camera.model {
+        lens.fresnel = plan.has(Effect::Fresnel);
+        if plan.has(Effect::Dispersion) {
+            lens.disperse(&bands());
+        }
     }
     setup.notes.push(("effects", Note::Text(plan.line())));
     let job = Job {
@@ -345,6 +353,9 @@ impl Setup {
             }
         };
         let mut prescription = lens::read(changes.lens.as_deref().unwrap_or(file))?;
+        if let Some(coating) = changes.coating {
+            prescription.coat(coating);
+        }
         if let RealisticSpec::V4 { iris: Some(iris), .. } = spec {
             let stop = prescription.stop();
             prescription.rows[stop].iris = self.iris(iris)?;

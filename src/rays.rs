@@ -83,7 +83,8 @@ pub struct LensBatch<T: Pod> {
     pub ty: Column<T>,
     /// Direction, length = refractive index.
     pub tz: Column<T>,
-    /// What the ray counts; changed only by openings of partial transmission.
+    /// What the ray counts; changed only by openings of partial transmission, and by the losses of
+    /// surfaces where they are asked for.
     pub weight: Column<T>,
     /// Places of the rays that this precision could not trace exactly enough.
     pub doubtful: Vec<u32>,

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use petzval::image::{Encoding, Picture, Window};
 use petzval::lens::{
-    Axis, D_LINE, Glass, Iris, LensError, Mask, Paraxial, Prescription, Row, catalogue, parse_toml,
-    read,
+    Axis, Coating, D_LINE, Glass, Iris, LensError, Mask, Paraxial, Prescription, Row, catalogue,
+    parse_toml, read,
 };
 use support::{LENSES, folder, lens, root, write};
 
@@ -58,7 +58,7 @@ fn every_key_is_read() {
         glass: Glass::Abbe { vd: 60.0 },
         conic: -0.5,
         asphere: vec![(4, 1e-5), (5, -2e-6)],
-        coating: Some("MgF2".into()),
+        coating: Some(Coating::Mgf2),
         obstruction: 2.0,
         ..Row::default()
     };
@@ -288,6 +288,11 @@ fn what_is_malformed_is_refused_with_its_line() {
         ("diameter = 8\nblades = 6", "3: blades on a surface that is not the stop"),
         ("diameter = 8\naperture = 'star'", "3: aperture on a surface that is not the stop"),
         ("diameter = 8\ncoating = true", "3: coating is true; expected a string"),
+        (
+            "diameter = 8\ncoating = 'mgf'",
+            "3: coating is \"mgf\"; did you mean \"mgf2\"?; expected",
+        ),
+        ("diameter = 8\ncoating = 'mgf2'", "3: mgf2 between indices 1 and 1; leave it out"),
         ("diameter = 8\nradius.a = 3", "3: radius is a table"),
         ("diameter = 8\nradius = 1979-05-27", "3: radius is a datetime"),
         ("diameter = 99999999999999999999\nradius = 3", "2: "),

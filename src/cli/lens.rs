@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::image::replace;
-use petzval::lens::{Axis, Focus, Paraxial, Prescription, draw, read};
+use petzval::lens::{Aim, Axis, Coating, Focus, Paraxial, Prescription, RealLens, draw, read};
 
 use super::{Failure, LensArguments, Outcome};
 
@@ -15,6 +15,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         svg(drawing)?;
     }
     let mut lens = read(file)?;
+    lens.coat(arguments.coating);
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
         if stop > opening {
@@ -41,6 +42,10 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     }
     if let Some(f_number) = Focus::of(&lens).f_number() {
         line("f-number, marginal ray", f_number, "     (what --fstop and brightness go by)");
+        if let Some(share) = axial_transmittance(&lens) {
+            let by = format!("     ({:.1} % comes through; {})", 100.0 * share, coatings(&lens));
+            line("T-stop", f_number / share.sqrt(), &by);
+        }
     }
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
     line("length", paraxial.length, " mm  (front to rear vertex)");
@@ -79,6 +84,23 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         text = super::vignetting::table(&lens, film, arguments.film_diagonal)?;
     }
     super::print(&text)
+}
+
+/// The share of light that comes to the middle of the film, focused at infinity, of what would
+/// if surfaces reflected nothing: as a mean over the pupil.
+fn axial_transmittance(lens: &Prescription) -> Option<f64> {
+    let film = Focus::of(lens).film(f64::INFINITY).ok()?;
+    RealLens::new(lens.clone(), film, 1.0, Aim::Pupil, 1.0, 0.0).transmittance([0.0; 2])
+}
+
+/// What the faces of a lens are coated with, in words.
+fn coatings(lens: &Prescription) -> String {
+    let faces = (0..lens.rows.len()).filter(|&i| Coating::fits(lens.indices(i)));
+    let mut counts = [0; Coating::NAMES.len()];
+    faces.for_each(|i| counts[lens.rows[i].coating.unwrap_or_default() as usize] += 1);
+    let worn = counts.iter().zip(Coating::NAMES).filter(|(count, _)| **count > 0);
+    let words: Vec<String> = worn.map(|(count, name)| format!("{name} on {count}")).collect();
+    format!("coatings: {}", words.join(", "))
 }
 
 /// Whether a drawing can have this name.

@@ -22,6 +22,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 use petzval::aov::Aov;
 use petzval::image::Exposure;
 use petzval::job::FocusOn;
+use petzval::lens::Coating;
 use petzval::plan::{Visible, Wanted};
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
@@ -122,6 +123,10 @@ struct RenderArguments {
     fstop: Option<f64>,
     #[command(flatten)]
     effects: EffectArguments,
+    /// Let surfaces take what they reflect, and coat faces to air that the lens file says nothing
+    /// of: none, mgf2, broadband or perfect
+    #[arg(long, value_name = "COATING", value_parser = coating)]
+    coating: Option<Coating>,
     /// Where film points aim: at the exit pupil, or at the rear element's disk as the course of
     /// 2016 did
     #[arg(long, value_enum, default_value_t)]
@@ -155,6 +160,9 @@ struct LensArguments {
     /// Close the stop to this diameter, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
+    /// Coat faces to air that the lens file says nothing of: none, mgf2, broadband or perfect
+    #[arg(long, value_name = "COATING", value_parser = coating, default_value = "none")]
+    coating: Coating,
     /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
     /// --focus, or at infinity
     #[arg(long, value_name = "FILE", group = "pictured")]
@@ -299,6 +307,10 @@ fn f_number(text: &str) -> Result<f64, String> {
         true => Ok(number),
         false => Err("expected an f-number such as 2.8".to_owned()),
     })
+}
+
+fn coating(text: &str) -> Result<Coating, String> {
+    Coating::named(text).ok_or_else(|| format!("expected one of {}", Coating::NAMES.join(", ")))
 }
 
 fn length_or_inf(text: &str) -> Result<f64, String> {

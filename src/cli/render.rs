@@ -33,6 +33,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         lens: arguments.lens.clone(),
         focus: arguments.focus,
         f_number: arguments.fstop,
+        coating: arguments.coating,
         resolution: arguments.resolution,
         crop: arguments.crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]),
         samples: arguments.spp,

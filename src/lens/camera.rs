@@ -7,7 +7,7 @@ use super::band::Band;
 use super::paraxial::Paraxial;
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
-use super::trace::{settle, trace};
+use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use crate::lanes::Real;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
@@ -53,6 +53,8 @@ pub struct RealLens {
     pub front: f64,
     /// The light that it is traced in: all at once, or taken apart.
     pub bands: Vec<Band>,
+    /// Whether surfaces take what they reflect, each by its coating. Off in a new lens.
+    pub fresnel: bool,
     bound: PupilBound,
 }
 
@@ -76,6 +78,7 @@ impl RealLens {
             film_distance,
             unit,
             front,
+            fresnel: false,
         }
     }
 
@@ -93,6 +96,32 @@ impl RealLens {
     pub fn bound(&self) -> &PupilBound {
         &self.bound
     }
+
+    /// From film samples to rays in the plane of the front vertex, with losses or without.
+    #[inline(always)]
+    pub(super) fn traced<R: Real<Scalar = f32>>(
+        &self,
+        samples: &SampleBatch,
+        columns: &mut LensColumns,
+        fresnel: bool,
+        stats: &mut LensStats,
+    ) {
+        let LensColumns { batch, targets } = columns;
+        let film = [self.film_distance as f32, self.prescription.rear().index as f32];
+        aim::<R>(samples, &self.bound, film, targets, batch);
+        stats.aimed += batch.living as u64;
+        let (blocked, band) = (&mut stats.blocked, &self.bands[samples.band]);
+        match fresnel {
+            false => trace::<R>(batch, &band.surfaces, blocked),
+            true => trace_lossy::<R>(batch, &band.surfaces, blocked),
+        }
+        stats.redone += batch.doubtful.len() as u64;
+        let start = |i| aimed(samples, &self.bound, targets, film, i);
+        match fresnel {
+            false => settle::<R>(batch, &band.exact, blocked, start),
+            true => settle_lossy::<R>(batch, &band.exact, blocked, start),
+        }
+    }
 }
 
 /// The lens of textbooks: one plane, no aberration, no vignetting.
@@ -109,7 +138,7 @@ pub struct ThinLens {
 /// The columns that the lens stage works in.
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
-    batch: LensBatch<f32>,
+    pub(super) batch: LensBatch<f32>,
     targets: TargetColumns,
 }
 
@@ -180,17 +209,8 @@ impl Camera {
     ) {
         match &self.model {
             Model::Real(lens) => {
-                let LensColumns { batch, targets } = columns;
-                let film = [lens.film_distance as f32, lens.prescription.rear().index as f32];
-                aim::<R>(samples, &lens.bound, film, targets, batch);
-                stats.aimed += batch.living as u64;
-                let band = &lens.bands[samples.band];
-                trace::<R>(batch, &band.surfaces, &mut stats.blocked);
-                stats.redone += batch.doubtful.len() as u64;
-                settle::<R>(batch, &band.exact, &mut stats.blocked, |i| {
-                    aimed(samples, &lens.bound, targets, film, i)
-                });
-                self.emerge::<R>(lens, band, batch, rays);
+                lens.traced::<R>(samples, columns, lens.fresnel, stats);
+                self.emerge::<R>(lens, &lens.bands[samples.band], &columns.batch, rays);
             }
             Model::Thin(lens) => self.project(*lens, samples, rays),
         }

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use super::glass::Glass;
+use super::coating::Coating;
+use super::glass::{D_LINE, Glass};
 use super::iris::Iris;
 
 /// Which way a cylinder runs.
@@ -43,8 +44,8 @@ pub struct Row {
     pub stop: bool,
     /// The shape of the opening, inside the clear diameter.
     pub iris: Iris,
-    /// What the surface is coated with.
-    pub coating: Option<String>,
+    /// What the surface is coated with, where that is said: bare if not.
+    pub coating: Option<Coating>,
 }
 
 impl Default for Row {
@@ -164,6 +165,26 @@ impl Prescription {
         if i == 0 { 1.0 } else { self.rows[i - 1].index }
     }
 
+    /// Indices before and behind row `i`, as light from the scene meets it.
+    pub fn indices(&self, i: usize) -> [f64; 2] {
+        [self.index_before(i), self.rows[i].index]
+    }
+
+    /// Coats all faces to air that have no coating of their own.
+    pub fn coat(&mut self, coating: Coating) {
+        for i in 0..self.rows.len() {
+            if self.rows[i].coating.is_none() && Coating::fits(self.indices(i)) {
+                self.rows[i].coating = Some(coating);
+            }
+        }
+    }
+
+    /// The share of light that row `i` lets through along the axis, at the d line.
+    pub fn transmittance(&self, i: usize) -> f64 {
+        let coating = self.rows[i].coating.unwrap_or_default();
+        coating.transmittance(self.indices(i), 1.0, D_LINE)
+    }
+
     /// The surface nearest to the film.
     pub fn rear(&self) -> &Row {
         &self.rows[self.rows.len() - 1]
@@ -183,8 +204,8 @@ impl fmt::Display for Prescription {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{:>4}  {:>12}  {:>12}  {:>8}  {:>9}",
-            "", "radius", "thickness", "index", "diameter"
+            "{:>4}  {:>12}  {:>12}  {:>8}  {:>9}  {:>9}",
+            "", "radius", "thickness", "index", "diameter", "transmits"
         )?;
         for (i, row) in self.rows.iter().enumerate() {
             let radius = if row.stop && row.radius.is_infinite() {
@@ -201,10 +222,11 @@ impl fmt::Display for Prescription {
             };
             writeln!(
                 f,
-                "{:>4}  {radius:>12}  {thickness:>12}  {:>8.4}  {:>9.3}",
+                "{:>4}  {radius:>12}  {thickness:>12}  {:>8.4}  {:>9.3}  {:>9.5}",
                 i + 1,
                 row.index,
-                row.diameter
+                row.diameter,
+                self.transmittance(i)
             )?;
         }
         Ok(())

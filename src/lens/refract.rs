@@ -25,7 +25,7 @@ pub struct LensRay<R> {
     pub p: [R; 3],
     /// Direction, of the length of the refractive index.
     pub t: [R; 3],
-    /// What openings of partial transmission have left of the light.
+    /// What openings of partial transmission, and lossy surfaces, have left of the light.
     pub weight: R,
 }
 

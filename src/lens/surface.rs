@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use super::asphere::Asphere;
+use super::coating::Coat;
+use super::glass::D_LINE;
 use super::iris::Iris;
 use super::opening::Shape;
 use super::prescription::{Axis, Prescription, Row};
@@ -54,6 +56,8 @@ pub struct Surface<T> {
     pub limit: T,
     /// How near to the limit this precision cannot be trusted.
     pub doubt: T,
+    /// What it lets through of the light of the d line.
+    pub coat: Coat<T>,
 }
 
 /// From which side rays come.
@@ -145,6 +149,7 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
         aperture2: R::scalar(row.diameter * row.diameter / 4.0),
         limit: R::scalar((-n2_step).max(0.0)),
         doubt: R::scalar(doubt),
+        coat: Coat::new::<R>(row.coating.unwrap_or_default(), [n, n_after], D_LINE),
     };
     let beside =
         |kind: Kind<R::Scalar>| Surface { kind, advance: R::scalar(0.0), ..surface.clone() };

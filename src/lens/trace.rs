@@ -1,4 +1,8 @@
 //! Tracing rays through surfaces.
+//!
+//! Whether surfaces take their share of the light is a parameter of the kernels' loop: without
+//! losses the machine code is that of a program that knows of none. [`trace`] is a call of its
+//! own, so that this can be seen: `objdump -dC` shows the same instructions of it in both.
 
 use super::asphere::AsphereLanes;
 use super::opening::{Disk, Opening, Stop};
@@ -41,20 +45,20 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
 
 /// One surface for every ray of the batch: a stage. Blocked rays get a NaN in x, which no
 /// later comparison lets through. Answers how many rays are alive behind the surface.
-struct Stage<'a, R: Real> {
+struct Stage<'a, R: Real, const LOSSY: bool> {
     batch: &'a mut LensBatch<R::Scalar>,
     surface: &'a Surface<R::Scalar>,
 }
 
-impl<R: Real> With<R> for Stage<'_, R> {
+impl<R: Real, const LOSSY: bool> With<R> for Stage<'_, R, LOSSY> {
     type Answer = u64;
 
     fn with(self, kernel: impl Kernel<R>) -> u64 {
-        cross(self.batch, self.surface, kernel)
+        cross::<R, _, LOSSY>(self.batch, self.surface, kernel)
     }
 }
 
-fn cross<R: Real, K: Kernel<R>>(
+fn cross<R: Real, K: Kernel<R>, const LOSSY: bool>(
     batch: &mut LensBatch<R::Scalar>,
     surface: &Surface<R::Scalar>,
     kernel: K,
@@ -105,6 +109,9 @@ fn cross<R: Real, K: Kernel<R>>(
         if K::SHADES {
             weight[i] = ray.weight;
         }
+        if LOSSY && K::REFRACTS {
+            weight[i] = weight[i] * surface.coat.transmittance::<R>(incidence);
+        }
         alive += u64::from(R::bits(passed).count_ones());
     }
     alive
@@ -127,7 +134,28 @@ fn note(doubtful: &mut Vec<u32>, mut lanes: u32, first: usize) {
 /// come out have a number in `x`, relative to the last vertex; the others NaN. Rays that this
 /// precision cannot decide or not trace exactly enough are in [`LensBatch::doubtful`]; they
 /// count as neither until [`settle`] has traced them.
+#[inline(never)]
 pub fn trace<R: Real>(
+    batch: &mut LensBatch<R::Scalar>,
+    surfaces: &[Surface<R::Scalar>],
+    blocked: &mut [u64],
+) {
+    pass::<R, false>(batch, surfaces, blocked);
+}
+
+/// As [`trace`], and every surface takes from the weight what it does not let through
+/// ([`Coat`](super::Coat)).
+#[inline(never)]
+pub fn trace_lossy<R: Real>(
+    batch: &mut LensBatch<R::Scalar>,
+    surfaces: &[Surface<R::Scalar>],
+    blocked: &mut [u64],
+) {
+    pass::<R, true>(batch, surfaces, blocked);
+}
+
+#[inline(always)]
+fn pass<R: Real, const LOSSY: bool>(
     batch: &mut LensBatch<R::Scalar>,
     surfaces: &[Surface<R::Scalar>],
     blocked: &mut [u64],
@@ -135,7 +163,7 @@ pub fn trace<R: Real>(
     batch.doubtful.clear();
     let (mut alive, mut doubtful) = (batch.living as u64, 0);
     for surface in surfaces {
-        let behind = dispatch::<R, _>(surface, Stage::<R> { batch, surface });
+        let behind = dispatch::<R, _>(surface, Stage::<R, LOSSY> { batch, surface });
         let newly = batch.doubtful.len() as u64 - doubtful;
         blocked[surface.row] += alive - behind - newly;
         (alive, doubtful) = (behind, doubtful + newly);
@@ -152,9 +180,29 @@ pub fn settle<R: Real>(
     blocked: &mut [u64],
     start: impl Fn(usize) -> LensRay<f64>,
 ) {
+    retrace::<R, false>(batch, surfaces, blocked, start);
+}
+
+/// As [`settle`], for a batch that [`trace_lossy`] traced.
+pub fn settle_lossy<R: Real>(
+    batch: &mut LensBatch<R::Scalar>,
+    surfaces: &[Surface<f64>],
+    blocked: &mut [u64],
+    start: impl Fn(usize) -> LensRay<f64>,
+) {
+    retrace::<R, true>(batch, surfaces, blocked, start);
+}
+
+#[inline(always)]
+fn retrace<R: Real, const LOSSY: bool>(
+    batch: &mut LensBatch<R::Scalar>,
+    surfaces: &[Surface<f64>],
+    blocked: &mut [u64],
+    start: impl Fn(usize) -> LensRay<f64>,
+) {
     for k in 0..batch.doubtful.len() {
         let i = batch.doubtful[k] as usize;
-        match trace_one::<f64>(start(i), surfaces) {
+        match follow::<f64, LOSSY>(start(i), surfaces) {
             Err(end) => blocked[end.row] += 1,
             Ok(ray) => {
                 [batch.x[i], batch.y[i], batch.z[i]] = ray.p.map(R::scalar);
@@ -193,29 +241,36 @@ pub struct Blocked {
 /// # Errors
 /// Where and why the ray of the first lane ends.
 pub fn trace_one<R: Real>(
+    ray: LensRay<R>,
+    surfaces: &[Surface<R::Scalar>],
+) -> Result<LensRay<R>, Blocked> {
+    follow::<R, false>(ray, surfaces)
+}
+
+fn follow<R: Real, const LOSSY: bool>(
     mut ray: LensRay<R>,
     surfaces: &[Surface<R::Scalar>],
 ) -> Result<LensRay<R>, Blocked> {
     for surface in surfaces {
-        ray = dispatch::<R, _>(surface, One { ray, surface })?;
+        ray = dispatch::<R, _>(surface, One::<R, LOSSY> { ray, surface })?;
     }
     Ok(ray)
 }
 
-struct One<'a, R: Real> {
+struct One<'a, R: Real, const LOSSY: bool> {
     ray: LensRay<R>,
     surface: &'a Surface<R::Scalar>,
 }
 
-impl<R: Real> With<R> for One<'_, R> {
+impl<R: Real, const LOSSY: bool> With<R> for One<'_, R, LOSSY> {
     type Answer = Result<LensRay<R>, Blocked>;
 
     fn with(self, kernel: impl Kernel<R>) -> Self::Answer {
-        one(self.ray, self.surface, kernel)
+        one::<R, _, LOSSY>(self.ray, self.surface, kernel)
     }
 }
 
-fn one<R: Real, K: Kernel<R>>(
+fn one<R: Real, K: Kernel<R>, const LOSSY: bool>(
     ray: LensRay<R>,
     surface: &Surface<R::Scalar>,
     kernel: K,
@@ -232,6 +287,8 @@ fn one<R: Real, K: Kernel<R>>(
         end(if surface.stop { Why::Stop } else { Why::Clip })
     } else if K::REFRACTS && !holds(R::splat(surface.limit).le(incidence)) {
         end(Why::Tir)
+    } else if LOSSY && K::REFRACTS {
+        Ok(LensRay { weight: ray.weight * surface.coat.transmittance::<R>(incidence), ..ray })
     } else {
         Ok(ray)
     }

@@ -26,5 +26,5 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         if seen { "; it could be seen, but is not simulated yet" } else { "" }
     );
     let error = Some(Harm::Blur { um, pixels });
-    Finding { by: By::Lens, reason, error, possible: false, cost: None }
+    Finding { by: By::Lens, reason, error, possible: false, called_for: seen, cost: None }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{By, Cost, Finding, Harm, Question, pixels_per_um};
+use super::{By, Finding, Harm, Question, cost, pixels_per_um};
 use crate::lanes::f32x8;
 use crate::lens::{Camera, Focus, LensColumns, Model, RealLens};
 use crate::rays::{RayBatch, SampleBatch, WAVE};
@@ -32,12 +32,13 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         reason: format!("colours land {um:.2} um apart, {pixels:.2} pixels{part}"),
         error: Some(Harm::Blur { um, pixels }),
         possible: true,
-        cost: Some(COST),
+        called_for: pixels >= question.visible.pixels,
+        cost: cost(NS),
     }
 }
 
 /// Sorting samples by band, and looking up the band: `cargo bench --bench effects`.
-const COST: Cost = Cost { ns_per_ray: 14.0, percent: 4.0 };
+const NS: f64 = 14.0;
 
 /// How far, um on the film, light of all wavelengths lands from that of the d line, root mean
 /// square over film, pupil and wavelengths as the eye weighs them.

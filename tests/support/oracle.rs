@@ -28,6 +28,17 @@ fn along(a: V, t: f64, d: V) -> V {
 /// The exit point relative to the front vertex and the unit direction, or the row (from 0)
 /// at which the ray ends; for a lens of spheres.
 pub fn trace(lens: &Prescription, film: f64, start: V, towards: V) -> Result<[V; 2], usize> {
+    trace_seeing(lens, film, start, towards, |_, _| {})
+}
+
+/// The same, and `see` is told the row and the cosine of incidence at every surface.
+pub fn trace_seeing(
+    lens: &Prescription,
+    film: f64,
+    start: V,
+    towards: V,
+    mut see: impl FnMut(usize, f64),
+) -> Result<[V; 2], usize> {
     let mut p = start;
     let mut d = unit(towards);
     let mut vertex = film;
@@ -42,6 +53,7 @@ pub fn trace(lens: &Prescription, film: f64, start: V, towards: V) -> Result<[V;
             if p[0] * p[0] + p[1] * p[1] > half * half {
                 return Err(i);
             }
+            see(i, d[2]);
             d = refract(d, [0.0, 0.0, -1.0], row.index, lens.index_before(i)).ok_or(i)?;
         } else {
             // The centre lies towards the film where the radius is positive.
@@ -61,6 +73,7 @@ pub fn trace(lens: &Prescription, film: f64, start: V, towards: V) -> Result<[V;
                 return Err(i);
             }
             let n = n.map(|v| -v);
+            see(i, -dot(d, n));
             d = refract(d, n, row.index, lens.index_before(i)).ok_or(i)?;
         }
         if i > 0 {

@@ -15,7 +15,7 @@
 //! | `conic` | the constant k: 0 a sphere, -1 a paraboloid | 0 |
 //! | `asphere` | `[[power, coefficient], ...]`, powers 2 to 20, even or odd | |
 //! | `axis` | `"x"` or `"y"`: a cylinder that runs straight along it | |
-//! | `coating` | what the surface is coated with | |
+//! | `coating` | of a face to air: `"none"`, `"mgf2"`, `"broadband"`, `"perfect"` | bare |
 //! | `obstruction` | diameter of an opaque disk in the middle | 0 |
 //! | `blades` | of the stop: 3 to 64, with `rotation` (degrees) and `curvature` (0 to 1) | round |
 //! | `aperture` | of the stop: `"circular"`, `"gaussian"`, `"square"`, `"pentagon"`, `"star"`, or a picture beside the lens file | round |

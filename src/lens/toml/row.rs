@@ -3,8 +3,10 @@
 use super::medium;
 use super::opening;
 use super::value::{Section, shortened};
+use crate::lens::coating::Coating;
 use crate::lens::error::LensError;
 use crate::lens::prescription::{Axis, Row};
+use crate::source::hint;
 
 const KEYS: &[&str] = &[
     "radius",
@@ -34,7 +36,7 @@ pub(super) fn read(section: &Section, ahead: &Row) -> Result<Row, LensError> {
         index,
         glass,
         iris: opening::read(section, row.stop)?,
-        coating: section.text("coating")?.map(str::to_owned),
+        coating: coating(section, [ahead.index, index])?,
         ..row
     })
 }
@@ -106,6 +108,24 @@ fn asphere(section: &Section) -> Result<Vec<(u32, f64)>, LensError> {
         terms.push((power, coefficient));
     }
     Ok(terms)
+}
+
+/// `indices` are those before and behind the surface.
+fn coating(section: &Section, indices: [f64; 2]) -> Result<Option<Coating>, LensError> {
+    let Some(name) = section.text("coating")? else { return Ok(None) };
+    let name = shortened(name);
+    let Some(coating) = Coating::named(&name) else {
+        let found = format!("coating is \"{name}\"{}", hint(&name, Coating::NAMES));
+        let expected = format!("expected {}", Coating::NAMES.join(", "));
+        return Err(section.refuse("coating", found, expected));
+    };
+    let layers = matches!(coating, Coating::Mgf2 | Coating::Broadband);
+    if layers && !Coating::fits(indices) {
+        let found = format!("{} between indices {} and {}", coating.name(), indices[0], indices[1]);
+        let expected = "leave it out: only faces of glass to air are coated";
+        return Err(section.refuse("coating", found, expected));
+    }
+    Ok(Some(coating))
 }
 
 fn axis(section: &Section) -> Result<Option<Axis>, LensError> {
