@@ -170,8 +170,8 @@ mod tests {
     #[test]
     fn the_estimate_of_noise_is_that_of_the_readings() {
         let sensor =
-            Sensor { iso: 1600.0, well: 30_000.0, read: 3.0, bits: 10, black: 32, bayer: None };
-        for value in [0.02, 0.18, 0.6] {
+            Sensor { iso: 1600.0, well: 30_000.0, read: 3.0, bits: 7, black: 16, bayer: None };
+        for value in [0.05, 0.18, 0.6] {
             let [mean, variance] = readings(&sensor, value * sensor.white(), 200_000);
             let found = 100.0 * variance.sqrt() / mean;
             let estimate = sensor.relative_noise(value);

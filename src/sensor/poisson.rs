@@ -31,25 +31,66 @@ fn inverted(mean: f64, noise: &mut Noise) -> f64 {
 /// Transformed rejection with a squeeze (Hörmann 1993, "The transformed rejection method for
 /// generating Poisson random variables", algorithm PTRS).
 fn rejected(mean: f64, noise: &mut Noise) -> f64 {
-    let b = 0.931 + 2.53 * mean.sqrt();
-    let a = -0.059 + 0.02483 * b;
-    let per_alpha = 1.1239 + 1.1328 / (b - 3.4);
-    let squeeze = 0.9277 - 3.6224 / (b - 2.0);
+    let hat = Hat::over(mean);
     loop {
         let u = noise.uniform() - 0.5;
         let v = noise.uniform();
         let rim = 0.5 - u.abs();
-        let count = ((2.0 * a / rim + b) * u + mean + 0.43).floor();
-        if rim >= 0.07 && v <= squeeze {
-            return count;
+        if rim >= SQUEEZED_FROM && v <= hat.squeeze {
+            return hat.count(u);
         }
-        if count < 0.0 || (rim < 0.013 && v > rim) {
+        if rim < REJECTED_TO && v > rim {
             continue;
         }
-        let height = (v * per_alpha / (a / (rim * rim) + b)).ln();
-        if height <= log_probability(count, mean) {
-            return count;
+        if v <= hat.share(u) {
+            return hat.count(u);
         }
+    }
+}
+
+/// From how far within (-1/2, 1/2) on the squeeze lies under the distribution.
+const SQUEEZED_FROM: f64 = 0.07;
+/// Up to how far within (-1/2, 1/2) the distance itself lies above the distribution.
+const REJECTED_TO: f64 = 0.013;
+
+/// The published hat is up to 0.6 % too low, for means of 10 to 100, and its squeeze 0.3 % too
+/// high: both were fitted. With this they are a hat and a squeeze (a test looks).
+const MARGIN: f64 = 1.01;
+
+/// What lies over the distribution: a number u from (-1/2, 1/2) becomes a count.
+struct Hat {
+    mean: f64,
+    a: f64,
+    b: f64,
+    per_alpha: f64,
+    squeeze: f64,
+}
+
+impl Hat {
+    fn over(mean: f64) -> Self {
+        let b = 0.931 + 2.53 * mean.sqrt();
+        Self {
+            mean,
+            a: -0.059 + 0.02483 * b,
+            b,
+            per_alpha: (1.1239 + 1.1328 / (b - 3.4)) * MARGIN,
+            squeeze: (0.9277 - 3.6224 / (b - 2.0)) / (MARGIN * MARGIN),
+        }
+    }
+
+    fn count(&self, u: f64) -> f64 {
+        ((2.0 * self.a / (0.5 - u.abs()) + self.b) * u + self.mean + 0.43).floor()
+    }
+
+    /// The share of the hat that the distribution fills.
+    fn share(&self, u: f64) -> f64 {
+        let count = self.count(u);
+        if count < 0.0 {
+            return 0.0;
+        }
+        let rim = 0.5 - u.abs();
+        let density = log_probability(count, self.mean).exp();
+        density * (self.a / (rim * rim) + self.b) / self.per_alpha
     }
 }
 
@@ -102,7 +143,7 @@ mod tests {
     #[test]
     fn every_count_comes_as_often_as_it_should() {
         for mean in [0.1f64, 3.0, 10.0, 30.0, 400.0] {
-            let number = 1_000_000;
+            let number = 4_000_000;
             let most = (mean + 12.0 * mean.sqrt() + 20.0) as usize;
             let mut seen = vec![0u32; most];
             for count in counts(mean, number) {
@@ -122,6 +163,22 @@ mod tests {
             // Chi-squared of so many bins, five standard deviations.
             let limit = bins + 5.0 * (2.0f64 * bins).sqrt() + 10.0;
             assert!(squares < limit, "mean {mean}: chi-squared {squares} of {bins} bins");
+        }
+    }
+
+    #[test]
+    fn the_hat_lies_over_the_distribution_and_the_squeeze_under_it() {
+        let small = (0..500).map(|i| 10.0 + 0.1 * f64::from(i));
+        for mean in small.chain([100.5, 1e3, 1e4, 1e9, 1e12]) {
+            let hat = Hat::over(mean);
+            for i in 1..20_000 {
+                let u = f64::from(i) / 2e4 - 0.5;
+                let rim = 0.5 - u.abs();
+                let share = hat.share(u);
+                assert!(share <= 1.0, "{mean}: {share} at {u}");
+                assert!(rim < SQUEEZED_FROM || share >= hat.squeeze, "{mean}: {share} at {u}");
+                assert!(rim >= REJECTED_TO || share <= rim, "{mean}: {share} at {u}");
+            }
         }
     }
 
