@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
             exposed.film.dropped
         );
     }
-    if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
+    if exposed.film.dark() {
         say!("petzval: warning: {}", why_black(&job, &exposed.stats));
     }
     let layers_took = match layers.is_empty() {
