@@ -232,6 +232,15 @@ fn the_command_says_what_the_camera_was_set_to() {
     for name in ["sensor", "exposureValue"] {
         assert!(own.other.contains_key(&exr::meta::attribute::Text::from(name)), "{name}");
     }
+    // Noise is no light.
+    let dark = write(&folder, "dark.pbrt", "Camera \"perspective\"\nWorldBegin");
+    let dark = Command::new(env!("CARGO_BIN_EXE_petzval"))
+        .args(["render", "--resolution", "8x8", "--spp", "1", "--sensor=pixel=4", "-o"])
+        .args([&out, &dark])
+        .output()
+        .expect("it starts");
+    let said = String::from_utf8_lossy(&dark.stderr);
+    assert!(said.contains("the picture is black"), "{said}");
     for (more, expected) in [
         (&["--sensor", "iso=-1"][..], "iso: expected a speed from 1 to 10000000, found \"-1\""),
         (&["--sensor", "x"], "put another option behind --sensor"),
