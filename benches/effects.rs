@@ -1,12 +1,21 @@
-//! What effects of the lens cost: each off and on beside each other in the same run.
+//! What effects cost: each off and on beside each other in the same run.
 
 use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use petzval::film::{FilmSums, Frame, sample};
+use petzval::image::Picture;
+use petzval::job::{Changes, prepare};
 use petzval::lanes::f32x8;
-use petzval::lens::{Aim, Coating, From, RealLens, Surface, read, sequence, trace, trace_lossy};
-use petzval::rays::{LensBatch, WAVE};
+use petzval::lens::{Aim, Coating, From, LensColumns, Model, RealLens, Surface};
+use petzval::lens::{read, sequence, trace, trace_lossy};
+use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
+use petzval::render::{Exposed, Job};
+use petzval::scene::pbrt;
+use petzval::sensor::{Bayer, Sensor};
+use petzval::spectrum::bands;
+use petzval::stats::{LensStats, Stats};
 
 /// The double Gauss of the course and the film distance of its scene, mm.
 const LENS: (&str, f64) = ("lenses/dgauss.50mm.dat", 36.77);
@@ -65,5 +74,73 @@ fn fresnel(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, fresnel);
+const SIZE: [u32; 2] = [256, 256];
+
+/// ns a pixel of the finished picture, on one thread.
+fn sensor(bench: &mut Criterion) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let mut group = bench.benchmark_group("effect/sensor");
+    group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1])));
+
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
+    let description = pbrt::read(&scene).expect("a scene of the repository");
+    let job = prepare(description, &Changes::default()).expect("a job").0;
+    let frame = Frame::whole(SIZE);
+    let job = Job { frame, sensor: None, ..job };
+    let exposed =
+        Exposed { film: FilmSums::new(frame, false), features: None, stats: Stats::default() };
+    group.bench_function("without", |bencher| bencher.iter(|| exposed.film.picture(16)));
+    group.bench_function("off", |bencher| bencher.iter(|| exposed.picture(&job)));
+
+    let on = Sensor { iso: 800.0, well: 54_000.0, read: 2.5, bits: 14, black: 512, bayer: None };
+    let mosaic = Sensor { bayer: Some(Bayer::Rggb), ..on };
+    for (name, sensor, value) in
+        [("on", on, 0.18), ("on/dark", on, 5e-4), ("on/bayer", mosaic, 0.18)]
+    {
+        let size = SIZE.map(|n| n as usize);
+        let picture = Picture { size, pixels: vec![[value; 3]; size[0] * size[1]] };
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| pool.install(|| sensor.read_out(&picture, [0, 0], 0)));
+        });
+    }
+    group.finish();
+}
+
+/// Film points to rays in the world, with all light together and taken apart.
+fn dispersion(criterion: &mut Criterion) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
+    let description = pbrt::read(&scene).expect("a scene of the repository");
+    let changes = Changes { resolution: Some([64, 64]), samples: Some(64), ..Changes::default() };
+    let off = prepare(description, &changes).expect("a job").0;
+    let mut on = off.clone();
+    if let Model::Real(lens) = &mut on.camera.model {
+        lens.disperse(&bands());
+    }
+    let mut group = criterion.benchmark_group("effect/dispersion");
+    group.throughput(Throughput::Elements(64 * 64 * 64));
+    let (mut samples, mut columns) = (SampleBatch::default(), LensColumns::default());
+    let mut rays = RayBatch::default();
+    let mut stats = LensStats { blocked: vec![0; 99], ..LensStats::default() };
+    for (name, job) in [("off", &off), ("on", &on)] {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                for tile in job.frame.tiles() {
+                    let mut tile = job.sampler(&tile);
+                    let (film, filter) = (job.camera.film, &job.film.filter);
+                    while sample(&mut tile, &job.frame, filter, film, 0, &mut samples) {
+                        job.camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+                        black_box(&rays);
+                    }
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20);
+    targets = dispersion, fresnel, sensor
+}
 criterion_main!(benches);

@@ -14,6 +14,7 @@ use crate::rays::{HitBatch, NONE, RayBatch};
 use crate::render::Job;
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use crate::scene::{Scene, TraversalStack};
+use crate::sensor::{self, ev100};
 use crate::source::{Location, Warning};
 use crate::spectrum::{bands, white_balance};
 
@@ -56,9 +57,16 @@ pub struct Changes {
     pub layers: Vec<Aov>,
     /// Whether the picture's format holds layers, so that those of the scene file are wanted.
     pub holds_layers: bool,
+    /// A sensor that reads the picture out.
+    pub sensor: Option<sensor::Settings>,
 }
 
 impl Changes {
+    /// The speed that the picture is taken at.
+    fn iso(&self, film: &FilmSpec) -> f64 {
+        self.sensor.and_then(|sensor| sensor.iso).unwrap_or(film.iso)
+    }
+
     /// The option that makes sense with a real lens only, if one is given.
     fn needs_lens(&self) -> Option<&'static str> {
         let given = [
@@ -123,7 +131,13 @@ pub fn prepare(
     };
     let samples = changes.samples.unwrap_or(description.samples);
     let seed = changes.seed.unwrap_or(description.seed);
-    setup.number("isoSpeed", film.iso);
+    let pitch = 1e3 * pitch(&model, &film, size, frame.resolution);
+    let asked = changes.sensor.map(|settings| settings.sensor(film.iso, pitch));
+    let sensor = asked.filter(|_| changes.effects.of(Effect::Sensor) != Some(false));
+    if let Some(sensor) = &sensor {
+        setup.notes.push(("sensor", Note::Text(sensor.to_string())));
+    }
+    setup.number("isoSpeed", changes.iso(&film));
     setup.number("filmWidth", size[0]);
     setup.number("filmHeight", size[1]);
     setup.number("samplesPerPixel", f64::from(samples));
@@ -133,6 +147,8 @@ pub fn prepare(
         camera: &camera,
         resolution: frame.resolution,
         coated: changes.coating.is_some(),
+        sensor: asked.as_ref(),
+        samples,
         moves: description.moves,
         wanted: &changes.effects,
         visible: changes.visible,
@@ -154,6 +170,7 @@ pub fn prepare(
         seed,
         reach: description.reach,
         layers: layers(&film, changes),
+        sensor,
     };
     if let (Some(aov), Model::Thin(_)) =
         (job.layers.iter().find(|aov| aov.needs_lens()), &job.camera.model)
@@ -162,6 +179,16 @@ pub fn prepare(
         return Err(JobError::Asked(format!("--aov {name}: this camera has no lens file")));
     }
     Ok((job, setup.notes, setup.warnings))
+}
+
+/// The distance from pixel to pixel, mm.
+fn pitch(model: &Model, film: &FilmSpec, size: [f64; 2], resolution: [u32; 2]) -> f64 {
+    let [width, height] = resolution.map(f64::from);
+    match model {
+        Model::Real(_) => size[0] / width,
+        // Its own film is measured in distances from the pinhole.
+        Model::Thin(_) => film.diagonal / width.hypot(height),
+    }
 }
 
 /// The layers that the command line or a film of the kind "gbuffer" asks for, each once.
@@ -451,6 +478,11 @@ impl Setup {
         self.number("stopDiameter", opened);
         self.number("entrancePupilOffset", lens.paraxial.entrance_pupil.position);
         self.number("expTime", time);
+        // The dialect of 2016 has no shutter.
+        if time > 0.0 {
+            let ev = ev100(lens.paraxial.f_number(), time, changes.iso(film));
+            self.number("exposureValue", ev);
+        }
         Ok((Model::Real(Box::new(lens)), size, ratio, depth))
     }
 }

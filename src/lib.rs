@@ -19,6 +19,7 @@
 //! | [`shade`] | `shade` | hits, to shadow rays and the next rays of the paths |
 //! | [`scene`] | `occlude` | shadow rays, to radiance |
 //! | [`film`] | `accumulate` | radiance, to the sums of the tile that the worker owns |
+//! | [`sensor`] | `read_out` | the finished picture, to what photosites record; where asked for |
 //!
 //! [`render`] is the only module that knows this order. Stages do not call each other; shading
 //! reads the scene's data. [`job`] turns what a scene file asks for into what `render` needs.
@@ -92,6 +93,7 @@ pub mod rays;
 pub mod render;
 pub mod sampler;
 pub mod scene;
+pub mod sensor;
 pub mod shade;
 pub mod source;
 pub mod spectrum;

@@ -9,6 +9,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::lens::{Camera, Iris, Model};
+use crate::sensor::Sensor;
 
 /// What a picture may need beyond rays of one wavelength through a still, perfect camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -259,6 +260,10 @@ pub struct Question<'a> {
     pub resolution: [u32; 2],
     /// Whether the command line names a coating.
     pub coated: bool,
+    /// The sensor that the command line asks for.
+    pub sensor: Option<&'a Sensor>,
+    /// Samples a pixel.
+    pub samples: u32,
     /// Whether something in the scene file moves.
     pub moves: bool,
     /// What the command line asks for.
@@ -311,7 +316,8 @@ fn find(effect: Effect, question: &Question) -> Finding {
     let Model::Real(lens) = &question.camera.model else {
         return match effect {
             Effect::Motion => motion(question),
-            Effect::Sensor | Effect::RollingShutter | Effect::TiltShift => unasked(effect),
+            Effect::Sensor => sensor(question),
+            Effect::RollingShutter | Effect::TiltShift => unasked(effect),
             _ => Finding::not_called_for(By::Scene, "the camera has no lens of glass"),
         };
     };
@@ -332,7 +338,26 @@ fn find(effect: Effect, question: &Question) -> Finding {
         Effect::Fresnel => fresnel::find(question, lens),
         Effect::Ghosts => Finding::not_called_for(By::Lens, "not simulated yet"),
         Effect::Motion => motion(question),
-        Effect::RollingShutter | Effect::Sensor | Effect::TiltShift => unasked(effect),
+        Effect::Sensor => sensor(question),
+        Effect::RollingShutter | Effect::TiltShift => unasked(effect),
+    }
+}
+
+/// A sensor's noise in middle grey.
+fn sensor(question: &Question) -> Finding {
+    /// Of a pixel, ns: `cargo bench --bench effects -- sensor`.
+    const NS: f64 = 230.0;
+    let Some(sensor) = question.sensor else {
+        return Finding::not_called_for(By::Scene, "the film is ideal, as the scene has it");
+    };
+    let noise = sensor.relative_noise(0.18);
+    Finding {
+        by: By::Flag,
+        reason: format!("a sensor is asked for; middle grey has {noise:.1} % of noise"),
+        error: Some(Harm::Signal(noise)),
+        possible: true,
+        called_for: true,
+        cost: cost(NS / f64::from(question.samples.max(1))),
     }
 }
 
@@ -349,7 +374,6 @@ fn motion(question: &Question) -> Finding {
 fn unasked(effect: Effect) -> Finding {
     let reason = match effect {
         Effect::RollingShutter => "all rows are exposed at once, as the scene has it",
-        Effect::Sensor => "the film is ideal, as the scene has it",
         _ => "film and elements stand square to the axis",
     };
     Finding::not_called_for(By::Scene, reason)

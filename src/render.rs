@@ -10,11 +10,13 @@ use rayon::prelude::*;
 
 use crate::aov::{Aov, FeatureFilm, Features};
 use crate::film::{FilmSums, Frame, Response, Tile, TileSampler, TileSums, sample};
+use crate::image::Picture;
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
 use crate::plan::Plan;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
+use crate::sensor::Sensor;
 use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use tails::{FEW, Tails};
@@ -40,6 +42,8 @@ pub struct Job {
     pub reach: Reach,
     /// What is wanted beside the colours.
     pub layers: Vec<Aov>,
+    /// What reads the finished picture out; without one it stays as the film has it.
+    pub sensor: Option<Sensor>,
 }
 
 impl Job {
@@ -87,6 +91,18 @@ pub struct Exposed {
     pub features: Option<FeatureFilm>,
     /// How that came about.
     pub stats: Stats,
+}
+
+impl Exposed {
+    /// The picture of this job: what the film received, read out by the sensor where there is one.
+    /// Layers are of the film.
+    pub fn picture(&self, job: &Job) -> Picture {
+        let picture = self.film.picture(job.samples.end - job.samples.start);
+        match &job.sensor {
+            Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
+            None => picture,
+        }
+    }
 }
 
 /// Why a render ended without a picture.

@@ -24,6 +24,7 @@ use petzval::image::Exposure;
 use petzval::job::FocusOn;
 use petzval::lens::Coating;
 use petzval::plan::{Visible, Wanted};
+use petzval::sensor::{Bayer, Settings};
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -140,6 +141,31 @@ struct RenderArguments {
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: Exposure,
+    /// Read the picture out as a camera's sensor does: photon and read noise, full well, codes.
+    /// NAME=VALUE, any of iso (the scene's; the picture stays as bright, with less light), pixel
+    /// (pitch, um; the film's), well (electrons; 1500 per um^2 of pixel), read (electrons; 2.5),
+    /// bits (14), black (a code; a thirty-second of all), bayer
+    #[arg(
+        long,
+        value_name = "iso=800,read=3,...",
+        num_args = 0..=1,
+        default_missing_value = "",
+        value_parser = sensor
+    )]
+    sensor: Option<Settings>,
+    /// Write the mosaic of a sensor behind colour filters, one channel a pixel, in grey
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, default_missing_value = "rggb")]
+    bayer: Option<Bayer>,
+}
+
+impl RenderArguments {
+    /// The sensor that is asked for: a mosaic needs one too.
+    fn sensor(&self) -> Option<Settings> {
+        match self.bayer {
+            Some(_) => Some(Settings { bayer: self.bayer, ..self.sensor.unwrap_or_default() }),
+            None => self.sensor,
+        }
+    }
 }
 
 /// `petzval lens`
@@ -288,6 +314,13 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 fn above_zero(text: &str, expected: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|&number: &f64| number > 0.0);
     number.ok_or_else(|| format!("expected {expected}"))
+}
+
+fn sensor(text: &str) -> Result<Settings, String> {
+    text.parse().map_err(|problem| match text.contains('=') {
+        true => problem,
+        false => format!("{problem}; to give no value, put another option behind --sensor"),
+    })
 }
 
 fn focus(text: &str) -> Result<FocusOn, String> {

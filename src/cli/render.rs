@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use petzval::aov;
-use petzval::image::{Encoding, Format, ImageError, Note, Window};
+use petzval::image::{Encoding, Format, ImageError, Note, Notes, Window};
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Aim, Model};
 use petzval::render::{Backend, Job, Progress, RenderError, render};
@@ -46,6 +46,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         holds_layers,
         effects: arguments.effects.effects.clone(),
         visible: arguments.effects.visible,
+        sensor: arguments.sensor(),
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
     for warning in &warnings {
@@ -82,23 +83,24 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let words: Vec<String> =
         std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
     notes.push(("commandLine", Note::Text(words.join(" "))));
-    let picture = exposed.film.picture(job.samples.end - job.samples.start);
     let window = Window { origin: job.frame.low, frame: job.frame.resolution };
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let picture = pool.install(|| exposed.picture(&job));
     let layers = pool.install(|| aov::layers(&job, &exposed.film, exposed.features.as_ref()));
     let layered = start.elapsed();
     picture.write_with_layers(&layers, &output, window, encoding, &notes)?;
 
     say!("{}", super::plan::table(&job.plan).trim_end());
     print_table(&job, &exposed.stats);
+    print_exposure(&job, &notes);
     if exposed.film.dropped > 0 {
         say!(
             "petzval: warning: {} samples were no numbers and were left out",
             exposed.film.dropped
         );
     }
-    if picture.pixels.iter().all(|pixel| pixel.iter().all(|&v| v <= 0.0)) {
+    if exposed.film.dark() {
         say!("petzval: warning: {}", why_black(&job, &exposed.stats));
     }
     let layers_took = match layers.is_empty() {
@@ -199,6 +201,32 @@ fn print_table(job: &Job, stats: &Stats) {
     say!("{name}: {:.1}% of the rays leave the lens{blocked}", share(sent - lost));
     let redone = 1e6 * stats.lens.redone as f64 / sent as f64;
     say!("{name}: {redone:.0} of a million rays redone in f64");
+}
+
+/// What the camera was set to, where that is known, and what its sensor does.
+fn print_exposure(job: &Job, notes: &Notes) {
+    let number = |name: &str| match notes.iter().find(|(other, _)| *other == name) {
+        Some((_, Note::Number(number))) => Some(*number),
+        _ => None,
+    };
+    if let [Some(ev), Some(f_number), Some(seconds), Some(iso)] =
+        ["exposureValue", "aperture", "expTime", "isoSpeed"].map(number)
+    {
+        let time = match seconds < 0.3 {
+            true => format!("1/{:.0}", 1.0 / seconds),
+            false => format!("{seconds:.1}"),
+        };
+        say!("exposure: f/{f_number:.1}, {time} s, ISO {iso}: EV {ev:.2} at ISO 100");
+    }
+    let Some(sensor) = &job.sensor else { return };
+    say!(
+        "sensor: {sensor}; white is {:.0} electrons, middle grey has {:.1} % of noise",
+        sensor.white(),
+        sensor.relative_noise(0.18)
+    );
+    if let Some(bayer) = sensor.bayer {
+        say!("sensor: the picture is the mosaic, {bayer}: one channel a pixel, in grey");
+    }
 }
 
 /// How full the packets were at the first surfaces of paths.

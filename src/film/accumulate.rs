@@ -90,6 +90,11 @@ impl FilmSums {
         (!self.squares.is_empty()).then(|| all.collect())
     }
 
+    /// Whether no light has arrived anywhere.
+    pub fn dark(&self) -> bool {
+        self.sums.iter().flatten().all(|&sum| sum <= 0.0)
+    }
+
     /// The mean over this many samples a pixel.
     pub fn picture(&self, samples: u32) -> Picture {
         let scale = 1.0 / f64::from(samples.max(1));

@@ -1,0 +1,253 @@
+//! The sensor's stage over whole pictures, and what the command says of it.
+
+mod support;
+
+use std::process::{Command, Stdio};
+
+use petzval::film::Frame;
+use petzval::image::Picture;
+use petzval::job::{Changes, prepare};
+use petzval::render::{Backend, Job, render};
+use petzval::scene::pbrt;
+use petzval::sensor::{Bayer, Sensor, Settings};
+use support::{folder, root, write};
+
+/// A camera with a coarse code, so that steps can be counted.
+const COARSE: Sensor =
+    Sensor { iso: 100.0, well: 40_000.0, read: 3.0, bits: 8, black: 15, bayer: None };
+
+fn flat(value: [f32; 3], size: [usize; 2]) -> Picture {
+    Picture { size, pixels: vec![value; size[0] * size[1]] }
+}
+
+/// Mean and variance of one channel.
+fn moments(picture: &Picture, channel: usize) -> [f64; 2] {
+    let n = picture.pixels.len() as f64;
+    let values = || picture.pixels.iter().map(|pixel| f64::from(pixel[channel]));
+    let mean = values().sum::<f64>() / n;
+    [mean, values().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)]
+}
+
+#[test]
+fn noise_of_a_picture_follows_the_light_of_every_channel() {
+    let sensor = Sensor { iso: 800.0, bits: 16, black: 2048, ..COARSE };
+    assert_eq!(sensor.white(), 5000.0);
+    let value = [0.05, 0.3, 0.8];
+    let read = sensor.read_out(&flat(value, [1000, 800]), [0, 0], 3);
+    let n: f64 = 800_000.0;
+    for channel in 0..3 {
+        let electrons = f64::from(value[channel]) * 5000.0;
+        let [mean, variance] = moments(&read, channel);
+        let expected = electrons + 9.0;
+        assert!((mean * 5000.0 - electrons).abs() < 5.0 * (expected / n).sqrt() + 0.002, "{mean}");
+        // Five standard errors: 0.8 %.
+        let off = variance * 5000.0 * 5000.0 / expected - 1.0;
+        assert!(off.abs() < 5.0 * (2.0 / n).sqrt(), "channel {channel}: {off}");
+    }
+}
+
+#[test]
+fn light_beyond_white_or_the_full_well_is_clipped() {
+    let bright = flat([1.5, 40.0, 1e30], [64, 64]);
+    let read = COARSE.read_out(&bright, [0, 0], 0);
+    assert!(read.pixels.iter().all(|pixel| *pixel == [1.0; 3]));
+    // At half the base speed a full well is half of white: read noise is all that is left of it.
+    let slow = Sensor { iso: 50.0, read: 0.0, bits: 16, black: 0, ..COARSE };
+    let read = slow.read_out(&bright, [0, 0], 0);
+    assert!(read.pixels.iter().flatten().all(|&v| (v - 0.5).abs() < 1e-5), "{:?}", read.pixels[0]);
+}
+
+#[test]
+fn values_are_those_of_the_codes_and_every_code_comes() {
+    let ramp = (0..100_000).map(|i| [i as f32 * 1.02e-5 - 0.01; 3]).collect();
+    let read = COARSE.read_out(&Picture { size: [1000, 100], pixels: ramp }, [0, 0], 0);
+    let mut seen = [0; 241];
+    for value in read.pixels.iter().flatten() {
+        let code = value * 240.0;
+        assert!((code - code.round()).abs() < 1e-4, "{value} is no code");
+        seen[code.round() as usize] += 1;
+    }
+    assert!(seen.iter().all(|&count| count > 0), "{seen:?}");
+    // All codes but the ends are as wide.
+    assert!(seen[20..220].iter().all(|count| (800..1700).contains(count)), "{seen:?}");
+}
+
+#[test]
+fn a_pixel_of_the_mosaic_keeps_the_channel_of_its_filter() {
+    let quiet = Sensor { read: 0.0, bits: 16, black: 0, well: 1e12, ..COARSE };
+    let value = [0.2, 0.5, 0.8];
+    let channels = |bayer: Bayer, origin: [u32; 2]| -> String {
+        let sensor = Sensor { bayer: Some(bayer), ..quiet };
+        let read = sensor.read_out(&flat(value, [2, 2]), origin, 0);
+        let letter = |pixel: &[f32; 3]| {
+            assert!(pixel[0] == pixel[1] && pixel[1] == pixel[2], "grey");
+            let near = |channel: usize| (pixel[0] - value[channel]).abs() < 1e-4;
+            [(0, 'r'), (1, 'g'), (2, 'b')].into_iter().find(|(c, _)| near(*c)).expect("a channel").1
+        };
+        read.pixels.iter().map(letter).collect()
+    };
+    for bayer in Bayer::ALL {
+        assert_eq!(channels(bayer, [0, 0]), bayer.name());
+        assert_eq!(channels(bayer, [6, 4]), bayer.name());
+    }
+    // A crop that begins a pixel further to the right, or below, or both.
+    assert_eq!(channels(Bayer::Rggb, [1, 0]), "grbg");
+    assert_eq!(channels(Bayer::Rggb, [0, 1]), "gbrg");
+    assert_eq!(channels(Bayer::Rggb, [5, 3]), "bggr");
+}
+
+#[test]
+fn a_pixel_of_the_mosaic_reads_what_the_pixel_without_it_would() {
+    let picture = flat([0.1, 0.2, 0.4], [32, 16]);
+    let all = COARSE.read_out(&picture, [3, 5], 9);
+    let mosaic = Sensor { bayer: Some(Bayer::Gbrg), ..COARSE }.read_out(&picture, [3, 5], 9);
+    for (i, (all, one)) in all.pixels.iter().zip(&mosaic.pixels).enumerate() {
+        let at = [3 + i as u32 % 32, 5 + i as u32 / 32];
+        assert_eq!(one[0], all[Bayer::Gbrg.channel(at)]);
+    }
+}
+
+#[test]
+fn nothing_but_numbers_from_0_to_1_comes_out() {
+    let nasty = [
+        0.0,
+        -0.0,
+        -1.0,
+        f32::MIN,
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        f32::MAX,
+        f32::MIN_POSITIVE,
+        1e-45,
+        1.0,
+    ];
+    let pixels: Vec<[f32; 3]> = nasty.iter().flat_map(|&a| nasty.map(|b| [a, b, 0.5])).collect();
+    let picture = Picture { size: [nasty.len(), nasty.len()], pixels };
+    for iso in [1e-300, 1e-3, 100.0, 1e7, 1e300] {
+        for pitch in [0.0, 1e-9, 6.0, 1e9, f64::INFINITY] {
+            for text in ["", "bits=1,read=0", "bits=16,black=65534,read=1e6", "bayer", "well=1"] {
+                let settings: Settings = text.parse().expect("settings");
+                let sensor = settings.sensor(iso, pitch);
+                let read = sensor.read_out(&picture, [u32::MAX - 3, u32::MAX - 30], 1);
+                assert!(
+                    read.pixels.iter().flatten().all(|v| (0.0..=1.0).contains(v)),
+                    "{sensor}: {read:?}"
+                );
+                let noise = sensor.relative_noise(0.18);
+                assert!(noise >= 0.0, "{sensor}: {noise}");
+            }
+        }
+    }
+    // What is no light is read as the dark is.
+    let quiet = Sensor { read: 0.0, ..COARSE };
+    let dark = quiet.read_out(&flat([f32::NAN, -1.0, f32::NEG_INFINITY], [4, 4]), [0, 0], 0);
+    assert!(dark.pixels.iter().all(|pixel| *pixel == [0.0; 3]));
+    let nothing = Picture { size: [0, 0], pixels: Vec::new() };
+    assert_eq!(quiet.read_out(&nothing, [0, 0], 0), nothing);
+}
+
+/// A small real lens before a grey sky.
+fn job(sensor: &str, extra: &str) -> Job {
+    let folder = folder();
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 37 "integer yresolution" 29 "float diagonal" 35 {extra}
+           Sampler "sobol" "integer pixelsamples" 4
+           Camera "realistic" "string lensfile" "{}/lenses/dgauss.50mm.dat"
+             "float aperturediameter" 17 "float focusdistance" 4
+           WorldBegin LightSource "infinite" "rgb L" [1 0.7 0.4]"#,
+        root().display()
+    );
+    let path = write(&folder, "sky.pbrt", text);
+    let changes = Changes { sensor: Some(sensor.parse().expect("settings")), ..Changes::default() };
+    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+}
+
+fn taken(job: &Job, threads: usize) -> Picture {
+    let pool = rayon(threads);
+    let exposed = render(job, Backend::Simd, threads, &Default::default()).expect("a render");
+    pool.install(|| exposed.picture(job))
+}
+
+fn rayon(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+}
+
+#[test]
+fn threads_and_crops_do_not_change_the_noise() {
+    let job = job("iso=3200,pixel=4", "");
+    let one = taken(&job, 1);
+    for threads in [2, 7] {
+        assert_eq!(one, taken(&job, threads), "{threads} threads");
+    }
+    let part = Job { frame: Frame { low: [5, 3], high: [30, 20], ..job.frame }, ..job.clone() };
+    let pixels = (3..20).flat_map(|y| one.pixels[y * 37 + 5..y * 37 + 30].iter().copied());
+    assert_eq!(taken(&part, 2), Picture { size: [25, 17], pixels: pixels.collect() });
+    let other = Job { seed: 1, ..job.clone() };
+    assert_ne!(one, taken(&other, 2));
+    let ideal = Job { sensor: None, ..job.clone() };
+    let exposed = render(&ideal, Backend::Simd, 2, &Default::default()).expect("a render");
+    assert_eq!(exposed.picture(&ideal), exposed.film.picture(4), "no sensor, no change");
+}
+
+#[test]
+fn a_film_says_what_its_sensor_does_not() {
+    let job = job("", "\"float iso\" 400");
+    let sensor = job.sensor.expect("a sensor");
+    assert_eq!((sensor.iso, sensor.read, sensor.bits), (400.0, 2.5, 14));
+    // 35 mm over 47.01 pixels: 744.5 um each.
+    let pitch = 35e3 / f64::from(37 * 37 + 29 * 29).sqrt();
+    assert!((sensor.well / (1500.0 * pitch * pitch) - 1.0).abs() < 1e-12, "{}", sensor.well);
+}
+
+#[test]
+fn the_command_says_what_the_camera_was_set_to() {
+    let folder = folder();
+    let out = folder.path().join("a.exr");
+    let run = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
+        command.args(["render", "scenes/wide.pbrt", "--spp", "1", "--resolution", "30x20"]);
+        command.args(["--threads", "1", "-o"]).arg(&out).args(more);
+        let output = command.current_dir(root()).stdin(Stdio::null()).output().expect("it starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = run(&[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains(" at ISO 100\n") && !said.contains("sensor:"), "{said}");
+    let (code, said) = run(&["--sensor", "iso=800,well=40000", "--bayer", "gbrg"]);
+    assert_eq!(code, Some(0), "{said}");
+    for words in [
+        "sensor: iso=800,well=40000,read=2.5,bits=14,black=512,bayer=gbrg; white is 5000 electrons",
+        "middle grey has 3.3 % of noise",
+        "the picture is the mosaic, gbrg: one channel a pixel, in grey",
+        "ISO 800: EV",
+    ] {
+        assert!(said.contains(words), "{words} is not in\n{said}");
+    }
+    let picture = Picture::read(&out, false).expect("a picture");
+    assert!(picture.pixels.iter().all(|p| p[0] == p[1] && p[1] == p[2]));
+    let meta = exr::meta::MetaData::read_from_file(&out, true).expect("an EXR");
+    let own = &meta.headers[0].own_attributes;
+    assert_eq!(own.iso_speed, Some(800.0));
+    for name in ["sensor", "exposureValue"] {
+        assert!(own.other.contains_key(&exr::meta::attribute::Text::from(name)), "{name}");
+    }
+    // Noise is no light.
+    let dark = write(&folder, "dark.pbrt", "Camera \"perspective\"\nWorldBegin");
+    let dark = Command::new(env!("CARGO_BIN_EXE_petzval"))
+        .args(["render", "--resolution", "8x8", "--spp", "1", "--sensor=pixel=4", "-o"])
+        .args([&out, &dark])
+        .output()
+        .expect("it starts");
+    let said = String::from_utf8_lossy(&dark.stderr);
+    assert!(said.contains("the picture is black"), "{said}");
+    for (more, expected) in [
+        (&["--sensor", "iso=-1"][..], "iso: expected a speed from 1 to 10000000, found \"-1\""),
+        (&["--sensor", "x"], "put another option behind --sensor"),
+        (&["--bayer", "x"], "expected rggb, bggr, grbg or gbrg"),
+    ] {
+        let (code, said) = run(more);
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains(expected) && !said.contains("panicked"), "{said}");
+    }
+}
