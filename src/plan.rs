@@ -382,7 +382,7 @@ fn unasked(effect: Effect) -> Finding {
 /// What an effect costs: ns of a film sample, and the share of a frame in which one takes this long
 /// in all (`cargo bench --bench render`, the double Gauss).
 fn cost(ns_per_ray: f64) -> Option<Cost> {
-    const SAMPLE: f64 = 490.0;
+    const SAMPLE: f64 = 520.0;
     Some(Cost { ns_per_ray, percent: 100.0 * ns_per_ray / (SAMPLE + ns_per_ray) })
 }
 

@@ -38,7 +38,7 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
 }
 
 /// Sorting samples by band, and looking up the band: `cargo bench --bench effects`.
-const NS: f64 = 14.0;
+const NS: f64 = 24.0;
 
 /// How far, um on the film, light of all wavelengths lands from that of the d line, root mean
 /// square over film, pupil and wavelengths as the eye weighs them.

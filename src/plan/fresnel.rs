@@ -5,7 +5,7 @@ use crate::lens::{Coating, RealLens};
 
 /// Of a film sample at each face between media, for bare glass and for a layer of MgF2, ns:
 /// `cargo bench --bench effects -- fresnel`.
-const NS: [f64; 2] = [0.6, 1.25];
+const NS: [f64; 2] = [0.5, 0.95];
 
 /// The loss is simulated where the lens file or the command line says what its glass is coated with:
 /// files that do not are of lenses for which exposure was never meant to count it.
