@@ -57,7 +57,7 @@ struct EffectArguments {
     )]
     effects: Wanted,
     /// From what on an effect counts as visible: displacement or blur, pixels
-    #[arg(long, value_name = "PIXELS", default_value = "0.5px")]
+    #[arg(long, value_name = "PIXELS", default_value = "0.5px", allow_hyphen_values = true)]
     visible: Visible,
 }
 

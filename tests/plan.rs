@@ -1,0 +1,101 @@
+//! The plan of effects, as programs read it, and its estimates against what happens.
+
+mod support;
+
+use std::process::{Command, Stdio};
+
+use petzval::job::{Changes, prepare};
+use petzval::lens::Coating;
+use petzval::plan::{Effect, Harm};
+use petzval::render::Backend;
+use petzval::scene::pbrt;
+use serde_json::Value;
+use support::{mean, picture, root};
+
+fn petzval(arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
+    let output = command.args(arguments).current_dir(root()).stdin(Stdio::null()).output();
+    let output = output.expect("the command starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+}
+
+fn effects(arguments: &[&str]) -> Vec<Value> {
+    let (code, said, errors) = petzval(&[&["plan"], arguments, &["--json"]].concat());
+    assert_eq!(code, 0, "{errors}");
+    let plan: Value = serde_json::from_str(&said).expect("JSON");
+    plan["effects"].as_array().expect("a list").clone()
+}
+
+fn of<'a>(effects: &'a [Value], name: &str) -> &'a Value {
+    effects.iter().find(|effect| effect["effect"] == name).expect("the effect")
+}
+
+#[test]
+fn a_plan_holds_every_effect_with_who_decided_and_why() {
+    let effects = effects(&["scenes/dgauss.pbrt"]);
+    let names: Vec<&str> = effects.iter().filter_map(|row| row["effect"].as_str()).collect();
+    assert_eq!(names, Effect::ALL.map(Effect::name));
+    for row in &effects {
+        assert!(row["on"].is_boolean() && !row["reason"].as_str().unwrap_or("").is_empty());
+        assert!(["scene", "lens", "flag"].iter().any(|by| row["by"] == *by), "{row}");
+        assert!(row.get("error").is_some() && row.get("cost").is_some(), "{row}");
+    }
+}
+
+#[test]
+fn the_scenes_of_the_course_need_nothing() {
+    for scene in ["dgauss", "fisheye", "telephoto", "wide"] {
+        let effects = effects(&[&format!("scenes/{scene}.pbrt")]);
+        assert!(effects.iter().all(|row| row["on"] == false), "{scene}: {effects:#?}");
+    }
+}
+
+#[test]
+fn what_can_be_seen_depends_on_the_pixels() {
+    let lens = ["scenes/snowman.pbrt", "--lens", "lenses/triplet.toml"];
+    let coarse = effects(&[&lens[..], &["--visible", "100px"]].concat());
+    let fine = effects(&[&lens[..], &["--visible", "0.001px"]].concat());
+    assert_eq!(of(&coarse, "dispersion")["on"], false);
+    assert_eq!(of(&fine, "dispersion")["on"], true);
+    let um = |effects: &[Value]| of(effects, "dispersion")["error"]["um"].as_f64();
+    assert!(um(&coarse) == um(&fine) && um(&fine) > Some(0.5), "{:?}", um(&fine));
+    // Diffraction grows with the f-number: 1.22 lambda N.
+    let radius = |fstop: &str| {
+        let effects = effects(&["scenes/snowman.pbrt", "--fstop", fstop]);
+        of(&effects, "diffraction")["error"]["um"].as_f64().expect("a radius")
+    };
+    assert!((radius("16") / radius("4") - 4.0).abs() < 0.05);
+}
+
+#[test]
+fn the_loss_that_is_said_is_the_loss_that_is_seen() {
+    let job = |coating| {
+        let description = pbrt::read(&root().join("scenes/dgauss.pbrt")).expect("a scene");
+        let resolution = Some([60, 60]);
+        let changes = Changes { coating, resolution, samples: Some(256), ..Changes::default() };
+        prepare(description, &changes).expect("a job").0
+    };
+    let (without, with) = (job(None), job(Some(Coating::Bare)));
+    assert!(!without.plan.has(Effect::Fresnel) && with.plan.has(Effect::Fresnel));
+    let said = |job: &petzval::render::Job| match job.plan.effects[1].error {
+        Some(Harm::Signal(percent)) => percent / 100.0,
+        other => panic!("{other:?}"),
+    };
+    let bright = |job| mean(&picture(job, Backend::Simd, 2))[1];
+    let seen = 1.0 - bright(&with) / bright(&without);
+    assert!((said(&with) - seen).abs() < 0.005, "{} said, {seen} seen", said(&with));
+    assert_eq!(said(&with), said(&without));
+}
+
+#[test]
+fn words_that_are_no_plan_are_refused() {
+    for (arguments, expected) in [
+        (&["plan", "scenes/dgauss.pbrt", "--effects", "+disperson"][..], "no effect \"disperson\""),
+        (&["plan", "scenes/dgauss.pbrt", "--visible", "-1"], "expected a number of pixels"),
+        (&["plan", "scenes/nothing.pbrt"], "cannot read scenes/nothing.pbrt"),
+    ] {
+        let (code, said, errors) = petzval(arguments);
+        assert!(code == 2 && said.is_empty() && errors.contains(expected), "{errors}");
+    }
+}
