@@ -12,7 +12,7 @@
 //!
 //! # Signal
 //!
-//! For each channel: Poisson-distributed electrons ([`poisson`], shot noise), clipped at the full
+//! For each channel: Poisson-distributed electrons (shot noise), clipped at the full
 //! well; plus Gaussian read noise, in electrons; times the gain, plus the black level, rounded
 //! and clipped to a code of so many bits. The picture is made again of the codes: black is 0, the
 //! last code 1, and what read noise pushes below black is 0.
