@@ -1,6 +1,6 @@
 //! `petzval plan`, and the plan in the log of a render.
 
-use petzval::job::{Changes, prepare};
+use petzval::job::prepare;
 use petzval::plan::{Cost, Decision, Harm, Plan};
 use petzval::scene::pbrt;
 use serde_json::{Value, json};
@@ -8,17 +8,8 @@ use serde_json::{Value, json};
 use super::{Failure, Outcome, PlanArguments};
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
-    let description = pbrt::read(&arguments.scene)?;
-    let changes = Changes {
-        lens: arguments.lens.clone(),
-        focus: arguments.focus,
-        f_number: arguments.fstop,
-        resolution: arguments.resolution,
-        effects: arguments.effects.effects.clone(),
-        visible: arguments.effects.visible,
-        ..Changes::default()
-    };
-    let (job, _, warnings) = prepare(description, &changes)?;
+    let description = pbrt::read(&arguments.picture.scene)?;
+    let (job, _, warnings) = prepare(description, &arguments.picture.changes())?;
     for warning in &warnings {
         say!("petzval: warning: {warning}");
     }

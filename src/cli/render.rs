@@ -18,10 +18,10 @@ use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let description = pbrt::read(&arguments.scene)?;
+    let description = pbrt::read(&arguments.picture.scene)?;
     let named = description.film.filename.clone();
     let output = arguments.output.clone().or(named).unwrap_or_else(|| {
-        PathBuf::from(arguments.scene.file_stem().unwrap_or_default()).with_extension("exr")
+        PathBuf::from(arguments.picture.scene.file_stem().unwrap_or_default()).with_extension("exr")
     });
     // A long render must not end at a name that nothing can be written to.
     let holds_layers = Format::of(&output)? == Format::Exr;
@@ -30,23 +30,14 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     }
     check_folder(&output)?;
     let changes = Changes {
-        lens: arguments.lens.clone(),
-        focus: arguments.focus,
-        f_number: arguments.fstop,
-        coating: arguments.coating,
-        resolution: arguments.resolution,
         crop: arguments.crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]),
-        samples: arguments.spp,
-        seed: arguments.seed,
         aim: match arguments.pupil {
             PupilArgument::Exit => Aim::Pupil,
             PupilArgument::Rear => Aim::RearDisk,
         },
         layers: arguments.aov.iter().map(|&aov| aov.into()).collect(),
         holds_layers,
-        effects: arguments.effects.effects.clone(),
-        visible: arguments.effects.visible,
-        sensor: arguments.sensor(),
+        ..arguments.picture.changes()
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
     for warning in &warnings {

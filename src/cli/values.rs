@@ -1,0 +1,68 @@
+//! What the values of options look like.
+
+use petzval::job::FocusOn;
+use petzval::lens::Coating;
+use petzval::sensor::Settings;
+
+pub(super) fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
+    let numbers: Vec<u32> =
+        text.split(separator).map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    numbers.try_into().ok()
+}
+
+pub(super) fn four(text: &str) -> Result<[u32; 4], String> {
+    list(text, ',').ok_or_else(|| "expected four whole numbers X0,Y0,X1,Y1".to_owned())
+}
+
+pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
+    let size =
+        list(text, 'x').filter(|size: &[u32; 2]| size.iter().all(|n| (1..=65536).contains(n)));
+    size.ok_or_else(|| "expected WxH in pixels, such as 1200x800, up to 65536".to_owned())
+}
+
+/// A number above 0, perhaps infinite.
+pub(super) fn above_zero(text: &str, expected: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|&number: &f64| number > 0.0);
+    number.ok_or_else(|| format!("expected {expected}"))
+}
+
+pub(super) fn sensor(text: &str) -> Result<Settings, String> {
+    text.parse().map_err(|problem| match text.contains('=') {
+        true => problem,
+        false => format!("{problem}; to give no value, put another option behind --sensor"),
+    })
+}
+
+pub(super) fn focus(text: &str) -> Result<FocusOn, String> {
+    let expected = "a distance above 0, in m, or inf, auto, auto@X,Y";
+    match text.strip_prefix("auto") {
+        Some("") => Ok(FocusOn::Pixel(None)),
+        Some(pixel) => match pixel.strip_prefix('@').and_then(|pixel| list(pixel, ',')) {
+            Some(pixel) => Ok(FocusOn::Pixel(Some(pixel))),
+            None => Err(format!("expected {expected}")),
+        },
+        None => above_zero(text, expected).map(FocusOn::Distance),
+    }
+}
+
+pub(super) fn f_number(text: &str) -> Result<f64, String> {
+    above_zero(text, "an f-number such as 2.8").and_then(|number| match number.is_finite() {
+        true => Ok(number),
+        false => Err("expected an f-number such as 2.8".to_owned()),
+    })
+}
+
+pub(super) fn coating(text: &str) -> Result<Coating, String> {
+    Coating::named(text).ok_or_else(|| format!("expected one of {}", Coating::NAMES.join(", ")))
+}
+
+pub(super) fn length_or_inf(text: &str) -> Result<f64, String> {
+    above_zero(text, "a length above 0, in mm")
+}
+
+pub(super) fn length(text: &str) -> Result<f64, String> {
+    length_or_inf(text).and_then(|length| match length.is_finite() {
+        true => Ok(length),
+        false => Err("expected a finite length, in mm".to_owned()),
+    })
+}

@@ -1,0 +1,70 @@
+//! What may be asked for instead of what a scene file says.
+
+use std::path::PathBuf;
+
+use crate::aov::Aov;
+use crate::lens::{Aim, Coating};
+use crate::plan::{Visible, Wanted};
+use crate::scene::pbrt::FilmSpec;
+use crate::sensor;
+
+/// What to focus on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FocusOn {
+    /// A distance, metres from the film; infinite is allowed.
+    Distance(f64),
+    /// What a pixel sees, or the middle of the picture.
+    Pixel(Option<[u32; 2]>),
+}
+
+/// What may be asked for instead of what the scene file says.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    /// Another lens file.
+    pub lens: Option<PathBuf>,
+    /// Another distance in focus.
+    pub focus: Option<FocusOn>,
+    /// Another f-number, by the marginal ray ([`crate::lens::Focus::f_number`]).
+    pub f_number: Option<f64>,
+    /// What to coat faces to air with that have no coating of their own; given, surfaces take what
+    /// they reflect.
+    pub coating: Option<Coating>,
+    /// Another size of the picture, pixels.
+    pub resolution: Option<[u32; 2]>,
+    /// Which effects to simulate.
+    pub effects: Wanted,
+    /// From what on one counts as visible.
+    pub visible: Visible,
+    /// First pixel, and first pixel not, that is rendered.
+    pub crop: Option<[[u32; 2]; 2]>,
+    /// Samples a pixel.
+    pub samples: Option<u32>,
+    /// Seed of the random numbers.
+    pub seed: Option<u32>,
+    /// How film points choose where to aim.
+    pub aim: Aim,
+    /// Layers beside the colours.
+    pub layers: Vec<Aov>,
+    /// Whether the picture's format holds layers, so that those of the scene file are wanted.
+    pub holds_layers: bool,
+    /// A sensor that reads the picture out.
+    pub sensor: Option<sensor::Settings>,
+}
+
+impl Changes {
+    /// The speed that the picture is taken at.
+    pub(super) fn iso(&self, film: &FilmSpec) -> f64 {
+        self.sensor.and_then(|sensor| sensor.iso).unwrap_or(film.iso)
+    }
+
+    /// The option that makes sense with a real lens only, if one is given.
+    pub(super) fn needs_lens(&self) -> Option<&'static str> {
+        let given = [
+            (self.lens.is_some(), "--lens"),
+            (self.focus.is_some(), "--focus"),
+            (self.f_number.is_some(), "--fstop"),
+            (self.coating.is_some(), "--coating"),
+        ];
+        given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
+    }
+}
