@@ -5,13 +5,15 @@ use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use petzval::film::{FilmSums, Frame, sample};
+use petzval::ghosts::survey;
 use petzval::image::Picture;
 use petzval::job::{Changes, prepare};
 use petzval::lanes::f32x8;
 use petzval::lens::{Aim, Coating, From, LensColumns, Model, RealLens, Surface};
 use petzval::lens::{read, sequence, trace, trace_lossy};
+use petzval::plan::{Effect, Wanted};
 use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
-use petzval::render::{Exposed, Job};
+use petzval::render::{Exposed, Job, Progress};
 use petzval::scene::pbrt;
 use petzval::sensor::{Bayer, Sensor};
 use petzval::spectrum::bands;
@@ -138,9 +140,40 @@ fn dispersion(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Light paths from lamps over two mirrorings to the film, by film sample of the picture.
+fn ghosts(criterion: &mut Criterion) {
+    const SAMPLES: u32 = 16;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let mut group = criterion.benchmark_group("effect/ghosts");
+    for name in ["dgauss", "fisheye"] {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.pbrt"));
+        let description = pbrt::read(&scene).expect("a scene of the repository");
+        let effects = Wanted::But(vec![(Effect::Ghosts, true)]);
+        let changes = Changes { samples: Some(SAMPLES), effects, ..Changes::default() };
+        let job = prepare(description, &changes).expect("a job").0;
+        let ghosts = job.ghosts.as_ref().expect("they are asked for");
+        let [width, height] = job.frame.resolution;
+        group.throughput(Throughput::Elements(u64::from(width * height * SAMPLES)));
+        let mut film = FilmSums::new(job.frame, false);
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                pool.install(|| {
+                    let progress = Progress::default();
+                    ghosts.expose::<f32x8>(&job, &mut film, &mut Stats::default(), &progress);
+                });
+            });
+        });
+        group.throughput(Throughput::Elements(1));
+        group.bench_function(format!("{name}/survey"), |bencher| {
+            bencher.iter(|| black_box(survey(&job)));
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = dispersion, fresnel, sensor
+    targets = dispersion, fresnel, ghosts, sensor
 }
 criterion_main!(benches);

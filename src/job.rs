@@ -2,6 +2,7 @@
 
 mod changes;
 mod frame;
+mod level;
 mod place;
 mod setup;
 
@@ -9,15 +10,17 @@ pub use changes::{Changes, FocusOn};
 
 use crate::aov::Aov;
 use crate::film::{Filter, Response};
+use crate::ghosts;
 use crate::image::{Note, Notes};
 use crate::lens::{Camera, LensError, Model};
-use crate::plan::{Effect, Question, plan};
-use crate::render::Job;
+use crate::plan::{Effect, Plan, Question, plan};
+use crate::render::{Job, RenderError};
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec};
 use crate::source::{Location, Warning};
 use crate::spectrum::{bands, white_balance};
 
 use frame::frame;
+use level::level;
 use place::Place;
 use setup::Setup;
 
@@ -38,6 +41,9 @@ pub enum JobError {
     /// The command line asks for what cannot be.
     #[error("{0}")]
     Asked(String),
+    /// The look at how bright the picture will be failed.
+    #[error(transparent)]
+    Level(#[from] RenderError),
 }
 
 /// Makes a scene ready to render. Answers the job, what to write about it into the picture, and
@@ -84,36 +90,46 @@ pub fn prepare(
     setup.number("filmHeight", size[1]);
     setup.number("samplesPerPixel", f64::from(samples));
     setup.number("seed", f64::from(seed));
-    let mut camera = Camera { model, film: size, world_from_camera, imaging_ratio, depth };
-    let plan = plan(&Question {
-        camera: &camera,
-        resolution: frame.resolution,
-        coated: changes.coating.is_some(),
-        sensor: asked.as_ref(),
-        samples,
-        moves: description.moves,
-        wanted: &changes.effects,
-        visible: changes.visible,
-    });
-    if let Model::Real(lens) = &mut camera.model {
-        lens.fresnel = plan.has(Effect::Fresnel);
-        if plan.has(Effect::Dispersion) {
-            lens.disperse(&bands());
-        }
-    }
-    setup.notes.push(("effects", Note::Text(plan.line())));
-    let job = Job {
+    let mut job = Job {
         scene,
-        camera,
-        plan,
+        camera: Camera { model, film: size, world_from_camera, imaging_ratio, depth },
+        plan: Plan::default(),
         frame,
         film: response,
         samples: 0..samples,
         seed,
         reach: description.reach,
         layers: layers(&film, changes),
+        ghosts: None,
         sensor,
     };
+    let sighting = match changes.effects.of(Effect::Ghosts) {
+        Some(false) => None,
+        _ => ghosts::survey(&job),
+    };
+    let level = if sighting.is_some() { level(&mut job)? } else { 0.0 };
+    job.plan = plan(&Question {
+        camera: &job.camera,
+        resolution: job.frame.resolution,
+        coated: changes.coating.is_some(),
+        ghosts: sighting.as_ref(),
+        level,
+        sensor: asked.as_ref(),
+        samples,
+        moves: description.moves,
+        wanted: &changes.effects,
+        visible: changes.visible,
+    });
+    if let Model::Real(lens) = &mut job.camera.model {
+        lens.fresnel = job.plan.has(Effect::Fresnel);
+        if job.plan.has(Effect::Dispersion) {
+            lens.disperse(&bands());
+        }
+        if job.plan.has(Effect::Ghosts) {
+            job.ghosts = sighting.map(|sighting| sighting.ghosts(lens));
+        }
+    }
+    setup.notes.push(("effects", Note::Text(job.plan.line())));
     if let (Some(aov), Model::Thin(_)) =
         (job.layers.iter().find(|aov| aov.needs_lens()), &job.camera.model)
     {

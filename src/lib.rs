@@ -83,7 +83,9 @@
 //! which they mean.
 
 pub mod aov;
+mod distribution;
 pub mod film;
+pub mod ghosts;
 pub mod image;
 pub mod job;
 pub mod lanes;

@@ -18,6 +18,7 @@ pub use decision::{Cost, Decision, Harm, Plan};
 pub use effect::{By, Effect};
 pub use wanted::{Visible, Wanted};
 
+use crate::ghosts::Sighting;
 use crate::lens::{Camera, Model};
 use crate::sensor::Sensor;
 
@@ -30,6 +31,10 @@ pub struct Question<'a> {
     pub resolution: [u32; 2],
     /// Whether the command line names a coating.
     pub coated: bool,
+    /// What ghosts the lens makes of the scene's lights, if any.
+    pub ghosts: Option<&'a Sighting>,
+    /// How bright the picture is, its lamps aside; known where there are ghosts.
+    pub level: f64,
     /// The sensor that the command line asks for.
     pub sensor: Option<&'a Sensor>,
     /// Samples a pixel.
@@ -97,7 +102,7 @@ fn find(effect: Effect, question: &Question) -> Finding {
         Effect::Diffraction => diffraction::find(question, lens),
         Effect::Iris => iris::find(question, lens),
         Effect::Fresnel => fresnel::find(question, lens),
-        Effect::Ghosts => ghosts::find(),
+        Effect::Ghosts => ghosts::find(question),
         Effect::Motion => motion::find(question),
         Effect::Sensor => sensor::find(question),
         Effect::RollingShutter => rolling_shutter::find(),

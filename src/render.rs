@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::aov::{Aov, FeatureFilm, Features};
 use crate::film::{FilmSums, Frame, Response, Tile, TileSampler, TileSums, sample};
+use crate::ghosts::Ghosts;
 use crate::image::Picture;
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
@@ -42,6 +43,8 @@ pub struct Job {
     pub reach: Reach,
     /// What is wanted beside the colours.
     pub layers: Vec<Aov>,
+    /// The ghosts in the lens, where they are simulated.
+    pub ghosts: Option<Ghosts>,
     /// What reads the finished picture out; without one it stays as the film has it.
     pub sensor: Option<Sensor>,
 }
@@ -147,9 +150,6 @@ fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Expos
             wave.expose_tile::<R>(job, tile, progress)
         })
         .collect();
-    if progress.stop.load(Ordering::Relaxed) {
-        return Err(RenderError::Stopped);
-    }
     let film = FilmSums::new(job.frame, job.layers.contains(&Aov::Variance));
     let mut exposed = Exposed { film, features: None, stats: Stats::default() };
     for (tile, (sums, features)) in tiles.iter().zip(&received) {
@@ -161,6 +161,12 @@ fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Expos
     for worker in workers {
         let wave = worker.into_inner().unwrap_or_else(|poison| poison.into_inner());
         exposed.stats.add(&wave.stats);
+    }
+    if let Some(ghosts) = &job.ghosts {
+        ghosts.expose::<R>(job, &mut exposed.film, &mut exposed.stats, progress);
+    }
+    if progress.stop.load(Ordering::Relaxed) {
+        return Err(RenderError::Stopped);
     }
     Ok(exposed)
 }

@@ -19,11 +19,13 @@ pub enum Stage {
     Occlude,
     /// Adding up.
     Accumulate,
+    /// Light that is mirrored twice inside the lens, from lights to the film.
+    Ghosts,
 }
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Sample,
         Self::Lens,
         Self::Intersect,
@@ -31,6 +33,7 @@ impl Stage {
         Self::Shade,
         Self::Occlude,
         Self::Accumulate,
+        Self::Ghosts,
     ];
 
     /// Its name.
@@ -43,6 +46,7 @@ impl Stage {
             Self::Shade => "shade",
             Self::Occlude => "occlude",
             Self::Accumulate => "accumulate",
+            Self::Ghosts => "ghosts",
         }
     }
 }
@@ -100,7 +104,7 @@ pub struct StageStats {
 #[derive(Clone, Debug, Default)]
 pub struct Stats {
     /// By stage, in the order of [`Stage::ALL`].
-    pub stages: [StageStats; 7],
+    pub stages: [StageStats; 8],
     /// What became of the rays in the lens.
     pub lens: LensStats,
     /// Packets by how many surfaces the path had met before.

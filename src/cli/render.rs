@@ -152,7 +152,7 @@ fn print_table(job: &Job, stats: &Stats) {
     );
     for stage in Stage::ALL {
         let part = stats.stage(stage);
-        if stage == Stage::Record && job.layers.is_empty() {
+        if matches!(stage, Stage::Record | Stage::Ghosts) && part.rays == 0 {
             continue;
         }
         say!(

@@ -76,6 +76,14 @@ impl FilmSums {
         }
     }
 
+    /// Adds light to a pixel of the picture, by its coordinates there, beside its samples.
+    pub fn add(&mut self, [x, y]: [u32; 2], light: [f64; 3]) {
+        let row = self.frame.size()[0];
+        let place = (y - self.frame.low[1]) * row + (x - self.frame.low[0]);
+        let sum = &mut self.sums[place as usize];
+        *sum = [0, 1, 2].map(|c| sum[c] + light[c]);
+    }
+
     /// The variance of every pixel's mean over this many samples, by channel: the square of its
     /// standard error. `None` where the squares were not added up.
     pub fn variance(&self, samples: u32) -> Option<Vec<[f32; 3]>> {

@@ -27,6 +27,11 @@ impl Response {
                 light = light.map(|c| c * limit / most);
             }
         }
+        self.balanced(light)
+    }
+
+    /// Light that is no single sample's, in the film's white.
+    pub fn balanced(&self, light: [f64; 3]) -> [f64; 3] {
         match &self.balance {
             Some(balance) => (*balance * DVec3::from_array(light)).to_array(),
             None => light,

@@ -2,7 +2,7 @@
 
 use super::glass::D_LINE;
 use super::prescription::Prescription;
-use super::surface::{From, Surface, sequence};
+use super::surface::{From, Surface, sequence, sequence_at};
 
 /// A part of the visible light, traced at one wavelength, and what it counts in the picture.
 #[derive(Clone, Debug)]
@@ -27,8 +27,8 @@ impl Band {
         Self {
             wavelength,
             response,
-            surfaces: sequence::<f32>(&lens, From::Film(film_distance)),
-            exact: sequence::<f64>(&lens, From::Film(film_distance)),
+            surfaces: sequence_at::<f32>(&lens, From::Film(film_distance), wavelength),
+            exact: sequence_at::<f64>(&lens, From::Film(film_distance), wavelength),
         }
     }
 

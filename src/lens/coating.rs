@@ -151,6 +151,15 @@ impl<T: Copy> Coat<T> {
     }
 }
 
+impl<T: Copy> Coat<T> {
+    /// The share that is reflected; all of it where no light can go on.
+    #[inline(always)]
+    pub fn reflectance<R: Real<Scalar = T>>(&self, xi2: R) -> R {
+        let through = self.transmittance::<R>(xi2);
+        R::select(through.same(through), R::constant(1.0) - through, R::constant(1.0))
+    }
+}
+
 impl<T: Copy> Face<T> {
     /// The square roots that refraction takes: n cos(theta) and n' cos(theta').
     #[inline(always)]

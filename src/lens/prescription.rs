@@ -115,6 +115,17 @@ impl Row {
             Some(Axis::Y) => self.sag(x),
         }
     }
+
+    /// How [`Self::sag_at`] changes with x and with y.
+    pub fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
+        let h = x.hypot(y);
+        match self.axis {
+            None if h > 0.0 => [x, y].map(|v| self.slope(h) * v / h),
+            None => [0.0; 2],
+            Some(Axis::X) => [0.0, self.slope(y)],
+            Some(Axis::Y) => [self.slope(x), 0.0],
+        }
+    }
 }
 
 /// A lens: its surfaces from the scene to the film, mm.

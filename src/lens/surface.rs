@@ -56,7 +56,10 @@ pub struct Surface<T> {
     pub limit: T,
     /// How near to the limit this precision cannot be trusted.
     pub doubt: T,
-    /// What it lets through of the light of the d line.
+    /// Whether rays turn back. Then `n2_step` is not that of the media but any that shows the
+    /// kernel's normal, and what follows is met in the other direction.
+    pub mirror: bool,
+    /// What it lets through of the light.
     pub coat: Coat<T>,
 }
 
@@ -72,29 +75,79 @@ pub enum From {
 /// The surfaces of a lens in the order in which rays from that side meet them. A row of the
 /// prescription that blocks in several ways makes several.
 pub fn sequence<R: Real>(lens: &Prescription, from: From) -> Vec<Surface<R::Scalar>> {
-    let rows = &lens.rows;
-    let count = rows.len();
-    let mut surfaces = Vec::with_capacity(count);
-    let mut before = 0.0;
+    sequence_at::<R>(lens, from, D_LINE)
+}
+
+/// The same with coatings as they are for light of a wavelength, nm. The indices are the lens's.
+pub(super) fn sequence_at<R: Real>(
+    lens: &Prescription,
+    from: From,
+    nm: f64,
+) -> Vec<Surface<R::Scalar>> {
+    let count = lens.rows.len();
+    let mut path = Path::<R>::new(lens, nm);
     for place in 0..count {
-        let (row, advance, sign) = match from {
+        match from {
             From::Film(distance) => {
-                let row = count - 1 - place;
-                (row, if place == 0 { distance } else { rows[row].thickness }, -1.0)
+                path.go(count - 1 - place, (place == 0).then_some(distance), false, false);
             }
-            From::Scene(distance) => {
-                (place, if place == 0 { distance } else { rows[place - 1].thickness }, 1.0)
-            }
-        };
-        let (n, n_after) = match from {
-            From::Film(_) => (rows[row].index, lens.index_before(row)),
-            From::Scene(_) => (lens.index_before(row), rows[row].index),
-        };
-        let side = Side { row, advance, sign, n, n_after, height: before };
-        before = rows[row].diameter / 2.0;
-        push::<R>(&rows[row], &side, &mut surfaces);
+            From::Scene(distance) => path.go(place, (place == 0).then_some(distance), true, false),
+        }
     }
-    surfaces
+    path.surfaces
+}
+
+/// The surfaces that light of a wavelength, nm, meets on its way from the scene to the film if the
+/// second of two rows mirrors it back to the first, and that one to the film again. Rays start at
+/// the front vertex.
+pub fn ghost_sequence<R: Real>(
+    lens: &Prescription,
+    [first, second]: [usize; 2],
+    nm: f64,
+) -> Vec<Surface<R::Scalar>> {
+    let mut path = Path::<R>::new(lens, nm);
+    for row in 0..second {
+        path.go(row, (row == 0).then_some(0.0), true, false);
+    }
+    path.go(second, (second == 0).then_some(0.0), true, true);
+    for row in (first + 1..second).rev() {
+        path.go(row, None, false, false);
+    }
+    path.go(first, None, false, true);
+    for row in first + 1..lens.rows.len() {
+        path.go(row, None, true, false);
+    }
+    path.surfaces
+}
+
+/// The way of light from row to row.
+struct Path<'a, R: Real> {
+    lens: &'a Prescription,
+    nm: f64,
+    /// Half the diameter of the row met before.
+    height: f64,
+    surfaces: Vec<Surface<R::Scalar>>,
+}
+
+impl<'a, R: Real> Path<'a, R> {
+    fn new(lens: &'a Prescription, nm: f64) -> Self {
+        Self { lens, nm, height: 0.0, surfaces: Vec::with_capacity(lens.rows.len()) }
+    }
+
+    /// Adds a row, met on the way to the film or from it, at its thickness or another distance
+    /// from the one before.
+    fn go(&mut self, row: usize, distance: Option<f64>, to_film: bool, mirror: bool) {
+        let Self { lens, nm, height, .. } = *self;
+        let rows = &lens.rows;
+        let between = if to_film { row.wrapping_sub(1) } else { row };
+        let advance = distance.unwrap_or_else(|| rows[between].thickness);
+        let [before, behind] = lens.indices(row);
+        let (sign, n, n_after) =
+            if to_film { (1.0, before, behind) } else { (-1.0, behind, before) };
+        let side = Side { row, advance, sign, n, n_after, height, mirror, nm };
+        self.height = rows[row].diameter / 2.0;
+        push::<R>(&rows[row], &side, &mut self.surfaces);
+    }
 }
 
 /// How rays come to a surface.
@@ -107,6 +160,9 @@ struct Side {
     n_after: f64,
     /// How far from the axis they start.
     height: f64,
+    mirror: bool,
+    /// Wavelength for the coating.
+    nm: f64,
 }
 
 /// How far off, rad, the direction behind a surface may be by the bound below. The bound is
@@ -117,9 +173,9 @@ const DIRECTION: f64 = 2e-6;
 const FAR: f64 = 0.5;
 
 fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>) {
-    let &Side { row: place, advance, sign, n, n_after, height } = side;
+    let &Side { row: place, advance, sign, n, n_after, height, mirror, nm } = side;
     let curvature = sign * row.curvature();
-    let n2_step = n_after * n_after - n * n;
+    let n2_step = if mirror { 3.0 * n * n } else { n_after * n_after - n * n };
     let plain_stop = row.stop && row.curvature() == 0.0 && row.asphere.is_empty() && n2_step == 0.0;
     // The centre of a conic stands nearer to its vertex than a sphere's by this.
     let bulge = if row.asphere.is_empty() { (1.0 + row.conic).abs().max(1.0) } else { 1.0 };
@@ -149,10 +205,15 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
         aperture2: R::scalar(row.diameter * row.diameter / 4.0),
         limit: R::scalar((-n2_step).max(0.0)),
         doubt: R::scalar(doubt),
-        coat: Coat::new::<R>(row.coating.unwrap_or_default(), [n, n_after], D_LINE),
+        mirror,
+        coat: Coat::new::<R>(row.coating.unwrap_or_default(), [n, n_after], nm),
     };
-    let beside =
-        |kind: Kind<R::Scalar>| Surface { kind, advance: R::scalar(0.0), ..surface.clone() };
+    let beside = |kind: Kind<R::Scalar>| Surface {
+        kind,
+        advance: R::scalar(0.0),
+        mirror: false,
+        ..surface.clone()
+    };
     let iris = (row.iris != Iris::Round)
         .then(|| beside(Kind::Iris(Arc::new(Shape::new::<R>(&row.iris, row.diameter)))));
     let disk = (row.obstruction > 0.0)

@@ -45,20 +45,20 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
 
 /// One surface for every ray of the batch: a stage. Blocked rays get a NaN in x, which no
 /// later comparison lets through. Answers how many rays are alive behind the surface.
-struct Stage<'a, R: Real, const LOSSY: bool> {
+struct Stage<'a, R: Real, const LOSSY: bool, const MIRROR: bool> {
     batch: &'a mut LensBatch<R::Scalar>,
     surface: &'a Surface<R::Scalar>,
 }
 
-impl<R: Real, const LOSSY: bool> With<R> for Stage<'_, R, LOSSY> {
+impl<R: Real, const LOSSY: bool, const MIRROR: bool> With<R> for Stage<'_, R, LOSSY, MIRROR> {
     type Answer = u64;
 
     fn with(self, kernel: impl Kernel<R>) -> u64 {
-        cross::<R, _, LOSSY>(self.batch, self.surface, kernel)
+        cross::<R, _, LOSSY, MIRROR>(self.batch, self.surface, kernel)
     }
 }
 
-fn cross<R: Real, K: Kernel<R>, const LOSSY: bool>(
+fn cross<R: Real, K: Kernel<R>, const LOSSY: bool, const MIRROR: bool>(
     batch: &mut LensBatch<R::Scalar>,
     surface: &Surface<R::Scalar>,
     kernel: K,
@@ -109,12 +109,29 @@ fn cross<R: Real, K: Kernel<R>, const LOSSY: bool>(
         if K::SHADES {
             weight[i] = ray.weight;
         }
-        if LOSSY && K::REFRACTS {
+        if MIRROR {
+            [tx[i], ty[i], tz[i]] =
+                reflected(before.t, ray.t, incidence, R::splat(surface.n2_step));
+            z[i] = -z[i];
+            weight[i] = weight[i] * surface.coat.reflectance::<R>(incidence);
+        } else if LOSSY && K::REFRACTS {
             weight[i] = weight[i] * surface.coat.transmittance::<R>(incidence);
         }
         alive += u64::from(R::bits(passed).count_ones());
     }
     alive
+}
+
+/// The direction of a reflected ray, in a frame whose +z is the new direction of travel.
+///
+/// Kernels only refract. From the directions before and behind a surface of any step of n^2 comes
+/// the normal, T' - T = (sqrt(xi^2 + step) - xi) N, and with it the reflection T - 2 xi N.
+#[inline(always)]
+fn reflected<R: Real>(before: [R; 3], behind: [R; 3], incidence: R, step: R) -> [R; 3] {
+    let xi = incidence.sqrt();
+    let share = -(xi + xi) / ((incidence + step).sqrt() - xi);
+    let [x, y, z] = [0, 1, 2].map(|i| share.mul_add(behind[i] - before[i], before[i]));
+    [x, y, -z]
 }
 
 /// Adds the lanes of a packet, whose bits are set, to a list of rays.
@@ -163,11 +180,33 @@ fn pass<R: Real, const LOSSY: bool>(
     batch.doubtful.clear();
     let (mut alive, mut doubtful) = (batch.living as u64, 0);
     for surface in surfaces {
-        let behind = dispatch::<R, _>(surface, Stage::<R, LOSSY> { batch, surface });
+        let behind = dispatch::<R, _>(surface, Stage::<R, LOSSY, false> { batch, surface });
         let newly = batch.doubtful.len() as u64 - doubtful;
         blocked[surface.row] += alive - behind - newly;
         (alive, doubtful) = (behind, doubtful + newly);
     }
+}
+
+/// As [`trace_lossy`], through surfaces some of which mirror ([`super::ghost_sequence`]).
+/// Nothing is noted as doubtful, and nothing needs to be settled: what
+/// f32 cannot decide in a ghost nobody sees. Answers how many rays come out.
+#[inline(never)]
+pub fn trace_ghost<R: Real>(
+    batch: &mut LensBatch<R::Scalar>,
+    surfaces: &[Surface<R::Scalar>],
+) -> u64 {
+    let mut alive = batch.living as u64;
+    for surface in surfaces {
+        alive = match surface.mirror {
+            true => dispatch::<R, _>(surface, Stage::<R, true, true> { batch, surface }),
+            false => dispatch::<R, _>(surface, Stage::<R, true, false> { batch, surface }),
+        };
+        if alive == 0 {
+            break;
+        }
+    }
+    batch.doubtful.clear();
+    alive
 }
 
 /// Traces the doubtful rays of a batch again, in f64, from where they started.

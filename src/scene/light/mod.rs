@@ -5,7 +5,6 @@ mod ball;
 mod bounds;
 mod choice;
 mod cone;
-mod distribution;
 mod lamp;
 mod sky;
 mod spherical;

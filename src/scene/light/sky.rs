@@ -4,9 +4,9 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::distribution::Distribution;
 use super::lamp::luminance;
 use super::{mean, square};
+use crate::distribution::Distribution;
 use crate::scene::texture::ImageMap;
 
 /// Radiance that comes from infinitely far away.

@@ -2,7 +2,7 @@
 
 /// A piecewise constant density over the unit square.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Distribution {
+pub(crate) struct Distribution {
     size: [usize; 2],
     /// Cumulated shares of the rows: 0 first, 1 last.
     rows: Vec<f32>,
@@ -12,17 +12,17 @@ pub(super) struct Distribution {
 
 /// A point of the square.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Chosen {
-    pub(super) uv: [f32; 2],
+pub(crate) struct Chosen {
+    pub(crate) uv: [f32; 2],
     /// Column and row of its cell: the rounding of uv may say another.
-    pub(super) cell: [usize; 2],
+    pub(crate) cell: [usize; 2],
     /// Per unit of the square's area.
-    pub(super) density: f32,
+    pub(crate) density: f32,
 }
 
 impl Distribution {
     /// Cells in proportion to their weights; `None` where no weight is above 0.
-    pub(super) fn new(size: [usize; 2], weight: impl Fn(usize, usize) -> f64) -> Option<Self> {
+    pub(crate) fn new(size: [usize; 2], weight: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let [width, height] = size;
         let mut cells = Vec::with_capacity((width + 1) * height);
         let mut totals = Vec::with_capacity(height);
@@ -44,7 +44,7 @@ impl Distribution {
     }
 
     /// A point, from two numbers in [0, 1).
-    pub(super) fn sample(&self, u: [f32; 2]) -> Chosen {
+    pub(crate) fn sample(&self, u: [f32; 2]) -> Chosen {
         let (y, v, share_y) = find(&self.rows, u[1]);
         let (x, u, share_x) = find(self.row(y), u[0]);
         let [width, height] = self.size.map(|n| n as f32);
@@ -56,7 +56,7 @@ impl Distribution {
     }
 
     /// The density of [`Self::sample`] at a point.
-    pub(super) fn density(&self, uv: [f32; 2]) -> f32 {
+    pub(crate) fn density(&self, uv: [f32; 2]) -> f32 {
         let [x, y] = [0, 1].map(|i| {
             let n = self.size[i];
             ((uv[i] * n as f32) as usize).min(n - 1)

@@ -1,0 +1,130 @@
+//! Light that enters a lens.
+
+use glam::{DVec3, Vec3};
+
+use crate::distribution::Distribution;
+use crate::lanes::Real;
+use crate::lens::{RealLens, trace_ghost};
+use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE};
+use crate::render::Job;
+use crate::sampler::{Dimension, pair};
+use crate::scene::{SurfacePoint, TraversalStack, gamma};
+
+/// A wave of light paths: from lights to the front surface, and on through the lens.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Photons {
+    /// At first on the front surface; after the trace behind the rear one.
+    pub batch: LensBatch<f32>,
+    /// Back from the front surface to the light, each with the flux that it carries: radiance
+    /// times mm^2 sr, over the density of its choice.
+    pub rays: RayBatch,
+    /// Where in the square about the front surface each ray of `rays` entered.
+    pub entry: Vec<[f32; 2]>,
+    shadows: RayBatch,
+    stack: TraversalStack,
+    /// The flux that arrives, by place in the batch.
+    pub arrived: [Column<f32>; 3],
+}
+
+impl Photons {
+    /// Samples lights from points of the front surface, a wave of them: uniformly spread over
+    /// its square, or by a density.
+    pub fn sample(&mut self, job: &Job, lens: &RealLens, key: u32, entry: Option<&Distribution>) {
+        let front = &lens.prescription.rows[0];
+        let half = front.diameter / 2.0;
+        let world = job.camera.world_from_camera;
+        let camera = world.matrix3.inverse();
+        self.entry.clear();
+        self.rays.len = 0;
+        for i in 0..WAVE as u32 {
+            let u = pair(key, i, Dimension::Pupil);
+            let (uv, density) = match entry {
+                Some(entry) => {
+                    let chosen = entry.sample(u);
+                    (chosen.uv, chosen.density)
+                }
+                None => (u, 1.0),
+            };
+            let [x, y] = uv.map(|u| (2.0 * f64::from(u) - 1.0) * half);
+            if x.hypot(y) > half {
+                continue;
+            }
+            let sag = front.sag_at(x, y);
+            let [gx, gy] = front.gradient(x, y);
+            let outward = DVec3::new(gx, gy, 1.0);
+            let unit = lens.unit;
+            let place =
+                world.transform_point3(DVec3::new(x * unit, y * unit, lens.front - sag * unit));
+            // Normals turn with the inverse transposed; its length does not matter.
+            let normal = (camera.transpose() * outward).normalize().as_vec3();
+            let position = place.as_vec3();
+            let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
+            let from = SurfacePoint { position, error, normal, shading: normal };
+            let [choice, at] = [Dimension::Choice(0), Dimension::Light(0)].map(|d| pair(key, i, d));
+            let Some(light) = job.scene.sample_light(&from, choice, at) else { continue };
+            let towards = (camera * light.direction.as_dvec3()).normalize();
+            // Its front half only: the kernels take rays that travel along the axis.
+            let facing = towards.dot(outward);
+            if !(facing > 0.0 && towards.z > 0.0 && light.density > 0.0) {
+                continue;
+            }
+            let area = 4.0 * half * half / f64::from(density);
+            let flux = facing * area / f64::from(light.density);
+            let k = self.rays.len;
+            [self.batch.x[k], self.batch.y[k], self.batch.z[k]] = [x, y, sag].map(|v| v as f32);
+            [self.batch.tx[k], self.batch.ty[k], self.batch.tz[k]] =
+                [-towards.x, -towards.y, towards.z].map(|v| v as f32);
+            self.batch.weight[k] = 1.0;
+            let origin = from.leave(light.direction);
+            let ray = Ray {
+                origin: origin.to_array(),
+                direction: light.direction.to_array(),
+                t_max: light.t_max,
+            };
+            let carried = light.radiance.map(|l| (f64::from(l) * flux) as f32);
+            self.rays.push(ray, carried, k as u32);
+            self.entry.push(uv);
+        }
+        self.batch.resize::<f32>(self.rays.len);
+    }
+
+    /// Traces the wave through a sequence of surfaces to the film; answers where it is met, mm,
+    /// by place in the batch. Blocked rays have a NaN there.
+    pub fn through<R: Real<Scalar = f32>>(
+        &mut self,
+        lens: &RealLens,
+        surfaces: &[crate::lens::Surface<f32>],
+    ) -> bool {
+        self.batch.resize::<R>(self.rays.len);
+        if trace_ghost::<R>(&mut self.batch, surfaces) == 0 {
+            return false;
+        }
+        let batch = &mut self.batch;
+        let distance = lens.film_distance as f32;
+        for i in 0..batch.len {
+            let s = (distance - batch.z[i]) / batch.tz[i];
+            batch.x[i] += s * batch.tx[i];
+            batch.y[i] += s * batch.ty[i];
+        }
+        true
+    }
+
+    /// Lets through what nothing in the scene stands in the way of, of those rays that `keep`
+    /// says a factor of.
+    pub fn connect<R: Real<Scalar = f32>>(
+        &mut self,
+        job: &Job,
+        keep: impl Fn(&LensBatch<f32>, usize) -> Option<[f32; 3]>,
+    ) {
+        self.shadows.len = 0;
+        for i in 0..self.rays.len {
+            self.arrived.iter_mut().for_each(|column| column[i] = 0.0);
+            if let Some(factor) = keep(&self.batch, i) {
+                let carried = self.rays.carried(i);
+                let carried = [0, 1, 2].map(|c| carried[c] * factor[c]);
+                self.shadows.push(self.rays.ray(i), carried, i as u32);
+            }
+        }
+        job.scene.occlude::<R>(&self.shadows, &mut self.stack, &mut self.arrived);
+    }
+}
