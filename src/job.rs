@@ -8,6 +8,8 @@ mod setup;
 
 pub use changes::{Changes, FocusOn};
 
+use glam::DMat3;
+
 use crate::aov::Aov;
 use crate::film::{Filter, Response};
 use crate::ghosts;
@@ -62,8 +64,9 @@ pub fn prepare(
     let response = Response {
         filter: Filter::new(description.filter.profile, description.filter.radius),
         brightest: film.brightest,
-        balance: film.white_balance.map(white_balance),
+        balance: balance(&film, changes),
     };
+    let bands = changes.passband.map_or_else(bands, |film| film.bands());
     let (model, size, imaging_ratio, depth) = match camera {
         CameraSpec::Thin(_) if changes.needs_lens().is_some() => {
             let option = changes.needs_lens().unwrap_or_default();
@@ -103,6 +106,9 @@ pub fn prepare(
         ghosts: None,
         sensor,
     };
+    if let (Some(film), Model::Real(lens)) = (changes.passband, &mut job.camera.model) {
+        lens.disperse(&[film.whole()]);
+    }
     let sighting = match changes.effects.of(Effect::Ghosts) {
         Some(false) => None,
         _ => ghosts::survey(&job),
@@ -111,6 +117,8 @@ pub fn prepare(
     job.plan = plan(&Question {
         camera: &job.camera,
         resolution: job.frame.resolution,
+        bands: &bands,
+        assumed: changes.assume_vd,
         coated: changes.coating.is_some(),
         ghosts: sighting.as_ref(),
         level,
@@ -123,10 +131,10 @@ pub fn prepare(
     if let Model::Real(lens) = &mut job.camera.model {
         lens.fresnel = job.plan.has(Effect::Fresnel);
         if job.plan.has(Effect::Dispersion) {
-            lens.disperse(&bands());
+            lens.disperse(&bands);
         }
         if job.plan.has(Effect::Ghosts) {
-            job.ghosts = sighting.map(|sighting| sighting.ghosts(lens));
+            job.ghosts = sighting.map(|sighting| sighting.ghosts(lens, &bands));
         }
     }
     setup.notes.push(("effects", Note::Text(job.plan.line())));
@@ -137,6 +145,15 @@ pub fn prepare(
         return Err(JobError::Asked(format!("--aov {name}: this camera has no lens file")));
     }
     Ok((job, setup.notes, setup.warnings))
+}
+
+/// What the film makes of colours, white balance first.
+fn balance(film: &FilmSpec, changes: &Changes) -> Option<DMat3> {
+    let white = film.white_balance.map(white_balance);
+    match (changes.passband.map(|film| film.grey()), white) {
+        (Some(grey), Some(white)) => Some(grey * white),
+        (grey, white) => grey.or(white),
+    }
 }
 
 /// The distance from pixel to pixel, mm.

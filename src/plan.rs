@@ -21,6 +21,7 @@ pub use wanted::{Visible, Wanted};
 use crate::ghosts::Sighting;
 use crate::lens::{Camera, Model};
 use crate::sensor::Sensor;
+use crate::spectrum::LightBand;
 
 /// What the decisions are made from.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,10 @@ pub struct Question<'a> {
     pub camera: &'a Camera,
     /// Width and height of the picture, pixels.
     pub resolution: [u32; 2],
+    /// The light, as a lens that disperses takes it apart.
+    pub bands: &'a [LightBand],
+    /// Whether dispersion was guessed where it is not known.
+    pub assumed: bool,
     /// Whether the command line names a coating.
     pub coated: bool,
     /// What ghosts the lens makes of the scene's lights, if any.

@@ -7,7 +7,7 @@ use petzval::lens::{Model, Paraxial};
 use petzval::plan::{Effect, Wanted};
 use petzval::render::{Backend, Job, render};
 use petzval::scene::pbrt;
-use petzval::spectrum::bands;
+use petzval::spectrum::{Passband, bands};
 use support::{folder, mean, picture, root, write};
 
 /// A flint singlet of about 100 mm at f/20, its stop on the front surface.
@@ -15,11 +15,17 @@ const SINGLET: &str =
     "[[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 5.0\nglass = \"SF5\"
 stop = true\n[[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
 
+/// The same glass with its stop 30 mm before it, so that fields lie apart on it.
+const STOP_BEFORE: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.0
+[[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 20.0\nglass = \"SF5\"
+[[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
+
 /// A picture through a lens of the world behind the camera, metres.
 fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
     let folder = folder();
     let file = match lens {
         "singlet" => write(&folder, "singlet.toml", SINGLET),
+        "stop before" => write(&folder, "stop_before.toml", STOP_BEFORE),
         name => root().join("lenses").join(name),
     };
     let text = format!(
@@ -114,6 +120,49 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
         );
         assert!((found.sqrt() / expected.sqrt() - 1.0).abs() < 0.05, "{found} and {expected}");
     }
+}
+
+#[test]
+fn colours_are_as_large_as_their_chief_rays_say() {
+    // A moon 2 degrees off the axis, seen by a film for blue and by one for red light.
+    let tangent = 2f64.to_radians().tan();
+    let world = format!(
+        "AreaLightSource \"diffuse\" \"rgb L\" [1e6 1e6 1e6] Translate {} 0 1000
+         Shape \"sphere\" \"float radius\" 1",
+        1000.0 * tangent
+    );
+    let film = "\"integer xresolution\" 600 \"integer yresolution\" 600 \"float diagonal\" 12";
+    let width = 12.0 / 2f64.sqrt();
+    let seen = |range: [f64; 2]| {
+        let changes = Changes {
+            samples: Some(128),
+            passband: Some(Passband { range }),
+            effects: "+dispersion".parse().expect("effects"),
+            crop: Some([[490, 270], [600, 330]]),
+            ..Changes::default()
+        };
+        let job = job("stop before", film, &world, &changes);
+        let picture = picture(&job, Backend::Simd, 2);
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (i, pixel) in picture.pixels.iter().enumerate() {
+            assert_eq!(pixel[0], pixel[2], "such a film sees grey");
+            sum += f64::from(pixel[0]);
+            moment += f64::from(pixel[0]) * ((i % 110) as f64 + 0.5 + 490.0 - 300.0);
+        }
+        let Model::Real(lens) = &job.camera.model else { panic!() };
+        // The chief ray, paraxial: y and n u from surface to surface.
+        let row = &lens.prescription.rows[1];
+        let n = row.glass.index(row.index, (range[0] + range[1]) / 2.0);
+        let (mut y, mut nu) = (30.0 * tangent, tangent);
+        nu -= y * (n - 1.0) / 120.0;
+        y += nu / n * 2.0;
+        nu -= y * (n - 1.0) / 120.0;
+        (moment / sum * width / 600.0, y + nu * lens.film_distance)
+    };
+    let (blue, red) = (seen([480.0, 492.0]), seen([650.0, 662.0]));
+    let (found, expected) = (red.0 - blue.0, red.1 - blue.1);
+    println!("{blue:?} {red:?}: {:.2} um, expected {:.2} um", 1e3 * found, 1e3 * expected);
+    assert!(expected > 0.02 && (found / expected - 1.0).abs() < 0.03, "{found}, not {expected}");
 }
 
 #[test]

@@ -12,6 +12,7 @@ use petzval::lens::{Coating, Model, Prescription};
 use petzval::plan::{Effect, Harm};
 use petzval::render::{Backend, Job, Progress};
 use petzval::scene::pbrt;
+use petzval::spectrum::bands;
 use petzval::stats::Stats;
 use support::{Random, folder, picture, write};
 
@@ -223,7 +224,7 @@ fn blocks(pixels: &[f64], side: usize) -> Vec<f64> {
 /// The ghosts alone, of all pairs, in green.
 fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
     let Model::Real(lens) = &job.camera.model else { panic!("a real lens") };
-    let ghosts = survey(job).expect("ghosts").all(lens);
+    let ghosts = survey(job).expect("ghosts").all(lens, &bands());
     let job = Job { samples: 0..samples, ..job.clone() };
     let mut film = FilmSums::new(job.frame, false);
     ghosts.expose::<f32x8>(&job, &mut film, &mut Stats::default(), &Progress::default());

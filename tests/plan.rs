@@ -44,11 +44,66 @@ fn a_plan_holds_every_effect_with_who_decided_and_why() {
 }
 
 #[test]
-fn the_scenes_of_the_course_need_nothing() {
+fn the_scenes_of_the_course_need_nothing_but_one_that_looks_into_its_light() {
     for scene in ["dgauss", "fisheye", "telephoto", "wide"] {
         let effects = effects(&[&format!("scenes/{scene}.pbrt")]);
-        assert!(effects.iter().all(|row| row["on"] == false), "{scene}: {effects:#?}");
+        let needed: Vec<&str> = effects
+            .iter()
+            .filter(|row| row["on"] == true)
+            .filter_map(|row| row["effect"].as_str())
+            .collect();
+        let expected: &[&str] = if scene == "fisheye" { &["ghosts"] } else { &[] };
+        assert_eq!(needed, expected, "{scene}: {effects:#?}");
+        let ghosts = of(&effects, "ghosts")["error"]["percent"].as_f64();
+        println!("{scene}: {ghosts:?}");
+        assert_eq!(ghosts > Some(1.0), scene == "fisheye");
     }
+}
+
+/// A cemented doublet of crown and flint, 100 mm, f/4.
+const DOUBLET: &str = "[[surface]]\nradius = 61.36\nthickness = 6.0\ndiameter = 25.0
+glass = \"N-BK7\"\nstop = true\n[[surface]]\nradius = -44.3\nthickness = 2.5
+diameter = 25.0\nglass = \"N-SF5\"\n[[surface]]\nradius = -128.9\nthickness = 95.0
+diameter = 25.0\n";
+
+#[test]
+fn colour_film_sees_colours_apart_and_film_for_one_colour_does_not() {
+    let folder = support::folder();
+    let lens = support::write(&folder, "doublet.toml", DOUBLET);
+    let lens = lens.to_str().expect("a path");
+    let doublet = [
+        "scenes/atelier.pbrt",
+        "--lens",
+        lens,
+        "--focus",
+        "3",
+        "--fstop",
+        "4",
+        "--resolution",
+        "9000x6000",
+    ];
+    let dispersion =
+        |more: &[&str]| of(&effects(&[&doublet[..], more].concat()), "dispersion").clone();
+    let (colour, narrow) = (dispersion(&[]), dispersion(&["--passband", "545..555"]));
+    println!("{colour}\n{narrow}");
+    assert!(colour["on"] == true && narrow["on"] == false);
+    let um = |row: &Value| row["error"]["um"].as_f64().expect("an estimate");
+    assert!(um(&narrow) < um(&colour) / 5.0);
+}
+
+#[test]
+fn who_asks_gets_a_guess_of_what_the_lens_file_does_not_say() {
+    let lens = ["scenes/snowman.pbrt", "--lens", "lenses/dgauss.50mm.dat"];
+    let known = effects(&lens);
+    assert!(of(&known, "dispersion")["on"] == false && of(&known, "dispersion")["error"].is_null());
+    let guessed = effects(&[&lens[..], &["--assume-vd", "--visible", "0.01px"]].concat());
+    let row = of(&guessed, "dispersion");
+    println!("{row}");
+    assert!(row["on"] == true && row["by"] == "flag");
+    assert!(row["reason"].as_str().expect("words").contains("guessed"));
+    // A corrected lens, if its glasses are guessed with sense: not as bad as one glass alone.
+    let um = row["error"]["um"].as_f64().expect("an estimate");
+    assert!((0.5..60.0).contains(&um), "{um}");
 }
 
 #[test]
@@ -93,6 +148,7 @@ fn words_that_are_no_plan_are_refused() {
     for (arguments, expected) in [
         (&["plan", "scenes/dgauss.pbrt", "--effects", "+disperson"][..], "no effect \"disperson\""),
         (&["plan", "scenes/dgauss.pbrt", "--visible", "-1"], "expected a number of pixels"),
+        (&["plan", "scenes/dgauss.pbrt", "--passband", "600..500"], "expected two wavelengths"),
         (&["plan", "scenes/nothing.pbrt"], "cannot read scenes/nothing.pbrt"),
     ] {
         let (code, said, errors) = petzval(arguments);

@@ -6,8 +6,9 @@ use petzval::job::{Changes, FocusOn};
 use petzval::lens::Coating;
 use petzval::plan::{Visible, Wanted};
 use petzval::sensor::{Bayer, Settings};
+use petzval::spectrum::Passband;
 
-use super::values::{coating, f_number, focus, sensor, size};
+use super::values::{coating, f_number, focus, passband, sensor, size};
 
 /// A scene, and what is to be otherwise than it says.
 #[derive(Debug, clap::Args)]
@@ -46,6 +47,13 @@ pub(super) struct PictureArguments {
     /// From what on an effect counts as visible: displacement or blur, pixels
     #[arg(long, value_name = "PIXELS", default_value = "0.5px", allow_hyphen_values = true)]
     pub visible: Visible,
+    /// Take the Abbe number of glass of which the lens file gives the index only from a glass of the
+    /// catalogue that it may be: a guess, for dispersion
+    #[arg(long)]
+    pub assume_vd: bool,
+    /// A film, or filter, for a part of the visible light: it sees grey; within 400..704 nm
+    #[arg(long, value_name = "NM..NM", value_parser = passband)]
+    pub passband: Option<Passband>,
     /// Let surfaces take what they reflect, and coat faces to air that the lens file says nothing
     /// of: none, mgf2, broadband or perfect
     #[arg(long, value_name = "COATING", value_parser = coating)]
@@ -74,6 +82,8 @@ impl PictureArguments {
             lens: self.lens.clone(),
             focus: self.focus,
             f_number: self.fstop,
+            assume_vd: self.assume_vd,
+            passband: self.passband,
             coating: self.coating,
             resolution: self.resolution,
             samples: self.spp,

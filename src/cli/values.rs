@@ -3,6 +3,7 @@
 use petzval::job::FocusOn;
 use petzval::lens::Coating;
 use petzval::sensor::Settings;
+use petzval::spectrum::{Passband, RANGE};
 
 pub(super) fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
     let numbers: Vec<u32> =
@@ -42,6 +43,16 @@ pub(super) fn focus(text: &str) -> Result<FocusOn, String> {
             None => Err(format!("expected {expected}")),
         },
         None => above_zero(text, expected).map(FocusOn::Distance),
+    }
+}
+
+pub(super) fn passband(text: &str) -> Result<Passband, String> {
+    let ends = text.split_once("..").map(|(low, high)| [low, high].map(str::parse));
+    match ends {
+        Some([Ok(low), Ok(high)]) if RANGE[0] <= low && low < high && high <= RANGE[1] => {
+            Ok(Passband { range: [low, high] })
+        }
+        _ => Err("expected two wavelengths from 400 to 704 nm, such as 540..560".to_owned()),
     }
 }
 

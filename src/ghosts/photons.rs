@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 use crate::distribution::Distribution;
 use crate::lanes::Real;
-use crate::lens::{RealLens, trace_ghost};
+use crate::lens::{RealLens, Surface, trace_ghost};
 use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE};
 use crate::render::Job;
 use crate::sampler::{Dimension, pair};
@@ -13,17 +13,17 @@ use crate::scene::{SurfacePoint, TraversalStack, gamma};
 /// A wave of light paths: from lights to the front surface, and on through the lens.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Photons {
-    /// At first on the front surface; after the trace behind the rear one.
-    pub batch: LensBatch<f32>,
+    /// On the front surface.
+    start: LensBatch<f32>,
+    /// Behind the rear one.
+    batch: LensBatch<f32>,
     /// Back from the front surface to the light, each with the flux that it carries: radiance
     /// times mm^2 sr, over the density of its choice.
-    pub rays: RayBatch,
-    /// Where in the square about the front surface each ray of `rays` entered.
-    pub entry: Vec<[f32; 2]>,
+    rays: RayBatch,
+    entry: Vec<[f32; 2]>,
     shadows: RayBatch,
     stack: TraversalStack,
-    /// The flux that arrives, by place in the batch.
-    pub arrived: [Column<f32>; 3],
+    arrived: [Column<f32>; 3],
 }
 
 impl Photons {
@@ -71,10 +71,10 @@ impl Photons {
             let area = 4.0 * half * half / f64::from(density);
             let flux = facing * area / f64::from(light.density);
             let k = self.rays.len;
-            [self.batch.x[k], self.batch.y[k], self.batch.z[k]] = [x, y, sag].map(|v| v as f32);
-            [self.batch.tx[k], self.batch.ty[k], self.batch.tz[k]] =
+            [self.start.x[k], self.start.y[k], self.start.z[k]] = [x, y, sag].map(|v| v as f32);
+            [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
                 [-towards.x, -towards.y, towards.z].map(|v| v as f32);
-            self.batch.weight[k] = 1.0;
+            self.start.weight[k] = 1.0;
             let origin = from.leave(light.direction);
             let ray = Ray {
                 origin: origin.to_array(),
@@ -85,16 +85,26 @@ impl Photons {
             self.rays.push(ray, carried, k as u32);
             self.entry.push(uv);
         }
-        self.batch.resize::<f32>(self.rays.len);
     }
 
-    /// Traces the wave through a sequence of surfaces to the film; answers where it is met, mm,
-    /// by place in the batch. Blocked rays have a NaN there.
+    /// How many light paths there are.
+    pub fn len(&self) -> usize {
+        self.rays.len
+    }
+
+    /// Where in the square about the front surface a path enters.
+    pub fn entry(&self, i: usize) -> [f32; 2] {
+        self.entry[i]
+    }
+
+    /// Traces the wave through a sequence of surfaces to the film ([`Self::behind`]), from the
+    /// start again each time. Answers whether any path comes through.
     pub fn through<R: Real<Scalar = f32>>(
         &mut self,
         lens: &RealLens,
-        surfaces: &[crate::lens::Surface<f32>],
+        surfaces: &[Surface<f32>],
     ) -> bool {
+        self.batch.clone_from(&self.start);
         self.batch.resize::<R>(self.rays.len);
         if trace_ghost::<R>(&mut self.batch, surfaces) == 0 {
             return false;
@@ -109,22 +119,33 @@ impl Photons {
         true
     }
 
-    /// Lets through what nothing in the scene stands in the way of, of those rays that `keep`
-    /// says a factor of.
-    pub fn connect<R: Real<Scalar = f32>>(
-        &mut self,
-        job: &Job,
-        keep: impl Fn(&LensBatch<f32>, usize) -> Option<[f32; 3]>,
-    ) {
+    /// Where paths meet the film, mm: NaN in x for those that do not, and their weights.
+    pub fn behind(&self) -> &LensBatch<f32> {
+        &self.batch
+    }
+
+    /// Finds out of which of these paths nothing in the scene stands in the way; they may be named
+    /// several times.
+    pub fn connect<R: Real<Scalar = f32>>(&mut self, job: &Job, paths: impl Iterator<Item = u32>) {
         self.shadows.len = 0;
-        for i in 0..self.rays.len {
+        let mut asked = [false; WAVE];
+        for path in paths {
+            asked[path as usize] = true;
+        }
+        for (i, _) in asked.iter().enumerate().filter(|(_, asked)| **asked) {
             self.arrived.iter_mut().for_each(|column| column[i] = 0.0);
-            if let Some(factor) = keep(&self.batch, i) {
-                let carried = self.rays.carried(i);
-                let carried = [0, 1, 2].map(|c| carried[c] * factor[c]);
-                self.shadows.push(self.rays.ray(i), carried, i as u32);
-            }
+            self.shadows.push(self.rays.ray(i), self.rays.carried(i), i as u32);
         }
         job.scene.occlude::<R>(&self.shadows, &mut self.stack, &mut self.arrived);
+    }
+
+    /// The flux of a path that was asked for in [`Self::connect`]; 0 where it is in shadow.
+    pub fn arrived(&self, i: usize) -> [f32; 3] {
+        [0, 1, 2].map(|c| self.arrived[c][i])
+    }
+
+    /// Ends a path where it starts.
+    pub fn block(&mut self, i: usize) {
+        self.start.x[i] = f32::NAN;
     }
 }

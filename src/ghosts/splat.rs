@@ -10,7 +10,7 @@ use super::{Ghosts, Pair};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{Model, RealLens};
-use crate::rays::WAVE;
+use crate::rays::{LensBatch, WAVE};
 use crate::render::{Job, Progress};
 use crate::sampler::{Dimension, pair, pixel_key};
 use crate::stats::{Stage, Stats};
@@ -20,6 +20,19 @@ const CHUNK: u32 = 512;
 
 /// Samples of the picture to one light path: ghosts are unsharp, and need few.
 pub const SAMPLES: u64 = 4;
+
+/// In how many bands a path is traced at once.
+const TOGETHER: usize = 4;
+
+/// A path in one band that comes to the film.
+#[derive(Clone, Copy)]
+struct Arrival {
+    /// Its place in the wave.
+    slot: u32,
+    pixel: [u32; 2],
+    /// What of its flux becomes light of the pixel.
+    share: [f32; 3],
+}
 
 /// Light for a pixel of the picture.
 type Splat = ([u32; 2], [f32; 3]);
@@ -68,7 +81,8 @@ impl Ghosts {
         }
     }
 
-    /// The light of one wave, which is of one pair and one band.
+    /// The light of one wave, which is of one pair. Every path is traced in some bands that lie
+    /// evenly apart, so that the hue of what few paths bring is near that of many.
     fn wave<R: Real<Scalar = f32>>(
         &self,
         job: &Job,
@@ -83,29 +97,32 @@ impl Ghosts {
         let Some(Pair { share, entry, bands, .. }) = self.choose(f64::from(u)) else {
             return Vec::new();
         };
-        let (surfaces, response) = &bands[((v * bands.len() as f32) as usize).min(bands.len() - 1)];
         photons.sample(job, lens, pixel_key(wave, sample, of_sample), Some(entry));
-        if !photons.through::<R>(lens, surfaces) {
-            return Vec::new();
-        }
-        let pixel = |x: f32, y: f32| place(job, [x, y]);
-        let factor = scale / share;
-        photons.connect::<R>(job, |batch, i| {
-            pixel(batch.x[i], batch.y[i])?;
-            Some(response.map(|r| (f64::from(batch.weight[i]) * r * factor) as f32))
-        });
-        let mut splats = Vec::new();
-        for i in 0..photons.rays.len {
-            let light = [0, 1, 2].map(|c| photons.arrived[c][i]);
-            let finite = light.iter().all(|c| c.is_finite());
-            if finite
-                && light != [0.0; 3]
-                && let Some(pixel) = pixel(photons.batch.x[i], photons.batch.y[i])
-            {
-                splats.push((pixel, light));
+        let together = bands.len().min(TOGETHER);
+        let factor = scale / (share * together as f64);
+        let stride = bands.len() / together;
+        let first = (v * stride as f32) as usize;
+        let mut arrivals: Vec<Arrival> = Vec::new();
+        for (surfaces, response) in bands.iter().skip(first).step_by(stride) {
+            if !photons.through::<R>(lens, surfaces) {
+                continue;
+            }
+            let LensBatch { x, y, weight, .. } = photons.behind();
+            for i in 0..photons.len() {
+                if let Some(pixel) = place(job, [x[i], y[i]]) {
+                    let share = response.map(|r| (f64::from(weight[i]) * r * factor) as f32);
+                    arrivals.push(Arrival { slot: i as u32, pixel, share });
+                }
             }
         }
-        splats
+        photons.connect::<R>(job, arrivals.iter().map(|arrival| arrival.slot));
+        let splat = |&Arrival { slot, pixel, share }: &Arrival| {
+            let flux = photons.arrived(slot as usize);
+            let light = [0, 1, 2].map(|c| flux[c] * share[c]);
+            let shines = light != [0.0; 3] && light.iter().all(|c| c.is_finite());
+            shines.then_some((pixel, light))
+        };
+        arrivals.iter().filter_map(splat).collect()
     }
 
     /// The pair that a number in [0, 1) falls to.

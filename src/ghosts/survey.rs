@@ -9,7 +9,7 @@ use crate::lens::{Coating, D_LINE, Model, Prescription, RealLens, ghost_sequence
 use crate::render::Job;
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
-use crate::spectrum::{LightBand, bands};
+use crate::spectrum::LightBand;
 
 /// Waves of light paths that are sent through every pair.
 const WAVES: u32 = 8;
@@ -85,19 +85,18 @@ pub fn survey(job: &Job) -> Option<Sighting> {
     for wave in 0..WAVES {
         let mut photons = Box::<Photons>::default();
         photons.sample(job, lens, pixel_key(wave, u32::MAX, job.seed), None);
-        photons.connect::<f32x8>(job, |_, _| Some([1.0; 3]));
-        let mut start = photons.batch.clone();
+        photons.connect::<f32x8>(job, 0..photons.len() as u32);
         let mut lit = false;
-        for i in 0..photons.rays.len {
-            let arrives = luminance([0, 1, 2].map(|c| photons.arrived[c][i])) > 0.0;
+        for i in 0..photons.len() {
+            let arrives = luminance(photons.arrived(i)) > 0.0;
             lit |= arrives;
             if !arrives {
                 // What the scene stands in the way of goes no further.
-                start.x[i] = f32::NAN;
+                photons.block(i);
             }
         }
         if lit {
-            waves.push((photons, start));
+            waves.push(photons);
         }
     }
     if waves.is_empty() {
@@ -109,8 +108,7 @@ pub fn survey(job: &Job) -> Option<Sighting> {
         let surfaces = ghost_sequence::<f32>(&coated, rows, D_LINE);
         let mut cells = Cells::new();
         let mut entry = vec![0.0; ENTRY * ENTRY];
-        for (photons, start) in &mut waves {
-            photons.batch.clone_from(start);
+        for photons in &mut waves {
             if photons.through::<f32x8>(lens, &surfaces) {
                 gather(job, photons, &mut cells, &mut entry);
             }
@@ -138,18 +136,18 @@ fn gather(job: &Job, photons: &Photons, cells: &mut Cells, entry: &mut [f64]) {
     let area = film[0] * film[1] / (CELLS[0] * CELLS[1]) as f64;
     let paths = f64::from(WAVES) * crate::rays::WAVE as f64;
     let scale = job.camera.imaging_ratio / (area * paths);
-    for i in 0..photons.rays.len {
-        let (x, y) = (f64::from(photons.batch.x[i]), f64::from(photons.batch.y[i]));
-        let place = [x / film[0] + 0.5, y / film[1] + 0.5];
+    let behind = photons.behind();
+    for i in 0..photons.len() {
+        let place = [f64::from(behind.x[i]) / film[0], f64::from(behind.y[i]) / film[1]];
+        let place = place.map(|share| share + 0.5);
         if !place.iter().all(|place| (0.0..1.0).contains(place)) {
             continue;
         }
-        let arrived = [0, 1, 2].map(|c| photons.arrived[c][i]);
-        let light = f64::from(luminance(arrived) * photons.batch.weight[i]) * scale;
+        let light = f64::from(luminance(photons.arrived(i)) * behind.weight[i]) * scale;
         let [column, row] = [0, 1].map(|i| (place[i] * CELLS[i] as f64) as usize);
         cells.sums[row * CELLS[0] + column] += light;
         cells.counts[row * CELLS[0] + column] += 1;
-        let [u, v] = photons.entry[i].map(|u| ((u * ENTRY as f32) as usize).min(ENTRY - 1));
+        let [u, v] = photons.entry(i).map(|u| ((u * ENTRY as f32) as usize).min(ENTRY - 1));
         entry[v * ENTRY + u] += light;
     }
 }
@@ -187,22 +185,21 @@ impl Sighting {
 
     /// Makes the pairs ready that are worth it. Light is taken apart into bands if the lens does
     /// so, or if a coating has a colour.
-    pub fn ghosts(&self, lens: &RealLens) -> Ghosts {
-        self.prepare(lens, self.worth().0)
+    pub fn ghosts(&self, lens: &RealLens, bands: &[LightBand]) -> Ghosts {
+        self.prepare(lens, bands, self.worth().0)
     }
 
-    /// Makes all pairs ready.
-    pub fn all(&self, lens: &RealLens) -> Ghosts {
-        self.prepare(lens, self.seen.iter().collect())
+    /// Makes all pairs ready, for tests and for whoever wants them.
+    pub fn all(&self, lens: &RealLens, bands: &[LightBand]) -> Ghosts {
+        self.prepare(lens, bands, self.seen.iter().collect())
     }
 
-    fn prepare(&self, lens: &RealLens, kept: Vec<&Seen>) -> Ghosts {
+    fn prepare(&self, lens: &RealLens, bands: &[LightBand], kept: Vec<&Seen>) -> Ghosts {
         let rows = &self.lens.rows;
         let coloured =
             lens.bands.len() > 1 || rows.iter().any(|row| row.coating == Some(Coating::Mgf2));
-        let all = bands();
         let whole = [LightBand { wavelength: D_LINE, response: [1.0; 3] }];
-        let bands: &[LightBand] = if coloured { &all } else { &whole };
+        let bands = if coloured { bands } else { &whole };
         let total: f64 = kept.iter().map(|seen| seen.mean).sum();
         let count = kept.len() as f64;
         let pair = |seen: &&Seen| Pair {

@@ -7,6 +7,7 @@ use crate::lens::{Aim, Coating};
 use crate::plan::{Visible, Wanted};
 use crate::scene::pbrt::FilmSpec;
 use crate::sensor;
+use crate::spectrum::Passband;
 
 /// What to focus on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +30,10 @@ pub struct Changes {
     /// What to coat faces to air with that have no coating of their own; given, surfaces take what
     /// they reflect.
     pub coating: Option<Coating>,
+    /// Whether glass of which only the index is known disperses as one of the catalogue.
+    pub assume_vd: bool,
+    /// The light that the film sees, where it is not all: it sees grey.
+    pub passband: Option<Passband>,
     /// Another size of the picture, pixels.
     pub resolution: Option<[u32; 2]>,
     /// Which effects to simulate.
@@ -64,6 +69,7 @@ impl Changes {
             (self.focus.is_some(), "--focus"),
             (self.f_number.is_some(), "--fstop"),
             (self.coating.is_some(), "--coating"),
+            (self.assume_vd, "--assume-vd"),
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
     }

@@ -83,6 +83,11 @@ impl Setup {
         if let Some(coating) = changes.coating {
             prescription.coat(coating);
         }
+        if changes.assume_vd {
+            let guessed: Vec<&str> =
+                prescription.assume_dispersion().iter().map(|glass| glass.name).collect();
+            self.notes.push(("assumedGlass", Note::Text(guessed.join(" "))));
+        }
         if let RealisticSpec::V4 { iris: Some(iris), .. } = spec {
             let stop = prescription.stop();
             prescription.rows[stop].iris = self.iris(iris)?;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::coating::Coating;
-use super::glass::{D_LINE, Glass};
+use super::glass::{CatalogueGlass, D_LINE, Glass, guess};
 use super::iris::Iris;
 
 /// Which way a cylinder runs.
@@ -159,6 +159,25 @@ impl Prescription {
             row.index = row.glass.index(row.index, nm);
         }
         lens
+    }
+
+    /// Gives every medium of which only the index is known the Abbe number of a glass of the
+    /// catalogue that it may be, and answers those glasses in their order.
+    pub fn assume_dispersion(&mut self) -> Vec<&'static CatalogueGlass> {
+        let mut guessed = Vec::new();
+        for i in 0..self.rows.len() {
+            let row = &self.rows[i];
+            if row.index == 1.0 || row.glass.disperses() {
+                continue;
+            }
+            let bend = |row: &Row| row.curvatures().iter().sum::<f64>();
+            let gathers = bend(row) >= self.rows.get(i + 1).map_or(0.0, bend);
+            if let Some(glass) = guess(row.index, gathers) {
+                self.rows[i].glass = Glass::Abbe { vd: glass.vd() };
+                guessed.push(glass);
+            }
+        }
+        guessed
     }
 
     /// Whether turning the lens about its axis changes nothing.

@@ -7,7 +7,6 @@ use crate::lanes::f32x8;
 use crate::lens::{Camera, Focus, LensColumns, Model, RealLens};
 use crate::rays::{RayBatch, SampleBatch, WAVE};
 use crate::sampler::{Dimension, pair};
-use crate::spectrum::bands;
 use crate::stats::LensStats;
 
 /// Film samples that the estimate looks at.
@@ -18,17 +17,19 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
     let glass = rows.iter().filter(|row| row.index != 1.0);
     let (known, all) = (glass.clone().filter(|row| row.glass.disperses()).count(), glass.count());
     if known == 0 {
-        let reason = "the lens file does not say how its glass depends on the wavelength";
+        let reason = "the lens file does not say how its glass depends on the wavelength \
+                      (--assume-vd guesses)";
         return Finding::not_called_for(By::Lens, reason);
     }
-    let um = displacement(question.camera, lens);
+    let um = displacement(question, lens);
     let pixels = um * pixels_per_um(question);
-    let part = match known < all {
-        true => format!(" (of {known} of {all} media; of the others nothing is known)"),
-        false => String::new(),
+    let part = match (question.assumed, known < all) {
+        (true, _) => " (Abbe numbers that the file does not give are guessed)".to_owned(),
+        (_, true) => format!(" (of {known} of {all} media; of the others nothing is known)"),
+        _ => String::new(),
     };
     Finding {
-        by: By::Lens,
+        by: if question.assumed { By::Flag } else { By::Lens },
         reason: format!("colours land {um:.2} um apart, {pixels:.2} pixels{part}"),
         error: Some(Harm::Blur { um, pixels }),
         possible: true,
@@ -42,14 +43,14 @@ const NS: f64 = 24.0;
 
 /// How far, um on the film, light of all wavelengths lands from that of the d line, root mean
 /// square over film, pupil and wavelengths as the eye weighs them.
-fn displacement(camera: &Camera, lens: &RealLens) -> f64 {
+fn displacement(question: &Question, lens: &RealLens) -> f64 {
     let object = Focus::of(&lens.prescription).object(lens.film_distance);
     let object = object.filter(|object| object.is_finite()).unwrap_or(1e7).max(1.0);
     let focal = lens.paraxial.focal_length.abs();
     // From an angle at the front of the lens to micrometres on the film.
     let um_per_radian = 1e3 * focal * (object / (object - focal)).abs().min(1e3);
     let mut spread = lens.clone();
-    spread.disperse(&bands());
+    spread.disperse(question.bands);
     spread.bands.insert(0, lens.bands[0].clone());
     let (unit, count) = (lens.unit, spread.bands.len());
     let camera = Camera {
@@ -57,7 +58,7 @@ fn displacement(camera: &Camera, lens: &RealLens) -> f64 {
         world_from_camera: DAffine3::IDENTITY,
         imaging_ratio: 1.0,
         depth: [0.0, f64::INFINITY],
-        ..camera.clone()
+        ..question.camera.clone()
     };
     let mut samples = SampleBatch { len: SAMPLES.min(WAVE), ..SampleBatch::default() };
     for i in 0..samples.len {

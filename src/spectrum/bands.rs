@@ -1,5 +1,7 @@
 //! The visible light in bands, for lenses that take colours apart.
 
+use glam::{DMat3, DVec3};
+
 use super::{daylight_at, integrate_over, srgb_from_xyz};
 
 /// Into how many bands the light is taken apart: the images of neighbours lie so near to each
@@ -7,7 +9,7 @@ use super::{daylight_at, integrate_over, srgb_from_xyz};
 pub const BANDS: usize = 32;
 
 /// Shortest and longest wavelength, nm; beyond, the eye sees less than 0.5 % of the light.
-const RANGE: [u32; 2] = [400, 704];
+pub const RANGE: [f64; 2] = [400.0, 704.0];
 
 /// A band of wavelengths of white light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,8 +27,8 @@ pub struct LightBand {
 /// mixes into another. What lies side by side in the picture of a lens that takes colours apart
 /// has the hue of its wavelength, less saturated than a monochromator's.
 pub fn bands() -> [LightBand; BANDS] {
-    let width = (RANGE[1] - RANGE[0]) as f64 / BANDS as f64;
-    let edge = |i: usize| f64::from(RANGE[0]) + width * i as f64;
+    let width = (RANGE[1] - RANGE[0]) / BANDS as f64;
+    let edge = |i: usize| RANGE[0] + width * i as f64;
     let mut bands: [LightBand; BANDS] = std::array::from_fn(|i| {
         let xyz = integrate_over([edge(i), edge(i + 1)], daylight_at);
         let response = srgb_from_xyz(xyz).map(|c| c.max(0.0));
@@ -41,9 +43,67 @@ pub fn bands() -> [LightBand; BANDS] {
     bands
 }
 
+/// A film, or a filter before it, for a part of the visible light: it sees grey.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passband {
+    /// Shortest and longest wavelength, nm.
+    pub range: [f64; 2],
+}
+
+impl Passband {
+    /// The light that it sees, in bands of the same width that count the same.
+    pub fn bands(&self) -> [LightBand; BANDS] {
+        let [low, high] = self.range;
+        let width = (high - low) / BANDS as f64;
+        std::array::from_fn(|i| LightBand {
+            wavelength: low + width * (i as f64 + 0.5),
+            response: [1.0; 3],
+        })
+    }
+
+    /// All of it as one band.
+    pub fn whole(&self) -> LightBand {
+        let [low, high] = self.range;
+        LightBand { wavelength: (low + high) / 2.0, response: [1.0; 3] }
+    }
+
+    /// Linear sRGB to the same grey in all channels. A channel counts by how sensitive it is to
+    /// this light; what is white stays white.
+    pub fn grey(&self) -> DMat3 {
+        let [low, high] = self.range;
+        let share = |band: &LightBand| {
+            // Of a band of `bands`, the part that is in the range.
+            let half = (RANGE[1] - RANGE[0]) / BANDS as f64 / 2.0;
+            let [from, to] = [band.wavelength - half, band.wavelength + half];
+            (to.min(high) - from.max(low)).max(0.0)
+        };
+        let mut sum = DVec3::ZERO;
+        for band in bands() {
+            sum += DVec3::from_array(band.response) * share(&band);
+        }
+        let row = sum / (sum.x + sum.y + sum.z);
+        DMat3::from_cols(row, row, row).transpose()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_passband_sees_grey_by_the_channels_that_share_its_light() {
+        for (range, channel) in [([440.0, 460.0], 2), ([530.0, 550.0], 1), ([630.0, 650.0], 0)] {
+            let film = Passband { range };
+            let white = film.grey() * DVec3::ONE;
+            assert!((white - DVec3::ONE).abs().max_element() < 1e-12);
+            let mut light = DVec3::ZERO;
+            light[channel] = 1.0;
+            let seen = film.grey() * light;
+            assert!(seen.x > 0.6 && seen.x == seen.y && seen.y == seen.z, "{range:?}: {seen}");
+            let bands = film.bands();
+            assert!(bands.iter().all(|b| range[0] < b.wavelength && b.wavelength < range[1]));
+        }
+    }
 
     #[test]
     fn white_stays_white() {

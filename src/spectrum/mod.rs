@@ -15,7 +15,7 @@ mod rgb;
 
 use std::sync::{Arc, LazyLock};
 
-pub use bands::{BANDS, LightBand, bands};
+pub use bands::{BANDS, LightBand, Passband, RANGE, bands};
 pub use cie::{VISIBLE, matching};
 pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fresnel, metal, metal_reflectance};

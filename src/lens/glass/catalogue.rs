@@ -73,7 +73,7 @@ const ALIASES: &[(&str, &str)] = &[
     ("ZEONEX E48R", "E48R"),
 ];
 
-fn all() -> impl Iterator<Item = &'static CatalogueGlass> {
+pub(super) fn all() -> impl Iterator<Item = &'static CatalogueGlass> {
     [schott::GLASSES, ohara::GLASSES, hoya::GLASSES, other::GLASSES].into_iter().flatten()
 }
 

@@ -1,12 +1,15 @@
 //! Media: how a refractive index depends on wavelength.
 
 mod catalogue;
+mod guess;
 mod hoya;
 mod ohara;
 mod other;
 mod schott;
 
 use std::sync::Arc;
+
+pub(super) use guess::guess;
 
 pub use catalogue::{CatalogueGlass, Formula, catalogue, nearest_glass};
 
