@@ -90,6 +90,7 @@ pub mod image;
 pub mod job;
 pub mod lanes;
 pub mod lens;
+pub mod metric;
 pub mod plan;
 pub mod rays;
 pub mod render;

@@ -8,6 +8,7 @@ macro_rules! say {
     }};
 }
 
+mod compare;
 mod layer;
 mod lens;
 mod picture;
@@ -24,6 +25,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
 use petzval::lens::Coating;
+use petzval::metric::Metric;
 
 use layer::AovArgument;
 use picture::PictureArguments;
@@ -45,6 +47,8 @@ enum Command {
     Lens(LensArguments),
     /// Show which effects a picture needs, why, and what they cost
     Plan(PlanArguments),
+    /// Say how far a picture is from a reference
+    Compare(CompareArguments),
 }
 
 /// `petzval plan`
@@ -87,6 +91,27 @@ struct RenderArguments {
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: Exposure,
+}
+
+/// `petzval compare`
+#[derive(Debug, clap::Args)]
+struct CompareArguments {
+    /// Picture: .exr, .hdr, .pfm, .png, .jpg
+    picture: PathBuf,
+    /// What it should be
+    reference: PathBuf,
+    /// What to say, any of mse, relmse, mape, flip, psnr; all if not given
+    #[arg(long, value_name = "METRIC", value_delimiter = ',')]
+    metric: Vec<Metric>,
+    /// Write where the first metric finds the pictures different
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// End with exit code 1 if the first metric is larger (psnr: smaller) than this
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    fail_above: Option<f64>,
+    /// For programs: one JSON object
+    #[arg(long)]
+    json: bool,
 }
 
 /// `petzval lens`
@@ -193,6 +218,8 @@ const INTERRUPTED: u8 = 130;
 /// How a command ended that did not fail.
 enum Outcome {
     Done,
+    /// Pictures are further apart than allowed.
+    Different,
     Interrupted,
 }
 
@@ -209,9 +236,11 @@ pub fn run() -> ExitCode {
         }
         Command::Lens(arguments) => lens::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Different) => ExitCode::FAILURE,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(failure) => {
             say!("petzval: error: {failure}");
