@@ -13,7 +13,7 @@ use petzval::lens::{Aim, Coating, From, LensColumns, Model, RealLens, Surface};
 use petzval::lens::{read, sequence, trace, trace_lossy};
 use petzval::plan::{Effect, Wanted};
 use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
-use petzval::render::{Exposed, Job, Progress};
+use petzval::render::{Backend, Exposed, Job, Progress, render};
 use petzval::scene::pbrt;
 use petzval::sensor::{Bayer, Sensor};
 use petzval::spectrum::bands;
@@ -171,9 +171,59 @@ fn ghosts(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// A picture of two things in the sun over a floor, by effects of motion: of one scene in which they
+/// stand still, and of one in which they, or the camera, move.
+fn motion(criterion: &mut Criterion) {
+    let scene = |camera: &str, move_by: &str| {
+        let text = format!(
+            "Film \"rgb\" \"integer xresolution\" 128 \"integer yresolution\" 128\n\
+             Sampler \"zsobol\" \"integer pixelsamples\" 16\n\
+             Integrator \"path\" \"integer maxdepth\" 3\n{camera}\n\
+             Camera \"perspective\" \"float fov\" 50 WorldBegin\n\
+             LightSource \"distant\" \"point3 from\" [1 3 -1] \"point3 to\" [0 0 0]\n\
+             LightSource \"infinite\"\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+             \"point3 P\" [-9 -1 -9  9 -1 -9  9 -1 9  -9 -1 9]\n\
+             ObjectBegin \"thing\" Shape \"sphere\" \"float radius\" .5\n\
+             Shape \"cylinder\" \"float radius\" .2 ObjectEnd\n\
+             Translate -.8 0 3 {move_by} ObjectInstance \"thing\"\n\
+             Translate 1.6 0 0 Rotate 90 1 0 0 ObjectInstance \"thing\""
+        );
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("motion.pbrt");
+        std::fs::write(&path, text).expect("a file in it");
+        pbrt::read(&path).expect("a scene")
+    };
+    let end = |what: &str| format!("ActiveTransform EndTime {what} ActiveTransform All");
+    let turn = "Translate .1 .05 0 Rotate 40 0 1 1";
+    let job = |camera: &str, things: &str, effects: &str, rolling: Option<&str>| {
+        let rolling = rolling.map(|text| text.parse().expect("a time"));
+        let effects = effects.parse().expect("effects");
+        let changes = Changes { effects, rolling, ..Changes::default() };
+        prepare(scene(camera, things), &changes).expect("a job").0
+    };
+    let ride = end("Rotate 2 0 1 0");
+    let mut group = criterion.benchmark_group("effect/motion");
+    group.throughput(Throughput::Elements(128 * 128 * 16));
+    for (name, job) in [
+        ("without", job("", "Translate .05 .025 0 Rotate 20 0 1 1", "auto", None)),
+        ("off", job("", &end(turn), "none", None)),
+        ("things go", job("", &end("Translate .3 0 0"), "auto", None)),
+        ("things turn", job("", &end(turn), "auto", None)),
+        ("camera", job(&ride, "", "auto", None)),
+        ("rolling, things turn", job("", &end(turn), "auto", Some("100ms"))),
+    ] {
+        group.bench_function(name, |bencher| {
+            bencher
+                .iter(|| render(&job, Backend::Simd, 1, &Progress::default()).expect("a render"));
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = dispersion, fresnel, ghosts, sensor
+    targets = dispersion, fresnel, ghosts, motion, sensor
 }
 criterion_main!(benches);

@@ -1,6 +1,7 @@
 //! From what a scene file asks for, and what the command line changes, to a job.
 
 mod changes;
+mod exposure;
 mod frame;
 mod level;
 mod place;
@@ -15,12 +16,13 @@ use crate::film::{Filter, Response};
 use crate::ghosts;
 use crate::image::{Note, Notes};
 use crate::lens::{Camera, LensError, Model};
-use crate::plan::{Effect, Plan, Question, plan};
+use crate::plan::{Effect, Moves, Plan, Question, plan};
 use crate::render::{Job, RenderError};
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec};
 use crate::source::{Location, Warning};
 use crate::spectrum::{bands, white_balance};
 
+use exposure::Exposure;
 use frame::frame;
 use level::level;
 use place::Place;
@@ -57,8 +59,11 @@ pub fn prepare(
     description: Description,
     changes: &Changes,
 ) -> Result<(Job, Notes, Vec<Warning>), JobError> {
-    let Description { scene, camera, world_from_camera, camera_at, film, warnings, .. } =
-        description;
+    let exposure = Exposure::new(&description, changes)?;
+    let world_from_camera = exposure.world_from_camera;
+    let Description { mut scene, mut camera, camera_at, film, warnings, .. } = description;
+    exposure.set(&mut camera);
+    scene.expose(exposure.timing.range());
     let mut setup = Setup { at: camera_at, warnings, notes: Notes::new() };
     let frame = frame(&film, changes)?;
     let response = Response {
@@ -76,7 +81,8 @@ pub fn prepare(
         CameraSpec::Thin(spec) => setup.thin(&spec, &film, frame.resolution),
         CameraSpec::Realistic(spec) => {
             let reach = response.filter.reach();
-            let place = Place { scene: &scene, world_from_camera, frame: &frame, reach };
+            let time = exposure.timing.middle() as f32;
+            let place = Place { scene: &scene, time, world_from_camera, frame: &frame, reach };
             setup.real(&spec, &film, place, changes)?
         }
     };
@@ -93,6 +99,7 @@ pub fn prepare(
     setup.number("filmHeight", size[1]);
     setup.number("samplesPerPixel", f64::from(samples));
     setup.number("seed", f64::from(seed));
+    let imaging_ratio = imaging_ratio * exposure.efficiency;
     let mut job = Job {
         scene,
         camera: Camera { model, film: size, world_from_camera, imaging_ratio, depth },
@@ -105,6 +112,7 @@ pub fn prepare(
         layers: layers(&film, changes),
         ghosts: None,
         sensor,
+        timing: Some(exposure.timing.clone()),
     };
     if let (Some(film), Model::Real(lens)) = (changes.passband, &mut job.camera.model) {
         lens.disperse(&[film.whole()]);
@@ -124,7 +132,12 @@ pub fn prepare(
         level,
         sensor: asked.as_ref(),
         samples,
-        moves: description.moves,
+        moves: Moves {
+            scene: &job.scene,
+            timing: &exposure.timing,
+            rolling: exposure.shutter.rolling.map(|rolling| (rolling, exposure.rolling_by)),
+            pitch,
+        },
         wanted: &changes.effects,
         visible: changes.visible,
     });
@@ -137,6 +150,7 @@ pub fn prepare(
             job.ghosts = sighting.map(|sighting| sighting.ghosts(lens, &bands));
         }
     }
+    job.timing = exposure.plan(&job.plan, &mut job.scene)?;
     setup.notes.push(("effects", Note::Text(job.plan.line())));
     if let (Some(aov), Model::Thin(_)) =
         (job.layers.iter().find(|aov| aov.needs_lens()), &job.camera.model)

@@ -12,10 +12,13 @@ mod motion;
 mod rolling_shutter;
 mod sensor;
 mod tilt_shift;
+mod travel;
+mod view;
 mod wanted;
 
 pub use decision::{Cost, Decision, Harm, Plan};
 pub use effect::{By, Effect};
+pub use travel::Moves;
 pub use wanted::{Visible, Wanted};
 
 use crate::ghosts::Sighting;
@@ -44,8 +47,8 @@ pub struct Question<'a> {
     pub sensor: Option<&'a Sensor>,
     /// Samples a pixel.
     pub samples: u32,
-    /// Whether something in the scene file moves.
-    pub moves: bool,
+    /// What moves, and when.
+    pub moves: Moves<'a>,
     /// What the command line asks for.
     pub wanted: &'a Wanted,
     /// What counts as visible.
@@ -97,7 +100,7 @@ fn find(effect: Effect, question: &Question) -> Finding {
         return match effect {
             Effect::Motion => motion::find(question),
             Effect::Sensor => sensor::find(question),
-            Effect::RollingShutter => rolling_shutter::find(),
+            Effect::RollingShutter => rolling_shutter::find(question),
             Effect::TiltShift => tilt_shift::find(),
             _ => Finding::not_called_for(By::Scene, "the camera has no lens of glass"),
         };
@@ -110,7 +113,7 @@ fn find(effect: Effect, question: &Question) -> Finding {
         Effect::Ghosts => ghosts::find(question),
         Effect::Motion => motion::find(question),
         Effect::Sensor => sensor::find(question),
-        Effect::RollingShutter => rolling_shutter::find(),
+        Effect::RollingShutter => rolling_shutter::find(question),
         Effect::TiltShift => tilt_shift::find(),
     }
 }

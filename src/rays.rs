@@ -129,6 +129,9 @@ pub struct SampleBatch {
     pub band: usize,
     /// Two numbers in [0, 1) that choose a point of the pupil.
     pub pupil: [Column<f32>; 2],
+    /// When, as a share of the motion that the scene file describes; told only where something
+    /// moves ([`crate::shutter::Timing`]).
+    pub time: Column<f32>,
 }
 
 /// Rays in world space, with what they carry back to the film.
@@ -216,14 +219,24 @@ pub struct Hit {
     pub shape: u32,
     /// Which triangle of the shape.
     pub primitive: u32,
-    /// Index into the scene's instances, or [`NONE`] for what stands in the world itself.
+    /// Index into the scene's instances, or [`NONE`] for what stands in the world itself. Those
+    /// that move come after those that stand still.
     pub instance: u32,
+    /// When, as a share of the motion; 0 where it stands still.
+    pub time: f32,
 }
 
 impl Hit {
     /// Nothing was met.
-    pub const MISS: Self =
-        Self { t: f32::INFINITY, u: 0.0, v: 0.0, shape: NONE, primitive: NONE, instance: NONE };
+    pub const MISS: Self = Self {
+        t: f32::INFINITY,
+        u: 0.0,
+        v: 0.0,
+        shape: NONE,
+        primitive: NONE,
+        instance: NONE,
+        time: 0.0,
+    };
 }
 
 /// What the rays of a [`RayBatch`] meet, in the same order.

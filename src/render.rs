@@ -19,6 +19,7 @@ use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
 use crate::sensor::Sensor;
 use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
+use crate::shutter::Timing;
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use tails::{FEW, Tails};
 
@@ -47,6 +48,8 @@ pub struct Job {
     pub ghosts: Option<Ghosts>,
     /// What reads the finished picture out; without one it stays as the film has it.
     pub sensor: Option<Sensor>,
+    /// When samples are taken, where it matters.
+    pub timing: Option<Timing>,
 }
 
 impl Job {
@@ -205,9 +208,10 @@ impl Wave {
     ) -> (TileSums, Option<Features>) {
         let mut sums = TileSums::new(tile, job.layers.contains(&Aov::Variance));
         let mut features = Features::new(job, tile);
-        let mut tile = job.sampler(tile);
+        let mut sampler = job.sampler(tile);
         let mut clock = Clock::start();
-        while !progress.stop.load(Ordering::Relaxed) && self.begin::<R>(job, &mut tile, &mut clock)
+        while !progress.stop.load(Ordering::Relaxed)
+            && self.begin::<R>(job, tile, &mut sampler, &mut clock)
         {
             let samples = self.samples.len as u64;
             self.follow::<R>(job, 0, features.as_mut(), &mut sums, &mut clock);
@@ -228,16 +232,23 @@ impl Wave {
     fn begin<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
-        tile: &mut TileSampler,
+        tile: &Tile,
+        sampler: &mut TileSampler,
         clock: &mut Clock,
     ) -> bool {
         let Self { samples, lens, rays, radiance, stats, .. } = self;
-        let Job { camera, frame, film, seed, .. } = job;
-        if !sample(tile, frame, &film.filter, camera.film, *seed, samples) {
+        let Job { camera, frame, film, seed, timing, .. } = job;
+        if !sample(sampler, frame, &film.filter, camera.film, *seed, samples) {
             return false;
+        }
+        if let Some(timing) = timing {
+            timing.tell(tile, frame, samples);
         }
         clock.lap(stats, Stage::Sample, samples.len);
         camera.expose::<R>(samples, lens, rays, &mut stats.lens);
+        if let Some(ride) = timing.as_ref().and_then(|timing| timing.ride.as_ref()) {
+            ride.carry(&samples.time, rays);
+        }
         clock.lap(stats, Stage::Lens, samples.len);
         stats.aim(samples.len, rays.len);
         radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
@@ -257,8 +268,12 @@ impl Wave {
         let (stats, tails) = (&mut self.stats, &mut self.tails);
         let Job { scene, film, reach, .. } = job;
         let beam = job.beam();
+        let moves = !scene.movers().is_empty();
         for depth in first..=reach.max_depth {
             let intersect = scene.intersect::<R>(rays, hits, stack);
+            if moves {
+                scene.intersect_moving::<R>(rays, &samples.time, hits, stack);
+            }
             clock.lap(stats, Stage::Intersect, rays.len);
             if let (0, Some(features)) = (depth, &mut features) {
                 features.record(scene, rays, hits, samples);
@@ -268,8 +283,12 @@ impl Wave {
             let shade =
                 shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
             clock.lap(stats, Stage::Shade, rays.len);
+            let shaded = shadows.len;
+            if moves {
+                scene.occlude_moving::<R>(shadows, &samples.time, stack);
+            }
             let occlude = scene.occlude::<R>(shadows, stack, radiance);
-            clock.lap(stats, Stage::Occlude, shadows.len);
+            clock.lap(stats, Stage::Occlude, shaded);
             stats.bounce(depth, BounceLanes { intersect, shade, occlude });
             std::mem::swap(rays, next);
             if rays.len < FEW {

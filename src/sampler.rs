@@ -25,6 +25,8 @@ pub enum Dimension {
     Roulette(u32),
     /// Which part of the light.
     Wavelength,
+    /// When.
+    Time,
 }
 
 impl Dimension {
@@ -39,6 +41,8 @@ impl Dimension {
             Self::Bounce(bounce) => 4 + 4 * bounce,
             Self::Roulette(bounce) => 5 + 4 * bounce,
             Self::Wavelength => u32::MAX,
+            // Bounces count up from below, and end long before these.
+            Self::Time => u32::MAX - 1,
         };
         index.wrapping_mul(0x9e37_79b9)
     }
@@ -63,6 +67,16 @@ pub fn pairs(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32],
     let salt = dimension.salt();
     for i in 0..len {
         [x[i], y[i]] = point(keys[i], samples[i], salt);
+    }
+}
+
+/// The first numbers of [`pair`] for columns of keys and sample indices.
+pub fn firsts(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32]) {
+    let len = keys.len();
+    let (samples, x) = (&samples[..len], &mut x[..len]);
+    let salt = dimension.salt();
+    for i in 0..len {
+        [x[i], _] = point(keys[i], samples[i], salt);
     }
 }
 

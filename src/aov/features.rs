@@ -9,6 +9,7 @@ use super::Aov;
 use crate::film::{Frame, Tile};
 use crate::image::Layer;
 use crate::lens::{Camera, Model};
+use crate::motion::Motion;
 use crate::rays::{HitBatch, NONE, RayBatch, SampleBatch};
 use crate::render::Job;
 use crate::scene::Scene;
@@ -35,6 +36,7 @@ struct Sum {
 pub struct Features {
     sums: Vec<Sum>,
     camera_from_world: Affine3A,
+    ride: Option<Motion>,
     blur: Option<Blur>,
     beam: Beam,
 }
@@ -84,6 +86,7 @@ impl Features {
         job.layers.iter().any(asked).then(|| Self {
             sums: vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize],
             camera_from_world: single(&job.camera.world_from_camera.inverse()),
+            ride: job.timing.as_ref().and_then(|timing| timing.ride.clone()),
             blur: Blur::of(&job.camera),
             beam: job.beam(),
         })
@@ -116,7 +119,9 @@ impl Features {
                 hit.instance.wrapping_add(1),
                 shape.material + 1,
             ]);
-            let depth = f64::from(self.camera_from_world.transform_point3(point.position).z);
+            let time = samples.time[rays.slot[i] as usize];
+            let position = seen_at_rest(self.ride.as_ref(), point.position, time);
+            let depth = f64::from(self.camera_from_world.transform_point3(position).z);
             sum.weight[1] += weight;
             sum.depth += weight * depth;
             if let Some(blur) = &self.blur {
@@ -132,6 +137,13 @@ impl Features {
             }
         }
     }
+}
+
+/// Where a camera at rest would see a point that one that moves sees at a time.
+fn seen_at_rest(ride: Option<&Motion>, position: Vec3, time: f32) -> Vec3 {
+    ride.map_or(position, |ride| {
+        ride.at(f64::from(time)).inverse().transform_point3(position.as_dvec3()).as_vec3()
+    })
 }
 
 fn single(matrix: &glam::DAffine3) -> Affine3A {

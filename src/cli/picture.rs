@@ -6,6 +6,7 @@ use petzval::job::{Changes, FocusOn};
 use petzval::lens::Coating;
 use petzval::plan::{Visible, Wanted};
 use petzval::sensor::{Bayer, Settings};
+use petzval::shutter;
 use petzval::spectrum::Passband;
 
 use super::values::{coating, f_number, focus, passband, sensor, size};
@@ -58,6 +59,15 @@ pub(super) struct PictureArguments {
     /// of: none, mgf2, broadband or perfect
     #[arg(long, value_name = "COATING", value_parser = coating)]
     pub coating: Option<Coating>,
+    /// Another shutter: NAME=VALUE, any of open, close (when), time (how long it is open; changes
+    /// the exposure), ramp (to open and to close, within that time), opening, closing, curve
+    /// (shares of the light that comes through, equally far apart, such as 0/.5/1/1/0)
+    #[arg(long, value_name = "time=1/60,ramp=2ms,...", allow_hyphen_values = true)]
+    pub shutter: Option<shutter::Settings>,
+    /// Read the rows of the sensor one after another: the time from the first to the last, and
+    /// where the reading goes in the picture as it is seen
+    #[arg(long, value_name = "20ms[,down|up|left|right]", allow_hyphen_values = true)]
+    pub rolling_shutter: Option<shutter::Rolling>,
     /// Read the picture out as a camera's sensor does: photon and read noise, full well, codes.
     /// NAME=VALUE, any of iso (the scene's; the picture stays as bright, with less light), pixel
     /// (pitch, um; the film's), well (electrons; 1500 per um^2 of pixel), read (electrons; 2.5),
@@ -90,6 +100,8 @@ impl PictureArguments {
             seed: self.seed,
             effects: self.effects.clone(),
             visible: self.visible,
+            shutter: self.shutter.clone(),
+            rolling: self.rolling_shutter,
             sensor: self.sensor(),
             ..Changes::default()
         }

@@ -21,6 +21,8 @@ pub(super) struct Photons {
     /// times mm^2 sr, over the density of its choice.
     rays: RayBatch,
     entry: Vec<[f32; 2]>,
+    /// When each arrives, where things move.
+    times: Column<f32>,
     shadows: RayBatch,
     stack: TraversalStack,
     arrived: [Column<f32>; 3],
@@ -83,6 +85,10 @@ impl Photons {
             };
             let carried = light.radiance.map(|l| (f64::from(l) * flux) as f32);
             self.rays.push(ray, carried, k as u32);
+            self.times[k] = job
+                .timing
+                .as_ref()
+                .map_or(0.0, |timing| timing.moment(pair(key, i, Dimension::Time)[0]));
             self.entry.push(uv);
         }
     }
@@ -135,6 +141,9 @@ impl Photons {
         for (i, _) in asked.iter().enumerate().filter(|(_, asked)| **asked) {
             self.arrived.iter_mut().for_each(|column| column[i] = 0.0);
             self.shadows.push(self.rays.ray(i), self.rays.carried(i), i as u32);
+        }
+        if !job.scene.movers().is_empty() {
+            job.scene.occlude_moving::<R>(&mut self.shadows, &self.times, &mut self.stack);
         }
         job.scene.occlude::<R>(&self.shadows, &mut self.stack, &mut self.arrived);
     }

@@ -7,6 +7,7 @@ use crate::lens::{Aim, Coating};
 use crate::plan::{Visible, Wanted};
 use crate::scene::pbrt::FilmSpec;
 use crate::sensor;
+use crate::shutter;
 use crate::spectrum::Passband;
 
 /// What to focus on.
@@ -52,6 +53,10 @@ pub struct Changes {
     pub layers: Vec<Aov>,
     /// Whether the picture's format holds layers, so that those of the scene file are wanted.
     pub holds_layers: bool,
+    /// Another shutter.
+    pub shutter: Option<shutter::Settings>,
+    /// How the sensor reads its rows.
+    pub rolling: Option<shutter::Rolling>,
     /// A sensor that reads the picture out.
     pub sensor: Option<sensor::Settings>,
 }

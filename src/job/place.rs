@@ -5,12 +5,14 @@ use glam::DAffine3;
 use super::JobError;
 use crate::film::Frame;
 use crate::lens::Camera;
-use crate::rays::{HitBatch, NONE, RayBatch};
+use crate::rays::{NONE, RayBatch};
 use crate::scene::{Scene, TraversalStack};
 
 /// What the film looks at.
 pub(super) struct Place<'a> {
     pub scene: &'a Scene,
+    /// When, as a share of the motion.
+    pub time: f32,
     pub world_from_camera: DAffine3,
     pub frame: &'a Frame,
     /// How far beyond the picture's edge its samples lie, pixels.
@@ -37,13 +39,12 @@ impl Place<'_> {
                 "--focus auto@{x},{y}: no light comes through the middle of the lens to this pixel"
             )));
         }
-        let mut hits = HitBatch::default();
-        self.scene.intersect::<f32>(&rays, &mut hits, &mut TraversalStack::default());
         let ray = rays.ray(0);
-        let hit = [0, 1, 2]
-            .map(|i| f64::from(ray.origin[i]) + f64::from(hits[0].t) * f64::from(ray.direction[i]));
-        let depth = self.world_from_camera.inverse().transform_point3(hit.into()).z;
+        let hit = self.scene.closest_at::<f32>(&ray, self.time, &mut TraversalStack::default());
+        let place = [0, 1, 2]
+            .map(|i| f64::from(ray.origin[i]) + f64::from(hit.t) * f64::from(ray.direction[i]));
+        let depth = self.world_from_camera.inverse().transform_point3(place.into()).z;
         let depth = depth + camera.film_behind();
-        Ok(if hits[0].shape == NONE || depth <= 0.0 { f64::INFINITY } else { depth })
+        Ok(if hit.shape == NONE || depth <= 0.0 { f64::INFINITY } else { depth })
     }
 }

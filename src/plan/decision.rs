@@ -7,7 +7,8 @@ use super::{By, Effect};
 /// What leaving an effect out would do to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Harm {
-    /// Light lands so far from where it should, um on the film, root mean square.
+    /// Light lands so far from where it should, um on the film: root mean square, or as far as
+    /// anything goes where things move.
     Blur {
         /// um.
         um: f64,

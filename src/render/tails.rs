@@ -53,6 +53,7 @@ impl Tails {
             tail.samples.key[to] = samples.key[from];
             tail.samples.sample[to] = samples.sample[from];
             tail.samples.weight[to] = samples.weight[from];
+            tail.samples.time[to] = samples.time[from];
             for channel in 0..3 {
                 tail.radiance[channel][to] = radiance[channel][from];
             }

@@ -3,13 +3,13 @@
 //! Rays of a wave that go into the same octant walk the tree in bundles of eight. What a ray
 //! meets does not depend on which others are in its bundle.
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 
+use super::Scene;
 use super::traverse::{Beyond, Bundle, Nearest, Prepared, TraversalStack, walk};
 use super::tree::{Child, Code, Tree};
-use super::{Instance, Scene};
 use crate::lanes::Real;
-use crate::rays::{Column, Hit, HitBatch, NONE, Ray, RayBatch};
+use crate::rays::{Column, Hit, HitBatch, Ray, RayBatch};
 use crate::stats::Lanes;
 
 impl Scene {
@@ -112,9 +112,9 @@ impl Scene {
     }
 
     /// Room for all that a ray may have to remember, in the world and in an object.
-    fn room<'a>(&self, stack: &'a mut TraversalStack) -> &'a mut [u64] {
+    pub(super) fn room<'a>(&self, stack: &'a mut TraversalStack) -> &'a mut [u64] {
         let objects = self.objects.iter().map(|tree| tree.pending).max();
-        stack.room(self.world.pending + objects.unwrap_or(0))
+        stack.room(self.world.pending.max(self.movers.pending()) + objects.unwrap_or(0))
     }
 
     /// Meets a quadric.
@@ -129,7 +129,7 @@ impl Scene {
             quadric.intersect(origin + direction * start, direction, f64::from(nearest.t) - start)
         {
             let t = start + t;
-            let hit = Hit { t: t as f32, u: 0.0, v: 0.0, shape, primitive: 0, instance: NONE };
+            let hit = Hit { t: t as f32, u: 0.0, v: 0.0, shape, primitive: 0, ..Hit::MISS };
             if hit.t <= 0.0 || hit.t >= nearest.t {
                 return false;
             }
@@ -173,7 +173,7 @@ impl Beyond for Scene {
             Child::Instance(number) => {
                 let instance = &self.instances[number as usize];
                 let tree: &Tree = &self.objects[instance.object as usize];
-                let Some(ray) = inside(ray, instance) else { return false };
+                let Some(ray) = inside(ray, &instance.object_from_world) else { return false };
                 let mut inner = Nearest::new(nearest.t);
                 let met = walk::<R, ANY>(tree, self, Code::ROOT, &ray, &mut inner, pending);
                 if met {
@@ -186,14 +186,13 @@ impl Beyond for Scene {
     }
 
     fn solid(&self, ray: &Prepared, [shape, primitive]: [u32; 2], [u, v]: [f32; 2]) -> bool {
-        let hit = Hit { t: 0.0, u, v, shape, primitive, instance: NONE };
+        let hit = Hit { t: 0.0, u, v, shape, primitive, ..Hit::MISS };
         self.shapes[shape as usize].holds(ray.origin, ray.direction, &hit)
     }
 }
 
 /// A ray in the space of an instanced object; distances along it stay what they are.
-fn inside(ray: &Prepared, instance: &Instance) -> Option<Prepared> {
-    let matrix = &instance.object_from_world;
+pub(super) fn inside(ray: &Prepared, matrix: &Affine3A) -> Option<Prepared> {
     let origin = matrix.transform_point3(Vec3::from(ray.origin));
     let direction = matrix.transform_vector3(Vec3::from(ray.direction));
     Prepared::new(origin.to_array(), direction.to_array())

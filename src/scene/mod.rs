@@ -10,6 +10,7 @@ mod intersect;
 mod light;
 mod material;
 mod mesh;
+mod moving;
 pub mod pbrt;
 pub mod ply;
 mod point;
@@ -27,6 +28,7 @@ pub use light::{
 };
 pub use material::{Coat, Material, Metal, Roughness, Scatters};
 pub use mesh::Mesh;
+pub use moving::Mover;
 pub use point::{Patch, SurfacePoint, gamma};
 pub use quadric::{Form, Quadric};
 pub use subdivision::{Unsmooth, subdivide};
@@ -38,7 +40,9 @@ pub use tree::Tree;
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
+use crate::motion::Motion;
 use crate::rays::{Hit, NONE, Ray};
+use moving::Movers;
 use tree::{Part, Parts};
 
 /// What a shape is made of.
@@ -88,6 +92,16 @@ pub struct Instance {
     pub object_from_world: Affine3A,
 }
 
+impl Instance {
+    fn new(object: u32, world_from_object: &DAffine3) -> Self {
+        Self {
+            object,
+            world_from_object: single(world_from_object),
+            object_from_world: single(&world_from_object.inverse()),
+        }
+    }
+}
+
 /// Everything that can be seen.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -99,59 +113,67 @@ pub struct Scene {
     pub lights: Lights,
     instances: Vec<Instance>,
     objects: Vec<Tree>,
+    /// The shapes of the world's tree.
+    standing: Vec<u32>,
     world: Tree,
+    movers: Movers,
 }
 
 impl Scene {
     /// The surface at a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> (&Shape, SurfacePoint) {
         let shape = &self.shapes[hit.shape as usize];
+        let there = (hit.instance != NONE).then(|| self.pose(hit.instance, hit.time));
         let point = match &shape.geometry {
             Geometry::Mesh(mesh) => mesh.point(hit),
-            Geometry::Quadric(quadric) => quadric.point(self.object_point(ray, hit)),
+            Geometry::Quadric(quadric) => quadric.point(object_point(ray, hit, &there)),
         };
-        match hit.instance {
-            NONE => (shape, point),
-            i => (shape, point.transform(&self.instances[i as usize].world_from_object)),
+        match there {
+            None => (shape, point),
+            Some([world_from_object, _]) => (shape, point.transform(&world_from_object)),
         }
     }
 
     /// How the surface at a hit is laid out in texture coordinates, world space.
     pub fn patch(&self, ray: &Ray, hit: &Hit) -> Patch {
         let shape = &self.shapes[hit.shape as usize];
+        let there = (hit.instance != NONE).then(|| self.pose(hit.instance, hit.time));
         let patch = match &shape.geometry {
             Geometry::Mesh(mesh) => mesh.patch(hit),
-            Geometry::Quadric(quadric) => quadric.patch(self.object_point(ray, hit)),
+            Geometry::Quadric(quadric) => quadric.patch(object_point(ray, hit, &there)),
         };
-        match hit.instance {
-            NONE => patch,
-            i => patch.transform(&self.instances[i as usize].world_from_object),
-        }
-    }
-
-    /// Where a ray hit, in the space of the object that it hit.
-    fn object_point(&self, ray: &Ray, hit: &Hit) -> DVec3 {
-        let double = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-        let world = double(ray.origin) + double(ray.direction) * f64::from(hit.t);
-        match hit.instance {
-            NONE => world,
-            i => {
-                let matrix = &self.instances[i as usize].object_from_world;
-                matrix.transform_point3(world.as_vec3()).as_dvec3()
-            }
+        match there {
+            None => patch,
+            Some([world_from_object, _]) => patch.transform(&world_from_object),
         }
     }
 
     /// The memory that the trees take, in bytes; see [`Tree`]. Vertices and indices are the
     /// shapes' own.
     pub fn bytes(&self) -> usize {
-        let instances = size_of_val(&self.instances[..]);
+        let instances = size_of_val(&self.instances[..]) + self.movers.bytes();
         self.objects.iter().map(Tree::bytes).sum::<usize>() + self.world.bytes() + instances
     }
 
-    /// Lowest and highest corner of the world, or `None` where it is empty.
+    /// Lowest and highest corner of the world and of all that moves through it, or `None` where
+    /// it is empty.
     pub fn bounds(&self) -> Option<[Vec3; 2]> {
-        self.world.bounds
+        match (self.world.bounds, self.movers.bounds()) {
+            (Some([low, high]), Some([least, most])) => Some([low.min(least), high.max(most)]),
+            (one, other) => one.or(other),
+        }
+    }
+
+    /// Builds the tree of what stands still.
+    fn grow(&mut self) {
+        let mut parts = Parts::default();
+        for (number, instance) in self.instances.iter().enumerate() {
+            let Some([low, high]) = self.objects[instance.object as usize].bounds else { continue };
+            let matrix = double(&instance.world_from_object);
+            let bounds = moved_box([low.as_dvec3(), high.as_dvec3()], &matrix);
+            parts.push(Part::Instance(number as u32, bounds));
+        }
+        self.world = tree(&self.shapes, &self.standing, parts);
     }
 }
 
@@ -185,6 +207,7 @@ pub struct SceneBuilder {
     lights: Vec<Light>,
     objects: Vec<Vec<u32>>,
     instances: Vec<(u32, DAffine3)>,
+    movers: Vec<Mover>,
     world: Vec<u32>,
 }
 
@@ -214,6 +237,14 @@ impl SceneBuilder {
     /// Adds a copy of an object to the world.
     pub fn instance(&mut self, object: u32, world_from_object: DAffine3) {
         self.instances.push((object, world_from_object));
+    }
+
+    /// Adds a copy of an object that moves.
+    pub fn mover(&mut self, object: u32, motion: Motion) {
+        match motion.as_still() {
+            Some(world_from_object) => self.instance(object, world_from_object),
+            None => self.movers.push(Mover { object, motion }),
+        }
     }
 
     /// Adds a shape to the world, or to an object; answers its index. One in the world may shine.
@@ -267,22 +298,33 @@ impl SceneBuilder {
         let mut instances = Vec::new();
         let mut parts = Parts::default();
         for (object, world_from_object) in &self.instances {
-            let inverse = world_from_object.inverse();
             let Some([low, high]) = objects[*object as usize].bounds else { continue };
-            if !inverse.is_finite() {
+            if !world_from_object.inverse().is_finite() {
                 continue;
             }
             let bounds = moved_box([low.as_dvec3(), high.as_dvec3()], world_from_object);
             parts.push(Part::Instance(instances.len() as u32, bounds));
-            instances.push(Instance {
-                object: *object,
-                world_from_object: single(world_from_object),
-                object_from_world: single(&inverse),
-            });
+            instances.push(Instance::new(*object, world_from_object));
         }
-        let world = tree(shapes, &there(&self.world), parts);
+        let standing = there(&self.world);
+        let world = tree(shapes, &standing, parts);
+        let movers = Movers::new(self.movers, &objects, [0.0, 1.0]);
         let lights = Lights::new(self.lights, &self.shapes);
-        Scene { shapes: self.shapes, materials: self.materials, lights, instances, objects, world }
+        let Self { shapes, materials, .. } = self;
+        Scene { shapes, materials, lights, instances, objects, standing, world, movers }
+    }
+}
+
+/// Where a ray hit, in the space of the object that it hit, which stands at this pose if it is an
+/// instance.
+fn object_point(ray: &Ray, hit: &Hit, pose: &Option<[Affine3A; 2]>) -> DVec3 {
+    let double = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    let world = double(ray.origin) + double(ray.direction) * f64::from(hit.t);
+    match pose {
+        None => world,
+        Some([_, object_from_world]) => {
+            object_from_world.transform_point3(world.as_vec3()).as_dvec3()
+        }
     }
 }
 
@@ -300,6 +342,10 @@ fn tree<'a>(shapes: &'a [Shape], of: &[u32], mut parts: Parts<'a>) -> Tree {
 
 fn single(matrix: &DAffine3) -> Affine3A {
     Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
+}
+
+fn double(matrix: &Affine3A) -> DAffine3 {
+    DAffine3::from_cols_array(&matrix.to_cols_array().map(f64::from))
 }
 
 /// A box in f32 around a box in f64.

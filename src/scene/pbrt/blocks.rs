@@ -9,6 +9,7 @@ use super::SceneError;
 use super::params::Param;
 use super::reader::Reader;
 use super::token::Lexer;
+use crate::motion::Motion;
 use crate::scene::{Emission, SceneBuilder};
 use crate::source::{bytes, hint};
 use crate::spectrum::ColourSpace;
@@ -68,10 +69,18 @@ impl Block {
     }
 }
 
+/// What stands in an object beside its shapes.
+pub(super) enum Nested {
+    /// A copy of another one.
+    Object(String),
+    /// What moves there: an object without a name.
+    Mover(u32),
+}
+
 /// An object, and the copies of other objects in it.
 pub(super) struct Object {
     pub(super) index: u32,
-    pub(super) nested: Vec<(String, DAffine3)>,
+    pub(super) nested: Vec<(Nested, Motion)>,
     pub(super) copies: usize,
     /// Objects inside objects, itself counted.
     pub(super) depth: usize,
@@ -82,12 +91,16 @@ fn place(
     objects: &HashMap<String, Object>,
     builder: &mut SceneBuilder,
     name: &str,
-    world_from_object: DAffine3,
+    world_from_object: &Motion,
 ) {
     let Some(object) = objects.get(name) else { return };
-    builder.instance(object.index, world_from_object);
-    for (nested, transform) in &object.nested {
-        place(objects, builder, nested, world_from_object * *transform);
+    builder.mover(object.index, world_from_object.clone());
+    for (nested, motion) in &object.nested {
+        let motion = world_from_object.then(motion);
+        match nested {
+            Nested::Object(name) => place(objects, builder, name, &motion),
+            Nested::Mover(index) => builder.mover(*index, motion),
+        }
     }
 }
 
@@ -153,14 +166,14 @@ impl Reader {
         if self.object.as_ref() == Some(&name) {
             return self.refuse(format!("object \"{name}\" contains itself"), "");
         }
-        let ctm = self.placement();
-        if !ctm.inverse().is_finite() {
+        let flat = self.state.ctm.iter().any(|ctm| !ctm.inverse().is_finite());
+        let Some(motion) = Motion::between(self.state.ctm).filter(|_| !flat) else {
             self.warn_here("an instance that its transform flattens", "it is left out");
             return Ok(());
-        }
+        };
         let total = match self.object.as_ref().and_then(|open| self.objects.get_mut(open)) {
             Some(open) => {
-                open.nested.push((name, ctm));
+                open.nested.push((Nested::Object(name), motion));
                 open.copies = open.copies.saturating_add(copies);
                 open.depth = open.depth.max(depth);
                 open.copies
@@ -168,7 +181,7 @@ impl Reader {
             None => {
                 self.instances = self.instances.saturating_add(copies);
                 if self.instances <= MOST_INSTANCES {
-                    place(&self.objects, &mut self.builder, &name, ctm);
+                    place(&self.objects, &mut self.builder, &name, &motion);
                 }
                 self.instances
             }

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use glam::DAffine3;
 
 use crate::film::filter::Profile;
+use crate::motion::Motion;
 use crate::scene::Scene;
 use crate::shade::Reach;
+use crate::shutter::Shutter;
 use crate::source::{Location, Warning};
 
 /// A scene file, read.
@@ -16,8 +18,10 @@ pub struct Description {
     pub scene: Scene,
     /// Through what.
     pub camera: CameraSpec,
-    /// The camera's place: camera space to world space.
+    /// The camera's place when motions begin: camera space to world space.
     pub world_from_camera: DAffine3,
+    /// Where it goes from there.
+    pub camera_motion: Motion,
     /// Where the camera stands in the file.
     pub camera_at: Location,
     /// Onto what.
@@ -30,8 +34,10 @@ pub struct Description {
     pub filter: FilterSpec,
     /// How far paths go.
     pub reach: Reach,
-    /// Whether something stands elsewhere at the end of the exposure than at its start.
-    pub moves: bool,
+    /// When the film is exposed.
+    pub shutter: Shutter,
+    /// When motions begin and end, s.
+    pub transform_times: [f64; 2],
     /// Whether rough surfaces should be made rougher behind diffuse ones, which is not done.
     pub regularize: bool,
     /// What was noticed on the way.

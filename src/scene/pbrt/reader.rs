@@ -9,14 +9,18 @@ use glam::DAffine3;
 use super::blocks::{Block, Object, State};
 use super::description::{CameraSpec, Description, FilmSpec, FilterSpec, ThinSpec};
 use super::materials::Named;
+use super::moving::Mover;
 use super::params::Params;
 use super::settings::{film_spec, realistic, thin};
+use super::shutter::shutter;
 use super::textures::Library;
 use super::token::{Lexer, Token, Word};
 use super::{Dialect, Notices, SceneError};
 use crate::film::filter::Profile;
+use crate::motion::Motion;
 use crate::scene::{Material, SceneBuilder};
 use crate::shade::Reach;
+use crate::shutter::Shutter;
 use crate::source::{Location, bytes, hint};
 
 /// Reads a scene file and all that it includes.
@@ -64,10 +68,7 @@ const DIRECTIVES: &[(&str, Action)] = &[
         Ok(())
     }),
     ("ActiveTransform", Reader::active_transform),
-    ("TransformTimes", |r| {
-        // Only what moves needs them, and that is said where it moves.
-        r.numbers::<2>().map(|_| ())
-    }),
+    ("TransformTimes", Reader::transform_times),
     ("AttributeBegin", |r| r.begin(Block::Attribute)),
     ("AttributeEnd", |r| r.end(Block::Attribute)),
     ("TransformBegin", |r| r.begin(Block::Transform)),
@@ -126,20 +127,22 @@ pub(super) struct Reader {
     pub(super) dialect: Dialect,
 
     pub(super) film: Option<(String, Params)>,
-    pub(super) camera: Option<(String, Params, DAffine3)>,
+    pub(super) camera: Option<(String, Params, Motion)>,
     pub(super) samples: Option<u32>,
     /// Of the sampler, and of the options where the sampler names none.
     pub(super) seeds: [Option<u32>; 2],
     pub(super) filter: Option<FilterSpec>,
     pub(super) reach: Option<Reach>,
     pub(super) regularize: bool,
-    pub(super) moves: bool,
+    /// When the current transforms count, s.
+    pub(super) transform_times: [f64; 2],
 
     pub(super) library: Library,
     pub(super) materials: HashMap<String, Named>,
     pub(super) objects: HashMap<String, Object>,
     pub(super) object: Option<String>,
     pub(super) instances: usize,
+    pub(super) mover: Option<Mover>,
     /// Shapes that shine, and where they stand.
     pub(super) emitters: Vec<(u32, Location)>,
     pub(super) builder: SceneBuilder,
@@ -171,12 +174,13 @@ impl Reader {
             filter: None,
             reach: None,
             regularize: false,
-            moves: false,
+            transform_times: [0.0, 1.0],
             library: Library::default(),
             materials: HashMap::new(),
             objects: HashMap::new(),
             object: None,
             instances: 0,
+            mover: None,
             emitters: Vec::new(),
             builder,
             notices: Notices::default(),
@@ -229,7 +233,7 @@ impl Reader {
                 self.notices.instead(&at, what, "the shape does not shine");
             }
         }
-        let Some((name, params, world_from_camera)) = &self.camera else {
+        let Some((name, params, camera_motion)) = &self.camera else {
             return Err(missing("a Camera"));
         };
         self.library.pictures.read()?;
@@ -252,12 +256,19 @@ impl Reader {
                 exposure_time: 1.0,
             }),
         };
+        let shutter = match name.as_str() {
+            "realistic" | "perspective" => shutter(params)?,
+            _ => Shutter::default(),
+        };
         // pbrt-v2 gathers direct light unless told otherwise, pbrt-v4 follows paths.
         let reach = Reach { max_depth: 5, direct: self.dialect == Dialect::V2 };
         Ok(Description {
             camera,
             film,
-            world_from_camera: *world_from_camera,
+            world_from_camera: camera_motion.at(0.0),
+            camera_motion: camera_motion.clone(),
+            transform_times: self.transform_times,
+            shutter,
             camera_at: params.at.clone(),
             samples: self.samples.unwrap_or(16),
             seed: self.seeds[0].or(self.seeds[1]).unwrap_or(0),
@@ -268,7 +279,6 @@ impl Reader {
                 Dialect::V2 => FilterSpec { profile: Profile::Box, radius: [0.5; 2] },
             }),
             regularize: self.regularize,
-            moves: self.moves,
             reach: self.reach.unwrap_or(reach),
             scene: self.builder.build(),
             warnings: self.notices.warnings,

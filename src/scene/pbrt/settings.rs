@@ -7,6 +7,7 @@ use super::params::Params;
 use super::reader::Reader;
 use super::{Dialect, SceneError};
 use crate::film::filter::Profile;
+use crate::motion::Motion;
 use crate::shade::Reach;
 
 /// Pixels on one side of a picture.
@@ -64,16 +65,17 @@ impl Reader {
     pub(super) fn camera(&mut self) -> Result<(), SceneError> {
         self.before_world("Camera")?;
         let (_, name, params, _) = self.kind("Camera")?;
-        let world_from_camera = self.placement().inverse();
-        if !world_from_camera.is_finite() {
+        let Some(motion) = Motion::between(self.state.ctm.map(|ctm| ctm.inverse()))
+            .filter(|motion| motion.at(0.0).is_finite() && motion.at(1.0).is_finite())
+        else {
             return self.refuse("a camera transform that cannot be inverted", "");
-        }
+        };
         if name == "realistic" && params.find("specfile").is_some() {
             self.dialect = Dialect::V2;
         }
         let system = self.state.ctm.map(|ctm| ctm.inverse());
         self.systems.insert("camera".to_owned(), system);
-        self.camera = Some((name, params, world_from_camera));
+        self.camera = Some((name, params, motion));
         Ok(())
     }
 }

@@ -79,14 +79,23 @@ impl Reader {
         }
     }
 
-    /// Where what comes next is placed: nothing moves yet.
-    pub(super) fn placement(&mut self) -> DAffine3 {
+    /// Where something is placed that cannot move: a `what`.
+    pub(super) fn fixed_place(&mut self, what: &str) -> DAffine3 {
         let [start, end] = self.state.ctm;
         if start != end {
-            self.moves = true;
-            self.warn_here("motion", "everything stands where it is at the start");
+            self.warn_here(&format!("{what} that moves"), "it stands where it is at the start");
         }
         start
+    }
+
+    pub(super) fn transform_times(&mut self) -> Result<(), SceneError> {
+        let [start, end] = self.numbers::<2>()?;
+        if start >= end {
+            let found = format!("TransformTimes from {start} to {end}");
+            return self.refuse(found, "expected an end after the start");
+        }
+        self.transform_times = [start, end];
+        Ok(())
     }
 
     pub(super) fn coordinate_system(&mut self) -> Result<(), SceneError> {

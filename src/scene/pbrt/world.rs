@@ -12,7 +12,7 @@ impl Reader {
         self.after_world("LightSource")?;
         let (_, name, params, supported) = self.kind("LightSource")?;
         if supported {
-            let ctm = self.placement();
+            let ctm = self.fixed_place(&format!("a {name} light"));
             let Self { library, dialect, folder, .. } = self;
             let light = library.light(&name, &params, &ctm, *dialect, folder)?;
             self.builder.light(light);
@@ -63,7 +63,7 @@ impl Reader {
         if !supported {
             return Ok(());
         }
-        let ctm = self.placement();
+        let Some((object, ctm)) = self.shape_place(&name) else { return Ok(()) };
         let State { reversed, material, area_light, .. } = self.state.clone();
         let Self { library, notices, folder, .. } = self;
         let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
@@ -75,6 +75,7 @@ impl Reader {
             self.add_shape(ShapeSpec {
                 emission: area_light.clone(),
                 alpha: alpha.clone(),
+                object,
                 ..ShapeSpec::new(geometry, material)
             });
         }
@@ -82,8 +83,8 @@ impl Reader {
     }
 
     pub(super) fn add_shape(&mut self, spec: ShapeSpec) {
-        let object = self.object.as_ref().and_then(|name| self.objects.get(name));
-        let object = object.map(|object| object.index);
+        let open = self.object.as_ref().and_then(|name| self.objects.get(name));
+        let object = spec.object.or(open.map(|open| open.index));
         if object.is_some() && spec.emission.is_some() {
             self.warn_here("an area light inside an object", "the shape does not shine");
         }

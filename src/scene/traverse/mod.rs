@@ -7,8 +7,10 @@ mod boxes;
 mod bundle;
 mod nearest;
 mod ray;
+mod sift;
 mod triangles;
 mod walk;
 
 pub use walk::TraversalStack;
-pub(super) use {bundle::Bundle, nearest::Nearest, ray::Prepared, walk::Beyond, walk::walk};
+pub(super) use walk::walk;
+pub(super) use {bundle::Bundle, nearest::Nearest, ray::Prepared, sift::near, walk::Beyond};

@@ -38,7 +38,7 @@ impl Nearest {
             }
         };
         let [u, v] = self.weights;
-        Hit { t: self.t, u, v, shape, primitive, instance }
+        Hit { t: self.t, u, v, shape, primitive, instance, ..Hit::MISS }
     }
 
     /// Takes over a hit that is no triangle of this tree.

@@ -1,0 +1,70 @@
+//! The shutter from a camera's parameters. pbrt knows when it opens and closes; how it does, and
+//! how a sensor is read, are words of our own.
+
+use super::SceneError;
+use super::params::Params;
+use crate::shutter::{Curtain, Rolling, Shutter};
+
+pub(super) fn shutter(params: &Params) -> Result<Shutter, SceneError> {
+    let [open, close] = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
+    if open > close {
+        let found = format!("a shutter that opens at {open} and closes at {close}");
+        return Err(params.refuse(
+            "shutterclose",
+            found,
+            "expected shutterclose after shutteropen",
+        ));
+    }
+    let curtain = match (curve(params)?, ramps(params)?) {
+        (Some(_), Some(_)) => {
+            let found = "both \"shuttercurve\" and \"shutterramp\"";
+            return Err(params.refuse("shuttercurve", found, "give one of them"));
+        }
+        (Some(curtain), None) | (None, Some(curtain)) => curtain,
+        (None, None) => Curtain::Ideal,
+    };
+    let name = if params.find("shuttercurve").is_some() { "shuttercurve" } else { "shutterramp" };
+    let shutter = Shutter { open, close, curtain, rolling: rolling(params)? };
+    match shutter.efficiency() {
+        Ok(_) => Ok(shutter),
+        Err(problem) => Err(params.refuse(name, problem, "")),
+    }
+}
+
+fn curve(params: &Params) -> Result<Option<Curtain>, SceneError> {
+    let shares = params.numbers("shuttercurve", &["float", "integer"])?;
+    match shares {
+        Some([_]) => Err(params.wrong_count("shuttercurve", 1, "two shares or more")),
+        shares => Ok(shares.map(|shares| Curtain::Table(shares.to_vec()))),
+    }
+}
+
+fn ramps(params: &Params) -> Result<Option<Curtain>, SceneError> {
+    let (opening, closing) = match params.numbers("shutterramp", &["float", "integer"])? {
+        None => return Ok(None),
+        Some(&[both]) => (both, both),
+        Some(&[opening, closing]) => (opening, closing),
+        Some(many) => {
+            let expected = "one time, or those of opening and closing";
+            return Err(params.wrong_count("shutterramp", many.len(), expected));
+        }
+    };
+    if opening < 0.0 || closing < 0.0 {
+        let found = format!("\"shutterramp\" is {opening} {closing}");
+        return Err(params.refuse("shutterramp", found, "expected 0 s or more"));
+    }
+    Ok(Some(Curtain::Ramps { opening, closing }))
+}
+
+fn rolling(params: &Params) -> Result<Option<Rolling>, SceneError> {
+    let time = params.float("rollingshutter", 0.0)?;
+    if time < 0.0 {
+        let found = format!("\"rollingshutter\" is {time}");
+        return Err(params.refuse("rollingshutter", found, "expected 0 s or more"));
+    }
+    let reading = params.text("rollingdirection")?.unwrap_or("down");
+    let reading = reading
+        .parse()
+        .map_err(|problem: String| params.refuse("rollingdirection", problem, ""))?;
+    Ok((time > 0.0).then_some(Rolling { time, reading }))
+}
