@@ -14,6 +14,7 @@
 //! | module | stage | from, to |
 //! |---|---|---|
 //! | [`film`] | `sample` | pixels, to film and pupil points |
+//! | [`shutter`] | `tell` | samples, to times; where something moves |
 //! | [`lens`] | `expose`: aim, trace, emerge | film points, to rays in the world; vignetted rays are left out |
 //! | [`scene`] | `intersect` | rays, to nearest hits |
 //! | [`shade`] | `shade` | hits, to shadow rays and the next rays of the paths |
@@ -63,6 +64,11 @@
 //! **Lights by a tree of triangles.** Each emitting triangle is a leaf of its own, eight branches
 //! are weighed at once, and the choice sees only where a point is: so a ray that runs into a light
 //! finds again how likely it was sampled. Triangles and balls are sampled by solid angle in f64.
+//!
+//! **What moves is apart.** Moving copies of objects are not in the tree of the world but in a few
+//! trees of the boxes they pass, each for a part of the exposure, and rays meet them in stages of
+//! their own at the time of their sample ([`shutter::Timing`]). Where nothing moves there are no such
+//! stages; a camera that moves is one at rest whose rays are carried on ([`motion::Motion::carry`]).
 //!
 //! **Shading by kind of surface.** Hits are sorted by kind, and the scattering functions of a
 //! kind are evaluated eight at a time; only varnish, a random walk, goes one by one. Light is

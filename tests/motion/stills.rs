@@ -1,9 +1,10 @@
 //! Pictures of what moves against pictures of what stands still.
 
+use petzval::aov::{self, Aov};
 use petzval::image::Picture;
 use petzval::job::Changes;
 use petzval::plan::{Effect, Wanted};
-use petzval::render::{Backend, Job};
+use petzval::render::{Backend, Job, Progress, render};
 use petzval::shutter::Settings;
 
 use super::support::{mean, picture};
@@ -153,5 +154,28 @@ fn a_picture_of_what_moves_depends_on_the_job_alone() {
     for y in 0..8 {
         let whole = &one.pixels[(y + 3) * SIZE[0] + 5..][..35];
         assert_eq!(&part.pixels[y * 35..][..35], whole, "row {y} of a crop");
+    }
+}
+
+#[test]
+fn layers_are_of_what_is_seen_at_the_time() {
+    let wall = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+                \"point3 P\" [-99 -99 3  99 -99 3  99 99 3  -99 99 3]";
+    let end = |z: f64| format!("ActiveTransform EndTime Translate 0 0 {z} ActiveTransform All\n");
+    // The camera comes nearer by 1, or the wall does: the wall is 2.5 away in the mean.
+    for (camera, world, height) in
+        [(end(-1.0), String::new(), 3.0), (String::new(), end(-1.0), 2.5)]
+    {
+        let changes = Changes { layers: vec![Aov::Depth, Aov::Position], ..Changes::default() };
+        let job = job(&text(&camera, "", 64, &format!("{world}{wall}")), &changes);
+        let exposed = render(&job, Backend::Simd, 2, &Progress::default()).expect("a picture");
+        let layers = aov::layers(&job, &exposed.film, exposed.features.as_ref());
+        let mean = |layer: usize, name: &str| {
+            let channel = layers[layer].channels.iter().find(|(other, _)| other == name);
+            let values = &channel.expect(name).1;
+            values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64
+        };
+        assert!((mean(0, "Z") - 2.5).abs() < 0.005, "{}", mean(0, "Z"));
+        assert!((mean(1, "Z") - height).abs() < 0.005, "{}", mean(1, "Z"));
     }
 }
