@@ -5,6 +5,7 @@ mod support;
 use petzval::aov::{self, Aov};
 use petzval::image::Layer;
 use petzval::job::{Changes, prepare};
+use petzval::plan::Wanted;
 use petzval::render::{Backend, Progress, render};
 use petzval::scene::pbrt;
 use support::{folder, root, write};
@@ -138,7 +139,8 @@ fn the_circle_of_confusion_is_as_wide_as_a_point_is_blurred() {
         );
         let folder = folder();
         let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
-        let changes = Changes { layers: vec![Aov::Coc], ..Changes::default() };
+        let effects = Wanted::None;
+        let changes = Changes { layers: vec![Aov::Coc], effects, ..Changes::default() };
         let (job, _, _) = prepare(description, &changes).expect("a job");
         let exposed = render(&job, Backend::Simd, 2, &Progress::default()).expect("a picture");
         let coc = aov::layers(&job, &exposed.film, exposed.features.as_ref());

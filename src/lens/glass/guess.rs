@@ -3,9 +3,9 @@
 use super::CatalogueGlass;
 use super::catalogue::all;
 
-/// How far apart two indices may lie that are taken for the same glass's: patents round, and
-/// leave out which melt was meant.
-const SAME: f64 = 3e-3;
+/// How far apart two indices may lie that are taken for the same glass's: wide enough that there
+/// is a crown and a flint to choose from.
+const SAME: f64 = 1e-2;
 
 /// The glass of the catalogue that an element of index `nd` is likeliest of. Among those of its
 /// index, elements that gather light are taken to be of the one that disperses least, those that
