@@ -4,6 +4,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use petzval::diffraction::Diffraction;
 use petzval::film::{FilmSums, Frame, sample};
 use petzval::ghosts::survey;
 use petzval::image::Picture;
@@ -221,9 +222,48 @@ fn motion(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// ns a pixel of the finished picture, on one thread: without diffraction, and with one zone and
+/// with many.
+fn diffraction(bench: &mut Criterion) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let mut group = bench.benchmark_group("effect/diffraction");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
+    let job = |f_number: Option<f64>, effects: &str| {
+        let description = pbrt::read(&scene).expect("a scene of the repository");
+        let effects = effects.parse().expect("effects");
+        let changes = Changes {
+            f_number,
+            effects,
+            resolution: Some(LARGE),
+            samples: Some(16),
+            ..Changes::default()
+        };
+        prepare(description, &changes).expect("a job").0
+    };
+    group.throughput(Throughput::Elements(u64::from(LARGE[0] * LARGE[1])));
+    group.sample_size(10);
+    for (name, f_number, effects) in [
+        ("off", Some(22.0), "-diffraction"),
+        ("on", Some(22.0), "+diffraction"),
+        ("on, wide open", None, "+diffraction"),
+    ] {
+        let job = job(f_number, effects);
+        let film = FilmSums::new(job.frame, false);
+        let exposed = Exposed { film, features: None, stats: Stats::default() };
+        let zones = Diffraction::new(&job.camera, &job.frame).zones();
+        group.bench_function(format!("{name} ({zones} zones)"), |bencher| {
+            bencher.iter(|| pool.install(|| exposed.picture(&job)));
+        });
+    }
+    group.finish();
+}
+
+/// A picture that is small for a photograph.
+const LARGE: [u32; 2] = [1200, 800];
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = dispersion, fresnel, ghosts, motion, sensor
+    targets = diffraction, dispersion, fresnel, ghosts, motion, sensor
 }
 criterion_main!(benches);

@@ -20,6 +20,7 @@
 //! | [`shade`] | `shade` | hits, to shadow rays and the next rays of the paths |
 //! | [`scene`] | `occlude` | shadow rays, to radiance |
 //! | [`film`] | `accumulate` | radiance, to the sums of the tile that the worker owns |
+//! | [`diffraction`] | `spread` | the finished picture, by the shape of the pupil; where planned |
 //! | [`sensor`] | `read_out` | the finished picture, to what photosites record; where asked for |
 //!
 //! [`render`] is the only module that knows this order. Stages do not call each other; shading
@@ -89,6 +90,7 @@
 //! which they mean.
 
 pub mod aov;
+pub mod diffraction;
 mod distribution;
 pub mod film;
 pub mod ghosts;

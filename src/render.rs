@@ -9,12 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::aov::{Aov, FeatureFilm, Features};
+use crate::diffraction::Diffraction;
 use crate::film::{FilmSums, Frame, Response, Tile, TileSampler, TileSums, sample};
 use crate::ghosts::Ghosts;
 use crate::image::Picture;
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
-use crate::plan::Plan;
+use crate::plan::{Effect, Plan};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
 use crate::sensor::Sensor;
@@ -100,10 +101,13 @@ pub struct Exposed {
 }
 
 impl Exposed {
-    /// The picture of this job: what the film received, read out by the sensor where there is one.
-    /// Layers are of the film.
+    /// The picture of this job: what the film received, spread by diffraction where that is planned,
+    /// and read out by the sensor where there is one. Layers are of the film.
     pub fn picture(&self, job: &Job) -> Picture {
-        let picture = self.film.picture(job.samples.end - job.samples.start);
+        let mut picture = self.film.picture(job.samples.end - job.samples.start);
+        if job.plan.has(Effect::Diffraction) {
+            picture = Diffraction::new(&job.camera, &job.frame).spread(&picture);
+        }
         match &job.sensor {
             Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
             None => picture,

@@ -44,6 +44,11 @@ impl Frame {
         }
     }
 
+    /// Its lowest corner.
+    pub fn corner(self) -> [f64; 2] {
+        self.low
+    }
+
     pub fn middle(self) -> [f64; 2] {
         [0, 1].map(|i| (self.low[i] + self.high[i]) / 2.0)
     }

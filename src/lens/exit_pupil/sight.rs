@@ -1,0 +1,117 @@
+//! What a film point sees through points of the plane of the rear vertex.
+
+use crate::lanes::f32x8;
+use crate::lens::camera::RealLens;
+use crate::lens::outline::Frame;
+use crate::lens::surface::{From, Surface, sequence};
+use crate::lens::trace::trace;
+use crate::rays::{LensBatch, WAVE};
+
+/// Cells along each side of the grid that looks for the pupil.
+const GRID: usize = 64;
+/// Rounds of it: each zooms in by 32 at most.
+const ROUNDS: usize = 6;
+
+/// A film point, and waves of rays from it. Points of the pupil are in the film point's own
+/// frame, mm: u away from the axis, v across.
+pub(super) struct Sight {
+    surfaces: Vec<Surface<f32>>,
+    batch: Box<LensBatch<f32>>,
+    blocked: Vec<u64>,
+    film: [f64; 2],
+    /// Cosine and sine of u's angle to x.
+    turn: [f64; 2],
+    distance: f64,
+    index: f64,
+}
+
+impl Sight {
+    pub fn new(lens: &RealLens, film: [f64; 2]) -> Self {
+        let mut surfaces = sequence::<f32>(&lens.prescription, From::Film(lens.film_distance));
+        // An outline needs no exact directions.
+        surfaces.iter_mut().for_each(|surface| surface.doubt = 0.0);
+        let radius = film[0].hypot(film[1]);
+        let turn = if radius > 0.0 { film.map(|v| v / radius) } else { [1.0, 0.0] };
+        Self {
+            surfaces,
+            batch: Box::default(),
+            blocked: vec![0; lens.prescription.rows.len()],
+            film,
+            turn,
+            distance: lens.film_distance,
+            index: lens.prescription.rear().index,
+        }
+    }
+
+    /// A tight frame around the light, if there is any.
+    pub fn frame(&mut self, lens: &RealLens) -> Option<Frame> {
+        let film = self.film.map(|v| v as f32);
+        let (fan, rear) = (lens.bound().fan(film), lens.bound().rear(film[0].hypot(film[1])));
+        let [a, b] = rear.half.map(f64::from);
+        let centre = f64::from(rear.centre);
+        let whole = Frame::around(&[[centre - a, -b], [centre + a, b]]);
+        let point = |corner: [f32; 2]| [0, 1].map(|i| f64::from(fan.centre[i] + corner[i]));
+        let expected = fan.open().then(|| Frame::around(&fan.corners.map(point)));
+        let expected = expected.map(|frame| frame.grown(frame.size().map(|size| 0.1 * size)));
+        expected.into_iter().chain([whole]).find_map(|frame| self.zoom(frame))
+    }
+
+    /// Zooms in until the light fills half of the frame in both directions.
+    fn zoom(&mut self, mut frame: Frame) -> Option<Frame> {
+        for _ in 0..ROUNDS {
+            let cell = frame.size().map(|size| size / GRID as f64);
+            let corner = frame.corner();
+            let place = |i: usize| {
+                let (column, row) = (i % (GRID + 1), i / (GRID + 1));
+                [corner[0] + cell[0] * column as f64, corner[1] + cell[1] * row as f64]
+            };
+            let lit = self.light((GRID + 1) * (GRID + 1), place);
+            let points: Vec<_> = (0..lit.len()).filter(|&i| lit[i] > 0.0).map(place).collect();
+            if points.is_empty() {
+                return None;
+            }
+            let tight = Frame::around(&points).grown(cell.map(|side| 1.01 * side));
+            let filled = (0..2).all(|i| tight.size()[i] > 0.5 * frame.size()[i]);
+            frame = tight;
+            if filled {
+                break;
+            }
+        }
+        Some(frame)
+    }
+
+    /// What comes to the film point through points of the pupil, 0 to 1.
+    pub fn light(&mut self, count: usize, at: impl Fn(usize) -> [f64; 2]) -> Vec<f32> {
+        let mut light = Vec::with_capacity(count);
+        for start in (0..count).step_by(WAVE) {
+            let rays = WAVE.min(count - start);
+            for i in 0..rays {
+                let [tx, ty, tz] = self.towards(at(start + i));
+                let batch = &mut *self.batch;
+                (batch.x[i], batch.y[i]) = (self.film[0] as f32, self.film[1] as f32);
+                (batch.z[i], batch.weight[i]) = (0.0, 1.0);
+                (batch.tx[i], batch.ty[i], batch.tz[i]) = (tx as f32, ty as f32, tz as f32);
+            }
+            let batch = &mut *self.batch;
+            batch.resize::<f32x8>(rays);
+            trace::<f32x8>(batch, &self.surfaces, &mut self.blocked);
+            let left = |i: usize| if batch.x[i].is_nan() { 0.0 } else { batch.weight[i] };
+            light.extend((0..rays).map(left));
+        }
+        light
+    }
+
+    /// The direction to a point of the pupil in the film's frame, of the length of the index.
+    pub fn towards(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+        let [cos, sin] = self.turn;
+        let (x, y) = (cos * u - sin * v - self.film[0], sin * u + cos * v - self.film[1]);
+        let scale = self.index / (x * x + y * y + self.distance * self.distance).sqrt();
+        [x * scale, y * scale, self.distance * scale]
+    }
+
+    /// T of a point of the pupil.
+    pub fn direction(&self, point: [f64; 2]) -> [f64; 2] {
+        let [x, y, _] = self.towards(point);
+        [x, y]
+    }
+}
