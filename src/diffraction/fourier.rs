@@ -25,7 +25,7 @@ pub(super) struct LineScratch {
 }
 
 impl Line {
-    /// Of this many numbers, a power of two.
+    /// Of this many numbers, an even number.
     pub fn new(len: usize) -> Self {
         Self(RealFftPlanner::new().plan_fft_forward(len))
     }

@@ -57,14 +57,15 @@ impl Spread {
         let points = pupil.edges.iter().flat_map(|edge| [edge.from, edge.to]);
         let width = 2.0 * points.map(away).fold(0.0, f64::max);
         let shortest = wavelengths[0];
-        // A ray of a star is two fringes wide, and beyond the last fringe grows in proportion.
-        let wanted = reach * (width / shortest).min(2.0 / detail);
+        // A ray of a star is two fringes wide, and beyond the last one grows in proportion: to two
+        // of what matters at most.
+        let wanted = reach * (width / shortest).min(1.0 / detail);
         let wanted = wanted.min(FRINGES[1] as f64) as usize;
-        let fringes = wanted.next_power_of_two().clamp(FRINGES[0], FRINGES[1]);
+        let fringes = wanted.next_multiple_of(FRINGES[0]).max(FRINGES[0]);
         let fringe = shortest / width;
         let (first, last) = (FIRST * fringe, fringes as f64 * fringe);
         let radii = ((last / first).ln() / RATIO.ln()).floor() as usize + 1;
-        let lines = Lines { pupil, width, fringes, fft: Line::new(LINE * fringes) };
+        let lines = Lines::new(pupil, width, fringes);
         let sums = Sums::new(&bands, &wavelengths, &lines, [first, radii as f64]);
         let directions = DIRECTIONS * fringes;
         let mut table = vec![[0.0; 3]; directions * radii];
@@ -152,9 +153,25 @@ struct Lines<'a> {
     width: f64,
     fringes: usize,
     fft: Line,
+    /// What the square of a line's transform multiplies, by frequency from the second on: to the
+    /// last fringe, and what interpolation asks for beyond it.
+    scales: Vec<f64>,
 }
 
-impl Lines<'_> {
+impl<'a> Lines<'a> {
+    fn new(pupil: &'a ExitPupil, width: f64, fringes: usize) -> Self {
+        let fft = Line::new(LINE * fringes);
+        let mut lines = Self { pupil, width, fringes, fft, scales: Vec::new() };
+        let scale = |i: usize| {
+            let k = TAU * lines.step() * i as f64;
+            let half = PI * i as f64 / (LINE * fringes) as f64;
+            let spline = (half.sin() / half).powi(4);
+            (k * k * spline).powi(2).recip()
+        };
+        lines.scales = (1..fringes * LINE / 4 + 8).map(scale).collect();
+        lines
+    }
+
     /// From one frequency to the next, wavelengths over T.
     fn step(&self) -> f64 {
         1.0 / (self.spacing() * (LINE * self.fringes) as f64)
@@ -211,14 +228,8 @@ impl Lines<'_> {
         self.fft.transform(scratch);
         power.clear();
         power.push(moment * moment);
-        // To the last fringe, and what interpolation asks for beyond it.
-        let count = self.fringes * LINE / 4 + 8;
-        for (i, value) in scratch.spectrum.iter().enumerate().take(count).skip(1) {
-            let k = TAU * self.step() * i as f64;
-            let half = PI * i as f64 / len as f64;
-            let spline = (half.sin() / half).powi(4);
-            power.push(value.norm_sqr() / (k * k * spline).powi(2));
-        }
+        let transformed = scratch.spectrum[1..].iter().zip(&self.scales);
+        power.extend(transformed.map(|(value, scale)| value.norm_sqr() * scale));
     }
 }
 
@@ -226,20 +237,13 @@ impl Lines<'_> {
 /// first, values are as behind it.
 fn halve(values: &mut Vec<f64>) {
     const WEIGHTS: [f64; 4] = [1225.0, -245.0, 49.0, -5.0];
-    let count = values.len();
-    let between = |i: usize| {
-        let part = |(k, weight): (usize, &f64)| {
-            let before = values[i.abs_diff(k)];
-            weight * (before + values[(i + 1 + k).min(count - 1)])
-        };
-        WEIGHTS.iter().enumerate().map(part).sum::<f64>() / 2048.0
-    };
-    let mut finer = Vec::with_capacity(2 * count);
-    for i in 0..count {
-        finer.push(values[i]);
-        finer.push(between(i));
+    let (mirrored, last) = ([values[3], values[2], values[1]], [values[values.len() - 1]; 4]);
+    let around = [&mirrored[..], values, &last].concat();
+    values.clear();
+    for around in around.array_windows::<8>() {
+        let pair = |k: usize| WEIGHTS[k] * (around[3 - k] + around[4 + k]);
+        values.extend([around[3], (pair(0) + pair(1) + pair(2) + pair(3)) / 2048.0]);
     }
-    *values = finer;
 }
 
 /// A radius of the table and a wavelength: which frequencies they meet, and what their integrals
@@ -299,17 +303,17 @@ impl Sums {
         let mut integral = Vec::with_capacity(power.len());
         for i in 0..power.len() - 1 {
             let slope = if i > 0 { power[i + 1] - power[i - 1] } else { 0.0 };
-            integral.push(self.step * (sum - slope / 24.0));
+            integral.push([self.step * (sum - slope / 24.0), power[i]]);
             sum += (power[i] + power[i + 1]) / 2.0;
         }
         let places = self.places.chunks_exact(self.factors.len());
         for ((density, places), scale) in row.iter_mut().zip(places).zip(&self.scales) {
             let mut sum = [0.0; 3];
-            for (Place { before, weights: [a, b, c, d] }, factor) in
-                places.iter().zip(&self.factors)
-            {
-                let (i, j) = (*before, before + 1);
-                let value = a * integral[i] + b * integral[j] + c * power[i] + d * power[j];
+            for (Place { before, weights }, factor) in places.iter().zip(&self.factors) {
+                let [[near, near_slope], [far, far_slope]] =
+                    [integral[*before], integral[before + 1]];
+                let [a, b, c, d] = weights;
+                let value = a * near + b * far + c * near_slope + d * far_slope;
                 sum = [0, 1, 2].map(|c| sum[c] + factor[c] * value);
             }
             // Of a square; rounding aside.
