@@ -250,7 +250,7 @@ fn diffraction(bench: &mut Criterion) {
         let job = job(f_number, effects);
         let film = FilmSums::new(job.frame, false);
         let exposed = Exposed { film, features: None, stats: Stats::default() };
-        let zones = Diffraction::new(&job.camera, &job.frame).zones();
+        let zones = Diffraction::new(&job.camera, &job.frame, &job.light).zones();
         group.bench_function(format!("{name} ({zones} zones)"), |bencher| {
             bencher.iter(|| pool.install(|| exposed.picture(&job)));
         });

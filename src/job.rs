@@ -110,6 +110,7 @@ pub fn prepare(
         seed,
         reach: description.reach,
         layers: layers(&film, changes),
+        light: bands,
         ghosts: None,
         sensor,
         timing: Some(exposure.timing.clone()),
@@ -121,7 +122,7 @@ pub fn prepare(
         Some(false) => None,
         _ => ghosts::survey(&job),
     };
-    let level = if sighting.is_some() { level(&mut job)? } else { 0.0 };
+    let level = level(&mut job)?;
     job.plan = plan(&Question {
         camera: &job.camera,
         resolution: job.frame.resolution,

@@ -41,8 +41,8 @@ pub struct Question<'a> {
     pub coated: bool,
     /// What ghosts the lens makes of the scene's lights, if any.
     pub ghosts: Option<&'a Sighting>,
-    /// How bright the picture is, its lamps aside; known where there are ghosts.
-    pub level: f64,
+    /// How bright the picture will be.
+    pub level: Level,
     /// The sensor that the command line asks for.
     pub sensor: Option<&'a Sensor>,
     /// Samples a pixel.
@@ -54,6 +54,20 @@ pub struct Question<'a> {
     /// What counts as visible.
     pub visible: Visible,
 }
+
+/// How bright a picture will be, by a small one; luminance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Level {
+    /// Its mean without its brightest tenth: lamps and their reflections are not what a veil of light
+    /// is seen on.
+    pub mean: f64,
+    /// What the brightest spot of the small picture adds to that, as light of so many pixels of 1.
+    pub lamp: f64,
+}
+
+/// From which share of the picture's brightness on, percent, a veil of light can be seen: the
+/// threshold of contrast of the eye (Weber's fraction, 1 to 2 %).
+const VEIL: f64 = 1.0;
 
 /// What is known of an effect before anybody decides.
 struct Finding {

@@ -21,6 +21,7 @@ use crate::scene::{Scene, TraversalStack};
 use crate::sensor::Sensor;
 use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
 use crate::shutter::Timing;
+use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use tails::{FEW, Tails};
 
@@ -45,6 +46,8 @@ pub struct Job {
     pub reach: Reach,
     /// What is wanted beside the colours.
     pub layers: Vec<Aov>,
+    /// The light that the film sees, in bands.
+    pub light: [LightBand; BANDS],
     /// The ghosts in the lens, where they are simulated.
     pub ghosts: Option<Ghosts>,
     /// What reads the finished picture out; without one it stays as the film has it.
@@ -106,7 +109,7 @@ impl Exposed {
     pub fn picture(&self, job: &Job) -> Picture {
         let mut picture = self.film.picture(job.samples.end - job.samples.start);
         if job.plan.has(Effect::Diffraction) {
-            picture = Diffraction::new(&job.camera, &job.frame).spread(&picture);
+            picture = Diffraction::new(&job.camera, &job.frame, &job.light).spread(&picture);
         }
         match &job.sensor {
             Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),

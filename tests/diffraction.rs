@@ -106,7 +106,7 @@ fn the_table_of_white_light_is_the_sum_over_wavelengths() {
     // Against sums over 50 wavelengths of each band of the closed form.
     let lens = dgauss(16.0, blades(7, 10.0));
     let pupil = ExitPupil::seen(&lens, [0.0; 2]).expect("light");
-    let spread = Spread::new(&pupil, 3000.0, 5.0);
+    let spread = Spread::new(&pupil, &bands(), 3000.0, 5.0);
     let bands = bands();
     let width = 1e-3 * (bands[1].wavelength - bands[0].wavelength);
     for radius in [0.0, 2.0, 6.0, 11.0, 30.0, 90.0, 400.0] {
@@ -164,7 +164,7 @@ fn blades_give_rays_across_them() {
         let rotation = 11.0;
         let lens = dgauss(16.0, blades(count, rotation));
         let pupil = ExitPupil::seen(&lens, [0.0; 2]).expect("light");
-        let spread = Spread::new(&pupil, 2000.0, 5.0);
+        let spread = Spread::new(&pupil, &bands(), 2000.0, 5.0);
         let far = |degrees: f64| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             (0..40)
@@ -204,7 +204,8 @@ fn the_light_of_a_point_is_kept() {
     // In the middle; a millimetre holds all but a thousandth at f/22 (2 lambda N / (pi^2 r)).
     for (iris, f_number) in [(Iris::Round, 22.0), (blades(6, 0.0), 11.0)] {
         let (camera, frame) = camera(dgauss(f_number, iris), 12.0, [401, 401]);
-        let spread = Diffraction::new(&camera, &frame).spread(&star([401, 401], [200, 200]));
+        let spread =
+            Diffraction::new(&camera, &frame, &bands()).spread(&star([401, 401], [200, 200]));
         for c in 0..3 {
             let lost = 1.0 - sum(&spread, c);
             println!("channel {c} of f/{f_number}: {lost}");
@@ -221,7 +222,7 @@ fn the_light_of_a_point_is_kept() {
 fn an_even_picture_stays_even_to_its_edge() {
     for lens in [dgauss(22.0, Iris::Round), dgauss(2.0, Iris::Round)] {
         let (camera, frame) = camera(lens, 200.0, [150, 100]);
-        let diffraction = Diffraction::new(&camera, &frame);
+        let diffraction = Diffraction::new(&camera, &frame, &bands());
         let white = Picture { size: [150, 100], pixels: vec![[2.0, 1.0, 0.5]; 150 * 100] };
         for pixel in diffraction.spread(&white).pixels {
             for (found, expected) in pixel.into_iter().zip([2.0, 1.0, 0.5]) {
@@ -234,7 +235,7 @@ fn an_even_picture_stays_even_to_its_edge() {
 #[test]
 fn a_spread_much_narrower_than_a_pixel_changes_nothing() {
     let (camera, frame) = camera(dgauss(2.0, Iris::Round), 100.0, [64, 48]);
-    let spread = Diffraction::new(&camera, &frame).spread(&star([64, 48], [20, 30]));
+    let spread = Diffraction::new(&camera, &frame, &bands()).spread(&star([64, 48], [20, 30]));
     for (i, pixel) in spread.pixels.iter().enumerate() {
         let expected = if i == 30 * 64 + 20 { 1.0 } else { 0.0 };
         // 2 lambda N / (pi^2 r) of the light is beyond half a pixel: half a percent.
@@ -259,7 +260,7 @@ fn a_vignetted_pupil_spreads_light_across_its_narrow_side() {
     // In the picture too, at the corner's own angle: its long side is along the radius.
     let (camera, frame) = camera(lens, 1.0, [21_000, 21_000]);
     let crop = Frame { low: [20_900, 20_900], high: [21_000, 21_000], ..frame };
-    let spread = Diffraction::new(&camera, &crop).spread(&star([100, 100], [50, 50]));
+    let spread = Diffraction::new(&camera, &crop, &bands()).spread(&star([100, 100], [50, 50]));
     let at = |x: usize, y: usize| spread.pixels[y * 100 + x][1];
     let along: f32 = (2..6).map(|k| at(50 + k, 50 + k) + at(50 - k, 50 - k)).sum();
     let across: f32 = (2..6).map(|k| at(50 + k, 50 - k) + at(50 - k, 50 + k)).sum();
@@ -271,7 +272,7 @@ fn zones_blend_without_seams() {
     // A row of points across a vignetted film: their peaks change evenly from one to the next.
     let (camera, frame) = camera(dgauss(2.0, Iris::Round), 150.0, [160, 120]);
     let camera = Camera { film: [24.0, 18.0], ..camera };
-    let diffraction = Diffraction::new(&camera, &frame);
+    let diffraction = Diffraction::new(&camera, &frame, &bands());
     assert!(diffraction.zones() > 1);
     let fine = Camera { film: [24.0, 18.0], ..camera };
     let one = Frame::whole([24_000, 18_000]);
@@ -283,7 +284,7 @@ fn zones_blend_without_seams() {
             .map(|i| [if i / 600 == 10 && i % 600 % 10 == 5 { 1.0 } else { 0.0 }; 3])
             .collect(),
     };
-    let spread = Diffraction::new(&fine, &frame).spread(&points);
+    let spread = Diffraction::new(&fine, &frame, &bands()).spread(&points);
     let peaks: Vec<f32> = (1..59).map(|k| spread.pixels[10 * 600 + 10 * k + 5][1]).collect();
     for pair in peaks.windows(2) {
         assert!((pair[1] / pair[0] - 1.0).abs() < 0.02, "{peaks:?}");
@@ -297,7 +298,7 @@ fn the_picture_does_not_depend_on_threads() {
     let picture = Picture { size: [300, 200], pixels };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| Diffraction::new(&camera, &frame).spread(&picture))
+        pool.install(|| Diffraction::new(&camera, &frame, &bands()).spread(&picture))
     };
     let one = with(1);
     assert_eq!(one, with(3));
@@ -415,4 +416,40 @@ fn the_radius_that_is_said_is_the_radius_that_is_seen() {
     assert_eq!(said, same);
     assert!(without < 5.0 && (with / said - 1.0).abs() < 0.2, "{with} um, {said} said");
     assert!((all / before - 1.0).abs() < 0.03, "light is kept, but for what leaves the film");
+}
+
+#[test]
+fn a_lamp_that_makes_a_star_needs_diffraction() {
+    // Grey ground, and a lamp as large as 2 pixels that is a million times as bright, or is not.
+    // Pixels of 100 um: no disc could be seen.
+    let planned = |bright: f64| {
+        let world = format!(
+            "LightSource \"infinite\" AttributeBegin AreaLightSource \"diffuse\"
+             \"rgb L\" [{bright} {bright} {bright}] Translate 0.3 0.2 50
+             Shape \"sphere\" \"float radius\" 0.5 AttributeEnd"
+        );
+        let film = "\"integer xresolution\" 150 \"integer yresolution\" 100 \"float diagonal\" 18";
+        let changes = Changes { f_number: Some(16.0), ..Changes::default() };
+        let plan = job("dgauss.50mm.dat", film, &world, &changes).plan;
+        plan.effects.into_iter().find(|row| row.effect == Effect::Diffraction).expect("a row")
+    };
+    let (bright, dim) = (planned(1e5), planned(10.0));
+    assert!(bright.on && bright.reason.contains("the brightest lamp"), "{}", bright.reason);
+    assert!(!dim.on && !dim.reason.contains("lamp"), "{}", dim.reason);
+}
+
+#[test]
+fn light_of_one_colour_has_sharp_rings() {
+    // A passband of 2 nm: Airy's pattern itself, its first ring dark.
+    let lens = dgauss(22.0, Iris::Round);
+    let pupil = ExitPupil::seen(&lens, [0.0; 2]).expect("light");
+    let narrow = petzval::spectrum::Passband { range: [549.0, 551.0] };
+    let spread = Spread::new(&pupil, &narrow.bands(), 500.0, 1.0);
+    let white = Spread::new(&pupil, &bands(), 500.0, 1.0);
+    let (zero, peak) = (pupil.airy(GREEN), pupil.density([0.0; 2], GREEN));
+    for (found, channel) in spread.at([0.0, zero]).into_iter().zip(0..) {
+        assert!(found < 3e-4 * peak && white.at([0.0, zero])[channel] > 3e-4 * peak, "{found}");
+        let ring = spread.at([0.0, 1.635 / 1.22 * zero])[channel];
+        assert!((ring / peak - 0.0175).abs() < 5e-4, "the first bright ring: {}", ring / peak);
+    }
 }

@@ -83,6 +83,10 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         let film = film.ok_or("--vignetting: the lens forms no real image of distant things")?;
         text = super::vignetting::table(&lens, film, arguments.film_diagonal)?;
     }
+    if let Some(path) = &arguments.psf {
+        let film = film.ok_or("--psf: the lens forms no real image of distant things")?;
+        text += &super::psf::draw(path, &lens, film, arguments.at)?;
+    }
     super::print(&text)
 }
 

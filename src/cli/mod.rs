@@ -14,6 +14,7 @@ mod lens;
 mod picture;
 mod plan;
 mod progress;
+mod psf;
 mod render;
 mod trace;
 mod values;
@@ -29,7 +30,7 @@ use petzval::metric::Metric;
 
 use layer::AovArgument;
 use picture::PictureArguments;
-use values::{coating, four, length, length_or_inf};
+use values::{coating, four, length, length_or_inf, point};
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -143,6 +144,21 @@ struct LensArguments {
     /// corner, and the relative illumination; focused at infinity if nothing else is said
     #[arg(long, group = "pictured")]
     vignetting: bool,
+    /// Draw how the lens's pupil spreads a point of white light (diffraction; aberrations aside), over
+    /// six decades of brightness, to this picture, and print its scale; focused at infinity if
+    /// nothing else is said
+    #[arg(long, value_name = "FILE")]
+    psf: Option<PathBuf>,
+    /// The point of the film for --psf, mm from the axis
+    #[arg(
+        long,
+        value_name = "X,Y",
+        value_parser = point,
+        allow_hyphen_values = true,
+        default_value = "0,0",
+        requires = "psf"
+    )]
+    at: [f64; 2],
     /// Diagonal of the film for --draw and --vignetting, mm
     #[arg(
         long,

@@ -11,6 +11,16 @@ pub(super) fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; 
     numbers.try_into().ok()
 }
 
+/// Two finite numbers.
+pub(super) fn point(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+        .collect();
+    let point = numbers.and_then(|numbers| numbers.try_into().ok());
+    point.ok_or_else(|| "expected two numbers X,Y in mm, such as 0,10".to_owned())
+}
+
 pub(super) fn four(text: &str) -> Result<[u32; 4], String> {
     list(text, ',').ok_or_else(|| "expected four whole numbers X0,Y0,X1,Y1".to_owned())
 }

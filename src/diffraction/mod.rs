@@ -16,7 +16,8 @@
 //!
 //! # Light
 //!
-//! Each channel is spread as daylight in its own wavelengths. A white scene stays white.
+//! Each channel is spread as daylight in its own wavelengths, or as what a film sees in its passband.
+//! A white scene stays white.
 //!
 //! What leaves the film is lost, and light from beyond its edge is not known. A pixel is taken to
 //! get from there as much as it would if its surroundings went on as they are inside: it is
@@ -38,6 +39,7 @@ use rayon::prelude::*;
 use crate::film::Frame;
 use crate::image::Picture;
 use crate::lens::{Camera, Model};
+use crate::spectrum::LightBand;
 use fourier::{Plane, Spectrum};
 use kernel::Kernel;
 use zone::{Zone, zones};
@@ -52,20 +54,22 @@ const REACH: usize = 4096;
 #[derive(Clone, Debug)]
 pub struct Diffraction {
     zones: Vec<Zone>,
+    light: Vec<LightBand>,
     /// Width and height of a pixel, um.
     pitch: [f64; 2],
 }
 
 impl Diffraction {
     /// Traces the pupils of a camera over the part of the picture that is rendered. A camera
-    /// without a real lens, or a film without light, spreads nothing.
-    pub fn new(camera: &Camera, frame: &Frame) -> Self {
+    /// without a real lens, or a film without light, spreads nothing. The bands of the light are of
+    /// the same width, one after another.
+    pub fn new(camera: &Camera, frame: &Frame, light: &[LightBand]) -> Self {
         let zones = match &camera.model {
             Model::Real(lens) => zones(lens, camera.film, frame),
             Model::Thin(_) => Vec::new(),
         };
         let pitch = [0, 1].map(|i| 1e3 * camera.film[i] / f64::from(frame.resolution[i]));
-        Self { zones, pitch }
+        Self { zones, light: light.to_vec(), pitch }
     }
 
     /// How many zones of the picture have a spread of their own.
@@ -86,7 +90,8 @@ impl Diffraction {
         let mut inside = [const { Vec::<f32>::new() }; 3];
         for zone in &self.zones {
             let far = (reach[0] as f64 * self.pitch[0]).hypot(reach[1] as f64 * self.pitch[1]);
-            let spread = Spread::new(&zone.pupil, far, self.pitch[0].min(self.pitch[1]));
+            let spread =
+                Spread::new(&zone.pupil, &self.light, far, self.pitch[0].min(self.pitch[1]));
             let kernel = Kernel::new(&spread, self.pitch, reach);
             drop(spread);
             for channel in 0..3 {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::fourier::Line;
 use crate::lens::ExitPupil;
-use crate::spectrum::{LightBand, bands};
+use crate::spectrum::LightBand;
 
 /// Fringes, wavelengths over pupil widths, to which spreads are followed: at least and at most.
 /// Beyond, they fade as the cube of the distance and keep their form, as seen from the point.
@@ -31,8 +31,8 @@ const FIRST: f64 = 0.04;
 /// The least extent of an edge along a line, spacings: what is shorter is drawn out to it.
 const SHORTEST: f64 = 1e-3;
 
-/// The density of a point's light on the film around it, um^-2, by channel. Each is white light:
-/// the bands of [`bands`] by their response, all wavelengths of a band the same.
+/// The density of a point's light on the film around it, um^-2, by channel: that of all bands of the
+/// light by their response, all wavelengths of a band the same.
 #[derive(Clone, Debug)]
 pub struct Spread {
     /// Direction after direction over half a turn, from the film's +x towards +y; the other half
@@ -47,11 +47,10 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of a pupil, to be known up to this distance and to this detail, um. Takes a second or two of
-    /// one core at most.
-    pub fn new(pupil: &ExitPupil, reach: f64, detail: f64) -> Self {
-        let bands = bands();
-        let wavelengths = wavelengths(&bands);
+    /// Of a pupil and light in bands of the same width, one after another; to be known up to this
+    /// distance and to this detail, um. Takes a second or two of one core at most.
+    pub fn new(pupil: &ExitPupil, light: &[LightBand], reach: f64, detail: f64) -> Self {
+        let wavelengths = wavelengths(light);
         let middle = pupil.middle();
         let away = |[x, y]: [f64; 2]| (x - middle[0]).hypot(y - middle[1]);
         let points = pupil.edges.iter().flat_map(|edge| [edge.from, edge.to]);
@@ -66,7 +65,7 @@ impl Spread {
         let (first, last) = (FIRST * fringe, fringes as f64 * fringe);
         let radii = ((last / first).ln() / RATIO.ln()).floor() as usize + 1;
         let lines = Lines::new(pupil, width, fringes);
-        let sums = Sums::new(&bands, &wavelengths, &lines, [first, radii as f64]);
+        let sums = Sums::new(light, &wavelengths, &lines, [first, radii as f64]);
         let directions = DIRECTIONS * fringes;
         let mut table = vec![[0.0; 3]; directions * radii];
         let buffers = || (lines.fft.scratch(), Vec::new());

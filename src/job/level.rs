@@ -2,6 +2,7 @@
 
 use super::JobError;
 use crate::film::Frame;
+use crate::plan::Level;
 use crate::render::{Backend, Job, Progress, render};
 use crate::scene::luminance;
 
@@ -9,9 +10,8 @@ use crate::scene::luminance;
 const SIDE: f64 = 32.0;
 const SAMPLES: u32 = 4;
 
-/// The mean luminance of a picture without its brightest tenth: lamps and their reflections are
-/// not what a veil of light is seen on. Some 4000 samples, on one thread.
-pub(super) fn level(job: &mut Job) -> Result<f64, JobError> {
+/// How bright a picture will be. Some 4000 samples, on one thread.
+pub(super) fn level(job: &mut Job) -> Result<Level, JobError> {
     let [width, height] = job.frame.resolution.map(f64::from);
     let small = [width, height].map(|n| (n * SIDE / width.max(height)).round().max(1.0) as u32);
     let frame = std::mem::replace(&mut job.frame, Frame::whole(small));
@@ -24,5 +24,7 @@ pub(super) fn level(job: &mut Job) -> Result<f64, JobError> {
         picture.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).collect();
     light.sort_by(f64::total_cmp);
     let kept = &light[..light.len() - light.len() / 10];
-    Ok(kept.iter().sum::<f64>() / kept.len() as f64)
+    let mean = kept.iter().sum::<f64>() / kept.len() as f64;
+    let brightest = light.last().map_or(0.0, |light| light - mean);
+    Ok(Level { mean, lamp: brightest * width * height / light.len() as f64 })
 }

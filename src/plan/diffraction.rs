@@ -1,7 +1,8 @@
 //! How wide the stop spreads a point of light.
 
-use super::{By, Finding, Harm, Question, cost, pixels_per_um};
-use crate::lens::{ExitPupil, Iris, RealLens, Wavefront};
+use super::{By, Finding, Harm, Question, VEIL, cost, pixels_per_um};
+use crate::diffraction::Spread;
+use crate::lens::{ExitPupil, RealLens, Wavefront};
 
 /// A wavelength in the middle of the visible light, um.
 const GREEN: f64 = 0.55;
@@ -11,16 +12,23 @@ const NS: f64 = 2000.0;
 /// Up to this rms error, waves, a wavefront is as good as a flat one (Marechal 1943).
 const GOOD: f64 = 1.0 / 14.0;
 
+/// How far from a lamp, as a share of the picture's shorter side, its light must still be seen for
+/// it to count: nearer, what is bright hides it.
+const AWAY: f64 = 0.1;
+
 /// Diffraction is on where the Airy disc's radius to its first zero in the middle of the film, by
-/// the traced pupil, could be seen. Whether a bladed stop makes stars around lamps depends on how
-/// bright those are, which is not known before the picture is: the reason says what to ask for.
+/// the traced pupil, could be seen; or where the brightest spot of the picture would make a star, or
+/// a glow, that could be seen well away from it.
 pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
     let Some(pupil) = ExitPupil::seen(lens, [0.0; 2]) else {
         return Finding::not_called_for(By::Lens, "no light comes to the middle of the film");
     };
+    let per_um = pixels_per_um(question);
     let um = pupil.airy(GREEN);
-    let pixels = um * pixels_per_um(question);
-    let seen = pixels >= question.visible.pixels;
+    let pixels = um * per_um;
+    let blurs = pixels >= question.visible.pixels;
+    let percent = star(question, &pupil, per_um);
+    let shines = percent >= VEIL;
     let working = 0.5 / pupil.sine();
     let waves = Wavefront::of(lens, [0.0; 2], &pupil).map(|front| 1e3 * front.rms / GREEN);
     let front = match waves {
@@ -30,20 +38,39 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         Some(waves) => format!(", less than aberrations do ({waves:.2} waves rms)"),
         None => String::new(),
     };
-    let bladed = lens.prescription.rows.iter().any(|row| row.iris != Iris::Round);
-    let stars = match bladed && !seen {
-        true => "; for stars around lamps: --effects +diffraction",
-        false => "",
+    let lamps = match shines {
+        true => format!(
+            "; the brightest lamp is spread a tenth of the picture away as {percent:.0} % of its mean"
+        ),
+        false => String::new(),
     };
-    let reason = format!(
-        "at f/{working:.1} the Airy disc's radius is {um:.1} um, {pixels:.2} pixels{front}{stars}"
-    );
     Finding {
-        by: By::Lens,
-        reason,
+        by: if shines && !blurs { By::Scene } else { By::Lens },
+        reason: format!(
+            "at f/{working:.1} the Airy disc's radius is {um:.1} um, {pixels:.2} pixels{front}{lamps}"
+        ),
         error: Some(Harm::Blur { um, pixels }),
         possible: true,
-        called_for: seen,
+        called_for: blurs || shines,
         cost: cost(NS / f64::from(question.samples.max(1))),
     }
 }
+
+/// The light of the brightest spot in the brightest direction at some distance, percent of the
+/// picture's mean.
+fn star(question: &Question, pupil: &ExitPupil, per_um: f64) -> f64 {
+    let [width, height] = question.resolution.map(f64::from);
+    let away = AWAY * width.min(height) / per_um;
+    let spread = Spread::new(pupil, question.bands, away, 1.0 / per_um);
+    let around = (0..DIRECTIONS).map(|i| {
+        let (sin, cos) = (std::f64::consts::PI * i as f64 / DIRECTIONS as f64).sin_cos();
+        spread.at([away * cos, away * sin])[1]
+    });
+    let share = around.fold(0.0, f64::max) / (per_um * per_um);
+    let percent = 100.0 * share * question.level.lamp / question.level.mean;
+    // There is nothing that a dark picture's lamps could be seen on.
+    if percent.is_finite() { percent } else { 0.0 }
+}
+
+/// Directions over half a turn in which a star's rays are looked for.
+const DIRECTIONS: usize = 720;

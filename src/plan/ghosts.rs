@@ -1,10 +1,7 @@
 //! Whether light that is mirrored twice inside the lens can be seen.
 
-use super::{By, Effect, Finding, Harm, Question, cost};
+use super::{By, Effect, Finding, Harm, Question, VEIL, cost};
 
-/// From which share of the picture's brightness on, percent, a veil of light can be seen: the
-/// threshold of contrast of the eye (Weber's fraction, 1 to 2 %).
-const SEEN: f64 = 1.0;
 /// Of a film sample: a quarter of a light path through the lens and back, and of its shadow ray;
 /// `cargo bench --bench effects -- ghosts`.
 const NS: f64 = 110.0;
@@ -17,7 +14,7 @@ pub(super) fn find(question: &Question) -> Finding {
         };
         return Finding::not_called_for(By::Scene, reason);
     };
-    let percent = 100.0 * sighting.peak / question.level;
+    let percent = 100.0 * sighting.peak / question.level.mean;
     let (kept, dropped) = sighting.kept();
     let taken = match sighting.coated {
         true => "",
@@ -32,7 +29,7 @@ pub(super) fn find(question: &Question) -> Finding {
         ),
         error: Some(Harm::Signal(percent)),
         possible: true,
-        called_for: percent >= SEEN,
+        called_for: percent >= VEIL,
         cost: cost(NS),
     }
 }
