@@ -6,8 +6,8 @@ use super::spread::Spread;
 
 /// How far, pixels, each number of points along a pixel's side is enough.
 const POINTS: [(f64, usize); 3] = [(4.0, 16), (16.0, 8), (64.0, 4)];
-/// The number farther out: rays of a star may be narrower than a pixel.
-const FAR_POINTS: usize = 3;
+/// The number farther out, where the spread is not known to more detail.
+const FAR_POINTS: usize = 2;
 
 /// The shares of a pixel's light, by channel. Light counts as if it all came to the middle of its
 /// pixel, and is added up over the pixels that it is spread to: a spread narrower than a pixel

@@ -15,7 +15,7 @@ use crate::spectrum::LightBand;
 
 /// Fringes, wavelengths over pupil widths, to which spreads are followed: at least and at most.
 /// Beyond, they fade as the cube of the distance and keep their form, as seen from the point.
-const FRINGES: [usize; 2] = [64, 1024];
+const FRINGES: [usize; 2] = [64, 512];
 /// Directions over half a turn, by fringe: two to the width of a ray at the last fringe.
 const DIRECTIONS: usize = 6;
 /// Numbers of a line, by fringe. Its spacing is a quarter of a fringe, which is half of what the
@@ -48,7 +48,7 @@ pub struct Spread {
 
 impl Spread {
     /// Of a pupil and light in bands of the same width, one after another; to be known up to this
-    /// distance and to this detail, um. Takes a second or two of one core at most.
+    /// distance and to this detail, um. Takes half a second of one core at most.
     pub fn new(pupil: &ExitPupil, light: &[LightBand], reach: f64, detail: f64) -> Self {
         let wavelengths = wavelengths(light);
         let middle = pupil.middle();
@@ -86,7 +86,7 @@ impl Spread {
 
     /// At an offset from the point, um, the film's frame.
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
-        let radius = x.hypot(y);
+        let radius = (x * x + y * y).sqrt();
         let place = (radius / self.first).max(1.0).ln() / RATIO.ln();
         let place = place.min((self.radii - 1) as f64);
         let (ring, along) = split(place, self.radii);

@@ -1,5 +1,7 @@
 //! Field zones: where on the film the spread is worked out.
 
+use rayon::prelude::*;
+
 use crate::film::Frame;
 use crate::lens::{ExitPupil, RealLens};
 
@@ -49,7 +51,7 @@ pub(super) fn zones(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Vec<Zone>
     };
     let Some(middle) = nearest(lens, &at, [0.5; 2]) else { return Vec::new() };
     let share = |k: usize| k as f64 / (MOST - 1) as f64;
-    let nodes = (0..MOST * MOST).map(|i| [share(i % MOST), share(i / MOST)]);
+    let nodes = (0..MOST * MOST).into_par_iter().map(|i| [share(i % MOST), share(i / MOST)]);
     let pupils: Vec<ExitPupil> =
         nodes.map(|share| nearest(lens, &at, share).unwrap_or_else(|| middle.clone())).collect();
     let widths: Vec<[f64; DIRECTIONS]> = pupils.iter().map(widths).collect();
@@ -86,7 +88,7 @@ pub(super) fn zones(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Vec<Zone>
 /// The pupil of a place of the picture, or where that is dark of one nearer to its middle.
 fn nearest(
     lens: &RealLens,
-    at: &impl Fn([f64; 2]) -> [f64; 2],
+    at: &(impl Fn([f64; 2]) -> [f64; 2] + Sync),
     share: [f64; 2],
 ) -> Option<ExitPupil> {
     const STEPS: usize = 12;

@@ -1,14 +1,15 @@
 //! How wide the stop spreads a point of light.
 
-use super::{By, Finding, Harm, Question, VEIL, cost, pixels_per_um};
-use crate::diffraction::Spread;
+use super::{By, Cost, Effect, Finding, Harm, Question, VEIL, cost, pixels_per_um};
+use crate::diffraction::{Diffraction, Spread};
+use crate::film::Frame;
 use crate::lens::{ExitPupil, RealLens, Wavefront};
 
 /// A wavelength in the middle of the visible light, um.
 const GREEN: f64 = 0.55;
-/// Of a pixel of the finished picture, ns of all cores together: `cargo bench --bench effects --
-/// diffraction`, one zone.
-const NS: f64 = 2000.0;
+/// What a zone takes, ns of one core: for each pixel of the picture, and for its table. `cargo bench
+/// --bench effects -- diffraction`.
+const NS: [f64; 2] = [1500.0, 3e8];
 /// Up to this rms error, waves, a wavefront is as good as a flat one (Marechal 1943).
 const GOOD: f64 = 1.0 / 14.0;
 
@@ -52,8 +53,20 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         error: Some(Harm::Blur { um, pixels }),
         possible: true,
         called_for: blurs || shines,
-        cost: cost(NS / f64::from(question.samples.max(1))),
+        cost: price(question, blurs || shines),
     }
+}
+
+/// What it takes by film sample, where it may well be on: pupils are traced for that.
+fn price(question: &Question, called_for: bool) -> Option<Cost> {
+    if !question.wanted.of(Effect::Diffraction).unwrap_or(called_for) {
+        return None;
+    }
+    let frame = Frame::whole(question.resolution);
+    let zones = Diffraction::new(question.camera, &frame, question.bands).zones() as f64;
+    let pixels = question.resolution.map(f64::from).iter().product::<f64>();
+    let samples = f64::from(question.samples.max(1));
+    cost(zones * (NS[0] + NS[1] / pixels) / samples)
 }
 
 /// The light of the brightest spot in the brightest direction at some distance, percent of the

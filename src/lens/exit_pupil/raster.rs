@@ -7,11 +7,11 @@ use crate::lens::outline::Frame;
 /// Cells along each side: as many as a mask with a name has.
 const GRID: usize = 256;
 /// A cell is the mean of this many by this many rays.
-const RAYS: usize = 4;
+const RAYS: usize = 3;
 /// The most cells that an edge goes along: T is nearly, not quite, an even function of the point.
 const LONGEST: usize = 16;
 /// Steps of the amplitude that are left out.
-const SMALL: f64 = 1e-5;
+const SMALL: f64 = 1e-3;
 
 pub(super) fn pupil(sight: &mut Sight, frame: Frame) -> Option<ExitPupil> {
     let cell = frame.size().map(|size| size / GRID as f64);
