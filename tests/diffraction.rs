@@ -126,7 +126,9 @@ fn the_table_of_white_light_is_the_sum_over_wavelengths() {
             let bright = expected.into_iter().fold(0.0, f64::max);
             for c in 0..3 {
                 let off = (found[c] - expected[c]).abs();
-                assert!(off < 0.02 * bright, "{radius} um, {angle}: {found:?}, not {expected:?}");
+                // Where the spread is steep, the table's radii are 2 % apart.
+                let bound = if radius < 3.0 { 0.004 } else { 0.02 };
+                assert!(off < bound * bright, "{radius} um, {angle}: {found:?}, not {expected:?}");
             }
         }
     }

@@ -12,8 +12,9 @@ const DIRECTIONS: usize = 12;
 /// Pupils whose widths differ by no more than this spread light alike: the share of the Airy
 /// radius is that of the width.
 const ALIKE: f64 = 0.05;
-/// Between nodes that differ by more than this, more nodes are put.
-const APART: f64 = 0.15;
+/// Between nodes that differ by more than this, more nodes are put: half-way, the mean of two discs
+/// that are 15 % too wide and too narrow holds its light within 1 % of all at any radius.
+const APART: f64 = 0.3;
 
 /// A pupil and where in the picture it counts: fully at a node of a grid, and less and less
 /// towards its neighbours. All zones together count 1 everywhere.

@@ -9,7 +9,7 @@ use crate::lens::{ExitPupil, RealLens, Wavefront};
 const GREEN: f64 = 0.55;
 /// What a zone takes, ns of one core: for each pixel of the picture, and for its table. `cargo bench
 /// --bench effects -- diffraction`.
-const NS: [f64; 2] = [1500.0, 3e8];
+const NS: [f64; 2] = [900.0, 3.5e8];
 /// Up to this rms error, waves, a wavefront is as good as a flat one (Marechal 1943).
 const GOOD: f64 = 1.0 / 14.0;
 
