@@ -149,7 +149,7 @@ fn the_corner_of_a_large_film_is_known_to_be_dark() {
     let bound = petzval::lens::PupilBound::new(&lens, 14.54, HALF_DIAGONAL, Aim::Pupil);
     assert!(bound.any_open([-1.0; 2], [1.0; 2]));
     assert!(!bound.any_open([24.0; 2], [24.7; 2]), "no light comes to the corner of this film");
-    assert!(bound.fan([10.0, 0.0]).area() < bound.rear(10.0).area());
+    assert!(bound.fan([10.0, 0.0]).area() < bound.rear([10.0, 0.0]).area());
 }
 
 #[test]
@@ -173,8 +173,8 @@ fn whatever_could_hit_the_rear_element_is_inside_its_bound() {
                 // A point of the rear surface, and where its ray crosses the vertex plane.
                 let scale = film / (film - lens.rear().sag(h));
                 let [u, v] = [r + (h * cos - r) * scale, h * sin * scale];
-                let rear = bound.rear(r as f32);
-                let x = (u - f64::from(rear.centre)) / f64::from(rear.half[0]);
+                let rear = bound.rear([r as f32, 0.0]);
+                let x = (u - f64::from(rear.centre[0])) / f64::from(rear.half[0]);
                 let y = v / f64::from(rear.half[1]);
                 assert!(x * x + y * y <= 1.0, "{name}, r {r}, h {h}: {}", x * x + y * y);
             }

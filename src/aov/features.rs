@@ -51,6 +51,10 @@ struct Blur {
     /// (at + s per) times its slope.
     at: f64,
     per: f64,
+    /// What both change by for film that stands a mm farther back.
+    behind: [f64; 2],
+    /// How far back the film stands, mm, for each mm along it.
+    tilt: [f64; 2],
     /// The entrance pupil: its distance behind the front vertex and its diameter.
     pupil: [f64; 2],
 }
@@ -60,22 +64,27 @@ impl Blur {
         let Model::Real(lens) = &camera.model else { return None };
         let (paraxial, whole) = (&lens.paraxial, &lens.paraxial.whole);
         let reduced = lens.film_distance / paraxial.film_index;
+        let back = |own: [f64; 2]| -lens.film_pose.film_point(own)[2];
         Some(Self {
             front: lens.front,
             per_unit: 1.0 / lens.unit,
             at: whole.b + reduced * whole.d,
             per: whole.a + reduced * whole.c,
+            behind: [whole.d, whole.c].map(|of| of / paraxial.film_index),
+            tilt: [back([1.0, 0.0]), back([0.0, 1.0])],
             pupil: [paraxial.entrance_pupil.position, paraxial.entrance_pupil.diameter],
         })
     }
 
-    /// The diameter, um, for a point at a depth.
-    fn at(&self, depth: f64) -> f64 {
+    /// The diameter, um, for a point at a depth that a film point (mm) sees.
+    fn at(&self, depth: f64, film: [f64; 2]) -> f64 {
         let distance = (depth - self.front) * self.per_unit;
         let [position, diameter] = self.pupil;
         // The ray through the rim of the pupil.
         let slope = diameter / 2.0 / (distance + position);
-        (2e3 * slope * (self.at + distance * self.per)).abs()
+        let back = self.tilt[0] * film[0] + self.tilt[1] * film[1];
+        let [at, per] = self.behind.map(|of| of * back);
+        (2e3 * slope * (self.at + at + distance * (self.per + per))).abs()
     }
 }
 
@@ -104,7 +113,8 @@ impl Features {
             self.sums[samples.pixel[i] as usize].taken += 1;
         }
         for i in 0..rays.len {
-            let sum = &mut self.sums[samples.pixel[rays.slot[i] as usize] as usize];
+            let slot = rays.slot[i] as usize;
+            let sum = &mut self.sums[samples.pixel[slot] as usize];
             let (ray, hit) = (rays.ray(i), hits[i]);
             let weight = rays.carried(i).into_iter().map(f64::from).sum::<f64>() / 3.0;
             sum.passed += 1;
@@ -125,7 +135,8 @@ impl Features {
             sum.weight[1] += weight;
             sum.depth += weight * depth;
             if let Some(blur) = &self.blur {
-                sum.coc += weight * blur.at(depth);
+                let film = [0, 1].map(|axis| f64::from(samples.film[axis][slot]));
+                sum.coc += weight * blur.at(depth, film);
             }
             let toward = -Vec3::from(ray.direction);
             let normal = point.shading * point.shading.dot(toward).signum();

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 
 use crate::film::Frame;
 use crate::image::Layer;
-use crate::lens::{Ledger, Of, RealLens, Vignetting};
+use crate::lens::{Ledger, Of, RealLens};
 
 /// Radii of the film of a round lens that have a ledger each.
 const RADII: usize = 512;
-/// Cells along each side of the film behind any other lens; their corners have a ledger each.
+/// Cells along each side of any other film; their corners have a ledger each.
 const CELLS: [usize; 2] = [96, 64];
 /// Rays for each radius, and for each corner, of which there are more.
 const RAYS: [u32; 2] = [1 << 14, 1 << 12];
@@ -21,9 +21,9 @@ const RAYS: [u32; 2] = [1 << 14, 1 << 12];
 ///
 /// `film` is the width and height of the whole film, mm.
 pub fn vignetting(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Layer {
-    let round = lens.prescription.is_round();
+    let round = lens.is_round();
     let rays = RAYS[usize::from(!round)];
-    let ledgers = Vignetting::new(&lens.prescription, lens.film_distance, rays);
+    let ledgers = lens.vignetting(rays);
     let shares = |point: [f64; 2]| shares(ledgers.ledger(point, Of::Stop), lens);
     let field = match round {
         true => {
@@ -74,7 +74,7 @@ fn pixels(
     frame: &Frame,
     value: impl Fn([f64; 2]) -> f32,
 ) -> Vec<f32> {
-    let round = lens.prescription.is_round();
+    let round = lens.is_round();
     let mut values = Vec::with_capacity(frame.size().map(|n| n as usize).iter().product());
     for y in frame.low[1]..frame.high[1] {
         for x in frame.low[0]..frame.high[0] {

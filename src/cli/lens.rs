@@ -25,6 +25,9 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     }
     let paraxial = Paraxial::of(&lens);
     let mut text = format!("{}\n{lens}\n", lens.name);
+    if lens.is_askew() {
+        text += "All figures below are of the lens with its parts square.\n\n";
+    }
     let mut line = |name: &str, value: f64, unit: &str| {
         let _ = writeln!(text, "{name:<28}{value:>12.4}{unit}");
     };

@@ -2,12 +2,14 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::aim::{TargetColumns, aim, aimed};
+use super::aim::{Plane, TargetColumns, aim, aimed};
 use super::band::Band;
 use super::paraxial::Paraxial;
+use super::pose::Pose;
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
 use super::trace::{settle, settle_lossy, trace, trace_lossy};
+use super::vignetting::Vignetting;
 use crate::lanes::Real;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
@@ -45,8 +47,10 @@ pub struct RealLens {
     pub prescription: Prescription,
     /// Its first-order data.
     pub paraxial: Paraxial,
-    /// Rear vertex to film, mm.
+    /// Rear vertex to the middle of the film along the axis, mm.
     pub film_distance: f64,
+    /// How the film stands, turned about its own middle.
+    pub film_pose: Pose,
     /// Camera units in a millimetre.
     pub unit: f64,
     /// Depth of the front vertex in camera space, camera units.
@@ -56,6 +60,17 @@ pub struct RealLens {
     /// Whether surfaces take what they reflect, each by its coating. Off in a new lens.
     pub fresnel: bool,
     bound: PupilBound,
+}
+
+/// Where a lens stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Rear vertex to the middle of the film along the axis, mm.
+    pub film_distance: f64,
+    /// Camera units in a millimetre.
+    pub unit: f64,
+    /// Depth of the front vertex in camera space, camera units.
+    pub front: f64,
 }
 
 impl RealLens {
@@ -69,13 +84,28 @@ impl RealLens {
         unit: f64,
         front: f64,
     ) -> Self {
+        let place = Place { film_distance, unit, front };
+        Self::posed(prescription, Pose::SQUARE, half_diagonal, aiming, place)
+    }
+
+    /// The same with a film that does not stand square.
+    pub fn posed(
+        prescription: Prescription,
+        film_pose: Pose,
+        half_diagonal: f64,
+        aiming: Aim,
+        Place { film_distance, unit, front }: Place,
+    ) -> Self {
         let paraxial = Paraxial::of(&prescription);
+        let bound =
+            PupilBound::posed(&prescription, film_distance, film_pose, half_diagonal, aiming);
         Self {
             bands: vec![Band::whole(&prescription, film_distance)],
-            bound: PupilBound::new(&prescription, film_distance, half_diagonal, aiming),
+            bound,
             prescription,
             paraxial,
             film_distance,
+            film_pose,
             unit,
             front,
             fresnel: false,
@@ -97,6 +127,43 @@ impl RealLens {
         &self.bound
     }
 
+    /// Whether film or elements stand askew.
+    pub fn is_askew(&self) -> bool {
+        !self.film_pose.is_square() || self.prescription.is_askew()
+    }
+
+    /// Whether turning the film about its middle changes nothing.
+    pub fn is_round(&self) -> bool {
+        self.prescription.is_round() && self.film_pose.is_square()
+    }
+
+    /// Where its light goes, by so many rays for a film point.
+    pub fn vignetting(&self, rays: u32) -> Vignetting {
+        Vignetting::posed(&self.prescription, self.film_distance, self.film_pose, rays)
+    }
+
+    /// Whether light comes to any film point of a rectangle, mm from the film's own middle.
+    fn any_open(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let Pose { decentre, .. } = self.film_pose;
+        // Rings are about the axis, a grid is over the film itself.
+        match self.bound.is_grid() {
+            true => self.bound.any_open(low, high),
+            false => {
+                let moved = |v: [f64; 2]| [0, 1].map(|i| v[i] + decentre[i]);
+                self.bound.any_open(moved(low), moved(high))
+            }
+        }
+    }
+
+    /// The film, as rays start from it.
+    fn plane(&self) -> Plane {
+        Plane {
+            distance: self.film_distance as f32,
+            index: self.prescription.rear().index as f32,
+            pose: self.film_pose,
+        }
+    }
+
     /// From film samples to rays in the plane of the front vertex, with losses or without.
     #[inline(always)]
     pub(super) fn traced<R: Real<Scalar = f32>>(
@@ -107,8 +174,8 @@ impl RealLens {
         stats: &mut LensStats,
     ) {
         let LensColumns { batch, targets } = columns;
-        let film = [self.film_distance as f32, self.prescription.rear().index as f32];
-        aim::<R>(samples, &self.bound, film, targets, batch);
+        let plane = self.plane();
+        aim::<R>(samples, &self.bound, &plane, targets, batch);
         stats.aimed += batch.living as u64;
         let (blocked, band) = (&mut stats.blocked, &self.bands[samples.band]);
         match fresnel {
@@ -116,7 +183,7 @@ impl RealLens {
             true => trace_lossy::<R>(batch, &band.surfaces, blocked),
         }
         stats.redone += batch.doubtful.len() as u64;
-        let start = |i| aimed(samples, &self.bound, targets, film, i);
+        let start = |i| aimed(samples, &self.bound, targets, &plane, i);
         match fresnel {
             false => settle::<R>(batch, &band.exact, blocked, start),
             true => settle_lossy::<R>(batch, &band.exact, blocked, start),
@@ -165,8 +232,7 @@ impl Camera {
             let place = pixel * self.film[i] / f64::from(resolution[i]);
             if i == 0 { self.film[i] / 2.0 - place } else { place - self.film[i] / 2.0 }
         };
-        lens.bound
-            .any_open([place(high[0], 0), place(low[1], 1)], [place(low[0], 0), place(high[1], 1)])
+        lens.any_open([place(high[0], 0), place(low[1], 1)], [place(low[0], 0), place(high[1], 1)])
     }
 
     /// How far behind the camera's origin the film stands, camera units.

@@ -3,6 +3,11 @@
 //! Best is the plane in which the rays of the whole opening have the smallest root mean square
 //! distance from the axis. It stands apart from the plane of first-order optics by the lens's
 //! spherical aberration, the more the wider the stop is open.
+//!
+//! Parts of the lens that stand askew are taken to stand square: focus and f-number are the
+//! designer's.
+
+use std::borrow::Cow;
 
 use super::paraxial::{FocusError, Paraxial};
 use super::prescription::Prescription;
@@ -19,7 +24,7 @@ const HALVINGS: u32 = 52;
 
 /// A lens, to be focused.
 pub struct Focus<'a> {
-    lens: &'a Prescription,
+    lens: Cow<'a, Prescription>,
     paraxial: Paraxial,
     /// From a plane this far before the front vertex, mm.
     start: f64,
@@ -29,10 +34,14 @@ pub struct Focus<'a> {
 impl<'a> Focus<'a> {
     /// Makes a lens ready; the stop counts as it is.
     pub fn of(lens: &'a Prescription) -> Self {
+        let lens = match lens.is_askew() {
+            true => Cow::Owned(lens.centred()),
+            false => Cow::Borrowed(lens),
+        };
         let front = &lens.rows[0];
         let start = 2.0 * front.sag(front.diameter / 2.0).abs() + front.diameter;
-        let surfaces = sequence::<f64>(lens, From::Scene(start));
-        Self { lens, paraxial: Paraxial::of(lens), start, surfaces }
+        let surfaces = sequence::<f64>(&lens, From::Scene(start));
+        Self { paraxial: Paraxial::of(&lens), lens, start, surfaces }
     }
 
     /// The distance of the film behind the rear vertex, mm, at which a point on the axis
@@ -177,7 +186,7 @@ impl<'a> Focus<'a> {
     /// lens forms no image.
     pub fn f_number(&self) -> Option<f64> {
         let film = self.film(f64::INFINITY).ok()?;
-        let surfaces = sequence::<f64>(self.lens, From::Film(film));
+        let surfaces = sequence::<f64>(&self.lens, From::Film(film));
         let n = self.lens.rear().index;
         let passes = |sine: f64| {
             let t = [n * sine, 0.0, n * (1.0 - sine * sine).sqrt()];

@@ -80,7 +80,8 @@ pub(super) struct Finder {
 }
 
 impl Finder {
-    pub fn new(lens: &Prescription, distance: f64) -> Self {
+    /// `mirrored` says that all film points stand on the axis u, behind a round lens.
+    pub fn new(lens: &Prescription, distance: f64, mirrored: bool) -> Self {
         let mut surfaces = sequence::<f32>(lens, From::Film(distance));
         // An outline needs no exact directions.
         surfaces.iter_mut().for_each(|surface| surface.doubt = 0.0);
@@ -90,13 +91,13 @@ impl Finder {
             ignored: vec![0; lens.rows.len()],
             distance,
             index: lens.rear().index,
-            mirrored: lens.is_round(),
+            mirrored,
         }
     }
 
-    /// The light of a film point, searched first around where it is expected and then over all
-    /// that it could come through.
-    pub fn find(&mut self, film: [f64; 2], expected: Frame, whole: Frame) -> Option<Light> {
+    /// The light of a film point (x, y, and z towards the scene from the plane of the square film),
+    /// searched first around where it is expected and then over all that it could come through.
+    pub fn find(&mut self, film: [f64; 3], expected: Frame, whole: Frame) -> Option<Light> {
         let around =
             [1.0, 5.0, 12.0].map(|by| expected.grown(expected.size().map(|size| by * size)));
         // A telecentric lens has its pupil at infinity; first-order optics says nothing then.
@@ -135,7 +136,7 @@ impl Finder {
     }
 
     /// The edge of the light inside a frame, by the outermost light in every direction.
-    fn outline(&mut self, film: [f64; 2], frame: Frame) -> Light {
+    fn outline(&mut self, film: [f64; 3], frame: Frame) -> Light {
         let (middle, half) = (frame.middle(), frame.size().map(|size| size / 2.0));
         let turn = if self.mirrored { 1.0 } else { 2.0 };
         let count = if self.mirrored { DIRECTIONS / 2 + 1 } else { DIRECTIONS };
@@ -181,16 +182,21 @@ impl Finder {
     }
 
     /// Which of some points of the vertex plane a film point sees light through.
-    fn lit(&mut self, [x, y]: [f64; 2], count: usize, at: impl Fn(usize) -> [f64; 2]) -> Vec<bool> {
+    fn lit(
+        &mut self,
+        [x, y, z]: [f64; 3],
+        count: usize,
+        at: impl Fn(usize) -> [f64; 2],
+    ) -> Vec<bool> {
         let mut lit = Vec::with_capacity(count);
         for start in (0..count).step_by(WAVE) {
             let batch = &mut *self.batch;
             let rays = WAVE.min(count - start);
             for i in 0..rays {
                 let [u, v] = at(start + i);
-                let (dx, dy, dz) = (u - x, v - y, self.distance);
+                let (dx, dy, dz) = (u - x, v - y, self.distance - z);
                 let scale = self.index / (dx * dx + dy * dy + dz * dz).sqrt();
-                (batch.x[i], batch.y[i], batch.z[i]) = (x as f32, y as f32, 0.0);
+                [batch.x[i], batch.y[i], batch.z[i]] = [x, y, z].map(|v| v as f32);
                 batch.tx[i] = (dx * scale) as f32;
                 batch.ty[i] = (dy * scale) as f32;
                 batch.tz[i] = (dz * scale) as f32;

@@ -2,7 +2,7 @@
 //!
 //! A ray is (y, n u): height and index times slope; light travels from the scene to the
 //! film, and a lens is the product of its refractions and transfers, of determinant 1
-//! (Born & Wolf, "Principles of Optics", 4.4).
+//! (Born & Wolf, "Principles of Optics", 4.4). Parts that stand askew are taken to stand square.
 
 use super::prescription::{Axis, Prescription};
 

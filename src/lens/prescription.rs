@@ -5,6 +5,7 @@ use std::fmt;
 use super::coating::Coating;
 use super::glass::{CatalogueGlass, D_LINE, Glass, guess};
 use super::iris::Iris;
+use super::pose::{Askew, Pose};
 
 /// Which way a cylinder runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +47,8 @@ pub struct Row {
     pub iris: Iris,
     /// What the surface is coated with, where that is said: bare if not.
     pub coating: Option<Coating>,
+    /// How the surface alone stands.
+    pub pose: Pose,
 }
 
 impl Default for Row {
@@ -64,6 +67,7 @@ impl Default for Row {
             stop: false,
             iris: Iris::Round,
             coating: None,
+            pose: Pose::SQUARE,
         }
     }
 }
@@ -141,6 +145,8 @@ pub struct Prescription {
     pub stated_f_number: Option<f64>,
     /// The surfaces in the order in which light meets them. Exactly one is the stop.
     pub rows: Vec<Row>,
+    /// Elements and groups that stand askew, the inner ones before those that hold them.
+    pub askew: Vec<Askew>,
 }
 
 impl Prescription {
@@ -182,7 +188,7 @@ impl Prescription {
 
     /// Whether turning the lens about its axis changes nothing.
     pub fn is_round(&self) -> bool {
-        self.rows.iter().all(Row::is_round)
+        self.rows.iter().all(Row::is_round) && !self.is_askew()
     }
 
     /// Front vertex to rear vertex, mm.
@@ -258,6 +264,12 @@ impl fmt::Display for Prescription {
                 row.diameter,
                 self.transmittance(i)
             )?;
+        }
+        for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| !row.pose.is_square()) {
+            writeln!(f, "surface {} stands askew: {}", i + 1, row.pose)?;
+        }
+        for Askew { rows: [first, last], pose } in &self.askew {
+            writeln!(f, "surfaces {} to {} stand askew: {pose}", first + 1, last + 1)?;
         }
         Ok(())
     }

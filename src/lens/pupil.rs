@@ -1,23 +1,25 @@
 //! Where to aim: the part of the rear element through which a film point sees the scene.
 //!
-//! Points of the pupil live in the plane of the rear vertex, in the frame of their film point:
-//! u away from the axis through the film point, v across. For some film points the outline of
+//! Points of the pupil live in the plane of the rear vertex. For some film points the outline of
 //! the light is found by tracing and held by a [`Fan`]; between them fans are mixed, corner by
-//! corner, because the pupil moves and closes evenly across the film. For a round lens the
-//! points are a line of radii, for any other a grid over the film.
+//! corner, because the pupil moves and closes evenly across the film. For a round lens behind which
+//! the film stands level the points are a line of radii, and the pupil is in the frame of its film
+//! point: u away from the axis through the film point, v across. For any other lens or film they
+//! are a grid over the film, and u and v are the x and y of the lens.
 //!
 //! The sampler mixes in a small share of points of the whole rear element, with the mixture's
 //! density, so that light which a fan should miss is still counted and the picture stays
 //! unbiased.
 
 use super::fan::{Fan, TRIANGLES, Triangle};
+use super::pose::Pose;
 use super::prescription::Prescription;
 use super::survey::Survey;
 use crate::rays::{Column, WAVE};
 
 /// Rings of the film of a round lens; their edges have a fan each.
 pub(super) const RINGS: usize = 64;
-/// Cells along each side of the film behind any other lens; their corners have a fan each.
+/// Cells along each side of any other film; their corners have a fan each.
 pub(super) const CELLS: usize = 24;
 /// Share of the samples that go to the whole rear element.
 pub const REAR_SHARE: f32 = 1.0 / 256.0;
@@ -36,8 +38,8 @@ pub enum Aim {
 /// An ellipse in the plane of the rear vertex, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ellipse {
-    /// Its centre on the u axis.
-    pub centre: f32,
+    /// Its centre.
+    pub centre: [f32; 2],
     /// Half its width along u and along v.
     pub half: [f32; 2],
 }
@@ -57,7 +59,8 @@ impl Ellipse {
 #[derive(Clone, Debug)]
 pub struct PupilBound {
     field: Field,
-    /// What could hit the rear element from each of RINGS rings of equal width.
+    /// What could hit the rear element: from each of RINGS rings of equal width, or from each cell
+    /// of a grid.
     rear: Vec<Ellipse>,
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
@@ -72,8 +75,8 @@ pub(super) enum Field {
     /// By film radius, in the frame of the film point. Behind the edges of all rings stand two
     /// empty ones for the dark beyond. `open` has a bit for every fan that has an area.
     Round { fans: Box<[Fan; RINGS + 3]>, rows: Rows, open: u128, per_end: f32 },
-    /// Row by row over the square around the film, in the frame of the film.
-    Square { fans: Vec<Fan>, per_mm: f32, half: f32 },
+    /// Row by row over the square around the film's own centre.
+    Grid { fans: Vec<Fan>, per_mm: f32, half: f32 },
 }
 
 /// Where among the rings a film point stands, by its share of the radius at which the light
@@ -98,14 +101,19 @@ fn whole(number: f32) -> u32 {
     ((number - 0.5).max(0.0) + UNIT).to_bits() & 0x7f_ffff
 }
 
-/// The corners of the cell around a film point, and how much each counts.
-fn corners(per_mm: f32, half: f32, [x, y]: [f32; 2]) -> [(usize, f32); 4] {
-    let split = |v: f32| {
+/// The cell of a grid around a film point, along x and y, and where in it the point stands.
+#[inline(always)]
+fn cell(per_mm: f32, half: f32, film: [f32; 2]) -> [(usize, f32); 2] {
+    film.map(|v| {
         let place = ((v + half) * per_mm).clamp(0.0, CELLS as f32);
         let cell = (place as usize).min(CELLS - 1);
         (cell, place - cell as f32)
-    };
-    let ((i, s), (j, t)) = (split(x), split(y));
+    })
+}
+
+/// The corners of the cell around a film point, and how much each counts.
+fn corners(per_mm: f32, half: f32, film: [f32; 2]) -> [(usize, f32); 4] {
+    let [(i, s), (j, t)] = cell(per_mm, half, film);
     let corner = |i: usize, j: usize| j * (CELLS + 1) + i;
     [
         (corner(i, j), (1.0 - s) * (1.0 - t)),
@@ -161,30 +169,51 @@ impl PupilBound {
     /// Finds the bounds for a film at `distance` mm behind the rear vertex that reaches to
     /// `radius` mm from the axis. Takes some milliseconds.
     pub fn new(lens: &Prescription, distance: f64, radius: f64, aim: Aim) -> Self {
-        let survey = Survey { lens, distance };
-        let edge = |i: usize| radius * i as f64 / RINGS as f64;
+        Self::posed(lens, distance, Pose::SQUARE, radius, aim)
+    }
+
+    /// The same for a film that does not stand square, and reaches to `radius` mm from its own
+    /// centre. Takes a tenth of a second where the film is tilted or the lens is not round.
+    pub fn posed(lens: &Prescription, distance: f64, pose: Pose, radius: f64, aim: Aim) -> Self {
+        let survey = Survey { lens, distance, pose };
+        let grid = !(lens.is_round() && pose.is_level());
+        // Rings are about the axis.
+        let [x, y] = pose.decentre;
+        let radius = if grid { radius } else { radius + x.hypot(y) };
         let (rear, field, rear_share) = match aim {
             Aim::RearDisk => {
                 let half = lens.rear().diameter as f32 / 2.0;
-                let disk = Ellipse { centre: 0.0, half: [half; 2] };
+                let disk = Ellipse { centre: [0.0; 2], half: [half; 2] };
                 (vec![disk; RINGS], Field::Bare, 1.0)
             }
-            Aim::Pupil => {
-                let ring = |i: usize| survey.rear_ellipse([edge(i), edge(i + 1)]);
-                let rear = (0..RINGS).map(ring).collect();
-                let field = match lens.is_round() {
-                    true => survey.rings(radius),
-                    false => survey.square(radius),
-                };
+            Aim::Pupil if grid => {
+                let (field, rear) = survey.grid(radius);
                 (rear, field, REAR_SHARE)
+            }
+            Aim::Pupil => {
+                let edge = |i: usize| radius * i as f64 / RINGS as f64;
+                let ring = |i: usize| survey.rear_ellipse([edge(i), edge(i + 1)]);
+                ((0..RINGS).map(ring).collect(), survey.rings(radius), REAR_SHARE)
             }
         };
         Self { field, rear, rings_per_mm: (RINGS as f64 / radius) as f32, rear_share }
     }
 
-    /// What could hit the rear element from a film point at this distance from the axis, mm.
-    pub fn rear(&self, radius: f32) -> Ellipse {
-        self.rear[self.rear_ring(radius) as usize]
+    /// Whether pupil points are in the frame of the lens, and film points are looked up by where
+    /// they stand on the film itself.
+    pub(super) fn is_grid(&self) -> bool {
+        matches!(self.field, Field::Grid { .. })
+    }
+
+    /// What could hit the rear element from a film point, mm.
+    pub fn rear(&self, film: [f32; 2]) -> Ellipse {
+        match &self.field {
+            Field::Grid { per_mm, half, .. } => {
+                let [(i, _), (j, _)] = cell(*per_mm, *half, film);
+                self.rear[j * CELLS + i]
+            }
+            _ => self.rear[self.rear_ring(film[0].hypot(film[1])) as usize],
+        }
     }
 
     #[inline(always)]
@@ -197,25 +226,21 @@ impl PupilBound {
         2.0 * (1.0 - self.rear_share) / TRIANGLES as f32
     }
 
-    /// The light of a film point, mm, in its own frame, as far as tracing found it; an empty fan
-    /// where all samples go to the rear element.
-    pub fn fan(&self, [x, y]: [f32; 2]) -> Fan {
-        let radius = x.hypot(y);
+    /// The light of a film point, mm, as far as tracing found it; an empty fan where all samples
+    /// go to the rear element.
+    pub fn fan(&self, film: [f32; 2]) -> Fan {
         match &self.field {
             Field::Bare => Fan::EMPTY,
             Field::Round { fans, per_end, .. } => {
-                let place = place(radius * per_end);
+                let place = place(film[0].hypot(film[1]) * per_end);
                 let ring = ring(place);
                 let t = place - ring as i32 as f32;
                 let near = ring as usize;
                 Fan::mix(&[(&fans[near], 1.0 - t), (&fans[near + 1], t)])
             }
-            Field::Square { fans, per_mm, half } => {
-                let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
-                let turned = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
-                let around = corners(*per_mm, *half, [x, y]);
-                let fan = Fan::mix(&around.map(|(corner, weight)| (&fans[corner], weight)));
-                Fan { centre: turned(fan.centre), corners: fan.corners.map(turned) }
+            Field::Grid { fans, per_mm, half } => {
+                let around = corners(*per_mm, *half, film);
+                Fan::mix(&around.map(|(corner, weight)| (&fans[corner], weight)))
             }
         }
     }
@@ -234,7 +259,7 @@ impl PupilBound {
             Field::Round { rows, per_end, .. } => {
                 self.round_targets((rows, *per_end), film, pupil, lookup, targets);
             }
-            Field::Square { .. } => self.square_targets(film, pupil, lookup, targets),
+            Field::Grid { .. } => self.grid_targets(film, pupil, lookup, targets),
         }
     }
 
@@ -283,7 +308,7 @@ impl PupilBound {
     }
 
     #[inline(never)]
-    fn square_targets(
+    fn grid_targets(
         &self,
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
@@ -301,30 +326,27 @@ impl PupilBound {
             let k = (place as usize).min(TRIANGLES - 1);
             lookup.along[i] = place - k as f32;
             let Triangle { centre, corners: [a, b] } = self.triangle(point, k);
-            let base = share / self.rear(point[0].hypot(point[1])).area();
+            let base = share / self.rear(point).area();
             let side = [b[0] - a[0], b[1] - a[1]];
             targets[i] = [centre[0], centre[1], a[0], a[1], side[0], side[1], base, 0.0];
         }
     }
 
     /// One triangle of [`PupilBound::fan`], without the others.
-    fn triangle(&self, [x, y]: [f32; 2], k: usize) -> Triangle {
-        let Field::Square { fans, per_mm, half } = &self.field else {
-            return self.fan([x, y]).triangle(k);
+    fn triangle(&self, film: [f32; 2], k: usize) -> Triangle {
+        let Field::Grid { fans, per_mm, half } = &self.field else {
+            return self.fan(film).triangle(k);
         };
-        let around = corners(*per_mm, *half, [x, y]);
+        let around = corners(*per_mm, *half, film);
         let sum = |of: &dyn Fn(&Fan) -> [f32; 2]| {
             around.iter().fold([0.0; 2], |sum: [f32; 2], (corner, weight)| {
                 let [x, y] = of(&fans[*corner]);
                 [sum[0] + weight * x, sum[1] + weight * y]
             })
         };
-        let radius = x.hypot(y);
-        let (sin, cos) = if radius > 0.0 { (y / radius, x / radius) } else { (0.0, 1.0) };
-        let turned = |[u, v]: [f32; 2]| [cos * u + sin * v, cos * v - sin * u];
         Triangle {
-            centre: turned(sum(&|fan| fan.centre)),
-            corners: [turned(sum(&|fan| fan.corners[k])), turned(sum(&|fan| fan.corners[k + 1]))],
+            centre: sum(&|fan| fan.centre),
+            corners: [sum(&|fan| fan.corners[k]), sum(&|fan| fan.corners[k + 1])],
         }
     }
 
@@ -338,9 +360,10 @@ impl PupilBound {
     /// A sample of the whole rear element: [`REAR_SHARE`] of all, where there are fans.
     #[inline(never)]
     fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> Target {
-        let rear = self.rear(film[0].hypot(film[1]));
+        let rear = self.rear(film);
         let [disk_u, disk_v] = crate::sampler::disk(u, v);
-        let point = [rear.half[0] * disk_u + rear.centre, rear.half[1] * disk_v];
+        let point =
+            [rear.half[0] * disk_u + rear.centre[0], rear.half[1] * disk_v + rear.centre[1]];
         let fan = self.fan(film);
         let bare = matches!(self.field, Field::Bare);
         let base = match bare || fan.open() {
@@ -361,7 +384,7 @@ impl PupilBound {
                 let (inner, outer) = (at(near(0), near(1)), at(far(0), far(1)) + 1);
                 (open >> inner) & ((2 << (outer - inner)) - 1) != 0
             }
-            Field::Square { fans, per_mm, half } => {
+            Field::Grid { fans, per_mm, half } => {
                 let cell = |v: f64, up: f64| {
                     let place = (v + f64::from(*half)) * f64::from(*per_mm) + up;
                     place.clamp(0.0, CELLS as f64) as usize

@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
+use glam::{DAffine3, DMat3, DVec3};
+
 use super::asphere::Asphere;
-use super::coating::Coat;
+use super::coating::{Coat, Coating};
 use super::glass::D_LINE;
 use super::iris::Iris;
 use super::opening::Shape;
 use super::prescription::{Axis, Prescription, Row};
+use super::turn::Turn;
 use crate::lanes::Real;
 
 /// Which kernel takes a ray to a surface and through it.
@@ -27,6 +30,9 @@ pub enum Kind<T> {
     Iris(Arc<Shape<T>>),
     /// An opaque disk on the surface crossed before, with the square of half its diameter.
     Obstruction(T),
+    /// No surface: from the frame of what was crossed before to that of what comes next, where they
+    /// do not stand square to each other.
+    Turn(Arc<Turn<T>>),
 }
 
 /// One surface as a ray meets it: +z is the direction of travel, lengths in mm.
@@ -73,7 +79,8 @@ pub enum From {
 }
 
 /// The surfaces of a lens in the order in which rays from that side meet them. A row of the
-/// prescription that blocks in several ways makes several.
+/// prescription that blocks in several ways makes several. Rays start in the plane that [`From`]
+/// names, and come out relative to the last vertex of the square lens.
 pub fn sequence<R: Real>(lens: &Prescription, from: From) -> Vec<Surface<R::Scalar>> {
     sequence_at::<R>(lens, from, D_LINE)
 }
@@ -94,7 +101,7 @@ pub(super) fn sequence_at<R: Real>(
             From::Scene(distance) => path.go(place, (place == 0).then_some(distance), true, false),
         }
     }
-    path.surfaces
+    path.end(matches!(from, From::Scene(_)))
 }
 
 /// The surfaces that light of a wavelength, nm, meets on its way from the scene to the film if the
@@ -117,7 +124,7 @@ pub fn ghost_sequence<R: Real>(
     for row in first + 1..lens.rows.len() {
         path.go(row, None, true, false);
     }
-    path.surfaces
+    path.end(true)
 }
 
 /// The way of light from row to row.
@@ -126,12 +133,18 @@ struct Path<'a, R: Real> {
     nm: f64,
     /// Half the diameter of the row met before.
     height: f64,
+    /// That row.
+    crossed: Option<usize>,
+    /// How the rows stand; empty where all are square.
+    placed: Vec<DAffine3>,
     surfaces: Vec<Surface<R::Scalar>>,
 }
 
 impl<'a, R: Real> Path<'a, R> {
     fn new(lens: &'a Prescription, nm: f64) -> Self {
-        Self { lens, nm, height: 0.0, surfaces: Vec::with_capacity(lens.rows.len()) }
+        let placed = if lens.is_askew() { lens.placements() } else { Vec::new() };
+        let surfaces = Vec::with_capacity(lens.rows.len());
+        Self { lens, nm, height: 0.0, crossed: None, placed, surfaces }
     }
 
     /// Adds a row, met on the way to the film or from it, at its thickness or another distance
@@ -144,9 +157,63 @@ impl<'a, R: Real> Path<'a, R> {
         let [before, behind] = lens.indices(row);
         let (sign, n, n_after) =
             if to_film { (1.0, before, behind) } else { (-1.0, behind, before) };
-        let side = Side { row, advance, sign, n, n_after, height, mirror, nm };
-        self.height = rows[row].diameter / 2.0;
+        let mut side = Side { row, advance, sign, n, n_after, height, mirror, nm };
+        let start = distance.map_or(0.0, |distance| match to_film {
+            true => -distance,
+            false => lens.length() + distance,
+        });
+        if let Some(mut motion) = self.motion(Some(row), start, to_film) {
+            // What is left of the way goes along the axis of the surface, as ever.
+            side.advance = -motion.translation.z;
+            motion.translation.z = 0.0;
+            self.turn(row, &motion);
+        }
+        (self.height, self.crossed) = (rows[row].diameter / 2.0, Some(row));
         push::<R>(&rows[row], &side, &mut self.surfaces);
+    }
+
+    /// The surfaces, for rays that come out to the film or to the scene.
+    fn end(mut self, to_film: bool) -> Vec<Surface<R::Scalar>> {
+        if let Some(motion) = self.motion(None, 0.0, to_film) {
+            self.turn(self.crossed.unwrap_or(0), &motion);
+        }
+        self.surfaces
+    }
+
+    /// From the frame of the row met before to that of the next, +z along the way, unless they stand
+    /// square to each other. Before the first row stands a plane at this place from the front vertex,
+    /// behind the last the frame of the last vertex of the square lens.
+    fn motion(&self, next: Option<usize>, start: f64, to_film: bool) -> Option<DAffine3> {
+        if self.placed.is_empty() || self.lens.aligned(self.crossed, next) {
+            return None;
+        }
+        let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+        let from = self.crossed.map_or(at(start), |row| self.placed[row]);
+        let end = if to_film { self.lens.length() } else { 0.0 };
+        let to = next.map_or(at(end), |row| self.placed[row]);
+        let sign = if to_film { 1.0 } else { -1.0 };
+        let flip = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, 1.0, sign)));
+        Some(flip * to.inverse() * from * flip)
+    }
+
+    /// Adds a turn on the way to a row, or behind it.
+    fn turn(&mut self, row: usize, motion: &DAffine3) {
+        let zero = R::scalar(0.0);
+        self.surfaces.push(Surface {
+            row,
+            kind: Kind::Turn(Arc::new(Turn::new::<R>(motion))),
+            far: false,
+            stop: false,
+            advance: zero,
+            curvature: zero,
+            n2: zero,
+            n2_step: zero,
+            aperture2: zero,
+            limit: zero,
+            doubt: zero,
+            mirror: false,
+            coat: Coat::new::<R>(Coating::default(), [1.0; 2], self.nm),
+        });
     }
 }
 

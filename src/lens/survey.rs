@@ -1,8 +1,11 @@
 //! Measuring the pupil of a lens all over the film.
 
+use glam::{DAffine3, DVec3};
+
 use super::fan::Fan;
 use super::outline::{Finder, Frame, Light};
 use super::paraxial::Paraxial;
+use super::pose::Pose;
 use super::prescription::{Axis, Prescription};
 use super::pupil::{CELLS, Ellipse, Field, RINGS, Rows};
 
@@ -19,12 +22,18 @@ const MOST_WIDENED: f64 = 1.5;
 pub(super) struct Survey<'a> {
     pub lens: &'a Prescription,
     pub distance: f64,
+    /// How the film stands.
+    pub pose: Pose,
 }
+
+/// A point of the film as rays start from it, mm: x, y, and z towards the scene, from where the
+/// square film's plane meets the axis.
+type Place = [f64; 3];
 
 impl Survey<'_> {
     /// Fans along a radius of the film, up to where the light ends.
     pub fn rings(&self, radius: f64) -> Field {
-        let mut finder = Finder::new(self.lens, self.distance);
+        let mut finder = Finder::new(self.lens, self.distance, true);
         let mut follow = Follow::new(self, &mut finder);
         let end = follow.end(radius);
         let mut fans = Vec::with_capacity(RINGS + 3);
@@ -54,13 +63,14 @@ impl Survey<'_> {
         Field::Round { fans, rows, open, per_end: ((1.0 - 1e-6) / end) as f32 }
     }
 
-    /// Fans over the square around the film.
-    pub fn square(&self, radius: f64) -> Field {
-        let mut finder = Finder::new(self.lens, self.distance);
+    /// Fans over the square around the film, and what could hit the rear element from each of its
+    /// cells.
+    pub fn grid(&self, radius: f64) -> (Field, Vec<Ellipse>) {
+        let mut finder = Finder::new(self.lens, self.distance, false);
         let mut follow = Follow::new(self, &mut finder);
         let pitch = 2.0 * radius / CELLS as f64;
         let place = |i: usize, j: usize, by: f64| {
-            [-radius + pitch * (i as f64 + by), -radius + pitch * (j as f64 + by)]
+            self.pose.film_point([i, j].map(|i| -radius + pitch * (i as f64 + by)))
         };
         let side = CELLS + 1;
         let mut lights: Vec<Option<Light>> = Vec::with_capacity(side * side);
@@ -93,20 +103,30 @@ impl Survey<'_> {
         let lit = fans.clone();
         for k in dark {
             let beside = cells.iter().filter(|(corners, _)| corners.contains(&k));
-            let found = beside.flat_map(|(corners, _)| corners).find(|&&other| lit[other].open());
-            if let Some(&other) = found {
+            let mut around = beside.clone().flat_map(|(corners, _)| corners);
+            if let Some(&other) = around.find(|&&other| lit[other].open()) {
                 fans[k] = lit[other];
+            } else if let Some(light) = beside.filter_map(|(_, light)| light.as_ref()).next() {
+                fans[k] = fan(Some(light));
             }
         }
         let pairs: Vec<_> =
             cells.iter().map(|(corners, light)| (*corners, light.as_ref())).collect();
         widen(&mut fans, &pairs);
-        Field::Square { fans, per_mm: (1.0 / pitch) as f32, half: radius as f32 }
+        // Seen from a point of a cell, the rear element lies within what it is seen as from the
+        // cell's corners: a projection keeps what is between points between them.
+        let seen: Vec<_> =
+            (0..side * side).map(|k| self.rear_outline(place(k % side, k / side, 0.0))).collect();
+        let rear = |corners: &[usize; 4]| oval(&corners.map(|k| seen[k].clone()).concat());
+        let rear = cells.iter().map(|(corners, _)| rear(corners).scaled(REAR_MARGIN)).collect();
+        (Field::Grid { fans, per_mm: (1.0 / pitch) as f32, half: radius as f32 }, rear)
     }
 
-    /// The rear element seen from a film point at radius r and projected on its vertex plane.
-    fn rear_outline(&self, r: f64) -> Vec<[f64; 2]> {
+    /// The rear element seen from a film point and projected on the plane of its square vertex.
+    pub fn rear_outline(&self, [x, y, z]: Place) -> Vec<[f64; 2]> {
         let rear = self.lens.rear();
+        let placed = self.rear_motion();
+        let ahead = self.distance - z;
         let mut points = Vec::new();
         for ring in 0..=8 {
             let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
@@ -114,20 +134,30 @@ impl Survey<'_> {
             let sags: &[f64] =
                 if rear.axis.is_some() { &[0.0, rear.sag(h)] } else { &[rear.sag(h)] };
             for sag in sags {
-                // The sag counts towards the film; the film is `distance` behind the vertex.
-                let scale = self.distance / (self.distance - sag);
                 for step in 0..64 {
                     let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
-                    points.push([r + (h * cos - r) * scale, h * sin * scale]);
+                    let rim = placed.transform_point3(DVec3::new(h * cos, h * sin, *sag));
+                    // z of the lens counts towards the film, which stands behind all of it.
+                    let scale = ahead / (ahead - rim.z).max(1e-3 * ahead);
+                    points.push([x + (rim.x - x) * scale, y + (rim.y - y) * scale]);
                 }
             }
         }
         points
     }
 
+    /// Where points of the rear surface stand relative to the vertex of the square lens.
+    fn rear_motion(&self) -> DAffine3 {
+        if !self.lens.is_askew() {
+            return DAffine3::IDENTITY;
+        }
+        let placed = self.lens.placements()[self.lens.rows.len() - 1];
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, -self.lens.length())) * placed
+    }
+
     /// What holds the rear element seen from two radii, and from between them.
     pub fn rear_ellipse(&self, radii: [f64; 2]) -> Ellipse {
-        let [inner, outer] = radii.map(|r| self.rear_outline(r));
+        let [inner, outer] = radii.map(|r| self.rear_outline([r, 0.0, 0.0]));
         bounding_ellipse(&[inner, outer].concat()).scaled(REAR_MARGIN)
     }
 }
@@ -208,23 +238,34 @@ impl<'a> Follow<'a> {
 
     /// The light of a film point on the u axis, near that of another if one is known.
     fn at(&mut self, r: f64, known: Option<(f64, Frame)>) -> Option<Light> {
-        self.at_point([r, 0.0], known.map(|(from, frame)| ([from, 0.0], frame)))
+        self.at_point([r, 0.0, 0.0], known.map(|(from, frame)| ([from, 0.0, 0.0], frame)))
     }
 
-    /// The light of a film point in the frame of the film.
-    fn at_point(&mut self, film: [f64; 2], known: Option<([f64; 2], Frame)>) -> Option<Light> {
-        let r = film[0].hypot(film[1]);
-        let (sin, cos) = if r > 0.0 { (film[1] / r, film[0] / r) } else { (0.0, 1.0) };
-        let turned: Vec<_> = self
-            .survey
-            .rear_outline(r)
-            .into_iter()
-            .map(|[u, v]| [cos * u - sin * v, sin * u + cos * v])
-            .collect();
-        let by = |from: [f64; 2]| [0, 1].map(|i| (film[i] - from[i]) * self.drift[i]);
-        let (from, frame) = known.unwrap_or(([0.0; 2], self.paraxial));
-        self.finder.find(film, frame.moved(by(from)), Frame::around(&turned))
+    /// The light of a film point.
+    fn at_point(&mut self, film: Place, known: Option<(Place, Frame)>) -> Option<Light> {
+        let by = |from: Place| [0, 1].map(|i| (film[i] - from[i]) * self.drift[i]);
+        let (from, frame) = known.unwrap_or(([0.0; 3], self.paraxial));
+        let whole = Frame::around(&self.survey.rear_outline(film));
+        self.finder.find(film, frame.moved(by(from)), whole)
     }
+}
+
+/// An ellipse around points, as wide to high as they are.
+fn oval(points: &[[f64; 2]]) -> Ellipse {
+    let frame = Frame::around(points);
+    let (middle, half) = (frame.middle(), frame.size().map(|size| (size / 2.0).max(1e-12)));
+    let reach = points.iter().fold(0.0, |reach: f64, point| {
+        reach.max((0..2).map(|i| ((point[i] - middle[i]) / half[i]).powi(2)).sum())
+    });
+    Ellipse {
+        centre: middle.map(|v| v as f32),
+        half: half.map(|half| rounded_up(half * reach.sqrt())),
+    }
+}
+
+/// To f32 without cutting anything off or leaving a zero width.
+fn rounded_up(half: f64) -> f32 {
+    (half * 1.000_001).max(1e-9) as f32
 }
 
 /// A small ellipse, its axes along u and v and its centre on u, around points that are their own
@@ -243,7 +284,5 @@ fn bounding_ellipse(points: &[[f64; 2]]) -> Ellipse {
     let [a, b] = candidates.map(|a| [a, half_height(a)]).fold([f64::INFINITY; 2], |best, new| {
         if new[0] * new[1] < best[0] * best[1] { new } else { best }
     });
-    // Rounding to f32 must not cut anything off, nor leave a zero width.
-    let grow = |half: f64| (half * 1.000_001).max(1e-9) as f32;
-    Ellipse { centre: centre as f32, half: [grow(a), grow(b)] }
+    Ellipse { centre: [centre as f32, 0.0], half: [a, b].map(rounded_up) }
 }

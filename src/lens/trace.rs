@@ -9,6 +9,7 @@ use super::opening::{Disk, Opening, Stop};
 use super::prescription::Axis;
 use super::refract::{Conic, Crossed, Cylinder, Kernel, Lanes, LensRay, Sphere};
 use super::surface::{Kind, Surface};
+use super::turn::TurnLanes;
 use crate::lanes::Real;
 use crate::rays::LensBatch;
 
@@ -40,6 +41,7 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
         },
         (Kind::Iris(shape), _) => what.with(Opening::<R>(shape)),
         (Kind::Obstruction(h2), _) => what.with(Disk(R::splat(*h2))),
+        (Kind::Turn(turn), _) => what.with(TurnLanes::<R>::of(turn)),
     }
 }
 

@@ -2,11 +2,14 @@
 
 use std::slice;
 
+use glam::DAffine3;
+
 use super::super::Iris;
 use super::super::prescription::{Prescription, Row};
 use super::super::refract::LensRay;
-use super::super::surface::{From, Surface, sequence};
+use super::super::surface::{From, Kind, Surface, sequence};
 use super::super::trace::trace_one;
+use super::element::drawn;
 use super::svg::Point;
 
 /// Aims that are tried for every film point before any bisection.
@@ -16,7 +19,7 @@ const AIMS: u32 = 128;
 /// film of a metre.
 const HALVINGS: u32 = 48;
 
-/// A ray in the y-z plane.
+/// A ray that starts in the y-z plane, as it looks from the side.
 #[derive(Clone, Debug)]
 pub(super) struct Ray {
     /// The film point and the crossing of every surface, from the film to the scene, mm.
@@ -50,7 +53,7 @@ impl Bundle {
 /// A lens and its film, ready for rays in the y-z plane.
 pub(super) struct Tracer<'a> {
     lens: &'a Prescription,
-    vertices: &'a [f64],
+    placed: &'a [DAffine3],
     distance: f64,
     surfaces: Vec<Surface<f64>>,
     /// The same with rims that are out of the way, to find the middle of the stop.
@@ -58,9 +61,8 @@ pub(super) struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// `vertices` are the places of the surfaces on the axis, the film is `distance` behind the
-    /// last, mm.
-    pub(super) fn new(lens: &'a Prescription, vertices: &'a [f64], distance: f64) -> Self {
+    /// `placed` is how the surfaces stand, the film is `distance` behind the last vertex, mm.
+    pub(super) fn new(lens: &'a Prescription, placed: &'a [DAffine3], distance: f64) -> Self {
         let mut wide = lens.clone();
         for row in &mut wide.rows {
             // A polynomial is good for little beyond its rim.
@@ -74,7 +76,7 @@ impl<'a> Tracer<'a> {
         }
         let from = From::Film(distance);
         let surfaces = sequence::<f64>(lens, from);
-        Self { lens, vertices, distance, surfaces, wide: sequence::<f64>(&wide, from) }
+        Self { lens, placed, distance, surfaces, wide: sequence::<f64>(&wide, from) }
     }
 
     /// The ray from a film height to a height in the plane of the rear vertex, if it passes.
@@ -82,13 +84,16 @@ impl<'a> Tracer<'a> {
         let (dy, dz) = (aim - height, self.distance);
         let scale = self.lens.rear().index / dy.hypot(dz);
         let mut ray = LensRay::new([0.0, height, 0.0], [0.0, dy * scale, dz * scale]);
-        let last = self.vertices.len() - 1;
-        let mut points = vec![[self.vertices[last] + self.distance, height]];
+        let mut points = vec![[self.lens.length() + self.distance, height]];
         let mut stop = f64::NAN;
         for surface in surfaces {
             ray = trace_one::<f64>(ray, slice::from_ref(surface)).ok()?;
             let row = surface.row;
-            points.push([self.vertices[row] - ray.p[2], ray.p[1]]);
+            if matches!(surface.kind, Kind::Turn(_)) {
+                continue;
+            }
+            let [x, y, z] = ray.p;
+            points.push(drawn(&self.placed[row], [x, y, -z]));
             if self.lens.rows[row].stop {
                 stop = ray.p[1];
             }

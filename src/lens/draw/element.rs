@@ -1,5 +1,7 @@
 //! The outlines of the glass.
 
+use glam::{DAffine3, DVec3};
+
 use super::super::prescription::{Prescription, Row};
 use super::svg::Point;
 
@@ -22,7 +24,9 @@ pub(super) struct Element {
 #[derive(Clone, Copy)]
 struct Face<'a> {
     row: &'a Row,
+    /// Where it would stand if it stood square.
     vertex: f64,
+    placed: DAffine3,
     half: f64,
 }
 
@@ -33,26 +37,38 @@ impl Face<'_> {
 
     /// The curve from the lower rim to the upper.
     fn curve(&self) -> Vec<Point> {
-        arc(self.row, self.vertex, self.half)
+        arc(self.row, &self.placed, self.half)
+    }
+
+    /// A point of the face, level beyond the clear diameter.
+    fn point(&self, h: f64) -> Point {
+        drawn(&self.placed, [0.0, h, self.row.sag_at(0.0, h.abs().min(self.half))])
     }
 }
 
-/// A surface from `-half` to `half`, mm.
-pub(super) fn arc(row: &Row, vertex: f64, half: f64) -> Vec<Point> {
+/// Where a point in the frame of a surface is drawn.
+pub(super) fn drawn(placed: &DAffine3, point: [f64; 3]) -> Point {
+    let point = placed.transform_point3(DVec3::from_array(point));
+    [point.z, point.y]
+}
+
+/// The section of a surface through its vertex from `-half` to `half`, mm.
+pub(super) fn arc(row: &Row, placed: &DAffine3, half: f64) -> Vec<Point> {
     // Equal steps of the angle on a hemisphere: the rim is where a curve is steep.
     let height =
         |i: i32| half * (f64::from(i) / f64::from(STEPS) * std::f64::consts::FRAC_PI_2).sin();
-    let point = |h: f64| [vertex + row.sag_at(0.0, h), h];
+    let point = |h: f64| drawn(placed, [0.0, h, row.sag_at(0.0, h)]);
     let plane = row.asphere.is_empty() && row.sag_at(0.0, half) == 0.0;
     let step = if plane { STEPS as usize * 2 } else { 1 };
     (-STEPS..=STEPS).step_by(step).map(|i| point(height(i))).collect()
 }
 
 /// The pieces of glass of a lens, from the scene to the film; cemented ones share a curve.
-pub(super) fn elements(lens: &Prescription, vertices: &[f64]) -> Vec<Element> {
+pub(super) fn elements(lens: &Prescription, placed: &[DAffine3]) -> Vec<Element> {
+    let vertices = lens.vertices();
     let face = |i: usize| {
         let row = &lens.rows[i];
-        Face { row, vertex: vertices[i], half: row.diameter / 2.0 }
+        Face { row, vertex: vertices[i], placed: placed[i], half: row.diameter / 2.0 }
     };
     // A stop in the midst of a piece of glass does not cut it in two.
     let faces: Vec<Face> = (0..lens.rows.len())
@@ -88,7 +104,7 @@ fn apart(front: &Face, back: &Face, rim: f64) -> bool {
 /// straight line from rim to rim.
 fn outline(front: &Face, back: &Face, edge: Option<f64>) -> Vec<Point> {
     let mut points = Vec::new();
-    let corner = |face: &Face, side: f64| edge.map(|rim| [face.at(rim), side * rim]);
+    let corner = |face: &Face, side: f64| edge.map(|rim| face.point(side * rim));
     points.extend(corner(front, -1.0));
     points.extend(front.curve());
     points.extend(corner(front, 1.0));

@@ -1,7 +1,8 @@
 //! The cross-section of a lens, as a drawing for a paper: SVG.
 //!
 //! The scene is at the left and the film at the right. What is drawn of rays is traced, from
-//! three film points to the scene, by the same arithmetic that takes pictures.
+//! three film points to the scene, by the same arithmetic that takes pictures. Of a part that does
+//! not stand square the section through its own vertex is drawn, as it looks from the side.
 
 mod bundle;
 mod caption;
@@ -10,8 +11,10 @@ mod svg;
 
 use bundle::{Bundle, Ray, Tracer};
 use caption::{Figure, Key};
-use element::{Element, arc, elements};
+use element::{Element, arc, drawn, elements};
 use svg::{Point, Sheet};
+
+use glam::DAffine3;
 
 use super::prescription::Prescription;
 
@@ -71,18 +74,13 @@ struct Section {
 
 impl Section {
     fn of(lens: &Prescription, distance: Option<f64>, film_radius: f64) -> Self {
-        let mut vertices = Vec::with_capacity(lens.rows.len());
-        let mut vertex = 0.0;
-        for row in &lens.rows {
-            vertices.push(vertex);
-            vertex += row.thickness;
-        }
-        let elements = elements(lens, &vertices);
-        let disk = |(row, &z): (_, &f64)| {
+        let placed = lens.placements();
+        let elements = elements(lens, &placed);
+        let disk = |(row, placed): (_, &DAffine3)| {
             let row: &super::Row = row;
-            (row.obstruction > 0.0).then(|| arc(row, z, row.obstruction / 2.0))
+            (row.obstruction > 0.0).then(|| arc(row, placed, row.obstruction / 2.0))
         };
-        let disks = lens.rows.iter().zip(&vertices).filter_map(disk).collect();
+        let disks = lens.rows.iter().zip(&placed).filter_map(disk).collect();
         let mut section =
             Self { elements, disks, stop: Default::default(), film: None, bundles: Vec::new() };
 
@@ -90,18 +88,18 @@ impl Section {
         let mut height = glass.fold(0.0, |height: f64, point| height.max(point[1]));
         let mut bundles = Vec::new();
         if let Some(distance) = distance {
-            let tracer = Tracer::new(lens, &vertices, distance);
+            let tracer = Tracer::new(lens, &placed, distance);
             let field = tracer.field(film_radius);
             let fields = if field > 0.0 { &FIELDS[..] } else { &FIELDS[..1] };
             let bundle = |&(share, style)| Some((tracer.bundle(share * field)?, style));
             bundles.extend(fields.iter().filter_map(bundle));
             let half = if field > 0.0 { field } else { film_radius.min(height) };
-            let z = vertices[vertices.len() - 1] + distance;
+            let z = lens.length() + distance;
             section.film = Some([[z, -half], [z, half]]);
             height = height.max(half);
         }
         let [left, right, ..] = section.bounds();
-        section.stop = stop(lens, &vertices, MARK * (height + (right - left) / 2.0) / 2.0);
+        section.stop = stop(lens, &placed, MARK * (height + (right - left) / 2.0) / 2.0);
         let [left, right, bottom, top] = section.bounds();
         let aside = ASIDE * top.max(-bottom);
         let window = [left - AHEAD * (right - left), right, aside];
@@ -179,15 +177,15 @@ impl Section {
 
 /// The edges of the stop's opening, each with the outer end of its mark: as far out as the glass
 /// before and behind is clear, so that a closed stop looks closed, and at least `mark`.
-fn stop(lens: &Prescription, vertices: &[f64], mark: f64) -> [[Point; 2]; 2] {
+fn stop(lens: &Prescription, placed: &[DAffine3], mark: f64) -> [[Point; 2]; 2] {
     let i = lens.stop();
     let row = &lens.rows[i];
     let half = row.diameter / 2.0;
-    let z = vertices[i] + row.sag_at(0.0, half);
+    let z = row.sag_at(0.0, half);
     let near = &lens.rows[i.saturating_sub(1)..lens.rows.len().min(i + 2)];
     let clear = near.iter().fold(0.0, |clear: f64, row| clear.max(row.diameter / 2.0));
     let end = clear.max(half + mark);
-    [[[z, half], [z, end]], [[z, -half], [z, -end]]]
+    [1.0, -1.0].map(|side| [half, end].map(|h| drawn(&placed[i], [0.0, side * h, z])))
 }
 
 /// A ray from where it enters the window (least z, greatest z, greatest height) to the film.

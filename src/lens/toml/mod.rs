@@ -19,14 +19,27 @@
 //! | `obstruction` | diameter of an opaque disk in the middle | 0 |
 //! | `blades` | of the stop: 3 to 64, with `rotation` (degrees) and `curvature` (0 to 1) | round |
 //! | `aperture` | of the stop: `"circular"`, `"gaussian"`, `"square"`, `"pentagon"`, `"star"`, or a picture beside the lens file | round |
+//! | `decentre` | `[x, y]`: the vertex stands so far off the axis, to the right and up as seen from behind the camera | `[0, 0]` |
+//! | `tilt` | `[x, y]`, degrees: turned about the vertex, see [`Pose`](crate::lens::Pose) | `[0, 0]` |
 //!
-//! A stop without curvature stands in the medium before it.
+//! A stop without curvature stands in the medium before it. A surface that is decentred or tilted
+//! moves alone; those behind it stay. An element or a group moves as one body under an `[[askew]]`
+//! of its own:
+//!
+//! | key | means | without it |
+//! |---|---|---|
+//! | `surfaces` | `[first, last]`, counted from 1 at the scene side | an error |
+//! | `decentre` | `[x, y]` of the body | `[0, 0]` |
+//! | `tilt` | `[x, y]`, degrees, about where the vertex of its first surface should stand | `[0, 0]` |
+//!
+//! A body may lie in another: the inner one comes first in the file.
 //!
 //! The `toml` crate reads the grammar because it keeps the place of every value, so that each
 //! error can name its line.
 
 mod medium;
 mod opening;
+mod pose;
 mod row;
 mod value;
 
@@ -38,7 +51,7 @@ use super::error::LensError;
 use super::prescription::{Prescription, Row};
 use value::{Section, Source};
 
-const TOP: &[&str] = &["name", "source", "focal_length", "f_number", "surface"];
+const TOP: &[&str] = &["name", "source", "focal_length", "f_number", "surface", "askew"];
 
 /// Reads the text of a lens in TOML; the path serves for its name, for pictures beside it and in
 /// errors.
@@ -68,6 +81,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> {
         stated_focal_length: top.finite("focal_length")?,
         stated_f_number: positive("f_number")?,
         rows: Vec::new(),
+        askew: Vec::new(),
     };
 
     let mut stop: Option<usize> = None;
@@ -86,6 +100,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> {
     if lens.rows.iter().all(Row::is_bare_stop) {
         return Err(source.refuse(stop, "a stop without any glass", "a lens has surfaces"));
     }
+    lens.askew = pose::askew(&top, lens.rows.len())?;
     Ok(lens)
 }
 

@@ -2,6 +2,7 @@
 
 use super::medium;
 use super::opening;
+use super::pose;
 use super::value::{Section, shortened};
 use crate::lens::coating::Coating;
 use crate::lens::error::LensError;
@@ -25,6 +26,8 @@ const KEYS: &[&str] = &[
     "rotation",
     "curvature",
     "aperture",
+    "decentre",
+    "tilt",
 ];
 
 /// Reads a surface; `ahead` is the one before it, or air.
@@ -37,6 +40,7 @@ pub(super) fn read(section: &Section, ahead: &Row) -> Result<Row, LensError> {
         glass,
         iris: opening::read(section, row.stop)?,
         coating: coating(section, [ahead.index, index])?,
+        pose: pose::read(section)?,
         ..row
     })
 }

@@ -139,6 +139,23 @@ impl<'a> Section<'a> {
         self.value(key).and_then(|value| value.get_ref().as_array())
     }
 
+    /// Two finite numbers in an array, with its place.
+    pub(super) fn couple(
+        &self,
+        key: &str,
+        expected: &str,
+    ) -> Result<Option<(usize, [f64; 2])>, LensError> {
+        if !self.has(key) {
+            return Ok(None);
+        }
+        let numbers: Option<Vec<f64>> =
+            self.array(key).and_then(|array| array.iter().map(|v| number(v.get_ref())).collect());
+        match numbers.as_deref() {
+            Some(&[a, b]) if a.is_finite() && b.is_finite() => Ok(Some((self.place(key), [a, b]))),
+            _ => Err(self.refuse(key, format!("{key} is no pair of finite numbers"), expected)),
+        }
+    }
+
     /// Pairs of finite numbers, each with its place.
     pub(super) fn pairs(&self, key: &str, form: &str) -> Result<Vec<(usize, [f64; 2])>, LensError> {
         let Some(value) = self.value(key) else { return Ok(Vec::new()) };

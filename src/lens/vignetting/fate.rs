@@ -5,10 +5,13 @@ use crate::lens::surface::Surface;
 use crate::lens::trace::trace;
 use crate::rays::{LensBatch, WAVE};
 
-/// Where a ray starts: on a film at `distance` mm behind the rear vertex, in a medium.
+/// Where a ray starts: on a film whose middle is `distance` mm behind the rear vertex, in a medium.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
-    pub film: [f64; 2],
+    /// x, y, and z towards the scene from the middle of the film.
+    pub film: [f64; 3],
+    /// The film's own, towards the scene.
+    pub normal: [f64; 3],
     pub distance: f64,
     pub index: f64,
 }
@@ -50,11 +53,10 @@ impl Fates {
     ) -> &[Fate] {
         let Self { batch, fates } = self;
         let count = count.min(WAVE);
-        let [x, y] = start.film;
         for i in 0..count {
             let [u, v] = at(i);
             let t = start.towards([u, v]);
-            (batch.x[i], batch.y[i], batch.z[i]) = (x as f32, y as f32, 0.0);
+            [batch.x[i], batch.y[i], batch.z[i]] = start.film.map(|v| v as f32);
             [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(|t| t as f32);
             batch.weight[i] = 1.0;
         }
@@ -80,19 +82,26 @@ impl Fates {
 
 impl Start {
     /// The direction to a point of the plane of the rear vertex, of the length of the index.
-    pub fn towards(&self, [u, v]: [f64; 2]) -> [f64; 3] {
-        let [x, y] = self.film;
-        let scale = self.index / self.squared([u, v]).sqrt();
-        [(u - x) * scale, (v - y) * scale, self.distance * scale]
+    pub fn towards(&self, point: [f64; 2]) -> [f64; 3] {
+        let way = self.way(point);
+        let scale = self.index / squared(way).sqrt();
+        way.map(|v| v * scale)
     }
 
-    /// What a ray to a point of the plane of the rear vertex counts, mm^-2: cos^4 / Z^2.
+    /// What a ray to a point of the plane of the rear vertex counts, mm^-2: the cosines at the film
+    /// and at that plane over the square of its length.
     pub fn light(&self, point: [f64; 2]) -> f64 {
-        (self.distance / self.squared(point)).powi(2)
+        let (way, [nx, ny, nz]) = (self.way(point), self.normal);
+        let along = (nx * way[0] + ny * way[1] + nz * way[2]).max(0.0);
+        along * way[2] / squared(way).powi(2)
     }
 
-    fn squared(&self, [u, v]: [f64; 2]) -> f64 {
-        let [x, y] = self.film;
-        (u - x).powi(2) + (v - y).powi(2) + self.distance * self.distance
+    fn way(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+        let [x, y, z] = self.film;
+        [u - x, v - y, self.distance - z]
     }
+}
+
+fn squared([x, y, z]: [f64; 3]) -> f64 {
+    x * x + y * y + z * z
 }

@@ -1,7 +1,8 @@
 //! Vignetting: which surface takes which share of the light of a film point.
 //!
 //! Rays from a film point go to points spread evenly over a part of the plane of the rear vertex
-//! and count cos^4 / Z^2, as exposure does (Kolb, Mitchell & Hanrahan 1995, eq. 3). A ray is lost
+//! and count as exposure does: cos^4 / Z^2 from square film (Kolb, Mitchell & Hanrahan 1995, eq. 3),
+//! from tilted film with the cosine to its own normal. A ray is lost
 //! at the first row that it does not pass, on its way from the film to the scene.
 //!
 //! Over the rear element most rays end at the stop, even on the axis; nobody calls that
@@ -17,8 +18,10 @@ use view::View;
 use widened::{Keep, widened};
 
 use super::outline::Frame;
+use super::pose::Pose;
 use super::prescription::Prescription;
 use super::surface::{From, Surface, sequence};
+use super::survey::Survey;
 use crate::rays::WAVE;
 use crate::sampler::{Dimension, pair};
 
@@ -56,8 +59,8 @@ pub struct Ledger {
     pub rows: Vec<Loss>,
     /// Share that leaves the lens.
     pub pass: f64,
-    /// Irradiance of the film under a scene of radiance 1 (the integral of cos^4 / Z^2 over what
-    /// is seen of the pupil). Its ratio to that of the film's centre is the relative illumination.
+    /// Irradiance of the film under a scene of radiance 1 (the integral of what a ray counts over
+    /// what is seen of the pupil). Its ratio to that of the film's centre is the relative illumination.
     pub irradiance: f64,
 }
 
@@ -66,6 +69,8 @@ pub struct Ledger {
 pub struct Vignetting {
     lens: Prescription,
     distance: f64,
+    /// How the film stands.
+    pose: Pose,
     itself: Vec<Surface<f32>>,
     /// All rims opened but that of the stop.
     open: Vec<Surface<f32>>,
@@ -78,6 +83,12 @@ impl Vignetting {
     /// For a film at `distance` mm behind the rear vertex. With 2^16 rays a ledger is exact to
     /// about 0.1 % of the light; a quarter of the rays, less than three times the error.
     pub fn new(lens: &Prescription, distance: f64, rays: u32) -> Self {
+        Self::posed(lens, distance, Pose::SQUARE, rays)
+    }
+
+    /// The same for a film that does not stand square. Its points are told by where they stand on
+    /// the film itself, mm from its middle.
+    pub fn posed(lens: &Prescription, distance: f64, pose: Pose, rays: u32) -> Self {
         // Shares need no exact directions, so no ray has to be traced again in f64.
         let rough = |lens: &Prescription| {
             let mut surfaces = sequence::<f32>(lens, From::Film(distance));
@@ -88,6 +99,7 @@ impl Vignetting {
         Self {
             lens: lens.clone(),
             distance,
+            pose,
             itself: rough(lens),
             view: View::new(lens, distance, &open),
             open,
@@ -100,7 +112,7 @@ impl Vignetting {
         let (start, mut fates) = (self.start(film), Fates::default());
         let frame = match of {
             Of::Stop => self.view.frame(start, &mut fates)?,
-            Of::Rear => self.rear(film),
+            Of::Rear => self.rear(start),
         };
         let (middle, size) = (frame.middle(), frame.size());
         let mut books = Books::new(&self.lens, of);
@@ -152,24 +164,18 @@ impl Vignetting {
     }
 
     fn start(&self, film: [f64; 2]) -> Start {
-        Start { film, distance: self.distance, index: self.lens.rear().index }
+        Start {
+            film: self.pose.film_point(film),
+            normal: self.pose.film_normal(),
+            distance: self.distance,
+            index: self.lens.rear().index,
+        }
     }
 
     /// A frame around the rear element as a film point sees it, in the plane of its vertex.
-    fn rear(&self, film: [f64; 2]) -> Frame {
-        let rear = self.lens.rear();
-        let mut points = Vec::new();
-        for ring in 0..=8 {
-            let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
-            // A cylinder stands level along one of the axes.
-            for sag in [rear.sag(h), if rear.axis.is_some() { 0.0 } else { rear.sag(h) }] {
-                // The sag counts towards the film, which stands behind all of the lens.
-                let ahead = (self.distance - sag).max(1e-3 * self.distance);
-                let scale = self.distance / ahead;
-                points.extend([-h, h].map(|to| film.map(|v| v + (to - v) * scale)));
-            }
-        }
-        let frame = Frame::around(&points);
+    fn rear(&self, start: Start) -> Frame {
+        let survey = Survey { lens: &self.lens, distance: self.distance, pose: self.pose };
+        let frame = Frame::around(&survey.rear_outline(start.film));
         frame.grown(frame.size().map(|size| 0.01 * size))
     }
 }

@@ -56,7 +56,8 @@ impl View {
         let around = [0.0, 1.0, 5.0].map(|by| expected.grown(expected.size().map(|v| by * v)));
         // A telecentric lens has its pupil at infinity; first-order optics says nothing then.
         let usable = around.into_iter().filter(|frame| frame.size().iter().all(|v| v.is_finite()));
-        let whole = Frame::around(&[start.film]).grown([STEEPEST * start.distance; 2]);
+        let [x, y, _] = start.film;
+        let whole = Frame::around(&[[x, y]]).grown([STEEPEST * start.distance; 2]);
         usable.chain([whole]).find_map(|frame| self.fit(start, frame, fates))
     }
 
@@ -97,9 +98,7 @@ impl View {
     /// The angle to the axis, degrees, at which the ray of a point on the film's x axis through
     /// the middle of the stop leaves for the scene; `frame` is around the stop.
     pub fn chief_angle(&self, start: Start, frame: Frame) -> Option<f64> {
-        let ray = |u: f64| {
-            LensRay::new([start.film[0], start.film[1], 0.0], start.towards([u, frame.middle()[1]]))
-        };
+        let ray = |u: f64| LensRay::new(start.film, start.towards([u, frame.middle()[1]]));
         let to_stop = &self.bare[..self.to_stop];
         let beyond = |u: f64| trace_one::<f64>(ray(u), to_stop).map(|ray| ray.p[0] > 0.0).ok();
         let half = frame.size()[0] / 2.0;
