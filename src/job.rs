@@ -64,7 +64,7 @@ pub fn prepare(
     let Description { mut scene, mut camera, camera_at, film, warnings, .. } = description;
     exposure.set(&mut camera);
     scene.expose(exposure.timing.range());
-    let mut setup = Setup { at: camera_at, warnings, notes: Notes::new() };
+    let mut setup = Setup { at: camera_at, warnings, notes: Notes::new(), posed: None };
     let frame = frame(&film, changes)?;
     let response = Response {
         filter: Filter::new(description.filter.profile, description.filter.radius),
@@ -142,6 +142,7 @@ pub fn prepare(
             rolling: exposure.shutter.rolling.map(|rolling| (rolling, exposure.rolling_by)),
             pitch,
         },
+        posed: setup.posed.as_ref(),
         wanted: &changes.effects,
         visible: changes.visible,
     });

@@ -18,6 +18,7 @@ mod wanted;
 
 pub use decision::{Cost, Decision, Harm, Plan};
 pub use effect::{By, Effect};
+pub use tilt_shift::Posed;
 pub use travel::Moves;
 pub use wanted::{Visible, Wanted};
 
@@ -49,6 +50,8 @@ pub struct Question<'a> {
     pub samples: u32,
     /// What moves, and when.
     pub moves: Moves<'a>,
+    /// What does not stand square, in the camera or set square in it.
+    pub posed: Option<&'a Posed>,
     /// What the command line asks for.
     pub wanted: &'a Wanted,
     /// What counts as visible.
@@ -115,7 +118,7 @@ fn find(effect: Effect, question: &Question) -> Finding {
             Effect::Motion => motion::find(question),
             Effect::Sensor => sensor::find(question),
             Effect::RollingShutter => rolling_shutter::find(question),
-            Effect::TiltShift => tilt_shift::find(),
+            Effect::TiltShift => tilt_shift::square(),
             _ => Finding::not_called_for(By::Scene, "the camera has no lens of glass"),
         };
     };
@@ -128,7 +131,7 @@ fn find(effect: Effect, question: &Question) -> Finding {
         Effect::Motion => motion::find(question),
         Effect::Sensor => sensor::find(question),
         Effect::RollingShutter => rolling_shutter::find(question),
-        Effect::TiltShift => tilt_shift::find(),
+        Effect::TiltShift => tilt_shift::find(question, lens),
     }
 }
 

@@ -9,7 +9,7 @@ use petzval::sensor::{Bayer, Settings};
 use petzval::shutter;
 use petzval::spectrum::Passband;
 
-use super::values::{coating, f_number, focus, passband, sensor, size};
+use super::values::{coating, f_number, focus, passband, sensor, shift, size, tilt};
 
 /// A scene, and what is to be otherwise than it says.
 #[derive(Debug, clap::Args)]
@@ -36,6 +36,14 @@ pub(super) struct PictureArguments {
     /// f-number, by a traced marginal ray: closes the stop of the lens
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     pub fstop: Option<f64>,
+    /// Shift the film, mm: the picture shows as much more of what is to the right and above
+    #[arg(long, value_name = "X,Y", value_parser = shift, allow_hyphen_values = true)]
+    pub film_shift: Option<[f64; 2]>,
+    /// Tilt the film about its middle, degrees: about the horizontal axis, the top going away from
+    /// the lens, then about its own vertical axis (swing), the right edge, as seen from behind the
+    /// camera, going towards the lens. Focus is that of the film's middle
+    #[arg(long, value_name = "X,Y", value_parser = tilt, allow_hyphen_values = true)]
+    pub film_tilt: Option<[f64; 2]>,
     /// Effects to simulate: auto for what can be seen, all, none, or a list such as
     /// +dispersion,-iris
     #[arg(
@@ -94,6 +102,8 @@ impl PictureArguments {
             f_number: self.fstop,
             assume_vd: self.assume_vd,
             passband: self.passband,
+            film_shift: self.film_shift,
+            film_tilt: self.film_tilt,
             coating: self.coating,
             resolution: self.resolution,
             samples: self.spp,

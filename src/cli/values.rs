@@ -1,7 +1,7 @@
 //! What the values of options look like.
 
 use petzval::job::FocusOn;
-use petzval::lens::Coating;
+use petzval::lens::{Coating, MOST_DECENTRE, MOST_TILT};
 use petzval::sensor::Settings;
 use petzval::spectrum::{Passband, RANGE};
 
@@ -71,6 +71,23 @@ pub(super) fn f_number(text: &str) -> Result<f64, String> {
         true => Ok(number),
         false => Err("expected an f-number such as 2.8".to_owned()),
     })
+}
+
+/// Two numbers from -most to most.
+fn two(text: &str, most: f64, unit: &str) -> Result<[f64; 2], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y]) if x.abs() <= most && y.abs() <= most => Ok([x, y]),
+        _ => Err(format!("expected X,Y, each from -{most} to {most} {unit}")),
+    }
+}
+
+pub(super) fn shift(text: &str) -> Result<[f64; 2], String> {
+    two(text, MOST_DECENTRE, "mm")
+}
+
+pub(super) fn tilt(text: &str) -> Result<[f64; 2], String> {
+    two(text, MOST_TILT, "degrees")
 }
 
 pub(super) fn coating(text: &str) -> Result<Coating, String> {

@@ -28,6 +28,11 @@ pub struct Changes {
     pub focus: Option<FocusOn>,
     /// Another f-number, by the marginal ray ([`crate::lens::Focus::f_number`]).
     pub f_number: Option<f64>,
+    /// Another shift of the film, mm, to the right and up in the picture as seen.
+    pub film_shift: Option<[f64; 2]>,
+    /// Another tilt of the film, degrees, about the horizontal and its own vertical axis
+    /// ([`Pose`](crate::lens::Pose)).
+    pub film_tilt: Option<[f64; 2]>,
     /// What to coat faces to air with that have no coating of their own; given, surfaces take what
     /// they reflect.
     pub coating: Option<Coating>,
@@ -75,6 +80,8 @@ impl Changes {
             (self.f_number.is_some(), "--fstop"),
             (self.coating.is_some(), "--coating"),
             (self.assume_vd, "--assume-vd"),
+            (self.film_shift.is_some(), "--film-shift"),
+            (self.film_tilt.is_some(), "--film-tilt"),
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
     }

@@ -3,8 +3,8 @@
 use super::place::Place;
 use super::{Changes, FocusOn, JobError};
 use crate::image::{Note, Notes};
-use crate::lens::{self, Camera, Iris, MASKS, Mask, Model, Prescription, RealLens, ThinLens};
-use crate::plan::Effect;
+use crate::lens::{self, Camera, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens, ThinLens};
+use crate::plan::{By, Effect, Posed};
 use crate::scene::pbrt::{FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use crate::sensor::ev100;
 use crate::source::{Location, Warning};
@@ -17,6 +17,8 @@ pub(super) struct Setup {
     pub at: Location,
     pub warnings: Vec<Warning>,
     pub notes: Notes,
+    /// What does not stand square, simulated or not.
+    pub posed: Option<Posed>,
 }
 
 impl Setup {
@@ -66,6 +68,30 @@ impl Setup {
         })
     }
 
+    /// How the film stands; and takes down how film and lens were meant to, before they are set
+    /// square where that is asked for.
+    fn poses(&mut self, lens: &mut Prescription, spec: &RealisticSpec, changes: &Changes) -> Pose {
+        let (RealisticSpec::V4 { film_pose, .. } | RealisticSpec::V2 { film_pose, .. }) = spec;
+        let film = Pose::of_film(
+            changes.film_shift.unwrap_or(film_pose.film_shift()),
+            changes.film_tilt.unwrap_or(film_pose.tilt),
+        );
+        if film.is_square() && !lens.is_askew() {
+            return Pose::SQUARE;
+        }
+        let by = match changes.film_shift.is_some() || changes.film_tilt.is_some() {
+            _ if film.is_square() => By::Lens,
+            true => By::Flag,
+            false => By::Scene,
+        };
+        self.posed = Some(Posed { lens: lens.clone(), film, by });
+        if changes.effects.of(Effect::TiltShift) == Some(false) {
+            lens.centre();
+            return Pose::SQUARE;
+        }
+        film
+    }
+
     pub fn real(
         &mut self,
         spec: &RealisticSpec,
@@ -110,6 +136,7 @@ impl Setup {
                 ),
             });
         }
+        let film_pose = self.poses(&mut prescription, spec, changes);
         let camera = |problem: String| JobError::Camera { at: self.at.clone(), problem };
         let film_for = |metres: f64| {
             lens::Focus::of(&prescription)
@@ -130,12 +157,14 @@ impl Setup {
         let width = diagonal / (1.0 + aspect * aspect).sqrt();
         let size = [width, width * aspect];
         let stands_at = |film_distance: f64| -> Result<RealLens, JobError> {
-            let rear = prescription.rear();
-            let half = rear.diameter / 2.0;
-            let rim = rear.sag_at(half, 0.0).max(rear.sag_at(0.0, half)).max(0.0);
-            if film_distance <= rim {
+            let rim = prescription.rear_reach();
+            let corner = |x: f64, y: f64| film_pose.film_point([x * size[0], y * size[1]])[2];
+            let ahead = corner(0.5, 0.5).abs().max(corner(0.5, -0.5).abs());
+            let nearest = film_distance - ahead;
+            if nearest <= rim {
+                let tilted = if ahead > 0.0 { " where it is nearest" } else { "" };
                 return Err(camera(format!(
-                    "the film, {film_distance:.4} mm behind the rear vertex, would stand inside \
+                    "the film, {nearest:.4} mm behind the rear vertex{tilted}, would stand inside \
                      the lens, which reaches {rim:.4} mm behind it; focus nearer"
                 )));
             }
@@ -148,7 +177,8 @@ impl Setup {
             let beyond =
                 [0, 1].map(|i| place.reach[i] * size[i] / f64::from(place.frame.resolution[i]));
             let radius = diagonal / 2.0 + beyond[0].hypot(beyond[1]);
-            Ok(RealLens::new(lens, film_distance, radius, changes.aim, unit, front))
+            let stands = lens::Place { film_distance, unit, front };
+            Ok(RealLens::posed(lens, film_pose, radius, changes.aim, stands))
         };
         let unchanged = || from_file.map_or_else(Ok, film_for);
         let lens = match changes.focus {
@@ -181,6 +211,11 @@ impl Setup {
         self.number("focus", in_focus);
         self.number("filmDistance", film_distance);
         self.number("stopDiameter", opened);
+        if !lens.film_pose.is_square() {
+            let pair = |[x, y]: [f64; 2]| Note::Text(format!("{x} {y}"));
+            self.notes.push(("filmShift", pair(lens.film_pose.film_shift())));
+            self.notes.push(("filmTilt", pair(lens.film_pose.tilt)));
+        }
         self.number("entrancePupilOffset", lens.paraxial.entrance_pupil.position);
         self.number("expTime", time);
         // The dialect of 2016 has no shutter.

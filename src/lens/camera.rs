@@ -164,6 +164,21 @@ impl RealLens {
         }
     }
 
+    /// From film samples to rays that leave the film. Answers the film.
+    #[inline(always)]
+    pub(super) fn launch<R: Real<Scalar = f32>>(
+        &self,
+        samples: &SampleBatch,
+        columns: &mut LensColumns,
+        stats: &mut LensStats,
+    ) -> Plane {
+        let LensColumns { batch, targets } = columns;
+        let plane = self.plane();
+        aim::<R>(samples, &self.bound, &plane, targets, batch);
+        stats.aimed += batch.living as u64;
+        plane
+    }
+
     /// From film samples to rays in the plane of the front vertex, with losses or without.
     #[inline(always)]
     pub(super) fn traced<R: Real<Scalar = f32>>(
@@ -173,10 +188,8 @@ impl RealLens {
         fresnel: bool,
         stats: &mut LensStats,
     ) {
+        let plane = self.launch::<R>(samples, columns, stats);
         let LensColumns { batch, targets } = columns;
-        let plane = self.plane();
-        aim::<R>(samples, &self.bound, &plane, targets, batch);
-        stats.aimed += batch.living as u64;
         let (blocked, band) = (&mut stats.blocked, &self.bands[samples.band]);
         match fresnel {
             false => trace::<R>(batch, &band.surfaces, blocked),

@@ -10,6 +10,7 @@ mod band;
 mod camera;
 mod coating;
 mod dat;
+mod displacement;
 mod draw;
 mod error;
 mod exit_pupil;
@@ -33,6 +34,7 @@ mod trace;
 mod turn;
 mod vignetting;
 mod wavefront;
+mod widened;
 
 pub use asphere::Asphere;
 pub use band::Band;

@@ -35,6 +35,18 @@ impl Pose {
     /// As the designer drew it.
     pub const SQUARE: Self = Self { decentre: [0.0; 2], tilt: [0.0; 2] };
 
+    /// How a film stands that is shifted by so many mm and tilted by so many degrees. The shift is
+    /// told in the picture as seen: to the right and up, it brings into the picture more of what is
+    /// there. On the film the picture is upside down, so the film goes the other way.
+    pub fn of_film(shift: [f64; 2], tilt: [f64; 2]) -> Self {
+        Self { decentre: shift.map(|mm| 0.0 - mm), tilt }
+    }
+
+    /// The shift of a film in this pose, in the picture as seen, mm.
+    pub fn film_shift(&self) -> [f64; 2] {
+        self.decentre.map(|mm| 0.0 - mm)
+    }
+
     /// Whether the part stands where it should.
     pub fn is_square(&self) -> bool {
         *self == Self::SQUARE
@@ -108,6 +120,23 @@ impl Prescription {
     pub fn centre(&mut self) {
         self.askew.clear();
         self.rows.iter_mut().for_each(|row| row.pose = Pose::SQUARE);
+    }
+
+    /// How far the rear surface reaches behind the vertex of the square lens, mm.
+    pub fn rear_reach(&self) -> f64 {
+        let (rear, last) = (self.rear(), self.rows.len() - 1);
+        let half = rear.diameter / 2.0;
+        if !self.is_askew() {
+            return rear.sag_at(half, 0.0).max(rear.sag_at(0.0, half)).max(0.0);
+        }
+        let placed = self.placements()[last];
+        let behind = |point: [f64; 3]| placed.transform_point3(point.into()).z - self.length();
+        let rim = (0..64).map(|step| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / 64.0).sin_cos();
+            let [x, y] = [half * cos, half * sin];
+            behind([x, y, rear.sag_at(x, y)])
+        });
+        rim.fold(behind([0.0; 3]), f64::max)
     }
 
     /// Where the vertices of the square lens stand behind that of the front surface, mm.

@@ -217,6 +217,14 @@ impl<'a, R: Real> Path<'a, R> {
     }
 }
 
+impl Prescription {
+    /// How many turns between frames a ray takes on its way through.
+    pub fn turns(&self) -> usize {
+        let surfaces = sequence::<f64>(self, From::Scene(1.0));
+        surfaces.iter().filter(|surface| matches!(surface.kind, Kind::Turn(_))).count()
+    }
+}
+
 /// How rays come to a surface.
 struct Side {
     row: usize,

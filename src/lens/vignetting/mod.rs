@@ -11,17 +11,16 @@
 
 mod fate;
 mod view;
-mod widened;
 
 use fate::{Fate, Fates, Start};
 use view::View;
-use widened::{Keep, widened};
 
 use super::outline::Frame;
 use super::pose::Pose;
 use super::prescription::Prescription;
 use super::surface::{From, Surface, sequence};
 use super::survey::Survey;
+use super::widened::{Keep, widened};
 use crate::rays::WAVE;
 use crate::sampler::{Dimension, pair};
 

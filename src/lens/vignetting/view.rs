@@ -1,13 +1,13 @@
 //! The stop as a film point would see it if no other rim were in the way.
 
 use super::fate::{Fates, Start};
-use super::widened::{Keep, widened};
 use crate::lens::outline::Frame;
 use crate::lens::paraxial::Paraxial;
 use crate::lens::prescription::{Axis, Prescription};
 use crate::lens::refract::LensRay;
 use crate::lens::surface::{From, Surface, sequence};
 use crate::lens::trace::trace_one;
+use crate::lens::widened::{Keep, widened};
 use crate::rays::WAVE;
 
 /// Columns and rows of the grid that looks for the stop.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use glam::DAffine3;
 
 use crate::film::filter::Profile;
+use crate::lens::Pose;
 use crate::motion::Motion;
 use crate::scene::Scene;
 use crate::shade::Reach;
@@ -98,6 +99,8 @@ pub enum RealisticSpec {
         focus: f64,
         /// How long the shutter is open, seconds.
         exposure_time: f64,
+        /// How the film stands.
+        film_pose: Pose,
     },
     /// The course of 2016 on pbrt-v2: units of mm, the origin at the front vertex.
     V2 {
@@ -111,6 +114,8 @@ pub enum RealisticSpec {
         film_diagonal: f64,
         /// Nearest and farthest depth that is seen, mm.
         depth: [f64; 2],
+        /// How the film stands.
+        film_pose: Pose,
     },
 }
 

@@ -7,6 +7,7 @@ use super::params::Params;
 use super::reader::Reader;
 use super::{Dialect, SceneError};
 use crate::film::filter::Profile;
+use crate::lens::{MOST_DECENTRE, MOST_TILT, Pose};
 use crate::motion::Motion;
 use crate::shade::Reach;
 
@@ -169,6 +170,7 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
             film_distance: params.positive("filmdistance", 70.0)?,
             film_diagonal: params.positive("filmdiag", 35.0)?,
             depth: depth_range(params, [0.001, 1e30])?,
+            film_pose: film_pose(params)?,
         }));
     }
     let Some(file) = params.text("lensfile")? else {
@@ -186,7 +188,27 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
             .map(|name| IrisSpec { path: folder.join(name), name: name.to_owned() }),
         focus: params.positive("focusdistance", 10.0)?,
         exposure_time: exposure_time(params)?,
+        film_pose: film_pose(params)?,
     }))
+}
+
+/// Our own `filmshift` (mm, to the right and up in the picture as seen) and `filmtilt` (degrees).
+fn film_pose(params: &Params) -> Result<Pose, SceneError> {
+    let within = |name: &str, most: f64, unit: &str| -> Result<[f64; 2], SceneError> {
+        let Some(numbers) = params.numbers(name, &["point2", "vector2", "float"])? else {
+            return Ok([0.0; 2]);
+        };
+        match *numbers {
+            [x, y] if x.abs() <= most && y.abs() <= most => Ok([x, y]),
+            [x, y] => {
+                let expected = format!("expected two numbers, each from -{most} to {most} {unit}");
+                Err(params.refuse(name, format!("\"{name}\" is [{x} {y}]"), expected))
+            }
+            _ => Err(params.wrong_count(name, numbers.len(), "two numbers")),
+        }
+    };
+    let shift = within("filmshift", MOST_DECENTRE, "mm")?;
+    Ok(Pose::of_film(shift, within("filmtilt", MOST_TILT, "degrees")?))
 }
 
 pub(super) fn thin(params: &Params) -> Result<CameraSpec, SceneError> {

@@ -216,6 +216,8 @@ pub(super) const VOCABULARY: &[Entry] = &[
             "aperturediameter",
             "focusdistance",
             "aperture",
+            "filmshift",
+            "filmtilt",
         ],
         &[("simpleweighting", "exposure is always A cos^4 / Z^2")],
     ),
