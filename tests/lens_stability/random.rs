@@ -1,6 +1,6 @@
 //! Random lenses of every kind of surface, and random rays through them.
 
-use petzval::lens::{Axis, Iris, Mask, Prescription, Row};
+use petzval::lens::{Askew, Axis, Iris, Mask, Pose, Prescription, Row};
 
 use super::support::probe::{Bench, RIMS, Report, borders, compare, distance, spread};
 use super::support::{Random, in_parallel};
@@ -86,13 +86,48 @@ fn lens(seed: u64) -> Prescription {
     Prescription { name: format!("random {seed}"), rows, ..Prescription::default() }
 }
 
+/// The same with surfaces and bodies that stand anyhow.
+fn posed(seed: u64) -> Prescription {
+    let mut lens = lens(seed);
+    let mut random = Random::new(seed + 4242);
+    let mut pose = || {
+        // From a misalignment to what no mount holds.
+        let size = 10f64.powf(random.between(-3.0, 0.0));
+        let [x, y, ax, ay] = [4.0, 4.0, 45.0, 45.0].map(|most| size * random.between(-most, most));
+        Pose { decentre: [x, y], tilt: [ax, ay] }
+    };
+    let count = lens.rows.len();
+    for (i, row) in lens.rows.iter_mut().enumerate() {
+        if (seed + i as u64).is_multiple_of(3) {
+            row.pose = pose();
+        }
+    }
+    for first in 0..count {
+        if (seed + first as u64) % 5 == 1 {
+            let last = count - 1 - (seed as usize + first) % (count - first);
+            lens.askew.push(Askew { rows: [first.min(last), last.max(first)], pose: pose() });
+        }
+    }
+    lens
+}
+
 /// How much more than what roundings after every surface do to a ray f32 may be off by: inside
 /// a kernel a number is rounded some ten times, and 16 tries do not find the worst.
 const MOST_NOISE: f64 = 20.0;
 
 #[test]
 fn random_lenses_keep_the_promise_as_far_as_f32_can() {
-    let seeds: Vec<u64> = (0..320).collect();
+    keep_the_promise(320, lens);
+}
+
+#[test]
+fn so_do_lenses_whose_parts_stand_anyhow() {
+    assert!((0..320).map(posed).all(|lens| lens.is_askew()));
+    keep_the_promise(320, posed);
+}
+
+fn keep_the_promise(count: u64, lens: impl Fn(u64) -> Prescription + Sync) {
+    let seeds: Vec<u64> = (0..count).collect();
     let reports = in_parallel(&seeds, |&seed| {
         let lens = lens(seed);
         let film = Random::new(seed + 7777).between(2.0, 40.0);

@@ -3,10 +3,11 @@
 //! Written apart from the program, so that the same mistake cannot sit on both sides. [`trace`]
 //! knows spheres only, by their centres and the quadratic formula, and is fast. [`follow`]
 //! knows every surface: it asks only how high a point lies over the surface, and looks for the
-//! place where that changes its sign. Both refract in vector form (Heckbert, in Glassner 1989,
+//! place where that changes its sign; and it knows surfaces that stand askew, by 3 x 3 matrices. Both
+//! refract in vector form (Heckbert, in Glassner 1989,
 //! "An Introduction to Ray Tracing", p. 291). z runs from the film (z = 0) to the scene.
 
-use petzval::lens::{Axis, Blocked, Iris, Prescription, Row, Why};
+use petzval::lens::{Axis, Blocked, Iris, Pose, Prescription, Row, Why};
 
 use super::Random;
 
@@ -343,15 +344,83 @@ fn opening(iris: &Iris, half: f64, [x, y]: [f64; 2]) -> (f64, f64) {
     }
 }
 
+pub type M = [V; 3];
+
+fn product(a: M, b: M) -> M {
+    let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
+}
+
+pub fn times(m: M, v: V) -> V {
+    m.map(|row| dot(row, v))
+}
+
+pub fn transposed(m: M) -> M {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| m[j][i]))
+}
+
+/// The turn of a pose, in lens space with z towards the film: about x, then about the new y.
+pub fn turned(pose: &Pose) -> M {
+    let [(sx, cx), (sy, cy)] = pose.tilt.map(|degrees| degrees.to_radians().sin_cos());
+    let about_x = [[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]];
+    let about_y = [[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]];
+    product(about_x, about_y)
+}
+
+/// How a surface stands: its axes, and its vertex from where that should be; z towards the film.
+struct Stand {
+    axes: M,
+    vertex: V,
+}
+
+impl Stand {
+    fn of(lens: &Prescription, row: usize) -> Self {
+        let height = |row: usize| lens.rows[..row].iter().map(|row| row.thickness).sum::<f64>();
+        let pose = &lens.rows[row].pose;
+        let (mut axes, mut vertex) = (turned(pose), [pose.decentre[0], pose.decentre[1], 0.0]);
+        for body in &lens.askew {
+            if row < body.rows[0] || row > body.rows[1] {
+                continue;
+            }
+            // From the pivot to the vertex.
+            let ahead = height(row) - height(body.rows[0]);
+            let turn = turned(&body.pose);
+            axes = product(turn, axes);
+            let [x, y, z] = times(turn, [vertex[0], vertex[1], vertex[2] + ahead]);
+            let [dx, dy] = body.pose.decentre;
+            vertex = [x + dx, y + dy, z - ahead];
+        }
+        Self { axes, vertex }
+    }
+
+    /// Into the frame of the surface; here as everywhere in the oracle z runs to the scene.
+    fn enter(&self, p: V, d: V) -> [V; 2] {
+        let from = [p[0] - self.vertex[0], p[1] - self.vertex[1], -p[2] - self.vertex[2]];
+        let inverse = transposed(self.axes);
+        let (p, d) = (times(inverse, from), times(inverse, [d[0], d[1], -d[2]]));
+        [[p[0], p[1], -p[2]], [d[0], d[1], -d[2]]]
+    }
+
+    fn leave(&self, p: V, d: V) -> [V; 2] {
+        let p = times(self.axes, [p[0], p[1], -p[2]]);
+        let d = times(self.axes, [d[0], d[1], -d[2]]);
+        let [x, y, z] = self.vertex;
+        [[p[0] + x, p[1] + y, -p[2] - z], [d[0], d[1], -d[2]]]
+    }
+}
+
 /// A lens that the oracle has looked at.
 pub struct Oracle<'a> {
     lens: &'a Prescription,
     sheets: Vec<Sheet>,
+    stands: Vec<Stand>,
 }
 
 impl<'a> Oracle<'a> {
     pub fn new(lens: &'a Prescription) -> Self {
-        Self { lens, sheets: lens.rows.iter().map(Sheet::of).collect() }
+        let sheets = lens.rows.iter().map(Sheet::of).collect();
+        let stands = (0..lens.rows.len()).map(|row| Stand::of(lens, row)).collect();
+        Self { lens, sheets, stands }
     }
 
     /// What becomes of a ray from the film, which stands at `film` mm behind the rear vertex.
@@ -371,9 +440,10 @@ impl<'a> Oracle<'a> {
         let mut advance = film;
         let (mut rim, mut cosine, mut weight) = (f64::INFINITY, 1.0f64, 1.0);
         for (i, row) in self.lens.rows.iter().enumerate().rev() {
-            let sheet = &self.sheets[i];
+            let (sheet, stand) = (&self.sheets[i], &self.stands[i]);
             let mut step = || -> Result<(), Why> {
                 p[2] -= advance;
+                [p, d] = stand.enter(p, d);
                 p = p.map(&mut shake);
                 if d[2] <= 0.0 {
                     return Err(Why::Miss);
@@ -409,6 +479,7 @@ impl<'a> Oracle<'a> {
                         return Err(clip);
                     }
                 }
+                [p, d] = stand.leave(p, d);
                 Ok(())
             };
             if let Err(why) = step() {

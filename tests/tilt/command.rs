@@ -1,0 +1,1 @@
+//! Lens files, scene files and options that say how things stand.
