@@ -3,7 +3,9 @@
 use super::place::Place;
 use super::{Changes, FocusOn, JobError};
 use crate::image::{Note, Notes};
-use crate::lens::{self, Camera, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens, ThinLens};
+use crate::lens::{
+    self, Camera, FilmPlane, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens, ThinLens,
+};
 use crate::plan::{By, Effect, Posed};
 use crate::scene::pbrt::{FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use crate::sensor::ev100;
@@ -177,8 +179,9 @@ impl Setup {
             let beyond =
                 [0, 1].map(|i| place.reach[i] * size[i] / f64::from(place.frame.resolution[i]));
             let radius = diagonal / 2.0 + beyond[0].hypot(beyond[1]);
-            let stands = lens::Place { film_distance, unit, front };
-            Ok(RealLens::posed(lens, film_pose, radius, changes.aim, stands))
+            let half = [0, 1].map(|i| size[i] / 2.0 + beyond[i]);
+            let film = FilmPlane { distance: film_distance, pose: film_pose, radius, half };
+            Ok(RealLens::posed(lens, &film, changes.aim, unit, front))
         };
         let unchanged = || from_file.map_or_else(Ok, film_for);
         let lens = match changes.focus {

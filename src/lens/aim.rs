@@ -163,12 +163,12 @@ pub fn aim<R: Real<Scalar = f32>>(
 impl Plane {
     /// Whether film points are where samples say, and pupil points turned as they are.
     fn is_square(&self, bound: &PupilBound) -> bool {
-        self.pose.is_square() && !bound.is_grid()
+        self.pose.is_square() && !bound.is_askew()
     }
 
     /// Whether the film is but shifted.
     fn is_level(&self, bound: &PupilBound) -> bool {
-        self.pose.is_level() && !bound.is_grid()
+        self.pose.is_level() && !bound.is_askew()
     }
 }
 

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use super::aim::{Plane, TargetColumns, aim, aimed};
 use super::band::Band;
 use super::paraxial::Paraxial;
-use super::pose::Pose;
+use super::pose::{FilmPlane, Pose};
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
 use super::trace::{settle, settle_lossy, trace, trace_lossy};
@@ -62,17 +62,6 @@ pub struct RealLens {
     bound: PupilBound,
 }
 
-/// Where a lens stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Rear vertex to the middle of the film along the axis, mm.
-    pub film_distance: f64,
-    /// Camera units in a millimetre.
-    pub unit: f64,
-    /// Depth of the front vertex in camera space, camera units.
-    pub front: f64,
-}
-
 impl RealLens {
     /// A lens ready to trace, with a film of this half diagonal, mm, at this distance behind
     /// the rear vertex.
@@ -84,28 +73,26 @@ impl RealLens {
         unit: f64,
         front: f64,
     ) -> Self {
-        let place = Place { film_distance, unit, front };
-        Self::posed(prescription, Pose::SQUARE, half_diagonal, aiming, place)
+        let film = FilmPlane::square(film_distance, half_diagonal);
+        Self::posed(prescription, &film, aiming, unit, front)
     }
 
-    /// The same with a film that does not stand square.
+    /// The same with a film that may not stand square.
     pub fn posed(
         prescription: Prescription,
-        film_pose: Pose,
-        half_diagonal: f64,
+        film: &FilmPlane,
         aiming: Aim,
-        Place { film_distance, unit, front }: Place,
+        unit: f64,
+        front: f64,
     ) -> Self {
         let paraxial = Paraxial::of(&prescription);
-        let bound =
-            PupilBound::posed(&prescription, film_distance, film_pose, half_diagonal, aiming);
         Self {
-            bands: vec![Band::whole(&prescription, film_distance)],
-            bound,
+            bands: vec![Band::whole(&prescription, film.distance)],
+            bound: PupilBound::posed(&prescription, film, aiming),
             prescription,
             paraxial,
-            film_distance,
-            film_pose,
+            film_distance: film.distance,
+            film_pose: film.pose,
             unit,
             front,
             fresnel: false,
@@ -146,7 +133,7 @@ impl RealLens {
     fn any_open(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let Pose { decentre, .. } = self.film_pose;
         // Rings are about the axis, a grid is over the film itself.
-        match self.bound.is_grid() {
+        match self.bound.is_askew() {
             true => self.bound.any_open(low, high),
             false => {
                 let moved = |v: [f64; 2]| [0, 1].map(|i| v[i] + decentre[i]);

@@ -22,6 +22,7 @@ mod iris;
 mod opening;
 mod outline;
 mod paraxial;
+mod polar;
 mod pose;
 mod prescription;
 mod pupil;
@@ -38,7 +39,7 @@ mod widened;
 
 pub use asphere::Asphere;
 pub use band::Band;
-pub use camera::{Camera, LensColumns, Model, Place, RealLens, ThinLens};
+pub use camera::{Camera, LensColumns, Model, RealLens, ThinLens};
 pub use coating::{BROADBAND, Coat, Coating, Face, Layer, MGF2, TUNED};
 pub use dat::parse;
 pub use draw::draw;
@@ -51,7 +52,7 @@ pub use glass::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, catalogu
 pub use iris::{Iris, MASKS, Mask};
 pub use opening::Shape;
 pub use paraxial::{FocusError, Matrix, Paraxial, Pupil};
-pub use pose::{Askew, MOST_DECENTRE, MOST_TILT, Pose};
+pub use pose::{Askew, FilmPlane, MOST_DECENTRE, MOST_TILT, Pose};
 pub use prescription::{Axis, Prescription, Row};
 pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE};
 pub use refract::LensRay;

@@ -77,6 +77,9 @@ pub(super) struct Finder {
     index: f64,
     /// Whether the pupil of a film point on the axis u is its own mirror image in v.
     mirrored: bool,
+    /// Cosine and sine of the angle from the x axis of the lens to the axis u, in which all frames
+    /// and outlines are.
+    pub turn: [f64; 2],
 }
 
 impl Finder {
@@ -92,12 +95,19 @@ impl Finder {
             distance,
             index: lens.rear().index,
             mirrored,
+            turn: [1.0, 0.0],
         }
     }
 
     /// The light of a film point (x, y, and z towards the scene from the plane of the square film),
     /// searched first around where it is expected and then over all that it could come through.
     pub fn find(&mut self, film: [f64; 3], expected: Frame, whole: Frame) -> Option<Light> {
+        let frame = self.frame(film, expected, whole)?;
+        Some(self.outline(film, frame))
+    }
+
+    /// A tight frame around that light.
+    pub fn frame(&mut self, film: [f64; 3], expected: Frame, whole: Frame) -> Option<Frame> {
         let around =
             [1.0, 5.0, 12.0].map(|by| expected.grown(expected.size().map(|size| by * size)));
         // A telecentric lens has its pupil at infinity; first-order optics says nothing then.
@@ -127,7 +137,7 @@ impl Finder {
                 }
                 let (now, before) = (tight.size(), frame.size());
                 if (0..2).all(|i| now[i] > 0.5 * before[i]) {
-                    return Some(self.outline(film, tight));
+                    return Some(tight);
                 }
                 frame = tight;
             }
@@ -193,7 +203,8 @@ impl Finder {
             let batch = &mut *self.batch;
             let rays = WAVE.min(count - start);
             for i in 0..rays {
-                let [u, v] = at(start + i);
+                let ([u, v], [cos, sin]) = (at(start + i), self.turn);
+                let (u, v) = (cos * u - sin * v, sin * u + cos * v);
                 let (dx, dy, dz) = (u - x, v - y, self.distance - z);
                 let scale = self.index / (dx * dx + dy * dy + dz * dz).sqrt();
                 [batch.x[i], batch.y[i], batch.z[i]] = [x, y, z].map(|v| v as f32);

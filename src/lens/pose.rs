@@ -86,6 +86,26 @@ impl fmt::Display for Pose {
     }
 }
 
+/// A film behind a lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmPlane {
+    /// Rear vertex to the middle of the film along the axis, mm.
+    pub distance: f64,
+    /// How it stands, turned about its own middle.
+    pub pose: Pose,
+    /// Half the diagonal of what is exposed, mm.
+    pub radius: f64,
+    /// Half the width and the height of that, mm.
+    pub half: [f64; 2],
+}
+
+impl FilmPlane {
+    /// A square film of any shape inside a circle.
+    pub fn square(distance: f64, radius: f64) -> Self {
+        Self { distance, pose: Pose::SQUARE, radius, half: [radius; 2] }
+    }
+}
+
 /// Neighbouring surfaces that are moved as one rigid body, about where the vertex of the first
 /// should stand: an element, a group, the whole lens.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,8 +12,9 @@
 //! unbiased.
 
 use super::fan::{Fan, TRIANGLES, Triangle};
-use super::pose::Pose;
-use super::prescription::Prescription;
+use super::polar::Polar;
+use super::pose::FilmPlane;
+use super::prescription::{Prescription, Row};
 use super::survey::Survey;
 use crate::rays::{Column, WAVE};
 
@@ -62,6 +63,7 @@ pub struct PupilBound {
     /// What could hit the rear element: from each of RINGS rings of equal width, or from each cell
     /// of a grid.
     rear: Vec<Ellipse>,
+    cells: Cells,
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
     pub rear_share: f32,
@@ -75,8 +77,10 @@ pub(super) enum Field {
     /// By film radius, in the frame of the film point. Behind the edges of all rings stand two
     /// empty ones for the dark beyond. `open` has a bit for every fan that has an area.
     Round { fans: Box<[Fan; RINGS + 3]>, rows: Rows, open: u128, per_end: f32 },
-    /// Row by row over the square around the film's own centre.
-    Grid { fans: Vec<Fan>, per_mm: f32, half: f32 },
+    /// By spokes and rings about the axis, and how far the light reaches on each.
+    Polar(Polar),
+    /// Row by row over the cells of the film.
+    Grid { fans: Vec<Fan> },
 }
 
 /// Where among the rings a film point stands, by its share of the radius at which the light
@@ -101,26 +105,43 @@ fn whole(number: f32) -> u32 {
     ((number - 0.5).max(0.0) + UNIT).to_bits() & 0x7f_ffff
 }
 
-/// The cell of a grid around a film point, along x and y, and where in it the point stands.
-#[inline(always)]
-fn cell(per_mm: f32, half: f32, film: [f32; 2]) -> [(usize, f32); 2] {
-    film.map(|v| {
-        let place = ((v + half) * per_mm).clamp(0.0, CELLS as f32);
-        let cell = (place as usize).min(CELLS - 1);
-        (cell, place - cell as f32)
-    })
+/// Cells over a film, around its own centre.
+#[derive(Clone, Copy, Debug)]
+struct Cells {
+    per_mm: [f32; 2],
+    /// Half the width and the height, mm.
+    half: [f32; 2],
 }
 
-/// The corners of the cell around a film point, and how much each counts.
-fn corners(per_mm: f32, half: f32, film: [f32; 2]) -> [(usize, f32); 4] {
-    let [(i, s), (j, t)] = cell(per_mm, half, film);
-    let corner = |i: usize, j: usize| j * (CELLS + 1) + i;
-    [
-        (corner(i, j), (1.0 - s) * (1.0 - t)),
-        (corner(i + 1, j), s * (1.0 - t)),
-        (corner(i, j + 1), (1.0 - s) * t),
-        (corner(i + 1, j + 1), s * t),
-    ]
+impl Cells {
+    fn over(half: [f64; 2]) -> Self {
+        let per_mm = half.map(|half| (CELLS as f64 / (2.0 * half)) as f32);
+        Self { per_mm, half: half.map(|half| half as f32) }
+    }
+
+    /// The cell of a film point, along x and y, and where in it the point stands.
+    #[inline(always)]
+    fn cell(&self, film: [f32; 2]) -> [(usize, f32); 2] {
+        let split = |axis: usize| {
+            let place = (film[axis] + self.half[axis]) * self.per_mm[axis];
+            let place = place.clamp(0.0, CELLS as f32);
+            let cell = (place as usize).min(CELLS - 1);
+            (cell, place - cell as f32)
+        };
+        [split(0), split(1)]
+    }
+
+    /// The corners of the cell around a film point, and how much each counts.
+    fn corners(&self, film: [f32; 2]) -> [(usize, f32); 4] {
+        let [(i, s), (j, t)] = self.cell(film);
+        let corner = |i: usize, j: usize| j * (CELLS + 1) + i;
+        [
+            (corner(i, j), (1.0 - s) * (1.0 - t)),
+            (corner(i + 1, j), s * (1.0 - t)),
+            (corner(i, j + 1), (1.0 - s) * t),
+            (corner(i + 1, j + 1), s * t),
+        ]
+    }
 }
 
 /// How a sample finds its point of the pupil, `centre + sqrt(v) (corner + t side)`: u and v of
@@ -137,7 +158,7 @@ pub(super) type Targets = Column<Target>;
 
 /// The triangles of the fans as rows to look up, without the density.
 #[derive(Clone, Debug)]
-pub(super) struct Rows(Vec<[Target; TRIANGLES]>);
+pub(super) struct Rows(pub(super) Vec<[Target; TRIANGLES]>);
 
 impl Rows {
     pub(super) fn of(fans: &[Fan]) -> Self {
@@ -169,51 +190,53 @@ impl PupilBound {
     /// Finds the bounds for a film at `distance` mm behind the rear vertex that reaches to
     /// `radius` mm from the axis. Takes some milliseconds.
     pub fn new(lens: &Prescription, distance: f64, radius: f64, aim: Aim) -> Self {
-        Self::posed(lens, distance, Pose::SQUARE, radius, aim)
+        Self::posed(lens, &FilmPlane::square(distance, radius), aim)
     }
 
-    /// The same for a film that does not stand square, and reaches to `radius` mm from its own
-    /// centre. Takes a tenth of a second where the film is tilted or the lens is not round.
-    pub fn posed(lens: &Prescription, distance: f64, pose: Pose, radius: f64, aim: Aim) -> Self {
+    /// The same for a film that may not stand square. Takes a tenth of a second where it is tilted
+    /// or the lens is not round.
+    pub fn posed(lens: &Prescription, film: &FilmPlane, aim: Aim) -> Self {
+        let &FilmPlane { distance, pose, radius, half } = film;
         let survey = Survey { lens, distance, pose };
-        let grid = !(lens.is_round() && pose.is_level());
         // Rings are about the axis.
         let [x, y] = pose.decentre;
-        let radius = if grid { radius } else { radius + x.hypot(y) };
+        let radius = radius + x.hypot(y);
+        let level = lens.is_round() && pose.is_level();
         let (rear, field, rear_share) = match aim {
             Aim::RearDisk => {
                 let half = lens.rear().diameter as f32 / 2.0;
                 let disk = Ellipse { centre: [0.0; 2], half: [half; 2] };
                 (vec![disk; RINGS], Field::Bare, 1.0)
             }
-            Aim::Pupil if grid => {
-                let (field, rear) = survey.grid(radius);
-                (rear, field, REAR_SHARE)
-            }
-            Aim::Pupil => {
+            Aim::Pupil if level => {
                 let edge = |i: usize| radius * i as f64 / RINGS as f64;
                 let ring = |i: usize| survey.rear_ellipse([edge(i), edge(i + 1)]);
                 ((0..RINGS).map(ring).collect(), survey.rings(radius), REAR_SHARE)
             }
+            Aim::Pupil => {
+                let nearly_round = lens.rows.iter().all(Row::is_round);
+                let polar = if nearly_round { survey.spokes(half) } else { None };
+                let field = polar.unwrap_or_else(|| survey.grid(half));
+                (survey.rear_cells(half), field, REAR_SHARE)
+            }
         };
-        Self { field, rear, rings_per_mm: (RINGS as f64 / radius) as f32, rear_share }
+        let rings_per_mm = (RINGS as f64 / radius) as f32;
+        Self { field, rear, cells: Cells::over(half), rings_per_mm, rear_share }
     }
 
     /// Whether pupil points are in the frame of the lens, and film points are looked up by where
     /// they stand on the film itself.
-    pub(super) fn is_grid(&self) -> bool {
-        matches!(self.field, Field::Grid { .. })
+    pub(super) fn is_askew(&self) -> bool {
+        matches!(self.field, Field::Grid { .. } | Field::Polar(_))
     }
 
     /// What could hit the rear element from a film point, mm.
     pub fn rear(&self, film: [f32; 2]) -> Ellipse {
-        match &self.field {
-            Field::Grid { per_mm, half, .. } => {
-                let [(i, _), (j, _)] = cell(*per_mm, *half, film);
-                self.rear[j * CELLS + i]
-            }
-            _ => self.rear[self.rear_ring(film[0].hypot(film[1])) as usize],
+        if self.is_askew() {
+            let [(i, _), (j, _)] = self.cells.cell(film);
+            return self.rear[j * CELLS + i];
         }
+        self.rear[self.rear_ring(film[0].hypot(film[1])) as usize]
     }
 
     #[inline(always)]
@@ -238,8 +261,9 @@ impl PupilBound {
                 let near = ring as usize;
                 Fan::mix(&[(&fans[near], 1.0 - t), (&fans[near + 1], t)])
             }
-            Field::Grid { fans, per_mm, half } => {
-                let around = corners(*per_mm, *half, film);
+            Field::Polar(polar) => polar.fan(film),
+            Field::Grid { fans } => {
+                let around = self.cells.corners(film);
                 Fan::mix(&around.map(|(corner, weight)| (&fans[corner], weight)))
             }
         }
@@ -259,7 +283,9 @@ impl PupilBound {
             Field::Round { rows, per_end, .. } => {
                 self.round_targets((rows, *per_end), film, pupil, lookup, targets);
             }
-            Field::Grid { .. } => self.grid_targets(film, pupil, lookup, targets),
+            Field::Polar(_) | Field::Grid { .. } => {
+                self.askew_targets(film, pupil, lookup, targets);
+            }
         }
     }
 
@@ -308,7 +334,7 @@ impl PupilBound {
     }
 
     #[inline(never)]
-    fn grid_targets(
+    fn askew_targets(
         &self,
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
@@ -325,29 +351,27 @@ impl PupilBound {
             let place = (u - share) * (TRIANGLES as f32 / (1.0 - share));
             let k = (place as usize).min(TRIANGLES - 1);
             lookup.along[i] = place - k as f32;
-            let Triangle { centre, corners: [a, b] } = self.triangle(point, k);
-            let base = share / self.rear(point).area();
-            let side = [b[0] - a[0], b[1] - a[1]];
-            targets[i] = [centre[0], centre[1], a[0], a[1], side[0], side[1], base, 0.0];
+            let mut target = match &self.field {
+                Field::Polar(polar) => polar.target(point, k),
+                _ => self.grid_target(point, k),
+            };
+            target[6] = share / self.rear(point).area();
+            targets[i] = target;
         }
     }
 
-    /// One triangle of [`PupilBound::fan`], without the others.
-    fn triangle(&self, film: [f32; 2], k: usize) -> Triangle {
-        let Field::Grid { fans, per_mm, half } = &self.field else {
-            return self.fan(film).triangle(k);
-        };
-        let around = corners(*per_mm, *half, film);
-        let sum = |of: &dyn Fn(&Fan) -> [f32; 2]| {
-            around.iter().fold([0.0; 2], |sum: [f32; 2], (corner, weight)| {
-                let [x, y] = of(&fans[*corner]);
-                [sum[0] + weight * x, sum[1] + weight * y]
-            })
-        };
-        Triangle {
-            centre: sum(&|fan| fan.centre),
-            corners: [sum(&|fan| fan.corners[k]), sum(&|fan| fan.corners[k + 1])],
+    /// One triangle of [`PupilBound::fan`] over a grid, as a target without the density.
+    fn grid_target(&self, film: [f32; 2], k: usize) -> Target {
+        let mut target = [0.0; 8];
+        let Field::Grid { fans } = &self.field else { return target };
+        for (corner, weight) in self.cells.corners(film) {
+            let Triangle { centre, corners: [a, b] } = fans[corner].triangle(k);
+            let row = [centre[0], centre[1], a[0], a[1], b[0] - a[0], b[1] - a[1]];
+            for (sum, value) in target.iter_mut().zip(row) {
+                *sum += weight * value;
+            }
         }
+        target
     }
 
     #[inline(never)]
@@ -384,12 +408,14 @@ impl PupilBound {
                 let (inner, outer) = (at(near(0), near(1)), at(far(0), far(1)) + 1);
                 (open >> inner) & ((2 << (outer - inner)) - 1) != 0
             }
-            Field::Grid { fans, per_mm, half } => {
-                let cell = |v: f64, up: f64| {
-                    let place = (v + f64::from(*half)) * f64::from(*per_mm) + up;
+            Field::Polar(polar) => polar.any_open(low, high),
+            Field::Grid { fans } => {
+                let Cells { per_mm, half } = self.cells;
+                let cell = |v: f64, i: usize, up: f64| {
+                    let place = (v + f64::from(half[i])) * f64::from(per_mm[i]) + up;
                     place.clamp(0.0, CELLS as f64) as usize
                 };
-                let range = |i: usize| cell(low[i], 0.0)..=cell(high[i], 1.0);
+                let range = |i: usize| cell(low[i], i, 0.0)..=cell(high[i], i, 1.0);
                 range(1).any(|j| range(0).any(|i| fans[j * (CELLS + 1) + i].open()))
             }
         }

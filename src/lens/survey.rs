@@ -1,10 +1,11 @@
 //! Measuring the pupil of a lens all over the film.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat2, DVec2, DVec3};
 
 use super::fan::Fan;
 use super::outline::{Finder, Frame, Light};
 use super::paraxial::Paraxial;
+use super::polar::{Polar, SPOKES, STEPS, direction, share};
 use super::pose::Pose;
 use super::prescription::{Axis, Prescription};
 use super::pupil::{CELLS, Ellipse, Field, RINGS, Rows};
@@ -63,15 +64,11 @@ impl Survey<'_> {
         Field::Round { fans, rows, open, per_end: ((1.0 - 1e-6) / end) as f32 }
     }
 
-    /// Fans over the square around the film, and what could hit the rear element from each of its
-    /// cells.
-    pub fn grid(&self, radius: f64) -> (Field, Vec<Ellipse>) {
+    /// Fans over a film of this half width and height, mm.
+    pub fn grid(&self, half: [f64; 2]) -> Field {
         let mut finder = Finder::new(self.lens, self.distance, false);
         let mut follow = Follow::new(self, &mut finder);
-        let pitch = 2.0 * radius / CELLS as f64;
-        let place = |i: usize, j: usize, by: f64| {
-            self.pose.film_point([i, j].map(|i| -radius + pitch * (i as f64 + by)))
-        };
+        let place = |i: usize, j: usize, by: f64| self.cell(half, [i, j].map(|i| i as f64 + by));
         let side = CELLS + 1;
         let mut lights: Vec<Option<Light>> = Vec::with_capacity(side * side);
         for j in 0..side {
@@ -113,13 +110,78 @@ impl Survey<'_> {
         let pairs: Vec<_> =
             cells.iter().map(|(corners, light)| (*corners, light.as_ref())).collect();
         widen(&mut fans, &pairs);
+        Field::Grid { fans }
+    }
+
+    /// A corner of a grid over a film of this half width and height, or a place between two.
+    fn cell(&self, half: [f64; 2], at: [f64; 2]) -> Place {
+        self.pose.film_point([0, 1].map(|i| half[i] * (2.0 * at[i] / CELLS as f64 - 1.0)))
+    }
+
+    /// What could hit the rear element from each cell of a grid over the film.
+    pub fn rear_cells(&self, half: [f64; 2]) -> Vec<Ellipse> {
         // Seen from a point of a cell, the rear element lies within what it is seen as from the
         // cell's corners: a projection keeps what is between points between them.
-        let seen: Vec<_> =
-            (0..side * side).map(|k| self.rear_outline(place(k % side, k / side, 0.0))).collect();
-        let rear = |corners: &[usize; 4]| oval(&corners.map(|k| seen[k].clone()).concat());
-        let rear = cells.iter().map(|(corners, _)| rear(corners).scaled(REAR_MARGIN)).collect();
-        (Field::Grid { fans, per_mm: (1.0 / pitch) as f32, half: radius as f32 }, rear)
+        let cell = |k: usize| {
+            let corner = |i: usize, j: usize| {
+                self.rear_outline(self.cell(half, [k % CELLS + i, k / CELLS + j].map(|i| i as f64)))
+            };
+            let seen = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
+            oval(&seen.concat()).scaled(REAR_MARGIN)
+        };
+        (0..CELLS * CELLS).map(cell).collect()
+    }
+
+    /// Fans by spokes and rings about where the axis meets the film; nothing where that is dark.
+    pub fn spokes(&self, half: [f64; 2]) -> Option<Field> {
+        let mut finder = Finder::new(self.lens, self.distance, false);
+        let mut follow = Follow::new(self, &mut finder);
+        let turn = self.pose.motion().matrix3;
+        let level = DMat2::from_cols(turn.x_axis.truncate(), turn.y_axis.truncate());
+        let pole = level.inverse() * -DVec2::from(self.pose.decentre);
+        let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        let reach = corners.map(|[x, y]| pole.distance(DVec2::new(x * half[0], y * half[1])));
+        let reach = reach.into_iter().fold(0.0, f64::max);
+        let place = |spoke: f64, r: f64| {
+            let [x, y] = direction(spoke);
+            self.pose.film_point([pole.x + r * x, pole.y + r * y])
+        };
+        let middle = follow.frame(place(0.0, 0.0), None)?;
+        let mut ends = [0.0; SPOKES];
+        let mut fans = Vec::with_capacity(SPOKES * (STEPS + 1));
+        let mut frames = Vec::with_capacity(SPOKES * (STEPS + 1));
+        for (spoke, end) in ends.iter_mut().enumerate() {
+            let along = |r: f64| place(spoke as f64, r);
+            follow.finder.turn = direction(spoke as f64);
+            *end = follow.end_along(along, reach, middle);
+            let mut last = (along(0.0), middle);
+            for ring in 0..=STEPS {
+                let at = along(*end * share(ring as f64));
+                let light = follow.at_point(at, Some(last));
+                if let Some(light) = &light {
+                    last = (at, light.frame);
+                }
+                fans.push(fan(light.as_ref()));
+                frames.push(last);
+            }
+        }
+        let mut between = Vec::with_capacity(SPOKES * STEPS);
+        for spoke in 0..SPOKES {
+            follow.finder.turn = direction(spoke as f64 + 0.5);
+            let per_end = (1.0 / ends[spoke] + 1.0 / ends[(spoke + 1) % SPOKES]) / 2.0;
+            for ring in 0..STEPS {
+                let at = place(spoke as f64 + 0.5, share(ring as f64 + 0.5) / per_end);
+                let known = frames[Polar::place(spoke, ring)];
+                let around = [(0, 0), (1, 0), (0, 1), (1, 1)];
+                let corners = around.map(|(i, j)| Polar::place(spoke + i, ring + j));
+                between.push((corners, follow.at_point(at, Some(known))));
+            }
+        }
+        let pairs: Vec<_> = between.iter().map(|(at, light)| (*at, light.as_ref())).collect();
+        widen(&mut fans, &pairs);
+        // The last point of the film, where it is lit, is not beyond the light.
+        let ends = ends.map(|end| end * (1.0 + 1e-6));
+        Some(Field::Polar(Polar::new(pole.to_array(), &ends, fans)))
     }
 
     /// The rear element seen from a film point and projected on the plane of its square vertex.
@@ -241,12 +303,53 @@ impl<'a> Follow<'a> {
         self.at_point([r, 0.0, 0.0], known.map(|(from, frame)| ([from, 0.0, 0.0], frame)))
     }
 
-    /// The light of a film point.
+    /// The light of a film point, near that of another if one is known.
     fn at_point(&mut self, film: Place, known: Option<(Place, Frame)>) -> Option<Light> {
-        let by = |from: Place| [0, 1].map(|i| (film[i] - from[i]) * self.drift[i]);
+        let (expected, whole) = self.expected(film, known);
+        self.finder.find(film, expected, whole)
+    }
+
+    /// A frame around that light.
+    fn frame(&mut self, film: Place, known: Option<(Place, Frame)>) -> Option<Frame> {
+        let (expected, whole) = self.expected(film, known);
+        self.finder.frame(film, expected, whole)
+    }
+
+    /// Where the light of a film point is to be expected, and where at all it could be.
+    fn expected(&self, film: Place, known: Option<(Place, Frame)>) -> (Frame, Frame) {
+        let [cos, sin] = self.finder.turn;
+        let turned = |[x, y]: [f64; 2]| [cos * x + sin * y, cos * y - sin * x];
+        let by = |from: Place| turned([0, 1].map(|i| (film[i] - from[i]) * self.drift[i]));
         let (from, frame) = known.unwrap_or(([0.0; 3], self.paraxial));
-        let whole = Frame::around(&self.survey.rear_outline(film));
-        self.finder.find(film, frame.moved(by(from)), whole)
+        let seen: Vec<_> = self.survey.rear_outline(film).into_iter().map(turned).collect();
+        (frame.moved(by(from)), Frame::around(&seen))
+    }
+
+    /// How far along a line from the axis, whose light is known, the light reaches, mm.
+    fn end_along(&mut self, along: impl Fn(f64) -> Place, reach: f64, known: Frame) -> f64 {
+        let (mut lit, mut frame) = (0.0, known);
+        let steps = SEARCHES[0] / 2;
+        let mut dark = None;
+        for i in 1..=steps {
+            let r = reach * i as f64 / steps as f64;
+            match self.frame(along(r), Some((along(lit), frame))) {
+                Some(found) => (lit, frame) = (r, found),
+                None => {
+                    dark = Some(r);
+                    break;
+                }
+            }
+        }
+        let Some(mut dark) = dark else { return reach };
+        // To a hundred thousandth of the film.
+        for _ in 0..12 {
+            let middle = (lit + dark) / 2.0;
+            match self.frame(along(middle), Some((along(lit), frame))) {
+                Some(found) => (lit, frame) = (middle, found),
+                None => dark = middle,
+            }
+        }
+        lit.max(1e-6 * reach)
     }
 }
 
