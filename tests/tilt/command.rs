@@ -62,9 +62,9 @@ fn what_cannot_stand_like_that_is_refused_with_its_line() {
     let surface = |keys: &str| dgauss(keys, "");
     let body = |keys: &str| dgauss("", &format!("[[askew]]\n{keys}\n"));
     for (text, words) in [
-        (surface("tilt = [60, 0]"), "test.toml:13: tilt holds 60; expected [x, y], each from -45"),
-        (surface("tilt = 3"), "test.toml:13: tilt is no pair of finite numbers"),
-        (surface("decentre = [1]"), "test.toml:13: decentre is no pair"),
+        (surface("tilt = [60, 0]"), "test.toml:14: tilt holds 60; expected [x, y], each from -45"),
+        (surface("tilt = 3"), "test.toml:14: tilt is no pair of finite numbers"),
+        (surface("decentre = [1]"), "test.toml:14: decentre is no pair"),
         (surface("decentre = [inf, 0]"), "decentre is no pair of finite numbers"),
         (surface("decentre = [0, 5000]"), "decentre holds 5000; expected [x, y], each from -1000"),
         (surface("decenter = [0, 1]"), "unknown key \"decenter\"; did you mean \"decentre\"?"),

@@ -36,15 +36,15 @@ fn rays_go_where_the_oracle_says_they_go() {
     for (lens, film) in misaligned() {
         let bench = Bench::new(&lens, film);
         let reach = lens.rear().diameter / 2.0;
-        let mut rays = spread(film, 10.0, reach, 6000, 5);
-        rays.extend(borders(&bench, film, [10.0, reach], 200, 6));
+        let mut rays = spread(film, 10.0, reach, 2000, 5);
+        rays.extend(borders(&bench, film, [10.0, reach], 60, 6));
         let report = compare(&lens.name, &bench, &rays, RIMS);
         println!("{}: {:?} {:?}", lens.name, report.settled, report.double);
         // The promise of f32 for lenses whose parts stand square, and what f64 can do.
         assert!(report.settled.um < 1.0 && report.settled.urad < 5.0, "{}", lens.name);
         assert!(report.double.um < 1e-6 && report.double.urad < 0.1, "{}", lens.name);
         assert_eq!((report.settled.apart, report.double.apart, report.reasons), (0, 0, 0));
-        assert!(report.settled.both > 300, "{}: {}", lens.name, report.settled.both);
+        assert!(report.settled.both > 100, "{}: {}", lens.name, report.settled.both);
     }
 }
 

@@ -50,7 +50,7 @@ fn sampled(camera: &Camera, film: [f64; 2]) -> (f64, f64) {
     let mut samples = SampleBatch { len: WAVE, ..SampleBatch::default() };
     let (mut rays, mut columns) = (RayBatch::default(), LensColumns::default());
     let (mut sum, mut alive) = (0.0, 0);
-    const WAVES: u32 = 150;
+    const WAVES: u32 = 60;
     for wave in 0..WAVES {
         for i in 0..WAVE {
             samples.key[i] = pixel_key(3, 1, 4);
@@ -84,10 +84,13 @@ const VIEW: Pose = Pose { decentre: [6.0, -8.0], tilt: [6.0, -5.3] };
 fn film_and_elements_askew_are_exposed_without_bias() {
     let mut cases = Vec::new();
     for (name, distance) in LENSES {
-        let pose =
-            if name == "fisheye.10mm" { Pose { decentre: [1.0, -1.0], ..VIEW } } else { VIEW };
-        cases.push((lens(name), distance, pose));
-        cases.push((misaligned(lens(name)), distance, pose));
+        let lens = lens(name);
+        cases.push(match name {
+            // Of a film shifted so far it would light a corner only.
+            "fisheye.10mm" => (misaligned(lens), distance, Pose::SQUARE),
+            "telephoto.250mm" => (lens, distance, VIEW),
+            _ => (misaligned(lens), distance, VIEW),
+        });
     }
     let mut shaped = lens("dgauss.50mm");
     let stop = shaped.stop();
@@ -99,7 +102,7 @@ fn film_and_elements_askew_are_exposed_without_bias() {
         let ledgers = Vignetting::posed(lens, *distance, *pose, 1 << 16);
         let mut broken = Vec::new();
         let mut centre = 0.0;
-        for point in [[0.0, 0.0], [5.0, -8.0], [-11.0, 3.0]] {
+        for point in [[0.0, 0.0], [-9.0, 4.0]] {
             let truth = brute(lens, *distance, stand(pose, point), 200);
             let (ours, share) = sampled(&camera, point);
             centre = if point == [0.0; 2] { truth } else { centre };
@@ -130,7 +133,7 @@ fn survival(camera: &Camera) -> f64 {
     let mut stats = stats();
     let mut random = Random::new(11);
     let mut alive = 0;
-    for _ in 0..150 {
+    for _ in 0..60 {
         for i in 0..WAVE {
             for axis in 0..2 {
                 samples.film[axis][i] = (camera.film[axis] * (random.next() - 0.5)) as f32;
@@ -148,21 +151,22 @@ fn survival(camera: &Camera) -> f64 {
 #[test]
 fn nearly_every_aimed_ray_leaves_a_lens_that_stands_askew() {
     for (name, distance) in LENSES {
-        for divisor in [1.0, 4.0] {
-            let mut square = lens(name);
-            square.stop_down(square.rows[square.stop()].diameter / divisor);
-            let cases = [
-                ("elements", misaligned(square.clone()), Pose::SQUARE),
-                ("film", square.clone(), VIEW),
-                ("shift", square.clone(), Pose { tilt: [0.0; 2], ..VIEW }),
-                ("both", misaligned(square), VIEW),
-            ];
-            for (what, lens, pose) in cases {
-                let share = survival(&camera(lens, distance, pose, [49.497; 2]));
-                println!("{name} stop / {divisor}, {what}: {:.2} %", 100.0 * share);
-                // 150,000 rays: a standard error of 0.08 %.
-                assert!(share > 0.9, "{name}, stop / {divisor}, {what}: {share}");
-            }
+        let closed = |divisor: f64| {
+            let mut lens = lens(name);
+            lens.stop_down(lens.rows[lens.stop()].diameter / divisor);
+            lens
+        };
+        let shift = Pose { tilt: [0.0; 2], ..VIEW };
+        for (what, lens, pose) in [
+            ("elements", misaligned(closed(1.0)), Pose::SQUARE),
+            ("film", closed(1.0), VIEW),
+            ("shift", closed(4.0), shift),
+            ("both, stopped down", misaligned(closed(4.0)), VIEW),
+        ] {
+            let share = survival(&camera(lens, distance, pose, [49.497; 2]));
+            println!("{name}, {what}: {:.2} %", 100.0 * share);
+            // 60,000 rays: a standard error of 0.12 %.
+            assert!(share > 0.9, "{name}, {what}: {share}");
         }
     }
 }

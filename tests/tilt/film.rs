@@ -130,23 +130,19 @@ fn one_lane_and_eight_are_the_same_bit_for_bit() {
         Pose::of_film([10.0, -4.0], [0.0; 2]),
         Pose::of_film([0.0; 2], [8.0, -3.0]),
         Pose::of_film([3.0, 5.0], [-20.0, 11.0]),
+        Pose::SQUARE,
     ];
-    for (name, distance) in LENSES {
-        for pose in poses {
-            let mut lens = lens(name);
-            lens.rows[2].pose = Pose { decentre: [0.2, 0.1], tilt: [0.4, -0.3] };
-            let camera = camera(lens, distance, pose, [18.0, 12.0]);
-            let samples = samples(camera.film, 9);
-            let one = exposed::<f32>(&camera, &samples);
-            let eight = exposed::<f32x8>(&camera, &samples);
-            assert_eq!(one.len, eight.len, "{name} {pose}");
-            for i in 0..one.len {
-                let bits = |rays: &RayBatch| {
-                    (rays.ray(i).origin.map(f32::to_bits), rays.carried(i).map(f32::to_bits))
-                };
-                assert_eq!(bits(&one), bits(&eight), "{name} {pose}");
-                assert_eq!(one.ray(i), eight.ray(i), "{name} {pose}");
-            }
+    for ((name, distance), pose) in LENSES.into_iter().zip(poses) {
+        let mut lens = lens(name);
+        lens.rows[2].pose = Pose { decentre: [0.2, 0.1], tilt: [0.4, -0.3] };
+        let camera = camera(lens, distance, pose, [18.0, 12.0]);
+        let samples = samples(camera.film, 9);
+        let (one, eight) = (exposed::<f32>(&camera, &samples), exposed::<f32x8>(&camera, &samples));
+        assert_eq!(one.len, eight.len, "{name} {pose}");
+        assert!(one.len > 100, "{name} {pose}: {}", one.len);
+        for i in 0..one.len {
+            assert_eq!(one.ray(i), eight.ray(i), "{name} {pose}");
+            assert_eq!(one.carried(i), eight.carried(i), "{name} {pose}");
         }
     }
 }
