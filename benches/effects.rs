@@ -10,8 +10,10 @@ use petzval::ghosts::survey;
 use petzval::image::Picture;
 use petzval::job::{Changes, prepare};
 use petzval::lanes::f32x8;
-use petzval::lens::{Aim, Coating, From, LensColumns, Model, RealLens, Surface};
-use petzval::lens::{read, sequence, trace, trace_lossy};
+use petzval::lens::{
+    Aim, Askew, Coating, FilmPlane, From, LensColumns, Model, Pose, RealLens, Surface, read,
+    sequence, trace, trace_lossy,
+};
 use petzval::plan::{Effect, Wanted};
 use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
 use petzval::render::{Backend, Exposed, Job, Progress, render};
@@ -261,9 +263,74 @@ fn diffraction(bench: &mut Criterion) {
 /// A picture that is small for a photograph.
 const LARGE: [u32; 2] = [1200, 800];
 
+/// Film points to rays in the world: with everything square, with the film and with an element
+/// askew.
+fn tilt_shift(criterion: &mut Criterion) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let square = read(&folder.join(LENS.0)).expect("a lens of the repository");
+    let mut element = square.clone();
+    let pose = Pose { decentre: [0.02, 0.01], tilt: [0.05, 0.0] };
+    element.askew = vec![Askew { rows: [2, 4], pose }];
+    let scene = folder.join("scenes/dgauss.pbrt");
+    let wanted: Wanted = "-ghosts".parse().expect("a list");
+    let mut group = criterion.benchmark_group("effect/tilt_shift");
+    group.throughput(Throughput::Elements(64 * 64 * 64));
+    let (mut samples, mut columns) = (SampleBatch::default(), LensColumns::default());
+    let mut rays = RayBatch::default();
+    let mut stats = LensStats { blocked: vec![0; 99], ..LensStats::default() };
+    let cases = [
+        ("off", &square, Pose::SQUARE),
+        ("shift", &square, Pose::of_film([3.0, -2.0], [0.0; 2])),
+        ("tilt", &square, Pose::of_film([0.0; 2], [3.0, 1.0])),
+        ("element", &element, Pose::SQUARE),
+    ];
+    for (name, lens, pose) in cases {
+        let description = pbrt::read(&scene).expect("a scene of the repository");
+        let changes = Changes {
+            resolution: Some([64, 64]),
+            samples: Some(64),
+            effects: wanted.clone(),
+            ..Changes::default()
+        };
+        let mut job = prepare(description, &changes).expect("a job").0;
+        let half = job.camera.film.map(|side| side / 2.0);
+        let film = FilmPlane { distance: LENS.1, pose, radius: half[0].hypot(half[1]), half };
+        let model = RealLens::posed(lens.clone(), &film, Aim::Pupil, 1.0, 0.0);
+        job.camera.model = Model::Real(Box::new(model));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                for tile in job.frame.tiles() {
+                    let mut tile = job.sampler(&tile);
+                    let (film, filter) = (job.camera.film, &job.film.filter);
+                    while sample(&mut tile, &job.frame, filter, film, 0, &mut samples) {
+                        job.camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+                        black_box(&rays);
+                    }
+                }
+            });
+        });
+    }
+    // A turn alone: the trace of a wave, with two turns around an element and without.
+    group.throughput(Throughput::Elements(WAVE as u64));
+    let fresh = wave();
+    for (name, lens) in [("trace, off", &square), ("trace, element", &element)] {
+        let surfaces = sequence::<f32>(lens, From::Film(LENS.1));
+        let mut blocked = vec![0; lens.rows.len()];
+        let mut batch = fresh.clone();
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                (*batch).clone_from(&fresh);
+                trace::<f32x8>(black_box(&mut batch), &surfaces, &mut blocked);
+            });
+        });
+        assert_eq!(blocked, vec![0; lens.rows.len()], "the bench means rays that pass");
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = diffraction, dispersion, fresnel, ghosts, motion, sensor
+    targets = diffraction, dispersion, fresnel, ghosts, motion, sensor, tilt_shift
 }
 criterion_main!(benches);

@@ -42,6 +42,10 @@
 //! one stage over the batch each: a lens of spheres pays nothing for aspheres. An asphere approaches
 //! its surface in stages of its own, which hide the latency of Newton's iteration.
 //!
+//! **What stands askew is turned to.** Between surfaces that do not stand square to each other a turn
+//! is one more stage, so no kernel knows of poses; film that is tilted is a parameter of the loop that
+//! aims, and its pupils are found by spokes about the axis ([`lens::Pose`]).
+//!
 //! **Doubt is noted, and settled in f64.** One comparison, which total reflection needs anyway,
 //! tells the rays that f32 cannot trace exactly enough ([`lens::settle`]).
 //!

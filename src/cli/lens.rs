@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     }
     if let Some(f_number) = Focus::of(&lens).f_number() {
         line("f-number, marginal ray", f_number, "     (what --fstop and brightness go by)");
-        if let Some(share) = axial_transmittance(&lens) {
+        if let Some(share) = axial_transmittance(&lens.centred()) {
             let by = format!("     ({:.1} % comes through; {})", 100.0 * share, coatings(&lens));
             line("T-stop", f_number / share.sqrt(), &by);
         }

@@ -116,6 +116,15 @@ impl Photons {
             return false;
         }
         let batch = &mut self.batch;
+        if !lens.film_pose.is_square() {
+            for i in 0..batch.len {
+                let of = |v: [f32; 3]| v.map(f64::from);
+                let p = of([batch.x[i], batch.y[i], batch.z[i]]);
+                let t = of([batch.tx[i], batch.ty[i], batch.tz[i]]);
+                [batch.x[i], batch.y[i]] = lens.landing(p, t).map(|v| v as f32);
+            }
+            return true;
+        }
         let distance = lens.film_distance as f32;
         for i in 0..batch.len {
             let s = (distance - batch.z[i]) / batch.tz[i];
@@ -125,7 +134,7 @@ impl Photons {
         true
     }
 
-    /// Where paths meet the film, mm: NaN in x for those that do not, and their weights.
+    /// Where on the film paths meet it, mm: NaN in x for those that do not, and their weights.
     pub fn behind(&self) -> &LensBatch<f32> {
         &self.batch
     }

@@ -43,13 +43,19 @@ impl RealLens {
             let s = (start - p[2]) / t[2];
             let ray = LensRay::new([p[0] + s * t[0], p[1] + s * t[1], 0.0], [-t[0], -t[1], t[2]]);
             let Ok(ray) = trace_one::<f64>(ray, &back) else { continue };
-            let [x, y] = landing(&ray, distance, pose);
+            let [x, y] = landing(ray.p, ray.t, distance, pose);
             let off = (x - from[0]).powi(2) + (y - from[1]).powi(2);
             if off.is_finite() {
                 (sum, count) = (sum + off, count + 1.0);
             }
         }
         if count > 0.0 { 1e3 * (sum / count).sqrt() } else { 0.0 }
+    }
+
+    /// Where light on its way to the film, from a point relative to the rear vertex and z towards the
+    /// film, meets it: mm from the film's own middle.
+    pub fn landing(&self, p: [f64; 3], t: [f64; 3]) -> [f64; 2] {
+        landing(p, t, self.film_distance, self.film_pose)
     }
 
     /// Film points, and points of the rear vertex plane that rays from there go to, mm.
@@ -79,12 +85,11 @@ impl RealLens {
     }
 }
 
-/// Where a ray behind the rear vertex meets a film, mm from the film's own middle.
-fn landing(ray: &LensRay<f64>, distance: f64, pose: Pose) -> [f64; 2] {
+fn landing(p: [f64; 3], t: [f64; 3], distance: f64, pose: Pose) -> [f64; 2] {
     let motion = pose.motion();
     let middle = motion.translation + DVec3::new(0.0, 0.0, distance);
     let normal = motion.matrix3.z_axis;
-    let (p, t) = (DVec3::from_array(ray.p), DVec3::from_array(ray.t));
+    let (p, t) = (DVec3::from_array(p), DVec3::from_array(t));
     let met = p + t * ((middle - p).dot(normal) / t.dot(normal));
     let own = motion.matrix3.transpose() * (met - middle);
     [own.x, own.y]

@@ -120,7 +120,7 @@ impl Polar {
         let Some(Spot { cos, sin, around }) = self.spot(film) else { return target };
         for (place, weight) in around {
             let row = &self.rows.0[place][triangle % TRIANGLES];
-            for k in 0..6 {
+            for k in 0..8 {
                 target[k] += weight * row[k];
             }
         }

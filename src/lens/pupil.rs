@@ -63,6 +63,8 @@ pub struct PupilBound {
     /// What could hit the rear element: from each of RINGS rings of equal width, or from each cell
     /// of a grid.
     rear: Vec<Ellipse>,
+    /// By each of those, the density of the samples that go there, mm^-2.
+    rear_density: Vec<f32>,
     cells: Cells,
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
@@ -221,7 +223,8 @@ impl PupilBound {
             }
         };
         let rings_per_mm = (RINGS as f64 / radius) as f32;
-        Self { field, rear, cells: Cells::over(half), rings_per_mm, rear_share }
+        let rear_density = rear.iter().map(|ellipse| rear_share / ellipse.area()).collect();
+        Self { field, rear, rear_density, cells: Cells::over(half), rings_per_mm, rear_share }
     }
 
     /// Whether pupil points are in the frame of the lens, and film points are looked up by where
@@ -355,7 +358,8 @@ impl PupilBound {
                 Field::Polar(polar) => polar.target(point, k),
                 _ => self.grid_target(point, k),
             };
-            target[6] = share / self.rear(point).area();
+            let [(column, _), (row, _)] = self.cells.cell(point);
+            target[6] = self.rear_density[row * CELLS + column];
             targets[i] = target;
         }
     }

@@ -43,9 +43,13 @@ impl<R: Real> TurnLanes<R> {
     }
 
     #[inline(always)]
-    fn turned(&self, [x, y, z]: [R; 3], axis: usize) -> R {
-        let [to_x, to_y, to_z] = &self.columns;
-        to_x[axis].mul_add(x, to_y[axis].mul_add(y, to_z[axis] * z))
+    fn turned(&self, [x, y, z]: [R; 3]) -> [R; 3] {
+        let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = self.columns;
+        [
+            xx.mul_add(x, yx.mul_add(y, zx * z)),
+            xy.mul_add(x, yy.mul_add(y, zy * z)),
+            xz.mul_add(x, yz.mul_add(y, zz * z)),
+        ]
     }
 }
 
@@ -54,10 +58,10 @@ impl<R: Real> Kernel<R> for TurnLanes<R> {
 
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
-        let (p, t) = (ray.p, ray.t);
-        let place = |axis: usize| self.turned(p, axis) + self.shift[axis];
-        let [x, y, z] = [place(0), place(1), place(2)];
-        let t = [self.turned(t, 0), self.turned(t, 1), self.turned(t, 2)];
+        let [x, y, z] = self.turned(ray.p);
+        let [dx, dy, dz] = self.shift;
+        let (x, y, z) = (x + dx, y + dy, z + dz);
+        let t = self.turned(ray.t);
         let known = x.same(x) & y.same(y) & z.same(z);
         Crossed { ray: LensRay { p: [x, y, z], t, ..ray }, met: known, inside: known, incidence: x }
     }

@@ -3,9 +3,9 @@
 use super::{By, Finding, Harm, Question, cost, pixels_per_um};
 use crate::lens::{Pose, Prescription, RealLens};
 
-/// A film sample from film that is shifted, from film or into a lens that is looked up by a grid,
-/// and each turn between surfaces, ns: `cargo bench --bench effects -- tilt_shift`.
-const NS: [f64; 3] = [0.5, 12.0, 1.5];
+/// Of a film sample: from shifted film; from tilted film or into a lens that stands askew; and for each
+/// turn between surfaces, ns: `cargo bench --bench effects -- tilt_shift`.
+const NS: [f64; 3] = [0.5, 40.0, 0.5];
 
 /// A lens and a film that do not both stand square.
 #[derive(Clone, Debug)]
