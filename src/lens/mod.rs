@@ -8,6 +8,7 @@ mod aim;
 mod asphere;
 mod band;
 mod camera;
+mod cells;
 mod coating;
 mod dat;
 mod displacement;

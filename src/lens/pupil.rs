@@ -11,6 +11,7 @@
 //! density, so that light which a fan should miss is still counted and the picture stays
 //! unbiased.
 
+use super::cells::Cells;
 use super::fan::{Fan, TRIANGLES, Triangle};
 use super::polar::Polar;
 use super::pose::FilmPlane;
@@ -105,45 +106,6 @@ fn ring(place: f32) -> u32 {
 fn whole(number: f32) -> u32 {
     const UNIT: f32 = 8_388_608.0;
     ((number - 0.5).max(0.0) + UNIT).to_bits() & 0x7f_ffff
-}
-
-/// Cells over a film, around its own centre.
-#[derive(Clone, Copy, Debug)]
-struct Cells {
-    per_mm: [f32; 2],
-    /// Half the width and the height, mm.
-    half: [f32; 2],
-}
-
-impl Cells {
-    fn over(half: [f64; 2]) -> Self {
-        let per_mm = half.map(|half| (CELLS as f64 / (2.0 * half)) as f32);
-        Self { per_mm, half: half.map(|half| half as f32) }
-    }
-
-    /// The cell of a film point, along x and y, and where in it the point stands.
-    #[inline(always)]
-    fn cell(&self, film: [f32; 2]) -> [(usize, f32); 2] {
-        let split = |axis: usize| {
-            let place = (film[axis] + self.half[axis]) * self.per_mm[axis];
-            let place = place.clamp(0.0, CELLS as f32);
-            let cell = (place as usize).min(CELLS - 1);
-            (cell, place - cell as f32)
-        };
-        [split(0), split(1)]
-    }
-
-    /// The corners of the cell around a film point, and how much each counts.
-    fn corners(&self, film: [f32; 2]) -> [(usize, f32); 4] {
-        let [(i, s), (j, t)] = self.cell(film);
-        let corner = |i: usize, j: usize| j * (CELLS + 1) + i;
-        [
-            (corner(i, j), (1.0 - s) * (1.0 - t)),
-            (corner(i + 1, j), s * (1.0 - t)),
-            (corner(i, j + 1), (1.0 - s) * t),
-            (corner(i + 1, j + 1), s * t),
-        ]
-    }
 }
 
 /// How a sample finds its point of the pupil, `centre + sqrt(v) (corner + t side)`: u and v of
