@@ -191,7 +191,7 @@ impl PupilBound {
 
     /// Whether pupil points are in the frame of the lens, and film points are looked up by where
     /// they stand on the film itself.
-    pub(super) fn is_askew(&self) -> bool {
+    pub(in crate::lens) fn is_askew(&self) -> bool {
         matches!(self.field, Field::Grid { .. } | Field::Polar(_))
     }
 

@@ -38,18 +38,22 @@ pub struct Wavefront {
 
 impl Wavefront {
     /// Of a film point (mm, the film's frame), at the d line. Some milliseconds. None where fewer
-    /// rays come through than a sphere has parameters.
+    /// rays come through than a sphere has parameters, and for lenses whose parts stand askew.
     pub fn of(lens: &RealLens, film: [f64; 2], pupil: &ExitPupil) -> Option<Self> {
+        if lens.prescription.is_askew() {
+            return None;
+        }
         let surfaces = sequence::<f64>(&lens.prescription, From::Film(lens.film_distance));
         let index = lens.prescription.rear().index;
         let (width, height) = (pupil.width(0.0), pupil.width(std::f64::consts::FRAC_PI_2));
         let middle = pupil.middle();
         let step = |i: usize| (i as f64 + 0.5) / GRID as f64 - 0.5;
+        let place = lens.film_pose.film_point(film);
         let mut rays = Vec::new();
         for i in 0..GRID * GRID {
             let at = [middle[0] + width * step(i % GRID), middle[1] + height * step(i / GRID)];
             let tz = (index * index - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
-            let start = LensRay::new([film[0], film[1], 0.0], [at[0], at[1], tz]);
+            let start = LensRay::new(place, [at[0], at[1], tz]);
             rays.extend(path(start, &surfaces).map(|(ray, path)| Ray { at, tz, ray, path }));
         }
         let target = nearest(&rays)?;

@@ -18,7 +18,9 @@ pub(super) struct Sight {
     surfaces: Vec<Surface<f32>>,
     batch: Box<LensBatch<f32>>,
     blocked: Vec<u64>,
+    /// Its place on the film, and where that stands: x, y, and z towards the scene.
     film: [f64; 2],
+    place: [f64; 3],
     /// Cosine and sine of u's angle to x.
     turn: [f64; 2],
     distance: f64,
@@ -37,6 +39,7 @@ impl Sight {
             batch: Box::default(),
             blocked: vec![0; lens.prescription.rows.len()],
             film,
+            place: lens.film_pose.film_point(film),
             turn,
             distance: lens.film_distance,
             index: lens.prescription.rear().index,
@@ -46,10 +49,16 @@ impl Sight {
     /// A tight frame around the light, if there is any.
     pub fn frame(&mut self, lens: &RealLens) -> Option<Frame> {
         let film = self.film.map(|v| v as f32);
-        let (fan, rear) = (lens.bound().fan(film), lens.bound().rear(film[0].hypot(film[1])));
+        let bound = lens.bound();
+        if bound.is_askew() {
+            // Its bounds are not in the film point's frame.
+            let half = lens.prescription.rear().diameter;
+            return self.zoom(Frame::around(&[[-half, -half], [half, half]]));
+        }
+        let (fan, rear) = (bound.fan(film), bound.rear(film));
         let [a, b] = rear.half.map(f64::from);
-        let centre = f64::from(rear.centre);
-        let whole = Frame::around(&[[centre - a, -b], [centre + a, b]]);
+        let [u, v] = rear.centre.map(f64::from);
+        let whole = Frame::around(&[[u - a, v - b], [u + a, v + b]]);
         let point = |corner: [f32; 2]| [0, 1].map(|i| f64::from(fan.centre[i] + corner[i]));
         let expected = fan.open().then(|| Frame::around(&fan.corners.map(point)));
         let expected = expected.map(|frame| frame.grown(frame.size().map(|size| 0.1 * size)));
@@ -88,8 +97,8 @@ impl Sight {
             for i in 0..rays {
                 let [tx, ty, tz] = self.towards(at(start + i));
                 let batch = &mut *self.batch;
-                (batch.x[i], batch.y[i]) = (self.film[0] as f32, self.film[1] as f32);
-                (batch.z[i], batch.weight[i]) = (0.0, 1.0);
+                [batch.x[i], batch.y[i], batch.z[i]] = self.place.map(|v| v as f32);
+                batch.weight[i] = 1.0;
                 (batch.tx[i], batch.ty[i], batch.tz[i]) = (tx as f32, ty as f32, tz as f32);
             }
             let batch = &mut *self.batch;
@@ -104,9 +113,11 @@ impl Sight {
     /// The direction to a point of the pupil in the film's frame, of the length of the index.
     pub fn towards(&self, [u, v]: [f64; 2]) -> [f64; 3] {
         let [cos, sin] = self.turn;
-        let (x, y) = (cos * u - sin * v - self.film[0], sin * u + cos * v - self.film[1]);
-        let scale = self.index / (x * x + y * y + self.distance * self.distance).sqrt();
-        [x * scale, y * scale, self.distance * scale]
+        let [px, py, pz] = self.place;
+        let (x, y) = (cos * u - sin * v - px, sin * u + cos * v - py);
+        let z = self.distance - pz;
+        let scale = self.index / (x * x + y * y + z * z).sqrt();
+        [x * scale, y * scale, z * scale]
     }
 
     /// T of a point of the pupil.
