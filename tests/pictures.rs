@@ -6,6 +6,7 @@ mod support;
 use petzval::image::Picture;
 use petzval::job::{Changes, prepare};
 use petzval::lens::Aim;
+use petzval::plan::Wanted;
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use support::{picture, root};
@@ -80,7 +81,10 @@ fn zones(picture: &Picture, radius: f64) -> Zones {
 fn render(scene: &str, radius: f64, aim: Aim, samples: u32) -> Zones {
     let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");
     let resolution = Some([150, 150]);
-    let changes = Changes { aim, resolution, samples: Some(samples), ..Changes::default() };
+    // The references know of no effects.
+    let effects = Wanted::None;
+    let changes =
+        Changes { aim, resolution, samples: Some(samples), effects, ..Changes::default() };
     let (job, _, _) = prepare(description, &changes).expect("a job");
     zones(&picture(&job, Backend::Simd, 2), radius)
 }
