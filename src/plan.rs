@@ -27,6 +27,10 @@ use crate::lens::{Camera, Model};
 use crate::sensor::Sensor;
 use crate::spectrum::LightBand;
 
+/// Whether effects are in the program at all: not if it was built with the feature `bare`. Where an
+/// effect has a branch in a hot stage, the branch asks this too, so that both builds can be compared.
+pub const EFFECTS: bool = cfg!(not(feature = "bare"));
+
 /// What the decisions are made from.
 #[derive(Clone, Copy, Debug)]
 pub struct Question<'a> {
@@ -104,6 +108,7 @@ pub fn plan(question: &Question) -> Plan {
 
 fn decide(effect: Effect, question: &Question) -> Decision {
     let Finding { by, reason, error, possible, called_for, cost } = find(effect, question);
+    let possible = possible && EFFECTS;
     let (on, by, reason) = match question.wanted.of(effect) {
         Some(true) if possible => (true, By::Flag, format!("asked for; {reason}")),
         Some(false) if possible => (false, By::Flag, format!("not wanted; {reason}")),

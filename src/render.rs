@@ -15,7 +15,7 @@ use crate::ghosts::Ghosts;
 use crate::image::Picture;
 use crate::lanes::{Real, f32x8};
 use crate::lens::{Camera, LensColumns, Model};
-use crate::plan::{Effect, Plan};
+use crate::plan::{EFFECTS, Effect, Plan};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use crate::scene::{Scene, TraversalStack};
 use crate::sensor::Sensor;
@@ -248,12 +248,13 @@ impl Wave {
         if !sample(sampler, frame, &film.filter, camera.film, *seed, samples) {
             return false;
         }
+        let timing = timing.as_ref().filter(|_| EFFECTS);
         if let Some(timing) = timing {
             timing.tell(tile, frame, samples);
         }
         clock.lap(stats, Stage::Sample, samples.len);
         camera.expose::<R>(samples, lens, rays, &mut stats.lens);
-        if let Some(ride) = timing.as_ref().and_then(|timing| timing.ride.as_ref()) {
+        if let Some(ride) = timing.and_then(|timing| timing.ride.as_ref()) {
             ride.carry(&samples.time, rays);
         }
         clock.lap(stats, Stage::Lens, samples.len);
@@ -275,7 +276,7 @@ impl Wave {
         let (stats, tails) = (&mut self.stats, &mut self.tails);
         let Job { scene, film, reach, .. } = job;
         let beam = job.beam();
-        let moves = !scene.movers().is_empty();
+        let moves = EFFECTS && !scene.movers().is_empty();
         for depth in first..=reach.max_depth {
             let intersect = scene.intersect::<R>(rays, hits, stack);
             if moves {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{Filter, Frame, Tile};
+use crate::plan::EFFECTS;
 use crate::rays::{SampleBatch, WAVE};
 use crate::sampler::{Dimension, pair, pairs, pixel_key};
 
@@ -106,7 +107,7 @@ pub fn sample(
         }
         len
     };
-    if tile.waiting.is_empty() {
+    if !EFFECTS || tile.waiting.is_empty() {
         let mut room = WAVE;
         while room > 0
             && let Some((pixel, run)) = tile.next(room)

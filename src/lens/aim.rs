@@ -6,6 +6,7 @@ use super::pose::Pose;
 use super::pupil::{LIT, Lookup, PupilBound, Targets};
 use super::refract::LensRay;
 use crate::lanes::Real;
+use crate::plan::EFFECTS;
 use crate::rays::{Column, LensBatch, SampleBatch};
 
 /// Where every sample of a wave aims.
@@ -163,12 +164,12 @@ pub fn aim<R: Real<Scalar = f32>>(
 impl Plane {
     /// Whether film points are where samples say, and pupil points turned as they are.
     fn is_square(&self, bound: &PupilBound) -> bool {
-        self.pose.is_square() && !bound.is_askew()
+        !EFFECTS || self.pose.is_square() && !bound.is_askew()
     }
 
     /// Whether the film is but shifted.
     fn is_level(&self, bound: &PupilBound) -> bool {
-        self.pose.is_level() && !bound.is_askew()
+        !EFFECTS || self.pose.is_level() && !bound.is_askew()
     }
 }
 

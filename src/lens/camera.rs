@@ -11,6 +11,7 @@ use super::pupil::{Aim, PupilBound};
 use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use super::vignetting::Vignetting;
 use crate::lanes::Real;
+use crate::plan::EFFECTS;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
 use crate::spectrum::LightBand;
@@ -275,7 +276,7 @@ impl Camera {
     ) {
         match &self.model {
             Model::Real(lens) => {
-                lens.traced::<R>(samples, columns, lens.fresnel, stats);
+                lens.traced::<R>(samples, columns, EFFECTS && lens.fresnel, stats);
                 self.emerge::<R>(lens, &lens.bands[samples.band], &columns.batch, rays);
             }
             Model::Thin(lens) => self.project(*lens, samples, rays),
