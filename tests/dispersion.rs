@@ -4,7 +4,7 @@ mod support;
 
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Model, Paraxial};
-use petzval::plan::{Effect, Wanted};
+use petzval::plan::{Effect, Harm, Wanted};
 use petzval::render::{Backend, Job, render};
 use petzval::scene::pbrt;
 use petzval::spectrum::{Passband, bands};
@@ -98,6 +98,7 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
     }
     let seen = picture(&job, Backend::Simd, 2);
     let pitch = 0.3 / size;
+    let mut luminance = 0.0;
     for c in 0..3 {
         let (mut sum, mut moments) = (0.0, [0.0; 3]);
         for (i, pixel) in seen.pixels.iter().enumerate() {
@@ -119,7 +120,14 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
             1e3 * expected.sqrt()
         );
         assert!((found.sqrt() / expected.sqrt() - 1.0).abs() < 0.05, "{found} and {expected}");
+        luminance += [0.2126, 0.7152, 0.0722][c] * found;
     }
+    // Without dispersion the star is a point: the plan says how far it is from that.
+    let row = job.plan.effects.iter().find(|row| row.effect == Effect::Dispersion);
+    let Some(Harm::Blur { um, .. }) = row.expect("a row").error else { panic!("an estimate") };
+    let found = 1e3 * luminance.sqrt();
+    println!("{um:.1} um planned, {found:.1} um seen");
+    assert!((um / found - 1.0).abs() < 0.2, "{um} planned, {found} seen");
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod support;
 
 use std::process::{Command, Stdio};
 
-use petzval::job::{Changes, prepare};
+use petzval::job::{Changes, FocusOn, prepare};
 use petzval::lens::Coating;
 use petzval::plan::{Effect, Harm};
 use petzval::render::Backend;
@@ -141,6 +141,51 @@ fn the_loss_that_is_said_is_the_loss_that_is_seen() {
     let seen = 1.0 - bright(&with) / bright(&without);
     assert!((said(&with) - seen).abs() < 0.005, "{} said, {seen} seen", said(&with));
     assert_eq!(said(&with), said(&without));
+}
+
+#[test]
+fn what_the_shape_of_the_stop_takes_is_what_is_seen() {
+    let lens = std::fs::read_to_string(root().join("lenses/triplet.toml")).expect("a lens");
+    let bladed =
+        lens.replace("stop = true", "stop = true\nblades = 5\nrotation = 18\nobstruction = 1");
+    // Narrow, so that nothing else takes light.
+    let bladed = bladed.replace("diameter = 7.6", "diameter = 4.0");
+    let folder = support::folder();
+    let file = support::write(&folder, "bladed.toml", bladed);
+    let job = |effects: &str| {
+        let description = pbrt::read(&root().join("scenes/dgauss.pbrt")).expect("a scene");
+        let changes = Changes {
+            lens: Some(file.clone()),
+            focus: Some(FocusOn::Distance(3.0)),
+            resolution: Some([40, 40]),
+            samples: Some(256),
+            effects: effects.parse().expect("effects"),
+            ..Changes::default()
+        };
+        prepare(description, &changes).expect("a job").0
+    };
+    let (with, without) = (job("-ghosts,-diffraction"), job("-iris,-ghosts,-diffraction"));
+    let row = |job: &petzval::render::Job| {
+        let row = job.plan.effects.iter().find(|row| row.effect == Effect::Iris);
+        row.expect("a row").clone()
+    };
+    let Some(Harm::Signal(said)) = row(&with).error else { panic!("{:?}", row(&with)) };
+    assert!(row(&with).on && !row(&without).on);
+    let middle = |job| picture(job, Backend::Simd, 2).pixels[20 * 40 + 20][1];
+    let seen = 100.0 * (1.0 - f64::from(middle(&with) / middle(&without)));
+    println!("{said:.2} % said, {seen:.2} % seen");
+    assert!((said - seen).abs() < 1.0, "{said} {seen}");
+}
+
+#[test]
+fn a_street_at_night_needs_its_ghosts_and_its_stars() {
+    let effects = effects(&["scenes/night.pbrt"]);
+    for effect in ["ghosts", "diffraction", "iris"] {
+        assert!(of(&effects, effect)["on"] == true, "{effects:#?}");
+    }
+    for effect in ["motion", "rolling_shutter", "tilt_shift", "sensor", "fresnel"] {
+        assert!(of(&effects, effect)["on"] == false, "{effects:#?}");
+    }
 }
 
 #[test]
