@@ -25,6 +25,14 @@ use petzval::stats::{LensStats, Stats};
 /// The double Gauss of the course and the film distance of its scene, mm.
 const LENS: (&str, f64) = ("lenses/dgauss.50mm.dat", 36.77);
 
+/// Prints what the plan of a job says that an effect costs, to stand beside what is measured.
+fn planned(job: &Job, effect: Effect) {
+    let row = job.plan.effects.iter().find(|row| row.effect == effect && row.on);
+    if let Some(cost) = row.and_then(|row| row.cost) {
+        println!("{}: the plan says {:.1} ns a film sample", effect.name(), cost.ns_per_ray);
+    }
+}
+
 type Trace = fn(&mut LensBatch<f32>, &[Surface<f32>], &mut [u64]);
 
 /// Rays of a wave from near the axis, all of which come through.
@@ -72,6 +80,9 @@ fn fresnel(criterion: &mut Criterion) {
         });
         assert_eq!(blocked, vec![0; lens.rows.len()], "the bench means rays that pass");
     }
+    let scene = pbrt::read(&folder.join("scenes/dgauss.pbrt")).expect("a scene of the repository");
+    let changes = Changes { coating: Some(Coating::Mgf2), ..Changes::default() };
+    planned(&prepare(scene, &changes).expect("a job").0, Effect::Fresnel);
     // What it takes to know the loss: 33 film points.
     let lens = RealLens::new(bare, LENS.1, 21.6, Aim::Pupil, 1.0, 0.0);
     group.throughput(Throughput::Elements(1));
@@ -155,6 +166,7 @@ fn ghosts(criterion: &mut Criterion) {
         let changes = Changes { samples: Some(SAMPLES), effects, ..Changes::default() };
         let job = prepare(description, &changes).expect("a job").0;
         let ghosts = job.ghosts.as_ref().expect("they are asked for");
+        planned(&job, Effect::Ghosts);
         let [width, height] = job.frame.resolution;
         group.throughput(Throughput::Elements(u64::from(width * height * SAMPLES)));
         let mut film = FilmSums::new(job.frame, false);
@@ -216,6 +228,7 @@ fn motion(criterion: &mut Criterion) {
         ("camera", job(&ride, "", "auto", None)),
         ("rolling, things turn", job("", &end(turn), "auto", Some("100ms"))),
     ] {
+        planned(&job, Effect::Motion);
         group.bench_function(name, |bencher| {
             bencher
                 .iter(|| render(&job, Backend::Simd, 1, &Progress::default()).expect("a render"));
@@ -252,6 +265,7 @@ fn diffraction(bench: &mut Criterion) {
         let job = job(f_number, effects);
         let film = FilmSums::new(job.frame, false);
         let exposed = Exposed { film, features: None, stats: Stats::default() };
+        planned(&job, Effect::Diffraction);
         let zones = Diffraction::new(&job.camera, &job.frame, &job.light).zones();
         group.bench_function(format!("{name} ({zones} zones)"), |bencher| {
             bencher.iter(|| pool.install(|| exposed.picture(&job)));

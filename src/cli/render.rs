@@ -9,6 +9,7 @@ use petzval::aov;
 use petzval::image::{Encoding, Format, ImageError, Note, Notes, Window};
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Aim, Model};
+use petzval::plan::Effect;
 use petzval::render::{Backend, Job, Progress, RenderError, render};
 use petzval::scene::pbrt;
 use petzval::stats::{Lanes, Stage, Stats};
@@ -55,7 +56,12 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let progress = Arc::new(Progress::default());
     let stop = progress.clone();
     // Where no handler can be had, Ctrl-C ends the program at once, as ever.
-    let _ = ctrlc::set_handler(move || stop.stop.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(move || {
+        // Asked twice, it does not wait for anything.
+        if stop.stop.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(super::INTERRUPTED));
+        }
+    });
     let bar = Bar::start(&job, progress.clone());
     let threads = arguments.threads.map_or(0, usize::from);
     let exposed = render(&job, backend, threads, &progress);
@@ -78,6 +84,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let picture = pool.install(|| exposed.picture(&job));
+    let developed = start.elapsed();
     let layers = pool.install(|| aov::layers(&job, &exposed.film, exposed.features.as_ref()));
     let layered = start.elapsed();
     picture.write_with_layers(&layers, &output, window, encoding, &notes)?;
@@ -94,12 +101,15 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     if exposed.film.dark() {
         say!("petzval: warning: {}", why_black(&job, &exposed.stats));
     }
-    let layers_took = match layers.is_empty() {
-        true => String::new(),
-        false => format!(", layers {:.2}", (layered - rendered).as_secs_f64()),
-    };
+    let mut also = String::new();
+    if job.plan.has(Effect::Diffraction) || job.sensor.is_some() {
+        also += &format!(", diffraction and sensor {:.2}", (developed - rendered).as_secs_f64());
+    }
+    if !layers.is_empty() {
+        also += &format!(", layers {:.2}", (layered - developed).as_secs_f64());
+    }
     say!(
-        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}{layers_took}, write {:.2})",
+        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}{also}, write {:.2})",
         output.display(),
         picture.size[0],
         picture.size[1],
