@@ -122,6 +122,40 @@ fn sensor(bench: &mut Criterion) {
     group.finish();
 }
 
+/// The stages from film points to rays in the world.
+struct Launch {
+    samples: SampleBatch,
+    columns: LensColumns,
+    rays: RayBatch,
+    stats: LensStats,
+}
+
+impl Default for Launch {
+    fn default() -> Self {
+        Self {
+            samples: SampleBatch::default(),
+            columns: LensColumns::default(),
+            rays: RayBatch::default(),
+            stats: LensStats { blocked: vec![0; 99], ..LensStats::default() },
+        }
+    }
+}
+
+impl Launch {
+    /// All waves of a picture.
+    fn all(&mut self, job: &Job) {
+        let Self { samples, columns, rays, stats } = self;
+        let (film, filter) = (job.camera.film, &job.film.filter);
+        for tile in job.frame.tiles() {
+            let mut tile = job.sampler(&tile);
+            while sample(&mut tile, &job.frame, filter, film, 0, samples) {
+                job.camera.expose::<f32x8>(samples, columns, rays, stats);
+                black_box(&*rays);
+            }
+        }
+    }
+}
+
 /// Film points to rays in the world, with all light together and taken apart.
 fn dispersion(criterion: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
@@ -134,22 +168,9 @@ fn dispersion(criterion: &mut Criterion) {
     }
     let mut group = criterion.benchmark_group("effect/dispersion");
     group.throughput(Throughput::Elements(64 * 64 * 64));
-    let (mut samples, mut columns) = (SampleBatch::default(), LensColumns::default());
-    let mut rays = RayBatch::default();
-    let mut stats = LensStats { blocked: vec![0; 99], ..LensStats::default() };
+    let mut launch = Launch::default();
     for (name, job) in [("off", &off), ("on", &on)] {
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                for tile in job.frame.tiles() {
-                    let mut tile = job.sampler(&tile);
-                    let (film, filter) = (job.camera.film, &job.film.filter);
-                    while sample(&mut tile, &job.frame, filter, film, 0, &mut samples) {
-                        job.camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-                        black_box(&rays);
-                    }
-                }
-            });
-        });
+        group.bench_function(name, |bencher| bencher.iter(|| launch.all(job)));
     }
     group.finish();
 }
@@ -289,9 +310,7 @@ fn tilt_shift(criterion: &mut Criterion) {
     let wanted: Wanted = "-ghosts".parse().expect("a list");
     let mut group = criterion.benchmark_group("effect/tilt_shift");
     group.throughput(Throughput::Elements(64 * 64 * 64));
-    let (mut samples, mut columns) = (SampleBatch::default(), LensColumns::default());
-    let mut rays = RayBatch::default();
-    let mut stats = LensStats { blocked: vec![0; 99], ..LensStats::default() };
+    let mut launch = Launch::default();
     let cases = [
         ("off", &square, Pose::SQUARE),
         ("shift", &square, Pose::of_film([3.0, -2.0], [0.0; 2])),
@@ -311,18 +330,7 @@ fn tilt_shift(criterion: &mut Criterion) {
         let film = FilmPlane { distance: LENS.1, pose, radius: half[0].hypot(half[1]), half };
         let model = RealLens::posed(lens.clone(), &film, Aim::Pupil, 1.0, 0.0);
         job.camera.model = Model::Real(Box::new(model));
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                for tile in job.frame.tiles() {
-                    let mut tile = job.sampler(&tile);
-                    let (film, filter) = (job.camera.film, &job.film.filter);
-                    while sample(&mut tile, &job.frame, filter, film, 0, &mut samples) {
-                        job.camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-                        black_box(&rays);
-                    }
-                }
-            });
-        });
+        group.bench_function(name, |bencher| bencher.iter(|| launch.all(&job)));
     }
     // A turn alone: the trace of a wave, with two turns around an element and without.
     group.throughput(Throughput::Elements(WAVE as u64));

@@ -2,13 +2,11 @@
 
 mod support;
 
-use std::path::Path;
-use std::process::{Command, Stdio};
-
 use petzval::image::{Encoding, Picture, Window};
 use petzval::metric::{Metric, flip_hdr, flip_ldr, measure, pixels_per_degree};
 use petzval::sampler::hash;
-use support::{folder, write};
+use std::path::Path;
+use support::{folder, petzval, write};
 
 const SIZE: [usize; 2] = [72, 48];
 
@@ -100,14 +98,6 @@ fn a_picture_is_not_different_from_itself_and_opposites_are_all_different() {
     // All black has no median to expose for.
     let black = measure(Metric::Flip, &of([0.0; 3]), &of([0.0; 3]), true).0;
     assert_eq!(black, 0.0);
-}
-
-fn petzval(at: &Path, arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
-    let output = command.args(arguments).current_dir(at).stdin(Stdio::null()).output();
-    let output = output.expect("the command starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
 }
 
 fn save(at: &Path, name: &str, picture: &Picture) {

@@ -2,26 +2,16 @@
 
 mod support;
 
-use std::process::{Command, Stdio};
-
 use petzval::job::{Changes, FocusOn, prepare};
 use petzval::lens::Coating;
 use petzval::plan::{Effect, Harm};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use serde_json::Value;
-use support::{mean, picture, root};
-
-fn petzval(arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
-    let output = command.args(arguments).current_dir(root()).stdin(Stdio::null()).output();
-    let output = output.expect("the command starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
-}
+use support::{mean, petzval, picture, root};
 
 fn effects(arguments: &[&str]) -> Vec<Value> {
-    let (code, said, errors) = petzval(&[&["plan"], arguments, &["--json"]].concat());
+    let (code, said, errors) = petzval(root(), &[&["plan"], arguments, &["--json"]].concat());
     assert_eq!(code, 0, "{errors}");
     let plan: Value = serde_json::from_str(&said).expect("JSON");
     plan["effects"].as_array().expect("a list").clone()
@@ -196,7 +186,7 @@ fn words_that_are_no_plan_are_refused() {
         (&["plan", "scenes/dgauss.pbrt", "--passband", "600..500"], "expected two wavelengths"),
         (&["plan", "scenes/nothing.pbrt"], "cannot read scenes/nothing.pbrt"),
     ] {
-        let (code, said, errors) = petzval(arguments);
+        let (code, said, errors) = petzval(root(), arguments);
         assert!(code == 2 && said.is_empty() && errors.contains(expected), "{errors}");
     }
 }

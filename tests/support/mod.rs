@@ -3,9 +3,11 @@
 
 pub mod oracle;
 pub mod probe;
+pub mod survival;
 pub mod world;
 
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use petzval::lens::{Prescription, Row, read};
 
@@ -42,6 +44,15 @@ pub fn write(folder: &tempfile::TempDir, name: &str, text: impl AsRef<[u8]>) -> 
     let path = folder.path().join(name);
     std::fs::write(&path, text).expect("a file in the temporary folder");
     path
+}
+
+/// Runs the command in a folder, without an input: its exit code, what it answers, what it says.
+pub fn petzval(at: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
+    let output = command.args(arguments).current_dir(at).stdin(Stdio::null()).output();
+    let output = output.expect("the command starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
 }
 
 /// Uniform numbers in [0, 1) for tests: xorshift64* (Vigna 2016).

@@ -1,26 +1,16 @@
 //! Lens files, scene files and options that say how things stand.
 
-use std::fmt::Write as _;
-use std::path::Path;
-use std::process::{Command, Stdio};
-
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Askew, LensError, Model, Pose, Prescription, parse_toml};
 use petzval::plan::{Effect, Wanted};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
 
 use super::support::oracle::{Oracle, unit};
-use super::support::{Random, folder, lens, picture, root, write};
-
-fn petzval(arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
-    let output = command.args(arguments).current_dir(root()).stdin(Stdio::null()).output();
-    let output = output.expect("the command starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
-}
+use super::support::{Random, folder, lens, petzval, picture, root, write};
 
 /// The double Gauss as a lens file, with keys of its second surface, and what follows.
 fn dgauss(keys: &str, end: &str) -> String {
@@ -101,7 +91,7 @@ fn a_misaligned_lens_can_be_checked_ray_by_ray() {
     let table = write(&folder, "rays.csv", csv);
     let (file, table) = (file.display().to_string(), table.display().to_string());
     let (code, said, errors) =
-        petzval(&["lens", "trace", &file, "--rays", &table, "--precision", "f64"]);
+        petzval(root(), &["lens", "trace", &file, "--rays", &table, "--precision", "f64"]);
     assert_eq!(code, 0, "{errors}");
     let mut out = 0;
     for (line, (p, d)) in said.lines().zip(rays) {
@@ -123,7 +113,7 @@ fn a_misaligned_lens_can_be_checked_ray_by_ray() {
         }
     }
     assert!(out > 50, "{out}");
-    let (_, said, _) = petzval(&["lens", &file]);
+    let (_, said, _) = petzval(root(), &["lens", &file]);
     assert!(
         said.contains("surface 2 stands askew: decentred by 0.1, -0.2 mm, tilted by 0.5, 0 de")
     );
@@ -186,7 +176,7 @@ fn a_scene_says_what_the_options_say() {
 #[test]
 fn the_plan_says_who_set_what_askew_and_what_that_does() {
     let row = |arguments: &[&str]| {
-        let (code, said, errors) = petzval(&[&["plan"], arguments, &["--json"]].concat());
+        let (code, said, errors) = petzval(root(), &[&["plan"], arguments, &["--json"]].concat());
         assert_eq!(code, 0, "{errors}");
         let plan: Value = serde_json::from_str(&said).expect("JSON");
         let effects = plan["effects"].as_array().expect("a list").clone();
@@ -232,7 +222,8 @@ fn what_no_film_can_do_is_refused() {
     let error = job(thin, &close).expect_err("no lens");
     assert!(error.contains("--film-tilt is given, but this camera has no lens file"), "{error}");
     for value in ["1", "1,2,3", "a,b", "nan,0", "46,0", "inf,0"] {
-        let (code, _, errors) = petzval(&["plan", "scenes/dgauss.pbrt", "--film-tilt", value]);
+        let (code, _, errors) =
+            petzval(root(), &["plan", "scenes/dgauss.pbrt", "--film-tilt", value]);
         assert_eq!(code, 2, "{value}");
         assert!(errors.contains("each from -45 to 45 degrees"), "{errors}");
     }
