@@ -1,6 +1,9 @@
 //! The lens stage: rays a second, every variant beside its peers in the same run.
 
+#[path = "../src/cli/bench/textbook.rs"]
 mod textbook;
+#[path = "../src/cli/bench/wave.rs"]
+mod wave;
 
 use std::hint::black_box;
 use std::path::Path;
@@ -13,11 +16,12 @@ use glam::DAffine3;
 use petzval::film::{Filter, Frame, TileSampler, sample};
 use petzval::lanes::{Real, f32x8};
 use petzval::lens::{
-    Aim, Axis, Camera, Focus, From, LensColumns, LensRay, Model, Prescription, RealLens, Row,
-    Surface, read, sequence, trace, trace_one,
+    Aim, Axis, Camera, Focus, From, LensColumns, LensRay, Model, Prescription, RealLens, Row, read,
+    sequence, trace_one,
 };
-use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
+use petzval::rays::{RayBatch, SampleBatch, WAVE};
 use petzval::stats::LensStats;
+use wave::{Bench, starts};
 
 /// The course's lenses, with the film distances (mm) and half the film's side (mm) of its scenes.
 const LENSES: [(&str, f64); 4] = [
@@ -30,75 +34,6 @@ const LENSES: [(&str, f64); 4] = [
 fn lens(name: &str) -> Prescription {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("lenses");
     read(&folder.join(format!("{name}.dat"))).expect("a lens of the repository")
-}
-
-/// Rays from points near the axis that all come through.
-fn starts(count: usize, film: f64, reach: f64) -> Vec<[[f64; 3]; 2]> {
-    (0..count)
-        .map(|i| {
-            let t = i as f64 / count as f64;
-            let (sin, cos) = (t * 40.0).sin_cos();
-            let start = [2.0 * reach * t * cos, 2.0 * reach * t * sin, 0.0];
-            let d = [reach * sin - start[0], reach * cos - start[1], film];
-            let length = d.iter().map(|v| v * v).sum::<f64>().sqrt();
-            [start, d.map(|v| v / length)]
-        })
-        .collect()
-}
-
-fn wave<R: Real>(starts: &[[[f64; 3]; 2]]) -> Box<LensBatch<R::Scalar>> {
-    let mut batch = Box::<LensBatch<R::Scalar>>::default();
-    for (i, [p, t]) in starts.iter().enumerate() {
-        [batch.x[i], batch.y[i], batch.z[i]] = p.map(R::scalar);
-        [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(R::scalar);
-    }
-    batch.resize::<R>(starts.len());
-    batch
-}
-
-/// Copies what a trace changes; a traced wave cannot be traced again.
-fn refill<T: bytemuck::Pod>(batch: &mut LensBatch<T>, fresh: &LensBatch<T>) {
-    let rays = fresh.len;
-    (batch.len, batch.living) = (fresh.len, fresh.living);
-    for (to, from) in [
-        (&mut batch.x, &fresh.x),
-        (&mut batch.y, &fresh.y),
-        (&mut batch.z, &fresh.z),
-        (&mut batch.tx, &fresh.tx),
-        (&mut batch.ty, &fresh.ty),
-        (&mut batch.tz, &fresh.tz),
-    ] {
-        to[..rays].copy_from_slice(&from[..rays]);
-    }
-}
-
-/// A lens whose rays are traced in batches.
-struct Bench<R: Real> {
-    surfaces: Vec<Surface<R::Scalar>>,
-    fresh: Box<LensBatch<R::Scalar>>,
-    batch: Box<LensBatch<R::Scalar>>,
-    blocked: Vec<u64>,
-}
-
-impl<R: Real> Bench<R> {
-    fn new(lens: &Prescription, film: f64, rays: usize, reach: f64) -> Self {
-        let fresh = wave::<R>(&starts(rays, film, reach));
-        let mut bench = Self {
-            surfaces: sequence::<R>(lens, From::Film(film)),
-            batch: fresh.clone(),
-            fresh,
-            blocked: vec![0; lens.rows.len()],
-        };
-        bench.trace();
-        assert_eq!(bench.blocked, vec![0; lens.rows.len()], "the bench means rays that pass");
-        assert!(bench.batch.doubtful.is_empty(), "and need no second trace");
-        bench
-    }
-
-    fn trace(&mut self) {
-        refill(&mut self.batch, &self.fresh);
-        trace::<R>(black_box(&mut self.batch), &self.surfaces, &mut self.blocked);
-    }
 }
 
 fn batches<R: Real>(

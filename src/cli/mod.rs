@@ -8,6 +8,7 @@ macro_rules! say {
     }};
 }
 
+mod bench;
 mod compare;
 mod layer;
 mod lens;
@@ -50,6 +51,8 @@ enum Command {
     Plan(PlanArguments),
     /// Say how far a picture is from a reference
     Compare(CompareArguments),
+    /// Measure how fast this machine is, in some seconds
+    Bench(BenchArguments),
 }
 
 /// `petzval plan`
@@ -92,6 +95,14 @@ struct RenderArguments {
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: Exposure,
+}
+
+/// `petzval bench`
+#[derive(Debug, clap::Args)]
+struct BenchArguments {
+    /// For programs: a JSON list of name, value and unit
+    #[arg(long)]
+    json: bool,
 }
 
 /// `petzval compare`
@@ -253,6 +264,7 @@ pub fn run() -> ExitCode {
         Command::Lens(arguments) => lens::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
     };
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

@@ -107,6 +107,7 @@ pub fn sample(
         }
         len
     };
+    batch.band = 0;
     if !EFFECTS || tile.waiting.is_empty() {
         let mut room = WAVE;
         while room > 0
