@@ -16,7 +16,7 @@ mod splat;
 mod survey;
 
 pub use splat::SAMPLES;
-pub use survey::{Sighting, survey};
+pub use survey::{Sighting, lamp, survey};
 
 use crate::distribution::Distribution;
 use crate::lens::{Prescription, Surface, ghost_sequence};

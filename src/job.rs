@@ -23,7 +23,7 @@ use crate::source::{Location, Warning};
 use crate::spectrum::{bands, white_balance};
 
 use exposure::Exposure;
-use frame::frame;
+use frame::{frame, room_to_spread};
 use level::level;
 use place::Place;
 use setup::Setup;
@@ -64,7 +64,8 @@ pub fn prepare(
     let Description { mut scene, mut camera, camera_at, film, warnings, .. } = description;
     exposure.set(&mut camera);
     scene.expose(exposure.timing.range());
-    let mut setup = Setup { at: camera_at, warnings, notes: Notes::new(), posed: None };
+    let efficiency = exposure.efficiency;
+    let mut setup = Setup { at: camera_at, warnings, notes: Notes::new(), posed: None, efficiency };
     let frame = frame(&film, changes)?;
     let response = Response {
         filter: Filter::new(description.filter.profile, description.filter.radius),
@@ -99,7 +100,7 @@ pub fn prepare(
     setup.number("filmHeight", size[1]);
     setup.number("samplesPerPixel", f64::from(samples));
     setup.number("seed", f64::from(seed));
-    let imaging_ratio = imaging_ratio * exposure.efficiency;
+    let imaging_ratio = imaging_ratio * efficiency;
     let mut job = Job {
         scene,
         camera: Camera { model, film: size, world_from_camera, imaging_ratio, depth },
@@ -155,6 +156,10 @@ pub fn prepare(
             job.ghosts = sighting.map(|sighting| sighting.ghosts(lens, &bands));
         }
     }
+    if job.plan.has(Effect::Diffraction) {
+        room_to_spread(&job.frame)?;
+    }
+    setup.missed(&changes.effects, &job.plan);
     job.timing = exposure.plan(&job.plan, &mut job.scene)?;
     setup.notes.push(("effects", Note::Text(job.plan.line())));
     if let (Some(aov), Model::Thin(_)) =

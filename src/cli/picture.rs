@@ -53,7 +53,8 @@ pub(super) struct PictureArguments {
         allow_hyphen_values = true
     )]
     pub effects: Wanted,
-    /// From what on an effect counts as visible: displacement or blur, pixels
+    /// From what on an effect counts as visible: displacement or blur, pixels. Veils of light, of
+    /// ghosts and of stars, count from 1 % of the picture's mean on
     #[arg(long, value_name = "PIXELS", default_value = "0.5px", allow_hyphen_values = true)]
     pub visible: Visible,
     /// Take the Abbe number of glass of which the lens file gives the index only from a glass of the

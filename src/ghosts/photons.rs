@@ -8,7 +8,7 @@ use crate::lens::{RealLens, Surface, trace_ghost};
 use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE};
 use crate::render::Job;
 use crate::sampler::{Dimension, pair};
-use crate::scene::{SurfacePoint, TraversalStack, gamma};
+use crate::scene::{SurfacePoint, TraversalStack, gamma, luminance};
 
 /// A wave of light paths: from lights to the front surface, and on through the lens.
 #[derive(Clone, Debug, Default)]
@@ -98,9 +98,18 @@ impl Photons {
         self.rays.len
     }
 
-    /// Where in the square about the front surface a path enters.
-    pub fn entry(&self, i: usize) -> [f32; 2] {
-        self.entry[i]
+    /// What arrives on a film of this size, mm, of the last trace and the last connection: where,
+    /// in shares of its width and height; the flux, as luminance; and where in the square about
+    /// the front surface it entered.
+    pub fn seen(&self, film: [f64; 2]) -> impl Iterator<Item = ([f64; 2], f64, [f32; 2])> {
+        (0..self.rays.len).filter_map(move |i| {
+            let place =
+                [f64::from(self.batch.x[i]) / film[0], f64::from(self.batch.y[i]) / film[1]];
+            let place = place.map(|share| share + 0.5);
+            let light = f64::from(luminance(self.arrived(i)) * self.batch.weight[i]);
+            let inside = place.iter().all(|place| (0.0..1.0).contains(place));
+            inside.then_some((place, light, self.entry[i]))
+        })
     }
 
     /// Traces the wave through a sequence of surfaces to the film ([`Self::behind`]), from the

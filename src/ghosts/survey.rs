@@ -5,7 +5,7 @@ use super::photons::Photons;
 use super::{Ghosts, Pair, pairs, sequences};
 use crate::distribution::Distribution;
 use crate::lanes::f32x8;
-use crate::lens::{Coating, D_LINE, Model, Prescription, RealLens, ghost_sequence};
+use crate::lens::{Coating, D_LINE, From, Model, Prescription, RealLens, ghost_sequence, sequence};
 use crate::render::Job;
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
@@ -81,24 +81,7 @@ pub fn survey(job: &Job) -> Option<Sighting> {
     if !known {
         coated.coat(Coating::Mgf2);
     }
-    let mut waves = Vec::new();
-    for wave in 0..WAVES {
-        let mut photons = Box::<Photons>::default();
-        photons.sample(job, lens, pixel_key(wave, u32::MAX, job.seed), None);
-        photons.connect::<f32x8>(job, 0..photons.len() as u32);
-        let mut lit = false;
-        for i in 0..photons.len() {
-            let arrives = luminance(photons.arrived(i)) > 0.0;
-            lit |= arrives;
-            if !arrives {
-                // What the scene stands in the way of goes no further.
-                photons.block(i);
-            }
-        }
-        if lit {
-            waves.push(photons);
-        }
-    }
+    let mut waves = lit(job, lens);
     if waves.is_empty() {
         return None;
     }
@@ -130,24 +113,63 @@ pub fn survey(job: &Job) -> Option<Sighting> {
     })
 }
 
+/// Waves of light paths that nothing in the scene stands in the way of.
+fn lit(job: &Job, lens: &RealLens) -> Vec<Box<Photons>> {
+    let mut waves = Vec::new();
+    for wave in 0..WAVES {
+        let mut photons = Box::<Photons>::default();
+        photons.sample(job, lens, pixel_key(wave, u32::MAX, job.seed), None);
+        photons.connect::<f32x8>(job, 0..photons.len() as u32);
+        let mut lit = false;
+        for i in 0..photons.len() {
+            let arrives = luminance(photons.arrived(i)) > 0.0;
+            lit |= arrives;
+            if !arrives {
+                // What the scene stands in the way of goes no further.
+                photons.block(i);
+            }
+        }
+        if lit {
+            waves.push(photons);
+        }
+    }
+    waves
+}
+
+/// The brightest spot that lamps make on the film by the straight way through the lens, however
+/// small it is: as light of so many pixels of luminance 1. A spot is a cell of a grid of 32 by 24.
+pub fn lamp(job: &Job) -> f64 {
+    const SPOTS: [usize; 2] = [32, 24];
+    let Model::Real(lens) = &job.camera.model else { return 0.0 };
+    let surfaces = sequence::<f32>(&lens.prescription, From::Scene(0.0));
+    let mut spots = vec![0.0; SPOTS[0] * SPOTS[1]];
+    for photons in &mut lit(job, lens) {
+        if !photons.through::<f32x8>(lens, &surfaces) {
+            continue;
+        }
+        for (place, light, _) in photons.seen(job.camera.film) {
+            let [column, row] = [0, 1].map(|i| (place[i] * SPOTS[i] as f64) as usize);
+            spots[row * SPOTS[0] + column] += light;
+        }
+    }
+    let pixel = [0, 1].map(|i| job.camera.film[i] / f64::from(job.frame.resolution[i]));
+    let paths = f64::from(WAVES) * crate::rays::WAVE as f64;
+    let scale = job.camera.imaging_ratio / (pixel[0] * pixel[1] * paths);
+    scale * spots.into_iter().fold(0.0, f64::max)
+}
+
 /// Adds what arrives on the film.
 fn gather(job: &Job, photons: &Photons, cells: &mut Cells, entry: &mut [f64]) {
     let film = job.camera.film;
     let area = film[0] * film[1] / (CELLS[0] * CELLS[1]) as f64;
     let paths = f64::from(WAVES) * crate::rays::WAVE as f64;
     let scale = job.camera.imaging_ratio / (area * paths);
-    let behind = photons.behind();
-    for i in 0..photons.len() {
-        let place = [f64::from(behind.x[i]) / film[0], f64::from(behind.y[i]) / film[1]];
-        let place = place.map(|share| share + 0.5);
-        if !place.iter().all(|place| (0.0..1.0).contains(place)) {
-            continue;
-        }
-        let light = f64::from(luminance(photons.arrived(i)) * behind.weight[i]) * scale;
+    for (place, light, entered) in photons.seen(film) {
+        let light = light * scale;
         let [column, row] = [0, 1].map(|i| (place[i] * CELLS[i] as f64) as usize);
         cells.sums[row * CELLS[0] + column] += light;
         cells.counts[row * CELLS[0] + column] += 1;
-        let [u, v] = photons.entry(i).map(|u| ((u * ENTRY as f32) as usize).min(ENTRY - 1));
+        let [u, v] = entered.map(|u| ((u * ENTRY as f32) as usize).min(ENTRY - 1));
         entry[v * ENTRY + u] += light;
     }
 }

@@ -33,6 +33,22 @@ pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobErro
     Ok(Frame { resolution, low, high })
 }
 
+/// Refuses what diffraction would need too much memory for.
+pub(super) fn room_to_spread(frame: &Frame) -> Result<(), JobError> {
+    let pixels = frame.size().map(u64::from).iter().product::<u64>();
+    let bytes = pixels * (BYTES_PER_PIXEL + BYTES_PER_SPREAD_PIXEL);
+    if bytes <= MOST_PIXELS * BYTES_PER_PIXEL {
+        return Ok(());
+    }
+    Err(JobError::Asked(format!(
+        "diffraction over {pixels} pixels would take about {} GB of memory; render parts with \
+         --crop, or leave it out with --effects -diffraction",
+        bytes / 1_000_000_000
+    )))
+}
+
+/// What the transforms of diffraction take.
+const BYTES_PER_SPREAD_PIXEL: u64 = 215;
 /// Pixels of one render.
 const MOST_PIXELS: u64 = 1 << 27;
 /// Sums by tile and by film, the picture, and room to encode it.

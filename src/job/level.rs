@@ -2,15 +2,19 @@
 
 use super::JobError;
 use crate::film::Frame;
+use crate::ghosts;
 use crate::plan::Level;
 use crate::render::{Backend, Job, Progress, render};
 use crate::scene::luminance;
 
 /// The longer side of the small picture, pixels, and its samples a pixel.
-const SIDE: f64 = 32.0;
-const SAMPLES: u32 = 4;
+const SIDE: f64 = 40.0;
+const SAMPLES: u32 = 16;
 
-/// How bright a picture will be. Some 4000 samples, on one thread.
+/// The mean of a picture is at least this: a display's black, when its white is 1.
+const BLACK: f64 = 1e-3;
+
+/// How bright a picture will be. Some 20,000 samples, on one thread.
 pub(super) fn level(job: &mut Job) -> Result<Level, JobError> {
     let [width, height] = job.frame.resolution.map(f64::from);
     let small = [width, height].map(|n| (n * SIDE / width.max(height)).round().max(1.0) as u32);
@@ -26,5 +30,7 @@ pub(super) fn level(job: &mut Job) -> Result<Level, JobError> {
     let kept = &light[..light.len() - light.len() / 10];
     let mean = kept.iter().sum::<f64>() / kept.len() as f64;
     let brightest = light.last().map_or(0.0, |light| light - mean);
-    Ok(Level { mean, lamp: brightest * width * height / light.len() as f64 })
+    // A lamp may be so small that no sample meets it.
+    let lamp = (brightest * width * height / light.len() as f64).max(ghosts::lamp(job));
+    Ok(Level { mean: mean.max(BLACK), lamp })
 }

@@ -6,7 +6,7 @@ use crate::image::{Note, Notes};
 use crate::lens::{
     self, Camera, FilmPlane, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens, ThinLens,
 };
-use crate::plan::{By, Effect, Posed};
+use crate::plan::{By, Decision, Effect, Plan, Posed, Wanted};
 use crate::scene::pbrt::{FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
 use crate::sensor::ev100;
 use crate::source::{Location, Warning};
@@ -21,9 +21,23 @@ pub(super) struct Setup {
     pub notes: Notes,
     /// What does not stand square, simulated or not.
     pub posed: Option<Posed>,
+    /// The share of the light that the shutter lets through.
+    pub efficiency: f64,
 }
 
 impl Setup {
+    /// Warns of effects that are asked for by name and cannot be had.
+    pub fn missed(&mut self, wanted: &Wanted, plan: &Plan) {
+        let Wanted::But(list) = wanted else { return };
+        for decision in &plan.effects {
+            let Decision { effect, on, reason, .. } = decision;
+            if !on && list.contains(&(*effect, true)) {
+                let message = format!("--effects +{}: it stays off: {reason}", effect.name());
+                self.warnings.push(Warning { at: self.at.clone(), message });
+            }
+        }
+    }
+
     pub fn number(&mut self, name: &'static str, value: f64) {
         self.notes.push((name, Note::Number(value)));
     }
@@ -223,7 +237,7 @@ impl Setup {
         self.number("expTime", time);
         // The dialect of 2016 has no shutter.
         if time > 0.0 {
-            let ev = ev100(lens.paraxial.f_number(), time, changes.iso(film));
+            let ev = ev100(lens.paraxial.f_number(), time * self.efficiency, changes.iso(film));
             self.number("exposureValue", ev);
         }
         Ok((Model::Real(Box::new(lens)), size, ratio, depth))

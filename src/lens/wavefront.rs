@@ -38,9 +38,9 @@ pub struct Wavefront {
 
 impl Wavefront {
     /// Of a film point (mm, the film's frame), at the d line. Some milliseconds. None where fewer
-    /// rays come through than a sphere has parameters, and for lenses whose parts stand askew.
+    /// rays come through than a sphere has parameters, and where film or elements stand askew.
     pub fn of(lens: &RealLens, film: [f64; 2], pupil: &ExitPupil) -> Option<Self> {
-        if lens.prescription.is_askew() {
+        if lens.is_askew() {
             return None;
         }
         let surfaces = sequence::<f64>(&lens.prescription, From::Film(lens.film_distance));

@@ -1,5 +1,7 @@
 //! What a film point sees through points of the plane of the rear vertex.
 
+use glam::DVec3;
+
 use crate::lanes::f32x8;
 use crate::lens::camera::RealLens;
 use crate::lens::outline::Frame;
@@ -23,6 +25,8 @@ pub(super) struct Sight {
     place: [f64; 3],
     /// Cosine and sine of u's angle to x.
     turn: [f64; 2],
+    /// The film's axes, z towards the film.
+    axes: [DVec3; 2],
     distance: f64,
     index: f64,
 }
@@ -34,6 +38,7 @@ impl Sight {
         surfaces.iter_mut().for_each(|surface| surface.doubt = 0.0);
         let radius = film[0].hypot(film[1]);
         let turn = if radius > 0.0 { film.map(|v| v / radius) } else { [1.0, 0.0] };
+        let film_axes = lens.film_pose.motion().matrix3;
         Self {
             surfaces,
             batch: Box::default(),
@@ -41,6 +46,7 @@ impl Sight {
             film,
             place: lens.film_pose.film_point(film),
             turn,
+            axes: [film_axes.x_axis, film_axes.y_axis],
             distance: lens.film_distance,
             index: lens.prescription.rear().index,
         }
@@ -120,9 +126,10 @@ impl Sight {
         [x * scale, y * scale, z * scale]
     }
 
-    /// T of a point of the pupil.
+    /// T of a point of the pupil, along the film's own axes.
     pub fn direction(&self, point: [f64; 2]) -> [f64; 2] {
-        let [x, y, _] = self.towards(point);
-        [x, y]
+        let [x, y, z] = self.towards(point);
+        // The axes have z towards the film.
+        self.axes.map(|axis| axis.dot(DVec3::new(x, y, -z)))
     }
 }
