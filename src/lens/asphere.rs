@@ -262,8 +262,11 @@ impl<R: Real, const ODD: bool, const FAR: bool> Kernel<R> for AsphereLanes<'_, R
         let zero = R::constant(0.0);
         let (ray, s) = if pass == 0 {
             let ray = self.0.arrive::<FAR>(ray);
-            let (s, disc) = meet_conic(&ray, self.0.c, R::splat(self.1.k1));
-            (ray, R::select(zero.le(disc) & s.same(s), s, -(ray.p[2] / ray.t[2])))
+            let ([over, under], disc) = meet_conic(&ray, self.0.c, R::splat(self.1.k1));
+            let met = zero.le(disc) & zero.lt(under.abs());
+            // Where it misses the conic, to the plane of the vertex.
+            let (z, tz) = (-ray.p[2], ray.t[2]);
+            (ray, R::select(met, over, z) / R::select(met, under, tz))
         } else {
             let (step, _) = self.step(ray.p, ray.t);
             // A step that leads away, where the slope turns, is none.
@@ -285,7 +288,11 @@ impl<R: Real, const ODD: bool, const FAR: bool> Kernel<R> for AsphereLanes<'_, R
         let settled = self.ended(step, tz) & self.counts(p, normal, tz, once);
         let living = ray.p[0].same(ray.p[0]);
         if R::bits(living & !settled) != 0 {
-            (p, normal) = self.settle(&ray, once, settled, p, normal);
+            // Copies, so that what the cold call takes by reference stays in registers elsewhere.
+            let ([x, y, z], [u, v, w], [nx, ny, nz]) = (p, ray.t, normal);
+            let [from_x, from_y, from_z] = ray.p;
+            let ray = LensRay { p: [from_x, from_y, from_z], t: [u, v, w], weight: ray.weight };
+            (p, normal) = self.settle(&ray, once, settled, [x, y, z], [nx, ny, nz]);
         }
         refracted(&self.0, LensRay { p, ..ray }, normal)
     }

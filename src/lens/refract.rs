@@ -171,7 +171,8 @@ impl<R: Real, const FAR: bool> Kernel<R> for Conic<R, FAR> {
     fn cross(&self, ray: LensRay<R>) -> Crossed<R> {
         let Self(surface, k1) = *self;
         let ray = surface.arrive::<FAR>(ray);
-        let (s, disc) = meet_conic(&ray, surface.c, k1);
+        let ([over, under], disc) = meet_conic(&ray, surface.c, k1);
+        let s = over / under;
         let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
         let (x, y, z) = (s.mul_add(tx, x), s.mul_add(ty, y), s.mul_add(tz, z));
         let normal_z = (-(surface.c * k1)).mul_add(z, R::constant(1.0));
@@ -183,9 +184,9 @@ impl<R: Real, const FAR: bool> Kernel<R> for Conic<R, FAR> {
     }
 }
 
-/// How far along a ray its conic is, in units of T, and the square of T.N there.
+/// How far along a ray its conic is, in units of T, as a fraction; and the square of T.N there.
 #[inline(always)]
-pub(super) fn meet_conic<R: Real>(ray: &LensRay<R>, c: R, k1: R) -> (R, R) {
+pub(super) fn meet_conic<R: Real>(ray: &LensRay<R>, c: R, k1: R) -> ([R; 2], R) {
     let ([x, y, z], [tx, ty, tz]) = (ray.p, ray.t);
     let (k1_z, k1_tz) = (k1 * z, k1 * tz);
     let p_p = x.mul_add(x, y.mul_add(y, k1_z * z));
@@ -193,8 +194,8 @@ pub(super) fn meet_conic<R: Real>(ray: &LensRay<R>, c: R, k1: R) -> (R, R) {
     let t_t = tx.mul_add(tx, ty.mul_add(ty, k1_tz * tz));
     let f = c.mul_add(p_p, -(z + z));
     let g = (-c).mul_add(p_t, tz);
-    let (s, _, disc) = reach(f, g, c * t_t);
-    (s, disc)
+    let disc = g.mul_add(g, -(c * t_t * f));
+    ([f, g + disc.sqrt()], disc)
 }
 
 /// Refraction at a point that the ray has come to, by a normal of any length.
