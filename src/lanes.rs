@@ -10,6 +10,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use bytemuck::Pod;
 pub use wide::f32x8;
+use wide::u32x8;
 
 /// A real number, or a packet of them that are computed in step.
 pub trait Real:
@@ -42,6 +43,8 @@ pub trait Real:
     fn load(from: &[Self::Scalar]) -> Self;
     /// Writes the packet to the first [`Self::LANES`] places of a slice.
     fn store(self, to: &mut [Self::Scalar]);
+    /// The lanes in another order: lane `order[i]` becomes the i-th, i from 0 to 7.
+    fn ordered(self, order: &[u32; 8]) -> Self;
     /// Eight numbers of every lane: a packet of the first ones, a packet of the second ones ...
     fn columns(rows: &[[Self::Scalar; 8]]) -> [Self; 8];
     /// Rounds an f64 to a lane's precision.
@@ -95,6 +98,30 @@ pub trait Real:
     }
 }
 
+/// An order of lanes, for [`Real::ordered`]: first those of eight whose bits are set, as they come.
+#[inline(always)]
+pub fn ranks(lanes: u32) -> &'static [u32; 8] {
+    &RANKS[lanes as usize % RANKS.len()]
+}
+
+/// Of every set of lanes, as bits: those of the set first.
+static RANKS: [[u32; 8]; 256] = {
+    let mut ranks = [[0; 8]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut count) = (0, 0);
+        while lane < 8 {
+            if set >> lane & 1 == 1 {
+                ranks[set][count] = lane;
+                count += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    ranks
+};
+
 macro_rules! one_lane {
     ($float:ty) => {
         impl Real for $float {
@@ -114,6 +141,10 @@ macro_rules! one_lane {
             #[inline(always)]
             fn store(self, to: &mut [$float]) {
                 to[0] = self;
+            }
+            #[inline(always)]
+            fn ordered(self, _order: &[u32; 8]) -> Self {
+                self
             }
             #[inline(always)]
             fn columns(rows: &[[$float; 8]]) -> [Self; 8] {
@@ -197,6 +228,10 @@ impl Real for f32x8 {
     #[inline(always)]
     fn store(self, to: &mut [f32]) {
         to[..8].copy_from_slice(&self.to_array());
+    }
+    #[inline(always)]
+    fn ordered(self, order: &[u32; 8]) -> Self {
+        bytemuck::cast(bytemuck::cast::<Self, u32x8>(self).shuffle(u32x8::new(*order)))
     }
     #[inline(always)]
     fn columns(rows: &[[f32; 8]]) -> [Self; 8] {
@@ -324,6 +359,17 @@ mod tests {
                     assert_eq!(f32::bits(a.same(b)) * 0xff, f32x8::bits(va.same(vb)));
                 }
             }
+        }
+    }
+
+    #[test]
+    fn lanes_of_a_set_come_first() {
+        let lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        for set in 0..256 {
+            let wanted: Vec<f32> =
+                lanes.into_iter().filter(|&lane| set >> lane as u32 & 1 == 1).collect();
+            let found = f32x8::new(lanes).ordered(ranks(set)).to_array();
+            assert_eq!(found[..wanted.len()], wanted, "{set:08b}");
         }
     }
 }

@@ -97,13 +97,14 @@ pub fn sample(
     let mut len = 0;
     let mut put = |(index, [x, y]): (u32, [u32; 2]), run: Range<u32>| {
         let key = pixel_key(x, y, seed);
-        for sample in run {
-            batch.pixel[len] = index;
-            batch.key[len] = key;
-            batch.sample[len] = sample;
-            batch.film[0][len] = x as f32;
-            batch.film[1][len] = y as f32;
-            len += 1;
+        let to = len..len + run.len();
+        batch.pixel[to.clone()].fill(index);
+        batch.key[to.clone()].fill(key);
+        batch.film[0][to.clone()].fill(x as f32);
+        batch.film[1][to.clone()].fill(y as f32);
+        len = to.end;
+        for (place, sample) in batch.sample[to].iter_mut().zip(run) {
+            *place = sample;
         }
         len
     };

@@ -3,8 +3,9 @@
 //! Whether the film stands askew is a parameter of its loop; square film pays nothing for it.
 
 use super::pose::Pose;
-use super::pupil::{LIT, Lookup, PupilBound, Targets};
+use super::pupil::{Lookup, PupilBound};
 use super::refract::LensRay;
+use super::target::{LIT, Targets};
 use crate::lanes::Real;
 use crate::plan::EFFECTS;
 use crate::rays::{Column, LensBatch, SampleBatch};
@@ -48,7 +49,7 @@ struct Sample<R> {
     v: R,
     /// How far along the far side of its triangle.
     along: R,
-    /// The lanes of its [`Target`].
+    /// The lanes of its [`Target`](super::target::Target).
     target: [R; 8],
 }
 

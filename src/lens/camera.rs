@@ -10,7 +10,7 @@ use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
 use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use super::vignetting::Vignetting;
-use crate::lanes::Real;
+use crate::lanes::{self, Real};
 use crate::plan::EFFECTS;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
@@ -300,24 +300,24 @@ impl Camera {
         let [tx, ty, tz] =
             [&batch.tx, &batch.ty, &batch.tz].map(|column| &column.packets::<R>(len)[..packets]);
         let weight = &batch.weight.packets::<R>(len)[..packets];
-        let all = R::bits(R::constant(0.0).le(R::constant(0.0)));
         let mut alive = 0;
         for i in 0..packets {
             let living = R::bits(x[i].same(x[i]));
-            let (origin, direction, end) = place.ray([x[i], y[i], z[i]], [tx[i], ty[i], tz[i]]);
-            // Every packet is written; what is not alive, the next one writes over.
+            // Every packet is written, the living first; the next one writes over the others.
+            let order = lanes::ranks(living);
+            let start = [x[i].ordered(order), y[i].ordered(order), z[i].ordered(order)];
+            let towards = [tx[i].ordered(order), ty[i].ordered(order), tz[i].ordered(order)];
+            let weight = weight[i].ordered(order);
+            let (origin, direction, end) = place.ray(start, towards);
             let to = alive..alive + R::LANES;
             for axis in 0..3 {
                 origin[axis].store(&mut rays.origin[axis][to.clone()]);
                 direction[axis].store(&mut rays.direction[axis][to.clone()]);
-                (weight[i] * ratio[axis]).store(&mut rays.carried[axis][to.clone()]);
+                (weight * ratio[axis]).store(&mut rays.carried[axis][to.clone()]);
             }
             end.store(&mut rays.t_max[to.clone()]);
-            for (lane, slot) in rays.slot[to].iter_mut().enumerate() {
-                *slot = (i * R::LANES + lane) as u32;
-            }
-            if living != all {
-                close_ranks::<R>(rays, alive, living);
+            for (slot, lane) in rays.slot[to].iter_mut().zip(order) {
+                *slot = (i * R::LANES) as u32 + lane;
             }
             alive += living.count_ones() as usize;
         }
@@ -343,21 +343,6 @@ impl Camera {
             let (origin, direction, t_max) = place.ray(start, towards);
             rays.push(Ray { origin, direction, t_max }, [ratio; 3], i as u32);
         }
-    }
-}
-
-/// Moves the living rays of a packet that begins at `first` together.
-#[inline(never)]
-fn close_ranks<R: Real>(rays: &mut RayBatch, first: usize, living: u32) {
-    let alive = (0..R::LANES).filter(|lane| living >> lane & 1 == 1);
-    for (to, from) in (first..).zip(alive.map(|lane| first + lane)) {
-        for axis in 0..3 {
-            rays.origin[axis][to] = rays.origin[axis][from];
-            rays.direction[axis][to] = rays.direction[axis][from];
-            rays.carried[axis][to] = rays.carried[axis][from];
-        }
-        rays.t_max[to] = rays.t_max[from];
-        rays.slot[to] = rays.slot[from];
     }
 }
 

@@ -30,6 +30,7 @@ mod pupil;
 mod refract;
 mod surface;
 mod survey;
+mod target;
 mod throughput;
 mod toml;
 mod trace;

@@ -6,7 +6,7 @@
 //! changes little from spoke to spoke.
 
 use super::fan::{Fan, TRIANGLES};
-use super::pupil::{Rows, Target};
+use super::target::{Rows, Target};
 
 /// Directions from the axis.
 pub(super) const SPOKES: usize = 24;

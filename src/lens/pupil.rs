@@ -17,6 +17,7 @@ use super::polar::Polar;
 use super::pose::FilmPlane;
 use super::prescription::{Prescription, Row};
 use super::survey::Survey;
+use super::target::{Steps, Target, Targets, lone};
 use crate::rays::{Column, WAVE};
 
 /// Rings of the film of a round lens; their edges have a fan each.
@@ -79,7 +80,7 @@ pub(super) enum Field {
     Bare,
     /// By film radius, in the frame of the film point. Behind the edges of all rings stand two
     /// empty ones for the dark beyond. `open` has a bit for every fan that has an area.
-    Round { fans: Box<[Fan; RINGS + 3]>, rows: Rows, open: u128, per_end: f32 },
+    Round { fans: Box<[Fan; RINGS + 3]>, steps: Steps, open: u128, per_end: f32 },
     /// By spokes and rings about the axis, and how far the light reaches on each.
     Polar(Polar),
     /// Row by row over the cells of the film.
@@ -108,44 +109,13 @@ fn whole(number: f32) -> u32 {
     ((number - 0.5).max(0.0) + UNIT).to_bits() & 0x7f_ffff
 }
 
-/// How a sample finds its point of the pupil, `centre + sqrt(v) (corner + t side)`: u and v of
-/// the centre, of the corner and of the side, mm; the density of the samples that come from
-/// elsewhere, mm^-2, or 0 where the film sees no light; and 1 for a sample that is drawn from no
-/// triangle. One row for a sample, because it is looked up in one piece.
-pub(super) type Target = [f32; 8];
-
-/// The target of a lane that is not in use.
-pub(super) const LIT: Target = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0];
-
-/// The targets of a wave.
-pub(super) type Targets = Column<Target>;
-
-/// The triangles of the fans as rows to look up, without the density.
-#[derive(Clone, Debug)]
-pub(super) struct Rows(pub(super) Vec<[Target; TRIANGLES]>);
-
-impl Rows {
-    pub(super) fn of(fans: &[Fan]) -> Self {
-        let row = |fan: &Fan, k: usize| {
-            let Triangle { centre: [u, v], corners: [[au, av], [bu, bv]] } = fan.triangle(k);
-            [u, v, au, av, bu - au, bv - av, 0.0, 0.0]
-        };
-        Self(fans.iter().map(|fan| std::array::from_fn(|k| row(fan, k))).collect())
-    }
-}
-
-/// A sample that is drawn from no triangle.
-fn lone([u, v]: [f32; 2], base: f32) -> Target {
-    [u, v, 0.0, 0.0, 0.0, 0.0, base, 1.0]
-}
-
 /// Columns for what is computed eight samples at a time before the fans are looked up.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lookup {
-    ring: Column<u32>,
-    ring_share: Column<f32>,
+    /// Which of the [`Steps`] applies, and how much of it.
+    step: Column<u32>,
+    step_share: Column<f32>,
     rear: Column<u32>,
-    triangle: Column<u32>,
     /// How far along the far side of its triangle a sample is.
     pub(super) along: Column<f32>,
 }
@@ -245,8 +215,8 @@ impl PupilBound {
     ) {
         match &self.field {
             Field::Bare => self.bare_targets(film, pupil, targets),
-            Field::Round { rows, per_end, .. } => {
-                self.round_targets((rows, *per_end), film, pupil, lookup, targets);
+            Field::Round { steps, per_end, .. } => {
+                self.round_targets((steps, *per_end), film, pupil, lookup, targets);
             }
             Field::Polar(_) | Field::Grid { .. } => {
                 self.askew_targets(film, pupil, lookup, targets);
@@ -257,7 +227,7 @@ impl PupilBound {
     #[inline(always)]
     fn round_targets(
         &self,
-        (Rows(rows), per_end): (&Rows, f32),
+        (Steps(steps), per_end): (&Steps, f32),
         film: [&[f32]; 2],
         pupil: [&[f32]; 2],
         lookup: &mut Lookup,
@@ -273,25 +243,24 @@ impl PupilBound {
             let radius = (x[i] * x[i] + y[i] * y[i]).sqrt();
             let place = place(radius * per_end);
             let ring = ring(place);
-            lookup.ring[i] = ring;
-            lookup.ring_share[i] = place - ring as i32 as f32;
+            lookup.step_share[i] = place - ring as i32 as f32;
             lookup.rear[i] = self.rear_ring(radius);
             let place = (u[i] - share).max(0.0) * per_triangle;
             let triangle = whole(place).min(TRIANGLES as u32 - 1);
-            lookup.triangle[i] = triangle;
+            lookup.step[i] = ring * TRIANGLES as u32 + triangle;
             lookup.along[i] = place - triangle as i32 as f32;
         }
-        let rear: [f32; RINGS] = std::array::from_fn(|i| share / self.rear[i].area());
+        // Whole rows first, which are eight lanes.
         for i in 0..count {
-            let ring = (lookup.ring[i] as usize).min(rows.len() - 2);
-            let triangle = lookup.triangle[i] as usize % TRIANGLES;
-            let (near, far) = (&rows[ring][triangle], &rows[ring + 1][triangle]);
-            let s = lookup.ring_share[i];
-            let target = &mut targets[i];
+            let [near, step] = &steps[lookup.step[i] as usize];
+            let s = lookup.step_share[i];
             for k in 0..8 {
-                target[k] = near[k] + s * (far[k] - near[k]);
+                targets[i][k] = near[k] + s * step[k];
             }
-            target[6] = rear[lookup.rear[i] as usize % RINGS];
+        }
+        let density = &self.rear_density[..RINGS];
+        for i in 0..count {
+            targets[i][6] = density[lookup.rear[i] as usize % RINGS];
             if u[i] < share {
                 targets[i] = self.rear_target([x[i], y[i]], [u[i] / share, v[i]]);
             }
@@ -371,8 +340,13 @@ impl PupilBound {
                 let near = |i: usize| low[i].max(-high[i]).max(0.0) as f32;
                 let far = |i: usize| high[i].max(-low[i]) as f32;
                 let at = |a: f32, b: f32| ring(place((a * a + b * b).sqrt() * per_end));
-                let (inner, outer) = (at(near(0), near(1)), at(far(0), far(1)) + 1);
-                (open >> inner) & ((2 << (outer - inner)) - 1) != 0
+                let inner = at(near(0), near(1));
+                // Mostly light comes to its nearest point.
+                let lit = open >> inner;
+                lit & 1 != 0 || {
+                    let outer = at(far(0), far(1)) + 1;
+                    lit & ((2 << (outer - inner)) - 1) != 0
+                }
             }
             Field::Polar(polar) => polar.any_open(low, high),
             Field::Grid { fans } => {

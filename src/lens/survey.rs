@@ -8,7 +8,8 @@ use super::paraxial::Paraxial;
 use super::polar::{Polar, SPOKES, STEPS, direction, share};
 use super::pose::Pose;
 use super::prescription::{Axis, Prescription};
-use super::pupil::{CELLS, Ellipse, Field, RINGS, Rows};
+use super::pupil::{CELLS, Ellipse, Field, RINGS};
+use super::target::Steps;
 
 /// By how much the ellipses around the rear element are widened, so that nothing of it is left
 /// out.
@@ -58,10 +59,10 @@ impl Survey<'_> {
         fans.push(Fan::EMPTY);
         fans.push(Fan::EMPTY);
         let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.open()));
-        let rows = Rows::of(&fans);
+        let steps = Steps::of(&fans);
         let fans = fans.try_into().expect("an edge for every ring, and two beyond");
         // The last point of the film, where it is lit, is not beyond the light.
-        Field::Round { fans, rows, open, per_end: ((1.0 - 1e-6) / end) as f32 }
+        Field::Round { fans, steps, open, per_end: ((1.0 - 1e-6) / end) as f32 }
     }
 
     /// Fans over a film of this half width and height, mm.
