@@ -103,8 +103,12 @@ fn sensor(bench: &mut Criterion) {
     let job = prepare(description, &Changes::default()).expect("a job").0;
     let frame = Frame::whole(SIZE);
     let job = Job { frame, sensor: None, ..job };
-    let exposed =
-        Exposed { film: FilmSums::new(frame, false), features: None, stats: Stats::default() };
+    let exposed = Exposed {
+        film: FilmSums::new(frame, false),
+        features: None,
+        stats: Stats::default(),
+        reached: None,
+    };
     group.bench_function("without", |bencher| bencher.iter(|| exposed.film.picture(16)));
     group.bench_function("off", |bencher| bencher.iter(|| exposed.picture(&job)));
 
@@ -147,7 +151,7 @@ impl Launch {
         let Self { samples, columns, rays, stats } = self;
         let (film, filter) = (job.camera.film, &job.film.filter);
         for tile in job.frame.tiles() {
-            let mut tile = job.sampler(&tile);
+            let mut tile = job.sampler(&tile, job.samples.clone());
             while sample(&mut tile, &job.frame, filter, film, 0, samples) {
                 job.camera.expose::<f32x8>(samples, columns, rays, stats);
                 black_box(&*rays);
@@ -195,7 +199,8 @@ fn ghosts(criterion: &mut Criterion) {
             bencher.iter(|| {
                 pool.install(|| {
                     let progress = Progress::default();
-                    ghosts.expose::<f32x8>(&job, &mut film, &mut Stats::default(), &progress);
+                    let (samples, mut stats) = (job.samples.clone(), Stats::default());
+                    ghosts.expose::<f32x8>(&job, samples, &mut film, &mut stats, &progress);
                 });
             });
         });
@@ -285,7 +290,7 @@ fn diffraction(bench: &mut Criterion) {
     ] {
         let job = job(f_number, effects);
         let film = FilmSums::new(job.frame, false);
-        let exposed = Exposed { film, features: None, stats: Stats::default() };
+        let exposed = Exposed { film, features: None, stats: Stats::default(), reached: None };
         planned(&job, Effect::Diffraction);
         let zones = Diffraction::new(&job.camera, &job.frame, &job.light).zones();
         group.bench_function(format!("{name} ({zones} zones)"), |bencher| {

@@ -17,7 +17,7 @@ use crate::ghosts;
 use crate::image::{Note, Notes};
 use crate::lens::{Camera, LensError, Model};
 use crate::plan::{Effect, Level, Moves, Plan, Question, plan};
-use crate::render::{Job, RenderError};
+use crate::render::{Job, RenderError, Until};
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec};
 use crate::source::{Location, Warning};
 use crate::spectrum::{bands, white_balance};
@@ -88,6 +88,14 @@ pub fn prepare(
         }
     };
     let samples = changes.samples.unwrap_or(description.samples);
+    let evenly = changes.until.count_only();
+    if !evenly && changes.samples.is_some_and(|samples| samples < Until::FEWEST) {
+        let problem = format!(
+            "--spp {samples}: --noise and --time need {} samples a pixel or more",
+            Until::FEWEST
+        );
+        return Err(JobError::Asked(problem));
+    }
     let seed = changes.seed.unwrap_or(description.seed);
     let pitch = 1e3 * pitch(&model, &film, size, frame.resolution);
     let asked = changes.sensor.map(|settings| settings.sensor(film.iso, pitch));
@@ -98,7 +106,9 @@ pub fn prepare(
     setup.number("isoSpeed", changes.iso(&film));
     setup.number("filmWidth", size[0]);
     setup.number("filmHeight", size[1]);
-    setup.number("samplesPerPixel", f64::from(samples));
+    if evenly {
+        setup.number("samplesPerPixel", f64::from(samples));
+    }
     setup.number("seed", f64::from(seed));
     let imaging_ratio = imaging_ratio * efficiency;
     let mut job = Job {
@@ -108,6 +118,7 @@ pub fn prepare(
         frame,
         film: response,
         samples: 0..samples,
+        until: Until::default(),
         seed,
         reach: description.reach,
         layers: layers(&film, changes),
@@ -160,6 +171,10 @@ pub fn prepare(
         room_to_spread(&job.frame)?;
     }
     setup.missed(&changes.effects, &job.plan);
+    if !evenly {
+        job.samples = 0..changes.samples.unwrap_or(Until::MOST);
+        job.until = changes.until;
+    }
     job.timing = exposure.plan(&job.plan, &mut job.scene)?;
     setup.notes.push(("effects", Note::Text(job.plan.line())));
     if let (Some(aov), Model::Thin(_)) =

@@ -1,6 +1,9 @@
 //! The wavefront: the only module that knows the order of the stages.
 
+mod rounds;
+mod spread;
 mod tails;
+mod until;
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -25,6 +28,8 @@ use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use tails::{FEW, Tails};
 
+pub use until::{Reached, Until};
+
 /// Everything that decides what a picture looks like.
 #[derive(Clone, Debug)]
 pub struct Job {
@@ -38,8 +43,11 @@ pub struct Job {
     pub frame: Frame,
     /// How samples become pixels.
     pub film: Response,
-    /// Which samples of every pixel.
+    /// Which samples of every pixel; where something else ends the render, at most so many in the
+    /// mean.
     pub samples: Range<u32>,
+    /// What else ends the render.
+    pub until: Until,
     /// Which of all random choices.
     pub seed: u32,
     /// How far paths go: over 1 surface is direct light only, over 0 what shines by itself.
@@ -62,10 +70,10 @@ impl Job {
         Beam::new(&self.camera, self.frame.resolution)
     }
 
-    /// The samples of a tile, but for pixels that no light can come to.
-    pub fn sampler(&self, tile: &Tile) -> TileSampler {
+    /// Samples of a tile, but for pixels that no light can come to.
+    pub fn sampler(&self, tile: &Tile, samples: Range<u32>) -> TileSampler {
         let reach = self.film.filter.reach();
-        TileSampler::new(tile, self.samples.clone(), self.camera.bands(), |low, high| {
+        TileSampler::new(tile, samples, self.camera.bands(), |low, high| {
             let low = [0, 1].map(|i| f64::from(low[i]) - reach[i]);
             let high = [0, 1].map(|i| f64::from(high[i]) + reach[i]);
             self.camera.sees(low, high, self.frame.resolution)
@@ -88,6 +96,9 @@ pub enum Backend {
 pub struct Progress {
     /// Film samples taken.
     pub samples: AtomicU64,
+    /// Film samples that it will take in all, as far as is known by now; 0 where the count of the
+    /// job's samples says it.
+    pub expected: AtomicU64,
     /// Set to stop the workers at their next wave.
     pub stop: AtomicBool,
 }
@@ -101,6 +112,8 @@ pub struct Exposed {
     pub features: Option<FeatureFilm>,
     /// How that came about.
     pub stats: Stats,
+    /// How good it became, where more than the count of samples could end it.
+    pub reached: Option<Reached>,
 }
 
 impl Exposed {
@@ -149,36 +162,75 @@ pub fn render(
 }
 
 fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Exposed, RenderError> {
-    let workers: Vec<Mutex<Box<Wave>>> =
-        (0..rayon::current_num_threads()).map(|_| Mutex::new(Wave::new(job))).collect();
-    let tiles = job.frame.tiles();
-    let received: Vec<(TileSums, Option<Features>)> = tiles
-        .par_iter()
-        .map(|tile| {
-            let worker = rayon::current_thread_index().unwrap_or(0);
-            let mut wave = workers[worker].lock().unwrap_or_else(|poison| poison.into_inner());
-            wave.expose_tile::<R>(job, tile, progress)
-        })
-        .collect();
-    let film = FilmSums::new(job.frame, job.layers.contains(&Aov::Variance));
-    let mut exposed = Exposed { film, features: None, stats: Stats::default() };
-    for (tile, (sums, features)) in tiles.iter().zip(&received) {
-        exposed.film.put(tile, sums);
-        if let Some(features) = features {
-            exposed.features.get_or_insert_with(|| FeatureFilm::new(job.frame)).put(tile, features);
-        }
-    }
-    for worker in workers {
-        let wave = worker.into_inner().unwrap_or_else(|poison| poison.into_inner());
-        exposed.stats.add(&wave.stats);
-    }
-    if let Some(ghosts) = &job.ghosts {
-        ghosts.expose::<R>(job, &mut exposed.film, &mut exposed.stats, progress);
-    }
+    let crew = Crew::new(job, progress);
+    let mut exposed = match job.until.count_only() {
+        true => crew.expose_evenly::<R>(),
+        false => rounds::expose::<R>(&crew),
+    };
+    crew.book(&mut exposed.stats);
     if progress.stop.load(Ordering::Relaxed) {
         return Err(RenderError::Stopped);
     }
     Ok(exposed)
+}
+
+/// Samples that all pixels of a tile take.
+struct Share {
+    tile: Tile,
+    samples: Range<u32>,
+    seed: u32,
+}
+
+/// The workers of a render.
+struct Crew<'a> {
+    job: &'a Job,
+    progress: &'a Progress,
+    waves: Vec<Mutex<Box<Wave>>>,
+}
+
+impl<'a> Crew<'a> {
+    fn new(job: &'a Job, progress: &'a Progress) -> Self {
+        let waves = (0..rayon::current_num_threads()).map(|_| Mutex::new(Wave::new(job)));
+        Self { job, progress, waves: waves.collect() }
+    }
+
+    /// What each share receives.
+    fn expose<R: Real<Scalar = f32>>(&self, shares: &[Share]) -> Vec<(TileSums, Option<Features>)> {
+        let one = |share| {
+            let worker = rayon::current_thread_index().unwrap_or(0);
+            let mut wave = self.waves[worker].lock().unwrap_or_else(|poison| poison.into_inner());
+            wave.expose_tile::<R>(self.job, share, self.progress)
+        };
+        shares.par_iter().map(one).collect()
+    }
+
+    /// All samples of the job, for every pixel as many.
+    fn expose_evenly<R: Real<Scalar = f32>>(&self) -> Exposed {
+        let Self { job, progress, .. } = *self;
+        let share = |tile| Share { tile, samples: job.samples.clone(), seed: job.seed };
+        let shares: Vec<Share> = job.frame.tiles().into_iter().map(share).collect();
+        let film = FilmSums::new(job.frame, job.layers.contains(&Aov::Variance));
+        let mut exposed = Exposed { film, features: None, stats: Stats::default(), reached: None };
+        for (Share { tile, .. }, (sums, features)) in shares.iter().zip(self.expose::<R>(&shares)) {
+            exposed.film.put(tile, &sums);
+            if let Some(features) = &features {
+                let film = exposed.features.get_or_insert_with(|| FeatureFilm::new(job.frame));
+                film.put(tile, features);
+            }
+        }
+        if let Some(ghosts) = &job.ghosts {
+            let Exposed { film, stats, .. } = &mut exposed;
+            ghosts.expose::<R>(job, job.samples.clone(), film, stats, progress);
+        }
+        exposed
+    }
+
+    /// Adds what its workers did.
+    fn book(self, stats: &mut Stats) {
+        for wave in self.waves {
+            stats.add(&wave.into_inner().unwrap_or_else(|poison| poison.into_inner()).stats);
+        }
+    }
 }
 
 /// The columns of one worker.
@@ -206,19 +258,21 @@ impl Wave {
         wave
     }
 
-    /// All samples of one tile, wave by wave.
+    /// Samples of one tile, wave by wave.
     fn expose_tile<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
-        tile: &Tile,
+        share: &Share,
         progress: &Progress,
     ) -> (TileSums, Option<Features>) {
-        let mut sums = TileSums::new(tile, job.layers.contains(&Aov::Variance));
+        let tile = &share.tile;
+        let squares = job.until.count_only() && job.layers.contains(&Aov::Variance);
+        let mut sums = TileSums::new(tile, squares);
         let mut features = Features::new(job, tile);
-        let mut sampler = job.sampler(tile);
+        let mut sampler = job.sampler(tile, share.samples.clone());
         let mut clock = Clock::start();
         while !progress.stop.load(Ordering::Relaxed)
-            && self.begin::<R>(job, tile, &mut sampler, &mut clock)
+            && self.begin::<R>(job, share, &mut sampler, &mut clock)
         {
             let samples = self.samples.len as u64;
             self.follow::<R>(job, 0, features.as_mut(), &mut sums, &mut clock);
@@ -239,18 +293,18 @@ impl Wave {
     fn begin<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
-        tile: &Tile,
+        share: &Share,
         sampler: &mut TileSampler,
         clock: &mut Clock,
     ) -> bool {
         let Self { samples, lens, rays, radiance, stats, .. } = self;
-        let Job { camera, frame, film, seed, timing, .. } = job;
-        if !sample(sampler, frame, &film.filter, camera.film, *seed, samples) {
+        let Job { camera, frame, film, timing, .. } = job;
+        if !sample(sampler, frame, &film.filter, camera.film, share.seed, samples) {
             return false;
         }
         let timing = timing.as_ref().filter(|_| EFFECTS);
         if let Some(timing) = timing {
-            timing.tell(tile, frame, samples);
+            timing.tell(&share.tile, frame, samples);
         }
         clock.lap(stats, Stage::Sample, samples.len);
         camera.expose::<R>(samples, lens, rays, &mut stats.lens);

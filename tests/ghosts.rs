@@ -227,7 +227,13 @@ fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
     let ghosts = survey(job).expect("ghosts").all(lens, &bands());
     let job = Job { samples: 0..samples, ..job.clone() };
     let mut film = FilmSums::new(job.frame, false);
-    ghosts.expose::<f32x8>(&job, &mut film, &mut Stats::default(), &Progress::default());
+    ghosts.expose::<f32x8>(
+        &job,
+        job.samples.clone(),
+        &mut film,
+        &mut Stats::default(),
+        &Progress::default(),
+    );
     green(&film.picture(samples))
 }
 

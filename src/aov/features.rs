@@ -31,6 +31,23 @@ struct Sum {
     ids: Option<[u32; 3]>,
 }
 
+impl Sum {
+    /// Adds the paths of another sum, which come later.
+    fn add(&mut self, other: &Self) {
+        self.taken += other.taken;
+        self.passed += other.passed;
+        self.weight = [0, 1].map(|i| self.weight[i] + other.weight[i]);
+        self.depth += other.depth;
+        self.coc += other.coc;
+        for axis in 0..3 {
+            self.position[axis] += other.position[axis];
+            self.normal[axis] += other.normal[axis];
+            self.albedo[axis] += other.albedo[axis];
+        }
+        self.ids = self.ids.or(other.ids);
+    }
+}
+
 /// What the paths of a tile met.
 #[derive(Clone, Debug)]
 pub struct Features {
@@ -89,16 +106,27 @@ impl Blur {
 }
 
 impl Features {
+    /// Whether a layer of the job needs them.
+    pub fn asked(job: &Job) -> bool {
+        job.layers.iter().any(|aov| !matches!(aov, Aov::Vignetting | Aov::Variance))
+    }
+
     /// Of a tile that no path has come to; `None` where nobody asks.
     pub fn new(job: &Job, tile: &Tile) -> Option<Self> {
-        let asked = |aov: &Aov| !matches!(aov, Aov::Vignetting | Aov::Variance);
-        job.layers.iter().any(asked).then(|| Self {
+        Self::asked(job).then(|| Self {
             sums: vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize],
             camera_from_world: single(&job.camera.world_from_camera.inverse()),
             ride: job.timing.as_ref().and_then(|timing| timing.ride.clone()),
             blur: Blur::of(&job.camera),
             beam: job.beam(),
         })
+    }
+
+    /// Adds what later paths of the same tile met.
+    pub fn add(&mut self, other: &Self) {
+        for (sum, other) in self.sums.iter_mut().zip(&other.sums) {
+            sum.add(other);
+        }
     }
 
     /// Adds the first hits of a wave: a stage.

@@ -23,6 +23,7 @@ mod vignetting;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
@@ -31,7 +32,7 @@ use petzval::metric::Metric;
 
 use layer::AovArgument;
 use picture::PictureArguments;
-use values::{coating, four, length, length_or_inf, point};
+use values::{coating, four, length, length_or_inf, noise, point, time};
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -73,6 +74,16 @@ struct RenderArguments {
     output: Option<PathBuf>,
     #[command(flatten)]
     picture: PictureArguments,
+    /// End when the picture is this exact: the root mean square, over its pixels, of the standard
+    /// error over the luminance and a tenth of the picture's mean. Tiles take as many samples as
+    /// they need; --spp, if given, is the most in the mean. The picture is the same every time
+    #[arg(long, value_name = "ERROR", value_parser = noise, allow_hyphen_values = true)]
+    noise: Option<f64>,
+    /// End after so much rendering, reading aside, with samples where they are needed; whichever of
+    /// --noise, --time and --spp comes first. Every pixel takes 4 samples, however long that takes;
+    /// the picture is not the same every time
+    #[arg(long, value_name = "30s", value_parser = time, allow_hyphen_values = true)]
+    time: Option<Duration>,
     /// Threads; one a core if not given. The picture is the same for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,

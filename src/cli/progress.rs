@@ -20,8 +20,10 @@ impl Bar {
         if !std::io::stderr().is_terminal() {
             return Self { shown: None };
         }
-        let total = job.frame.tiles().iter().map(|tile| job.sampler(tile).count()).sum();
-        let bar = ProgressBar::new(total);
+        let tiles = job.frame.tiles();
+        let count = |tile| job.sampler(tile, job.samples.clone()).count();
+        let (most, evenly) = (tiles.iter().map(count).sum(), job.until.count_only());
+        let bar = ProgressBar::new(most);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}") {
             bar.set_style(style);
         }
@@ -31,12 +33,20 @@ impl Bar {
         let watcher = std::thread::spawn(move || {
             while !ended.load(Ordering::Relaxed) {
                 let samples = progress.samples.load(Ordering::Relaxed);
+                let expected = progress.expected.load(Ordering::Relaxed);
+                let total = if expected > 0 { expected } else { most };
                 let seconds = start.elapsed().as_secs_f64();
                 let rate = samples as f64 / seconds.max(1e-3);
+                shown.set_length(total);
                 shown.set_position(samples.min(total));
                 if samples > 0 {
                     let left = (total.saturating_sub(samples)) as f64 / rate;
-                    shown.set_message(format!("{:.1} M rays/s, {left:.0} s left", rate / 1e6));
+                    // Nobody knows before the noise has been seen.
+                    let left = match expected > 0 || evenly {
+                        true => format!(", {left:.0} s left"),
+                        false => String::new(),
+                    };
+                    shown.set_message(format!("{:.1} M rays/s{left}", rate / 1e6));
                 }
                 std::thread::park_timeout(Duration::from_millis(100));
             }

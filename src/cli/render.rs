@@ -10,7 +10,7 @@ use petzval::image::{Encoding, Format, ImageError, Note, Notes, Window};
 use petzval::job::{Changes, prepare};
 use petzval::lens::{Aim, Model};
 use petzval::plan::Effect;
-use petzval::render::{Backend, Job, Progress, RenderError, render};
+use petzval::render::{Backend, Job, Progress, Reached, RenderError, Until, render};
 use petzval::scene::pbrt;
 use petzval::stats::{Lanes, Stage, Stats};
 
@@ -38,6 +38,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         },
         layers: arguments.aov.iter().map(|&aov| aov.into()).collect(),
         holds_layers,
+        until: Until { noise: arguments.noise, time: arguments.time },
         ..arguments.picture.changes()
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
@@ -76,6 +77,15 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     };
     let rendered = start.elapsed();
 
+    if let Some(reached) = &exposed.reached {
+        let number = |name, value| (name, Note::Number(value));
+        notes.extend([
+            number("noise", reached.noise),
+            number("samplesPerPixel", reached.mean),
+            number("leastSamplesPerPixel", f64::from(reached.least)),
+            number("mostSamplesPerPixel", f64::from(reached.most)),
+        ]);
+    }
     notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
     let words: Vec<String> =
         std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
@@ -92,6 +102,13 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     say!("{}", super::plan::table(&job.plan).trim_end());
     print_table(&job, &exposed.stats);
     print_exposure(&job, &notes);
+    let samples = match &exposed.reached {
+        None => job.samples.end.to_string(),
+        Some(Reached { noise, mean, least, most }) => {
+            say!("noise: {:.3} %; samples a pixel: {least} to {most}", 100.0 * noise);
+            format!("{mean:.1}")
+        }
+    };
     if exposed.film.dropped > 0 {
         say!(
             "petzval: warning: {} samples were no numbers and were left out",
@@ -109,11 +126,10 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         also += &format!(", layers {:.2}", (layered - developed).as_secs_f64());
     }
     say!(
-        "{}: {} x {} pixels, {} samples, {:.2} s (read {:.2}, render {:.2}{also}, write {:.2})",
+        "{}: {} x {} pixels, {samples} samples, {:.2} s (read {:.2}, render {:.2}{also}, write {:.2})",
         output.display(),
         picture.size[0],
         picture.size[1],
-        job.samples.end,
         start.elapsed().as_secs_f64(),
         read.as_secs_f64(),
         (rendered - read).as_secs_f64(),

@@ -1,8 +1,11 @@
 //! What the values of options look like.
 
+use std::time::Duration;
+
 use petzval::job::FocusOn;
 use petzval::lens::{Coating, MOST_DECENTRE, MOST_TILT};
 use petzval::sensor::Settings;
+use petzval::shutter::seconds;
 use petzval::spectrum::{Passband, RANGE};
 
 pub(super) fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
@@ -54,6 +57,17 @@ pub(super) fn focus(text: &str) -> Result<FocusOn, String> {
         },
         None => above_zero(text, expected).map(FocusOn::Distance),
     }
+}
+
+pub(super) fn noise(text: &str) -> Result<f64, String> {
+    let noise = text.parse().ok().filter(|noise| (1e-5..=1.0).contains(noise));
+    noise.ok_or_else(|| "expected a relative error from 0.00001 to 1, such as 0.01".to_owned())
+}
+
+pub(super) fn time(text: &str) -> Result<Duration, String> {
+    let time = seconds(text).ok().filter(|&seconds| seconds > 0.0);
+    let time = time.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    time.ok_or_else(|| "expected a time above 0, such as 30s".to_owned())
 }
 
 pub(super) fn passband(text: &str) -> Result<Passband, String> {

@@ -22,6 +22,23 @@ impl TileSums {
         Self { sums: vec![[0.0; 3]; pixels], squares, dropped: 0 }
     }
 
+    /// Adds what the same tile received from other samples.
+    pub fn add(&mut self, other: &Self) {
+        let add = |to: &mut Vec<[f64; 3]>, from: &[[f64; 3]]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = [0, 1, 2].map(|c| to[c] + from[c]);
+            }
+        };
+        add(&mut self.sums, &other.sums);
+        add(&mut self.squares, &other.squares);
+        self.dropped += other.dropped;
+    }
+
+    /// What its pixels received, row by row, added up.
+    pub fn light(&self) -> &[[f64; 3]] {
+        &self.sums
+    }
+
     /// Adds a wave: a stage. A sample whose pixel is [`NONE`] arrives by another wave. What is not a finite number is left out and counted.
     pub fn accumulate(
         &mut self,
@@ -55,6 +72,8 @@ pub struct FilmSums {
     frame: Frame,
     sums: Vec<[f64; 3]>,
     squares: Vec<[f64; 3]>,
+    /// Of every pixel's mean, where the sums are means already.
+    settled: Option<Vec<[f32; 3]>>,
     /// Samples that were not finite and were left out.
     pub dropped: u64,
 }
@@ -64,7 +83,20 @@ impl FilmSums {
     pub fn new(frame: Frame, squares: bool) -> Self {
         let [width, height] = frame.size().map(|n| n as usize);
         let squares = vec![[0.0; 3]; if squares { width * height } else { 0 }];
-        Self { frame, sums: vec![[0.0; 3]; width * height], squares, dropped: 0 }
+        Self { frame, sums: vec![[0.0; 3]; width * height], squares, settled: None, dropped: 0 }
+    }
+
+    /// A film of means that need no more division, as pixels took different numbers of samples;
+    /// with their variance.
+    pub fn settled(frame: Frame, means: Vec<[f64; 3]>, variance: Vec<[f32; 3]>) -> Self {
+        Self { frame, sums: means, squares: Vec::new(), settled: Some(variance), dropped: 0 }
+    }
+
+    /// Adds this share of what another film of the same pixels received.
+    pub fn add_film(&mut self, other: &Self, share: f64) {
+        for (sum, light) in self.sums.iter_mut().zip(&other.sums) {
+            *sum = [0, 1, 2].map(|c| sum[c] + share * light[c]);
+        }
     }
 
     /// Takes over the pixels of a tile.
@@ -85,8 +117,11 @@ impl FilmSums {
     }
 
     /// The variance of every pixel's mean over this many samples, by channel: the square of its
-    /// standard error. `None` where the squares were not added up.
+    /// standard error. `None` where the squares were not added up. A film of means knows its own.
     pub fn variance(&self, samples: u32) -> Option<Vec<[f32; 3]>> {
+        if let Some(variance) = &self.settled {
+            return Some(variance.clone());
+        }
         let n = f64::from(samples);
         let variance = |(sum, square): (&[f64; 3], &[f64; 3])| {
             [0, 1, 2].map(|c| {
@@ -103,9 +138,12 @@ impl FilmSums {
         self.sums.iter().flatten().all(|&sum| sum <= 0.0)
     }
 
-    /// The mean over this many samples a pixel.
+    /// The mean over this many samples a pixel, or the film's means where it has them.
     pub fn picture(&self, samples: u32) -> Picture {
-        let scale = 1.0 / f64::from(samples.max(1));
+        let scale = match self.settled {
+            Some(_) => 1.0,
+            None => 1.0 / f64::from(samples.max(1)),
+        };
         Picture {
             size: self.frame.size().map(|n| n as usize),
             pixels: self.sums.iter().map(|sum| sum.map(|s| (s * scale) as f32)).collect(),

@@ -1,5 +1,6 @@
 //! Putting ghosts on the film: a stage of its own, behind all others.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -44,6 +45,7 @@ impl Ghosts {
     pub fn expose<R: Real<Scalar = f32>>(
         &self,
         job: &Job,
+        samples: Range<u32>,
         film: &mut FilmSums,
         stats: &mut Stats,
         progress: &Progress,
@@ -55,7 +57,7 @@ impl Ghosts {
         let paths = f64::from(waves) * WAVE as f64;
         let pitch = [0, 1].map(|i| job.camera.film[i] / f64::from(job.frame.resolution[i]));
         let scale = job.camera.imaging_ratio / (pitch[0] * pitch[1] * paths);
-        for sample in job.samples.clone() {
+        for sample in samples {
             for first in (0..waves).step_by(CHUNK as usize) {
                 if progress.stop.load(Ordering::Relaxed) {
                     return;

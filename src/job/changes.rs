@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::aov::Aov;
 use crate::lens::{Aim, Coating};
 use crate::plan::{Visible, Wanted};
+use crate::render::Until;
 use crate::scene::pbrt::FilmSpec;
 use crate::sensor;
 use crate::shutter;
@@ -50,6 +51,9 @@ pub struct Changes {
     pub crop: Option<[[u32; 2]; 2]>,
     /// Samples a pixel.
     pub samples: Option<u32>,
+    /// When the picture is good enough; then `samples` are the most in the mean, and those of the
+    /// scene file do not count.
+    pub until: Until,
     /// Seed of the random numbers.
     pub seed: Option<u32>,
     /// How film points choose where to aim.

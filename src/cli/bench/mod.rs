@@ -161,7 +161,7 @@ impl Launch {
         let (film, filter) = (job.camera.film, &job.film.filter);
         let mut left = 0;
         for tile in job.frame.tiles() {
-            let mut tile = job.sampler(&tile);
+            let mut tile = job.sampler(&tile, job.samples.clone());
             while sample(&mut tile, &job.frame, filter, film, 0, samples) {
                 job.camera.expose::<f32x8>(samples, columns, black_box(rays), stats);
                 left += rays.len as u64;
@@ -297,7 +297,10 @@ fn effects(suite: &mut Suite, files: &Files, lens: &Prescription) -> Result<(), 
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
         let seconds = fastest(&mut || {
             let (mut stats, progress) = (Stats::default(), Progress::default());
-            pool.install(|| ghosts.expose::<f32x8>(&haunted, &mut film, &mut stats, &progress));
+            let samples = haunted.samples.clone();
+            pool.install(|| {
+                ghosts.expose::<f32x8>(&haunted, samples, &mut film, &mut stats, &progress);
+            });
         });
         suite.put("effect.ghosts.ns", 1e9 * seconds / samples, "ns/sample");
     }

@@ -1,0 +1,275 @@
+//! Rounds of samples, each where those before say that they are needed.
+//!
+//! Samples come in four quarters with seeds of their own; each quarter of a pixel has a mean. The
+//! first two are a pair, the others another. The quarters of a pair have the same counts, so that
+//! the square of their difference tells the variance without bias. How many samples a tile of one
+//! pair takes, and when the pair has enough, is said by the variance in the other, and the picture
+//! is the mean of both: no sample has a say in how much it counts (Rousselle, Knaus & Zwicker
+//! 2012, "Adaptive rendering with non-local means filtering", section 5). Errors of a tile's
+//! pixels are added up, as those of single pixels are known badly.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use super::spread::{Spread, cost};
+use super::{Crew, Exposed, Job, Progress, Reached, Share, Until};
+use crate::aov::{FeatureFilm, Features};
+use crate::film::{FilmSums, Tile, TileSums};
+use crate::lanes::Real;
+use crate::sampler::hash;
+use crate::spectrum::xyz_from_srgb;
+use crate::stats::Stats;
+
+/// Samples of every quarter of a pixel before anything is known of it; in a hurry, one.
+const FIRST: u32 = 4;
+/// Samples of a quarter after which a pair that has met no light does not look on for it.
+const BLIND: u32 = 64;
+/// What is added to a pixel's luminance when its error is divided by it, as a share of the mean.
+const FLOOR: f64 = 0.1;
+
+/// Two quarters of all samples.
+struct Pair {
+    /// Samples that a pixel has taken in each of the two, by tile.
+    counts: Vec<u32>,
+    quarters: [Vec<TileSums>; 2],
+}
+
+impl Pair {
+    fn new(tiles: &[Tile]) -> Self {
+        let quarter = || tiles.iter().map(|tile| TileSums::new(tile, false)).collect();
+        Self { counts: vec![0; tiles.len()], quarters: [quarter(), quarter()] }
+    }
+
+    /// The means of both quarters, for each pixel of a tile.
+    fn means(&self, tile: usize) -> impl Iterator<Item = [[f64; 3]; 2]> {
+        let scale = 1.0 / f64::from(self.counts[tile].max(1));
+        let [one, other] = self.quarters.each_ref().map(|quarter| quarter[tile].light().iter());
+        one.zip(other).map(move |(one, other)| [*one, *other].map(|sum| sum.map(|s| s * scale)))
+    }
+
+    /// The mean luminance over so many pixels of the picture.
+    fn luminance(&self, pixels: f64) -> f64 {
+        let means = (0..self.counts.len()).flat_map(|tile| self.means(tile));
+        means.map(|[one, other]| (luminance(one) + luminance(other)) / 2.0).sum::<f64>() / pixels
+    }
+
+    /// The relative variance of the pair's mean, as far as the pair alone knows, added up over
+    /// the pixels of each tile, times its count: so that it does not depend on the count.
+    fn variances(&self, floor: f64) -> Vec<f64> {
+        let tile = |tile: usize| {
+            let error = |[one, other]: [[f64; 3]; 2]| {
+                let [one, other] = [one, other].map(luminance);
+                relative((one - other).powi(2) / 4.0, (one + other) / 2.0, floor)
+            };
+            f64::from(self.counts[tile]) * self.means(tile).map(error).sum::<f64>()
+        };
+        (0..self.counts.len()).map(tile).collect()
+    }
+}
+
+fn luminance(light: [f64; 3]) -> f64 {
+    xyz_from_srgb(light)[1]
+}
+
+/// A variance over the square of what it is an error of.
+fn relative(variance: f64, light: f64, floor: f64) -> f64 {
+    let whole = light.max(0.0) + floor;
+    if whole > 0.0 { variance / (whole * whole) } else { 0.0 }
+}
+
+/// The next count on the way to one that is wanted: at most twice as large, and not all of a long
+/// way, as the variance falls faster than counts rise and will be known better.
+fn step(count: u32, wanted: u32) -> u32 {
+    let way = wanted.saturating_sub(count);
+    let way = if way > count / 8 { way - way / 4 } else { way };
+    count.saturating_add(way.min(count))
+}
+
+/// A render between rounds.
+struct Rounds<'a> {
+    job: &'a Job,
+    /// Those that light comes to.
+    tiles: Vec<Tile>,
+    /// How many of their pixels it comes to.
+    pixels: Vec<u64>,
+    pairs: [Pair; 2],
+    features: Vec<Option<Features>>,
+    ghosts: FilmSums,
+    /// Samples that the ghosts are those of.
+    haunted: u32,
+    stats: Stats,
+    start: Instant,
+}
+
+/// Renders a job until its picture is good enough.
+pub(super) fn expose<R: Real<Scalar = f32>>(crew: &Crew) -> Exposed {
+    let mut rounds = Rounds::new(crew.job);
+    let mut next = rounds.first();
+    while !crew.progress.stop.load(Ordering::Relaxed) && rounds.go::<R>(crew, &next) {
+        next = rounds.next(crew.progress);
+    }
+    rounds.finish()
+}
+
+impl<'a> Rounds<'a> {
+    fn new(job: &'a Job) -> Self {
+        let tiles = job.frame.tiles().into_iter();
+        let lit = tiles.map(|tile| (tile, job.sampler(&tile, 0..1).count()));
+        let (tiles, pixels): (Vec<Tile>, Vec<u64>) = lit.filter(|(_, count)| *count > 0).unzip();
+        Self {
+            job,
+            pairs: [Pair::new(&tiles), Pair::new(&tiles)],
+            features: tiles.iter().map(|tile| Features::new(job, tile)).collect(),
+            tiles,
+            pixels,
+            ghosts: FilmSums::new(job.frame, false),
+            haunted: 0,
+            stats: Stats::default(),
+            start: Instant::now(),
+        }
+    }
+
+    /// Pixels of the picture.
+    fn whole(&self) -> f64 {
+        self.job.frame.size().map(f64::from).iter().product()
+    }
+
+    /// Pixels that light comes to.
+    fn lit(&self) -> f64 {
+        self.pixels.iter().sum::<u64>() as f64
+    }
+
+    /// Samples that a quarter has in all, if its pixels have these counts.
+    fn cost(&self, counts: &[u32]) -> f64 {
+        cost(&self.pixels, counts.iter().copied())
+    }
+
+    /// Samples taken.
+    fn taken(&self) -> f64 {
+        2.0 * self.pairs.iter().map(|pair| self.cost(&pair.counts)).sum::<f64>()
+    }
+
+    /// The counts of the first round, by pair.
+    fn first(&self) -> [Vec<u32>; 2] {
+        let most = self.job.samples.len() as u32 / Until::FEWEST;
+        let first = if self.job.until.time.is_some() { 1 } else { FIRST };
+        [(); 2].map(|()| vec![first.min(most).max(1); self.tiles.len()])
+    }
+
+    /// The counts of the next round, by pair, and what is expected of those after it.
+    fn next(&self, progress: &Progress) -> [Vec<u32>; 2] {
+        let most = self.lit() * self.job.samples.len() as f64 / 4.0;
+        let more = self.job.until.time.map_or(f64::INFINITY, |time| {
+            let gone = self.start.elapsed();
+            let rate = self.taken() / gone.max(Duration::from_micros(1)).as_secs_f64();
+            rate * time.saturating_sub(gone).as_secs_f64() / 4.0
+        });
+        let wanted = [0, 1].map(|pair| {
+            let own = &self.pairs[pair].counts;
+            self.wanted(own, &self.pairs[1 - pair], most.min(self.cost(own) + more))
+        });
+        let expected = 2.0 * wanted.iter().map(|counts| self.cost(counts)).sum::<f64>();
+        progress.expected.store(expected as u64, Ordering::Relaxed);
+        [0, 1].map(|pair| {
+            let own = self.pairs[pair].counts.iter();
+            own.zip(&wanted[pair]).map(|(&count, &wanted)| step(count, wanted)).collect()
+        })
+    }
+
+    /// The counts that one pair wants, by what the other knows; `budget` is for a quarter.
+    fn wanted(&self, own: &[u32], other: &Pair, budget: f64) -> Vec<u32> {
+        let mean = other.luminance(self.whole());
+        let variances = other.variances(FLOOR * mean);
+        let spread = Spread::new(&self.pixels, own, &variances);
+        if mean <= 0.0 && self.cost(&other.counts) < f64::from(BLIND) * self.lit() {
+            return spread.wanted(None, budget.min(2.0 * self.cost(own)));
+        }
+        // The errors of both pairs are halved in their mean, and their squares added up.
+        let bound = self.job.until.noise.map(|noise| 2.0 * self.whole() * noise * noise);
+        spread.wanted(bound, budget)
+    }
+
+    /// Takes samples until the pairs have these counts; false where they have them already.
+    fn go<R: Real<Scalar = f32>>(&mut self, crew: &Crew, counts: &[Vec<u32>; 2]) -> bool {
+        let mut places = Vec::new();
+        let mut shares = Vec::new();
+        let seed = hash(self.job.seed);
+        for (i, &tile) in self.tiles.iter().enumerate() {
+            for quarter in 0..4 {
+                let taken = self.pairs[quarter / 2].counts[i];
+                let [first, end] = [taken, counts[quarter / 2][i]]
+                    .map(|n| self.job.samples.start.saturating_add(n));
+                if first < end {
+                    let seed = hash(seed ^ (quarter as u32 + 1).wrapping_mul(0x9e37_79b9));
+                    places.push((i, quarter));
+                    shares.push(Share { tile, samples: first..end, seed });
+                }
+            }
+        }
+        for ((i, quarter), (sums, features)) in places.iter().zip(crew.expose::<R>(&shares)) {
+            self.pairs[quarter / 2].quarters[quarter % 2][*i].add(&sums);
+            if let (Some(all), Some(features)) = (&mut self.features[*i], features) {
+                all.add(&features);
+            }
+        }
+        for (pair, counts) in self.pairs.iter_mut().zip(counts) {
+            pair.counts.clone_from(counts);
+        }
+        self.haunt::<R>(crew.progress);
+        !shares.is_empty()
+    }
+
+    /// Ghosts of as many samples as pixels have taken in the mean.
+    fn haunt<R: Real<Scalar = f32>>(&mut self, progress: &Progress) {
+        let Some(ghosts) = &self.job.ghosts else { return };
+        let mean = (self.taken() / self.lit().max(1.0)) as u32;
+        let [first, end] = [self.haunted, mean].map(|n| self.job.samples.start.saturating_add(n));
+        ghosts.expose::<R>(self.job, first..end, &mut self.ghosts, &mut self.stats, progress);
+        self.haunted = mean;
+    }
+
+    /// The picture, its layers, and how good it is.
+    fn finish(self) -> Exposed {
+        let frame = self.job.frame;
+        let mut means = vec![[0.0; 3]; frame.size().map(|n| n as usize).iter().product()];
+        let mut variances = vec![[0.0; 3]; means.len()];
+        let floor = self.pairs.iter().map(|pair| pair.luminance(self.whole())).sum::<f64>() / 2.0;
+        let mut error = 0.0;
+        for (i, tile) in self.tiles.iter().enumerate() {
+            let [one, other] = self.pairs.each_ref().map(|pair| pair.means(i));
+            let pixel = |([a, b], [c, d]): ([[f64; 3]; 2], [[f64; 3]; 2])| {
+                let mean = [0, 1, 2].map(|k| (a[k] + b[k] + c[k] + d[k]) / 4.0);
+                let variance =
+                    |a: f64, b: f64, c: f64, d: f64| ((a - b).powi(2) + (c - d).powi(2)) / 16.0;
+                let [p, q, r, s] = [a, b, c, d].map(luminance);
+                error += relative(variance(p, q, r, s), luminance(mean), FLOOR * floor);
+                (mean, [0, 1, 2].map(|k| variance(a[k], b[k], c[k], d[k]) as f32))
+            };
+            let (mean, variance): (Vec<_>, Vec<_>) = one.zip(other).map(pixel).unzip();
+            tile.paste(&frame, &mean, &mut means);
+            tile.paste(&frame, &variance, &mut variances);
+        }
+        let mut film = FilmSums::settled(frame, means, variances);
+        if self.haunted > 0 {
+            film.add_film(&self.ghosts, 1.0 / f64::from(self.haunted));
+        }
+        let quarters = self.pairs.iter().flat_map(|pair| &pair.quarters).flatten();
+        film.dropped = quarters.map(|sums| sums.dropped).sum();
+        let [one, other] = self.pairs.each_ref().map(|pair| pair.counts.iter());
+        let counts = || one.clone().zip(other.clone()).map(|(one, other)| 2 * (one + other));
+        let reached = Reached {
+            noise: (error / self.whole()).sqrt(),
+            mean: self.taken() / self.lit().max(1.0),
+            least: counts().min().unwrap_or(0),
+            most: counts().max().unwrap_or(0),
+        };
+        let features = Features::asked(self.job).then(|| {
+            let mut film = FeatureFilm::new(frame);
+            for (tile, features) in self.tiles.iter().zip(self.features.iter().flatten()) {
+                film.put(tile, features);
+            }
+            film
+        });
+        Exposed { film, features, stats: self.stats, reached: Some(reached) }
+    }
+}
