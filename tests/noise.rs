@@ -13,7 +13,7 @@ use petzval::render::{Backend, Exposed, Job, Progress, Until, render};
 use petzval::scene::{luminance, pbrt};
 use support::{folder, root, write};
 
-/// A room with a small lamp, a ball of glass and one of metal.
+/// A room with a lamp, a dull ball and one of metal.
 const ROOM: &str = r#"
     AttributeBegin
         AreaLightSource "diffuse" "rgb L" [20 18 15]
@@ -24,7 +24,7 @@ const ROOM: &str = r#"
     Material "diffuse" "rgb reflectance" [0.7 0.6 0.5]
     Shape "trianglemesh" "point3 P" [-3 -1 1  -3 -1 9  3 -1 9  3 -1 1] "integer indices" [0 1 2 0 2 3]
     Shape "trianglemesh" "point3 P" [-3 -1 7  -3 3 7  3 3 7  3 -1 7] "integer indices" [0 1 2 0 2 3]
-    Material "dielectric" AttributeBegin Translate -0.7 -0.4 4 Shape "sphere" "float radius" 0.6 AttributeEnd
+    Material "diffuse" AttributeBegin Translate -0.7 -0.4 4 Shape "sphere" "float radius" 0.6 AttributeEnd
     Material "conductor" "float roughness" 0.3
     AttributeBegin Translate 0.8 -0.4 5 Shape "sphere" "float radius" 0.6 AttributeEnd"#;
 
@@ -88,9 +88,8 @@ fn reference(world: &str) -> (Vec<f64>, f64) {
 
 #[test]
 fn a_picture_is_as_exact_as_was_asked() {
-    for world in [ROOM, CORNER] {
+    for (world, asked) in [(ROOM, 0.02), (CORNER, 0.004)] {
         let (reference, own) = reference(world);
-        let asked = 0.05;
         let job = job(world, &until(asked));
         let (mut errors, mut said, seeds) = (0.0, 0.0, 20);
         for seed in 0..seeds {
@@ -114,14 +113,16 @@ fn a_picture_is_as_exact_as_was_asked() {
 fn many_pictures_have_the_mean_of_a_long_one() {
     let (reference, _) = reference(CORNER);
     let expected = reference.iter().sum::<f64>() / reference.len() as f64;
-    let job = job(CORNER, &until(0.1));
+    let job = job(CORNER, &until(0.005));
     let runs = 64;
-    let mut means = Vec::new();
+    let (mut means, mut most) = (Vec::new(), 0);
     let mut all = vec![0.0; reference.len()];
     let mut squares = vec![0.0; reference.len()];
     for seed in 0..runs {
         let job = Job { seed, ..job.clone() };
-        let picture = light(&expose(&job).picture(&job));
+        let exposed = expose(&job);
+        most = most.max(exposed.reached.map_or(0, |reached| reached.most));
+        let picture = light(&exposed.picture(&job));
         means.push(picture.iter().sum::<f64>() / reference.len() as f64);
         for (i, light) in picture.into_iter().enumerate() {
             all[i] += light;
@@ -134,8 +135,9 @@ fn many_pictures_have_the_mean_of_a_long_one() {
     let deviations = (mean - expected) / (variance / n).sqrt();
     println!("{mean} {expected}: {deviations} standard errors");
     assert!(deviations.abs() < 5.0, "{mean} is {deviations} standard errors from {expected}");
-    // Pixel by pixel the squares of deviations are 1 in the mean, and a little more for
-    // Student's distribution of 63 degrees and for the reference.
+    // Pixel by pixel the squares of deviations are 1 in the mean, and a little more for Student's
+    // distribution of 63 degrees; the reference has errors too.
+    let own = n * f64::from(most) / 8192.0;
     let (mut sum, mut noisy) = (0.0, 0.0);
     for (i, expected) in reference.iter().enumerate() {
         let mean = all[i] / n;
@@ -146,13 +148,49 @@ fn many_pictures_have_the_mean_of_a_long_one() {
         }
     }
     println!("{noisy} pixels: {}", sum / noisy);
-    assert!(noisy > 100.0 && (sum / noisy) < 1.0 + 6.0 * (2.0f64 / noisy).sqrt() + 0.1);
+    assert!(noisy > 100.0 && (sum / noisy) < (1.0 + own) * (1.1 + 6.0 * (2.0f64 / noisy).sqrt()));
+}
+
+/// Much of the light of few pixels comes by few samples: where those that are not there would end
+/// the render early, it would be too dark.
+#[test]
+fn rare_light_is_not_lost() {
+    let glass = ROOM
+        .replace("Material \"diffuse\" AttributeBegin", "Material \"dielectric\" AttributeBegin");
+    let mean = |job: &Job, exposed: &Exposed| {
+        let light = light(&exposed.picture(job));
+        light.iter().sum::<f64>() / light.len() as f64
+    };
+    let resolution = Some([24, 24]);
+    let even = Changes { resolution, samples: Some(8192), seed: Some(1001), ..Changes::default() };
+    let even = self::job(&glass, &even);
+    let job = self::job(&glass, &Changes { resolution, ..until(0.08) });
+    let runs = 150;
+    let mut sums = [0.0; 2];
+    let mut samples = 0.0;
+    for seed in 0..runs {
+        let job = Job { seed, ..job.clone() };
+        let exposed = expose(&job);
+        let light = mean(&job, &exposed);
+        samples += exposed.reached.map_or(0.0, |reached| reached.mean) / f64::from(runs);
+        sums = [sums[0] + light, sums[1] + light * light];
+    }
+    let n = f64::from(runs);
+    let found = sums[0] / n;
+    let variance = (sums[1] / n - found * found) / (n - 1.0);
+    // The reference is as exact as its share of samples says.
+    let count = even.samples.end;
+    let expected = mean(&even, &expose(&even));
+    let variance = variance * (1.0 + n * samples / f64::from(count));
+    let deviations = (found - expected) / variance.sqrt();
+    println!("{samples} samples: {found} {expected}: {deviations} standard errors");
+    assert!(deviations.abs() < 5.0, "{found} is {deviations} standard errors from {expected}");
 }
 
 #[test]
 fn samples_go_where_they_are_needed() {
     let (reference, _) = reference(CORNER);
-    let job = job(CORNER, &until(0.03));
+    let job = job(CORNER, &until(0.003));
     let (mut adaptive, mut uniform, mut ratio) = (0.0, 0.0, 0.0);
     for seed in 0..4 {
         let job = Job { seed, ..job.clone() };
@@ -221,7 +259,7 @@ fn layers_know_all_samples() {
 fn black_pictures_end() {
     let job = job("Shape \"sphere\" \"float radius\" 9", &until(0.01));
     let reached = expose(&job).reached.expect("what was reached");
-    assert_eq!((reached.noise, reached.least, reached.most), (0.0, 256, 256));
+    assert!(reached.noise == 0.0 && reached.least >= 256 && reached.most < 512, "{reached:?}");
 }
 
 #[test]

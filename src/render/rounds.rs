@@ -55,16 +55,33 @@ impl Pair {
 
     /// The relative variance of the pair's mean, as far as the pair alone knows, added up over
     /// the pixels of each tile, times its count: so that it does not depend on the count.
-    fn variances(&self, floor: f64) -> Vec<f64> {
-        let tile = |tile: usize| {
-            let error = |[one, other]: [[f64; 3]; 2]| {
-                let [one, other] = [one, other].map(luminance);
-                relative((one - other).powi(2) / 4.0, (one + other) / 2.0, floor)
-            };
-            f64::from(self.counts[tile]) * self.means(tile).map(error).sum::<f64>()
+    fn variances(&self, tiles: &[Tile], floor: f64) -> Vec<f64> {
+        let tile = |(i, tile): (usize, &Tile)| {
+            let [one, other]: [Vec<f64>; 2] =
+                [0, 1].map(|of| self.means(i).map(|means| luminance(means[of])).collect());
+            let light: Vec<f64> = one.iter().zip(&other).map(|(a, b)| (a + b) / 2.0).collect();
+            let light = despeckled(&light, tile.size[0] as usize);
+            let errors = one.iter().zip(&other).zip(light);
+            let errors =
+                errors.map(|((a, b), light)| relative((a - b).powi(2) / 4.0, light, floor));
+            f64::from(self.counts[i]) * errors.sum::<f64>()
         };
-        (0..self.counts.len()).map(tile).collect()
+        tiles.iter().enumerate().map(tile).collect()
     }
+}
+
+/// No pixel brighter than the brightest of its neighbours in the tile. A single sample that
+/// brings much light must not make its own error look small.
+fn despeckled(light: &[f64], width: usize) -> Vec<f64> {
+    let rows = light.len() / width;
+    let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+    let pixel = |(i, &own): (usize, &f64)| {
+        let (x, y) = (i % width, i / width);
+        let near = around(y, rows).flat_map(|y| around(x, width).map(move |x| y * width + x));
+        let brightest = near.filter(|&j| j != i).map(|j| light[j]).reduce(f64::max);
+        brightest.map_or(own, |brightest| own.min(brightest))
+    };
+    light.iter().enumerate().map(pixel).collect()
 }
 
 fn luminance(light: [f64; 3]) -> f64 {
@@ -179,7 +196,7 @@ impl<'a> Rounds<'a> {
     /// The counts that one pair wants, by what the other knows; `budget` is for a quarter.
     fn wanted(&self, own: &[u32], other: &Pair, budget: f64) -> Vec<u32> {
         let mean = other.luminance(self.whole());
-        let variances = other.variances(FLOOR * mean);
+        let variances = other.variances(&self.tiles, FLOOR * mean);
         let spread = Spread::new(&self.pixels, own, &variances);
         if mean <= 0.0 && self.cost(&other.counts) < f64::from(BLIND) * self.lit() {
             return spread.wanted(None, budget.min(2.0 * self.cost(own)));
@@ -239,11 +256,11 @@ impl<'a> Rounds<'a> {
             let [one, other] = self.pairs.each_ref().map(|pair| pair.means(i));
             let pixel = |([a, b], [c, d]): ([[f64; 3]; 2], [[f64; 3]; 2])| {
                 let mean = [0, 1, 2].map(|k| (a[k] + b[k] + c[k] + d[k]) / 4.0);
-                let variance =
-                    |a: f64, b: f64, c: f64, d: f64| ((a - b).powi(2) + (c - d).powi(2)) / 16.0;
+                let variance = |a: f64, b: f64| (a - b).powi(2) / 16.0;
                 let [p, q, r, s] = [a, b, c, d].map(luminance);
-                error += relative(variance(p, q, r, s), luminance(mean), FLOOR * floor);
-                (mean, [0, 1, 2].map(|k| variance(a[k], b[k], c[k], d[k]) as f32))
+                let both = variance(p, q) + variance(r, s);
+                error += relative(both, luminance(mean), FLOOR * floor);
+                (mean, [0, 1, 2].map(|k| (variance(a[k], b[k]) + variance(c[k], d[k])) as f32))
             };
             let (mean, variance): (Vec<_>, Vec<_>) = one.zip(other).map(pixel).unzip();
             tile.paste(&frame, &mean, &mut means);
@@ -271,5 +288,26 @@ impl<'a> Rounds<'a> {
             film
         });
         Exposed { film, features, stats: self.stats, reached: Some(reached) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_speck_is_as_bright_as_its_neighbours() {
+        let light = [1.0, 2.0, 3.0, 1.0, 9.0, 2.0, 4.0, 1.0];
+        assert_eq!(despeckled(&light, 4), [1.0, 2.0, 3.0, 1.0, 4.0, 2.0, 4.0, 1.0]);
+        assert_eq!(despeckled(&[5.0], 1), [5.0]);
+    }
+
+    #[test]
+    fn counts_come_near_by_steps() {
+        assert_eq!(step(8, 8), 8);
+        assert_eq!(step(8, 5), 8);
+        assert_eq!(step(8, 100), 16);
+        assert_eq!(step(80, 120), 110);
+        assert_eq!(step(80, 90), 90);
     }
 }
