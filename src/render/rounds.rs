@@ -5,7 +5,7 @@
 //! the square of their difference tells the variance without bias. How many samples a tile of one
 //! pair takes, and when the pair has enough, is said by the variance in the other, and the picture
 //! is the mean of both: no sample has a say in how much it counts (Rousselle, Knaus & Zwicker
-//! 2012, "Adaptive rendering with non-local means filtering", section 5). Errors of a tile's
+//! 2012, "Adaptive rendering with non-local means filtering"). Errors of a tile's
 //! pixels are added up, as those of single pixels are known badly.
 
 use std::sync::atomic::Ordering;
