@@ -8,6 +8,7 @@ mod place;
 mod setup;
 
 pub use changes::{Changes, FocusOn};
+pub use frame::fits;
 
 use glam::DMat3;
 
@@ -23,7 +24,7 @@ use crate::source::{Location, Warning};
 use crate::spectrum::{bands, white_balance};
 
 use exposure::Exposure;
-use frame::{frame, room_to_spread};
+use frame::frame;
 use level::level;
 use place::Place;
 use setup::Setup;
@@ -166,9 +167,6 @@ pub fn prepare(
         if job.plan.has(Effect::Ghosts) {
             job.ghosts = sighting.map(|sighting| sighting.ghosts(lens, &bands));
         }
-    }
-    if job.plan.has(Effect::Diffraction) {
-        room_to_spread(&job.frame)?;
     }
     setup.missed(&changes.effects, &job.plan);
     if !evenly {

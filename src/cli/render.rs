@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use petzval::aov;
 use petzval::image::{Encoding, Format, ImageError, Note, Notes, Window};
-use petzval::job::{Changes, prepare};
+use petzval::job::{Changes, fits, prepare};
 use petzval::lens::{Aim, Model};
 use petzval::plan::Effect;
 use petzval::render::{Backend, Job, Progress, Reached, RenderError, Until, render};
@@ -42,6 +42,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         ..arguments.picture.changes()
     };
     let (job, mut notes, warnings) = prepare(description, &changes)?;
+    fits(&job)?;
     for warning in &warnings {
         say!("petzval: warning: {warning}");
     }

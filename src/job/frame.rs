@@ -2,6 +2,8 @@
 
 use super::{Changes, JobError};
 use crate::film::Frame;
+use crate::plan::Effect;
+use crate::render::Job;
 use crate::scene::pbrt::FilmSpec;
 
 pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobError> {
@@ -33,9 +35,15 @@ pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobErro
     Ok(Frame { resolution, low, high })
 }
 
-/// Refuses what diffraction would need too much memory for.
-pub(super) fn room_to_spread(frame: &Frame) -> Result<(), JobError> {
-    let pixels = frame.size().map(u64::from).iter().product::<u64>();
+/// Refuses a picture for whose diffraction there would be too little memory.
+///
+/// # Errors
+/// Where it would take more than the largest picture without.
+pub fn fits(job: &Job) -> Result<(), JobError> {
+    if !job.plan.has(Effect::Diffraction) {
+        return Ok(());
+    }
+    let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
     let bytes = pixels * (BYTES_PER_PIXEL + BYTES_PER_SPREAD_PIXEL);
     if bytes <= MOST_PIXELS * BYTES_PER_PIXEL {
         return Ok(());
