@@ -163,6 +163,7 @@ pub fn prepare(
         lens.fresnel = job.plan.has(Effect::Fresnel);
         if job.plan.has(Effect::Dispersion) {
             lens.disperse(&bands);
+            lens.cover();
         }
         if job.plan.has(Effect::Ghosts) {
             job.ghosts = sighting.map(|sighting| sighting.ghosts(lens, &bands));

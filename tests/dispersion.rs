@@ -174,6 +174,30 @@ fn colours_are_as_large_as_their_chief_rays_say() {
 }
 
 #[test]
+fn a_white_sky_has_no_specks() {
+    // The rim of the pupil is elsewhere for every colour: none of its light may come by the few rays
+    // that look everywhere.
+    let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
+    let changes = Changes {
+        samples: Some(256),
+        effects: "+dispersion,-ghosts".parse().expect("effects"),
+        ..Changes::default()
+    };
+    let job = job("triplet.toml", SMALL, world, &changes);
+    assert!(job.plan.has(Effect::Dispersion));
+    let seen = picture(&job, Backend::Simd, 2);
+    for c in 0..3 {
+        // The middle, which no rim of glass darkens.
+        let middle: Vec<f32> =
+            (0..64).map(|i| seen.pixels[(8 + i / 8) * 24 + 8 + i % 8][c]).collect();
+        let mean = middle.iter().sum::<f32>() / 64.0;
+        let off = middle.iter().map(|v| (v / mean - 1.0).abs()).fold(0.0, f32::max);
+        println!("channel {c}: {mean}, at most {off} off");
+        assert!(off < 0.08, "channel {c}: a pixel is off by {off}");
+    }
+}
+
+#[test]
 fn bands_do_not_depend_on_threads_or_lanes() {
     let world = "LightSource \"infinite\" Translate 0.2 0 3 Shape \"sphere\" \"float radius\" 0.3";
     let changes = Changes { samples: Some(40), ..Changes::default() };

@@ -61,6 +61,9 @@ pub struct RealLens {
     /// Whether surfaces take what they reflect, each by its coating. Off in a new lens.
     pub fresnel: bool,
     bound: PupilBound,
+    /// What the bound was found for.
+    film: FilmPlane,
+    aiming: Aim,
 }
 
 impl RealLens {
@@ -94,6 +97,8 @@ impl RealLens {
             paraxial,
             film_distance: film.distance,
             film_pose: film.pose,
+            film: *film,
+            aiming,
             unit,
             front,
             fresnel: false,
@@ -101,13 +106,22 @@ impl RealLens {
     }
 
     /// Takes the light apart: every sample is of one wavelength. The pupil stays that of the d
-    /// line; what another wavelength lets through beside it is found by the rays that are aimed at
-    /// the whole rear element.
+    /// line; what another wavelength lets through beside it is found by the few rays that are aimed
+    /// at the whole rear element, until [`Self::cover`].
     pub fn disperse(&mut self, bands: &[LightBand]) {
         let one = |band: &LightBand| {
             Band::new(&self.prescription, self.film_distance, band.wavelength, band.response)
         };
         self.bands = bands.iter().map(one).collect();
+    }
+
+    /// Finds the bounds of the pupil again, for the first and the last of its bands too: the light of
+    /// those between lies between.
+    pub fn cover(&mut self) {
+        let ends = [self.bands.first(), self.bands.last()].into_iter().flatten();
+        let others: Vec<Prescription> =
+            ends.map(|band| self.prescription.at_wavelength(band.wavelength)).collect();
+        self.bound = PupilBound::coloured(&self.prescription, &others, &self.film, self.aiming);
     }
 
     /// The bounds of its pupil.

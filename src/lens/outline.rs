@@ -70,11 +70,11 @@ pub(super) struct Light {
 
 /// Looks for light by tracing rays from points of the film.
 pub(super) struct Finder {
-    surfaces: Vec<Surface<f32>>,
+    /// For each lens the surfaces, and the index of the medium before the film.
+    lenses: Vec<(Vec<Surface<f32>>, f64)>,
     batch: Box<LensBatch<f32>>,
     ignored: Vec<u64>,
     distance: f64,
-    index: f64,
     /// Whether the pupil of a film point on the axis u is its own mirror image in v.
     mirrored: bool,
     /// Cosine and sine of the angle from the x axis of the lens to the axis u, in which all frames
@@ -83,17 +83,26 @@ pub(super) struct Finder {
 }
 
 impl Finder {
-    /// `mirrored` says that all film points stand on the axis u, behind a round lens.
-    pub fn new(lens: &Prescription, distance: f64, mirrored: bool) -> Self {
-        let mut surfaces = sequence::<f32>(lens, From::Film(distance));
-        // An outline needs no exact directions.
-        surfaces.iter_mut().for_each(|surface| surface.doubt = 0.0);
+    /// Light is what any of some lenses lets through: one lens in several colours. `mirrored` says
+    /// that all film points stand on the axis u, behind a round lens.
+    pub fn new<'a>(
+        lenses: impl Iterator<Item = &'a Prescription>,
+        distance: f64,
+        mirrored: bool,
+    ) -> Self {
+        let one = |lens: &Prescription| {
+            let mut surfaces = sequence::<f32>(lens, From::Film(distance));
+            // An outline needs no exact directions.
+            surfaces.iter_mut().for_each(|surface| surface.doubt = 0.0);
+            (surfaces, lens.rear().index)
+        };
+        let lenses: Vec<_> = lenses.map(one).collect();
+        let rows = lenses.iter().flat_map(|(surfaces, _)| surfaces).map(|surface| surface.row);
         Self {
-            surfaces,
+            ignored: vec![0; rows.max().map_or(0, |row| row + 1)],
+            lenses,
             batch: Box::default(),
-            ignored: vec![0; lens.rows.len()],
             distance,
-            index: lens.rear().index,
             mirrored,
             turn: [1.0, 0.0],
         }
@@ -198,24 +207,28 @@ impl Finder {
         count: usize,
         at: impl Fn(usize) -> [f64; 2],
     ) -> Vec<bool> {
-        let mut lit = Vec::with_capacity(count);
-        for start in (0..count).step_by(WAVE) {
-            let batch = &mut *self.batch;
-            let rays = WAVE.min(count - start);
-            for i in 0..rays {
-                let ([u, v], [cos, sin]) = (at(start + i), self.turn);
-                let (u, v) = (cos * u - sin * v, sin * u + cos * v);
-                let (dx, dy, dz) = (u - x, v - y, self.distance - z);
-                let scale = self.index / (dx * dx + dy * dy + dz * dz).sqrt();
-                [batch.x[i], batch.y[i], batch.z[i]] = [x, y, z].map(|v| v as f32);
-                batch.tx[i] = (dx * scale) as f32;
-                batch.ty[i] = (dy * scale) as f32;
-                batch.tz[i] = (dz * scale) as f32;
-                batch.weight[i] = 1.0;
+        let mut lit = vec![false; count];
+        for (surfaces, index) in &self.lenses {
+            for start in (0..count).step_by(WAVE) {
+                let batch = &mut *self.batch;
+                let rays = WAVE.min(count - start);
+                for i in 0..rays {
+                    let ([u, v], [cos, sin]) = (at(start + i), self.turn);
+                    let (u, v) = (cos * u - sin * v, sin * u + cos * v);
+                    let (dx, dy, dz) = (u - x, v - y, self.distance - z);
+                    let scale = index / (dx * dx + dy * dy + dz * dz).sqrt();
+                    [batch.x[i], batch.y[i], batch.z[i]] = [x, y, z].map(|v| v as f32);
+                    batch.tx[i] = (dx * scale) as f32;
+                    batch.ty[i] = (dy * scale) as f32;
+                    batch.tz[i] = (dz * scale) as f32;
+                    batch.weight[i] = 1.0;
+                }
+                batch.resize::<f32x8>(rays);
+                trace::<f32x8>(batch, surfaces, &mut self.ignored);
+                for (lit, x) in lit[start..].iter_mut().zip(&batch.x[..rays]) {
+                    *lit |= !x.is_nan();
+                }
             }
-            batch.resize::<f32x8>(rays);
-            trace::<f32x8>(batch, &self.surfaces, &mut self.ignored);
-            lit.extend(batch.x[..rays].iter().map(|x| !x.is_nan()));
         }
         lit
     }

@@ -130,8 +130,18 @@ impl PupilBound {
     /// The same for a film that may not stand square. Takes a tenth of a second where it is tilted
     /// or the lens is not round.
     pub fn posed(lens: &Prescription, film: &FilmPlane, aim: Aim) -> Self {
+        Self::coloured(lens, &[], film, aim)
+    }
+
+    /// The same, for all that a lens lets through in its own colour and as it is in others.
+    pub(super) fn coloured(
+        lens: &Prescription,
+        others: &[Prescription],
+        film: &FilmPlane,
+        aim: Aim,
+    ) -> Self {
         let &FilmPlane { distance, pose, radius, half } = film;
-        let survey = Survey { lens, distance, pose };
+        let survey = Survey { lens, others, distance, pose };
         // Rings are about the axis.
         let [x, y] = pose.decentre;
         let radius = radius + x.hypot(y);

@@ -23,6 +23,8 @@ const MOST_WIDENED: f64 = 1.5;
 /// Measures a lens.
 pub(super) struct Survey<'a> {
     pub lens: &'a Prescription,
+    /// The same lens in other colours, whose light is to be found too.
+    pub others: &'a [Prescription],
     pub distance: f64,
     /// How the film stands.
     pub pose: Pose,
@@ -33,9 +35,14 @@ pub(super) struct Survey<'a> {
 type Place = [f64; 3];
 
 impl Survey<'_> {
+    fn finder(&self, mirrored: bool) -> Finder {
+        let all = std::iter::once(self.lens).chain(self.others);
+        Finder::new(all, self.distance, mirrored)
+    }
+
     /// Fans along a radius of the film, up to where the light ends.
     pub fn rings(&self, radius: f64) -> Field {
-        let mut finder = Finder::new(self.lens, self.distance, true);
+        let mut finder = self.finder(true);
         let mut follow = Follow::new(self, &mut finder);
         let end = follow.end(radius);
         let mut fans = Vec::with_capacity(RINGS + 3);
@@ -67,7 +74,7 @@ impl Survey<'_> {
 
     /// Fans over a film of this half width and height, mm.
     pub fn grid(&self, half: [f64; 2]) -> Field {
-        let mut finder = Finder::new(self.lens, self.distance, false);
+        let mut finder = self.finder(false);
         let mut follow = Follow::new(self, &mut finder);
         let place = |i: usize, j: usize, by: f64| self.cell(half, [i, j].map(|i| i as f64 + by));
         let side = CELLS + 1;
@@ -135,7 +142,7 @@ impl Survey<'_> {
 
     /// Fans by spokes and rings about where the axis meets the film; nothing where that is dark.
     pub fn spokes(&self, half: [f64; 2]) -> Option<Field> {
-        let mut finder = Finder::new(self.lens, self.distance, false);
+        let mut finder = self.finder(false);
         let mut follow = Follow::new(self, &mut finder);
         let turn = self.pose.motion().matrix3;
         let level = DMat2::from_cols(turn.x_axis.truncate(), turn.y_axis.truncate());

@@ -173,7 +173,8 @@ impl Vignetting {
 
     /// A frame around the rear element as a film point sees it, in the plane of its vertex.
     fn rear(&self, start: Start) -> Frame {
-        let survey = Survey { lens: &self.lens, distance: self.distance, pose: self.pose };
+        let survey =
+            Survey { lens: &self.lens, others: &[], distance: self.distance, pose: self.pose };
         let frame = Frame::around(&survey.rear_outline(start.film));
         frame.grown(frame.size().map(|size| 0.01 * size))
     }
