@@ -97,7 +97,8 @@ pub fn survey(job: &Job) -> Option<Sighting> {
             }
         }
         let mean = cells.sums.iter().sum::<f64>() / cells.sums.len() as f64;
-        if mean > 0.0 {
+        // A lamp beyond all numbers makes no ghost that could be told.
+        if mean > 0.0 && mean.is_finite() {
             seen.push(Seen { rows, mean, peak: cells.peak(), entry });
             all.add(&cells);
         }
@@ -241,7 +242,7 @@ fn spread(entry: &[f64]) -> Distribution {
     let near = |i: usize| i.saturating_sub(1)..(i + 2).min(ENTRY);
     let weight = |x: usize, y: usize| {
         let sum: f64 = near(y).flat_map(|y| near(x).map(move |x| entry[y * ENTRY + x])).sum();
-        // A third of the root: cells that few paths found deserve more than their share.
+        // The root: cells that few paths found deserve more than their share.
         sum.sqrt() + 0.02 * total.sqrt()
     };
     Distribution::new([ENTRY; 2], weight).expect("light came through somewhere")
