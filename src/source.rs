@@ -51,7 +51,7 @@ pub struct Unreadable {
     pub source: std::io::Error,
 }
 
-/// What is no file, and so of no known size, may hold this many bytes.
+/// What is a pipe, and so of no known size, may hold this many bytes.
 const MOST_UNKNOWN: u64 = 1 << 28;
 /// How many bytes a packed file may unpack to, whatever its size, and how many for each of its
 /// own beyond that. Scenes grow three to ten times.
@@ -63,7 +63,7 @@ const MOST_UNPACKED: [u64; 2] = [1 << 24, 100];
 /// Where it cannot be read, does not end or unpacks to more than anything sensible.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
     let read = || {
-        let file = fs::File::open(path)?;
+        let file = open(path)?;
         let length = file.metadata()?.len();
         let packed = whole(file, length.max(MOST_UNKNOWN))?;
         if !packed.starts_with(&[0x1f, 0x8b]) {
@@ -73,6 +73,23 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
         whole(MultiGzDecoder::new(&packed[..]), most)
     };
     read().map_err(|source| Unreadable { path: path.to_owned(), source })
+}
+
+/// Opens a file or a pipe. A device may never end, or wait for somebody to type.
+///
+/// # Errors
+/// Where there is none.
+pub fn open(path: &Path) -> io::Result<fs::File> {
+    let file = fs::File::open(path)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let kind = file.metadata()?.file_type();
+        if kind.is_char_device() || kind.is_block_device() {
+            return Err(io::Error::other("it is a device; expected a file or a pipe"));
+        }
+    }
+    Ok(file)
 }
 
 fn whole(from: impl Read, most: u64) -> io::Result<Vec<u8>> {

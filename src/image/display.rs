@@ -13,6 +13,7 @@ use std::str::FromStr;
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageEncoder};
 
+use super::declared::believe;
 use super::{ImageError, Note, Notes, Picture};
 
 /// What 8-bit formats multiply the picture by before they clip it.
@@ -124,8 +125,10 @@ pub(super) fn decode(path: &Path) -> Result<DynamicImage, ImageError> {
         image::ImageError::IoError(error) => io(error),
         other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
     };
-    let reader = image::ImageReader::open(path).map_err(io)?.with_guessed_format().map_err(io)?;
-    reader.decode().map_err(malformed)
+    let open = || image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
+    let (width, height) = open().map_err(io)?.into_dimensions().map_err(malformed)?;
+    believe(path, [width as usize, height as usize])?;
+    open().map_err(io)?.decode().map_err(malformed)
 }
 
 pub(super) fn read(path: &Path, srgb: bool) -> Result<Picture, ImageError> {

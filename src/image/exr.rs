@@ -4,14 +4,17 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
+use exr::meta::MetaData;
 use exr::prelude::*;
 
+use super::declared::believe;
 use super::{ImageError, Note, Notes, Picture, Raster, Samples, Window};
 
 /// Largest number of a 16-bit float; what is brighter would become infinite.
 const HALF_MAX: f32 = 65504.0;
 
 pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
+    believe_all(path)?;
     let create = |size: Vec2<usize>| Picture {
         size: [size.width(), size.height()],
         pixels: vec![[0.0; 3]; size.area()],
@@ -61,8 +64,17 @@ pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
         })
 }
 
+/// Whether the file can hold its parts, as far as its head can be read.
+fn believe_all(path: &Path) -> std::result::Result<(), ImageError> {
+    let Ok(meta) = MetaData::read_from_file(path, false) else { return Ok(()) };
+    meta.headers.iter().try_for_each(|header| {
+        believe(path, [header.layer_size.width(), header.layer_size.height()])
+    })
+}
+
 /// Reads a picture with its alpha, or one of luminance alone.
 pub(super) fn read_raster(path: &Path) -> std::result::Result<Raster, ImageError> {
+    believe_all(path)?;
     type Pixels = (Vec2<usize>, Vec<f32>);
     let rgba = exr::prelude::read()
         .no_deep_data()

@@ -3,6 +3,7 @@
 //! Writing is atomic: a picture is written beside its final name and renamed, so that the name
 //! holds either the whole new picture or what it held before.
 
+mod declared;
 mod display;
 mod exr;
 mod pfm;

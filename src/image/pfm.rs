@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::{ImageError, Raster, Samples};
+use crate::source::{Unreadable, bytes};
 
 pub(super) fn read(path: &Path) -> Result<Raster, ImageError> {
-    let bytes = std::fs::read(path).map_err(|source| ImageError::Io {
+    let bytes = bytes(path).map_err(|Unreadable { path, source }| ImageError::Io {
         verb: "read",
-        path: path.to_owned(),
+        path,
         source,
     })?;
     parse(&bytes)

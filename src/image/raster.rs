@@ -65,7 +65,7 @@ impl Raster {
     /// PNG is coded as its colours are, as pbrt-v4 has it.
     ///
     /// # Errors
-    /// Where the file cannot be read, is no picture, or holds no pixels.
+    /// Where the file cannot be read, is no picture, holds no pixels, or a number that is not finite.
     pub fn read(path: &Path, transfer: Transfer) -> Result<Self, ImageError> {
         let raster = match extension(path).as_str() {
             "exr" => exr::read_raster(path)?,
@@ -87,7 +87,18 @@ impl Raster {
             let found = "it has no pixels".to_owned();
             return Err(ImageError::Malformed { path: path.to_owned(), found });
         }
+        if let Some([x, y]) = raster.odd() {
+            let found = format!("its pixel {x}, {y} holds what is no finite number");
+            return Err(ImageError::Malformed { path: path.to_owned(), found });
+        }
         Ok(raster.without_alpha(Raster::opaque))
+    }
+
+    /// Where a number is none, or infinite, counted from the upper left.
+    fn odd(&self) -> Option<[usize; 2]> {
+        let Samples::Floats(floats) = &self.samples else { return None };
+        let pixel = floats.iter().position(|v| !v.is_finite())? / self.channels;
+        Some([pixel % self.size[0], pixel / self.size[0]])
     }
 
     /// The picture's colours as light.
@@ -176,6 +187,36 @@ mod tests {
         // As in pbrt-v4, only a PNG can be told to be linear.
         let raster = read("a.tga", rgb.into(), Transfer::Linear);
         assert!(matches!(raster.samples, Samples::Bytes(_, Transfer::Srgb)));
+    }
+
+    #[test]
+    fn what_is_no_number_is_refused_by_its_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.pfm");
+        for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            // The last row of the file is the upper one of the picture.
+            let values = [1.0, 2.0, 3.0, 4.0, odd, 6.0];
+            let bytes = [b"Pf\n3 2\n-1.0\n".to_vec(), values.map(f32::to_le_bytes).concat()];
+            std::fs::write(&path, bytes.concat()).unwrap();
+            let said = Raster::read(&path, Transfer::Linear).unwrap_err().to_string();
+            assert!(said.contains("a.pfm") && said.contains("pixel 1, 0"), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_file_cannot_declare_more_than_it_can_hold() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        DynamicImage::from(ImageBuffer::from_pixel(1, 1, Luma([9u8]))).save(&path).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        // Width and height stand behind the signature and the head of the first chunk.
+        bytes[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+        let mut sum = flate2::Crc::new();
+        sum.update(&bytes[12..29]);
+        bytes[29..33].copy_from_slice(&sum.sum().to_be_bytes());
+        std::fs::write(&path, bytes).unwrap();
+        let said = Raster::read(&path, Transfer::Linear).unwrap_err().to_string();
+        assert!(said.contains("16384 x 16384"), "{said}");
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! Lens files: which reader takes which.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use super::error::LensError;
 use super::prescription::Prescription;
 use super::{dat, toml};
+use crate::source::open;
 
 /// No lens is longer than this; what is longer is no lens.
 const MOST_BYTES: usize = 1 << 20;
@@ -21,7 +21,7 @@ pub(super) const MOST_INDEX: f64 = 10.0;
 pub fn read(path: &Path) -> Result<Prescription, LensError> {
     let io = |source| LensError::Io { path: path.to_owned(), source };
     let mut bytes = Vec::new();
-    File::open(path)
+    open(path)
         .and_then(|file| file.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes))
         .map_err(io)?;
     if bytes.len() > MOST_BYTES {
