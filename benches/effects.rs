@@ -16,7 +16,7 @@ use petzval::lens::{
 };
 use petzval::plan::{Effect, Wanted};
 use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
-use petzval::render::{Backend, Exposed, Job, Progress, render};
+use petzval::render::{Backend, DisperseColumns, Exposed, Job, Progress, disperse, render};
 use petzval::scene::pbrt;
 use petzval::sensor::{Bayer, Sensor};
 use petzval::spectrum::bands;
@@ -130,6 +130,7 @@ fn sensor(bench: &mut Criterion) {
 struct Launch {
     samples: SampleBatch,
     columns: LensColumns,
+    disperse: DisperseColumns,
     rays: RayBatch,
     stats: LensStats,
 }
@@ -139,6 +140,7 @@ impl Default for Launch {
         Self {
             samples: SampleBatch::default(),
             columns: LensColumns::default(),
+            disperse: DisperseColumns::default(),
             rays: RayBatch::default(),
             stats: LensStats { blocked: vec![0; 99], ..LensStats::default() },
         }
@@ -148,12 +150,13 @@ impl Default for Launch {
 impl Launch {
     /// All waves of a picture.
     fn all(&mut self, job: &Job) {
-        let Self { samples, columns, rays, stats } = self;
+        let Self { samples, columns, disperse: shared, rays, stats } = self;
         let (film, filter) = (job.camera.film, &job.film.filter);
         for tile in job.frame.tiles() {
             let mut tile = job.sampler(&tile, job.samples.clone());
             while sample(&mut tile, &job.frame, filter, film, 0, samples) {
                 job.camera.expose::<f32x8>(samples, columns, rays, stats);
+                disperse::<f32x8>(job, samples, columns, shared, rays);
                 black_box(&*rays);
             }
         }

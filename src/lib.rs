@@ -16,6 +16,7 @@
 //! | [`film`] | `sample` | pixels, to film and pupil points |
 //! | [`shutter`] | `tell` | samples, to times; where something moves |
 //! | [`lens`] | `expose`: aim, trace, emerge | film points, to rays in the world; vignetted rays are left out |
+//! | [`lens`], [`film`] | `land`, `add`, `tint` | rays, to their colours; where bands of the light share them |
 //! | [`scene`] | `intersect` | rays, to nearest hits |
 //! | [`shade`] | `shade` | hits, to shadow rays and the next rays of the paths |
 //! | [`scene`] | `occlude` | shadow rays, to radiance |

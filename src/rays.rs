@@ -123,6 +123,9 @@ pub struct SampleBatch {
     /// Point on the film, in the film's units (mm for a real lens), camera frame: x to the
     /// right and y up as seen from behind the camera; the picture on it is upside down.
     pub film: [Column<f32>; 2],
+    /// The same from the middle of its pixel, in pixels, to the right and down in the picture; told
+    /// only where a lens takes the light apart.
+    pub offset: [Column<f32>; 2],
     /// What the sample counts for its pixel, where the filter is signed.
     pub weight: Column<f32>,
     /// Which part of the light all of them are, where a lens takes it apart.
@@ -132,6 +135,15 @@ pub struct SampleBatch {
     /// When, as a share of the motion that the scene file describes; told only where something
     /// moves ([`crate::shutter::Timing`]).
     pub time: Column<f32>,
+}
+
+/// Where the light of a wave's rays would come to the film if it were of another band.
+#[derive(Clone, Debug, Default)]
+pub struct LandingBatch {
+    /// Point on the film, as that of [`SampleBatch`].
+    pub film: [Column<f32>; 2],
+    /// What the lens lets through of it; 0 where it does not come to the film.
+    pub share: Column<f32>,
 }
 
 /// Rays in world space, with what they carry back to the film.

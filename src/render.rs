@@ -1,5 +1,6 @@
 //! The wavefront: the only module that knows the order of the stages.
 
+mod disperse;
 mod rounds;
 mod spread;
 mod tails;
@@ -28,6 +29,7 @@ use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use tails::{FEW, Tails};
 
+pub use disperse::{DisperseColumns, disperse};
 pub use until::{Reached, Until};
 
 /// Everything that decides what a picture looks like.
@@ -238,6 +240,7 @@ impl<'a> Crew<'a> {
 struct Wave {
     samples: SampleBatch,
     lens: LensColumns,
+    disperse: DisperseColumns,
     rays: RayBatch,
     next: RayBatch,
     shadows: RayBatch,
@@ -297,7 +300,7 @@ impl Wave {
         sampler: &mut TileSampler,
         clock: &mut Clock,
     ) -> bool {
-        let Self { samples, lens, rays, radiance, stats, .. } = self;
+        let Self { samples, lens, disperse: columns, rays, radiance, stats, .. } = self;
         let Job { camera, frame, film, timing, .. } = job;
         if !sample(sampler, frame, &film.filter, camera.film, share.seed, samples) {
             return false;
@@ -308,6 +311,9 @@ impl Wave {
         }
         clock.lap(stats, Stage::Sample, samples.len);
         camera.expose::<R>(samples, lens, rays, &mut stats.lens);
+        if EFFECTS {
+            disperse::<R>(job, samples, lens, columns, rays);
+        }
         if let Some(ride) = timing.and_then(|timing| timing.ride.as_ref()) {
             ride.carry(&samples.time, rays);
         }

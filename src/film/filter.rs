@@ -75,12 +75,15 @@ struct Axis {
     reached: Vec<f32>,
     /// What samples of each step count, 1 on average; empty where the filter is nowhere below 0.
     weights: Vec<f32>,
+    /// The filter at the steps' edges from its middle to its radius, and once more there; empty for
+    /// a box.
+    values: Vec<f32>,
 }
 
 impl Axis {
     fn new(profile: Profile, radius: f64) -> Self {
         if profile == Profile::Box {
-            return Self { radius, reached: Vec::new(), weights: Vec::new() };
+            return Self { radius, reached: Vec::new(), weights: Vec::new(), values: Vec::new() };
         }
         let cells = 16 * STEPS;
         let edge = |i: usize| radius * (2.0 * i as f64 / cells as f64 - 1.0);
@@ -110,7 +113,35 @@ impl Axis {
             .collect();
         let share = |step: &[[f64; 2]]| ((step[1][1] - step[0][1]) / sum[0] * STEPS as f64) as f32;
         let weights = if signed { reached.windows(2).map(share).collect() } else { Vec::new() };
-        Self { radius, reached: reached.iter().map(|at| at[0] as f32).collect(), weights }
+        let value = |i: usize| {
+            let distance = radius * i.min(STEPS) as f64 / STEPS as f64;
+            profile.at(distance, radius) as f32
+        };
+        let values = (0..STEPS + 2).map(value).collect();
+        Self { radius, reached: reached.iter().map(|at| at[0] as f32).collect(), weights, values }
+    }
+
+    /// Multiplies numbers by the filter at places along the axis, from the pixel's centre.
+    fn multiply(&self, places: &[f32], numbers: &mut [f32]) {
+        let radius = self.radius as f32;
+        if self.values.is_empty() {
+            for (number, place) in numbers.iter_mut().zip(places) {
+                *number = if place.abs() <= radius { *number } else { 0.0 };
+            }
+            return;
+        }
+        let per_step = STEPS as f32 / radius;
+        for (number, place) in numbers.iter_mut().zip(places) {
+            // Not for what is no number either.
+            *number = if place.abs() <= radius {
+                let scaled = place.abs() * per_step;
+                let step = (scaled as usize).min(STEPS);
+                let [low, high] = [self.values[step], self.values[step + 1]];
+                *number * (scaled - step as f32).mul_add(high - low, low)
+            } else {
+                0.0
+            };
+        }
     }
 
     /// The place, from the pixel's centre, that a number in [0, 1) chooses.
@@ -171,6 +202,13 @@ impl Filter {
         }
     }
 
+    /// Multiplies numbers by the filter, up to a factor, at places from the middle of the pixel.
+    pub fn multiply(&self, places: [&[f32]; 2], numbers: &mut [f32]) {
+        for (axis, places) in self.axes.iter().zip(places) {
+            axis.multiply(places, numbers);
+        }
+    }
+
     /// What the sample counts whose place these numbers choose; 1 on average.
     pub fn weight(&self, u: [f32; 2]) -> f32 {
         self.axes[0].weight(u[0]) * self.axes[1].weight(u[1])
@@ -213,6 +251,26 @@ mod tests {
                 let off = (found - expected).abs();
                 assert!(off < 4e-3 * expected.abs().max(0.1), "{profile:?}: {sampled:?} {whole:?}");
             }
+        }
+    }
+
+    #[test]
+    fn values_are_the_profile_inside_the_radius_and_nothing_beyond() {
+        for (profile, radius) in PROFILES {
+            let filter = Filter::new(profile, [radius, 0.5 * radius]);
+            for i in -1300..1300i16 {
+                let [x, y] = [f64::from(i) * 1e-3 * radius, f64::from(i) * 0.3e-3 * radius];
+                let mut found = [2.0];
+                filter.multiply([&[x as f32], &[y as f32]], &mut found);
+                let inside = x.abs() <= radius && y.abs() <= 0.5 * radius;
+                let product = 2.0 * profile.at(x, radius) * profile.at(y, 0.5 * radius);
+                let expected = if inside { product } else { 0.0 };
+                let off = (f64::from(found[0]) - expected).abs();
+                assert!(off < 2e-5 * 2.0 * profile.at(0.0, radius).powi(2), "{profile:?} {x} {y}");
+            }
+            let mut none = [1.0];
+            filter.multiply([&[f32::NAN], &[0.0]], &mut none);
+            assert_eq!(none, [0.0], "{profile:?}");
         }
     }
 

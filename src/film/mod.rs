@@ -1,11 +1,13 @@
 //! The film: which pixels there are, where their samples lie, and what they have received.
 
 mod accumulate;
+mod colours;
 pub mod filter;
 mod response;
 mod sample;
 
 pub use accumulate::{FilmSums, TileSums};
+pub use colours::Colours;
 pub use filter::Filter;
 pub use response::Response;
 pub use sample::{TileSampler, sample};

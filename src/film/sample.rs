@@ -6,6 +6,7 @@ use super::{Filter, Frame, Tile};
 use crate::plan::EFFECTS;
 use crate::rays::{SampleBatch, WAVE};
 use crate::sampler::{Dimension, pair, pairs, pixel_key};
+use crate::spectrum::hero;
 
 /// Walks through the samples of a tile, wave by wave: pixel after pixel, all samples of one
 /// before the next, so that rays of a wave stay together. Where the lens takes the light apart,
@@ -72,11 +73,10 @@ impl TileSampler {
             };
             let [x, y] = self.pixels[pixel].1;
             let key = pixel_key(x, y, seed);
-            let bands = self.waiting.len();
             for sample in run {
-                let [u, _] = pair(key, sample, Dimension::Wavelength);
-                let band = (u * bands as f32) as usize;
-                self.waiting[band.min(bands - 1)].push((pixel, sample));
+                let numbers = pair(key, sample, Dimension::Wavelength);
+                let band = hero(numbers, self.waiting.len());
+                self.waiting[band].push((pixel, sample));
             }
         }
     }
@@ -127,7 +127,7 @@ pub fn sample(
     let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);
     // The middle of the picture, from the middle of its first pixel.
     let centre = frame.resolution.map(|n| (n as f32 - 1.0) / 2.0);
-    let SampleBatch { key, sample, film, weight, pupil, .. } = batch;
+    let SampleBatch { key, sample, film, offset, weight, pupil, .. } = batch;
     // Whole packets, so that the lanes behind the last sample hold numbers too.
     let padded = len.next_multiple_of(8);
     let (keys, samples) = (&key[..padded], &sample[..padded]);
@@ -140,6 +140,10 @@ pub fn sample(
     }
     filter.place(0, &mut u[..padded]);
     filter.place(1, &mut v[..padded]);
+    if EFFECTS && !tile.waiting.is_empty() {
+        offset[0][..padded].copy_from_slice(&u[..padded]);
+        offset[1][..padded].copy_from_slice(&v[..padded]);
+    }
     let [x, y] = film;
     for i in 0..padded {
         x[i] = (centre[0] - (x[i] + u[i])) * pitch[0];

@@ -13,6 +13,9 @@ pub struct Band {
     pub response: [f64; 3],
     pub(super) surfaces: Vec<Surface<f32>>,
     pub(super) exact: Vec<Surface<f64>>,
+    /// For light from the scene that starts at the front vertex; none for all light at once.
+    pub(super) back: Vec<Surface<f32>>,
+    pub(super) back_exact: Vec<Surface<f64>>,
 }
 
 impl Band {
@@ -29,6 +32,8 @@ impl Band {
             response,
             surfaces: sequence_at::<f32>(&lens, From::Film(film_distance), wavelength),
             exact: sequence_at::<f64>(&lens, From::Film(film_distance), wavelength),
+            back: sequence_at::<f32>(&lens, From::Scene(0.0), wavelength),
+            back_exact: sequence_at::<f64>(&lens, From::Scene(0.0), wavelength),
         }
     }
 
@@ -39,6 +44,8 @@ impl Band {
             response: [1.0; 3],
             surfaces: sequence::<f32>(lens, From::Film(film_distance)),
             exact: sequence::<f64>(lens, From::Film(film_distance)),
+            back: Vec::new(),
+            back_exact: Vec::new(),
         }
     }
 }

@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::aim::{Plane, TargetColumns, aim, aimed};
 use super::band::Band;
+use super::landing::LandingColumns;
 use super::paraxial::Paraxial;
 use super::pose::{FilmPlane, Pose};
 use super::prescription::Prescription;
@@ -12,7 +13,7 @@ use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use super::vignetting::Vignetting;
 use crate::lanes::{self, Real};
 use crate::plan::EFFECTS;
-use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
+use crate::rays::{Column, LensBatch, Ray, RayBatch, SampleBatch};
 use crate::sampler::disk;
 use crate::spectrum::LightBand;
 use crate::stats::LensStats;
@@ -174,7 +175,7 @@ impl RealLens {
         columns: &mut LensColumns,
         stats: &mut LensStats,
     ) -> Plane {
-        let LensColumns { batch, targets } = columns;
+        let LensColumns { batch, targets, .. } = columns;
         let plane = self.plane();
         aim::<R>(samples, &self.bound, &plane, targets, batch);
         stats.aimed += batch.living as u64;
@@ -191,7 +192,10 @@ impl RealLens {
         stats: &mut LensStats,
     ) {
         let plane = self.launch::<R>(samples, columns, stats);
-        let LensColumns { batch, targets } = columns;
+        let LensColumns { batch, targets, launched, .. } = columns;
+        if EFFECTS && self.bands.len() > 1 {
+            launched[..batch.len].copy_from_slice(&batch.weight[..batch.len]);
+        }
         let (blocked, band) = (&mut stats.blocked, &self.bands[samples.band]);
         match fresnel {
             false => trace::<R>(batch, &band.surfaces, blocked),
@@ -222,6 +226,9 @@ pub struct ThinLens {
 pub struct LensColumns {
     pub(super) batch: LensBatch<f32>,
     targets: TargetColumns,
+    /// What rays of a band counted on the film.
+    pub(super) launched: Column<f32>,
+    pub(super) landing: LandingColumns,
 }
 
 impl Camera {

@@ -20,6 +20,7 @@ mod file;
 mod focus;
 mod glass;
 mod iris;
+mod landing;
 mod opening;
 mod outline;
 mod paraxial;

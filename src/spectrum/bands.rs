@@ -11,6 +11,29 @@ pub const BANDS: usize = 32;
 /// Shortest and longest wavelength, nm; beyond, the eye sees less than 0.5 % of the light.
 pub const RANGE: [f64; 2] = [400.0, 704.0];
 
+/// How many bands share a ray: the hero that it was traced for, and those that lie evenly around the
+/// spectrum from it (Wilkie, Nawaz, Droske, Weidlich & Hanika 2014, "Hero wavelength spectral
+/// sampling").
+pub const SHARING: usize = 4;
+
+/// The bands that share the rays of one of so many, that one first; `None` where so many bands cannot
+/// be shared out, or the light is not taken apart. Whichever of them is the hero, they are the same.
+pub fn sharing(hero: usize, bands: usize) -> Option<[usize; SHARING]> {
+    let apart = bands / SHARING;
+    let even = bands > 1 && bands.is_multiple_of(SHARING);
+    even.then(|| std::array::from_fn(|i| (hero + i * apart) % bands))
+}
+
+/// The hero of a sample, by two numbers in [0, 1): which bands share its ray, and which of those it
+/// is. So a few samples that spread evenly over both are of all bands as evenly as can be.
+pub fn hero([u, v]: [f32; 2], bands: usize) -> usize {
+    let share = |u: f32, count: usize| ((u * count as f32) as usize).min(count - 1);
+    match sharing(0, bands) {
+        Some([_, apart, ..]) => share(u, apart) + apart * share(v, SHARING),
+        None => share(u, bands),
+    }
+}
+
 /// A band of wavelengths of white light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBand {
@@ -89,6 +112,30 @@ impl Passband {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn heroes_are_of_all_bands_and_share_with_the_same() {
+        let mut counts = [0; BANDS];
+        let key = crate::sampler::pixel_key(3, 5, 0);
+        for sample in 0..BANDS as u32 {
+            let numbers = crate::sampler::pair(key, sample, crate::sampler::Dimension::Wavelength);
+            counts[hero(numbers, BANDS)] += 1;
+        }
+        assert_eq!(counts, [1; BANDS], "as many samples as bands are one of each");
+        for band in 0..BANDS {
+            let shared = sharing(band, BANDS).expect("32 bands share");
+            assert_eq!(shared[0], band);
+            for other in shared {
+                let mut others = sharing(other, BANDS).expect("32 bands share");
+                let mut shared = shared;
+                others.sort_unstable();
+                shared.sort_unstable();
+                assert_eq!(others, shared);
+            }
+        }
+        assert_eq!([1, 2, 33].map(|bands| sharing(0, bands)), [None; 3]);
+        assert_eq!([hero([0.999; 2], 33), hero([0.5; 2], 1)], [32, 0]);
+    }
 
     #[test]
     fn a_passband_sees_grey_by_the_channels_that_share_its_light() {

@@ -15,7 +15,7 @@ mod rgb;
 
 use std::sync::{Arc, LazyLock};
 
-pub use bands::{BANDS, LightBand, Passband, RANGE, bands};
+pub use bands::{BANDS, LightBand, Passband, RANGE, SHARING, bands, hero, sharing};
 pub use cie::{VISIBLE, matching};
 pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fresnel, metal, metal_reflectance};

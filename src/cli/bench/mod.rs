@@ -16,7 +16,7 @@ use petzval::lens::{
     trace_one,
 };
 use petzval::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
-use petzval::render::{Backend, Job, Progress, render};
+use petzval::render::{Backend, DisperseColumns, Job, Progress, disperse, render};
 use petzval::scene::{TraversalStack, pbrt};
 use petzval::spectrum::bands;
 use petzval::stats::{LensStats, Stage, Stats};
@@ -137,6 +137,7 @@ fn traces(suite: &mut Suite, lens: &Prescription) {
 struct Launch {
     samples: SampleBatch,
     columns: LensColumns,
+    disperse: DisperseColumns,
     rays: RayBatch,
     stats: LensStats,
 }
@@ -150,6 +151,7 @@ impl Launch {
         Self {
             samples: SampleBatch::default(),
             columns: LensColumns::default(),
+            disperse: DisperseColumns::default(),
             rays: RayBatch::default(),
             stats: LensStats { blocked: vec![0; rows], ..LensStats::default() },
         }
@@ -157,13 +159,14 @@ impl Launch {
 
     /// All waves of a picture; answers how many rays left the lens.
     fn all(&mut self, job: &Job) -> u64 {
-        let Self { samples, columns, rays, stats } = self;
+        let Self { samples, columns, disperse: shared, rays, stats } = self;
         let (film, filter) = (job.camera.film, &job.film.filter);
         let mut left = 0;
         for tile in job.frame.tiles() {
             let mut tile = job.sampler(&tile, job.samples.clone());
             while sample(&mut tile, &job.frame, filter, film, 0, samples) {
                 job.camera.expose::<f32x8>(samples, columns, black_box(rays), stats);
+                disperse::<f32x8>(job, samples, columns, shared, rays);
                 left += rays.len as u64;
             }
         }
