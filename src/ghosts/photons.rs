@@ -30,10 +30,11 @@ pub(super) struct Photons {
 
 impl Photons {
     /// Samples lights from points of the front surface, a wave of them: uniformly spread over
-    /// its square, or by a density.
+    /// the square about it, or by a density. The surface may stand askew; the square does as it.
     pub fn sample(&mut self, job: &Job, lens: &RealLens, key: u32, entry: Option<&Distribution>) {
         let front = &lens.prescription.rows[0];
         let half = front.diameter / 2.0;
+        let placed = lens.prescription.placements()[0];
         let world = job.camera.world_from_camera;
         let camera = world.matrix3.inverse();
         self.entry.clear();
@@ -51,12 +52,14 @@ impl Photons {
             if x.hypot(y) > half {
                 continue;
             }
-            let sag = front.sag_at(x, y);
             let [gx, gy] = front.gradient(x, y);
-            let outward = DVec3::new(gx, gy, 1.0);
-            let unit = lens.unit;
-            let place =
-                world.transform_point3(DVec3::new(x * unit, y * unit, lens.front - sag * unit));
+            // From the surface's own frame to that of the front vertex, and on to the camera's, whose z
+            // is to the scene.
+            let point = placed.transform_point3(DVec3::new(x, y, front.sag_at(x, y)));
+            let normal = placed.transform_vector3(DVec3::new(gx, gy, -1.0));
+            let outward = DVec3::new(normal.x, normal.y, -normal.z);
+            let [right, up, back] = (point * lens.unit).to_array();
+            let place = world.transform_point3(DVec3::new(right, up, lens.front - back));
             // Normals turn with the inverse transposed; its length does not matter.
             let normal = (camera.transpose() * outward).normalize().as_vec3();
             let position = place.as_vec3();
@@ -73,7 +76,8 @@ impl Photons {
             let area = 4.0 * half * half / f64::from(density);
             let flux = facing * area / f64::from(light.density);
             let k = self.rays.len;
-            [self.start.x[k], self.start.y[k], self.start.z[k]] = [x, y, sag].map(|v| v as f32);
+            [self.start.x[k], self.start.y[k], self.start.z[k]] =
+                point.to_array().map(|v| v as f32);
             [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
                 [-towards.x, -towards.y, towards.z].map(|v| v as f32);
             self.start.weight[k] = 1.0;
