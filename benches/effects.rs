@@ -19,7 +19,6 @@ use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
 use petzval::render::{Backend, DisperseColumns, Exposed, Job, Progress, disperse, render};
 use petzval::scene::pbrt;
 use petzval::sensor::{Bayer, Sensor};
-use petzval::spectrum::bands;
 use petzval::stats::{LensStats, Stats};
 
 /// The double Gauss of the course and the film distance of its scene, mm.
@@ -109,6 +108,11 @@ fn sensor(bench: &mut Criterion) {
         stats: Stats::default(),
         reached: None,
     };
+    // Of one sample a pixel.
+    let description = pbrt::read(&scene).expect("a scene of the repository");
+    let asked = Some(Default::default());
+    let changes = Changes { sensor: asked, samples: Some(1), ..Changes::default() };
+    planned(&prepare(description, &changes).expect("a job").0, Effect::Sensor);
     group.bench_function("without", |bencher| bencher.iter(|| exposed.film.picture(16)));
     group.bench_function("off", |bencher| bencher.iter(|| exposed.picture(&job)));
 
@@ -166,13 +170,20 @@ impl Launch {
 /// Film points to rays in the world, with all light together and taken apart.
 fn dispersion(criterion: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
-    let description = pbrt::read(&scene).expect("a scene of the repository");
-    let changes = Changes { resolution: Some([64, 64]), samples: Some(64), ..Changes::default() };
-    let off = prepare(description, &changes).expect("a job").0;
-    let mut on = off.clone();
-    if let Model::Real(lens) = &mut on.camera.model {
-        lens.disperse(&bands());
-    }
+    // The lens says nothing of its glass; what is guessed takes as long as what is known.
+    let job = |effects: &str| {
+        let description = pbrt::read(&scene).expect("a scene of the repository");
+        let changes = Changes {
+            resolution: Some([64, 64]),
+            samples: Some(64),
+            assume_vd: true,
+            effects: effects.parse().expect("effects"),
+            ..Changes::default()
+        };
+        prepare(description, &changes).expect("a job").0
+    };
+    let (off, on) = (job("-dispersion"), job("+dispersion"));
+    planned(&on, Effect::Dispersion);
     let mut group = criterion.benchmark_group("effect/dispersion");
     group.throughput(Throughput::Elements(64 * 64 * 64));
     let mut launch = Launch::default();
@@ -258,6 +269,7 @@ fn motion(criterion: &mut Criterion) {
         ("rolling, things turn", job("", &end(turn), "auto", Some("100ms"))),
     ] {
         planned(&job, Effect::Motion);
+        planned(&job, Effect::RollingShutter);
         group.bench_function(name, |bencher| {
             bencher
                 .iter(|| render(&job, Backend::Simd, 1, &Progress::default()).expect("a render"));
@@ -339,6 +351,11 @@ fn tilt_shift(criterion: &mut Criterion) {
         let model = RealLens::posed(lens.clone(), &film, Aim::Pupil, 1.0, 0.0);
         job.camera.model = Model::Real(Box::new(model));
         group.bench_function(name, |bencher| bencher.iter(|| launch.all(&job)));
+    }
+    for (film_shift, film_tilt) in [(Some([3.0, -2.0]), None), (None, Some([3.0, 1.0]))] {
+        let description = pbrt::read(&scene).expect("a scene of the repository");
+        let changes = Changes { film_shift, film_tilt, ..Changes::default() };
+        planned(&prepare(description, &changes).expect("a job").0, Effect::TiltShift);
     }
     // A turn alone: the trace of a wave, with two turns around an element and without.
     group.throughput(Throughput::Elements(WAVE as u64));

@@ -17,7 +17,7 @@ use crate::film::{Filter, Response};
 use crate::ghosts;
 use crate::image::{Note, Notes};
 use crate::lens::{Camera, LensError, Model};
-use crate::plan::{Effect, Level, Moves, Plan, Question, plan};
+use crate::plan::{Effect, Moves, Plan, Question, plan};
 use crate::render::{Job, RenderError, Until};
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec};
 use crate::source::{Location, Warning};
@@ -135,10 +135,7 @@ pub fn prepare(
         Some(false) => None,
         _ => ghosts::survey(&job),
     };
-    let level = match job.camera.model {
-        Model::Real(_) => level(&mut job)?,
-        Model::Thin(_) => Level::default(),
-    };
+    let level = level(&mut job)?;
     job.plan = plan(&Question {
         camera: &job.camera,
         resolution: job.frame.resolution,

@@ -62,7 +62,7 @@ pub struct Question<'a> {
     pub visible: Visible,
 }
 
-/// How bright a picture will be, by a small one; luminance.
+/// How bright a picture will be, in luminance, and what it takes without effects; by a small one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Level {
     /// Its mean without its brightest tenth: lamps and their reflections are not what a veil of light
@@ -70,6 +70,11 @@ pub struct Level {
     pub mean: f64,
     /// What the brightest spot of the small picture adds to that, as light of so many pixels of 1.
     pub lamp: f64,
+    /// What a film sample takes, ns: by what is counted, not by a clock, so that a plan is always the
+    /// same.
+    pub sample: f64,
+    /// Rays through the scene for a film sample, shadow rays among them.
+    pub rays: f64,
 }
 
 /// From which share of the picture's brightness on, percent, a veil of light can be seen: the
@@ -140,11 +145,11 @@ fn find(effect: Effect, question: &Question) -> Finding {
     }
 }
 
-/// What an effect costs: ns of a film sample, and the share of a frame in which one takes this long
-/// in all (`cargo bench --bench render`, the double Gauss).
-fn cost(ns_per_ray: f64) -> Option<Cost> {
-    const SAMPLE: f64 = 520.0;
-    Some(Cost { ns_per_ray, percent: 100.0 * ns_per_ray / (SAMPLE + ns_per_ray) })
+/// What an effect costs: ns of a film sample, and their share of all that one takes with it.
+fn cost(question: &Question, ns_per_ray: f64) -> Option<Cost> {
+    let all = question.level.sample + ns_per_ray;
+    let percent = if all > 0.0 { 100.0 * ns_per_ray / all } else { 0.0 };
+    Some(Cost { ns_per_ray, percent })
 }
 
 /// Pixels a micrometre on the film, along the narrower side of a pixel.

@@ -49,6 +49,14 @@ impl Motion {
         }
     }
 
+    /// Whether directions change on the way.
+    pub fn turns(&self) -> bool {
+        match &self.0 {
+            Steps::Still(_) => false,
+            Steps::Moving(turns) => turns.iter().any(|turn| turn.angle > 0.0),
+        }
+    }
+
     /// The motion of what moves by `inner` within something that moves by this one.
     pub fn then(&self, inner: &Self) -> Self {
         Self(match (&self.0, &inner.0) {

@@ -66,7 +66,7 @@ fn price(question: &Question, called_for: bool) -> Option<Cost> {
     let zones = Diffraction::new(question.camera, &frame, question.bands).zones() as f64;
     let pixels = question.resolution.map(f64::from).iter().product::<f64>();
     let samples = f64::from(question.samples.max(1));
-    cost(zones * (NS[0] + NS[1] / pixels) / samples)
+    cost(question, zones * (NS[0] + NS[1] / pixels) / samples)
 }
 
 /// The light of the brightest spot in the brightest direction at some distance, percent of the

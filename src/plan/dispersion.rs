@@ -34,12 +34,13 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         error: Some(Harm::Blur { um, pixels }),
         possible: true,
         called_for: pixels >= question.visible.pixels,
-        cost: cost(NS),
+        cost: cost(question, NS[0] + NS[1] * rows.len() as f64),
     }
 }
 
-/// Sorting samples by band, and looking up the band: `cargo bench --bench effects`.
-const NS: f64 = 24.0;
+/// Sorting samples by band and adding up what bands that share a ray count; and for each surface,
+/// three times through it: ns, `cargo bench --bench effects -- dispersion`.
+const NS: [f64; 2] = [40.0, 6.0];
 
 /// How far, um on the film, light of all wavelengths lands from that of the d line, root mean
 /// square over film, pupil and wavelengths as the eye weighs them.

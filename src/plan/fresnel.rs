@@ -40,6 +40,6 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         error: Some(Harm::Signal(loss)),
         possible: true,
         called_for: question.coated || named && loss >= 1.0,
-        cost: cost(NS[0] * faces(false) + NS[1] * faces(true)),
+        cost: cost(question, NS[0] * faces(false) + NS[1] * faces(true)),
     }
 }

@@ -30,6 +30,6 @@ pub(super) fn find(question: &Question) -> Finding {
         error: Some(Harm::Signal(percent)),
         possible: true,
         called_for: percent >= VEIL,
-        cost: cost(NS),
+        cost: cost(question, NS),
     }
 }

@@ -7,11 +7,10 @@ use super::{By, Effect, Finding, Harm, Question, cost};
 const TIME: f64 = 4.0;
 /// A ray of a camera that moves.
 const RIDE: f64 = 30.0;
-/// A ray against the box around all that moves, and one that comes near to it.
+/// A ray against the box around all that moves; and one that comes near to it, where things go
+/// straight and where they turn, which takes a sine for every place.
 const RAY: f64 = 4.0;
-const NEAR_RAY: f64 = 125.0;
-/// Rays of a path: of paths through rooms, as the scenes of the repository have them.
-const RAYS: f64 = 2.5;
+const NEAR_RAY: [f64; 2] = [30.0, 140.0];
 
 pub(super) fn find(question: &Question) -> Finding {
     let moves = &question.moves;
@@ -40,7 +39,7 @@ pub(super) fn find(question: &Question) -> Finding {
         error: Some(harm),
         possible: true,
         called_for,
-        cost: cost(price(question)),
+        cost: cost(question, price(question)),
     }
 }
 
@@ -51,5 +50,7 @@ fn price(question: &Question) -> f64 {
     if moves.scene.movers().is_empty() {
         return TIME + ride;
     }
-    TIME + ride + RAYS * (RAY + share_near(question) * NEAR_RAY)
+    let turns = moves.scene.movers().iter().any(|mover| mover.motion.turns());
+    let near = share_near(question) * NEAR_RAY[usize::from(turns)];
+    TIME + ride + question.level.rays * (RAY + near)
 }

@@ -30,6 +30,6 @@ pub(super) fn find(question: &Question) -> Finding {
         error: Some(harm),
         possible: true,
         called_for: pixels >= question.visible.pixels,
-        cost: cost(NS),
+        cost: cost(question, NS),
     }
 }

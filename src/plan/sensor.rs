@@ -16,6 +16,6 @@ pub(super) fn find(question: &Question) -> Finding {
         error: Some(Harm::Signal(noise)),
         possible: true,
         called_for: true,
-        cost: cost(NS / f64::from(question.samples.max(1))),
+        cost: cost(question, NS / f64::from(question.samples.max(1))),
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
         error: Some(Harm::Blur { um, pixels }),
         possible: true,
         called_for: true,
-        cost: cost(ns),
+        cost: cost(question, ns),
     }
 }
 
