@@ -19,6 +19,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
     let refuse = |line: usize, found: String, expected: &str| LensError::Malformed {
         path: path.to_owned(),
         line,
+        column: None,
         found,
         expected: expected.to_owned(),
     };

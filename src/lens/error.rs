@@ -14,15 +14,22 @@ pub enum LensError {
         source: std::io::Error,
     },
     /// A line is not what a lens file may hold.
-    #[error("{}:{line}: {found}; {expected}", path.display())]
+    #[error("{}:{line}{}: {found}; {expected}", path.display(), behind(*column))]
     Malformed {
         /// The file.
         path: PathBuf,
         /// The line, from 1.
         line: usize,
+        /// The column, from 1, in characters; of a file whose columns are keys and values.
+        column: Option<usize>,
         /// What stands there.
         found: String,
         /// What was expected, or what to try.
         expected: String,
     },
+}
+
+/// What stands behind the line in an error.
+fn behind(column: Option<usize>) -> String {
+    column.map_or_else(String::new, |column| format!(":{column}"))
 }

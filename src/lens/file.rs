@@ -28,6 +28,7 @@ pub fn read(path: &Path) -> Result<Prescription, LensError> {
         return Err(LensError::Malformed {
             path: path.to_owned(),
             line: 1 + bytes[..MOST_BYTES].iter().filter(|&&byte| byte == b'\n').count(),
+            column: None,
             found: "the file goes on past 1 MiB here".into(),
             expected: "a lens is a few short lines".into(),
         });

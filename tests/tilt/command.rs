@@ -52,9 +52,12 @@ fn what_cannot_stand_like_that_is_refused_with_its_line() {
     let surface = |keys: &str| dgauss(keys, "");
     let body = |keys: &str| dgauss("", &format!("[[askew]]\n{keys}\n"));
     for (text, words) in [
-        (surface("tilt = [60, 0]"), "test.toml:14: tilt holds 60; expected [x, y], each from -45"),
-        (surface("tilt = 3"), "test.toml:14: tilt is no pair of finite numbers"),
-        (surface("decentre = [1]"), "test.toml:14: decentre is no pair"),
+        (
+            surface("tilt = [60, 0]"),
+            "test.toml:14:8: tilt holds 60; expected [x, y], each from -45",
+        ),
+        (surface("tilt = 3"), "test.toml:14:8: tilt is no pair of finite numbers"),
+        (surface("decentre = [1]"), "test.toml:14:12: decentre is no pair"),
         (surface("decentre = [inf, 0]"), "decentre is no pair of finite numbers"),
         (surface("decentre = [0, 5000]"), "decentre holds 5000; expected [x, y], each from -1000"),
         (surface("decenter = [0, 1]"), "unknown key \"decenter\"; did you mean \"decentre\"?"),
@@ -64,7 +67,7 @@ fn what_cannot_stand_like_that_is_refused_with_its_line() {
         (body("surfaces = [1, 12]"), "whole numbers from 1 to 11"),
         (body("surfaces = [1.5, 3]"), "surfaces is [1.5, 3]"),
         (body("surfaces = [1, 2]\ntilted = [1, 0]"), "unknown key \"tilted\""),
-        (format!("askew = 3\n{}", surface("")), "test.toml:1: askew is no list"),
+        (format!("askew = 3\n{}", surface("")), "test.toml:1:9: askew is no list"),
         (format!("askew = [3]\n{}", surface("")), "an entry of askew without keys"),
     ] {
         let error = parsed(&text).expect_err(words).to_string();

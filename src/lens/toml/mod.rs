@@ -35,7 +35,7 @@
 //! A body may lie in another: the inner one comes first in the file.
 //!
 //! The `toml` crate reads the grammar because it keeps the place of every value, so that each
-//! error can name its line.
+//! error can name its line and column.
 
 mod medium;
 mod opening;
@@ -57,7 +57,7 @@ const TOP: &[&str] = &["name", "source", "focal_length", "f_number", "surface", 
 /// errors.
 ///
 /// # Errors
-/// Where the text is no TOML or no lens, with the line.
+/// Where the text is no TOML or no lens, with line and column.
 pub fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> {
     let source = Source { path, text };
     let table = DeTable::parse(text).map_err(|error| {

@@ -23,10 +23,15 @@ impl Source<'_> {
         found: impl Into<String>,
         expected: impl Into<String>,
     ) -> LensError {
-        let before = self.text.as_bytes().iter().take(at);
+        let before = &self.text.as_bytes()[..at.min(self.text.len())];
+        let line_start =
+            before.iter().rposition(|&byte| byte == b'\n').map_or(0, |place| place + 1);
+        // Characters, not bytes: those that continue one do not count.
+        let ahead = before[line_start..].iter().filter(|&&byte| byte & 0xc0 != 0x80);
         LensError::Malformed {
             path: self.path.to_owned(),
-            line: 1 + before.filter(|&&byte| byte == b'\n').count(),
+            line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(),
+            column: Some(1 + ahead.count()),
             found: found.into(),
             expected: expected.into(),
         }
