@@ -58,11 +58,9 @@ fn grey_through_glass_that_keeps_colours_together_stays_as_it_is() {
     for c in 0..3 {
         assert!((found[c] / white[c] - 1.0).abs() < 0.002, "{found:?} for {white:?}");
     }
-    // 256 samples fill every band eight times: no pixel is coloured by more than noise.
-    for (a, b) in one.pixels.iter().zip(&other.pixels) {
-        for c in 0..3 {
-            assert!((b[c] / a[0] - 1.0).abs() < 0.15, "{b:?} for {a:?}");
-        }
+    // 256 samples are of all bands alike, and share their rays: no pixel is coloured.
+    for [r, g, b] in &other.pixels {
+        assert!((r / g - 1.0).abs() < 0.03 && (b / g - 1.0).abs() < 0.03, "{r} {g} {b}");
     }
 }
 
@@ -71,7 +69,7 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
     // A star on the axis, focused at the d line. Of each wavelength the film sees a disc of
     // diameter D |f - s| / f behind a thin lens; of each channel the mean of its wavelengths.
     let world = "AreaLightSource \"diffuse\" \"rgb L\" [1e6 1e6 1e6] Translate 0 0 1000
-        Shape \"sphere\" \"float radius\" 0.02";
+        Shape \"sphere\" \"float radius\" 0.08";
     let size = 60.0;
     let film = format!(
         "\"integer xresolution\" {size} \"integer yresolution\" {size} \"float diagonal\" 0.42426"
@@ -111,7 +109,7 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
         }
         let [x, y, square] = moments.map(|moment| moment / sum);
         // The star's own disc, and the pixel's.
-        let star = 2e-5 * Paraxial::of(file).focal_length;
+        let star = 8e-5 * Paraxial::of(file).focal_length;
         let found = square - x * x - y * y - pitch * pitch / 6.0 - star * star / 2.0;
         let expected = expected[c] / weights[c];
         println!(
@@ -178,23 +176,25 @@ fn a_white_sky_has_no_specks() {
     // The rim of the pupil is elsewhere for every colour: none of its light may come by the few rays
     // that look everywhere.
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
-    let changes = Changes {
-        samples: Some(256),
-        effects: "+dispersion,-ghosts".parse().expect("effects"),
-        ..Changes::default()
+    let film = "\"integer xresolution\" 64 \"integer yresolution\" 64 \"float diagonal\" 10";
+    let job = |effects: &str| {
+        let effects = effects.parse().expect("effects");
+        let changes = Changes { samples: Some(256), effects, ..Changes::default() };
+        job("stop before", film, world, &changes)
     };
-    let job = job("triplet.toml", SMALL, world, &changes);
-    assert!(job.plan.has(Effect::Dispersion));
-    let seen = picture(&job, Backend::Simd, 2);
-    for c in 0..3 {
-        // The middle, which no rim of glass darkens.
-        let middle: Vec<f32> =
-            (0..64).map(|i| seen.pixels[(8 + i / 8) * 24 + 8 + i % 8][c]).collect();
-        let mean = middle.iter().sum::<f32>() / 64.0;
-        let off = middle.iter().map(|v| (v / mean - 1.0).abs()).fold(0.0, f32::max);
-        println!("channel {c}: {mean}, at most {off} off");
-        assert!(off < 0.08, "channel {c}: a pixel is off by {off}");
-    }
+    let (held, missed) = (job("+dispersion,-ghosts"), dispersed(job("-dispersion,-ghosts")));
+    assert!(held.plan.has(Effect::Dispersion));
+    let off = |job: &Job| {
+        let seen = picture(job, Backend::Simd, 2);
+        let mean = mean(&seen);
+        let off = |pixel: &[f32; 3]| {
+            [0, 1, 2].map(|c| (f64::from(pixel[c]) / mean[c] - 1.0).abs()).into_iter()
+        };
+        seen.pixels.iter().flat_map(off).fold(0.0, f64::max)
+    };
+    let [held, missed] = [held, missed].map(|job| off(&job));
+    println!("a pixel is off by {held:.3}; by {missed:.3} where the pupil is that of one colour");
+    assert!(held < 0.1 && missed > 0.5, "{held} and {missed}");
 }
 
 #[test]
