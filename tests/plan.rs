@@ -50,6 +50,18 @@ fn the_scenes_of_the_course_need_nothing_but_one_that_looks_into_its_light() {
     }
 }
 
+#[test]
+fn shares_are_of_what_the_scene_takes_and_always_the_same() {
+    let plan = |scene: &str| effects(&[&format!("scenes/{scene}.pbrt")]);
+    let share = |effects: &[Value]| of(effects, "fresnel")["cost"]["percent"].as_f64();
+    // The same lens before a plane under one light, and before a landscape under many.
+    let (plane, landscape) = (plan("dgauss"), plan("snowman"));
+    let [light, heavy] = [&plane, &landscape].map(|plan| share(plan).expect("a price"));
+    println!("{light:.2} % and {heavy:.2} %");
+    assert!(light / heavy > 2.0 && light / heavy < 9.0, "{light} % and {heavy} %");
+    assert_eq!(landscape, plan("snowman"));
+}
+
 /// A cemented doublet of crown and flint, 100 mm, f/4.
 const DOUBLET: &str = "[[surface]]\nradius = 61.36\nthickness = 6.0\ndiameter = 25.0
 glass = \"N-BK7\"\nstop = true\n[[surface]]\nradius = -44.3\nthickness = 2.5

@@ -8,9 +8,9 @@ const TIME: f64 = 4.0;
 /// A ray of a camera that moves.
 const RIDE: f64 = 30.0;
 /// A ray against the box around all that moves; and one that comes near to it, where things go
-/// straight and where they turn, which takes a sine for every place.
+/// straight and where they turn: there the boxes that they pass are wider, and more rays meet one.
 const RAY: f64 = 4.0;
-const NEAR_RAY: [f64; 2] = [30.0, 140.0];
+const NEAR_RAY: [f64; 2] = [30.0, 125.0];
 
 pub(super) fn find(question: &Question) -> Finding {
     let moves = &question.moves;
