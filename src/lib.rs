@@ -54,6 +54,10 @@
 //! samples cost a look-up of two corners and no trigonometry, and 98 % of the rays come through
 //! ([`lens::PupilBound`]).
 //!
+//! **Four bands share a ray.** Where a lens takes the light apart, each ray is traced for a hero among
+//! 32 bands, and taken back to the film in three others; the balance heuristic of the four needs
+//! only the pixel's filter where they land, for a lens keeps etendue ([`film::Colours`]).
+//!
 //! **Compact once, after the lens.** Lost rays are poisoned by a NaN on the way, which no
 //! comparison lets through.
 //!
