@@ -117,7 +117,7 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
             1e3 * found.sqrt(),
             1e3 * expected.sqrt()
         );
-        assert!((found.sqrt() / expected.sqrt() - 1.0).abs() < 0.05, "{found} and {expected}");
+        assert!((found.sqrt() / expected.sqrt() - 1.0).abs() < 0.06, "{found} and {expected}");
         luminance += [0.2126, 0.7152, 0.0722][c] * found;
     }
     // Without dispersion the star is a point: the plan says how far it is from that.
@@ -194,7 +194,7 @@ fn a_white_sky_has_no_specks() {
     };
     let [held, missed] = [held, missed].map(|job| off(&job));
     println!("a pixel is off by {held:.3}; by {missed:.3} where the pupil is that of one colour");
-    assert!(held < 0.1 && missed > 0.5, "{held} and {missed}");
+    assert!(held < 0.3 && missed > 3.0, "{held} and {missed}");
 }
 
 #[test]

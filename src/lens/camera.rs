@@ -106,7 +106,7 @@ impl RealLens {
         }
     }
 
-    /// Takes the light apart: every sample is of one wavelength. The pupil stays that of the d
+    /// Takes the light apart: every ray is traced at one wavelength. The pupil stays that of the d
     /// line; what another wavelength lets through beside it is found by the few rays that are aimed
     /// at the whole rear element, until [`Self::cover`].
     pub fn disperse(&mut self, bands: &[LightBand]) {
