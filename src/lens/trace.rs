@@ -5,7 +5,9 @@
 //! own, so that this can be seen: `objdump -dC` shows the same instructions of it in both.
 
 use super::asphere::AsphereLanes;
+use super::ideal::IdealLanes;
 use super::opening::{Disk, Opening, Stop};
+use super::polynomial::PolynomialLanes;
 use super::prescription::Axis;
 use super::refract::{Conic, Crossed, Cylinder, Kernel, Lanes, LensRay, Sphere};
 use super::surface::{Kind, Surface};
@@ -38,6 +40,11 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
             (false, true) => what.with(AsphereLanes::<R, false, true>(lanes, asphere)),
             (true, false) => what.with(AsphereLanes::<R, true, false>(lanes, asphere)),
             (true, true) => what.with(AsphereLanes::<R, true, true>(lanes, asphere)),
+        },
+        (Kind::Ideal(ideal), _) => what.with(IdealLanes::<R>::of(lanes, ideal)),
+        (Kind::Polynomial(part), _) => match part.round {
+            true => what.with(PolynomialLanes::<R, true>(lanes, part)),
+            false => what.with(PolynomialLanes::<R, false>(lanes, part)),
         },
         (Kind::Iris(shape), _) => what.with(Opening::<R>(shape)),
         (Kind::Obstruction(h2), _) => what.with(Disk(R::splat(*h2))),
