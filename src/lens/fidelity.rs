@@ -1,0 +1,85 @@
+//! The ladder of camera models: how exactly a lens is simulated.
+
+use std::fmt;
+
+/// How exactly a lens is simulated, from the crudest.
+///
+/// All models take the same film points and random numbers, and all are exposed so that the middle
+/// of the film gets the light that the real lens gives it: their pictures differ by the model alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Fidelity {
+    /// A point in place of the entrance pupil.
+    Pinhole,
+    /// A disk in place of the entrance pupil, which focuses perfectly on one plane.
+    Thin,
+    /// Principal planes and pupils: perspective as exact as first-order optics.
+    Thick,
+    /// First-order optics surface by surface, each with its rim.
+    Paraxial,
+    /// A polynomial that was fitted to traced rays.
+    Polynomial,
+    /// Every surface, in f32: what renders do.
+    #[default]
+    Single,
+    /// Every surface, in f64.
+    Double,
+}
+
+impl Fidelity {
+    /// All of them, from the crudest.
+    pub const ALL: [Self; 7] = [
+        Self::Pinhole,
+        Self::Thin,
+        Self::Thick,
+        Self::Paraxial,
+        Self::Polynomial,
+        Self::Single,
+        Self::Double,
+    ];
+
+    /// A short name, for tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pinhole => "pinhole",
+            Self::Thin => "thin",
+            Self::Thick => "thick",
+            Self::Paraxial => "paraxial",
+            Self::Polynomial => "polynomial",
+            Self::Single => "single",
+            Self::Double => "double",
+        }
+    }
+
+    /// What it is, and what it leaves out.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::Pinhole => {
+                "A pinhole in the entrance pupil: no defocus, aberration, vignetting or fall-off."
+            }
+            Self::Thin => {
+                "A disk in the entrance pupil, sharp on one plane: no aberration, vignetting or \
+                 fall-off."
+            }
+            Self::Thick => {
+                "Principal planes and a stop between them: fall-off, but no aberration, and no rim \
+                 vignettes but the stop's."
+            }
+            Self::Paraxial => {
+                "First-order optics surface by surface: every rim vignettes, but there is no \
+                 aberration."
+            }
+            Self::Polynomial => {
+                "A polynomial of low degree fitted to traced rays: aberrations as far as it goes; \
+                 no dispersion, no losses."
+            }
+            Self::Single => "Every surface traced in f32, to a micrometre.",
+            Self::Double => "Every surface traced in f64.",
+        }
+    }
+}
+
+impl fmt::Display for Fidelity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
