@@ -8,6 +8,8 @@ use super::paraxial::Paraxial;
 use super::pose::{FilmPlane, Pose};
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
+use super::refract::LensRay;
+use super::simulated::ExactColumns;
 use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use super::vignetting::Vignetting;
 use crate::lanes::{self, Real};
@@ -62,8 +64,10 @@ pub struct RealLens {
     pub fresnel: bool,
     bound: PupilBound,
     /// What the bound was found for.
-    film: FilmPlane,
-    aiming: Aim,
+    pub(super) film: FilmPlane,
+    pub(super) aiming: Aim,
+    /// Whether every ray is traced in f64.
+    pub(super) double: bool,
 }
 
 impl RealLens {
@@ -102,6 +106,7 @@ impl RealLens {
             unit,
             front,
             fresnel: false,
+            double: false,
         }
     }
 
@@ -174,7 +179,7 @@ impl RealLens {
         columns: &mut LensColumns,
         stats: &mut LensStats,
     ) -> Plane {
-        let LensColumns { batch, targets } = columns;
+        let LensColumns { batch, targets, .. } = columns;
         let plane = self.plane();
         aim::<R>(samples, &self.bound, &plane, targets, batch);
         stats.aimed += batch.living as u64;
@@ -191,14 +196,33 @@ impl RealLens {
         stats: &mut LensStats,
     ) {
         let plane = self.launch::<R>(samples, columns, stats);
-        let LensColumns { batch, targets } = columns;
-        let (blocked, band) = (&mut stats.blocked, &self.bands[samples.band]);
+        let LensColumns { batch, targets, exact } = columns;
+        let start = |i| aimed(samples, &self.bound, targets, &plane, i);
+        self.pass::<R>(samples.band, batch, exact, fresnel, stats, start);
+    }
+
+    /// From rays that leave the film to rays in the plane of the front vertex. `start` answers one of
+    /// them once more, in f64.
+    #[inline(always)]
+    pub(super) fn pass<R: Real<Scalar = f32>>(
+        &self,
+        band: usize,
+        batch: &mut LensBatch<f32>,
+        exact: &mut ExactColumns,
+        fresnel: bool,
+        stats: &mut LensStats,
+        start: impl Fn(usize) -> LensRay<f64>,
+    ) {
+        if self.double {
+            self.pass_double(band, batch, exact, fresnel, stats);
+            return;
+        }
+        let (blocked, band) = (&mut stats.blocked, &self.bands[band]);
         match fresnel {
             false => trace::<R>(batch, &band.surfaces, blocked),
             true => trace_lossy::<R>(batch, &band.surfaces, blocked),
         }
         stats.redone += batch.doubtful.len() as u64;
-        let start = |i| aimed(samples, &self.bound, targets, &plane, i);
         match fresnel {
             false => settle::<R>(batch, &band.exact, blocked, start),
             true => settle_lossy::<R>(batch, &band.exact, blocked, start),
@@ -222,6 +246,7 @@ pub struct ThinLens {
 pub struct LensColumns {
     pub(super) batch: LensBatch<f32>,
     targets: TargetColumns,
+    pub(super) exact: ExactColumns,
 }
 
 impl Camera {
@@ -298,7 +323,7 @@ impl Camera {
     }
 
     /// Moves the rays that came out into world space, without gaps.
-    fn emerge<R: Real<Scalar = f32>>(
+    pub(super) fn emerge<R: Real<Scalar = f32>>(
         &self,
         lens: &RealLens,
         band: &Band,

@@ -21,6 +21,7 @@ mod file;
 mod film_error;
 mod focus;
 mod glass;
+mod ideal;
 mod iris;
 mod opening;
 mod outline;

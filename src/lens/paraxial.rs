@@ -4,6 +4,8 @@
 //! film, and a lens is the product of its refractions and transfers, of determinant 1
 //! (Born & Wolf, "Principles of Optics", 4.4). Parts that stand askew are taken to stand square.
 
+use std::ops::Range;
+
 use super::prescription::{Axis, Prescription};
 
 /// A ray-transfer matrix: y' = a y + b nu, nu' = c y + d nu. Lengths in mm.
@@ -20,14 +22,44 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    const IDENTITY: Self = Self { a: 1.0, b: 0.0, c: 0.0, d: 1.0 };
+    pub(super) const IDENTITY: Self = Self { a: 1.0, b: 0.0, c: 0.0, d: 1.0 };
 
-    fn refract(self, curvature: f64, n: f64, n_after: f64) -> Self {
+    pub(super) fn refract(self, curvature: f64, n: f64, n_after: f64) -> Self {
         let power = (n_after - n) * curvature;
         Self { c: self.c - power * self.a, d: self.d - power * self.b, ..self }
     }
 
-    fn transfer(self, distance: f64, n: f64) -> Self {
+    /// This, and behind it what row `i` of a lens does to rays in the plane of an axis.
+    pub(super) fn cross(self, lens: &Prescription, i: usize, plane: Axis) -> Self {
+        let row = &lens.rows[i];
+        match row.ideal {
+            Some(ideal) => self.then(ideal[plane as usize]),
+            None => {
+                let [n, n_after] = lens.indices(i);
+                self.refract(row.curvatures()[plane as usize], n, n_after)
+            }
+        }
+    }
+
+    /// This, and behind it some rows with the way to the next.
+    pub(super) fn through(self, lens: &Prescription, rows: Range<usize>, plane: Axis) -> Self {
+        rows.fold(self, |m, i| {
+            let row = &lens.rows[i];
+            m.cross(lens, i, plane).transfer(row.thickness, row.index)
+        })
+    }
+
+    /// This, and another behind it.
+    pub(super) fn then(self, next: Self) -> Self {
+        Self {
+            a: next.a * self.a + next.b * self.c,
+            b: next.a * self.b + next.b * self.d,
+            c: next.c * self.a + next.d * self.c,
+            d: next.c * self.b + next.d * self.d,
+        }
+    }
+
+    pub(super) fn transfer(self, distance: f64, n: f64) -> Self {
         let reduced = distance / n;
         Self { a: self.a + reduced * self.c, b: self.b + reduced * self.d, ..self }
     }
@@ -97,18 +129,10 @@ impl Paraxial {
 
     /// Works it out for rays in the plane of one axis.
     pub fn in_plane(lens: &Prescription, plane: Axis) -> Self {
-        let curvature = |i: usize| lens.rows[i].curvatures()[plane as usize];
         let stop = lens.stop();
-        let part = |range: std::ops::Range<usize>| {
-            range.fold(Matrix::IDENTITY, |m, i| {
-                let row = &lens.rows[i];
-                m.refract(curvature(i), lens.index_before(i), row.index)
-                    .transfer(row.thickness, row.index)
-            })
-        };
+        let part = |rows| Matrix::IDENTITY.through(lens, rows, plane);
         let last = lens.rows.len() - 1;
-        let to_rear_vertex =
-            |m: Matrix| m.refract(curvature(last), lens.index_before(last), lens.rows[last].index);
+        let to_rear_vertex = |m: Matrix| m.cross(lens, last, plane);
         let whole = to_rear_vertex(part(0..last));
         let front = part(0..stop);
         let behind = if stop == last { Matrix::IDENTITY } else { to_rear_vertex(part(stop..last)) };

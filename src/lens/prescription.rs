@@ -5,6 +5,7 @@ use std::fmt;
 use super::coating::Coating;
 use super::glass::{CatalogueGlass, D_LINE, Glass, guess};
 use super::iris::Iris;
+use super::paraxial::Matrix;
 use super::pose::{Askew, Pose};
 
 /// Which way a cylinder runs.
@@ -49,6 +50,9 @@ pub struct Row {
     pub coating: Option<Coating>,
     /// How the surface alone stands.
     pub pose: Pose,
+    /// What a lens of no aberration in the place of the surface does to light on its way to the
+    /// film, along x and along y, from its plane to its plane; then the shape counts for nothing.
+    pub ideal: Option<[Matrix; 2]>,
 }
 
 impl Default for Row {
@@ -68,6 +72,7 @@ impl Default for Row {
             iris: Iris::Round,
             coating: None,
             pose: Pose::SQUARE,
+            ideal: None,
         }
     }
 }
@@ -91,7 +96,8 @@ impl Row {
 
     /// Whether turning the surface about the axis changes nothing.
     pub fn is_round(&self) -> bool {
-        self.axis.is_none() && self.iris == Iris::Round
+        let even = self.ideal.is_none_or(|[x, y]| x == y);
+        self.axis.is_none() && self.iris == Iris::Round && even
     }
 
     /// Distance along the axis from the vertex to the surface at height `h` (where a cylinder is

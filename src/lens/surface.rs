@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::asphere::Asphere;
 use super::coating::{Coat, Coating};
 use super::glass::D_LINE;
+use super::ideal::Ideal;
 use super::iris::Iris;
 use super::opening::Shape;
 use super::prescription::{Axis, Prescription, Row};
@@ -26,6 +27,8 @@ pub enum Kind<T> {
     Cylinder(Axis),
     /// A conic of revolution and a polynomial.
     Asphere(Arc<Asphere<T>>),
+    /// A plane where rays change as first-order optics has it.
+    Ideal(Arc<Ideal<T>>),
     /// The shape of the opening in the plane of the stop crossed before.
     Iris(Arc<Shape<T>>),
     /// An opaque disk on the surface crossed before, with the square of half its diameter.
@@ -265,6 +268,9 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
     let surface = Surface {
         row: place,
         kind: match row {
+            Row { ideal: Some(planes), .. } => {
+                Kind::Ideal(Arc::new(Ideal::new::<R>(*planes, sign > 0.0, [n, n_after])))
+            }
             _ if plain_stop => Kind::Stop,
             Row { axis: Some(axis), .. } => Kind::Cylinder(*axis),
             _ if !row.asphere.is_empty() => Kind::Asphere(Arc::new(Asphere::new::<R>(row, sign))),

@@ -5,6 +5,7 @@
 //! own, so that this can be seen: `objdump -dC` shows the same instructions of it in both.
 
 use super::asphere::AsphereLanes;
+use super::ideal::IdealLanes;
 use super::opening::{Disk, Opening, Stop};
 use super::prescription::Axis;
 use super::refract::{Conic, Crossed, Cylinder, Kernel, Lanes, LensRay, Sphere};
@@ -39,6 +40,7 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
             (true, false) => what.with(AsphereLanes::<R, true, false>(lanes, asphere)),
             (true, true) => what.with(AsphereLanes::<R, true, true>(lanes, asphere)),
         },
+        (Kind::Ideal(ideal), _) => what.with(IdealLanes::<R>::of(lanes, ideal)),
         (Kind::Iris(shape), _) => what.with(Opening::<R>(shape)),
         (Kind::Obstruction(h2), _) => what.with(Disk(R::splat(*h2))),
         (Kind::Turn(turn), _) => what.with(TurnLanes::<R>::of(turn)),

@@ -1,22 +1,76 @@
 //! A camera whose lens is simulated less exactly than it could be, or more.
 
+mod double;
 mod exposure;
+mod gaussian;
+mod pupil_point;
 mod thin;
 
-use super::camera::{Camera, Model};
+pub(super) use double::{ExactColumns, launched};
+pub(super) use pupil_point::PupilPoint;
+
+use super::band::Band;
+use super::camera::{Camera, Model, RealLens};
 use super::fidelity::Fidelity;
+use super::glass::D_LINE;
+use super::prescription::Prescription;
 
 impl Camera {
-    /// This camera with its real lens simulated so exactly, for the plan it has now: its effects
-    /// are to be chosen first. A camera without a lens of glass stays as it is.
+    /// This camera with its real lens simulated so exactly, with the effects that it simulates now:
+    /// dispersion and losses go on where the model knows of surfaces, and are left out elsewhere. A
+    /// camera without a lens of glass stays as it is. Some milliseconds.
     pub fn simulated(&self, fidelity: Fidelity) -> Self {
         let Model::Real(lens) = &self.model else { return self.clone() };
-        match fidelity {
-            Fidelity::Pinhole | Fidelity::Thin => {
-                let exposed = exposure::on_axis(lens);
-                thin::thin(self, lens, fidelity == Fidelity::Thin, exposed)
+        let model = match fidelity {
+            Fidelity::Single => (**lens).clone(),
+            Fidelity::Double => lens.doubled(),
+            Fidelity::Polynomial => (**lens).clone(),
+            Fidelity::Paraxial => lens.replaced(gaussian::paraxial(&lens.plain())),
+            Fidelity::Thick => lens.replaced(gaussian::thick(&lens.plain(), &lens.film)),
+            Fidelity::Thin | Fidelity::Pinhole => {
+                let open = fidelity == Fidelity::Thin;
+                return thin::thin(self, lens, open, exposure::on_axis(lens));
             }
-            _ => self.clone(),
+        };
+        let metered = match fidelity {
+            Fidelity::Single | Fidelity::Double => 1.0,
+            _ => exposure::on_axis(lens) / exposure::on_axis(&model),
+        };
+        let metered = if metered.is_finite() { metered } else { 1.0 };
+        Self {
+            model: Model::Real(Box::new(model)),
+            imaging_ratio: self.imaging_ratio * metered,
+            ..self.clone()
         }
+    }
+}
+
+impl RealLens {
+    /// The same, with every ray in f64.
+    fn doubled(&self) -> Self {
+        let mut lens = self.clone();
+        lens.double = true;
+        lens
+    }
+
+    /// The lens for the light that it is traced in; that of the d line where it is taken apart.
+    fn plain(&self) -> Prescription {
+        match &self.bands[..] {
+            [band] if band.wavelength != D_LINE => self.prescription.at_wavelength(band.wavelength),
+            _ => self.prescription.clone(),
+        }
+    }
+
+    /// Another lens in its place, for all light at once and without losses.
+    fn replaced(&self, lens: Prescription) -> Self {
+        let mut lens = Self::posed(lens, &self.film, self.aiming, self.unit, self.front);
+        lens.bands.iter_mut().for_each(|band| band.response = self.response());
+        lens
+    }
+
+    /// What all its bands together add to red, green and blue.
+    fn response(&self) -> [f64; 3] {
+        let sum = |i: usize| self.bands.iter().map(|band: &Band| band.response[i]).sum::<f64>();
+        [0, 1, 2].map(|i| sum(i) / self.bands.len() as f64)
     }
 }
