@@ -4,7 +4,7 @@
 //! # What is measured
 //!
 //! A picture's error has two parts: noise, which falls as samples rise, and that of the model, which
-//! stays. [`Point::relmse`] is both, against a [`Reference`] of the richest model with seeds of its
+//! stays. [`Point::error`] is both, against a [`Reference`] of the richest model with seeds of its
 //! own and most of the time; [`Point::noise`] is the first and [`Point::bias`] the second, told apart
 //! by independent quarters of the samples ([`Bias`]). All rungs take the same seeds, so that
 //! differences between their pictures are mostly those between their models.

@@ -325,7 +325,7 @@ impl<'a> Climber<'a> {
         };
         self.points.sort_by_key(|point| (point.rung, point.samples));
         let pairs: Vec<[f64; 2]> =
-            self.points.iter().map(|point| [point.seconds, point.relmse]).collect();
+            self.points.iter().map(|point| [point.seconds, point.error]).collect();
         for (point, on) in self.points.iter_mut().zip(frontier(&pairs)) {
             point.on_frontier = on;
         }

@@ -210,7 +210,7 @@ fn table(page: &mut String, report: &Report, verdicts: &[Verdict]) {
         "<h2>Numbers</h2>\n<div class=\"scroll\"><table>\n<tr><th>model</th><th>samples</th>\
          <th>time, s</th><th>times real f32</th><th>in the lens</th><th>M rays/s</th>\
          <th>on film, um</th><th>corner, um</th><th>MSE</th><th>relMSE</th><th>FLIP</th>\
-         <th>noise, %</th><th>own error, %</th></tr>\n",
+         <th>error, %</th><th>noise, %</th><th>own, %</th></tr>\n",
     );
     for (i, rung) in report.ladder.rungs.iter().enumerate() {
         let Some(point) = report.climb.last(i) else { continue };
@@ -226,8 +226,8 @@ fn table(page: &mut String, report: &Report, verdicts: &[Verdict]) {
             page,
             "<tr><td><span class=\"swatch\" style=\"background: {}\"></span>{}</td><td>{}</td>\
              <td>{:.2}</td><td>{}</td><td>{lens:.1} %</td><td>{:.1}</td><td>{}</td><td>{}</td>\
-             <td>{:.2e}</td><td>{:.2e}</td><td>{:.4}</td><td>{}</td><td>{own}</td></tr>",
-            plot::colour(i),
+             <td>{:.2e}</td><td>{:.2e}</td><td>{:.4}</td><td>{}</td><td>{}</td><td>{own}</td></tr>",
+            plot::colour(report, i),
             escape(&rung.name),
             point.samples,
             point.seconds,
@@ -238,6 +238,7 @@ fn table(page: &mut String, report: &Report, verdicts: &[Verdict]) {
             point.mse,
             point.relmse,
             point.flip,
+            two_digits(100.0 * point.error.max(0.0).sqrt()),
             two_digits(100.0 * point.noise.max(0.0).sqrt()),
         );
     }
@@ -245,7 +246,7 @@ fn table(page: &mut String, report: &Report, verdicts: &[Verdict]) {
         "</table></div>\n<p class=\"note\">The last point of every model; accuracy.csv has all. \
          Times are by the clock, on all threads. On film: how far rays are from where those of \
          real f64 are, root mean square over film and pupil, and over the outermost part of the \
-         picture. MSE, relMSE and FLIP are of the picture against the reference, noise and all.</p>\n",
+         picture. MSE, relMSE, FLIP and error are of the picture against the reference, noise and all.</p>\n",
     );
 }
 
@@ -264,8 +265,10 @@ fn method(page: &mut String, report: &Report) {
          a pixel off.</p>\n\
          <p>Both models of a comparison take the same seeds, so that most of their noise cancels. \
          The reference takes others, and half of the time or more: its noise is part of every \
-         MSE, relMSE and FLIP, and is the dashed line.</p>\n\
-         <p>relMSE is the mean of the squared difference over the square of the reference and 0.01 \
+         error that is not told apart, and is the dashed line.</p>\n\
+         <p>Errors in percent are root mean squares over pixels and channels, each over the root of \
+         v<sup>2</sup> + m<sup>2</sup>, of the reference's value v there and its mean m: a share of \
+         the light, but in the dark of the picture's. relMSE is the mean of the squared difference over the square of the reference and 0.01 \
          (Rousselle, Knaus &amp; Zwicker 2011); FLIP is that of Andersson et al. 2020, of the \
          pictures as they are shown here. Points on the frontier are those that none beats in both \
          time and error, errors within 1 % taken for the same. The real lens is traced surface by \

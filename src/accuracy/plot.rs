@@ -15,7 +15,7 @@ use super::report::Report;
 use crate::svg::{Point as Place, Sheet};
 
 /// The sheet, px.
-const SHEET: Place = [800.0, 500.0];
+const SHEET: Place = [820.0, 500.0];
 /// Left, top, right and bottom of the plot in it.
 const AREA: [f64; 4] = [62.0, 44.0, 560.0, 440.0];
 /// Type of labels and of titles, px.
@@ -43,14 +43,17 @@ fn title(report: &Report) -> String {
     format!("{}: time against error by camera model", report.scene)
 }
 
-/// How a rung's line is drawn.
-pub(super) fn colour(rung: usize) -> &'static str {
-    COLOURS[rung % COLOURS.len()]
+/// The colour of a rung; the richest has that of the words.
+pub(super) fn colour(report: &Report, rung: usize) -> &'static str {
+    match rung + 1 == report.ladder.rungs.len() {
+        true => "currentColor",
+        false => COLOURS[rung % COLOURS.len()],
+    }
 }
 
 /// A point's relative error, root mean square, %.
 fn error(point: &Point) -> f64 {
-    100.0 * point.relmse.max(0.0).sqrt()
+    100.0 * point.error.max(0.0).sqrt()
 }
 
 fn draw(report: &Report) -> Sheet {
@@ -78,7 +81,7 @@ fn draw(report: &Report) -> Sheet {
     for rung in 0..report.ladder.rungs.len() {
         let line: Vec<Place> = drawn.iter().filter(|p| p.rung == rung).map(|p| place(p)).collect();
         let Some(&end) = line.last() else { continue };
-        let (colour, dashes) = (colour(rung), DASHES[rung / COLOURS.len() % DASHES.len()]);
+        let (colour, dashes) = (colour(report, rung), DASHES[rung / COLOURS.len() % DASHES.len()]);
         let stroke = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\" {dashes}");
         sheet.path(&line, false, &stroke);
         for (at, point) in line.iter().zip(drawn.iter().filter(|p| p.rung == rung)) {
@@ -139,7 +142,7 @@ fn frame(sheet: &mut Sheet, [x, y]: &[Axis; 2]) {
     sheet.path(&corners, true, "fill=\"none\" stroke=\"currentColor\"");
     let across = (left + right) / 2.0;
     sheet.text([across, bottom + 44.0], TYPE[1], middle, "time to render, s");
-    let words = "error, % (root of relMSE, noise and all)";
+    let words = "error of the picture, %: noise, and the model's own";
     sheet.text([16.0, top - 16.0], TYPE[1], "", words);
 }
 
@@ -162,13 +165,18 @@ fn floor(sheet: &mut Sheet, report: &Report, axis: &Axis) {
 fn names(sheet: &mut Sheet, report: &Report, ends: Vec<(usize, Place)>) {
     let [_, top, right, bottom] = AREA;
     let wanted: Vec<f64> = ends.iter().map(|(_, end)| end[1]).collect();
-    let column = right + 34.0;
+    let column = right + 52.0;
     let heading = "model: its own error";
     sheet.text([column, top - 16.0], TYPE[0], "font-weight=\"bold\"", heading);
     for ((rung, end), y) in ends.iter().zip(apart(&wanted, LINE, [top + 4.0, bottom])) {
-        let leader = [*end, [right + 12.0, y], [column - 5.0, y]];
-        let stroke = format!("fill=\"none\" stroke=\"{}\" stroke-opacity=\"0.6\"", colour(*rung));
-        sheet.path(&leader, false, &stroke);
+        let colour = colour(report, *rung);
+        // Level with the end of the line until it is out of the plot: nothing crosses there.
+        let stroke = format!("fill=\"none\" stroke=\"{colour}\" stroke-opacity");
+        let within = format!("{stroke}=\"0.5\" stroke-dasharray=\"1 4\"");
+        sheet.path(&[*end, [right, end[1]]], false, &within);
+        let gutter = [[right, end[1]], [column - 18.0, y], [column - 8.0, y]];
+        sheet.path(&gutter, false, &format!("{stroke}=\"1\""));
+        sheet.circle([column - 8.0, y], 3.0, &format!("fill=\"{colour}\""));
         let own = match report.climb.last(*rung).and_then(|point| point.bias) {
             Some(bias) if bias.certain() => format!("{} %", two_digits(100.0 * bias.size())),
             Some(bias) => format!("< {} %, if any", two_digits(100.0 * bias.at_most().max(1e-6))),

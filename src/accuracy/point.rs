@@ -21,15 +21,17 @@ pub struct Point {
     pub stages: [f64; 8],
     /// Rays through the lens and the scene, a second.
     pub rays: f64,
+    /// Mean squared error, noise and all, in the units of [`Reference`].
+    pub error: f64,
     /// Mean squared error, noise and all ([`Metric::Mse`]).
     pub mse: f64,
     /// The same, relative ([`Metric::RelMse`]).
     pub relmse: f64,
     /// What an observer would notice of the pictures as the report shows them ([`Metric::Flip`]).
     pub flip: f64,
-    /// What of the relative error is noise of this picture: variance, in units of `relmse`.
+    /// What of `error` is noise of this picture: its variance.
     pub noise: f64,
-    /// The model's own error, in units of `relmse`; of the richest model there is none.
+    /// What of it is the model's own; of the richest model there is nothing.
     pub bias: Option<Bias>,
     /// Whether none takes less time and is as exact.
     pub on_frontier: bool,
@@ -54,7 +56,12 @@ impl Work {
     }
 }
 
-/// The best picture there is.
+/// The best picture there is, and what errors are measured in.
+///
+/// A squared error counts by 1 / (v^2 + m^2), where v is the reference's pixel and channel and m the
+/// mean over all: so it is a share of the pixel's light, but in the dark of the picture's. The
+/// exposure does not matter, a lamp counts no more than its surroundings, and light where there
+/// should be none counts by how much it is seen.
 #[derive(Clone, Debug)]
 pub struct Reference {
     /// The picture.
@@ -63,22 +70,35 @@ pub struct Reference {
     pub samples: u32,
     /// What rendering took, s.
     pub seconds: f64,
-    /// Its own noise, in units of `relmse`.
+    /// Its own noise.
     pub noise: f64,
     /// What pictures are multiplied by to be shown.
     pub exposure: f32,
-    /// What squared errors of pixels and channels count: see [`Metric::RelMse`].
+    /// What squared errors of pixels and channels count.
     pub(super) weight: Vec<[f32; 3]>,
 }
 
 impl Reference {
     pub(super) fn new(parts: &Parts<2>, seconds: f64) -> Self {
         let picture = parts.picture();
+        let sum: f64 = picture.pixels.iter().flatten().map(|&v| f64::from(v)).sum();
+        let mean = (sum / (3 * picture.pixels.len()).max(1) as f64) as f32;
+        let floor = (mean * mean).max(f32::MIN_POSITIVE);
         let weight: Vec<[f32; 3]> =
-            picture.pixels.iter().map(|p| p.map(|v| 1.0 / (v * v + 0.01))).collect();
+            picture.pixels.iter().map(|p| p.map(|v| 1.0 / (v * v + floor))).collect();
         let noise = parts.noise(&weight);
         let exposure = Exposure::Auto.factor(&picture);
         Self { samples: parts.samples(), seconds, noise, exposure, weight, picture }
+    }
+
+    /// Mean squared error of a picture.
+    fn error(&self, picture: &Picture) -> f64 {
+        let pixels = picture.pixels.iter().zip(&self.picture.pixels).zip(&self.weight);
+        let one = |((a, b), weight): ((&[f32; 3], &[f32; 3]), &[f32; 3])| {
+            let part = |c: usize| f64::from(weight[c]) * f64::from(a[c] - b[c]).powi(2);
+            (0..3).map(part).sum::<f64>()
+        };
+        pixels.map(one).sum::<f64>() / (3 * self.weight.len()).max(1) as f64
     }
 
     /// A picture as the report shows it, 0 to 1.
@@ -106,6 +126,7 @@ impl Reference {
             seconds,
             stages: work.stats.stages.map(|stage| stage.time.as_secs_f64()),
             rays: work.rays() as f64 / seconds.max(1e-9),
+            error: self.error(&picture),
             mse: of(Metric::Mse),
             relmse: of(Metric::RelMse),
             flip: measure(Metric::Flip, &shown, &reference, false).0,

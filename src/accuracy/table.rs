@@ -9,13 +9,14 @@ use super::report::Report;
 use crate::stats::Stage;
 
 /// Columns of the CSV before those of the stages.
-const COLUMNS: [&str; 17] = [
+const COLUMNS: [&str; 18] = [
     "model",
     "spp",
     "seconds",
     "lens_seconds",
     "film_error_um",
     "film_corner_um",
+    "error",
     "mse",
     "relmse",
     "flip",
@@ -52,6 +53,7 @@ fn row(report: &Report, point: &Point) -> Vec<String> {
         number(point.stages[Stage::Lens as usize]),
         number(rung.film.rms_um),
         number(rung.film.corner_um),
+        number(point.error),
         number(point.mse),
         number(point.relmse),
         number(point.flip),
@@ -81,6 +83,7 @@ pub(super) fn json(report: &Report, verdicts: &[Verdict], choice: Option<&str>) 
             "seconds": point.seconds,
             "cpu_seconds": stages,
             "rays_per_second": point.rays,
+            "error": point.error,
             "mse": point.mse,
             "relmse": point.relmse,
             "flip": point.flip,

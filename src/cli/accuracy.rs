@@ -119,7 +119,7 @@ fn table(report: &Report) -> String {
             point.seconds,
             times.map_or_else(|| "-".to_owned(), |times| format!("{times:.2}")),
             rung.film.rms_um,
-            100.0 * point.relmse.max(0.0).sqrt(),
+            100.0 * point.error.max(0.0).sqrt(),
             own,
             if best { "*" } else { "" },
         );
