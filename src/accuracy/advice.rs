@@ -10,6 +10,9 @@ const VISIBLE: f64 = 0.01;
 /// The same for how far a ray is from where it should be, pixels, as a plan has it.
 const VISIBLE_PIXELS: f64 = 0.5;
 
+/// A model that takes a larger share of the time of a render is not faster to speak of.
+const WORTH: f64 = 0.95;
+
 /// From which difference on the light on the film is worth a word.
 const BRIGHTNESS: f64 = 0.02;
 
@@ -82,14 +85,19 @@ pub(super) fn choice(ladder: &Ladder, verdicts: &[Verdict]) -> Option<String> {
     if verdicts.len() < ladder.rungs.len() {
         return None;
     }
-    let good = verdicts.iter().filter(|verdict| !verdict.visible);
-    let timed = good.filter_map(|verdict| Some((verdict, verdict.times?)));
+    let good = || verdicts.iter().filter(|verdict| !verdict.visible);
+    let timed = good().filter_map(|verdict| Some((verdict, verdict.times?)));
     let (best, times) = timed.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let usual = ladder.usual()?;
+    if times > WORTH && good().any(|verdict| verdict.rung == usual) {
+        let name = &ladder.rungs[usual].name;
+        return Some(format!("No model without a visible error is faster here than {name}."));
+    }
     let name = &ladder.rungs[best.rung].name;
-    let usual = ladder.usual()? == best.rung;
-    let pace =
-        if usual { "as renders take it".to_owned() } else { format!("{times:.2}x the time") };
-    Some(format!("The fastest model without a visible error here is {name} ({pace})."))
+    Some(format!(
+        "The fastest model without a visible error here is {name}, with {times:.2}x the time of a \
+         render."
+    ))
 }
 
 /// A number with two digits that count, or all before the point.

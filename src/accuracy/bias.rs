@@ -86,13 +86,16 @@ pub fn bias(model: [&Picture; 4], other: [&Picture; 4], weight: &[[f32; 3]]) -> 
     }
     let count = (3 * width * height).max(1) as f64;
     let square = blocks.iter().map(|block| block.square).sum::<f64>() / count;
-    let spread = |of: fn(&Block) -> &[f64; 3], factor: f64| {
-        let sum: f64 = blocks.iter().flat_map(of).map(|v| v * v).sum();
-        (factor * sum / 3.0).sqrt() / count
+    let squares = |of: fn(&Block) -> &[f64]| {
+        let sums = blocks.iter().map(of);
+        sums.map(|sums| sums.iter().map(|v| v * v).sum::<f64>() / sums.len() as f64).sum::<f64>()
     };
-    // A pair's product varies as much as these contrasts, and the mean of all six by 2/3 of that.
-    let noise = spread(|block| &block.noise, 2.0 / 3.0);
-    let error = spread(|block| &block.mixed, 1.0);
+    let [contrast, mixed] = [squares(|block| &block.noise), squares(|block| &block.mixed)];
+    // With s the variance of one D: a contrast varies as s^2 / 4, the mean of six products as s^2 / 6,
+    // and by the error as b^2 s; what is mixed as b^2 s + s^2 / 2.
+    let noise = (contrast * 2.0 / 3.0).sqrt() / count;
+    let error = (mixed - 2.0 * contrast).max(0.0) / count.powi(2) + noise * noise;
+    let error = error.sqrt();
     let deviations = if noise > 0.0 { square / noise } else { sign(square) * f64::INFINITY };
     Bias { square, error, deviations: if square == 0.0 { 0.0 } else { deviations } }
 }
@@ -108,23 +111,25 @@ struct Block {
     square: f64,
     /// Of what is noise alone.
     noise: [f64; 3],
-    /// Of the error times noise: what the estimate varies by where there is an error.
-    mixed: [f64; 3],
+    /// Of the error times noise.
+    mixed: [f64; 6],
 }
 
 impl Block {
     fn add(&mut self, off: [f64; 4], weight: f64) {
         let pairs: f64 = PAIRS.iter().map(|&[i, j]| off[i] * off[j]).sum();
         self.square += weight * pairs / 6.0;
-        let mean = off.iter().sum::<f64>() / 4.0;
         for (k, [i, j, l, m]) in HALVES.into_iter().enumerate() {
             let [one, other] = [off[i] - off[j], off[l] - off[m]];
             self.noise[k] += weight * one * other / 4.0;
-            // Varies as the noise of the mean does.
-            self.mixed[k] += weight * 2.0 * mean * (one + other) / 4.0;
+            self.mixed[2 * k] += weight * (off[i] + off[j]) * other * MIXED;
+            self.mixed[2 * k + 1] += weight * (off[l] + off[m]) * one * MIXED;
         }
     }
 }
+
+/// For the mean of two quarters, and a difference of two as wide as one.
+const MIXED: f64 = std::f64::consts::FRAC_1_SQRT_2 / 2.0;
 
 #[cfg(test)]
 mod tests {
@@ -197,16 +202,16 @@ mod tests {
         let mut above = 0;
         let (mut mean, mut squares) = (0.0, 0.0);
         for run in 0..200 {
-            let found = compare([2 * run, 2 * run + 1], 1.05);
+            let found = compare([2 * run, 2 * run + 1], 1.1);
             above += u32::from(found.certain());
             mean += found.square / 200.0;
-            squares += ((found.square - 25.0 * expected) / found.error).powi(2) / 200.0;
+            squares += ((found.square - 100.0 * expected) / found.error).powi(2) / 200.0;
         }
-        println!("{above} of 200; {mean:e} of {:e}; {squares}", 25.0 * expected);
+        println!("{above} of 200; {mean:e} of {:e}; {squares}", 100.0 * expected);
         assert!(above > 190, "{above}");
-        assert!((mean / (25.0 * expected) - 1.0).abs() < 0.05);
-        // The standard error is what the estimate varies by.
-        assert!((0.6..1.6).contains(&squares), "{squares}");
+        assert!((mean / (100.0 * expected) - 1.0).abs() < 0.03);
+        // The standard error is what the estimate varies by: five deviations of 200 squares.
+        assert!((squares - 1.0).abs() < 0.5, "{squares}");
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Rendering the ladder within a budget.
 //!
 //! 1. A first pass: the reference and every rung with the fewest samples, so that there is a table.
-//! 2. The reference with most of the time: what is left when the rungs get up to half.
+//! 2. The reference with about half of the time: what is left when the rungs get their share.
 //! 3. The rungs level by level, each with twice the samples of the one before; the richest first,
-//!    as the others' errors are told against it.
+//!    as the others' errors are told against it, and then the one that renders take.
 //!
 //! What a level takes is known from the one before, as it takes as many samples as all before it.
 //! What does not fit is not begun; and if all else fails, a timer ends it.
@@ -20,7 +20,7 @@ use crate::render::{Backend, RenderError, render};
 use crate::stats::Stats;
 
 /// The budget's share that the rungs get behind the first pass, at most.
-const RUNGS: f64 = 0.5;
+const RUNGS: f64 = 0.6;
 
 /// What is kept of the time to write the report.
 const WRITING: Duration = Duration::from_millis(400);
@@ -72,6 +72,11 @@ impl Climb {
     pub(super) fn pair(&self, rung: usize) -> Option<[&Parts<4>; 2]> {
         let own = self.parts.get(rung).filter(|parts| parts.count > 0)?;
         Some([own, facing(own.count, self.parts.last()?, self.before.as_ref())?])
+    }
+
+    /// How many rungs there are.
+    pub(super) fn rungs(&self) -> usize {
+        self.parts.len()
     }
 
     /// The last point of a rung.
@@ -147,9 +152,11 @@ impl<'a> Climber<'a> {
         self.states.len() - 1
     }
 
-    /// The order in which rungs go up: the richest first.
+    /// The order in which rungs go up: the richest first, then the one that renders take.
     fn order(&self) -> impl Iterator<Item = usize> + use<> {
-        std::iter::once(self.richest()).chain(0..self.richest())
+        let (richest, usual) = (self.richest(), self.ladder.usual());
+        let others = (0..richest).filter(move |&rung| Some(rung) != usual);
+        std::iter::once(richest).chain(usual).chain(others)
     }
 
     /// Time until everything must be rendered and measured.
@@ -226,20 +233,29 @@ impl<'a> Climber<'a> {
 
     /// One level of all rungs; false where it was the last.
     fn level(&mut self) -> Result<bool, RenderError> {
+        // The richest alone is of no use.
+        let first: Vec<usize> = self.order().take(2).collect();
+        if !self.fits(&first) {
+            return Ok(false);
+        }
         let mut whole = true;
         for rung in self.order() {
-            let State { parts, work } = &self.states[rung];
-            let fits = work.time.mul_f64(CARE) + self.measuring <= self.left();
-            if fits && 2 * parts.samples() <= self.budget.samples {
+            if first.contains(&rung) || self.fits(&[rung]) {
                 self.rise(rung)?;
                 self.measure(rung);
-            } else if rung == self.richest() {
-                return Ok(false);
             } else {
                 whole = false;
             }
         }
         Ok(whole)
+    }
+
+    /// Whether there is time for the next level of these rungs.
+    fn fits(&self, rungs: &[usize]) -> bool {
+        let states = || rungs.iter().map(|&rung| &self.states[rung]);
+        let time: Duration = states().map(|state| state.work.time).sum();
+        let few = states().all(|state| 2 * state.parts.samples() <= self.budget.samples);
+        few && time.mul_f64(CARE) + self.measuring * rungs.len() as u32 <= self.left()
     }
 
     /// One rung, with twice its samples.

@@ -21,43 +21,58 @@ pub(super) struct Region {
     pub size: [usize; 2],
 }
 
-/// The parts worth a look: where models differ most, and a corner.
+/// The parts worth a look: where models differ most, where the picture has most detail, and a
+/// corner.
 pub(super) fn regions(climb: &Climb, reference: &Reference) -> Vec<Region> {
     let whole = reference.picture.size;
     let size = whole.map(|n| n.min(SIDE));
     let most = whole.map(|n| n.saturating_sub(SIDE));
-    let differ = differences(climb, reference);
-    let places = |i: usize| (0..=most[i]).step_by((SIDE / 4).max(1)).chain([most[i]]);
-    let mut best = ([0, 0], f64::NEG_INFINITY);
-    for y in places(1) {
-        for x in places(0) {
-            let sum = sum(&differ, whole[0], [x, y], size);
-            if sum > best.1 {
-                best = ([x, y], sum);
-            }
+    let light: Vec<f64> = reference.picture.pixels.iter().map(|p| f64::from(p[1])).collect();
+    let detail = detail(&reference.shown(&reference.picture));
+    let found = [
+        ("Where models differ most", fullest(&differences(climb, reference), whole, size)),
+        ("Where there is most detail", fullest(&detail, whole, size)),
+        ("Towards a corner", corner(&light, whole, most, size)),
+    ];
+    let mut regions: Vec<Region> = Vec::new();
+    for (title, low) in found {
+        let far = |other: &Region| (0..2).any(|i| low[i].abs_diff(other.low[i]) > SIDE / 2);
+        if regions.iter().all(far) {
+            regions.push(Region { title, low, size });
         }
     }
-    let light: Vec<f64> = reference.picture.pixels.iter().map(|p| f64::from(p[1])).collect();
-    let corner = corner(&light, whole, most, size);
-    let mut regions = vec![Region { title: "where models differ most", low: best.0, size }];
-    if corner != best.0 {
-        regions.push(Region { title: "towards a corner", low: corner, size });
-    }
     regions
+}
+
+/// Where a part of this size has the largest sum.
+fn fullest(map: &[f64], whole: [usize; 2], size: [usize; 2]) -> [usize; 2] {
+    let places = |i: usize| (0..=whole[i] - size[i]).step_by(SIDE / 4).chain([whole[i] - size[i]]);
+    let all = places(1).flat_map(|y| places(0).map(move |x| [x, y]));
+    let sums = all.map(|low| (low, sum(map, whole[0], low, size)));
+    sums.max_by(|a, b| a.1.total_cmp(&b.1)).map_or([0, 0], |(low, _)| low)
+}
+
+/// By pixel, how steep a picture is there.
+fn detail(picture: &Picture) -> Vec<f64> {
+    let [width, height] = picture.size;
+    let of = |j: usize| f64::from(picture.pixels[j][1]);
+    let slope = |i: usize| {
+        let [x, y] = [i % width, i / width];
+        let right = y * width + (x + 1).min(width - 1);
+        let below = (y + 1).min(height - 1) * width + x;
+        (of(right) - of(i)).powi(2) + (of(below) - of(i)).powi(2)
+    };
+    (0..width * height).map(slope).collect()
 }
 
 /// By pixel, the squared differences of all models from the richest, each model counting the same.
 /// Products of halves, so that noise adds nothing to the mean.
 fn differences(climb: &Climb, reference: &Reference) -> Vec<f64> {
     let mut all = vec![0.0; reference.picture.pixels.len()];
-    let seen = |point: &&super::Point| point.bias.is_some_and(|bias| bias.certain());
-    for rung in climb
-        .points
-        .iter()
-        .filter(seen)
-        .map(|point| point.rung)
-        .collect::<std::collections::BTreeSet<_>>()
-    {
+    for rung in 0..climb.rungs() {
+        if !climb.last(rung).is_some_and(|point| point.bias.is_some_and(|bias| bias.certain())) {
+            continue;
+        }
         let Some([own, richest]) = climb.pair(rung) else { continue };
         let off = |i: usize, c: usize, [p, q]: [usize; 2]| {
             let of = |parts: &Parts<4>| parts.means[p].pixels[i][c] + parts.means[q].pixels[i][c];
@@ -133,6 +148,14 @@ mod tests {
         assert!(sum(&light, 100, low, [SIDE; 2]) > 300.0, "{low:?}");
         assert!(low != most && (0..2).all(|i| low[i] <= most[i]), "{low:?}");
         assert_eq!(corner(&vec![1.0; 8000], whole, most, [SIDE; 2]), most);
+    }
+
+    #[test]
+    fn the_part_with_most_detail_holds_the_edge() {
+        let pixels = (0..8000).map(|i| [if i % 100 < 73 { 0.2 } else { 0.7 }; 3]).collect();
+        let detail = detail(&Picture { size: [100, 80], pixels });
+        let [x, _] = fullest(&detail, [100, 80], [SIDE; 2]);
+        assert!((33..=72).contains(&x), "{x}");
     }
 
     #[test]

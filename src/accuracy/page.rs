@@ -34,7 +34,8 @@ p, li { max-width: 46rem; } .note { font-size: 0.85rem; opacity: 0.8; }
 svg { width: 100%; height: auto; } .whole { position: relative; display: inline-block; }
 .whole svg { position: absolute; inset: 0; height: 100%; } img { display: block; }
 .crops { display: flex; flex-wrap: wrap; gap: 0.8rem; }
-figure { margin: 0; } .crops img { image-rendering: pixelated; margin-bottom: 2px; }
+figure { margin: 0; } .crops img { image-rendering: pixelated; margin-bottom: 3px; \
+outline: 1px solid color-mix(in srgb, currentColor 30%, transparent); }
 figcaption { font-size: 0.85rem; max-width: 160px; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.85rem; font-variant-numeric: tabular-nums; }
@@ -264,14 +265,14 @@ fn method(page: &mut String, report: &Report) {
          error is 1 % root mean square or more (Weber's fraction), or rays at the corner are half \
          a pixel off.</p>\n\
          <p>Both models of a comparison take the same seeds, so that most of their noise cancels. \
-         The reference takes others, and half of the time or more: its noise is part of every \
+         The reference takes others, and about half of the time: its noise is part of every \
          error that is not told apart, and is the dashed line.</p>\n\
          <p>Errors in percent are root mean squares over pixels and channels, each over the root of \
          v<sup>2</sup> + m<sup>2</sup>, of the reference's value v there and its mean m: a share of \
          the light, but in the dark of the picture's. relMSE is the mean of the squared difference over the square of the reference and 0.01 \
          (Rousselle, Knaus &amp; Zwicker 2011); FLIP is that of Andersson et al. 2020, of the \
          pictures as they are shown here. Points on the frontier are those that none beats in both \
-         time and error, errors within 1 % taken for the same. The real lens is traced surface by \
+         time and error, errors within 1 % and times within 5 % taken for the same. The real lens is traced surface by \
          surface (Kolb, Mitchell &amp; Hanrahan 1995); the polynomial is after Hullin, Hanika &amp; \
          Heidrich 2012.</p>\n<p class=\"note\">The command: petzval accuracy {}</p>",
         escape(&report.scene)

@@ -51,6 +51,13 @@ pub(super) fn colour(report: &Report, rung: usize) -> &'static str {
     }
 }
 
+fn dashes(report: &Report, rung: usize) -> &'static str {
+    match rung + 1 == report.ladder.rungs.len() {
+        true => "",
+        false => DASHES[rung / COLOURS.len() % DASHES.len()],
+    }
+}
+
 /// A point's relative error, root mean square, %.
 fn error(point: &Point) -> f64 {
     100.0 * point.error.max(0.0).sqrt()
@@ -81,7 +88,7 @@ fn draw(report: &Report) -> Sheet {
     for rung in 0..report.ladder.rungs.len() {
         let line: Vec<Place> = drawn.iter().filter(|p| p.rung == rung).map(|p| place(p)).collect();
         let Some(&end) = line.last() else { continue };
-        let (colour, dashes) = (colour(report, rung), DASHES[rung / COLOURS.len() % DASHES.len()]);
+        let (colour, dashes) = (colour(report, rung), dashes(report, rung));
         let stroke = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\" {dashes}");
         sheet.path(&line, false, &stroke);
         for (at, point) in line.iter().zip(drawn.iter().filter(|p| p.rung == rung)) {
