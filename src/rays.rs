@@ -9,6 +9,7 @@ use std::ops::{Deref, DerefMut};
 use bytemuck::{Pod, Zeroable};
 
 use crate::lanes::Real;
+use crate::sampler::{Dimension, pair};
 
 /// The most rays that move together: whole packets, few enough for the caches, and an odd
 /// number of cache lines a column. Columns of 1024 would all begin in the same set of an
@@ -109,6 +110,14 @@ impl<T: Pod> LensBatch<T> {
     }
 }
 
+impl LensBatch<f32> {
+    /// What its rays that are not blocked count together.
+    pub fn light(&self) -> f64 {
+        let living = (0..self.len).filter(|&i| !self.x[i].is_nan());
+        living.map(|i| f64::from(self.weight[i])).sum()
+    }
+}
+
 /// What the film stage asks of the camera: one sample per entry.
 #[derive(Clone, Debug, Default)]
 pub struct SampleBatch {
@@ -132,6 +141,21 @@ pub struct SampleBatch {
     /// When, as a share of the motion that the scene file describes; told only where something
     /// moves ([`crate::shutter::Timing`]).
     pub time: Column<f32>,
+}
+
+impl SampleBatch {
+    /// Spreads its samples evenly over a film of this half width and height and over the pupil; another
+    /// wave of them has other places.
+    pub fn spread(&mut self, half: [f64; 2], wave: usize) {
+        for i in 0..self.len {
+            let of = |dimension| pair(0, (wave * WAVE + i) as u32, dimension);
+            let (point, pupil) = (of(Dimension::Film), of(Dimension::Pupil));
+            for axis in 0..2 {
+                let place = (2.0 * f64::from(point[axis]) - 1.0) * half[axis];
+                (self.film[axis][i], self.pupil[axis][i]) = (place as f32, pupil[axis]);
+            }
+        }
+    }
 }
 
 /// Rays in world space, with what they carry back to the film.

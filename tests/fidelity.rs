@@ -1,37 +1,378 @@
-//! The ladder of camera models.
+//! The ladder of camera models: each in its limits, and one against the other.
 
 mod support;
 
-use glam::DAffine3;
-use petzval::lens::{Aim, Camera, Fidelity, Focus, Model, RealLens, film_error};
-use support::{LENSES, lens};
+use glam::{DAffine3, DQuat, DVec3};
+use petzval::lanes::f32x8;
+use petzval::lens::{
+    Aim, Camera, Fidelity, FilmPlane, Focus, From, LensColumns, LensRay, Matrix, Model, Paraxial,
+    Pose, Prescription, RealLens, film_error, read, sequence, trace_one,
+};
+use petzval::rays::{RayBatch, SampleBatch, WAVE};
+use petzval::stats::LensStats;
+use support::oracle::{dot, unit};
+use support::{LENSES, Random, lens, oracle, root};
 
-/// A camera with a lens of the repository, in focus at 2 m, its film 36 x 24 mm.
-fn camera(name: &str) -> Camera {
-    let prescription = lens(name);
-    let film = Focus::of(&prescription).film(5000.0).expect("a place for the film");
-    let front = (film + prescription.length()) * 1e-3;
-    let lens = RealLens::new(prescription, film, 21.7, Aim::Pupil, 1e-3, front);
+/// How far before the film things are in focus, mm.
+const FOCUS: f64 = 5000.0;
+
+/// A camera of lengths in mm from the front vertex, with a film of this width and height.
+fn camera(prescription: Prescription, film: [f64; 2], pose: Pose) -> Camera {
+    let distance = Focus::of(&prescription).film(FOCUS).expect("a place for the film");
+    let half = film.map(|side| side / 2.0);
+    let plane = FilmPlane { distance, pose, radius: half[0].hypot(half[1]), half };
+    let lens = RealLens::posed(prescription, &plane, Aim::Pupil, 1.0, 0.0);
     Camera {
         model: Model::Real(Box::new(lens)),
-        film: [36.0, 24.0],
+        film,
         world_from_camera: DAffine3::IDENTITY,
         imaging_ratio: 1.0,
         depth: [0.0, f64::INFINITY],
     }
 }
 
+fn square(name: &str) -> Camera {
+    camera(lens(name), [36.0, 24.0], Pose::SQUARE)
+}
+
+/// The same lens with its stop and a film of 36 by 24 mm closed to a part.
+fn narrowed(name: &str, part: f64) -> Camera {
+    let mut prescription = lens(name);
+    let stop = prescription.rows[prescription.stop()].diameter;
+    prescription.stop_down(part * stop);
+    camera(prescription, [36.0 * part, 24.0 * part], Pose::SQUARE)
+}
+
+fn real(camera: &Camera) -> &RealLens {
+    match &camera.model {
+        Model::Real(lens) => lens,
+        Model::Thin(_) => panic!("a lens of glass"),
+    }
+}
+
+/// Samples of film points that a function gives, as parts of the film from its middle.
+fn samples(camera: &Camera, seed: u64, place: impl Fn(&mut Random) -> [f64; 2]) -> SampleBatch {
+    let mut random = Random::new(seed);
+    let mut samples = SampleBatch { len: WAVE, ..SampleBatch::default() };
+    for i in 0..WAVE {
+        let place = place(&mut random);
+        for axis in 0..2 {
+            samples.film[axis][i] = (place[axis] * camera.film[axis]) as f32;
+            samples.pupil[axis][i] = random.next() as f32;
+        }
+    }
+    samples
+}
+
+fn everywhere(random: &mut Random) -> [f64; 2] {
+    [random.between(-0.5, 0.5), random.between(-0.5, 0.5)]
+}
+
+fn exposed(camera: &Camera, samples: &SampleBatch) -> RayBatch {
+    let mut rays = RayBatch::default();
+    let mut stats = LensStats { blocked: vec![0; 64], ..LensStats::default() };
+    camera.expose::<f32x8>(samples, &mut LensColumns::default(), &mut rays, &mut stats);
+    rays
+}
+
+/// Origin and direction of the k-th ray.
+fn line(rays: &RayBatch, k: usize) -> [[f64; 3]; 2] {
+    let ray = rays.ray(k);
+    [ray.origin, ray.direction].map(|v| v.map(f64::from))
+}
+
+/// Where light from the k-th ray's line lands on a film this far behind the rear vertex, by the
+/// matrix of the lens, along an axis.
+fn landing(paraxial: &Paraxial, film: f64, [p, d]: [[f64; 3]; 2], axis: usize) -> f64 {
+    let Matrix { a, b, c, d: e } = paraxial.whole;
+    // Light on its way to the film goes down where the line goes up.
+    let slope = -d[axis] / d[2];
+    let height = p[axis] + p[2] * slope;
+    a * height + b * slope + film / paraxial.film_index * (c * height + e * slope)
+}
+
 #[test]
-fn a_table() {
+fn the_real_lens_in_single_precision_is_the_camera_itself() {
     for (name, _) in LENSES {
-        let camera = camera(name);
+        let camera = square(name);
+        let samples = samples(&camera, 1, everywhere);
+        let bits = |camera: &Camera| {
+            let rays = exposed(camera, &samples);
+            let of = |k| [line(&rays, k), [rays.carried(k).map(f64::from); 2]];
+            (0..rays.len).map(|k| of(k).map(|v| v.map(|v| v.map(f64::to_bits)))).collect::<Vec<_>>()
+        };
+        assert_eq!(bits(&camera), bits(&camera.simulated(Fidelity::Single)), "{name}");
+    }
+}
+
+/// How far, urad, the directions of a camera's rays are from those of the oracle for the same film
+/// point: root mean square. The direction at the film is found by going back.
+fn off_the_oracle(camera: &Camera, prescription: &Prescription, seed: u64) -> f64 {
+    let film = real(camera).film_distance;
+    let start = 2.0 * prescription.rows[0].diameter;
+    let back = sequence::<f64>(prescription, From::Scene(start));
+    let samples = samples(camera, seed, everywhere);
+    let rays = exposed(camera, &samples);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for k in 0..rays.len {
+        let [p, d] = line(&rays, k);
+        let d = unit(d);
+        let s = (start - p[2]) / d[2];
+        let from = [p[0] + s * d[0], p[1] + s * d[1], 0.0];
+        let Ok(LensRay { t, .. }) =
+            trace_one::<f64>(LensRay::new(from, [-d[0], -d[1], d[2]]), &back)
+        else {
+            continue;
+        };
+        let i = rays.slot[k] as usize;
+        let at = [samples.film[0][i].into(), samples.film[1][i].into(), 0.0];
+        if let Ok([_, exact]) = oracle::trace(prescription, film, at, [-t[0], -t[1], t[2]]) {
+            let off = [0, 1, 2].map(|i| d[i] - exact[i]);
+            (sum, count) = (sum + dot(off, off), count + 1.0);
+        }
+    }
+    assert!(count > 700.0, "{count} rays");
+    1e6 * (sum / count).sqrt()
+}
+
+#[test]
+fn the_real_lens_in_double_precision_is_the_oracle_up_to_rounding_in_the_world() {
+    for name in ["dgauss.50mm", "telephoto.250mm", "wide.22mm"] {
+        let camera = camera(lens(name), [16.0, 12.0], Pose::SQUARE);
+        let [single, double] = [Fidelity::Single, Fidelity::Double]
+            .map(|fidelity| off_the_oracle(&camera.simulated(fidelity), &lens(name), 5));
+        println!("{name}: f32 {single:.4} urad, f64 {double:.4} urad");
+        // Three numbers of a direction, rounded to 24 bits, and the way back through the lens.
+        assert!(double < 0.07 && single < 1.0, "{name}: {double} and {single} urad");
+        assert!(double < 0.7 * single, "{name}: {double} and {single} urad");
+    }
+}
+
+#[test]
+fn single_and_double_see_the_same_to_a_tenth_of_a_micrometre() {
+    for (name, _) in LENSES {
+        let camera = square(name);
+        let error = film_error(&camera, &camera.simulated(Fidelity::Double), |_| FOCUS);
+        assert!(error.rms_um > 1e-4 && error.rms_um < 0.1, "{name}: {error:?}");
+        assert!(error.lost < 1e-5 && (error.light - 1.0).abs() < 1e-5, "{name}: {error:?}");
+    }
+}
+
+#[test]
+fn rays_of_ideal_lenses_go_where_the_matrix_says() {
+    for (name, _) in LENSES {
+        for fidelity in [Fidelity::Thick, Fidelity::Paraxial] {
+            let camera = square(name).simulated(fidelity);
+            let (paraxial, film) = (Paraxial::of(&lens(name)), real(&camera).film_distance);
+            let samples = samples(&camera, 2, everywhere);
+            let rays = exposed(&camera, &samples);
+            assert!(rays.len > 200, "{name} {fidelity}: {}", rays.len);
+            for k in 0..rays.len {
+                for axis in 0..2 {
+                    let wanted = f64::from(samples.film[axis][rays.slot[k] as usize]);
+                    let found = landing(&paraxial, film, line(&rays, k), axis);
+                    let off = (found - wanted).abs();
+                    assert!(off < 2e-4, "{name} {fidelity}: {found} instead of {wanted} mm");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_thick_lens_is_the_paraxial_one_where_no_rim_is_met() {
+    for (name, _) in LENSES {
+        let camera = narrowed(name, 0.1);
+        let [thick, paraxial] = [Fidelity::Thick, Fidelity::Paraxial].map(|f| camera.simulated(f));
+        for distance in [FOCUS, 700.0, f64::INFINITY] {
+            let error = film_error(&thick, &paraxial, |_| distance);
+            assert!(error.rms_um < 0.02 && error.lost < 1e-4, "{name}: {error:?}");
+            assert!((error.light - 1.0).abs() < 2e-3, "{name}: {error:?}");
+        }
+        // A thin lens has the same perspective and the same depth of field.
+        let error = film_error(&camera.simulated(Fidelity::Thin), &paraxial, |_| 700.0);
+        assert!(error.rms_um < 0.02, "{name}: {error:?}");
+        let error = film_error(&camera.simulated(Fidelity::Pinhole), &paraxial, |_| 700.0);
+        assert!(error.rms_um > 1.0, "{name}: {error:?}");
+    }
+}
+
+#[test]
+fn ideal_lenses_are_wrong_by_aberrations_of_the_third_order_near_the_axis() {
+    for (name, _) in LENSES {
+        for fidelity in [Fidelity::Thin, Fidelity::Thick, Fidelity::Paraxial] {
+            let [whole, half] = [0.2, 0.1].map(|part| {
+                let camera = narrowed(name, part);
+                let model = camera.simulated(fidelity);
+                film_error(&model, &camera.simulated(Fidelity::Double), |_| FOCUS).rms_um
+            });
+            println!("{name} {fidelity}: {whole:.4} um, and for half of everything {half:.4} um");
+            assert!((6.5..9.0).contains(&(whole / half)), "{name} {fidelity}: {whole}, {half} um");
+        }
+    }
+}
+
+#[test]
+fn a_polynomial_is_many_times_nearer_to_the_real_lens_than_first_order_optics() {
+    println!(
+        "{:16} {:10} {:>10} {:>10} {:>7} {:>7}",
+        "lens", "model", "rms um", "corner um", "lost", "light"
+    );
+    for ((name, _), [times, most]) in
+        LENSES.into_iter().zip([[25.0, 4.0], [150.0, 5.0], [40.0, 1.0], [5.0, 16.0]])
+    {
+        let camera = square(name);
         let reference = camera.simulated(Fidelity::Double);
+        let of = |fidelity: Fidelity| {
+            let error = film_error(&camera.simulated(fidelity), &reference, |_| FOCUS);
+            println!(
+                "{name:16} {:10} {:10.4} {:10.4} {:7.4} {:7.4}",
+                fidelity.name(),
+                error.rms_um,
+                error.corner_um,
+                error.lost,
+                error.light
+            );
+            error
+        };
+        let [.., paraxial, polynomial, single, double] = Fidelity::ALL.map(of);
+        assert!(polynomial.rms_um < most, "{name}: {polynomial:?}");
+        assert!(paraxial.rms_um > times * polynomial.rms_um, "{name}: {polynomial:?}");
+        assert!(polynomial.lost < 2e-3, "{name}: {polynomial:?}");
+        // Rims that it knows of only by the bound of the pupil.
+        assert!((polynomial.light - 1.0).abs() < 0.03, "{name}: {polynomial:?}");
+        assert!(single.rms_um < 0.1 && double.rms_um == 0.0, "{name}: {single:?} {double:?}");
+    }
+}
+
+/// The mean weight of samples in the middle of the film.
+fn brightness(camera: &Camera) -> f64 {
+    let waves = 12;
+    let light = (0..waves).map(|wave| {
+        let rays = exposed(camera, &samples(camera, 100 + wave, |_| [0.0; 2]));
+        (0..rays.len).map(|k| f64::from(rays.carried(k)[1])).sum::<f64>()
+    });
+    light.sum::<f64>() / (waves as f64 * WAVE as f64)
+}
+
+#[test]
+fn the_middle_of_the_film_is_as_bright_in_every_model() {
+    for (name, _) in LENSES {
+        let mut camera = square(name);
+        camera.imaging_ratio = 3.0;
+        let real = brightness(&camera);
         for fidelity in Fidelity::ALL {
-            let start = std::time::Instant::now();
-            let model = camera.simulated(fidelity);
-            let made = start.elapsed().as_secs_f64();
-            let error = film_error(&model, &reference, |_| 5.0);
-            println!("{name:14} {:10} {made:.4} s {error:.4?}", fidelity.name());
+            let found = brightness(&camera.simulated(fidelity));
+            assert!((found / real - 1.0).abs() < 0.01, "{name} {fidelity}: {found} and {real}");
+        }
+    }
+}
+
+/// The middle of what the rays of a film point meet on a wall before the front vertex.
+fn seen(camera: &Camera, place: [f64; 2]) -> [f64; 2] {
+    let rays = exposed(camera, &samples(camera, 3, |_| place));
+    assert!(rays.len > WAVE / 2, "{} rays", rays.len);
+    let at = |k: usize, axis: usize| {
+        let [p, d] = line(&rays, k);
+        p[axis] + (3000.0 - p[2]) / d[2] * d[axis]
+    };
+    [0, 1].map(|axis| (0..rays.len).map(|k| at(k, axis)).sum::<f64>() / rays.len as f64)
+}
+
+#[test]
+fn every_model_shows_the_same_thing_at_the_same_place() {
+    for shift in [[0.0; 2], [4.0, -3.0]] {
+        for (name, _) in LENSES {
+            let camera = camera(lens(name), [12.0, 8.0], Pose::of_film(shift, [0.0; 2]));
+            for place in [[0.3, 0.2], [-0.3, 0.2], [0.0, -0.3]] {
+                let wanted = seen(&camera, place);
+                for fidelity in Fidelity::ALL {
+                    let found = seen(&camera.simulated(fidelity), place);
+                    let off = (found[0] - wanted[0]).hypot(found[1] - wanted[1]);
+                    let far = wanted[0].hypot(wanted[1]);
+                    // A fisheye draws together what is off the axis.
+                    let most = if name.starts_with("fisheye") { 0.25 } else { 0.02 };
+                    assert!(off < most * far, "{name} {fidelity}: {found:?}, not {wanted:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_film_that_is_moved_by_so_much_is_wrong_by_so_much() {
+    let camera = square("dgauss.50mm");
+    let reference = camera.simulated(Fidelity::Thick);
+    let mut thin = camera.simulated(Fidelity::Thin);
+    let per_mm = thin.film[0] / camera.film[0];
+    for (axis, distance) in [(0, FOCUS), (1, f64::INFINITY)] {
+        if let Model::Thin(lens) = &mut thin.model {
+            lens.middle[axis] += 0.3 * per_mm;
+        }
+        let error = film_error(&thin, &reference, |_| distance);
+        let wanted = if axis == 0 { 300.0 } else { 300.0 * 2f64.sqrt() };
+        let spread = [error.rms_um, error.p95_um, error.corner_um];
+        for found in spread {
+            assert!((found / wanted - 1.0).abs() < 0.02, "{error:?}");
+        }
+    }
+}
+
+#[test]
+fn the_error_does_not_depend_on_place_and_scale_of_the_world() {
+    let here = square("wide.22mm");
+    let mut there = here.clone();
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 2.0);
+    there.world_from_camera = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.1),
+        turn,
+        DVec3::new(3.0, 1.0, 2.0),
+    );
+    for fidelity in [Fidelity::Thin, Fidelity::Paraxial] {
+        let of = |camera: &Camera, scale: f64| {
+            let reference = camera.simulated(Fidelity::Single);
+            film_error(&camera.simulated(fidelity), &reference, |_| 900.0 * scale)
+        };
+        let (one, other) = (of(&here, 1.0), of(&there, 0.1));
+        assert!((one.rms_um / other.rms_um - 1.0).abs() < 1e-3, "{one:?} {other:?}");
+        assert!((one.lost - other.lost).abs() < 1e-6, "{one:?} {other:?}");
+    }
+}
+
+#[test]
+fn lenses_of_every_kind_have_all_models() {
+    let read = |name: &str| read(&root().join("lenses").join(name)).expect("a lens");
+    let mut odd = vec![read("anamorphic.toml"), read("phone.toml"), read("triplet.toml")];
+    let mut askew = lens("dgauss.50mm");
+    askew.rows[2].pose = Pose { decentre: [0.3, 0.0], tilt: [1.0, -0.5] };
+    odd.push(askew);
+    let mut bladed = lens("dgauss.50mm");
+    let stop = bladed.stop();
+    bladed.rows[stop].iris =
+        petzval::lens::Iris::Blades { count: 5, rotation: 10.0, curvature: 0.0 };
+    odd.push(bladed);
+    for prescription in odd {
+        let name = prescription.name.clone();
+        let side = 0.4 * Paraxial::of(&prescription).focal_length;
+        for tilt in [[0.0; 2], [4.0, -3.0]] {
+            let pose = Pose::of_film([0.02 * side, 0.0], tilt);
+            let camera = camera(prescription.clone(), [side, 0.7 * side], pose);
+            let reference = camera.simulated(Fidelity::Double);
+            let mut last = f64::INFINITY;
+            for fidelity in Fidelity::ALL {
+                let model = camera.simulated(fidelity);
+                let error = film_error(&model, &reference, |_| FOCUS);
+                println!("{name} {tilt:?} {fidelity}: {error:.3?}");
+                assert!(error.rms_um.is_finite() && error.light.is_finite(), "{name}: {error:?}");
+                assert!(error.light > 0.5 && error.light < 2.5, "{name} {fidelity}: {error:?}");
+                if fidelity >= Fidelity::Polynomial {
+                    assert!(
+                        error.rms_um < 0.7 * last,
+                        "{name} {fidelity}: {error:?}, before {last}"
+                    );
+                }
+                last = error.rms_um;
+            }
         }
     }
 }

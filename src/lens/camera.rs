@@ -62,7 +62,7 @@ pub struct RealLens {
     pub bands: Vec<Band>,
     /// Whether surfaces take what they reflect, each by its coating. Off in a new lens.
     pub fresnel: bool,
-    bound: PupilBound,
+    pub(super) bound: PupilBound,
     /// What the bound was found for.
     pub(super) film: FilmPlane,
     pub(super) aiming: Aim,

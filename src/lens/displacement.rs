@@ -11,7 +11,6 @@ use super::trace::trace_one;
 use super::widened::{Keep, widened};
 use crate::lanes::f32x8;
 use crate::rays::{SampleBatch, WAVE};
-use crate::sampler::{Dimension, pair};
 use crate::stats::LensStats;
 
 /// Rays that are looked at.
@@ -61,13 +60,7 @@ impl RealLens {
     /// Film points, and points of the rear vertex plane that rays from there go to, mm.
     fn aims(&self, film: [f64; 2]) -> Vec<[[f64; 2]; 2]> {
         let mut samples = SampleBatch { len: RAYS.min(WAVE), ..SampleBatch::default() };
-        for i in 0..samples.len {
-            let [point, pupil] = [Dimension::Film, Dimension::Pupil].map(|d| pair(0, i as u32, d));
-            for axis in 0..2 {
-                samples.film[axis][i] = ((f64::from(point[axis]) - 0.5) * film[axis]) as f32;
-                samples.pupil[axis][i] = pupil[axis];
-            }
-        }
+        samples.spread(film.map(|side| side / 2.0), 0);
         let mut columns = LensColumns::default();
         let blocked = vec![0; self.prescription.rows.len()];
         let mut stats = LensStats { blocked, ..LensStats::default() };

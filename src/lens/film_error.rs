@@ -3,10 +3,10 @@
 use glam::{DAffine3, DVec3};
 
 use super::camera::{Camera, LensColumns, Model, RealLens, ThinLens};
+use super::refract::LensRay;
 use super::simulated::{PupilPoint, launched};
 use crate::lanes::f32x8;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch, WAVE};
-use crate::sampler::{Dimension, pair};
 use crate::stats::LensStats;
 
 /// Waves of rays that are compared.
@@ -21,7 +21,8 @@ const CORNER: f64 = 0.9;
 pub struct FilmError {
     /// Root mean square over film and pupil, by the light of the reference, um on film.
     pub rms_um: f64,
-    /// The same in the outermost tenth of the radius that light comes to.
+    /// The same in the outermost tenth of the radius that light comes to; no number where the camera
+    /// loses all of that.
     pub corner_um: f64,
     /// What 95 % of the light is below, um on film.
     pub p95_um: f64,
@@ -83,7 +84,7 @@ impl Sums {
             let (sum, weight) = outer.fold((0.0, 0.0), |(sum, weight), ray| {
                 (sum + ray.weight * ray.error2, weight + ray.weight)
             });
-            if weight > 0.0 { 1e3 * (sum / weight).sqrt() } else { 0.0 }
+            1e3 * (sum / weight).sqrt()
         };
         let (rms_um, corner_um) = (rms(0.0), rms(CORNER * self.end));
         self.compared.sort_by(|a, b| a.error2.total_cmp(&b.error2));
@@ -96,7 +97,7 @@ impl Sums {
         FilmError {
             rms_um,
             corner_um,
-            p95_um: last.map_or(0.0, |ray| 1e3 * ray.error2.sqrt()),
+            p95_um: last.map_or(f64::NAN, |ray| 1e3 * ray.error2.sqrt()),
             lost: share(self.lost, self.light),
             light: share(self.exposure[0], self.exposure[1]),
         }
@@ -178,16 +179,7 @@ impl<'a> Probe<'a> {
     }
 
     fn wave(&mut self, wave: usize, distance: &mut impl FnMut(&Ray) -> f64, sums: &mut Sums) {
-        let film = self.reference.film;
-        for i in 0..WAVE {
-            let of = |dimension| pair(0, (wave * WAVE + i) as u32, dimension);
-            let (point, pupil) = (of(Dimension::Film), of(Dimension::Pupil));
-            for axis in 0..2 {
-                let place = (f64::from(point[axis]) - 0.5) * film[axis];
-                self.samples.film[axis][i] = place as f32;
-                self.samples.pupil[axis][i] = pupil[axis];
-            }
-        }
+        self.samples.spread(self.reference.film.map(|side| side / 2.0), wave);
         self.samples.band = wave % self.lens.bands.len();
         let steps = [0, 1].map(|axis| self.stepped(axis));
         self.expose_reference();
@@ -219,9 +211,7 @@ impl<'a> Probe<'a> {
             }
         }
         sums.exposure[0] += self.exposure();
-        let light = (0..WAVE).filter(|&i| !self.out.x[i].is_nan());
-        let light = light.map(|i| f64::from(self.out.weight[i])).sum::<f64>();
-        sums.exposure[1] += light * self.reference.imaging_ratio;
+        sums.exposure[1] += self.out.light() * self.reference.imaging_ratio;
     }
 
     /// The reference's rays, and what it launched.
@@ -229,16 +219,23 @@ impl<'a> Probe<'a> {
         let Self { lens, samples, columns, fresh, stats, .. } = self;
         lens.launch::<f32x8>(samples, columns, stats);
         fresh.clone_from(&columns.batch);
-        self.pass(self.lens);
+        self.pass(self.lens, [1.0; 2]);
     }
 
-    /// Takes what was launched through a lens.
-    fn pass(&mut self, lens: &RealLens) {
+    /// Takes what was launched through a lens with a film larger by so much.
+    fn pass(&mut self, lens: &RealLens, scale: [f64; 2]) {
         let Self { samples, columns, fresh, stats, .. } = self;
         let index = self.lens.prescription.rear().index;
         let start = |i| launched(fresh, index, i);
         let LensColumns { batch, exact, .. } = columns;
         batch.clone_from(fresh);
+        if lens.film_distance != self.lens.film_distance {
+            for i in 0..batch.len {
+                let ray = moved(start(i), [self.lens.film_distance, lens.film_distance], scale);
+                [batch.x[i], batch.y[i], batch.z[i]] = ray.p.map(|v| v as f32);
+                [batch.tx[i], batch.ty[i], batch.tz[i]] = ray.t.map(|v| v as f32);
+            }
+        }
         let band = samples.band.min(lens.bands.len() - 1);
         lens.pass::<f32x8>(band, batch, exact, lens.fresnel, stats, start);
     }
@@ -262,9 +259,10 @@ impl<'a> Probe<'a> {
 
     /// What the camera makes of what the reference launched.
     fn others(&mut self) -> Vec<Option<Line>> {
+        let scale = [0, 1].map(|axis| self.camera.film[axis] / self.reference.film[axis]);
         match &self.camera.model {
             Model::Real(lens) => {
-                self.pass(lens);
+                self.pass(lens, scale);
                 self.lines()
             }
             Model::Thin(lens) => (0..WAVE).map(|i| self.thin(*lens, i)).collect(),
@@ -308,13 +306,25 @@ impl<'a> Probe<'a> {
                 samples.band = band.min(lens.bands.len() - 1);
                 lens.traced::<f32x8>(samples, columns, lens.fresnel, stats);
                 samples.band = band;
-                let batch = &columns.batch;
-                let alive = (0..WAVE).filter(|&i| !batch.x[i].is_nan());
-                alive.map(|i| f64::from(batch.weight[i])).sum()
+                columns.batch.light()
             }
         };
         light * camera.imaging_ratio
     }
+}
+
+/// A ray from the same point of another film, so many times as large and at another distance behind
+/// the rear vertex, to the same point of its plane.
+fn moved(
+    LensRay { p, t, weight }: LensRay<f64>,
+    [from, to]: [f64; 2],
+    scale: [f64; 2],
+) -> LensRay<f64> {
+    let s = (from - p[2]) / t[2];
+    let (x, y) = (p[0] * scale[0], p[1] * scale[1]);
+    let way = DVec3::new(p[0] + s * t[0] - x, p[1] + s * t[1] - y, to - p[2]);
+    let t = way * (DVec3::from(t).length() / way.length());
+    LensRay { p: [x, y, p[2]], t: t.to_array(), weight }
 }
 
 /// The square of the way on film, mm, that moves what is seen by `beside` where a mm along x and along

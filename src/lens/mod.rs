@@ -27,6 +27,7 @@ mod opening;
 mod outline;
 mod paraxial;
 mod polar;
+mod polynomial;
 mod pose;
 mod prescription;
 mod pupil;

@@ -168,6 +168,23 @@ impl Paraxial {
         -(b + reduced * d) / (a + reduced * c)
     }
 
+    /// Where behind the rear vertex, mm, a point on the axis `object` mm (or infinitely far) before
+    /// the front vertex is imaged; negative where the image is virtual.
+    pub fn image_of(&self, object: f64) -> f64 {
+        let Matrix { a, b, c, d } = self.whole;
+        let reduced =
+            if object.is_infinite() { -a / c } else { -(a * object + b) / (c * object + d) };
+        reduced * self.film_index
+    }
+
+    /// The slope in the scene of the ray through the middle of the entrance pupil, at `pupil` mm
+    /// behind the front vertex, that meets a film at `distance` mm 1 mm from the axis; 1/mm.
+    pub fn chief_slope(&self, pupil: f64, distance: f64) -> f64 {
+        let Matrix { a, b, c, d } = self.whole;
+        let reduced = distance / self.film_index;
+        1.0 / (b - a * pupil + reduced * (d - c * pupil))
+    }
+
     /// The distance of the film behind the rear vertex, mm, that brings into focus what is
     /// `focus` mm (or infinitely far) before the film plane.
     ///

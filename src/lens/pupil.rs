@@ -71,6 +71,8 @@ pub struct PupilBound {
     rings_per_mm: f32,
     /// Share of samples that go to the rear element instead of the pupil.
     pub rear_share: f32,
+    /// Whether light beyond the fans counts for nothing, because what traces it knows of no rims.
+    pub(super) strict: bool,
 }
 
 /// Fans over the film.
@@ -166,7 +168,8 @@ impl PupilBound {
         };
         let rings_per_mm = (RINGS as f64 / radius) as f32;
         let rear_density = rear.iter().map(|ellipse| rear_share / ellipse.area()).collect();
-        Self { field, rear, rear_density, cells: Cells::over(half), rings_per_mm, rear_share }
+        let cells = Cells::over(half);
+        Self { field, rear, rear_density, cells, rings_per_mm, rear_share, strict: false }
     }
 
     /// Whether pupil points are in the frame of the lens, and film points are looked up by where
@@ -335,8 +338,9 @@ impl PupilBound {
             [rear.half[0] * disk_u + rear.centre[0], rear.half[1] * disk_v + rear.centre[1]];
         let fan = self.fan(film);
         let bare = matches!(self.field, Field::Bare);
-        let base = match bare || fan.open() {
-            true => (1.0 - self.rear_share) * fan.density(point) + self.rear_share / rear.area(),
+        let density = fan.density(point);
+        let base = match bare || if self.strict { density > 0.0 } else { fan.open() } {
+            true => (1.0 - self.rear_share) * density + self.rear_share / rear.area(),
             false => 0.0,
         };
         lone(point, base)

@@ -10,6 +10,7 @@ use super::glass::D_LINE;
 use super::ideal::Ideal;
 use super::iris::Iris;
 use super::opening::Shape;
+use super::polynomial::Polynomial;
 use super::prescription::{Axis, Prescription, Row};
 use super::turn::Turn;
 use crate::lanes::Real;
@@ -29,6 +30,8 @@ pub enum Kind<T> {
     Asphere(Arc<Asphere<T>>),
     /// A plane where rays change as first-order optics has it.
     Ideal(Arc<Ideal<T>>),
+    /// All surfaces up to here, as polynomials.
+    Polynomial(Arc<Polynomial<T>>),
     /// The shape of the opening in the plane of the stop crossed before.
     Iris(Arc<Shape<T>>),
     /// An opaque disk on the surface crossed before, with the square of half its diameter.

@@ -94,8 +94,6 @@ impl<'a> Probe<'a> {
     fn weight(&mut self, fresnel: bool) -> f64 {
         let Self { lens, samples, columns, stats } = self;
         lens.traced::<f32x8>(samples, columns, fresnel, stats);
-        let batch = &columns.batch;
-        let alive = (0..batch.len).filter(|&i| !batch.x[i].is_nan());
-        alive.map(|i| f64::from(batch.weight[i])).sum()
+        columns.batch.light()
     }
 }

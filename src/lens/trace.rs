@@ -7,6 +7,7 @@
 use super::asphere::AsphereLanes;
 use super::ideal::IdealLanes;
 use super::opening::{Disk, Opening, Stop};
+use super::polynomial::PolynomialLanes;
 use super::prescription::Axis;
 use super::refract::{Conic, Crossed, Cylinder, Kernel, Lanes, LensRay, Sphere};
 use super::surface::{Kind, Surface};
@@ -41,6 +42,10 @@ fn dispatch<R: Real, W: With<R>>(surface: &Surface<R::Scalar>, what: W) -> W::An
             (true, true) => what.with(AsphereLanes::<R, true, true>(lanes, asphere)),
         },
         (Kind::Ideal(ideal), _) => what.with(IdealLanes::<R>::of(lanes, ideal)),
+        (Kind::Polynomial(part), _) => match part.round {
+            true => what.with(PolynomialLanes::<R, true>(lanes, part)),
+            false => what.with(PolynomialLanes::<R, false>(lanes, part)),
+        },
         (Kind::Iris(shape), _) => what.with(Opening::<R>(shape)),
         (Kind::Obstruction(h2), _) => what.with(Disk(R::splat(*h2))),
         (Kind::Turn(turn), _) => what.with(TurnLanes::<R>::of(turn)),

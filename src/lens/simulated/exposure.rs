@@ -27,9 +27,7 @@ pub(super) fn on_axis(lens: &RealLens) -> f64 {
         }
         samples.band = wave % lens.bands.len();
         lens.traced::<f32x8>(&samples, &mut columns, lens.fresnel, &mut stats);
-        let batch = &columns.batch;
-        let alive = (0..batch.len).filter(|&i| !batch.x[i].is_nan());
-        sum += alive.map(|i| f64::from(batch.weight[i])).sum::<f64>();
+        sum += columns.batch.light();
     }
     sum / (WAVES * WAVE) as f64
 }

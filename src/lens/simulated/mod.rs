@@ -2,7 +2,10 @@
 
 mod double;
 mod exposure;
+mod focus;
 mod gaussian;
+mod least_squares;
+mod polynomial;
 mod pupil_point;
 mod thin;
 
@@ -13,6 +16,7 @@ use super::band::Band;
 use super::camera::{Camera, Model, RealLens};
 use super::fidelity::Fidelity;
 use super::glass::D_LINE;
+use super::pose::FilmPlane;
 use super::prescription::Prescription;
 
 impl Camera {
@@ -21,12 +25,23 @@ impl Camera {
     /// camera without a lens of glass stays as it is. Some milliseconds.
     pub fn simulated(&self, fidelity: Fidelity) -> Self {
         let Model::Real(lens) = &self.model else { return self.clone() };
+        let mut size = self.film;
         let model = match fidelity {
             Fidelity::Single => (**lens).clone(),
             Fidelity::Double => lens.doubled(),
-            Fidelity::Polynomial => (**lens).clone(),
-            Fidelity::Paraxial => lens.replaced(gaussian::paraxial(&lens.plain())),
-            Fidelity::Thick => lens.replaced(gaussian::thick(&lens.plain(), &lens.film)),
+            Fidelity::Polynomial => lens.fitted(),
+            Fidelity::Paraxial | Fidelity::Thick => {
+                let (film, scale) = focus::refocused(lens);
+                size = [0, 1].map(|i| size[i] * scale[i]);
+                let plain = lens.plain();
+                lens.replaced(
+                    film,
+                    match fidelity {
+                        Fidelity::Paraxial => gaussian::paraxial(&plain),
+                        _ => gaussian::thick(&plain, &film),
+                    },
+                )
+            }
             Fidelity::Thin | Fidelity::Pinhole => {
                 let open = fidelity == Fidelity::Thin;
                 return thin::thin(self, lens, open, exposure::on_axis(lens));
@@ -39,6 +54,7 @@ impl Camera {
         let metered = if metered.is_finite() { metered } else { 1.0 };
         Self {
             model: Model::Real(Box::new(model)),
+            film: size,
             imaging_ratio: self.imaging_ratio * metered,
             ..self.clone()
         }
@@ -46,6 +62,17 @@ impl Camera {
 }
 
 impl RealLens {
+    /// The same, by polynomials.
+    fn fitted(&self) -> Self {
+        let mut lens = self.clone();
+        if let Some(band) = polynomial::fitted(self, &self.plain(), self.response()) {
+            lens.bands = vec![band];
+            lens.bound.strict = true;
+        }
+        lens.fresnel = false;
+        lens
+    }
+
     /// The same, with every ray in f64.
     fn doubled(&self) -> Self {
         let mut lens = self.clone();
@@ -61,9 +88,9 @@ impl RealLens {
         }
     }
 
-    /// Another lens in its place, for all light at once and without losses.
-    fn replaced(&self, lens: Prescription) -> Self {
-        let mut lens = Self::posed(lens, &self.film, self.aiming, self.unit, self.front);
+    /// Another lens and film in its place, for all light at once and without losses.
+    fn replaced(&self, film: FilmPlane, lens: Prescription) -> Self {
+        let mut lens = Self::posed(lens, &film, self.aiming, self.unit, self.front);
         lens.bands.iter_mut().for_each(|band| band.response = self.response());
         lens
     }
