@@ -22,6 +22,9 @@ use crate::stats::Stats;
 /// The budget's share that the rungs get behind the first pass, at most.
 const RUNGS: f64 = 0.6;
 
+/// The least and most of it that the reference gets.
+const REFERENCE: [f64; 2] = [0.4, 0.6];
+
 /// What is kept of the time to write the report.
 const WRITING: Duration = Duration::from_millis(400);
 
@@ -200,7 +203,9 @@ impl<'a> Climber<'a> {
             rungs = level;
             factor *= 2;
         }
-        let until = left.saturating_sub(rungs.mul_f64(CARE));
+        // Times of a first pass are not to be trusted so far that either goes short.
+        let [low, high] = REFERENCE.map(|share| left.mul_f64(share));
+        let until = left.saturating_sub(rungs.mul_f64(CARE)).clamp(low, high);
         let begun = Instant::now();
         loop {
             let (parts, work) = &self.reference;

@@ -272,8 +272,8 @@ fn method(page: &mut String, report: &Report) {
          the light, but in the dark of the picture's. relMSE is the mean of the squared difference over the square of the reference and 0.01 \
          (Rousselle, Knaus &amp; Zwicker 2011); FLIP is that of Andersson et al. 2020, of the \
          pictures as they are shown here. Points on the frontier are those that none beats in both \
-         time and error, errors within 1 % and times within 5 % taken for the same. The real lens is traced surface by \
-         surface (Kolb, Mitchell &amp; Hanrahan 1995); the polynomial is after Hullin, Hanika &amp; \
+         time and error, errors within 1 % and times within 5 % taken for the same. The real lens \
+         is traced surface by surface (Kolb, Mitchell &amp; Hanrahan 1995); the polynomial is after Hullin, Hanika &amp; \
          Heidrich 2012.</p>\n<p class=\"note\">The command: petzval accuracy {}</p>",
         escape(&report.scene)
     );
