@@ -16,8 +16,8 @@ use glam::DAffine3;
 use petzval::film::{Filter, Frame, TileSampler, sample};
 use petzval::lanes::{Real, f32x8};
 use petzval::lens::{
-    Aim, Axis, Camera, Focus, From, LensColumns, LensRay, Model, Prescription, RealLens, Row, read,
-    sequence, trace_one,
+    Aim, Axis, Camera, Fidelity, Focus, From, LensColumns, LensRay, Model, Prescription, RealLens,
+    Row, read, sequence, trace_one,
 };
 use petzval::rays::{RayBatch, SampleBatch, WAVE};
 use petzval::stats::LensStats;
@@ -107,39 +107,57 @@ fn valid(criterion: &mut Criterion) {
                 lens.stop_down(lens.rows[lens.stop()].diameter * open / 8.0);
             }
             let lens = RealLens::new(lens, film, 35.0, Aim::Pupil, 1.0, 0.0);
-            let rows = lens.prescription.rows.len();
-            let camera = Camera {
-                model: Model::Real(Box::new(lens)),
-                film: [49.497; 2],
-                world_from_camera: DAffine3::IDENTITY,
-                imaging_ratio: 1.0,
-                depth: [0.0, f64::INFINITY],
-            };
-            let mut stats = LensStats { blocked: vec![0; rows], ..LensStats::default() };
-            let mut columns = Columns::default();
-            // The share that comes through, to count valid rays by.
-            let (mut sent, mut came) = (0, 0);
-            picture(&camera, &mut columns, &mut stats, |rays| {
-                sent += 1;
-                came += rays;
-            });
-            group.throughput(Throughput::Elements(came));
-            group.bench_function(format!("{short}/{stop}"), |bencher| {
-                bencher.iter_custom(|count| {
-                    let mut time = Duration::ZERO;
-                    for _ in 0..count {
-                        let start = Instant::now();
-                        picture(&camera, &mut columns, &mut stats, |rays| {
-                            black_box(rays);
-                        });
-                        time += start.elapsed();
-                    }
-                    time
-                });
-            });
+            let camera = camera(lens);
+            pictures(&mut group, &format!("{short}/{stop}"), &camera);
         }
     }
     group.finish();
+}
+
+/// The same by the model of the lens.
+fn models(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("lens/model");
+    for (name, film) in LENSES {
+        let short = name.split('.').next().unwrap_or(name);
+        let real = camera(RealLens::new(lens(name), film, 35.0, Aim::Pupil, 1.0, 0.0));
+        for fidelity in Fidelity::ALL {
+            pictures(&mut group, &format!("{short}/{fidelity}"), &real.simulated(fidelity));
+        }
+    }
+    group.finish();
+}
+
+fn camera(lens: RealLens) -> Camera {
+    Camera {
+        model: Model::Real(Box::new(lens)),
+        film: [49.497; 2],
+        world_from_camera: DAffine3::IDENTITY,
+        imaging_ratio: 1.0,
+        depth: [0.0, f64::INFINITY],
+    }
+}
+
+/// How fast a camera makes valid rays.
+fn pictures(group: &mut BenchmarkGroup<WallTime>, name: &str, camera: &Camera) {
+    let mut stats = LensStats { blocked: vec![0; 64], ..LensStats::default() };
+    let mut columns = Columns::default();
+    // The share that comes through, to count valid rays by.
+    let mut came = 0;
+    picture(camera, &mut columns, &mut stats, |rays| came += rays);
+    group.throughput(Throughput::Elements(came));
+    group.bench_function(name, |bencher| {
+        bencher.iter_custom(|count| {
+            let mut time = Duration::ZERO;
+            for _ in 0..count {
+                let start = Instant::now();
+                picture(camera, &mut columns, &mut stats, |rays| {
+                    black_box(rays);
+                });
+                time += start.elapsed();
+            }
+            time
+        });
+    });
 }
 
 #[derive(Default)]
@@ -250,5 +268,5 @@ fn growth(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, precisions, valid, kinds, growth);
+criterion_group!(benches, precisions, valid, models, kinds, growth);
 criterion_main!(benches);

@@ -50,6 +50,10 @@
 //! **Doubt is noted, and settled in f64.** One comparison, which total reflection needs anyway,
 //! tells the rays that f32 cannot trace exactly enough ([`lens::settle`]).
 //!
+//! **Cruder models are lenses too.** An ideal lens is a row of a prescription, a polynomial a kind of
+//! surface: stop, rims, pupils and film stay what they are, so a picture differs by the model alone
+//! ([`lens::Fidelity`]).
+//!
 //! **The pupil is a fan of triangles** of equal area, found by tracing and mixed across the film:
 //! samples cost a look-up of two corners and no trigonometry, and 98 % of the rays come through
 //! ([`lens::PupilBound`]).

@@ -142,9 +142,9 @@ fn the_real_lens_in_double_precision_is_the_oracle_up_to_rounding_in_the_world()
         let [single, double] = [Fidelity::Single, Fidelity::Double]
             .map(|fidelity| off_the_oracle(&camera.simulated(fidelity), &lens(name), 5));
         println!("{name}: f32 {single:.4} urad, f64 {double:.4} urad");
-        // Three numbers of a direction, rounded to 24 bits, and the way back through the lens.
-        assert!(double < 0.07 && single < 1.0, "{name}: {double} and {single} urad");
-        assert!(double < 0.7 * single, "{name}: {double} and {single} urad");
+        // A direction rounded on its way into the world comes back through the lens as rounded.
+        assert!(double < 0.02 && single < 1.0, "{name}: {double} and {single} urad");
+        assert!(double < 0.2 * single, "{name}: {double} and {single} urad");
     }
 }
 
@@ -186,7 +186,7 @@ fn a_thick_lens_is_the_paraxial_one_where_no_rim_is_met() {
         let [thick, paraxial] = [Fidelity::Thick, Fidelity::Paraxial].map(|f| camera.simulated(f));
         for distance in [FOCUS, 700.0, f64::INFINITY] {
             let error = film_error(&thick, &paraxial, |_| distance);
-            assert!(error.rms_um < 0.02 && error.lost < 1e-4, "{name}: {error:?}");
+            assert!(error.rms_um < 0.02 && error.lost < 1e-3, "{name}: {error:?}");
             assert!((error.light - 1.0).abs() < 2e-3, "{name}: {error:?}");
         }
         // A thin lens has the same perspective and the same depth of field.
@@ -241,7 +241,7 @@ fn a_polynomial_is_many_times_nearer_to_the_real_lens_than_first_order_optics() 
         assert!(polynomial.lost < 2e-3, "{name}: {polynomial:?}");
         // Rims that it knows of only by the bound of the pupil.
         assert!((polynomial.light - 1.0).abs() < 0.03, "{name}: {polynomial:?}");
-        assert!(single.rms_um < 0.1 && double.rms_um == 0.0, "{name}: {single:?} {double:?}");
+        assert!(single.rms_um < 0.1 && double.rms_um < 1e-9, "{name}: {single:?} {double:?}");
     }
 }
 
@@ -291,7 +291,7 @@ fn every_model_shows_the_same_thing_at_the_same_place() {
                     let off = (found[0] - wanted[0]).hypot(found[1] - wanted[1]);
                     let far = wanted[0].hypot(wanted[1]);
                     // A fisheye draws together what is off the axis.
-                    let most = if name.starts_with("fisheye") { 0.25 } else { 0.02 };
+                    let most = if name.starts_with("fisheye") { 0.35 } else { 0.02 };
                     assert!(off < most * far, "{name} {fidelity}: {found:?}, not {wanted:?}");
                 }
             }
@@ -354,8 +354,10 @@ fn lenses_of_every_kind_have_all_models() {
     for prescription in odd {
         let name = prescription.name.clone();
         let side = 0.4 * Paraxial::of(&prescription).focal_length;
-        for tilt in [[0.0; 2], [4.0, -3.0]] {
-            let pose = Pose::of_film([0.02 * side, 0.0], tilt);
+        // Pupils of tilted film take a while to find.
+        let tilts = if name.starts_with("Cooke") { 2 } else { 1 };
+        for tilt in &[[0.0; 2], [4.0, -3.0]][..tilts] {
+            let pose = Pose::of_film([0.02 * side, 0.0], *tilt);
             let camera = camera(prescription.clone(), [side, 0.7 * side], pose);
             let reference = camera.simulated(Fidelity::Double);
             let mut last = f64::INFINITY;
@@ -365,11 +367,12 @@ fn lenses_of_every_kind_have_all_models() {
                 println!("{name} {tilt:?} {fidelity}: {error:.3?}");
                 assert!(error.rms_um.is_finite() && error.light.is_finite(), "{name}: {error:?}");
                 assert!(error.light > 0.5 && error.light < 2.5, "{name} {fidelity}: {error:?}");
-                if fidelity >= Fidelity::Polynomial {
-                    assert!(
-                        error.rms_um < 0.7 * last,
-                        "{name} {fidelity}: {error:?}, before {last}"
-                    );
+                match fidelity {
+                    Fidelity::Polynomial => assert!(error.rms_um < 0.3 * last, "{name}: {error:?}"),
+                    Fidelity::Single | Fidelity::Double => {
+                        assert!(error.rms_um < 0.02 * last, "{name} {fidelity}: {error:?}");
+                    }
+                    _ => {}
                 }
                 last = error.rms_um;
             }

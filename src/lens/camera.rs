@@ -1,21 +1,22 @@
 //! A camera: a lens model, a film behind it, and a place in the world.
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 use super::aim::{Plane, TargetColumns, aim, aimed};
 use super::band::Band;
 use super::paraxial::Paraxial;
+use super::placement::Placement;
 use super::pose::{FilmPlane, Pose};
 use super::prescription::Prescription;
 use super::pupil::{Aim, PupilBound};
 use super::refract::LensRay;
 use super::simulated::ExactColumns;
+use super::thin::ThinLens;
 use super::trace::{settle, settle_lossy, trace, trace_lossy};
 use super::vignetting::Vignetting;
 use crate::lanes::{self, Real};
 use crate::plan::EFFECTS;
-use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch};
-use crate::sampler::disk;
+use crate::rays::{LensBatch, RayBatch, SampleBatch};
 use crate::spectrum::LightBand;
 use crate::stats::LensStats;
 
@@ -230,17 +231,6 @@ impl RealLens {
     }
 }
 
-/// The lens of textbooks: one plane, no aberration, no vignetting.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThinLens {
-    /// Radius of its disk, camera units; 0 for a pinhole.
-    pub radius: f64,
-    /// Depth of the plane in focus, camera units.
-    pub focus: f64,
-    /// Where the middle of the picture lies in the plane z = 1, camera frame.
-    pub middle: [f64; 2],
-}
-
 /// The columns that the lens stage works in.
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
@@ -318,7 +308,7 @@ impl Camera {
                 lens.traced::<R>(samples, columns, EFFECTS && lens.fresnel, stats);
                 self.emerge::<R>(lens, &lens.bands[samples.band], &columns.batch, rays);
             }
-            Model::Thin(lens) => self.project(*lens, samples, rays),
+            Model::Thin(lens) => self.project::<R>(lens, samples, rays),
         }
     }
 
@@ -361,79 +351,5 @@ impl Camera {
             alive += living.count_ones() as usize;
         }
         rays.len = alive;
-    }
-
-    /// The rays of a thin lens or pinhole.
-    fn project(&self, lens: ThinLens, samples: &SampleBatch, rays: &mut RayBatch) {
-        let place = Placement::<f32>::new(self, 1.0, 0.0);
-        let ratio = self.imaging_ratio as f32;
-        let (radius, focus) = (lens.radius as f32, lens.focus as f32);
-        let middle = lens.middle.map(|m| m as f32);
-        rays.len = 0;
-        for i in 0..samples.len {
-            // The film point's picture lies mirrored in the plane z = 1.
-            let seen = [0, 1].map(|axis| middle[axis] - samples.film[axis][i]);
-            let (start, towards) = if radius > 0.0 {
-                let [x, y] = disk(samples.pupil[0][i], samples.pupil[1][i]).map(|d| d * radius);
-                ([x, y, 0.0], [seen[0] * focus - x, seen[1] * focus - y, focus])
-            } else {
-                ([0.0; 3], [seen[0], seen[1], 1.0])
-            };
-            let (origin, direction, t_max) = place.ray(start, towards);
-            rays.push(Ray { origin, direction, t_max }, [ratio; 3], i as u32);
-        }
-    }
-}
-
-/// Takes local rays to the world: small offsets and directions first, the place last, so
-/// that nothing is lost far from the world's origin.
-struct Placement<R> {
-    linear: [[R; 3]; 3],
-    unit: R,
-    origin: [R; 3],
-    /// Nearest depth and what lies between it and the farthest, unless all is seen.
-    depth: Option<[R; 2]>,
-}
-
-impl<R: Real> Placement<R> {
-    /// `unit` is the local unit in camera units, `front` the depth of the local origin.
-    fn new(camera: &Camera, unit: f64, front: f64) -> Self {
-        let world = camera.world_from_camera;
-        let [near, far] = camera.depth;
-        let all = near == 0.0 && far == f64::INFINITY;
-        Self {
-            linear: world.matrix3.to_cols_array_2d().map(|column| column.map(R::constant)),
-            unit: R::constant(unit),
-            origin: world.transform_point3(DVec3::new(0.0, 0.0, front)).to_array().map(R::constant),
-            depth: (!all).then(|| [near, far - near].map(R::constant)),
-        }
-    }
-
-    /// Origin, unit direction and end of a ray in the world.
-    #[inline(always)]
-    fn ray(&self, start: [R; 3], towards: [R; 3]) -> ([R; 3], [R; 3], R) {
-        let direction = self.turn(towards);
-        let [x, y, z] = direction;
-        let length = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
-        let per_length = R::constant(1.0) / length;
-        let mut start = start.map(|v| v * self.unit);
-        let mut end = R::constant(f64::INFINITY);
-        if let Some([near, depth]) = self.depth {
-            // A fisheye's ray that goes sideways or back meets neither end of the depth.
-            let zero = R::constant(0.0);
-            let forward = zero.lt(towards[2]);
-            let per_depth = R::constant(1.0) / towards[2];
-            let near = R::select(forward, near * per_depth, zero);
-            start = [0, 1, 2].map(|i| near.mul_add(towards[i], start[i]));
-            end = R::select(forward, depth * per_depth * length, end);
-        }
-        let offset = self.turn(start);
-        ([0, 1, 2].map(|i| self.origin[i] + offset[i]), direction.map(|d| d * per_length), end)
-    }
-
-    #[inline(always)]
-    fn turn(&self, v: [R; 3]) -> [R; 3] {
-        let [x, y, z] = &self.linear;
-        [0, 1, 2].map(|i| x[i].mul_add(v[0], y[i].mul_add(v[1], z[i] * v[2])))
     }
 }

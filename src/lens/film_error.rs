@@ -2,9 +2,12 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::camera::{Camera, LensColumns, Model, RealLens, ThinLens};
+use super::camera::{Camera, LensColumns, Model, RealLens};
+use super::paraxial::Paraxial;
+use super::prescription::Axis;
 use super::refract::LensRay;
 use super::simulated::{PupilPoint, launched};
+use super::thin::ThinLens;
 use crate::lanes::f32x8;
 use crate::rays::{LensBatch, Ray, RayBatch, SampleBatch, WAVE};
 use crate::stats::LensStats;
@@ -142,6 +145,10 @@ struct Probe<'a> {
     lens: &'a RealLens,
     /// Where the same rays pass the entrance pupil.
     pupil: PupilPoint,
+    /// How far film points are moved, mm, and how far the stop's image moves meanwhile in the plane of
+    /// the rear vertex, along x and y.
+    step: f64,
+    drift: [f64; 2],
     /// From the world to mm from the front vertex of the reference.
     from_world: DAffine3,
     samples: SampleBatch,
@@ -161,6 +168,10 @@ impl<'a> Probe<'a> {
         };
         let rows = lens.prescription.rows.len().max(other);
         let front = DVec3::new(0.0, 0.0, lens.front);
+        let drift = [Axis::X, Axis::Y].map(|axis| {
+            let pupil = Paraxial::in_plane(&lens.prescription, axis).exit_pupil;
+            1.0 / (1.0 - lens.film_distance / pupil.position)
+        });
         let from_camera = DAffine3::from_scale(DVec3::splat(1.0 / lens.unit))
             * DAffine3::from_translation(-front);
         Self {
@@ -168,6 +179,8 @@ impl<'a> Probe<'a> {
             reference,
             lens,
             pupil: PupilPoint::new(lens),
+            step: STEP * reference.half_diagonal(),
+            drift,
             from_world: from_camera * reference.world_from_camera.inverse(),
             samples: SampleBatch { len: WAVE, ..SampleBatch::default() },
             columns: LensColumns::default(),
@@ -181,8 +194,12 @@ impl<'a> Probe<'a> {
     fn wave(&mut self, wave: usize, distance: &mut impl FnMut(&Ray) -> f64, sums: &mut Sums) {
         self.samples.spread(self.reference.film.map(|side| side / 2.0), wave);
         self.samples.band = wave % self.lens.bands.len();
+        let Self { lens, samples, columns, fresh, stats, .. } = self;
+        let lens = *lens;
+        lens.launch::<f32x8>(samples, columns, stats);
+        fresh.clone_from(&columns.batch);
         let steps = [0, 1].map(|axis| self.stepped(axis));
-        self.expose_reference();
+        self.send(lens, |ray| ray);
         self.out.clone_from(&self.columns.batch);
         let band = &self.lens.bands[self.samples.band];
         self.reference.emerge::<f32x8>(self.lens, band, &self.out, &mut self.rays);
@@ -200,10 +217,7 @@ impl<'a> Probe<'a> {
                 sums.lost += weight;
                 continue;
             };
-            let step = |axis: usize| {
-                let (stepped, length) = &steps[axis];
-                Some(stepped[i]?.beside(&line, far)? / *length)
-            };
+            let step = |axis: usize| Some(steps[axis][i]?.beside(&line, far)? / self.step);
             if let (Some(x), Some(y)) = (step(0), step(1))
                 && let Some(error2) = on_film(beside, x, y)
             {
@@ -214,47 +228,34 @@ impl<'a> Probe<'a> {
         sums.exposure[1] += self.out.light() * self.reference.imaging_ratio;
     }
 
-    /// The reference's rays, and what it launched.
-    fn expose_reference(&mut self) {
-        let Self { lens, samples, columns, fresh, stats, .. } = self;
-        lens.launch::<f32x8>(samples, columns, stats);
-        fresh.clone_from(&columns.batch);
-        self.pass(self.lens, [1.0; 2]);
-    }
-
-    /// Takes what was launched through a lens with a film larger by so much.
-    fn pass(&mut self, lens: &RealLens, scale: [f64; 2]) {
-        let Self { samples, columns, fresh, stats, .. } = self;
+    /// Takes what was launched, each ray made another, through a lens; answers the rays that come out
+    /// by sample.
+    fn send(
+        &mut self,
+        lens: &RealLens,
+        other: impl Fn(LensRay<f64>) -> LensRay<f64>,
+    ) -> Vec<Option<Line>> {
+        let Self { samples, columns: LensColumns { batch, exact, .. }, fresh, stats, .. } = self;
         let index = self.lens.prescription.rear().index;
-        let start = |i| launched(fresh, index, i);
-        let LensColumns { batch, exact, .. } = columns;
+        let start = |i| other(launched(fresh, index, i));
         batch.clone_from(fresh);
-        if lens.film_distance != self.lens.film_distance {
-            for i in 0..batch.len {
-                let ray = moved(start(i), [self.lens.film_distance, lens.film_distance], scale);
-                [batch.x[i], batch.y[i], batch.z[i]] = ray.p.map(|v| v as f32);
-                [batch.tx[i], batch.ty[i], batch.tz[i]] = ray.t.map(|v| v as f32);
-            }
+        for i in 0..batch.len {
+            let ray = start(i);
+            [batch.x[i], batch.y[i], batch.z[i]] = ray.p.map(|v| v as f32);
+            [batch.tx[i], batch.ty[i], batch.tz[i]] = ray.t.map(|v| v as f32);
         }
         let band = samples.band.min(lens.bands.len() - 1);
         lens.pass::<f32x8>(band, batch, exact, lens.fresnel, stats, start);
+        (0..WAVE).map(|i| Line::of(batch, i)).collect()
     }
 
-    /// The reference's rays from film points moved along an axis, and how far that is, mm.
-    fn stepped(&mut self, axis: usize) -> (Vec<Option<Line>>, f64) {
-        let step = STEP * self.reference.half_diagonal();
-        let move_by = |samples: &mut SampleBatch, by: f64| {
-            samples.film[axis].iter_mut().for_each(|v| *v += by as f32);
-        };
-        move_by(&mut self.samples, step);
-        self.expose_reference();
-        move_by(&mut self.samples, -step);
-        (self.lines(), step)
-    }
-
-    /// The rays that came out, by sample.
-    fn lines(&self) -> Vec<Option<Line>> {
-        (0..WAVE).map(|i| Line::of(&self.columns.batch, i)).collect()
+    /// The reference's rays from film points moved along an axis, through the same point of the stop.
+    fn stepped(&mut self, axis: usize) -> Vec<Option<Line>> {
+        let from = self.lens.film_distance;
+        let mut by = [[0.0; 2]; 2];
+        by[0][axis] = self.step;
+        by[1][axis] = self.step * self.drift[axis];
+        self.send(self.lens, |ray| moved(ray, [from; 2], [1.0; 2], by))
     }
 
     /// What the camera makes of what the reference launched.
@@ -262,8 +263,10 @@ impl<'a> Probe<'a> {
         let scale = [0, 1].map(|axis| self.camera.film[axis] / self.reference.film[axis]);
         match &self.camera.model {
             Model::Real(lens) => {
-                self.pass(lens, scale);
-                self.lines()
+                let distances = [self.lens.film_distance, lens.film_distance];
+                let same = distances[0] == distances[1];
+                let other = |ray| moved(ray, distances, scale, [[0.0; 2]; 2]);
+                self.send(lens, |ray| if same { ray } else { other(ray) })
             }
             Model::Thin(lens) => (0..WAVE).map(|i| self.thin(*lens, i)).collect(),
         }
@@ -313,18 +316,20 @@ impl<'a> Probe<'a> {
     }
 }
 
-/// A ray from the same point of another film, so many times as large and at another distance behind
-/// the rear vertex, to the same point of its plane.
+/// A ray from another film, so many times as large and at another distance behind the rear vertex:
+/// from the same point moved by some mm to the same point of the plane of that vertex, moved too.
 fn moved(
     LensRay { p, t, weight }: LensRay<f64>,
     [from, to]: [f64; 2],
     scale: [f64; 2],
+    by: [[f64; 2]; 2],
 ) -> LensRay<f64> {
     let s = (from - p[2]) / t[2];
-    let (x, y) = (p[0] * scale[0], p[1] * scale[1]);
-    let way = DVec3::new(p[0] + s * t[0] - x, p[1] + s * t[1] - y, to - p[2]);
+    let start = [0, 1].map(|i| p[i] * scale[i] + by[0][i]);
+    let way = [0, 1].map(|i| p[i] + s * t[i] + by[1][i] - start[i]);
+    let way = DVec3::new(way[0], way[1], to - p[2]);
     let t = way * (DVec3::from(t).length() / way.length());
-    LensRay { p: [x, y, p[2]], t: t.to_array(), weight }
+    LensRay { p: [start[0], start[1], p[2]], t: t.to_array(), weight }
 }
 
 /// The square of the way on film, mm, that moves what is seen by `beside` where a mm along x and along

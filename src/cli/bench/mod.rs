@@ -12,8 +12,8 @@ use petzval::film::{FilmSums, sample};
 use petzval::job::{Changes, prepare};
 use petzval::lanes::f32x8;
 use petzval::lens::{
-    Coating, From, LensColumns, LensRay, Model, Prescription, RealLens, ThinLens, read, sequence,
-    trace_one,
+    Coating, Fidelity, From, LensColumns, LensRay, Model, Prescription, RealLens, ThinLens, read,
+    sequence, trace_one,
 };
 use petzval::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE};
 use petzval::render::{Backend, Job, Progress, render};
@@ -86,6 +86,7 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<Outcome, Failure> {
     let lens = read(&files.path("lenses/dgauss.50mm.dat"))?;
     traces(&mut suite, &lens);
     pupil(&mut suite, &files)?;
+    models(&mut suite, &files)?;
     scene(&mut suite);
     pictures(&mut suite, &files)?;
     effects(&mut suite, &files, &lens)?;
@@ -207,6 +208,21 @@ fn pupil(suite: &mut Suite, files: &Files) -> Result<(), Failure> {
                 });
             }
         }
+    }
+    Ok(())
+}
+
+/// Film points to valid rays, by the model of the lens.
+fn models(suite: &mut Suite, files: &Files) -> Result<(), Failure> {
+    let real = job(files, "dgauss", small())?;
+    for fidelity in Fidelity::ALL {
+        let mut job = real.clone();
+        job.camera = real.camera.simulated(fidelity);
+        let mut launch = Launch::new(&job);
+        let left = launch.all(&job);
+        suite.rate(&format!("lens.model.dgauss.{fidelity}"), left, || {
+            black_box(launch.all(&job));
+        });
     }
     Ok(())
 }

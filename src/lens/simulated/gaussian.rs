@@ -94,25 +94,27 @@ fn open(thick: &mut Prescription, film: &FilmPlane) {
         let index = thick.rear().index;
         let reduced = index / ahead;
         let through = |i: usize| Matrix::IDENTITY.cross(thick, i, axis);
+        let Row { thickness, index, .. } = thick.rows[stop];
+        let behind = if stop < last { thickness / index } else { 0.0 };
         let to_rear = match stop < last {
-            true => {
-                let Row { thickness, index, .. } = thick.rows[stop];
-                Matrix::IDENTITY.transfer(thickness, index).then(through(last))
-            }
+            true => Matrix::IDENTITY.transfer(thickness, index).then(through(last)),
             false => Matrix::IDENTITY,
         };
         for sign in [1.0, -1.0] {
             // From the film point to the rim of the stop, and on.
             let Matrix { a, b, c, d } = to_rear;
             let u = (sign * half + b * reduced * reach) / (d + b * reduced);
-            let slope = c * u + a * reduced * (u - reach);
+            let slope_behind = c * u + a * reduced * (u - reach);
             let Matrix { a, b, c, d } = through(stop);
-            let (height, slope) = (d * sign * half + b * slope, c * sign * half + a * slope);
-            rear = rear.max(u.abs());
+            let (height, slope) =
+                (d * sign * half + b * slope_behind, c * sign * half + a * slope_behind);
+            // A lens is met where the light comes straight from the stop, and left elsewhere.
+            rear = rear.max(u.abs()).max((sign * half - behind * slope_behind).abs());
             if stop > 0 {
                 let Row { thickness, index, .. } = thick.rows[0];
                 let Matrix { b, d, .. } = through(0).transfer(thickness, index);
-                front = front.max((d * height + b * slope).abs());
+                let met = height + thickness / index * slope;
+                front = front.max(met.abs()).max((d * height + b * slope).abs());
             }
         }
     }

@@ -22,7 +22,7 @@ use super::prescription::Prescription;
 impl Camera {
     /// This camera with its real lens simulated so exactly, with the effects that it simulates now:
     /// dispersion and losses go on where the model knows of surfaces, and are left out elsewhere. A
-    /// camera without a lens of glass stays as it is. Some milliseconds.
+    /// camera without a lens of glass stays as it is. Up to a tenth of a second.
     pub fn simulated(&self, fidelity: Fidelity) -> Self {
         let Model::Real(lens) = &self.model else { return self.clone() };
         let mut size = self.film;
@@ -33,14 +33,11 @@ impl Camera {
             Fidelity::Paraxial | Fidelity::Thick => {
                 let (film, scale) = focus::refocused(lens);
                 size = [0, 1].map(|i| size[i] * scale[i]);
-                let plain = lens.plain();
-                lens.replaced(
-                    film,
-                    match fidelity {
-                        Fidelity::Paraxial => gaussian::paraxial(&plain),
-                        _ => gaussian::thick(&plain, &film),
-                    },
-                )
+                let ideal = match fidelity {
+                    Fidelity::Paraxial => gaussian::paraxial(&lens.plain()),
+                    _ => gaussian::thick(&lens.plain(), &film),
+                };
+                lens.replaced(film, ideal)
             }
             Fidelity::Thin | Fidelity::Pinhole => {
                 let open = fidelity == Fidelity::Thin;

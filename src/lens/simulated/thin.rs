@@ -2,10 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::lens::camera::{Camera, Model, RealLens, ThinLens};
+use crate::lens::camera::{Camera, Model, RealLens};
 use crate::lens::focus::Focus;
 use crate::lens::paraxial::Paraxial;
 use crate::lens::prescription::Axis;
+use crate::lens::thin::ThinLens;
 
 /// The farthest that an entrance pupil is put from the front vertex, in focal lengths: that of a
 /// lens that is telecentric on the side of the scene is at infinity.

@@ -13,7 +13,6 @@ use std::sync::Arc;
 use crate::lanes::{Real, f32x8};
 use crate::lens::band::Band;
 use crate::lens::camera::{LensColumns, RealLens};
-use crate::lens::glass::D_LINE;
 use crate::lens::polynomial::Polynomial;
 use crate::lens::prescription::Prescription;
 use crate::lens::refract::LensRay;
@@ -53,15 +52,16 @@ pub(super) fn fitted(lens: &RealLens, plain: &Prescription, response: [f64; 3]) 
     let to_scene = Part { advance: 0.0, round, index: 1.0 };
     let first = to_stop.fit(&starts, &stops);
     let at_stop = [to_stop.surface::<f64>(&surfaces[stop], &first)];
-    let between = |&ray| trace_one::<f64>(ray, &at_stop).unwrap_or(ray);
-    let between: Vec<LensRay<f64>> = starts.iter().map(between).collect();
+    // One that the stop now cuts off would say nothing.
+    let between = |(&start, &real)| trace_one::<f64>(start, &at_stop).unwrap_or(real);
+    let between: Vec<LensRay<f64>> = starts.iter().zip(&stops).map(between).collect();
     let second = to_scene.fit(&between, &ends);
     let parts = [(&to_stop, &first), (&to_scene, &second)];
     Some(Band {
-        wavelength: D_LINE,
         response,
         surfaces: chain::<f32>(plain, lens, parts),
         exact: chain::<f64>(plain, lens, parts),
+        ..Band::whole(plain, lens.film_distance)
     })
 }
 
@@ -85,11 +85,17 @@ fn chain<R: Real>(
         surface.stop && matches!(surface.kind, Kind::Iris(_) | Kind::Obstruction(_))
     };
     let stop = real.iter().find(|surface| surface.stop);
-    let front = real.iter().rfind(|surface| surface.row == 0);
+    let glass =
+        |surface: &&Surface<R::Scalar>| surface.row == 0 && !matches!(surface.kind, Kind::Turn(_));
+    let front = real.iter().find(glass);
     let mut chain = Vec::new();
     chain.extend(stop.map(|surface| first.0.surface::<R>(surface, first.1)));
     chain.extend(real.iter().filter(opens).cloned());
     chain.extend(front.map(|surface| second.0.surface::<R>(surface, second.1)));
+    if let Some(front) = chain.last_mut().filter(|_| plain.is_askew()) {
+        // Its rim is not about the axis.
+        front.aperture2 = R::scalar(f64::INFINITY);
+    }
     chain
 }
 
