@@ -23,8 +23,8 @@ pub struct Verdict {
     pub rung: usize,
     /// Its time for as many samples, in units of that of the rung that renders take.
     pub times: Option<f64>,
-    /// Whether its error can be seen.
-    pub visible: bool,
+    /// Whether its error can be seen; `None` where the noise is too large to tell.
+    pub visible: Option<bool>,
     /// A sentence, without the rung's name.
     pub sentence: String,
 }
@@ -42,21 +42,30 @@ fn verdict(ladder: &Ladder, climb: &Climb, rung: usize) -> Option<Verdict> {
         Some(bias) => bias,
         None if rung + 1 == ladder.rungs.len() => {
             let sentence = format!("{pace}; the measure of all others");
-            return Some(Verdict { rung, times, visible: false, sentence });
+            return Some(Verdict { rung, times, visible: Some(false), sentence });
         }
         None => return None,
     };
     let film = &ladder.rungs[rung].film;
     let corner = film.corner_um.max(film.rms_um) / ladder.pitch();
     let moved = corner.is_finite() && corner >= VISIBLE_PIXELS;
-    let visible = bias.certain() && (bias.size() >= VISIBLE || moved);
     let percent = |share: f64| format!("{} %", two_digits(100.0 * share));
-    if !visible {
-        let bound = match bias.certain() {
-            true => format!("off by {}", percent(bias.size())),
-            false => format!("less than {}, if any", percent(bias.at_most().max(1e-6))),
+    let bound = bias.at_most().max(1e-6);
+    let visible = match bias.certain() {
+        true => Some(bias.size() >= VISIBLE || moved),
+        false => (bound < VISIBLE).then_some(false),
+    };
+    if visible != Some(true) {
+        let sentence = match visible {
+            None => format!(
+                "{pace}, an error, if any, is less than {} and hidden by noise; more time would tell",
+                percent(bound)
+            ),
+            _ if bias.certain() => {
+                format!("{pace}, no visible change (off by {})", percent(bias.size()))
+            }
+            _ => format!("{pace}, no visible change (less than {}, if any)", percent(bound)),
         };
-        let sentence = format!("{pace}, no visible change ({bound})");
         return Some(Verdict { rung, times, visible, sentence });
     }
     let mut wrong = format!("wrong by {}", percent(bias.size()));
@@ -85,11 +94,15 @@ pub(super) fn choice(ladder: &Ladder, verdicts: &[Verdict]) -> Option<String> {
     if verdicts.len() < ladder.rungs.len() {
         return None;
     }
-    let good = || verdicts.iter().filter(|verdict| !verdict.visible);
+    let usual = ladder.usual()?;
+    let good = || verdicts.iter().filter(|verdict| verdict.visible == Some(false));
+    if !good().any(|verdict| verdict.rung == usual) {
+        let more = "The pictures are too noisy to choose by; give it more time with --budget.";
+        return Some(more.to_owned());
+    }
     let timed = good().filter_map(|verdict| Some((verdict, verdict.times?)));
     let (best, times) = timed.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let usual = ladder.usual()?;
-    if times > WORTH && good().any(|verdict| verdict.rung == usual) {
+    if times > WORTH {
         let name = &ladder.rungs[usual].name;
         return Some(format!("No model without a visible error is faster here than {name}."));
     }

@@ -91,8 +91,8 @@ pub fn bias(model: [&Picture; 4], other: [&Picture; 4], weight: &[[f32; 3]]) -> 
         sums.map(|sums| sums.iter().map(|v| v * v).sum::<f64>() / sums.len() as f64).sum::<f64>()
     };
     let [contrast, mixed] = [squares(|block| &block.noise), squares(|block| &block.mixed)];
-    // With s the variance of one D: a contrast varies as s^2 / 4, the mean of six products as s^2 / 6,
-    // and by the error as b^2 s; what is mixed as b^2 s + s^2 / 2.
+    // With s the variance of one D: a contrast varies as s^2 / 4; the mean of six products as
+    // s^2 / 6, and by the error as b^2 s; what is mixed as b^2 s + s^2 / 2.
     let noise = (contrast * 2.0 / 3.0).sqrt() / count;
     let error = (mixed - 2.0 * contrast).max(0.0) / count.powi(2) + noise * noise;
     let error = error.sqrt();

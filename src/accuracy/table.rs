@@ -113,7 +113,7 @@ pub(super) fn json(report: &Report, verdicts: &[Verdict], choice: Option<&str>) 
                 "light": film.light,
             },
             "times": verdict.and_then(|verdict| verdict.times),
-            "visible": verdict.map(|verdict| verdict.visible),
+            "visible": verdict.and_then(|verdict| verdict.visible),
             "verdict": verdict.map(|verdict| &verdict.sentence),
             "points": climb.points.iter().filter(|p| p.rung == i).map(point).collect::<Vec<_>>(),
         })
