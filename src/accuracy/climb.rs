@@ -26,7 +26,7 @@ const RUNGS: f64 = 0.6;
 const REFERENCE: [f64; 2] = [0.4, 0.6];
 
 /// What is kept of the time to write the report.
-const WRITING: Duration = Duration::from_millis(400);
+const WRITING: Duration = Duration::from_millis(800);
 
 /// How much longer than the last level a level may take, for its samples.
 const CARE: f64 = 1.1;
