@@ -26,12 +26,11 @@ mod rung;
 mod table;
 mod watch;
 
-pub use advice::{Verdict, verdicts};
+pub use advice::Verdict;
 pub use bias::{Bias, bias};
 pub use climb::{Budget, Climb, Ended, climb};
 pub use frontier::frontier;
 pub use machine::Machine;
-pub use plot::raster;
 pub use point::{Point, Reference};
 pub use report::{FILES, Report};
 pub use rung::{Ladder, Rung};

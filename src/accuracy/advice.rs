@@ -30,7 +30,7 @@ pub struct Verdict {
 }
 
 /// What is to be said of every rung that has a picture.
-pub fn verdicts(ladder: &Ladder, climb: &Climb) -> Vec<Verdict> {
+pub(super) fn verdicts(ladder: &Ladder, climb: &Climb) -> Vec<Verdict> {
     (0..ladder.rungs.len()).filter_map(|rung| verdict(ladder, climb, rung)).collect()
 }
 

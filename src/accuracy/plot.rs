@@ -4,7 +4,7 @@ mod axis;
 mod labels;
 mod raster;
 
-pub use raster::raster;
+pub(super) use raster::raster;
 
 use axis::Axis;
 use labels::apart;

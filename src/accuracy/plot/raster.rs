@@ -12,7 +12,7 @@ const SCALE: f32 = 2.0;
 ///
 /// # Errors
 /// Where it is no SVG, or has no size.
-pub fn raster(svg: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+pub(in crate::accuracy) fn raster(svg: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     let family = fonts.faces().find_map(|face| Some(face.families.first()?.0.clone()));
