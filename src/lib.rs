@@ -26,6 +26,7 @@
 //!
 //! [`render`] is the only module that knows this order. Stages do not call each other; shading
 //! reads the scene's data. [`job`] turns what a scene file asks for into what `render` needs.
+//! [`accuracy`] renders a scene by a ladder of camera models, and says what each costs and gets wrong.
 //!
 //! # Decisions
 //!
@@ -102,6 +103,7 @@
 //! right and y up (left-handed, as in pbrt). World space is the scene file's. Public items say
 //! which they mean.
 
+pub mod accuracy;
 pub mod aov;
 pub mod diffraction;
 mod distribution;
@@ -124,3 +126,4 @@ pub mod shutter;
 pub mod source;
 pub mod spectrum;
 pub mod stats;
+mod svg;

@@ -8,6 +8,7 @@ macro_rules! say {
     }};
 }
 
+mod accuracy;
 mod bench;
 mod compare;
 mod layer;
@@ -50,6 +51,9 @@ enum Command {
     Lens(LensArguments),
     /// Show which effects a picture needs, why, and what they cost
     Plan(PlanArguments),
+    /// Show what accuracy costs in time: a scene by a ladder of camera models, from the pinhole to
+    /// every surface in f64, in a report with plot, pictures and advice
+    Accuracy(AccuracyArguments),
     /// Say how far a picture is from a reference
     Compare(CompareArguments),
     /// Measure how fast this machine is, in some seconds
@@ -106,6 +110,28 @@ struct RenderArguments {
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: Exposure,
+}
+
+/// `petzval accuracy`
+#[derive(Debug, clap::Args)]
+struct AccuracyArguments {
+    /// Folder for the report: index.html, plot.svg, plot.png, accuracy.csv, accuracy.json
+    #[arg(short, long, value_name = "FOLDER", default_value = "report")]
+    output: PathBuf,
+    /// How long it may take in all
+    #[arg(
+        long,
+        value_name = "60s",
+        value_parser = accuracy::budget,
+        allow_hyphen_values = true,
+        default_value = "60s"
+    )]
+    budget: Duration,
+    /// Render a part of the picture only; X1 and Y1 are not included
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four)]
+    crop: Option<[u32; 4]>,
+    #[command(flatten)]
+    picture: PictureArguments,
 }
 
 /// `petzval bench`
@@ -274,6 +300,7 @@ pub fn run() -> ExitCode {
         }
         Command::Lens(arguments) => lens::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };

@@ -5,8 +5,7 @@
 //! too dark. The PNG also says so in its sRGB chunk; a JPEG without a profile is sRGB by
 //! convention.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io::{self, Write};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -46,6 +45,11 @@ impl FromStr for Exposure {
 }
 
 impl Exposure {
+    /// That multiplies by a factor above 0.
+    pub fn by(factor: f32) -> Self {
+        Self::Stops(f64::from(factor).log2())
+    }
+
     /// The factor for a picture.
     pub fn factor(self, picture: &Picture) -> f32 {
         match self {
@@ -91,10 +95,10 @@ pub(super) fn write_png(
     picture: &Picture,
     exposure: Exposure,
     notes: &Notes,
-    file: &mut File,
+    file: impl Write,
 ) -> io::Result<()> {
     let [width, height] = dimensions(picture);
-    let mut encoder = png::Encoder::new(BufWriter::new(file), width, height);
+    let mut encoder = png::Encoder::new(file, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
@@ -111,9 +115,14 @@ pub(super) fn write_png(
     Ok(())
 }
 
-pub(super) fn write_jpeg(picture: &Picture, exposure: Exposure, file: &mut File) -> io::Result<()> {
+pub(super) fn write_jpeg(
+    picture: &Picture,
+    exposure: Exposure,
+    quality: u8,
+    file: impl Write,
+) -> io::Result<()> {
     let [width, height] = dimensions(picture);
-    JpegEncoder::new_with_quality(BufWriter::new(file), 95)
+    JpegEncoder::new_with_quality(file, quality)
         .write_image(&encoded(picture, exposure), width, height, image::ExtendedColorType::Rgb8)
         .map_err(io::Error::other)
 }

@@ -10,7 +10,7 @@ mod pfm;
 mod raster;
 
 use std::fs::File;
-use std::io;
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 pub use display::{Exposure, srgb_decode, srgb_encode};
@@ -176,6 +176,26 @@ impl Picture {
         self.write_with_layers(&[], path, window, encoding, notes)
     }
 
+    /// The picture as a PNG file, multiplied by a factor.
+    ///
+    /// # Errors
+    /// Where its size is none that PNG has.
+    pub fn png(&self, factor: f32) -> io::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        display::write_png(self, Exposure::by(factor), &Vec::new(), &mut file)?;
+        Ok(file)
+    }
+
+    /// The picture as a JPEG file, multiplied by a factor, of this quality, of 100.
+    ///
+    /// # Errors
+    /// Where its size is none that JPEG has.
+    pub fn jpeg(&self, factor: f32, quality: u8) -> io::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        display::write_jpeg(self, Exposure::by(factor), quality, &mut file)?;
+        Ok(file)
+    }
+
     /// Writes the picture with layers beside its colours, into an EXR.
     ///
     /// # Errors
@@ -196,12 +216,17 @@ impl Picture {
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
         replace(path, |file| match format {
             Format::Exr => exr::write(self, layers, window, encoding.half, notes, file),
-            Format::Png => display::write_png(self, encoding.exposure, notes, file),
-            Format::Jpeg => display::write_jpeg(self, encoding.exposure, file),
+            Format::Png => display::write_png(self, encoding.exposure, notes, BufWriter::new(file)),
+            Format::Jpeg => {
+                display::write_jpeg(self, encoding.exposure, QUALITY, BufWriter::new(file))
+            }
         })
         .map_err(io)
     }
 }
+
+/// The quality of JPEG files, of 100.
+const QUALITY: u8 = 95;
 
 /// Writes a file beside its final name, then renames it.
 ///

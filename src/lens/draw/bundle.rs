@@ -10,7 +10,7 @@ use super::super::refract::LensRay;
 use super::super::surface::{From, Kind, Surface, sequence};
 use super::super::trace::trace_one;
 use super::element::drawn;
-use super::svg::Point;
+use crate::svg::Point;
 
 /// Aims that are tried for every film point before any bisection.
 const AIMS: u32 = 128;

@@ -5,7 +5,7 @@ use super::super::paraxial::Paraxial;
 use super::super::prescription::Axis;
 use super::super::prescription::Prescription;
 use super::bundle::Bundle;
-use super::svg::{Point, Sheet, shortened, width};
+use crate::svg::{Point, Sheet, shortened, width};
 
 /// White around everything, px.
 const MARGIN: f64 = 28.0;

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::super::prescription::{Prescription, Row};
-use super::svg::Point;
+use crate::svg::Point;
 
 /// What bends light less than this is air, however exactly a file gives its index.
 const AIR: f64 = 1.01;

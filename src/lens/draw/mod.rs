@@ -7,16 +7,15 @@
 mod bundle;
 mod caption;
 mod element;
-mod svg;
 
 use bundle::{Bundle, Ray, Tracer};
 use caption::{Figure, Key};
 use element::{Element, arc, drawn, elements};
-use svg::{Point, Sheet};
 
 use glam::DAffine3;
 
 use super::prescription::Prescription;
+use crate::svg::{Point, Sheet};
 
 /// The fields in units of the full one, with colours that the colour-blind tell apart (Okabe &
 /// Ito 2008) and dashes for those who print in grey.

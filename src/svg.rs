@@ -1,9 +1,9 @@
-//! The few words of SVG that a drawing needs.
+//! The few words of SVG that drawings and plots need.
 
 use std::fmt::Write as _;
 
 /// A point: to the right and up in the lens (mm), to the right and down on the sheet (px).
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// The name of no particular typeface, so that the drawing takes that of its surroundings.
 const FONT: &str = "Helvetica, Arial, sans-serif";
@@ -14,23 +14,23 @@ const CHARACTER: f64 = 0.72;
 
 /// A sheet of paper, in px.
 #[derive(Debug, Default)]
-pub(super) struct Sheet {
+pub(crate) struct Sheet {
     body: String,
 }
 
 impl Sheet {
     /// Opens a group whose members share these attributes.
-    pub(super) fn open(&mut self, attributes: &str) {
+    pub(crate) fn open(&mut self, attributes: &str) {
         let _ = writeln!(self.body, "<g {attributes}>");
     }
 
     /// Closes the group opened last.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.body.push_str("</g>\n");
     }
 
     /// A polyline, or a polygon if `closed`.
-    pub(super) fn path(&mut self, points: &[Point], closed: bool, attributes: &str) {
+    pub(crate) fn path(&mut self, points: &[Point], closed: bool, attributes: &str) {
         self.body.push_str("<path d=\"");
         let mut last = None;
         for &[x, y] in points {
@@ -47,7 +47,7 @@ impl Sheet {
     }
 
     /// Words; the point is the left end of their base line.
-    pub(super) fn text(&mut self, [x, y]: Point, size: f64, attributes: &str, words: &str) {
+    pub(crate) fn text(&mut self, [x, y]: Point, size: f64, attributes: &str, words: &str) {
         let (x, y, size) = (number(x), number(y), number(size));
         let gap = if attributes.is_empty() { "" } else { " " };
         let words = escape(words);
@@ -57,8 +57,14 @@ impl Sheet {
         );
     }
 
-    /// The whole file.
-    pub(super) fn finish(self, [width, height]: Point, title: &str) -> String {
+    /// A circle.
+    pub(crate) fn circle(&mut self, [x, y]: Point, radius: f64, attributes: &str) {
+        let (x, y, radius) = (number(x), number(y), number(radius));
+        let _ = writeln!(self.body, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {attributes}/>");
+    }
+
+    /// The whole file, black on white.
+    pub(crate) fn finish(self, [width, height]: Point, title: &str) -> String {
         let (width, height, title) = (number(width), number(height), escape(title));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
@@ -69,15 +75,25 @@ impl Sheet {
             self.body
         )
     }
+
+    /// A part of an HTML page, in the page's colour of text and without a ground of its own.
+    pub(crate) fn inline(self, [width, height]: Point, title: &str) -> String {
+        let (width, height, title) = (number(width), number(height), escape(title));
+        format!(
+            "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"{FONT}\" \
+             fill=\"currentColor\">\n<title>{title}</title>\n{}</svg>\n",
+            self.body
+        )
+    }
 }
 
 /// How wide words are at most, px.
-pub(super) fn width(words: &str, size: f64) -> f64 {
+pub(crate) fn width(words: &str, size: f64) -> f64 {
     words.chars().map(|c| if c.is_ascii() { CHARACTER } else { 1.0 }).sum::<f64>() * size
 }
 
 /// As much of the words as fits.
-pub(super) fn shortened(words: &str, size: f64, room: f64) -> String {
+pub(crate) fn shortened(words: &str, size: f64, room: f64) -> String {
     if width(words, size) <= room {
         return words.to_owned();
     }
@@ -102,7 +118,7 @@ fn number(value: f64) -> String {
 }
 
 /// Words as XML holds them; what XML 1.0 cannot hold becomes U+FFFD.
-fn escape(words: &str) -> String {
+pub(crate) fn escape(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for c in words.chars() {
         match c {
