@@ -30,16 +30,18 @@ impl Bar {
         let done = Arc::new(AtomicBool::new(false));
         let (shown, ended) = (bar.clone(), done.clone());
         let start = Instant::now();
+        let earlier = progress.samples.load(Ordering::Relaxed);
         let watcher = std::thread::spawn(move || {
             while !ended.load(Ordering::Relaxed) {
                 let samples = progress.samples.load(Ordering::Relaxed);
                 let expected = progress.expected.load(Ordering::Relaxed);
                 let total = if expected > 0 { expected } else { most };
                 let seconds = start.elapsed().as_secs_f64();
-                let rate = samples as f64 / seconds.max(1e-3);
+                let own = samples - earlier;
+                let rate = own as f64 / seconds.max(1e-3);
                 shown.set_length(total);
                 shown.set_position(samples.min(total));
-                if samples > 0 {
+                if own > 0 {
                     let left = (total.saturating_sub(samples)) as f64 / rate;
                     // Nobody knows before the noise has been seen.
                     let left = match expected > 0 || evenly {
