@@ -107,6 +107,7 @@ fn sensor(bench: &mut Criterion) {
         features: None,
         stats: Stats::default(),
         reached: None,
+        partial: None,
     };
     // Of one sample a pixel.
     let description = pbrt::read(&scene).expect("a scene of the repository");
@@ -305,7 +306,8 @@ fn diffraction(bench: &mut Criterion) {
     ] {
         let job = job(f_number, effects);
         let film = FilmSums::new(job.frame, false);
-        let exposed = Exposed { film, features: None, stats: Stats::default(), reached: None };
+        let stats = Stats::default();
+        let exposed = Exposed { film, features: None, stats, reached: None, partial: None };
         planned(&job, Effect::Diffraction);
         let zones = Diffraction::new(&job.camera, &job.frame, &job.light).zones();
         group.bench_function(format!("{name} ({zones} zones)"), |bencher| {

@@ -72,6 +72,10 @@
 //! **Samples are functions.** A random number depends on pixel, sample index, dimension and
 //! seed, and on nothing else ([`sampler`]); a picture does not depend on threads or tiles.
 //!
+//! **Sums are added in one order.** What a tile receives from some of its samples is a share; shares
+//! are done in any order and added in one. So a render that was interrupted ends with the same picture
+//! bit for bit, and a checkpoint is the sums so far and the shares that are done ([`checkpoint`]).
+//!
 //! **obvhs builds the tree, we walk it.** Its triangle test leaks and takes one ray against one
 //! triangle; ours is watertight and takes eight. Rays of one octant walk in bundles of eight until
 //! they part, and what a ray meets does not depend on its bundle. Quadrics are exact, in f64.
@@ -105,6 +109,7 @@
 
 pub mod accuracy;
 pub mod aov;
+pub mod checkpoint;
 pub mod diffraction;
 mod distribution;
 pub mod film;

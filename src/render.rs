@@ -1,18 +1,23 @@
 //! The wavefront: the only module that knows the order of the stages.
 
+mod crew;
 mod disperse;
+mod even;
+mod haunt;
+mod keeper;
+mod ledger;
+mod partial;
 mod rounds;
 mod spread;
 mod tails;
 mod until;
 
 use std::ops::Range;
-use std::sync::Mutex;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use rayon::prelude::*;
-
 use crate::aov::{Aov, FeatureFilm, Features};
+use crate::checkpoint::{CheckpointError, Saved};
 use crate::diffraction::Diffraction;
 use crate::film::{FilmSums, Frame, Response, Tile, TileSampler, TileSums, sample};
 use crate::ghosts::Ghosts;
@@ -27,9 +32,12 @@ use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
 use crate::shutter::Timing;
 use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
+use crew::Crew;
+use ledger::Received;
 use tails::{FEW, Tails};
 
 pub use disperse::{DisperseColumns, disperse};
+pub use keeper::Keeper;
 pub use until::{Reached, Until};
 
 /// Everything that decides what a picture looks like.
@@ -116,6 +124,8 @@ pub struct Exposed {
     pub stats: Stats,
     /// How good it became, where more than the count of samples could end it.
     pub reached: Option<Reached>,
+    /// Of a render that was stopped: the mean of the samples that its pixels took.
+    pub partial: Option<f64>,
 }
 
 impl Exposed {
@@ -142,6 +152,9 @@ pub enum RenderError {
     /// The threads could not be started.
     #[error("cannot start the render threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
+    /// What it has come to could not be written down, or gone on from.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
 }
 
 /// Renders a picture on this many threads; 0 means one per core.
@@ -156,24 +169,55 @@ pub fn render(
     threads: usize,
     progress: &Progress,
 ) -> Result<Exposed, RenderError> {
+    let exposed = render_kept(job, backend, threads, progress, None, None)?;
+    match exposed.partial {
+        None => Ok(exposed),
+        Some(_) => Err(RenderError::Stopped),
+    }
+}
+
+/// [`render`] that writes down what it has come to, or goes on from there. Where it is told to stop
+/// it does so once more, and answers with what there is.
+///
+/// The picture is the same bit for bit whether the render was interrupted or not, but for one that
+/// ends by time.
+///
+/// # Errors
+/// Where threads could not be had, what it is to go on from is not of this job, or the last thing
+/// to write down cannot be written.
+pub fn render_kept(
+    job: &Job,
+    backend: Backend,
+    threads: usize,
+    progress: &Progress,
+    keeper: Option<&Keeper>,
+    from: Option<Saved>,
+) -> Result<Exposed, RenderError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    pool.install(|| match backend {
-        Backend::Simd => expose::<f32x8>(job, progress),
-        Backend::Scalar => expose::<f32>(job, progress),
+    pool.install(|| {
+        let earlier = from.as_ref().map(|saved| saved.head.stats.clone());
+        let crew = Crew::new(job, progress, keeper, earlier.unwrap_or_default());
+        match backend {
+            Backend::Simd => expose::<f32x8>(&crew, from),
+            Backend::Scalar => expose::<f32>(&crew, from),
+        }
     })
 }
 
-fn expose<R: Real<Scalar = f32>>(job: &Job, progress: &Progress) -> Result<Exposed, RenderError> {
-    let crew = Crew::new(job, progress);
-    let mut exposed = match job.until.count_only() {
-        true => crew.expose_evenly::<R>(),
-        false => rounds::expose::<R>(&crew),
-    };
-    crew.book(&mut exposed.stats);
-    if progress.stop.load(Ordering::Relaxed) {
-        return Err(RenderError::Stopped);
+fn expose<R: Real<Scalar = f32>>(crew: &Crew, from: Option<Saved>) -> Result<Exposed, RenderError> {
+    match crew.job.until.count_only() {
+        true => even::expose::<R>(crew, from),
+        false => rounds::expose::<R>(crew, from),
     }
-    Ok(exposed)
+}
+
+/// Adds up the parts of a picture that were rendered apart: their samples, one after another, are
+/// all of the job's.
+///
+/// # Errors
+/// Where a part cannot be read, or is not of this job.
+pub fn merge(job: &Job, parts: &[PathBuf]) -> Result<Exposed, CheckpointError> {
+    even::merge(job, parts.iter().map(|path| Saved::open(path)))
 }
 
 /// Samples that all pixels of a tile take.
@@ -183,55 +227,11 @@ struct Share {
     seed: u32,
 }
 
-/// The workers of a render.
-struct Crew<'a> {
-    job: &'a Job,
-    progress: &'a Progress,
-    waves: Vec<Mutex<Box<Wave>>>,
-}
-
-impl<'a> Crew<'a> {
-    fn new(job: &'a Job, progress: &'a Progress) -> Self {
-        let waves = (0..rayon::current_num_threads()).map(|_| Mutex::new(Wave::new(job)));
-        Self { job, progress, waves: waves.collect() }
-    }
-
-    /// What each share receives.
-    fn expose<R: Real<Scalar = f32>>(&self, shares: &[Share]) -> Vec<(TileSums, Option<Features>)> {
-        let one = |share| {
-            let worker = rayon::current_thread_index().unwrap_or(0);
-            let mut wave = self.waves[worker].lock().unwrap_or_else(|poison| poison.into_inner());
-            wave.expose_tile::<R>(self.job, share, self.progress)
-        };
-        shares.par_iter().map(one).collect()
-    }
-
-    /// All samples of the job, for every pixel as many.
-    fn expose_evenly<R: Real<Scalar = f32>>(&self) -> Exposed {
-        let Self { job, progress, .. } = *self;
-        let share = |tile| Share { tile, samples: job.samples.clone(), seed: job.seed };
-        let shares: Vec<Share> = job.frame.tiles().into_iter().map(share).collect();
-        let film = FilmSums::new(job.frame, job.layers.contains(&Aov::Variance));
-        let mut exposed = Exposed { film, features: None, stats: Stats::default(), reached: None };
-        for (Share { tile, .. }, (sums, features)) in shares.iter().zip(self.expose::<R>(&shares)) {
-            exposed.film.put(tile, &sums);
-            if let Some(features) = &features {
-                let film = exposed.features.get_or_insert_with(|| FeatureFilm::new(job.frame));
-                film.put(tile, features);
-            }
-        }
-        if let Some(ghosts) = &job.ghosts {
-            let Exposed { film, stats, .. } = &mut exposed;
-            ghosts.expose::<R>(job, job.samples.clone(), film, stats, progress);
-        }
-        exposed
-    }
-
-    /// Adds what its workers did.
-    fn book(self, stats: &mut Stats) {
-        for wave in self.waves {
-            stats.add(&wave.into_inner().unwrap_or_else(|poison| poison.into_inner()).stats);
-        }
+impl Share {
+    /// Sums of its tile that have received nothing.
+    fn sums(&self, job: &Job) -> TileSums {
+        let squares = job.until.count_only() && job.layers.contains(&Aov::Variance);
+        TileSums::new(&self.tile, squares)
     }
 }
 
@@ -261,22 +261,23 @@ impl Wave {
         wave
     }
 
-    /// Samples of one tile, wave by wave.
+    /// Samples of one tile, wave by wave; nothing where it is told to stop.
     fn expose_tile<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
         share: &Share,
         progress: &Progress,
-    ) -> (TileSums, Option<Features>) {
+    ) -> Option<Received> {
         let tile = &share.tile;
-        let squares = job.until.count_only() && job.layers.contains(&Aov::Variance);
-        let mut sums = TileSums::new(tile, squares);
+        let mut sums = share.sums(job);
         let mut features = Features::new(job, tile);
         let mut sampler = job.sampler(tile, share.samples.clone());
         let mut clock = Clock::start();
-        while !progress.stop.load(Ordering::Relaxed)
-            && self.begin::<R>(job, share, &mut sampler, &mut clock)
-        {
+        while self.begin::<R>(job, share, &mut sampler, &mut clock) {
+            if progress.stop.load(Ordering::Relaxed) {
+                self.tails = Tails::default();
+                return None;
+            }
             let samples = self.samples.len as u64;
             self.follow::<R>(job, 0, features.as_mut(), &mut sums, &mut clock);
             while let Some((depth, tail)) = self.tails.next(false) {
@@ -289,7 +290,7 @@ impl Wave {
             tail.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
             self.follow::<R>(job, depth, None, &mut sums, &mut clock);
         }
-        (sums, features)
+        Some((sums, features))
     }
 
     /// The rays of the next samples of a tile; false where there are none.

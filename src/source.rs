@@ -1,10 +1,11 @@
 //! Places in input files, and what is said about them.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use flate2::read::MultiGzDecoder;
 
@@ -51,6 +52,25 @@ pub struct Unreadable {
     pub source: std::io::Error,
 }
 
+/// Files that this process has read as input. Readers call readers of other kinds, many at a time;
+/// this is the one thing that all of them know.
+static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn list() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    READ.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Notes that a file is read as input: readers that do not go by
+/// [`open`] say so.
+pub fn register(path: &Path) {
+    list().insert(path.to_owned());
+}
+
+/// All files that this process has read as input.
+pub fn registered() -> Vec<PathBuf> {
+    list().iter().cloned().collect()
+}
+
 /// What is a pipe, and so of no known size, may hold this many bytes.
 const MOST_UNKNOWN: u64 = 1 << 28;
 /// How many bytes a packed file may unpack to, whatever its size, and how many for each of its
@@ -75,7 +95,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
     read().map_err(|source| Unreadable { path: path.to_owned(), source })
 }
 
-/// Opens a file or a pipe. A device may never end, or wait for somebody to type.
+/// Opens a file or a pipe as input, and [notes that](register). A device may never end, or wait for somebody to type.
 ///
 /// # Errors
 /// Where there is none.
@@ -89,6 +109,7 @@ pub fn open(path: &Path) -> io::Result<fs::File> {
             return Err(io::Error::other("it is a device; expected a file or a pipe"));
         }
     }
+    register(path);
     Ok(file)
 }
 

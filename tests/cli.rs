@@ -4,7 +4,6 @@ mod support;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
 
 use support::{folder, root, write};
 
@@ -276,24 +275,6 @@ fn a_black_picture_comes_with_a_reason() {
     assert!(output.status.success());
     let said = text(&output.stderr);
     assert!(said.contains("the picture is black: the scene has no light"), "{said}");
-}
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_stops_at_once_and_leaves_nothing() {
-    let folder = folder();
-    let path = folder.path().join("long.exr");
-    let mut child = command(&["render", "scenes/snowman.pbrt", "--spp", "1000000", "-o"])
-        .arg(&path)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(kill.success());
-    let status = child.wait().unwrap();
-    assert_eq!(status.code(), Some(130));
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 const ADVICE: &str = "RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release";

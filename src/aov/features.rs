@@ -3,9 +3,12 @@
 //! Every path counts as much as the light that the lens lets through for it, so that vignetting
 //! does not skew the means.
 
+use std::io;
+
 use glam::{Affine3A, Vec3};
 
 use super::Aov;
+use crate::checkpoint::{Reader, Writer};
 use crate::film::{Frame, Tile};
 use crate::image::Layer;
 use crate::lens::{Camera, Model};
@@ -34,8 +37,8 @@ struct Sum {
 impl Sum {
     /// Adds the paths of another sum, which come later.
     fn add(&mut self, other: &Self) {
-        self.taken += other.taken;
-        self.passed += other.passed;
+        self.taken = self.taken.saturating_add(other.taken);
+        self.passed = self.passed.saturating_add(other.passed);
         self.weight = [0, 1].map(|i| self.weight[i] + other.weight[i]);
         self.depth += other.depth;
         self.coc += other.coc;
@@ -45,6 +48,33 @@ impl Sum {
             self.albedo[axis] += other.albedo[axis];
         }
         self.ids = self.ids.or(other.ids);
+    }
+
+    /// All that is a sum, in the order in which it is saved.
+    fn numbers(&mut self) -> [&mut [f64]; 6] {
+        let Self { weight, depth, coc, position, normal, albedo, .. } = self;
+        let one = std::slice::from_mut;
+        [weight, one(depth), one(coc), position, normal, albedo]
+    }
+
+    fn save(&self, to: &mut Writer) -> io::Result<()> {
+        to.u32(self.taken)?;
+        to.u32(self.passed)?;
+        { *self }.numbers().iter().try_for_each(|numbers| to.numbers(numbers))?;
+        to.u32(u32::from(self.ids.is_some()))?;
+        self.ids.iter().flatten().try_for_each(|&id| to.u32(id))
+    }
+
+    /// Adds what was saved, which comes later.
+    fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
+        let (taken, passed) = (from.u32()?, from.u32()?);
+        self.add(&Self { taken, passed, ..Self::default() });
+        self.numbers().iter_mut().try_for_each(|numbers| from.add_numbers(numbers))?;
+        if from.below(2, "things met first")? == 1 {
+            let ids = [from.u32()?, from.u32()?, from.u32()?];
+            self.ids.get_or_insert(ids);
+        }
+        Ok(())
     }
 }
 
@@ -120,6 +150,15 @@ impl Features {
             blur: Blur::of(&job.camera),
             beam: job.beam(),
         })
+    }
+
+    pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
+        self.sums.iter().try_for_each(|sum| sum.save(to))
+    }
+
+    /// Adds what was saved of later paths of the same tile.
+    pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
+        self.sums.iter_mut().try_for_each(|sum| sum.receive(from))
     }
 
     /// Adds what later paths of the same tile met.
@@ -203,8 +242,24 @@ impl FeatureFilm {
         Self { frame, sums: vec![Sum::default(); width * height] }
     }
 
+    /// What the paths of all tiles met, if a layer of the job needs it.
+    pub fn of<'a>(
+        job: &Job,
+        tiles: impl Iterator<Item = (&'a Tile, &'a Option<Features>)>,
+    ) -> Option<Self> {
+        Features::asked(job).then(|| {
+            let mut film = Self::new(job.frame);
+            for (tile, features) in tiles {
+                if let Some(features) = features {
+                    film.put(tile, features);
+                }
+            }
+            film
+        })
+    }
+
     /// Takes over the pixels of a tile.
-    pub fn put(&mut self, tile: &Tile, features: &Features) {
+    fn put(&mut self, tile: &Tile, features: &Features) {
         tile.paste(&self.frame, &features.sums, &mut self.sums);
     }
 

@@ -11,8 +11,12 @@ macro_rules! say {
 mod accuracy;
 mod bench;
 mod compare;
+mod develop;
+mod inputs;
+mod kept;
 mod layer;
 mod lens;
+mod merge;
 mod picture;
 mod plan;
 mod progress;
@@ -33,7 +37,9 @@ use petzval::metric::Metric;
 
 use layer::AovArgument;
 use picture::PictureArguments;
-use values::{coating, four, length, length_or_inf, noise, point, time};
+use values::{
+    Every, coating, every, four, length, length_or_inf, noise, point, range, shard, time,
+};
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -45,8 +51,12 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Render a scene file to a picture
-    Render(RenderArguments),
+    /// Render a scene file to a picture. Ctrl-C and SIGTERM stop it: what is done stands in
+    /// NAME.petzval then, for --resume, and what there is of the picture in NAME.partial.exr
+    Render(Box<RenderArguments>),
+    /// Add up the parts of a picture that were rendered with --shard or --samples. Run it where the
+    /// files of the scene are found as the parts found them
+    Merge(MergeArguments),
     /// Show what a lens file holds and where it focuses
     Lens(LensArguments),
     /// Show which effects a picture needs, why, and what they cost
@@ -88,6 +98,20 @@ struct RenderArguments {
     /// the picture is not the same every time
     #[arg(long, value_name = "30s", value_parser = time, allow_hyphen_values = true)]
     time: Option<Duration>,
+    /// How often to write what is done beside the picture, as NAME.petzval, which goes when the
+    /// picture is finished. Off: never, not even when stopped
+    #[arg(long, value_name = "60s|off", value_parser = every, default_value = "60s")]
+    checkpoint: Every,
+    /// Go on from that file; the picture is the same as without the interruption, bit for bit (but
+    /// with --time). Where scene, lens, options or version have changed since, it is refused
+    #[arg(long)]
+    resume: bool,
+    /// Render the I-th of N parts of the samples, I from 1, to PART.petzval for petzval merge
+    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with = "samples")]
+    shard: Option<[u32; 2]>,
+    /// Render these samples of every pixel, from 0, B not included, to PART.petzval for petzval merge
+    #[arg(long, value_name = "A..B", value_parser = range)]
+    samples: Option<[u32; 2]>,
     /// Threads; one a core if not given. The picture is the same for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
@@ -132,6 +156,26 @@ struct AccuracyArguments {
     crop: Option<[u32; 4]>,
     #[command(flatten)]
     picture: PictureArguments,
+}
+
+/// `petzval merge`
+#[derive(Debug, clap::Args)]
+struct MergeArguments {
+    /// Parts, in any order: together all samples, each once
+    #[arg(required = true, value_name = "PART")]
+    parts: Vec<PathBuf>,
+    /// Picture to write: .exr, .png, .jpg
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Write 16-bit floats (EXR)
+    #[arg(long)]
+    half: bool,
+    /// Brightness of PNG and JPEG in stops, or "auto"
+    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
+    exposure: Exposure,
+    /// Threads; one a core if not given
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
 }
 
 /// `petzval bench`
@@ -295,6 +339,7 @@ pub fn run() -> ExitCode {
     }
     let outcome = match Arguments::parse().command {
         Command::Render(arguments) => render::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Lens(LensArguments { command: Some(LensCommand::Trace(arguments)), .. }) => {
             trace::run(&arguments)
         }

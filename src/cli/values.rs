@@ -70,6 +70,32 @@ pub(super) fn time(text: &str) -> Result<Duration, String> {
     time.ok_or_else(|| "expected a time above 0, such as 30s".to_owned())
 }
 
+/// A time between things; without one they do not happen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Every(pub Option<Duration>);
+
+pub(super) fn every(text: &str) -> Result<Every, String> {
+    if ["off", "0", "0s"].contains(&text) {
+        return Ok(Every(None));
+    }
+    time(text)
+        .map(|time| Every(Some(time)))
+        .map_err(|_| "expected a time such as 60s, or off".into())
+}
+
+pub(super) fn shard(text: &str) -> Result<[u32; 2], String> {
+    let shard = list(text, '/').filter(|&[i, n]: &[u32; 2]| 1 <= i && i <= n);
+    shard.ok_or_else(|| "expected I/N, from 1/N to N/N, such as 3/8".to_owned())
+}
+
+pub(super) fn range(text: &str) -> Result<[u32; 2], String> {
+    let ends = text.split_once("..").map(|(first, end)| [first, end].map(str::parse));
+    match ends {
+        Some([Ok(first), Ok(end)]) if first < end => Ok([first, end]),
+        _ => Err("expected A..B, such as 0..64".to_owned()),
+    }
+}
+
 pub(super) fn passband(text: &str) -> Result<Passband, String> {
     let ends = text.split_once("..").map(|(low, high)| [low, high].map(str::parse));
     match ends {

@@ -1,6 +1,9 @@
 //! Adding up what arrives: a stage, and the film that keeps the sums.
 
+use std::io;
+
 use super::{Frame, Response, Tile};
+use crate::checkpoint::{Reader, Writer};
 use crate::image::Picture;
 use crate::rays::{Column, NONE, SampleBatch};
 
@@ -37,6 +40,20 @@ impl TileSums {
     /// What its pixels received, row by row, added up.
     pub fn light(&self) -> &[[f64; 3]] {
         &self.sums
+    }
+
+    pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
+        to.sums(&self.sums)?;
+        to.sums(&self.squares)?;
+        to.u64(self.dropped)
+    }
+
+    /// Adds what was saved of the same tile.
+    pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
+        from.add_sums(&mut self.sums)?;
+        from.add_sums(&mut self.squares)?;
+        self.dropped = self.dropped.saturating_add(from.u64()?);
+        Ok(())
     }
 
     /// Adds a wave: a stage. A sample whose pixel is [`NONE`] arrives by another wave. What is not a finite number is left out and counted.
@@ -87,9 +104,18 @@ impl FilmSums {
     }
 
     /// A film of means that need no more division, as pixels took different numbers of samples;
-    /// with their variance.
+    /// with their variance, which is empty where nobody knows it.
     pub fn settled(frame: Frame, means: Vec<[f64; 3]>, variance: Vec<[f32; 3]>) -> Self {
         Self { frame, sums: means, squares: Vec::new(), settled: Some(variance), dropped: 0 }
+    }
+
+    pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
+        to.sums(&self.sums)
+    }
+
+    /// Adds what was saved of a film of the same pixels.
+    pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
+        from.add_sums(&mut self.sums)
     }
 
     /// Adds this share of what another film of the same pixels received.
@@ -120,7 +146,7 @@ impl FilmSums {
     /// standard error. `None` where the squares were not added up. A film of means knows its own.
     pub fn variance(&self, samples: u32) -> Option<Vec<[f32; 3]>> {
         if let Some(variance) = &self.settled {
-            return Some(variance.clone());
+            return (!variance.is_empty()).then(|| variance.clone());
         }
         let n = f64::from(samples);
         let variance = |(sum, square): (&[f64; 3], &[f64; 3])| {

@@ -8,13 +8,16 @@ mod display;
 mod exr;
 mod pfm;
 mod raster;
+mod replace;
 
-use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 pub use display::{Exposure, srgb_decode, srgb_encode};
 pub use raster::{Raster, Samples, Transfer};
+pub use replace::replace;
+
+use crate::source;
 
 /// Linear RGB pixels, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -147,6 +150,7 @@ impl Picture {
     /// # Errors
     /// Where the file cannot be read or is no picture.
     pub fn read(path: &Path, srgb: bool) -> Result<Self, ImageError> {
+        source::register(path);
         match extension(path).as_str() {
             "exr" => exr::read(path),
             "png" | "jpg" | "jpeg" | "tga" => display::read(path, srgb),
@@ -227,24 +231,3 @@ impl Picture {
 
 /// The quality of JPEG files, of 100.
 const QUALITY: u8 = 95;
-
-/// Writes a file beside its final name, then renames it.
-///
-/// # Errors
-/// Where it cannot be written; what stood under its name is then still there.
-pub fn replace(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut beside = tempfile::Builder::new();
-    beside.prefix(".petzval-").suffix(".tmp");
-    // Temporary files are private by default; a picture is for everyone the umask allows.
-    #[cfg(unix)]
-    beside.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = beside.tempfile_in(folder)?;
-    fill(file.as_file_mut())?;
-    file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
-    Ok(())
-}

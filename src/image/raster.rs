@@ -5,6 +5,7 @@ use std::path::Path;
 use image::DynamicImage;
 
 use super::{ImageError, Picture, display, exr, extension, pfm, srgb_decode, srgb_encode};
+use crate::source;
 
 /// How the numbers of a file with 8 or 16 bits stand for light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,6 +68,7 @@ impl Raster {
     /// # Errors
     /// Where the file cannot be read, is no picture, holds no pixels, or a number that is not finite.
     pub fn read(path: &Path, transfer: Transfer) -> Result<Self, ImageError> {
+        source::register(path);
         let raster = match extension(path).as_str() {
             "exr" => exr::read_raster(path)?,
             "pfm" => pfm::read(path)?,

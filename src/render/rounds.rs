@@ -8,12 +8,18 @@
 //! 2012, "Adaptive rendering with non-local means filtering"). Errors of a tile's
 //! pixels are added up, as those of single pixels are known badly.
 
+use std::io;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use super::haunt::Haunt;
+use super::keeper::Keep;
+use super::ledger::Ledger;
+use super::partial::{self, Part};
 use super::spread::{Spread, cost};
-use super::{Crew, Exposed, Job, Progress, Reached, Share, Until};
+use super::{Crew, Exposed, Job, Progress, Reached, RenderError, Share, Until};
 use crate::aov::{FeatureFilm, Features};
+use crate::checkpoint::{Reader, Saved, Writer};
 use crate::film::{FilmSums, Tile, TileSums};
 use crate::lanes::Real;
 use crate::sampler::hash;
@@ -26,6 +32,9 @@ const FIRST: u32 = 4;
 const BLIND: u32 = 64;
 /// What is added to a pixel's luminance when its error is divided by it, as a share of the mean.
 const FLOOR: f64 = 0.1;
+
+/// No count is larger than this.
+const MOST: usize = 1 << 29;
 
 /// Two quarters of all samples.
 struct Pair {
@@ -111,21 +120,42 @@ struct Rounds<'a> {
     pixels: Vec<u64>,
     pairs: [Pair; 2],
     features: Vec<Option<Features>>,
-    ghosts: FilmSums,
-    /// Samples that the ghosts are those of.
-    haunted: u32,
-    stats: Stats,
+    /// The counts of the present round, by pair.
+    wanted: [Vec<u32>; 2],
+    haunt: Haunt,
+    ledger: Ledger,
+    /// When it began, had it never been interrupted.
     start: Instant,
 }
 
-/// Renders a job until its picture is good enough.
-pub(super) fn expose<R: Real<Scalar = f32>>(crew: &Crew) -> Exposed {
+/// A share of a round: the tile and the quarter that it belongs to.
+type Place = (usize, usize);
+
+/// Renders a job, or what is left of it, until its picture is good enough.
+pub(super) fn expose<R: Real<Scalar = f32>>(
+    crew: &Crew,
+    from: Option<Saved>,
+) -> Result<Exposed, RenderError> {
     let mut rounds = Rounds::new(crew.job);
-    let mut next = rounds.first();
-    while !crew.progress.stop.load(Ordering::Relaxed) && rounds.go::<R>(crew, &next) {
-        next = rounds.next(crew.progress);
+    if let Some(saved) = from {
+        saved.body(|body| rounds.receive(body))?;
     }
-    rounds.finish()
+    let complete = loop {
+        rounds.go::<R>(crew);
+        if crew.stopped() {
+            break false;
+        }
+        let next = rounds.next(crew.progress);
+        if next == rounds.wanted {
+            break true;
+        }
+        rounds.wanted = next;
+    };
+    crew.end(&rounds, complete)?;
+    Ok(match complete {
+        true => rounds.finish(crew.stats()),
+        false => rounds.partial(crew.stats()),
+    })
 }
 
 impl<'a> Rounds<'a> {
@@ -133,15 +163,17 @@ impl<'a> Rounds<'a> {
         let tiles = job.frame.tiles().into_iter();
         let lit = tiles.map(|tile| (tile, job.sampler(&tile, 0..1).count()));
         let (tiles, pixels): (Vec<Tile>, Vec<u64>) = lit.filter(|(_, count)| *count > 0).unzip();
+        let most = job.samples.len() as u32 / Until::FEWEST;
+        let first = if job.until.time.is_some() { 1 } else { FIRST };
         Self {
             job,
             pairs: [Pair::new(&tiles), Pair::new(&tiles)],
             features: tiles.iter().map(|tile| Features::new(job, tile)).collect(),
+            wanted: [(); 2].map(|()| vec![first.min(most).max(1); tiles.len()]),
             tiles,
             pixels,
-            ghosts: FilmSums::new(job.frame, false),
-            haunted: 0,
-            stats: Stats::default(),
+            haunt: Haunt::new(job),
+            ledger: Ledger::default(),
             start: Instant::now(),
         }
     }
@@ -164,13 +196,6 @@ impl<'a> Rounds<'a> {
     /// Samples taken.
     fn taken(&self) -> f64 {
         2.0 * self.pairs.iter().map(|pair| self.cost(&pair.counts)).sum::<f64>()
-    }
-
-    /// The counts of the first round, by pair.
-    fn first(&self) -> [Vec<u32>; 2] {
-        let most = self.job.samples.len() as u32 / Until::FEWEST;
-        let first = if self.job.until.time.is_some() { 1 } else { FIRST };
-        [(); 2].map(|()| vec![first.min(most).max(1); self.tiles.len()])
     }
 
     /// The counts of the next round, by pair, and what is expected of those after it.
@@ -206,47 +231,47 @@ impl<'a> Rounds<'a> {
         spread.wanted(bound, budget)
     }
 
-    /// Takes samples until the pairs have these counts; false where they have them already.
-    fn go<R: Real<Scalar = f32>>(&mut self, crew: &Crew, counts: &[Vec<u32>; 2]) -> bool {
-        let mut places = Vec::new();
-        let mut shares = Vec::new();
+    /// The shares of the present round.
+    fn shares(&self) -> (Vec<Place>, Vec<Share>) {
         let seed = hash(self.job.seed);
+        let mut shares = (Vec::new(), Vec::new());
         for (i, &tile) in self.tiles.iter().enumerate() {
             for quarter in 0..4 {
                 let taken = self.pairs[quarter / 2].counts[i];
-                let [first, end] = [taken, counts[quarter / 2][i]]
+                let [first, end] = [taken, self.wanted[quarter / 2][i]]
                     .map(|n| self.job.samples.start.saturating_add(n));
                 if first < end {
                     let seed = hash(seed ^ (quarter as u32 + 1).wrapping_mul(0x9e37_79b9));
-                    places.push((i, quarter));
-                    shares.push(Share { tile, samples: first..end, seed });
+                    shares.0.push((i, quarter));
+                    shares.1.push(Share { tile, samples: first..end, seed });
                 }
             }
         }
-        for ((i, quarter), (sums, features)) in places.iter().zip(crew.expose::<R>(&shares)) {
-            self.pairs[quarter / 2].quarters[quarter % 2][*i].add(&sums);
-            if let (Some(all), Some(features)) = (&mut self.features[*i], features) {
+        shares
+    }
+
+    /// Takes samples until the pairs have the counts of this round, and ghosts of as many samples
+    /// as pixels have taken in the mean.
+    fn go<R: Real<Scalar = f32>>(&mut self, crew: &Crew) {
+        let (places, shares) = self.shares();
+        self.ledger.open(shares.len());
+        crew.expose::<R>(&shares, self);
+        let Some(received) = self.ledger.settle() else { return };
+        for ((i, quarter), (sums, features)) in places.into_iter().zip(received) {
+            self.pairs[quarter / 2].quarters[quarter % 2][i].add(&sums);
+            if let (Some(all), Some(features)) = (&mut self.features[i], features) {
                 all.add(&features);
             }
         }
-        for (pair, counts) in self.pairs.iter_mut().zip(counts) {
+        for (pair, counts) in self.pairs.iter_mut().zip(&self.wanted) {
             pair.counts.clone_from(counts);
         }
-        self.haunt::<R>(crew.progress);
-        !shares.is_empty()
-    }
-
-    /// Ghosts of as many samples as pixels have taken in the mean.
-    fn haunt<R: Real<Scalar = f32>>(&mut self, progress: &Progress) {
-        let Some(ghosts) = &self.job.ghosts else { return };
         let mean = (self.taken() / self.lit().max(1.0)) as u32;
-        let [first, end] = [self.haunted, mean].map(|n| self.job.samples.start.saturating_add(n));
-        ghosts.expose::<R>(self.job, first..end, &mut self.ghosts, &mut self.stats, progress);
-        self.haunted = mean;
+        crew.haunt::<R>(self, mean);
     }
 
     /// The picture, its layers, and how good it is.
-    fn finish(self) -> Exposed {
+    fn finish(self, stats: Stats) -> Exposed {
         let frame = self.job.frame;
         let mut means = vec![[0.0; 3]; frame.size().map(|n| n as usize).iter().product()];
         let mut variances = vec![[0.0; 3]; means.len()];
@@ -267,9 +292,7 @@ impl<'a> Rounds<'a> {
             tile.paste(&frame, &variance, &mut variances);
         }
         let mut film = FilmSums::settled(frame, means, variances);
-        if self.haunted > 0 {
-            film.add_film(&self.ghosts, 1.0 / f64::from(self.haunted));
-        }
+        self.haunt.put_mean(&mut film);
         let quarters = self.pairs.iter().flat_map(|pair| &pair.quarters).flatten();
         film.dropped = quarters.map(|sums| sums.dropped).sum();
         let [one, other] = self.pairs.each_ref().map(|pair| pair.counts.iter());
@@ -280,14 +303,62 @@ impl<'a> Rounds<'a> {
             least: counts().min().unwrap_or(0),
             most: counts().max().unwrap_or(0),
         };
-        let features = Features::asked(self.job).then(|| {
-            let mut film = FeatureFilm::new(frame);
-            for (tile, features) in self.tiles.iter().zip(self.features.iter().flatten()) {
-                film.put(tile, features);
-            }
-            film
+        let features = FeatureFilm::of(self.job, self.tiles.iter().zip(&self.features));
+        Exposed { film, features, stats, reached: Some(reached), partial: None }
+    }
+
+    /// What there is of the picture: all samples of a pixel alike.
+    fn partial(self, stats: Stats) -> Exposed {
+        let (places, shares) = self.shares();
+        let quarter = |tile: usize, quarter: usize| {
+            let pair = &self.pairs[quarter / 2];
+            // Features are those of all quarters.
+            let features = self.features[tile].as_ref().filter(|_| quarter == 0);
+            let sums = &pair.quarters[quarter % 2][tile];
+            Part { tile, sums, features, samples: pair.counts[tile] }
+        };
+        let own = (0..self.tiles.len()).flat_map(|tile| (0..4).map(move |q| quarter(tile, q)));
+        let present = self.ledger.done().map(|(i, (sums, features))| {
+            let samples = shares[i].samples.len() as u32;
+            Part { tile: places[i].0, sums, features: features.as_ref(), samples }
         });
-        Exposed { film, features, stats: self.stats, reached: Some(reached) }
+        partial::exposed(self.job, &self.tiles, own.chain(present), &self.haunt, stats)
+    }
+}
+
+impl Keep for Rounds<'_> {
+    fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    fn haunt(&mut self) -> &mut Haunt {
+        &mut self.haunt
+    }
+
+    fn save(&self, to: &mut Writer) -> io::Result<()> {
+        to.u64(self.start.elapsed().as_nanos() as u64)?;
+        let counts = self.pairs.iter().map(|pair| &pair.counts).chain(&self.wanted);
+        counts.flatten().try_for_each(|&count| to.u32(count))?;
+        let quarters = self.pairs.iter().flat_map(|pair| &pair.quarters).flatten();
+        quarters.into_iter().try_for_each(|sums| sums.save(to))?;
+        self.features.iter().flatten().try_for_each(|features| features.save(to))?;
+        self.haunt.save(to)?;
+        self.ledger.save(to)
+    }
+
+    fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
+        let earlier = Duration::from_nanos(from.u64()?);
+        self.start = self.start.checked_sub(earlier).unwrap_or(self.start);
+        let counts = self.pairs.iter_mut().map(|pair| &mut pair.counts).chain(&mut self.wanted);
+        for count in counts.flatten() {
+            *count = from.below(MOST, "samples")? as u32;
+        }
+        let quarters = self.pairs.iter_mut().flat_map(|pair| &mut pair.quarters).flatten();
+        quarters.into_iter().try_for_each(|sums| sums.receive(from))?;
+        self.features.iter_mut().flatten().try_for_each(|features| features.receive(from))?;
+        self.haunt.receive(from)?;
+        let (_, shares) = self.shares();
+        self.ledger.receive(from, self.job, &shares)
     }
 }
 

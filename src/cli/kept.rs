@@ -1,0 +1,168 @@
+//! What a render leaves behind on its way, and where it goes on from.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use petzval::checkpoint::{CheckpointError, Head, Inputs, Saved};
+use petzval::render::{Exposed, Job, Keeper};
+
+use super::inputs::line;
+use super::{Failure, Outcome, RenderArguments};
+
+/// The checkpoint of a render, and what stood under its name before.
+pub(super) struct Kept {
+    pub keeper: Keeper,
+    /// The checkpoint that is there already.
+    found: Option<Result<Saved, CheckpointError>>,
+    /// The picture or the part that is to come.
+    output: PathBuf,
+}
+
+impl Kept {
+    /// Of a job whose picture has so many samples a pixel in all.
+    pub fn new(
+        arguments: &RenderArguments,
+        output: &Path,
+        words: Vec<String>,
+        inputs: Inputs,
+        job: &Job,
+        all: u32,
+    ) -> Self {
+        let mut path = output.as_os_str().to_owned();
+        path.push(".petzval");
+        let path = PathBuf::from(path);
+        let found = match Saved::open(&path) {
+            Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                None
+            }
+            found => Some(found),
+        };
+        let part = arguments.shard.is_some() || arguments.samples.is_some();
+        let head = Head { words, inputs, samples: job.samples.clone(), of: all, ..Head::default() };
+        let keeper = Keeper {
+            path,
+            every: arguments.checkpoint.0,
+            part: part.then(|| output.to_owned()),
+            head,
+            standing: 0,
+            tell: |error| say!("petzval: warning: {error}; the render goes on"),
+        };
+        Self { keeper, found, output: output.to_owned() }
+    }
+
+    /// What to go on from, if that is wanted and there is something.
+    pub fn from(&mut self, resume: bool) -> Result<Option<Saved>, Failure> {
+        let path = self.keeper.path.display();
+        let found = match (self.found.take(), resume) {
+            (None, false) => return Ok(None),
+            (None, true) => {
+                say!("petzval: there is no {path}; rendering from the beginning");
+                return Ok(None);
+            }
+            (Some(Err(error)), true) => return Err(error.into()),
+            (Some(Err(error)), false) => {
+                say!("petzval: warning: {error}");
+                return Ok(None);
+            }
+            (Some(Ok(found)), _) => found,
+        };
+        let changes = self.changes(&found.head);
+        match (changes.is_empty(), resume) {
+            (true, true) => Ok(Some(found)),
+            (true, false) => {
+                self.keeper.standing = found.head.taken;
+                say!(
+                    "petzval: warning: {path} holds a part of this picture; --resume would go on \
+                     from there"
+                );
+                Ok(None)
+            }
+            (false, true) => Err(format!(
+                "cannot go on from {path}: {}; without --resume the render begins again",
+                changes.join("; ")
+            )
+            .into()),
+            (false, false) => {
+                say!(
+                    "petzval: warning: {path} is of another picture ({}); the first checkpoint \
+                     replaces it",
+                    changes.join("; ")
+                );
+                Ok(None)
+            }
+        }
+    }
+
+    fn changes(&self, head: &Head) -> Vec<String> {
+        let own = &self.keeper.head;
+        let mut changes = head.inputs.changes(&own.inputs);
+        if head.samples != own.samples {
+            let range = |head: &Head| format!("{}..{}", head.samples.start, head.samples.end);
+            changes.push(format!("its samples are {}, and these {}", range(head), range(own)));
+        }
+        changes
+    }
+
+    /// What becomes of it behind the render, when the picture of this name is written.
+    pub fn end(self, exposed: &Exposed, picture: &Path) -> Result<Outcome, Failure> {
+        if exposed.partial.is_some() {
+            self.say_interrupted();
+            say!("petzval: {} is what there is of the picture", picture.display());
+            return Ok(Outcome::Interrupted);
+        }
+        self.clear();
+        Ok(Outcome::Done)
+    }
+
+    /// The end of a render whose sums were wanted.
+    pub fn end_part(self, exposed: &Exposed, time: Duration) -> Result<Outcome, Failure> {
+        if exposed.partial.is_some() {
+            self.say_interrupted();
+            return Ok(Outcome::Interrupted);
+        }
+        let head = &self.keeper.head;
+        say!(
+            "{}: samples {}..{} of {}, {:.2} s",
+            self.output.display(),
+            head.samples.start,
+            head.samples.end,
+            head.of,
+            time.as_secs_f64()
+        );
+        self.clear();
+        Ok(Outcome::Done)
+    }
+
+    fn say_interrupted(&self) {
+        let Keeper { path, every, head, .. } = &self.keeper;
+        say!("petzval: interrupted; {} was not written", self.output.display());
+        if every.is_none() {
+            say!("petzval: there is no checkpoint (--checkpoint off)");
+            return;
+        }
+        let mut words = head.words.clone();
+        if !words.iter().any(|word| word == "--resume") {
+            words.push("--resume".to_owned());
+        }
+        say!("petzval: {} holds what is done; go on with\n  {}", path.display(), line(&words));
+    }
+
+    /// Removes the checkpoint of a picture that is finished, and the picture of what there was.
+    fn clear(&self) {
+        let path = &self.keeper.path;
+        let own = Saved::open(path).is_ok_and(|saved| self.changes(&saved.head).is_empty());
+        if own {
+            // A file too many is no reason to fail.
+            let _ = fs::remove_file(path);
+            let _ = fs::remove_file(partial_name(&self.output));
+        }
+    }
+}
+
+/// The name of what there is of a picture.
+pub(super) fn partial_name(output: &Path) -> PathBuf {
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    output.with_extension(format!("partial.{extension}"))
+}
