@@ -175,7 +175,7 @@ fn mistakes_are_answered_with_exit_code_2_and_what_to_try() {
         &["render", "scenes/dgauss.pbrt", "-o", out, "--focus", "0.1"],
         "the lens cannot focus at 100.0000 mm from the film; the nearest it can is",
     );
-    refuses(&["render", "/dev/zero", "-o", out], "cannot read /dev/zero: it does not end");
+    refuses(&["render", "/dev/zero", "-o", out], "cannot read /dev/zero: it is a device");
     for length in ["nan", "-3", "0", "x"] {
         refuses(
             &["lens", "lenses/dgauss.50mm.dat", "--focus", length],
