@@ -85,14 +85,14 @@ impl Bar {
         let tiles = job.frame.tiles();
         let count = |tile| job.sampler(tile, job.samples.clone()).count();
         let (most, evenly) = (tiles.iter().map(count).sum(), job.until.count_only());
-        let earlier = progress.samples.load(Ordering::Relaxed);
         let start = Instant::now();
+        let earlier = progress.samples.load(Ordering::Relaxed);
         let shown = Shown::start(most, move |bar| {
             let samples = progress.samples.load(Ordering::Relaxed);
             let expected = progress.expected.load(Ordering::Relaxed);
             let total = if expected > 0 { expected } else { most };
             let seconds = start.elapsed().as_secs_f64();
-            let own = samples - earlier;
+            let own = samples.saturating_sub(earlier);
             let rate = own as f64 / seconds.max(1e-3);
             bar.set_length(total);
             bar.set_position(samples.min(total));
