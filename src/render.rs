@@ -6,6 +6,7 @@ mod even;
 mod haunt;
 mod keeper;
 mod ledger;
+mod pair;
 mod partial;
 mod rounds;
 mod spread;

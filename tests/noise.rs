@@ -207,6 +207,27 @@ fn samples_go_where_they_are_needed() {
     assert!(adaptive < uniform, "{adaptive} and {uniform} for 1 / 0.7 of the samples");
 }
 
+/// Who meets a lamp as small as two thousandths of a pixel by chance must learn how small it is.
+#[test]
+fn a_speck_of_light_does_not_keep_the_render_from_ending() {
+    let lamp = r#"
+        LightSource "infinite" "rgb L" [0.5 0.5 0.5]
+        AttributeBegin
+            AreaLightSource "diffuse" "rgb L" [5e3 5e3 5e3]
+            Translate 0.31 0.52 4 Shape "sphere" "float radius" 0.004
+        AttributeEnd"#;
+    let job = job(lamp, &until(0.05));
+    let mut met = 0;
+    for seed in 0..80 {
+        let job = Job { seed, ..job.clone() };
+        let reached = expose(&job).reached.expect("what was reached");
+        println!("{seed}: {reached:?}");
+        met += u32::from(reached.most > 1000);
+        assert!(reached.mean < 4000.0, "{seed}: {reached:?}");
+    }
+    assert!(met > 0, "the lamp was never met");
+}
+
 #[test]
 fn threads_and_lanes_do_not_change_what_is_enough() {
     let job = job(ROOM, &until(0.15));

@@ -8,7 +8,7 @@ use crate::image::Picture;
 use crate::rays::{Column, NONE, SampleBatch};
 
 /// Sums of the radiance that a tile's pixels received.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct TileSums {
     sums: Vec<[f64; 3]>,
     /// Of the squares, where somebody asks for the variance.

@@ -7,6 +7,11 @@
 //! is the mean of both: no sample has a say in how much it counts (Rousselle, Knaus & Zwicker
 //! 2012, "Adaptive rendering with non-local means filtering"). Errors of a tile's
 //! pixels are added up, as those of single pixels are known badly.
+//!
+//! A pair that has met rare and bright light in a tile sends the other after it. It would not learn
+//! how rare it is, as its own count there is the other's to say. So where one of the pairs is to take
+//! many samples for each that the other knows the tile by, the other looks closer: its scouts, of
+//! seeds of their own, tell it more and are no part of the picture.
 
 use std::io;
 use std::sync::atomic::Ordering;
@@ -15,93 +20,28 @@ use std::time::{Duration, Instant};
 use super::haunt::Haunt;
 use super::keeper::Keep;
 use super::ledger::Ledger;
+use super::pair::{Pair, luminance, relative};
 use super::partial::{self, Part};
 use super::spread::{Spread, cost};
 use super::{Crew, Exposed, Job, Progress, Reached, RenderError, Share, Until};
 use crate::aov::{FeatureFilm, Features};
 use crate::checkpoint::{Reader, Saved, Writer};
-use crate::film::{FilmSums, Tile, TileSums};
+use crate::film::{FilmSums, Tile};
 use crate::lanes::Real;
 use crate::sampler::hash;
-use crate::spectrum::xyz_from_srgb;
 use crate::stats::Stats;
 
 /// Samples of every quarter of a pixel before anything is known of it; in a hurry, one.
 const FIRST: u32 = 4;
 /// Samples of a quarter after which a pair that has met no light does not look on for it.
 const BLIND: u32 = 64;
+/// The most samples of a pair for each that the other knows a tile by.
+const LED: u32 = 8;
 /// What is added to a pixel's luminance when its error is divided by it, as a share of the mean.
 const FLOOR: f64 = 0.1;
 
 /// No count is larger than this.
 const MOST: usize = 1 << 29;
-
-/// Two quarters of all samples.
-struct Pair {
-    /// Samples that a pixel has taken in each of the two, by tile.
-    counts: Vec<u32>,
-    quarters: [Vec<TileSums>; 2],
-}
-
-impl Pair {
-    fn new(tiles: &[Tile]) -> Self {
-        let quarter = || tiles.iter().map(|tile| TileSums::new(tile, false)).collect();
-        Self { counts: vec![0; tiles.len()], quarters: [quarter(), quarter()] }
-    }
-
-    /// The means of both quarters, for each pixel of a tile.
-    fn means(&self, tile: usize) -> impl Iterator<Item = [[f64; 3]; 2]> {
-        let scale = 1.0 / f64::from(self.counts[tile].max(1));
-        let [one, other] = self.quarters.each_ref().map(|quarter| quarter[tile].light().iter());
-        one.zip(other).map(move |(one, other)| [*one, *other].map(|sum| sum.map(|s| s * scale)))
-    }
-
-    /// The mean luminance over so many pixels of the picture.
-    fn luminance(&self, pixels: f64) -> f64 {
-        let means = (0..self.counts.len()).flat_map(|tile| self.means(tile));
-        means.map(|[one, other]| (luminance(one) + luminance(other)) / 2.0).sum::<f64>() / pixels
-    }
-
-    /// The relative variance of the pair's mean, as far as the pair alone knows, added up over
-    /// the pixels of each tile, times its count: so that it does not depend on the count.
-    fn variances(&self, tiles: &[Tile], floor: f64) -> Vec<f64> {
-        let tile = |(i, tile): (usize, &Tile)| {
-            let [one, other]: [Vec<f64>; 2] =
-                [0, 1].map(|of| self.means(i).map(|means| luminance(means[of])).collect());
-            let light: Vec<f64> = one.iter().zip(&other).map(|(a, b)| (a + b) / 2.0).collect();
-            let light = despeckled(&light, tile.size[0] as usize);
-            let errors = one.iter().zip(&other).zip(light);
-            let errors =
-                errors.map(|((a, b), light)| relative((a - b).powi(2) / 4.0, light, floor));
-            f64::from(self.counts[i]) * errors.sum::<f64>()
-        };
-        tiles.iter().enumerate().map(tile).collect()
-    }
-}
-
-/// No pixel brighter than the brightest of its neighbours in the tile. A single sample that
-/// brings much light must not make its own error look small.
-fn despeckled(light: &[f64], width: usize) -> Vec<f64> {
-    let rows = light.len() / width;
-    let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
-    let pixel = |(i, &own): (usize, &f64)| {
-        let (x, y) = (i % width, i / width);
-        let near = around(y, rows).flat_map(|y| around(x, width).map(move |x| y * width + x));
-        let brightest = near.filter(|&j| j != i).map(|j| light[j]).reduce(f64::max);
-        brightest.map_or(own, |brightest| own.min(brightest))
-    };
-    light.iter().enumerate().map(pixel).collect()
-}
-
-fn luminance(light: [f64; 3]) -> f64 {
-    xyz_from_srgb(light)[1]
-}
-
-/// A variance over the square of what it is an error of.
-fn relative(variance: f64, light: f64, floor: f64) -> f64 {
-    let whole = light.max(0.0) + floor;
-    if whole > 0.0 { variance / (whole * whole) } else { 0.0 }
-}
 
 /// The next count on the way to one that is wanted: at most twice as large, and not all of a long
 /// way, as the variance falls faster than counts rise and will be known better.
@@ -118,10 +58,11 @@ struct Rounds<'a> {
     tiles: Vec<Tile>,
     /// How many of their pixels it comes to.
     pixels: Vec<u64>,
-    pairs: [Pair; 2],
+    /// The two of the picture, and the scouts of each.
+    pairs: [Pair; 4],
     features: Vec<Option<Features>>,
     /// The counts of the present round, by pair.
-    wanted: [Vec<u32>; 2],
+    wanted: [Vec<u32>; 4],
     haunt: Haunt,
     ledger: Ledger,
     /// When it began, had it never been interrupted.
@@ -165,11 +106,12 @@ impl<'a> Rounds<'a> {
         let (tiles, pixels): (Vec<Tile>, Vec<u64>) = lit.filter(|(_, count)| *count > 0).unzip();
         let most = job.samples.len() as u32 / Until::FEWEST;
         let first = if job.until.time.is_some() { 1 } else { FIRST };
+        let first = first.min(most).max(1);
         Self {
             job,
-            pairs: [Pair::new(&tiles), Pair::new(&tiles)],
+            pairs: [(); 4].map(|()| Pair::new(tiles.len())),
             features: tiles.iter().map(|tile| Features::new(job, tile)).collect(),
-            wanted: [(); 2].map(|()| vec![first.min(most).max(1); tiles.len()]),
+            wanted: [first, first, 0, 0].map(|count| vec![count; tiles.len()]),
             tiles,
             pixels,
             haunt: Haunt::new(job),
@@ -199,29 +141,41 @@ impl<'a> Rounds<'a> {
     }
 
     /// The counts of the next round, by pair, and what is expected of those after it.
-    fn next(&self, progress: &Progress) -> [Vec<u32>; 2] {
-        let most = self.lit() * self.job.samples.len() as f64 / 4.0;
+    fn next(&self, progress: &Progress) -> [Vec<u32>; 4] {
         let more = self.job.until.time.map_or(f64::INFINITY, |time| {
             let gone = self.start.elapsed();
             let rate = self.taken() / gone.max(Duration::from_micros(1)).as_secs_f64();
             rate * time.saturating_sub(gone).as_secs_f64() / 4.0
         });
+        let most = self.lit() * self.job.samples.len() as f64 / 2.0;
+        let scouts = [2, 3].map(|pair| self.pairs[pair].counts.clone());
+        let left = (most - scouts.iter().map(|counts| self.cost(counts)).sum::<f64>()) / 2.0;
         let wanted = [0, 1].map(|pair| {
-            let own = &self.pairs[pair].counts;
-            self.wanted(own, &self.pairs[1 - pair], most.min(self.cost(own) + more))
+            let own = self.cost(&self.pairs[pair].counts);
+            self.wanted(pair, left.min(own + more))
         });
-        let expected = 2.0 * wanted.iter().map(|counts| self.cost(counts)).sum::<f64>();
-        progress.expected.store(expected as u64, Ordering::Relaxed);
-        [0, 1].map(|pair| {
-            let own = self.pairs[pair].counts.iter();
-            own.zip(&wanted[pair]).map(|(&count, &wanted)| step(count, wanted)).collect()
-        })
+        let ahead = [0, 1].map(|pair| self.scouts(pair, &wanted[1 - pair]));
+        let cost = wanted.iter().chain(&ahead).map(|counts| self.cost(counts)).sum::<f64>();
+        progress.expected.store((2.0 * cost) as u64, Ordering::Relaxed);
+        let scouts = if cost > most { scouts } else { ahead };
+        let [one, other] = [0, 1].map(|pair| {
+            let count = |i: usize| {
+                let own = self.pairs[pair].counts[i];
+                let known = self.pairs[1 - pair].counts[i].max(scouts[1 - pair][i]);
+                let led = known.saturating_mul(LED).saturating_add(LED - 1);
+                step(own, wanted[pair][i]).min(own.max(led))
+            };
+            (0..self.tiles.len()).map(count).collect()
+        });
+        let [of_one, of_other] = scouts;
+        [one, other, of_one, of_other]
     }
 
-    /// The counts that one pair wants, by what the other knows; `budget` is for a quarter.
-    fn wanted(&self, own: &[u32], other: &Pair, budget: f64) -> Vec<u32> {
+    /// The counts that a pair wants, by what the other knows; `budget` is for a quarter.
+    fn wanted(&self, pair: usize, budget: f64) -> Vec<u32> {
+        let (own, other) = (&self.pairs[pair].counts, &self.pairs[1 - pair]);
         let mean = other.luminance(self.whole());
-        let variances = other.variances(&self.tiles, FLOOR * mean);
+        let variances = self.variances(1 - pair, FLOOR * mean);
         let spread = Spread::new(&self.pixels, own, &variances);
         if mean <= 0.0 && self.cost(&other.counts) < f64::from(BLIND) * self.lit() {
             return spread.wanted(None, budget.min(2.0 * self.cost(own)));
@@ -231,12 +185,33 @@ impl<'a> Rounds<'a> {
         spread.wanted(bound, budget)
     }
 
+    /// What a pair and its scouts know together of the relative variance of one sample.
+    fn variances(&self, pair: usize, floor: f64) -> Vec<f64> {
+        let [own, scouts] = [pair, pair + 2].map(|pair| &self.pairs[pair]);
+        let [of_own, of_scouts] = [own, scouts].map(|pair| pair.variances(&self.tiles, floor));
+        let mean = |i: usize| {
+            let [a, b] = [own, scouts].map(|pair| f64::from(pair.counts[i]));
+            (a * of_own[i] + b * of_scouts[i]) / (a + b)
+        };
+        (0..self.tiles.len()).map(mean).collect()
+    }
+
+    /// The next counts of a pair's scouts, where the other pair wants these.
+    fn scouts(&self, pair: usize, wanted: &[u32]) -> Vec<u32> {
+        let [known, scouts] = [pair, pair + 2].map(|pair| &self.pairs[pair].counts);
+        let count = |((&known, &own), &wanted): ((&u32, &u32), &u32)| match wanted / LED {
+            ahead if ahead > known.max(own) => step(known.max(own), ahead),
+            _ => own,
+        };
+        known.iter().zip(scouts).zip(wanted).map(count).collect()
+    }
+
     /// The shares of the present round.
     fn shares(&self) -> (Vec<Place>, Vec<Share>) {
         let seed = hash(self.job.seed);
         let mut shares = (Vec::new(), Vec::new());
         for (i, &tile) in self.tiles.iter().enumerate() {
-            for quarter in 0..4 {
+            for quarter in 0..8 {
                 let taken = self.pairs[quarter / 2].counts[i];
                 let [first, end] = [taken, self.wanted[quarter / 2][i]]
                     .map(|n| self.job.samples.start.saturating_add(n));
@@ -257,14 +232,14 @@ impl<'a> Rounds<'a> {
         self.ledger.open(shares.len());
         crew.expose::<R>(&shares, self);
         let Some(received) = self.ledger.settle() else { return };
+        for (pair, counts) in self.pairs.iter_mut().zip(&self.wanted) {
+            pair.count(&self.tiles, counts);
+        }
         for ((i, quarter), (sums, features)) in places.into_iter().zip(received) {
             self.pairs[quarter / 2].quarters[quarter % 2][i].add(&sums);
             if let (Some(all), Some(features)) = (&mut self.features[i], features) {
                 all.add(&features);
             }
-        }
-        for (pair, counts) in self.pairs.iter_mut().zip(&self.wanted) {
-            pair.counts.clone_from(counts);
         }
         let mean = (self.taken() / self.lit().max(1.0)) as u32;
         crew.haunt::<R>(self, mean);
@@ -275,10 +250,10 @@ impl<'a> Rounds<'a> {
         let frame = self.job.frame;
         let mut means = vec![[0.0; 3]; frame.size().map(|n| n as usize).iter().product()];
         let mut variances = vec![[0.0; 3]; means.len()];
-        let floor = self.pairs.iter().map(|pair| pair.luminance(self.whole())).sum::<f64>() / 2.0;
+        let [one, other, ..] = &self.pairs;
+        let floor = [one, other].map(|pair| pair.luminance(self.whole())).iter().sum::<f64>() / 2.0;
         let mut error = 0.0;
         for (i, tile) in self.tiles.iter().enumerate() {
-            let [one, other] = self.pairs.each_ref().map(|pair| pair.means(i));
             let pixel = |([a, b], [c, d]): ([[f64; 3]; 2], [[f64; 3]; 2])| {
                 let mean = [0, 1, 2].map(|k| (a[k] + b[k] + c[k] + d[k]) / 4.0);
                 let variance = |a: f64, b: f64| (a - b).powi(2) / 16.0;
@@ -287,7 +262,8 @@ impl<'a> Rounds<'a> {
                 error += relative(both, luminance(mean), FLOOR * floor);
                 (mean, [0, 1, 2].map(|k| (variance(a[k], b[k]) + variance(c[k], d[k])) as f32))
             };
-            let (mean, variance): (Vec<_>, Vec<_>) = one.zip(other).map(pixel).unzip();
+            let (mean, variance): (Vec<_>, Vec<_>) =
+                one.means(i).zip(other.means(i)).map(pixel).unzip();
             tile.paste(&frame, &mean, &mut means);
             tile.paste(&frame, &variance, &mut variances);
         }
@@ -295,8 +271,8 @@ impl<'a> Rounds<'a> {
         self.haunt.put_mean(&mut film);
         let quarters = self.pairs.iter().flat_map(|pair| &pair.quarters).flatten();
         film.dropped = quarters.map(|sums| sums.dropped).sum();
-        let [one, other] = self.pairs.each_ref().map(|pair| pair.counts.iter());
-        let counts = || one.clone().zip(other.clone()).map(|(one, other)| 2 * (one + other));
+        let count = |i| 2 * self.pairs.iter().map(|pair| pair.counts[i]).sum::<u32>();
+        let counts = || (0..self.tiles.len()).map(count);
         let reached = Reached {
             noise: (error / self.whole()).sqrt(),
             mean: self.taken() / self.lit().max(1.0),
@@ -318,7 +294,8 @@ impl<'a> Rounds<'a> {
             Part { tile, sums, features, samples: pair.counts[tile] }
         };
         let own = (0..self.tiles.len()).flat_map(|tile| (0..4).map(move |q| quarter(tile, q)));
-        let present = self.ledger.done().map(|(i, (sums, features))| {
+        let present = self.ledger.done().filter(|(i, _)| places[*i].1 < 4);
+        let present = present.map(|(i, (sums, features))| {
             let samples = shares[i].samples.len() as u32;
             Part { tile: places[i].0, sums, features: features.as_ref(), samples }
         });
@@ -349,9 +326,13 @@ impl Keep for Rounds<'_> {
     fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
         let earlier = Duration::from_nanos(from.u64()?);
         self.start = self.start.checked_sub(earlier).unwrap_or(self.start);
-        let counts = self.pairs.iter_mut().map(|pair| &mut pair.counts).chain(&mut self.wanted);
-        for count in counts.flatten() {
-            *count = from.below(MOST, "samples")? as u32;
+        let mut count = || from.below(MOST, "samples").map(|count| count as u32);
+        for pair in &mut self.pairs {
+            let counts = pair.counts.iter().map(|_| count()).collect::<io::Result<Vec<u32>>>()?;
+            pair.count(&self.tiles, &counts);
+        }
+        for wanted in self.wanted.iter_mut().flatten() {
+            *wanted = count()?;
         }
         let quarters = self.pairs.iter_mut().flat_map(|pair| &mut pair.quarters).flatten();
         quarters.into_iter().try_for_each(|sums| sums.receive(from))?;
@@ -365,13 +346,6 @@ impl Keep for Rounds<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_speck_is_as_bright_as_its_neighbours() {
-        let light = [1.0, 2.0, 3.0, 1.0, 9.0, 2.0, 4.0, 1.0];
-        assert_eq!(despeckled(&light, 4), [1.0, 2.0, 3.0, 1.0, 2.0, 2.0, 3.0, 1.0]);
-        assert_eq!(despeckled(&[5.0], 1), [5.0]);
-    }
 
     #[test]
     fn counts_come_near_by_steps() {
