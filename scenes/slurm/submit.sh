@@ -16,8 +16,8 @@ shift 3
 parts=$out.parts
 words=$(printf '%q ' "$scene" "$n" "$@")
 mkdir -p "$parts"
-if [ -e "$parts/words" ] && [ "$(cat "$parts/words")" != "$words" ]; then
-    echo "$parts is of another picture: $(cat "$parts/words")" >&2
+if compgen -G "$parts/*.petzval" >/dev/null && [ "$(cat "$parts/words")" != "$words" ]; then
+    echo "$parts holds parts of another picture, $(cat "$parts/words"); move or remove it" >&2
     exit 2
 fi
 echo "$words" >"$parts/words"

@@ -44,14 +44,12 @@ stop() {
 trap stop EXIT
 trap 'exit 130' INT TERM HUP
 
-free_port() {
-    local port
-    while :; do
-        port=$((20000 + RANDOM % 12000))
-        (: <"/dev/tcp/127.0.0.1/$port") 2>/dev/null || break
-    done
-    echo $port
-}
+# Three in a row, below those that the system hands out.
+used() { (: <"/dev/tcp/127.0.0.1/$1") 2>/dev/null; }
+port=$((20000 + RANDOM % 12000))
+while used $port || used $((port + 1)) || used $((port + 2)); do
+    port=$((20000 + RANDOM % 12000))
+done
 
 # Munge wants folders that nobody else writes to, and clients must reach its socket.
 chmod 755 "$CLUSTER"
@@ -65,7 +63,7 @@ munged --key-file="$CLUSTER/munge.key" --socket="$CLUSTER/munge.socket" --num-th
 cat >slurm.conf <<END
 ClusterName=petzval
 SlurmctldHost=$(hostname -s)(127.0.0.1)
-SlurmctldPort=$(free_port)
+SlurmctldPort=$port
 SlurmUser=$(id -un)
 SlurmdUser=$(id -un)
 # Who is requeued waits as long as its credentials last, two minutes if not told otherwise.
@@ -77,7 +75,7 @@ SlurmctldLogFile=$CLUSTER/slurmctld.log
 SlurmdSpoolDir=$CLUSTER/%n
 SlurmdPidFile=$CLUSTER/%n.pid
 SlurmdLogFile=$CLUSTER/%n.log
-ProctrackType=proctrack/linuxproc
+ProctrackType=proctrack/pgid
 TaskPlugin=task/none
 MpiDefault=none
 SelectType=select/cons_tres
@@ -86,8 +84,8 @@ SchedulerParameters=sched_interval=1,bf_interval=1,batch_sched_delay=0
 SlurmdParameters=config_overrides
 ReturnToService=2
 KillWait=5
-NodeName=node1 NodeHostname=$(hostname -s) NodeAddr=127.0.0.1 Port=$(free_port) CPUs=1
-NodeName=node2 NodeHostname=$(hostname -s) NodeAddr=127.0.0.1 Port=$(free_port) CPUs=1
+NodeName=node1 NodeHostname=$(hostname -s) NodeAddr=127.0.0.1 Port=$((port + 1)) CPUs=1
+NodeName=node2 NodeHostname=$(hostname -s) NodeAddr=127.0.0.1 Port=$((port + 2)) CPUs=1
 PartitionName=all Nodes=node1,node2 Default=yes
 END
 slurmctld -c

@@ -66,9 +66,17 @@ for shard in {1..8}; do
     [ "$(grep -c 'from the beginning' "out.exr.parts/$shard.log")" = 1 ] ||
         fail "shard $shard did not go on from its checkpoint"
 done
+for shard in 3 7; do
+    grep -q 'holds what is done' "out.exr.parts/$shard.log" ||
+        fail "shard $shard was not left the time for its checkpoint"
+done
 [ -z "$(ls out.exr.parts/*.petzval.petzval 2>/dev/null)" ] || fail 'a checkpoint is left over'
 
 "$PETZVAL" render "$scene" "${words[@]}" -o whole.exr 2>/dev/null
+"$root/scenes/slurm/submit.sh" "$scene" 8 out.exr --spp 8 2>refused.log &&
+    fail 'parts of another picture were gone on with'
+grep -q 'parts of another picture' refused.log || fail "$(cat refused.log)"
+
 # Sums differ by their order only.
 "$PETZVAL" compare --metric relmse --fail-above 1e-10 out.exr whole.exr || fail 'the pictures differ'
 say 'merged, it is the picture of a single run'
