@@ -3,7 +3,8 @@
 //! 1. A first pass: the reference and every rung with the fewest samples, so that there is a table.
 //! 2. The reference with about half of the time: what is left when the rungs get their share.
 //! 3. The rungs level by level, each with twice the samples of the one before; the richest first,
-//!    as the others' errors are told against it, and then the one that renders take.
+//!    as the others' errors are told against it, and then the one that renders take. A level goes a
+//!    quarter of the samples of all its rungs after the other.
 //!
 //! What a level takes is known from the one before, as it takes as many samples as all before it.
 //! What does not fit is not begun; and if all else fails, a timer ends it.
@@ -172,7 +173,7 @@ impl<'a> Climber<'a> {
     fn run(&mut self) -> Result<(), RenderError> {
         self.deepen_reference(1)?;
         for rung in self.order() {
-            self.rise(rung)?;
+            self.rise(&[rung])?;
         }
         // How long measuring takes is known when it was done once; the reference is a poor one yet.
         let begun = Instant::now();
@@ -243,16 +244,18 @@ impl<'a> Climber<'a> {
         if !self.fits(&first) {
             return Ok(false);
         }
-        let mut whole = true;
-        for rung in self.order() {
-            if first.contains(&rung) || self.fits(&[rung]) {
-                self.rise(rung)?;
-                self.measure(rung);
-            } else {
-                whole = false;
+        let mut rungs = first;
+        for rung in self.order().skip(rungs.len()) {
+            rungs.push(rung);
+            if !self.fits(&rungs) {
+                rungs.pop();
             }
         }
-        Ok(whole)
+        self.rise(&rungs)?;
+        for &rung in &rungs {
+            self.measure(rung);
+        }
+        Ok(rungs.len() == self.states.len())
     }
 
     /// Whether there is time for the next level of these rungs.
@@ -263,24 +266,32 @@ impl<'a> Climber<'a> {
         few && time.mul_f64(CARE) + self.measuring * rungs.len() as u32 <= self.left()
     }
 
-    /// One rung, with twice its samples.
-    fn rise(&mut self, rung: usize) -> Result<(), RenderError> {
-        let first = self.states[rung].parts.count;
-        let more = first.max(1);
-        let what = format!("{}, {} samples", self.ladder.rungs[rung].name, 4 * (first + more));
-        let mut quarter = |part| self.expose(rung, part, first..first + more, &what);
-        let exposed = [quarter(0)?, quarter(1)?, quarter(2)?, quarter(3)?];
-        if rung == self.richest() && first > 0 {
-            self.before = Some(self.states[rung].parts.clone());
+    /// These rungs, each with twice its samples; quarter by quarter in turns, so that what else the
+    /// machine does meets all of them.
+    fn rise(&mut self, rungs: &[usize]) -> Result<(), RenderError> {
+        let mut exposed: Vec<Vec<(Picture, Duration, Stats)>> = vec![Vec::new(); rungs.len()];
+        for part in 0..QUARTERS {
+            for (&rung, exposed) in rungs.iter().zip(&mut exposed) {
+                let first = self.states[rung].parts.count;
+                let last = first + first.max(1);
+                let what = format!("{}, {} samples", self.ladder.rungs[rung].name, 4 * last);
+                exposed.push(self.expose(rung, part, first..last, &what)?);
+            }
         }
-        let State { parts, work } = &mut self.states[rung];
-        parts.add(
-            exposed.map(|(picture, time, stats)| {
-                work.add(time, &stats);
-                picture
-            }),
-            more,
-        );
+        for (&rung, exposed) in rungs.iter().zip(exposed) {
+            let first = self.states[rung].parts.count;
+            if rung == self.richest() && first > 0 {
+                self.before = Some(self.states[rung].parts.clone());
+            }
+            let State { parts, work } = &mut self.states[rung];
+            for (part, (_, time, stats)) in exposed.iter().enumerate() {
+                work.add_quarter(part, *time, stats, first == 0);
+            }
+            let pictures: Vec<Picture> = exposed.into_iter().map(|(picture, ..)| picture).collect();
+            if let Ok(pictures) = pictures.try_into() {
+                parts.add(pictures, first.max(1));
+            }
+        }
         Ok(())
     }
 
@@ -334,6 +345,14 @@ impl<'a> Climber<'a> {
         self.points.push(reference.point(rung, parts, other, work));
     }
 
+    /// A point's error; none of a rung whose effect the reference lacks.
+    fn judged(&self, point: &Point) -> f64 {
+        match self.ladder.rungs[point.rung].adds {
+            Some(_) => f64::NAN,
+            None => point.error,
+        }
+    }
+
     fn finish(mut self) -> Climb {
         if self.measured.is_none() {
             self.measure_all();
@@ -346,7 +365,7 @@ impl<'a> Climber<'a> {
         };
         self.points.sort_by_key(|point| (point.rung, point.samples));
         let pairs: Vec<[f64; 2]> =
-            self.points.iter().map(|point| [point.seconds, point.error]).collect();
+            self.points.iter().map(|point| [point.seconds, self.judged(point)]).collect();
         for (point, on) in self.points.iter_mut().zip(frontier(&pairs)) {
             point.on_frontier = on;
         }

@@ -217,7 +217,7 @@ fn table(page: &mut String, report: &Report, verdicts: &[Verdict]) {
         let Some(point) = report.climb.last(i) else { continue };
         let cpu: f64 = point.stages.iter().sum();
         let lens = 100.0 * point.stages[Stage::Lens as usize] / cpu.max(1e-9);
-        let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.times);
+        let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.pace);
         let own = match point.bias {
             Some(bias) if bias.certain() => two_digits(100.0 * bias.size()),
             Some(bias) => format!("&lt; {}, if any", two_digits(100.0 * bias.at_most())),
@@ -232,7 +232,7 @@ fn table(page: &mut String, report: &Report, verdicts: &[Verdict]) {
             escape(&rung.name),
             point.samples,
             point.seconds,
-            times.map_or_else(|| "-".to_owned(), |times| format!("{times:.2}")),
+            times.map_or_else(|| "-".to_owned(), |pace| format!("{:.2}", pace.times)),
             point.rays / 1e6,
             two_digits(rung.film.rms_um),
             two_digits(rung.film.corner_um),

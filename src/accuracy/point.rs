@@ -3,20 +3,25 @@
 use std::time::Duration;
 
 use super::bias::{Bias, bias};
+use super::pace::median;
 use super::quarters::Parts;
 use crate::image::{Exposure, Picture};
 use crate::metric::{Metric, measure};
 use crate::stats::{Stage, Stats};
 
 /// One picture of one rung: what it took, and how far it is from the reference.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Point {
     /// The rung's place in the ladder.
     pub rung: usize,
     /// Samples a pixel.
     pub samples: u32,
-    /// What rendering took on all cores together, s.
+    /// What rendering took on all cores together, s: four times the median of the quarters of its
+    /// samples, which what else the machine did moves little.
     pub seconds: f64,
+    /// What the quarters took that were rendered in turn with those of other rungs, s: all but those
+    /// of the first pass.
+    pub turns: [f64; 4],
     /// The same by stage, added up over cores, s, in the order of [`Stage::ALL`].
     pub stages: [f64; 8],
     /// Rays through the lens and the scene, a second.
@@ -42,12 +47,25 @@ pub struct Point {
 pub(super) struct Work {
     pub time: Duration,
     pub stats: Stats,
+    /// By quarter, s.
+    quarters: [f64; 4],
+    /// The same without the first pass.
+    turns: [f64; 4],
 }
 
 impl Work {
     pub fn add(&mut self, time: Duration, stats: &Stats) {
         self.time += time;
         self.stats.add(stats);
+    }
+
+    /// The same for a quarter of a rung's samples.
+    pub fn add_quarter(&mut self, part: usize, time: Duration, stats: &Stats, first_pass: bool) {
+        self.add(time, stats);
+        self.quarters[part] += time.as_secs_f64();
+        if !first_pass {
+            self.turns[part] += time.as_secs_f64();
+        }
     }
 
     fn rays(&self) -> u64 {
@@ -119,11 +137,12 @@ impl Reference {
         let picture = parts.picture();
         let of = |metric| measure(metric, &picture, &self.picture, true).0;
         let [shown, reference] = [&picture, &self.picture].map(|picture| self.shown(picture));
-        let seconds = work.time.as_secs_f64();
+        let seconds = 4.0 * median(work.quarters);
         Point {
             rung,
             samples: parts.samples(),
             seconds,
+            turns: work.turns,
             stages: work.stats.stages.map(|stage| stage.time.as_secs_f64()),
             rays: work.rays() as f64 / seconds.max(1e-9),
             error: self.error(&picture),

@@ -35,7 +35,9 @@ impl Report<'_> {
 
     /// What to take, in a sentence; `None` where not everything could be tried.
     pub fn choice(&self) -> Option<String> {
-        choice(self.ladder, &self.verdicts())
+        let Self { ladder, budget, .. } = self;
+        let names: Vec<&str> = ladder.rungs.iter().map(|rung| rung.name.as_str()).collect();
+        choice(&names, ladder.usual()?, &self.verdicts(), *budget)
     }
 
     /// Every file of the report, in the order of [`FILES`].

@@ -18,7 +18,7 @@ const EFFECTS: [Effect; 3] = [Effect::Dispersion, Effect::Fresnel, Effect::Ghost
 /// What is left out of all rungs, as it is done with the finished picture and is the same for all.
 const AFTERWARDS: [Effect; 2] = [Effect::Diffraction, Effect::Sensor];
 
-/// Pixels of a report: some 700 bytes each.
+/// Pixels of a report: some 1300 bytes each.
 const MOST_PIXELS: u64 = 1 << 20;
 
 /// One way to photograph the scene.
@@ -30,6 +30,8 @@ pub struct Rung {
     pub sentence: String,
     /// How exactly its lens is simulated.
     pub fidelity: Fidelity,
+    /// What it has and the measure of all others has not: no error, but a change.
+    pub adds: Option<Effect>,
     /// How far off its rays are, on film.
     pub film: FilmError,
     pub(super) view: View,
@@ -125,40 +127,41 @@ impl Ladder {
         };
 
         let mut rungs = Vec::new();
-        let mut add = |name: String, sentence: String, fidelity, view| {
-            rungs.push(Rung { name, sentence, fidelity, film: FilmError::default(), view });
+        let mut add = |name: String, sentence: String, fidelity, adds, view| {
+            let film = FilmError::default();
+            rungs.push(Rung { name, sentence, fidelity, adds, film, view });
         };
         for fidelity in Fidelity::ALL {
             if fidelity < Fidelity::Single {
                 let sentence = fidelity.sentence().to_owned();
-                add(fidelity.name().to_owned(), sentence, fidelity, bare.simulated(fidelity));
+                add(fidelity.name().to_owned(), sentence, fidelity, None, bare.simulated(fidelity));
             }
         }
         let single = |of: &str| format!("{REAL}{of}");
         let sentence = |of: &str| format!("Every surface traced in f32, {of}.");
         if !on.is_empty() {
-            add(single(" alone"), sentence("without effects"), Fidelity::Single, bare);
+            add(single(" alone"), sentence("without effects"), Fidelity::Single, None, bare);
         }
         if on.len() > 1 {
             for &effect in &on {
                 let name = effect.name();
                 let view = with(&[(effect, false)])?;
                 let sentence = sentence(&format!("without {name}"));
-                add(single(&format!(" - {name}")), sentence, Fidelity::Single, view);
+                add(single(&format!(" - {name}")), sentence, Fidelity::Single, None, view);
             }
         }
         let double = full.simulated(Fidelity::Double);
-        add(single(""), sentence("as a render does"), Fidelity::Single, full);
-        for effect in off.into_iter().filter(|&effect| effect != Effect::Fresnel) {
+        add(single(""), sentence("as a render does"), Fidelity::Single, None, full);
+        for effect in off {
             let view = with(&[(effect, true)])?;
             if view.plan.has(effect) {
                 let name = effect.name();
                 let sentence = sentence(&format!("with {name}, which the plan leaves out"));
-                add(single(&format!(" + {name}")), sentence, Fidelity::Single, view);
+                add(single(&format!(" + {name}")), sentence, Fidelity::Single, Some(effect), view);
             }
         }
         let best = "Every surface traced in f64, with all effects of the plan.".to_owned();
-        add("real f64".to_owned(), best, Fidelity::Double, double);
+        add("real f64".to_owned(), best, Fidelity::Double, None, double);
 
         job.layers.clear();
         job.sensor = None;

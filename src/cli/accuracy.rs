@@ -105,7 +105,7 @@ fn table(report: &Report) -> String {
             text += &format!("{:<24}{:>6}\n", rung.name, "-");
             continue;
         };
-        let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.times);
+        let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.pace);
         let own = match point.bias {
             Some(bias) if bias.certain() => format!("{:.3}", 100.0 * bias.size()),
             Some(bias) => format!("<{:.3}", 100.0 * bias.at_most()),
@@ -117,7 +117,7 @@ fn table(report: &Report) -> String {
             rung.name,
             point.samples,
             point.seconds,
-            times.map_or_else(|| "-".to_owned(), |times| format!("{times:.2}")),
+            times.map_or_else(|| "-".to_owned(), |pace| format!("{:.2}", pace.times)),
             rung.film.rms_um,
             100.0 * point.error.max(0.0).sqrt(),
             own,
