@@ -52,7 +52,10 @@ impl Camera {
         let LensColumns { batch, landing: back, .. } = columns;
         back.blocked.resize(lens.prescription.rows.len(), 0);
         back.turn_around::<R>(batch);
-        back.trace::<R>(band, EFFECTS && lens.fresnel, batch);
+        if lens.double {
+            back.doubt_all();
+        }
+        back.trace::<R>(band, EFFECTS && lens.fresnel, lens.double, batch);
         lens.meet_film::<R>(&back.batch, landing);
     }
 }
@@ -80,7 +83,21 @@ impl LandingColumns {
         (back.len, back.living) = (len, alive.sum::<u32>() as usize);
     }
 
-    fn trace<R: Real<Scalar = f32>>(&mut self, band: &Band, fresnel: bool, out: &LensBatch<f32>) {
+    /// Leaves all rays to f64.
+    fn doubt_all(&mut self) {
+        let LensBatch { len, x, doubtful, .. } = &mut self.batch;
+        doubtful.clear();
+        doubtful.extend((0..*len as u32).filter(|&i| !x[i as usize].is_nan()));
+        x[..*len].fill(f32::NAN);
+    }
+
+    fn trace<R: Real<Scalar = f32>>(
+        &mut self,
+        band: &Band,
+        fresnel: bool,
+        double: bool,
+        out: &LensBatch<f32>,
+    ) {
         let Self { batch, blocked } = self;
         // In air a direction is of length 1, as exactly as f64 has it.
         let start = |i: usize| {
@@ -89,10 +106,14 @@ impl LandingColumns {
             LensRay::new(point, direction.normalize().to_array())
         };
         if fresnel {
-            trace_lossy::<R>(batch, &band.back, blocked);
+            if !double {
+                trace_lossy::<R>(batch, &band.back, blocked);
+            }
             settle_lossy::<R>(batch, &band.back_exact, blocked, start);
         } else {
-            trace::<R>(batch, &band.back, blocked);
+            if !double {
+                trace::<R>(batch, &band.back, blocked);
+            }
             settle::<R>(batch, &band.back_exact, blocked, start);
         }
     }
