@@ -14,7 +14,7 @@ use support::{folder, petzval, root, write};
 /// The double Gauss, small.
 fn ladder(changes: Changes) -> Ladder {
     let description = pbrt::read(&root().join("scenes/dgauss.pbrt")).expect("a scene");
-    Ladder::new(&description, &changes).expect("a ladder")
+    Ladder::new(&description, &changes, &Watch::default()).expect("a ladder")
 }
 
 fn small() -> Changes {
@@ -76,6 +76,7 @@ fn files() -> [Vec<u8>; 5] {
     let found = climbed(&mut ladder, 8);
     let report = Report {
         scene: "a <b> & \"c\".pbrt".to_owned(),
+        command: "petzval accuracy 'a <b>.pbrt' --spp 8".to_owned(),
         ladder: &ladder,
         climb: &found,
         budget: Duration::from_secs(60),
@@ -177,23 +178,21 @@ fn a_budget_is_kept() {
     let table = said.split("\n\n").next().expect("a table");
     assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
     assert!(whole(&folder.path().join("a/b")));
+    let page = std::fs::read_to_string(folder.path().join("a/b/index.html")).expect("a page");
+    assert!(page.contains("--resolution 64x64 --budget 3s -o a/b"), "the command");
     let left = std::fs::read_dir(folder.path().join("a/b")).expect("a folder").count();
     assert_eq!(left, FILES.len(), "no temporary files");
 }
 
 #[test]
-fn too_small_a_budget_gives_a_report_that_says_so() {
+fn too_small_a_budget_leaves_what_was_there() {
     let folder = folder();
     let scene = root().join("scenes/dgauss.pbrt");
     let scene = scene.to_str().expect("a path");
     let (code, _, errors) = petzval(folder.path(), &["accuracy", scene, "--budget", "1ms"]);
-    assert_eq!(code, 0, "{errors}");
-    assert!(errors.contains("This report is partial: the budget was over"), "{errors}");
-    let at = folder.path().join("report");
-    assert!(whole(&at));
-    let page = std::fs::read_to_string(at.join("index.html")).expect("a page");
-    assert!(page.contains("This report is partial: the budget was over"));
-    self_contained(&page);
+    assert_eq!(code, 2, "{errors}");
+    assert!(errors.contains("the budget of 0.001 s was over before anything"), "{errors}");
+    assert!(!folder.path().join("report/index.html").exists());
 }
 
 #[cfg(unix)]
@@ -201,6 +200,10 @@ fn too_small_a_budget_gives_a_report_that_says_so() {
 fn ctrl_c_leaves_a_report_that_says_so() {
     let folder = folder();
     let scene = root().join("scenes/dgauss.pbrt");
+    let at = folder.path().join("report");
+    std::fs::create_dir(&at).expect("a folder");
+    let good = br#"{ "ended": "planned" }"#;
+    std::fs::write(at.join("accuracy.json"), good).expect("an earlier report");
     let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
     command.arg("accuracy").arg(scene).args(["--resolution", "80x80", "--budget", "100s"]);
     command.current_dir(folder.path()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -214,7 +217,8 @@ fn ctrl_c_leaves_a_report_that_says_so() {
     assert_eq!(output.status.code(), Some(130));
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("This report is partial: it was interrupted"), "{said}");
-    let at = folder.path().join("report");
+    assert_eq!(std::fs::read(at.join("accuracy.json")).expect("JSON"), good);
+    let at = at.join("report.partial");
     assert!(whole(&at));
     let page = std::fs::read_to_string(at.join("index.html")).expect("a page");
     assert!(page.contains("This report is partial: it was interrupted"));
@@ -237,6 +241,7 @@ fn nonsense_is_refused_before_anything_is_rendered() {
         (&[lens, "-o", "file"], "cannot write to the folder file"),
         (&[lens, "--budget", "0"], "expected a time above 0"),
         (&[lens, "--budget", "1e9s"], "expected a time of a week at most"),
+        (&[lens, "--spp", "3"], "--spp 3: every model takes four quarters"),
         (&[lens, "--bugdet", "1s"], "unexpected argument '--bugdet'"),
         (&[lens, "--crop", "9,9,9,9"], "leaves nothing of a picture"),
         (&[lens, "--resolution", "2000x2000"], "--resolution or --crop"),

@@ -99,7 +99,7 @@ fn facing<'a>(count: u32, now: &'a Parts<4>, before: Option<&'a Parts<4>>) -> Op
 /// # Errors
 /// Where threads cannot be had.
 pub fn climb(ladder: &mut Ladder, budget: &Budget, watch: &Watch) -> Result<Climb, RenderError> {
-    let end = budget.begun + budget.time;
+    let end = budget.begun + budget.time - writing(budget);
     watch.until(end, || {
         let mut climber = Climber::new(ladder, budget, watch);
         match climber.run() {
@@ -107,6 +107,11 @@ pub fn climb(ladder: &mut Ladder, budget: &Budget, watch: &Watch) -> Result<Clim
             Err(other) => Err(other),
         }
     })
+}
+
+/// What is kept of a budget for writing.
+fn writing(budget: &Budget) -> Duration {
+    WRITING.min(budget.time / 4)
 }
 
 /// What one rung has so far.
@@ -165,9 +170,8 @@ impl<'a> Climber<'a> {
 
     /// Time until everything must be rendered and measured.
     fn left(&self) -> Duration {
-        let end = self.budget.begun + self.budget.time;
-        let writing = WRITING.min(self.budget.time / 10);
-        end.saturating_duration_since(Instant::now()).saturating_sub(writing)
+        let end = self.budget.begun + self.budget.time - writing(self.budget);
+        end.saturating_duration_since(Instant::now())
     }
 
     fn run(&mut self) -> Result<(), RenderError> {

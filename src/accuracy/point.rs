@@ -42,6 +42,14 @@ pub struct Point {
     pub on_frontier: bool,
 }
 
+impl Point {
+    /// The lens's share of the time, as cores spent theirs, s.
+    pub fn lens_seconds(&self) -> f64 {
+        let cpu: f64 = self.stages.iter().sum();
+        self.seconds * self.stages[Stage::Lens as usize] / cpu.max(1e-9)
+    }
+}
+
 /// What a rung has done so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Work {

@@ -17,6 +17,8 @@ pub const FILES: [&str; 5] =
 pub struct Report<'a> {
     /// Name of the scene.
     pub scene: String,
+    /// The command line that made it, without the program's folder.
+    pub command: String,
     /// The models.
     pub ladder: &'a Ladder,
     /// What was found of them.

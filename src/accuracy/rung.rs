@@ -1,12 +1,13 @@
 //! The rungs of the ladder: one picture, photographed by one camera model after another.
 
+use super::watch::Watch;
 use crate::ghosts::Ghosts;
 use crate::job::{Changes, JobError, prepare};
 use crate::lanes::f32x8;
 use crate::lens::{Camera, Fidelity, FilmError, Model, film_error};
 use crate::plan::{Effect, Plan, Wanted};
 use crate::rays::NONE;
-use crate::render::{Job, Until};
+use crate::render::{Job, RenderError, Until};
 use crate::scene::TraversalStack;
 use crate::scene::pbrt::Description;
 use crate::source::Warning;
@@ -71,8 +72,8 @@ pub struct Ladder {
     pub rungs: Vec<Rung>,
     /// Name of the lens.
     pub lens: String,
-    /// Effects of the plan that no rung simulates.
-    pub aside: Vec<Effect>,
+    /// Effects that no rung is told apart by, and why.
+    pub aside: Vec<(Effect, &'static str)>,
     /// What was noticed on the way.
     pub warnings: Vec<Warning>,
 }
@@ -90,8 +91,13 @@ impl Ladder {
     /// 6. "real f64".
     ///
     /// # Errors
-    /// Where the scene cannot be photographed as asked, or its camera has no lens of glass.
-    pub fn new(description: &Description, changes: &Changes) -> Result<Self, JobError> {
+    /// Where the scene cannot be photographed as asked, or its camera has no lens of glass; and
+    /// [`RenderError::Stopped`] where the watch was.
+    pub fn new(
+        description: &Description,
+        changes: &Changes,
+        watch: &Watch,
+    ) -> Result<Self, JobError> {
         let (mut job, _, warnings) = prepare(description.clone(), changes)?;
         let [width, height] = job.frame.size();
         if u64::from(width) * u64::from(height) > MOST_PIXELS {
@@ -109,11 +115,23 @@ impl Ladder {
             });
         };
         let lens = lens.prescription.name.clone();
-        let aside = AFTERWARDS.into_iter().filter(|&effect| job.plan.has(effect)).collect();
+        let mut aside: Vec<(Effect, &str)> = Effect::ALL
+            .into_iter()
+            .filter(|effect| !EFFECTS.contains(effect))
+            .map(|effect| match (AFTERWARDS.contains(&effect), job.plan.has(effect)) {
+                (true, true) => (effect, "planned, but done with the finished picture"),
+                (true, false) => (effect, "done with the finished picture"),
+                (false, true) => (effect, "in all models alike"),
+                (false, false) => (effect, "in none: the plan leaves it out"),
+            })
+            .collect();
         let plan = job.plan.clone();
         let with = |given: &[(Effect, bool)]| -> Result<View, JobError> {
             let decided = |effect| given.iter().find(|(other, _)| *other == effect);
             let one = |effect| (effect, decided(effect).map_or(plan.has(effect), |(_, on)| *on));
+            if watch.stopped() {
+                return Err(RenderError::Stopped.into());
+            }
             let effects = Wanted::But(Effect::ALL.map(one).to_vec());
             let changes = Changes { effects, ..changes.clone() };
             Ok(View::of(&prepare(description.clone(), &changes)?.0))
@@ -158,6 +176,8 @@ impl Ladder {
                 let name = effect.name();
                 let sentence = sentence(&format!("with {name}, which the plan leaves out"));
                 add(single(&format!(" + {name}")), sentence, Fidelity::Single, Some(effect), view);
+            } else {
+                aside.push((effect, "cannot be had in this scene"));
             }
         }
         let best = "Every surface traced in f64, with all effects of the plan.".to_owned();

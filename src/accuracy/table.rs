@@ -50,7 +50,7 @@ fn row(report: &Report, point: &Point) -> Vec<String> {
         rung.name.clone(),
         point.samples.to_string(),
         number(point.seconds),
-        number(point.stages[Stage::Lens as usize]),
+        number(point.lens_seconds()),
         number(rung.film.rms_um),
         number(rung.film.corner_um),
         number(point.error),
@@ -72,7 +72,7 @@ fn row(report: &Report, point: &Point) -> Vec<String> {
 
 /// Everything, as one object.
 pub(super) fn json(report: &Report, verdicts: &[Verdict], choice: Option<&str>) -> Value {
-    let Report { scene, ladder, climb, budget, machine } = report;
+    let Report { scene, command, ladder, climb, budget, machine } = report;
     let point = |point: &Point| {
         let stages: serde_json::Map<String, Value> = Stage::ALL
             .iter()
@@ -132,7 +132,10 @@ pub(super) fn json(report: &Report, verdicts: &[Verdict], choice: Option<&str>) 
             Ended::Early => "early",
             Ended::Interrupted => "interrupted",
         },
-        "left_out": ladder.aside.iter().map(|effect| effect.name()).collect::<Vec<_>>(),
+        "left_out": ladder.aside.iter().map(|(effect, why)| {
+            json!({ "effect": effect.name(), "why": why })
+        }).collect::<Vec<_>>(),
+        "command": command,
         "machine": {
             "cpu": machine.cpu,
             "threads": machine.threads,

@@ -26,6 +26,11 @@ impl Watch {
         self.interrupted.load(Ordering::Relaxed)
     }
 
+    /// Whether it ends, for whatever reason.
+    pub fn stopped(&self) -> bool {
+        self.progress.stop.load(Ordering::Relaxed)
+    }
+
     /// What it is rendering.
     pub fn doing(&self) -> String {
         self.doing.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -36,7 +41,7 @@ impl Watch {
     }
 
     /// Does something that is stopped at this time, if it takes so long.
-    pub(super) fn until<T>(&self, end: Instant, work: impl FnOnce() -> T) -> T {
+    pub fn until<T>(&self, end: Instant, work: impl FnOnce() -> T) -> T {
         let done = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let timer = scope.spawn(|| {

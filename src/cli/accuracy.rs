@@ -1,12 +1,13 @@
 //! `petzval accuracy`
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use petzval::accuracy::{Budget, Ended, FILES, Ladder, Machine, Report, Watch, climb};
 use petzval::image::replace;
-use petzval::job::Changes;
+use petzval::job::{Changes, JobError};
+use petzval::render::RenderError;
 use petzval::scene::pbrt;
 
 use super::progress::TimeBar;
@@ -15,9 +16,19 @@ use super::{AccuracyArguments, Failure, Outcome};
 /// The most samples where nobody says how many.
 const SAMPLES: u32 = 1 << 20;
 
+/// The fewest: one of every quarter.
+const FEWEST: u32 = 4;
+
+/// Where a partial report goes if there is a whole one.
+const BESIDE: &str = "report.partial";
+
 pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     let begun = Instant::now();
     let AccuracyArguments { output, budget: time, crop, picture } = arguments;
+    if let Some(spp) = picture.spp.filter(|&spp| spp < FEWEST) {
+        let words = "every model takes four quarters of its samples, so that noise can be told";
+        return Err(format!("--spp {spp}: {words}; expected {FEWEST} or more").into());
+    }
     let description = pbrt::read(&picture.scene)?;
     // A long run must not end at a folder that nothing can be written to.
     let folder = output.display();
@@ -35,7 +46,11 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
             std::process::exit(i32::from(super::INTERRUPTED));
         }
     });
-    let mut ladder = Ladder::new(&description, &changes)?;
+    let made = watch.until(begun + *time, || Ladder::new(&description, &changes, &watch));
+    let mut ladder = match made {
+        Err(JobError::Level(RenderError::Stopped)) => return nothing(&watch, *time),
+        other => other?,
+    };
     for warning in &ladder.warnings {
         say!("petzval: warning: {warning}");
     }
@@ -46,8 +61,20 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     bar.finish();
     let found = found?;
     let scene = picture.scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let report =
-        Report { scene, ladder: &ladder, climb: &found, budget: *time, machine: Machine::this() };
+    if found.points.is_empty() {
+        return nothing(&watch, *time);
+    }
+    let command = command();
+    let report = Report {
+        scene,
+        command,
+        ladder: &ladder,
+        climb: &found,
+        budget: *time,
+        machine: Machine::this(),
+    };
+    let output = &place(output, report.partial().is_some());
+    let folder = output.display();
     write(&report, output)?;
     super::print(&table(&report))?;
     if let Some(words) = report.partial() {
@@ -66,10 +93,52 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     })
 }
 
+/// How it ends without a report.
+fn nothing(watch: &Watch, time: Duration) -> Result<Outcome, Failure> {
+    if watch.interrupted() {
+        say!("petzval: interrupted before anything could be compared; nothing was written");
+        return Ok(Outcome::Interrupted);
+    }
+    Err(format!(
+        "the budget of {} s was over before anything could be compared; nothing was written, give \
+         it more with --budget",
+        time.as_secs_f64()
+    )
+    .into())
+}
+
+/// Where a report goes: a partial one not where there is a whole one, but beside it.
+fn place(output: &Path, partial: bool) -> PathBuf {
+    let whole = || {
+        let text = std::fs::read(output.join("accuracy.json")).ok()?;
+        let found: serde_json::Value = serde_json::from_slice(&text).ok()?;
+        Some(found["ended"] == "planned")
+    };
+    if !partial || whole() != Some(true) {
+        return output.to_owned();
+    }
+    let beside = output.join(BESIDE);
+    say!("petzval: {} holds a whole report, which stays", output.display());
+    beside
+}
+
+/// The command line, as it may be given to a shell again.
+fn command() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:%@".contains(c);
+    let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    std::iter::once("petzval".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
 /// Writes all files, each at once; none before all are made.
 fn write(report: &Report, folder: &Path) -> Result<(), Failure> {
     use std::io::Write as _;
     let files = report.files()?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
     for (name, bytes) in FILES.iter().zip(&files) {
         let path = folder.join(name);
         replace(&path, |file| file.write_all(bytes))
@@ -106,11 +175,7 @@ fn table(report: &Report) -> String {
             continue;
         };
         let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.pace);
-        let own = match point.bias {
-            Some(bias) if bias.certain() => format!("{:.3}", 100.0 * bias.size()),
-            Some(bias) => format!("<{:.3}", 100.0 * bias.at_most()),
-            None => "-".to_owned(),
-        };
+        let own = report.own(point);
         let best = report.climb.points.iter().any(|point| point.rung == i && point.on_frontier);
         text += &format!(
             "{:<24}{:>6}{:>9.2}{:>7}{:>10.2}{:>9.2}{:>9}{:>6}\n",

@@ -142,7 +142,8 @@ struct AccuracyArguments {
     /// Folder for the report: index.html, plot.svg, plot.png, accuracy.csv, accuracy.json
     #[arg(short, long, value_name = "FOLDER", default_value = "report")]
     output: PathBuf,
-    /// How long it may take in all
+    /// How long it may take in all, whatever --spp says: that is the most samples a pixel. Reading
+    /// the scene counts, but is not cut short
     #[arg(
         long,
         value_name = "60s",
