@@ -30,6 +30,8 @@ pub use head::Head;
 pub use inputs::Inputs;
 
 use crate::image::replace;
+use crate::lens::Model;
+use crate::render::Job;
 
 const MAGIC: &[u8; 8] = b"PETZVAL\x1a";
 const VERSION: u32 = 1;
@@ -94,6 +96,23 @@ impl Saved {
     /// Where it stands.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Refuses what it says was done where this job cannot have done it.
+    pub(crate) fn check(&self, job: &Job) -> Result<(), CheckpointError> {
+        let rows = match &job.camera.model {
+            Model::Real(lens) => lens.prescription.rows.len(),
+            _ => 0,
+        };
+        match self.head.stats.fits(rows, (job.reach.max_depth as usize).saturating_add(1)) {
+            true => Ok(()),
+            false => Err(self.damaged("its counts of rays are not of this picture")),
+        }
+    }
+
+    /// It does not hold what its head promises.
+    fn damaged(&self, found: &str) -> CheckpointError {
+        failed(&self.path, wrong(format!("it is damaged: {found}")))
     }
 
     /// Hands its body on; all of it must be taken.

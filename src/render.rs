@@ -196,8 +196,7 @@ pub fn render_kept(
 ) -> Result<Exposed, RenderError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     pool.install(|| {
-        let earlier = from.as_ref().map(|saved| saved.head.stats.clone());
-        let crew = Crew::new(job, progress, keeper, earlier.unwrap_or_default());
+        let crew = Crew::new(job, progress, keeper, from.as_ref().map(|saved| &saved.head));
         match backend {
             Backend::Simd => expose::<f32x8>(&crew, from),
             Backend::Scalar => expose::<f32>(&crew, from),
@@ -262,18 +261,19 @@ impl Wave {
         wave
     }
 
-    /// Samples of one tile, wave by wave; nothing where it is told to stop.
+    /// Samples of one tile, wave by wave, and how many they are; nothing where it is told to stop.
     fn expose_tile<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
         share: &Share,
         progress: &Progress,
-    ) -> Option<Received> {
+    ) -> Option<(Received, u64)> {
         let tile = &share.tile;
         let mut sums = share.sums(job);
         let mut features = Features::new(job, tile);
         let mut sampler = job.sampler(tile, share.samples.clone());
         let mut clock = Clock::start();
+        let mut taken = 0;
         while self.begin::<R>(job, share, &mut sampler, &mut clock) {
             if progress.stop.load(Ordering::Relaxed) {
                 self.tails = Tails::default();
@@ -285,13 +285,14 @@ impl Wave {
                 tail.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
                 self.follow::<R>(job, depth, None, &mut sums, &mut clock);
             }
+            taken += samples;
             progress.samples.fetch_add(samples, Ordering::Relaxed);
         }
         while let Some((depth, tail)) = self.tails.next(true) {
             tail.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
             self.follow::<R>(job, depth, None, &mut sums, &mut clock);
         }
-        Some((sums, features))
+        Some(((sums, features), taken))
     }
 
     /// The rays of the next samples of a tile; false where there are none.

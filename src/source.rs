@@ -1,6 +1,6 @@
 //! Places in input files, and what is said about them.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
 use std::io::{self, Read};
@@ -52,23 +52,37 @@ pub struct Unreadable {
     pub source: std::io::Error,
 }
 
-/// Files that this process has read as input. Readers call readers of other kinds, many at a time;
-/// this is the one thing that all of them know.
-static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Files that this process has read as input, and a digest of what was read where all of it was at
+/// once. Readers call readers of other kinds, many at a time; this is the one thing that all of them
+/// know.
+static READ: Mutex<BTreeMap<PathBuf, Option<String>>> = Mutex::new(BTreeMap::new());
 
-fn list() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+fn list() -> MutexGuard<'static, BTreeMap<PathBuf, Option<String>>> {
     READ.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Notes that a file is read as input: readers that do not go by
-/// [`open`] say so.
-pub fn register(path: &Path) {
-    list().insert(path.to_owned());
+/// Notes that a file is read as input, by readers that go to it more than once.
+///
+/// # Errors
+/// Where it is a pipe, which can be read once, or a device.
+pub fn register(path: &Path) -> io::Result<()> {
+    if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
+        return Err(io::Error::other("it is a pipe or a device; expected a file"));
+    }
+    list().entry(path.to_owned()).or_default();
+    Ok(())
 }
 
-/// All files that this process has read as input.
-pub fn registered() -> Vec<PathBuf> {
-    list().iter().cloned().collect()
+/// Notes what a file or a pipe held that was read as input.
+pub(crate) fn note(path: &Path, content: &[u8]) {
+    let digest = blake3::hash(content).to_hex().to_string();
+    list().insert(path.to_owned(), Some(digest));
+}
+
+/// All files that this process has read as input, each with the digest (BLAKE3) of what was read
+/// where that is known.
+pub fn registered() -> BTreeMap<PathBuf, Option<String>> {
+    list().clone()
 }
 
 /// What is a pipe, and so of no known size, may hold this many bytes.
@@ -86,6 +100,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
         let file = open(path)?;
         let length = file.metadata()?.len();
         let packed = whole(file, length.max(MOST_UNKNOWN))?;
+        note(path, &packed);
         if !packed.starts_with(&[0x1f, 0x8b]) {
             return Ok(packed);
         }
@@ -95,7 +110,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
     read().map_err(|source| Unreadable { path: path.to_owned(), source })
 }
 
-/// Opens a file or a pipe as input, and [notes that](register). A device may never end, or wait for somebody to type.
+/// Opens a file or a pipe as input. A device may never end, or wait for somebody to type.
 ///
 /// # Errors
 /// Where there is none.
@@ -109,7 +124,6 @@ pub fn open(path: &Path) -> io::Result<fs::File> {
             return Err(io::Error::other("it is a device; expected a file or a pipe"));
         }
     }
-    register(path);
     Ok(file)
 }
 

@@ -154,6 +154,14 @@ impl Stats {
         of.occlude.add(lanes.occlude);
     }
 
+    /// Whether a render through so many rows of a lens, along paths of at most so many surfaces,
+    /// can have done this.
+    pub fn fits(&self, rows: usize, depths: usize) -> bool {
+        let LensStats { aimed, blocked, .. } = &self.lens;
+        let lost = blocked.iter().fold(0, |sum: u64, &rays| sum.saturating_add(rays));
+        blocked.len() <= rows && lost <= *aimed && self.bounces.len() <= depths
+    }
+
     /// Adds another worker's part.
     pub fn add(&mut self, other: &Self) {
         for (one, other) in self.stages.iter_mut().zip(&other.stages) {

@@ -127,21 +127,53 @@ fn damaged_and_foreign_files_are_refused() {
     studio.done("merge good.petzval -o x.exr");
 }
 
+/// A part with something else in its head, and a checksum that says nothing of it.
+fn rewritten(studio: &Studio, name: &str, old: &str, new: &str) -> Vec<u8> {
+    let bytes = std::fs::read(studio.path(name)).expect("a part");
+    let length = u64::from_le_bytes(bytes[12..20].try_into().expect("a length")) as usize;
+    let (head, rest) = (std::str::from_utf8(&bytes[20..20 + length]), &bytes[24 + length..]);
+    let head = head.expect("JSON");
+    assert!(head.contains(old), "{head}");
+    let head = head.replace(old, new);
+    let checksum = crc32fast::hash(head.as_bytes()).to_le_bytes();
+    let length = (head.len() as u64).to_le_bytes();
+    [&bytes[..12], &length, head.as_bytes(), &checksum, rest].concat()
+}
+
+#[test]
+fn a_head_that_promises_what_is_not_there_is_refused() {
+    let studio = Studio::new();
+    let refuses = |old: &str, new: &str, expected: &str| {
+        let bad = rewritten(&studio, "a.petzval", old, new);
+        std::fs::write(studio.path("bad.petzval"), bad).expect("a file");
+        studio.refuses("merge bad.petzval -o x.exr", expected);
+    };
+    let words = "render scene.pbrt --resolution 24x16 -o a.petzval --samples 0..4";
+    studio.done(&format!("{words} --spp 8"));
+    refuses("[0,4,8]", "[0,8,8]", "it does not hold the samples that it names");
+    studio.done(&format!("{words} --spp 4"));
+    let foreign = "its counts of rays are not of this picture";
+    let rows = format!(r#""blocked":[{}"#, "0,".repeat(40));
+    refuses(r#""blocked":["#, &rows, foreign);
+    refuses(r#""lens":["#, r#""lens":[0,0],"was":["#, foreign);
+    assert!(!studio.path("x.exr").exists());
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_shard_goes_on_and_is_no_part_before() {
     let studio = Studio::new();
     let words = "render scene.pbrt --spp 3000 --shard 1/2 -o a.petzval --checkpoint 2ms";
     let child = studio.start(words);
-    while !studio.path("a.petzval.petzval").exists() {
+    while !studio.path("a.petzval.checkpoint").exists() {
         std::thread::sleep(Duration::from_millis(1));
     }
     let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
     assert!(kill.expect("kill").success());
     let (code, said) = support::kept::said(child.wait_with_output().expect("a child"));
     assert_eq!(code, 130, "{said}");
-    assert_eq!(studio.names(), ["a.petzval.petzval"]);
-    studio.refuses("merge a.petzval.petzval -o x.exr", "is not finished; go on with");
+    assert_eq!(studio.names(), ["a.petzval.checkpoint"]);
+    studio.refuses("merge a.petzval.checkpoint -o x.exr", "is not finished; go on with");
     studio.refuses(
         &format!("{} --resume", words.replace("1/2", "1/3")),
         "its samples are 0..1500, and these 0..1000",
@@ -156,17 +188,9 @@ fn a_thousand_parts_are_merged_in_little_memory() {
     let words = "render scene.pbrt --spp 1000 --resolution 48x32 --threads 1 --effects none";
     // One part is rendered; the others are it, under other numbers.
     studio.done(&format!("{words} -o 0.petzval --samples 0..1"));
-    let bytes = std::fs::read(studio.path("0.petzval")).expect("a part");
-    let length = u64::from_le_bytes(bytes[12..20].try_into().expect("a length")) as usize;
-    let (head, rest) = (std::str::from_utf8(&bytes[20..20 + length]), &bytes[24 + length..]);
-    let head = head.expect("JSON");
-    assert!(head.contains("\"samples\":[0,1,1000]"));
     let mut list = String::from("merge 0.petzval");
     for i in 1..1000 {
-        let head = head.replace("\"samples\":[0,1,", &format!("\"samples\":[{i},{},", i + 1));
-        let checksum = crc32fast::hash(head.as_bytes()).to_le_bytes();
-        let length = (head.len() as u64).to_le_bytes();
-        let part = [&bytes[..12], &length, head.as_bytes(), &checksum, rest].concat();
+        let part = rewritten(&studio, "0.petzval", "[0,1,1000]", &format!("[{i},{},1000]", i + 1));
         std::fs::write(studio.path(&format!("{i}.petzval")), part).expect("a file");
         list += &format!(" {i}.petzval");
     }

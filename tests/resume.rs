@@ -5,6 +5,7 @@ mod support;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
+use petzval::checkpoint::Saved;
 use support::Random;
 use support::kept::{Studio, said};
 
@@ -50,7 +51,7 @@ fn survives_kills(words: &str, seed: u64) {
         let said = studio.done(&format!("{words} --resume"));
         resumed += u32::from(!said.contains("from the beginning"));
         assert_eq!(studio.contents("a.exr"), whole, "after {killed} kills");
-        assert!(!studio.path("a.exr.petzval").exists(), "a finished render needs no checkpoint");
+        assert!(!studio.path("a.exr.checkpoint").exists(), "a finished render needs no checkpoint");
     }
     println!("{killed} kills, {resumed} pictures from checkpoints, {time:.2} s each");
     assert!(resumed > 0);
@@ -71,7 +72,7 @@ fn begun(studio: &Studio, words: &str) -> Child {
     let mut child = studio.start(&format!("{words} --checkpoint 2ms"));
     // A share of a tile of 256 pixels has 6 KB.
     let holds =
-        |least| std::fs::metadata(studio.path("a.exr.petzval")).is_ok_and(|m| m.len() > least);
+        |least| std::fs::metadata(studio.path("a.exr.checkpoint")).is_ok_and(|m| m.len() > least);
     while !holds(8000) {
         assert!(child.try_wait().expect("a child").is_none(), "it ended before its checkpoint");
         std::thread::sleep(Duration::from_millis(1));
@@ -96,8 +97,9 @@ fn ctrl_c_and_sigterm_say_how_to_go_on() {
         studio.done(&words);
         let whole = studio.contents("a.exr");
         let said = stopped(&studio, &words, name);
-        assert_eq!(studio.names(), ["a.exr", "a.exr.petzval", "a.partial.exr"]);
-        assert!(said.contains(&format!("{words} --checkpoint 2ms --resume")), "{said}");
+        assert_eq!(studio.names(), ["a.exr", "a.exr.checkpoint", "a.partial.exr"]);
+        let on = format!("{} --checkpoint 2ms\n", words.replace("render", "render --resume"));
+        assert!(said.contains(&on), "{said}");
         studio.done(&format!("{words} --resume"));
         assert_eq!(studio.contents("a.exr"), whole);
         assert_eq!(studio.names(), ["a.exr"], "nothing is left over");
@@ -159,13 +161,16 @@ fn without_resume_a_render_begins_again_and_says_what_is_there() {
     let studio = Studio::new();
     stopped(&studio, EVEN, "-INT");
     let said = studio.done(&format!("{EVEN} --fstop 8"));
-    assert!(said.contains("a.exr.petzval is of another picture (--fstop was not given"), "{said}");
-    assert!(studio.path("a.exr.petzval").exists(), "what was not written over is still there");
+    assert!(
+        said.contains("a.exr.checkpoint is of another picture (--fstop was not given"),
+        "{said}"
+    );
+    assert!(studio.path("a.exr.checkpoint").exists(), "what was not written over is still there");
     let said = studio.done(EVEN);
     assert!(said.contains("--resume would go on"), "{said}");
     assert_eq!(studio.names(), ["a.exr"]);
     let said = studio.done(&format!("{EVEN} --resume"));
-    assert!(said.contains("there is no a.exr.petzval; rendering from the beginning"), "{said}");
+    assert!(said.contains("there is no a.exr.checkpoint; rendering from the beginning"), "{said}");
 }
 
 #[test]
@@ -176,12 +181,37 @@ fn a_checkpoint_that_knows_more_is_not_written_over() {
     std::thread::sleep(Duration::from_millis(1500));
     child.kill().expect("a child");
     child.wait().expect("a child");
-    let before = std::fs::read(studio.path("a.exr.petzval")).expect("a checkpoint");
-    let mut child = studio.start(&format!("{long} --checkpoint 2ms"));
-    std::thread::sleep(Duration::from_millis(100));
-    child.kill().expect("a child");
-    child.wait().expect("a child");
-    assert!(std::fs::read(studio.path("a.exr.petzval")).expect("a checkpoint") == before);
+    let before = std::fs::read(studio.path("a.exr.checkpoint")).expect("a checkpoint");
+    // Stopped it would write down what it has, which is less; before it listens the signal kills it.
+    let stopped = (2..30).any(|wait| {
+        let child = studio.start(&format!("{long} --checkpoint 60s"));
+        std::thread::sleep(Duration::from_millis(50 * wait));
+        signal(&child, "-INT");
+        said(child.wait_with_output().expect("a child")).0 == 130
+    });
+    assert!(stopped);
+    assert!(std::fs::read(studio.path("a.exr.checkpoint")).expect("a checkpoint") == before);
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_is_not_lost() {
+    let studio = Studio::new();
+    let words = EVEN.replace("150", "400");
+    studio.done(&words);
+    let whole = studio.contents("a.exr");
+    std::fs::remove_file(studio.path("a.exr")).expect("the picture");
+    let child = begun(&studio, &words);
+    std::fs::create_dir(studio.path("a.exr")).expect("a folder in the picture's place");
+    let (code, said) = said(child.wait_with_output().expect("a child"));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("cannot write the picture a.exr"), "{said}");
+    assert!(said.contains("a.exr.checkpoint holds what is done"), "{said}");
+    let saved = Saved::open(&studio.path("a.exr.checkpoint")).expect("a checkpoint");
+    assert_eq!(saved.head.taken, 72 * 50 * 400, "all samples are there");
+    std::fs::remove_dir(studio.path("a.exr")).expect("the folder");
+    studio.done(&words.replace("render", "render --resume"));
+    assert_eq!(studio.contents("a.exr"), whole);
+    assert_eq!(studio.names(), ["a.exr"]);
 }
 
 #[test]
@@ -197,4 +227,40 @@ fn no_checkpoint_is_written_where_none_is_wanted() {
     // As short as the usual minute.
     studio.done(EVEN);
     assert_eq!(studio.names(), ["a.exr", "a.partial.exr"]);
+}
+
+#[test]
+fn a_finished_part_is_no_checkpoint() {
+    let studio = Studio::new();
+    studio.done(&format!("{} --samples 0..9", EVEN.replace("a.exr", "a.petzval")));
+    std::fs::rename(studio.path("a.petzval"), studio.path("a.exr.checkpoint")).expect("a part");
+    for words in [EVEN.to_owned(), format!("{EVEN} --resume")] {
+        studio.refuses(&words, "a.exr.checkpoint is a finished part of a picture");
+    }
+    assert_eq!(studio.names(), ["a.exr.checkpoint"], "it is still there");
+}
+
+#[cfg(unix)]
+#[test]
+fn what_came_through_a_pipe_is_known_again() {
+    let studio = Studio::new();
+    let made = Command::new("mkfifo").arg(studio.path("pipe.dat")).status();
+    assert!(made.expect("mkfifo").success());
+    let lens = std::fs::read_to_string(studio.path("lens.dat")).expect("a lens");
+    let piped = |words: &str, lens: &str| {
+        let child = studio.start(words);
+        std::fs::write(studio.path("pipe.dat"), lens).expect("somebody who reads");
+        said(child.wait_with_output().expect("a child"))
+    };
+    let words = "render scene.pbrt --spp 4 --resolution 24x16 --lens pipe.dat --checkpoint off";
+    for i in [1, 2] {
+        let (code, said) = piped(&format!("{words} --shard {i}/2 -o {i}.petzval"), &lens);
+        assert_eq!(code, 0, "{said}");
+    }
+    let merge = "merge 1.petzval 2.petzval -o a.exr";
+    let (code, said) = piped(merge, &format!("{lens}\n# another\n"));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("pipe.dat has changed since"), "{said}");
+    let (code, said) = piped(merge, &lens);
+    assert_eq!(code, 0, "{said}");
 }

@@ -48,7 +48,7 @@ fn a_disk_too_small_for_a_checkpoint_does_not_cost_the_picture() {
     // The picture takes half as much as the sums.
     let (code, said) = limited(&studio, 64, &format!("{WORDS} --checkpoint 2ms"));
     assert_eq!(code, 0, "{said}");
-    assert!(said.contains("cannot write a.exr.petzval: File too large"), "{said}");
+    assert!(said.contains("cannot write a.exr.checkpoint: File too large"), "{said}");
     assert_eq!(studio.contents("a.exr"), whole);
     assert_eq!(studio.names(), ["a.exr"]);
 }
@@ -108,7 +108,7 @@ fn a_folder_that_vanishes_is_an_error_at_the_end() {
     while std::fs::remove_dir_all(studio.path("sub")).is_err() {}
     let (code, said) = said(child.wait_with_output().expect("a child"));
     assert_eq!(code, 2, "{said}");
-    assert!(said.contains("cannot write sub/a.exr.petzval"), "{said}");
+    assert!(said.contains("cannot write sub/a.exr.checkpoint"), "{said}");
     assert!(said.contains("cannot write the picture sub/a.exr"), "{said}");
     assert!(studio.names().is_empty());
 }

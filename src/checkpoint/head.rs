@@ -25,7 +25,7 @@ pub struct Head {
     pub of: u32,
     /// Whether they are all there.
     pub complete: bool,
-    /// Film samples taken so far.
+    /// Film samples that its body holds.
     pub taken: u64,
     /// What came about on the way.
     pub stats: Stats,

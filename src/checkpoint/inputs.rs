@@ -26,13 +26,16 @@ impl Inputs {
     pub fn now(scene: &Path, options: BTreeMap<String, String>) -> Result<Self, Unreadable> {
         let folder = scene.parent().unwrap_or(Path::new(""));
         let mut files = BTreeMap::new();
-        for path in registered() {
+        for (path, read) in registered() {
             let inside = path.strip_prefix(folder).ok().or(path.file_name().map(Path::new));
             let name = inside.unwrap_or(&path).to_string_lossy().into_owned();
             let source = |source| Unreadable { path: path.clone(), source };
             // Two files may have one name.
             let entry: &mut String = files.entry(name).or_default();
-            *entry += &digest(&path).map_err(source)?;
+            *entry += &match read {
+                Some(digest) => digest,
+                None => digest(&path).map_err(source)?,
+            };
         }
         Ok(Self { program: program(), files, options })
     }
@@ -79,13 +82,8 @@ fn program() -> String {
 
 /// A digest of a file's content (BLAKE3).
 fn digest(path: &Path) -> io::Result<String> {
-    let file = File::open(path)?;
-    if !file.metadata()?.is_file() {
-        // A pipe has been read to its end.
-        return Ok("?".to_owned());
-    }
     let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(file)?;
+    hasher.update_reader(File::open(path)?)?;
     Ok(hasher.finalize().to_hex().to_string())
 }
 

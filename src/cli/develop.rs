@@ -143,7 +143,7 @@ fn print_table(job: &Job, stats: &Stats) {
         return;
     }
     let share = |count: u64| 100.0 * count as f64 / sent as f64;
-    let lost: u64 = stats.lens.blocked.iter().sum();
+    let lost = stats.lens.blocked.iter().fold(0, |sum: u64, &rays| sum.saturating_add(rays));
     let ends: Vec<String> = stats
         .lens
         .blocked
@@ -160,7 +160,7 @@ fn print_table(job: &Job, stats: &Stats) {
         false => format!("; blocked at surface {}", ends.join(", ")),
     };
     let name = &lens.prescription.name;
-    say!("{name}: {:.1}% of the rays leave the lens{blocked}", share(sent - lost));
+    say!("{name}: {:.1}% of the rays leave the lens{blocked}", share(sent.saturating_sub(lost)));
     let redone = 1e6 * stats.lens.redone as f64 / sent as f64;
     say!("{name}: {redone:.0} of a million rays redone in f64");
 }

@@ -31,7 +31,7 @@ impl Kept {
         all: u32,
     ) -> Self {
         let mut path = output.as_os_str().to_owned();
-        path.push(".petzval");
+        path.push(".checkpoint");
         let path = PathBuf::from(path);
         let found = match Saved::open(&path) {
             Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
@@ -65,6 +65,10 @@ impl Kept {
             (Some(Err(error)), false) => {
                 say!("petzval: warning: {error}");
                 return Ok(None);
+            }
+            (Some(Ok(found)), _) if found.head.complete => {
+                let problem = "is a finished part of a picture and no checkpoint; move it away";
+                return Err(format!("{path} {problem}").into());
             }
             (Some(Ok(found)), _) => found,
         };
@@ -142,18 +146,37 @@ impl Kept {
             say!("petzval: there is no checkpoint (--checkpoint off)");
             return;
         }
-        let mut words = head.words.clone();
-        if !words.iter().any(|word| word == "--resume") {
-            words.push("--resume".to_owned());
+        say!(
+            "petzval: {} holds what is done; go on with\n  {}",
+            path.display(),
+            resume(&head.words)
+        );
+    }
+
+    /// What is left of a render whose picture cannot be written.
+    pub fn say_unwritten(&self) {
+        let Keeper { path, head, .. } = &self.keeper;
+        match self.holds_own() {
+            true => {
+                let (path, resume) = (path.display(), resume(&head.words));
+                say!(
+                    "petzval: {path} holds what is done; when there is room, go on with\n  {resume}"
+                );
+            }
+            false => say!("petzval: the samples are lost: there is no checkpoint"),
         }
-        say!("petzval: {} holds what is done; go on with\n  {}", path.display(), line(&words));
+    }
+
+    /// Whether the checkpoint is there, and of this picture.
+    fn holds_own(&self) -> bool {
+        let own = |saved: Saved| !saved.head.complete && self.changes(&saved.head).is_empty();
+        Saved::open(&self.keeper.path).is_ok_and(own)
     }
 
     /// Removes the checkpoint of a picture that is finished, and the picture of what there was.
     fn clear(&self) {
         let path = &self.keeper.path;
-        let own = Saved::open(path).is_ok_and(|saved| self.changes(&saved.head).is_empty());
-        if own {
+        if self.holds_own() {
             // A file too many is no reason to fail.
             let _ = fs::remove_file(path);
             let _ = fs::remove_file(partial_name(&self.output));
@@ -161,8 +184,41 @@ impl Kept {
     }
 }
 
+/// The command that goes on with a render that these words began.
+pub(super) fn resume(words: &[String]) -> String {
+    if words.iter().any(|word| word.contains(char::REPLACEMENT_CHARACTER)) {
+        // It would name other files.
+        return "the same command and --resume (it holds what is no UTF-8, and cannot be shown)"
+            .into();
+    }
+    let mut words = words.to_vec();
+    if !words.iter().any(|word| word == "--resume") {
+        // Behind "--" it would be a name.
+        words.insert(words.len().min(2), "--resume".to_owned());
+    }
+    line(&words)
+}
+
 /// The name of what there is of a picture.
 pub(super) fn partial_name(output: &Path) -> PathBuf {
     let extension = output.extension().unwrap_or_default().to_string_lossy();
     output.with_extension(format!("partial.{extension}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_render_is_gone_on_with_by_a_command_that_can_be_typed() {
+        let said =
+            |words: &[&str]| resume(&words.iter().map(|word| (*word).into()).collect::<Vec<_>>());
+        assert_eq!(
+            said(&["petzval", "render", "--", "-a b.pbrt"]),
+            "petzval render --resume -- '-a b.pbrt'"
+        );
+        let resumed = ["petzval", "render", "a.pbrt", "--resume"];
+        assert_eq!(said(&resumed), resumed.join(" "));
+        assert!(said(&["petzval", "render", "\u{fffd}.pbrt"]).starts_with("the same command"));
+    }
 }

@@ -11,6 +11,7 @@ use petzval::scene::pbrt;
 
 use super::develop::Development;
 use super::inputs::{inputs, line, parsed};
+use super::kept::resume;
 use super::render::{check_folder, job};
 use super::{Failure, MergeArguments, Outcome};
 
@@ -51,9 +52,9 @@ fn together(paths: &[PathBuf]) -> Result<(Head, Vec<PathBuf>), Failure> {
     for path in paths {
         let head = Saved::open(path)?.head;
         if !head.complete {
-            let words = line(&head.words);
+            let words = resume(&head.words);
             let path = path.display();
-            return Err(format!("{path} is not finished; go on with\n  {words} --resume").into());
+            return Err(format!("{path} is not finished; go on with\n  {words}").into());
         }
         parts.push((head.samples.clone(), path));
         let Some(first) = &first else {

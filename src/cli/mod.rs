@@ -51,8 +51,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Render a scene file to a picture. Ctrl-C and SIGTERM stop it: what is done stands in
-    /// NAME.petzval then, for --resume, and what there is of the picture in NAME.partial.exr
+    /// Render a scene file to a picture. Ctrl-C and SIGTERM stop it: what is done of a.exr stands in
+    /// a.exr.checkpoint then, for --resume, and what there is of the picture in a.partial.exr
     Render(Box<RenderArguments>),
     /// Add up the parts of a picture that were rendered with --shard or --samples. Run it where the
     /// files of the scene are found as the parts found them
@@ -98,7 +98,7 @@ struct RenderArguments {
     /// the picture is not the same every time
     #[arg(long, value_name = "30s", value_parser = time, allow_hyphen_values = true)]
     time: Option<Duration>,
-    /// How often to write what is done beside the picture, as NAME.petzval, which goes when the
+    /// How often to write what is done beside the picture, as FILE.checkpoint, which goes when the
     /// picture is finished. Off: never, not even when stopped
     #[arg(long, value_name = "60s|off", value_parser = every, default_value = "60s")]
     checkpoint: Every,
@@ -321,7 +321,8 @@ fn print(text: &str) -> Result<Outcome, Failure> {
 /// Why a command failed, in words for the user.
 type Failure = Box<dyn std::error::Error>;
 
-/// Exit code of a command stopped by Ctrl-C or SIGTERM, as shells know it.
+/// Exit code of a command stopped by Ctrl-C, as shells know it, or by SIGTERM, which it cannot tell
+/// from that.
 const INTERRUPTED: u8 = 130;
 
 /// How a command ended that did not fail.

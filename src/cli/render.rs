@@ -65,7 +65,11 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     };
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
     let output = &output;
-    Development { job: &job, notes, output, encoding, threads, start, read }.develop(&exposed)?;
+    let development = Development { job: &job, notes, output, encoding, threads, start, read };
+    if let Err(failure) = development.develop(&exposed) {
+        kept.say_unwritten();
+        return Err(failure);
+    }
     kept.end(&exposed, output)
 }
 

@@ -150,7 +150,8 @@ impl Picture {
     /// # Errors
     /// Where the file cannot be read or is no picture.
     pub fn read(path: &Path, srgb: bool) -> Result<Self, ImageError> {
-        source::register(path);
+        let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
+        source::register(path).map_err(refused)?;
         match extension(path).as_str() {
             "exr" => exr::read(path),
             "png" | "jpg" | "jpeg" | "tga" => display::read(path, srgb),

@@ -68,7 +68,8 @@ impl Raster {
     /// # Errors
     /// Where the file cannot be read, is no picture, holds no pixels, or a number that is not finite.
     pub fn read(path: &Path, transfer: Transfer) -> Result<Self, ImageError> {
-        source::register(path);
+        let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
+        source::register(path).map_err(refused)?;
         let raster = match extension(path).as_str() {
             "exr" => exr::read_raster(path)?,
             "pfm" => pfm::read(path)?,

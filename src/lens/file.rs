@@ -6,7 +6,7 @@ use std::path::Path;
 use super::error::LensError;
 use super::prescription::Prescription;
 use super::{dat, toml};
-use crate::source::open;
+use crate::source::{note, open};
 
 /// No lens is longer than this; what is longer is no lens.
 const MOST_BYTES: usize = 1 << 20;
@@ -24,6 +24,7 @@ pub fn read(path: &Path) -> Result<Prescription, LensError> {
     open(path)
         .and_then(|file| file.take(MOST_BYTES as u64 + 1).read_to_end(&mut bytes))
         .map_err(io)?;
+    note(path, &bytes);
     if bytes.len() > MOST_BYTES {
         return Err(LensError::Malformed {
             path: path.to_owned(),

@@ -1,6 +1,6 @@
 //! Those who work on a render, and who writes down meanwhile what they have done.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
@@ -19,8 +19,11 @@ pub(super) struct Crew<'a> {
     pub progress: &'a Progress,
     keeper: Option<&'a Keeper>,
     waves: Vec<Mutex<Box<Wave>>>,
+    /// Film samples of the shares that are entered, and of the render that it goes on from.
+    taken: AtomicU64,
     /// What each worker has done up to its last share; the last entry is of nobody.
     booked: Vec<Mutex<Stats>>,
+    begun: Instant,
     /// When the last checkpoint was written, or would have been.
     kept: Mutex<Instant>,
 }
@@ -35,14 +38,18 @@ impl<'a> Crew<'a> {
         job: &'a Job,
         progress: &'a Progress,
         keeper: Option<&'a Keeper>,
-        earlier: Stats,
+        from: Option<&Head>,
     ) -> Self {
         let workers = rayon::current_num_threads();
         let mut booked: Vec<Mutex<Stats>> = Vec::new();
         booked.resize_with(workers, Mutex::default);
+        let (taken, earlier) =
+            from.map(|head| (head.taken, head.stats.clone())).unwrap_or_default();
         booked.push(Mutex::new(earlier));
         let waves = (0..workers).map(|_| Mutex::new(Wave::new(job))).collect();
-        Self { job, progress, keeper, waves, booked, kept: Mutex::new(Instant::now()) }
+        let begun = Instant::now();
+        let taken = AtomicU64::new(taken);
+        Self { job, progress, keeper, waves, taken, booked, begun, kept: Mutex::new(begun) }
     }
 
     pub fn stopped(&self) -> bool {
@@ -58,8 +65,10 @@ impl<'a> Crew<'a> {
             }
             let worker = rayon::current_thread_index().unwrap_or(0);
             let mut wave = lock(&self.waves[worker]);
-            if let Some(received) = wave.expose_tile::<R>(self.job, share, self.progress) {
+            if let Some((received, samples)) = wave.expose_tile::<R>(self.job, share, self.progress)
+            {
                 place.get_or_init(|| received);
+                self.taken.fetch_add(samples, Ordering::Relaxed);
                 lock(&self.booked[worker]).clone_from(&wave.stats);
             }
         };
@@ -119,7 +128,8 @@ impl<'a> Crew<'a> {
     }
 
     /// Writes down how it ended: a checkpoint where it is not complete, and otherwise the part that
-    /// is asked for.
+    /// is asked for. A picture that took long has a checkpoint with all of its samples too, until
+    /// it stands in its file.
     pub fn end(&self, state: &impl Keep, complete: bool) -> Result<(), CheckpointError> {
         let Some(keeper) = self.keeper else { return Ok(()) };
         match (complete, &keeper.part) {
@@ -127,12 +137,16 @@ impl<'a> Crew<'a> {
             (true, Some(part)) => {
                 checkpoint::write(part, &self.head(keeper, true), |body| state.save(body))
             }
+            (true, None) if keeper.every.is_some_and(|every| self.begun.elapsed() >= every) => {
+                self.keep(state);
+                Ok(())
+            }
             _ => Ok(()),
         }
     }
 
     fn head(&self, keeper: &Keeper, complete: bool) -> Head {
-        let taken = self.progress.samples.load(Ordering::Relaxed);
+        let taken = self.taken.load(Ordering::Relaxed);
         Head { complete, taken, stats: self.stats(), ..keeper.head.clone() }
     }
 

@@ -39,6 +39,7 @@ pub(super) fn expose<R: Real<Scalar = f32>>(
 ) -> Result<Exposed, RenderError> {
     let mut even = Even::new(crew.job);
     if let Some(saved) = from {
+        saved.check(crew.job)?;
         saved.body(|body| even.receive(body))?;
     }
     loop {
@@ -62,8 +63,16 @@ pub(super) fn merge(
     let mut stats = Stats::default();
     for part in parts {
         let part = part?;
+        part.check(job)?;
         stats.add(&part.head.stats);
-        part.body(|body| even.receive(body))?;
+        let end = even.done.saturating_add(part.head.samples.len() as u32);
+        part.body(|body| {
+            even.receive(body)?;
+            match even.holds(end) {
+                true => Ok(()),
+                false => Err(wrong("it is damaged: it does not hold the samples that it names")),
+            }
+        })?;
     }
     Ok(even.finish(stats))
 }
@@ -84,8 +93,12 @@ impl<'a> Even<'a> {
     }
 
     fn complete(&self) -> bool {
-        let all = self.job.samples.len() as u32;
-        self.done == all && self.haunt.reaches(all)
+        self.holds(self.job.samples.len() as u32)
+    }
+
+    /// Whether it holds so many samples of every pixel, with their ghosts, and no more.
+    fn holds(&self, samples: u32) -> bool {
+        self.done == samples && self.haunt.reaches(samples) && self.ledger.done().next().is_none()
     }
 
     /// The shares of the present pass.

@@ -25,7 +25,7 @@ use super::partial::{self, Part};
 use super::spread::{Spread, cost};
 use super::{Crew, Exposed, Job, Progress, Reached, RenderError, Share, Until};
 use crate::aov::{FeatureFilm, Features};
-use crate::checkpoint::{Reader, Saved, Writer};
+use crate::checkpoint::{Reader, Saved, Writer, wrong};
 use crate::film::{FilmSums, Tile};
 use crate::lanes::Real;
 use crate::sampler::hash;
@@ -79,6 +79,7 @@ pub(super) fn expose<R: Real<Scalar = f32>>(
 ) -> Result<Exposed, RenderError> {
     let mut rounds = Rounds::new(crew.job);
     if let Some(saved) = from {
+        saved.check(crew.job)?;
         saved.body(|body| rounds.receive(body))?;
     }
     let complete = loop {
@@ -204,6 +205,20 @@ impl<'a> Rounds<'a> {
             _ => own,
         };
         known.iter().zip(scouts).zip(wanted).map(count).collect()
+    }
+
+    /// Whether a round of this job may want what it does: no less than there is, not much more than
+    /// the job allows, where pairs that are far apart go a little beyond it, and not much more than is
+    /// known.
+    fn sane(&self) -> bool {
+        let near = |pair: usize, i: usize| {
+            let [own, known] = [pair, pair % 2].map(|pair| self.pairs[pair].counts[i]);
+            let wanted = self.wanted[pair][i];
+            own <= wanted && wanted <= own.max(known).saturating_mul(2).max(FIRST)
+        };
+        let cost = 2.0 * self.wanted.iter().map(|counts| self.cost(counts)).sum::<f64>();
+        let most = self.lit() * self.job.samples.len() as f64;
+        cost <= 2.0 * most && (0..4).all(|pair| (0..self.tiles.len()).all(|i| near(pair, i)))
     }
 
     /// The shares of the present round.
@@ -333,6 +348,9 @@ impl Keep for Rounds<'_> {
         }
         for wanted in self.wanted.iter_mut().flatten() {
             *wanted = count()?;
+        }
+        if !self.sane() {
+            return Err(wrong("it is damaged: its counts of samples are none of this render"));
         }
         let quarters = self.pairs.iter_mut().flat_map(|pair| &mut pair.quarters).flatten();
         quarters.into_iter().try_for_each(|sums| sums.receive(from))?;

@@ -5,17 +5,22 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
+use std::sync::atomic::Ordering;
 
+use petzval::checkpoint::Saved;
 use petzval::image::{Picture, Raster, Transfer};
+use petzval::job::{Changes, prepare};
 use petzval::lens::{self, From, Paraxial};
+use petzval::render::{Backend, Job, Progress, Until, merge, render_kept};
 use petzval::scene::{pbrt, ply};
 
 /// A reader: a folder to work in, and what the file holds.
 pub type Reader = fn(&Path, &[u8]);
 
 /// All of them, by the folder of their corpus.
-pub const READERS: [(&str, Reader); 4] =
-    [("scene", scene), ("lens", lens), ("ply", ply), ("image", image)];
+pub const READERS: [(&str, Reader); 5] =
+    [("scene", scene), ("lens", lens), ("ply", ply), ("image", image), ("checkpoint", checkpoint)];
 
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> std::path::PathBuf {
     let path = folder.join(name);
@@ -58,4 +63,62 @@ pub fn image(folder: &Path, bytes: &[u8]) {
     let path = write(folder, name, bytes);
     let _ = Raster::read(&path, Transfer::Srgb).map(Raster::into_picture);
     let _ = Picture::read(&path, true);
+}
+
+/// The picture that checkpoints of the corpus are of. They were written by
+/// `petzval render scene.pbrt -o part.petzval --shard 1/1`, and by interrupting it with `--spp 1000000`
+/// and with `--noise 1e-5`.
+const PICTURE: &str = r#"
+    Film "rgb" "integer xresolution" 8 "integer yresolution" 6
+    Camera "perspective"
+    Sampler "independent" "integer pixelsamples" 4
+    WorldBegin
+    LightSource "infinite"
+    Translate 0 0 4 Shape "sphere""#;
+
+/// A part of a picture, and a checkpoint of a render that goes on: one of fixed counts, and one that
+/// takes samples where they are needed.
+pub fn checkpoint(folder: &Path, bytes: &[u8]) {
+    static JOBS: OnceLock<[Job; 3]> = OnceLock::new();
+    let [part, even, adaptive] = JOBS.get_or_init(|| {
+        let scene = write(folder, "picture.pbrt", PICTURE.as_bytes());
+        let job = |samples, noise| {
+            let description = pbrt::read(&scene).expect("the scene of the checkpoints");
+            let until = Until { noise, time: None };
+            let changes = Changes { samples, until, ..Changes::default() };
+            prepare(description, &changes).expect("the job of the checkpoints").0
+        };
+        [job(None, None), job(Some(1_000_000), None), job(None, Some(1e-5))]
+    });
+    let path = write(folder, "part.petzval", &sealed(bytes));
+    let _ = merge(part, std::slice::from_ref(&path));
+    // What is stopped at once reads only.
+    let progress = Progress::default();
+    progress.stop.store(true, Ordering::Relaxed);
+    for job in [even, adaptive] {
+        if let Ok(saved) = Saved::open(&path) {
+            let _ = render_kept(job, Backend::Simd, 1, &progress, None, Some(saved));
+        }
+    }
+}
+
+/// A file of this kind whose lengths and checksums say nothing against what it holds.
+fn sealed(bytes: &[u8]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    let Some(length) = bytes.get(12..20) else { return bytes };
+    let length =
+        length.iter().rev().fold(0, |sum: usize, &byte| sum.wrapping_mul(256) | usize::from(byte));
+    let head = length.saturating_add(20);
+    let (Some(body), last) = (head.checked_add(12), bytes.len().saturating_sub(4)) else {
+        return bytes;
+    };
+    if body > last {
+        return bytes;
+    }
+    let checksum = crc32fast::hash(&bytes[20..head]);
+    bytes[head..head + 4].copy_from_slice(&checksum.to_le_bytes());
+    bytes[head + 4..body].copy_from_slice(&((last - body) as u64).to_le_bytes());
+    let checksum = crc32fast::hash(&bytes[body..last]);
+    bytes[last..].copy_from_slice(&checksum.to_le_bytes());
+    bytes
 }

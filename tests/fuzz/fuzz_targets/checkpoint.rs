@@ -1,0 +1,13 @@
+#![no_main]
+
+#[path = "../readers.rs"]
+mod readers;
+
+use std::sync::LazyLock;
+
+use libfuzzer_sys::fuzz_target;
+use tempfile::TempDir;
+
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a folder"));
+
+fuzz_target!(|bytes: &[u8]| readers::checkpoint(FOLDER.path(), bytes));
