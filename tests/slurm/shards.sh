@@ -21,7 +21,7 @@ fail() {
 
 # Waits until a shard has a checkpoint, and sets what it is then: its job, and its node.
 running() {
-    until [ -e "out.exr.parts/$1.petzval.petzval" ]; do
+    until [ -e "out.exr.parts/$1.petzval.checkpoint" ]; do
         [ ! -e "out.exr.parts/$1.petzval" ] || fail "shard $1 ended before its checkpoint"
         sleep 0.02
     done
@@ -70,7 +70,7 @@ for shard in 3 7; do
     grep -q 'holds what is done' "out.exr.parts/$shard.log" ||
         fail "shard $shard was not left the time for its checkpoint"
 done
-[ -z "$(ls out.exr.parts/*.petzval.petzval 2>/dev/null)" ] || fail 'a checkpoint is left over'
+[ -z "$(ls out.exr.parts/*.petzval.checkpoint 2>/dev/null)" ] || fail 'a checkpoint is left over'
 
 "$PETZVAL" render "$scene" "${words[@]}" -o whole.exr 2>/dev/null
 "$root/scenes/slurm/submit.sh" "$scene" 8 out.exr --spp 8 2>refused.log &&
