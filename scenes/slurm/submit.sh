@@ -16,7 +16,7 @@ shift 3
 parts=$out.parts
 words=$(printf '%q ' "$scene" "$n" "$@")
 mkdir -p "$parts"
-if compgen -G "$parts/*.petzval" >/dev/null && [ "$(cat "$parts/words")" != "$words" ]; then
+if compgen -G "$parts/*.petzval*" >/dev/null && [ "$(cat "$parts/words")" != "$words" ]; then
     echo "$parts holds parts of another picture, $(cat "$parts/words"); move or remove it" >&2
     exit 2
 fi
