@@ -10,7 +10,7 @@ const RIDE: f64 = 30.0;
 /// A ray against the box around all that moves; and one that comes near to it, where things go
 /// straight and where they turn: there the boxes that they pass are wider, and more rays meet one.
 const RAY: f64 = 4.0;
-const NEAR_RAY: [f64; 2] = [30.0, 125.0];
+const NEAR_RAY: [f64; 2] = [40.0, 110.0];
 
 pub(super) fn find(question: &Question) -> Finding {
     let moves = &question.moves;
