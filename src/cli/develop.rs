@@ -60,10 +60,10 @@ impl Development<'_> {
             (None, Some(mean)) => format!("{mean:.1}"),
             (None, None) => job.samples.end.to_string(),
         };
-        if exposed.film.dropped > 0 {
+        if exposed.film.dropped.count() > 0 {
             say!(
                 "petzval: warning: {} samples were no numbers and were left out",
-                exposed.film.dropped
+                exposed.film.dropped.count()
             );
         }
         if exposed.film.dark() && exposed.partial.is_none() {

@@ -285,7 +285,7 @@ impl<'a> Rounds<'a> {
         let mut film = FilmSums::settled(frame, means, variances);
         self.haunt.put_mean(&mut film);
         let quarters = self.pairs.iter().flat_map(|pair| &pair.quarters).flatten();
-        film.dropped = quarters.map(|sums| sums.dropped).sum();
+        quarters.for_each(|sums| film.dropped.add(&sums.dropped));
         let count = |i| 2 * self.pairs.iter().map(|pair| pair.counts[i]).sum::<u32>();
         let counts = || (0..self.tiles.len()).map(count);
         let reached = Reached {
