@@ -22,6 +22,7 @@ mod plan;
 mod progress;
 mod psf;
 mod render;
+mod replay;
 mod trace;
 mod values;
 mod vignetting;
@@ -32,13 +33,14 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
-use petzval::lens::Coating;
+use petzval::lens::{Aim, Coating};
 use petzval::metric::Metric;
+use petzval::render::Backend;
 
 use layer::AovArgument;
 use picture::PictureArguments;
 use values::{
-    Every, coating, every, four, length, length_or_inf, noise, point, range, shard, time,
+    Every, coating, every, four, length, length_or_inf, noise, pixel, point, range, shard, time,
 };
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
@@ -59,6 +61,10 @@ enum Command {
     Merge(MergeArguments),
     /// Show what a lens file holds and where it focuses
     Lens(LensArguments),
+    /// Take one sample of a picture once more, and print its whole way: surface by surface through
+    /// the lens, hit by hit through the scene, to the value that the render adds to the pixel. Give
+    /// the options of the render
+    Replay(Box<ReplayArguments>),
     /// Show which effects a picture needs, why, and what they cost
     Plan(PlanArguments),
     /// Show what accuracy costs in time: a scene by a ladder of camera models, from the pinhole to
@@ -75,6 +81,34 @@ enum Command {
 struct PlanArguments {
     #[command(flatten)]
     picture: PictureArguments,
+    /// For programs: one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// `petzval replay`
+#[derive(Debug, clap::Args)]
+struct ReplayArguments {
+    #[command(flatten)]
+    picture: PictureArguments,
+    /// The pixel, in the whole picture, also where a part of it is rendered
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    pixel: [u32; 2],
+    /// The number of the sample among those of the pixel, from 0; it need not be below --spp
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..1 << 30))]
+    sample: u32,
+    /// The seed of this sample, where --noise or --time gave it one of its own
+    #[arg(long, value_name = "N")]
+    sample_seed: Option<u32>,
+    /// The part of the picture that was rendered
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four)]
+    crop: Option<[u32; 4]>,
+    /// Where film points aim, as in petzval render
+    #[arg(long, value_enum, default_value_t)]
+    pupil: PupilArgument,
+    /// Eight lanes or one. The answer is the same
+    #[arg(long, value_enum, default_value_t)]
+    backend: BackendArgument,
     /// For programs: one JSON object
     #[arg(long)]
     json: bool,
@@ -308,6 +342,24 @@ enum PupilArgument {
     Rear,
 }
 
+impl From<BackendArgument> for Backend {
+    fn from(argument: BackendArgument) -> Self {
+        match argument {
+            BackendArgument::Simd => Self::Simd,
+            BackendArgument::Scalar => Self::Scalar,
+        }
+    }
+}
+
+impl From<PupilArgument> for Aim {
+    fn from(argument: PupilArgument) -> Self {
+        match argument {
+            PupilArgument::Exit => Self::Pupil,
+            PupilArgument::Rear => Self::RearDisk,
+        }
+    }
+}
+
 /// Writes an answer to where answers go.
 fn print(text: &str) -> Result<Outcome, Failure> {
     use std::io::Write as _;
@@ -346,6 +398,7 @@ pub fn run() -> ExitCode {
             trace::run(&arguments)
         }
         Command::Lens(arguments) => lens::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
