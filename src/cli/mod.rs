@@ -39,8 +39,9 @@ use petzval::render::Backend;
 
 use layer::AovArgument;
 use picture::PictureArguments;
+use replay::ReplayArguments;
 use values::{
-    Every, coating, every, four, length, length_or_inf, noise, pixel, point, range, shard, time,
+    Every, coating, every, four, length, length_or_inf, noise, point, range, shard, time,
 };
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
@@ -81,34 +82,6 @@ enum Command {
 struct PlanArguments {
     #[command(flatten)]
     picture: PictureArguments,
-    /// For programs: one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-/// `petzval replay`
-#[derive(Debug, clap::Args)]
-struct ReplayArguments {
-    #[command(flatten)]
-    picture: PictureArguments,
-    /// The pixel, in the whole picture, also where a part of it is rendered
-    #[arg(long, value_name = "X,Y", value_parser = pixel)]
-    pixel: [u32; 2],
-    /// The number of the sample among those of the pixel, from 0; it need not be below --spp
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..1 << 30))]
-    sample: u32,
-    /// The seed of this sample, where --noise or --time gave it one of its own
-    #[arg(long, value_name = "N")]
-    sample_seed: Option<u32>,
-    /// The part of the picture that was rendered
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four)]
-    crop: Option<[u32; 4]>,
-    /// Where film points aim, as in petzval render
-    #[arg(long, value_enum, default_value_t)]
-    pupil: PupilArgument,
-    /// Eight lanes or one. The answer is the same
-    #[arg(long, value_enum, default_value_t)]
-    backend: BackendArgument,
     /// For programs: one JSON object
     #[arg(long)]
     json: bool,

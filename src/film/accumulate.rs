@@ -85,6 +85,11 @@ impl TileSums {
     }
 }
 
+/// What a picture holds is finite: a sum of numbers may be more than f32 has.
+pub(crate) fn single(value: f64) -> f32 {
+    value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+}
+
 /// Sums of the radiance that a picture's pixels received.
 #[derive(Clone, Debug)]
 pub struct FilmSums {
@@ -156,7 +161,7 @@ impl FilmSums {
         let variance = |(sum, square): (&[f64; 3], &[f64; 3])| {
             [0, 1, 2].map(|c| {
                 let spread = (square[c] - sum[c] * sum[c] / n).max(0.0);
-                (spread / (n * (n - 1.0).max(1.0))) as f32
+                single(spread / (n * (n - 1.0).max(1.0)))
             })
         };
         let all = self.sums.iter().zip(&self.squares).map(variance);
@@ -176,7 +181,7 @@ impl FilmSums {
         };
         Picture {
             size: self.frame.size().map(|n| n as usize),
-            pixels: self.sums.iter().map(|sum| sum.map(|s| (s * scale) as f32)).collect(),
+            pixels: self.sums.iter().map(|sum| sum.map(|s| single(s * scale))).collect(),
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod filter;
 mod response;
 mod sample;
 
+pub(crate) use accumulate::single;
 pub use accumulate::{FilmSums, TileSums};
 pub use colours::Colours;
 pub use dropped::{Dropped, SampleName};

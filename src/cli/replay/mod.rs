@@ -9,9 +9,39 @@ use petzval::job::{Changes, fits, prepare};
 use petzval::render::{Place, replay};
 use petzval::scene::pbrt;
 
-use super::{Failure, Outcome, ReplayArguments};
+use super::picture::PictureArguments;
+use super::values::{four, pixel};
+use super::{BackendArgument, Failure, Outcome, PupilArgument};
 
 pub(super) use line::command;
+
+/// `petzval replay`
+#[derive(Debug, clap::Args)]
+pub(super) struct ReplayArguments {
+    #[command(flatten)]
+    picture: PictureArguments,
+    /// The pixel, in the whole picture, also where a part of it is rendered
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    pixel: [u32; 2],
+    /// The number of the sample among those of the pixel, from 0; it need not be below --spp
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..1 << 30))]
+    sample: u32,
+    /// The seed of this sample, where --noise or --time gave it one of its own
+    #[arg(long, value_name = "N")]
+    sample_seed: Option<u32>,
+    /// The part of the picture that was rendered
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = four)]
+    crop: Option<[u32; 4]>,
+    /// Where film points aim, as in petzval render
+    #[arg(long, value_enum, default_value_t)]
+    pupil: PupilArgument,
+    /// Eight lanes or one. The answer is the same
+    #[arg(long, value_enum, default_value_t)]
+    backend: BackendArgument,
+    /// For programs: one JSON object
+    #[arg(long)]
+    json: bool,
+}
 
 pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
     let ReplayArguments { picture, pixel, sample, sample_seed, crop, pupil, backend, json } =

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use petzval::lens::{Blocked, Crossing, Model, Passage, Why};
-use petzval::render::{Job, Place, Replay, Step};
+use petzval::render::{Job, Place, Replay, Shadow, Step};
 use petzval::scene::{Geometry, Light};
 use petzval::shade::{Fate, Looked};
 
@@ -37,6 +37,9 @@ pub(super) fn text(job: &Job, replay: &Replay) -> String {
         // So many digits that they can be read back.
         Some([r, g, b]) => text.line("adds", format!("{r:e} {g:e} {b:e}")),
         None => text.line("adds", "nothing: it is no number, and is dropped"),
+    }
+    if job.ghosts.is_some() {
+        text.line("", "ghosts add to the pixel too: they are of no sample");
     }
     if let Some(place) = breaks {
         text.line("first", format!("{} is no finite number", super::words(place)));
@@ -141,80 +144,81 @@ impl Text {
 
     /// What happens from one surface to the next.
     fn step(&mut self, job: &Job, i: usize, step: &Step) {
-        let Step { hit, met, emits, shone, account, shadow, next, radiance, .. } = step;
+        let Step { emits, shone, account, next, radiance, .. } = step;
         self.line("", "");
-        match met {
-            None => self.line(&format!("{}", i + 1), "meets nothing"),
-            Some([at, normal]) => {
-                let shape = &job.scene.shapes[hit.shape as usize];
-                let form = match &shape.geometry {
-                    Geometry::Mesh(_) => format!("triangle {} of shape", hit.primitive),
-                    Geometry::Quadric(quadric) => format!("{}, shape", quadric.name()),
-                };
-                let material = match account.material {
-                    Some(material) => format!(", {}, material {material}", account.kind),
-                    None => String::new(),
-                };
-                let distance = number(hit.t);
-                let met = format!("meets {form} {}{material}, distance {distance}", hit.shape);
-                self.line(&format!("{}", i + 1), met);
-                self.line("", format!("at {}", row(at)));
-                self.line("", format!("normal {}", row(normal)));
-                if let Some(shading) = account.normal.filter(|shading| shading != normal) {
-                    self.line("", format!("normal for shading {}", row(&shading)));
-                }
-            }
-        }
+        self.meets(job, i, step);
         if *emits != [0.0; 3] {
             self.line("", format!("emits {}", row(emits)));
             self.line_at(Place::Emission(i), "", format!("which adds {}", row(shone)));
         }
         if let Some(looked) = &account.looked {
-            let Looked { light, density, radiance } = looked;
-            let light = match light.and_then(|i| Some((i, job.scene.lights.all.get(i as usize)?))) {
-                Some((i, light)) => format!("light {i} ({})", kind(light)),
-                None => "a light".to_owned(),
-            };
-            let density = number(*density);
-            self.line("", format!("looks at {light}, chosen with the density {density}"));
-            self.line_at(Place::Light(i), "", format!("radiance over density {}", row(radiance)));
-            match shadow {
-                None => self.line("", "of which nothing is scattered this way"),
-                Some(shadow) => {
-                    self.line("", format!("which brings {}", row(&shadow.brings)));
-                    self.line("", format!("along {}", row(&shadow.ray.direction)));
-                    let arrives =
-                        if shadow.arrives { "it arrives" } else { "something is in its way" };
-                    self.line("", arrives);
-                }
-            }
+            self.looks(job, i, looked, step.shadow.as_ref());
         }
         self.line_at(Place::Sum(i), "", format!("radiance so far {}", row(radiance)));
-        match (next, account.fate) {
-            (Some((ray, carried, density)), _) => {
+        match next {
+            Some((ray, carried, density)) => {
                 let (towards, density) = (row(&ray.direction), number(*density));
                 self.line("", format!("goes on towards {towards}, density {density}"));
                 self.line_at(Place::Next(i), "", format!("carries {}", row(carried)));
             }
-            (None, fate) => self.line("", ends(fate)),
+            None => self.line("", ends(account.fate)),
         }
+    }
+
+    fn meets(&mut self, job: &Job, i: usize, step: &Step) {
+        let Step { hit, met, account, .. } = step;
+        let place = (i + 1).to_string();
+        let Some([at, normal]) = met else { return self.line(&place, "meets nothing") };
+        let form = match &job.scene.shapes[hit.shape as usize].geometry {
+            Geometry::Mesh(_) => format!("triangle {} of shape", hit.primitive),
+            Geometry::Quadric(quadric) => format!("{}, shape", quadric.name()),
+        };
+        let material = match account.material {
+            Some(material) => format!(", {}, material {material}", account.kind),
+            None => String::new(),
+        };
+        let distance = number(hit.t);
+        self.line(&place, format!("meets {form} {}{material}, distance {distance}", hit.shape));
+        self.line("", format!("at {}", row(at)));
+        self.line("", format!("normal {}", row(normal)));
+        if let Some(shading) = account.normal.filter(|shading| shading != normal) {
+            self.line("", format!("normal for shading {}", row(&shading)));
+        }
+    }
+
+    fn looks(&mut self, job: &Job, i: usize, looked: &Looked, shadow: Option<&Shadow>) {
+        let Looked { light, density, radiance } = looked;
+        let known = light.and_then(|i| Some((i, job.scene.lights.all.get(i as usize)?)));
+        let light = known.map_or("a light".to_owned(), |(i, l)| format!("light {i} ({})", kind(l)));
+        let density = number(*density);
+        self.line("", format!("looks at {light}, chosen with the density {density}"));
+        self.line_at(Place::Light(i), "", format!("radiance over density {}", row(radiance)));
+        let Some(Shadow { ray, brings, arrives }) = shadow else {
+            return self.line("", "of which nothing is scattered this way");
+        };
+        self.line("", format!("which brings {}", row(brings)));
+        self.line("", format!("along {}", row(&ray.direction)));
+        self.line("", if *arrives { "it arrives" } else { "something is in its way" });
     }
 }
 
 /// How a path ends.
-pub(super) fn ends(fate: Fate) -> String {
+fn ends(fate: Fate) -> String {
     match fate {
         Fate::Escapes => "the path leaves the scene".to_owned(),
         Fate::Deepest => "the path ends: it has met as many surfaces as it may".to_owned(),
         Fate::Absorbed | Fate::GoesOn => "the path ends: nothing is left of it".to_owned(),
         Fate::Complete => "the path ends: its last light came from the light above".to_owned(),
         Fate::Roulette { chance } => {
-            format!("the path ends by Russian roulette, with {} to go on", number(chance))
+            format!(
+                "the path ends by Russian roulette, with a chance of {} to go on",
+                number(chance)
+            )
         }
     }
 }
 
-pub(super) fn kind(light: &Light) -> &'static str {
+fn kind(light: &Light) -> &'static str {
     match light {
         Light::Area(_) => "area",
         Light::Lamp(_) => "lamp",
