@@ -129,6 +129,8 @@ pub struct SampleBatch {
     pub key: Column<u32>,
     /// Index of the sample in its pixel.
     pub sample: Column<u32>,
+    /// Seed of the random numbers of all of them.
+    pub seed: u32,
     /// Point on the film, in the film's units (mm for a real lens), camera frame: x to the
     /// right and y up as seen from behind the camera; the picture on it is upside down.
     pub film: [Column<f32>; 2],

@@ -8,6 +8,7 @@ mod keeper;
 mod ledger;
 mod pair;
 mod partial;
+mod replay;
 mod rounds;
 mod spread;
 mod tails;
@@ -39,6 +40,7 @@ use tails::{FEW, Tails};
 
 pub use disperse::{DisperseColumns, disperse};
 pub use keeper::Keeper;
+pub use replay::{Place, Replay, Shadow, Shared, Step, replay};
 pub use until::{Reached, Until};
 
 /// Everything that decides what a picture looks like.
@@ -335,40 +337,50 @@ impl Wave {
         sums: &mut TileSums,
         clock: &mut Clock,
     ) {
-        let Self { samples, rays, next, shadows, hits, stack, columns, radiance, .. } = self;
-        let (stats, tails) = (&mut self.stats, &mut self.tails);
-        let Job { scene, film, reach, .. } = job;
         let beam = job.beam();
-        let moves = EFFECTS && !scene.movers().is_empty();
-        for depth in first..=reach.max_depth {
-            let intersect = scene.intersect::<R>(rays, hits, stack);
-            if moves {
-                scene.intersect_moving::<R>(rays, &samples.time, hits, stack);
-            }
-            clock.lap(stats, Stage::Intersect, rays.len);
-            if let (0, Some(features)) = (depth, &mut features) {
-                features.record(scene, rays, hits, samples);
-                clock.lap(stats, Stage::Record, rays.len);
-            }
-            let vertex = Vertex { depth, reach: *reach, beam };
-            let shade =
-                shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
-            clock.lap(stats, Stage::Shade, rays.len);
-            let shaded = shadows.len;
-            if moves {
-                scene.occlude_moving::<R>(shadows, &samples.time, stack);
-            }
-            let occlude = scene.occlude::<R>(shadows, stack, radiance);
-            clock.lap(stats, Stage::Occlude, shaded);
-            stats.bounce(depth, BounceLanes { intersect, shade, occlude });
-            std::mem::swap(rays, next);
-            if rays.len < FEW {
-                tails.defer(depth + 1, samples, rays, radiance);
+        for depth in first..=job.reach.max_depth {
+            let vertex = Vertex { depth, reach: job.reach, beam };
+            self.bounce::<R>(job, vertex, features.as_deref_mut(), clock);
+            if self.rays.len < FEW {
+                self.tails.defer(depth + 1, &mut self.samples, &mut self.rays, &self.radiance);
                 break;
             }
         }
-        sums.accumulate(film, samples, radiance);
-        clock.lap(stats, Stage::Accumulate, samples.len);
+        sums.accumulate(&job.film, &self.samples, &self.radiance);
+        clock.lap(&mut self.stats, Stage::Accumulate, self.samples.len);
+    }
+
+    /// Takes paths to the surfaces that they meet next, and turns them there.
+    fn bounce<R: Real<Scalar = f32>>(
+        &mut self,
+        job: &Job,
+        vertex: Vertex,
+        features: Option<&mut Features>,
+        clock: &mut Clock,
+    ) {
+        let Self { samples, rays, next, shadows, hits, stack, columns, radiance, .. } = self;
+        let (stats, scene) = (&mut self.stats, &job.scene);
+        let moves = EFFECTS && !scene.movers().is_empty();
+        let intersect = scene.intersect::<R>(rays, hits, stack);
+        if moves {
+            scene.intersect_moving::<R>(rays, &samples.time, hits, stack);
+        }
+        clock.lap(stats, Stage::Intersect, rays.len);
+        if let (0, Some(features)) = (vertex.depth, features) {
+            features.record(scene, rays, hits, samples);
+            clock.lap(stats, Stage::Record, rays.len);
+        }
+        let shade =
+            shade::<R>(scene, vertex, rays, hits, samples, columns, radiance, shadows, next);
+        clock.lap(stats, Stage::Shade, rays.len);
+        let shaded = shadows.len;
+        if moves {
+            scene.occlude_moving::<R>(shadows, &samples.time, stack);
+        }
+        let occlude = scene.occlude::<R>(shadows, stack, radiance);
+        clock.lap(stats, Stage::Occlude, shaded);
+        stats.bounce(vertex.depth, BounceLanes { intersect, shade, occlude });
+        std::mem::swap(rays, next);
     }
 }
 

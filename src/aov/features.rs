@@ -9,7 +9,7 @@ use glam::{Affine3A, Vec3};
 
 use super::Aov;
 use crate::checkpoint::{Reader, Writer};
-use crate::film::{Frame, Tile};
+use crate::film::{Frame, Tile, single};
 use crate::image::Layer;
 use crate::lens::{Camera, Model};
 use crate::motion::Motion;
@@ -145,7 +145,7 @@ impl Features {
     pub fn new(job: &Job, tile: &Tile) -> Option<Self> {
         Self::asked(job).then(|| Self {
             sums: vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize],
-            camera_from_world: single(&job.camera.world_from_camera.inverse()),
+            camera_from_world: rounded(&job.camera.world_from_camera.inverse()),
             ride: job.timing.as_ref().and_then(|timing| timing.ride.clone()),
             blur: Blur::of(&job.camera),
             beam: job.beam(),
@@ -185,6 +185,9 @@ impl Features {
             let (ray, hit) = (rays.ray(i), hits[i]);
             let weight = rays.carried(i).into_iter().map(f64::from).sum::<f64>() / 3.0;
             sum.passed += 1;
+            if !weight.is_finite() {
+                continue;
+            }
             sum.weight[0] += weight;
             if hit.shape == NONE {
                 sum.ids.get_or_insert([0; 3]);
@@ -196,18 +199,22 @@ impl Features {
                 hit.instance.wrapping_add(1),
                 shape.material + 1,
             ]);
-            let time = samples.time[rays.slot[i] as usize];
-            let position = seen_at_rest(self.ride.as_ref(), point.position, time);
+            let position = seen_at_rest(self.ride.as_ref(), point.position, samples.time[slot]);
             let depth = f64::from(self.camera_from_world.transform_point3(position).z);
-            sum.weight[1] += weight;
-            sum.depth += weight * depth;
-            if let Some(blur) = &self.blur {
-                let film = [0, 1].map(|axis| f64::from(samples.film[axis][slot]));
-                sum.coc += weight * blur.at(depth, film);
-            }
             let toward = -Vec3::from(ray.direction);
             let normal = point.shading * point.shading.dot(toward).signum();
             let colour = albedo(scene, &self.beam, ray, hit, point);
+            let film = [0, 1].map(|axis| f64::from(samples.film[axis][slot]));
+            let coc = self.blur.as_ref().map_or(0.0, |blur| blur.at(depth, film));
+            let vectors = [point.position.to_array(), normal.to_array(), colour];
+            let all = vectors.as_flattened().iter().copied().map(f64::from);
+            // What is no number would be all that is left of the sums.
+            if !all.chain([depth, coc]).all(f64::is_finite) {
+                continue;
+            }
+            sum.weight[1] += weight;
+            sum.depth += weight * depth;
+            sum.coc += weight * coc;
             for axis in 0..3 {
                 sum.position[axis] += weight * f64::from(point.position[axis]);
                 sum.normal[axis] += weight * f64::from(normal[axis]);
@@ -224,7 +231,7 @@ fn seen_at_rest(ride: Option<&Motion>, position: Vec3, time: f32) -> Vec3 {
     })
 }
 
-fn single(matrix: &glam::DAffine3) -> Affine3A {
+fn rounded(matrix: &glam::DAffine3) -> Affine3A {
     Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
 }
 
@@ -266,7 +273,7 @@ impl FeatureFilm {
     /// One of the layers of first surfaces.
     pub(super) fn layer(&self, aov: Aov) -> Option<Layer> {
         let all = |value: &dyn Fn(&Sum) -> f64| -> Vec<f32> {
-            self.sums.iter().map(|sum| value(sum) as f32).collect()
+            self.sums.iter().map(|sum| single(value(sum))).collect()
         };
         let mean = |total: f64, weight: f64| if weight > 0.0 { total / weight } else { 0.0 };
         let id =

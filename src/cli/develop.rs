@@ -4,18 +4,21 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use petzval::aov;
+use petzval::film::{Dropped, SampleName};
 use petzval::image::{Encoding, Format, Note, Notes, Window};
 use petzval::lens::Model;
 use petzval::plan::Effect;
 use petzval::render::{Exposed, Job, Reached};
 use petzval::stats::{Lanes, Stage, Stats};
 
-use super::Failure;
 use super::inputs::{line, words};
+use super::{Failure, replay};
 
 /// A picture that is still on the film.
 pub(super) struct Development<'a> {
     pub job: &'a Job,
+    /// The command line that rendered it.
+    pub words: &'a [String],
     /// What is known about it.
     pub notes: Notes,
     pub output: &'a Path,
@@ -29,11 +32,13 @@ pub(super) struct Development<'a> {
 impl Development<'_> {
     /// Writes the picture, and says how it came about.
     pub fn develop(self, exposed: &Exposed) -> Result<(), Failure> {
-        let Self { job, mut notes, output, encoding, threads, start, read } = self;
+        let Self { job, words: rendered_by, mut notes, output, encoding, threads, start, read } =
+            self;
         let rendered = start.elapsed();
         let taken = taken(exposed);
         notes.retain(|(name, _)| taken.iter().all(|(other, _)| other != name));
         notes.extend(taken);
+        notes.extend(dropped(&exposed.film.dropped));
         notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
         notes.push(("commandLine", Note::Text(line(&words()))));
         let window = Window { origin: job.frame.low, frame: job.frame.resolution };
@@ -60,12 +65,7 @@ impl Development<'_> {
             (None, Some(mean)) => format!("{mean:.1}"),
             (None, None) => job.samples.end.to_string(),
         };
-        if exposed.film.dropped > 0 {
-            say!(
-                "petzval: warning: {} samples were no numbers and were left out",
-                exposed.film.dropped
-            );
-        }
+        say_dropped(&exposed.film.dropped, rendered_by, job.seed);
         if exposed.film.dark() && exposed.partial.is_none() {
             say!("petzval: warning: {}", why_black(job, &exposed.stats));
         }
@@ -107,6 +107,38 @@ fn taken(exposed: &Exposed) -> Notes {
         .into_iter()
         .flat_map(|mean| [number("samplesPerPixel", mean), number("complete", 0.0)]);
     reached.chain(partial).collect()
+}
+
+/// Which samples were left out, if any.
+fn dropped(dropped: &Dropped) -> Notes {
+    if dropped.count() == 0 {
+        return Notes::new();
+    }
+    let name = |name: &SampleName| {
+        let ([x, y], SampleName { sample, seed, .. }) = (name.pixel(), name);
+        format!("pixel {x},{y} sample {sample} seed {seed}")
+    };
+    let names: Vec<String> = dropped.first().iter().map(name).collect();
+    vec![
+        ("droppedSamples", Note::Number(dropped.count() as f64)),
+        ("firstDropped", Note::Text(names.join("; "))),
+    ]
+}
+
+/// Says which samples were left out, and how their ways can be seen.
+fn say_dropped(dropped: &Dropped, words: &[String], seed: u32) {
+    let (count, first) = (dropped.count(), dropped.first());
+    if count == 0 {
+        return;
+    }
+    say!("petzval: warning: {count} samples were no numbers and were left out; see their ways by");
+    for name in first {
+        say!("  {}", replay::command(words, name, seed));
+    }
+    let more = count.saturating_sub(first.len() as u64);
+    if more > 0 {
+        say!("  and {more} more");
+    }
 }
 
 /// Time and rays by stage, and which surface of the lens let how many rays through.

@@ -41,7 +41,8 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let exposed = merge(&job, &parts)?;
     let encoding = Encoding { half: *half, exposure: *exposure };
     let threads = threads.map_or(0, usize::from);
-    Development { job: &job, notes, output, encoding, threads, start, read }.develop(&exposed)?;
+    Development { job: &job, words, notes, output, encoding, threads, start, read }
+        .develop(&exposed)?;
     Ok(Outcome::Done)
 }
 

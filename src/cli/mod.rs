@@ -22,6 +22,7 @@ mod plan;
 mod progress;
 mod psf;
 mod render;
+mod replay;
 mod trace;
 mod values;
 mod vignetting;
@@ -32,11 +33,13 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
-use petzval::lens::Coating;
+use petzval::lens::{Aim, Coating};
 use petzval::metric::Metric;
+use petzval::render::Backend;
 
 use layer::AovArgument;
 use picture::PictureArguments;
+use replay::ReplayArguments;
 use values::{
     Every, coating, every, four, length, length_or_inf, noise, point, range, shard, time,
 };
@@ -59,6 +62,10 @@ enum Command {
     Merge(MergeArguments),
     /// Show what a lens file holds and where it focuses
     Lens(LensArguments),
+    /// Take one sample of a picture once more, and print its whole way: surface by surface through
+    /// the lens, hit by hit through the scene, to the value that the render adds to the pixel. Give
+    /// the options of the render
+    Replay(Box<ReplayArguments>),
     /// Show which effects a picture needs, why, and what they cost
     Plan(PlanArguments),
     /// Show what accuracy costs in time: a scene by a ladder of camera models, from the pinhole to
@@ -308,6 +315,24 @@ enum PupilArgument {
     Rear,
 }
 
+impl From<BackendArgument> for Backend {
+    fn from(argument: BackendArgument) -> Self {
+        match argument {
+            BackendArgument::Simd => Self::Simd,
+            BackendArgument::Scalar => Self::Scalar,
+        }
+    }
+}
+
+impl From<PupilArgument> for Aim {
+    fn from(argument: PupilArgument) -> Self {
+        match argument {
+            PupilArgument::Exit => Self::Pupil,
+            PupilArgument::Rear => Self::RearDisk,
+        }
+    }
+}
+
 /// Writes an answer to where answers go.
 fn print(text: &str) -> Result<Outcome, Failure> {
     use std::io::Write as _;
@@ -346,6 +371,7 @@ pub fn run() -> ExitCode {
             trace::run(&arguments)
         }
         Command::Lens(arguments) => lens::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

@@ -8,15 +8,14 @@ use std::time::Instant;
 
 use petzval::image::{Encoding, Format, ImageError, Notes};
 use petzval::job::{Changes, fits, prepare};
-use petzval::lens::Aim;
-use petzval::render::{Backend, Job, Progress, Until, render_kept};
+use petzval::render::{Job, Progress, Until, render_kept};
 use petzval::scene::pbrt::{self, Description};
 
 use super::develop::Development;
 use super::inputs::{inputs, words};
 use super::kept::{Kept, partial_name};
 use super::progress::Bar;
-use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
+use super::{Failure, Outcome, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
@@ -38,12 +37,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     if let Some(samples) = arguments.part(all)? {
         job.samples = samples;
     }
-    let mut kept = Kept::new(arguments, &output, words, inputs, &job, all);
+    let mut kept = Kept::new(arguments, &output, words.clone(), inputs, &job, all);
     let from = kept.from(arguments.resume)?;
-    let backend = match arguments.backend {
-        BackendArgument::Simd => Backend::Simd,
-        BackendArgument::Scalar => Backend::Scalar,
-    };
     let threads = arguments.threads.map_or(0, usize::from);
     let read = start.elapsed();
 
@@ -51,7 +46,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     progress.samples.store(from.as_ref().map_or(0, |saved| saved.head.taken), Ordering::Relaxed);
     stop_at_signals(progress.clone());
     let bar = Bar::start(&job, progress.clone());
-    let exposed = render_kept(&job, backend, threads, &progress, Some(&kept.keeper), from);
+    let exposed =
+        render_kept(&job, arguments.backend.into(), threads, &progress, Some(&kept.keeper), from);
     bar.finish();
     let exposed = exposed?;
 
@@ -64,8 +60,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         None => output,
     };
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
-    let output = &output;
-    let development = Development { job: &job, notes, output, encoding, threads, start, read };
+    let (job, words, output) = (&job, &words[..], &output);
+    let development = Development { job, words, notes, output, encoding, threads, start, read };
     if let Err(failure) = development.develop(&exposed) {
         kept.say_unwritten();
         return Err(failure);
@@ -81,10 +77,7 @@ pub(super) fn job(
 ) -> Result<(Job, Notes), Failure> {
     let changes = Changes {
         crop: arguments.crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]),
-        aim: match arguments.pupil {
-            PupilArgument::Exit => Aim::Pupil,
-            PupilArgument::Rear => Aim::RearDisk,
-        },
+        aim: arguments.pupil.into(),
         layers: arguments.aov.iter().map(|&aov| aov.into()).collect(),
         holds_layers,
         until: Until { noise: arguments.noise, time: arguments.time },

@@ -24,6 +24,10 @@ pub(super) fn point(text: &str) -> Result<[f64; 2], String> {
     point.ok_or_else(|| "expected two numbers X,Y in mm, such as 0,10".to_owned())
 }
 
+pub(super) fn pixel(text: &str) -> Result<[u32; 2], String> {
+    list(text, ',').ok_or_else(|| "expected two whole numbers X,Y".to_owned())
+}
+
 pub(super) fn four(text: &str) -> Result<[u32; 4], String> {
     list(text, ',').ok_or_else(|| "expected four whole numbers X0,Y0,X1,Y1".to_owned())
 }

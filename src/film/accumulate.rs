@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{Frame, Response, Tile};
+use super::{Dropped, Frame, Response, SampleName, Tile};
 use crate::checkpoint::{Reader, Writer};
 use crate::image::Picture;
 use crate::rays::{Column, NONE, SampleBatch};
@@ -10,11 +10,12 @@ use crate::rays::{Column, NONE, SampleBatch};
 /// Sums of the radiance that a tile's pixels received.
 #[derive(Clone, Debug, Default)]
 pub struct TileSums {
+    tile: Tile,
     sums: Vec<[f64; 3]>,
     /// Of the squares, where somebody asks for the variance.
     squares: Vec<[f64; 3]>,
     /// Samples that were not finite and were left out.
-    pub dropped: u64,
+    pub dropped: Dropped,
 }
 
 impl TileSums {
@@ -22,7 +23,7 @@ impl TileSums {
     pub fn new(tile: &Tile, squares: bool) -> Self {
         let pixels = (tile.size[0] * tile.size[1]) as usize;
         let squares = vec![[0.0; 3]; if squares { pixels } else { 0 }];
-        Self { sums: vec![[0.0; 3]; pixels], squares, dropped: 0 }
+        Self { tile: *tile, sums: vec![[0.0; 3]; pixels], squares, dropped: Dropped::default() }
     }
 
     /// Adds what the same tile received from other samples.
@@ -34,7 +35,7 @@ impl TileSums {
         };
         add(&mut self.sums, &other.sums);
         add(&mut self.squares, &other.squares);
-        self.dropped += other.dropped;
+        self.dropped.add(&other.dropped);
     }
 
     /// What its pixels received, row by row, added up.
@@ -45,18 +46,18 @@ impl TileSums {
     pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
         to.sums(&self.sums)?;
         to.sums(&self.squares)?;
-        to.u64(self.dropped)
+        self.dropped.save(to)
     }
 
     /// Adds what was saved of the same tile.
     pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
         from.add_sums(&mut self.sums)?;
         from.add_sums(&mut self.squares)?;
-        self.dropped = self.dropped.saturating_add(from.u64()?);
-        Ok(())
+        self.dropped.receive(from, &self.tile)
     }
 
-    /// Adds a wave: a stage. A sample whose pixel is [`NONE`] arrives by another wave. What is not a finite number is left out and counted.
+    /// Adds a wave: a stage. A sample whose pixel is [`NONE`] arrives by another wave. What is not
+    /// a finite number is left out, and noted.
     pub fn accumulate(
         &mut self,
         film: &Response,
@@ -67,7 +68,8 @@ impl TileSums {
         for i in (0..samples.len).filter(|&i| samples.pixel[i] != NONE) {
             let light = [0, 1, 2].map(|c| f64::from(radiance[c][i]));
             if !(light[0] + light[1] + light[2]).is_finite() {
-                self.dropped += 1;
+                let pixel = self.tile.pixel(samples.pixel[i]);
+                self.dropped.note(SampleName::new(pixel, samples.sample[i], samples.seed));
                 continue;
             }
             let mut light = film.to(light);
@@ -83,6 +85,11 @@ impl TileSums {
     }
 }
 
+/// What a picture holds is finite: a sum of numbers may be more than f32 has.
+pub(crate) fn single(value: f64) -> f32 {
+    value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+}
+
 /// Sums of the radiance that a picture's pixels received.
 #[derive(Clone, Debug)]
 pub struct FilmSums {
@@ -92,7 +99,7 @@ pub struct FilmSums {
     /// Of every pixel's mean, where the sums are means already.
     settled: Option<Vec<[f32; 3]>>,
     /// Samples that were not finite and were left out.
-    pub dropped: u64,
+    pub dropped: Dropped,
 }
 
 impl FilmSums {
@@ -100,13 +107,15 @@ impl FilmSums {
     pub fn new(frame: Frame, squares: bool) -> Self {
         let [width, height] = frame.size().map(|n| n as usize);
         let squares = vec![[0.0; 3]; if squares { width * height } else { 0 }];
-        Self { frame, sums: vec![[0.0; 3]; width * height], squares, settled: None, dropped: 0 }
+        let sums = vec![[0.0; 3]; width * height];
+        Self { frame, sums, squares, settled: None, dropped: Dropped::default() }
     }
 
     /// A film of means that need no more division, as pixels took different numbers of samples;
     /// with their variance, which is empty where nobody knows it.
     pub fn settled(frame: Frame, means: Vec<[f64; 3]>, variance: Vec<[f32; 3]>) -> Self {
-        Self { frame, sums: means, squares: Vec::new(), settled: Some(variance), dropped: 0 }
+        let dropped = Dropped::default();
+        Self { frame, sums: means, squares: Vec::new(), settled: Some(variance), dropped }
     }
 
     pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
@@ -127,7 +136,7 @@ impl FilmSums {
 
     /// Takes over the pixels of a tile.
     pub fn put(&mut self, tile: &Tile, received: &TileSums) {
-        self.dropped += received.dropped;
+        self.dropped.add(&received.dropped);
         tile.paste(&self.frame, &received.sums, &mut self.sums);
         if !self.squares.is_empty() {
             tile.paste(&self.frame, &received.squares, &mut self.squares);
@@ -152,7 +161,7 @@ impl FilmSums {
         let variance = |(sum, square): (&[f64; 3], &[f64; 3])| {
             [0, 1, 2].map(|c| {
                 let spread = (square[c] - sum[c] * sum[c] / n).max(0.0);
-                (spread / (n * (n - 1.0).max(1.0))) as f32
+                single(spread / (n * (n - 1.0).max(1.0)))
             })
         };
         let all = self.sums.iter().zip(&self.squares).map(variance);
@@ -172,7 +181,7 @@ impl FilmSums {
         };
         Picture {
             size: self.frame.size().map(|n| n as usize),
-            pixels: self.sums.iter().map(|sum| sum.map(|s| (s * scale) as f32)).collect(),
+            pixels: self.sums.iter().map(|sum| sum.map(|s| single(s * scale))).collect(),
         }
     }
 }

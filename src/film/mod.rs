@@ -2,12 +2,15 @@
 
 mod accumulate;
 mod colours;
+mod dropped;
 pub mod filter;
 mod response;
 mod sample;
 
+pub(crate) use accumulate::single;
 pub use accumulate::{FilmSums, TileSums};
 pub use colours::Colours;
+pub use dropped::{Dropped, SampleName};
 pub use filter::Filter;
 pub use response::Response;
 pub use sample::{TileSampler, sample};
@@ -27,7 +30,7 @@ pub struct Frame {
 const TILE: u32 = 16;
 
 /// A square of pixels that one worker owns.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tile {
     /// First pixel.
     pub low: [u32; 2],
@@ -36,6 +39,11 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// The pixel, x and y in the whole picture, with this index in the tile.
+    pub fn pixel(&self, index: u32) -> [u32; 2] {
+        [self.low[0] + index % self.size[0], self.low[1] + index / self.size[0]]
+    }
+
     /// Copies values of its pixels to where they lie in the part of a frame that is rendered.
     pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
         let row = frame.size()[0] as usize;

@@ -34,7 +34,7 @@ impl TileSampler {
         let end = [0, 1].map(|axis| tile.low[axis] + tile.size[axis]);
         let count = if sees(tile.low, end) { tile.size[0] * tile.size[1] } else { 0 };
         let pixels = (0..count)
-            .map(|i| (i, [tile.low[0] + i % tile.size[0], tile.low[1] + i / tile.size[0]]))
+            .map(|i| (i, tile.pixel(i)))
             .filter(|(_, pixel)| sees(*pixel, pixel.map(|p| p + 1)))
             .collect();
         let waiting = vec![Vec::new(); if bands > 1 { bands } else { 0 }];
@@ -108,7 +108,7 @@ pub fn sample(
         }
         len
     };
-    batch.band = 0;
+    (batch.seed, batch.band) = (seed, 0);
     if !EFFECTS || tile.waiting.is_empty() {
         let mut room = WAVE;
         while room > 0

@@ -239,7 +239,7 @@ impl RealLens {
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
     pub(super) batch: LensBatch<f32>,
-    targets: TargetColumns,
+    pub(super) targets: TargetColumns,
     /// What rays of a band counted on the film.
     pub(super) launched: Column<f32>,
     pub(super) landing: LandingColumns,

@@ -27,6 +27,7 @@ mod landing;
 mod opening;
 mod outline;
 mod paraxial;
+mod passage;
 mod placement;
 mod polar;
 mod polynomial;
@@ -64,6 +65,7 @@ pub use glass::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, catalogu
 pub use iris::{Iris, MASKS, Mask};
 pub use opening::Shape;
 pub use paraxial::{FocusError, Matrix, Paraxial, Pupil};
+pub use passage::{Crossing, Passage};
 pub use pose::{Askew, FilmPlane, MOST_DECENTRE, MOST_TILT, Pose};
 pub use prescription::{Axis, Prescription, Row};
 pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE};

@@ -295,6 +295,17 @@ pub fn trace_one<R: Real>(
     follow::<R, false>(ray, surfaces)
 }
 
+/// As [`trace_one`], and every surface takes from the weight what it does not let through.
+///
+/// # Errors
+/// Where and why the ray of the first lane ends.
+pub(super) fn trace_one_lossy<R: Real>(
+    ray: LensRay<R>,
+    surfaces: &[Surface<R::Scalar>],
+) -> Result<LensRay<R>, Blocked> {
+    follow::<R, true>(ray, surfaces)
+}
+
 fn follow<R: Real, const LOSSY: bool>(
     mut ray: LensRay<R>,
     surfaces: &[Surface<R::Scalar>],

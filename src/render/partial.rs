@@ -45,7 +45,7 @@ pub(super) fn exposed<'a>(
         pixels += mean.len() as f64;
     }
     let mut film = FilmSums::settled(job.frame, means, Vec::new());
-    film.dropped = sums.iter().map(|sums| sums.dropped).sum();
+    sums.iter().for_each(|sums| film.dropped.add(&sums.dropped));
     haunt.put_mean(&mut film);
     Exposed {
         film,

@@ -26,7 +26,7 @@ use super::spread::{Spread, cost};
 use super::{Crew, Exposed, Job, Progress, Reached, RenderError, Share, Until};
 use crate::aov::{FeatureFilm, Features};
 use crate::checkpoint::{Reader, Saved, Writer, wrong};
-use crate::film::{FilmSums, Tile};
+use crate::film::{FilmSums, Tile, single};
 use crate::lanes::Real;
 use crate::sampler::hash;
 use crate::stats::Stats;
@@ -275,7 +275,7 @@ impl<'a> Rounds<'a> {
                 let [p, q, r, s] = [a, b, c, d].map(luminance);
                 let both = variance(p, q) + variance(r, s);
                 error += relative(both, luminance(mean), FLOOR * floor);
-                (mean, [0, 1, 2].map(|k| (variance(a[k], b[k]) + variance(c[k], d[k])) as f32))
+                (mean, [0, 1, 2].map(|k| single(variance(a[k], b[k]) + variance(c[k], d[k]))))
             };
             let (mean, variance): (Vec<_>, Vec<_>) =
                 one.means(i).zip(other.means(i)).map(pixel).unzip();
@@ -285,7 +285,7 @@ impl<'a> Rounds<'a> {
         let mut film = FilmSums::settled(frame, means, variances);
         self.haunt.put_mean(&mut film);
         let quarters = self.pairs.iter().flat_map(|pair| &pair.quarters).flatten();
-        film.dropped = quarters.map(|sums| sums.dropped).sum();
+        quarters.for_each(|sums| film.dropped.add(&sums.dropped));
         let count = |i| 2 * self.pairs.iter().map(|pair| pair.counts[i]).sum::<u32>();
         let counts = || (0..self.tiles.len()).map(count);
         let reached = Reached {

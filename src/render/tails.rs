@@ -47,6 +47,7 @@ impl Tails {
             self.0.resize_with(depth + 1, Box::default);
         }
         let tail = &mut self.0[depth];
+        tail.samples.seed = samples.seed;
         for i in 0..rays.len {
             let (from, to) = (rays.slot[i] as usize, tail.samples.len);
             tail.samples.pixel[to] = samples.pixel[from];

@@ -60,6 +60,16 @@ pub struct Quadric {
 }
 
 impl Quadric {
+    /// What its form is called.
+    pub fn name(&self) -> &'static str {
+        match self.form {
+            Form::Sphere { .. } => "sphere",
+            Form::Cylinder { .. } => "cylinder",
+            Form::Disk { .. } => "disk",
+            Form::Cone { .. } => "cone",
+        }
+    }
+
     /// Places a form; `phi_max` in radians cuts a piece out of it around z. `None` where the
     /// transform flattens it to nothing.
     pub fn new(form: Form, phi_max: f64, place: DAffine3, reversed: bool) -> Option<Self> {

@@ -168,6 +168,15 @@ impl Vertices {
         }
     }
 
+    /// The chance that Russian roulette leaves a path, where it is less than 1: what the path has
+    /// left, apart from what refraction took.
+    #[inline(always)]
+    pub(super) fn chance(&self, vertex: &Vertex, at: usize) -> Option<f32> {
+        let eta2 = self.eta2[at] * self.next_eta2[at];
+        let left = vector(&self.next_throughput, at).iter().fold(0.0f32, |a, &b| a.max(b)) * eta2;
+        (vertex.depth >= 1 && left < 1.0).then_some(left)
+    }
+
     /// Sends out the shadow rays and the next rays of paths.
     pub(super) fn leave(&mut self, vertex: &Vertex, shadows: &mut RayBatch, next: &mut RayBatch) {
         for at in self.places() {
@@ -183,15 +192,11 @@ impl Vertices {
                 continue;
             }
             let eta2 = self.eta2[at] * self.next_eta2[at];
-            if vertex.depth >= 1 {
-                // Russian roulette by what the path has left, apart from what refraction took.
-                let left = throughput.iter().fold(0.0f32, |a, &b| a.max(b)) * eta2;
-                if left < 1.0 {
-                    if self.roulette[at] >= left {
-                        continue;
-                    }
-                    throughput = throughput.map(|t| t / left);
+            if let Some(chance) = self.chance(vertex, at) {
+                if self.roulette[at] >= chance {
+                    continue;
                 }
+                throughput = throughput.map(|t| t / chance);
             }
             let direction = vector(&self.next, at);
             let origin = point.leave(direction.into()).to_array();

@@ -5,6 +5,7 @@
 //! Monte Carlo methods for light transport simulation", 9.2.4). Hits are sorted by the kind of
 //! their surface, and the scattering functions of a kind are evaluated eight at a time.
 
+mod account;
 pub mod bsdf;
 mod dice;
 mod footprint;
@@ -14,6 +15,7 @@ mod look;
 mod scatter;
 mod vertices;
 
+pub use account::{Account, Fate, Looked};
 pub use footprint::Beam;
 pub use kind::albedo;
 
@@ -52,6 +54,13 @@ impl Vertex {
         let Reach { max_depth, direct } = self.reach;
         self.depth >= max_depth || direct && self.depth > 0 && density.is_finite()
     }
+
+    /// Whether light comes by shadow rays only where a surface is diffuse: what is only lit by lamps
+    /// and shapes needs no second ray for its last light.
+    fn alone(&self, scene: &Scene) -> bool {
+        let last = self.reach.direct || self.depth + 1 == self.reach.max_depth;
+        last && scene.lights.skies.is_empty()
+    }
 }
 
 /// The columns that the stage works in.
@@ -86,10 +95,7 @@ pub fn shade<R: Real<Scalar = f32>>(
     }
     dice.throw(&vertex, rays, samples);
     vertices.light(scene, dice);
-    // What is only lit by lamps and shapes needs no second ray for its last light.
-    let last = vertex.reach.direct || vertex.depth + 1 == vertex.reach.max_depth;
-    let alone = last && scene.lights.skies.is_empty();
-    vertices.scatter::<R>(alone);
+    vertices.scatter::<R>(vertex.alone(scene));
     vertices.leave(&vertex, shadows, next);
     vertices.lanes()
 }

@@ -108,9 +108,7 @@ impl Timing {
         for i in 0..len {
             let mut when = self.lasts.mul_add(f64::from(time[i]), self.open);
             if let Some((rolling, reading)) = &self.rolling {
-                let [x, y] = [pixel[i] % tile.size[0], pixel[i] / tile.size[0]];
-                let pixel = [tile.low[0] + x, tile.low[1] + y];
-                when += reading * rolling.turn(pixel, frame.resolution);
+                when += reading * rolling.turn(tile.pixel(pixel[i]), frame.resolution);
             }
             time[i] = self.within(when) as f32;
         }

@@ -93,7 +93,7 @@ pub fn picture(
 ) -> petzval::image::Picture {
     let exposed = petzval::render::render(job, backend, threads, &Default::default())
         .expect("a render that nobody stops");
-    assert_eq!(exposed.film.dropped, 0, "no sample may be other than a number");
+    assert_eq!(exposed.film.dropped.count(), 0, "no sample may be other than a number");
     exposed.film.picture(job.samples.end - job.samples.start)
 }
 

@@ -110,6 +110,11 @@ impl Scene {
         Some(LightSample { density: sample.density * probability, ..sample })
     }
 
+    /// The light that [`Self::sample_light`] chooses for a point by these numbers, by index.
+    pub fn chosen_light(&self, from: Vec3, choice: [f32; 2]) -> Option<u32> {
+        self.lights.choose(from, choice).map(|choice| choice.light)
+    }
+
     /// The density with which [`Self::sample_light`] chooses, from a point, the direction in
     /// which a ray ran into a surface: 0 where it does not shine. `point` is where, `direction`
     /// of unit length.
