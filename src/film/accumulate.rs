@@ -52,7 +52,7 @@ impl TileSums {
     pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
         from.add_sums(&mut self.sums)?;
         from.add_sums(&mut self.squares)?;
-        self.dropped = self.dropped.saturating_add(from.u64()?);
+        self.dropped += from.count()?;
         Ok(())
     }
 
