@@ -277,13 +277,8 @@ fn what_came_through_a_pipe_is_known_again() {
     assert_eq!(code, 0, "{said}");
 }
 
-#[cfg(unix)]
-#[test]
-fn a_pipe_in_place_of_a_checkpoint_is_not_waited_for() {
-    let studio = Studio::new();
-    let made = Command::new("mkfifo").arg(studio.path("a.exr.checkpoint")).status();
-    assert!(made.expect("mkfifo").success());
-    let mut child = studio.start(&format!("{EVEN} --resume"));
+/// What a command says that waits for nobody.
+fn at_once(mut child: Child) -> (i32, String) {
     let begun = Instant::now();
     while child.try_wait().expect("a child").is_none() {
         if begun.elapsed() > Duration::from_secs(20) {
@@ -292,7 +287,23 @@ fn a_pipe_in_place_of_a_checkpoint_is_not_waited_for() {
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    let (code, said) = said(child.wait_with_output().expect("a child"));
+    said(child.wait_with_output().expect("a child"))
+}
+
+#[cfg(unix)]
+#[test]
+fn nobody_waits_for_a_pipe_in_place_of_a_checkpoint_or_a_texture() {
+    let studio = Studio::new();
+    for name in ["a.exr.checkpoint", "pipe.png"] {
+        let made = Command::new("mkfifo").arg(studio.path(name)).status();
+        assert!(made.expect("mkfifo").success());
+    }
+    let (code, said) = at_once(studio.start(&format!("{EVEN} --resume")));
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("a.exr.checkpoint: this is no checkpoint"), "{said}");
+    let texture = r#"Texture "it" "spectrum" "imagemap" "string filename" "pipe.png""#;
+    std::fs::write(studio.path("floor.pbrt"), texture).expect("a file");
+    let (code, said) = at_once(studio.start("render scene.pbrt -o b.exr"));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("pipe.png: it is a pipe or a device; expected a file"), "{said}");
 }
