@@ -5,7 +5,7 @@ mod support;
 use std::process::Command;
 use std::time::Duration;
 
-use support::kept::Studio;
+use support::kept::{Studio, forge_build};
 
 const WORDS: &str = "render scene.pbrt --spp 130 --effects +ghosts --resolution 48x32 \
                      --aov variance,depth,samples,object";
@@ -71,6 +71,11 @@ fn parts_that_do_not_fit_are_refused_and_named() {
     studio.refuses("merge a.petzval seed.petzval -o x.exr", "the seed was 0, and is 9 now");
     studio.refuses("merge stop.petzval a.petzval -o x.exr", "--fstop was 8, and is not given now");
     assert!(!studio.path("x.exr").exists());
+    studio.done("merge a.petzval b.petzval -o x.exr");
+    // All parts are of one build, whichever adds them up.
+    forge_build(&studio.path("a.petzval"));
+    studio.refuses("merge a.petzval b.petzval -o x.exr", "begun by another build of petzval");
+    forge_build(&studio.path("b.petzval"));
     studio.done("merge a.petzval b.petzval -o x.exr");
     let text = std::fs::read_to_string(studio.path("floor.pbrt")).expect("a text");
     std::fs::write(studio.path("floor.pbrt"), text + "\n#").expect("a file");

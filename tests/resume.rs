@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use petzval::checkpoint::Saved;
 use support::Random;
-use support::kept::{Studio, said};
+use support::kept::{Studio, forge_build, said};
 
 /// Everything that is added up has a layer.
 const EVEN: &str = "render scene.pbrt -o a.exr --spp 150 --effects +ghosts --threads 2 \
@@ -51,7 +51,8 @@ fn survives_kills(words: &str, seed: u64) {
         let said = studio.done(&format!("{words} --resume"));
         resumed += u32::from(!said.contains("from the beginning"));
         assert_eq!(studio.contents("a.exr"), whole, "after {killed} kills");
-        assert!(!studio.path("a.exr.checkpoint").exists(), "a finished render needs no checkpoint");
+        // Neither the checkpoint nor what was being written when it was killed.
+        assert_eq!(studio.names(), ["a.exr"], "nothing is left over");
     }
     println!("{killed} kills, {resumed} pictures from checkpoints, {time:.2} s each");
     assert!(resumed > 0);
@@ -100,7 +101,13 @@ fn ctrl_c_and_sigterm_say_how_to_go_on() {
         assert_eq!(studio.names(), ["a.exr", "a.exr.checkpoint", "a.partial.exr"]);
         let on = format!("{} --checkpoint 2ms\n", words.replace("render", "render --resume"));
         assert!(said.contains(&on), "{said}");
-        studio.done(&format!("{words} --resume"));
+        assert!(said.contains("a.partial.exr has no layer of variance"), "{said}");
+        let said = studio.done(&format!("{words} --resume"));
+        let count =
+            if words.contains("--spp") { "of 400 samples a pixel" } else { "samples a pixel" };
+        assert!(said.contains("going on from a.exr.checkpoint: "), "{said}");
+        assert!(said.contains(&format!("{count} are done")), "{said}");
+        assert!(!said.contains("variance"), "{said}");
         assert_eq!(studio.contents("a.exr"), whole);
         assert_eq!(studio.names(), ["a.exr"], "nothing is left over");
     }
@@ -152,6 +159,11 @@ fn what_has_changed_is_named_and_refused() {
         refuses(&resume, &format!("{name} has changed since"));
         std::fs::write(studio.path(name), text).expect("a file");
     }
+    let checkpoint = studio.path("a.exr.checkpoint");
+    let own = std::fs::read(&checkpoint).expect("a checkpoint");
+    forge_build(&checkpoint);
+    refuses(&resume, "it was begun by another build of petzval");
+    std::fs::write(&checkpoint, own).expect("the checkpoint");
     // Threads, lanes and times decide nothing.
     studio.done(&format!("{resume} --backend scalar --checkpoint 3s"));
 }
@@ -263,4 +275,35 @@ fn what_came_through_a_pipe_is_known_again() {
     assert!(said.contains("pipe.dat has changed since"), "{said}");
     let (code, said) = piped(merge, &lens);
     assert_eq!(code, 0, "{said}");
+}
+
+/// What a command says that waits for nobody.
+fn at_once(mut child: Child) -> (i32, String) {
+    let begun = Instant::now();
+    while child.try_wait().expect("a child").is_none() {
+        if begun.elapsed() > Duration::from_secs(20) {
+            child.kill().expect("a child");
+            panic!("it waits for somebody to write");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    said(child.wait_with_output().expect("a child"))
+}
+
+#[cfg(unix)]
+#[test]
+fn nobody_waits_for_a_pipe_in_place_of_a_checkpoint_or_a_texture() {
+    let studio = Studio::new();
+    for name in ["a.exr.checkpoint", "pipe.png"] {
+        let made = Command::new("mkfifo").arg(studio.path(name)).status();
+        assert!(made.expect("mkfifo").success());
+    }
+    let (code, said) = at_once(studio.start(&format!("{EVEN} --resume")));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("a.exr.checkpoint: this is no checkpoint"), "{said}");
+    let texture = r#"Texture "it" "spectrum" "imagemap" "string filename" "pipe.png""#;
+    std::fs::write(studio.path("floor.pbrt"), texture).expect("a file");
+    let (code, said) = at_once(studio.start("render scene.pbrt -o b.exr"));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("pipe.png: it is a pipe or a device; expected a file"), "{said}");
 }

@@ -97,6 +97,26 @@ fn a_disk_that_only_reads_is_named_before_the_render() {
     studio.refuses(&WORDS.replace("a.exr", "disk/a.exr"), "cannot write disk/a.exr: Read-only");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed_and_stays() {
+    use std::os::unix::fs::symlink;
+    let studio = Studio::new();
+    std::fs::create_dir(studio.path("far")).expect("a folder");
+    symlink("far/b.exr", studio.path("a.exr")).expect("a link");
+    studio.done(&WORDS.replace("300", "1"));
+    assert!(studio.path("a.exr").is_symlink());
+    assert!(studio.path("far/b.exr").is_file() && !studio.path("far/b.exr").is_symlink());
+    assert_eq!(studio.names(), ["a.exr", "far"]);
+    // Where it goes is looked at before the render.
+    assert!(Command::new("mkfifo").arg(studio.path("pipe")).status().expect("mkfifo").success());
+    for (to, problem) in [("gone/b.exr", "No such file"), ("pipe", "it is a pipe or a device")] {
+        std::fs::remove_file(studio.path("a.exr")).expect("the link");
+        symlink(to, studio.path("a.exr")).expect("a link");
+        studio.refuses(WORDS, &format!("cannot write a.exr: {problem}"));
+    }
+}
+
 #[test]
 fn a_folder_that_vanishes_is_an_error_at_the_end() {
     let studio = Studio::new();

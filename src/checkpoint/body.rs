@@ -9,6 +9,11 @@ use super::{array, wrong};
 
 /// Bytes that go to the system, and to the checksum, at once.
 const CHUNK: usize = 1 << 18;
+/// No tile has had more samples than this.
+const MOST: u64 = 1 << 40;
+/// No sum of samples, or of their squares, is larger: samples are 32-bit floats. What is added up
+/// of these is finite still.
+const LARGEST: f64 = 1e100;
 
 /// What passes through it is counted and goes into a checksum.
 struct Summed<T> {
@@ -115,14 +120,22 @@ impl Reader {
         usize::try_from(number).ok().filter(sound).ok_or_else(refuse)
     }
 
+    /// A count of a tile's samples.
+    pub(crate) fn count(&mut self) -> io::Result<u64> {
+        match self.u64()? {
+            count if count <= MOST => Ok(count),
+            count => Err(wrong(format!("it is damaged: {count} samples of a tile"))),
+        }
+    }
+
     /// A sum, to be added to another. A picture must never hold what is no number.
     pub(crate) fn add(&mut self, to: &mut f64) -> io::Result<()> {
         let value = f64::from_le_bytes(array(&mut self.0)?);
-        *to += value;
-        match to.is_finite() {
-            true => Ok(()),
-            false => Err(wrong("it is damaged: a sum is no finite number")),
+        if value.is_nan() || value.abs() > LARGEST {
+            return Err(wrong(format!("it is damaged: {value} is no sum of samples")));
         }
+        *to += value;
+        Ok(())
     }
 
     pub(crate) fn add_numbers(&mut self, to: &mut [f64]) -> io::Result<()> {
@@ -131,5 +144,44 @@ impl Reader {
 
     pub(crate) fn add_sums(&mut self, to: &mut [[f64; 3]]) -> io::Result<()> {
         self.add_numbers(to.as_flattened_mut())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Seek;
+
+    use super::*;
+
+    /// A body with these numbers, as it is read.
+    fn body(fill: impl FnOnce(&mut Writer) -> io::Result<()>) -> Reader {
+        let mut file = tempfile::tempfile().unwrap();
+        let mut writer = Writer::new(&mut file);
+        fill(&mut writer).unwrap();
+        let (length, checksum) = writer.finish().unwrap();
+        file.write_all(&checksum.to_le_bytes()).unwrap();
+        file.rewind().unwrap();
+        Reader::new(file, length)
+    }
+
+    #[test]
+    fn sums_are_added_and_none_makes_them_infinite() {
+        let mut sums = [1.0, 2.0];
+        let mut good = body(|to| to.numbers(&[LARGEST, -0.5]));
+        good.add_numbers(&mut sums).unwrap();
+        good.finish().unwrap();
+        assert_eq!(sums, [LARGEST, 1.5]);
+        for bad in [f64::NAN, f64::INFINITY, 1e308, -1e308] {
+            let error = body(|to| to.numbers(&[bad])).add(&mut 0.0).unwrap_err();
+            assert!(error.to_string().contains("no sum of samples"), "{error}");
+        }
+    }
+
+    #[test]
+    fn counts_can_be_added_up() {
+        assert_eq!(body(|to| to.u64(MOST)).count().unwrap(), MOST);
+        for bad in [MOST + 1, u64::MAX] {
+            assert!(body(|to| to.u64(bad)).count().is_err());
+        }
     }
 }

@@ -44,6 +44,7 @@ impl Head {
         let value = json!({
             "words": words,
             "program": inputs.program,
+            "build": inputs.build,
             "files": inputs.files,
             "options": inputs.options,
             "samples": [samples.start, samples.end, *of],
@@ -98,6 +99,7 @@ fn read(value: &Value) -> Result<Head, &'static str> {
         words: words.ok_or("words")?,
         inputs: Inputs {
             program: text(&value["program"]).ok_or("program")?,
+            build: text(&value["build"]).ok_or("build")?,
             files: texts("files")?,
             options: texts("options")?,
         },
@@ -140,6 +142,7 @@ mod tests {
             words: vec!["petzval".to_owned(), "render".to_owned(), "a b.pbrt".to_owned()],
             inputs: Inputs {
                 program: "petzval 0".to_owned(),
+                build: "0f".to_owned(),
                 files: map("a b.pbrt", "00ff"),
                 options: map("--seed", "3"),
             },

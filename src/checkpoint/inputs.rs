@@ -12,6 +12,9 @@ use crate::source::{Unreadable, registered};
 pub struct Inputs {
     /// The program and its version: another may trace otherwise.
     pub program: String,
+    /// A digest of the program's own file, as builds of one version need not be alike; empty where
+    /// it cannot be read.
+    pub build: String,
     /// Files, by their names as seen from the scene, and a digest of the content of each.
     pub files: BTreeMap<String, String>,
     /// What was asked for, by option, and what it came to.
@@ -37,7 +40,7 @@ impl Inputs {
                 None => digest(&path).map_err(source)?,
             };
         }
-        Ok(Self { program: program(), files, options })
+        Ok(Self { program: program(), build: build().unwrap_or_default(), files, options })
     }
 
     /// What is otherwise in `now`, in words; nothing where all is the same.
@@ -45,6 +48,8 @@ impl Inputs {
         let mut changes = Vec::new();
         if self.program != now.program {
             changes.push(format!("it was begun by {}, and this is {}", self.program, now.program));
+        } else if self.build != now.build {
+            changes.push(format!("it was begun by another build of {}", self.program));
         }
         for (name, other) in both(&self.files, &now.files) {
             match other {
@@ -80,6 +85,16 @@ fn program() -> String {
     format!("petzval {}{build}{bare}", env!("CARGO_PKG_VERSION"))
 }
 
+/// A digest of the file that runs.
+fn build() -> io::Result<String> {
+    // What runs may have been replaced under its name.
+    let own = Path::new("/proc/self/exe");
+    if cfg!(target_os = "linux") && own.exists() {
+        return digest(own);
+    }
+    digest(&std::env::current_exe()?)
+}
+
 /// A digest of a file's content (BLAKE3).
 fn digest(path: &Path) -> io::Result<String> {
     let mut hasher = blake3::Hasher::new();
@@ -99,11 +114,13 @@ mod tests {
     fn every_change_is_named() {
         let then = Inputs {
             program: "petzval 1".to_owned(),
+            build: "a".to_owned(),
             files: list(&[("a.pbrt", "1"), ("lens.dat", "2"), ("same", "3")]),
             options: list(&[("--fstop", "2.8"), ("--lens", "x"), ("--seed", "0")]),
         };
         let now = Inputs {
             program: "petzval 2".to_owned(),
+            build: "b".to_owned(),
             files: list(&[("a.pbrt", "1"), ("lens.dat", "9"), ("new.ply", "4")]),
             options: list(&[("--fstop", "4"), ("--seed", "0"), ("--coating", "none")]),
         };
@@ -120,5 +137,7 @@ mod tests {
                 "--coating was not given, and is none now",
             ]
         );
+        let rebuilt = Inputs { build: "b".to_owned(), ..then.clone() };
+        assert_eq!(then.changes(&rebuilt), ["it was begun by another build of petzval 1"]);
     }
 }

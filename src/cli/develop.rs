@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use petzval::aov;
+use petzval::aov::{self, Aov};
 use petzval::film::{Dropped, SampleName};
 use petzval::image::{Encoding, Format, Note, Notes, Window};
 use petzval::lens::Model;
@@ -68,6 +68,12 @@ impl Development<'_> {
         say_dropped(&exposed.film.dropped, rendered_by, job.seed);
         if exposed.film.dark() && exposed.partial.is_none() {
             say!("petzval: warning: {}", why_black(job, &exposed.stats));
+        }
+        if exposed.partial.is_some() && job.layers.contains(&Aov::Variance) {
+            say!(
+                "petzval: warning: {} has no layer of variance: how exact it is nobody knows yet",
+                output.display()
+            );
         }
         let mut also = String::new();
         if job.plan.has(Effect::Diffraction) || job.sensor.is_some() {

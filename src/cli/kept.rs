@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use petzval::checkpoint::{CheckpointError, Head, Inputs, Saved};
+use petzval::image::{sweep, target};
 use petzval::render::{Exposed, Job, Keeper};
 
 use super::inputs::line;
@@ -33,6 +34,9 @@ impl Kept {
         let mut path = output.as_os_str().to_owned();
         path.push(".checkpoint");
         let path = PathBuf::from(path);
+        for path in [output, &path, &partial_name(output)] {
+            sweep(path);
+        }
         let found = match Saved::open(&path) {
             Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 None
@@ -53,7 +57,7 @@ impl Kept {
     }
 
     /// What to go on from, if that is wanted and there is something.
-    pub fn from(&mut self, resume: bool) -> Result<Option<Saved>, Failure> {
+    pub fn from(&mut self, job: &Job, resume: bool) -> Result<Option<Saved>, Failure> {
         let path = self.keeper.path.display();
         let found = match (self.found.take(), resume) {
             (None, false) => return Ok(None),
@@ -74,7 +78,10 @@ impl Kept {
         };
         let changes = self.changes(&found.head);
         match (changes.is_empty(), resume) {
-            (true, true) => Ok(Some(found)),
+            (true, true) => {
+                say!("petzval: going on from {path}: {}", done(&found.head, job));
+                Ok(Some(found))
+            }
             (true, false) => {
                 self.keeper.standing = found.head.taken;
                 say!(
@@ -163,7 +170,10 @@ impl Kept {
                     "petzval: {path} holds what is done; when there is room, go on with\n  {resume}"
                 );
             }
-            false => say!("petzval: the samples are lost: there is no checkpoint"),
+            false => say!(
+                "petzval: the samples are lost: there is no checkpoint of what took so short, or \
+                 it could not be written either; render again, or to another folder with -o"
+            ),
         }
     }
 
@@ -177,10 +187,21 @@ impl Kept {
     fn clear(&self) {
         let path = &self.keeper.path;
         if self.holds_own() {
-            // A file too many is no reason to fail.
-            let _ = fs::remove_file(path);
-            let _ = fs::remove_file(partial_name(&self.output));
+            for path in [path, &partial_name(&self.output)] {
+                // A file too many is no reason to fail; a link is the user's.
+                let _ = target(path).and_then(fs::remove_file);
+            }
         }
+    }
+}
+
+/// How much of a job is done, in words.
+fn done(head: &Head, job: &Job) -> String {
+    let lit: u64 = job.frame.tiles().iter().map(|tile| job.sampler(tile, 0..1).count()).sum();
+    let mean = head.taken as f64 / lit.max(1) as f64;
+    match job.until.count_only() {
+        true => format!("{mean:.1} of {} samples a pixel are done", job.samples.len()),
+        false => format!("{mean:.1} samples a pixel are done"),
     }
 }
 

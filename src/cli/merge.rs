@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use petzval::checkpoint::{Head, Saved};
+use petzval::checkpoint::{Head, Inputs, Saved};
 use petzval::image::{Encoding, Format};
 use petzval::render::merge;
 use petzval::scene::pbrt;
@@ -28,7 +28,10 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(words))
     })?;
     let (mut job, notes) = job(&render, description, true)?;
-    let changes = first.inputs.changes(&inputs(words, &job, first.of)?);
+    // It only adds up; but all parts must be of one build.
+    let build = first.inputs.build.clone();
+    let now = Inputs { build, ..inputs(words, &job, first.of)? };
+    let changes = first.inputs.changes(&now);
     if !changes.is_empty() {
         let changes = changes.join("; ");
         return Err(format!("the parts cannot be merged any more: {changes}").into());

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use petzval::image::{Encoding, Format, ImageError, Notes};
+use petzval::checkpoint::CheckpointError;
+use petzval::image::{Encoding, Format, ImageError, Notes, target};
 use petzval::job::{Changes, fits, prepare};
-use petzval::render::{Job, Progress, Until, render_kept};
+use petzval::render::{Job, Progress, RenderError, Until, render_kept};
 use petzval::scene::pbrt::{self, Description};
 
 use super::develop::Development;
@@ -38,7 +39,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         job.samples = samples;
     }
     let mut kept = Kept::new(arguments, &output, words.clone(), inputs, &job, all);
-    let from = kept.from(arguments.resume)?;
+    let from = kept.from(&job, arguments.resume)?;
     let threads = arguments.threads.map_or(0, usize::from);
     let read = start.elapsed();
 
@@ -49,6 +50,9 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let exposed =
         render_kept(&job, arguments.backend.into(), threads, &progress, Some(&kept.keeper), from);
     bar.finish();
+    if let Err(RenderError::Checkpoint(CheckpointError::Io { verb: "write", .. })) = &exposed {
+        kept.say_unwritten();
+    }
     let exposed = exposed?;
 
     if arguments.is_part() {
@@ -153,14 +157,15 @@ fn stop_at_signals(progress: Arc<Progress>) {
 }
 
 pub(super) fn check_folder(output: &Path) -> Result<(), Failure> {
-    let folder = match output.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
     if output.is_dir() {
         return Err(format!("{} is a folder; name a picture in it", output.display()).into());
     }
-    match tempfile::tempfile_in(folder) {
+    let write = || {
+        let file = target(output)?;
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
+    };
+    match write() {
         Ok(_) => Ok(()),
         Err(error) => {
             Err(format!("cannot write {}: {error}; name another picture with -o", output.display())

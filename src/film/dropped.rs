@@ -83,7 +83,7 @@ impl Dropped {
 
     /// Adds what was saved of a tile.
     pub(super) fn receive(&mut self, from: &mut Reader, tile: &Tile) -> io::Result<()> {
-        let mut saved = Self { count: from.u64()?, first: Vec::new() };
+        let mut saved = Self { count: from.count()?, first: Vec::new() };
         for _ in 0..from.below(Self::NAMED + 1, "names of samples")? {
             let [x, y, sample, seed] = [from.u32()?, from.u32()?, from.u32()?, from.u32()?];
             let inside = |p: u32, i: usize| p >= tile.low[i] && p - tile.low[i] < tile.size[i];

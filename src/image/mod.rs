@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 pub use display::{Exposure, srgb_decode, srgb_encode};
 pub use raster::{Raster, Samples, Transfer};
-pub use replace::replace;
+pub use replace::{replace, sweep, target};
 
 use crate::source;
 

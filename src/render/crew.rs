@@ -13,6 +13,10 @@ use crate::checkpoint::{self, CheckpointError, Head};
 use crate::lanes::Real;
 use crate::stats::Stats;
 
+/// A picture that took so long, or the time between checkpoints, is kept until it stands in its file.
+/// To write the samples down costs less than a hundredth of that.
+const WORTH: Duration = Duration::from_secs(10);
+
 /// The workers of a render, and its keeper.
 pub(super) struct Crew<'a> {
     pub job: &'a Job,
@@ -135,9 +139,16 @@ impl<'a> Crew<'a> {
         match (complete, &keeper.part) {
             (false, _) if keeper.every.is_some() => self.checkpoint(keeper, state),
             (true, Some(part)) => {
-                checkpoint::write(part, &self.head(keeper, true), |body| state.save(body))
+                let head = self.head(keeper, true);
+                let written = checkpoint::write(part, &head, |body| state.save(body));
+                if written.is_err() && keeper.every.is_some() {
+                    self.keep(state);
+                }
+                written
             }
-            (true, None) if keeper.every.is_some_and(|every| self.begun.elapsed() >= every) => {
+            (true, None)
+                if keeper.every.is_some_and(|every| self.begun.elapsed() >= every.min(WORTH)) =>
+            {
                 self.keep(state);
                 Ok(())
             }

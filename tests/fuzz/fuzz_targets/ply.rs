@@ -1,5 +1,6 @@
 #![no_main]
 
+#[allow(dead_code, reason = "every fuzzer is of one reader")]
 #[path = "../readers.rs"]
 mod readers;
 

@@ -1,0 +1,172 @@
+//! Renders that are stopped again and again, at moments spread over all of their samples, and gone
+//! on with: nothing is lost, and nothing counts twice.
+
+mod support;
+
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use petzval::aov::{Aov, layers};
+use petzval::checkpoint::{Head, Saved};
+use petzval::job::{Changes, prepare};
+use petzval::render::{Backend, Exposed, Job, Keeper, Progress, RenderError, Until, render_kept};
+use petzval::scene::pbrt;
+use petzval::stats::Stats;
+use support::kept::{Studio, forge};
+
+/// How often a render is stopped.
+const STOPS: u64 = 12;
+
+fn job(studio: &Studio, changes: Changes) -> Job {
+    let description = pbrt::read(&studio.path("scene.pbrt")).expect("the scene of the studio");
+    let effects = "+ghosts".parse().expect("an effect");
+    let changes = Changes { effects, holds_layers: true, ..changes };
+    prepare(description, &changes).expect("a job").0
+}
+
+fn keeper(path: &Path) -> Keeper {
+    Keeper {
+        path: path.to_owned(),
+        every: Some(Duration::from_secs(3600)),
+        part: None,
+        head: Head::default(),
+        standing: 0,
+        tell: |error| panic!("{error}"),
+    }
+}
+
+/// Renders until so many film samples are taken, on from what is there: what came of it, and the
+/// samples that were taken in all.
+fn render(job: &Job, path: &Path, samples: u64) -> (Exposed, u64) {
+    let (exposed, taken) = try_render(job, &keeper(path), samples);
+    (exposed.expect("a picture, or what there is of it"), taken)
+}
+
+fn try_render(job: &Job, keeper: &Keeper, samples: u64) -> (Result<Exposed, RenderError>, u64) {
+    let path = &keeper.path;
+    let from = Saved::open(path).ok();
+    let progress = Progress::default();
+    let earlier = from.as_ref().map_or(0, |saved| saved.head.taken);
+    progress.samples.store(earlier, Ordering::Relaxed);
+    let exposed = std::thread::scope(|scope| {
+        let render =
+            scope.spawn(|| render_kept(job, Backend::Simd, 2, &progress, Some(keeper), from));
+        while progress.samples.load(Ordering::Relaxed) < samples && !render.is_finished() {
+            std::thread::yield_now();
+        }
+        progress.stop.store(samples < u64::MAX, Ordering::Relaxed);
+        render.join().expect("a render")
+    });
+    (exposed, progress.samples.into_inner())
+}
+
+/// All that is known of a picture, bit for bit.
+fn bits(job: &Job, exposed: &Exposed) -> Vec<(String, Vec<u32>)> {
+    let picture = exposed.picture(job);
+    let colours = picture.pixels.iter().flatten().map(|value| value.to_bits()).collect();
+    let mut all = vec![("colours".to_owned(), colours)];
+    for layer in layers(job, &exposed.film, exposed.features.as_ref()) {
+        for (name, values) in layer.channels {
+            let name = format!("{}.{name}", layer.name);
+            all.push((name, values.iter().map(|value| value.to_bits()).collect()));
+        }
+    }
+    all
+}
+
+/// What was counted, without times.
+fn counts(stats: &Stats) -> String {
+    let stages = stats.stages.map(|stage| (stage.rays, stage.lanes));
+    format!("{stages:?} {:?} {:?}", stats.lens, stats.bounces)
+}
+
+fn survives_stops(job: &Job) {
+    let folder = support::folder();
+    let (whole, all) = render(job, &folder.path().join("none"), u64::MAX);
+    let path = folder.path().join("checkpoint");
+    let (mut kept, mut stopped) = (Vec::new(), 0);
+    let (exposed, taken) = loop {
+        let until = match stopped < STOPS {
+            true => (stopped + 1) * all / (STOPS + 1),
+            false => u64::MAX,
+        };
+        stopped += 1;
+        let (exposed, taken) = render(job, &path, until);
+        if exposed.partial.is_none() {
+            break (exposed, taken);
+        }
+        kept.push(Saved::open(&path).expect("a checkpoint").head.taken);
+    };
+    kept.dedup();
+    assert!(kept.len() > 2, "something was done between stops: {kept:?}");
+    assert_eq!(taken, all, "samples that were done are not done again: {kept:?}");
+    assert_eq!(counts(&exposed.stats), counts(&whole.stats));
+    assert_eq!(exposed.reached, whole.reached);
+    for ((name, one), (_, other)) in bits(job, &exposed).iter().zip(&bits(job, &whole)) {
+        assert!(one == other, "{name}");
+    }
+}
+
+#[test]
+fn an_even_render_loses_nothing_when_it_is_stopped() {
+    let studio = Studio::new();
+    let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples, Aov::Object];
+    // More than one pass.
+    survives_stops(&job(&studio, Changes { samples: Some(400), layers, ..Changes::default() }));
+}
+
+#[test]
+fn an_adaptive_render_loses_nothing_when_it_is_stopped() {
+    let studio = Studio::new();
+    let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples];
+    let until = Until { noise: Some(0.02), time: None };
+    survives_stops(&job(&studio, Changes { until, layers, ..Changes::default() }));
+}
+
+#[test]
+fn a_part_that_cannot_be_written_leaves_a_checkpoint() {
+    let (studio, folder) = (Studio::new(), support::folder());
+    let path = folder.path().join("checkpoint");
+    let job = job(&studio, Changes { samples: Some(4), ..Changes::default() });
+    let keeper = Keeper { part: Some(folder.path().join("no/part")), ..keeper(&path) };
+    let (exposed, taken) = try_render(&job, &keeper, u64::MAX);
+    assert!(exposed.expect_err("no part").to_string().contains("cannot write"));
+    assert_eq!(Saved::open(&path).expect("a checkpoint").head.taken, taken);
+    let part = Some(folder.path().join("part"));
+    let (_, again) = try_render(&job, &Keeper { part, ..keeper }, u64::MAX);
+    assert_eq!(again, taken, "all samples were there");
+    assert!(Saved::open(&folder.path().join("part")).expect("a part").head.complete);
+}
+
+#[test]
+fn counts_that_no_render_has_are_refused_at_once() {
+    let studio = Studio::new();
+    let until = Until { noise: Some(0.001), time: None };
+    let job = job(&studio, Changes { until, ..Changes::default() });
+    let folder = support::folder();
+    let path = folder.path().join("checkpoint");
+    render(&job, &path, 1);
+    let honest = std::fs::read(&path).expect("a checkpoint");
+    let tiles = job.frame.tiles().len();
+    // A time, then what the tiles of four pairs have taken, then what they want.
+    for (taken, wanted) in [(0, 1 << 28), (1 << 28, 1 << 28), (1 << 28, 1 << 29), (16, 4)] {
+        forge(&path, |_, body| {
+            for (first, count) in [(0, taken), (4 * tiles, wanted)] {
+                let at = 8 + 4 * first;
+                body[at..at + 4].copy_from_slice(&u32::to_le_bytes(count));
+            }
+        });
+        let (exposed, samples) = try_render(&job, &keeper(&path), 1 << 20);
+        let error = exposed.expect_err("such counts").to_string();
+        assert!(error.contains("damaged"), "{error}");
+        assert_eq!(
+            samples,
+            Saved::open(&path).expect("a checkpoint").head.taken,
+            "{taken} {wanted}"
+        );
+        std::fs::write(&path, &honest).expect("a checkpoint");
+    }
+    forge(&path, |_, _| {});
+    render(&job, &path, 1);
+}
