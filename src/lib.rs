@@ -110,6 +110,7 @@
 pub mod accuracy;
 pub mod aov;
 pub mod checkpoint;
+pub mod contact;
 pub mod diffraction;
 mod distribution;
 pub mod film;
