@@ -10,9 +10,9 @@ use petzval::render::merge;
 use petzval::scene::pbrt;
 
 use super::develop::Development;
-use super::inputs::{inputs, line, parsed};
+use super::inputs::{inputs, line, parsed, words};
 use super::kept::resume;
-use super::render::{check_folder, job};
+use super::render::{check_folder, job, tell};
 use super::{Failure, MergeArguments, Outcome};
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
@@ -21,14 +21,15 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let format = Format::of(output)?;
     check_folder(output)?;
     let (first, parts) = together(parts)?;
-    let words = &first.words;
-    let render = parsed(words)?;
+    let begun = &first.words;
+    let render = parsed(begun)?;
     // What comes behind the film needs the scene and the lens.
     let description = pbrt::read(&render.picture.scene).map_err(|error| {
-        format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(words))
+        format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(begun))
     })?;
-    let (mut job, notes) = job(&render, description, true)?;
-    let changes = first.inputs.changes(&inputs(words, &job, first.of)?);
+    let (mut job, notes, warnings) = job(&render, description, true)?;
+    tell(&warnings);
+    let changes = first.inputs.changes(&inputs(begun, &job, first.of)?);
     if !changes.is_empty() {
         let changes = changes.join("; ");
         return Err(format!("the parts cannot be merged any more: {changes}").into());
@@ -41,7 +42,10 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let exposed = merge(&job, &parts)?;
     let encoding = Encoding { half: *half, exposure: *exposure };
     let threads = threads.map_or(0, usize::from);
-    Development { job: &job, notes, output, encoding, threads, start, read }.develop(&exposed)?;
+    let (words, among) = (&words(), None);
+    let development =
+        Development { job: &job, notes, words, among, output, encoding, threads, start, read };
+    development.develop(&exposed)?;
     Ok(Outcome::Done)
 }
 
