@@ -207,6 +207,8 @@ mod tests {
         let empty = middle(&contact, &sheet, 1);
         let found = [0, 1, 2, 3, 4, 5].map(|place| middle(&contact, &sheet, place));
         assert_eq!(found, [0.2, empty, empty, empty, 0.4, 0.8]);
+        let words = contact.words();
+        assert_eq!(words.matches(">fstop<").count(), 2, "words at the edge are whole");
         let sheet = contact.draw(Exposure::Auto).expect("a sheet");
         let found = [0, 4, 5].map(|place| middle(&contact, &sheet, place));
         assert_eq!(found, [0.25, 0.5, 1.0], "the brightest is white, and all are as they were");

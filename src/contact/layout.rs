@@ -40,7 +40,7 @@ impl Layout {
         };
         let line = (1.2 * TYPE) as usize;
         let above = 2 * GAP + 2 * line + if table { line } else { 0 };
-        let origin = [GAP + if table { edge as usize + GAP } else { 0 }, above];
+        let origin = [GAP + if table { edge.ceil() as usize + GAP } else { 0 }, above];
         let beneath = if table { 0 } else { line * counts.len() };
         let sized = |side: f64| {
             let scale = side / size[0].max(size[1]);
@@ -92,7 +92,7 @@ impl Layout {
 /// Rows and columns for so many places, about as wide as a sheet should be, with the fewest left over.
 fn flow(count: usize, pitch: [usize; 2]) -> [usize; 2] {
     let [width, height] = pitch.map(|n| n as f64);
-    let ideal = (count as f64 * SHAPE * height / width).sqrt().round().max(1.0) as usize;
+    let ideal = (count as f64 * SHAPE * height / width).sqrt().ceil().max(1.0) as usize;
     let columns = (ideal..ideal + 1 + ideal.div_ceil(3)).map(|columns| columns.min(count));
     let left = |&columns: &usize| count.div_ceil(columns) * columns - count;
     let columns = columns.min_by_key(left).unwrap_or(1);
