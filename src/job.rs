@@ -20,7 +20,7 @@ use crate::lens::{Camera, LensError, Model};
 use crate::plan::{Effect, Moves, Plan, Question, plan};
 use crate::render::{Job, RenderError, Until};
 use crate::scene::pbrt::{CameraSpec, Description, FilmSpec};
-use crate::source::{Location, Warning};
+use crate::source::{Files, Location, Warning, reading};
 use crate::spectrum::{bands, white_balance};
 
 use exposure::Exposure;
@@ -52,11 +52,25 @@ pub enum JobError {
 }
 
 /// Makes a scene ready to render. Answers the job, what to write about it into the picture, and
-/// what was noticed on the way.
+/// what was noticed on the way. A clone of the description may be made ready in another way: what is
+/// large is neither read nor copied again.
 ///
 /// # Errors
 /// Where the lens cannot be read, or cannot do what is asked of it.
 pub fn prepare(
+    description: Description,
+    changes: &Changes,
+) -> Result<(Job, Notes, Vec<Warning>), JobError> {
+    let mut files = description.files.clone();
+    let (made, own) = reading(|| make(description, changes));
+    let (mut job, notes, warnings) = made?;
+    files.join(own);
+    job.files = files;
+    Ok((job, notes, warnings))
+}
+
+/// A job that does not know its files yet.
+fn make(
     description: Description,
     changes: &Changes,
 ) -> Result<(Job, Notes, Vec<Warning>), JobError> {
@@ -127,6 +141,7 @@ pub fn prepare(
         ghosts: None,
         sensor,
         timing: Some(exposure.timing.clone()),
+        files: Files::default(),
     };
     if let (Some(film), Model::Real(lens)) = (changes.passband, &mut job.camera.model) {
         lens.disperse(&[film.whole()]);

@@ -26,7 +26,8 @@
 //!
 //! [`render`] is the only module that knows this order. Stages do not call each other; shading
 //! reads the scene's data. [`job`] turns what a scene file asks for into what `render` needs.
-//! [`accuracy`] renders a scene by a ladder of camera models, and says what each costs and gets wrong.
+//! [`accuracy`] renders a scene by a ladder of camera models, and says what each costs and gets wrong;
+//! [`contact`] lays the pictures of a sweep side by side.
 //!
 //! # Decisions
 //!
@@ -110,6 +111,7 @@
 pub mod accuracy;
 pub mod aov;
 pub mod checkpoint;
+pub mod contact;
 pub mod diffraction;
 mod distribution;
 pub mod film;

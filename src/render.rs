@@ -32,6 +32,7 @@ use crate::scene::{Scene, TraversalStack};
 use crate::sensor::Sensor;
 use crate::shade::{Beam, Reach, ShadeColumns, Vertex, shade};
 use crate::shutter::Timing;
+use crate::source::Files;
 use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use crew::Crew;
@@ -75,6 +76,8 @@ pub struct Job {
     pub sensor: Option<Sensor>,
     /// When samples are taken, where it matters.
     pub timing: Option<Timing>,
+    /// What scene and lens were read from.
+    pub files: Files,
 }
 
 impl Job {

@@ -1,11 +1,15 @@
 //! Places in input files, and what is said about them.
 
-use std::collections::BTreeMap;
+mod files;
+
+pub(crate) use files::digest;
+pub use files::{Files, reading};
+
 use std::fmt;
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 use flate2::read::MultiGzDecoder;
 
@@ -52,15 +56,6 @@ pub struct Unreadable {
     pub source: std::io::Error,
 }
 
-/// Files that this process has read as input, and a digest of what was read where all of it was at
-/// once. Readers call readers of other kinds, many at a time; this is the one thing that all of them
-/// know.
-static READ: Mutex<BTreeMap<PathBuf, Option<String>>> = Mutex::new(BTreeMap::new());
-
-fn list() -> MutexGuard<'static, BTreeMap<PathBuf, Option<String>>> {
-    READ.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// Notes that a file is read as input, by readers that go to it more than once.
 ///
 /// # Errors
@@ -69,20 +64,13 @@ pub fn register(path: &Path) -> io::Result<()> {
     if fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir()) {
         return Err(io::Error::other("it is a pipe or a device; expected a file"));
     }
-    list().entry(path.to_owned()).or_default();
+    files::add(path, None);
     Ok(())
 }
 
 /// Notes what a file or a pipe held that was read as input.
 pub(crate) fn note(path: &Path, content: &[u8]) {
-    let digest = blake3::hash(content).to_hex().to_string();
-    list().insert(path.to_owned(), Some(digest));
-}
-
-/// All files that this process has read as input, each with the digest (BLAKE3) of what was read
-/// where that is known.
-pub fn registered() -> BTreeMap<PathBuf, Option<String>> {
-    list().clone()
+    files::add(path, Some(content));
 }
 
 /// What is a pipe, and so of no known size, may hold this many bytes.

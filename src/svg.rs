@@ -1,5 +1,9 @@
 //! The few words of SVG that drawings and plots need.
 
+mod raster;
+
+pub(crate) use raster::{picture, raster};
+
 use std::fmt::Write as _;
 
 /// A point: to the right and up in the lens (mm), to the right and down on the sheet (px).

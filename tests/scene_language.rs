@@ -15,7 +15,7 @@ use support::{folder, write};
 
 /// The shapes of a world.
 fn shapes(world: &str) -> Vec<Shape> {
-    quietly(world).scene.shapes
+    quietly(world).scene.shapes.to_vec()
 }
 
 #[test]

@@ -2,9 +2,6 @@
 
 mod axis;
 mod labels;
-mod raster;
-
-pub(super) use raster::raster;
 
 use axis::Axis;
 use labels::apart;

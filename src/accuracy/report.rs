@@ -50,7 +50,7 @@ impl Report<'_> {
         let verdicts = self.verdicts();
         let choice = self.choice();
         let svg = plot::alone(self);
-        let png = plot::raster(&svg)?;
+        let png = crate::svg::raster(&svg)?;
         let json = table::json(self, &verdicts, choice.as_deref());
         let page = page::page(self, &verdicts, choice.as_deref())?;
         let json = format!("{json:#}\n").into_bytes();

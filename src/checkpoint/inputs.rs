@@ -1,11 +1,11 @@
 //! What a picture was made of, so that nothing goes on from what was made of something else.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io;
 use std::path::Path;
+use std::sync::LazyLock;
 
-use crate::source::{Unreadable, registered};
+use crate::source::{Files, Unreadable, digest};
 
 /// All that decides about a picture's samples.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -22,25 +22,33 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Those of this program, of all files that this process has read as input, and these options.
+    /// Those of this program, of all files that were read for a job, and these options.
     ///
     /// # Errors
     /// Where a file cannot be read again.
-    pub fn now(scene: &Path, options: BTreeMap<String, String>) -> Result<Self, Unreadable> {
+    pub fn of(
+        scene: &Path,
+        mut read: Files,
+        options: BTreeMap<String, String>,
+    ) -> Result<Self, Unreadable> {
+        read.digest()?;
         let folder = scene.parent().unwrap_or(Path::new(""));
         let mut files = BTreeMap::new();
-        for (path, read) in registered() {
+        for (path, digest) in read.iter() {
             let inside = path.strip_prefix(folder).ok().or(path.file_name().map(Path::new));
-            let name = inside.unwrap_or(&path).to_string_lossy().into_owned();
-            let source = |source| Unreadable { path: path.clone(), source };
+            let name = inside.unwrap_or(path).to_string_lossy().into_owned();
             // Two files may have one name.
             let entry: &mut String = files.entry(name).or_default();
-            *entry += &match read {
-                Some(digest) => digest,
-                None => digest(&path).map_err(source)?,
-            };
+            entry.push_str(digest.unwrap_or_default());
         }
-        Ok(Self { program: program(), build: build().unwrap_or_default(), files, options })
+        Ok(Self { program: program(), build: BUILD.clone(), files, options })
+    }
+
+    /// A digest of them all (BLAKE3).
+    pub fn digest(&self) -> String {
+        let Self { program, build, files, options } = self;
+        let all = serde_json::json!([program, build, files, options]).to_string();
+        blake3::hash(all.as_bytes()).to_hex().to_string()
     }
 
     /// What is otherwise in `now`, in words; nothing where all is the same.
@@ -85,6 +93,9 @@ fn program() -> String {
     format!("petzval {}{build}{bare}", env!("CARGO_PKG_VERSION"))
 }
 
+/// See [`Inputs::build`].
+static BUILD: LazyLock<String> = LazyLock::new(|| build().unwrap_or_default());
+
 /// A digest of the file that runs.
 fn build() -> io::Result<String> {
     // What runs may have been replaced under its name.
@@ -93,13 +104,6 @@ fn build() -> io::Result<String> {
         return digest(own);
     }
     digest(&std::env::current_exe()?)
-}
-
-/// A digest of a file's content (BLAKE3).
-fn digest(path: &Path) -> io::Result<String> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
-    Ok(hasher.finalize().to_hex().to_string())
 }
 
 #[cfg(test)]

@@ -11,16 +11,20 @@ use petzval::plan::Effect;
 use petzval::render::{Exposed, Job, Reached};
 use petzval::stats::{Lanes, Stage, Stats};
 
-use super::inputs::{line, words};
+use super::inputs::line;
 use super::{Failure, replay};
 
 /// A picture that is still on the film.
 pub(super) struct Development<'a> {
     pub job: &'a Job,
-    /// The command line that rendered it.
-    pub words: &'a [String],
     /// What is known about it.
     pub notes: Notes,
+    /// The command line that asks for it.
+    pub words: &'a [String],
+    /// The one that rendered it, or its parts.
+    pub rendered_by: &'a [String],
+    /// Which one it is, where it is one of many: then less is said about it.
+    pub among: Option<&'a str>,
     pub output: &'a Path,
     pub encoding: Encoding,
     pub threads: usize,
@@ -32,15 +36,16 @@ pub(super) struct Development<'a> {
 impl Development<'_> {
     /// Writes the picture, and says how it came about.
     pub fn develop(self, exposed: &Exposed) -> Result<(), Failure> {
-        let Self { job, words: rendered_by, mut notes, output, encoding, threads, start, read } =
+        let Self { job, mut notes, words, rendered_by, among, output, encoding, threads, .. } =
             self;
+        let Self { start, read, .. } = self;
         let rendered = start.elapsed();
         let taken = taken(exposed);
         notes.retain(|(name, _)| taken.iter().all(|(other, _)| other != name));
         notes.extend(taken);
         notes.extend(dropped(&exposed.film.dropped));
         notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
-        notes.push(("commandLine", Note::Text(line(&words()))));
+        notes.push(("commandLine", Note::Text(line(words))));
         let window = Window { origin: job.frame.low, frame: job.frame.resolution };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let picture = pool.install(|| exposed.picture(job));
@@ -54,9 +59,11 @@ impl Development<'_> {
         let layered = start.elapsed();
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
 
-        say!("{}", super::plan::table(&job.plan).trim_end());
-        print_table(job, &exposed.stats);
-        print_exposure(job, &notes);
+        if among.is_none() {
+            say!("{}", super::plan::table(&job.plan).trim_end());
+            print_table(job, &exposed.stats);
+            print_exposure(job, &notes);
+        }
         let samples = match (&exposed.reached, exposed.partial) {
             (Some(Reached { noise, mean, least, most }), _) => {
                 say!("noise: {:.3} %; samples a pixel: {least} to {most}", 100.0 * noise);
@@ -84,7 +91,8 @@ impl Development<'_> {
             also += &format!(", layers {:.2}", (layered - developed).as_secs_f64());
         }
         say!(
-            "{}: {} x {} pixels, {samples} samples, {:.2} s (read {:.2}, render {:.2}{also}, write {:.2})",
+            "{}{}: {} x {} pixels, {samples} samples, {:.2} s (read {:.2}, render {:.2}{also}, write {:.2})",
+            among.map_or_else(String::new, |among| format!("{among}: ")),
             output.display(),
             picture.size[0],
             picture.size[1],

@@ -9,10 +9,11 @@ use petzval::render::Job;
 use super::{Arguments, Command, Failure, RenderArguments};
 
 /// Options that decide nothing about the samples, or whose outcome is listed instead.
-const ASIDE: [&str; 16] = [
+const ASIDE: [&str; 18] = [
     "aov",
     "backend",
     "checkpoint",
+    "contact",
     "crop",
     "exposure",
     "half",
@@ -25,6 +26,7 @@ const ASIDE: [&str; 16] = [
     "seed",
     "shard",
     "spp",
+    "sweep",
     "threads",
 ];
 
@@ -67,7 +69,7 @@ pub(super) fn inputs(words: &[String], job: &Job, samples: u32) -> Result<Inputs
     let [[x0, y0], [x1, y1]] = [frame.low, frame.high];
     set("the rendered part", format!("{x0},{y0},{x1},{y1}"));
     set("the list of layers", format!("{:?}", job.layers).to_lowercase());
-    Ok(Inputs::now(&parsed(words)?.picture.scene, options)?)
+    Ok(Inputs::of(&parsed(words)?.picture.scene, job.files.clone(), options)?)
 }
 
 /// The values of options, given or by default.

@@ -15,6 +15,8 @@ use super::{Failure, Outcome, RenderArguments};
 /// The checkpoint of a render, and what stood under its name before.
 pub(super) struct Kept {
     pub keeper: Keeper,
+    /// The command that goes on with it when `--resume` is added.
+    pub again: Vec<String>,
     /// The checkpoint that is there already.
     found: Option<Result<Saved, CheckpointError>>,
     /// The picture or the part that is to come.
@@ -31,9 +33,7 @@ impl Kept {
         job: &Job,
         all: u32,
     ) -> Self {
-        let mut path = output.as_os_str().to_owned();
-        path.push(".checkpoint");
-        let path = PathBuf::from(path);
+        let path = checkpoint_name(output);
         for path in [output, &path, &partial_name(output)] {
             sweep(path);
         }
@@ -44,6 +44,7 @@ impl Kept {
             found => Some(found),
         };
         let part = arguments.shard.is_some() || arguments.samples.is_some();
+        let again = words.clone();
         let head = Head { words, inputs, samples: job.samples.clone(), of: all, ..Head::default() };
         let keeper = Keeper {
             path,
@@ -53,7 +54,7 @@ impl Kept {
             standing: 0,
             tell: |error| say!("petzval: warning: {error}; the render goes on"),
         };
-        Self { keeper, found, output: output.to_owned() }
+        Self { keeper, again, found, output: output.to_owned() }
     }
 
     /// What to go on from, if that is wanted and there is something.
@@ -147,7 +148,7 @@ impl Kept {
     }
 
     fn say_interrupted(&self) {
-        let Keeper { path, every, head, .. } = &self.keeper;
+        let Keeper { path, every, .. } = &self.keeper;
         say!("petzval: interrupted; {} was not written", self.output.display());
         if every.is_none() {
             say!("petzval: there is no checkpoint (--checkpoint off)");
@@ -156,16 +157,16 @@ impl Kept {
         say!(
             "petzval: {} holds what is done; go on with\n  {}",
             path.display(),
-            resume(&head.words)
+            resume(&self.again)
         );
     }
 
     /// What is left of a render whose picture cannot be written.
     pub fn say_unwritten(&self) {
-        let Keeper { path, head, .. } = &self.keeper;
+        let Keeper { path, .. } = &self.keeper;
         match self.holds_own() {
             true => {
-                let (path, resume) = (path.display(), resume(&head.words));
+                let (path, resume) = (path.display(), resume(&self.again));
                 say!(
                     "petzval: {path} holds what is done; when there is room, go on with\n  {resume}"
                 );
@@ -218,6 +219,13 @@ pub(super) fn resume(words: &[String]) -> String {
         words.insert(words.len().min(2), "--resume".to_owned());
     }
     line(&words)
+}
+
+/// The name of a picture's checkpoint.
+pub(super) fn checkpoint_name(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".checkpoint");
+    PathBuf::from(name)
 }
 
 /// The name of what there is of a picture.

@@ -10,9 +10,9 @@ use petzval::render::merge;
 use petzval::scene::pbrt;
 
 use super::develop::Development;
-use super::inputs::{inputs, line, parsed};
+use super::inputs::{inputs, line, parsed, words};
 use super::kept::resume;
-use super::render::{check_folder, job};
+use super::render::{check_folder, job, tell};
 use super::{Failure, MergeArguments, Outcome};
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
@@ -21,16 +21,17 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let format = Format::of(output)?;
     check_folder(output)?;
     let (first, parts) = together(parts)?;
-    let words = &first.words;
-    let render = parsed(words)?;
+    let begun = &first.words;
+    let render = parsed(begun)?;
     // What comes behind the film needs the scene and the lens.
     let description = pbrt::read(&render.picture.scene).map_err(|error| {
-        format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(words))
+        format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(begun))
     })?;
-    let (mut job, notes) = job(&render, description, true)?;
+    let (mut job, notes, warnings) = job(&render, description, true)?;
+    tell(&warnings);
     // It only adds up; but all parts must be of one build.
     let build = first.inputs.build.clone();
-    let now = Inputs { build, ..inputs(words, &job, first.of)? };
+    let now = Inputs { build, ..inputs(begun, &job, first.of)? };
     let changes = first.inputs.changes(&now);
     if !changes.is_empty() {
         let changes = changes.join("; ");
@@ -44,8 +45,20 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let exposed = merge(&job, &parts)?;
     let encoding = Encoding { half: *half, exposure: *exposure };
     let threads = threads.map_or(0, usize::from);
-    Development { job: &job, words, notes, output, encoding, threads, start, read }
-        .develop(&exposed)?;
+    let (words, rendered_by, among) = (&words(), begun, None);
+    let development = Development {
+        job: &job,
+        notes,
+        words,
+        rendered_by,
+        among,
+        output,
+        encoding,
+        threads,
+        start,
+        read,
+    };
+    development.develop(&exposed)?;
     Ok(Outcome::Done)
 }
 

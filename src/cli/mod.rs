@@ -23,6 +23,7 @@ mod progress;
 mod psf;
 mod render;
 mod replay;
+mod sweep;
 mod trace;
 mod values;
 mod vignetting;
@@ -119,6 +120,16 @@ struct RenderArguments {
     /// Render these samples of every pixel, from 0, B not included, to PART.petzval for petzval merge
     #[arg(long, value_name = "A..B", value_parser = range)]
     samples: Option<[u32; 2]>,
+    /// Take a picture for each of these values of an option: fstop=2,4,8 or focus=0.5..5:8 (8 values,
+    /// evenly) or fstop=2..16:4:log (by a factor); with ; between values that hold commas. Given again,
+    /// for each with each. Scene and tree are loaded once. The name of the picture holds places to
+    /// fill, such as out/{lens}_{fstop}_{focus}.exr; {{ is a brace
+    #[arg(long, value_name = "NAME=VALUES", value_parser = sweep::axis)]
+    sweep: Vec<sweep::Axis>,
+    /// Contact sheet of a sweep: .png, .jpg; beside it, as .csv, the table of its pictures; sweep.png
+    /// beside the pictures if not given
+    #[arg(long, value_name = "FILE", requires = "sweep")]
+    contact: Option<PathBuf>,
     /// Threads; one a core if not given. The picture is the same for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,

@@ -4,13 +4,14 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use petzval::checkpoint::CheckpointError;
+use petzval::checkpoint::{CheckpointError, Inputs};
 use petzval::image::{Encoding, Format, ImageError, Notes, target};
 use petzval::job::{Changes, fits, prepare};
 use petzval::render::{Job, Progress, RenderError, Until, render_kept};
 use petzval::scene::pbrt::{self, Description};
+use petzval::source::Warning;
 
 use super::develop::Development;
 use super::inputs::{inputs, words};
@@ -19,66 +20,146 @@ use super::progress::Bar;
 use super::{Failure, Outcome, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
+    if !arguments.sweep.is_empty() {
+        return super::sweep::run(arguments);
+    }
     let start = Instant::now();
     let description = pbrt::read(&arguments.picture.scene)?;
-    let output = output(arguments, &description)?;
-    let holds_layers = arguments.is_part() || Format::of(&output)? == Format::Exr;
-    if !holds_layers && !arguments.aov.is_empty() {
-        return Err(ImageError::NoLayers { path: output }.into());
-    }
-    // A long render must not end at a name that nothing can be written to.
-    check_folder(&output)?;
-    let (mut job, notes) = job(arguments, description, holds_layers)?;
-    if arguments.half && !holds_layers {
-        say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
-    }
-    let words = words();
-    let all = job.samples.len() as u32;
-    let inputs = inputs(&words, &job, all)?;
-    if let Some(samples) = arguments.part(all)? {
-        job.samples = samples;
-    }
-    let mut kept = Kept::new(arguments, &output, words.clone(), inputs, &job, all);
-    let from = kept.from(&job, arguments.resume)?;
-    let threads = arguments.threads.map_or(0, usize::from);
-    let read = start.elapsed();
-
+    let (shot, warnings) = Shot::new(arguments, words(), description, start)?;
+    tell(&warnings);
     let progress = Arc::new(Progress::default());
-    progress.samples.store(from.as_ref().map_or(0, |saved| saved.head.taken), Ordering::Relaxed);
     stop_at_signals(progress.clone());
-    let bar = Bar::start(&job, progress.clone());
-    let exposed =
-        render_kept(&job, arguments.backend.into(), threads, &progress, Some(&kept.keeper), from);
-    bar.finish();
-    if let Err(RenderError::Checkpoint(CheckpointError::Io { verb: "write", .. })) = &exposed {
-        kept.say_unwritten();
-    }
-    let exposed = exposed?;
-
-    if arguments.is_part() {
-        return kept.end_part(&exposed, start.elapsed());
-    }
-    let output = match exposed.partial {
-        // What stands there may be a whole picture.
-        Some(_) => partial_name(&output),
-        None => output,
-    };
-    let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
-    let (job, words, output) = (&job, &words[..], &output);
-    let development = Development { job, words, notes, output, encoding, threads, start, read };
-    if let Err(failure) = development.develop(&exposed) {
-        kept.say_unwritten();
-        return Err(failure);
-    }
-    kept.end(&exposed, output)
+    Ok(shot.take(&progress, None)?.outcome)
 }
 
-/// The job that is asked for, and what to write about it into the picture.
+/// A picture that is made ready to be taken.
+pub(super) struct Shot<'a> {
+    arguments: &'a RenderArguments,
+    words: Vec<String>,
+    output: PathBuf,
+    pub job: Job,
+    notes: Notes,
+    /// All that decides about its samples.
+    pub inputs: Inputs,
+    /// The samples that a pixel has in the end.
+    all: u32,
+    start: Instant,
+}
+
+/// Of what a picture is one, for what is said about it.
+pub(super) struct Among<'a> {
+    /// Its number, in words.
+    pub number: &'a str,
+    /// The command that takes them all.
+    pub words: &'a [String],
+}
+
+/// What came of a picture.
+pub(super) struct Taken {
+    pub outcome: Outcome,
+    /// Samples a pixel, in the mean.
+    pub samples: f64,
+    pub noise: Option<f64>,
+    pub time: Duration,
+}
+
+impl<'a> Shot<'a> {
+    /// The picture that these words ask for; and what was noticed on the way.
+    pub fn new(
+        arguments: &'a RenderArguments,
+        words: Vec<String>,
+        description: Description,
+        start: Instant,
+    ) -> Result<(Self, Vec<Warning>), Failure> {
+        let output = output(arguments, &description)?;
+        let holds_layers = arguments.is_part() || Format::of(&output)? == Format::Exr;
+        if !holds_layers && !arguments.aov.is_empty() {
+            return Err(ImageError::NoLayers { path: output }.into());
+        }
+        // A long render must not end at a name that nothing can be written to.
+        check_folder(&output)?;
+        let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
+        if arguments.half && !holds_layers {
+            say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
+        }
+        let all = job.samples.len() as u32;
+        let inputs = inputs(&words, &job, all)?;
+        if let Some(samples) = arguments.part(all)? {
+            job.samples = samples;
+        }
+        Ok((Self { arguments, words, output, job, notes, inputs, all, start }, warnings))
+    }
+
+    /// Takes it, until the end or until somebody stops it.
+    pub fn take(self, progress: &Arc<Progress>, among: Option<Among>) -> Result<Taken, Failure> {
+        let Self { arguments, words, output, job, notes, inputs, all, start } = self;
+        let mut kept = Kept::new(arguments, &output, words.clone(), inputs, &job, all);
+        if let Some(among) = &among {
+            kept.again = among.words.to_vec();
+        }
+        let from = kept.from(&job, arguments.resume)?;
+        let threads = arguments.threads.map_or(0, usize::from);
+        let read = start.elapsed();
+
+        let earlier = from.as_ref().map_or(0, |saved| saved.head.taken);
+        progress.samples.store(earlier, Ordering::Relaxed);
+        progress.expected.store(0, Ordering::Relaxed);
+        let bar = Bar::start(&job, progress.clone());
+        let backend = arguments.backend.into();
+        let exposed = render_kept(&job, backend, threads, progress, Some(&kept.keeper), from);
+        bar.finish();
+        if let Err(RenderError::Checkpoint(CheckpointError::Io { verb: "write", .. })) = &exposed {
+            kept.say_unwritten();
+        }
+        let exposed = exposed?;
+
+        let reached = exposed.reached.as_ref();
+        let samples = reached.map(|reached| reached.mean).unwrap_or_else(|| f64::from(all));
+        let noise = reached.map(|reached| reached.noise);
+        let ended = |outcome| Taken { outcome, samples, noise, time: start.elapsed() };
+        if arguments.is_part() {
+            return kept.end_part(&exposed, start.elapsed()).map(ended);
+        }
+        let output = match exposed.partial {
+            // What stands there may be a whole picture.
+            Some(_) => partial_name(&output),
+            None => output,
+        };
+        let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
+        let (output, words, among) = (&output, &words, among.map(|among| among.number));
+        let development = Development {
+            job: &job,
+            notes,
+            words,
+            rendered_by: words,
+            among,
+            output,
+            encoding,
+            threads,
+            start,
+            read,
+        };
+        if let Err(failure) = development.develop(&exposed) {
+            kept.say_unwritten();
+            return Err(failure);
+        }
+        kept.end(&exposed, output).map(ended)
+    }
+}
+
+/// Says what was noticed.
+pub(super) fn tell(warnings: &[Warning]) {
+    for warning in warnings {
+        say!("petzval: warning: {warning}");
+    }
+}
+
+/// The job that is asked for, what to write about it into the picture, and what was noticed.
 pub(super) fn job(
     arguments: &RenderArguments,
     description: Description,
     holds_layers: bool,
-) -> Result<(Job, Notes), Failure> {
+) -> Result<(Job, Notes, Vec<Warning>), Failure> {
     let changes = Changes {
         crop: arguments.crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]),
         aim: arguments.pupil.into(),
@@ -87,12 +168,9 @@ pub(super) fn job(
         until: Until { noise: arguments.noise, time: arguments.time },
         ..arguments.picture.changes()
     };
-    let (job, notes, warnings) = prepare(description, &changes)?;
-    fits(&job)?;
-    for warning in &warnings {
-        say!("petzval: warning: {warning}");
-    }
-    Ok((job, notes))
+    let made = prepare(description, &changes)?;
+    fits(&made.0)?;
+    Ok(made)
 }
 
 impl RenderArguments {
@@ -146,7 +224,7 @@ fn output(arguments: &RenderArguments, description: &Description) -> Result<Path
     Ok(named.unwrap_or_else(|| stem().with_extension("exr")))
 }
 
-fn stop_at_signals(progress: Arc<Progress>) {
+pub(super) fn stop_at_signals(progress: Arc<Progress>) {
     // Where no handler can be had, Ctrl-C ends the program at once, as ever.
     let _ = ctrlc::set_handler(move || {
         // Asked twice, it does not wait for anything.

@@ -67,9 +67,7 @@ impl Exposure {
     pub fn plan(self, plan: &Plan, scene: &mut Scene) -> Result<Option<Timing>, JobError> {
         let (blur, rolls) = (plan.has(Effect::Motion), plan.has(Effect::RollingShutter));
         if !blur && !rolls {
-            if !scene.movers().is_empty() {
-                scene.freeze(self.timing.middle());
-            }
+            scene.freeze(self.timing.middle());
             return Ok(None);
         }
         let timing = Timing::new(&self.shutter, self.transform_times, blur, rolls);

@@ -38,11 +38,13 @@ pub use texture::{
 pub use traverse::TraversalStack;
 pub use tree::Tree;
 
+use std::sync::{Arc, Mutex};
+
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::motion::Motion;
 use crate::rays::{Hit, NONE, Ray};
-use moving::Movers;
+use moving::{Movers, Still};
 use tree::{Part, Parts};
 
 /// What a shape is made of.
@@ -102,21 +104,23 @@ impl Instance {
     }
 }
 
-/// Everything that can be seen.
+/// Everything that can be seen. Clones share all that is large: meshes, textures and trees.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// All shapes, those of objects among them.
-    pub shapes: Vec<Shape>,
+    pub shapes: Arc<[Shape]>,
     /// What they are made of.
-    pub materials: Vec<Material>,
+    pub materials: Arc<[Material]>,
     /// What shines.
-    pub lights: Lights,
-    instances: Vec<Instance>,
-    objects: Vec<Tree>,
+    pub lights: Arc<Lights>,
+    instances: Arc<[Instance]>,
+    objects: Arc<[Tree]>,
     /// The shapes of the world's tree.
-    standing: Vec<u32>,
-    world: Tree,
+    standing: Arc<[u32]>,
+    world: Arc<Tree>,
     movers: Movers,
+    /// What was made of it last when everything stopped; clones ask for the same again.
+    still: Arc<Mutex<Option<Still>>>,
 }
 
 impl Scene {
@@ -164,16 +168,16 @@ impl Scene {
         }
     }
 
-    /// Builds the tree of what stands still.
-    fn grow(&mut self) {
+    /// Builds the tree of what stands still, these instances among it.
+    fn grow(&self, instances: &[Instance]) -> Tree {
         let mut parts = Parts::default();
-        for (number, instance) in self.instances.iter().enumerate() {
+        for (number, instance) in instances.iter().enumerate() {
             let Some([low, high]) = self.objects[instance.object as usize].bounds else { continue };
             let matrix = double(&instance.world_from_object);
             let bounds = moved_box([low.as_dvec3(), high.as_dvec3()], &matrix);
             parts.push(Part::Instance(number as u32, bounds));
         }
-        self.world = tree(&self.shapes, &self.standing, parts);
+        tree(&self.shapes, &self.standing, parts)
     }
 }
 
@@ -311,7 +315,17 @@ impl SceneBuilder {
         let movers = Movers::new(self.movers, &objects, [0.0, 1.0]);
         let lights = Lights::new(self.lights, &self.shapes);
         let Self { shapes, materials, .. } = self;
-        Scene { shapes, materials, lights, instances, objects, standing, world, movers }
+        Scene {
+            shapes: shapes.into(),
+            materials: materials.into(),
+            lights: Arc::new(lights),
+            instances: instances.into(),
+            objects: objects.into(),
+            standing: standing.into(),
+            world: Arc::new(world),
+            movers,
+            still: Arc::default(),
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! What moves: copies of objects whose place depends on time, apart from the world that stands
 //! still. Rays meet the two in stages of their own, and where nothing moves there is only one.
 
+use std::sync::{Arc, PoisonError};
+
 use glam::{Affine3A, Vec3};
 
 use super::intersect::inside;
@@ -24,11 +26,21 @@ pub struct Mover {
 /// few rays come near to what was there at another time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Movers {
-    pub(super) all: Vec<Mover>,
-    trees: Vec<Tree>,
-    /// When the first part begins, and how many there are in a unit of the share.
-    start: f64,
+    pub(super) all: Arc<[Mover]>,
+    trees: Arc<[Tree]>,
+    /// When the first part begins and the last one ends, and how many there are in a unit of the
+    /// share.
+    range: [f64; 2],
     per_share: f64,
+}
+
+/// A moving scene that was stopped.
+#[derive(Debug)]
+pub(super) struct Still {
+    /// At which share of its motion.
+    share: f64,
+    instances: Arc<[Instance]>,
+    world: Arc<Tree>,
 }
 
 /// Parts of an exposure.
@@ -40,7 +52,12 @@ const OVERLAP: f64 = 1e-6;
 
 impl Movers {
     /// For times between two shares of the motion.
-    pub(super) fn new(all: Vec<Mover>, objects: &[Tree], [from, to]: [f64; 2]) -> Self {
+    pub(super) fn new(
+        all: impl Into<Arc<[Mover]>>,
+        objects: &[Tree],
+        [from, to]: [f64; 2],
+    ) -> Self {
+        let all = all.into();
         if all.is_empty() {
             return Self::default();
         }
@@ -54,13 +71,13 @@ impl Movers {
         });
         let trees = trees.collect();
         let per_share = if width > 0.0 { 1.0 / width } else { 0.0 };
-        Self { trees, start: from, per_share, all }
+        Self { trees, range: [from, to], per_share, all }
     }
 
     /// The tree of a time.
     #[inline(always)]
     fn tree(&self, time: f32) -> &Tree {
-        let part = (f64::from(time) - self.start) * self.per_share;
+        let part = (f64::from(time) - self.range[0]) * self.per_share;
         &self.trees[(part as usize).min(self.trees.len() - 1)]
     }
 
@@ -104,16 +121,32 @@ impl Scene {
 
     /// Makes the scene ready for times between two shares of its motion; a new one is from 0 to 1.
     pub fn expose(&mut self, range: [f64; 2]) {
-        let all = std::mem::take(&mut self.movers.all);
-        self.movers = Movers::new(all, &self.objects, range);
+        if range != self.movers.range {
+            self.movers = Movers::new(self.movers.all.clone(), &self.objects, range);
+        }
     }
 
     /// Stops everything at a share of its motion: nothing moves any more.
     pub fn freeze(&mut self, share: f64) {
-        for Mover { object, motion } in std::mem::take(&mut self.movers).all {
-            self.instances.push(Instance::new(object, &motion.at(share)));
+        if self.movers.all.is_empty() {
+            return;
         }
-        self.grow();
+        let known = self.still.clone();
+        let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+        let still = match known.take().filter(|still| still.share == share) {
+            Some(still) => still,
+            None => {
+                let stopped = |mover: &Mover| Instance::new(mover.object, &mover.motion.at(share));
+                let stopped = self.movers.all.iter().map(stopped);
+                let instances: Arc<[Instance]> =
+                    self.instances.iter().copied().chain(stopped).collect();
+                let world = Arc::new(self.grow(&instances));
+                Still { share, instances, world }
+            }
+        };
+        (self.instances, self.world) = (still.instances.clone(), still.world.clone());
+        self.movers = Movers::default();
+        *known = Some(still);
     }
 
     /// Where an instance stands, at a time where it moves: object space to world space and back.

@@ -10,9 +10,9 @@ use crate::motion::Motion;
 use crate::scene::Scene;
 use crate::shade::Reach;
 use crate::shutter::Shutter;
-use crate::source::{Location, Warning};
+use crate::source::{Files, Location, Warning};
 
-/// A scene file, read.
+/// A scene file, read. Clones share all that is large, so that one may become many jobs.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// What is seen.
@@ -43,6 +43,8 @@ pub struct Description {
     pub regularize: bool,
     /// What was noticed on the way.
     pub warnings: Vec<Warning>,
+    /// What it was read from.
+    pub files: Files,
 }
 
 /// The film.

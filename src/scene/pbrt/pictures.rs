@@ -11,7 +11,7 @@ use super::params::Params;
 use super::textures::Library;
 use crate::image::{Picture, Raster, Transfer};
 use crate::scene::{Awaited, Pyramid};
-use crate::source::Location;
+use crate::source::{Files, Location, reading};
 
 /// The pictures that have been named so far.
 #[derive(Default)]
@@ -67,14 +67,17 @@ impl Pictures {
     /// The first that cannot be read, in the order of the scene file.
     pub(super) fn read(&mut self) -> Result<(), SceneError> {
         let read = |Order { path, transfer, at, picture }| {
-            let raster =
-                Raster::read(&path, transfer).map_err(|source| SceneError::Image { at, source })?;
+            let (raster, files) = reading(|| Raster::read(&path, transfer));
+            let raster = raster.map_err(|source| SceneError::Image { at, source })?;
             picture.arrive(Pyramid::new(raster));
-            Ok(())
+            Ok(files)
         };
-        let done: Vec<Result<(), SceneError>> =
+        let done: Vec<Result<Files, SceneError>> =
             std::mem::take(&mut self.missing).into_par_iter().map(read).collect();
-        done.into_iter().collect()
+        done.into_iter().try_for_each(|files| {
+            files?.noted();
+            Ok(())
+        })
     }
 }
 

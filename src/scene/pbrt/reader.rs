@@ -21,16 +21,19 @@ use crate::motion::Motion;
 use crate::scene::{Material, SceneBuilder};
 use crate::shade::Reach;
 use crate::shutter::Shutter;
-use crate::source::{Location, bytes, hint};
+use crate::source::{Files, Location, bytes, hint, reading};
 
 /// Reads a scene file and all that it includes.
 ///
 /// # Errors
 /// Where a file cannot be read or its text is not what it should be.
 pub fn read(path: &Path) -> Result<Description, SceneError> {
-    let mut reader = Reader::new(path)?;
-    reader.run()?;
-    reader.finish()
+    let (description, files) = reading(|| {
+        let mut reader = Reader::new(path)?;
+        reader.run()?;
+        reader.finish()
+    });
+    Ok(Description { files, ..description? })
 }
 
 /// What a directive does.
@@ -282,6 +285,7 @@ impl Reader {
             reach: self.reach.unwrap_or(reach),
             scene: self.builder.build(),
             warnings: self.notices.warnings,
+            files: Files::default(),
         })
     }
 }

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
+use crate::image::{Picture, srgb_decode};
+
 /// Pixels of the picture to one px of the drawing.
 const SCALE: f32 = 2.0;
 
@@ -12,17 +14,34 @@ const SCALE: f32 = 2.0;
 ///
 /// # Errors
 /// Where it is no SVG, or has no size.
-pub(in crate::accuracy) fn raster(svg: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+pub(crate) fn raster(svg: &str) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    Ok(drawn(svg, SCALE)?.encode_png()?)
+}
+
+/// A drawing that covers its sheet as a picture, a pixel to a px; linear light.
+///
+/// # Errors
+/// As [`raster`].
+pub(crate) fn picture(svg: &str) -> Result<Picture, Box<dyn std::error::Error>> {
+    let drawn = drawn(svg, 1.0)?;
+    let decoded: Vec<f32> = (0..=255u8).map(|code| srgb_decode(f32::from(code) / 255.0)).collect();
+    let light = |code: u8| decoded[usize::from(code)];
+    let colours = drawn.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]);
+    let size = [drawn.width(), drawn.height()].map(|n| n as usize);
+    Ok(Picture { size, pixels: colours.map(|rgb| rgb.map(light)).collect() })
+}
+
+fn drawn(svg: &str, scale: f32) -> Result<Pixmap, Box<dyn std::error::Error>> {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     let family = fonts.faces().find_map(|face| Some(face.families.first()?.0.clone()));
     fonts.set_sans_serif_family(family.unwrap_or_default());
     let options = Options { fontdb: Arc::new(fonts), ..Options::default() };
     let tree = Tree::from_str(svg, &options)?;
-    let [width, height] = [tree.size().width(), tree.size().height()].map(|v| (v * SCALE) as u32);
+    let [width, height] = [tree.size().width(), tree.size().height()].map(|v| (v * scale) as u32);
     let mut pixels = Pixmap::new(width, height).ok_or("the drawing has no size")?;
-    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-    Ok(pixels.encode_png()?)
+    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    Ok(pixels)
 }
 
 #[cfg(test)]

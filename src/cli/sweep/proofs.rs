@@ -1,0 +1,106 @@
+//! What shows all pictures of a sweep: the contact sheet and the table.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use petzval::contact::{self, Contact};
+use petzval::image::{Encoding, Exposure, Note, Notes, Picture, Window};
+
+use super::super::Failure;
+use super::super::inputs::line;
+use super::orders::Orders;
+use super::table::{self, Row};
+
+/// How many times as long as writing takes nothing is written.
+const PATIENCE: u32 = 50;
+
+/// The contact sheet and the table, and what is on them.
+pub(super) struct Proofs {
+    pub sheet: PathBuf,
+    pub table: PathBuf,
+    contact: Contact,
+    exposure: Exposure,
+    notes: Notes,
+    options: Vec<String>,
+    /// Of pictures that are finished, by number: name, values and what is known.
+    rows: BTreeMap<usize, (PathBuf, Vec<String>, Row)>,
+    /// When it was written last, and how long that took.
+    written: Instant,
+    took: Duration,
+}
+
+impl Proofs {
+    /// Of no pictures yet. `size` is about that of each, pixels; `words` are the command.
+    pub fn new(
+        title: String,
+        orders: &Orders,
+        [sheet, table]: [PathBuf; 2],
+        size: [u32; 2],
+        exposure: Exposure,
+        words: &[String],
+    ) -> Self {
+        let axis = |axis: &super::Axis| contact::Axis {
+            name: axis.name.clone(),
+            values: axis.values.clone(),
+        };
+        let options = orders.axes.iter().map(|axis| axis.name.clone()).collect();
+        let notes = vec![
+            ("Title", Note::Text(format!("Contact sheet: {title}"))),
+            ("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))),
+            ("commandLine", Note::Text(line(words))),
+        ];
+        let contact = Contact::new(title, orders.axes.iter().map(axis).collect(), size);
+        let (rows, written, took) = (BTreeMap::new(), Instant::now(), Duration::ZERO);
+        Self { sheet, table, contact, exposure, notes, options, rows, written, took }
+    }
+
+    /// What is known of a picture.
+    pub fn row(&self, number: usize) -> Option<&Row> {
+        self.rows.get(&number).map(|(_, _, row)| row)
+    }
+
+    /// How many pictures are finished.
+    pub fn done(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Adds a finished picture.
+    pub fn put(&mut self, number: usize, name: &Path, values: &[&str], row: Row) {
+        // One that cannot be read is an empty frame, and no reason to stop.
+        if let Some(Ok(picture)) = self.contact.shows(number).then(|| Picture::read(name, true)) {
+            self.contact.put(number, &picture);
+        }
+        let values = values.iter().map(|&value| value.to_owned()).collect();
+        self.rows.insert(number, (name.to_owned(), values, row));
+    }
+
+    /// Takes out a picture that is to be taken again.
+    pub fn drop(&mut self, number: usize) {
+        self.rows.remove(&number);
+        self.contact.remove(number);
+    }
+
+    /// Writes what there is, where that takes little of the time.
+    pub fn keep(&mut self) {
+        if self.written.elapsed() >= self.took * PATIENCE
+            && let Err(error) = self.write()
+        {
+            say!("petzval: warning: {error}; the sweep goes on");
+        }
+    }
+
+    /// Writes the contact sheet and the table.
+    pub fn write(&mut self) -> Result<(), Failure> {
+        let begun = Instant::now();
+        let rows = self.rows.values().map(|(name, values, row)| (name.as_path(), values, row));
+        let written = table::write(&self.table, &self.options, rows);
+        written.map_err(|error| format!("cannot write {}: {error}", self.table.display()))?;
+        let sheet = self.contact.draw(self.exposure)?;
+        let frame = sheet.size.map(|n| n as u32);
+        let window = Window { origin: [0, 0], frame };
+        sheet.write(&self.sheet, window, Encoding::default(), &self.notes)?;
+        (self.written, self.took) = (Instant::now(), begun.elapsed());
+        Ok(())
+    }
+}
