@@ -34,7 +34,7 @@ use crate::lens::Model;
 use crate::render::Job;
 
 const MAGIC: &[u8; 8] = b"PETZVAL\x1a";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// No head is longer than this: it lists files and words.
 const MOST_HEAD: u64 = 1 << 24;
 /// Bytes before the head.

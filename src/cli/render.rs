@@ -7,19 +7,22 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use petzval::image::{Encoding, Format, ImageError, Notes};
-use petzval::job::{Changes, fits, prepare};
+use petzval::job::{Changes, prepare};
 use petzval::lens::Aim;
+use petzval::memory::{Work, machine};
 use petzval::render::{Backend, Job, Progress, Until, render_kept};
 use petzval::scene::pbrt::{self, Description};
 
 use super::develop::Development;
 use super::inputs::{inputs, words};
 use super::kept::{Kept, partial_name};
+use super::memory::{Memory, say_taken};
 use super::progress::Bar;
 use super::{BackendArgument, Failure, Outcome, PupilArgument, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
+    let memory = Memory::new(arguments.memory);
     let description = pbrt::read(&arguments.picture.scene)?;
     let output = output(arguments, &description)?;
     let holds_layers = arguments.is_part() || Format::of(&output)? == Format::Exr;
@@ -44,7 +47,9 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         BackendArgument::Simd => Backend::Simd,
         BackendArgument::Scalar => Backend::Scalar,
     };
-    let threads = arguments.threads.map_or(0, usize::from);
+    let threads = arguments.threads.map_or_else(machine::cores, usize::from);
+    let format = if arguments.is_part() { None } else { Some(Format::of(&output)?) };
+    let estimate = memory.check(&job, Work::Render { threads }, format)?;
     let read = start.elapsed();
 
     let progress = Arc::new(Progress::default());
@@ -56,7 +61,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let exposed = exposed?;
 
     if arguments.is_part() {
-        return kept.end_part(&exposed, start.elapsed());
+        say_taken(&estimate);
+        return kept.end_part(exposed.partial.is_some(), start.elapsed());
     }
     let output = match exposed.partial {
         // What stands there may be a whole picture.
@@ -66,11 +72,13 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
     let output = &output;
     let development = Development { job: &job, notes, output, encoding, threads, start, read };
-    if let Err(failure) = development.develop(&exposed) {
+    let partial = exposed.partial.is_some();
+    if let Err(failure) = development.develop(exposed) {
         kept.say_unwritten();
         return Err(failure);
     }
-    kept.end(&exposed, output)
+    say_taken(&estimate);
+    kept.end(partial, output)
 }
 
 /// The job that is asked for, and what to write about it into the picture.
@@ -91,7 +99,6 @@ pub(super) fn job(
         ..arguments.picture.changes()
     };
     let (job, notes, warnings) = prepare(description, &changes)?;
-    fits(&job)?;
     for warning in &warnings {
         say!("petzval: warning: {warning}");
     }
