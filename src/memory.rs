@@ -80,8 +80,10 @@ impl Estimate {
                 _ => 0,
             };
             let [layers, picture] = [("layers", layers), ("picture", PICTURE * pixels)];
-            phases.push(vec![("film", film), ("features", features), layers]);
-            phases.push(vec![("film", film), layers]);
+            // Of all channels at once, before they are taken apart.
+            let variance = if squares { PICTURE * pixels } else { 0 };
+            let developed = [("film", film), ("features", features), ("variance", variance)];
+            phases.push(developed.into_iter().chain([layers]).collect());
             if job.plan.has(Effect::Diffraction) {
                 let spread = Diffraction::bytes(job.frame.size().map(|n| n as usize));
                 phases.push(vec![picture, layers, ("diffraction", spread)]);

@@ -53,6 +53,9 @@ const REACH: usize = 4096;
 /// Bytes of the table of a zone's spread.
 const TABLE: usize = 15_000_000;
 
+/// Bytes that glibc takes from its heap at most; what is larger goes back to the system at once.
+const IN_HEAP: usize = 1 << 25;
+
 /// How far light is spread, pixels, in a picture so wide or high.
 fn reach(size: usize) -> usize {
     size.saturating_sub(1).min(REACH)
@@ -88,9 +91,11 @@ impl Diffraction {
         let spectrum = (plane[0] / 2 + 1) * plane[1] * size_of::<Complex<f64>>();
         let kernel = (2 * reach[0] + 1) * (reach[1] + 1) * size_of::<[f32; 3]>();
         let pixels = size[0] * size[1] * size_of::<[f32; 3]>();
+        let sums = (2 * reach[0] + 2) * (reach[1] + 2) * size_of::<f64>();
         // What was received by channel, a channel's light, its shares and the lines that they are made
-        // of; the shares inside, and the picture that comes of it.
-        (TABLE + 6 * spectrum + kernel + 2 * pixels) as u64
+        // of; the shares inside, those of a channel before they are added, and the picture that
+        // comes of it. The kernel's sums are gone by then, but small ones stay in the heap.
+        (TABLE + 6 * spectrum + kernel + 3 * pixels + sums.min(IN_HEAP)) as u64
     }
 
     /// How many zones of the picture have a spread of their own.
