@@ -8,7 +8,6 @@ mod place;
 mod setup;
 
 pub use changes::{Changes, FocusOn};
-pub use frame::fits;
 
 use glam::DMat3;
 

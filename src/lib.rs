@@ -120,6 +120,7 @@ pub mod image;
 pub mod job;
 pub mod lanes;
 pub mod lens;
+pub mod memory;
 pub mod metric;
 pub mod motion;
 pub mod plan;

@@ -3,6 +3,7 @@
 mod crew;
 mod disperse;
 mod even;
+mod gathered;
 mod haunt;
 mod keeper;
 mod ledger;
@@ -37,7 +38,7 @@ use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use crew::Crew;
 use ledger::Received;
-use tails::{FEW, Tails};
+use tails::{FEW, Tail, Tails};
 
 pub use disperse::{DisperseColumns, disperse};
 pub use keeper::Keeper;
@@ -138,14 +139,25 @@ impl Exposed {
     /// The picture of this job: what the film received, spread by diffraction where that is planned,
     /// and read out by the sensor where there is one. Layers are of the film.
     pub fn picture(&self, job: &Job) -> Picture {
-        let mut picture = self.film.picture(job.samples.end - job.samples.start);
-        if job.plan.has(Effect::Diffraction) {
-            picture = Diffraction::new(&job.camera, &job.frame, &job.light).spread(&picture);
-        }
-        match &job.sensor {
-            Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
-            None => picture,
-        }
+        develop(self.film.picture(job.samples.end - job.samples.start), job)
+    }
+
+    /// [`Exposed::picture`] of a film that is not needed any more, which takes less memory.
+    pub fn into_picture(self, job: &Job) -> Picture {
+        let Self { film, features, .. } = self;
+        drop(features);
+        develop(film.into_picture(job.samples.end - job.samples.start), job)
+    }
+}
+
+/// What becomes of a picture behind the film.
+fn develop(mut picture: Picture, job: &Job) -> Picture {
+    if job.plan.has(Effect::Diffraction) {
+        picture = Diffraction::new(&job.camera, &job.frame, &job.light).spread(&picture);
+    }
+    match &job.sensor {
+        Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
+        None => picture,
     }
 }
 
@@ -224,6 +236,23 @@ fn expose<R: Real<Scalar = f32>>(crew: &Crew, from: Option<Saved>) -> Result<Exp
 pub fn merge(job: &Job, parts: &[PathBuf]) -> Result<Exposed, CheckpointError> {
     even::merge(job, parts.iter().map(|path| Saved::open(path)))
 }
+
+/// Bytes that each thread of a render takes, about: its wave, and those that wait at each depth.
+pub fn bytes_of_thread(job: &Job) -> u64 {
+    let depths = u64::from(job.reach.max_depth).min(MOST_WAITING) + 1;
+    size_of::<Wave>() as u64 + OF_THREAD + depths * size_of::<Tail>() as u64
+}
+
+/// Bytes of a pixel, at most, that rounds of samples take: four quarters, and what they and the
+/// scouts receive in a round, with their features.
+pub fn bytes_of_round(job: &Job) -> u64 {
+    4 * FilmSums::bytes(false) + 4 * (FilmSums::bytes(false) + FeatureFilm::bytes(job))
+}
+
+/// Bytes of a thread beside its columns: its stack, its heap and a tile.
+const OF_THREAD: u64 = 1 << 18;
+/// Depths at which waves wait in a render, at most: no scene is known where it is more.
+const MOST_WAITING: u64 = 100;
 
 /// Samples that all pixels of a tile take.
 struct Share {

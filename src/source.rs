@@ -13,6 +13,8 @@ use std::sync::Arc;
 
 use flate2::read::MultiGzDecoder;
 
+use crate::memory::budget;
+
 /// A place in a text file. Lines and columns count from 1; a column counts characters.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Location {
@@ -87,6 +89,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Unreadable> {
     let read = || {
         let file = open(path)?;
         let length = file.metadata()?.len();
+        budget::fits(length).map_err(io::Error::other)?;
         let packed = whole(file, length.max(MOST_UNKNOWN))?;
         note(path, &packed);
         if !packed.starts_with(&[0x1f, 0x8b]) {

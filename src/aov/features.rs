@@ -78,10 +78,32 @@ impl Sum {
     }
 }
 
+/// Sums of the pixels of a tile.
+#[derive(Clone, Debug)]
+pub(crate) struct FeatureSums(Vec<Sum>);
+
+impl FeatureSums {
+    pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
+        self.0.iter().try_for_each(|sum| sum.save(to))
+    }
+
+    /// Adds what was saved of later paths of the same tile.
+    pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
+        self.0.iter_mut().try_for_each(|sum| sum.receive(from))
+    }
+
+    /// Adds those of later paths of the same tile.
+    fn add(&mut self, other: &Self) {
+        for (sum, other) in self.0.iter_mut().zip(&other.0) {
+            sum.add(other);
+        }
+    }
+}
+
 /// What the paths of a tile met.
 #[derive(Clone, Debug)]
 pub struct Features {
-    sums: Vec<Sum>,
+    sums: FeatureSums,
     camera_from_world: Affine3A,
     ride: Option<Motion>,
     blur: Option<Blur>,
@@ -144,7 +166,7 @@ impl Features {
     /// Of a tile that no path has come to; `None` where nobody asks.
     pub fn new(job: &Job, tile: &Tile) -> Option<Self> {
         Self::asked(job).then(|| Self {
-            sums: vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize],
+            sums: FeatureSums(vec![Sum::default(); (tile.size[0] * tile.size[1]) as usize]),
             camera_from_world: rounded(&job.camera.world_from_camera.inverse()),
             ride: job.timing.as_ref().and_then(|timing| timing.ride.clone()),
             blur: Blur::of(&job.camera),
@@ -153,19 +175,17 @@ impl Features {
     }
 
     pub(crate) fn save(&self, to: &mut Writer) -> io::Result<()> {
-        self.sums.iter().try_for_each(|sum| sum.save(to))
+        self.sums.save(to)
     }
 
     /// Adds what was saved of later paths of the same tile.
     pub(crate) fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
-        self.sums.iter_mut().try_for_each(|sum| sum.receive(from))
+        self.sums.receive(from)
     }
 
     /// Adds what later paths of the same tile met.
     pub fn add(&mut self, other: &Self) {
-        for (sum, other) in self.sums.iter_mut().zip(&other.sums) {
-            sum.add(other);
-        }
+        self.sums.add(&other.sums);
     }
 
     /// Adds the first hits of a wave: a stage.
@@ -177,11 +197,11 @@ impl Features {
         samples: &SampleBatch,
     ) {
         for i in 0..samples.len {
-            self.sums[samples.pixel[i] as usize].taken += 1;
+            self.sums.0[samples.pixel[i] as usize].taken += 1;
         }
         for i in 0..rays.len {
             let slot = rays.slot[i] as usize;
-            let sum = &mut self.sums[samples.pixel[slot] as usize];
+            let sum = &mut self.sums.0[samples.pixel[slot] as usize];
             let (ray, hit) = (rays.ray(i), hits[i]);
             let weight = rays.carried(i).into_iter().map(f64::from).sum::<f64>() / 3.0;
             sum.passed += 1;
@@ -243,31 +263,34 @@ pub struct FeatureFilm {
 }
 
 impl FeatureFilm {
-    /// A film that no path has come to.
-    pub fn new(frame: Frame) -> Self {
-        let [width, height] = frame.size().map(|n| n as usize);
-        Self { frame, sums: vec![Sum::default(); width * height] }
+    /// Bytes of a pixel: none where no layer of the job needs a film.
+    pub fn bytes(job: &Job) -> u64 {
+        if Features::asked(job) { size_of::<Sum>() as u64 } else { 0 }
     }
 
-    /// What the paths of all tiles met, if a layer of the job needs it.
-    pub fn of<'a>(
-        job: &Job,
-        tiles: impl Iterator<Item = (&'a Tile, &'a Option<Features>)>,
-    ) -> Option<Self> {
+    /// A film that no path has come to, if a layer of the job needs one.
+    pub fn new(job: &Job) -> Option<Self> {
         Features::asked(job).then(|| {
-            let mut film = Self::new(job.frame);
-            for (tile, features) in tiles {
-                if let Some(features) = features {
-                    film.put(tile, features);
-                }
-            }
-            film
+            let [width, height] = job.frame.size().map(|n| n as usize);
+            Self { frame: job.frame, sums: vec![Sum::default(); width * height] }
         })
     }
 
+    /// What the paths of a tile met.
+    pub(crate) fn tile(&self, tile: &Tile) -> FeatureSums {
+        FeatureSums(tile.cut(&self.frame, &self.sums))
+    }
+
     /// Takes over the pixels of a tile.
-    fn put(&mut self, tile: &Tile, features: &Features) {
-        tile.paste(&self.frame, &features.sums, &mut self.sums);
+    pub(crate) fn put(&mut self, tile: &Tile, sums: &FeatureSums) {
+        tile.paste(&self.frame, &sums.0, &mut self.sums);
+    }
+
+    /// Adds what later paths of a tile met.
+    pub fn add(&mut self, tile: &Tile, more: &Features) {
+        let mut sums = self.tile(tile);
+        sums.add(&more.sums);
+        self.put(tile, &sums);
     }
 
     /// One of the layers of first surfaces.

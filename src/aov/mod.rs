@@ -6,6 +6,7 @@
 mod features;
 mod vignetting;
 
+pub(crate) use features::FeatureSums;
 pub use features::{FeatureFilm, Features};
 pub use vignetting::vignetting;
 
@@ -49,6 +50,17 @@ impl Aov {
     pub fn needs_lens(self) -> bool {
         matches!(self, Self::Coc | Self::Vignetting)
     }
+}
+
+/// How many channels its layers have, at most.
+pub fn channels(job: &Job) -> usize {
+    let channels = |aov: &Aov| match (aov, &job.camera.model) {
+        (Aov::Depth | Aov::Object | Aov::Samples, _) => 2,
+        (Aov::Position | Aov::Normal | Aov::Albedo | Aov::Variance, _) => 3,
+        (Aov::Vignetting, Model::Real(lens)) => lens.prescription.rows.len() + 1,
+        (Aov::Material | Aov::Coc | Aov::Vignetting, _) => 1,
+    };
+    job.layers.iter().map(channels).sum()
 }
 
 /// The layers that a job asked for, after its render.

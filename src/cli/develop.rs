@@ -35,12 +35,12 @@ pub(super) struct Development<'a> {
 
 impl Development<'_> {
     /// Writes the picture, and says how it came about.
-    pub fn develop(self, exposed: &Exposed) -> Result<(), Failure> {
+    pub fn develop(self, mut exposed: Exposed) -> Result<(), Failure> {
         let Self { job, mut notes, words, rendered_by, among, output, encoding, threads, .. } =
             self;
         let Self { start, read, .. } = self;
         let rendered = start.elapsed();
-        let taken = taken(exposed);
+        let taken = taken(&exposed);
         notes.retain(|(name, _)| taken.iter().all(|(other, _)| other != name));
         notes.extend(taken);
         notes.extend(dropped(&exposed.film.dropped));
@@ -48,8 +48,6 @@ impl Development<'_> {
         notes.push(("commandLine", Note::Text(line(words))));
         let window = Window { origin: job.frame.low, frame: job.frame.resolution };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let picture = pool.install(|| exposed.picture(job));
-        let developed = start.elapsed();
         let layers = match Format::of(output)? {
             Format::Exr => {
                 pool.install(|| aov::layers(job, &exposed.film, exposed.features.as_ref()))
@@ -57,14 +55,19 @@ impl Development<'_> {
             _ => Vec::new(),
         };
         let layered = start.elapsed();
+        let stats = std::mem::take(&mut exposed.stats);
+        let (reached, partial) = (exposed.reached.take(), exposed.partial);
+        let (left_out, dark) = (std::mem::take(&mut exposed.film.dropped), exposed.film.dark());
+        let picture = pool.install(|| exposed.into_picture(job));
+        let developed = start.elapsed();
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
 
         if among.is_none() {
             say!("{}", super::plan::table(&job.plan).trim_end());
-            print_table(job, &exposed.stats);
+            print_table(job, &stats);
             print_exposure(job, &notes);
         }
-        let samples = match (&exposed.reached, exposed.partial) {
+        let samples = match (&reached, partial) {
             (Some(Reached { noise, mean, least, most }), _) => {
                 say!("noise: {:.3} %; samples a pixel: {least} to {most}", 100.0 * noise);
                 format!("{mean:.1}")
@@ -72,11 +75,11 @@ impl Development<'_> {
             (None, Some(mean)) => format!("{mean:.1}"),
             (None, None) => job.samples.end.to_string(),
         };
-        say_dropped(&exposed.film.dropped, rendered_by, job.seed);
-        if exposed.film.dark() && exposed.partial.is_none() {
-            say!("petzval: warning: {}", why_black(job, &exposed.stats));
+        say_dropped(&left_out, rendered_by, job.seed);
+        if dark && partial.is_none() {
+            say!("petzval: warning: {}", why_black(job, &stats));
         }
-        if exposed.partial.is_some() && job.layers.contains(&Aov::Variance) {
+        if partial.is_some() && job.layers.contains(&Aov::Variance) {
             say!(
                 "petzval: warning: {} has no layer of variance: how exact it is nobody knows yet",
                 output.display()
@@ -84,11 +87,11 @@ impl Development<'_> {
         }
         let mut also = String::new();
         if job.plan.has(Effect::Diffraction) || job.sensor.is_some() {
-            let seconds = (developed - rendered).as_secs_f64();
+            let seconds = (developed - layered).as_secs_f64();
             also += &format!(", diffraction and sensor {seconds:.2}");
         }
         if !layers.is_empty() {
-            also += &format!(", layers {:.2}", (layered - developed).as_secs_f64());
+            also += &format!(", layers {:.2}", (layered - rendered).as_secs_f64());
         }
         say!(
             "{}{}: {} x {} pixels, {samples} samples, {:.2} s (read {:.2}, render {:.2}{also}, write {:.2})",
@@ -99,7 +102,7 @@ impl Development<'_> {
             start.elapsed().as_secs_f64(),
             read.as_secs_f64(),
             (rendered - read).as_secs_f64(),
-            (start.elapsed() - layered).as_secs_f64(),
+            (start.elapsed() - developed).as_secs_f64(),
         );
         Ok(())
     }

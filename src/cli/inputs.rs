@@ -9,7 +9,7 @@ use petzval::render::Job;
 use super::{Arguments, Command, Failure, RenderArguments};
 
 /// Options that decide nothing about the samples, or whose outcome is listed instead.
-const ASIDE: [&str; 18] = [
+const ASIDE: [&str; 19] = [
     "aov",
     "backend",
     "checkpoint",
@@ -19,6 +19,7 @@ const ASIDE: [&str; 18] = [
     "half",
     "help",
     "lens",
+    "memory",
     "output",
     "resolution",
     "resume",
@@ -103,7 +104,7 @@ mod tests {
     fn options_that_decide_nothing_are_left_out() {
         let plain = options("petzval render a.pbrt");
         let aside = "petzval render b.pbrt -o x.exr --threads 2 --resume --half --backend scalar \
-                     --checkpoint 5s --exposure 1 --shard 1/2";
+                     --checkpoint 5s --exposure 1 --shard 1/2 --memory 8GiB";
         assert_eq!(plain, options(aside));
         let other = options("petzval render a.pbrt --fstop 4 --assume-vd");
         assert_eq!(other["--fstop"], "4");

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use petzval::checkpoint::{CheckpointError, Head, Inputs, Saved};
 use petzval::image::{sweep, target};
-use petzval::render::{Exposed, Job, Keeper};
+use petzval::render::{Job, Keeper};
 
 use super::inputs::line;
 use super::{Failure, Outcome, RenderArguments};
@@ -118,8 +118,8 @@ impl Kept {
     }
 
     /// What becomes of it behind the render, when the picture of this name is written.
-    pub fn end(self, exposed: &Exposed, picture: &Path) -> Result<Outcome, Failure> {
-        if exposed.partial.is_some() {
+    pub fn end(self, partial: bool, picture: &Path) -> Result<Outcome, Failure> {
+        if partial {
             self.say_interrupted();
             say!("petzval: {} is what there is of the picture", picture.display());
             return Ok(Outcome::Interrupted);
@@ -129,8 +129,8 @@ impl Kept {
     }
 
     /// The end of a render whose sums were wanted.
-    pub fn end_part(self, exposed: &Exposed, time: Duration) -> Result<Outcome, Failure> {
-        if exposed.partial.is_some() {
+    pub fn end_part(self, partial: bool, time: Duration) -> Result<Outcome, Failure> {
+        if partial {
             self.say_interrupted();
             return Ok(Outcome::Interrupted);
         }

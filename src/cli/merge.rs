@@ -6,18 +6,21 @@ use std::time::Instant;
 
 use petzval::checkpoint::{Head, Inputs, Saved};
 use petzval::image::{Encoding, Format};
+use petzval::memory::Work;
 use petzval::render::merge;
 use petzval::scene::pbrt;
 
 use super::develop::Development;
 use super::inputs::{inputs, line, parsed, words};
 use super::kept::resume;
+use super::memory::{Memory, say_taken};
 use super::render::{check_folder, job, tell};
 use super::{Failure, MergeArguments, Outcome};
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let MergeArguments { parts, output, half, exposure, threads } = arguments;
+    let MergeArguments { parts, output, half, exposure, threads, memory } = arguments;
+    let memory = Memory::new(*memory);
     let format = Format::of(output)?;
     check_folder(output)?;
     let (first, parts) = together(parts)?;
@@ -41,6 +44,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     if *half && format != Format::Exr {
         say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
     }
+    let estimate = memory.check(&job, Work::Merge, Some(format))?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
     let encoding = Encoding { half: *half, exposure: *exposure };
@@ -58,7 +62,8 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         start,
         read,
     };
-    development.develop(&exposed)?;
+    development.develop(exposed)?;
+    say_taken(&estimate);
     Ok(Outcome::Done)
 }
 

@@ -16,6 +16,7 @@ mod inputs;
 mod kept;
 mod layer;
 mod lens;
+mod memory;
 mod merge;
 mod picture;
 mod plan;
@@ -35,6 +36,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
 use petzval::lens::{Aim, Coating};
+use petzval::memory::Size;
 use petzval::metric::Metric;
 use petzval::render::Backend;
 
@@ -133,6 +135,11 @@ struct RenderArguments {
     /// Threads; one a core if not given. The picture is the same for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
+    /// The most memory to take. Where the picture is expected to take more, or the scene declares
+    /// more, it is refused at the start, and told what takes how much. If not given: what the machine
+    /// has, or the group that limits the process (Linux)
+    #[arg(long, value_name = "8GiB")]
+    memory: Option<Size>,
     /// Eight lanes or one. The picture is the same
     #[arg(long, value_enum, default_value_t)]
     backend: BackendArgument,
@@ -195,6 +202,9 @@ struct MergeArguments {
     /// Threads; one a core if not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
+    /// The most memory to take, as petzval render has it
+    #[arg(long, value_name = "8GiB")]
+    memory: Option<Size>,
 }
 
 /// `petzval bench`

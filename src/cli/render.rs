@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 
 use petzval::checkpoint::{CheckpointError, Inputs};
 use petzval::image::{Encoding, Format, ImageError, Notes, target};
-use petzval::job::{Changes, fits, prepare};
+use petzval::job::{Changes, prepare};
+use petzval::memory::{Estimate, Work, machine};
 use petzval::render::{Job, Progress, RenderError, Until, render_kept};
 use petzval::scene::pbrt::{self, Description};
 use petzval::source::Warning;
@@ -16,6 +17,7 @@ use petzval::source::Warning;
 use super::develop::Development;
 use super::inputs::{inputs, words};
 use super::kept::{Kept, partial_name};
+use super::memory::{Memory, say_taken};
 use super::progress::Bar;
 use super::{Failure, Outcome, RenderArguments};
 
@@ -24,8 +26,9 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         return super::sweep::run(arguments);
     }
     let start = Instant::now();
+    let memory = Memory::new(arguments.memory);
     let description = pbrt::read(&arguments.picture.scene)?;
-    let (shot, warnings) = Shot::new(arguments, words(), description, start)?;
+    let (shot, warnings) = Shot::new(arguments, words(), description, &memory, start)?;
     tell(&warnings);
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
@@ -43,6 +46,9 @@ pub(super) struct Shot<'a> {
     pub inputs: Inputs,
     /// The samples that a pixel has in the end.
     all: u32,
+    threads: usize,
+    /// The memory that it takes.
+    estimate: Estimate,
     start: Instant,
 }
 
@@ -69,6 +75,7 @@ impl<'a> Shot<'a> {
         arguments: &'a RenderArguments,
         words: Vec<String>,
         description: Description,
+        memory: &Memory,
         start: Instant,
     ) -> Result<(Self, Vec<Warning>), Failure> {
         let output = output(arguments, &description)?;
@@ -87,18 +94,23 @@ impl<'a> Shot<'a> {
         if let Some(samples) = arguments.part(all)? {
             job.samples = samples;
         }
-        Ok((Self { arguments, words, output, job, notes, inputs, all, start }, warnings))
+        let threads = arguments.threads.map_or_else(machine::cores, usize::from);
+        let format = if arguments.is_part() { None } else { Some(Format::of(&output)?) };
+        let estimate = memory.check(&job, Work::Render { threads }, format)?;
+        let shot =
+            Self { arguments, words, output, job, notes, inputs, all, threads, estimate, start };
+        Ok((shot, warnings))
     }
 
     /// Takes it, until the end or until somebody stops it.
     pub fn take(self, progress: &Arc<Progress>, among: Option<Among>) -> Result<Taken, Failure> {
-        let Self { arguments, words, output, job, notes, inputs, all, start } = self;
+        let Self { arguments, words, output, job, notes, inputs, all, threads, .. } = self;
+        let Self { estimate, start, .. } = self;
         let mut kept = Kept::new(arguments, &output, words.clone(), inputs, &job, all);
         if let Some(among) = &among {
             kept.again = among.words.to_vec();
         }
         let from = kept.from(&job, arguments.resume)?;
-        let threads = arguments.threads.map_or(0, usize::from);
         let read = start.elapsed();
 
         let earlier = from.as_ref().map_or(0, |saved| saved.head.taken);
@@ -117,16 +129,19 @@ impl<'a> Shot<'a> {
         let samples = reached.map(|reached| reached.mean).unwrap_or_else(|| f64::from(all));
         let noise = reached.map(|reached| reached.noise);
         let ended = |outcome| Taken { outcome, samples, noise, time: start.elapsed() };
+        let partial = exposed.partial.is_some();
         if arguments.is_part() {
-            return kept.end_part(&exposed, start.elapsed()).map(ended);
+            say_taken(&estimate);
+            return kept.end_part(partial, start.elapsed()).map(ended);
         }
-        let output = match exposed.partial {
+        let output = match partial {
             // What stands there may be a whole picture.
-            Some(_) => partial_name(&output),
-            None => output,
+            true => partial_name(&output),
+            false => output,
         };
         let encoding = Encoding { half: arguments.half, exposure: arguments.exposure };
         let (output, words, among) = (&output, &words, among.map(|among| among.number));
+        let alone = among.is_none();
         let development = Development {
             job: &job,
             notes,
@@ -139,11 +154,14 @@ impl<'a> Shot<'a> {
             start,
             read,
         };
-        if let Err(failure) = development.develop(&exposed) {
+        if let Err(failure) = development.develop(exposed) {
             kept.say_unwritten();
             return Err(failure);
         }
-        kept.end(&exposed, output).map(ended)
+        if alone {
+            say_taken(&estimate);
+        }
+        kept.end(partial, output).map(ended)
     }
 }
 
@@ -168,9 +186,7 @@ pub(super) fn job(
         until: Until { noise: arguments.noise, time: arguments.time },
         ..arguments.picture.changes()
     };
-    let made = prepare(description, &changes)?;
-    fits(&made.0)?;
-    Ok(made)
+    Ok(prepare(description, &changes)?)
 }
 
 impl RenderArguments {

@@ -40,7 +40,7 @@ use crate::film::Frame;
 use crate::image::Picture;
 use crate::lens::{Camera, Model};
 use crate::spectrum::LightBand;
-use fourier::{Plane, Spectrum};
+use fourier::{Complex, Plane, Spectrum};
 use kernel::Kernel;
 use zone::{Zone, zones};
 
@@ -49,6 +49,17 @@ pub use spread::Spread;
 /// How far light is spread at most, pixels: larger pictures than this would take memory as the
 /// square of it.
 const REACH: usize = 4096;
+
+/// Bytes of the table of a zone's spread.
+const TABLE: usize = 15_000_000;
+
+/// Bytes that glibc takes from its heap at most; what is larger goes back to the system at once.
+const IN_HEAP: usize = 1 << 25;
+
+/// How far light is spread, pixels, in a picture so wide or high.
+fn reach(size: usize) -> usize {
+    size.saturating_sub(1).min(REACH)
+}
 
 /// What the pupil of a camera does to a picture.
 #[derive(Clone, Debug)]
@@ -72,6 +83,21 @@ impl Diffraction {
         Self { zones, light: light.to_vec(), pitch }
     }
 
+    /// Bytes that [`Diffraction::spread`] takes at most beside the picture that it is given, of this
+    /// width and height.
+    pub fn bytes(size: [usize; 2]) -> u64 {
+        let reach = size.map(reach);
+        let plane = Plane::new([size[0] + reach[0], size[1] + reach[1]]).size;
+        let spectrum = (plane[0] / 2 + 1) * plane[1] * size_of::<Complex<f64>>();
+        let kernel = (2 * reach[0] + 1) * (reach[1] + 1) * size_of::<[f32; 3]>();
+        let pixels = size[0] * size[1] * size_of::<[f32; 3]>();
+        let sums = (2 * reach[0] + 2) * (reach[1] + 2) * size_of::<f64>();
+        // What was received by channel, a channel's light, its shares and the lines that they are made
+        // of; the shares inside, those of a channel before they are added, and the picture that
+        // comes of it. The kernel's sums are gone by then, but small ones stay in the heap.
+        (TABLE + 6 * spectrum + kernel + 3 * pixels + sums.min(IN_HEAP)) as u64
+    }
+
     /// How many zones of the picture have a spread of their own.
     pub fn zones(&self) -> usize {
         self.zones.len()
@@ -84,7 +110,7 @@ impl Diffraction {
         if self.zones.is_empty() || picture.pixels.is_empty() {
             return picture.clone();
         }
-        let reach = size.map(|n| (n - 1).min(REACH));
+        let reach = size.map(reach);
         let plane = Plane::new([size[0] + reach[0], size[1] + reach[1]]);
         let mut received = [const { Spectrum::new() }; 3];
         let mut inside = [const { Vec::<f32>::new() }; 3];

@@ -90,6 +90,9 @@ pub(crate) fn single(value: f64) -> f32 {
     value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
 }
 
+/// Pixels by which a film gives way to its picture: 1.5 MB, which the system takes back at once.
+const GIVEN_UP: usize = 1 << 16;
+
 /// Sums of the radiance that a picture's pixels received.
 #[derive(Clone, Debug)]
 pub struct FilmSums {
@@ -103,6 +106,11 @@ pub struct FilmSums {
 }
 
 impl FilmSums {
+    /// Bytes of a pixel.
+    pub fn bytes(squares: bool) -> u64 {
+        (if squares { 2 } else { 1 }) * size_of::<[f64; 3]>() as u64
+    }
+
     /// A film that has received nothing; `squares` says whether its variance will be asked for.
     pub fn new(frame: Frame, squares: bool) -> Self {
         let [width, height] = frame.size().map(|n| n as usize);
@@ -134,13 +142,42 @@ impl FilmSums {
         }
     }
 
-    /// Takes over the pixels of a tile.
+    /// What the pixels of a tile have received. What was left out there is not known here.
+    pub fn tile(&self, tile: &Tile) -> TileSums {
+        let mut sums = TileSums::new(tile, false);
+        sums.sums = tile.cut(&self.frame, &self.sums);
+        if !self.squares.is_empty() {
+            sums.squares = tile.cut(&self.frame, &self.squares);
+        }
+        sums
+    }
+
+    /// Takes over the pixels of a tile, as [`FilmSums::tile`] gave them.
     pub fn put(&mut self, tile: &Tile, received: &TileSums) {
-        self.dropped.add(&received.dropped);
         tile.paste(&self.frame, &received.sums, &mut self.sums);
         if !self.squares.is_empty() {
             tile.paste(&self.frame, &received.squares, &mut self.squares);
         }
+    }
+
+    /// Adds what the pixels of a tile received from other samples.
+    pub fn add_tile(&mut self, tile: &Tile, more: &TileSums) {
+        let mut sums = self.tile(tile);
+        sums.add(more);
+        self.put(tile, &sums);
+        self.dropped.add(&more.dropped);
+    }
+
+    /// Makes means of its sums, by the samples that the pixels of each tile took; their variance
+    /// is not known any more.
+    pub fn settle<'a>(&mut self, samples: impl Iterator<Item = (&'a Tile, u32)>) {
+        for (tile, samples) in samples {
+            let scale = 1.0 / f64::from(samples.max(1));
+            let mut means = tile.cut(&self.frame, &self.sums);
+            means.as_flattened_mut().iter_mut().for_each(|sum| *sum *= scale);
+            tile.paste(&self.frame, &means, &mut self.sums);
+        }
+        (self.squares, self.settled) = (Vec::new(), Some(Vec::new()));
     }
 
     /// Adds light to a pixel of the picture, by its coordinates there, beside its samples.
@@ -175,13 +212,36 @@ impl FilmSums {
 
     /// The mean over this many samples a pixel, or the film's means where it has them.
     pub fn picture(&self, samples: u32) -> Picture {
+        let mean = self.mean(samples);
+        Picture {
+            size: self.frame.size().map(|n| n as usize),
+            pixels: self.sums.iter().map(mean).collect(),
+        }
+    }
+
+    /// [`FilmSums::picture`] of a film that is not needed any more. Never both are whole: as the
+    /// picture comes to be, from its end, the film goes.
+    pub fn into_picture(mut self, samples: u32) -> Picture {
+        let mean = self.mean(samples);
+        self.squares = Vec::new();
+        let mut pixels = vec![[0.0; 3]; self.sums.len()];
+        while !self.sums.is_empty() {
+            let start = self.sums.len().saturating_sub(GIVEN_UP);
+            for (pixel, sum) in pixels[start..].iter_mut().zip(&self.sums[start..]) {
+                *pixel = mean(sum);
+            }
+            self.sums.truncate(start);
+            self.sums.shrink_to_fit();
+        }
+        Picture { size: self.frame.size().map(|n| n as usize), pixels }
+    }
+
+    /// What makes a pixel of its sums.
+    fn mean(&self, samples: u32) -> impl Fn(&[f64; 3]) -> [f32; 3] + use<> {
         let scale = match self.settled {
             Some(_) => 1.0,
             None => 1.0 / f64::from(samples.max(1)),
         };
-        Picture {
-            size: self.frame.size().map(|n| n as usize),
-            pixels: self.sums.iter().map(|sum| sum.map(|s| single(s * scale))).collect(),
-        }
+        move |sum| sum.map(|s| single(s * scale))
     }
 }

@@ -15,6 +15,8 @@ pub use filter::Filter;
 pub use response::Response;
 pub use sample::{TileSampler, sample};
 
+use std::ops::Range;
+
 /// The picture's pixels and the part of them that is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
@@ -44,15 +46,24 @@ impl Tile {
         [self.low[0] + index % self.size[0], self.low[1] + index / self.size[0]]
     }
 
-    /// Copies values of its pixels to where they lie in the part of a frame that is rendered.
-    pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
+    /// Where its rows of pixels lie in the part of a frame that is rendered.
+    fn rows(&self, frame: &Frame) -> impl Iterator<Item = Range<usize>> {
         let row = frame.size()[0] as usize;
         let [x, y] = [0, 1].map(|i| (self.low[i] - frame.low[i]) as usize);
-        let width = self.size[0] as usize;
-        for (i, pixels) in from.chunks_exact(width).enumerate() {
-            let start = (y + i) * row + x;
-            to[start..start + width].copy_from_slice(pixels);
+        let [width, height] = self.size.map(|n| n as usize);
+        (y..y + height).map(move |y| y * row + x..y * row + x + width)
+    }
+
+    /// Copies values of its pixels to where they lie in the part of a frame that is rendered.
+    pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
+        for (row, pixels) in self.rows(frame).zip(from.chunks_exact(self.size[0] as usize)) {
+            to[row].copy_from_slice(pixels);
         }
+    }
+
+    /// Copies the values of its pixels out of the part of a frame that is rendered.
+    pub fn cut<T: Copy>(&self, frame: &Frame, from: &[T]) -> Vec<T> {
+        self.rows(frame).flat_map(|row| &from[row]).copied().collect()
     }
 }
 

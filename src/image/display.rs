@@ -10,7 +10,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use image::codecs::jpeg::JpegEncoder;
-use image::{DynamicImage, ImageEncoder};
+use image::{DynamicImage, ImageDecoder, ImageEncoder};
 
 use super::declared::believe;
 use super::{ImageError, Note, Notes, Picture};
@@ -135,8 +135,10 @@ pub(super) fn decode(path: &Path) -> Result<DynamicImage, ImageError> {
         other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
     };
     let open = || image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
-    let (width, height) = open().map_err(io)?.into_dimensions().map_err(malformed)?;
-    believe(path, [width as usize, height as usize])?;
+    let decoder = open().map_err(io)?.into_decoder().map_err(malformed)?;
+    let (width, height) = decoder.dimensions();
+    let bytes = decoder.color_type().bytes_per_pixel();
+    believe(path, [width as usize, height as usize], bytes.into())?;
     open().map_err(io)?.decode().map_err(malformed)
 }
 

@@ -4,7 +4,12 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
+use exr::block::lines::LineRefMut;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::math::RoundingMode;
 use exr::meta::MetaData;
+use exr::meta::attribute::LevelMode;
+use exr::meta::header::Header;
 use exr::prelude::*;
 
 use super::declared::believe;
@@ -68,7 +73,8 @@ pub(super) fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
 fn believe_all(path: &Path) -> std::result::Result<(), ImageError> {
     let Ok(meta) = MetaData::read_from_file(path, false) else { return Ok(()) };
     meta.headers.iter().try_for_each(|header| {
-        believe(path, [header.layer_size.width(), header.layer_size.height()])
+        // One float at least.
+        believe(path, [header.layer_size.width(), header.layer_size.height()], 4)
     })
 }
 
@@ -138,16 +144,10 @@ pub(super) fn write(
         Error::Io(error) => error,
         other => io::Error::other(other.to_string()),
     };
-    let colour = |name: &str, i: usize| {
-        let values = picture.pixels.iter().map(|pixel| pixel[i]);
-        let samples = match half {
-            true => FlatSamples::F16(values.map(|v| f16::from_f32(v.min(HALF_MAX))).collect()),
-            false => FlatSamples::F32(values.collect()),
-        };
-        AnyChannel::new(name, samples)
+    let colour = |(name, channel)| {
+        AnyChannel::new(name, Values::Colour { pixels: &picture.pixels, channel, half })
     };
-    let mut list: SmallVec<[_; 4]> =
-        ["R", "G", "B"].into_iter().zip(0..).map(|(name, i)| colour(name, i)).collect();
+    let mut list: SmallVec<[_; 4]> = ["R", "G", "B"].into_iter().zip(0..).map(colour).collect();
     for extra in layers {
         for (name, values) in &extra.channels {
             if values.len() != width * height {
@@ -155,11 +155,59 @@ pub(super) fn write(
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
             }
             let name = ascii(&format!("{}.{name}", extra.name));
-            list.push(AnyChannel::new(name, FlatSamples::F32(values.clone())));
+            list.push(AnyChannel::new(name, Values::Layer(values)));
         }
     }
     let layer = Layer::new((width, height), layer, encoding, AnyChannels::sort(list));
     Image::new(image, layer).write().to_buffered(out).map_err(failed)
+}
+
+/// A channel where it lies: copies of all would take as much memory as the picture and its layers.
+#[derive(Clone, Copy, Debug)]
+enum Values<'a> {
+    Colour { pixels: &'a [[f32; 3]], channel: usize, half: bool },
+    Layer(&'a [f32]),
+}
+
+impl<'a> WritableSamples<'_> for Values<'a> {
+    type Writer = Lines<'a>;
+
+    fn sample_type(&self) -> SampleType {
+        match self {
+            Self::Colour { half: true, .. } => SampleType::F16,
+            _ => SampleType::F32,
+        }
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&self, header: &Header) -> Lines<'a> {
+        Lines { values: *self, width: header.layer_size.width() }
+    }
+}
+
+/// The rows of a channel.
+struct Lines<'a> {
+    values: Values<'a>,
+    width: usize,
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let first = line.location.position.y() * self.width + line.location.position.x();
+        let written = match self.values {
+            Values::Colour { pixels, channel, half: false } => {
+                line.write_samples(|i| pixels[first + i][channel])
+            }
+            Values::Colour { pixels, channel, half: true } => {
+                line.write_samples(|i| f16::from_f32(pixels[first + i][channel].min(HALF_MAX)))
+            }
+            Values::Layer(values) => line.write_samples(|i| values[first + i]),
+        };
+        debug_assert!(written.is_ok(), "a line has room for its own samples");
+    }
 }
 
 /// Notes as attributes: those that OpenEXR has a name for under that name and type, the

@@ -2,8 +2,6 @@
 
 use super::{Changes, JobError};
 use crate::film::Frame;
-use crate::plan::Effect;
-use crate::render::Job;
 use crate::scene::pbrt::FilmSpec;
 
 pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobError> {
@@ -27,37 +25,12 @@ pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, JobErro
     let pixels = u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
     if pixels > MOST_PIXELS {
         return Err(JobError::Asked(format!(
-            "a picture of {pixels} pixels would take about {} GB of memory; render it in parts of \
-             at most {MOST_PIXELS} pixels with --crop",
-            pixels * BYTES_PER_PIXEL / 1_000_000_000
+            "a picture of {pixels} pixels is too large; render it in parts of at most {MOST_PIXELS} \
+             pixels with --crop"
         )));
     }
     Ok(Frame { resolution, low, high })
 }
 
-/// Refuses a picture for whose diffraction there would be too little memory.
-///
-/// # Errors
-/// Where it would take more than the largest picture without.
-pub fn fits(job: &Job) -> Result<(), JobError> {
-    if !job.plan.has(Effect::Diffraction) {
-        return Ok(());
-    }
-    let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
-    let bytes = pixels * (BYTES_PER_PIXEL + BYTES_PER_SPREAD_PIXEL);
-    if bytes <= MOST_PIXELS * BYTES_PER_PIXEL {
-        return Ok(());
-    }
-    Err(JobError::Asked(format!(
-        "diffraction over {pixels} pixels would take about {} GB of memory; render parts with \
-         --crop, or leave it out with --effects -diffraction",
-        bytes / 1_000_000_000
-    )))
-}
-
-/// What the transforms of diffraction take.
-const BYTES_PER_SPREAD_PIXEL: u64 = 215;
-/// Pixels of one render.
+/// Pixels of one render: more have to be rendered in parts.
 const MOST_PIXELS: u64 = 1 << 27;
-/// Sums by tile and by film, the picture, and room to encode it.
-const BYTES_PER_PIXEL: u64 = 72;

@@ -32,7 +32,7 @@ pub(super) struct Crew<'a> {
     kept: Mutex<Instant>,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -60,23 +60,23 @@ impl<'a> Crew<'a> {
         self.progress.stop.load(Ordering::Relaxed)
     }
 
-    /// Enters what each share receives in the ledger, unless it is there already; not all of them
-    /// where it is told to stop.
+    /// Enters what each share receives, unless it is there already; not all of them where it is told
+    /// to stop.
     pub fn expose<R: Real<Scalar = f32>>(&self, shares: &[Share], state: &impl Keep) {
-        let one = |(share, place): (&Share, &std::sync::OnceLock<_>)| {
-            if place.get().is_some() || self.stopped() {
+        let one = |(number, share): (usize, &Share)| {
+            if state.has(number) || self.stopped() {
                 return;
             }
             let worker = rayon::current_thread_index().unwrap_or(0);
             let mut wave = lock(&self.waves[worker]);
             if let Some((received, samples)) = wave.expose_tile::<R>(self.job, share, self.progress)
             {
-                place.get_or_init(|| received);
+                state.enter(number, received);
                 self.taken.fetch_add(samples, Ordering::Relaxed);
                 lock(&self.booked[worker]).clone_from(&wave.stats);
             }
         };
-        let work = || shares.par_iter().zip(state.ledger().places()).for_each(one);
+        let work = || shares.par_iter().enumerate().for_each(one);
         let Some(every) = self.keeper.and_then(|keeper| keeper.every) else { return work() };
         let ended = AtomicBool::new(false);
         thread::scope(|scope| {

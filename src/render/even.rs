@@ -1,18 +1,20 @@
 //! As many samples for every pixel, pass by pass.
 //!
-//! A pass takes some samples of all tiles; what its shares receive is added in one order, so the
-//! picture is the same whether it was interrupted or not.
+//! A pass takes some samples of all tiles. A tile adds what it receives in a pass at once, and all
+//! of a pass before the next, so the picture is the same whether it was interrupted or not.
 
 use std::io;
+use std::sync::{Mutex, PoisonError};
 
+use super::crew::lock;
+use super::gathered::Gathered;
 use super::haunt::Haunt;
 use super::keeper::Keep;
-use super::ledger::Ledger;
-use super::partial::{self, Part};
+use super::ledger::Received;
+use super::partial;
 use super::{Crew, Exposed, Job, RenderError, Share};
-use crate::aov::{Aov, FeatureFilm, Features};
 use crate::checkpoint::{CheckpointError, Reader, Saved, Writer, wrong};
-use crate::film::{FilmSums, Tile, TileSums};
+use crate::film::Tile;
 use crate::lanes::Real;
 use crate::stats::Stats;
 
@@ -24,12 +26,10 @@ const PASS: u32 = 256;
 pub(super) struct Even<'a> {
     job: &'a Job,
     tiles: Vec<Tile>,
-    sums: Vec<TileSums>,
-    features: Vec<Option<Features>>,
-    /// Samples of every pixel in the sums.
+    gathered: Mutex<Gathered>,
+    /// Samples of every pixel before the present pass.
     done: u32,
     haunt: Haunt,
-    ledger: Ledger,
 }
 
 /// Renders a job, or what is left of it.
@@ -80,15 +80,12 @@ pub(super) fn merge(
 impl<'a> Even<'a> {
     fn new(job: &'a Job) -> Self {
         let tiles = job.frame.tiles();
-        let squares = job.layers.contains(&Aov::Variance);
         Self {
             job,
-            sums: tiles.iter().map(|tile| TileSums::new(tile, squares)).collect(),
-            features: tiles.iter().map(|tile| Features::new(job, tile)).collect(),
+            gathered: Mutex::new(Gathered::new(job, tiles.len())),
             tiles,
             done: 0,
             haunt: Haunt::new(job),
-            ledger: Ledger::default(),
         }
     }
 
@@ -98,7 +95,8 @@ impl<'a> Even<'a> {
 
     /// Whether it holds so many samples of every pixel, with their ghosts, and no more.
     fn holds(&self, samples: u32) -> bool {
-        self.done == samples && self.haunt.reaches(samples) && self.ledger.done().next().is_none()
+        let between = !lock(&self.gathered).entered.contains(&true);
+        self.done == samples && self.haunt.reaches(samples) && between
     }
 
     /// The shares of the present pass.
@@ -111,56 +109,42 @@ impl<'a> Even<'a> {
 
     fn pass<R: Real<Scalar = f32>>(&mut self, crew: &Crew) {
         let shares = self.shares();
-        self.ledger.open(shares.len());
         crew.expose::<R>(&shares, self);
-        let Some(received) = self.ledger.settle() else { return };
-        let own = self.sums.iter_mut().zip(&mut self.features);
-        for ((sums, features), (more, met)) in own.zip(received) {
-            sums.add(&more);
-            if let (Some(features), Some(met)) = (features, met) {
-                features.add(&met);
-            }
+        let Gathered { entered, .. } = &mut *lock(&self.gathered);
+        if entered.iter().all(|&entered| entered) {
+            entered.fill(false);
+            self.done += pass(&shares);
         }
-        self.done += shares.first().map_or(0, |share| share.samples.len() as u32);
     }
 
     fn finish(self, stats: Stats) -> Exposed {
-        if !self.complete() {
-            return self.partial(stats);
+        let complete = self.complete();
+        let samples = [self.done, self.done + pass(&self.shares())];
+        let Self { tiles, gathered, haunt, .. } = self;
+        let gathered = gathered.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if !complete {
+            let counts: Vec<u32> =
+                gathered.entered.iter().map(|&entered| samples[usize::from(entered)]).collect();
+            return partial::exposed(&tiles, &counts, gathered.into_film(), &haunt, stats);
         }
-        let frame = self.job.frame;
-        let mut film = FilmSums::new(frame, self.job.layers.contains(&Aov::Variance));
-        for (tile, sums) in self.tiles.iter().zip(&self.sums) {
-            film.put(tile, sums);
-        }
-        self.haunt.put(&mut film, 1.0);
-        let features = FeatureFilm::of(self.job, self.tiles.iter().zip(&self.features));
+        let (mut film, features) = gathered.into_film();
+        haunt.put(&mut film, 1.0);
         Exposed { film, features, stats, reached: None, partial: None }
-    }
-
-    /// What there is of the picture.
-    fn partial(self, stats: Stats) -> Exposed {
-        let pass = self.shares().first().map_or(0, |share| share.samples.len() as u32);
-        let own = self.sums.iter().zip(&self.features).enumerate();
-        let own = own.map(|(tile, (sums, features))| Part {
-            tile,
-            sums,
-            features: features.as_ref(),
-            samples: self.done,
-        });
-        let present = self.ledger.done().map(|(tile, (sums, features))| Part {
-            tile,
-            sums,
-            features: features.as_ref(),
-            samples: pass,
-        });
-        partial::exposed(self.job, &self.tiles, own.chain(present), &self.haunt, stats)
     }
 }
 
+/// Samples of a pixel that a pass takes.
+fn pass(shares: &[Share]) -> u32 {
+    shares.first().map_or(0, |share| share.samples.len() as u32)
+}
+
 impl Keep for Even<'_> {
-    fn ledger(&self) -> &Ledger {
-        &self.ledger
+    fn has(&self, share: usize) -> bool {
+        lock(&self.gathered).entered[share]
+    }
+
+    fn enter(&self, share: usize, received: Received) {
+        lock(&self.gathered).enter(share, &self.tiles[share], &received);
     }
 
     fn haunt(&mut self) -> &mut Haunt {
@@ -169,30 +153,42 @@ impl Keep for Even<'_> {
 
     fn save(&self, to: &mut Writer) -> io::Result<()> {
         to.u32(self.done)?;
-        // In the first pass there are none.
-        let whole = if self.done > 0 { &self.sums[..] } else { &[] };
-        for (sums, features) in whole.iter().zip(&self.features) {
-            sums.save(to)?;
-            features.iter().try_for_each(|features| features.save(to))?;
+        for (number, tile) in self.tiles.iter().enumerate() {
+            // Workers that enter tiles do not wait for the disk.
+            let (entered, (sums, features)) = {
+                let gathered = lock(&self.gathered);
+                (gathered.entered[number], gathered.tile(number, tile))
+            };
+            to.u32(entered.into())?;
+            if self.done > 0 || entered {
+                sums.save(to)?;
+                features.iter().try_for_each(|features| features.save(to))?;
+            }
         }
-        self.haunt.save(to)?;
-        self.ledger.save(to)
+        self.haunt.save(to)
     }
 
     fn receive(&mut self, from: &mut Reader) -> io::Result<()> {
         let left = self.job.samples.len() as u32 - self.done;
         let done = from.below(left as usize + 1, "samples")? as u32;
         self.done += done;
-        let whole = if done > 0 { &mut self.sums[..] } else { &mut [] };
-        for (sums, features) in whole.iter_mut().zip(&mut self.features) {
-            sums.receive(from)?;
-            features.iter_mut().try_for_each(|features| features.receive(from))?;
+        // Where all samples are there, no pass is on its way.
+        let passes = if self.done < self.job.samples.len() as u32 { 2 } else { 1 };
+        let mut gathered = lock(&self.gathered);
+        for (number, tile) in self.tiles.iter().enumerate() {
+            let entered = from.below(passes, "passes")? == 1;
+            gathered.entered[number] = entered;
+            if done > 0 || entered {
+                let (mut sums, mut features) = gathered.tile(number, tile);
+                sums.receive(from)?;
+                features.iter_mut().try_for_each(|features| features.receive(from))?;
+                gathered.put(number, tile, &sums, features.as_ref());
+            }
         }
         self.haunt.receive(from)?;
-        if self.haunt.samples > self.done {
-            return Err(wrong("it is damaged: it holds more ghosts than samples"));
+        match self.haunt.samples > self.done {
+            true => Err(wrong("it is damaged: it holds more ghosts than samples")),
+            false => Ok(()),
         }
-        let shares = self.shares();
-        self.ledger.receive(from, self.job, &shares)
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::haunt::Haunt;
-use super::ledger::Ledger;
+use super::ledger::Received;
 use crate::checkpoint::{CheckpointError, Head, Reader, Writer};
 
 /// Where a render writes down what it has come to, and how often.
@@ -28,8 +28,11 @@ pub struct Keeper {
 
 /// A render that can be written down at any time.
 pub(super) trait Keep: Sync {
-    /// What the shares of the present step have received.
-    fn ledger(&self) -> &Ledger;
+    /// Whether a share of the present step is entered, by its number.
+    fn has(&self, share: usize) -> bool;
+
+    /// Enters what a share of the present step has received.
+    fn enter(&self, share: usize, received: Received);
 
     /// The ghosts so far.
     fn haunt(&mut self) -> &mut Haunt;

@@ -22,9 +22,14 @@ impl Ledger {
         self.0.resize_with(shares, OnceLock::new);
     }
 
-    /// A place for each share.
-    pub fn places(&self) -> &[OnceLock<Received>] {
-        &self.0
+    /// Whether a share is done.
+    pub fn has(&self, share: usize) -> bool {
+        self.0[share].get().is_some()
+    }
+
+    /// Enters what a share has received.
+    pub fn enter(&self, share: usize, received: Received) {
+        self.0[share].get_or_init(|| received);
     }
 
     /// The shares that are done, by number.

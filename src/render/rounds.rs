@@ -19,9 +19,9 @@ use std::time::{Duration, Instant};
 
 use super::haunt::Haunt;
 use super::keeper::Keep;
-use super::ledger::Ledger;
+use super::ledger::{Ledger, Received};
 use super::pair::{Pair, luminance, relative};
-use super::partial::{self, Part};
+use super::partial;
 use super::spread::{Spread, cost};
 use super::{Crew, Exposed, Job, Progress, Reached, RenderError, Share, Until};
 use crate::aov::{FeatureFilm, Features};
@@ -294,33 +294,52 @@ impl<'a> Rounds<'a> {
             least: counts().min().unwrap_or(0),
             most: counts().max().unwrap_or(0),
         };
-        let features = FeatureFilm::of(self.job, self.tiles.iter().zip(&self.features));
+        let features = self.features();
         Exposed { film, features, stats, reached: Some(reached), partial: None }
     }
 
     /// What there is of the picture: all samples of a pixel alike.
     fn partial(self, stats: Stats) -> Exposed {
         let (places, shares) = self.shares();
-        let quarter = |tile: usize, quarter: usize| {
-            let pair = &self.pairs[quarter / 2];
-            // Features are those of all quarters.
-            let features = self.features[tile].as_ref().filter(|_| quarter == 0);
-            let sums = &pair.quarters[quarter % 2][tile];
-            Part { tile, sums, features, samples: pair.counts[tile] }
-        };
-        let own = (0..self.tiles.len()).flat_map(|tile| (0..4).map(move |q| quarter(tile, q)));
-        let present = self.ledger.done().filter(|(i, _)| places[*i].1 < 4);
-        let present = present.map(|(i, (sums, features))| {
-            let samples = shares[i].samples.len() as u32;
-            Part { tile: places[i].0, sums, features: features.as_ref(), samples }
-        });
-        partial::exposed(self.job, &self.tiles, own.chain(present), &self.haunt, stats)
+        let mut film = FilmSums::new(self.job.frame, false);
+        let mut features = self.features();
+        let mut samples = vec![0; self.tiles.len()];
+        for (tile, place) in self.tiles.iter().enumerate() {
+            for pair in &self.pairs[..2] {
+                samples[tile] += 2 * pair.counts[tile];
+                pair.quarters.iter().for_each(|quarter| film.add_tile(place, &quarter[tile]));
+            }
+        }
+        for (i, (sums, met)) in self.ledger.done().filter(|(i, _)| places[*i].1 < 4) {
+            let Share { tile, samples: taken, .. } = &shares[i];
+            samples[places[i].0] += taken.len() as u32;
+            film.add_tile(tile, sums);
+            if let (Some(features), Some(met)) = (&mut features, met) {
+                features.add(tile, met);
+            }
+        }
+        partial::exposed(&self.tiles, &samples, (film, features), &self.haunt, stats)
+    }
+
+    /// What the paths of all tiles met.
+    fn features(&self) -> Option<FeatureFilm> {
+        let mut features = FeatureFilm::new(self.job);
+        for (tile, own) in self.tiles.iter().zip(&self.features) {
+            if let (Some(all), Some(own)) = (&mut features, own) {
+                all.add(tile, own);
+            }
+        }
+        features
     }
 }
 
 impl Keep for Rounds<'_> {
-    fn ledger(&self) -> &Ledger {
-        &self.ledger
+    fn has(&self, share: usize) -> bool {
+        self.ledger.has(share)
+    }
+
+    fn enter(&self, share: usize, received: Received) {
+        self.ledger.enter(share, received);
     }
 
     fn haunt(&mut self) -> &mut Haunt {

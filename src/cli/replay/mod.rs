@@ -5,7 +5,7 @@ mod line;
 mod text;
 
 use petzval::film::SampleName;
-use petzval::job::{Changes, fits, prepare};
+use petzval::job::{Changes, prepare};
 use petzval::render::{Place, replay};
 use petzval::scene::pbrt;
 
@@ -53,7 +53,6 @@ pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
         ..picture.changes()
     };
     let (job, _, warnings) = prepare(description, &changes)?;
-    fits(&job)?;
     for warning in &warnings {
         say!("petzval: warning: {warning}");
     }

@@ -21,6 +21,7 @@ use petzval::source::Warning;
 
 use super::inputs::{parsed, words};
 use super::kept::{checkpoint_name, resume};
+use super::memory::Memory;
 use super::render::{Among, Shot, check_folder, stop_at_signals, tell};
 use super::{Failure, Outcome, RenderArguments};
 use orders::Orders;
@@ -39,6 +40,7 @@ struct Sweep<'a> {
     /// The command.
     words: Vec<String>,
     orders: Orders,
+    memory: Memory,
     description: Description,
     names: Vec<PathBuf>,
     /// What was noticed, each thing once.
@@ -48,11 +50,13 @@ struct Sweep<'a> {
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let words = words();
     let orders = Orders::new(arguments, &words)?;
+    let memory = Memory::new(arguments.memory);
     let mut description = pbrt::read(&arguments.picture.scene)?;
     // Now, because it is not read again: what is there later may be another file.
     description.files.digest()?;
     let names = orders.names(&arguments.picture.scene, lens(arguments, &description))?;
-    let mut sweep = Sweep { arguments, words, orders, description, names, said: HashSet::new() };
+    let said = HashSet::new();
+    let mut sweep = Sweep { arguments, words, orders, memory, description, names, said };
     let size = sweep.rehearse()?;
     let mut proofs = sweep.proofs(size)?;
     let progress = Arc::new(Progress::default());
@@ -127,13 +131,22 @@ impl Sweep<'_> {
         let mut size = [1; 2];
         for &number in numbers.iter().rev() {
             let (words, arguments) = self.order(number)?;
-            let made = Shot::new(&arguments, words, self.description.clone(), Instant::now());
+            let made = self.shot(&arguments, words);
             let called = self.called(number);
             let (shot, warnings) = made.map_err(|error| format!("{called}: {error}"))?;
             size = shot.job.frame.size();
             self.tell(&warnings);
         }
         Ok(size)
+    }
+
+    /// A picture that is made ready, and what was noticed on the way.
+    fn shot<'b>(
+        &self,
+        arguments: &'b RenderArguments,
+        words: Vec<String>,
+    ) -> Result<(Shot<'b>, Vec<Warning>), Failure> {
+        Shot::new(arguments, words, self.description.clone(), &self.memory, Instant::now())
     }
 
     /// Says what has not been said.
@@ -209,7 +222,7 @@ impl Sweep<'_> {
             let (words, arguments) = self.order(number)?;
             let called = self.called(number);
             let named = |error: Failure| -> Failure { format!("{called}: {error}").into() };
-            let made = Shot::new(&arguments, words, self.description.clone(), Instant::now());
+            let made = self.shot(&arguments, words);
             let (shot, warnings) = made.map_err(named)?;
             self.tell(&warnings);
             let inputs = inputs(&arguments, &shot);

@@ -16,10 +16,11 @@ use super::axis::{Axis, MOST};
 use super::template::Template;
 
 /// Options that are the same for all pictures, or decide nothing about them.
-const WHOLE: [&str; 9] = [
+const WHOLE: [&str; 10] = [
     "backend",
     "checkpoint",
     "contact",
+    "memory",
     "output",
     "resume",
     "samples",

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::bilinear::triangulate;
 use super::mesh::Mesh;
+use crate::memory::budget;
 use crate::source::bytes;
 use header::{Element, Order, Scalar, header};
 
@@ -50,6 +51,11 @@ fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
                 element.count, element.name
             ));
         }
+        let columns = match element.name.as_str() {
+            "vertex" | "face" => size_of::<[f32; 3]>() as u64,
+            _ => 0,
+        };
+        budget::claim((element.count as u64).saturating_mul(columns))?;
         match element.name.as_str() {
             "vertex" => vertices(element, &mut values, &mut mesh)?,
             "face" => faces(element, &mut values, &mut mesh, &mut quads)?,

@@ -1,0 +1,101 @@
+//! What the machine has. Known on Linux only; elsewhere nothing is refused by default.
+
+use std::fs;
+use std::path::Path;
+
+/// Cores that this process may use.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Bytes that this process holds by now, and the most that it has held; 0 where nobody knows.
+pub fn held() -> [u64; 2] {
+    let status = text("/proc/self/status");
+    ["VmRSS:", "VmHWM:"].map(|name| field(&status, name).unwrap_or(0))
+}
+
+/// Bytes that the process can have at most, whoever else gives way: those of the machine with
+/// its swap, or of the container or batch job that it runs in.
+pub fn whole() -> Option<u64> {
+    let machine = text("/proc/meminfo");
+    let whole = field(&machine, "MemTotal:")?;
+    let swap = field(&machine, "SwapTotal:").unwrap_or(0);
+    let groups = limits(&text("/proc/self/cgroup"), |path| fs::read_to_string(path).ok());
+    Some(groups.into_iter().fold(whole + swap, u64::min))
+}
+
+/// Bytes that nobody uses by now.
+pub fn free() -> Option<u64> {
+    let machine = text("/proc/meminfo");
+    Some(field(&machine, "MemAvailable:")? + field(&machine, "SwapFree:").unwrap_or(0))
+}
+
+fn text(path: &str) -> String {
+    fs::read_to_string(path).unwrap_or_default()
+}
+
+/// A field of a table in kB.
+fn field(text: &str, name: &str) -> Option<u64> {
+    let rest = text.lines().find_map(|line| line.strip_prefix(name))?;
+    let kib: u64 = rest.split_whitespace().next()?.parse().ok()?;
+    kib.checked_mul(1024)
+}
+
+/// The limits of the control groups that a process is in, by its list of them: of version 2 (one line,
+/// 0::/path) and version 1 (the line of the controller "memory"), each with the groups around it.
+fn limits(groups: &str, read: impl Fn(&Path) -> Option<String>) -> Vec<u64> {
+    let mut limits = Vec::new();
+    for line in groups.lines() {
+        let mut words = line.splitn(3, ':');
+        let (Some(_), Some(controllers), Some(path)) = (words.next(), words.next(), words.next())
+        else {
+            continue;
+        };
+        let (root, name) = match controllers {
+            "" => ("/sys/fs/cgroup", "memory.max"),
+            _ if controllers.split(',').any(|name| name == "memory") => {
+                ("/sys/fs/cgroup/memory", "memory.limit_in_bytes")
+            }
+            _ => continue,
+        };
+        for group in Path::new(path.trim_start_matches('/')).ancestors() {
+            let limit = read(&Path::new(root).join(group).join(name));
+            limits.extend(limit.and_then(|limit| limit.trim().parse::<u64>().ok()));
+        }
+    }
+    limits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_read_by_its_names() {
+        let table = "MemTotal:       24683520 kB\nMemAvailable:   1024 kB\nHugePages_Total: 0\n";
+        assert_eq!(field(table, "MemTotal:"), Some(24_683_520 * 1024));
+        assert_eq!(field(table, "MemAvailable:"), Some(1 << 20));
+        assert_eq!(field(table, "SwapTotal:"), None);
+    }
+
+    #[test]
+    fn the_narrowest_group_around_a_process_counts() {
+        let read = |path: &Path| match path.to_str() {
+            Some("/sys/fs/cgroup/slurm/job_7/memory.max") => Some("4294967296\n".to_owned()),
+            Some("/sys/fs/cgroup/slurm/job_7/step_0/memory.max") => Some("max\n".to_owned()),
+            Some("/sys/fs/cgroup/memory/box/memory.limit_in_bytes") => Some("1000\n".to_owned()),
+            _ => None,
+        };
+        assert_eq!(limits("0::/slurm/job_7/step_0\n", read), [4_294_967_296]);
+        assert_eq!(limits("3:cpu,memory:/box\n2:cpuset:/box\n", read), [1000]);
+        assert!(limits("", read).is_empty());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn this_machine_has_memory() {
+        let [now, most] = held();
+        assert!(now > 0 && now <= most && most < whole().unwrap());
+        assert!(free().unwrap() > 0);
+    }
+}
