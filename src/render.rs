@@ -1,5 +1,6 @@
 //! The wavefront: the only module that knows the order of the stages.
 
+mod bytes;
 mod crew;
 mod disperse;
 mod even;
@@ -38,8 +39,9 @@ use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use crew::Crew;
 use ledger::Received;
-use tails::{FEW, Tail, Tails};
+use tails::{FEW, Tails};
 
+pub use bytes::{bytes_of_round, bytes_of_thread};
 pub use disperse::{DisperseColumns, disperse};
 pub use keeper::Keeper;
 pub use replay::{Place, Replay, Shadow, Shared, Step, replay};
@@ -236,23 +238,6 @@ fn expose<R: Real<Scalar = f32>>(crew: &Crew, from: Option<Saved>) -> Result<Exp
 pub fn merge(job: &Job, parts: &[PathBuf]) -> Result<Exposed, CheckpointError> {
     even::merge(job, parts.iter().map(|path| Saved::open(path)))
 }
-
-/// Bytes that each thread of a render takes, about: its wave, and those that wait at each depth.
-pub fn bytes_of_thread(job: &Job) -> u64 {
-    let depths = u64::from(job.reach.max_depth).min(MOST_WAITING) + 1;
-    size_of::<Wave>() as u64 + OF_THREAD + depths * size_of::<Tail>() as u64
-}
-
-/// Bytes of a pixel, at most, that rounds of samples take: four quarters, and what they and the
-/// scouts receive in a round, with their features.
-pub fn bytes_of_round(job: &Job) -> u64 {
-    4 * FilmSums::bytes(false) + 4 * (FilmSums::bytes(false) + FeatureFilm::bytes(job))
-}
-
-/// Bytes of a thread beside its columns: its stack, its heap and a tile.
-const OF_THREAD: u64 = 1 << 18;
-/// Depths at which waves wait in a render, at most: no scene is known where it is more.
-const MOST_WAITING: u64 = 100;
 
 /// Samples that all pixels of a tile take.
 struct Share {

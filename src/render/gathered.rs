@@ -27,9 +27,10 @@ impl Gathered {
 
     /// Adds what a tile has received in the present pass.
     pub fn enter(&mut self, number: usize, tile: &Tile, (more, met): &Received) {
-        let (mut sums, _) = self.tile(number, tile);
+        let mut sums = self.film.tile(tile);
         sums.add(more);
-        self.put(number, tile, &sums, None);
+        self.film.put(tile, &sums);
+        self.dropped[number].add(&more.dropped);
         if let (Some(features), Some(met)) = (&mut self.features, met) {
             features.add(tile, met);
         }
@@ -49,7 +50,7 @@ impl Gathered {
         (sums, self.features.as_ref().map(|features| features.tile(tile)))
     }
 
-    /// Takes over what a tile has received, and where it is given, what its paths met.
+    /// Takes over what a tile has received, and what its paths met.
     pub fn put(
         &mut self,
         number: usize,
