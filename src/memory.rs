@@ -47,7 +47,7 @@ const PICTURE: u64 = 12;
 const CODES: u64 = 7;
 /// Bytes that the heap cannot use, and what share of all.
 const SLACK: u64 = 8 << 20;
-const SLACK_SHARE: u64 = 32;
+const SLACK_SHARE: u64 = 16;
 /// Lines that an EXR packs together, and how many times a pack of them is there: as it is, packed,
 /// and waiting for those before it.
 const PACK: [u64; 2] = [16, 3];

@@ -35,8 +35,8 @@ fn no_render_takes_more_than_was_expected_nor_much_less() {
         ("a.exr --spp 16 --noise 1 --effects none --resolution 700x500", 1.5),
         ("a.exr --spp 1 --effects none --resolution 700x600 --aov depth,position,variance", 1.5),
         ("a.exr --spp 16 --noise 1 --effects none --resolution 500x400 --aov depth,albedo", 1.5),
-        ("a.exr --spp 1 --effects +diffraction --resolution 1200x800", 1.5),
-        ("a.exr --spp 1 --effects +ghosts,-diffraction --resolution 1200x800", 1.5),
+        ("a.exr --spp 1 --effects +diffraction --resolution 700x500", 1.5),
+        ("a.exr --spp 1 --effects +ghosts,-diffraction --resolution 900x600", 1.5),
         ("a.exr --spp 1 --effects +sensor,-diffraction --sensor --resolution 1000x800", 1.5),
     ] {
         let threads = if words.contains("--threads") { "" } else { " --threads 2" };
