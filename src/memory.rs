@@ -17,6 +17,7 @@ use std::fmt;
 use crate::aov::{self, Aov, FeatureFilm};
 use crate::diffraction::Diffraction;
 use crate::film::FilmSums;
+use crate::ghosts::Ghosts;
 use crate::image::Format;
 use crate::plan::Effect;
 use crate::render::{self, Job};
@@ -46,7 +47,7 @@ const PICTURE: u64 = 12;
 const CODES: u64 = 7;
 /// Bytes that the heap cannot use, and what share of all.
 const SLACK: u64 = 8 << 20;
-const SLACK_SHARE: u64 = 32;
+const SLACK_SHARE: u64 = 16;
 /// Lines that an EXR packs together, and how many times a pack of them is there: as it is, packed,
 /// and waiting for those before it.
 const PACK: [u64; 2] = [16, 3];
@@ -63,7 +64,9 @@ impl Estimate {
         let squares = job.until.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes(squares);
         let features = pixels * FeatureFilm::bytes(job);
-        let ghosts = if job.ghosts.is_some() { pixels * FilmSums::bytes(false) } else { 0 };
+        let ghosts = job.ghosts.as_ref().map_or(0, |_| {
+            pixels * FilmSums::bytes(false) + Ghosts::bytes_waiting(job.frame.resolution)
+        });
         let rounds = match job.until.count_only() {
             true => 0,
             false => pixels * render::bytes_of_round(job),

@@ -28,17 +28,16 @@ fn no_render_takes_more_than_was_expected_nor_much_less() {
     let studio = Studio::new();
     for (words, most) in [
         ("a.exr --spp 1 --effects none --resolution 72x50", 2.0),
-        ("a.exr --spp 1 --effects none --resolution 2400x1600", 1.5),
-        ("a.png --spp 1 --effects none --resolution 2400x1600", 1.5),
-        ("a.petzval --shard 1/2 --spp 2 --effects none --resolution 2000x1500", 1.5),
+        ("a.exr --spp 1 --effects none --resolution 1800x1200", 1.5),
+        ("a.png --spp 1 --effects none --resolution 1200x1000", 1.5),
+        ("a.petzval --shard 1/2 --spp 2 --effects none --resolution 1200x1000", 1.5),
         ("a.exr --spp 1 --effects none --resolution 400x300 --threads 40", 2.0),
-        ("a.exr --spp 16 --noise 1 --effects none --resolution 1000x800", 1.5),
-        ("a.exr --spp 1 --effects none --resolution 1000x800 --aov depth,position,variance", 1.5),
+        ("a.exr --spp 16 --noise 1 --effects none --resolution 700x500", 1.5),
+        ("a.exr --spp 1 --effects none --resolution 700x600 --aov depth,position,variance", 1.5),
         ("a.exr --spp 16 --noise 1 --effects none --resolution 500x400 --aov depth,albedo", 1.5),
-        ("a.exr --spp 1 --effects +diffraction --resolution 600x400", 1.5),
-        ("a.exr --spp 1 --effects +diffraction --resolution 1200x800", 1.5),
-        ("a.exr --spp 1 --effects +ghosts,-diffraction --resolution 1200x800", 1.5),
-        ("a.exr --spp 1 --effects +sensor,-diffraction --sensor --resolution 1600x1200", 1.5),
+        ("a.exr --spp 1 --effects +diffraction --resolution 700x500", 1.5),
+        ("a.exr --spp 1 --effects +ghosts,-diffraction --resolution 900x600", 1.5),
+        ("a.exr --spp 1 --effects +sensor,-diffraction --sensor --resolution 1000x800", 1.5),
     ] {
         let threads = if words.contains("--threads") { "" } else { " --threads 2" };
         let said = studio.done(&format!("render scene.pbrt -o {words}{threads}"));

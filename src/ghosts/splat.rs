@@ -38,7 +38,18 @@ struct Arrival {
 /// Light for a pixel of the picture.
 type Splat = ([u32; 2], [f32; 3]);
 
+/// Waves of light paths of one sample number, in a picture of this width and height.
+fn waves([width, height]: [u32; 2]) -> u32 {
+    (u64::from(width) * u64::from(height)).div_ceil(SAMPLES * WAVE as u64) as u32
+}
+
 impl Ghosts {
+    /// Bytes that wait at most to be added to the film of a picture of this width and height.
+    pub fn bytes_waiting(resolution: [u32; 2]) -> u64 {
+        let paths = u64::from(waves(resolution).min(CHUNK)) * (WAVE * TOGETHER) as u64;
+        paths * size_of::<Splat>() as u64
+    }
+
     /// A light path for every [`SAMPLES`] samples of the picture, and what they bring to the film. It falls
     /// into the pixel it falls on: filters would not change what is unsharp. As everywhere the
     /// sum depends on seed and sample numbers only, and parts of the samples add up.
@@ -51,8 +62,7 @@ impl Ghosts {
         progress: &Progress,
     ) {
         let Model::Real(lens) = &job.camera.model else { return };
-        let [width, height] = job.frame.resolution;
-        let waves = (u64::from(width) * u64::from(height)).div_ceil(SAMPLES * WAVE as u64) as u32;
+        let waves = waves(job.frame.resolution);
         // Of one sample number: what is added is divided by how many there are.
         let paths = f64::from(waves) * WAVE as f64;
         let pitch = [0, 1].map(|i| job.camera.film[i] / f64::from(job.frame.resolution[i]));
