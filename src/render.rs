@@ -38,7 +38,7 @@ use crate::source::Files;
 use crate::spectrum::{BANDS, LightBand};
 use crate::stats::{BounceLanes, Clock, Stage, Stats};
 use crew::Crew;
-use ledger::Received;
+use keeper::Received;
 use tails::{FEW, Tails};
 
 pub use bytes::{bytes_of_round, bytes_of_thread};

@@ -3,6 +3,7 @@
 mod support;
 
 use petzval::aov::{Aov, layers};
+use petzval::image::{Encoding, Notes, Picture, Window};
 use petzval::job::{Changes, prepare};
 use petzval::plan::Wanted;
 use petzval::render::{Backend, Until, render};
@@ -192,6 +193,13 @@ fn a_picture_holds_numbers_whatever_the_scene_holds() {
         assert!(film.pixels.as_flattened().iter().any(|&v| v > 1e36));
         let picture = exposed.picture(&job);
         assert!(picture.pixels.as_flattened().iter().all(|v| v.is_finite()));
+        // Half as many bits hold less, below zero too, where the filter goes.
+        let file = folder.path().join("half.exr");
+        let window = Window { origin: job.frame.low, frame: job.frame.resolution };
+        let encoding = Encoding { half: true, ..Encoding::default() };
+        film.write(&file, window, encoding, &Notes::new()).expect("a file");
+        let read = Picture::read(&file, true).expect("a picture of numbers");
+        assert!(read.pixels.as_flattened().iter().any(|&v| v < -6e4));
         for layer in layers(&job, &exposed.film, exposed.features.as_ref()) {
             for (channel, values) in &layer.channels {
                 let name = format!("{}.{channel}", layer.name);

@@ -67,7 +67,7 @@ enum Command {
     Lens(LensArguments),
     /// Take one sample of a picture once more, and print its whole way: surface by surface through
     /// the lens, hit by hit through the scene, to the value that the render adds to the pixel. Give
-    /// the options of the render
+    /// the options of the render that decide about light: scene, lens, focus, effects, seed, --crop
     Replay(Box<ReplayArguments>),
     /// Show which effects a picture needs, why, and what they cost
     Plan(PlanArguments),
@@ -135,10 +135,10 @@ struct RenderArguments {
     /// Threads; one a core if not given. The picture is the same for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
-    /// The most memory to take. Where the picture is expected to take more, or the scene declares
+    /// The most memory to take, such as 8GiB or 500MB. Where the picture is expected to take more, or the scene declares
     /// more, it is refused at the start, and told what takes how much. If not given: what the machine
     /// has, or the group that limits the process (Linux)
-    #[arg(long, value_name = "8GiB")]
+    #[arg(long, value_name = "SIZE")]
     memory: Option<Size>,
     /// Eight lanes or one. The picture is the same
     #[arg(long, value_enum, default_value_t)]
@@ -203,7 +203,7 @@ struct MergeArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
     /// The most memory to take, as petzval render has it
-    #[arg(long, value_name = "8GiB")]
+    #[arg(long, value_name = "SIZE")]
     memory: Option<Size>,
 }
 

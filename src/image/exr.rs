@@ -201,9 +201,9 @@ impl SamplesWriter for Lines<'_> {
             Values::Colour { pixels, channel, half: false } => {
                 line.write_samples(|i| pixels[first + i][channel])
             }
-            Values::Colour { pixels, channel, half: true } => {
-                line.write_samples(|i| f16::from_f32(pixels[first + i][channel].min(HALF_MAX)))
-            }
+            Values::Colour { pixels, channel, half: true } => line.write_samples(|i| {
+                f16::from_f32(pixels[first + i][channel].clamp(-HALF_MAX, HALF_MAX))
+            }),
             Values::Layer(values) => line.write_samples(|i| values[first + i]),
         };
         debug_assert!(written.is_ok(), "a line has room for its own samples");

@@ -21,7 +21,13 @@ pub(crate) fn fits(bytes: u64) -> Result<(), String> {
 
 /// Takes bytes for good, or refuses them.
 pub(crate) fn claim(bytes: u64) -> Result<(), String> {
-    within(CLAIMED.fetch_add(bytes, Ordering::Relaxed), bytes)
+    let mut refused = Ok(());
+    let add = |taken: u64| {
+        refused = within(taken, bytes);
+        refused.is_ok().then(|| taken + bytes)
+    };
+    let _ = CLAIMED.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add);
+    refused
 }
 
 fn within(taken: u64, bytes: u64) -> Result<(), String> {

@@ -48,10 +48,12 @@ impl FromStr for Size {
 }
 
 impl fmt::Display for Size {
-    /// In GB, or MB where it is less than one; rounded up.
+    /// In GB, or in MB, kB or B where it is less than one; rounded up.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self.0 {
-            0..1_000_000_000 => write!(f, "{} MB", self.0.div_ceil(1_000_000)),
+            0..1_000 => write!(f, "{} B", self.0),
+            1_000..1_000_000 => write!(f, "{} kB", self.0.div_ceil(1_000)),
+            1_000_000..1_000_000_000 => write!(f, "{} MB", self.0.div_ceil(1_000_000)),
             _ => write!(f, "{:.2} GB", self.0.div_ceil(10_000_000) as f64 / 100.0),
         }
     }
@@ -84,7 +86,8 @@ mod tests {
 
     #[test]
     fn sizes_are_said_in_three_digits() {
-        assert_eq!(Size(1).to_string(), "1 MB");
+        assert_eq!(Size(1).to_string(), "1 B");
+        assert_eq!(Size(1_001).to_string(), "2 kB");
         assert_eq!(Size(512_300_000).to_string(), "513 MB");
         assert_eq!(Size(1_536_000_001).to_string(), "1.54 GB");
     }

@@ -1,7 +1,7 @@
 //! What the pixels of an even render have received by now, each of its own number of samples.
 
 use super::Job;
-use super::ledger::Received;
+use super::keeper::Received;
 use crate::aov::{Aov, FeatureFilm, FeatureSums};
 use crate::film::{Dropped, FilmSums, Tile, TileSums};
 

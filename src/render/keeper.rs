@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::haunt::Haunt;
-use super::ledger::Received;
+use crate::aov::Features;
 use crate::checkpoint::{CheckpointError, Head, Reader, Writer};
+use crate::film::TileSums;
 
 /// Where a render writes down what it has come to, and how often.
 #[derive(Clone, Debug)]
@@ -25,6 +26,9 @@ pub struct Keeper {
     /// Hears of a checkpoint that cannot be written; the render goes on.
     pub tell: fn(&CheckpointError),
 }
+
+/// What a share has received.
+pub(super) type Received = (TileSums, Option<Features>);
 
 /// A render that can be written down at any time.
 pub(super) trait Keep: Sync {

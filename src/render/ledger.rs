@@ -3,13 +3,10 @@
 use std::io;
 use std::sync::OnceLock;
 
+use super::keeper::Received;
 use super::{Job, Share};
 use crate::aov::Features;
 use crate::checkpoint::{Reader, Writer};
-use crate::film::TileSums;
-
-/// What a share has received.
-pub(super) type Received = (TileSums, Option<Features>);
 
 /// What the shares of the present step have received, as far as they are done. Workers enter
 /// theirs while others read what is there.

@@ -18,8 +18,8 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::haunt::Haunt;
-use super::keeper::Keep;
-use super::ledger::{Ledger, Received};
+use super::keeper::{Keep, Received};
+use super::ledger::Ledger;
 use super::pair::{Pair, luminance, relative};
 use super::partial;
 use super::spread::{Spread, cost};
