@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use peak_alloc::PeakAlloc;
-use readers::{READERS, Reader};
+use readers::{READERS, Reader, accepted};
 use support::{Random, root};
 
 #[global_allocator]
@@ -158,5 +158,18 @@ fn no_input_breaks_a_reader() {
             feed(folder.path(), (name, read), &mutant(&mut random, &corpus));
         }
         println!("{name}: {MUTANTS} mutants in {:?}", start.elapsed());
+    }
+    checkpoints_of_the_corpus_are_of_the_present_format();
+}
+
+/// Of another version all of them would test one comparison.
+fn checkpoints_of_the_corpus_are_of_the_present_format() {
+    let folder = support::folder();
+    let corpus = root().join("tests/fuzz/corpus/checkpoint");
+    let takers = ["part.petzval", "even.exr.checkpoint", "adaptive.exr.checkpoint"];
+    for (taker, name) in takers.into_iter().enumerate() {
+        let bytes = fs::read(corpus.join(name)).expect("a file of the corpus");
+        let taken = accepted(folder.path(), &bytes);
+        assert!(taken[taker], "{name} is of another version; readers.rs says how to write it anew");
     }
 }

@@ -12,7 +12,7 @@ use exr::meta::attribute::LevelMode;
 use exr::meta::header::Header;
 use exr::prelude::*;
 
-use super::declared::believe;
+use super::declared::{believe, believe_block};
 use super::{ImageError, Note, Notes, Picture, Raster, Samples, Window};
 
 /// Largest number of a 16-bit float; what is brighter would become infinite.
@@ -74,7 +74,10 @@ fn believe_all(path: &Path) -> std::result::Result<(), ImageError> {
     let Ok(meta) = MetaData::read_from_file(path, false) else { return Ok(()) };
     meta.headers.iter().try_for_each(|header| {
         // One float at least.
-        believe(path, [header.layer_size.width(), header.layer_size.height()], 4)
+        believe(path, [header.layer_size.width(), header.layer_size.height()], 4)?;
+        let block = header.max_block_pixel_size();
+        let bytes = header.channels.bytes_per_pixel as u64;
+        believe_block(path, [block.width(), block.height()], bytes)
     })
 }
 

@@ -105,7 +105,8 @@ fn sweep_beside(path: &Path) {
     for entry in entries.flatten() {
         let name = entry.file_name();
         let name = name.to_string_lossy();
-        if !name.starts_with(&prefix) || !name.ends_with(SUFFIX) {
+        let file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if !file || !name.starts_with(&prefix) || !name.ends_with(SUFFIX) {
             continue;
         }
         // Some network file systems lock only what is open to be written.

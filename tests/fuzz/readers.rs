@@ -79,6 +79,11 @@ const PICTURE: &str = r#"
 /// A part of a picture, and a checkpoint of a render that goes on: one of fixed counts, and one that
 /// takes samples where they are needed.
 pub fn checkpoint(folder: &Path, bytes: &[u8]) {
+    accepted(folder, bytes);
+}
+
+/// Which of these three takes it.
+pub fn accepted(folder: &Path, bytes: &[u8]) -> [bool; 3] {
     static JOBS: OnceLock<[Job; 3]> = OnceLock::new();
     let [part, even, adaptive] = JOBS.get_or_init(|| {
         let scene = write(folder, "picture.pbrt", PICTURE.as_bytes());
@@ -91,15 +96,15 @@ pub fn checkpoint(folder: &Path, bytes: &[u8]) {
         [job(None, None), job(Some(1_000_000), None), job(None, Some(1e-5))]
     });
     let path = write(folder, "part.petzval", &sealed(bytes));
-    let _ = merge(part, std::slice::from_ref(&path));
     // What is stopped at once reads only.
     let progress = Progress::default();
     progress.stop.store(true, Ordering::Relaxed);
-    for job in [even, adaptive] {
-        if let Ok(saved) = Saved::open(&path) {
-            let _ = render_kept(job, Backend::Simd, 1, &progress, None, Some(saved));
-        }
-    }
+    let goes_on = |job: &Job| {
+        let saved = Saved::open(&path).ok();
+        let exposed = |saved| render_kept(job, Backend::Simd, 1, &progress, None, Some(saved));
+        saved.is_some_and(|saved| exposed(saved).is_ok())
+    };
+    [merge(part, std::slice::from_ref(&path)).is_ok(), goes_on(even), goes_on(adaptive)]
 }
 
 /// A file of this kind whose lengths and checksums say nothing against what it holds.
