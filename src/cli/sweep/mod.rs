@@ -15,6 +15,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use petzval::image::{Exposure, Format};
+use petzval::memory::budget;
 use petzval::render::Progress;
 use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec};
 use petzval::source::Warning;
@@ -146,7 +147,10 @@ impl Sweep<'_> {
         arguments: &'b RenderArguments,
         words: Vec<String>,
     ) -> Result<(Shot<'b>, Vec<Warning>), Failure> {
-        Shot::new(arguments, words, self.description.clone(), &self.memory, Instant::now())
+        // What is read for a picture alone, such as that of an iris, goes with it.
+        let make =
+            || Shot::new(arguments, words, self.description.clone(), &self.memory, Instant::now());
+        budget::lent(make)
     }
 
     /// Says what has not been said.

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use petzval::contact::{self, Contact};
 use petzval::image::{Encoding, Exposure, Note, Notes, Picture, Window};
+use petzval::memory::budget;
 
 use super::super::Failure;
 use super::super::inputs::line;
@@ -67,9 +68,12 @@ impl Proofs {
 
     /// Adds a finished picture.
     pub fn put(&mut self, number: usize, name: &Path, values: &[&str], row: Row) {
-        // One that cannot be read is an empty frame, and no reason to stop.
-        if let Some(Ok(picture)) = self.contact.shows(number).then(|| Picture::read(name, true)) {
-            self.contact.put(number, &picture);
+        if self.contact.shows(number) {
+            // Of the picture only its thumbnail stays.
+            match budget::lent(|| Picture::read(name, true)) {
+                Ok(picture) => self.contact.put(number, &picture),
+                Err(error) => say!("petzval: warning: {error}; its place on the sheet stays empty"),
+            }
         }
         let values = values.iter().map(|&value| value.to_owned()).collect();
         self.rows.insert(number, (name.to_owned(), values, row));
