@@ -14,6 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use petzval::contact::Contact;
 use petzval::image::{Exposure, Format};
 use petzval::memory::budget;
 use petzval::render::Progress;
@@ -51,7 +52,9 @@ struct Sweep<'a> {
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let words = words();
     let orders = Orders::new(arguments, &words)?;
-    let memory = Memory::new(arguments.memory);
+    let axes = orders.shown();
+    let memory = Memory::new(arguments.memory)
+        .with_sheet(move |size| Contact::new(String::new(), axes.clone(), size).bytes());
     let mut description = pbrt::read(&arguments.picture.scene)?;
     // Now, because it is not read again: what is there later may be another file.
     description.files.digest()?;

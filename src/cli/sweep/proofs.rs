@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use petzval::contact::{self, Contact};
+use petzval::contact::Contact;
 use petzval::image::{Encoding, Exposure, Note, Notes, Picture, Window};
 use petzval::memory::budget;
 
@@ -41,17 +41,13 @@ impl Proofs {
         exposure: Exposure,
         words: &[String],
     ) -> Self {
-        let axis = |axis: &super::Axis| contact::Axis {
-            name: axis.name.clone(),
-            values: axis.values.clone(),
-        };
         let options = orders.axes.iter().map(|axis| axis.name.clone()).collect();
         let notes = vec![
             ("Title", Note::Text(format!("Contact sheet: {title}"))),
             ("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))),
             ("commandLine", Note::Text(line(words))),
         ];
-        let contact = Contact::new(title, orders.axes.iter().map(axis).collect(), size);
+        let contact = Contact::new(title, orders.shown(), size);
         let (rows, written, took) = (BTreeMap::new(), Instant::now(), Duration::ZERO);
         Self { sheet, table, contact, exposure, notes, options, rows, written, took }
     }
