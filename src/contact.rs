@@ -17,6 +17,10 @@ use thumbnail::thumbnail;
 const GROUND: &str = "#262626";
 const EMPTY: &str = "#303030";
 const WORDS: &str = "#e0e0e0";
+/// Bytes of a pixel of light; all small pictures are there twice where they find their exposure.
+const LIGHT: u64 = 12;
+/// Bytes of a pixel of the sheet as it is drawn, as codes, and in its file before it is written.
+const DRAWN: u64 = 4 + 7;
 /// Words at the left edge, at most, px.
 const WIDEST: f64 = 180.0;
 
@@ -48,6 +52,14 @@ impl Contact {
         let layout = Layout::new(&counts, size.map(f64::from), edge);
         let small = vec![None; layout.grid.iter().product()];
         Self { title, axes, layout, small }
+    }
+
+    /// The bytes that it takes, at most, while it is drawn and written.
+    pub fn bytes(&self) -> u64 {
+        let of = |[width, height]: [usize; 2]| (width * height) as u64;
+        let [small, sheet] =
+            [self.small.len() as u64 * of(self.layout.cell), of(self.layout.sheet)];
+        LIGHT * (2 * small + sheet) + DRAWN * sheet
     }
 
     /// Whether this picture has a place on the sheet.

@@ -115,6 +115,13 @@ impl Estimate {
         Self { parts }
     }
 
+    /// With what else is held meanwhile.
+    #[must_use]
+    pub fn beside(mut self, name: &'static str, bytes: u64) -> Self {
+        self.parts.push((name, bytes));
+        self
+    }
+
     /// Bytes in all.
     pub fn bytes(&self) -> u64 {
         self.parts.iter().map(|(_, bytes)| bytes).sum()

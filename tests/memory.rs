@@ -119,3 +119,19 @@ fn a_merge_takes_no_more_for_more_parts() {
     let (code, said) = studio.run("merge 2-1.petzval 2-2.petzval -o b.exr --memory 12MB");
     assert!(code == 2 && said.contains("--memory allows 12 MB"), "{said}");
 }
+
+#[test]
+fn a_sweep_takes_the_memory_of_one_picture_and_its_sheet() {
+    let studio = Studio::new();
+    // Ten times what it reads back is more than there is.
+    let sweep = "render scene.pbrt --spp 1 --effects none --resolution 1000x800 --threads 2 \
+                 --sweep seed=1..9:9 -o {seed}.exr --memory";
+    let said = studio.done(&format!("{sweep} 90MB"));
+    assert!(!said.contains("warning"), "{said}");
+    let sheet = image::open(studio.path("sweep.png")).expect("a sheet").into_rgb8();
+    let light = sheet.pixels().filter(|pixel| pixel.0[0] != pixel.0[2]).count();
+    assert!(light > 0, "its pictures are on it");
+    let (code, said) = studio.run(&format!("{sweep} 40MB --resume"));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("seed 1: this takes") && said.contains("contact sheet"), "{said}");
+}

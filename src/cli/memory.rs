@@ -1,5 +1,7 @@
 //! What a picture takes of the memory, and what there is.
 
+use std::cell::{Cell, OnceCell};
+
 use petzval::image::Format;
 use petzval::memory::{Estimate, Size, Work, budget, machine};
 use petzval::render::Job;
@@ -11,6 +13,13 @@ pub(super) struct Memory {
     /// As asked for, or as the machine has.
     most: Option<u64>,
     asked: bool,
+    /// Held when the first picture was ready, by then and at most, bytes: what the pictures before
+    /// have left to the heap is not of the scene.
+    held: OnceCell<[u64; 2]>,
+    /// Held beside every picture of a sweep for its contact sheet, by the size of a picture.
+    sheet: Option<Box<dyn Fn([u32; 2]) -> u64>>,
+    /// Whether it was said that little is free.
+    warned: Cell<bool>,
 }
 
 impl Memory {
@@ -18,7 +27,13 @@ impl Memory {
     pub fn new(asked: Option<Size>) -> Self {
         let most = asked.map(|size| size.0).or_else(machine::whole);
         budget::allow(most.unwrap_or(u64::MAX));
-        Self { most, asked: asked.is_some() }
+        let (held, warned) = (OnceCell::new(), Cell::new(false));
+        Self { most, asked: asked.is_some(), held, sheet: None, warned }
+    }
+
+    /// With a contact sheet beside the pictures, of so many bytes for pictures of a size, pixels.
+    pub fn with_sheet(self, bytes: impl Fn([u32; 2]) -> u64 + 'static) -> Self {
+        Self { sheet: Some(Box::new(bytes)), ..self }
     }
 
     /// Refuses a job that takes more, and answers what it takes.
@@ -28,8 +43,11 @@ impl Memory {
         work: Work,
         format: Option<Format>,
     ) -> Result<Estimate, Failure> {
-        let held = machine::held();
-        let estimate = Estimate::new(job, held, work, format);
+        let held = *self.held.get_or_init(machine::held);
+        let mut estimate = Estimate::new(job, held, work, format);
+        if let Some(sheet) = &self.sheet {
+            estimate = estimate.beside("contact sheet", sheet(job.frame.size()));
+        }
         let bytes = estimate.bytes();
         if let Some(most) = self.most.filter(|most| bytes > *most) {
             let (most, whose) = match self.asked {
@@ -42,6 +60,9 @@ impl Memory {
         if let Some(free) =
             machine::free().filter(|&free| !self.asked && bytes.saturating_sub(held[0]) > free)
         {
+            if self.warned.replace(true) {
+                return Ok(estimate);
+            }
             let free = Size(free);
             say!("petzval: warning: this takes {estimate}, and {free} are free by now");
         }

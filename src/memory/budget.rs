@@ -30,6 +30,15 @@ pub(crate) fn claim(bytes: u64) -> Result<(), String> {
     refused
 }
 
+/// Reads what is dropped again: what was claimed meanwhile is given back. Nobody else may read at the
+/// same time.
+pub fn lent<T>(read: impl FnOnce() -> T) -> T {
+    let before = CLAIMED.load(Ordering::Relaxed);
+    let answer = read();
+    CLAIMED.store(before, Ordering::Relaxed);
+    answer
+}
+
 fn within(taken: u64, bytes: u64) -> Result<(), String> {
     let most = MOST.load(Ordering::Relaxed);
     if taken.saturating_add(bytes) <= most {

@@ -14,7 +14,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use petzval::contact::Contact;
 use petzval::image::{Exposure, Format};
+use petzval::memory::budget;
 use petzval::render::Progress;
 use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec};
 use petzval::source::Warning;
@@ -50,7 +52,9 @@ struct Sweep<'a> {
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let words = words();
     let orders = Orders::new(arguments, &words)?;
-    let memory = Memory::new(arguments.memory);
+    let axes = orders.shown();
+    let memory = Memory::new(arguments.memory)
+        .with_sheet(move |size| Contact::new(String::new(), axes.clone(), size).bytes());
     let mut description = pbrt::read(&arguments.picture.scene)?;
     // Now, because it is not read again: what is there later may be another file.
     description.files.digest()?;
@@ -146,7 +150,10 @@ impl Sweep<'_> {
         arguments: &'b RenderArguments,
         words: Vec<String>,
     ) -> Result<(Shot<'b>, Vec<Warning>), Failure> {
-        Shot::new(arguments, words, self.description.clone(), &self.memory, Instant::now())
+        // What is read for a picture alone, such as that of an iris, goes with it.
+        let make =
+            || Shot::new(arguments, words, self.description.clone(), &self.memory, Instant::now());
+        budget::lent(make)
     }
 
     /// Says what has not been said.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::CommandFactory;
 use clap::parser::ValueSource;
+use petzval::contact;
 use petzval::image::Format;
 use petzval::source::hint;
 
@@ -78,6 +79,13 @@ impl Orders {
     /// How many pictures there are.
     pub fn count(&self) -> usize {
         self.axes.iter().map(|axis| axis.values.len()).product()
+    }
+
+    /// What changes, as the contact sheet shows it.
+    pub fn shown(&self) -> Vec<contact::Axis> {
+        let shown =
+            |axis: &Axis| contact::Axis { name: axis.name.clone(), values: axis.values.clone() };
+        self.axes.iter().map(shown).collect()
     }
 
     /// The values of a picture, by option.

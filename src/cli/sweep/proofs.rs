@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use petzval::contact::{self, Contact};
+use petzval::contact::Contact;
 use petzval::image::{Encoding, Exposure, Note, Notes, Picture, Window};
+use petzval::memory::budget;
 
 use super::super::Failure;
 use super::super::inputs::line;
@@ -40,17 +41,13 @@ impl Proofs {
         exposure: Exposure,
         words: &[String],
     ) -> Self {
-        let axis = |axis: &super::Axis| contact::Axis {
-            name: axis.name.clone(),
-            values: axis.values.clone(),
-        };
         let options = orders.axes.iter().map(|axis| axis.name.clone()).collect();
         let notes = vec![
             ("Title", Note::Text(format!("Contact sheet: {title}"))),
             ("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))),
             ("commandLine", Note::Text(line(words))),
         ];
-        let contact = Contact::new(title, orders.axes.iter().map(axis).collect(), size);
+        let contact = Contact::new(title, orders.shown(), size);
         let (rows, written, took) = (BTreeMap::new(), Instant::now(), Duration::ZERO);
         Self { sheet, table, contact, exposure, notes, options, rows, written, took }
     }
@@ -67,9 +64,12 @@ impl Proofs {
 
     /// Adds a finished picture.
     pub fn put(&mut self, number: usize, name: &Path, values: &[&str], row: Row) {
-        // One that cannot be read is an empty frame, and no reason to stop.
-        if let Some(Ok(picture)) = self.contact.shows(number).then(|| Picture::read(name, true)) {
-            self.contact.put(number, &picture);
+        if self.contact.shows(number) {
+            // Of the picture only its thumbnail stays.
+            match budget::lent(|| Picture::read(name, true)) {
+                Ok(picture) => self.contact.put(number, &picture),
+                Err(error) => say!("petzval: warning: {error}; its place on the sheet stays empty"),
+            }
         }
         let values = values.iter().map(|&value| value.to_owned()).collect();
         self.rows.insert(number, (name.to_owned(), values, row));
