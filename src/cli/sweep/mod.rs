@@ -1,6 +1,7 @@
 //! `petzval render --sweep`: many pictures of one scene, which is read once.
 
 mod axis;
+mod folders;
 mod orders;
 mod proofs;
 mod table;
@@ -8,7 +9,7 @@ mod template;
 
 pub(super) use axis::{Axis, axis};
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -26,6 +27,7 @@ use super::kept::{checkpoint_name, resume};
 use super::memory::Memory;
 use super::render::{Among, Shot, check_folder, stop_at_signals, tell};
 use super::{Failure, Outcome, RenderArguments};
+use folders::Folders;
 use orders::Orders;
 use proofs::Proofs;
 use table::Row;
@@ -59,6 +61,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     // Now, because it is not read again: what is there later may be another file.
     description.files.digest()?;
     let names = orders.names(&arguments.picture.scene, lens(arguments, &description))?;
+    let _folders = Folders::of(&names)?;
     let said = HashSet::new();
     let mut sweep = Sweep { arguments, words, orders, memory, description, names, said };
     let size = sweep.rehearse()?;
@@ -188,11 +191,7 @@ impl Sweep<'_> {
         };
         let mut proofs =
             Proofs::new(title, &self.orders, [sheet, table], size, exposure, &self.words);
-        let known = table::read(&proofs.table)
-            .map_err(|error| format!("cannot read {}: {error}", proofs.table.display()))?;
-        let mine: BTreeMap<usize, Row> = (0..self.names.len())
-            .filter_map(|number| Some((number, known.get(&self.names[number])?.clone())))
-            .collect();
+        let mine = proofs.read(&self.names)?;
         let table = proofs.table.display().to_string();
         match (self.arguments.resume, mine.is_empty()) {
             (true, true) => say!("petzval: {table} knows none of these pictures; all are taken"),
