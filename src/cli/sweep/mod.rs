@@ -13,7 +13,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use petzval::contact::Contact;
 use petzval::image::{Exposure, Format};
@@ -32,8 +32,10 @@ use orders::Orders;
 use proofs::Proofs;
 use table::Row;
 
-/// Pictures that are all made ready before the first is taken; of more, every value.
+/// Pictures that are made ready before the first is taken, at most.
 const REHEARSED: usize = 64;
+/// How long that may take without a word.
+const SILENT: Duration = Duration::from_secs(3);
 
 /// Options whose values are all alike to make ready.
 const ALIKE: [&str; 6] = ["exposure", "half", "noise", "seed", "spp", "time"];
@@ -128,15 +130,30 @@ impl Sweep<'_> {
                     alike.all(|(axis, value)| axis.values[0] == value)
                 })
                 .collect(),
-            false => (0..counts.iter().copied().max().unwrap_or(1))
-                .map(|i| {
-                    let places: Vec<usize> = counts.iter().map(|count| i % count).collect();
-                    self.orders.number(&places)
-                })
-                .collect(),
+            false => {
+                // Every value, or of many the ends and those between in even steps.
+                let most = counts.iter().copied().max().unwrap_or(1).min(REHEARSED);
+                let place = |i: usize, count: usize| match count > most {
+                    true => i * (count - 1) / (most - 1),
+                    false => i % count,
+                };
+                (0..most)
+                    .map(|i| {
+                        let places: Vec<usize> =
+                            counts.iter().map(|&count| place(i, count)).collect();
+                        self.orders.number(&places)
+                    })
+                    .collect()
+            }
         };
+        let (begun, mut silent) = (Instant::now(), true);
         let mut size = [1; 2];
         for &number in numbers.iter().rev() {
+            if silent && begun.elapsed() > SILENT {
+                silent = false;
+                let (some, all) = (numbers.len(), self.names.len());
+                say!("petzval: trying {some} of {all} pictures before the first is taken");
+            }
             let (words, arguments) = self.order(number)?;
             let made = self.shot(&arguments, words);
             let called = self.called(number);
