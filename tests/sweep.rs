@@ -173,6 +173,53 @@ fn ctrl_c_ends_the_whole_sweep_and_says_how_to_go_on() {
     studio.done(&format!("{render} --spp 1500 --fstop 2.8 -o single.exr"));
     assert_eq!(studio.contents("1500_2.8.exr"), studio.contents("single.exr"));
     assert!(!studio.path("1500_2.8.partial.exr").exists());
+    // Begun again without --resume, it forgets nothing of what still stands.
+    let child = studio.start(&words);
+    while !studio.path("1500_2.8.exr.checkpoint").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill").success());
+    let (code, said) = self::said(child.wait_with_output().expect("a child"));
+    assert_eq!(code, 130, "{said}");
+    assert!(said.contains("sweep.csv knows 4 of these pictures"), "{said}");
+    assert_eq!(table(&studio, "sweep.csv").len(), 5);
+}
+
+#[test]
+fn a_table_in_another_folder_finds_its_pictures() {
+    let studio = Studio::new();
+    // Those of the pictures are made.
+    std::fs::create_dir(studio.path("sheets")).expect("a folder");
+    let sweep = "render scene.pbrt --spp 1 --effects none --sweep seed=1,2 \
+                 -o deep/out/{seed}.exr --contact sheets/s.png";
+    studio.done(sweep);
+    assert_eq!(table(&studio, "sheets/s.csv")[1][0], "../deep/out/1.exr");
+    let said = studio.done(&format!("{sweep} --resume"));
+    assert!(said.contains("2 pictures, 2 of them as they stood"), "{said}");
+}
+
+#[test]
+fn no_table_is_lost() {
+    let studio = Studio::new();
+    let words = "render scene.pbrt --spp 1 --effects none -o {seed}.exr --sweep";
+    studio.done(&format!("{words} seed=1,2"));
+    studio.done(&format!("{words} seed=2,3,4"));
+    let names: Vec<String> =
+        table(&studio, "sweep.csv").into_iter().map(|mut row| row.remove(0)).collect();
+    assert_eq!(names, ["file", "2.exr", "3.exr", "4.exr", "1.exr"]);
+    let said = studio.done(&format!("{words} seed=1,3 --resume"));
+    assert!(said.contains("2 pictures, 2 of them as they stood"), "{said}");
+    for (text, name) in [("date,marks\n1,2\n", "marks"), ("", "nothing"), ("\u{0}", "zero")] {
+        std::fs::write(studio.path(&format!("{name}.csv")), text).expect("a file");
+        let sweep = format!("{words} seed=7,8 --contact {name}.png");
+        studio.refuses(&sweep, "name another by --contact");
+        let left = std::fs::read_to_string(studio.path(&format!("{name}.csv")));
+        assert_eq!(left.expect("the file"), text);
+    }
+    let other = "render scene.pbrt --effects none -o {spp}.exr --sweep spp=1,2";
+    studio.refuses(other, "whose first line is file,spp,samples,noise,seconds,content,inputs");
+    assert!(!studio.path("7.exr").exists() && table(&studio, "sweep.csv").len() == 5);
 }
 
 #[test]
@@ -183,7 +230,8 @@ fn what_cannot_be_done_is_refused_before_anything_is_rendered() {
         ("--sweep fstop=8,0.5 -o {fstop}.exr", "fstop 0.5: --fstop 0.5: "),
         ("--sweep focus=auto@0,0;auto@99,0 -o {focus}.exr", "auto@99,0: the picture has 72 x 50"),
         ("--sweep lens=lens.dat,none.dat", "none.dat"),
-        ("--sweep fstop=8,4 -o no/{fstop}.exr", "cannot write no/8.exr"),
+        ("--sweep fstop=8,4 -o lens.dat/{fstop}.exr", "cannot write lens.dat/8.exr"),
+        ("--sweep fstop=8,0.5 -o a/b/{fstop}.exr", "fstop 0.5: --fstop 0.5: "),
         ("--sweep fstop=8,4 -o {fstop}.exr --contact no/a.png", "cannot write no/a.png"),
         (
             "--sweep fstop=8,4 -o {fstop}.exr --contact a.exr",

@@ -125,7 +125,7 @@ struct RenderArguments {
     /// Take a picture for each of these values of an option: fstop=2,4,8 or focus=0.5..5:8 (8 values,
     /// evenly) or fstop=2..16:4:log (by a factor); with ; between values that hold commas. Given again,
     /// for each with each. Scene and tree are loaded once. The name of the picture holds places to
-    /// fill, such as out/{lens}_{fstop}_{focus}.exr; {{ is a brace
+    /// fill, such as out/{lens}_{fstop}_{focus}.exr; {{ is a brace. Folders in it are made
     #[arg(long, value_name = "NAME=VALUES", value_parser = sweep::axis)]
     sweep: Vec<sweep::Axis>,
     /// Contact sheet of a sweep: .png, .jpg; beside it, as .csv, the table of its pictures; sweep.png

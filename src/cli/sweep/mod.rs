@@ -1,6 +1,7 @@
 //! `petzval render --sweep`: many pictures of one scene, which is read once.
 
 mod axis;
+mod folders;
 mod orders;
 mod proofs;
 mod table;
@@ -8,11 +9,11 @@ mod template;
 
 pub(super) use axis::{Axis, axis};
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use petzval::contact::Contact;
 use petzval::image::{Exposure, Format};
@@ -26,12 +27,15 @@ use super::kept::{checkpoint_name, resume};
 use super::memory::Memory;
 use super::render::{Among, Shot, check_folder, stop_at_signals, tell};
 use super::{Failure, Outcome, RenderArguments};
+use folders::Folders;
 use orders::Orders;
 use proofs::Proofs;
 use table::Row;
 
-/// Pictures that are all made ready before the first is taken; of more, every value.
+/// Pictures that are made ready before the first is taken, at most.
 const REHEARSED: usize = 64;
+/// How long that may take without a word.
+const SILENT: Duration = Duration::from_secs(3);
 
 /// Options whose values are all alike to make ready.
 const ALIKE: [&str; 6] = ["exposure", "half", "noise", "seed", "spp", "time"];
@@ -59,6 +63,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     // Now, because it is not read again: what is there later may be another file.
     description.files.digest()?;
     let names = orders.names(&arguments.picture.scene, lens(arguments, &description))?;
+    let _folders = Folders::of(&names)?;
     let said = HashSet::new();
     let mut sweep = Sweep { arguments, words, orders, memory, description, names, said };
     let size = sweep.rehearse()?;
@@ -125,15 +130,30 @@ impl Sweep<'_> {
                     alike.all(|(axis, value)| axis.values[0] == value)
                 })
                 .collect(),
-            false => (0..counts.iter().copied().max().unwrap_or(1))
-                .map(|i| {
-                    let places: Vec<usize> = counts.iter().map(|count| i % count).collect();
-                    self.orders.number(&places)
-                })
-                .collect(),
+            false => {
+                // Every value, or of many the ends and those between in even steps.
+                let most = counts.iter().copied().max().unwrap_or(1).min(REHEARSED);
+                let place = |i: usize, count: usize| match count > most {
+                    true => i * (count - 1) / (most - 1),
+                    false => i % count,
+                };
+                (0..most)
+                    .map(|i| {
+                        let places: Vec<usize> =
+                            counts.iter().map(|&count| place(i, count)).collect();
+                        self.orders.number(&places)
+                    })
+                    .collect()
+            }
         };
+        let (begun, mut silent) = (Instant::now(), true);
         let mut size = [1; 2];
         for &number in numbers.iter().rev() {
+            if silent && begun.elapsed() > SILENT {
+                silent = false;
+                let (some, all) = (numbers.len(), self.names.len());
+                say!("petzval: trying {some} of {all} pictures before the first is taken");
+            }
             let (words, arguments) = self.order(number)?;
             let made = self.shot(&arguments, words);
             let called = self.called(number);
@@ -188,11 +208,7 @@ impl Sweep<'_> {
         };
         let mut proofs =
             Proofs::new(title, &self.orders, [sheet, table], size, exposure, &self.words);
-        let known = table::read(&proofs.table)
-            .map_err(|error| format!("cannot read {}: {error}", proofs.table.display()))?;
-        let mine: BTreeMap<usize, Row> = (0..self.names.len())
-            .filter_map(|number| Some((number, known.get(&self.names[number])?.clone())))
-            .collect();
+        let mine = proofs.read(&self.names)?;
         let table = proofs.table.display().to_string();
         match (self.arguments.resume, mine.is_empty()) {
             (true, true) => say!("petzval: {table} knows none of these pictures; all are taken"),

@@ -1,6 +1,6 @@
 //! What shows all pictures of a sweep: the contact sheet and the table.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use petzval::memory::budget;
 use super::super::Failure;
 use super::super::inputs::line;
 use super::orders::Orders;
-use super::table::{self, Row};
+use super::table::{self, Entry, Row};
 
 /// How many times as long as writing takes nothing is written.
 const PATIENCE: u32 = 50;
@@ -24,8 +24,11 @@ pub(super) struct Proofs {
     exposure: Exposure,
     notes: Notes,
     options: Vec<String>,
-    /// Of pictures that are finished, by number: name, values and what is known.
-    rows: BTreeMap<usize, (PathBuf, Vec<String>, Row)>,
+    /// Of pictures that are finished, by number.
+    rows: BTreeMap<usize, Entry>,
+    /// What the table says of pictures until they are taken again, by number; and of others.
+    before: BTreeMap<usize, Entry>,
+    others: Vec<Entry>,
     /// When it was written last, and how long that took.
     written: Instant,
     took: Duration,
@@ -48,8 +51,38 @@ impl Proofs {
             ("commandLine", Note::Text(line(words))),
         ];
         let contact = Contact::new(title, orders.shown(), size);
-        let (rows, written, took) = (BTreeMap::new(), Instant::now(), Duration::ZERO);
-        Self { sheet, table, contact, exposure, notes, options, rows, written, took }
+        Self {
+            sheet,
+            table,
+            contact,
+            exposure,
+            notes,
+            options,
+            rows: BTreeMap::new(),
+            before: BTreeMap::new(),
+            others: Vec::new(),
+            written: Instant::now(),
+            took: Duration::ZERO,
+        }
+    }
+
+    /// Reads the table that is there. Answers which of these pictures it knows, with what it says.
+    pub fn read(&mut self, names: &[PathBuf]) -> Result<Vec<(usize, Row)>, Failure> {
+        let entries = table::read(&self.table, &self.options)?;
+        let numbers: HashMap<String, usize> =
+            names.iter().enumerate().map(|(number, name)| (self.named(name), number)).collect();
+        for entry in entries {
+            match numbers.get(&entry.0) {
+                Some(&number) => drop(self.before.insert(number, entry)),
+                None => self.others.push(entry),
+            }
+        }
+        Ok(self.before.iter().map(|(&number, (_, _, row))| (number, row.clone())).collect())
+    }
+
+    /// A picture's name as the table has it.
+    fn named(&self, picture: &Path) -> String {
+        table::name(self.table.parent().unwrap_or(Path::new("")), picture)
     }
 
     /// What is known of a picture.
@@ -72,12 +105,14 @@ impl Proofs {
             }
         }
         let values = values.iter().map(|&value| value.to_owned()).collect();
-        self.rows.insert(number, (name.to_owned(), values, row));
+        self.before.remove(&number);
+        self.rows.insert(number, (self.named(name), values, row));
     }
 
     /// Takes out a picture that is to be taken again.
     pub fn drop(&mut self, number: usize) {
-        self.rows.remove(&number);
+        let entry = self.rows.remove(&number);
+        self.before.extend(entry.map(|entry| (number, entry)));
         self.contact.remove(number);
     }
 
@@ -93,8 +128,10 @@ impl Proofs {
     /// Writes the contact sheet and the table.
     pub fn write(&mut self) -> Result<(), Failure> {
         let begun = Instant::now();
-        let rows = self.rows.values().map(|(name, values, row)| (name.as_path(), values, row));
-        let written = table::write(&self.table, &self.options, rows);
+        let mine: BTreeMap<_, _> = self.before.iter().chain(&self.rows).collect();
+        let entries = mine.into_values().chain(&self.others);
+        let entries = entries.map(|(name, values, row)| (name, values, row));
+        let written = table::write(&self.table, &self.options, entries);
         written.map_err(|error| format!("cannot write {}: {error}", self.table.display()))?;
         let sheet = self.contact.draw(self.exposure)?;
         let frame = sheet.size.map(|n| n as u32);
