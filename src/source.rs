@@ -2,8 +2,7 @@
 
 mod files;
 
-pub(crate) use files::digest;
-pub use files::{Files, reading};
+pub use files::{Files, digest, reading};
 
 use std::fmt;
 use std::fs;

@@ -199,6 +199,7 @@ fn a_picture_holds_numbers_whatever_the_scene_holds() {
         let encoding = Encoding { half: true, ..Encoding::default() };
         film.write(&file, window, encoding, &Notes::new()).expect("a file");
         let read = Picture::read(&file, true).expect("a picture of numbers");
+        assert!(read.pixels.as_flattened().iter().all(|v| v.is_finite()));
         assert!(read.pixels.as_flattened().iter().any(|&v| v < -6e4));
         for layer in layers(&job, &exposed.film, exposed.features.as_ref()) {
             for (channel, values) in &layer.channels {

@@ -3,6 +3,8 @@
 
 mod support;
 
+use petzval::image::{Encoding, Notes, Picture, Window};
+use petzval::memory::budget;
 use support::kept::Studio;
 
 /// Bytes of a size as it is said: "23 MB", "1.54 GB".
@@ -123,7 +125,6 @@ fn a_merge_takes_no_more_for_more_parts() {
 #[test]
 fn a_sweep_takes_the_memory_of_one_picture_and_its_sheet() {
     let studio = Studio::new();
-    // What it reads back is 115 MB in all.
     let sweep = "render scene.pbrt --spp 1 --effects none --resolution 1600x1000 --threads 2 \
                  --sweep seed=1..6:6 -o {seed}.exr --memory";
     let said = studio.done(&format!("{sweep} 110MB"));
@@ -134,4 +135,21 @@ fn a_sweep_takes_the_memory_of_one_picture_and_its_sheet() {
     let (code, said) = studio.run(&format!("{sweep} 40MB --resume"));
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("seed 1: this takes") && said.contains("contact sheet"), "{said}");
+}
+
+#[test]
+fn pictures_that_are_looked_at_and_dropped_take_no_memory_for_good() {
+    let studio = Studio::new();
+    let (path, size) = (studio.path("a.exr"), [400, 400]);
+    let picture = Picture { size, pixels: vec![[0.5; 3]; size[0] * size[1]] };
+    let window = Window { origin: [0, 0], frame: size.map(|n| n as u32) };
+    picture.write(&path, window, Encoding::default(), &Notes::new()).expect("a file");
+    let read = || Picture::read(&path, true).map(|picture| picture.size);
+    // Of this process only: all others here are of their own.
+    budget::allow(3_000_000);
+    for _ in 0..20 {
+        assert_eq!(budget::lent(read).expect("there is memory"), size);
+    }
+    let kept = (0..20).filter(|_| read().is_ok()).count();
+    assert!((1..20).contains(&kept), "{kept} pictures in 3 MB");
 }

@@ -77,7 +77,10 @@ impl Files {
 }
 
 /// A digest of a file's content (BLAKE3).
-pub(crate) fn digest(path: &Path) -> io::Result<String> {
+///
+/// # Errors
+/// Where it cannot be read.
+pub fn digest(path: &Path) -> io::Result<String> {
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(path)?)?;
     Ok(hasher.finalize().to_hex().to_string())

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
 use petzval::image::replace;
+use petzval::source::digest;
 
 use super::super::Failure;
 use super::super::render::Taken;
@@ -41,12 +42,6 @@ impl Row {
     pub fn is_made_of(&self, inputs: &str) -> bool {
         self.digests[1] == inputs
     }
-}
-
-fn digest(picture: &Path) -> io::Result<String> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(fs::File::open(picture)?)?;
-    Ok(hasher.finalize().to_hex().to_string())
 }
 
 /// A picture's name as a table in this folder has it: the way from there.
