@@ -192,9 +192,9 @@ pub struct RayBatch {
     /// For bounces: the density, by solid angle, with which the direction was chosen; infinite
     /// where nothing else could have chosen it.
     pub density: Column<f32>,
-    /// For bounces: the square of the refractive index that the path is in, relative to where it
-    /// began, for Russian roulette.
-    pub eta2: Column<f32>,
+    /// For bounces: scales the throughput for Russian roulette. It divides by the throughput of the
+    /// camera ray, and takes back what refraction does to radiance.
+    pub roulette_scale: Column<f32>,
 }
 
 impl RayBatch {

@@ -61,7 +61,7 @@ impl Tails {
             tail.samples.len = to + 1;
             tail.rays.push(rays.ray(i), rays.carried(i), to as u32);
             tail.rays.density[to] = rays.density[i];
-            tail.rays.eta2[to] = rays.eta2[i];
+            tail.rays.roulette_scale[to] = rays.roulette_scale[i];
             // It arrives by another wave.
             samples.pixel[from] = NONE;
         }

@@ -20,6 +20,12 @@ fn heuristic(mine: f32, other: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
+/// The largest channel of a throughput.
+#[inline(always)]
+fn largest(throughput: [f32; 3]) -> f32 {
+    throughput.iter().fold(0.0, |a, &b| a.max(b))
+}
+
 impl Vertices {
     /// Sorts the hits of a wave by kind, and adds what they shine by themselves to `radiance`.
     pub(super) fn gather(
@@ -67,12 +73,16 @@ impl Vertices {
                 continue;
             }
             let (kind, material) = self.kinds[i];
-            let eta2 = if vertex.depth == 0 { 1.0 } else { rays.eta2[i] };
+            let scale = match vertex.depth {
+                0 => 1.0 / largest(rays.carried(i)).max(f32::MIN_POSITIVE),
+                _ => rays.roulette_scale[i],
+            };
             if kind == Kind::Interface {
                 let origin = point.leave(direction).to_array();
                 let ray = Ray { origin, direction: ray.direction, t_max: f32::INFINITY };
                 next.push(ray, rays.carried(i), rays.slot[i]);
-                (next.density[next.len - 1], next.eta2[next.len - 1]) = (f32::INFINITY, eta2);
+                let last = next.len - 1;
+                (next.density[last], next.roulette_scale[last]) = (f32::INFINITY, scale);
                 continue;
             }
             let place = &mut places[kind as usize];
@@ -99,7 +109,7 @@ impl Vertices {
             self.ray[at] = i as u32;
             self.slot[at] = rays.slot[i];
             self.points[at] = point;
-            self.eta2[at] = eta2;
+            self.roulette_scale[at] = scale;
             set(&mut self.normal, at, normal.to_array());
             set(&mut self.tangent, at, tangent.to_array());
             set(&mut self.wo, at, (-direction).to_array());
@@ -168,12 +178,15 @@ impl Vertices {
         }
     }
 
-    /// The chance that Russian roulette leaves a path, where it is less than 1: what the path has
-    /// left, apart from what refraction took.
+    /// The chance that a path survives Russian roulette, where it is less than 1.
+    ///
+    /// It is the share of the camera ray's throughput that is left, apart from what refraction takes
+    /// from radiance. The camera ray's own throughput holds the exposure: it says nothing about the
+    /// path, and the noise of a picture must not depend on the f-number or the ISO.
     #[inline(always)]
     pub(super) fn chance(&self, vertex: &Vertex, at: usize) -> Option<f32> {
-        let eta2 = self.eta2[at] * self.next_eta2[at];
-        let left = vector(&self.next_throughput, at).iter().fold(0.0f32, |a, &b| a.max(b)) * eta2;
+        let scale = self.roulette_scale[at] * self.next_eta2[at];
+        let left = largest(vector(&self.next_throughput, at)) * scale;
         (vertex.depth >= 1 && left < 1.0).then_some(left)
     }
 
@@ -191,7 +204,6 @@ impl Vertices {
             if throughput.iter().all(|&t| t <= 0.0) {
                 continue;
             }
-            let eta2 = self.eta2[at] * self.next_eta2[at];
             if let Some(chance) = self.chance(vertex, at) {
                 if self.roulette[at] >= chance {
                     continue;
@@ -201,7 +213,9 @@ impl Vertices {
             let direction = vector(&self.next, at);
             let origin = point.leave(direction.into()).to_array();
             next.push(Ray { origin, direction, t_max: f32::INFINITY }, throughput, slot);
-            (next.density[next.len - 1], next.eta2[next.len - 1]) = (self.next_density[at], eta2);
+            let last = next.len - 1;
+            next.density[last] = self.next_density[at];
+            next.roulette_scale[last] = self.roulette_scale[at] * self.next_eta2[at];
         }
     }
 }

@@ -35,7 +35,7 @@ pub(super) struct Vertices {
     pub(super) wo: Vectors,
     /// What the path has left.
     pub(super) throughput: Vectors,
-    pub(super) eta2: Sorted<f32>,
+    pub(super) roulette_scale: Sorted<f32>,
     pub(super) slot: Vec<u32>,
     /// What the kind needs.
     pub(super) numbers: [Sorted<f32>; NUMBERS],
