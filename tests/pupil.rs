@@ -5,8 +5,8 @@ mod support;
 use glam::DAffine3;
 use petzval::lanes::f32x8;
 use petzval::lens::{
-    Aim, Camera, From, Iris, LensColumns, LensRay, Mask, Model, Prescription, PupilBound, RealLens,
-    read, sequence, trace_one,
+    Aim, Camera, From, Iris, LensColumns, LensRay, Mask, Model, Prescription, PupilBound,
+    REAR_SHARE, RealLens, read, sequence, trace_one,
 };
 use petzval::rays::{RayBatch, SampleBatch, WAVE};
 use petzval::sampler::{Dimension, pairs, pixel_key};
@@ -313,5 +313,57 @@ fn hardly_any_light_lies_outside_the_fans() {
             // What is outside is left to the share of the rear element, and makes a noise of its own.
             assert!(f64::from(outside) < 1e-4 * f64::from(lit), "{name}: {outside} of {lit}");
         }
+    }
+}
+
+/// Weights of the rays that leave the lens from points all over the film: those of `waves` of
+/// samples, or only those of the samples that go to the whole rear element.
+fn weights(camera: &Camera, waves: u32, rear_only: bool) -> Vec<f64> {
+    let mut samples = SampleBatch { len: WAVE, ..SampleBatch::default() };
+    let mut rays = RayBatch::default();
+    let mut columns = LensColumns::default();
+    let mut stats = LensStats { blocked: vec![0; 32], ..LensStats::default() };
+    let mut random = Random::new(5);
+    // The first number of a pupil point chooses: the least go to the rear element.
+    let share = if rear_only { f64::from(REAR_SHARE) } else { 1.0 };
+    let mut weights = Vec::new();
+    for _ in 0..waves {
+        for i in 0..WAVE {
+            for axis in 0..2 {
+                samples.film[axis][i] = (camera.film[axis] * (random.next() - 0.5)) as f32;
+            }
+            samples.pupil[0][i] = (share * random.next()) as f32;
+            samples.pupil[1][i] = random.next() as f32;
+        }
+        camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+        weights.extend(rays.carried[0][..rays.len].iter().map(|&weight| f64::from(weight)));
+    }
+    weights
+}
+
+#[test]
+fn no_weight_stands_out() {
+    // Samples that aim at the fan weigh what its area says. The samples of the whole rear element
+    // weigh hundreds of times as much where the fan misses light: a firefly. These are as many of
+    // them as 2.6e8 samples hold.
+    const REAR_WAVES: u32 = 1000;
+    let cases: Vec<_> = LENSES
+        .into_iter()
+        .flat_map(|lens| [1.0, 2.0, 4.0, 8.0, 16.0].map(|divisor| (lens, divisor)))
+        .collect();
+    let worst = support::in_parallel(&cases, |&((name, film), divisor)| {
+        let mut lens = lens(name);
+        lens.stop_down(lens.rows[lens.stop()].diameter / divisor);
+        let camera = camera(lens, film, Aim::Pupil);
+        let all = weights(&camera, 100, false);
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let rear = weights(&camera, REAR_WAVES, true);
+        all.iter().chain(&rear).fold(0.0, |most: f64, &weight| most.max(weight)) / mean
+    });
+    for (((name, _), divisor), worst) in cases.iter().zip(&worst) {
+        println!("{name} stop / {divisor}: at most {worst:.2} times the mean");
+    }
+    for (((name, _), divisor), worst) in cases.into_iter().zip(worst) {
+        assert!(worst < 4.0, "{name} stop / {divisor}: a weight {worst} times the mean");
     }
 }

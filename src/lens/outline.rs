@@ -1,5 +1,7 @@
 //! Finding the light: the outline of the pupil through which a film point sees the scene.
 
+use glam::DVec2;
+
 use super::prescription::Prescription;
 use super::surface::{From, Surface, sequence};
 use super::trace::trace;
@@ -197,6 +199,7 @@ impl Finder {
             let lower: Vec<_> = lower.collect();
             outline.extend(lower);
         }
+        let outline = with_corners(&outline);
         Light { frame: Frame::around(&outline).moved(middle), centre: middle, outline }
     }
 
@@ -232,4 +235,26 @@ impl Finder {
         }
         lit
     }
+}
+
+/// A closed outline with a corner between each two of its points: where the sides before and after
+/// them meet. The light bulges out between points, and where the rims of two surfaces cross it has
+/// a corner that no direction hits.
+fn with_corners(outline: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let count = outline.len();
+    let at = |i: usize| DVec2::from(outline[i % count]);
+    let mut all = Vec::with_capacity(2 * count);
+    for i in 0..count {
+        let (before, from, to, after) = (at(i + count - 1), at(i), at(i + 1), at(i + 2));
+        let (one, other, side) = (from - before, to - after, to - from);
+        let determinant = one.perp_dot(other);
+        let [s, t] = [side.perp_dot(other), side.perp_dot(one)].map(|area| area / determinant);
+        all.push(outline[i]);
+        // A turn of more than 120 degrees is no corner but a gap, or the point of a star.
+        let near = |reach: f64| reach > 0.0 && reach <= side.length();
+        if near(s * one.length()) && near(t * other.length()) {
+            all.push((from + one * s).to_array());
+        }
+    }
+    all
 }

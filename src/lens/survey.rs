@@ -15,10 +15,13 @@ use super::target::Steps;
 /// out.
 const REAR_MARGIN: f32 = 1.002;
 /// By how much fans are widened beyond the light that was found.
-const FAN_MARGIN: f64 = 1.001;
+const FAN_MARGIN: f64 = 1.002;
 /// The most that a fan is widened for the light between it and the next; what is still beyond
 /// it, at the very rim of the image circle, is left to the share of the rear element.
 const MOST_WIDENED: f64 = 1.5;
+
+/// Into how many parts the light is looked at from one ring of a round lens to the next.
+const PARTS: usize = 4;
 
 /// Measures a lens.
 pub(super) struct Survey<'a> {
@@ -46,23 +49,25 @@ impl Survey<'_> {
         let mut follow = Follow::new(self, &mut finder);
         let end = follow.end(radius);
         let mut fans = Vec::with_capacity(RINGS + 3);
-        let mut between = Vec::with_capacity(RINGS);
+        let mut between = Vec::with_capacity(RINGS * (PARTS - 1));
         let mut last = None;
-        for i in 0..=2 * RINGS {
+        for i in 0..=PARTS * RINGS {
             // The inverse of `place`.
-            let rest = 1.0 - i as f64 / (2 * RINGS) as f64;
+            let rest = 1.0 - i as f64 / (PARTS * RINGS) as f64;
             let r = end * (1.0 - rest * rest);
             let light = follow.at(r, last);
             if let Some(light) = &light {
                 last = Some((r, light.frame));
             }
-            match i % 2 {
-                0 => fans.push(fan(light.as_ref())),
-                _ => between.push(light),
+            let (ring, part) = (i / PARTS, i % PARTS);
+            if part == 0 {
+                fans.push(fan(light.as_ref()));
+            } else if let Some(light) = light {
+                let share = part as f32 / PARTS as f32;
+                between.push(Between { around: [(ring, 1.0 - share), (ring + 1, share)], light });
             }
         }
-        let pairs: Vec<_> = (0..RINGS).map(|i| ([i, i + 1], between[i].as_ref())).collect();
-        widen(&mut fans, &pairs);
+        widen(&mut fans, &between);
         fans.push(Fan::EMPTY);
         fans.push(Fan::EMPTY);
         let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.open()));
@@ -115,9 +120,7 @@ impl Survey<'_> {
                 fans[k] = fan(Some(light));
             }
         }
-        let pairs: Vec<_> =
-            cells.iter().map(|(corners, light)| (*corners, light.as_ref())).collect();
-        widen(&mut fans, &pairs);
+        widen(&mut fans, &amid(cells));
         Field::Grid { fans }
     }
 
@@ -185,8 +188,7 @@ impl Survey<'_> {
                 between.push((corners, follow.at_point(at, Some(known))));
             }
         }
-        let pairs: Vec<_> = between.iter().map(|(at, light)| (*at, light.as_ref())).collect();
-        widen(&mut fans, &pairs);
+        widen(&mut fans, &amid(between));
         // The last point of the film, where it is lit, is not beyond the light.
         let ends = ends.map(|end| end * (1.0 + 1e-6));
         Some(Field::Polar(Polar::new(pole.to_array(), &ends, fans)))
@@ -240,17 +242,31 @@ fn fan(light: Option<&Light>) -> Fan {
     light.map_or(Fan::EMPTY, |light| Fan::around(light.centre, &light.outline))
 }
 
-/// Widens fans until their mixture holds the light half-way between them.
-fn widen<const N: usize>(fans: &mut [Fan], between: &[([usize; N], Option<&Light>)]) {
+/// Light that was found between fans.
+struct Between<const N: usize> {
+    /// The fans around it, and the share of each in the mixture there.
+    around: [(usize, f32); N],
+    light: Light,
+}
+
+/// Light in the middle of four fans, where there is any.
+fn amid(cells: Vec<([usize; 4], Option<Light>)>) -> Vec<Between<4>> {
+    let one = |(corners, light): ([usize; 4], Option<Light>)| {
+        Some(Between { around: corners.map(|k| (k, 0.25)), light: light? })
+    };
+    cells.into_iter().filter_map(one).collect()
+}
+
+/// Widens fans until their mixtures hold the light between them.
+fn widen<const N: usize>(fans: &mut [Fan], between: &[Between<N>]) {
     let mut by = vec![FAN_MARGIN; fans.len()];
-    for (corners, light) in between {
-        let Some(light) = light else { continue };
-        let mixed = Fan::mix(&corners.map(|k| (&fans[k], 1.0 / N as f32)));
+    for Between { around, light } in between {
+        let mixed = Fan::mix(&around.map(|(k, share)| (&fans[k], share)));
         let reach = light.outline.iter().fold(0.0f64, |reach, point| {
             reach.max(mixed.reach([0, 1].map(|axis| light.centre[axis] + point[axis])))
         });
-        for &k in corners {
-            by[k] = by[k].max((reach * FAN_MARGIN).min(MOST_WIDENED));
+        for (k, _) in around {
+            by[*k] = by[*k].max((reach * FAN_MARGIN).min(MOST_WIDENED));
         }
     }
     for (fan, by) in fans.iter_mut().zip(by) {
