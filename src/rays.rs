@@ -195,6 +195,24 @@ pub struct RayBatch {
     /// For bounces: scales the throughput for Russian roulette. It divides by the throughput of the
     /// camera ray, and takes back what refraction does to radiance.
     pub roulette_scale: Column<f32>,
+    /// For bounces: the rays beside it, in scenes that look textures up over an area.
+    pub differential: Column<RayDifferential>,
+}
+
+/// How the rays of the two samples beside a sample differ from its own (Igehy 1999, "Tracing ray
+/// differentials"), world space; all zero where that is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RayDifferential {
+    /// Their origins less its own: for a step to the side in the picture, and for one up.
+    pub origin: [[f32; 3]; 2],
+    /// Their directions less its own.
+    pub direction: [[f32; 3]; 2],
+}
+
+impl RayDifferential {
+    /// No differential is known.
+    pub const UNKNOWN: Self = Self { origin: [[0.0; 3]; 2], direction: [[0.0; 3]; 2] };
 }
 
 impl RayBatch {

@@ -62,6 +62,7 @@ impl Tails {
             tail.rays.push(rays.ray(i), rays.carried(i), to as u32);
             tail.rays.density[to] = rays.density[i];
             tail.rays.roulette_scale[to] = rays.roulette_scale[i];
+            tail.rays.differential[to] = rays.differential[i];
             // It arrives by another wave.
             samples.pixel[from] = NONE;
         }

@@ -128,9 +128,54 @@ impl Material {
         Self { scatters, bump: None, normal_map: None }
     }
 
+    /// Whether it looks textures up over the footprint of a pixel.
+    pub fn is_textured(&self) -> bool {
+        self.bump.is_some()
+            || self.scatters.textures().into_iter().any(|texture| texture.is_filtered())
+    }
+
     /// A Lambertian surface of one colour.
     pub fn diffuse(reflectance: [f32; 3]) -> Self {
         Self::new(Scatters::Diffuse { reflectance: Texture::Constant(reflectance) })
+    }
+}
+
+impl Scatters {
+    /// All textures that are looked up for it.
+    fn textures(&self) -> Vec<&Texture> {
+        match self {
+            Self::Interface | Self::ThinDielectric { .. } => Vec::new(),
+            Self::Diffuse { reflectance } => vec![reflectance],
+            Self::DiffuseTransmission { reflectance, transmittance, .. } => {
+                vec![reflectance, transmittance]
+            }
+            Self::Conductor { metal, roughness } => {
+                metal.textures().into_iter().chain(&roughness.uv).collect()
+            }
+            Self::Dielectric { roughness, .. } => roughness.uv.iter().collect(),
+            Self::CoatedDiffuse { reflectance, coat } => {
+                coat.textures().chain([reflectance]).collect()
+            }
+            Self::CoatedConductor { metal, roughness, coat } => {
+                coat.textures().chain(metal.textures()).chain(&roughness.uv).collect()
+            }
+            Self::Mix { amount, .. } => vec![amount],
+        }
+    }
+}
+
+impl Metal {
+    fn textures(&self) -> Vec<&Texture> {
+        match self {
+            Self::Index { eta, k, .. } => vec![eta, k],
+            Self::Reflectance(reflectance) => vec![reflectance],
+        }
+    }
+}
+
+impl Coat {
+    fn textures(&self) -> impl Iterator<Item = &Texture> {
+        [&self.thickness, &self.albedo, &self.g].into_iter().chain(&self.roughness.uv)
     }
 }
 

@@ -119,6 +119,7 @@ pub struct Scene {
     standing: Arc<[u32]>,
     world: Arc<Tree>,
     movers: Movers,
+    textured: bool,
     /// What was made of it last when everything stopped; clones ask for the same again.
     still: Arc<Mutex<Option<Still>>>,
 }
@@ -146,10 +147,17 @@ impl Scene {
             Geometry::Mesh(mesh) => mesh.patch(hit),
             Geometry::Quadric(quadric) => quadric.patch(object_point(ray, hit, &there)),
         };
-        match there {
-            None => patch,
-            Some([world_from_object, _]) => patch.transform(&world_from_object),
-        }
+        let Some([world_from_object, _]) = there else { return patch };
+        let inside = match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh.point(hit),
+            Geometry::Quadric(quadric) => quadric.point(object_point(ray, hit, &there)),
+        };
+        patch.transform(&world_from_object, inside.shading)
+    }
+
+    /// Whether a material looks textures up over the footprint of a pixel.
+    pub fn is_textured(&self) -> bool {
+        self.textured
     }
 
     /// The memory that the trees take, in bytes; see [`Tree`]. Vertices and indices are the
@@ -314,6 +322,7 @@ impl SceneBuilder {
         let world = tree(shapes, &standing, parts);
         let movers = Movers::new(self.movers, &objects, [0.0, 1.0]);
         let lights = Lights::new(self.lights, &self.shapes);
+        let textured = self.materials.iter().any(Material::is_textured);
         let Self { shapes, materials, .. } = self;
         Scene {
             shapes: shapes.into(),
@@ -324,6 +333,7 @@ impl SceneBuilder {
             standing: standing.into(),
             world: Arc::new(world),
             movers,
+            textured,
             still: Arc::default(),
         }
     }

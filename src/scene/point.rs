@@ -34,14 +34,17 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// The same patch in the space outside an instance.
-    pub fn transform(&self, matrix: &Affine3A) -> Self {
+    /// The same patch in the space outside an instance; `normal` is the unit shading normal inside.
+    pub fn transform(&self, matrix: &Affine3A, normal: Vec3) -> Self {
         let inverse = matrix.matrix3.inverse().transpose();
-        Self {
-            uv: self.uv,
-            dp: self.dp.map(|d| matrix.matrix3 * d),
-            dn: self.dn.map(|d| inverse * d),
-        }
+        // The normal outside is of unit length again, and so changes across itself only.
+        let outside = inverse * normal;
+        let (length, unit) = (outside.length(), outside.normalize_or_zero());
+        let across = |d: Vec3| {
+            let change = inverse * d / length;
+            change - unit * unit.dot(change)
+        };
+        Self { uv: self.uv, dp: self.dp.map(|d| matrix.matrix3 * d), dn: self.dn.map(across) }
     }
 }
 
@@ -70,5 +73,23 @@ impl SurfacePoint {
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let reach = self.normal.abs().dot(self.error);
         self.position + self.normal * reach.copysign(direction.dot(self.normal))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_normals_of_an_instance_turn_as_those_of_the_shape_that_it_is() {
+        // A ball of radius 1 that is made one of radius 3: normals turn as much for a step in u.
+        let patch = Patch { dp: [Vec3::X, Vec3::Y], dn: [Vec3::X, Vec3::Y], ..Patch::default() };
+        let grown = Affine3A::from_scale(Vec3::splat(3.0));
+        assert_eq!(patch.transform(&grown, Vec3::Z).dn, patch.dn);
+        assert_eq!(patch.transform(&grown, Vec3::Z).dp, [Vec3::X * 3.0, Vec3::Y * 3.0]);
+        // An ellipsoid three times as tall: z = 3 - 1.5 r^2 at its pole.
+        let tall = Affine3A::from_scale(Vec3::new(1.0, 1.0, 3.0));
+        let [du, _] = patch.transform(&tall, Vec3::Z).dn;
+        assert!((du - Vec3::X * 3.0).length() < 1e-6, "{du}");
     }
 }

@@ -4,13 +4,14 @@ use glam::Vec3;
 
 use super::Vertex;
 use super::dice::Dice;
+use super::footprint::Bounce;
 use super::kind::{
     KINDS, Kind, any_tangent, coated_conductor, coated_diffuse, numbers, resolve, turns,
 };
 use super::look::Look;
 use super::vertices::{Vertices, set, vector};
-use crate::rays::{Column, HitBatch, NONE, Ray, RayBatch};
-use crate::scene::Scene;
+use crate::rays::{Column, HitBatch, NONE, Ray, RayBatch, RayDifferential};
+use crate::scene::{Scene, SurfacePoint};
 
 /// The power heuristic's weight of a choice against another; densities may be infinite.
 #[inline(always)]
@@ -24,6 +25,39 @@ fn heuristic(mine: f32, other: f32) -> f32 {
 #[inline(always)]
 fn largest(throughput: [f32; 3]) -> f32 {
     throughput.iter().fold(0.0, |a, &b| a.max(b))
+}
+
+/// The surface at the hit of the i-th ray.
+fn look<'a>(
+    scene: &'a Scene,
+    vertex: &'a Vertex,
+    rays: &RayBatch,
+    hits: &HitBatch,
+    i: usize,
+    point: SurfacePoint,
+) -> Look<'a> {
+    let look = Look::at(scene, &vertex.beam, rays.ray(i), hits[i], point);
+    match vertex.depth > 0 && scene.is_textured() {
+        true => look.seen_by(rays.differential[i]),
+        false => look,
+    }
+}
+
+/// The differential of the ray that the i-th ray becomes at a smooth surface.
+fn differential(
+    scene: &Scene,
+    vertex: &Vertex,
+    rays: &RayBatch,
+    hits: &HitBatch,
+    i: usize,
+    point: SurfacePoint,
+    bounce: &Bounce,
+) -> RayDifferential {
+    let known = vertex.depth == 0 || rays.differential[i] != RayDifferential::UNKNOWN;
+    match known {
+        true => look(scene, vertex, rays, hits, i, point).bounced(bounce),
+        false => RayDifferential::UNKNOWN,
+    }
 }
 
 impl Vertices {
@@ -83,6 +117,11 @@ impl Vertices {
                 next.push(ray, rays.carried(i), rays.slot[i]);
                 let last = next.len - 1;
                 (next.density[last], next.roulette_scale[last]) = (f32::INFINITY, scale);
+                if scene.is_textured() {
+                    let straight = Bounce { normal: point.normal, next: direction, eta2: 1.0 };
+                    next.differential[last] =
+                        differential(scene, vertex, rays, hits, i, point, &straight);
+                }
                 continue;
             }
             let place = &mut places[kind as usize];
@@ -90,7 +129,7 @@ impl Vertices {
             *place += 1;
             let material = &scene.materials[material as usize];
             let bends = material.bump.is_some() || material.normal_map.is_some();
-            let look = Look::at(scene, &vertex.beam, ray, hits[i], point);
+            let look = look(scene, vertex, rays, hits, i, point);
             let (normal, tangent) = match bends || turns(material) {
                 true => look.bent(material),
                 false => (point.shading, any_tangent(point.shading)),
@@ -129,8 +168,7 @@ impl Vertices {
             }
             let material = scene.shapes[hit.shape as usize].material;
             let (material, kind) = resolve(scene, material, || {
-                let ray = rays.ray(i);
-                Look::at(scene, &vertex.beam, ray, hit, scene.surface(&ray, &hit).1)
+                look(scene, vertex, rays, hits, i, scene.surface(&rays.ray(i), &hit).1)
             });
             self.kinds.push((kind, material));
             counts[kind as usize] += 1;
@@ -191,7 +229,15 @@ impl Vertices {
     }
 
     /// Sends out the shadow rays and the next rays of paths.
-    pub(super) fn leave(&mut self, vertex: &Vertex, shadows: &mut RayBatch, next: &mut RayBatch) {
+    pub(super) fn leave(
+        &mut self,
+        scene: &Scene,
+        vertex: &Vertex,
+        rays: &RayBatch,
+        hits: &HitBatch,
+        shadows: &mut RayBatch,
+        next: &mut RayBatch,
+    ) {
         for at in self.places() {
             let (point, slot) = (&self.points[at], self.slot[at]);
             let brings = vector(&self.brings, at);
@@ -216,6 +262,18 @@ impl Vertices {
             let last = next.len - 1;
             next.density[last] = self.next_density[at];
             next.roulette_scale[last] = self.roulette_scale[at] * self.next_eta2[at];
+            if scene.is_textured() {
+                next.differential[last] = match self.next_density[at].is_infinite() {
+                    true => {
+                        let normal = vector(&self.normal, at).into();
+                        let eta2 = self.next_eta2[at];
+                        let bounce = Bounce { normal, next: direction.into(), eta2 };
+                        let i = self.ray[at] as usize;
+                        differential(scene, vertex, rays, hits, i, self.points[at], &bounce)
+                    }
+                    false => RayDifferential::UNKNOWN,
+                };
+            }
         }
     }
 }

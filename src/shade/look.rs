@@ -4,8 +4,8 @@ use std::cell::OnceCell;
 
 use glam::Vec3;
 
-use super::footprint::Beam;
-use crate::rays::{Hit, Ray};
+use super::footprint::{Beam, Bounce, Side};
+use crate::rays::{Hit, Ray, RayDifferential};
 use crate::sampler::hash;
 use crate::scene::{Geometry, Material, Patch, Scene, SurfacePoint, Texture, TexturePoint};
 
@@ -16,6 +16,8 @@ pub(super) struct Look<'a> {
     pub(super) hit: Hit,
     pub(super) point: SurfacePoint,
     beam: &'a Beam,
+    /// Unknown for what the camera sees itself, and after paths were scattered.
+    differential: RayDifferential,
     patch: OnceCell<Patch>,
 }
 
@@ -31,7 +33,13 @@ impl<'a> Look<'a> {
         hit: Hit,
         point: SurfacePoint,
     ) -> Self {
-        Self { scene, ray, hit, point, beam, patch: OnceCell::new() }
+        let differential = RayDifferential::UNKNOWN;
+        Self { scene, ray, hit, point, beam, differential, patch: OnceCell::new() }
+    }
+
+    /// The same, seen by a ray of this differential.
+    pub(super) fn seen_by(self, differential: RayDifferential) -> Self {
+        Self { differential, ..self }
     }
 
     pub(super) fn patch(&self) -> &Patch {
@@ -49,7 +57,27 @@ impl<'a> Look<'a> {
 
     /// How texture coordinates change from sample to sample of the pixel.
     fn steps(&self) -> [[f32; 2]; 2] {
-        self.beam.on(&self.point, self.patch())
+        self.sides().map(|side| side.slopes(&self.point, self.patch()))
+    }
+
+    /// The rays of the samples beside this one.
+    fn sides(&self) -> [Side; 2] {
+        Side::of(&self.ray, self.hit.t, &self.differential)
+            .unwrap_or_else(|| self.beam.sides(self.point.position))
+    }
+
+    /// The differential of the ray that leaves a smooth surface here.
+    pub(super) fn bounced(&self, bounce: &Bounce) -> RayDifferential {
+        let mut next = RayDifferential::UNKNOWN;
+        for (axis, side) in self.sides().into_iter().enumerate() {
+            let along = self.ray.direction.into();
+            let [origin, direction] = side.bounced(along, &self.point, self.patch(), bounce);
+            if !(origin.is_finite() && direction.is_finite()) {
+                return RayDifferential::UNKNOWN;
+            }
+            (next.origin[axis], next.direction[axis]) = (origin.into(), direction.into());
+        }
+        next
     }
 
     /// The colour of a texture here.

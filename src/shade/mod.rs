@@ -96,6 +96,6 @@ pub fn shade<R: Real<Scalar = f32>>(
     dice.throw(&vertex, rays, samples);
     vertices.light(scene, dice);
     vertices.scatter::<R>(vertex.alone(scene));
-    vertices.leave(&vertex, shadows, next);
+    vertices.leave(scene, &vertex, rays, hits, shadows, next);
     vertices.lanes()
 }

@@ -120,6 +120,21 @@ impl Texture {
         }
     }
 
+    /// Whether it is averaged over a footprint.
+    pub fn is_filtered(&self) -> bool {
+        match self {
+            Self::Constant(_) | Self::Bilerp { .. } => false,
+            Self::Image(_) | Self::Checkerboard { .. } => true,
+            Self::Number(texture) => texture.is_filtered(),
+            Self::Scale(one, other) | Self::DirectionMix { textures: [one, other], .. } => {
+                one.is_filtered() || other.is_filtered()
+            }
+            Self::Mix { amount, textures: [one, other] } => {
+                amount.is_filtered() || one.is_filtered() || other.is_filtered()
+            }
+        }
+    }
+
     /// The number at a point. Of an image, it is the alpha if there is one and the mean of the
     /// channels otherwise, as pbrt-v4 has it.
     pub fn number(&self, at: &TexturePoint) -> f32 {
