@@ -4,6 +4,7 @@ mod support;
 
 use std::f64::consts::PI;
 
+use petzval::image::{Encoding, Picture, Window};
 use petzval::job::{Changes, FocusOn, prepare};
 use petzval::lens::{Focus, FocusError, From, LensRay, Model, Paraxial, Prescription};
 use petzval::lens::{sequence, trace_one};
@@ -147,4 +148,42 @@ fn auto_focus_finds_what_a_pixel_sees() {
     assert!((sky - at(f64::INFINITY)).abs() < 1e-9, "{sky} mm");
     let beyond = film(FocusOn::Pixel(Some([60, 0]))).unwrap_err();
     assert!(beyond.contains("60 x 40 pixels"), "{beyond}");
+}
+
+/// The mean of the middle of a film under a uniform sky, through a small stop of this shape.
+fn through(folder: &tempfile::TempDir, aperture: &str) -> f64 {
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 8 "integer yresolution" 8 "float diagonal" 2
+           Sampler "sobol" "integer pixelsamples" 512
+           Camera "realistic" "string lensfile" "{}/lenses/dgauss.50mm.dat"
+               "float aperturediameter" 3 "float focusdistance" 5 "string aperture" "{aperture}"
+           WorldBegin LightSource "infinite" "rgb L" [1 1 1]"#,
+        root().display()
+    );
+    let description = pbrt::read(&write(folder, "sky.pbrt", text)).expect("a scene");
+    let job = prepare(description, &Changes::default()).expect("a job").0;
+    mean(&picture(&job, Backend::Simd, 2))[1]
+}
+
+/// A picture of 16 x 16 pixels of these values.
+fn painted(folder: &tempfile::TempDir, name: &str, value: impl Fn(usize, usize) -> f32) {
+    let pixels = (0..256).map(|i| [value(i % 16, i / 16); 3]).collect();
+    let window = Window { origin: [0, 0], frame: [16, 16] };
+    let picture = Picture { size: [16, 16], pixels };
+    let path = folder.path().join(name);
+    picture.write(&path, window, Encoding::default(), &Vec::new()).expect("a picture");
+}
+
+#[test]
+fn the_shapes_of_pbrt_make_a_picture_as_bright_as_the_round_stop() {
+    let folder = folder();
+    painted(&folder, "white.exr", |_, _| 1.0);
+    painted(&folder, "ring.exr", |x, y| if x.abs_diff(y) > 5 { 7.0 } else { 0.25 });
+    let round = through(&folder, "circular");
+    for aperture in ["gaussian", "square", "pentagon", "star", "white.exr", "ring.exr"] {
+        let found = through(&folder, aperture) / round;
+        println!("{aperture}: {found:.4}");
+        // The cosine towards the rim of the pupil tells the shapes apart: a fiftieth of a percent.
+        assert!((found - 1.0).abs() < 0.003, "{aperture}: {found} of the round stop's light");
+    }
 }

@@ -72,11 +72,11 @@ impl Setup {
         if name == "circular" {
             return Ok(Iris::Round);
         }
-        if let Some(mask) = Mask::named(name) {
+        if let Some(mask) = Mask::named_by_pbrt(name) {
             return Ok(Iris::Mask(mask));
         }
         let known = MASKS.join(", ");
-        Mask::image(path).map(Iris::Mask).map_err(|error| JobError::Camera {
+        Mask::image_by_pbrt(path).map(Iris::Mask).map_err(|error| JobError::Camera {
             at: self.at.clone(),
             problem: format!(
                 "aperture \"{name}\": {error}; expected circular, {known} or a picture"
