@@ -135,3 +135,4 @@ pub mod source;
 pub mod spectrum;
 pub mod stats;
 mod svg;
+mod thread_time;

@@ -311,6 +311,7 @@ impl Wave {
             tail.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
             self.follow::<R>(job, depth, None, &mut sums, &mut clock);
         }
+        clock.stop(&mut self.stats);
         Some(((sums, features), taken))
     }
 

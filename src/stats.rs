@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::thread_time::thread_time;
+
 /// The stages of a wave, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -92,7 +94,7 @@ pub struct BounceLanes {
 /// What one stage did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageStats {
-    /// Time spent in it, added up over all workers.
+    /// CPU time spent in it, added up over all workers.
     pub time: Duration,
     /// Rays that went into it.
     pub rays: u64,
@@ -182,24 +184,62 @@ impl Stats {
     }
 }
 
-/// Times stages one after another.
+/// Times stages one after another, on one thread.
+///
+/// A system call tells the CPU time of a thread, which is too slow for every lap. So laps go by the
+/// wall clock, and the CPU time of them all is divided among the stages in proportion.
 #[derive(Debug)]
 pub struct Clock {
+    start: Instant,
+    cpu: Duration,
     last: Instant,
+    laps: [Duration; Stage::ALL.len()],
 }
 
 impl Clock {
     /// Starts now.
     pub fn start() -> Self {
-        Self { last: Instant::now() }
+        let now = Instant::now();
+        Self { start: now, cpu: thread_time(), last: now, laps: Default::default() }
     }
 
-    /// Books the time since the last lap for a stage that these rays went into.
+    /// Counts the time since the last lap for a stage, and books the rays that went into it.
     pub fn lap(&mut self, stats: &mut Stats, stage: Stage, rays: usize) {
         let now = Instant::now();
-        let entry = &mut stats.stages[stage as usize];
-        entry.time += now - self.last;
-        entry.rays += rays as u64;
+        self.laps[stage as usize] += now - self.last;
+        stats.stages[stage as usize].rays += rays as u64;
         self.last = now;
+    }
+
+    /// Books the CPU time of all laps.
+    pub fn stop(self, stats: &mut Stats) {
+        let wall = self.start.elapsed().as_secs_f64();
+        let cpu = thread_time().saturating_sub(self.cpu).as_secs_f64();
+        // Both clocks have their rounding.
+        let share = if wall > 0.0 { (cpu / wall).min(1.0) } else { 0.0 };
+        for (stage, lap) in stats.stages.iter_mut().zip(self.laps) {
+            stage.time += lap.mul_f64(share);
+        }
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_in_which_another_program_has_the_cpu_is_not_counted() {
+        let (mut stats, mut clock) = (Stats::default(), Clock::start());
+        let begun = thread_time();
+        let mut work = 1u64;
+        while thread_time() - begun < Duration::from_millis(5) {
+            work = work.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        }
+        clock.lap(&mut stats, Stage::Lens, work as usize % 2);
+        std::thread::sleep(Duration::from_millis(100));
+        clock.lap(&mut stats, Stage::Shade, 1);
+        clock.stop(&mut stats);
+        let all: Duration = stats.stages.iter().map(|stage| stage.time).sum();
+        assert!(all > Duration::from_millis(4) && all < Duration::from_millis(50), "{all:?}");
     }
 }

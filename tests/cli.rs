@@ -303,3 +303,21 @@ fn an_emulated_old_cpu_is_told_what_to_do() {
         assert!(said.contains(ADVICE), "{cpu}: {said}");
     }
 }
+
+#[test]
+fn a_stage_that_no_ray_went_into_has_no_time_a_ray() {
+    let folder = folder();
+    let lens = root().join("lenses/dgauss.50mm.dat").display().to_string();
+    let scene = format!(
+        "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+         Camera \"realistic\" \"string lensfile\" \"{lens}\"\n\
+         WorldBegin LightSource \"infinite\" \"rgb L\" [1 1 1]"
+    );
+    let scene = write(&folder, "sky.pbrt", scene);
+    let out = folder.path().join("sky.exr");
+    let run = petzval(&["render", scene.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    let log = String::from_utf8(run.stderr).unwrap();
+    let line = log.lines().find(|line| line.starts_with("occlude ")).expect("a stage");
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!([cells[1], cells[4]], ["0", "-"], "{line}");
+}

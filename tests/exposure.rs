@@ -4,8 +4,9 @@ mod support;
 
 use std::f64::consts::PI;
 
+use petzval::image::{Encoding, Picture, Window};
 use petzval::job::{Changes, FocusOn, prepare};
-use petzval::lens::{Focus, FocusError, From, LensRay, Model, Paraxial, Prescription};
+use petzval::lens::{Focus, FocusError, FocusModel, From, LensRay, Model, Paraxial, Prescription};
 use petzval::lens::{sequence, trace_one};
 use petzval::render::{Backend, Job};
 use petzval::scene::pbrt;
@@ -147,4 +148,123 @@ fn auto_focus_finds_what_a_pixel_sees() {
     assert!((sky - at(f64::INFINITY)).abs() < 1e-9, "{sky} mm");
     let beyond = film(FocusOn::Pixel(Some([60, 0]))).unwrap_err();
     assert!(beyond.contains("60 x 40 pixels"), "{beyond}");
+}
+
+/// The mean of the middle of a film under a uniform sky, through a small stop of this shape.
+fn through(folder: &tempfile::TempDir, aperture: &str) -> f64 {
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 8 "integer yresolution" 8 "float diagonal" 2
+           Sampler "sobol" "integer pixelsamples" 512
+           Camera "realistic" "string lensfile" "{}/lenses/dgauss.50mm.dat"
+               "float aperturediameter" 3 "float focusdistance" 5 "string aperture" "{aperture}"
+           WorldBegin LightSource "infinite" "rgb L" [1 1 1]"#,
+        root().display()
+    );
+    let description = pbrt::read(&write(folder, "sky.pbrt", text)).expect("a scene");
+    let job = prepare(description, &Changes::default()).expect("a job").0;
+    mean(&picture(&job, Backend::Simd, 2))[1]
+}
+
+/// A picture of 16 x 16 pixels of these values.
+fn painted(folder: &tempfile::TempDir, name: &str, value: impl Fn(usize, usize) -> f32) {
+    let pixels = (0..256).map(|i| [value(i % 16, i / 16); 3]).collect();
+    let window = Window { origin: [0, 0], frame: [16, 16] };
+    let picture = Picture { size: [16, 16], pixels };
+    let path = folder.path().join(name);
+    picture.write(&path, window, Encoding::default(), &Vec::new()).expect("a picture");
+}
+
+#[test]
+fn the_shapes_of_pbrt_make_a_picture_as_bright_as_the_round_stop() {
+    let folder = folder();
+    painted(&folder, "white.exr", |_, _| 1.0);
+    painted(&folder, "ring.exr", |x, y| if x.abs_diff(y) > 5 { 7.0 } else { 0.25 });
+    let round = through(&folder, "circular");
+    for aperture in ["gaussian", "square", "pentagon", "star", "white.exr", "ring.exr"] {
+        let found = through(&folder, aperture) / round;
+        println!("{aperture}: {found:.4}");
+        // The cosine towards the rim of the pupil tells the shapes apart: a fiftieth of a percent.
+        assert!((found - 1.0).abs() < 0.003, "{aperture}: {found} of the round stop's light");
+    }
+}
+
+/// Film distances of pbrt-v4's own camera (`RealisticCamera::FocusThickLens`), mm, for a distance in
+/// focus, m, and a film of 70 mm diagonal. It traces its two rays in f32 from 1 m away, which leaves
+/// four digits.
+const PBRT_FILMS: &[(&str, f64, f64)] = &[
+    ("dgauss.50mm", 4.0097476, 36.7535353),
+    ("dgauss.50mm", 1.5, 37.9131436),
+    ("wide.22mm", 1.4798036, 14.6584511),
+    ("wide.22mm", 20.0, 14.3413544),
+    ("fisheye.10mm", 0.6625528, 23.3209729),
+    ("fisheye.10mm", 20.0, 23.1637955),
+    ("telephoto.250mm", 3.7208515, 124.774218),
+    ("telephoto.250mm", 20.0, 108.269691),
+];
+
+#[test]
+fn the_focus_model_of_pbrt_puts_the_film_where_pbrt_puts_it() {
+    let mut furthest: f64 = 0.0;
+    for &(name, metres, expected) in PBRT_FILMS {
+        let film = |focus_model: FocusModel| {
+            let focus = Some(FocusOn::Distance(metres));
+            let job = centre(name, &Changes { focus, focus_model, ..Changes::default() });
+            let Model::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
+            lens.film_distance
+        };
+        let [pbrt, sharpest] = [FocusModel::Pbrt, FocusModel::Sharpest].map(film);
+        println!("{name} at {metres} m: {pbrt:.6}, pbrt-v4 {expected}, sharpest {sharpest:.4} mm");
+        assert!((pbrt / expected - 1.0).abs() < 1e-4, "{name} at {metres} m: {pbrt}");
+        furthest = furthest.max((pbrt - sharpest).abs());
+    }
+    // The telephoto's spherical aberration, wide open.
+    assert!((furthest - 1.03).abs() < 0.01, "{furthest} mm");
+}
+
+#[test]
+fn the_focus_model_holds_for_the_distance_of_the_scene_and_for_what_a_pixel_sees() {
+    let film = |focus: Option<FocusOn>, focus_model: FocusModel| {
+        wall(&Changes { focus, focus_model, ..Changes::default() }).expect("a film")
+    };
+    let at = |metres: f64| film(Some(FocusOn::Distance(metres)), FocusModel::Pbrt);
+    assert_eq!(film(None, FocusModel::Pbrt), at(1.0));
+    assert!((film(None, FocusModel::Sharpest) - at(1.0)).abs() > 1e-3);
+    let seen = film(Some(FocusOn::Pixel(None)), FocusModel::Pbrt);
+    assert!((seen - at(3.0)).abs() < 1e-4, "{seen} mm, not {}", at(3.0));
+}
+
+#[test]
+fn the_focus_model_is_an_option_that_decides_about_the_picture_and_is_written_into_it() {
+    let folder = folder();
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 8 "integer yresolution" 8
+           Camera "realistic" "string lensfile" "{}/lenses/dgauss.50mm.dat"
+           WorldBegin LightSource "infinite" "rgb L" [1 1 1]"#,
+        root().display()
+    );
+    write(&folder, "sky.pbrt", text);
+    let run = |line: &str| {
+        let words: Vec<&str> = line.split(' ').collect();
+        support::petzval(folder.path(), &words)
+    };
+    let model = ["--focus-model", "pbrt"].join(" ");
+    let part =
+        |n: u32, more: &str| run(&format!("render sky.pbrt --shard {n}/2 -o {n}.petzval{more}"));
+    assert_eq!(part(1, "").0, 0);
+    assert_eq!(part(2, &format!(" {model}")).0, 0);
+    let (code, _, log) = run("merge 1.petzval 2.petzval -o all.exr");
+    assert!(code == 2 && log.contains("--focus-model was sharpest, and is pbrt"), "{code}: {log}");
+    assert_eq!(run(&format!("render sky.pbrt -o sky.exr {model}")).0, 0);
+    let picture = std::fs::read(folder.path().join("sky.exr")).expect("a picture");
+    assert!(picture.windows(10).any(|name| name == b"focusModel"));
+    for command in ["plan sky.pbrt", "replay sky.pbrt --pixel 4,4 --sample 0"] {
+        let (code, out, log) = run(&format!("{command} {model}"));
+        assert_eq!(code, 0, "{command}: {out}{log}");
+    }
+    let (code, _, log) = run("plan sky.pbrt --focus-model thick");
+    assert!(code == 2 && log.contains("expected sharpest or pbrt"), "{code}: {log}");
+    let lens = root().join("lenses/wide.22mm.dat").display().to_string();
+    let (code, out, _) = run(&format!("lens {lens} --focus 1479.8036 {model}"));
+    assert!(code == 0 && out.contains("film distance, pbrt-v4           14.6586 mm"), "{out}");
+    assert!(out.contains("0.1186 mm  (farther from the lens)"), "{out}");
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use petzval::image::{Encoding, Picture, Window};
 use petzval::lens::{
-    Axis, Coating, D_LINE, Glass, Iris, LensError, Mask, Paraxial, Prescription, Row, catalogue,
-    parse_toml, read,
+    Axis, Coating, Convention, D_LINE, Glass, Iris, LensError, Mask, Paraxial, Prescription, Row,
+    catalogue, parse_toml, read,
 };
 use support::{LENSES, folder, lens, root, write};
 
@@ -208,7 +208,12 @@ fn a_picture_beside_the_lens_is_an_aperture() {
     let pixels = vec![[0.25, 0.5, 0.75], [9.0; 3], [-1.0; 3], [nan, 1.0, 1.0]];
     picture(&folder.path().join("mask.exr"), [2, 2], pixels);
     let expected = [0.5, 1.0, 0.0, 0.0].into();
-    let mask = Mask { name: "mask.exr".into(), size: 2, transmission: expected };
+    let mask = Mask {
+        name: "mask.exr".into(),
+        size: 2,
+        transmission: expected,
+        convention: Convention::Physical,
+    };
     assert_eq!(lens("mask.exr").unwrap().rows[2].iris, Iris::Mask(mask));
 
     picture(&folder.path().join("wide.png"), [2, 1], vec![[1.0; 3]; 2]);

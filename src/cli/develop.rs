@@ -9,7 +9,7 @@ use petzval::image::{Encoding, Format, Note, Notes, Window};
 use petzval::lens::Model;
 use petzval::plan::Effect;
 use petzval::render::{Exposed, Job, Reached};
-use petzval::stats::{Lanes, Stage, Stats};
+use petzval::stats::{Lanes, Stage, StageStats, Stats};
 
 use super::inputs::line;
 use super::{Failure, replay};
@@ -176,12 +176,12 @@ fn print_table(job: &Job, stats: &Stats) {
             continue;
         }
         say!(
-            "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10.1}{:>8}",
+            "{:<12}{:>12}{:>10.3}{:>7.1}%{:>10}{:>8}",
             stage.name(),
             part.rays,
             part.time.as_secs_f64(),
             100.0 * part.time.as_secs_f64() / total.as_secs_f64().max(1e-9),
-            part.time.as_nanos() as f64 / part.rays.max(1) as f64,
+            per_ray(part),
             live(part.lanes),
         );
     }
@@ -252,6 +252,14 @@ fn print_bounces(stats: &Stats) {
             live(bounce.shade),
             live(bounce.occlude)
         );
+    }
+}
+
+/// Nanoseconds a ray; a dash where there was none.
+fn per_ray(part: StageStats) -> String {
+    match part.rays {
+        0 => "-".into(),
+        rays => format!("{:.1}", part.time.as_nanos() as f64 / rays as f64),
     }
 }
 

@@ -5,7 +5,9 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::image::replace;
-use petzval::lens::{Aim, Axis, Coating, Focus, Paraxial, Prescription, RealLens, draw, read};
+use petzval::lens::{
+    Aim, Axis, Coating, Focus, FocusModel, Paraxial, Prescription, RealLens, draw, read,
+};
 
 use super::{Failure, LensArguments, Outcome};
 
@@ -56,7 +58,8 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     line("entrance pupil diameter", paraxial.entrance_pupil.diameter, " mm");
     line("exit pupil position", paraxial.exit_pupil.position, " mm  (behind rear vertex)");
     line("exit pupil diameter", paraxial.exit_pupil.diameter, " mm");
-    let mut film = Focus::of(&lens).film(f64::INFINITY).ok();
+    let stands = |model: FocusModel, focus: f64| model.film(&lens, focus, arguments.film_diagonal);
+    let mut film = stands(arguments.focus_model, f64::INFINITY).ok();
     if let Some(distance) = arguments.film_distance {
         film = Some(distance);
         let focus = paraxial.focus_of_film(distance);
@@ -75,8 +78,18 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if let Some(focus) = arguments.focus {
         line("focus", focus, " mm  (from the film)");
         line("film distance", paraxial.film_for_focus(focus)?, " mm  (behind rear vertex)");
-        let distance = Focus::of(&lens).film(focus)?;
-        line("film distance, real rays", distance, " mm  (smallest spot on the axis)");
+        let [sharpest, pbrt] =
+            [FocusModel::Sharpest, FocusModel::Pbrt].map(|model| stands(model, focus));
+        let distance = stands(arguments.focus_model, focus)?;
+        if let Ok(sharpest) = sharpest {
+            line("film distance, real rays", sharpest, " mm  (smallest spot on the axis)");
+        }
+        if let Ok(pbrt) = pbrt {
+            line("film distance, pbrt-v4", pbrt, " mm  (--focus-model pbrt: its thick lens)");
+        }
+        if let (Ok(sharpest), Ok(pbrt)) = (sharpest, pbrt) {
+            line("", pbrt - sharpest, " mm  (farther from the lens)");
+        }
         film = arguments.film_distance.or(Some(distance));
     }
     if let Some(drawing) = &arguments.draw {

@@ -35,7 +35,7 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use petzval::image::Exposure;
-use petzval::lens::{Aim, Coating};
+use petzval::lens::{Aim, Coating, FocusModel};
 use petzval::memory::Size;
 use petzval::metric::Metric;
 use petzval::render::Backend;
@@ -44,7 +44,8 @@ use layer::AovArgument;
 use picture::PictureArguments;
 use replay::ReplayArguments;
 use values::{
-    Every, coating, every, four, length, length_or_inf, noise, point, range, shard, time,
+    Every, coating, every, focus_model, four, length, length_or_inf, noise, point, range, shard,
+    time,
 };
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
@@ -251,6 +252,11 @@ struct LensArguments {
     /// Say where the film must stand to focus at this distance from it, mm (or inf)
     #[arg(long, value_name = "MM", value_parser = length_or_inf, allow_hyphen_values = true)]
     focus: Option<f64>,
+    /// Where the film stands that --draw, --vignetting and --psf show: sharpest, where the rays of
+    /// the whole opening make the smallest spot, or pbrt, where the thick-lens formula of pbrt-v4 puts
+    /// it
+    #[arg(long, value_name = "sharpest|pbrt", value_parser = focus_model, default_value = "sharpest")]
+    focus_model: FocusModel,
     /// Close the stop to this diameter, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,

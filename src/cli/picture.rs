@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use petzval::job::{Changes, FocusOn};
-use petzval::lens::Coating;
+use petzval::lens::{Coating, FocusModel};
 use petzval::plan::{Visible, Wanted};
 use petzval::sensor::{Bayer, Settings};
 use petzval::shutter;
 use petzval::spectrum::Passband;
 
-use super::values::{coating, f_number, focus, passband, sensor, shift, size, tilt};
+use super::values::{coating, f_number, focus, focus_model, passband, sensor, shift, size, tilt};
 
 /// A scene, and what is to be otherwise than it says.
 #[derive(Debug, clap::Args)]
@@ -33,6 +33,10 @@ pub(super) struct PictureArguments {
     /// sees, or auto@X,Y for what that pixel sees
     #[arg(long, value_name = "M|inf|auto[@X,Y]", value_parser = focus, allow_hyphen_values = true)]
     pub focus: Option<FocusOn>,
+    /// Where the film stands for the distance in focus: sharpest, where the rays of the whole opening
+    /// make the smallest spot, or pbrt, where the thick-lens formula of pbrt-v4 puts it
+    #[arg(long, value_name = "sharpest|pbrt", value_parser = focus_model, default_value = "sharpest")]
+    pub focus_model: FocusModel,
     /// f-number, by a traced marginal ray: closes the stop of the lens
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     pub fstop: Option<f64>,
@@ -100,6 +104,7 @@ impl PictureArguments {
         Changes {
             lens: self.lens.clone(),
             focus: self.focus,
+            focus_model: self.focus_model,
             f_number: self.fstop,
             assume_vd: self.assume_vd,
             passband: self.passband,

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use petzval::job::FocusOn;
-use petzval::lens::{Coating, MOST_DECENTRE, MOST_TILT};
+use petzval::lens::{Coating, FocusModel, MOST_DECENTRE, MOST_TILT};
 use petzval::sensor::Settings;
 use petzval::shutter::seconds;
 use petzval::spectrum::{Passband, RANGE};
@@ -60,6 +60,14 @@ pub(super) fn focus(text: &str) -> Result<FocusOn, String> {
             None => Err(format!("expected {expected}")),
         },
         None => above_zero(text, expected).map(FocusOn::Distance),
+    }
+}
+
+pub(super) fn focus_model(text: &str) -> Result<FocusModel, String> {
+    match text {
+        "sharpest" => Ok(FocusModel::Sharpest),
+        "pbrt" => Ok(FocusModel::Pbrt),
+        _ => Err("expected sharpest or pbrt".to_owned()),
     }
 }
 

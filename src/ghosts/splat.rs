@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rayon::prelude::*;
 
@@ -15,6 +15,7 @@ use crate::rays::{LensBatch, WAVE};
 use crate::render::{Job, Progress};
 use crate::sampler::{Dimension, pair, pixel_key};
 use crate::stats::{Stage, Stats};
+use crate::thread_time::thread_time;
 
 /// Waves whose light waits at a time: 8 MB.
 const CHUNK: u32 = 512;
@@ -73,9 +74,9 @@ impl Ghosts {
                     return;
                 }
                 let one = |photons: &mut Box<Photons>, wave| {
-                    let start = Instant::now();
+                    let start = thread_time();
                     let splats = self.wave::<R>(job, lens, photons, [wave, sample], scale);
-                    (splats, start.elapsed())
+                    (splats, thread_time().saturating_sub(start))
                 };
                 let chunk: Vec<(Vec<Splat>, Duration)> = (first..waves.min(first + CHUNK))
                     .into_par_iter()

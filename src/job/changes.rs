@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::aov::Aov;
-use crate::lens::{Aim, Coating};
+use crate::lens::{Aim, Coating, FocusModel};
 use crate::plan::{Visible, Wanted};
 use crate::render::Until;
 use crate::scene::pbrt::FilmSpec;
@@ -27,6 +27,8 @@ pub struct Changes {
     pub lens: Option<PathBuf>,
     /// Another distance in focus.
     pub focus: Option<FocusOn>,
+    /// Where the film stands for the distance in focus, the scene's or this one.
+    pub focus_model: FocusModel,
     /// Another f-number, by the marginal ray ([`crate::lens::Focus::f_number`]).
     pub f_number: Option<f64>,
     /// Another shift of the film, mm, to the right and up in the picture as seen.
@@ -81,6 +83,7 @@ impl Changes {
         let given = [
             (self.lens.is_some(), "--lens"),
             (self.focus.is_some(), "--focus"),
+            (self.focus_model != FocusModel::default(), "--focus-model"),
             (self.f_number.is_some(), "--fstop"),
             (self.coating.is_some(), "--coating"),
             (self.assume_vd, "--assume-vd"),

@@ -4,7 +4,8 @@ use super::place::Place;
 use super::{Changes, FocusOn, JobError};
 use crate::image::{Note, Notes};
 use crate::lens::{
-    self, Camera, FilmPlane, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens, ThinLens,
+    self, Camera, FilmPlane, FocusModel, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens,
+    ThinLens,
 };
 use crate::plan::{By, Decision, Effect, Plan, Posed, Wanted};
 use crate::scene::pbrt::{FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
@@ -72,11 +73,11 @@ impl Setup {
         if name == "circular" {
             return Ok(Iris::Round);
         }
-        if let Some(mask) = Mask::named(name) {
+        if let Some(mask) = Mask::named_by_pbrt(name) {
             return Ok(Iris::Mask(mask));
         }
         let known = MASKS.join(", ");
-        Mask::image(path).map(Iris::Mask).map_err(|error| JobError::Camera {
+        Mask::image_by_pbrt(path).map(Iris::Mask).map_err(|error| JobError::Camera {
             at: self.at.clone(),
             problem: format!(
                 "aperture \"{name}\": {error}; expected circular, {known} or a picture"
@@ -155,8 +156,9 @@ impl Setup {
         let film_pose = self.poses(&mut prescription, spec, changes);
         let camera = |problem: String| JobError::Camera { at: self.at.clone(), problem };
         let film_for = |metres: f64| {
-            lens::Focus::of(&prescription)
-                .film(metres * 1e3)
+            changes
+                .focus_model
+                .film(&prescription, metres * 1e3, diagonal)
                 .map_err(|error| camera(error.to_string()))
         };
         let (from_file, unit, ratio, depth, time) = match spec {
@@ -197,6 +199,12 @@ impl Setup {
             let film = FilmPlane { distance: film_distance, pose: film_pose, radius, half };
             Ok(RealLens::posed(lens, &film, changes.aim, unit, front))
         };
+        let by_distance = from_file.is_ok() || changes.focus.is_some();
+        if !by_distance && changes.focus_model == FocusModel::Pbrt {
+            let message = "--focus-model pbrt: the scene says where the film stands, so it stays \
+                           there; give --focus too";
+            self.warnings.push(Warning { at: self.at.clone(), message: message.to_owned() });
+        }
         let unchanged = || from_file.map_or_else(Ok, film_for);
         let lens = match changes.focus {
             None => stands_at(unchanged()?)?,
@@ -226,6 +234,9 @@ impl Setup {
         self.number("effectiveFocalLength", lens.paraxial.focal_length);
         self.number("aperture", lens.paraxial.f_number());
         self.number("focus", in_focus);
+        if by_distance && changes.focus_model == FocusModel::Pbrt {
+            self.notes.push(("focusModel", Note::Text("pbrt".to_owned())));
+        }
         self.number("filmDistance", film_distance);
         self.number("stopDiameter", opened);
         if !lens.film_pose.is_square() {

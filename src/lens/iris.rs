@@ -1,6 +1,6 @@
 //! The shape of the opening of a stop.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_4, SQRT_2};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub enum Iris {
     Mask(Mask),
 }
 
-/// A square grid of transmissions from 0 to 1 over the square around an opening.
+/// A square grid of transmissions over the square around an opening.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mask {
     /// What it is: a name of pbrt's or of a file.
@@ -34,44 +34,33 @@ pub struct Mask {
     pub size: usize,
     /// Row by row, the first at the top (+y), seen from the film.
     pub transmission: Arc<[f32]>,
+    /// What the transmissions are relative to, and where they end.
+    pub convention: Convention,
 }
 
-/// The masks with a name; pbrt's, but for its circle, which needs none.
-pub const MASKS: &[&str] = &["gaussian", "square", "pentagon", "star"];
-
-/// Rows and columns of a mask with a name.
-const NAMED_SIZE: usize = 256;
-
-/// A point of a named mask is the mean of this many by this many.
-const SUBSAMPLES: usize = 4;
+/// What the file format that names a mask promises about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Convention {
+    /// A lens file: shares of the light, 0 to 1, inside the round opening. The picture gets darker by
+    /// what the mask takes.
+    #[default]
+    Physical,
+    /// pbrt-v4's camera: multiples whose mean over the square is pi / 4, so that the picture is as
+    /// bright as with the round opening. The whole square is open, and points between the centres of
+    /// two pixels are interpolated.
+    Pbrt,
+}
 
 /// No more points than a picture of 4096 by 4096.
 const MOST_SIZE: usize = 4096;
 
 impl Mask {
-    /// The masks that pbrt knows by name, on 256 by 256 points. With r in units of the stop's
-    /// radius: "gaussian" is exp(-r^2) - exp(-1) scaled to 1 in the middle, "square" reaches to
-    /// half the radius, "pentagon" has its corners at 0.8 and "star" at 1, one upwards.
-    pub fn named(name: &str) -> Option<Self> {
-        let opening: fn(f64, f64) -> f64 = match name {
-            "gaussian" => gaussian,
-            "square" => square,
-            "pentagon" => pentagon,
-            "star" => star,
-            _ => return None,
-        };
-        let fine = NAMED_SIZE * SUBSAMPLES;
-        let place = |i: usize| (2 * i + 1) as f64 / fine as f64 - 1.0;
-        let point = |row: usize, column: usize| {
-            let samples = (0..SUBSAMPLES * SUBSAMPLES).map(|i| {
-                let x = place(column * SUBSAMPLES + i % SUBSAMPLES);
-                let y = -place(row * SUBSAMPLES + i / SUBSAMPLES);
-                opening(x, y)
-            });
-            (samples.sum::<f64>() / (SUBSAMPLES * SUBSAMPLES) as f64) as f32
-        };
-        let points = (0..NAMED_SIZE * NAMED_SIZE).map(|i| point(i / NAMED_SIZE, i % NAMED_SIZE));
-        Some(Self { name: name.to_owned(), size: NAMED_SIZE, transmission: points.collect() })
+    /// The mask by pbrt-v4's convention (`RealisticCamera::Create`).
+    pub(super) fn as_bright_as_round(self) -> Self {
+        let sum: f64 = self.transmission.iter().map(|&t| f64::from(t)).sum();
+        let scale = FRAC_PI_4 * self.transmission.len() as f64 / sum;
+        let scaled = self.transmission.iter().map(|&t| (f64::from(t) * scale) as f32);
+        Self { transmission: scaled.collect(), convention: Convention::Pbrt, ..self }
     }
 
     /// A square picture as a mask: the mean of its channels, decoded from sRGB where they have 8
@@ -80,6 +69,18 @@ impl Mask {
     /// # Errors
     /// Where the file is no picture, or not square, or black.
     pub fn image(path: &Path) -> Result<Self, ImageError> {
+        Self::read(path, 1.0)
+    }
+
+    /// A square picture as pbrt-v4's camera takes it: as bright as the round opening.
+    ///
+    /// # Errors
+    /// As those of [`Self::image`].
+    pub fn image_by_pbrt(path: &Path) -> Result<Self, ImageError> {
+        Ok(Self::read(path, f32::MAX)?.as_bright_as_round())
+    }
+
+    fn read(path: &Path, most: f32) -> Result<Self, ImageError> {
         let Picture { size: [width, height], pixels } = Picture::read(path, true)?;
         let refuse = |found: String| ImageError::Malformed { path: path.to_owned(), found };
         if width != height || width == 0 || width > MOST_SIZE {
@@ -89,90 +90,69 @@ impl Mask {
         }
         let grey = |rgb: &[f32; 3]| {
             let mean = rgb.iter().sum::<f32>() / 3.0;
-            if mean > 0.0 { mean.min(1.0) } else { 0.0 }
+            if mean > 0.0 { mean.min(most) } else { 0.0 }
         };
         let transmission: Arc<[f32]> = pixels.iter().map(grey).collect();
         if transmission.iter().all(|&t| t == 0.0) {
             return Err(refuse("it is black; an aperture lets light through".into()));
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, size: width, transmission })
+        Ok(Self { name, size: width, transmission, convention: Convention::Physical })
+    }
+
+    /// The transmission at a point, for an opening of this half width; 0 beyond.
+    pub(super) fn at(&self, x: f64, y: f64, half: f64) -> f64 {
+        let place = |v: f64| (v / half + 1.0) / 2.0 * self.size as f64;
+        let [column, row] = [place(x), place(-y)];
+        match self.convention {
+            Convention::Physical => self.pixel(column, row),
+            Convention::Pbrt => {
+                let (left, above) = (column - 0.5, row - 0.5);
+                let (s, t) = (left - left.floor(), above - above.floor());
+                let mix =
+                    |row: f64| (1.0 - s) * self.pixel(left, row) + s * self.pixel(left + 1.0, row);
+                (1.0 - t) * mix(above) + t * mix(above + 1.0)
+            }
+        }
+    }
+
+    /// The pixel in which a point lies; 0 beyond the picture.
+    fn pixel(&self, column: f64, row: f64) -> f64 {
+        let size = self.size as f64;
+        if !(0.0..size).contains(&column) || !(0.0..size).contains(&row) {
+            return 0.0;
+        }
+        f64::from(self.transmission[row as usize * self.size + column as usize])
     }
 }
 
-fn gaussian(x: f64, y: f64) -> f64 {
-    let rim = (-1.0f64).exp();
-    ((-(x * x + y * y)).exp() - rim).max(0.0) / (1.0 - rim)
-}
-
-fn square(x: f64, y: f64) -> f64 {
-    f64::from(x.abs().max(y.abs()) <= 0.5)
-}
-
-/// How many of the five lines at this distance from the middle a point lies beyond. The lines
-/// are turned so that a corner between two of them points along `-sign` y.
-fn beyond(x: f64, y: f64, distance: f64, sign: f64) -> usize {
-    let outside = |k: i32| {
-        let (sin, cos) = (f64::from(k) * TAU / 5.0).sin_cos();
-        sign * (x * sin + y * cos) > distance
-    };
-    (0..5).filter(|&k| outside(k)).count()
-}
-
-fn pentagon(x: f64, y: f64) -> f64 {
-    f64::from(beyond(x, y, 0.8 * (TAU / 10.0).cos(), -1.0) == 0)
-}
-
-/// The five lines of a pentagram: its tips lie beyond one of them, what is outside beyond two.
-fn star(x: f64, y: f64) -> f64 {
-    f64::from(beyond(x, y, (TAU / 5.0).cos(), 1.0) <= 1)
+impl Iris {
+    /// How far from the axis light passes at most, in units of half the clear diameter.
+    pub fn reach(&self) -> f64 {
+        match self {
+            // Interpolation ends half a pixel beyond the corner of the square.
+            Self::Mask(mask) if mask.convention == Convention::Pbrt => {
+                SQRT_2 * (1.0 + 1.0 / mask.size as f64)
+            }
+            _ => 1.0,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn mask(name: &str) -> Mask {
-        Mask::named(name).expect("a name of MASKS")
-    }
-
-    /// Area of the opening over that of the square around the stop.
-    fn share(mask: &Mask) -> f64 {
-        let sum: f64 = mask.transmission.iter().map(|&t| f64::from(t)).sum();
-        sum / (mask.size * mask.size) as f64
-    }
-
     #[test]
-    fn the_named_masks_have_the_areas_of_their_shapes() {
-        let sine = |degrees: f64| degrees.to_radians().sin();
-        let pentagon = 5.0 / 2.0 * 0.8 * 0.8 * sine(72.0) / 4.0;
-        let inner = sine(18.0) / sine(54.0);
-        let star = 5.0 * inner * sine(36.0) / 4.0;
-        let e = 1.0f64.exp().recip();
-        let gaussian = std::f64::consts::PI * (1.0 - 2.0 * e) / (1.0 - e) / 4.0;
-        for (name, expected) in
-            [("square", 0.25), ("pentagon", pentagon), ("star", star), ("gaussian", gaussian)]
-        {
-            let mask = mask(name);
-            // A tenth of a pixel all along the edge.
-            assert!((share(&mask) - expected).abs() < 5e-4, "{name}: {}", share(&mask));
-            assert!(mask.transmission.iter().all(|t| (0.0..=1.0).contains(t)));
-        }
-    }
-
-    #[test]
-    fn pentagon_and_star_point_up() {
-        let top = |name: &str| mask(name).transmission.iter().position(|&t| t > 0.0).expect("open");
-        for (name, radius) in [("pentagon", 0.8), ("star", 1.0)] {
-            let (row, column) = (top(name) / 256, top(name) % 256);
-            assert!((column as f64 - 127.5).abs() < 2.0, "{name}: column {column}");
-            assert!((row as f64 - 128.0 * (1.0 - radius)).abs() < 3.0, "{name}: row {row}");
-        }
-    }
-
-    #[test]
-    fn a_mask_without_a_name_is_none() {
-        assert!(Mask::named("circular").is_none() && Mask::named("").is_none());
-        assert!((mask("gaussian").transmission[128 * 256 + 128] - 1.0).abs() < 1e-3);
+    fn the_masks_of_pbrt_are_interpolated_and_open_to_their_corners() {
+        let transmission = [1.0, 1.0, 1.0, 1.0].into();
+        let convention = Convention::Pbrt;
+        let mask = Mask { name: "white".into(), size: 2, transmission, convention };
+        assert_eq!([mask.at(0.0, 0.0, 1.0), mask.at(0.5, -0.5, 1.0)], [1.0, 1.0]);
+        assert_eq!([mask.at(1.0, 0.0, 1.0), mask.at(1.0, 1.0, 1.0)], [0.5, 0.25]);
+        assert_eq!(mask.at(1.6, 0.0, 1.0), 0.0);
+        let physical = Mask { convention: Convention::Physical, ..mask };
+        assert_eq!(physical.at(0.99, 0.99, 1.0), 1.0);
+        assert!(Iris::Mask(physical).reach() == 1.0);
     }
 }

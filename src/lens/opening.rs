@@ -126,17 +126,3 @@ impl<T: Copy> Shape<T> {
         R::select(reached.le(R::splat(self.edges.reach)), one, zero)
     }
 }
-
-impl Mask {
-    /// The transmission at a point, for an opening of this half width; 0 beyond.
-    fn at(&self, x: f64, y: f64, half: f64) -> f64 {
-        let place = |v: f64| {
-            let place = (v / half + 1.0) / 2.0 * self.size as f64;
-            (place >= 0.0 && place < self.size as f64).then_some(place as usize)
-        };
-        match (place(x), place(-y)) {
-            (Some(column), Some(row)) => f64::from(self.transmission[row * self.size + column]),
-            _ => 0.0,
-        }
-    }
-}

@@ -286,7 +286,7 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
         curvature: R::scalar(curvature),
         n2: R::scalar(n * n),
         n2_step: R::scalar(n2_step),
-        aperture2: R::scalar(row.diameter * row.diameter / 4.0),
+        aperture2: R::scalar((row.diameter / 2.0 * row.iris.reach()).powi(2)),
         limit: R::scalar((-n2_step).max(0.0)),
         doubt: R::scalar(doubt),
         mirror,

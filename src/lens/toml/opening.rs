@@ -5,7 +5,8 @@ use std::path::Path;
 use super::value::{Section, shortened};
 use crate::image::ImageError;
 use crate::lens::error::LensError;
-use crate::lens::iris::{Iris, MASKS, Mask};
+use crate::lens::iris::{Iris, Mask};
+use crate::lens::named_mask::MASKS;
 use crate::source::hint;
 
 /// The shape of the opening; round for what is not the stop.
