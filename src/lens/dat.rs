@@ -1,7 +1,7 @@
 //! The `.dat` lens tables of pbrt: four columns, millimetres, scene side first.
 //!
-//! `radius  thickness  index  diameter`: radius 0 is the stop, index 0 at the stop means
-//! air, `#` starts a comment. Two conventions share the format: the thickness column
+//! `radius  thickness  index  diameter`: radius 0 is the stop, `#` starts a comment. Index 0 at the
+//! stop means air; a stop with another index than the medium before it is a plane that refracts. Two conventions share the format: the thickness column
 //! holds the distance AFTER the surface (last row 0, or anything: pbrt's own files), or the
 //! distance BEFORE it (first row 0, last row not).
 
@@ -78,13 +78,13 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             let found = format!("index {index:?}");
             return Err(refuse(line, found, "expected 1 (air) to 10; 0 only at the stop"));
         }
-        if stop && medium != ahead {
-            let found = format!("the stop changes the index from {ahead} to {medium}");
-            return Err(refuse(
-                line,
-                found,
-                "write the index of the medium it stands in, or 0 in air",
-            ));
+        // Behind the last row is the air before the film. Elsewhere 0 has two readings.
+        if stop && index == 0.0 && ahead != 1.0 && i + 1 < table.len() {
+            let found = format!("the stop changes the index from {ahead} to 0");
+            let expected = format!(
+                "write {ahead} for a stop inside this medium, or 1 for a plane face to air"
+            );
+            return Err(refuse(line, found, &expected));
         }
         if diameter <= 0.0 {
             let found = format!("diameter {diameter}");
