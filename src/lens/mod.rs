@@ -47,6 +47,7 @@ mod trace;
 mod turn;
 mod vignetting;
 mod wavefront;
+mod wavelengths;
 mod widened;
 
 pub use asphere::Asphere;
