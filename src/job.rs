@@ -181,6 +181,9 @@ fn make(
         }
     }
     setup.missed(&changes.effects, &job.plan);
+    if let Model::Real(lens) = &job.camera.model {
+        setup.doubt(lens);
+    }
     if !evenly {
         job.samples = 0..changes.samples.unwrap_or(Until::MOST);
         job.until = changes.until;

@@ -118,3 +118,72 @@ fn the_repository_holds_the_four_course_lenses() {
         assert!((sum(|r| r.diameter) - diameters).abs() < 1e-3, "{name}: diameters");
     }
 }
+
+#[test]
+fn a_lone_number_before_the_rows_is_the_focal_length() {
+    let rows = parsed(GOOD).unwrap().rows;
+    for first in ["50.000\t\t", "  50 # mm", "# focal length\n\n50"] {
+        let lens = parsed(&format!("{first}\n{GOOD}")).expect(first);
+        assert_eq!(lens.stated_focal_length, Some(50.0), "{first:?}");
+        assert_eq!(lens.rows, rows);
+    }
+    assert_eq!(parsed(GOOD).unwrap().stated_focal_length, None);
+    // Other programs count the rows there.
+    let counted = parsed(&format!("4 # lens size\n{GOOD}")).unwrap();
+    assert_eq!((counted.stated_focal_length, counted.rows), (None, rows));
+    for (text, expected) in [
+        ("0\n10 2 1.5 8\n0 1 0 6\n-30 0 1 8", "test.dat:1: a focal length of 0"),
+        ("50\n60\n10 2 1.5 8\n0 1 0 6\n-30 0 1 8", "test.dat:2: 1 column; expected four"),
+        ("10 2 1.5 8\n50\n0 1 0 6\n-30 0 1 8", "test.dat:2: 1 column; expected four"),
+        ("50", "test.dat:1: no surface in the file"),
+    ] {
+        let error = parsed(text).expect_err(text).to_string();
+        assert!(error.starts_with(expected), "{text:?}\n  said {error}");
+    }
+}
+
+#[test]
+fn a_byte_order_mark_does_not_belong_to_the_first_number() {
+    let folder = folder();
+    let path = write(&folder, "marked.dat", "\u{feff}10 2 1.5 8\n-30 1 1 8\n0 1 0 6\n-20 0 1 8\n");
+    assert_eq!(read(&path).unwrap().rows, parsed(GOOD).unwrap().rows);
+}
+
+#[test]
+fn files_that_are_no_lens_of_ours_are_named_and_the_error_says_what_to_do() {
+    let wide = |text: &str| -> Vec<u8> {
+        let units = std::iter::once(0xfeff).chain(text.encode_utf16());
+        units.flat_map(u16::to_le_bytes).collect()
+    };
+    let zemax = "VERS 161019 507 33785\nMODE SEQ\nNAME a lens\n";
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n";
+    let cases: [(&str, Vec<u8>, &str, &str); 12] = [
+        ("a.dat", pointer.into(), ":1:1: a Git LFS pointer", "git lfs pull"),
+        ("a.toml", pointer.into(), ":1:1: a Git LFS pointer", "git lfs pull"),
+        ("a.zmx", zemax.into(), ":1:1: a Zemax lens", "[[surface]]"),
+        ("a.ZMX", wide(zemax), ":1:1: a Zemax lens", "[[surface]]"),
+        ("a.dat", "! old\nMODE SEQ\n".into(), ":2:1: a Zemax lens", "[[surface]]"),
+        ("a.json", "\n {\"surfaces\": [1, 2]}".into(), ":2:2: JSON", "[[surface]]"),
+        ("a.dat", "[\n  {\"radius\": 3}\n]".into(), ":1:1: JSON", "[[surface]]"),
+        ("a.toml", "{\"radius\": 3}".into(), ":1:1: JSON", "[[surface]]"),
+        (
+            "a.seq",
+            "RDM;LEN \"VERSION: 11\"\nTITLE 'x'\n".into(),
+            ":1:1: a CODE V lens",
+            "[[surface]]",
+        ),
+        ("a.len", "// OSLO 6.6\nLEN NEW \"\" 4.5 22\n".into(), ":1:1: an OSLO lens", "[[surface]]"),
+        ("a.dat", "<!DOCTYPE html>\n<html>".into(), ":1:1: a web page", "download"),
+        ("a.dat", "# mine\n[[surface]]\nradius = 3\n".into(), ":2:1: a lens in TOML", "a.toml"),
+    ];
+    for (name, bytes, found, advice) in cases {
+        let folder = folder();
+        let path = write(&folder, name, &bytes);
+        let error = read(&path).expect_err(name).to_string();
+        let said =
+            error.strip_prefix(&path.display().to_string()).expect("it begins with the file");
+        assert!(said.starts_with(found) && said.contains(advice), "{name}: {said}");
+        let (code, _, _) = support::petzval(folder.path(), &["lens", name]);
+        assert_eq!(code, 2, "{name}");
+    }
+}

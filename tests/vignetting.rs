@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use petzval::lens::{Ledger, Of, Prescription, Vignetting, read};
-use support::{LENSES, folder, lens, oracle, root};
+use support::{LENSES, folder, lens, oracle, root, row};
 
 /// Rays of a ledger whose shares are wanted to about 0.1 %.
 const RAYS: u32 = 1 << 16;
@@ -332,4 +332,24 @@ fn mistakes_are_answered_with_exit_code_2() {
     let hollow = hollow.to_str().unwrap();
     refuses(&["lens", hollow, "--vignetting", "--film-distance", "0.1"], "inside the lens");
     assert!(!Path::new(png).exists() && !Path::new(out).exists());
+}
+
+#[test]
+fn the_field_angle_is_told_where_rays_at_the_edge_of_the_pupil_die() {
+    // A ball with a stop in its middle, as wide as light gets there: light through the middle goes
+    // straight on.
+    let ball = |stop: f64| Prescription {
+        rows: vec![row(6.0, 6.0, 1.5, 11.9), row(0.0, 6.0, 1.5, stop), row(-6.0, 0.0, 1.0, 11.9)],
+        ..Prescription::default()
+    };
+    for stop in [2.0, 6.0, 9.0, 11.5] {
+        let vignetting = Vignetting::new(&ball(stop), 3.0, 1 << 12);
+        for x in [0.0, 0.3, 1.0, 2.0, 3.0] {
+            let light = vignetting.ledger([x, 0.0], Of::Stop).map_or(0.0, |ledger| ledger.pass);
+            assert!(light > 0.2, "stop {stop}, height {x}: {light} passes");
+            let expected = (x / 9.0).atan().to_degrees();
+            let angle = vignetting.field_angle(x).expect("light passes the middle of the stop");
+            assert!((angle - expected).abs() < 1e-6, "{stop}, {x}: {angle}, not {expected}");
+        }
+    }
 }

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use petzval::image::replace;
 use petzval::lens::{
-    Aim, Axis, Coating, Focus, FocusModel, Paraxial, Prescription, RealLens, draw, read,
+    Aim, Axis, Coating, D_LINE, Focus, FocusError, FocusModel, Paraxial, Prescription, RealLens,
+    draw, read,
 };
 
 use super::{Failure, LensArguments, Outcome};
@@ -17,6 +18,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         svg(drawing)?;
     }
     let mut lens = read(file)?;
+    warn(file, &lens, [D_LINE; 2]);
     lens.coat(arguments.coating);
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
@@ -31,8 +33,16 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         text += "All figures below are of the lens with its parts square.\n\n";
     }
     let mut line = |name: &str, value: f64, unit: &str| {
-        let _ = writeln!(text, "{name:<28}{value:>12.4}{unit}");
+        let _ = match value.is_nan() {
+            true => writeln!(text, "{name:<28}{:>12}", "none"),
+            false => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
+        };
     };
+    let known = match lens.is_monochromatic() {
+        true => " nm  (all indices; the file says nothing of dispersion)",
+        false => " nm  (the d line, at which all figures hold)",
+    };
+    line("wavelength", D_LINE, known);
     line("focal length", paraxial.focal_length, " mm");
     if let Some(stated) = lens.stated_focal_length {
         line("", stated, " mm  (as the file states)");
@@ -59,7 +69,16 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     line("exit pupil position", paraxial.exit_pupil.position, " mm  (behind rear vertex)");
     line("exit pupil diameter", paraxial.exit_pupil.diameter, " mm");
     let stands = |model: FocusModel, focus: f64| model.film(&lens, focus, arguments.film_diagonal);
-    let mut film = stands(arguments.focus_model, f64::INFINITY).ok();
+    let infinity = stands(arguments.focus_model, f64::INFINITY);
+    // What is not known is said behind the numbers.
+    let mut missing = String::new();
+    if let Err(error) = &infinity {
+        let _ = write!(
+            missing,
+            "\nnot known: f-number of the marginal ray, T-stop, film distance for infinity:\n{error}\n"
+        );
+    }
+    let mut film = infinity.ok();
     if let Some(distance) = arguments.film_distance {
         film = Some(distance);
         let focus = paraxial.focus_of_film(distance);
@@ -77,33 +96,59 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     }
     if let Some(focus) = arguments.focus {
         line("focus", focus, " mm  (from the film)");
-        line("film distance", paraxial.film_for_focus(focus)?, " mm  (behind rear vertex)");
+        let paraxial_film = paraxial.film_for_focus(focus);
+        line("film distance", possible(paraxial_film)?, " mm  (behind rear vertex)");
         let [sharpest, pbrt] =
             [FocusModel::Sharpest, FocusModel::Pbrt].map(|model| stands(model, focus));
-        let distance = stands(arguments.focus_model, focus)?;
-        if let Ok(sharpest) = sharpest {
-            line("film distance, real rays", sharpest, " mm  (smallest spot on the axis)");
-        }
+        line("film distance, real rays", possible(sharpest)?, " mm  (smallest spot on the axis)");
         if let Ok(pbrt) = pbrt {
             line("film distance, pbrt-v4", pbrt, " mm  (--focus-model pbrt: its thick lens)");
         }
         if let (Ok(sharpest), Ok(pbrt)) = (sharpest, pbrt) {
             line("", pbrt - sharpest, " mm  (farther from the lens)");
         }
-        film = arguments.film_distance.or(Some(distance));
+        let distance = stands(arguments.focus_model, focus);
+        film = arguments.film_distance.or(distance.ok());
+        if let (Err(error), true) = (distance, missing.is_empty()) {
+            let _ = write!(missing, "\nnot known: film distance for this focus:\n{error}\n");
+        }
     }
+    text += &missing;
     if let Some(drawing) = &arguments.draw {
         write(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
     }
     if arguments.vignetting {
-        let film = film.ok_or("--vignetting: the lens forms no real image of distant things")?;
+        let film = film.ok_or_else(|| no_film("--vignetting"))?;
         text = super::vignetting::table(&lens, film, arguments.film_diagonal)?;
     }
     if let Some(path) = &arguments.psf {
-        let film = film.ok_or("--psf: the lens forms no real image of distant things")?;
+        let film = film.ok_or_else(|| no_film("--psf"))?;
         text += &super::psf::draw(path, &lens, film, arguments.at)?;
     }
     super::print(&text)
+}
+
+/// Warns of glass whose data do not cover light from the first to the second wavelength, nm.
+pub(super) fn warn(file: &Path, lens: &Prescription, used: [f64; 2]) {
+    for doubt in lens.doubtful_indices(used) {
+        say!("petzval: warning: {}: {doubt}", file.display());
+    }
+}
+
+fn no_film(option: &str) -> String {
+    format!(
+        "{option}: the lens forms no real image of distant things; say where the film stands with \
+         --film-distance"
+    )
+}
+
+/// Where the film stands; no number where the lens forms no image. A distance that is too near is an
+/// error.
+fn possible(film: Result<f64, FocusError>) -> Result<f64, FocusError> {
+    match film {
+        Err(error @ FocusError::TooNear { .. }) => Err(error),
+        other => Ok(other.unwrap_or(f64::NAN)),
+    }
 }
 
 /// The share of light that comes to the middle of the film, focused at infinity, of what would

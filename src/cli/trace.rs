@@ -21,20 +21,11 @@ struct Row {
 pub(super) fn run(arguments: &TraceArguments) -> Result<Outcome, Failure> {
     let lens = read(&arguments.lens)?;
     let (header, rows) = rows(&arguments.rays)?;
-    let asked = rows.iter().any(|row| row.wavelength != D_LINE);
-    let constant = |row: &petzval::lens::Row| row.index > 1.0 && !row.glass.disperses();
-    let unknown: Vec<String> = (1..)
-        .zip(&lens.rows)
-        .filter(|(_, row)| constant(row))
-        .map(|(i, _)| i.to_string())
-        .collect();
-    if asked && !unknown.is_empty() {
-        say!(
-            "petzval: warning: {} says nothing of dispersion behind surface {}: there the index is \
-             the same for every wavelength",
-            arguments.lens.display(),
-            unknown.join(", ")
-        );
+    let wavelengths = rows.iter().map(|row| row.wavelength);
+    if let Some(shortest) = wavelengths.clone().reduce(f64::min)
+        && let Some(longest) = wavelengths.reduce(f64::max)
+    {
+        super::lens::warn(&arguments.lens, &lens, [shortest, longest]);
     }
     let mut text = String::new();
     if header {

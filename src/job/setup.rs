@@ -4,8 +4,8 @@ use super::place::Place;
 use super::{Changes, FocusOn, JobError};
 use crate::image::{Note, Notes};
 use crate::lens::{
-    self, Camera, FilmPlane, FocusModel, Iris, MASKS, Mask, Model, Pose, Prescription, RealLens,
-    ThinLens,
+    self, Camera, D_LINE, FilmPlane, FocusModel, Iris, MASKS, Mask, Model, Pose, Prescription,
+    RealLens, ThinLens,
 };
 use crate::plan::{By, Decision, Effect, Plan, Posed, Wanted};
 use crate::scene::pbrt::{FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
@@ -36,6 +36,18 @@ impl Setup {
                 let message = format!("--effects +{}: it stays off: {reason}", effect.name());
                 self.warnings.push(Warning { at: self.at.clone(), message });
             }
+        }
+    }
+
+    /// Warns of glass in light that its data do not cover: that of the d line, by which the lens is
+    /// focused, or of the bands it is traced in.
+    pub fn doubt(&mut self, lens: &RealLens) {
+        let used = lens.bands.iter().map(|band| band.wavelength);
+        let (low, high) =
+            used.fold((D_LINE, D_LINE), |(low, high), nm| (low.min(nm), high.max(nm)));
+        for doubt in lens.prescription.doubtful_indices([low, high]) {
+            let message = format!("lens {}: {doubt}", lens.prescription.name);
+            self.warnings.push(Warning { at: self.at.clone(), message });
         }
     }
 

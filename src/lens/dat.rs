@@ -1,9 +1,12 @@
 //! The `.dat` lens tables of pbrt: four columns, millimetres, scene side first.
 //!
-//! `radius  thickness  index  diameter`: radius 0 is the stop, index 0 at the stop means
-//! air, `#` starts a comment. Two conventions share the format: the thickness column
+//! `radius  thickness  index  diameter`: radius 0 is the stop, `#` starts a comment. Index 0 at the
+//! stop means air; a stop with another index than the medium before it is a plane that refracts. Two conventions share the format: the thickness column
 //! holds the distance AFTER the surface (last row 0, or anything: pbrt's own files), or the
 //! distance BEFORE it (first row 0, last row not).
+//!
+//! A lone number before the rows is the focal length (ISET's files), or, where it equals the number
+//! of rows, that number (crayg's).
 
 use std::path::Path;
 
@@ -25,6 +28,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
     };
 
     let mut table: Vec<(usize, [f64; 4])> = Vec::new();
+    let mut lone: Option<(usize, f64)> = None;
     for (i, text) in lines.iter().enumerate() {
         let text = text.as_ref();
         let line = i + 1;
@@ -35,17 +39,22 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
                 Ok(number) if number.is_finite() => numbers.push(number),
                 _ => {
                     let found = format!("\"{}\" is not a finite number", shortened(word));
-                    return Err(refuse(line, found, "comments start with #"));
+                    let expected = "expected radius thickness index diameter; # starts a comment";
+                    return Err(refuse(line, found, expected));
                 }
             }
         }
         match numbers[..] {
             [] => {}
+            [number] if table.is_empty() && lone.is_none() => lone = Some((line, number)),
             [radius, thickness, index, diameter] => {
                 table.push((line, [radius, thickness, index, diameter]));
             }
             _ => {
-                let found = format!("{} columns", numbers.len());
+                let found = match numbers.len() {
+                    1 => "1 column".to_owned(),
+                    count => format!("{count} columns"),
+                };
                 return Err(refuse(line, found, "expected four: radius thickness index diameter"));
             }
         }
@@ -58,6 +67,14 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         ));
     };
 
+    let stated_focal_length = match lone {
+        Some((line, 0.0)) => {
+            let expected = "expected the focal length in mm, or a row";
+            return Err(refuse(line, "a focal length of 0".into(), expected));
+        }
+        Some((_, number)) if number != table.len() as f64 => Some(number),
+        _ => None,
+    };
     let before = first.1[1] == 0.0 && last.1[1] != 0.0;
     let distances: Vec<f64> = table.iter().map(|(_, row)| row[1]).collect();
     let mut rows: Vec<Row> = Vec::with_capacity(table.len());
@@ -78,13 +95,13 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             let found = format!("index {index:?}");
             return Err(refuse(line, found, "expected 1 (air) to 10; 0 only at the stop"));
         }
-        if stop && medium != ahead {
-            let found = format!("the stop changes the index from {ahead} to {medium}");
-            return Err(refuse(
-                line,
-                found,
-                "write the index of the medium it stands in, or 0 in air",
-            ));
+        // Behind the last row is the air before the film. Elsewhere 0 has two readings.
+        if stop && index == 0.0 && ahead != 1.0 && i + 1 < table.len() {
+            let found = format!("the stop changes the index from {ahead} to 0");
+            let expected = format!(
+                "write {ahead} for a stop inside this medium, or 1 for a plane face to air"
+            );
+            return Err(refuse(line, found, &expected));
         }
         if diameter <= 0.0 {
             let found = format!("diameter {diameter}");
@@ -108,7 +125,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         return Err(refuse(last.0, "a stop without any glass".into(), "a lens has surfaces"));
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Prescription { name, rows, ..Prescription::default() })
+    Ok(Prescription { name, stated_focal_length, rows, ..Prescription::default() })
 }
 
 fn shortened(word: &str) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::error::LensError;
 use super::prescription::Prescription;
-use super::{dat, toml};
+use super::{dat, foreign, toml};
 use crate::source::{note, open};
 
 /// No lens is longer than this; what is longer is no lens.
@@ -34,10 +34,13 @@ pub fn read(path: &Path) -> Result<Prescription, LensError> {
             expected: "a lens is a few short lines".into(),
         });
     }
+    if let Some(error) = foreign::refuse(path, &bytes) {
+        return Err(error);
+    }
     let text = String::from_utf8_lossy(&bytes);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
         return toml::parse(path, &text);
     }
-    let lines: Vec<&str> = text.lines().collect();
+    let lines: Vec<&str> = text.trim_start_matches('\u{feff}').lines().collect();
     dat::parse(path, &lines)
 }

@@ -48,9 +48,14 @@ impl<'a> Focus<'a> {
     /// `object` mm (or infinitely far) before the front vertex is sharpest; none where no rays
     /// come through or they do not converge.
     pub fn image(&self, object: f64) -> Option<f64> {
+        self.sharpest(object).ok()
+    }
+
+    /// As [`Self::image`], or why there is none.
+    fn sharpest(&self, object: f64) -> Result<f64, FocusError> {
         let (mut across, mut spread) = (0.0, 0.0);
         for plane in [0, 1] {
-            let rim = self.rim(object, plane)?;
+            let rim = self.rim(object, plane).ok_or(FocusError::Dark)?;
             for zone in 0..ZONES {
                 let share = (f64::from(zone) + 0.5) / f64::from(ZONES);
                 // A ray may end in the middle, at an obstruction.
@@ -62,7 +67,16 @@ impl<'a> Focus<'a> {
             }
         }
         let film = -across / spread;
-        (film > 0.0 && film.is_finite()).then_some(film)
+        match film.is_finite() {
+            true if film > 0.0 => Ok(film),
+            true => Err(FocusError::Inside { at: film }),
+            false => Err(self.no_image()),
+        }
+    }
+
+    fn no_image(&self) -> FocusError {
+        let Paraxial { focal_length, back_focal_distance, .. } = self.paraxial;
+        FocusError::NoImage { focal_length, back_focal_distance }
     }
 
     /// The ray from a point on the axis to a height in the plane of the front vertex, along x
@@ -99,18 +113,17 @@ impl<'a> Focus<'a> {
     /// # Errors
     /// Where the lens cannot focus so near, or forms no image.
     pub fn film(&self, focus: f64) -> Result<f64, FocusError> {
-        let Paraxial { focal_length, back_focal_distance, length, .. } = self.paraxial;
-        let no_image = FocusError::NoImage { focal_length, back_focal_distance };
+        let length = self.paraxial.length;
+        let no_image = self.no_image();
         // First-order optics knows a lens that forms no image at all.
         let expected = match self.paraxial.film_for_focus(focus) {
-            Err(error @ FocusError::NoImage { .. }) => return Err(error),
             Err(FocusError::TooNear { nearest, .. }) => {
                 self.paraxial.film_for_focus(nearest * (1.0 + 1e-6))?
             }
-            Ok(film) => film,
+            other => other?,
         };
         if focus.is_infinite() {
-            return self.image(focus).ok_or(no_image);
+            return self.sharpest(focus);
         }
         let apart = |object: f64| Some(object + length + self.image(object)?);
         let nearest = self.nearest().ok_or(no_image)?;

@@ -20,6 +20,7 @@ mod fidelity;
 mod file;
 mod film_error;
 mod focus;
+mod foreign;
 mod glass;
 mod ideal;
 mod iris;
@@ -48,6 +49,7 @@ mod trace;
 mod turn;
 mod vignetting;
 mod wavefront;
+mod wavelengths;
 mod widened;
 
 pub use asphere::Asphere;

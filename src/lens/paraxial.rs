@@ -97,6 +97,23 @@ pub struct Paraxial {
 /// Why a lens cannot be focused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FocusError {
+    /// Real rays are sharpest where no film can stand, all in mm.
+    #[error(
+        "real rays are sharpest {:.4} mm {} the rear vertex, where no film can stand; if the last \
+         surface of the file is the film, leave it out",
+        at.abs(),
+        if *at > 0.0 { "behind" } else { "before" }
+    )]
+    Inside {
+        /// The sharpest place, behind the rear vertex.
+        at: f64,
+    },
+    /// No ray comes through.
+    #[error(
+        "no ray from a point on the axis comes through the lens: it ends at a rim or by total \
+         reflection; check diameters and the signs of radii"
+    )]
+    Dark,
     /// A distance nearer than the lens can focus, all in mm from the film plane.
     #[error(
         "the lens cannot focus at {asked:.4} mm from the film; the nearest it can is \
@@ -111,7 +128,8 @@ pub enum FocusError {
     /// There is no place for a film.
     #[error(
         "the lens forms no real image behind it (focal length {focal_length:.4} mm, back focal \
-         distance {back_focal_distance:.4} mm)"
+         distance {back_focal_distance:.4} mm); if the last surface of the file is the film, leave \
+         it out"
     )]
     NoImage {
         /// Focal length, mm.

@@ -250,8 +250,9 @@ impl fmt::Display for Prescription {
             "", "radius", "thickness", "index", "diameter", "transmits"
         )?;
         for (i, row) in self.rows.iter().enumerate() {
+            let [before, behind] = self.indices(i);
             let radius = if row.stop && row.radius.is_infinite() {
-                "stop".to_owned()
+                if before == behind { "stop".to_owned() } else { "plane stop".to_owned() }
             } else if row.radius.is_infinite() {
                 "plane".to_owned()
             } else {

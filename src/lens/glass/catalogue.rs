@@ -32,8 +32,16 @@ pub struct CatalogueGlass {
 
 /// The formulas are for light that the media let through; beyond, they have poles.
 const TRANSPARENT: [f64; 2] = [300.0, 2500.0];
+/// The formulas of plastics are fitted to less (Zemax catalogue "misc").
+const PLASTIC: [f64; 2] = [365.0, 1060.0];
+const PLASTICS: &[&str] = &["PMMA", "POLYCARB", "POLYSTYR", "E48R"];
 
 impl CatalogueGlass {
+    /// The shortest and the longest wavelength of the published data, nm.
+    pub fn range(&self) -> [f64; 2] {
+        if PLASTICS.contains(&self.name) { PLASTIC } else { TRANSPARENT }
+    }
+
     /// The index at a wavelength, nm; outside 300 to 2500 nm it is that of the nearer end.
     pub fn index(&self, nm: f64) -> f64 {
         let micrometres = nm.clamp(TRANSPARENT[0], TRANSPARENT[1]) / 1000.0;
@@ -107,7 +115,7 @@ mod tests {
 
     /// What a catalogue rounds to, and the plastics are scattered by.
     fn rounding(glass: &CatalogueGlass) -> f64 {
-        if matches!(glass.name, "PMMA" | "POLYCARB" | "POLYSTYR" | "E48R") { 2e-5 } else { 1e-5 }
+        if PLASTICS.contains(&glass.name) { 2e-5 } else { 1e-5 }
     }
 
     #[test]

@@ -20,6 +20,9 @@ pub const F_LINE: f64 = 486.1327;
 /// The C line of hydrogen, nm.
 pub const C_LINE: f64 = 656.2725;
 
+/// Where a model that knows the F, d and C lines stays within 1e-3 of real glass, nm.
+const VISIBLE: [f64; 2] = [380.0, 780.0];
+
 /// How the index of a medium changes with wavelength.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Glass {
@@ -46,6 +49,16 @@ impl Glass {
             Self::Abbe { vd } => cauchy(nd, *vd, nm),
             Self::Table(entries) => interpolate(entries, nm).unwrap_or(nd),
             Self::Catalogue(glass) => glass.index(nm),
+        }
+    }
+
+    /// The shortest and the longest wavelength that the data cover, nm; none where the table is empty.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Constant => Some([D_LINE; 2]),
+            Self::Abbe { .. } => Some(VISIBLE),
+            Self::Table(entries) => Some([entries.first()?[0], entries.last()?[0]]),
+            Self::Catalogue(glass) => Some(glass.range()),
         }
     }
 

@@ -7,23 +7,40 @@ use crate::lens::glass::{D_LINE, Glass, catalogue, nearest_glass};
 use crate::lens::prescription::Row;
 
 /// The index and the dispersion of the medium behind a surface; `ahead` is the surface before it.
-pub(super) fn read(section: &Section, row: &Row, ahead: &Row) -> Result<(f64, Glass), LensError> {
+///
+/// A surface that names no medium is a face to air. A plane stop without one stands in the medium
+/// before it, except as the last surface: the film is in air.
+pub(super) fn read(
+    section: &Section,
+    row: &Row,
+    ahead: &Row,
+    last: bool,
+) -> Result<(f64, Glass), LensError> {
     let stated = match section.has("glass") {
         true => by_name(section)?,
         false => by_index(section)?,
     };
-    if !(row.stop && row.is_plane()) {
-        return Ok(stated.unwrap_or((1.0, Glass::Constant)));
+    Ok(match stated {
+        Some(medium) => medium,
+        None if row.stop && row.is_plane() && !last => (ahead.index, ahead.glass.clone()),
+        None => (1.0, Glass::Constant),
+    })
+}
+
+/// Refuses a plane stop between two glasses that names no medium: it may be the face of the first
+/// to air, or stand inside it.
+pub(super) fn check_stop(stop: &Section, row: &Row, next: &Row) -> Result<(), LensError> {
+    let silent = row.stop && row.is_plane() && !stop.has("glass") && !stop.has("index");
+    if !silent || row.index == 1.0 || next.index == 1.0 {
+        return Ok(());
     }
-    if let Some((index, glass)) = stated
-        && (index != ahead.index || glass.disperses() && glass != ahead.glass)
-    {
-        let found = format!("the stop changes the medium, of index {}, to {index}", ahead.index);
-        let expected = "leave it out: a stop without radius stands in what is before it";
-        let key = if section.has("glass") { "glass" } else { "index" };
-        return Err(section.refuse(key, found, expected));
-    }
-    Ok((ahead.index, ahead.glass.clone()))
+    let index = row.index;
+    let found = format!("a plane stop behind a medium of index {index} names no medium");
+    let expected = format!(
+        "write index = {index} (or its glass) for a stop inside this medium, or index = 1 for a \
+         plane face to air"
+    );
+    Err(stop.source.refuse(stop.at, found, expected))
 }
 
 fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {

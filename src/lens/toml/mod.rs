@@ -22,8 +22,8 @@
 //! | `decentre` | `[x, y]`: the vertex stands so far off the axis, to the right and up as seen from behind the camera | `[0, 0]` |
 //! | `tilt` | `[x, y]`, degrees: turned about the vertex, see [`Pose`](crate::lens::Pose) | `[0, 0]` |
 //!
-//! A stop without curvature stands in the medium before it. A surface that is decentred or tilted
-//! moves alone; those behind it stay. An element or a group moves as one body under an `[[askew]]`
+//! A plane stop that names no medium stands in the medium before it; as the last surface it is a
+//! face to air. A surface that is decentred or tilted moves alone; those behind it stay. An element or a group moves as one body under an `[[askew]]`
 //! of its own:
 //!
 //! | key | means | without it |
@@ -85,11 +85,15 @@ pub fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> {
     };
 
     let mut stop: Option<usize> = None;
-    for section in surfaces(&top)? {
+    let sections = surfaces(&top)?;
+    for (i, section) in sections.iter().enumerate() {
         let ahead = lens.rows.last().cloned().unwrap_or_default();
-        let row = row::read(&section, &ahead)?;
+        let row = row::read(section, &ahead, i + 1 == sections.len())?;
         if row.stop && stop.replace(section.at).is_some() {
             return Err(section.refuse("stop", "a second stop", "a lens has one"));
+        }
+        if let Some(before) = i.checked_sub(1) {
+            medium::check_stop(&sections[before], &ahead, &row)?;
         }
         lens.rows.push(row);
     }
@@ -128,7 +132,7 @@ fn surfaces<'a>(top: &Section<'a>) -> Result<Vec<Section<'a>>, LensError> {
 impl Row {
     /// A stop that bends no light.
     fn is_bare_stop(&self) -> bool {
-        self.stop && self.is_plane()
+        self.stop && self.is_plane() && self.index == 1.0
     }
 
     /// A surface without any curvature.

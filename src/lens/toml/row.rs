@@ -30,11 +30,11 @@ const KEYS: &[&str] = &[
     "tilt",
 ];
 
-/// Reads a surface; `ahead` is the one before it, or air.
-pub(super) fn read(section: &Section, ahead: &Row) -> Result<Row, LensError> {
+/// Reads a surface; `ahead` is the one before it, or air, and `last` says that none follows.
+pub(super) fn read(section: &Section, ahead: &Row, last: bool) -> Result<Row, LensError> {
     section.only(KEYS)?;
     let row = Row { stop: section.flag("stop")?, ..shape(section)? };
-    let (index, glass) = medium::read(section, &row, ahead)?;
+    let (index, glass) = medium::read(section, &row, ahead, last)?;
     Ok(Row {
         index,
         glass,

@@ -12,6 +12,8 @@ use crate::rays::WAVE;
 
 /// Columns and rows of the grid that looks for the stop.
 const GRID: usize = 48;
+/// Steps across the frame in which the middle of the stop is looked for.
+const SCAN: u32 = 64;
 /// Rounds of it.
 const ROUNDS: usize = 24;
 /// The steepest direction from the film, by its tangent, in which the stop is looked for.
@@ -100,22 +102,29 @@ impl View {
     pub fn chief_angle(&self, start: Start, frame: Frame) -> Option<f64> {
         let ray = |u: f64| LensRay::new(start.film, start.towards([u, frame.middle()[1]]));
         let to_stop = &self.bare[..self.to_stop];
-        let beyond = |u: f64| trace_one::<f64>(ray(u), to_stop).map(|ray| ray.p[0] > 0.0).ok();
-        let half = frame.size()[0] / 2.0;
-        let (mut low, mut high) = (frame.middle()[0] - half, frame.middle()[0] + half);
-        let side = beyond(low)?;
-        if side == beyond(high)? {
-            return None;
-        }
-        // Fifty halvings leave nothing of any pupil.
-        for _ in 0..50 {
-            let middle = (low + high) / 2.0;
-            match beyond(middle)? == side {
-                true => low = middle,
-                false => high = middle,
+        let met = |u: f64| trace_one::<f64>(ray(u), to_stop).map(|ray| ray.p[0]).ok();
+        // Rays at the edges of the frame may never come to the stop, or come there on wild ways.
+        let (middle, size) = (frame.middle()[0], frame.size()[0]);
+        let place = |i: u32| middle + size * (f64::from(i) / f64::from(SCAN) - 0.5);
+        let across = |i: u32| {
+            let (low, high) = (met(place(i))?, met(place(i + 1))?);
+            ((low > 0.0) != (high > 0.0)).then_some((low.abs() + high.abs(), i))
+        };
+        let mut steps: Vec<(f64, u32)> = (0..SCAN).filter_map(across).collect();
+        steps.sort_by(|one, other| one.0.total_cmp(&other.0));
+        steps.into_iter().find_map(|(_, i)| {
+            let (mut low, mut high) = (place(i), place(i + 1));
+            let side = met(low)? > 0.0;
+            // Fifty halvings leave nothing of any pupil.
+            for _ in 0..50 {
+                let middle = (low + high) / 2.0;
+                match (met(middle)? > 0.0) == side {
+                    true => low = middle,
+                    false => high = middle,
+                }
             }
-        }
-        let [tx, ty, tz] = trace_one::<f64>(ray(low), &self.bare).ok()?.t;
-        Some(tx.hypot(ty).atan2(tz).to_degrees())
+            let [tx, ty, tz] = trace_one::<f64>(ray(low), &self.bare).ok()?.t;
+            Some(tx.hypot(ty).atan2(tz).to_degrees())
+        })
     }
 }
