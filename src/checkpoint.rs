@@ -32,6 +32,7 @@ pub use inputs::Inputs;
 use crate::image::replace;
 use crate::lens::Model;
 use crate::render::Job;
+use crate::source::register;
 
 const MAGIC: &[u8; 8] = b"PETZVAL\x1a";
 const VERSION: u32 = 2;
@@ -85,6 +86,7 @@ impl Saved {
             if !fs::metadata(path)?.is_file() {
                 return Err(wrong(FOREIGN));
             }
+            register(path)?;
             let file = File::open(path)?;
             let size = file.metadata()?.len();
             parse(file, size)

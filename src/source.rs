@@ -1,8 +1,10 @@
 //! Places in input files, and what is said about them.
 
 mod files;
+mod identity;
 
 pub use files::{Files, digest, reading};
+pub use identity::Identities;
 
 use std::fmt;
 use std::fs;

@@ -10,6 +10,8 @@ use petzval::job::{Changes, JobError};
 use petzval::render::RenderError;
 use petzval::scene::pbrt;
 
+use super::folders::Folders;
+use super::outputs::check_distinct;
 use super::progress::TimeBar;
 use super::{AccuracyArguments, Failure, Outcome};
 
@@ -32,9 +34,10 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     let description = pbrt::read(&picture.scene)?;
     // A long run must not end at a folder that nothing can be written to.
     let folder = output.display();
-    std::fs::create_dir_all(output).and_then(|()| tempfile::tempfile_in(output)).map_err(
-        |error| format!("cannot write to the folder {folder}: {error}; name another with -o"),
-    )?;
+    let mut folders = Folders::default();
+    folders.make(output).and_then(|()| tempfile::tempfile_in(output)).map_err(|error| {
+        format!("cannot write to the folder {folder}: {error}; name another with -o")
+    })?;
     let crop = crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]);
     let changes = Changes { crop, ..picture.changes() };
     let watch = Arc::new(Watch::default());
@@ -51,6 +54,9 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
         Err(JobError::Level(RenderError::Stopped)) => return nothing(&watch, *time),
         other => other?,
     };
+    let written = [output.clone(), output.join(BESIDE)];
+    let written = written.iter().flat_map(|folder| FILES.map(|name| folder.join(name)));
+    check_distinct(written, "-o", ladder.files())?;
     for warning in &ladder.warnings {
         say!("petzval: warning: {warning}");
     }

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use petzval::image::replace;
 use petzval::lens::{Aim, Axis, Coating, Focus, Paraxial, Prescription, RealLens, draw, read};
+use petzval::source::reading;
 
+use super::outputs::{check_distinct, check_writable};
 use super::{Failure, LensArguments, Outcome};
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
@@ -14,7 +16,14 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if let Some(drawing) = &arguments.draw {
         svg(drawing)?;
     }
-    let mut lens = read(file)?;
+    let (lens, files) = reading(|| read(file));
+    let mut lens = lens?;
+    for (option, output) in [("--draw", &arguments.draw), ("--psf", &arguments.psf)] {
+        if let Some(output) = output {
+            check_distinct([output], option, &files)?;
+            check_writable(output, option)?;
+        }
+    }
     lens.coat(arguments.coating);
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {

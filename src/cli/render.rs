@@ -1,13 +1,13 @@
 //! `petzval render`
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use petzval::checkpoint::{CheckpointError, Inputs};
-use petzval::image::{Encoding, Format, ImageError, Notes, target};
+use petzval::image::{Encoding, Format, ImageError, Notes};
 use petzval::job::{Changes, prepare};
 use petzval::memory::{Estimate, Work, machine};
 use petzval::render::{Job, Progress, RenderError, Until, render_kept};
@@ -16,8 +16,9 @@ use petzval::source::Warning;
 
 use super::develop::Development;
 use super::inputs::{inputs, words};
-use super::kept::{Kept, partial_name};
+use super::kept::{Kept, partial_name, written};
 use super::memory::{Memory, say_taken};
+use super::outputs::{check_distinct, check_writable};
 use super::progress::Bar;
 use super::{Failure, Outcome, RenderArguments};
 
@@ -84,8 +85,9 @@ impl<'a> Shot<'a> {
             return Err(ImageError::NoLayers { path: output }.into());
         }
         // A long render must not end at a name that nothing can be written to.
-        check_folder(&output)?;
+        check_writable(&output, "-o")?;
         let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
+        check_distinct(written(&output), "-o", &job.files)?;
         if arguments.half && !holds_layers {
             say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
         }
@@ -248,22 +250,4 @@ pub(super) fn stop_at_signals(progress: Arc<Progress>) {
             std::process::exit(i32::from(super::INTERRUPTED));
         }
     });
-}
-
-pub(super) fn check_folder(output: &Path) -> Result<(), Failure> {
-    if output.is_dir() {
-        return Err(format!("{} is a folder; name a picture in it", output.display()).into());
-    }
-    let write = || {
-        let file = target(output)?;
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
-    };
-    match write() {
-        Ok(_) => Ok(()),
-        Err(error) => {
-            Err(format!("cannot write {}: {error}; name another picture with -o", output.display())
-                .into())
-        }
-    }
 }
