@@ -2,7 +2,7 @@
 
 use petzval::image::{Encoding, Format, ImageError, Picture, Window};
 use petzval::metric::{Metric, measure};
-use petzval::source::reading;
+use petzval::source::{reading, shown};
 use serde_json::{Map, Value, json};
 
 use super::outputs::{check_distinct, check_writable};
@@ -41,6 +41,11 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     let mut first = None;
     for &metric in metrics {
         let (value, off) = measure(metric, &picture, &reference, hdr);
+        if value.is_nan() {
+            let (name, [a, b]) = (metric.name(), [a, b].map(|path| shown(path)));
+            let problem = "is no number; expected pictures with pixels, and none near 3e38";
+            return Err(format!("{name} of {a} and {b} {problem}").into());
+        }
         values.push((metric, value));
         first.get_or_insert(off);
     }

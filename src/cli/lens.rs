@@ -38,7 +38,11 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         text += "All figures below are of the lens with its parts square.\n\n";
     }
     let mut line = |name: &str, value: f64, unit: &str| {
-        let _ = writeln!(text, "{name:<28}{value:>12.4}{unit}");
+        let afocal = name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL;
+        let _ = match value.is_nan() || afocal {
+            true => writeln!(text, "{name:<28}{:>12}", if afocal { "afocal" } else { "-" }),
+            false => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
+        };
     };
     line("focal length", paraxial.focal_length, " mm");
     if let Some(stated) = lens.stated_focal_length {

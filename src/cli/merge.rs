@@ -15,8 +15,9 @@ use super::develop::Development;
 use super::inputs::{inputs, line, parsed, words};
 use super::kept::resume;
 use super::memory::{Memory, say_taken};
+use super::message;
 use super::outputs::{check_distinct, check_writable};
-use super::render::{job, tell};
+use super::render::job;
 use super::{Failure, MergeArguments, Outcome};
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
@@ -36,7 +37,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let (mut job, notes, warnings) = job(&render, description, true)?;
     files.join(job.files.clone());
     check_distinct([output], "-o", &files)?;
-    tell(&warnings);
+    message::warnings(&warnings);
     // It only adds up; but all parts must be of one build.
     let build = first.inputs.build.clone();
     let now = Inputs { build, ..inputs(begun, &job, first.of)? };

@@ -18,8 +18,10 @@ use super::develop::Development;
 use super::inputs::{inputs, words};
 use super::kept::{Kept, partial_name, written};
 use super::memory::{Memory, say_taken};
+use super::message;
 use super::outputs::{check_distinct, check_writable};
 use super::progress::Bar;
+use super::signals::stop_by;
 use super::{Failure, Outcome, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
@@ -30,7 +32,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let memory = Memory::new(arguments.memory);
     let description = pbrt::read(&arguments.picture.scene)?;
     let (shot, warnings) = Shot::new(arguments, words(), description, &memory, start)?;
-    tell(&warnings);
+    message::warnings(&warnings);
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
     Ok(shot.take(&progress, None)?.outcome)
@@ -167,13 +169,6 @@ impl<'a> Shot<'a> {
     }
 }
 
-/// Says what was noticed.
-pub(super) fn tell(warnings: &[Warning]) {
-    for warning in warnings {
-        say!("petzval: warning: {warning}");
-    }
-}
-
 /// The job that is asked for, what to write about it into the picture, and what was noticed.
 pub(super) fn job(
     arguments: &RenderArguments,
@@ -243,11 +238,5 @@ fn output(arguments: &RenderArguments, description: &Description) -> Result<Path
 }
 
 pub(super) fn stop_at_signals(progress: Arc<Progress>) {
-    // Where no handler can be had, Ctrl-C ends the program at once, as ever.
-    let _ = ctrlc::set_handler(move || {
-        // Asked twice, it does not wait for anything.
-        if progress.stop.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(super::INTERRUPTED));
-        }
-    });
+    stop_by(move || !progress.stop.swap(true, Ordering::Relaxed));
 }

@@ -25,8 +25,9 @@ use super::folders::Folders;
 use super::inputs::{parsed, words};
 use super::kept::{checkpoint_name, resume, written};
 use super::memory::Memory;
+use super::message;
 use super::outputs::{check_distinct, check_writable};
-use super::render::{Among, Shot, stop_at_signals, tell};
+use super::render::{Among, Shot, stop_at_signals};
 use super::{Failure, Outcome, RenderArguments};
 use orders::Orders;
 use proofs::Proofs;
@@ -185,7 +186,7 @@ impl Sweep<'_> {
     fn tell(&mut self, warnings: &[Warning]) {
         let new = |warning: &&Warning| self.said.insert(warning.to_string());
         let new: Vec<Warning> = warnings.iter().filter(new).cloned().collect();
-        tell(&new);
+        message::warnings(&new);
     }
 
     /// The contact sheet and the table, with what stands already where the sweep goes on.
