@@ -7,11 +7,11 @@ use std::f32::consts::TAU;
 use std::path::Path;
 
 use glam::Vec3;
+use nix::time::ClockId;
 use petzval::aov::Aov;
 use petzval::job::{Changes, prepare};
 use petzval::render::{Backend, Job, Progress, render};
 use petzval::scene::pbrt;
-use rustix::time::{ClockId, clock_gettime};
 
 /// Steps along the knot and around it: 400,000 triangles.
 const STEPS: [u32; 2] = [4000, 50];
@@ -88,8 +88,8 @@ fn job(lens: &str, distance: f64, knot: &str) -> Job {
 
 /// CPU seconds of this process so far.
 fn cpu_seconds() -> f64 {
-    let now = clock_gettime(ClockId::ProcessCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+    let now = ClockId::CLOCK_PROCESS_CPUTIME_ID.now().expect("a clock of CPU time");
+    now.tv_sec() as f64 + 1e-9 * now.tv_nsec() as f64
 }
 
 /// Variance over the square of the mean, in the mean over the pixels that light comes to, and CPU

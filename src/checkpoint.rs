@@ -32,6 +32,7 @@ pub use inputs::Inputs;
 use crate::image::replace;
 use crate::lens::Model;
 use crate::render::Job;
+use crate::source::{register, shown};
 
 const MAGIC: &[u8; 8] = b"PETZVAL\x1a";
 const VERSION: u32 = 2;
@@ -44,7 +45,7 @@ const START: u64 = 20;
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// The system refuses.
-    #[error("cannot {verb} {}: {source}", path.display())]
+    #[error("cannot {verb} {}: {source}", shown(path))]
     Io {
         /// "read" or "write".
         verb: &'static str,
@@ -54,7 +55,7 @@ pub enum CheckpointError {
         source: io::Error,
     },
     /// It does not hold what its name promises.
-    #[error("{}: {found}", path.display())]
+    #[error("{}: {found}", shown(path))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -85,6 +86,7 @@ impl Saved {
             if !fs::metadata(path)?.is_file() {
                 return Err(wrong(FOREIGN));
             }
+            register(path)?;
             let file = File::open(path)?;
             let size = file.metadata()?.len();
             parse(file, size)

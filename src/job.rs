@@ -34,6 +34,14 @@ pub enum JobError {
     /// The lens file.
     #[error(transparent)]
     Lens(#[from] LensError),
+    /// The lens file that the scene names cannot be read.
+    #[error("{at}: {source}")]
+    Unreadable {
+        /// Where the scene names it.
+        at: Location,
+        /// What happened.
+        source: LensError,
+    },
     /// The camera and its lens do not fit together.
     #[error("{at}: {problem}")]
     Camera {

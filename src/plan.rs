@@ -77,6 +77,19 @@ pub struct Level {
     pub rays: f64,
 }
 
+impl Level {
+    /// A veil of light, percent of the picture's mean. Light in a black picture is all there is.
+    fn percent(&self, light: f64) -> f64 {
+        let percent = match self.mean > 0.0 {
+            true => 100.0 * light / self.mean,
+            false if light > 0.0 => 100.0,
+            false => 0.0,
+        };
+        // Of a lamp beyond all numbers nothing can be told.
+        if percent.is_finite() { percent } else { 0.0 }
+    }
+}
+
 /// From which share of the picture's brightness on, percent, a veil of light can be seen: the
 /// threshold of contrast of the eye (Weber's fraction, 1 to 2 %).
 const VEIL: f64 = 1.0;

@@ -1,8 +1,12 @@
 //! Places in input files, and what is said about them.
 
+mod excerpt;
 mod files;
+mod identity;
 
+pub use excerpt::{excerpt, excerpts, shown};
 pub use files::{Files, digest, reading};
+pub use identity::Identities;
 
 use std::fmt;
 use std::fs;
@@ -27,7 +31,7 @@ pub struct Location {
 
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}", self.file.display(), self.line, self.column)
+        write!(f, "{}:{}:{}", shown(&self.file), self.line, self.column)
     }
 }
 
@@ -49,7 +53,7 @@ impl fmt::Display for Warning {
 
 /// A file that could not be opened or read.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot read {}: {source}", path.display())]
+#[error("cannot read {}: {source}", shown(path))]
 pub struct Unreadable {
     /// The file.
     pub path: PathBuf,

@@ -132,10 +132,7 @@ fn mistakes_are_answered_with_exit_code_2_and_what_to_try() {
     refuses(&["render", "scenes/no.pbrt", "-o", out], "cannot read scenes/no.pbrt");
     refuses(&["render", "scenes", "-o", out], "cannot read scenes");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", "x.tiff"], "known are .exr, .png, .jpg");
-    refuses(
-        &["render", "scenes/dgauss.pbrt", "-o", "no/such/x.exr"],
-        "name another picture with -o",
-    );
+    refuses(&["render", "scenes/dgauss.pbrt", "-o", "no/such/x.exr"], "name another file with -o");
     refuses(&["render", "scenes/dgauss.pbrt", "-o", folder.path().to_str().unwrap()], "");
     refuses(
         &["render", "scenes/dgauss.pbrt", "-o", out, "--lens", "no.dat"],

@@ -358,7 +358,7 @@ fn what_is_malformed_is_refused_with_its_line() {
         );
     }
     let error = singlet(&format!("{long} = 3")).unwrap_err().to_string();
-    assert!(error.contains("xxx...\"") && !error.contains(&long), "{error}");
+    assert!(error.contains("xxx…xxx") && !error.contains(&long), "{error}");
 }
 
 #[test]

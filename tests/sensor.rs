@@ -46,6 +46,87 @@ fn noise_of_a_picture_follows_the_light_of_every_channel() {
     }
 }
 
+/// The readings of a flat picture by a sensor that is asked for in words: mean and variance, of
+/// white, over all channels.
+fn readings(words: &str, value: f32) -> [f64; 2] {
+    let settings: Settings = words.parse().expect("settings");
+    let size = [1000, 800];
+    let read = settings.sensor(100.0, 6.0).read_out(&flat([value; 3], size), [0, 0], 17);
+    let n = (3 * size[0] * size[1]) as f64;
+    let values = || read.pixels.iter().flatten().map(|&value| f64::from(value));
+    let mean = values().sum::<f64>() / n;
+    [mean, values().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)]
+}
+
+/// Five standard errors of a variance of 2.4 million readings: 0.5 %.
+const VARIANCE: f64 = 0.005;
+
+#[test]
+fn every_source_of_noise_is_as_strong_as_its_definition() {
+    // Everything here is worked out by hand: electrons of white, light, read noise, and a step of the
+    // code, which is uniform over its width. Each line is ruled by one of the sources.
+    for (words, value, white, read, codes) in [
+        // Photons, at the base speed and above it.
+        ("iso=100,well=50000,read=0,bits=16,black=0", 0.25, 50_000.0, 0.0, 65_535.0),
+        ("iso=800,well=40000,read=0,bits=16,black=2048", 0.5, 5_000.0, 0.0, 63_487.0),
+        ("iso=6400,well=64000,read=0,bits=16,black=0", 0.03, 1_000.0, 0.0, 65_535.0),
+        // What the pitch of the pixels says: 1500 electrons a square micrometre.
+        ("pixel=4,read=0,bits=16,black=0", 0.25, 24_000.0, 0.0, 65_535.0),
+        ("read=0,bits=16,black=0", 0.25, 54_000.0, 0.0, 65_535.0),
+        // Reading: 50 electrons of light beside it, and the default of 2.5.
+        ("iso=100,well=50000,read=80,bits=16,black=4096", 0.01, 50_000.0, 80.0, 61_439.0),
+        ("iso=3200,well=32000,read=20,bits=14,black=512", 0.2, 1_000.0, 20.0, 15_871.0),
+        ("iso=3200,well=32000,bits=16,black=0", 0.02, 1_000.0, 2.5, 65_535.0),
+        // Rounding: a code is 100 electrons, and reading shakes it over its neighbours.
+        ("iso=100,well=25500,read=60,bits=8,black=0", 0.02, 25_500.0, 60.0, 255.0),
+        ("iso=400,well=94000,read=60,bits=8,black=20", 0.1, 23_500.0, 60.0, 235.0),
+    ] {
+        let electrons = f64::from(value) * white;
+        let step: f64 = white / codes;
+        let expected = electrons + read * read + step * step / 12.0;
+        let [mean, variance] = readings(words, value);
+        let error = 5.0 * (expected / 2.4e6).sqrt();
+        // What is pushed below black is cut off where there is little light.
+        assert!((mean * white - electrons).abs() < error + 1e-6 * white, "{words}: mean {mean}");
+        let off = variance * white * white / expected - 1.0;
+        assert!(off.abs() < VARIANCE, "{words}: the variance is {off} off");
+    }
+}
+
+#[test]
+fn a_full_well_is_full_where_its_definition_says() {
+    // At a quarter of the base speed the well is full at a quarter of white; reading adds its noise.
+    let words = "iso=25,well=10000,bits=16,black=1000";
+    let [mean, variance] = readings(&format!("{words},read=50"), 0.5);
+    let white = 40_000.0f64;
+    assert!((mean - 0.25).abs() < 1e-5, "{mean}");
+    let step: f64 = white / 64_535.0;
+    let off = variance * white * white / (2500.0 + step * step / 12.0) - 1.0;
+    assert!(off.abs() < VARIANCE, "{off}");
+    // Light as strong as the well fills half of the photosites, and the others miss a part: the mean
+    // of the smaller of a Gaussian and its mean is a standard deviation / sqrt(2 pi) below it.
+    let [mean, _] = readings(&format!("{words},read=0"), 0.25);
+    let missing = (10_000.0 - mean * white) / (10_000.0f64 / std::f64::consts::TAU).sqrt();
+    assert!((missing - 1.0).abs() < 0.01, "{missing}");
+}
+
+#[test]
+fn the_noise_that_is_said_is_the_noise_that_is_read() {
+    for (words, value) in [
+        ("iso=100,well=50000,read=0,bits=16", 0.18),
+        ("iso=3200,well=32000,read=20,bits=14", 0.18),
+        ("iso=100,well=50000,read=80,bits=16", 0.02),
+        ("iso=100,well=25500,read=60,bits=8,black=0", 0.05),
+    ] {
+        let settings: Settings = words.parse().expect("settings");
+        let said = settings.sensor(100.0, 6.0).relative_noise(f64::from(value));
+        let [mean, variance] = readings(words, value);
+        let off = said / (100.0 * variance.sqrt() / mean) - 1.0;
+        // Of the standard deviation.
+        assert!(off.abs() < VARIANCE / 2.0, "{words}: {off}");
+    }
+}
+
 #[test]
 fn light_beyond_white_or_the_full_well_is_clipped() {
     let bright = flat([1.5, 40.0, 1e30], [64, 64]);

@@ -126,6 +126,62 @@ fn an_adaptive_render_loses_nothing_when_it_is_stopped() {
     survives_stops(&job(&studio, Changes { until, layers, ..Changes::default() }));
 }
 
+/// A grey sky, and lamps that are much smaller than a pixel: few samples meet them, and those of one
+/// half of the samples send pilots of the other after them.
+const SPECKS: &str = r#"
+    Film "rgb" "integer xresolution" 64 "integer yresolution" 48
+    Camera "perspective" "float fov" 40
+    WorldBegin
+    LightSource "infinite" "rgb L" [0.5 0.5 0.5]
+    AreaLightSource "diffuse" "rgb L" [3e4 3e4 3e4]
+    AttributeBegin Translate 0.6 0.5 5 Shape "sphere" "float radius" 0.004 AttributeEnd
+    AttributeBegin Translate -0.9 -0.4 5 Shape "sphere" "float radius" 0.006 AttributeEnd
+    AttributeBegin Translate -0.8 0.7 5 Shape "sphere" "float radius" 0.009 AttributeEnd
+    AttributeBegin Translate 0.7 -0.6 5 Shape "sphere" "float radius" 0.013 AttributeEnd"#;
+
+/// Whether a checkpoint of an adaptive render of so many tiles holds pilot samples.
+fn holds_pilots(path: &Path, tiles: usize) -> bool {
+    let bytes = std::fs::read(path).expect("a checkpoint");
+    let head = u64::from_le_bytes(bytes[12..20].try_into().expect("8 bytes")) as usize;
+    // The head and its checksum, the length of the body, a time; then counts by tile, of both halves of
+    // the picture and of the pilots of each.
+    let counts = bytes[20 + head + 4 + 8 + 8..].as_chunks::<4>().0;
+    counts[2 * tiles..4 * tiles].iter().any(|count| *count != [0; 4])
+}
+
+#[test]
+fn an_adaptive_render_remembers_its_pilot_samples() {
+    let studio = Studio::new();
+    std::fs::write(studio.path("scene.pbrt"), SPECKS).expect("a scene");
+    let until = Until { noise: Some(0.01), time: None };
+    let layers = vec![Aov::Variance, Aov::Samples];
+    let changes = Changes { until, layers, samples: Some(192), ..Changes::default() };
+    let job = job(&studio, changes);
+    let (whole, all) = render(&job, &studio.path("none"), u64::MAX);
+    // Stopped before, while and behind pilots are taken; each time what follows is done in one go, so
+    // that nothing hides what a checkpoint forgets. A busy machine may stop later than it is asked to.
+    let stops = [4, 12, 17, 20, 24, 32, 48, 64, 96, 128, 160];
+    let (mut before, mut behind) = (0, 0);
+    for stop in stops.into_iter().cycle().take(10 * stops.len()) {
+        if stop == stops[0] && before > 0 && behind > 3 {
+            return;
+        }
+        let path = studio.path("checkpoint");
+        let _ = std::fs::remove_file(&path);
+        let (exposed, _) = render(&job, &path, stop * 64 * 48);
+        if exposed.partial.is_none() {
+            continue;
+        }
+        let pilots = holds_pilots(&path, job.frame.tiles().len());
+        *(if pilots { &mut behind } else { &mut before }) += 1;
+        let (exposed, taken) = render(&job, &path, u64::MAX);
+        assert_eq!(taken, all, "stop {stop}, pilots: {pilots}");
+        assert_eq!(exposed.reached, whole.reached, "stop {stop}, pilots: {pilots}");
+        assert!(bits(&job, &exposed) == bits(&job, &whole), "stop {stop}, pilots: {pilots}");
+    }
+    panic!("stopped {before} times before pilots and {behind} times behind");
+}
+
 #[test]
 fn a_part_that_cannot_be_written_leaves_a_checkpoint() {
     let (studio, folder) = (Studio::new(), support::folder());

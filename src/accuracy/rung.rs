@@ -10,7 +10,7 @@ use crate::rays::NONE;
 use crate::render::{Job, RenderError, Until};
 use crate::scene::TraversalStack;
 use crate::scene::pbrt::Description;
-use crate::source::Warning;
+use crate::source::{Files, Warning};
 
 /// Effects of glass: what cruder models do not know, and rungs leave out one by one. Others are of
 /// the scene, and the same for all.
@@ -209,6 +209,11 @@ impl Ladder {
     /// The place of the rung that a render takes.
     pub fn usual(&self) -> Option<usize> {
         self.rungs.iter().position(|rung| rung.name == REAL)
+    }
+
+    /// The files that the scene was read from.
+    pub fn files(&self) -> &Files {
+        &self.job.files
     }
 
     /// Width and height of the part that is rendered, pixels.

@@ -10,7 +10,11 @@ use petzval::job::{Changes, JobError};
 use petzval::render::RenderError;
 use petzval::scene::pbrt;
 
+use super::folders::Folders;
+use super::message;
+use super::outputs::check_distinct;
 use super::progress::TimeBar;
+use super::signals::stop_by;
 use super::{AccuracyArguments, Failure, Outcome};
 
 /// The most samples where nobody says how many.
@@ -32,28 +36,24 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     let description = pbrt::read(&picture.scene)?;
     // A long run must not end at a folder that nothing can be written to.
     let folder = output.display();
-    std::fs::create_dir_all(output).and_then(|()| tempfile::tempfile_in(output)).map_err(
-        |error| format!("cannot write to the folder {folder}: {error}; name another with -o"),
-    )?;
+    let mut folders = Folders::default();
+    folders.make(output).and_then(|()| tempfile::tempfile_in(output)).map_err(|error| {
+        format!("cannot write to the folder {folder}: {error}; name another with -o")
+    })?;
     let crop = crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]);
     let changes = Changes { crop, ..picture.changes() };
     let watch = Arc::new(Watch::default());
     let stop = watch.clone();
-    // Where no handler can be had, Ctrl-C ends the program at once, as ever.
-    let _ = ctrlc::set_handler(move || {
-        // Asked twice, it does not wait for anything.
-        if !stop.interrupt() {
-            std::process::exit(i32::from(super::INTERRUPTED));
-        }
-    });
+    stop_by(move || stop.interrupt());
     let made = watch.until(begun + *time, || Ladder::new(&description, &changes, &watch));
     let mut ladder = match made {
         Err(JobError::Level(RenderError::Stopped)) => return nothing(&watch, *time),
         other => other?,
     };
-    for warning in &ladder.warnings {
-        say!("petzval: warning: {warning}");
-    }
+    let written = [output.clone(), output.join(BESIDE)];
+    let written = written.iter().flat_map(|folder| FILES.map(|name| folder.join(name)));
+    check_distinct(written, "-o", ladder.files())?;
+    message::warnings(&ladder.warnings);
     let samples = picture.spp.unwrap_or(SAMPLES);
     let budget = Budget { begun, time: *time, samples };
     let bar = TimeBar::start(begun, *time, watch.clone());

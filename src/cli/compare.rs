@@ -2,14 +2,23 @@
 
 use petzval::image::{Encoding, Format, ImageError, Picture, Window};
 use petzval::metric::{Metric, measure};
+use petzval::source::{reading, shown};
 use serde_json::{Map, Value, json};
 
+use super::outputs::{check_distinct, check_writable};
 use super::{CompareArguments, Failure, Outcome};
 
 pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     let CompareArguments { picture: a, reference: b, metric, map, fail_above, json, .. } =
         arguments;
-    let [picture, reference] = [Picture::read(a, true)?, Picture::read(b, true)?];
+    let (read, files) = reading(|| [a, b].map(|path| Picture::read(path, true)));
+    let [picture, reference] = read;
+    let [picture, reference] = [picture?, reference?];
+    if let Some(map) = map {
+        Format::of(map)?;
+        check_distinct([map], "--map", &files)?;
+        check_writable(map, "--map")?;
+    }
     if picture.size != reference.size {
         let [[w, h], [v, g]] = [picture.size, reference.size];
         return Err(format!(
@@ -32,6 +41,11 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     let mut first = None;
     for &metric in metrics {
         let (value, off) = measure(metric, &picture, &reference, hdr);
+        if value.is_nan() {
+            let (name, [a, b]) = (metric.name(), [a, b].map(|path| shown(path)));
+            let problem = "is no number; expected pictures with pixels, and none near 3e38";
+            return Err(format!("{name} of {a} and {b} {problem}").into());
+        }
         values.push((metric, value));
         first.get_or_insert(off);
     }

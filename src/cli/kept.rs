@@ -34,8 +34,8 @@ impl Kept {
         all: u32,
     ) -> Self {
         let path = checkpoint_name(output);
-        for path in [output, &path, &partial_name(output)] {
-            sweep(path);
+        for path in written(output) {
+            sweep(&path);
         }
         let found = match Saved::open(&path) {
             Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
@@ -219,6 +219,11 @@ pub(super) fn resume(words: &[String]) -> String {
         words.insert(words.len().min(2), "--resume".to_owned());
     }
     line(&words)
+}
+
+/// The names that a render of this picture or part may write to.
+pub(super) fn written(output: &Path) -> [PathBuf; 3] {
+    [output.to_owned(), checkpoint_name(output), partial_name(output)]
 }
 
 /// The name of a picture's checkpoint.

@@ -9,7 +9,9 @@ use petzval::lens::{
     Aim, Axis, Coating, D_LINE, Focus, FocusError, FocusModel, Paraxial, Prescription, RealLens,
     draw, read,
 };
+use petzval::source::reading;
 
+use super::outputs::{check_distinct, check_writable};
 use super::{Failure, LensArguments, Outcome};
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
@@ -17,8 +19,15 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if let Some(drawing) = &arguments.draw {
         svg(drawing)?;
     }
-    let mut lens = read(file)?;
+    let (lens, files) = reading(|| read(file));
+    let mut lens = lens?;
     warn(file, &lens, [D_LINE; 2]);
+    for (option, output) in [("--draw", &arguments.draw), ("--psf", &arguments.psf)] {
+        if let Some(output) = output {
+            check_distinct([output], option, &files)?;
+            check_writable(output, option)?;
+        }
+    }
     lens.coat(arguments.coating);
     let opening = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
@@ -33,8 +42,9 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         text += "All figures below are of the lens with its parts square.\n\n";
     }
     let mut line = |name: &str, value: f64, unit: &str| {
-        let _ = match value.is_nan() {
-            true => writeln!(text, "{name:<28}{:>12}", "none"),
+        let afocal = name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL;
+        let _ = match value.is_nan() || afocal {
+            true => writeln!(text, "{name:<28}{:>12}", if afocal { "afocal" } else { "none" }),
             false => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
         };
     };

@@ -9,12 +9,15 @@ use petzval::image::{Encoding, Format};
 use petzval::memory::Work;
 use petzval::render::merge;
 use petzval::scene::pbrt;
+use petzval::source::reading;
 
 use super::develop::Development;
 use super::inputs::{inputs, line, parsed, words};
 use super::kept::resume;
 use super::memory::{Memory, say_taken};
-use super::render::{check_folder, job, tell};
+use super::message;
+use super::outputs::{check_distinct, check_writable};
+use super::render::job;
 use super::{Failure, MergeArguments, Outcome};
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
@@ -22,8 +25,9 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let MergeArguments { parts, output, half, exposure, threads, memory } = arguments;
     let memory = Memory::new(*memory);
     let format = Format::of(output)?;
-    check_folder(output)?;
-    let (first, parts) = together(parts)?;
+    check_writable(output, "-o")?;
+    let (together, mut files) = reading(|| together(parts));
+    let (first, parts) = together?;
     let begun = &first.words;
     let render = parsed(begun)?;
     // What comes behind the film needs the scene and the lens.
@@ -31,7 +35,9 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(begun))
     })?;
     let (mut job, notes, warnings) = job(&render, description, true)?;
-    tell(&warnings);
+    files.join(job.files.clone());
+    check_distinct([output], "-o", &files)?;
+    message::warnings(&warnings);
     // It only adds up; but all parts must be of one build.
     let build = first.inputs.build.clone();
     let now = Inputs { build, ..inputs(begun, &job, first.of)? };

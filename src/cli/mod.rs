@@ -12,18 +12,22 @@ mod accuracy;
 mod bench;
 mod compare;
 mod develop;
+mod folders;
 mod inputs;
 mod kept;
 mod layer;
 mod lens;
 mod memory;
 mod merge;
+mod message;
+mod outputs;
 mod picture;
 mod plan;
 mod progress;
 mod psf;
 mod render;
 mod replay;
+mod signals;
 mod sweep;
 mod trace;
 mod values;
@@ -44,8 +48,8 @@ use layer::AovArgument;
 use picture::PictureArguments;
 use replay::ReplayArguments;
 use values::{
-    Every, coating, every, focus_model, four, length, length_or_inf, noise, point, range, shard,
-    time,
+    Every, coating, every, focus_model, four, length, length_or_inf, limit, noise, point, range,
+    shard, time,
 };
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
@@ -230,7 +234,7 @@ struct CompareArguments {
     #[arg(long, value_name = "FILE")]
     map: Option<PathBuf>,
     /// End with exit code 1 if the first metric is larger (psnr: smaller) than this
-    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X", value_parser = limit, allow_hyphen_values = true)]
     fail_above: Option<f64>,
     /// For programs: one JSON object
     #[arg(long)]
@@ -391,7 +395,12 @@ pub fn run() -> ExitCode {
     if std::env::var_os("PETZVAL_PRETEND_OLD_CPU").is_some() {
         crate::cpu::explain();
     }
-    let outcome = match Arguments::parse().command {
+    signals::install();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return message::usage(&error),
+    };
+    let outcome = match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Lens(LensArguments { command: Some(LensCommand::Trace(arguments)), .. }) => {
@@ -409,7 +418,7 @@ pub fn run() -> ExitCode {
         Ok(Outcome::Different) => ExitCode::FAILURE,
         Ok(Outcome::Interrupted) => ExitCode::from(INTERRUPTED),
         Err(failure) => {
-            say!("petzval: error: {failure}");
+            message::error(&failure);
             ExitCode::from(2)
         }
     }

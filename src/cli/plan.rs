@@ -5,14 +5,13 @@ use petzval::plan::{Cost, Decision, Harm, Plan};
 use petzval::scene::pbrt;
 use serde_json::{Value, json};
 
+use super::message;
 use super::{Failure, Outcome, PlanArguments};
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let description = pbrt::read(&arguments.picture.scene)?;
     let (job, _, warnings) = prepare(description, &arguments.picture.changes())?;
-    for warning in &warnings {
-        say!("petzval: warning: {warning}");
-    }
+    message::warnings(&warnings);
     let text = match arguments.json {
         true => format!("{:#}\n", json(&job.plan)),
         false => table(&job.plan),

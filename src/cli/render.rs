@@ -1,13 +1,13 @@
 //! `petzval render`
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use petzval::checkpoint::{CheckpointError, Inputs};
-use petzval::image::{Encoding, Format, ImageError, Notes, target};
+use petzval::image::{Encoding, Format, ImageError, Notes};
 use petzval::job::{Changes, prepare};
 use petzval::memory::{Estimate, Work, machine};
 use petzval::render::{Job, Progress, RenderError, Until, render_kept};
@@ -16,9 +16,12 @@ use petzval::source::Warning;
 
 use super::develop::Development;
 use super::inputs::{inputs, words};
-use super::kept::{Kept, partial_name};
+use super::kept::{Kept, partial_name, written};
 use super::memory::{Memory, say_taken};
+use super::message;
+use super::outputs::{check_distinct, check_writable};
 use super::progress::Bar;
+use super::signals::stop_by;
 use super::{Failure, Outcome, RenderArguments};
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
@@ -29,7 +32,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let memory = Memory::new(arguments.memory);
     let description = pbrt::read(&arguments.picture.scene)?;
     let (shot, warnings) = Shot::new(arguments, words(), description, &memory, start)?;
-    tell(&warnings);
+    message::warnings(&warnings);
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
     Ok(shot.take(&progress, None)?.outcome)
@@ -84,8 +87,9 @@ impl<'a> Shot<'a> {
             return Err(ImageError::NoLayers { path: output }.into());
         }
         // A long render must not end at a name that nothing can be written to.
-        check_folder(&output)?;
+        check_writable(&output, "-o")?;
         let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
+        check_distinct(written(&output), "-o", &job.files)?;
         if arguments.half && !holds_layers {
             say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
         }
@@ -165,13 +169,6 @@ impl<'a> Shot<'a> {
     }
 }
 
-/// Says what was noticed.
-pub(super) fn tell(warnings: &[Warning]) {
-    for warning in warnings {
-        say!("petzval: warning: {warning}");
-    }
-}
-
 /// The job that is asked for, what to write about it into the picture, and what was noticed.
 pub(super) fn job(
     arguments: &RenderArguments,
@@ -241,29 +238,5 @@ fn output(arguments: &RenderArguments, description: &Description) -> Result<Path
 }
 
 pub(super) fn stop_at_signals(progress: Arc<Progress>) {
-    // Where no handler can be had, Ctrl-C ends the program at once, as ever.
-    let _ = ctrlc::set_handler(move || {
-        // Asked twice, it does not wait for anything.
-        if progress.stop.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(super::INTERRUPTED));
-        }
-    });
-}
-
-pub(super) fn check_folder(output: &Path) -> Result<(), Failure> {
-    if output.is_dir() {
-        return Err(format!("{} is a folder; name a picture in it", output.display()).into());
-    }
-    let write = || {
-        let file = target(output)?;
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
-    };
-    match write() {
-        Ok(_) => Ok(()),
-        Err(error) => {
-            Err(format!("cannot write {}: {error}; name another picture with -o", output.display())
-                .into())
-        }
-    }
+    stop_by(move || !progress.stop.swap(true, Ordering::Relaxed));
 }

@@ -7,6 +7,7 @@ use petzval::lanes::{Real, f32x8};
 use petzval::lens::{Blocked, D_LINE, From, LensRay, Prescription, Surface, Why};
 use petzval::lens::{read, sequence, trace, trace_one};
 use petzval::rays::{LensBatch, WAVE};
+use petzval::source::excerpt;
 
 use super::{BackendArgument, Failure, Outcome, PrecisionArgument, TraceArguments};
 
@@ -65,8 +66,7 @@ fn rows(path: &Path) -> Result<(bool, Vec<Row>), Failure> {
         let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, D_LINE];
         for (number, word) in numbers.iter_mut().zip(&record) {
             *number = word.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
-                let word: String = word.chars().take(40).collect();
-                format!("{name}:{line}: \"{word}\" is not a finite number")
+                format!("{name}:{line}: \"{}\" is not a finite number", excerpt(word))
             })?;
         }
         let [x, y, z, dx, dy, dz, wavelength] = numbers;

@@ -44,6 +44,12 @@ pub(super) fn above_zero(text: &str, expected: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("expected {expected}"))
 }
 
+/// A number, perhaps infinite. Nothing is above or below NaN, so that every picture would pass.
+pub(super) fn limit(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| !number.is_nan());
+    number.ok_or_else(|| "expected a number such as 0.05".to_owned())
+}
+
 pub(super) fn sensor(text: &str) -> Result<Settings, String> {
     text.parse().map_err(|problem| match text.contains('=') {
         true => problem,

@@ -17,7 +17,7 @@ pub use display::{Exposure, srgb_decode, srgb_encode};
 pub use raster::{Raster, Samples, Transfer};
 pub use replace::{replace, sweep, target};
 
-use crate::source;
+use crate::source::{self, shown};
 
 /// Linear RGB pixels, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,7 +82,7 @@ pub enum Format {
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file could not be opened, read or written.
-    #[error("cannot {verb} the picture {}: {source}", path.display())]
+    #[error("cannot {verb} the picture {}: {source}", shown(path))]
     Io {
         /// "read" or "write".
         verb: &'static str,
@@ -92,7 +92,7 @@ pub enum ImageError {
         source: io::Error,
     },
     /// The content is not what its name promises.
-    #[error("cannot read the picture {}: {found}", path.display())]
+    #[error("cannot read the picture {}: {found}", shown(path))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -100,16 +100,13 @@ pub enum ImageError {
         found: String,
     },
     /// The format holds no layers.
-    #[error("{}: only EXR holds layers; name a picture.exr", path.display())]
+    #[error("{}: only EXR holds layers; name a picture.exr", shown(path))]
     NoLayers {
         /// The file.
         path: PathBuf,
     },
     /// The extension says no known format.
-    #[error(
-        "{}: the extension {found:?} names no picture format; known are {known}",
-        path.display()
-    )]
+    #[error("{}: the extension {found:?} names no picture format; known are {known}", shown(path))]
     Format {
         /// The file.
         path: PathBuf,

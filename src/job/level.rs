@@ -12,7 +12,8 @@ use crate::stats::Stage;
 const SIDE: f64 = 40.0;
 const SAMPLES: u32 = 16;
 
-/// The mean of a picture is at least this: a display's black, when its white is 1.
+/// The mean without the brightest tenth is at least this share of the whole mean: the black of a
+/// display, of its white. Nothing here depends on the unit of light.
 const BLACK: f64 = 1e-3;
 
 /// What a film sample takes before its path, ns of one core.
@@ -49,11 +50,13 @@ pub(super) fn level(job: &mut Job) -> Result<Level, JobError> {
         picture.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).collect();
     light.sort_by(f64::total_cmp);
     let kept = &light[..light.len() - light.len() / 10];
-    let mean = kept.iter().sum::<f64>() / kept.len() as f64;
+    let mean_of = |light: &[f64]| light.iter().sum::<f64>() / light.len() as f64;
+    let (mean, whole) = (mean_of(kept), mean_of(&light));
     let brightest = light.last().map_or(0.0, |light| light - mean);
     // A lamp may be so small that no sample meets it.
     let lamp = (brightest * width * height / light.len() as f64).max(ghosts::lamp(job));
     let rays = [Stage::Intersect, Stage::Shade, Stage::Occlude].map(rays);
     let sample = ns(&job.scene, rays);
-    Ok(Level { mean: mean.max(BLACK), lamp, sample, rays: rays[0] + rays[2] })
+    let whole = whole.max(lamp / (width * height));
+    Ok(Level { mean: mean.max(BLACK * whole), lamp, sample, rays: rays[0] + rays[2] })
 }

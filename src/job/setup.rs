@@ -4,8 +4,8 @@ use super::place::Place;
 use super::{Changes, FocusOn, JobError};
 use crate::image::{Note, Notes};
 use crate::lens::{
-    self, Camera, D_LINE, FilmPlane, FocusModel, Iris, MASKS, Mask, Model, Pose, Prescription,
-    RealLens, ThinLens,
+    self, Camera, D_LINE, FilmPlane, FocusModel, Iris, LensError, MASKS, Mask, Model, Pose,
+    Prescription, RealLens, ThinLens,
 };
 use crate::plan::{By, Decision, Effect, Plan, Posed, Wanted};
 use crate::scene::pbrt::{FilmSpec, IrisSpec, RealisticSpec, ThinSpec};
@@ -51,8 +51,11 @@ impl Setup {
         }
     }
 
+    /// Notes a number, where it is one.
     pub fn number(&mut self, name: &'static str, value: f64) {
-        self.notes.push((name, Note::Number(value)));
+        if !value.is_nan() {
+            self.notes.push((name, Note::Number(value)));
+        }
     }
 
     pub fn thin(&mut self, spec: &ThinSpec, film: &FilmSpec, resolution: [u32; 2]) -> Parts {
@@ -128,13 +131,21 @@ impl Setup {
         place: Place<'_>,
         changes: &Changes,
     ) -> Result<Parts, JobError> {
-        let (file, aperture, diagonal) = match spec {
-            RealisticSpec::V4 { lens, aperture, .. } => (lens, *aperture, film.diagonal),
-            RealisticSpec::V2 { lens, aperture, film_diagonal, .. } => {
-                (lens, *aperture, *film_diagonal)
-            }
+        let (RealisticSpec::V4 { lens: file, lens_at, aperture, .. }
+        | RealisticSpec::V2 { lens: file, lens_at, aperture, .. }) = spec;
+        let aperture = *aperture;
+        let diagonal = match spec {
+            RealisticSpec::V4 { .. } => film.diagonal,
+            RealisticSpec::V2 { film_diagonal, .. } => *film_diagonal,
         };
-        let mut prescription = lens::read(changes.lens.as_deref().unwrap_or(file))?;
+        let mut prescription = match &changes.lens {
+            Some(other) => lens::read(other)?,
+            None => lens::read(file).map_err(|source| match source {
+                LensError::Io { .. } => JobError::Unreadable { at: lens_at.clone(), source },
+                // It names its own line.
+                LensError::Malformed { .. } => source.into(),
+            })?,
+        };
         if let Some(coating) = changes.coating {
             prescription.coat(coating);
         }
@@ -243,8 +254,10 @@ impl Setup {
         let focus = lens::Focus::of(&prescription).object(film_distance).unwrap_or(f64::NAN);
         let in_focus = (focus + lens.paraxial.length + film_distance) * 1e-3;
         self.notes.push(("lensModel", Note::Text(lens.prescription.name.clone())));
-        self.number("effectiveFocalLength", lens.paraxial.focal_length);
-        self.number("aperture", lens.paraxial.f_number());
+        if !lens.paraxial.is_afocal() {
+            self.number("effectiveFocalLength", lens.paraxial.focal_length);
+            self.number("aperture", lens.paraxial.f_number());
+        }
         self.number("focus", in_focus);
         if by_distance && changes.focus_model == FocusModel::Pbrt {
             self.notes.push(("focusModel", Note::Text("pbrt".to_owned())));

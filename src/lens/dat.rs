@@ -11,8 +11,9 @@
 use std::path::Path;
 
 use super::error::LensError;
-use super::file::MOST_INDEX;
+use super::file::{LEAST_RADIUS, MOST_INDEX};
 use super::prescription::{Prescription, Row};
+use crate::source::excerpt;
 
 /// Reads the lines of a lens table; the path serves for its name and in errors.
 ///
@@ -38,7 +39,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() => numbers.push(number),
                 _ => {
-                    let found = format!("\"{}\" is not a finite number", shortened(word));
+                    let found = format!("\"{}\" is not a finite number", excerpt(word));
                     let expected = "expected radius thickness index diameter; # starts a comment";
                     return Err(refuse(line, found, expected));
                 }
@@ -89,6 +90,10 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             let found = format!("a second stop (radius 0), after the one in line {earlier}");
             return Err(refuse(line, found, "a lens has one"));
         }
+        if !stop && radius.abs() < LEAST_RADIUS {
+            let found = format!("radius {radius:e}");
+            return Err(refuse(line, found, "expected 1e-6 mm or more, or 0 at the stop"));
+        }
         let medium = if stop && index == 0.0 { 1.0 } else { index };
         let ahead = rows.last().map_or(1.0, |row| row.index);
         if !(1.0..=MOST_INDEX).contains(&medium) {
@@ -126,11 +131,4 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Prescription { name, stated_focal_length, rows, ..Prescription::default() })
-}
-
-fn shortened(word: &str) -> String {
-    if word.chars().count() <= 40 {
-        return word.to_owned();
-    }
-    word.chars().take(37).chain("...".chars()).collect()
 }

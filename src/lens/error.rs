@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::source::shown;
+
 /// Why a lens file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum LensError {
     /// The file could not be opened or read.
-    #[error("cannot read the lens {}: {source}", path.display())]
+    #[error("cannot read the lens {}: {source}", shown(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -14,7 +16,7 @@ pub enum LensError {
         source: std::io::Error,
     },
     /// A line is not what a lens file may hold.
-    #[error("{}:{line}{}: {found}; {expected}", path.display(), behind(*column))]
+    #[error("{}:{line}{}: {found}; {expected}", shown(path), behind(*column))]
     Malformed {
         /// The file.
         path: PathBuf,

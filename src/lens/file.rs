@@ -14,6 +14,10 @@ const MOST_BYTES: usize = 1 << 20;
 /// Germanium in the far infrared has 4; nothing that a lens is made of has more than this.
 pub(super) const MOST_INDEX: f64 = 10.0;
 
+/// A radius that is shorter than this, mm, a nanometre, is no length that glass is ground to; the power
+/// of one that is much shorter is infinite.
+pub(super) const LEAST_RADIUS: f64 = 1e-6;
+
 /// Reads a lens: petzval's own format from a `.toml` file, a `.dat` table from any other.
 ///
 /// # Errors

@@ -127,9 +127,9 @@ pub enum FocusError {
     },
     /// There is no place for a film.
     #[error(
-        "the lens forms no real image behind it (focal length {focal_length:.4} mm, back focal \
-         distance {back_focal_distance:.4} mm); if the last surface of the file is the film, leave \
-         it out"
+        "the lens forms no real image behind it ({}); if the last surface of the file is the film, \
+         leave it out",
+        power(*focal_length, *back_focal_distance)
     )]
     NoImage {
         /// Focal length, mm.
@@ -137,6 +137,16 @@ pub enum FocusError {
         /// Rear vertex to the rear focal point, mm.
         back_focal_distance: f64,
     },
+}
+
+/// What an error says of the power of a lens.
+fn power(focal_length: f64, back_focal_distance: f64) -> String {
+    match focal_length.abs() < Paraxial::AFOCAL && back_focal_distance.is_finite() {
+        true => format!(
+            "focal length {focal_length:.4} mm, back focal distance {back_focal_distance:.4} mm"
+        ),
+        false => "it is afocal".to_owned(),
+    }
 }
 
 impl Paraxial {
@@ -171,6 +181,15 @@ impl Paraxial {
                 diameter: (opening / behind.d).abs(),
             },
         }
+    }
+
+    /// The focal length, mm, from which on a lens is a window pane: a millionth of the power of the
+    /// weakest lens in use.
+    pub const AFOCAL: f64 = 1e9;
+
+    /// Whether what enters parallel leaves parallel, or so nearly that no film has a place.
+    pub fn is_afocal(&self) -> bool {
+        self.focal_length.is_nan() || self.focal_length.abs() >= Self::AFOCAL
     }
 
     /// Focal length over the diameter of the entrance pupil.
@@ -210,8 +229,7 @@ impl Paraxial {
     /// Where the lens cannot focus so near, or forms no image.
     pub fn film_for_focus(&self, focus: f64) -> Result<f64, FocusError> {
         let (focal_length, back_focal_distance) = (self.focal_length, self.back_focal_distance);
-        // A millionth of the power of the weakest lens in use is a window pane.
-        if !(focal_length > 0.0 && focal_length < 1e9) {
+        if self.is_afocal() || focal_length <= 0.0 {
             return Err(FocusError::NoImage { focal_length, back_focal_distance });
         }
         let real = |film: f64| match film > 0.0 {

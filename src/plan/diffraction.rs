@@ -80,9 +80,7 @@ fn star(question: &Question, pupil: &ExitPupil, per_um: f64) -> f64 {
         spread.at([away * cos, away * sin])[1]
     });
     let share = around.fold(0.0, f64::max) / (per_um * per_um);
-    let percent = 100.0 * share * question.level.lamp / question.level.mean;
-    // There is nothing that a dark picture's lamps could be seen on.
-    if percent.is_finite() { percent } else { 0.0 }
+    question.level.percent(share * question.level.lamp)
 }
 
 /// Directions over half a turn in which a star's rays are looked for.

@@ -14,7 +14,7 @@ pub(super) fn find(question: &Question) -> Finding {
         };
         return Finding::not_called_for(By::Scene, reason);
     };
-    let percent = 100.0 * sighting.peak / question.level.mean;
+    let percent = question.level.percent(sighting.peak);
     let (kept, dropped) = sighting.kept();
     let taken = match sighting.coated {
         true => "",

@@ -44,6 +44,9 @@ impl Settings {
     }
 }
 
+const EXPECTED: &str =
+    "expected NAME=VALUE with open, close, time, ramp, opening, closing or curve";
+
 impl FromStr for Settings {
     type Err = String;
 
@@ -69,16 +72,16 @@ impl FromStr for Settings {
                 "closing" => closing = Some(later()?),
                 "curve" => table = Some(shares(value)?),
                 _ => {
-                    return Err(format!(
-                        "expected NAME=VALUE with open, close, time, ramp, opening, closing or \
-                         curve, found {word:?}"
-                    ));
+                    return Err(format!("{EXPECTED}, found {word:?}"));
                 }
             }
             if seen.contains(&name) {
                 return Err(format!("{name} is given twice"));
             }
             seen.push(name);
+        }
+        if seen.is_empty() {
+            return Err(format!("{EXPECTED}, such as time=1/60, found nothing"));
         }
         let with = |name: &str, others: &[&str]| {
             seen.contains(&name) && others.iter().any(|other| seen.contains(other))
@@ -125,7 +128,8 @@ mod tests {
 
     #[test]
     fn what_is_not_said_stays_as_the_scene_has_it() {
-        assert_eq!(changed("").map(|s| [s.open, s.close]), Ok([0.0, 0.5]));
+        let scene = Shutter { close: 0.5, ..Shutter::default() };
+        assert_eq!(Settings::default().change(&scene), Ok(scene));
         assert_eq!(changed("open=0.25").map(|s| [s.open, s.close]), Ok([0.25, 0.5]));
         let said = changed("open=1,time=1/50,ramp=5ms").unwrap();
         assert_eq!([said.open, said.close], [1.0, 1.02]);
@@ -139,6 +143,8 @@ mod tests {
     #[test]
     fn nonsense_is_refused_in_words() {
         for (text, expected) in [
+            ("", "such as time=1/60, found nothing"),
+            (" ,", "such as time=1/60, found nothing"),
             ("scene.pbrt", "expected NAME=VALUE with open, close, time, ramp"),
             ("open", "open: expected a time such as 20ms"),
             ("time=-1", "time: expected 0 s or more"),

@@ -9,6 +9,7 @@ use petzval::job::{Changes, prepare};
 use petzval::render::{Place, replay};
 use petzval::scene::pbrt;
 
+use super::message;
 use super::picture::PictureArguments;
 use super::values::{four, pixel};
 use super::{BackendArgument, Failure, Outcome, PupilArgument};
@@ -53,9 +54,7 @@ pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
         ..picture.changes()
     };
     let (job, _, warnings) = prepare(description, &changes)?;
-    for warning in &warnings {
-        say!("petzval: warning: {warning}");
-    }
+    message::warnings(&warnings);
     let (frame, [x, y]) = (&job.frame, *pixel);
     if (0..2).any(|i| pixel[i] < frame.low[i] || pixel[i] >= frame.high[i]) {
         let [[x0, y0], [x1, y1]] = [frame.low, frame.high];

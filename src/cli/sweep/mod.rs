@@ -1,7 +1,6 @@
 //! `petzval render --sweep`: many pictures of one scene, which is read once.
 
 mod axis;
-mod folders;
 mod orders;
 mod proofs;
 mod table;
@@ -20,14 +19,16 @@ use petzval::image::{Exposure, Format};
 use petzval::memory::budget;
 use petzval::render::Progress;
 use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec};
-use petzval::source::Warning;
+use petzval::source::{Files, Warning};
 
+use super::folders::Folders;
 use super::inputs::{parsed, words};
-use super::kept::{checkpoint_name, resume};
+use super::kept::{checkpoint_name, resume, written};
 use super::memory::Memory;
-use super::render::{Among, Shot, check_folder, stop_at_signals, tell};
+use super::message;
+use super::outputs::{check_distinct, check_writable};
+use super::render::{Among, Shot, stop_at_signals};
 use super::{Failure, Outcome, RenderArguments};
-use folders::Folders;
 use orders::Orders;
 use proofs::Proofs;
 use table::Row;
@@ -49,6 +50,8 @@ struct Sweep<'a> {
     memory: Memory,
     description: Description,
     names: Vec<PathBuf>,
+    /// Files that the pictures are made of.
+    inputs: Files,
     /// What was noticed, each thing once.
     said: HashSet<String>,
 }
@@ -64,9 +67,11 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     description.files.digest()?;
     let names = orders.names(&arguments.picture.scene, lens(arguments, &description))?;
     let _folders = Folders::of(&names)?;
-    let said = HashSet::new();
-    let mut sweep = Sweep { arguments, words, orders, memory, description, names, said };
+    let (inputs, said) = (description.files.clone(), HashSet::new());
+    let mut sweep = Sweep { arguments, words, orders, memory, description, names, inputs, said };
     let size = sweep.rehearse()?;
+    let written = sweep.names.iter().flat_map(|name| written(name));
+    check_distinct(written, "-o", &sweep.inputs)?;
     let mut proofs = sweep.proofs(size)?;
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
@@ -159,6 +164,7 @@ impl Sweep<'_> {
             let called = self.called(number);
             let (shot, warnings) = made.map_err(|error| format!("{called}: {error}"))?;
             size = shot.job.frame.size();
+            self.inputs.join(shot.job.files);
             self.tell(&warnings);
         }
         Ok(size)
@@ -180,7 +186,7 @@ impl Sweep<'_> {
     fn tell(&mut self, warnings: &[Warning]) {
         let new = |warning: &&Warning| self.said.insert(warning.to_string());
         let new: Vec<Warning> = warnings.iter().filter(new).cloned().collect();
-        tell(&new);
+        message::warnings(&new);
     }
 
     /// The contact sheet and the table, with what stands already where the sweep goes on.
@@ -192,8 +198,9 @@ impl Sweep<'_> {
         if Format::of(&sheet)? == Format::Exr {
             return Err(format!("--contact {}: expected .png or .jpg", sheet.display()).into());
         }
-        check_folder(&sheet)?;
+        check_writable(&sheet, "--contact")?;
         let table = sheet.with_extension("csv");
+        check_distinct([&sheet, &table], "--contact", &self.inputs)?;
         if let Some(name) = self.names.iter().find(|&name| [&sheet, &table].contains(&name)) {
             let name = name.display();
             return Err(format!("{name} is both a picture and what is to show them all").into());

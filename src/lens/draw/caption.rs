@@ -25,8 +25,6 @@ const AXIS: f64 = 12.0;
 const SAMPLE: f64 = 26.0;
 const GAP: f64 = 6.0;
 
-/// The focal length, mm, from which on a lens is a window pane.
-const AFOCAL: f64 = 1e9;
 /// The f-number from which on nobody asks.
 const MOST_F_NUMBER: f64 = 1e4;
 
@@ -170,7 +168,7 @@ fn words(lens: &Prescription, distance: Option<f64>) -> String {
     let paraxial = Paraxial::of(lens);
     let focal_length = paraxial.focal_length;
     let open = Focus::of(lens).f_number().unwrap_or(f64::INFINITY);
-    let bends = focal_length.abs() < AFOCAL;
+    let bends = !paraxial.is_afocal();
     let mut words =
         if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
     if lens.rows.iter().any(|row| row.axis.is_some()) {

@@ -1,10 +1,11 @@
 //! The medium behind a surface: `index`, `abbe`, `glass`.
 
-use super::value::{Section, shortened};
+use super::value::Section;
 use crate::lens::error::LensError;
 use crate::lens::file::MOST_INDEX;
 use crate::lens::glass::{D_LINE, Glass, catalogue, nearest_glass};
 use crate::lens::prescription::Row;
+use crate::source::excerpt;
 
 /// The index and the dispersion of the medium behind a surface; `ahead` is the surface before it.
 ///
@@ -54,7 +55,7 @@ fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
     let Some(glass) = catalogue(name) else {
         let near = nearest_glass(name)
             .map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
-        let found = format!("no glass \"{}\" in the catalogue{near}", shortened(name));
+        let found = format!("no glass \"{}\" in the catalogue{near}", excerpt(name));
         let expected = "expected a listed name, or index and abbe as numbers";
         return Err(section.refuse("glass", found, expected));
     };

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::value::{Section, shortened};
+use super::value::Section;
 use crate::image::ImageError;
 use crate::lens::error::LensError;
 use crate::lens::iris::{Iris, Mask};
 use crate::lens::named_mask::MASKS;
-use crate::source::hint;
+use crate::source::{excerpt, hint};
 
 /// The shape of the opening; round for what is not the stop.
 pub(super) fn read(section: &Section, stop: bool) -> Result<Iris, LensError> {
@@ -56,7 +56,7 @@ fn shaped(section: &Section, name: &str) -> Result<Iris, LensError> {
         let known = MASKS.iter().copied().chain(["circular"]);
         match error {
             ImageError::Format { .. } => {
-                let found = format!("aperture is \"{}\"{}", shortened(name), hint(name, known));
+                let found = format!("aperture is \"{}\"{}", excerpt(name), hint(name, known));
                 let names = MASKS.join(", ");
                 let expected = format!("expected circular, {names}, or the path of a picture");
                 section.refuse("aperture", found, expected)

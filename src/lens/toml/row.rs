@@ -3,11 +3,12 @@
 use super::medium;
 use super::opening;
 use super::pose;
-use super::value::{Section, shortened};
+use super::value::Section;
 use crate::lens::coating::Coating;
 use crate::lens::error::LensError;
+use crate::lens::file::LEAST_RADIUS;
 use crate::lens::prescription::{Axis, Row};
-use crate::source::hint;
+use crate::source::{excerpt, hint};
 
 const KEYS: &[&str] = &[
     "radius",
@@ -47,6 +48,14 @@ pub(super) fn read(section: &Section, ahead: &Row, last: bool) -> Result<Row, Le
 
 fn shape(section: &Section) -> Result<Row, LensError> {
     let radius = match section.number("radius")? {
+        Some(radius) if radius != 0.0 && radius.abs() < LEAST_RADIUS => {
+            let found = format!("radius is {radius:e}");
+            return Err(section.refuse(
+                "radius",
+                found,
+                "expected 1e-6 mm or more, or 0 for a plane",
+            ));
+        }
         Some(radius) if radius != 0.0 && radius.is_finite() => radius,
         _ => f64::INFINITY,
     };
@@ -117,7 +126,7 @@ fn asphere(section: &Section) -> Result<Vec<(u32, f64)>, LensError> {
 /// `indices` are those before and behind the surface.
 fn coating(section: &Section, indices: [f64; 2]) -> Result<Option<Coating>, LensError> {
     let Some(name) = section.text("coating")? else { return Ok(None) };
-    let name = shortened(name);
+    let name = excerpt(name);
     let Some(coating) = Coating::named(&name) else {
         let found = format!("coating is \"{name}\"{}", hint(&name, Coating::NAMES));
         let expected = format!("expected {}", Coating::NAMES.join(", "));
@@ -138,7 +147,7 @@ fn axis(section: &Section) -> Result<Option<Axis>, LensError> {
         Some("x") => Axis::X,
         Some("y") => Axis::Y,
         Some(other) => {
-            let found = format!("axis is \"{}\"", shortened(other));
+            let found = format!("axis is \"{}\"", excerpt(other));
             return Err(section.refuse("axis", found, "expected \"x\" or \"y\""));
         }
     };

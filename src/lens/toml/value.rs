@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::lens::error::LensError;
-use crate::source::hint;
+use crate::source::{excerpt, hint};
 
 /// The file that is being read.
 #[derive(Clone, Copy)]
@@ -97,7 +97,7 @@ impl<'a> Section<'a> {
     pub(super) fn only(&self, known: &[&str]) -> Result<(), LensError> {
         let strange = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
         let Some(key) = strange.min_by_key(|key| key.span().start) else { return Ok(()) };
-        let name = shortened(key.get_ref());
+        let name = excerpt(key.get_ref());
         let near = hint(&name, known.iter().copied());
         let found = format!("unknown key \"{name}\"{near}");
         Err(self.source.refuse(key.span().start, found, format!("known are {}", known.join(", "))))
@@ -185,13 +185,4 @@ impl<'a> Section<'a> {
             })
             .collect()
     }
-}
-
-/// A word of the file, cut to what an error can show.
-pub(super) fn shortened(word: &str) -> String {
-    let flat: String = word.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    if flat.chars().count() <= 40 {
-        return flat;
-    }
-    flat.chars().take(37).chain("...".chars()).collect()
 }

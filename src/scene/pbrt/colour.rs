@@ -3,7 +3,7 @@
 use super::params::{Param, Params, Values};
 use super::{Notices, SceneError};
 use crate::lens::D_LINE;
-use crate::source::{bytes, hint};
+use crate::source::{bytes, hint, shown};
 use crate::spectrum::{
     ChannelMetal, ColourSpace, Spectrum, blackbody, metal, named, names, srgb_from_xyz,
 };
@@ -173,7 +173,7 @@ impl Params {
         let text = match bytes(&path) {
             Ok(bytes) if bytes.len() <= MOST_TEXT => String::from_utf8_lossy(&bytes).into_owned(),
             Ok(_) => {
-                let found = format!("the spectrum file {} is too long", path.display());
+                let found = format!("the spectrum file {} is too long", shown(&path));
                 return Err(SceneError::at(param.at.clone(), found, "expected at most 16 MiB"));
             }
             Err(source) => {
@@ -187,7 +187,7 @@ impl Params {
             }
         };
         let refuse = |line: usize, found: String| {
-            let found = format!("{}:{line}: {found}", path.display());
+            let found = format!("{}:{line}: {found}", shown(&path));
             SceneError::at(param.at.clone(), found, PAIRS)
         };
         let mut numbers = Vec::new();

@@ -93,6 +93,8 @@ pub enum RealisticSpec {
     V4 {
         /// The lens file.
         lens: PathBuf,
+        /// Where the scene names it.
+        lens_at: Location,
         /// Diameter of the stop, mm.
         aperture: f64,
         /// The shape of the stop, if the scene names one.
@@ -108,6 +110,8 @@ pub enum RealisticSpec {
     V2 {
         /// The lens file.
         lens: PathBuf,
+        /// Where the scene names it.
+        lens_at: Location,
         /// Diameter of the stop, mm.
         aperture: f64,
         /// Rear vertex to film, mm.

@@ -70,11 +70,11 @@ impl Library {
             Some(wish) => wish / image.as_ref().map_or(PI, SkyImage::illuminance),
             None => 1.0,
         };
-        let radiance = strength.map(|r| r * factor);
-        if !radiance.iter().all(|r| r.is_finite()) {
+        if !factor.is_finite() {
             let found = "an illuminance for a picture that is black above the horizon";
             return Err(params.refuse("illuminance", found, "leave it out"));
         }
+        let radiance = product(params, strength, factor, "illuminance")?;
         Ok(Light::Infinite(Sky { radiance, image }))
     }
 
@@ -123,11 +123,11 @@ impl Library {
             Some(wish) => wish / beam.power(),
             None => 1.0,
         };
-        let intensity = strength.map(|i| i * factor);
-        if !intensity.iter().all(|i| i.is_finite()) {
+        if !factor.is_finite() {
             let found = "a power for a light that sends nothing";
             return Err(params.refuse("power", found, "leave it out"));
         }
+        let intensity = product(params, strength, factor, "power")?;
         let position = ctm.transform_point3(from).as_vec3();
         let light_from_world = single(light_from_world);
         Ok(Light::Lamp(Lamp { position, light_from_world, intensity, beam }))
@@ -161,8 +161,9 @@ impl Library {
             }
         }
         let radiance = radiance.unwrap_or([1.0; 3]);
+        let strength = [0, 1, 2].map(|i| radiance[i] * scale[i]);
         Ok(Emission {
-            radiance: [0, 1, 2].map(|i| radiance[i] * scale[i] * factor),
+            radiance: product(params, strength, factor, "power")?,
             two_sided,
             image: image.map(|picture| flat(picture, false)),
             by_area: power.is_some(),
@@ -194,7 +195,8 @@ fn distant(params: &Params, ctm: &DAffine3, strength: [f32; 3]) -> Result<Light,
         params.refuse("to", "a distant light from nowhere", "from and to must differ")
     })?;
     let factor = wish(params, "illuminance")?.unwrap_or(1.0);
-    Ok(Light::Distant { towards: towards.as_vec3(), irradiance: strength.map(|e| e * factor) })
+    let irradiance = product(params, strength, factor, "illuminance")?;
+    Ok(Light::Distant { towards: towards.as_vec3(), irradiance })
 }
 
 /// Cosines of the angles at which a spot light ends and begins to fade.
@@ -214,7 +216,31 @@ fn spot(params: &Params) -> Result<[f32; 2], SceneError> {
 
 /// A power or an illuminance that is wished for; pbrt-v4 takes 0 and less for no wish.
 fn wish(params: &Params, name: &str) -> Result<Option<f32>, SceneError> {
-    Ok(params.maybe_float(name)?.filter(|&wish| wish > 0.0).map(|wish| wish as f32))
+    match params.maybe_float(name)?.filter(|&wish| wish > 0.0) {
+        Some(wish) if wish > f64::from(f32::MAX) => Err(too_large(params, name)),
+        wish => Ok(wish.map(|wish| wish as f32)),
+    }
+}
+
+/// What a light sends, by a factor that the parameter `wished` asks for.
+fn product(
+    params: &Params,
+    strength: [f32; 3],
+    factor: f32,
+    wished: &str,
+) -> Result<[f32; 3], SceneError> {
+    let product = strength.map(|s| s * factor);
+    let at_fault = if params.find(wished).is_some() { wished } else { "scale" };
+    match product.iter().all(|s| s.is_finite()) {
+        true => Ok(product),
+        false => Err(too_large(params, at_fault)),
+    }
+}
+
+/// The error for a light that no picture can hold.
+fn too_large(params: &Params, name: &str) -> SceneError {
+    let found = format!("\"{name}\" makes this light too large for a picture");
+    params.refuse(name, found, "expected less than 3.4e38 of all that it sends")
 }
 
 /// A number above the first and below the second limit, or at it.

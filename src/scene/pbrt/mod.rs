@@ -35,7 +35,7 @@ use std::collections::HashSet;
 
 use crate::image::ImageError;
 use crate::scene::ply::PlyError;
-use crate::source::{Location, Unreadable, Warning};
+use crate::source::{Location, Unreadable, Warning, excerpts};
 
 /// Why a scene was refused.
 #[derive(Debug, thiserror::Error)]
@@ -98,7 +98,7 @@ impl Notices {
     /// Notes what is not supported and what is done instead.
     fn instead(&mut self, at: &Location, what: &str, instead: &str) {
         if self.seen.insert(what.to_owned()) {
-            let message = format!("{what} is not supported yet: {instead}");
+            let message = excerpts(&format!("{what} is not supported yet: {instead}"));
             self.warnings.push(Warning { at: at.clone(), message });
         }
     }
@@ -108,6 +108,6 @@ impl SceneError {
     fn at(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
         let (found, expected) = (found.into(), expected.into());
         let message = if expected.is_empty() { found } else { format!("{found}; {expected}") };
-        Self::Invalid { at, message }
+        Self::Invalid { at, message: excerpts(&message) }
     }
 }

@@ -205,8 +205,12 @@ impl Params {
         found: impl Into<String>,
         expected: impl Into<String>,
     ) -> SceneError {
-        let at = self.find(name).map_or(&self.at, |param| &param.at);
-        SceneError::at(at.clone(), found, expected)
+        SceneError::at(self.place(name), found, expected)
+    }
+
+    /// Where a parameter stands, or the directive, where it is not given.
+    pub(super) fn place(&self, name: &str) -> Location {
+        self.find(name).map_or(&self.at, |param| &param.at).clone()
     }
 
     pub(super) fn wrong_count(&self, name: &str, found: usize, expected: &str) -> SceneError {

@@ -166,6 +166,7 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
     if let Some(file) = params.text("specfile")? {
         return Ok(CameraSpec::Realistic(RealisticSpec::V2 {
             lens: folder.join(file),
+            lens_at: params.place("specfile"),
             aperture: params.positive("aperture_diameter", 1.0)?,
             film_distance: params.positive("filmdistance", 70.0)?,
             film_diagonal: params.positive("filmdiag", 35.0)?,
@@ -182,6 +183,7 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
     };
     Ok(CameraSpec::Realistic(RealisticSpec::V4 {
         lens: folder.join(file),
+        lens_at: params.place("lensfile"),
         aperture: params.positive("aperturediameter", 1.0)?,
         iris: params
             .text("aperture")?

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::SceneError;
-use crate::source::Location;
+use crate::source::{Location, excerpt};
 
 /// One word.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,9 +27,9 @@ impl Word {
     /// How an error message shows it.
     pub(super) fn shown(&self) -> String {
         match self {
-            Self::Name(name) => name.chars().take(60).collect(),
-            Self::Text(text) => format!("\"{}\"", text.chars().take(60).collect::<String>()),
-            Self::Number(number) => number.to_string(),
+            Self::Name(name) => excerpt(name),
+            Self::Text(text) => format!("\"{}\"", excerpt(text)),
+            Self::Number(number) => excerpt(&number.to_string()),
             Self::Open => "[".to_owned(),
             Self::Close => "]".to_owned(),
             Self::End => "the end of the file".to_owned(),
@@ -221,11 +221,8 @@ fn number(word: &[u8]) -> Result<f64, String> {
     let text = String::from_utf8_lossy(word);
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        Ok(_) => Err(format!("the number {text} is out of range")),
-        Err(_) => {
-            let shown: String = text.chars().take(60).collect();
-            Err(format!("\"{shown}\" is no number and no directive"))
-        }
+        Ok(_) => Err(format!("the number {} is out of range", excerpt(&text))),
+        Err(_) => Err(format!("\"{}\" is no number and no directive", excerpt(&text))),
     }
 }
 

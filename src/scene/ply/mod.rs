@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use super::bilinear::triangulate;
 use super::mesh::Mesh;
 use crate::memory::budget;
-use crate::source::bytes;
+use crate::source::{bytes, excerpt, shown};
 use header::{Element, Order, Scalar, header};
 
 /// Why a PLY file was refused.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {found}", path.display())]
+#[error("{}: {found}", shown(path))]
 pub struct PlyError {
     path: PathBuf,
     found: String,
@@ -121,7 +121,7 @@ impl Values<'_> {
         let text = String::from_utf8_lossy(&rest[start..end]);
         text.parse().map_err(|_| {
             let line = 1 + self.bytes[..self.next].iter().filter(|&&b| b == b'\n').count();
-            format!("line {line}: \"{}\" is no number", text.chars().take(40).collect::<String>())
+            format!("line {line}: \"{}\" is no number", excerpt(&text))
         })
     }
 

@@ -1,12 +1,12 @@
-//! The folders of pictures, which a sweep makes where there are none.
+//! Folders of outputs, which a command makes where there are none.
 
 use std::collections::HashSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::super::Failure;
-use super::super::render::check_folder;
+use super::Failure;
+use super::outputs::check_writable;
 
 /// Folders that were made. Those that nothing was put into go with it.
 #[derive(Default)]
@@ -21,13 +21,14 @@ impl Folders {
             if seen.insert(folder) {
                 let made = folders.make(folder);
                 made.map_err(|error| format!("cannot write {}: {error}", picture.display()))?;
-                check_folder(picture)?;
+                check_writable(picture, "-o")?;
             }
         }
         Ok(folders)
     }
 
-    fn make(&mut self, folder: &Path) -> io::Result<()> {
+    /// Makes a folder, and those that it is in.
+    pub fn make(&mut self, folder: &Path) -> io::Result<()> {
         let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let missing: Vec<&Path> = folder.ancestors().take_while(missing).collect();
         for folder in missing.into_iter().rev() {
