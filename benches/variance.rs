@@ -1,7 +1,7 @@
 //! What noise costs: relative variance times CPU time, for a knot in a room through the four course
 //! lenses. A render that halves the variance in the same time halves the product.
 //!
-//!     cargo bench --bench noise
+//!     cargo bench --bench variance
 
 use std::f32::consts::TAU;
 use std::path::Path;
