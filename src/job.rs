@@ -192,6 +192,7 @@ fn make(
     if let Model::Real(lens) = &job.camera.model {
         setup.doubt(lens);
     }
+    setup.cropped(&job.frame, &job.plan);
     if !evenly {
         job.samples = 0..changes.samples.unwrap_or(Until::MOST);
         job.until = changes.until;

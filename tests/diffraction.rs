@@ -366,6 +366,11 @@ fn a_good_wavefront_spreads_light_as_the_shape_of_its_pupil() {
 
 /// A picture of a world behind a lens, metres, with these changes.
 fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
+    warned(lens, film, world, changes).0
+}
+
+/// The same, and what it warns of.
+fn warned(lens: &str, film: &str, world: &str, changes: &Changes) -> (Job, String) {
     let folder = folder();
     let text = format!(
         "Film \"rgb\" {film} PixelFilter \"box\" Integrator \"path\" \"integer maxdepth\" 1
@@ -374,7 +379,9 @@ fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
         root().join("lenses").join(lens).display()
     );
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
-    prepare(description, changes).expect("a job").0
+    let (job, _, warnings) = prepare(description, changes).expect("a job");
+    let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    (job, warnings.join("\n"))
 }
 
 /// 3 um pixels.
@@ -476,5 +483,62 @@ fn light_of_one_colour_has_sharp_rings() {
         assert!(found < 3e-4 * peak && white.at([0.0, zero])[channel] > 3e-4 * peak, "{found}");
         let ring = spread.at([0.0, 1.635 / 1.22 * zero])[channel];
         assert!((ring / peak - 0.0175).abs() < 5e-4, "the first bright ring: {}", ring / peak);
+    }
+}
+
+#[test]
+fn a_crop_is_that_part_of_the_whole_bit_for_bit_but_for_diffraction() {
+    // A sensor on top: its noise belongs to pixels, wherever a crop begins.
+    let world = "LightSource \"infinite\" \"rgb L\" [0.4 0.5 0.6] Translate 0.06 0.02 40
+        Material \"diffuse\" \"rgb reflectance\" [0.2 0.3 0.4] Shape \"sphere\" \"float radius\" 0.1";
+    let film = "\"integer xresolution\" 60 \"integer yresolution\" 40 \"float diagonal\" 0.36";
+    let taken = |effects: &str, sensor: Option<&str>, crop: Option<[[u32; 2]; 2]>| {
+        let changes = Changes {
+            f_number: Some(16.0),
+            effects: effects.parse().expect("effects"),
+            sensor: sensor.map(|words| words.parse().expect("a sensor")),
+            samples: Some(16),
+            crop,
+            ..Changes::default()
+        };
+        let (job, warnings) = warned("dgauss.50mm.dat", film, world, &changes);
+        let exposed = render(&job, Backend::Simd, 2, &Default::default()).expect("a picture");
+        (exposed.picture(&job).pixels, warnings)
+    };
+    let [low, high] = [[21, 11], [50, 32]];
+    for (effects, sensor) in [
+        ("-diffraction", None),
+        ("-diffraction", Some("iso=3200,pixel=3")),
+        ("-diffraction", Some("iso=3200,pixel=3,bayer=gbrg")),
+        ("+diffraction", None),
+    ] {
+        let ((whole, said), (part, warned)) =
+            (taken(effects, sensor, None), taken(effects, sensor, Some([low, high])));
+        let inside = (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| y * 60 + x));
+        let inside: Vec<[f32; 3]> = inside.map(|i| whole[i as usize]).collect();
+        let warns = "beyond the crop";
+        assert!(!said.contains(warns), "{said}");
+        if effects == "-diffraction" {
+            assert!(inside == part, "{effects} {sensor:?}");
+            assert!(!warned.contains(warns), "{warned}");
+            continue;
+        }
+        assert!(warned.contains(warns), "{warned}");
+        let bright = inside.iter().flatten().fold(0.0f32, |most, &v| most.max(v));
+        // Airy's first dark ring has a radius of 2 pixels; the edge of the ball crosses the crop's.
+        for (margin, bound) in [(0, 0.15), (2, 0.03), (6, 0.01)] {
+            let [width, height] = [high[0] - low[0], high[1] - low[1]].map(|n| n as usize);
+            let deep = |i: &usize| {
+                let [x, y] = [i % width, i / width];
+                x.min(width - 1 - x).min(y).min(height - 1 - y) >= margin
+            };
+            let off = (0..width * height).filter(deep).flat_map(|i| {
+                let (inside, part) = (inside[i], part[i]);
+                (0..3).map(move |c| (inside[c] - part[c]).abs() / bright)
+            });
+            let off = off.fold(0.0, f32::max);
+            println!("{margin} pixels inside a crop is off by {off:.5} of the brightest at most");
+            assert!(off > 0.0 && off < bound, "{margin}: {off}");
+        }
     }
 }

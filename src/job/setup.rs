@@ -2,6 +2,7 @@
 
 use super::place::Place;
 use super::{Changes, FocusOn, JobError};
+use crate::film::Frame;
 use crate::image::{Note, Notes};
 use crate::lens::{
     self, Camera, D_LINE, FilmPlane, FocusModel, Iris, LensError, MASKS, Mask, Model, Pose,
@@ -48,6 +49,16 @@ impl Setup {
         for doubt in lens.prescription.doubtful_indices([low, high]) {
             let message = format!("lens {}: {doubt}", lens.prescription.name);
             self.warnings.push(Warning { at: self.at.clone(), message });
+        }
+    }
+
+    /// Warns where diffraction does not know the light around a part of a picture.
+    pub fn cropped(&mut self, frame: &Frame, plan: &Plan) {
+        if frame.size() != frame.resolution && plan.has(Effect::Diffraction) {
+            let message = "diffraction takes the light beyond the crop to be like that inside, so the \
+                           crop is not exactly that part of the whole picture; with --effects \
+                           -diffraction it is";
+            self.warnings.push(Warning { at: self.at.clone(), message: message.to_owned() });
         }
     }
 

@@ -56,7 +56,7 @@ const MOST_SIZE: usize = 4096;
 
 impl Mask {
     /// The mask by pbrt-v4's convention (`RealisticCamera::Create`).
-    pub(super) fn as_bright_as_round(self) -> Self {
+    pub(super) fn normalized(self) -> Self {
         let sum: f64 = self.transmission.iter().map(|&t| f64::from(t)).sum();
         let scale = FRAC_PI_4 * self.transmission.len() as f64 / sum;
         let scaled = self.transmission.iter().map(|&t| (f64::from(t) * scale) as f32);
@@ -77,7 +77,7 @@ impl Mask {
     /// # Errors
     /// As those of [`Self::image`].
     pub fn image_by_pbrt(path: &Path) -> Result<Self, ImageError> {
-        Ok(Self::read(path, f32::MAX)?.as_bright_as_round())
+        Ok(Self::read(path, f32::MAX)?.normalized())
     }
 
     fn read(path: &Path, most: f32) -> Result<Self, ImageError> {

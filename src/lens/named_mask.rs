@@ -36,7 +36,7 @@ impl Mask {
             "star" => Self::drawn(name, |x, y| star(y, -x)),
             _ => Self::named(name)?,
         };
-        Some(mask.as_bright_as_round())
+        Some(mask.normalized())
     }
 
     /// A shape on 256 by 256 points.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use petzval::lens::{From, Iris, LensRay, Mask, Prescription, sequence, trace_one};
+use petzval::lens::{Convention, From, Iris, LensRay, Mask, Prescription, sequence, trace_one};
 
 use super::support::{Random, row};
 use petzval::lens::Row;
@@ -97,7 +97,12 @@ fn a_mask_is_seen_from_the_film_with_its_first_row_up() {
     // Only the cell in the second row from the top and the rightmost column is open.
     let mut transmission = vec![0.0f32; 16];
     transmission[7] = 0.25;
-    let mask = Mask { name: "cell".into(), size: 4, transmission: transmission.into() };
+    let mask = Mask {
+        name: "cell".into(),
+        size: 4,
+        transmission: transmission.into(),
+        convention: Convention::Physical,
+    };
     let lens = opening(Iris::Mask(mask), 0.0);
     let weight = |x: f64, y: f64| {
         let ray = LensRay::new([x, y, 0.0], [0.0, 0.0, 1.0]);
