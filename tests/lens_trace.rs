@@ -6,6 +6,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use petzval::lens::Row;
+use support::grazing::Hemisphere;
 use support::{LENSES, Random, folder, lens, oracle, root, write};
 
 fn trace(lens: &Path, rays: &Path, more: &[&str]) -> Output {
@@ -154,4 +156,43 @@ fn bad_rays_are_named_with_their_line() {
     let output = trace(&path, Path::new("no.csv"), &[]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("cannot read the rays no.csv"));
+}
+
+#[test]
+fn rays_from_anywhere_that_graze_a_rear_hemisphere_keep_the_promise_in_f32() {
+    let folder = folder();
+    for seed in 0..12 {
+        let mut random = Random::new(seed);
+        let hemisphere = Hemisphere::random(&mut random);
+        let (radius, length) = (hemisphere.radius(), hemisphere.lens.length());
+        let (mut table, mut rays) = (String::new(), String::new());
+        for row in &hemisphere.lens.rows {
+            let (stop, Row { radius, thickness, index, diameter, .. }) = (row.stop, row);
+            let _ = writeln!(
+                table,
+                "[[surface]]\nradius = {radius:?}\nthickness = {thickness:?}\nindex = {index:?}\n\
+                 diameter = {diameter:?}\nstop = {stop}"
+            );
+        }
+        for _ in 0..10_000 {
+            let [p, d] = hemisphere.ray(&mut random);
+            let way = radius * 10f64.powf(random.between(0.0, 1.5));
+            let [x, y, z] = [0, 1, 2].map(|i| p[i] - way * d[i]);
+            let _ = writeln!(rays, "{x},{y},{},{},{},{}", length - z, d[0], d[1], -d[2]);
+        }
+        let (lens, csv) = (write(&folder, "lens.toml", table), write(&folder, "rays.csv", rays));
+        let [single, double] =
+            ["f32", "f64"].map(|precision| lines(&trace(&lens, &csv, &["--precision", precision])));
+        let (mut through, mut worst) = (0, 0.0f64);
+        for (single, double) in single.iter().zip(&double) {
+            let numbers = |line: &str| -> Option<Vec<f64>> {
+                line.split(',').map(|word| word.parse().ok()).collect()
+            };
+            let (Some(a), Some(b)) = (numbers(single), numbers(double)) else { continue };
+            through += 1;
+            worst = worst.max(1e6 * (3..6).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt());
+        }
+        assert!(through > 1000, "lens {seed}: {through} rays come through");
+        assert!(worst < 5.0, "lens {seed}: {worst} urad");
+    }
 }

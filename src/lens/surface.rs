@@ -137,8 +137,9 @@ pub fn ghost_sequence<R: Real>(
 struct Path<'a, R: Real> {
     lens: &'a Prescription,
     nm: f64,
-    /// Half the diameter of the row met before.
+    /// Half the diameter of the row met before, and its sag there as the ray travels.
     height: f64,
+    sag: f64,
     /// That row.
     crossed: Option<usize>,
     /// How the rows stand; empty where all are square.
@@ -150,20 +151,27 @@ impl<'a, R: Real> Path<'a, R> {
     fn new(lens: &'a Prescription, nm: f64) -> Self {
         let placed = if lens.is_askew() { lens.placements() } else { Vec::new() };
         let surfaces = Vec::with_capacity(lens.rows.len());
-        Self { lens, nm, height: 0.0, crossed: None, placed, surfaces }
+        Self { lens, nm, height: 0.0, sag: 0.0, crossed: None, placed, surfaces }
     }
 
     /// Adds a row, met on the way to the film or from it, at its thickness or another distance
     /// from the one before.
     fn go(&mut self, row: usize, distance: Option<f64>, to_film: bool, mirror: bool) {
-        let Self { lens, nm, height, .. } = *self;
+        let Self { lens, nm, .. } = *self;
         let rows = &lens.rows;
         let between = if to_film { row.wrapping_sub(1) } else { row };
         let advance = distance.unwrap_or_else(|| rows[between].thickness);
         let [before, behind] = lens.indices(row);
         let (sign, n, n_after) =
             if to_film { (1.0, before, behind) } else { (-1.0, behind, before) };
-        let mut side = Side { row, advance, sign, n, n_after, height, mirror, nm };
+        let half = rows[row].diameter / 2.0;
+        let sag = rows[row].sag(half);
+        let spread = match self.crossed {
+            Some(_) => [self.height, self.sag],
+            None => [advance.abs() + half, 0.0],
+        };
+        let first = self.crossed.is_none();
+        let mut side = Side { row, advance, sign, n, n_after, spread, first, mirror, nm };
         let start = distance.map_or(0.0, |distance| match to_film {
             true => -distance,
             false => lens.length() + distance,
@@ -174,7 +182,7 @@ impl<'a, R: Real> Path<'a, R> {
             motion.translation.z = 0.0;
             self.turn(row, &motion);
         }
-        (self.height, self.crossed) = (rows[row].diameter / 2.0, Some(row));
+        (self.height, self.sag, self.crossed) = (half, sign * sag, Some(row));
         push::<R>(&rows[row], &side, &mut self.surfaces);
     }
 
@@ -239,8 +247,10 @@ struct Side {
     sign: f64,
     n: f64,
     n_after: f64,
-    /// How far from the axis they start.
-    height: f64,
+    /// How far from the axis they start, and how far ahead of the vertex crossed before at most.
+    spread: [f64; 2],
+    /// Whether no row comes before it: rays start anywhere, and are aimed at all of its rim.
+    first: bool,
     mirror: bool,
     /// Wavelength for the coating.
     nm: f64,
@@ -250,11 +260,17 @@ struct Side {
 /// pessimistic: a ball lens next to total reflection, at this limit, is off by 4 urad.
 const DIRECTION: f64 = 2e-6;
 
+/// From this slope of its rim on, 52 degrees, the first surface is grazed by rays of a film. What
+/// rounding does to them there is magnified where they come near total reflection later.
+const STEEP: f64 = 1.3;
+/// So much less may their directions be off.
+const MAGNIFIED: f64 = 3.0;
+
 /// From this share of the radius on a surface is met from afar. The step costs a division.
 const FAR: f64 = 0.5;
 
 fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>) {
-    let &Side { row: place, advance, sign, n, n_after, height, mirror, nm } = side;
+    let &Side { row: place, advance, sign, n, n_after, spread, first, mirror, nm } = side;
     let curvature = sign * row.curvature();
     let n2_step = if mirror { 3.0 * n * n } else { n_after * n_after - n * n };
     let plain_stop = row.stop && row.curvature() == 0.0 && row.asphere.is_empty() && n2_step == 0.0;
@@ -263,11 +279,20 @@ fn push<R: Real>(row: &Row, side: &Side, surfaces: &mut Vec<Surface<R::Scalar>>)
     let far = bulge * (curvature * advance).abs() > FAR;
     // How far from the vertex rays are when they meet the formula.
     let half = row.diameter / 2.0;
-    let from = if far { half + 2.0 * row.sag(half).abs() } else { advance.hypot(height) };
+    let from = match far {
+        true => half + 2.0 * row.sag(half).abs(),
+        false => {
+            let [height, sag] = spread;
+            let start = advance.abs().max((advance - sag).abs()).hypot(height);
+            if first { start.max(half.hypot(row.sag(half))) } else { start }
+        }
+    };
     // The square of the normal component is a difference of G^2 and A F, of this size; an error
     // of it becomes one of its root behind the surface.
     let size = n * n * (1.0 + bulge * curvature.abs() * from).powi(2);
-    let doubt = (2.0 * R::EPSILON * size / (2.0 * DIRECTION)).powi(2);
+    let steep = first && row.slope(half).abs() > STEEP;
+    let direction = if steep { DIRECTION / MAGNIFIED } else { DIRECTION };
+    let doubt = (2.0 * R::EPSILON * size / (2.0 * direction)).powi(2);
     let surface = Surface {
         row: place,
         kind: match row {

@@ -8,6 +8,7 @@ mod support;
 mod corpus;
 mod exact;
 mod film;
+mod grazing;
 mod nasty;
 mod opening;
 mod random;

@@ -1,6 +1,7 @@
 //! What the tests share: the independent oracle, the lenses, and nasty numbers.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+pub mod grazing;
 pub mod kept;
 pub mod oracle;
 pub mod probe;

@@ -1,0 +1,212 @@
+//! How strongly glass takes colours apart, against what its makers publish: from the catalogue to
+//! the rays of a picture.
+
+mod support;
+
+use std::fmt::Write as _;
+
+use glam::DAffine3;
+use petzval::lanes::f32x8;
+use petzval::lens::{
+    Aim, C_LINE, Camera, D_LINE, F_LINE, From, Glass, LensColumns, LensRay, Model, Paraxial,
+    Prescription, RealLens, Row, catalogue, sequence, trace_one,
+};
+use petzval::rays::{RayBatch, SampleBatch};
+use petzval::sampler::{Dimension, pair};
+use petzval::spectrum::LightBand;
+use petzval::stats::LensStats;
+use support::{folder, oracle, petzval, row, write};
+
+/// The g line of mercury, nm.
+const G_LINE: f64 = 435.8343;
+
+/// Indices at the g, F, d and C lines: data sheets of Schott, Ohara and Hoya, and Malitson 1965.
+const PUBLISHED: &[(&str, [f64; 4])] = &[
+    ("N-BK7", [1.52668, 1.52238, 1.51680, 1.51432]),
+    ("F2", [1.64202, 1.63208, 1.62004, 1.61503]),
+    ("SF6", [1.84707, 1.82775, 1.80518, 1.79609]),
+    ("N-SF11", [1.82533, 1.80651, 1.78472, 1.77596]),
+    ("S-BSL7", [1.52621, 1.52191, 1.51633, 1.51386]),
+    ("S-TIH6", [1.84729, 1.82777, 1.80518, 1.79611]),
+    ("S-FPL51", [1.50451, 1.50123, 1.49700, 1.49514]),
+    ("BSC7", [1.52667, 1.52237, 1.51680, 1.51432]),
+    ("FCD1", [1.50451, 1.50123, 1.49700, 1.49514]),
+    ("F_SILICA", [1.46669, 1.46313, 1.45846, 1.45637]),
+];
+
+/// Data sheets round to this, and a difference of two of their numbers to twice as much.
+const ROUNDED: f64 = 6e-6;
+
+fn published(name: &str) -> [f64; 4] {
+    PUBLISHED.iter().find(|(listed, _)| *listed == name).expect("a glass of the table").1
+}
+
+/// A biconvex lens of 50 mm radii with its stop in front, of one medium.
+fn singlet(index: f64, glass: Glass) -> Prescription {
+    let front = Row { glass, ..row(50.0, 5.0, index, 20.0) };
+    let rows = vec![row(0.0, 1.0, 1.0, 10.0), front, row(-50.0, 0.0, 1.0, 20.0)];
+    Prescription { name: "singlet".into(), rows, ..Prescription::default() }
+}
+
+/// The same of a glass of the catalogue.
+fn of_glass(name: &str) -> Prescription {
+    let glass = catalogue(name).expect("listed");
+    singlet(glass.nd(), Glass::Catalogue(glass))
+}
+
+/// The same of a medium that has this index, whatever the light.
+fn of_index(index: f64) -> Prescription {
+    singlet(index, Glass::Constant)
+}
+
+#[test]
+fn glasses_have_their_published_indices_at_four_lines() {
+    for &(name, indices) in PUBLISHED {
+        for (nm, index) in [G_LINE, F_LINE, D_LINE, C_LINE].into_iter().zip(indices) {
+            let found = of_glass(name).at_wavelength(nm).rows[1].index;
+            assert!((found - index).abs() < ROUNDED, "{name} at {nm} nm: {found}, not {index}");
+        }
+        let [blue, red] = [F_LINE, C_LINE].map(|nm| of_glass(name).at_wavelength(nm).rows[1].index);
+        let spread = indices[1] - indices[3];
+        assert!((blue - red - spread).abs() < 2.0 * ROUNDED, "{name}: {} {spread}", blue - red);
+    }
+}
+
+#[test]
+fn a_glass_has_its_index_in_the_near_ultraviolet_and_infrared_too() {
+    // The i and t lines of the data sheets, where terms count that hide in the visible.
+    for (name, i, t) in [("N-BK7", 1.53627, 1.50731), ("F2", 1.66623, 1.60279)] {
+        for (nm, index) in [(365.0146, i), (1013.98, t)] {
+            let found = of_glass(name).at_wavelength(nm).rows[1].index;
+            assert!((found - index).abs() < ROUNDED, "{name} at {nm} nm: {found}, not {index}");
+        }
+    }
+}
+
+#[test]
+fn an_abbe_number_a_table_and_a_guess_spread_colours_as_they_say() {
+    let spread = |lens: &Prescription| {
+        let [blue, red] = [F_LINE, C_LINE].map(|nm| lens.at_wavelength(nm).rows[1].index);
+        blue - red
+    };
+    for &(name, [_, blue, green, red]) in PUBLISHED {
+        let vd = (green - 1.0) / (blue - red);
+        let by_abbe = spread(&singlet(green, Glass::Abbe { vd }));
+        assert!((by_abbe - (blue - red)).abs() < 1e-12, "{name}: {by_abbe}");
+        let table = [[C_LINE, red], [D_LINE, green], [F_LINE, blue]];
+        let mut table = table.to_vec();
+        table.reverse();
+        let tabled = singlet(green, Glass::Table(table.clone().into()));
+        assert!((spread(&tabled) - (blue - red)).abs() < 1e-12, "{name}");
+        // Between its entries a table follows the glass to a fiftieth of the spread.
+        for nm in [510.0, 546.074, 620.0] {
+            let [found, exact] =
+                [&tabled, &of_glass(name)].map(|lens| lens.at_wavelength(nm).rows[1].index);
+            assert!((found - exact).abs() < 0.02 * (blue - red), "{name} at {nm}: {found} {exact}");
+        }
+        let mut guessed = of_index(green);
+        let glass = guessed.assume_dispersion()[0];
+        let [_, vd] = glass.published;
+        let said = (green - 1.0) / vd;
+        assert!((spread(&guessed) / said - 1.0).abs() < 2e-3, "{name}: {}", glass.name);
+    }
+}
+
+#[test]
+fn focal_lengths_of_colours_lie_apart_as_published_indices_have_it() {
+    for &(name, indices) in PUBLISHED {
+        let focal = |lens: &Prescription| Paraxial::of(lens).focal_length;
+        let [blue, red] = [F_LINE, C_LINE].map(|nm| focal(&of_glass(name).at_wavelength(nm)));
+        // The lensmaker's equation of a thick lens.
+        let [expected_blue, expected_red] = [indices[1], indices[3]].map(|n| {
+            let power: f64 = (n - 1.0) * (2.0 / 50.0 - (n - 1.0) * 5.0 / (n * 50.0 * 50.0));
+            power.recip()
+        });
+        let (found, expected) = (red - blue, expected_red - expected_blue);
+        // Data sheets round a small spread to a quarter of a percent.
+        assert!((found / expected - 1.0).abs() < 4e-3, "{name}: {found} mm, not {expected} mm");
+    }
+}
+
+#[test]
+fn lens_trace_refracts_each_wavelength_by_its_published_index() {
+    let folder = folder();
+    for name in ["F2", "N-BK7", "S-TIH6", "FCD1"] {
+        let file = format!(
+            "[[surface]]\nstop = true\ndiameter = 10\nthickness = 1\n\
+             [[surface]]\nradius = 50\nthickness = 5\ndiameter = 20\nglass = \"{name}\"\n\
+             [[surface]]\nradius = -50\ndiameter = 20\n"
+        );
+        write(&folder, "lens.toml", file);
+        let lines = [G_LINE, F_LINE, D_LINE, C_LINE];
+        let mut rays = String::new();
+        for nm in lines {
+            let _ = writeln!(rays, "3,1,51,-0.01,0.02,-1,{nm}");
+        }
+        write(&folder, "rays.csv", rays);
+        let arguments = ["lens", "trace", "lens.toml", "--rays", "rays.csv", "--precision", "f64"];
+        let (code, printed, said) = petzval(folder.path(), &arguments);
+        assert!(code == 0 && !said.contains("warning"), "{said}");
+        assert_eq!(printed.lines().count(), 4);
+        for ((line, nm), index) in printed.lines().zip(lines).zip(published(name)) {
+            let found: Vec<f64> =
+                line.split(',').map(|word| word.parse().expect("a number")).collect();
+            // The oracle's film stands at the ray's start.
+            let traced = oracle::trace(&of_index(index), 45.0, [3.0, 1.0, 0.0], [-0.01, 0.02, 1.0]);
+            let [_, exact] = traced.expect("the ray comes through");
+            for axis in 0..2 {
+                let off = (found[3 + axis] - exact[axis]).abs();
+                // By the rounding of the data sheet.
+                assert!(off < 2e-6, "{name} at {nm} nm: {off} rad off");
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_of_a_picture_are_bent_by_the_published_index_of_their_band() {
+    let (film, points) = (45.0, [[2.0f32, 1.0], [-4.0, 0.5], [0.0, 0.0]]);
+    for name in ["F2", "N-BK7", "S-TIH6", "FCD1"] {
+        let [_, blue, _, red] = published(name);
+        let mut lens = RealLens::new(of_glass(name), film, 5.0, Aim::Pupil, 1.0, 0.0);
+        let band = |wavelength| LightBand { wavelength, response: [1.0; 3] };
+        lens.disperse(&[band(F_LINE), band(C_LINE)]);
+        let camera = Camera {
+            model: Model::Real(Box::new(lens)),
+            film: [10.0, 10.0],
+            world_from_camera: DAffine3::IDENTITY,
+            imaging_ratio: 1.0,
+            depth: [0.0, f64::INFINITY],
+        };
+        for (band, index) in [blue, red].into_iter().enumerate() {
+            let mut samples = SampleBatch { len: 240, band, ..SampleBatch::default() };
+            for i in 0..samples.len {
+                for axis in 0..2 {
+                    samples.film[axis][i] = points[i % 3][axis];
+                    samples.pupil[axis][i] = pair(0, i as u32, Dimension::Pupil)[axis];
+                }
+            }
+            let mut rays = RayBatch::default();
+            let mut stats = LensStats { blocked: vec![0; 3], ..LensStats::default() };
+            camera.expose::<f32x8>(&samples, &mut LensColumns::default(), &mut rays, &mut stats);
+            assert!(rays.len > 150, "{} rays", rays.len);
+            // Back through a lens that has the published index, to where they came from.
+            let back = sequence::<f64>(&of_index(index), From::Scene(0.0));
+            for i in 0..rays.len {
+                let ray = rays.ray(i);
+                let [x, y, z] = ray.origin.map(f64::from);
+                let [dx, dy, dz] = oracle::unit(ray.direction.map(f64::from));
+                let ray_back = LensRay::new([x, y, -z], [-dx, -dy, dz]);
+                let there = trace_one::<f64>(ray_back, &back).expect("it goes back the same way");
+                let way = (film - there.p[2]) / there.t[2];
+                let point = points[rays.slot[i] as usize % 3];
+                for axis in 0..2 {
+                    let landed = (there.p[axis] + way * there.t[axis]).abs();
+                    let off = 1e3 * (landed - f64::from(point[axis].abs())).abs();
+                    // The rounding of the data sheet, and f32.
+                    assert!(off < 0.2, "{name}, band {band}: {off} um off");
+                }
+            }
+        }
+    }
+}
