@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::SceneError;
 use super::params::Param;
 use super::reader::Reader;
 use super::token::Lexer;
+use super::{SceneError, resolve};
 use crate::motion::Motion;
 use crate::scene::{Emission, SceneBuilder};
 use crate::source::{bytes, hint};
@@ -225,7 +225,7 @@ impl Reader {
 
     pub(super) fn include(&mut self) -> Result<(), SceneError> {
         let name = self.string()?;
-        let path = self.folder.join(&name);
+        let path = resolve(&self.folder, &name);
         if self.files.len() >= MOST_NESTED {
             let found = format!("more than {MOST_NESTED} files include each other");
             return self.refuse(found, "does one include itself?");

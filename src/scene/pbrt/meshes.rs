@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::params::Params;
-use super::{Notices, SceneError, curves};
+use super::{Notices, SceneError, curves, resolve};
 use crate::scene::{Mesh, ply, subdivide, triangulate};
 
 /// Triangles that a subdivision surface may become.
@@ -126,7 +126,7 @@ fn ply_mesh(params: &Params, folder: &Path) -> Result<[Mesh; 2], SceneError> {
     let Some(name) = params.text("filename")? else {
         return Err(params.refuse("filename", "a plymesh without \"string filename\"", ""));
     };
-    ply::read(&folder.join(name)).map_err(|source| {
+    ply::read(&resolve(folder, name)).map_err(|source| {
         let at = params.find("filename").map_or(&params.at, |param| &param.at);
         SceneError::Mesh { at: at.clone(), source }
     })

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::description::{CameraSpec, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
-use super::{Dialect, SceneError};
+use super::{Dialect, SceneError, resolve};
 use crate::film::filter::Profile;
 use crate::lens::{MOST_DECENTRE, MOST_TILT, Pose};
 use crate::motion::Motion;
@@ -76,7 +76,7 @@ impl Reader {
         }
         let system = self.state.ctm.map(|ctm| ctm.inverse());
         self.systems.insert("camera".to_owned(), system);
-        self.camera = Some((name, params, motion));
+        self.camera = (name, params, motion);
         Ok(())
     }
 }
@@ -165,7 +165,7 @@ pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError>
 pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, SceneError> {
     if let Some(file) = params.text("specfile")? {
         return Ok(CameraSpec::Realistic(RealisticSpec::V2 {
-            lens: folder.join(file),
+            lens: resolve(folder, file),
             aperture: params.positive("aperture_diameter", 1.0)?,
             film_distance: params.positive("filmdistance", 70.0)?,
             film_diagonal: params.positive("filmdiag", 35.0)?,
@@ -181,11 +181,11 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
         ));
     };
     Ok(CameraSpec::Realistic(RealisticSpec::V4 {
-        lens: folder.join(file),
+        lens: resolve(folder, file),
         aperture: params.positive("aperturediameter", 1.0)?,
         iris: params
             .text("aperture")?
-            .map(|name| IrisSpec { path: folder.join(name), name: name.to_owned() }),
+            .map(|name| IrisSpec { path: resolve(folder, name), name: name.to_owned() }),
         focus: params.positive("focusdistance", 10.0)?,
         exposure_time: exposure_time(params)?,
         film_pose: film_pose(params)?,

@@ -1,8 +1,8 @@
 //! Directives in the world: lights, textures and shapes.
 
 use super::blocks::State;
+use super::forward::Waiting;
 use super::reader::Reader;
-use super::surfaces::Recipe;
 use super::textures::{Gives, Request};
 use super::{SceneError, shapes};
 use crate::scene::{ShapeSpec, Texture};
@@ -41,48 +41,48 @@ impl Reader {
             }
         };
         let (_, class, params, supported) = self.kind("Texture")?;
-        let texture = if supported {
-            let request = Request {
-                class: &class,
-                gives,
-                params: &params,
-                world_from_texture: &self.state.ctm[0],
-                dialect: self.dialect,
-            };
-            self.library.texture(&request, &mut self.notices)?
-        } else {
-            Texture::Constant([0.5; 3])
-        };
-        self.library.textures.insert((gives, name), texture);
-        Ok(())
+        if !supported {
+            self.library.textures.insert((gives, name), Texture::Constant([0.5; 3]));
+            return Ok(());
+        }
+        let world_from_texture = self.state.ctm[0];
+        self.now_or_later(Waiting::Texture(Box::new(Request {
+            name,
+            class,
+            gives,
+            params,
+            world_from_texture,
+            dialect: self.dialect,
+        })))
     }
 
     pub(super) fn shape(&mut self) -> Result<(), SceneError> {
         self.after_world("Shape")?;
-        let (_, name, params, supported) = self.kind("Shape")?;
+        let (_, name, mut params, supported) = self.kind("Shape")?;
         if !supported {
             return Ok(());
         }
         let Some((object, ctm)) = self.shape_place(&name) else { return Ok(()) };
         let State { reversed, material, area_light, .. } = self.state.clone();
-        let Self { library, notices, folder, .. } = self;
+        let Self { notices, folder, .. } = self;
         let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
-        let alpha = Recipe { params: &params, library, notices }.maybe_number("alpha")?;
-        if parts.is_empty() {
-            self.warn_here(&format!("a {name} that its transform flattens"), "it is left out");
-        }
+        let mut shapes = Vec::new();
         for geometry in parts {
-            self.add_shape(ShapeSpec {
+            shapes.push(self.add_shape(ShapeSpec {
                 emission: area_light.clone(),
-                alpha: alpha.clone(),
                 object,
                 ..ShapeSpec::new(geometry, material)
-            });
+            }));
         }
-        Ok(())
+        // A mesh need not wait with its vertices.
+        params.all.retain(|param| param.name == "alpha");
+        match params.all.is_empty() {
+            true => Ok(()),
+            false => self.now_or_later(Waiting::Alpha { shapes, params }),
+        }
     }
 
-    pub(super) fn add_shape(&mut self, spec: ShapeSpec) {
+    fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
         let open = self.object.as_ref().and_then(|name| self.objects.get(name));
         let object = spec.object.or(open.map(|open| open.index));
         if object.is_some() && spec.emission.is_some() {
@@ -93,5 +93,6 @@ impl Reader {
         if shines {
             self.emitters.push((shape, self.at.clone()));
         }
+        shape
     }
 }

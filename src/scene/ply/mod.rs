@@ -23,7 +23,8 @@ pub struct PlyError {
 }
 
 /// Reads a mesh, packed by gzip or not. Triangles and flat quads become the first of the two;
-/// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second.
+/// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second. Vertices that
+/// are not finite stay as they are.
 ///
 /// # Errors
 /// Where the file cannot be read, is no PLY file or holds no triangle mesh.
@@ -169,7 +170,7 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
     }
     let (normals, uvs) = (has(3..6), has(6..8));
     mesh.positions.reserve_exact(element.count);
-    for i in 0..element.count {
+    for _ in 0..element.count {
         let mut row = [0.0f32; 8];
         for (property, slot) in element.properties.iter().zip(&slots) {
             if let Some(length) = property.length {
@@ -182,9 +183,6 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
             if let Some(slot) = slot {
                 row[*slot] = value;
             }
-        }
-        if !row.iter().all(|v| v.is_finite()) {
-            return Err(format!("vertex {i} holds a number that is not finite"));
         }
         let [x, y, z, nx, ny, nz, u, v] = row;
         mesh.positions.push([x, y, z]);
