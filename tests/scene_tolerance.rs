@@ -232,3 +232,41 @@ fn a_scene_that_comes_through_a_pipe_names_files_of_the_working_directory() {
     let (code, said) = piped(&folder.path().join("parts"));
     assert_eq!(code, Some(0), "{said}");
 }
+
+#[test]
+fn what_changes_nothing_in_the_picture_is_no_warning() {
+    for text in [
+        "Accelerator \"bvh\" \"string splitmethod\" \"hlbvh\" \"integer maxnodeprims\" 4",
+        "Accelerator \"kdtree\" \"integer intersectcost\" 80",
+        "Sampler \"bestcandidate\" \"integer pixelsamples\" 4",
+        "Renderer \"sampler\"",
+        "VolumeIntegrator \"emission\" \"float stepsize\" 1",
+        "Film \"rgb\" \"bool savefp16\" false \"bool display\" true",
+    ] {
+        let description = read(&format!("{text}\nWorldBegin\nShape \"sphere\"")).expect(text);
+        assert!(description.warnings.is_empty(), "{text}: {:#?}", description.warnings);
+    }
+    for text in [
+        "Material \"plastic\" \"rgb Kd\" [0.1 0.2 0.3] \"rgb Ks\" [0.1 0.1 0.1]",
+        "Material \"substrate\"",
+        "Material \"glass\"",
+        "Material \"metal\"",
+        "Material \"mirror\"",
+        "AreaLightSource \"diffuse\" \"integer samples\" 4",
+        "LightSource \"infinite\" \"integer nsamples\" 4",
+    ] {
+        quietly(&format!("{text}\nShape \"sphere\""));
+    }
+    // What does change it is said as before.
+    for text in [
+        "Material \"uber\" \"rgb opacity\" [0.5 0.5 0.5]",
+        "Material \"plastic\" \"texture bumpmap\" \"t\" \"float sigma\" 3",
+        "Material \"subsurface\"",
+    ] {
+        let text = format!("Texture \"t\" \"float\" \"constant\"\n{text}\nShape \"sphere\"");
+        match read(&format!("WorldBegin\n{text}")) {
+            Ok(description) => assert!(!description.warnings.is_empty(), "{text}"),
+            Err(error) => assert!(error.to_string().contains("sigma"), "{error}"),
+        }
+    }
+}

@@ -105,11 +105,13 @@ const DIRECTIVES: &[(&str, Action)] = &[
         Ok(())
     }),
     ("MediumInterface", |r| {
-        r.string()?;
+        let mut media = !r.string()?.is_empty();
         if matches!(r.peek()?, Some(Word::Text(_))) {
-            r.string()?;
+            media |= !r.string()?.is_empty();
         }
-        r.warn_here("MediumInterface", "there are no media");
+        if media {
+            r.warn_here("MediumInterface", "there are no media");
+        }
         Ok(())
     }),
     ("ColorSpace", Reader::colour_space),

@@ -4,7 +4,7 @@ use super::SceneError;
 use super::params::{Param, Params, Values, kind_hint, kind_of};
 use super::reader::Reader;
 use super::token::{Token, Word};
-use super::vocabulary::{Entry, entry};
+use super::vocabulary::{Entry, QUIET, entry};
 use crate::source::Location;
 
 impl Reader {
@@ -177,7 +177,9 @@ impl Reader {
         let entry = entry(directive, &name, &params)?;
         self.defaults(entry, &mut params);
         if let Some(instead) = entry.instead {
-            self.notices.instead(&params.at, &format!("{directive} \"{name}\""), instead);
+            if instead != QUIET {
+                self.notices.instead(&params.at, &format!("{directive} \"{name}\""), instead);
+            }
             if !entry.supported() {
                 return Ok((entry, name, params, false));
             }
