@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use super::claims::mesh_fits;
 use super::params::Params;
 use super::{Notices, SceneError, curves, resolve};
 use crate::scene::{Mesh, ply, subdivide, triangulate};
@@ -115,6 +116,10 @@ fn subdivision(params: &Params, notices: &mut Notices) -> Result<Mesh, SceneErro
         let expected = "expected a whole number of times, and at most 33 million in the end";
         return Err(params.refuse(name, found, expected));
     }
+    let refined = triangles.len() as u64 * 4u64.pow(levels as u32);
+    let what = format!("{refined} triangles");
+    // There are half as many vertices, and twice those while they are moved.
+    mesh_fits(&params.at, &what, [refined, refined])?;
     let mesh = Mesh { positions: mesh.positions, triangles, ..Mesh::default() };
     subdivide(&mesh, levels as u32).or_else(|why| {
         notices.instead(&params.at, &format!("a loopsubdiv where {why}"), "it is not refined");

@@ -4,6 +4,7 @@
 
 mod attributes;
 mod blocks;
+mod claims;
 mod colour;
 mod curves;
 mod description;

@@ -151,6 +151,10 @@ pub(super) struct Reader {
     pub(super) objects: HashMap<String, Object>,
     pub(super) object: Option<String>,
     pub(super) instances: usize,
+    /// Triangles, other shapes and copies, by the object that they belong to.
+    pub(super) items: HashMap<Option<u32>, u64>,
+    /// Files included so far, and their bytes.
+    pub(super) included: [u64; 2],
     pub(super) mover: Option<Mover>,
     /// Shapes that shine, and where they stand.
     pub(super) emitters: Vec<(u32, Location)>,
@@ -194,6 +198,8 @@ impl Reader {
             objects: HashMap::new(),
             object: None,
             instances: 0,
+            items: HashMap::new(),
+            included: [0; 2],
             mover: None,
             emitters: Vec::new(),
             builder,

@@ -14,6 +14,10 @@ use crate::shade::Reach;
 /// Pixels on one side of a picture.
 const MOST_PIXELS: u32 = 1 << 16;
 
+/// How far from the origin a camera may stand on any axis: beyond that, coordinates times the inverse of
+/// a direction leave the range of f32.
+const FARTHEST: f64 = 1e18;
+
 impl Reader {
     pub(super) fn film(&mut self) -> Result<(), SceneError> {
         self.before_world("Film")?;
@@ -71,6 +75,11 @@ impl Reader {
         else {
             return self.refuse("a camera transform that cannot be inverted", "");
         };
+        let farthest = [0.0, 1.0].map(|share| motion.at(share).translation.abs().max_element());
+        if let Some(far) = farthest.into_iter().find(|&far| far > FARTHEST) {
+            let found = format!("a camera at a distance of {far:e} from the origin");
+            return self.refuse(found, "expected at most 1e18: check its transform and its scale");
+        }
         if name == "realistic" && params.find("specfile").is_some() {
             self.dialect = Dialect::V2;
         }

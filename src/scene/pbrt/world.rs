@@ -68,6 +68,7 @@ impl Reader {
         let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
         let mut shapes = Vec::new();
         for geometry in parts {
+            self.claim_shape(&name, object.or(self.open_object()), &geometry)?;
             shapes.push(self.add_shape(ShapeSpec {
                 emission: area_light.clone(),
                 object,
@@ -82,9 +83,14 @@ impl Reader {
         }
     }
 
-    fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
+    /// The object that is open.
+    fn open_object(&self) -> Option<u32> {
         let open = self.object.as_ref().and_then(|name| self.objects.get(name));
-        let object = spec.object.or(open.map(|open| open.index));
+        open.map(|open| open.index)
+    }
+
+    fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
+        let object = spec.object.or(self.open_object());
         if object.is_some() && spec.emission.is_some() {
             self.warn_here("an area light inside an object", "the shape does not shine");
         }

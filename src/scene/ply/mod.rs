@@ -38,6 +38,7 @@ fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
     let (order, elements, start) = header(bytes)?;
     let mut values = Values { order, bytes, next: start };
     let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
+    let mut declared = 0u64;
     for element in &elements {
         // Even an empty list takes a byte, in ascii two with the blank.
         let least: usize = element
@@ -56,7 +57,9 @@ fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
             "vertex" | "face" => size_of::<[f32; 3]>() as u64,
             _ => 0,
         };
-        budget::claim((element.count as u64).saturating_mul(columns))?;
+        // Whoever keeps the mesh claims it; here nothing may be allocated beyond the budget.
+        declared = declared.saturating_add((element.count as u64).saturating_mul(columns));
+        budget::fits(declared)?;
         match element.name.as_str() {
             "vertex" => vertices(element, &mut values, &mut mesh)?,
             "face" => faces(element, &mut values, &mut mesh, &mut quads)?,
@@ -196,8 +199,25 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
     Ok(())
 }
 
-/// Faces become triangles; those of four corners are kept as patches, and more corners make a
-/// fan. What has fewer than three is no face.
+/// Corners that a polygon may have to become a fan, as most programs have it.
+const MOST_FAN: usize = 16;
+
+/// Cuts a polygon in halves until triangles are left. A fan of many corners would be slivers that all
+/// lie over each other, on which trees take long to build and to walk.
+fn halve(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    let mut todo = vec![corners];
+    while let Some(part) = todo.pop() {
+        let [first, .., last] = *part else { continue };
+        let middle = part.len() / 2;
+        if part.len() > 2 {
+            triangles.push([first, part[middle], last]);
+            todo.extend([&part[middle..], &part[..=middle]]);
+        }
+    }
+}
+
+/// Faces become triangles; those of four corners are kept as patches, and more corners make several.
+/// What has fewer than three is no face.
 fn faces(
     element: &Element,
     values: &mut Values,
@@ -224,8 +244,13 @@ fn faces(
                 [a, b, c] => mesh.triangles.push([a, b, c]),
                 [a, b, c, d] => quads.push([a, b, d, c]),
                 [] | [_] | [_, _] => {}
-                [a, ref rest @ ..] => {
+                [a, ref rest @ ..] if corners.len() <= MOST_FAN => {
                     mesh.triangles.extend(rest.windows(2).map(|edge| [a, edge[0], edge[1]]));
+                }
+                _ => {
+                    let count = (mesh.triangles.len() + corners.len()) as u64;
+                    budget::fits(count * size_of::<[u32; 3]>() as u64)?;
+                    halve(&corners, &mut mesh.triangles);
                 }
             }
         }
@@ -303,6 +328,23 @@ mod tests {
         let [mesh, _] = parse(faces.as_bytes()).unwrap();
         assert_eq!(mesh.triangles[..3], [[0, 1, 2], [0, 2, 3], [0, 3, 0]]);
         assert_eq!(mesh.triangles.len(), 5);
+    }
+
+    #[test]
+    fn a_polygon_of_many_corners_becomes_triangles_of_its_own_area() {
+        let corners: Vec<u32> = (0..1000).collect();
+        let mut triangles = Vec::new();
+        halve(&corners, &mut triangles);
+        assert_eq!(triangles.len(), 998);
+        let at = |i: u32| glam::DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 1000.0);
+        let area = |[a, b, c]: [u32; 3]| (at(b) - at(a)).perp_dot(at(c) - at(a)) / 2.0;
+        assert!(triangles.iter().all(|&t| area(t) > 0.0), "they turn as the polygon does");
+        let sum: f64 = triangles.iter().map(|&t| area(t)).sum();
+        let exact = 500.0 * (std::f64::consts::TAU / 1000.0).sin();
+        assert!((sum - exact).abs() < 1e-9, "{sum} of {exact}");
+        // Of a fan, each would be as long as the polygon.
+        let short = triangles.iter().filter(|t| at(t[0]).distance(at(t[2])) < 0.1).count();
+        assert!(short > 800, "{short}");
     }
 
     #[test]
