@@ -5,10 +5,11 @@ mod support;
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
+use glam::{DVec3, Vec3};
 use petzval::rays::{Hit, Ray};
-use petzval::scene::TraversalStack;
+use petzval::scene::{Geometry, Mesh, Shape, TraversalStack, triangulate};
 use support::world::{error, quietly, read};
-use support::{folder, petzval, write};
+use support::{Random, folder, petzval, write};
 use wide::f32x8;
 
 /// What a refusal may take: it is a hundredth of a second or less on an idle machine, mostly of the
@@ -147,4 +148,83 @@ fn a_polygon_of_sixty_thousand_corners_is_read_at_once() {
         let ray = Ray { origin: [x, 0.01, -1.0], direction: [0.0, 0.0, 1.0], t_max: f32::INFINITY };
         assert_eq!(scene.occluded::<f32x8>(&ray, &mut stack), there, "{x}");
     }
+}
+
+/// The vertices of a lattice of squares of side 1, at heights of a function, and its patches.
+fn lattice(side: u32, mut height: impl FnMut() -> f64) -> (Mesh, Vec<[u32; 4]>) {
+    let row = side + 1;
+    let at = |i: u32| [(i % row) as f32, (i / row) as f32];
+    let positions = (0..row * row).map(|i| [at(i)[0], at(i)[1], height() as f32]).collect();
+    let corner = |i: u32| i / side * row + i % side;
+    let patches = (0..side * side).map(corner).map(|a| [a, a + 1, a + row, a + row + 1]).collect();
+    (Mesh { positions, ..Mesh::default() }, patches)
+}
+
+#[test]
+fn a_quad_is_cut_no_finer_than_it_is_bent() {
+    let mut random = Random::new(5);
+    let mut count = |side: u32, height: f64, uvs: bool| {
+        let (mut mesh, patches) = lattice(side, || height * random.next());
+        if uvs {
+            mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [*x, *y]).collect();
+        }
+        let curved = triangulate(&mut mesh, &patches, 1 << 20);
+        (mesh.triangles.len() + curved.triangles.len()) as f64 / f64::from(side * side)
+    };
+    for uvs in [false, true] {
+        assert_eq!(count(1, 1e-4, uvs), 2.0, "a quad that is all but flat");
+        assert_eq!(count(100, 1e-3, uvs), 2.0, "quads of a large mesh that are all but flat");
+        assert!(count(1, 2.0, uvs) > 100.0, "a quad that is twisted");
+        // A quarter of a million of them.
+        assert!(count(517, 2.0, uvs) < 4.0, "quads that are twisted, too many to be followed");
+    }
+}
+
+#[test]
+fn twisted_quads_of_many_meshes_become_no_more_than_those_of_one() {
+    let one = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 1]\n";
+    // No tree is built over what stops no light.
+    let scene = quietly(&format!("Material \"interface\"\n{}", one.repeat(2000))).scene;
+    let count = |shape: &Shape| match &shape.geometry {
+        Geometry::Mesh(mesh) => mesh.triangles.len(),
+        Geometry::Quadric(_) => 0,
+    };
+    let counts: Vec<usize> = scene.shapes.iter().map(count).collect();
+    assert!(
+        counts.iter().sum::<usize>() < (1 << 21) + 2 * 2000,
+        "{}",
+        counts.iter().sum::<usize>()
+    );
+    assert!(counts[0] > 1000 && counts.iter().all(|&count| count >= 2), "{counts:?}");
+}
+
+#[test]
+fn quads_of_a_mesh_are_followed_as_closely_as_the_mesh_shows() {
+    let mut random = Random::new(7);
+    let side = 12;
+    let (mut mesh, patches) = lattice(side, || random.next());
+    let heights: Vec<f64> = mesh.positions.iter().map(|p| f64::from(p[2])).collect();
+    let exact = |p: DVec3| {
+        let [i, j] = [p.x, p.y].map(|v| (v as u32).min(side - 1));
+        let h = |i: u32, j: u32| heights[(j * (side + 1) + i) as usize];
+        let (u, v) = (p.x - f64::from(i), p.y - f64::from(j));
+        let along = |j: u32| h(i, j) * (1.0 - u) + h(i + 1, j) * u;
+        along(j) * (1.0 - v) + along(j + 1) * v
+    };
+    let curved = triangulate(&mut mesh, &patches, 1 << 20);
+    let mut worst = 0f64;
+    for mesh in [&mesh, &curved] {
+        for i in 0..mesh.triangles.len() as u32 {
+            let [a, b, c]: [DVec3; 3] = mesh.corners(i).map(Vec3::as_dvec3);
+            for p in [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
+                worst = worst.max((p.z - exact(p)).abs());
+            }
+        }
+    }
+    // Two hundred-thousandths of the diagonal of the mesh.
+    let allowed = 2e-5 * f64::from(side) * 2f64.sqrt();
+    assert!(worst < 1.05 * allowed, "{worst:e} of {allowed:e}");
+    assert!(worst > 0.2 * allowed, "no finer than that: {worst:e} of {allowed:e}");
+    let triangles = mesh.triangles.len() + curved.triangles.len();
+    assert!(triangles < 150_000, "{triangles}");
 }

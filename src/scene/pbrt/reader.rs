@@ -153,6 +153,8 @@ pub(super) struct Reader {
     pub(super) instances: usize,
     /// Triangles, other shapes and copies, by the object that they belong to.
     pub(super) items: HashMap<Option<u32>, u64>,
+    /// Triangles that were cut from bilinear patches.
+    pub(super) of_patches: u64,
     /// Files included so far, and their bytes.
     pub(super) included: [u64; 2],
     pub(super) mover: Option<Mover>,
@@ -199,6 +201,7 @@ impl Reader {
             object: None,
             instances: 0,
             items: HashMap::new(),
+            of_patches: 0,
             included: [0; 2],
             mover: None,
             emitters: Vec::new(),

@@ -16,9 +16,10 @@ pub(super) fn make(
     ctm: &DAffine3,
     reversed: bool,
     folder: &Path,
+    most: u64,
     notices: &mut Notices,
 ) -> Result<Vec<Geometry>, SceneError> {
-    if let Some(mut meshes) = meshes::make(name, params, folder, notices)? {
+    if let Some(mut meshes) = meshes::make(name, params, folder, most, notices)? {
         let all: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
         let dropped: usize = meshes.iter_mut().map(Mesh::drop_non_finite).sum();
         if dropped > 0 {

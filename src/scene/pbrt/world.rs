@@ -5,7 +5,11 @@ use super::forward::Waiting;
 use super::reader::Reader;
 use super::textures::{Gives, Request};
 use super::{SceneError, shapes};
-use crate::scene::{ShapeSpec, Texture};
+use crate::scene::{Geometry, ShapeSpec, Texture};
+
+/// Triangles that the bilinear patches of a scene may become, unless there are more uncut. Each mesh may
+/// take half of what is left: then the tolerance gives way.
+const MOST_OF_PATCHES: u64 = 1 << 21;
 
 impl Reader {
     pub(super) fn light_source(&mut self) -> Result<(), SceneError> {
@@ -64,10 +68,16 @@ impl Reader {
         }
         let Some((object, ctm)) = self.shape_place(&name) else { return Ok(()) };
         let State { reversed, material, area_light, .. } = self.state.clone();
-        let Self { notices, folder, .. } = self;
-        let parts = shapes::make(&name, &params, &ctm, reversed, folder, notices)?;
+        let Self { notices, folder, of_patches, .. } = self;
+        let parts = {
+            let left = MOST_OF_PATCHES.saturating_sub(*of_patches);
+            shapes::make(&name, &params, &ctm, reversed, folder, left / 2, notices)?
+        };
         let mut shapes = Vec::new();
         for geometry in parts {
+            if let Geometry::Mesh(mesh) = &geometry {
+                self.of_patches += mesh.patches.len() as u64;
+            }
             self.claim_shape(&name, object.or(self.open_object()), &geometry)?;
             shapes.push(self.add_shape(ShapeSpec {
                 emission: area_light.clone(),

@@ -24,17 +24,17 @@ pub struct PlyError {
 
 /// Reads a mesh, packed by gzip or not. Triangles and flat quads become the first of the two;
 /// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second. Vertices that
-/// are not finite stay as they are.
+/// are not finite stay as they are. All quads together become at most so many triangles, or two each.
 ///
 /// # Errors
 /// Where the file cannot be read, is no PLY file or holds no triangle mesh.
-pub fn read(path: &Path) -> Result<[Mesh; 2], PlyError> {
+pub fn read(path: &Path, most: u64) -> Result<[Mesh; 2], PlyError> {
     let refuse = |found: String| PlyError { path: path.to_owned(), found };
     let bytes = bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
-    parse(&bytes).map_err(refuse)
+    parse(&bytes, most).map_err(refuse)
 }
 
-fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
+fn parse(bytes: &[u8], most: u64) -> Result<[Mesh; 2], String> {
     let (order, elements, start) = header(bytes)?;
     let mut values = Values { order, bytes, next: start };
     let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
@@ -76,7 +76,7 @@ fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
     if quads.iter().flatten().any(|&v| v >= count) {
         return Err("a quad names a vertex that is not there".to_owned());
     }
-    let curved = triangulate(&mut mesh, &quads);
+    let curved = triangulate(&mut mesh, &quads, most);
     Ok([mesh, curved])
 }
 
@@ -260,7 +260,11 @@ fn faces(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{Mesh, halve};
+
+    fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
+        super::parse(bytes, 1 << 20)
+    }
 
     const ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n\
         property float x\nproperty float y\nproperty float z\nproperty float u\n\
