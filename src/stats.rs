@@ -109,9 +109,13 @@ pub struct Stats {
     pub stages: [StageStats; 8],
     /// What became of the rays in the lens.
     pub lens: LensStats,
-    /// Packets by how many surfaces the path had met before.
+    /// Packets by how many surfaces the path had met before; the last of 1024 counts all
+    /// that had met more.
     pub bounces: Vec<BounceLanes>,
 }
+
+/// Depths of paths that are counted apart from each other.
+const MOST_BOUNCES: usize = 1 << 10;
 
 /// What became of rays in a lens.
 #[derive(Clone, Debug, Default)]
@@ -147,6 +151,7 @@ impl Stats {
     }
 
     fn add_bounce(&mut self, depth: usize, lanes: BounceLanes) {
+        let depth = depth.min(MOST_BOUNCES - 1);
         if self.bounces.len() <= depth {
             self.bounces.resize(depth + 1, BounceLanes::default());
         }
@@ -241,5 +246,22 @@ mod tests {
         clock.stop(&mut stats);
         let all: Duration = stats.stages.iter().map(|stage| stage.time).sum();
         assert!(all > Duration::from_millis(4) && all < Duration::from_millis(50), "{all:?}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deep_paths_are_counted_together() {
+        let lanes = BounceLanes { intersect: Lanes::packed(3), ..BounceLanes::default() };
+        let mut stats = Stats::default();
+        for depth in [0, 5000, 4_000_000_000] {
+            stats.bounce(depth, lanes);
+        }
+        assert_eq!(stats.bounces.len(), MOST_BOUNCES);
+        let live = |depth: usize| stats.bounces[depth].intersect.live;
+        assert_eq!([live(0), live(1), live(MOST_BOUNCES - 1)], [3, 0, 6]);
     }
 }

@@ -10,11 +10,11 @@ use super::mesh::Mesh;
 
 /// How far a patch may be from its triangles, in shares of its longer diagonal.
 const TOLERANCE: f64 = 1e-4;
+/// How far it may be in any case, in shares of the diagonal of its mesh: a tenth of a pixel where the
+/// mesh fills a picture of 5000 pixels.
+const MESH_TOLERANCE: f64 = 2e-5;
 /// Most cells along one side of a patch.
 const MOST_CELLS: u32 = 256;
-/// Triangles that the patches of one mesh may become, unless they are more than that uncut. The
-/// tolerance gives way first.
-const MOST_TRIANGLES: u64 = 1 << 22;
 
 /// The points at the corners of a patch, or the normals there.
 #[derive(Clone, Copy)]
@@ -37,16 +37,17 @@ impl Corners {
         a - b - c + d
     }
 
-    /// The cells along a side that bring the triangles to within a share of the diagonal.
+    /// The cells along a side that bring the triangles to within a share of the diagonal, or a
+    /// distance, whichever is more.
     ///
     /// In the middle of a cell the patch is a quarter of the cell's twist from the diagonal.
-    fn cells(&self, tolerance: f64, flat: bool) -> u32 {
+    fn cells(&self, [share, distance]: [f64; 2], flat: bool) -> u32 {
         let [a, b, c, d] = self.0;
         let diagonal = a.distance(d).max(b.distance(c));
         let twist = self.twist();
         // Without texture coordinates only what leaves the plane counts.
         let height = twist.dot((d - a).cross(c - b).normalize_or_zero()).abs();
-        let allowed = 4.0 * tolerance * diagonal;
+        let allowed = 4.0 * (share * diagonal).max(distance);
         if flat && height <= allowed {
             return 1;
         }
@@ -59,17 +60,18 @@ impl Corners {
 /// (1, 1). Flat ones become two triangles of the mesh; answers another mesh of all that the
 /// others become, which has the normals of the patches where the vertices have none.
 ///
-/// Where the vertices have texture coordinates, these are kept to the same tolerance.
-pub fn triangulate(mesh: &mut Mesh, patches: &[[u32; 4]]) -> Mesh {
+/// Where the vertices have texture coordinates, these are kept to the same tolerance. It gives way where
+/// they would become more triangles than `most`; two are the least that a patch becomes.
+pub fn triangulate(mesh: &mut Mesh, patches: &[[u32; 4]], most: u64) -> Mesh {
     let flat = mesh.uvs.is_empty();
-    let cut = |tolerance: f64| -> Vec<u32> {
+    let cut = |tolerance: [f64; 2]| -> Vec<u32> {
         patches.iter().map(|&patch| points(mesh, patch).cells(tolerance, flat)).collect()
     };
     let total = |cells: &[u32]| cells.iter().map(|&n| 2 * u64::from(n).pow(2)).sum::<u64>();
-    let mut tolerance = TOLERANCE;
+    let mut tolerance = [TOLERANCE, MESH_TOLERANCE * diagonal(mesh)];
     let mut cells = cut(tolerance);
-    while total(&cells) > MOST_TRIANGLES.max(2 * patches.len() as u64) {
-        tolerance *= 2.0;
+    while total(&cells) > most.max(2 * patches.len() as u64) {
+        tolerance = tolerance.map(|tolerance| 2.0 * tolerance);
         cells = cut(tolerance);
     }
     let mut curved = Mesh::default();
@@ -87,6 +89,14 @@ pub fn triangulate(mesh: &mut Mesh, patches: &[[u32; 4]]) -> Mesh {
         }
     }
     curved
+}
+
+/// The diagonal of the box around the vertices of a mesh that are finite.
+fn diagonal(mesh: &Mesh) -> f64 {
+    let finite = mesh.positions.iter().map(|p| Vec3::from(*p)).filter(|p| p.is_finite());
+    let (low, high) =
+        finite.fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    low.as_dvec3().distance(high.as_dvec3())
 }
 
 fn points(mesh: &Mesh, patch: [u32; 4]) -> Corners {

@@ -51,13 +51,25 @@ impl CurveSegment {
     }
 }
 
+impl CurveSegment {
+    /// Vertices at one point of the curve.
+    fn corners(&self) -> u32 {
+        if self.facing.is_some() { 2 } else { SIDES + 1 }
+    }
+
+    /// How many vertices and triangles it becomes.
+    pub fn counts(&self) -> [u64; 2] {
+        let [chords, corners] = [self.chords(), self.corners()].map(u64::from);
+        [(chords + 1) * corners, 2 * chords * (corners - 1)]
+    }
+}
+
 /// The segments of a curve as one mesh. u runs along each segment and v across it, or around.
 pub fn tessellate(segments: &[CurveSegment]) -> Mesh {
     let mut mesh = Mesh::default();
     let mut side = None;
     for segment in segments {
-        let chords = segment.chords();
-        let corners = if segment.facing.is_some() { 2 } else { SIDES + 1 };
+        let (chords, corners) = (segment.chords(), segment.corners());
         let first = mesh.positions.len() as u32;
         for i in 0..=chords {
             let u = f64::from(i) / f64::from(chords);

@@ -40,6 +40,49 @@ impl Mesh {
         self.flipped = reversed ^ (matrix.matrix3.determinant() < 0.0);
     }
 
+    /// Drops the triangles with a vertex that is not finite, and the whole patches that they were cut
+    /// from; answers how many. Such vertices, normals and texture coordinates become 0.
+    pub fn drop_non_finite(&mut self) -> usize {
+        let finite = |values: &[f32]| values.iter().all(|v| v.is_finite());
+        self.normals.iter_mut().filter(|n| !finite(*n)).for_each(|n| *n = [0.0; 3]);
+        self.uvs.iter_mut().filter(|uv| !finite(*uv)).for_each(|uv| *uv = [0.0; 2]);
+        let bad: Vec<bool> = self.positions.iter().map(|p| !finite(p)).collect();
+        if !bad.contains(&true) {
+            return 0;
+        }
+        self.positions
+            .iter_mut()
+            .zip(&bad)
+            .filter(|(_, bad)| **bad)
+            .for_each(|(p, _)| *p = [0.0; 3]);
+        let all = std::mem::take(&mut self.triangles);
+        let patches = std::mem::take(&mut self.patches);
+        let first = |i: usize| patches.get(i).map_or(i, |&patch| patch as usize);
+        let mut broken = vec![false; all.len()];
+        for (i, triangle) in all.iter().enumerate() {
+            broken[first(i)] |= triangle.iter().any(|&v| bad[v as usize]);
+        }
+        let mut start = 0;
+        for (i, triangle) in all.iter().enumerate().filter(|(i, _)| !broken[first(*i)]) {
+            if first(i) == i {
+                start = self.triangles.len() as u32;
+            }
+            if !patches.is_empty() {
+                self.patches.push(start);
+            }
+            self.triangles.push(*triangle);
+        }
+        all.len() - self.triangles.len()
+    }
+
+    /// Bytes of its vertices and indices.
+    pub fn bytes(&self) -> u64 {
+        let Self { positions, triangles, normals, uvs, patches, flipped: _ } = self;
+        let [positions, normals] = [positions, normals].map(|column| size_of_val(&column[..]));
+        let indices = size_of_val(&triangles[..]) + size_of_val(&patches[..]);
+        (positions + normals + size_of_val(&uvs[..]) + indices) as u64
+    }
+
     /// The three corners of a triangle.
     #[inline(always)]
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {

@@ -268,7 +268,6 @@ impl SceneBuilder {
             light = self.lights.len() as u32;
             self.lights.push(Light::Area(AreaLight::new(shape, emission, &geometry)));
         }
-        let whole = |alpha: &Texture| matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0);
         let alpha = alpha.filter(|alpha| !whole(alpha));
         self.shapes.push(Shape { geometry, material, light, alpha });
         match object {
@@ -276,6 +275,11 @@ impl SceneBuilder {
             None => self.world.push(shape),
         }
         shape
+    }
+
+    /// Gives a shape that was added another alpha.
+    pub fn change_alpha(&mut self, shape: u32, alpha: Option<Texture>) {
+        self.shapes[shape as usize].alpha = alpha.filter(|alpha| !whole(alpha));
     }
 
     /// Puts out a shape that shines but is made of nothing, as pbrt-v4 does; answers whether it
@@ -337,6 +341,11 @@ impl SceneBuilder {
             still: Arc::default(),
         }
     }
+}
+
+/// Whether an alpha lets no ray through.
+fn whole(alpha: &Texture) -> bool {
+    matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0)
 }
 
 /// Where a ray hit, in the space of the object that it hit, which stands at this pose if it is an

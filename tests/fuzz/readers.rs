@@ -47,7 +47,7 @@ pub fn lens(folder: &Path, bytes: &[u8]) {
 
 /// A mesh.
 pub fn ply(folder: &Path, bytes: &[u8]) {
-    let _ = ply::read(&write(folder, "mesh.ply", bytes));
+    let _ = ply::read(&write(folder, "mesh.ply", bytes), 1 << 20);
 }
 
 /// A picture, of the format that it begins like.

@@ -53,7 +53,8 @@ impl Reader {
             "Texture" => 4,
             _ => return,
         };
-        for param in self.state.attributes[target].iter() {
+        // The last of a name counts.
+        for param in self.state.attributes[target].iter().rev() {
             if params.find(&param.name).is_none() && entry.names().any(|name| name == param.name) {
                 params.all.push(param.clone());
             }
@@ -61,7 +62,11 @@ impl Reader {
     }
 
     pub(super) fn option(&mut self) -> Result<(), SceneError> {
-        let params = self.params()?;
+        let mut params = self.options()?;
+        for param in &mut params.all {
+            // As in pbrt-v4, "disable-pixel-jitter" and "disablePixelJitter" are one option.
+            param.name = param.name.to_lowercase().replace(['-', '_'], "");
+        }
         for param in &params.all {
             let name = param.name.as_str();
             if name == "seed" {

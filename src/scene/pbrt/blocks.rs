@@ -5,17 +5,21 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::SceneError;
+use super::claims::granted;
 use super::params::Param;
 use super::reader::Reader;
 use super::token::Lexer;
+use super::{SceneError, resolve};
+use crate::memory::{Size, budget};
 use crate::motion::Motion;
 use crate::scene::{Emission, SceneBuilder};
-use crate::source::{bytes, hint};
+use crate::source::{Location, bytes, hint};
 use crate::spectrum::ColourSpace;
 
 /// Files that may include each other in a chain, and objects that may hold each other.
 const MOST_NESTED: usize = 32;
+/// Files that may be included in all, one as often as it is, and their bytes.
+const MOST_INCLUDED: [u64; 2] = [1 << 15, 1 << 32];
 /// Copies of objects in one scene.
 const MOST_INSTANCES: usize = 1 << 26;
 
@@ -106,6 +110,9 @@ fn place(
 
 impl Reader {
     pub(super) fn begin(&mut self, block: Block) -> Result<(), SceneError> {
+        let bytes = (self.saved.len() + 1) * 2 * size_of::<(Block, State, Location)>();
+        let what = format!("{} blocks inside each other", self.saved.len() + 1);
+        granted(&self.at, &what, budget::fits(bytes as u64))?;
         self.saved.push((block, self.state.clone(), self.at.clone()));
         Ok(())
     }
@@ -171,6 +178,13 @@ impl Reader {
             self.warn_here("an instance that its transform flattens", "it is left out");
             return Ok(());
         };
+        match self.object {
+            Some(_) => {
+                let bytes = size_of::<(Nested, Motion)>() as u64;
+                granted(&self.at, "a copy of an object", budget::claim(bytes))?;
+            }
+            None => self.claim_copies(copies as u64)?,
+        }
         let total = match self.object.as_ref().and_then(|open| self.objects.get_mut(open)) {
             Some(open) => {
                 open.nested.push((Nested::Object(name), motion));
@@ -225,13 +239,22 @@ impl Reader {
 
     pub(super) fn include(&mut self) -> Result<(), SceneError> {
         let name = self.string()?;
-        let path = self.folder.join(&name);
+        let path = resolve(&self.folder, &name);
         if self.files.len() >= MOST_NESTED {
             let found = format!("more than {MOST_NESTED} files include each other");
             return self.refuse(found, "does one include itself?");
         }
         let text =
             bytes(&path).map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
+        let [files, total] = &mut self.included;
+        *files += 1;
+        *total += text.len() as u64;
+        if *files > MOST_INCLUDED[0] || *total > MOST_INCLUDED[1] {
+            let found = format!("{files} included files of {} in all", Size(*total));
+            let most = format!("{} of {}", MOST_INCLUDED[0], Size(MOST_INCLUDED[1]));
+            let expected = format!("expected at most {most}: do they include each other?");
+            return self.refuse(found, &expected);
+        }
         debug_assert!(self.pending.is_none(), "a directive without parameters looks not ahead");
         self.files.push(Lexer::new(Arc::from(path), text));
         Ok(())

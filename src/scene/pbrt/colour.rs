@@ -1,7 +1,7 @@
 //! Colours and spectra from parameters.
 
 use super::params::{Param, Params, Values};
-use super::{Notices, SceneError};
+use super::{Notices, SceneError, resolve};
 use crate::lens::D_LINE;
 use crate::source::{bytes, hint, shown};
 use crate::spectrum::{
@@ -169,7 +169,7 @@ impl Params {
         if let Some(spectrum) = named(word) {
             return Ok(spectrum);
         }
-        let path = self.folder.join(word);
+        let path = resolve(&self.folder, word);
         let text = match bytes(&path) {
             Ok(bytes) if bytes.len() <= MOST_TEXT => String::from_utf8_lossy(&bytes).into_owned(),
             Ok(_) => {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::SceneError;
+use super::claims::mesh_fits;
 use super::params::Params;
 use crate::scene::{CurveSegment, Mesh, tessellate};
 
@@ -56,6 +57,15 @@ pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
             facing: facing.as_ref().map(|facing| [facing[i], facing[i + 1]]),
         })
         .collect();
+    let what = format!("a curve of {} segments", segments.len());
+    mesh_fits(
+        &params.at,
+        &what,
+        segments.iter().fold([0, 0], |[vertices, triangles], segment| {
+            let [more_vertices, more_triangles] = segment.counts();
+            [vertices + more_vertices, triangles + more_triangles]
+        }),
+    )?;
     Ok(tessellate(&segments))
 }
 

@@ -3,24 +3,27 @@
 
 use std::path::Path;
 
+use super::claims::mesh_fits;
 use super::params::Params;
-use super::{Notices, SceneError, curves};
+use super::{Notices, SceneError, curves, resolve};
 use crate::scene::{Mesh, ply, subdivide, triangulate};
 
 /// Triangles that a subdivision surface may become.
 const MOST_TRIANGLES: u64 = 1 << 25;
 
-/// Makes the meshes of a shape; `None` where it is of another kind.
+/// Makes the meshes of a shape; `None` where it is of another kind. Bilinear patches become at most so
+/// many triangles.
 pub(super) fn make(
     name: &str,
     params: &Params,
     folder: &Path,
+    most: u64,
     notices: &mut Notices,
 ) -> Result<Option<Vec<Mesh>>, SceneError> {
     Ok(Some(match name {
         "trianglemesh" => vec![triangle_mesh(params)?],
-        "plymesh" => ply_mesh(params, folder)?.into(),
-        "bilinearmesh" => patches(params)?.into(),
+        "plymesh" => ply_mesh(params, folder, most)?.into(),
+        "bilinearmesh" => patches(params, most)?.into(),
         "curve" => vec![curves::make(params)?],
         "loopsubdiv" => vec![subdivision(params, notices)?],
         _ => return Ok(None),
@@ -84,7 +87,7 @@ fn triangle_mesh(params: &Params) -> Result<Mesh, SceneError> {
     Ok(Mesh { triangles, ..mesh })
 }
 
-fn patches(params: &Params) -> Result<[Mesh; 2], SceneError> {
+fn patches(params: &Params, most: u64) -> Result<[Mesh; 2], SceneError> {
     let (mut mesh, mut patches) = vertices::<4>(params)?;
     if mesh.uvs.is_empty() {
         // Each patch has its own corners of the unit square.
@@ -101,7 +104,7 @@ fn patches(params: &Params) -> Result<[Mesh; 2], SceneError> {
             }
         }
     }
-    let curved = triangulate(&mut mesh, &patches);
+    let curved = triangulate(&mut mesh, &patches, most);
     Ok([mesh, curved])
 }
 
@@ -115,6 +118,10 @@ fn subdivision(params: &Params, notices: &mut Notices) -> Result<Mesh, SceneErro
         let expected = "expected a whole number of times, and at most 33 million in the end";
         return Err(params.refuse(name, found, expected));
     }
+    let refined = triangles.len() as u64 * 4u64.pow(levels as u32);
+    let what = format!("{refined} triangles");
+    // There are half as many vertices, and twice those while they are moved.
+    mesh_fits(&params.at, &what, [refined, refined])?;
     let mesh = Mesh { positions: mesh.positions, triangles, ..Mesh::default() };
     subdivide(&mesh, levels as u32).or_else(|why| {
         notices.instead(&params.at, &format!("a loopsubdiv where {why}"), "it is not refined");
@@ -122,11 +129,11 @@ fn subdivision(params: &Params, notices: &mut Notices) -> Result<Mesh, SceneErro
     })
 }
 
-fn ply_mesh(params: &Params, folder: &Path) -> Result<[Mesh; 2], SceneError> {
+fn ply_mesh(params: &Params, folder: &Path, most: u64) -> Result<[Mesh; 2], SceneError> {
     let Some(name) = params.text("filename")? else {
         return Err(params.refuse("filename", "a plymesh without \"string filename\"", ""));
     };
-    ply::read(&folder.join(name)).map_err(|source| {
+    ply::read(&resolve(folder, name), most).map_err(|source| {
         let at = params.find("filename").map_or(&params.at, |param| &param.at);
         SceneError::Mesh { at: at.clone(), source }
     })

@@ -4,9 +4,11 @@
 
 mod attributes;
 mod blocks;
+mod claims;
 mod colour;
 mod curves;
 mod description;
+mod forward;
 mod lights;
 mod materials;
 mod meshes;
@@ -32,6 +34,7 @@ pub use description::{
 pub use reader::read;
 
 use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 
 use crate::image::ImageError;
 use crate::scene::ply::PlyError;
@@ -102,6 +105,21 @@ impl Notices {
             self.warnings.push(Warning { at: at.clone(), message });
         }
     }
+
+    /// Notes what is wrong with the scene and what is done about it.
+    fn note(&mut self, at: &Location, message: String) {
+        if self.seen.insert(message.clone()) {
+            self.warnings.push(Warning { at: at.clone(), message });
+        }
+    }
+}
+
+/// Where a file is that a scene names: in the folder of the scene file, also where an included file
+/// names it, or else in the working directory (`ResolveFilename` of pbrt-v4).
+fn resolve(folder: &Path, name: &str) -> PathBuf {
+    let beside = folder.join(name);
+    let here = Path::new(name);
+    if !name.is_empty() && !beside.exists() && here.exists() { here.to_owned() } else { beside }
 }
 
 impl SceneError {

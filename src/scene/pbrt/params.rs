@@ -15,6 +15,17 @@ pub(super) enum Values {
     Truths(Vec<bool>),
 }
 
+impl Values {
+    /// The type of a parameter that names none.
+    pub(super) fn kind(&self) -> &'static str {
+        match self {
+            Self::Numbers(_) => "float",
+            Self::Texts(_) => "string",
+            Self::Truths(_) => "bool",
+        }
+    }
+}
+
 /// One parameter.
 #[derive(Clone, Debug)]
 pub(super) struct Param {
@@ -72,9 +83,9 @@ pub(super) struct Params {
 }
 
 impl Params {
-    /// The parameter of this name.
+    /// The parameter of this name. The last of several counts, as in pbrt-v4.
     pub(super) fn find(&self, name: &str) -> Option<&Param> {
-        self.all.iter().find(|param| param.name == name)
+        self.all.iter().rev().find(|param| param.name == name)
     }
 
     /// The numbers of a parameter of one of these types, in whole values.

@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::SceneError;
 use super::params::Params;
 use super::textures::Library;
+use super::{SceneError, resolve};
 use crate::image::{Picture, Raster, Transfer};
 use crate::scene::{Awaited, Pyramid};
 use crate::source::{Files, Location, reading};
@@ -50,7 +50,7 @@ impl Pictures {
         transfer: Transfer,
     ) -> Result<Option<Awaited>, SceneError> {
         let Some(file) = params.text(name)? else { return Ok(None) };
-        let path = params.folder.join(file);
+        let path = resolve(&params.folder, file);
         let at = params.find(name).map_or(&params.at, |param| &param.at).clone();
         let picture = self.known.entry((path.clone(), key(transfer))).or_insert_with(|| {
             let picture = Awaited::default();
@@ -91,7 +91,7 @@ impl Library {
         srgb: bool,
     ) -> Result<Option<Arc<Picture>>, SceneError> {
         let Some(file) = params.text(name)? else { return Ok(None) };
-        let key = (folder.join(file), srgb);
+        let key = (resolve(folder, file), srgb);
         if let Some(picture) = self.pictures.whole.get(&key) {
             return Ok(Some(picture.clone()));
         }

@@ -8,6 +8,7 @@ use glam::DAffine3;
 
 use super::blocks::{Block, Object, State};
 use super::description::{CameraSpec, Description, FilmSpec, FilterSpec, ThinSpec};
+use super::forward::Waiting;
 use super::materials::Named;
 use super::moving::Mover;
 use super::params::Params;
@@ -22,6 +23,7 @@ use crate::scene::{Material, SceneBuilder};
 use crate::shade::Reach;
 use crate::shutter::Shutter;
 use crate::source::{Files, Location, bytes, hint, reading};
+use crate::spectrum::ColourSpace;
 
 /// Reads a scene file and all that it includes.
 ///
@@ -103,11 +105,13 @@ const DIRECTIVES: &[(&str, Action)] = &[
         Ok(())
     }),
     ("MediumInterface", |r| {
-        r.string()?;
+        let mut media = !r.string()?.is_empty();
         if matches!(r.peek()?, Some(Word::Text(_))) {
-            r.string()?;
+            media |= !r.string()?.is_empty();
         }
-        r.warn_here("MediumInterface", "there are no media");
+        if media {
+            r.warn_here("MediumInterface", "there are no media");
+        }
         Ok(())
     }),
     ("ColorSpace", Reader::colour_space),
@@ -130,7 +134,7 @@ pub(super) struct Reader {
     pub(super) dialect: Dialect,
 
     pub(super) film: Option<(String, Params)>,
-    pub(super) camera: Option<(String, Params, Motion)>,
+    pub(super) camera: (String, Params, Motion),
     pub(super) samples: Option<u32>,
     /// Of the sampler, and of the options where the sampler names none.
     pub(super) seeds: [Option<u32>; 2],
@@ -141,10 +145,18 @@ pub(super) struct Reader {
     pub(super) transform_times: [f64; 2],
 
     pub(super) library: Library,
+    /// What uses a texture that was not made before it.
+    pub(super) waiting: Vec<Waiting>,
     pub(super) materials: HashMap<String, Named>,
     pub(super) objects: HashMap<String, Object>,
     pub(super) object: Option<String>,
     pub(super) instances: usize,
+    /// Triangles, other shapes and copies, by the object that they belong to.
+    pub(super) items: HashMap<Option<u32>, u64>,
+    /// Triangles that were cut from bilinear patches.
+    pub(super) of_patches: u64,
+    /// Files included so far, and their bytes.
+    pub(super) included: [u64; 2],
     pub(super) mover: Option<Mover>,
     /// Shapes that shine, and where they stand.
     pub(super) emitters: Vec<(u32, Location)>,
@@ -159,10 +171,14 @@ impl Reader {
         let lexer = Lexer::new(Arc::from(path), text);
         let mut builder = SceneBuilder::default();
         let material = builder.material(Material::diffuse([0.5; 3]));
+        let (at, folder) = (lexer.here(), Arc::from(path.parent().unwrap_or(Path::new(""))));
+        // Where a scene says nothing of its camera, pbrt-v4 takes this one.
+        let camera =
+            Params { all: Vec::new(), at: at.clone(), space: ColourSpace::default(), folder };
         Ok(Self {
-            folder: path.parent().unwrap_or(Path::new("")).into(),
+            folder: camera.folder.clone(),
             pending: None,
-            at: lexer.here(),
+            at,
             files: vec![lexer],
             state: State::new(material),
             saved: Vec::new(),
@@ -171,7 +187,7 @@ impl Reader {
             ended: false,
             dialect: Dialect::V4,
             film: None,
-            camera: None,
+            camera: ("perspective".to_owned(), camera, Motion::still(DAffine3::IDENTITY)),
             samples: None,
             seeds: [None; 2],
             filter: None,
@@ -179,10 +195,14 @@ impl Reader {
             regularize: false,
             transform_times: [0.0, 1.0],
             library: Library::default(),
+            waiting: Vec::new(),
             materials: HashMap::new(),
             objects: HashMap::new(),
             object: None,
             instances: 0,
+            items: HashMap::new(),
+            of_patches: 0,
+            included: [0; 2],
             mover: None,
             emitters: Vec::new(),
             builder,
@@ -222,23 +242,19 @@ impl Reader {
     }
 
     fn finish(mut self) -> Result<Description, SceneError> {
-        let missing = |what: &str| {
-            let here = self.files.first().map_or_else(|| self.at.clone(), Lexer::here);
-            SceneError::at(here, format!("the file ends without {what}"), "")
-        };
         if !self.in_world {
-            return Err(missing("WorldBegin"));
+            let here = self.files.first().map_or_else(|| self.at.clone(), Lexer::here);
+            return Err(SceneError::at(here, "the file ends without WorldBegin", ""));
         }
         self.promises()?;
+        self.forward_references()?;
         for (shape, at) in std::mem::take(&mut self.emitters) {
             if self.builder.darken_interface(shape) {
                 let what = "an area light on an interface";
                 self.notices.instead(&at, what, "the shape does not shine");
             }
         }
-        let Some((name, params, camera_motion)) = &self.camera else {
-            return Err(missing("a Camera"));
-        };
+        let (name, params, camera_motion) = &self.camera;
         self.library.pictures.read()?;
         let film = match &self.film {
             Some((name, params)) => {

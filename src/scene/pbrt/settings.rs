@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::description::{CameraSpec, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec};
 use super::params::Params;
 use super::reader::Reader;
-use super::{Dialect, SceneError};
+use super::{Dialect, SceneError, resolve};
 use crate::film::filter::Profile;
 use crate::lens::{MOST_DECENTRE, MOST_TILT, Pose};
 use crate::motion::Motion;
@@ -13,6 +13,10 @@ use crate::shade::Reach;
 
 /// Pixels on one side of a picture.
 const MOST_PIXELS: u32 = 1 << 16;
+
+/// How far from the origin a camera may stand on any axis: beyond that, coordinates times the inverse of
+/// a direction leave the range of f32.
+const FARTHEST: f64 = 1e18;
 
 impl Reader {
     pub(super) fn film(&mut self) -> Result<(), SceneError> {
@@ -71,12 +75,17 @@ impl Reader {
         else {
             return self.refuse("a camera transform that cannot be inverted", "");
         };
+        let farthest = [0.0, 1.0].map(|share| motion.at(share).translation.abs().max_element());
+        if let Some(far) = farthest.into_iter().find(|&far| far > FARTHEST) {
+            let found = format!("a camera at a distance of {far:e} from the origin");
+            return self.refuse(found, "expected at most 1e18: check its transform and its scale");
+        }
         if name == "realistic" && params.find("specfile").is_some() {
             self.dialect = Dialect::V2;
         }
         let system = self.state.ctm.map(|ctm| ctm.inverse());
         self.systems.insert("camera".to_owned(), system);
-        self.camera = Some((name, params, motion));
+        self.camera = (name, params, motion);
         Ok(())
     }
 }
@@ -165,7 +174,7 @@ pub(super) fn film_spec(params: Option<&Params>) -> Result<FilmSpec, SceneError>
 pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, SceneError> {
     if let Some(file) = params.text("specfile")? {
         return Ok(CameraSpec::Realistic(RealisticSpec::V2 {
-            lens: folder.join(file),
+            lens: resolve(folder, file),
             lens_at: params.place("specfile"),
             aperture: params.positive("aperture_diameter", 1.0)?,
             film_distance: params.positive("filmdistance", 70.0)?,
@@ -182,12 +191,12 @@ pub(super) fn realistic(params: &Params, folder: &Path) -> Result<CameraSpec, Sc
         ));
     };
     Ok(CameraSpec::Realistic(RealisticSpec::V4 {
-        lens: folder.join(file),
+        lens: resolve(folder, file),
         lens_at: params.place("lensfile"),
         aperture: params.positive("aperturediameter", 1.0)?,
         iris: params
             .text("aperture")?
-            .map(|name| IrisSpec { path: folder.join(name), name: name.to_owned() }),
+            .map(|name| IrisSpec { path: resolve(folder, name), name: name.to_owned() }),
         focus: params.positive("focusdistance", 10.0)?,
         exposure_time: exposure_time(params)?,
         film_pose: film_pose(params)?,

@@ -7,7 +7,7 @@ use glam::DAffine3;
 
 use super::params::Params;
 use super::{Notices, SceneError, meshes};
-use crate::scene::{Form, Geometry, Quadric};
+use crate::scene::{Form, Geometry, Mesh, Quadric};
 
 /// Makes a shape, of one part or more; none where it is flattened to nothing.
 pub(super) fn make(
@@ -16,9 +16,17 @@ pub(super) fn make(
     ctm: &DAffine3,
     reversed: bool,
     folder: &Path,
+    most: u64,
     notices: &mut Notices,
 ) -> Result<Vec<Geometry>, SceneError> {
-    if let Some(mut meshes) = meshes::make(name, params, folder, notices)? {
+    if let Some(mut meshes) = meshes::make(name, params, folder, most, notices)? {
+        let all: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        let dropped: usize = meshes.iter_mut().map(Mesh::drop_non_finite).sum();
+        if dropped > 0 {
+            let found = format!("{dropped} of the {all} triangles of a {name}");
+            let why = "have vertices that are not finite numbers: they are left out";
+            notices.note(&params.at, format!("{found} {why}"));
+        }
         for mesh in &mut meshes {
             mesh.transform(ctm, reversed);
             if !mesh.positions.iter().flatten().all(|v| v.is_finite()) {
@@ -31,8 +39,12 @@ pub(super) fn make(
     }
     let phi_max = params.positive("phimax", 360.0)?.min(360.0).to_radians();
     let phi_max = if phi_max > TAU - 1e-9 { TAU } else { phi_max };
-    let quadric = Quadric::new(form(name, params)?, phi_max, *ctm, reversed);
-    Ok(quadric.map(Geometry::Quadric).into_iter().collect())
+    let Some(quadric) = Quadric::new(form(name, params)?, phi_max, *ctm, reversed) else {
+        let what = format!("a {name} that its transform flattens");
+        notices.instead(&params.at, &what, "it is left out");
+        return Ok(Vec::new());
+    };
+    Ok(vec![Geometry::Quadric(quadric)])
 }
 
 fn form(name: &str, params: &Params) -> Result<Form, SceneError> {

@@ -1,5 +1,6 @@
 //! Textures from their parameters.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use super::pictures::Pictures;
 use super::{Dialect, Notices, SceneError};
 use crate::image::Transfer;
 use crate::scene::{Board, Filter, ImageTexture, Mapping, Texture, Wrap};
-use crate::source::hint;
+use crate::source::{Location, hint};
 
 /// Textures that are looked at for one colour.
 const MOST_PARTS: usize = 1000;
@@ -45,16 +46,28 @@ pub(super) struct Library {
     pub(super) pictures: Pictures,
     /// Textures of colours and textures of numbers: each has names of its own.
     pub(super) textures: HashMap<(Gives, String), Texture>,
+    /// The last texture that was asked for and not there: what was made of it is to be made again.
+    pub(super) missing: Cell<Option<Missing>>,
+}
+
+/// A texture that is named before it is made.
+#[derive(Clone)]
+pub(super) struct Missing {
+    pub(super) name: String,
+    pub(super) gives: Gives,
+    /// Where it is named.
+    pub(super) at: Location,
 }
 
 /// A directive that makes a texture.
-pub(super) struct Request<'a> {
+pub(super) struct Request {
+    pub(super) name: String,
     /// The texture's class, such as "imagemap".
-    pub(super) class: &'a str,
+    pub(super) class: String,
     pub(super) gives: Gives,
-    pub(super) params: &'a Params,
+    pub(super) params: Params,
     /// Texture space to world space.
-    pub(super) world_from_texture: &'a DAffine3,
+    pub(super) world_from_texture: DAffine3,
     pub(super) dialect: Dialect,
 }
 
@@ -67,7 +80,7 @@ impl Library {
         meaning: Meaning,
     ) -> Result<Option<Texture>, SceneError> {
         match params.texture(name)? {
-            Some(texture) => Ok(Some(self.texture_named(params, name, texture, Gives::Colours)?)),
+            Some(texture) => Ok(Some(self.texture_named(params, name, texture, Gives::Colours))),
             None => Ok(params.colour(name, meaning)?.map(Texture::Constant)),
         }
     }
@@ -79,31 +92,33 @@ impl Library {
         name: &str,
     ) -> Result<Option<Texture>, SceneError> {
         match params.texture(name)? {
-            Some(texture) => Ok(Some(self.texture_named(params, name, texture, Gives::Numbers)?)),
+            Some(texture) => Ok(Some(self.texture_named(params, name, texture, Gives::Numbers))),
             None => Ok(params.maybe_float(name)?.map(|v| Texture::Constant([v as f32; 3]))),
         }
     }
 
-    fn texture_named(
-        &self,
-        params: &Params,
-        name: &str,
-        texture: &str,
-        gives: Gives,
-    ) -> Result<Texture, SceneError> {
-        let key = |gives: Gives| (gives, texture.to_owned());
-        if let Some(texture) = self.textures.get(&key(gives)) {
-            return Ok(texture.clone());
+    /// The texture that a parameter names. Where it is not made yet, that is noted, and another
+    /// takes its place.
+    fn texture_named(&self, params: &Params, name: &str, texture: &str, gives: Gives) -> Texture {
+        if let Some(texture) = self.textures.get(&(gives, texture.to_owned())) {
+            return texture.clone();
         }
+        let at = params.find(name).map_or(&params.at, |param| &param.at).clone();
+        self.missing.set(Some(Missing { name: texture.to_owned(), gives, at }));
+        Texture::Constant([0.5; 3])
+    }
+
+    /// What is wrong with the name of a texture that is never made.
+    pub(super) fn no_texture(&self, missing: Missing) -> SceneError {
+        let Missing { name, gives, at } = missing;
         let (wanted, other) = (gives.name(), gives.other());
-        if self.textures.contains_key(&key(other)) {
-            let found = format!("\"{texture}\" is a texture of type {}", other.name());
-            let expected = format!("expected one of type {wanted}");
-            return Err(params.refuse(name, found, expected));
+        if self.textures.contains_key(&(other, name.clone())) {
+            let found = format!("\"{name}\" is a texture of type {}", other.name());
+            return SceneError::at(at, found, format!("expected one of type {wanted}"));
         }
         let names = self.textures.keys().filter(|(of, _)| *of == gives);
-        let hint = hint(texture, names.map(|(_, name)| name.as_str()));
-        Err(params.refuse(name, format!("no texture \"{texture}\"{hint}"), ""))
+        let hint = hint(&name, names.map(|(_, name)| name.as_str()));
+        SceneError::at(at, format!("no texture \"{name}\"{hint}"), "")
     }
 
     /// Makes a texture.
@@ -112,7 +127,8 @@ impl Library {
         request: &Request,
         notices: &mut Notices,
     ) -> Result<Texture, SceneError> {
-        let Request { class, gives, params, .. } = *request;
+        let Request { class, gives, params, .. } = request;
+        let gives = *gives;
         let one = |name: &str, default: f32, gives: Gives| {
             let texture = match gives {
                 Gives::Colours => self.colour_or_texture(params, name, Meaning::Albedo)?,
@@ -127,7 +143,7 @@ impl Library {
                 Arc::new(one("tex2", second, gives)?),
             ])
         };
-        let texture = match class {
+        let texture = match class.as_str() {
             "constant" => one("value", 1.0, gives)?,
             "scale" => match params.find("tex").or(params.find("scale")) {
                 Some(_) => scale(one("tex", 1.0, gives)?, one("scale", 1.0, Gives::Numbers)?),
@@ -196,7 +212,7 @@ impl Library {
         request: &Request,
         notices: &mut Notices,
     ) -> Result<ImageTexture, SceneError> {
-        let params = request.params;
+        let params = &request.params;
         let transfer = transfer(params)?;
         let Some(picture) = self.pictures.order(params, "filename", transfer)? else {
             return Err(params.refuse("filename", "an imagemap without \"string filename\"", ""));
@@ -284,7 +300,12 @@ fn transfer(params: &Params) -> Result<Transfer, SceneError> {
     }
 }
 
-impl Request<'_> {
+impl Request {
+    /// What the library knows the texture by.
+    pub(super) fn key(&self) -> (Gives, String) {
+        (self.gives, self.name.clone())
+    }
+
     fn texture_from_world(&self) -> Result<Affine3A, SceneError> {
         let inverse = self.world_from_texture.inverse();
         let single = Affine3A::from_cols_array(&inverse.to_cols_array().map(|v| v as f32));
@@ -298,7 +319,7 @@ impl Request<'_> {
     }
 
     fn mapping(&self) -> Result<Mapping, SceneError> {
-        let params = self.params;
+        let params = &self.params;
         let number = |name: &str, default: f64| params.float(name, default).map(|v| v as f32);
         let offset = Vec2::new(number("udelta", 0.0)?, number("vdelta", 0.0)?);
         let axis = |name: &str, default: [f64; 3]| {

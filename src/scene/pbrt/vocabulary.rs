@@ -42,14 +42,14 @@ const fn later(directive: &'static str, name: &'static str, instead: &'static st
     Entry { directive, name, reads: &[], leaves: &[], instead: Some(instead) }
 }
 
-/// Said of parameters that cannot change the mean of any pixel: nothing.
-const QUIET: &str = "";
+/// Said of what cannot change the mean of any pixel, and of what pbrt-v4 replaces by the same when it
+/// upgrades a scene: nothing.
+pub(super) const QUIET: &str = "";
 const PATH_INSTEAD: &str = "path is used";
 const SHAPE_LATER: &str = "the shape is left out";
 const TEXTURE_LATER: &str = "the constant 0.5 is used";
 const MATERIAL_LATER: &str =
     "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
-const ONE_LIGHT_SAMPLE: &str = "every camera sample takes one light sample; raise --spp instead";
 
 const UNSHADED: &str = "the surface is left as it is";
 const OWN_ORDER: &str = "samples are Owen-scrambled Sobol points";
@@ -67,8 +67,8 @@ const FILM: &[&str] = &[
 ];
 const FILM_LEAVES: &[(&str, &str)] = &[
     ("sensor", "the sensor is ideal: pixels are linear RGB"),
-    ("savefp16", "pixels are 32-bit floats; --half writes 16-bit ones"),
-    ("display", "no window is opened"),
+    ("savefp16", QUIET),
+    ("display", QUIET),
     ("scale", "the picture is not scaled"),
     ("coordinatesystem", "layers of geometry are in the camera's frame"),
     ("nbuckets", QUIET),
@@ -88,8 +88,8 @@ const PATH_LEAVES: &[(&str, &str)] = &[
     ("strategy", QUIET),
     ("samplebsdf", QUIET),
     ("samplelights", QUIET),
-    ("visualizestrategies", "only the picture is written"),
-    ("visualizeweights", "only the picture is written"),
+    ("visualizestrategies", QUIET),
+    ("visualizeweights", QUIET),
     ("bootstrapsamples", QUIET),
     ("chains", QUIET),
     ("mutationsperpixel", "pixelsamples alone decides"),
@@ -104,10 +104,10 @@ const PATH_LEAVES: &[(&str, &str)] = &[
 const SHADOW_ALPHA: (&str, &str) = ("shadowalpha", "alpha alone decides");
 const MESH_LEAVES: &[(&str, &str)] = &[
     ("S", "tangents follow the texture coordinates"),
-    ("faceIndices", "there are no per-face textures"),
+    ("faceIndices", QUIET),
     ("emissionfilename", "the light is of one colour"),
     SHADOW_ALPHA,
-    ("discarddegenerateUVs", "texture coordinates are left as they are"),
+    ("discarddegenerateUVs", QUIET),
     ("displacement", UNSHADED),
     ("edgelength", UNSHADED),
     ("displacement.edgelength", UNSHADED),
@@ -185,7 +185,7 @@ pub(super) const VOCABULARY: &[Entry] = &[
     known("Sampler", "independent", SAMPLER, SAMPLER_LEAVES),
     known("Sampler", "stratified", SAMPLER, SAMPLER_LEAVES),
     later("Sampler", "adaptive", OWN_ORDER),
-    later("Sampler", "bestcandidate", OWN_ORDER),
+    known("Sampler", "bestcandidate", SAMPLER, SAMPLER_LEAVES),
     known("PixelFilter", "box", FILTER, &[]),
     known(
         "PixelFilter",
@@ -262,22 +262,18 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Integrator", "igi", PATH_INSTEAD),
     later("Integrator", "ambientocclusion", PATH_INSTEAD),
     later("Integrator", "ao", PATH_INSTEAD),
-    later("VolumeIntegrator", "emission", "there are no volumes"),
-    later("VolumeIntegrator", "single", "there are no volumes"),
-    later("Renderer", "sampler", "there is one renderer"),
+    later("VolumeIntegrator", "emission", QUIET),
+    later("VolumeIntegrator", "single", QUIET),
+    later("Renderer", "sampler", QUIET),
     later("Renderer", "metropolis", "there is one renderer"),
-    later("Accelerator", "bvh", "there is one tree"),
-    later("Accelerator", "kdtree", "there is one tree"),
-    later("Accelerator", "grid", "there is one tree"),
+    later("Accelerator", "bvh", QUIET),
+    later("Accelerator", "kdtree", QUIET),
+    later("Accelerator", "grid", QUIET),
     known(
         "LightSource",
         "infinite",
         &["L", "scale", "filename", "mapname", "illuminance"],
-        &[
-            ("nsamples", ONE_LIGHT_SAMPLE),
-            ("samples", ONE_LIGHT_SAMPLE),
-            ("portal", "the whole sky shines"),
-        ],
+        &[("nsamples", QUIET), ("samples", QUIET), ("portal", "the whole sky shines")],
     ),
     known("LightSource", "distant", &["L", "from", "to", "scale", "illuminance"], &[]),
     known("LightSource", "point", &["I", "from", "scale", "power"], &[]),
@@ -319,7 +315,7 @@ pub(super) const VOCABULARY: &[Entry] = &[
             "v1",
             "v2",
         ],
-        &[("aamode", "edges are antialiased by the samples")],
+        &[("aamode", QUIET)],
     ),
     known(
         "Texture",
@@ -365,14 +361,14 @@ pub(super) const VOCABULARY: &[Entry] = &[
     later("Material", "hair", MATERIAL_LATER),
     later("Material", "measured", MATERIAL_LATER),
     known("Material", "matte", &["Kd"], LAMBERT),
-    near("Material", "plastic", OLD_COATED, OLD_LEAVES, "coateddiffuse of its Kd is used"),
-    near("Material", "uber", OLD_COATED, OLD_LEAVES, "coateddiffuse of its Kd is used"),
-    near("Material", "substrate", OLD_COATED, OLD_LEAVES, "coateddiffuse of its Kd is used"),
-    near("Material", "glass", OLD_GLASS, OLD_LEAVES, "a dielectric of its index is used"),
-    near("Material", "metal", CONDUCTOR, OLD_LEAVES, "a conductor is used"),
-    near("Material", "mirror", &["Kr"], OLD_LEAVES, "a smooth conductor that reflects Kr is used"),
-    near("Material", "shinymetal", OLD_METAL, OLD_LEAVES, "a conductor that reflects Kr is used"),
-    near("Material", "translucent", OLD_LEAF, OLD_LEAVES, "diffusetransmission of its Kd is used"),
+    known("Material", "plastic", OLD_COATED, OLD_LEAVES),
+    known("Material", "uber", OLD_COATED, OLD_LEAVES),
+    known("Material", "substrate", OLD_COATED, OLD_LEAVES),
+    known("Material", "glass", OLD_GLASS, OLD_LEAVES),
+    known("Material", "metal", CONDUCTOR, OLD_LEAVES),
+    known("Material", "mirror", &["Kr"], OLD_LEAVES),
+    known("Material", "shinymetal", OLD_METAL, OLD_LEAVES),
+    known("Material", "translucent", OLD_LEAF, OLD_LEAVES),
     later("Material", "disney", MATERIAL_LATER),
     later("Material", "fourier", MATERIAL_LATER),
     later("Material", "kdsubsurface", MATERIAL_LATER),
@@ -392,8 +388,7 @@ pub(super) const VOCABULARY: &[Entry] = &[
 ];
 
 const AREA: &[&str] = &["L", "scale", "twosided", "power", "filename"];
-const AREA_LEAVES: &[(&str, &str)] =
-    &[("nsamples", ONE_LIGHT_SAMPLE), ("samples", ONE_LIGHT_SAMPLE)];
+const AREA_LEAVES: &[(&str, &str)] = &[("nsamples", QUIET), ("samples", QUIET)];
 
 /// The entry for a kind of a directive.
 pub(super) fn entry(

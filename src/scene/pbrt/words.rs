@@ -4,7 +4,7 @@ use super::SceneError;
 use super::params::{Param, Params, Values, kind_hint, kind_of};
 use super::reader::Reader;
 use super::token::{Token, Word};
-use super::vocabulary::{Entry, entry};
+use super::vocabulary::{Entry, QUIET, entry};
 use crate::source::Location;
 
 impl Reader {
@@ -82,25 +82,39 @@ impl Reader {
 
     /// A parameter list: as many `"type name" values` as follow.
     pub(super) fn params(&mut self) -> Result<Params, SceneError> {
+        self.list(false)
+    }
+
+    /// Options: as parameters, or by their name alone, as in `"seed" 7`.
+    pub(super) fn options(&mut self) -> Result<Params, SceneError> {
+        self.list(true)
+    }
+
+    fn list(&mut self, untyped: bool) -> Result<Params, SceneError> {
         let mut all = Vec::new();
         while matches!(self.peek()?, Some(Word::Text(_))) {
             let Some(token) = self.next()? else { break };
             let at = self.place(&token);
             let Word::Text(declaration) = &token.word else { break };
             let words: Vec<&str> = declaration.split_whitespace().collect();
-            let [kind, name] = words[..] else {
-                let found = format!("found {}", token.word.shown());
-                return Err(SceneError::at(at, found, "expected a parameter \"type name\""));
+            let (kind, name) = match words[..] {
+                [kind, name] => (Some(kind), name),
+                [name] if untyped => (None, name),
+                _ => {
+                    let found = format!("found {}", token.word.shown());
+                    return Err(SceneError::at(at, found, "expected a parameter \"type name\""));
+                }
             };
-            let Some(known) = kind_of(kind) else {
-                let found = format!("unknown parameter type \"{kind}\"{}", kind_hint(kind));
-                return Err(SceneError::at(at, found, ""));
-            };
-            if all.iter().any(|param: &Param| param.name == name) {
-                return Err(SceneError::at(at, format!("a second \"{name}\""), "give it once"));
-            }
+            let known = kind.map(|kind| {
+                kind_of(kind).ok_or_else(|| {
+                    let found = format!("unknown parameter type \"{kind}\"{}", kind_hint(kind));
+                    SceneError::at(at.clone(), found, "")
+                })
+            });
+            let known = known.transpose()?;
             let values = self.values(name)?;
-            all.push(Param { kind: known.to_owned(), name: name.to_owned(), values, at });
+            let kind = known.unwrap_or(values.kind()).to_owned();
+            all.push(Param { kind, name: name.to_owned(), values, at });
         }
         let (space, folder) = (self.state.space, self.folder.clone());
         Ok(Params { all, at: self.at.clone(), space, folder })
@@ -163,7 +177,9 @@ impl Reader {
         let entry = entry(directive, &name, &params)?;
         self.defaults(entry, &mut params);
         if let Some(instead) = entry.instead {
-            self.notices.instead(&params.at, &format!("{directive} \"{name}\""), instead);
+            if instead != QUIET {
+                self.notices.instead(&params.at, &format!("{directive} \"{name}\""), instead);
+            }
             if !entry.supported() {
                 return Ok((entry, name, params, false));
             }

@@ -23,20 +23,22 @@ pub struct PlyError {
 }
 
 /// Reads a mesh, packed by gzip or not. Triangles and flat quads become the first of the two;
-/// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second.
+/// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second. Vertices that
+/// are not finite stay as they are. All quads together become at most so many triangles, or two each.
 ///
 /// # Errors
 /// Where the file cannot be read, is no PLY file or holds no triangle mesh.
-pub fn read(path: &Path) -> Result<[Mesh; 2], PlyError> {
+pub fn read(path: &Path, most: u64) -> Result<[Mesh; 2], PlyError> {
     let refuse = |found: String| PlyError { path: path.to_owned(), found };
     let bytes = bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
-    parse(&bytes).map_err(refuse)
+    parse(&bytes, most).map_err(refuse)
 }
 
-fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
+fn parse(bytes: &[u8], most: u64) -> Result<[Mesh; 2], String> {
     let (order, elements, start) = header(bytes)?;
     let mut values = Values { order, bytes, next: start };
     let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
+    let mut declared = 0u64;
     for element in &elements {
         // Even an empty list takes a byte, in ascii two with the blank.
         let least: usize = element
@@ -55,7 +57,9 @@ fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
             "vertex" | "face" => size_of::<[f32; 3]>() as u64,
             _ => 0,
         };
-        budget::claim((element.count as u64).saturating_mul(columns))?;
+        // Whoever keeps the mesh claims it; here nothing may be allocated beyond the budget.
+        declared = declared.saturating_add((element.count as u64).saturating_mul(columns));
+        budget::fits(declared)?;
         match element.name.as_str() {
             "vertex" => vertices(element, &mut values, &mut mesh)?,
             "face" => faces(element, &mut values, &mut mesh, &mut quads)?,
@@ -72,7 +76,7 @@ fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
     if quads.iter().flatten().any(|&v| v >= count) {
         return Err("a quad names a vertex that is not there".to_owned());
     }
-    let curved = triangulate(&mut mesh, &quads);
+    let curved = triangulate(&mut mesh, &quads, most);
     Ok([mesh, curved])
 }
 
@@ -169,7 +173,7 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
     }
     let (normals, uvs) = (has(3..6), has(6..8));
     mesh.positions.reserve_exact(element.count);
-    for i in 0..element.count {
+    for _ in 0..element.count {
         let mut row = [0.0f32; 8];
         for (property, slot) in element.properties.iter().zip(&slots) {
             if let Some(length) = property.length {
@@ -183,9 +187,6 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
                 row[*slot] = value;
             }
         }
-        if !row.iter().all(|v| v.is_finite()) {
-            return Err(format!("vertex {i} holds a number that is not finite"));
-        }
         let [x, y, z, nx, ny, nz, u, v] = row;
         mesh.positions.push([x, y, z]);
         if normals {
@@ -198,8 +199,25 @@ fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(
     Ok(())
 }
 
-/// Faces become triangles; those of four corners are kept as patches, and more corners make a
-/// fan. What has fewer than three is no face.
+/// Corners that a polygon may have to become a fan, as most programs have it.
+const MOST_FAN: usize = 16;
+
+/// Cuts a polygon in halves until triangles are left. A fan of many corners would be slivers that all
+/// lie over each other, on which trees take long to build and to walk.
+fn halve(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    let mut todo = vec![corners];
+    while let Some(part) = todo.pop() {
+        let [first, .., last] = *part else { continue };
+        let middle = part.len() / 2;
+        if part.len() > 2 {
+            triangles.push([first, part[middle], last]);
+            todo.extend([&part[middle..], &part[..=middle]]);
+        }
+    }
+}
+
+/// Faces become triangles; those of four corners are kept as patches, and more corners make several.
+/// What has fewer than three is no face.
 fn faces(
     element: &Element,
     values: &mut Values,
@@ -226,8 +244,13 @@ fn faces(
                 [a, b, c] => mesh.triangles.push([a, b, c]),
                 [a, b, c, d] => quads.push([a, b, d, c]),
                 [] | [_] | [_, _] => {}
-                [a, ref rest @ ..] => {
+                [a, ref rest @ ..] if corners.len() <= MOST_FAN => {
                     mesh.triangles.extend(rest.windows(2).map(|edge| [a, edge[0], edge[1]]));
+                }
+                _ => {
+                    let count = (mesh.triangles.len() + corners.len()) as u64;
+                    budget::fits(count * size_of::<[u32; 3]>() as u64)?;
+                    halve(&corners, &mut mesh.triangles);
                 }
             }
         }
@@ -237,7 +260,11 @@ fn faces(
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{Mesh, halve};
+
+    fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
+        super::parse(bytes, 1 << 20)
+    }
 
     const ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n\
         property float x\nproperty float y\nproperty float z\nproperty float u\n\
@@ -305,6 +332,23 @@ mod tests {
         let [mesh, _] = parse(faces.as_bytes()).unwrap();
         assert_eq!(mesh.triangles[..3], [[0, 1, 2], [0, 2, 3], [0, 3, 0]]);
         assert_eq!(mesh.triangles.len(), 5);
+    }
+
+    #[test]
+    fn a_polygon_of_many_corners_becomes_triangles_of_its_own_area() {
+        let corners: Vec<u32> = (0..1000).collect();
+        let mut triangles = Vec::new();
+        halve(&corners, &mut triangles);
+        assert_eq!(triangles.len(), 998);
+        let at = |i: u32| glam::DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 1000.0);
+        let area = |[a, b, c]: [u32; 3]| (at(b) - at(a)).perp_dot(at(c) - at(a)) / 2.0;
+        assert!(triangles.iter().all(|&t| area(t) > 0.0), "they turn as the polygon does");
+        let sum: f64 = triangles.iter().map(|&t| area(t)).sum();
+        let exact = 500.0 * (std::f64::consts::TAU / 1000.0).sin();
+        assert!((sum - exact).abs() < 1e-9, "{sum} of {exact}");
+        // Of a fan, each would be as long as the polygon.
+        let short = triangles.iter().filter(|t| at(t[0]).distance(at(t[2])) < 0.1).count();
+        assert!(short > 800, "{short}");
     }
 
     #[test]

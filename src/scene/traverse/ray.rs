@@ -22,6 +22,10 @@ pub(in crate::scene) struct Prepared {
 /// its distances are huge, but their products are numbers for all coordinates below 1e18.
 const PARALLEL: f32 = 1e20;
 
+/// Rays that start farther out than this, on any axis, meet nothing: their products with
+/// [`PARALLEL`] would not be numbers, and boxes that are not there would count as hit.
+const FARTHEST: f32 = 1e18;
+
 /// How much later than computed a box may be left: two roundings on either side, of the inverse
 /// and of the sum (Ize 2013, "Robust BVH ray traversal").
 const LATER: f32 = 1.000_000_5;
@@ -31,11 +35,12 @@ const LATER: f32 = 1.000_000_5;
 const SOONER: f32 = 2.0 * f32::EPSILON;
 
 impl Prepared {
-    /// `None` for a ray of numbers that are none, which meets nothing.
+    /// `None` for a ray that meets nothing: one of numbers that are none, or from too far out.
     #[inline(always)]
     pub(in crate::scene) fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
-        let sum = origin.iter().chain(&direction).fold(0.0, |sum, v| sum + v * 0.0);
-        if sum != 0.0 {
+        let sum = direction.iter().fold(0.0, |sum, v| sum + v * 0.0);
+        let near = origin.iter().all(|v| v.abs() <= FARTHEST);
+        if sum != 0.0 || !near {
             return None;
         }
         let magnitude = direction.map(f32::abs);

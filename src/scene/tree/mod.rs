@@ -144,6 +144,11 @@ impl Default for Tree {
 }
 
 impl Tree {
+    /// Bytes of a triangle or of another item in a tree, about and at most.
+    pub(crate) const ITEM: u64 = 90;
+    /// Bytes more for each item while a tree is built.
+    pub(crate) const BUILD: u64 = 300;
+
     /// The memory that the hierarchy takes, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]) + size_of_val(&self.names[..])

@@ -1,0 +1,230 @@
+//! Scenes that ask for more than there is: each is refused at once, or costs no more than it shows.
+
+mod support;
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use glam::{DVec3, Vec3};
+use petzval::rays::{Hit, Ray};
+use petzval::scene::{Geometry, Mesh, Shape, TraversalStack, triangulate};
+use support::world::{error, quietly, read};
+use support::{Random, folder, petzval, write};
+use wide::f32x8;
+
+/// What a refusal may take: it is a hundredth of a second or less on an idle machine, mostly of the
+/// reading of the text.
+const AT_ONCE: Duration = Duration::from_secs(3);
+
+/// The answer to a question, and that it came at once.
+fn at_once<T>(what: &str, ask: impl FnOnce() -> T) -> T {
+    let begin = Instant::now();
+    let answer = ask();
+    assert!(begin.elapsed() < AT_ONCE, "{what} took {:?}", begin.elapsed());
+    answer
+}
+
+#[test]
+fn a_camera_too_far_out_is_refused() {
+    let camera = |scale: &str| {
+        let place = format!("LookAt 3 4 -5  0 0 0  0 1 0 Scale {scale} {scale} {scale}");
+        read(&format!("{place}\nCamera \"perspective\"\nWorldBegin\nShape \"sphere\"")).map(|_| ())
+    };
+    assert!(camera("1e-12").is_ok());
+    let said = camera("1e-30").expect_err("it is too far out").to_string();
+    assert!(said.contains("test.pbrt:2:1: a camera at a distance of 5"), "{said}");
+    assert!(said.contains("expected at most 1e18"), "{said}");
+}
+
+#[test]
+fn rays_from_too_far_out_meet_nothing() {
+    let scene = quietly("Shape \"sphere\" Shape \"disk\" Translate 2 2 2 Shape \"cone\"").scene;
+    let mut stack = TraversalStack::default();
+    for far in [1e19, 1e30, 3e38] {
+        for origin in [[far, far, -far], [far, 0.0, 0.0], [0.0, far, 1.0]] {
+            for direction in [[-0.6, -0.8, 0.0], [0.0, 1e-8, 1.0], [-1e-20, -1.0, 0.3]] {
+                let ray = Ray { origin, direction, t_max: f32::INFINITY };
+                let hit = scene.closest::<f32x8>(&ray, &mut stack);
+                assert_eq!(hit.shape, Hit::MISS.shape, "{ray:?}");
+                assert!(!scene.occluded::<f32x8>(&ray, &mut stack), "{ray:?}");
+            }
+        }
+    }
+    let ray = Ray { origin: [0.0, 0.0, -1e6], direction: [0.0, 0.0, 1.0], t_max: f32::INFINITY };
+    assert!(scene.occluded::<f32x8>(&ray, &mut stack), "from nearer they meet what is there");
+}
+
+/// Points of a curve that bends all the time.
+fn zigzag(points: usize) -> String {
+    (0..points).fold(String::new(), |mut text, i| {
+        let _ = write!(text, "{} {} {} ", i, i % 7, i * 5 % 11);
+        text
+    })
+}
+
+#[test]
+fn what_takes_more_memory_than_there_is_is_refused_at_once() {
+    let triangle = "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \
+                    \"integer indices\" [0 1 2] \"integer levels\"";
+    let copies = |count: usize| "ObjectInstance \"a\" Translate 1 0 0\n".repeat(count);
+    let thousands = format!(
+        "ObjectBegin \"b\" Shape \"sphere\" ObjectEnd\nObjectBegin \"a\"\n{}ObjectEnd\n{}",
+        copies(1000).replace("\"a\"", "\"b\""),
+        copies(3000)
+    );
+    let blocks = "AttributeBegin\n".repeat(500_000);
+    let curve = format!("Shape \"curve\" \"float width\" 0.01 \"point3 P\" [{}]", zigzag(90_001));
+    for (name, world, refused) in [
+        ("curve", curve, "3:1: a curve of 30000 segments: it takes 2.4"),
+        ("level", format!("{triangle} 11"), "3:1: 4194304 triangles: it takes 1."),
+        ("levels", format!("{triangle} 8\n").repeat(20), "a loopsubdiv: it takes"),
+        ("copies", thousands, "a copy of an object: it takes"),
+        ("blocks", blocks, "blocks inside each other: it takes"),
+    ] {
+        let folder = folder();
+        write(&folder, "a.pbrt", format!("Camera \"perspective\"\nWorldBegin\n{world}"));
+        let words = ["render", "a.pbrt", "-o", "a.exr", "--spp", "1", "--memory", "400MB"];
+        let (code, _, said) = at_once(name, || petzval(folder.path(), &words));
+        assert_eq!(code, 2, "{name}: {said}");
+        assert!(said.contains("a.pbrt:") && said.contains(refused), "{name}: {said}");
+        assert!(said.contains("and there are 400 MB") && said.contains("--memory"), "{said}");
+    }
+}
+
+#[test]
+fn files_that_include_each_other_over_and_over_are_refused_at_once() {
+    let folder = folder();
+    for i in 0..12 {
+        write(&folder, &format!("{i}.pbrt"), format!("Include \"{}.pbrt\"\n", i + 1).repeat(10));
+    }
+    write(&folder, "12.pbrt", "");
+    let path = write(&folder, "a.pbrt", "WorldBegin\nInclude \"0.pbrt\"");
+    let said = at_once("a million million files", || petzval::scene::pbrt::read(&path));
+    let said = said.map(|_| ()).expect_err("too many").to_string();
+    assert!(said.contains("included files of") && said.contains("include each other"), "{said}");
+}
+
+#[test]
+fn mixes_nest_as_deep_as_anybody_needs_and_no_deeper() {
+    let diffuse = "MakeNamedMaterial \"m0\" \"string type\" \"diffuse\"\n";
+    let mixes = |count: u32| {
+        (1..=count).fold(diffuse.to_owned(), |mut text, i| {
+            let below = i - 1;
+            let _ = write!(text, "MakeNamedMaterial \"m{i}\" \"string type\" \"mix\" ");
+            let _ = writeln!(text, "\"string materials\" [\"m{below}\" \"m{below}\"]");
+            text
+        })
+    };
+    quietly(&mixes(64));
+    let said = error(&mixes(2000));
+    assert!(said.starts_with("test.pbrt:68:45: a mix of 65 mixes inside each other"), "{said}");
+    let last = "Material \"mix\" \"string materials\" [\"m64\" \"m0\"]";
+    let said = error(&format!("{}{last}", mixes(64)));
+    assert!(said.contains("a mix of 65 mixes"), "{said}");
+}
+
+#[test]
+fn a_polygon_of_sixty_thousand_corners_is_read_at_once() {
+    let corners = 60_000;
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {corners}\nproperty float x\nproperty float y\n\
+         property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n"
+    );
+    for i in 0..corners {
+        let (y, x) = (f64::from(i) * std::f64::consts::TAU / f64::from(corners)).sin_cos();
+        let _ = writeln!(text, "{x} {y} 0");
+    }
+    text += &(0..corners).fold(format!("{corners}"), |mut text, i| {
+        let _ = write!(text, " {i}");
+        text
+    });
+    let folder = folder();
+    write(&folder, "polygon.ply", text);
+    let scene = "WorldBegin\nShape \"plymesh\" \"string filename\" \"polygon.ply\"";
+    let path = write(&folder, "a.pbrt", scene);
+    let scene = at_once("a polygon", || petzval::scene::pbrt::read(&path)).expect("a disk").scene;
+    let mut stack = TraversalStack::default();
+    for (x, there) in [(0.0, true), (0.7, true), (0.999, true), (1.001, false)] {
+        let ray = Ray { origin: [x, 0.01, -1.0], direction: [0.0, 0.0, 1.0], t_max: f32::INFINITY };
+        assert_eq!(scene.occluded::<f32x8>(&ray, &mut stack), there, "{x}");
+    }
+}
+
+/// The vertices of a lattice of squares of side 1, at heights of a function, and its patches.
+fn lattice(side: u32, mut height: impl FnMut() -> f64) -> (Mesh, Vec<[u32; 4]>) {
+    let row = side + 1;
+    let at = |i: u32| [(i % row) as f32, (i / row) as f32];
+    let positions = (0..row * row).map(|i| [at(i)[0], at(i)[1], height() as f32]).collect();
+    let corner = |i: u32| i / side * row + i % side;
+    let patches = (0..side * side).map(corner).map(|a| [a, a + 1, a + row, a + row + 1]).collect();
+    (Mesh { positions, ..Mesh::default() }, patches)
+}
+
+#[test]
+fn a_quad_is_cut_no_finer_than_it_is_bent() {
+    let mut random = Random::new(5);
+    let mut count = |side: u32, height: f64, uvs: bool| {
+        let (mut mesh, patches) = lattice(side, || height * random.next());
+        if uvs {
+            mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [*x, *y]).collect();
+        }
+        let curved = triangulate(&mut mesh, &patches, 1 << 20);
+        (mesh.triangles.len() + curved.triangles.len()) as f64 / f64::from(side * side)
+    };
+    for uvs in [false, true] {
+        assert_eq!(count(1, 1e-4, uvs), 2.0, "a quad that is all but flat");
+        assert_eq!(count(100, 1e-3, uvs), 2.0, "quads of a large mesh that are all but flat");
+        assert!(count(1, 2.0, uvs) > 100.0, "a quad that is twisted");
+        // A quarter of a million of them.
+        assert!(count(517, 2.0, uvs) < 4.0, "quads that are twisted, too many to be followed");
+    }
+}
+
+#[test]
+fn twisted_quads_of_many_meshes_become_no_more_than_those_of_one() {
+    let one = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 1]\n";
+    // No tree is built over what stops no light.
+    let scene = quietly(&format!("Material \"interface\"\n{}", one.repeat(2000))).scene;
+    let count = |shape: &Shape| match &shape.geometry {
+        Geometry::Mesh(mesh) => mesh.triangles.len(),
+        Geometry::Quadric(_) => 0,
+    };
+    let counts: Vec<usize> = scene.shapes.iter().map(count).collect();
+    assert!(
+        counts.iter().sum::<usize>() < (1 << 21) + 2 * 2000,
+        "{}",
+        counts.iter().sum::<usize>()
+    );
+    assert!(counts[0] > 1000 && counts.iter().all(|&count| count >= 2), "{counts:?}");
+}
+
+#[test]
+fn quads_of_a_mesh_are_followed_as_closely_as_the_mesh_shows() {
+    let mut random = Random::new(7);
+    let side = 12;
+    let (mut mesh, patches) = lattice(side, || random.next());
+    let heights: Vec<f64> = mesh.positions.iter().map(|p| f64::from(p[2])).collect();
+    let exact = |p: DVec3| {
+        let [i, j] = [p.x, p.y].map(|v| (v as u32).min(side - 1));
+        let h = |i: u32, j: u32| heights[(j * (side + 1) + i) as usize];
+        let (u, v) = (p.x - f64::from(i), p.y - f64::from(j));
+        let along = |j: u32| h(i, j) * (1.0 - u) + h(i + 1, j) * u;
+        along(j) * (1.0 - v) + along(j + 1) * v
+    };
+    let curved = triangulate(&mut mesh, &patches, 1 << 20);
+    let mut worst = 0f64;
+    for mesh in [&mesh, &curved] {
+        for i in 0..mesh.triangles.len() as u32 {
+            let [a, b, c]: [DVec3; 3] = mesh.corners(i).map(Vec3::as_dvec3);
+            for p in [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
+                worst = worst.max((p.z - exact(p)).abs());
+            }
+        }
+    }
+    // Two hundred-thousandths of the diagonal of the mesh.
+    let allowed = 2e-5 * f64::from(side) * 2f64.sqrt();
+    assert!(worst < 1.05 * allowed, "{worst:e} of {allowed:e}");
+    assert!(worst > 0.2 * allowed, "no finer than that: {worst:e} of {allowed:e}");
+    let triangles = mesh.triangles.len() + curved.triangles.len();
+    assert!(triangles < 150_000, "{triangles}");
+}
