@@ -228,10 +228,11 @@ impl Clock {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
+    #[cfg(unix)]
     #[test]
     fn time_in_which_another_program_has_the_cpu_is_not_counted() {
         let (mut stats, mut clock) = (Stats::default(), Clock::start());
@@ -247,11 +248,6 @@ mod tests {
         let all: Duration = stats.stages.iter().map(|stage| stage.time).sum();
         assert!(all > Duration::from_millis(4) && all < Duration::from_millis(50), "{all:?}");
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     #[test]
     fn deep_paths_are_counted_together() {
