@@ -210,3 +210,14 @@ fn rays_of_a_picture_are_bent_by_the_published_index_of_their_band() {
         }
     }
 }
+
+#[test]
+fn a_guess_takes_a_crown_for_what_gathers_light_and_a_flint_for_what_spreads_it() {
+    let of = |radius: f64| {
+        let mut lens = of_index(1.62);
+        (lens.rows[1].radius, lens.rows[2].radius) = (radius, -radius);
+        lens.assume_dispersion()[0].published
+    };
+    let ([_, crown], [_, flint]) = (of(50.0), of(-50.0));
+    assert!(crown > 55.0 && flint < 40.0, "{crown} and {flint}");
+}

@@ -48,7 +48,7 @@ fn a_lens_that_forms_no_image_still_tells_its_data() {
                 printed.contains("no real image") && printed.contains("leave it out"),
                 "{printed}"
             );
-            assert!(options.is_empty() == !printed.contains("  none\n"), "{options:?}: {printed}");
+            assert_ne!(options.is_empty(), printed.contains("  none\n"), "{options:?}: {printed}");
         }
     }
 }
@@ -113,7 +113,8 @@ fn glass_in_light_that_its_data_do_not_cover_is_named_with_both_ranges() {
         ("glass = \"N-BK7\"", [400.0, 704.0]),
         ("index = 1.5\nabbe = 60", [400.0, 704.0]),
     ] {
-        assert_eq!(of(medium, used), [String::new(); 0], "{medium}");
+        let said = of(medium, used);
+        assert!(said.is_empty(), "{medium}: {said:?}");
     }
 }
 
