@@ -5,7 +5,7 @@ mod support;
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use petzval::aov::{Aov, layers};
 use petzval::checkpoint::{Head, Saved};
@@ -180,6 +180,24 @@ fn an_adaptive_render_remembers_its_pilot_samples() {
         assert!(bits(&job, &exposed) == bits(&job, &whole), "stop {stop}, pilots: {pilots}");
     }
     panic!("stopped {before} times before pilots and {behind} times behind");
+}
+
+#[test]
+fn the_time_that_a_render_has_had_counts_when_it_goes_on() {
+    let studio = Studio::new();
+    let time = Duration::from_secs(30);
+    let until = Until { noise: None, time: Some(time) };
+    let job = job(&studio, Changes { until, ..Changes::default() });
+    let path = studio.path("checkpoint");
+    render(&job, &path, 1);
+    // It says that an hour has gone: all that is left to do is the round that it was in.
+    forge(&path, |_, body| {
+        body[..8].copy_from_slice(&(3600 * 1_000_000_000u64).to_le_bytes());
+    });
+    let begun = Instant::now();
+    let (exposed, _) = render(&job, &path, u64::MAX);
+    assert!(exposed.partial.is_none() && exposed.reached.is_some());
+    assert!(begun.elapsed() < time / 2, "it took {:?} more", begun.elapsed());
 }
 
 #[test]
