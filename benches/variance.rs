@@ -20,12 +20,8 @@ const SAMPLES: u32 = 8;
 const RUNS: usize = 5;
 
 /// Lens, and metres from the film to the knot, which then fills about half of the picture.
-const LENSES: [(&str, f64); 4] = [
-    ("dgauss.50mm", 7.0),
-    ("wide.22mm", 3.2),
-    ("fisheye.10mm", 1.8),
-    ("telephoto.250mm", 34.0),
-];
+const LENSES: [(&str, f64); 4] =
+    [("dgauss.50mm", 7.0), ("wide.22mm", 3.2), ("fisheye.10mm", 1.8), ("telephoto.250mm", 34.0)];
 
 /// A trefoil about the origin, 2.4 m wide, of a rope 0.5 m thick, as the text of a mesh.
 fn knot() -> String {
