@@ -382,7 +382,7 @@ fn the_command_refuses_what_it_cannot_write() {
     refuses(&["--draw", "a.png"], "--draw a.png: drawings are SVG; name the file a.svg");
     refuses(&["--draw", "a"], "name the file a.svg");
     refuses(&["--draw", ""], "a value is required");
-    refuses(&["--draw", "no/such/a.svg"], "cannot write the drawing no/such/a.svg: ");
+    refuses(&["--draw", "no/such/a.svg"], "cannot write no/such/a.svg: ");
     refuses(&["--draw", svg, "--focus", "10"], "the lens cannot focus at 10.0000 mm");
     refuses(&["--draw", svg, "--film-diagonal", "0"], "a length above 0");
     refuses(&["--film-diagonal", "9"], "--draw");

@@ -42,10 +42,15 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         text += "All figures below are of the lens with its parts square.\n\n";
     }
     let mut line = |name: &str, value: f64, unit: &str| {
-        let afocal = name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL;
-        let _ = match value.is_nan() || afocal {
-            true => writeln!(text, "{name:<28}{:>12}", if afocal { "afocal" } else { "none" }),
-            false => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
+        let word = match name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL {
+            true => Some("afocal"),
+            false if value.is_nan() => Some("none"),
+            false if value.is_infinite() => Some("infinite"),
+            false => None,
+        };
+        let _ = match word {
+            Some(word) => writeln!(text, "{name:<28}{word:>12}"),
+            None => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
         };
     };
     let known = match lens.is_monochromatic() {
@@ -101,7 +106,8 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
                 line("", focus + paraxial.length + distance, " mm  (from the film)");
             }
         } else {
-            line("in focus", f64::INFINITY, ": nothing real; the film is too near");
+            line("in focus", f64::NAN, "");
+            missing += "\nnothing real is in focus: the film is too near to the lens\n";
         }
     }
     if let Some(focus) = arguments.focus {

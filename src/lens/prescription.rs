@@ -255,6 +255,8 @@ impl fmt::Display for Prescription {
                 if before == behind { "stop".to_owned() } else { "plane stop".to_owned() }
             } else if row.radius.is_infinite() {
                 "plane".to_owned()
+            } else if row.radius.abs() >= 1e7 {
+                format!("{:.4e}", row.radius)
             } else {
                 format!("{:.4}", row.radius)
             };

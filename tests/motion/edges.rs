@@ -23,7 +23,10 @@ fn expected(column: usize, after: impl Fn(f64) -> f64) -> f64 {
 }
 
 fn compare(shutter: &str, camera: &str, after: impl Fn(f64) -> f64) {
-    let settings: Settings = shutter.parse().expect(shutter);
+    let settings = match shutter {
+        "" => Settings::default(),
+        _ => shutter.parse().expect(shutter),
+    };
     let changes = Changes { shutter: Some(settings), ..Changes::default() };
     let job = job(&text("", camera, 1024, &curtain(WAY[0], WAY[1])), &changes);
     assert!(job.plan.has(Effect::Motion) && !job.plan.has(Effect::RollingShutter));
