@@ -12,7 +12,7 @@ use crate::scene::{Patch, SurfacePoint};
 const SPACING: f64 = 0.125;
 
 /// The footprint of a pixel as the camera sees it, as a beam from one point: that of the pixel in
-/// the middle of the picture. Paths follow it through mirrors and glass ([`Side::bounced`]). As in
+/// the middle of the picture. Paths follow it through mirrors and glass (`Side::bounced`). As in
 /// pbrt-v4, what they meet after they were scattered is taken to be seen by the camera itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beam {
