@@ -1,4 +1,36 @@
-//! Petzval photographs 3-D scenes through real, multi-element camera lenses.
+//! Photographs 3-D scenes through real, multi-element camera lenses.
+//!
+//! Petzval reads scenes in the language of pbrt-v4 and lenses as tables of radii, thicknesses, glasses
+//! and diameters. It traces every ray through every surface of the lens, so depth of field, bokeh,
+//! vignetting, distortion and aberrations are those of the lens; dispersion, ghosts, diffraction, motion
+//! and the sensor are simulated where a picture shows them. It writes OpenEXR, PNG and JPEG.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use petzval::image::{Encoding, Window};
+//! use petzval::job::{Changes, prepare};
+//! use petzval::render::{Backend, Progress, render};
+//! use petzval::scene::pbrt;
+//!
+//! # let folder = tempfile::tempdir()?;
+//! // Read the scene, make it ready with 4 samples a pixel, and render it with a thread for each core.
+//! let description = pbrt::read(Path::new("scenes/dgauss.pbrt"))?;
+//! let changes =
+//!     Changes { samples: Some(4), resolution: Some([120, 120]), ..Changes::default() };
+//! let (job, notes, _warnings) = prepare(description, &changes)?;
+//! let exposed = render(&job, Backend::Simd, 0, &Progress::default())?;
+//!
+//! let window = Window { origin: job.frame.low, frame: job.frame.resolution };
+//! let file = folder.path().join("dgauss.exr");
+//! exposed.into_picture(&job).write(&file, window, Encoding::default(), &notes)?;
+//! # assert!(file.metadata()?.len() > 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`scene::pbrt::read`] reads a scene, [`job::prepare`] adds the lens, its focus and the plan of
+//! effects, [`render::render`] renders, and [`image::Picture`] writes. [`lens`] traces rays through a
+//! lens alone, and [`metric`] compares pictures. The folder `examples/` has a small program for each.
 //!
 //! # Goals
 //!

@@ -1,0 +1,53 @@
+//! Photographs one scene focused at several distances.
+//!
+//!     cargo run --release --example focus_sweep -- SCENE FOLDER DISTANCE...
+//!     cargo run --release --example focus_sweep -- scenes/dgauss.pbrt out 2 4 8 inf
+//!
+//! Writes FOLDER/focus-DISTANCE.png for each distance [m from the film].
+
+use std::error::Error;
+use std::path::Path;
+use std::process::ExitCode;
+
+use petzval::image::{Encoding, Exposure, Window};
+use petzval::job::{Changes, FocusOn, prepare};
+use petzval::render::{Backend, Progress, render};
+use petzval::scene::pbrt;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, folder, distances @ ..] = words.as_slice() else {
+        return Err("usage: focus_sweep SCENE FOLDER DISTANCE...".into());
+    };
+    std::fs::create_dir_all(folder)?;
+
+    // The scene is read once: clones of the description share its meshes, textures and tree.
+    let description = pbrt::read(Path::new(scene))?;
+    for distance in distances {
+        let changes = Changes {
+            focus: Some(FocusOn::Distance(distance.parse()?)),
+            samples: Some(16),
+            resolution: Some([320, 320]),
+            ..Changes::default()
+        };
+        let (job, notes, _) = prepare(description.clone(), &changes)?;
+        let exposed = render(&job, Backend::Simd, 0, &Progress::default())?;
+
+        let path = Path::new(folder).join(format!("focus-{distance}.png"));
+        let window = Window { origin: job.frame.low, frame: job.frame.resolution };
+        let encoding = Encoding { exposure: Exposure::Auto, ..Encoding::default() };
+        exposed.into_picture(&job).write(&path, window, encoding, &notes)?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
