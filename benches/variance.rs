@@ -1,4 +1,4 @@
-//! What noise costs: relative variance times CPU time, for a knot in a room through the four course
+//! Cost of noise: relative variance times CPU time, for a knot in a room through the four course
 //! lenses. A render that halves the variance in the same time halves the product.
 //!
 //!     cargo bench --bench variance

@@ -39,7 +39,7 @@ pub enum JobError {
     Unreadable {
         /// Where the scene names it.
         at: Location,
-        /// What happened.
+        /// The error of the reader.
         source: LensError,
     },
     /// The camera and its lens do not fit together.

@@ -66,7 +66,7 @@ fn board_picture() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// What a camera at the origin that looks along +z sees of a board in a world.
+/// The picture of a board in a world, from a camera at the origin that looks along +z.
 fn seen(world: &str, texture: Option<&str>) -> Picture {
     let folder = folder();
     write(&folder, "board.png", board_picture());

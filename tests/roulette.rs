@@ -24,7 +24,7 @@ struct View {
 const USUAL: View =
     View { lens: "dgauss.50mm", f_number: 5.6, iso: 100.0, seconds: 1.0, radiance: 300.0 };
 
-/// What a view costs and how noisy it is.
+/// The rays that a view costs, and its noise.
 #[derive(Debug)]
 struct Noise {
     /// Variance of a pixel over the square of its mean.

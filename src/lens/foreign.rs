@@ -38,7 +38,7 @@ pub(super) fn refuse(path: &Path, bytes: &[u8]) -> Option<LensError> {
     })
 }
 
-/// What a file is that begins with this line, and what to do about it.
+/// The format of a file that begins with this line, and the advice for it.
 fn kind(path: &Path, line: &str) -> Option<(&'static str, String)> {
     let begins = |words: &[&str]| {
         let begins = |word: &&str| {

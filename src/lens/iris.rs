@@ -34,11 +34,11 @@ pub struct Mask {
     pub size: usize,
     /// Row by row, the first at the top (+y), seen from the film.
     pub transmission: Arc<[f32]>,
-    /// What the transmissions are relative to, and where they end.
+    /// The reference and the extent of the transmissions.
     pub convention: Convention,
 }
 
-/// What the file format that names a mask promises about it.
+/// The meaning that a file format gives to a mask.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Convention {
     /// A lens file: shares of the light, 0 to 1, inside the round opening. The picture gets darker by

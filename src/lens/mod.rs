@@ -20,6 +20,7 @@ mod fidelity;
 mod file;
 mod film_error;
 mod focus;
+mod follow;
 mod foreign;
 mod glass;
 mod ideal;

@@ -139,7 +139,7 @@ pub enum FocusError {
     },
 }
 
-/// What an error says of the power of a lens.
+/// The power of a lens, in the words of an error.
 fn power(focal_length: f64, back_focal_distance: f64) -> String {
     match focal_length.abs() < Paraxial::AFOCAL && back_focal_distance.is_finite() {
         true => format!(

@@ -35,9 +35,9 @@ impl std::fmt::Display for Range {
 }
 
 impl Prescription {
-    /// What is doubtful about the indices of the lens in light from `used[0]` to `used[1]` nm: one
-    /// sentence for each kind of data that does not cover it, with the surfaces, the range of the data
-    /// and what is done instead.
+    /// Doubts about the indices of the lens in light from `used[0]` to `used[1]` nm: one sentence for
+    /// each kind of data that does not cover it, with the surfaces, the range of the data and what
+    /// is done instead.
     pub fn doubtful_indices(&self, used: [f64; 2]) -> Vec<String> {
         let mut groups: Vec<([String; 2], Vec<String>)> = Vec::new();
         for (number, row) in (1..).zip(&self.rows) {
@@ -60,7 +60,7 @@ impl Prescription {
     }
 }
 
-/// What the data of a medium cover, and what is done in light beyond that.
+/// The range that the data of a medium cover, and the index that serves beyond it.
 fn doubtful(row: &Row, used: Range) -> Option<[String; 2]> {
     if row.glass == Glass::Constant && row.index == 1.0 {
         return None;

@@ -5,7 +5,7 @@ use crate::lens::{Iris, RealLens, Row, Shape};
 
 /// Points along each side of the grid over the stop that its light is counted on.
 const GRID: i32 = 512;
-/// What the grid leaves of a share of the light, percent.
+/// Error of a share of the light by counting on the grid, percent.
 const ROUNDING: f64 = 0.1;
 
 pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {

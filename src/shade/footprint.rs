@@ -58,7 +58,7 @@ impl Beam {
 /// The ray of a sample beside another one, as far along as the point that the other comes to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side {
-    /// Where it is, relative to that point.
+    /// Its place relative to that point.
     apart: Vec3,
     /// Its direction, of any length.
     ahead: Vec3,
@@ -88,8 +88,8 @@ impl Side {
         (*differential != RayDifferential::UNKNOWN).then(|| [side(0), side(1)])
     }
 
-    /// Where it meets the tangent plane of the surface, relative to the point; infinite where it
-    /// does not.
+    /// Its intersection with the tangent plane of the surface, relative to the point; infinite if
+    /// there is none.
     fn met(&self, normal: Vec3) -> Vec3 {
         self.apart - self.ahead * (normal.dot(self.apart) / normal.dot(self.ahead))
     }

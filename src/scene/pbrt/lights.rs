@@ -222,7 +222,7 @@ fn wish(params: &Params, name: &str) -> Result<Option<f32>, SceneError> {
     }
 }
 
-/// What a light sends, by a factor that the parameter `wished` asks for.
+/// The emission of a light, scaled by the factor that the parameter `wished` asks for.
 fn product(
     params: &Params,
     strength: [f32; 3],

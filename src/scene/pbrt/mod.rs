@@ -51,7 +51,7 @@ pub enum SceneError {
     Include {
         /// Where it is included.
         at: Location,
-        /// What happened.
+        /// The error of the reader.
         source: Unreadable,
     },
     /// The text is not what it should be.

@@ -145,7 +145,7 @@ pub(super) struct Reader {
     pub(super) transform_times: [f64; 2],
 
     pub(super) library: Library,
-    /// What uses a texture that was not made before it.
+    /// Uses of textures that are not made yet.
     pub(super) waiting: Vec<Waiting>,
     pub(super) materials: HashMap<String, Named>,
     pub(super) objects: HashMap<String, Object>,

@@ -55,7 +55,7 @@ pub(super) struct Library {
 pub(super) struct Missing {
     pub(super) name: String,
     pub(super) gives: Gives,
-    /// Where it is named.
+    /// The place that names it.
     pub(super) at: Location,
 }
 
@@ -108,7 +108,7 @@ impl Library {
         Texture::Constant([0.5; 3])
     }
 
-    /// What is wrong with the name of a texture that is never made.
+    /// The error for the name of a texture that is never made.
     pub(super) fn no_texture(&self, missing: Missing) -> SceneError {
         let Missing { name, gives, at } = missing;
         let (wanted, other) = (gives.name(), gives.other());
@@ -301,7 +301,7 @@ fn transfer(params: &Params) -> Result<Transfer, SceneError> {
 }
 
 impl Request {
-    /// What the library knows the texture by.
+    /// The key of the texture in the library.
     pub(super) fn key(&self) -> (Gives, String) {
         (self.gives, self.name.clone())
     }
