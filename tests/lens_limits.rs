@@ -1,4 +1,4 @@
-//! What `petzval lens` says of lenses of which not all can be known: no image, or indices outside
+//! Reports of `petzval lens` on lenses of which not all can be known: no image, or indices outside
 //! the wavelengths of their data.
 
 mod support;
@@ -22,7 +22,7 @@ fn parsed(text: &str) -> Prescription {
     parse_toml(Path::new("test.toml"), text).expect("a lens of a test")
 }
 
-/// What the command prints and says of a lens.
+/// The exit code of the command for a lens, its output and its messages.
 fn told(text: &str, options: &[&str]) -> (i32, String, String) {
     let folder = folder();
     write(&folder, "lens.toml", text);

@@ -6,7 +6,7 @@ use super::support::grazing::Hemisphere;
 use super::support::probe::{Bench, distance, start};
 use super::support::{Random, in_parallel};
 
-/// What f32 with its doubtful rays redone promises, urad.
+/// Promised error of f32 with its doubtful rays traced again in f64, urad.
 const PROMISE: f64 = 5.0;
 
 #[test]

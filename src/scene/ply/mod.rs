@@ -217,7 +217,7 @@ fn halve(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
 }
 
 /// Faces become triangles; those of four corners are kept as patches, and more corners make several.
-/// What has fewer than three is no face.
+/// A polygon of fewer than three corners is no face.
 fn faces(
     element: &Element,
     values: &mut Values,
