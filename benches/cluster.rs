@@ -1,10 +1,10 @@
-//! What a picture of 3840 x 2160 pixels with 4096 samples costs on 1 to 1000 nodes, by simulation.
+//! Simulated cost of a picture of 3840 x 2160 pixels with 4096 samples on 1 to 1000 nodes.
 //!
-//! What one node does is measured here, with the program itself: how long it takes to start, how
-//! many samples a second it renders, how large a part is, how long merging takes. What many do is
-//! simulated event by event: nodes of unequal speed that fail at random, shards queued again from
-//! their last checkpoint, one file server that serves everybody in turn. Before that the
-//! simulation says how long four shards and their merge take on this machine, and they are run.
+//! The properties of one node are measured with the program itself: the time to start, the samples per
+//! second, the size of a part, the time to merge. The simulation of many nodes is event-driven: nodes of
+//! unequal speed fail at random, their shards are queued again from the last checkpoint, and one file
+//! server serves all nodes in turn. As a check, the simulation first predicts the time of four shards and
+//! their merge on this machine, and they are run.
 //!
 //!     cargo bench --bench cluster
 
@@ -16,62 +16,67 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 const SCENE: &str = "scenes/atelier.pbrt";
-/// The picture of the tables, and its samples a pixel.
+/// Resolution of the picture in the tables, pixels.
 const FRAME: [f64; 2] = [3840.0, 2160.0];
+/// Samples per pixel.
 const SAMPLES: f64 = 4096.0;
-/// Bytes a second from the file server, to all nodes together: ten gigabit Ethernet.
+/// Throughput of the file server for all nodes together [bytes/s]: ten gigabit Ethernet.
 const SERVER: f64 = 1.25e9;
-/// Relative standard deviation of the nodes' speeds.
+/// Relative standard deviation of the speed of nodes.
 const SPREAD: f64 = 0.05;
-/// Seconds between two failures of one node: ten days, far worse than usual.
+/// Mean time between failures of one node [s]: ten days, far worse than usual.
 const BETWEEN_FAILURES: f64 = 10.0 * 86_400.0;
-/// Seconds until a failed node is back, and its shard on some node.
+/// Time until a failed node is back (s).
 const REPAIR: f64 = 600.0;
+/// Time until the shard of a failed node starts on another one (s).
 const REQUEUE: f64 = 30.0;
-/// Seconds between checkpoints: the default, and none.
+/// Default interval between checkpoints (s).
 const MINUTE: f64 = 60.0;
+/// Interval without checkpoints (s).
 const OFF: f64 = f64::INFINITY;
 
-/// What one node does.
+/// Measured properties of one node.
 #[derive(Clone, Copy)]
 struct Node {
-    /// Seconds until the first ray.
+    /// Time until the first ray (s).
     start: f64,
-    /// Film samples a second.
+    /// Film samples per second.
     rate: f64,
-    /// Bytes of a part.
+    /// Size of a part (bytes).
     part: f64,
-    /// Seconds to begin and end a merge, and to add a part to it.
+    /// Time to begin and end a merge, and to add one part (s).
     merge: [f64; 2],
-    /// Bytes of the scene and its files.
+    /// Size of the scene and its files (bytes).
     scene: f64,
 }
 
-/// What the farm does.
+/// Simulated farm and its work.
 #[derive(Clone, Copy)]
 struct Farm {
     nodes: usize,
     shards: usize,
     /// Film samples of the whole picture.
     samples: f64,
-    /// Seconds between checkpoints.
+    /// Interval between checkpoints (s).
     checkpoint: f64,
-    /// Whether all nodes are alike, and none fails.
-    calm: bool,
+    /// Whether all nodes have the same speed and never fail.
+    ideal: bool,
 }
 
 #[derive(Default)]
 struct Outcome {
-    /// Seconds until the last part is written, and until the picture is.
+    /// Time until the last part is written (s).
     rendered: f64,
+    /// Time until the picture is written (s).
     merged: f64,
-    /// Bytes of parts and of checkpoints, there and back.
+    /// Traffic of parts (bytes).
     parts: f64,
+    /// Traffic of checkpoints (bytes).
     checkpoints: f64,
     failures: u32,
-    /// Seconds of rendering that failures undid.
+    /// Render time lost by failures (s).
     lost: f64,
-    /// Seconds that nodes were at work.
+    /// Total time in which nodes worked (s).
     busy: f64,
 }
 
@@ -92,23 +97,24 @@ impl Chance {
     }
 }
 
-/// A moment in microseconds, so that moments can be put in order.
-fn moment(seconds: f64) -> u64 {
+/// Converts seconds to whole microseconds, which have a total order.
+fn microseconds(seconds: f64) -> u64 {
     (1e6 * seconds) as u64
 }
 
-/// A shard somewhere: where it is, and how much of it is safe.
+/// A shard in progress.
 struct Shard {
     node: usize,
-    /// Samples that are left, as of its last checkpoint.
+    /// Samples that remain since its last checkpoint.
     left: f64,
-    /// When its node fails next.
+    /// Time of the next failure of its node (s).
     fails: f64,
     begun: f64,
 }
 
-/// Moves some bytes over the server, which serves one after another; answers when they are there.
-fn moved(server: &mut f64, now: f64, bytes: f64) -> f64 {
+/// Transfers bytes over the server, which serves one request after another. Returns the time at which
+/// they arrive.
+fn transfer(server: &mut f64, now: f64, bytes: f64) -> f64 {
     *server = server.max(now) + bytes / SERVER;
     *server
 }
@@ -116,7 +122,7 @@ fn moved(server: &mut f64, now: f64, bytes: f64) -> f64 {
 fn simulate(node: Node, farm: Farm) -> Outcome {
     let mut chance = Chance(1);
     let rates: Vec<f64> = (0..farm.nodes)
-        .map(|_| match farm.calm {
+        .map(|_| match farm.ideal {
             true => node.rate,
             false => node.rate * (1.0 + SPREAD * chance.normal()).max(0.5),
         })
@@ -124,19 +130,19 @@ fn simulate(node: Node, farm: Farm) -> Outcome {
     let mut outcome = Outcome::default();
     let mut server = 0.0;
     let each = farm.samples / farm.shards as f64;
-    // Shards that wait, from when on, and nodes that are free, from when on.
+    // Waiting shards and free nodes, each with the time from which on they are.
     let mut waiting: BinaryHeap<_> =
         (0..farm.shards).map(|shard| Reverse((0, shard, each as u64))).collect();
     let mut free: BinaryHeap<_> = (0..farm.nodes).map(|node| Reverse((0, node))).collect();
-    // Shards at work, by when something happens to them next: a checkpoint, their end, a failure.
+    // Shards in progress, by the time of their next event: a checkpoint, their end, a failure.
     let mut busy: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
     let mut shards: Vec<Option<Shard>> = (0..farm.shards).map(|_| None).collect();
     let next = |shard: &Shard, rate: f64| {
         let end = shard.begun + (shard.left / rate).min(farm.checkpoint);
-        moment(end.min(shard.fails))
+        microseconds(end.min(shard.fails))
     };
     loop {
-        // Whatever comes first.
+        // The earliest event comes next.
         let ready = match (waiting.peek(), free.peek()) {
             (Some(Reverse((from, ..))), Some(Reverse((at, _)))) => Some(*from.max(at)),
             _ => None,
@@ -153,10 +159,10 @@ fn simulate(node: Node, farm: Farm) -> Outcome {
                 let goes_on = (left as f64) < each.floor();
                 let saved = if goes_on { node.part } else { 0.0 };
                 outcome.checkpoints += saved;
-                let begun = moved(&mut server, now, node.scene + saved) + node.start;
+                let begun = transfer(&mut server, now, node.scene + saved) + node.start;
                 outcome.busy += begun - now;
-                let calm = if farm.calm { f64::INFINITY } else { 1.0 };
-                let fails = begun - calm * BETWEEN_FAILURES * chance.uniform().ln();
+                let factor = if farm.ideal { f64::INFINITY } else { 1.0 };
+                let fails = begun - factor * BETWEEN_FAILURES * chance.uniform().ln();
                 let shard = Shard { node: place, left: left as f64, fails, begun };
                 busy.push(Reverse((next(&shard, rates[place]), index)));
                 shards[index] = Some(shard);
@@ -170,14 +176,14 @@ fn simulate(node: Node, farm: Farm) -> Outcome {
                 if now + 1e-6 >= shard.fails {
                     outcome.failures += 1;
                     outcome.lost += worked;
-                    free.push(Reverse((moment(now + REPAIR), shard.node)));
-                    waiting.push(Reverse((moment(now + REQUEUE), index, shard.left as u64)));
+                    free.push(Reverse((microseconds(now + REPAIR), shard.node)));
+                    waiting.push(Reverse((microseconds(now + REQUEUE), index, shard.left as u64)));
                     continue;
                 }
                 shard.left -= worked * rate;
-                let written = moved(&mut server, now, node.part);
+                let written = transfer(&mut server, now, node.part);
                 if shard.left > 1e-3 * rate {
-                    // Written beside the render, which goes on.
+                    // The render continues while the checkpoint is written.
                     outcome.checkpoints += node.part;
                     shard.begun = now;
                     busy.push(Reverse((next(&shard, rate), index)));
@@ -186,7 +192,7 @@ fn simulate(node: Node, farm: Farm) -> Outcome {
                     outcome.parts += node.part;
                     outcome.busy += written - now;
                     outcome.rendered = outcome.rendered.max(written);
-                    free.push(Reverse((moment(written), shard.node)));
+                    free.push(Reverse((microseconds(written), shard.node)));
                 }
             }
             _ => break,
@@ -200,7 +206,7 @@ fn simulate(node: Node, farm: Farm) -> Outcome {
     outcome
 }
 
-/// Seconds that the program takes to do this.
+/// Runs the program and returns the time it takes (s).
 fn seconds(folder: &Path, words: &[&str]) -> f64 {
     let start = Instant::now();
     let status = Command::new(env!("CARGO_BIN_EXE_petzval"))
@@ -214,14 +220,14 @@ fn seconds(folder: &Path, words: &[&str]) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// The median of three.
+/// Returns the median of three runs.
 fn median(mut run: impl FnMut() -> f64) -> f64 {
     let mut times = [run(), run(), run()];
     times.sort_by(f64::total_cmp);
     times[1]
 }
 
-/// Bytes of all files below a folder.
+/// Returns the size of all files below a folder (bytes).
 fn bytes(folder: &Path) -> u64 {
     let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry"));
     let size = |entry: fs::DirEntry| match entry.metadata().expect("a file") {
@@ -231,11 +237,11 @@ fn bytes(folder: &Path) -> u64 {
     entries.map(size).sum()
 }
 
-/// Samples a pixel, and the resolution, of the run that is measured and said beforehand.
-const TRIED: (u32, [u32; 2]) = (16, [960, 640]);
+/// Samples per pixel and resolution of the run that is measured and predicted.
+const TRIAL: (u32, [u32; 2]) = (16, [960, 640]);
 
 fn main() {
-    // Cargo's tests of benches want to see that it builds.
+    // `cargo test` runs benches with this argument, to see that they start.
     if std::env::args().any(|word| word == "--test") {
         return;
     }
@@ -243,7 +249,7 @@ fn main() {
     let (scene, files) = (scene.to_string_lossy(), scene.parent().map_or(0, bytes) as f64);
     let folder = std::env::temp_dir().join(format!("petzval-cluster-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder for parts");
-    let (spp, [width, height]) = TRIED;
+    let (spp, [width, height]) = TRIAL;
     let (count, size) = (spp.to_string(), format!("{width}x{height}"));
     let pixels = f64::from(width) * f64::from(height);
 
@@ -276,21 +282,23 @@ fn main() {
     );
 
     let samples = pixels * f64::from(spp);
-    let farm = Farm { nodes: 1, shards: 4, samples, checkpoint: OFF, calm: true };
+    let farm = Farm { nodes: 1, shards: 4, samples, checkpoint: OFF, ideal: true };
     let said = simulate(node, farm).merged;
     let seen = (1..=4).map(|n| shard(n, 4)).sum::<f64>() + merge(4);
-    println!("four shards one after another and their merge: {said:.1} s said, {seen:.1} s seen");
+    println!(
+        "four shards one after another and their merge: {said:.1} s predicted, {seen:.1} s measured"
+    );
     let _ = fs::remove_dir_all(&folder);
 
     let scale = FRAME[0] * FRAME[1] / pixels;
     let samples = samples * scale * SAMPLES / f64::from(spp);
-    // Reading the scene does not grow with the picture.
+    // The time to read the scene does not depend on the picture.
     let fixed = start + (one - added - start).max(0.0) * scale;
     let node = Node { part: part * scale, merge: [fixed, added * scale], ..node };
     table(node, samples);
 }
 
-/// What the simulation says about farms of some sizes.
+/// Prints the results of the simulation for farms of several sizes.
 fn table(node: Node, samples: f64) {
     let [width, height] = FRAME;
     println!("\n{width} x {height}, {SAMPLES} samples, {SCENE}:\n");
@@ -299,8 +307,8 @@ fn table(node: Node, samples: f64) {
          parts | checkpoints | failures | undone |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let calm = Farm { nodes: 1, shards: 1, samples, checkpoint: OFF, calm: true };
-    let alone = simulate(node, calm).merged;
+    let ideal = Farm { nodes: 1, shards: 1, samples, checkpoint: OFF, ideal: true };
+    let alone = simulate(node, ideal).merged;
     for (nodes, checkpoint, name) in [
         (1, MINUTE, "60 s"),
         (10, MINUTE, "60 s"),
@@ -310,7 +318,7 @@ fn table(node: Node, samples: f64) {
         (1000, MINUTE, "60 s"),
         (1000, OFF, "off"),
     ] {
-        let farm = Farm { nodes, shards: nodes, samples, checkpoint, calm: false };
+        let farm = Farm { nodes, shards: nodes, samples, checkpoint, ideal: false };
         let out = simulate(node, farm);
         println!(
             "| {nodes} | {name} | {} | {} | {} | {:.2} | {:.1} | {:.1} GB | {:.1} GB | {} | {} |",

@@ -24,7 +24,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use exr::prelude::FlatSamples;
 
@@ -34,11 +34,10 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 const SCENES: [&str; 8] =
     ["atelier", "dgauss", "fisheye", "night", "propeller", "snowman", "telephoto", "wide"];
 
-/// Layers that are recorded while the picture is rendered, then those that need a real lens and take
-/// seconds each.
+/// Layers that are recorded while the picture is rendered. The layers of the lens, which need a real
+/// lens and take seconds each, are a case of `OPTIONS`.
 const LAYERS: [&str; 8] =
     ["depth", "position", "normal", "albedo", "object", "material", "variance", "samples"];
-const LENS_LAYERS: [&str; 2] = ["coc", "vignetting"];
 
 /// Lens files, with the z of the film and the reach across the rear element of the rays that are
 /// traced through them, mm.
@@ -51,6 +50,31 @@ const LENSES: [(&str, f64, f64); 7] = [
     ("triplet.toml", 60.0, 6.0),
     ("wide.22mm.dat", 85.0, 12.0),
 ];
+
+/// Options that select other paths through the renderer: name of the case, scene, options.
+const OPTIONS: &str = "\
+scalar backend              | dgauss    | --effects none --backend scalar
+scalar backend, path traced | atelier   | --effects none --backend scalar
+scalar backend, motion      | propeller | --backend scalar
+scalar backend, adaptive    | night     | --effects none --backend scalar --spp 16 --noise 0.2
+one thread                  | dgauss    | --effects none --threads 1
+ghosts in adaptive sampling | night     | --effects +ghosts,-diffraction --spp 16 --noise 0.2
+layers of the lens          | dgauss    | --aov coc --aov vignetting
+dispersion                  | dgauss    | --assume-vd --effects +dispersion,+fresnel
+dispersion, a TOML lens     | dgauss    | --lens lenses/triplet.toml --effects +dispersion
+scalar backend, dispersion  | dgauss    | --assume-vd --effects +dispersion,+fresnel --backend scalar
+anamorphic                  | dgauss    | --lens lenses/anamorphic.toml
+aspheres                    | dgauss    | --lens lenses/phone.toml --effects +ghosts
+coating                     | wide      | --coating broadband --effects +fresnel,+ghosts
+tilted and shifted film     | dgauss    | --film-tilt 3,-2 --film-shift 2,1
+focus on a pixel            | telephoto | --focus auto@20,20 --fstop 8
+focus as in pbrt-v4         | dgauss    | --focus-model pbrt --focus 2.5
+rear pupil                  | fisheye   | --pupil rear
+passband                    | dgauss    | --passband 500..560
+sensor with a Bayer mosaic  | dgauss    | --sensor iso=800,read=3 --bayer
+rolling shutter             | propeller | --rolling-shutter 4ms,left --shutter time=1/100,ramp=1ms
+crop                        | dgauss    | --crop 10,5,40,31 --seed 7
+half floats                 | dgauss    | --half";
 
 fn main() -> Outcome {
     let filter = std::env::args().skip(1).find(|word| !word.starts_with("--")).unwrap_or_default();
@@ -65,7 +89,8 @@ fn main() -> Outcome {
     reports(&bench)
 }
 
-/// Every scene without effects, with those that the plan chooses, with all, and adaptively sampled.
+/// Digests every scene without effects, with the effects of its plan, with all effects, and with adaptive
+/// sampling.
 fn scenes(bench: &Bench) -> Outcome {
     for scene in SCENES {
         let small = format!("scenes/{scene}.pbrt --resolution 60x44");
@@ -83,50 +108,12 @@ fn scenes(bench: &Bench) -> Outcome {
     Ok(())
 }
 
-/// Options that take other ways through the renderer.
+/// Digests every row of [`OPTIONS`], pictures with an exposure, and the metadata of a picture.
 fn options(bench: &Bench) -> Outcome {
-    let lens_layers = LENS_LAYERS.map(|layer| format!(" --aov {layer}")).concat();
-    let rows: [(&str, &str, &str); 22] = [
-        ("scalar backend", "dgauss", "--effects none --backend scalar"),
-        ("scalar backend, path traced", "atelier", "--effects none --backend scalar"),
-        ("scalar backend, motion", "propeller", "--backend scalar"),
-        (
-            "scalar backend, adaptive",
-            "night",
-            "--effects none --backend scalar --spp 16 --noise 0.2",
-        ),
-        ("one thread", "dgauss", "--effects none --threads 1"),
-        (
-            "ghosts in adaptive sampling",
-            "night",
-            "--effects +ghosts,-diffraction --spp 16 --noise 0.2",
-        ),
-        ("layers of the lens", "dgauss", &lens_layers),
-        ("dispersion", "dgauss", "--assume-vd --effects +dispersion,+fresnel"),
-        ("dispersion, a TOML lens", "dgauss", "--lens lenses/triplet.toml --effects +dispersion"),
-        (
-            "scalar backend, dispersion",
-            "dgauss",
-            "--assume-vd --effects +dispersion,+fresnel --backend scalar",
-        ),
-        ("anamorphic", "dgauss", "--lens lenses/anamorphic.toml"),
-        ("aspheres", "dgauss", "--lens lenses/phone.toml --effects +ghosts"),
-        ("coating", "wide", "--coating broadband --effects +fresnel,+ghosts"),
-        ("tilted and shifted film", "dgauss", "--film-tilt 3,-2 --film-shift 2,1"),
-        ("focus on a pixel", "telephoto", "--focus auto@20,20 --fstop 8"),
-        ("focus as in pbrt-v4", "dgauss", "--focus-model pbrt --focus 2.5"),
-        ("rear pupil", "fisheye", "--pupil rear"),
-        ("passband", "dgauss", "--passband 500..560"),
-        ("sensor with a Bayer mosaic", "dgauss", "--sensor iso=800,read=3 --bayer"),
-        (
-            "rolling shutter",
-            "propeller",
-            "--rolling-shutter 4ms,left --shutter time=1/100,ramp=1ms",
-        ),
-        ("crop", "dgauss", "--crop 10,5,40,31 --seed 7"),
-        ("half floats", "dgauss", "--half"),
-    ];
-    for (name, scene, options) in rows {
+    for row in OPTIONS.lines() {
+        let [name, scene, options] = row.split('|').map(str::trim).collect::<Vec<_>>()[..] else {
+            return Err(format!("{row}: expected a name, a scene and options").into());
+        };
         let spp = if options.contains("--spp") { "" } else { "--spp 4" };
         let all = format!("scenes/{scene}.pbrt --resolution 60x44 {spp} {options}");
         bench.picture(&format!("{scene}, {name}"), &all)?;
@@ -144,7 +131,7 @@ fn options(bench: &Bench) -> Outcome {
     })
 }
 
-/// A picture in parts, merged. It equals the picture that is rendered at once.
+/// Digests a picture merged from parts. It equals the picture that is rendered at once.
 fn parts(bench: &Bench) -> Outcome {
     let scene = "scenes/dgauss.pbrt --resolution 60x44 --spp 8 --aov variance --aov depth";
     bench.picture("dgauss, at once", scene)?;
@@ -159,7 +146,7 @@ fn parts(bench: &Bench) -> Outcome {
     })
 }
 
-/// A render that is killed after its first checkpoint and resumed. It equals one without a break.
+/// Digests a render that is killed after its first checkpoint and resumed. It equals one without a break.
 fn resume(bench: &Bench) -> Outcome {
     let scene = "scenes/dgauss.pbrt --resolution 300x300 --spp 96 --effects none";
     bench.picture("dgauss, without a break", scene)?;
@@ -168,8 +155,7 @@ fn resume(bench: &Bench) -> Outcome {
         let render = format!("render {scene} --checkpoint 1s -o {}", output.display());
         let checkpoint = bench.folder.path().join("resumed.exr.checkpoint");
         let mut child = bench.command(&render).stderr(Stdio::null()).spawn()?;
-        let start = Instant::now();
-        while !checkpoint.exists() && start.elapsed() < Duration::from_secs(60) {
+        while !checkpoint.exists() {
             if child.try_wait()?.is_some() {
                 return Err("the render ended before its first checkpoint".into());
             }
@@ -182,7 +168,7 @@ fn resume(bench: &Bench) -> Outcome {
     })
 }
 
-/// Pictures of a sweep, and their contact sheet.
+/// Digests the pictures of a sweep and their contact sheet.
 fn sweep(bench: &Bench) -> Outcome {
     bench.digest("dgauss, sweep", |bench| {
         let folder = bench.folder.path().display();
@@ -198,7 +184,7 @@ fn sweep(bench: &Bench) -> Outcome {
     })
 }
 
-/// Rays through every lens of `lenses/`, in both precisions, and what the command says of the lens.
+/// Digests rays through every lens of `lenses/`, in both precisions, and the report of each lens.
 fn lenses(bench: &Bench) -> Outcome {
     for (file, film, reach) in LENSES {
         let rays = bench.folder.path().join("rays.csv");
@@ -224,7 +210,7 @@ fn lenses(bench: &Bench) -> Outcome {
     })
 }
 
-/// Plans, one sample's way and a comparison, as JSON.
+/// Digests plans, replays of one sample and a comparison, as JSON.
 fn reports(bench: &Bench) -> Outcome {
     for scene in SCENES {
         let plan = format!("plan scenes/{scene}.pbrt --resolution 60x44 --spp 4 --json");
@@ -239,7 +225,7 @@ fn reports(bench: &Bench) -> Outcome {
     bench.report("compare", "compare scenes/gallery/wide.jpg scenes/gallery/fisheye.jpg --json")
 }
 
-/// The program to run, a folder for its outputs, and which cases to run.
+/// Program to run, folder for its outputs, and the cases to run: those whose names contain `filter`.
 struct Bench {
     program: PathBuf,
     folder: tempfile::TempDir,
@@ -284,7 +270,7 @@ impl Bench {
         })
     }
 
-    /// Digests a text, and the numbers in it.
+    /// Digests a text and the numbers in it.
     fn report(&self, name: &str, words: &str) -> Outcome {
         if !name.contains(&self.filter) {
             return Ok(());
@@ -301,7 +287,7 @@ impl Bench {
     }
 }
 
-/// 64 bits of a digest, in hexadecimal: no one attacks these files.
+/// Returns 64 bits of a digest in hexadecimal, which suffice against accidental collisions.
 fn short(digest: &blake3::Hasher) -> String {
     digest.finalize().to_hex()[..16].to_owned()
 }
@@ -339,8 +325,8 @@ fn feed<const N: usize>(digest: &mut blake3::Hasher, bytes: [u8; N]) {
     digest.update(&bytes);
 }
 
-/// Digests the names and types of an EXR's attributes, and the values of those that are no text.
-/// Each is a name and a type that end in zero, a length of four bytes, and the value.
+/// Digests the names and types of an EXR's attributes, and the values of those that are not text.
+/// Each attribute is a name and a type that end in zero, a length of four bytes, and the value.
 fn metadata(path: &Path) -> Outcome<String> {
     let bytes = fs::read(path)?;
     let mut rest = bytes.get(8..).ok_or("the file is too short for an EXR")?;
@@ -368,7 +354,8 @@ fn metadata(path: &Path) -> Outcome<String> {
     Ok(short(blake3::Hasher::new().update(&attributes.concat())))
 }
 
-/// A CSV of rays from a film to a square about the rear element, of three wavelengths.
+/// Returns a CSV of rays from a film at `film` mm to a square of half side `reach` mm about the rear
+/// element, of three wavelengths.
 fn random_rays(film: f64, reach: f64) -> String {
     let mut state = 1u64;
     let mut random = |size: f64| {

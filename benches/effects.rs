@@ -1,31 +1,34 @@
-//! What effects cost: each off and on beside each other in the same run.
+//! Cost of effects: each off and on in the same run.
 
 use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use petzval::bench::launch::Launch;
+use petzval::bench::lens_wave::{batch, starts};
 use petzval::diffraction::Diffraction;
-use petzval::film::{FilmSums, Frame, sample};
-use petzval::ghosts::survey;
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
+use petzval::film::{FilmSums, Frame};
+use petzval::ghosts::estimate;
+use petzval::io::image::Picture;
+use petzval::job::Job;
 use petzval::lanes::f32x8;
 use petzval::lens::{
-    Aim, Askew, Coating, FilmPlane, From, LensColumns, Model, Pose, RealLens, Surface, read,
-    sequence, trace, trace_lossy,
+    Coating, FilmPlane, LensModel, Pose, PupilSampling, RealLens, Side, Surface, TiltDecenter,
+    read, sequence, trace, trace_lossy,
 };
-use petzval::plan::{Effect, Wanted};
-use petzval::rays::{LensBatch, RayBatch, SampleBatch, WAVE};
-use petzval::render::{Backend, DisperseColumns, Exposed, Job, Progress, disperse, render};
+use petzval::plan::{Effect, EffectSelection};
+use petzval::prepare::{Changes, prepare};
+use petzval::rays::{LensBatch, WAVE_SIZE};
+use petzval::render::{RenderOptions, RenderOutput, render};
 use petzval::scene::pbrt;
 use petzval::sensor::{Bayer, Sensor};
-use petzval::stats::{LensStats, Stats};
+use petzval::stats::Stats;
 
-/// The double Gauss of the course and the film distance of its scene, mm.
+/// The double Gauss of the course and the film distance of its scene (mm).
 const LENS: (&str, f64) = ("lenses/dgauss.50mm.dat", 36.77);
 
-/// Prints what the plan of a job says that an effect costs, to stand beside what is measured.
-fn planned(job: &Job, effect: Effect) {
+/// Prints the cost of an effect that the plan estimates, for comparison with the measurement.
+fn print_estimate(job: &Job, effect: Effect) {
     let row = job.plan.effects.iter().find(|row| row.effect == effect && row.on);
     if let Some(cost) = row.and_then(|row| row.cost) {
         println!("{}: the plan says {:.1} ns a film sample", effect.name(), cost.ns_per_ray);
@@ -34,30 +37,13 @@ fn planned(job: &Job, effect: Effect) {
 
 type Trace = fn(&mut LensBatch<f32>, &[Surface<f32>], &mut [u64]);
 
-/// Rays of a wave from near the axis, all of which come through.
-fn wave() -> Box<LensBatch<f32>> {
-    let mut batch = Box::<LensBatch<f32>>::default();
-    for i in 0..WAVE {
-        let share = i as f32 / WAVE as f32;
-        let (sin, cos) = (40.0 * share).sin_cos();
-        let [x, y] = [2.0 * share * cos, 2.0 * share * sin];
-        let d = [sin - x, cos - y, LENS.1 as f32];
-        let length = d.iter().map(|v| v * v).sum::<f32>().sqrt();
-        (batch.x[i], batch.y[i]) = (x, y);
-        [batch.tx[i], batch.ty[i], batch.tz[i]] = d.map(|v| v / length);
-        batch.weight[i] = 1.0;
-    }
-    batch.resize::<f32x8>(WAVE);
-    batch
-}
-
-/// Losses of surfaces: the trace of a wave without them, and with each coating.
+/// Measures the trace of a wave without reflection losses and with each coating.
 fn fresnel(criterion: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let bare = read(&folder.join(LENS.0)).expect("a lens of the repository");
     let mut group = criterion.benchmark_group("effect/fresnel");
-    group.throughput(Throughput::Elements(WAVE as u64));
-    let fresh = wave();
+    group.throughput(Throughput::Elements(WAVE_SIZE as u64));
+    let fresh = batch::<f32x8>(&starts(WAVE_SIZE, LENS.1, 1.0));
     let cases: [(&str, Coating, Trace); 4] = [
         ("off", Coating::Bare, trace::<f32x8>),
         ("on", Coating::Bare, trace_lossy::<f32x8>),
@@ -67,23 +53,23 @@ fn fresnel(criterion: &mut Criterion) {
     for (name, coating, trace) in cases {
         let mut lens = bare.clone();
         lens.coat(coating);
-        let surfaces = sequence::<f32>(&lens, From::Film(LENS.1));
+        let surfaces = sequence::<f32>(&lens, Side::Film(LENS.1));
         let mut blocked = vec![0; lens.rows.len()];
         let mut batch = fresh.clone();
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
-                // A traced wave cannot be traced again.
+                // Tracing changes the wave, so each iteration starts from a copy.
                 (*batch).clone_from(&fresh);
                 trace(black_box(&mut batch), &surfaces, &mut blocked);
             });
         });
-        assert_eq!(blocked, vec![0; lens.rows.len()], "the bench means rays that pass");
+        assert_eq!(blocked, vec![0; lens.rows.len()], "all rays of the bench must pass");
     }
     let scene = pbrt::read(&folder.join("scenes/dgauss.pbrt")).expect("a scene of the repository");
     let changes = Changes { coating: Some(Coating::Mgf2), ..Changes::default() };
-    planned(&prepare(scene, &changes).expect("a job").0, Effect::Fresnel);
-    // What it takes to know the loss: 33 film points.
-    let lens = RealLens::new(bare, LENS.1, 21.6, Aim::Pupil, 1.0, 0.0);
+    print_estimate(&prepare(scene, &changes).expect("a job").0, Effect::Fresnel);
+    // The estimate of the loss takes 33 film points.
+    let lens = RealLens::new(bare, LENS.1, 21.6, PupilSampling::Pupil, 1.0, 0.0);
     group.throughput(Throughput::Elements(1));
     group.bench_function("estimate", |bencher| bencher.iter(|| lens.throughput(21.6)));
     group.finish();
@@ -91,7 +77,7 @@ fn fresnel(criterion: &mut Criterion) {
 
 const SIZE: [u32; 2] = [256, 256];
 
-/// ns a pixel of the finished picture, on one thread.
+/// Measures the sensor on one thread, per pixel of the finished picture.
 fn sensor(bench: &mut Criterion) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let mut group = bench.benchmark_group("effect/sensor");
@@ -102,22 +88,29 @@ fn sensor(bench: &mut Criterion) {
     let job = prepare(description, &Changes::default()).expect("a job").0;
     let frame = Frame::whole(SIZE);
     let job = Job { frame, sensor: None, ..job };
-    let exposed = Exposed {
-        film: FilmSums::new(frame, false),
+    let exposed = RenderOutput {
+        film: FilmSums::new(frame),
         features: None,
         stats: Stats::default(),
-        reached: None,
-        partial: None,
+        convergence: None,
+        partial_mean_spp: None,
     };
-    // Of one sample a pixel.
+    // The estimate is for one sample per pixel.
     let description = pbrt::read(&scene).expect("a scene of the repository");
     let asked = Some(Default::default());
     let changes = Changes { sensor: asked, samples: Some(1), ..Changes::default() };
-    planned(&prepare(description, &changes).expect("a job").0, Effect::Sensor);
+    print_estimate(&prepare(description, &changes).expect("a job").0, Effect::Sensor);
     group.bench_function("without", |bencher| bencher.iter(|| exposed.film.picture(16)));
     group.bench_function("off", |bencher| bencher.iter(|| exposed.picture(&job)));
 
-    let on = Sensor { iso: 800.0, well: 54_000.0, read: 2.5, bits: 14, black: 512, bayer: None };
+    let on = Sensor {
+        iso: 800.0,
+        full_well: 54_000.0,
+        read_noise: 2.5,
+        bits: 14,
+        black_level: 512,
+        bayer: None,
+    };
     let mosaic = Sensor { bayer: Some(Bayer::Rggb), ..on };
     for (name, sensor, value) in
         [("on", on, 0.18), ("on/dark", on, 5e-4), ("on/bayer", mosaic, 0.18)]
@@ -131,47 +124,10 @@ fn sensor(bench: &mut Criterion) {
     group.finish();
 }
 
-/// The stages from film points to rays in the world.
-struct Launch {
-    samples: SampleBatch,
-    columns: LensColumns,
-    disperse: DisperseColumns,
-    rays: RayBatch,
-    stats: LensStats,
-}
-
-impl Default for Launch {
-    fn default() -> Self {
-        Self {
-            samples: SampleBatch::default(),
-            columns: LensColumns::default(),
-            disperse: DisperseColumns::default(),
-            rays: RayBatch::default(),
-            stats: LensStats { blocked: vec![0; 99], ..LensStats::default() },
-        }
-    }
-}
-
-impl Launch {
-    /// All waves of a picture.
-    fn all(&mut self, job: &Job) {
-        let Self { samples, columns, disperse: shared, rays, stats } = self;
-        let (film, filter) = (job.camera.film, &job.film.filter);
-        for tile in job.frame.tiles() {
-            let mut tile = job.sampler(&tile, job.samples.clone());
-            while sample(&mut tile, &job.frame, filter, film, 0, samples) {
-                job.camera.expose::<f32x8>(samples, columns, rays, stats);
-                disperse::<f32x8>(job, samples, columns, shared, rays);
-                black_box(&*rays);
-            }
-        }
-    }
-}
-
-/// Film points to rays in the world, with all light together and taken apart.
+/// Measures the camera, from film points to rays in the world, with and without dispersion.
 fn dispersion(criterion: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
-    // The lens says nothing of its glass; what is guessed takes as long as what is known.
+    // The lens has no dispersion data; guessed glasses take as long as known ones.
     let job = |effects: &str| {
         let description = pbrt::read(&scene).expect("a scene of the repository");
         let changes = Changes {
@@ -184,17 +140,17 @@ fn dispersion(criterion: &mut Criterion) {
         prepare(description, &changes).expect("a job").0
     };
     let (off, on) = (job("-dispersion"), job("+dispersion"));
-    planned(&on, Effect::Dispersion);
+    print_estimate(&on, Effect::Dispersion);
     let mut group = criterion.benchmark_group("effect/dispersion");
     group.throughput(Throughput::Elements(64 * 64 * 64));
     let mut launch = Launch::default();
     for (name, job) in [("off", &off), ("on", &on)] {
-        group.bench_function(name, |bencher| bencher.iter(|| launch.all(job)));
+        group.bench_function(name, |bencher| bencher.iter(|| launch.job(job)));
     }
     group.finish();
 }
 
-/// Light paths from lamps over two mirrorings to the film, by film sample of the picture.
+/// Measures ghosts: paths from lights over two reflections to the film, per film sample of the picture.
 fn ghosts(criterion: &mut Criterion) {
     const SAMPLES: u32 = 16;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
@@ -202,33 +158,32 @@ fn ghosts(criterion: &mut Criterion) {
     for name in ["dgauss", "fisheye"] {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.pbrt"));
         let description = pbrt::read(&scene).expect("a scene of the repository");
-        let effects = Wanted::But(vec![(Effect::Ghosts, true)]);
+        let effects = EffectSelection::Overrides(vec![(Effect::Ghosts, true)]);
         let changes = Changes { samples: Some(SAMPLES), effects, ..Changes::default() };
         let job = prepare(description, &changes).expect("a job").0;
         let ghosts = job.ghosts.as_ref().expect("they are asked for");
-        planned(&job, Effect::Ghosts);
+        print_estimate(&job, Effect::Ghosts);
         let [width, height] = job.frame.resolution;
         group.throughput(Throughput::Elements(u64::from(width * height * SAMPLES)));
-        let mut film = FilmSums::new(job.frame, false);
+        let mut film = FilmSums::new(job.frame);
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
                 pool.install(|| {
-                    let progress = Progress::default();
                     let (samples, mut stats) = (job.samples.clone(), Stats::default());
-                    ghosts.expose::<f32x8>(&job, samples, &mut film, &mut stats, &progress);
+                    ghosts.splat::<f32x8>(&job.ghost_input(), samples, &mut film, &mut stats);
                 });
             });
         });
         group.throughput(Throughput::Elements(1));
         group.bench_function(format!("{name}/survey"), |bencher| {
-            bencher.iter(|| black_box(survey(&job)));
+            bencher.iter(|| black_box(estimate(&job.ghost_input())));
         });
     }
     group.finish();
 }
 
-/// A picture of two things in the sun over a floor, by effects of motion: of one scene in which they
-/// stand still, and of one in which they, or the camera, move.
+/// Measures a picture of two objects over a floor with motion effects: with still objects, with moving
+/// objects, and with a moving camera.
 fn motion(criterion: &mut Criterion) {
     let scene = |camera: &str, move_by: &str| {
         let text = format!(
@@ -269,18 +224,20 @@ fn motion(criterion: &mut Criterion) {
         ("camera", job(&ride, "", "auto", None)),
         ("rolling, things turn", job("", &end(turn), "auto", Some("100ms"))),
     ] {
-        planned(&job, Effect::Motion);
-        planned(&job, Effect::RollingShutter);
+        print_estimate(&job, Effect::Motion);
+        print_estimate(&job, Effect::RollingShutter);
         group.bench_function(name, |bencher| {
-            bencher
-                .iter(|| render(&job, Backend::Simd, 1, &Progress::default()).expect("a render"));
+            bencher.iter(|| {
+                render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
+                    .expect("a render")
+            });
         });
     }
     group.finish();
 }
 
-/// ns a pixel of the finished picture, on one thread: without diffraction, and with one zone and
-/// with many.
+/// Measures diffraction on one thread, per pixel of the finished picture: off, with one zone, and with
+/// many.
 fn diffraction(bench: &mut Criterion) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let mut group = bench.benchmark_group("effect/diffraction");
@@ -305,11 +262,12 @@ fn diffraction(bench: &mut Criterion) {
         ("on, wide open", None, "+diffraction"),
     ] {
         let job = job(f_number, effects);
-        let film = FilmSums::new(job.frame, false);
+        let film = FilmSums::new(job.frame);
         let stats = Stats::default();
-        let exposed = Exposed { film, features: None, stats, reached: None, partial: None };
-        planned(&job, Effect::Diffraction);
-        let zones = Diffraction::new(&job.camera, &job.frame, &job.light).zones();
+        let exposed =
+            RenderOutput { film, features: None, stats, convergence: None, partial_mean_spp: None };
+        print_estimate(&job, Effect::Diffraction);
+        let zones = Diffraction::new(&job.camera, &job.frame, &job.bands).zones();
         group.bench_function(format!("{name} ({zones} zones)"), |bencher| {
             bencher.iter(|| pool.install(|| exposed.picture(&job)));
         });
@@ -317,27 +275,26 @@ fn diffraction(bench: &mut Criterion) {
     group.finish();
 }
 
-/// A picture that is small for a photograph.
+/// Resolution of a picture that is small for a photograph.
 const LARGE: [u32; 2] = [1200, 800];
 
-/// Film points to rays in the world: with everything square, with the film and with an element
-/// askew.
+/// Measures the camera, from film points to rays in the world: aligned, with a tilted film, and with a
+/// tilted element.
 fn tilt_shift(criterion: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let square = read(&folder.join(LENS.0)).expect("a lens of the repository");
     let mut element = square.clone();
     let pose = Pose { decentre: [0.02, 0.01], tilt: [0.05, 0.0] };
-    element.askew = vec![Askew { rows: [2, 4], pose }];
+    element.tilt_decenters = vec![TiltDecenter { rows: [2, 4], pose }];
     let scene = folder.join("scenes/dgauss.pbrt");
-    let wanted: Wanted = "-ghosts".parse().expect("a list");
+    let wanted: EffectSelection = "-ghosts".parse().expect("a list");
     let mut group = criterion.benchmark_group("effect/tilt_shift");
     group.throughput(Throughput::Elements(64 * 64 * 64));
-    let mut launch = Launch::default();
     let cases = [
-        ("off", &square, Pose::SQUARE),
+        ("off", &square, Pose::ALIGNED),
         ("shift", &square, Pose::of_film([3.0, -2.0], [0.0; 2])),
         ("tilt", &square, Pose::of_film([0.0; 2], [3.0, 1.0])),
-        ("element", &element, Pose::SQUARE),
+        ("element", &element, Pose::ALIGNED),
     ];
     for (name, lens, pose) in cases {
         let description = pbrt::read(&scene).expect("a scene of the repository");
@@ -350,20 +307,21 @@ fn tilt_shift(criterion: &mut Criterion) {
         let mut job = prepare(description, &changes).expect("a job").0;
         let half = job.camera.film.map(|side| side / 2.0);
         let film = FilmPlane { distance: LENS.1, pose, radius: half[0].hypot(half[1]), half };
-        let model = RealLens::posed(lens.clone(), &film, Aim::Pupil, 1.0, 0.0);
-        job.camera.model = Model::Real(Box::new(model));
-        group.bench_function(name, |bencher| bencher.iter(|| launch.all(&job)));
+        let model = RealLens::with_film(lens.clone(), &film, PupilSampling::Pupil, 1.0, 0.0);
+        job.camera.model = LensModel::Real(Box::new(model));
+        let mut launch = Launch::default();
+        group.bench_function(name, |bencher| bencher.iter(|| launch.job(&job)));
     }
     for (film_shift, film_tilt) in [(Some([3.0, -2.0]), None), (None, Some([3.0, 1.0]))] {
         let description = pbrt::read(&scene).expect("a scene of the repository");
         let changes = Changes { film_shift, film_tilt, ..Changes::default() };
-        planned(&prepare(description, &changes).expect("a job").0, Effect::TiltShift);
+        print_estimate(&prepare(description, &changes).expect("a job").0, Effect::TiltShift);
     }
-    // A turn alone: the trace of a wave, with two turns around an element and without.
-    group.throughput(Throughput::Elements(WAVE as u64));
-    let fresh = wave();
+    // The change of frame alone: the trace of a wave with and without two changes around an element.
+    group.throughput(Throughput::Elements(WAVE_SIZE as u64));
+    let fresh = batch::<f32x8>(&starts(WAVE_SIZE, LENS.1, 1.0));
     for (name, lens) in [("trace, off", &square), ("trace, element", &element)] {
-        let surfaces = sequence::<f32>(lens, From::Film(LENS.1));
+        let surfaces = sequence::<f32>(lens, Side::Film(LENS.1));
         let mut blocked = vec![0; lens.rows.len()];
         let mut batch = fresh.clone();
         group.bench_function(name, |bencher| {
@@ -372,7 +330,7 @@ fn tilt_shift(criterion: &mut Criterion) {
                 trace::<f32x8>(black_box(&mut batch), &surfaces, &mut blocked);
             });
         });
-        assert_eq!(blocked, vec![0; lens.rows.len()], "the bench means rays that pass");
+        assert_eq!(blocked, vec![0; lens.rows.len()], "all rays of the bench must pass");
     }
     group.finish();
 }

@@ -1,26 +1,22 @@
-//! The scene stages: nearest hits and any hits on a height field of 520,000 triangles, one lane
-//! beside eight and beside the traversal that comes with obvhs, in the same run; and how long the
-//! tree of a million triangles takes to build.
-
-#[path = "../src/cli/bench/hills.rs"]
-mod hills;
+//! Scene stages: nearest hits and any hits on a height field of 520,000 triangles, with one lane, eight
+//! lanes and the traversal of obvhs in the same run; and the time to build a BVH of a million triangles.
 
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use hills::{built, hills, waves};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::ray::{Ray as TheirRay, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
+use petzval::bench::hills::{built, hills, waves};
 use petzval::lanes::{Real, f32x8};
-use petzval::rays::{Column, HitBatch, RayBatch, WAVE};
+use petzval::rays::{Column, HitBatch, RayBatch, WAVE_SIZE};
 use petzval::scene::{Mesh, Scene, TraversalStack};
 
-/// Quads on a side: two triangles each.
+/// Number of quads along a side, of two triangles each.
 const SIDE: u32 = 510;
 
 fn ours<R: Real<Scalar = f32>>(
@@ -33,7 +29,7 @@ fn ours<R: Real<Scalar = f32>>(
     let (mut hits, mut stack) = (HitBatch::default(), TraversalStack::default());
     let mut radiance: [Column<f32>; 3] = Default::default();
     let mut group = bench.benchmark_group("scene");
-    group.throughput(Throughput::Elements((waves.len() * WAVE) as u64));
+    group.throughput(Throughput::Elements((waves.len() * WAVE_SIZE) as u64));
     group.bench_function(name, |bencher| {
         bencher.iter(|| {
             for wave in waves {
@@ -48,7 +44,7 @@ fn ours<R: Real<Scalar = f32>>(
     group.finish();
 }
 
-/// The tree and the triangles of obvhs.
+/// BVH and triangles of obvhs.
 struct Theirs {
     bvh: Bvh2,
     ready: Vec<RtTriangle>,

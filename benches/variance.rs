@@ -9,21 +9,22 @@ use std::path::Path;
 use glam::Vec3;
 use nix::time::ClockId;
 use petzval::aov::Aov;
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Job, Progress, render};
+use petzval::job::Job;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
 
-/// Steps along the knot and around it: 400,000 triangles.
+/// Steps along and around the knot, which give 400,000 triangles.
 const STEPS: [u32; 2] = [4000, 50];
 const SIDE: u32 = 256;
 const SAMPLES: u32 = 8;
 const RUNS: usize = 5;
 
-/// Lens, and metres from the film to the knot, which then fills about half of the picture.
+/// Lens, and distance from the film to the knot (m), which then fills about half of the picture.
 const LENSES: [(&str, f64); 4] =
     [("dgauss.50mm", 7.0), ("wide.22mm", 3.2), ("fisheye.10mm", 1.8), ("telephoto.250mm", 34.0)];
 
-/// A trefoil about the origin, 2.4 m wide, of a rope 0.5 m thick, as the text of a mesh.
+/// Returns the text of a mesh: a trefoil knot at the origin, 2.4 m wide, of a rope 0.5 m thick.
 fn knot() -> String {
     let [along, around] = STEPS;
     let spine = |i: u32| {
@@ -55,7 +56,7 @@ fn knot() -> String {
 fn job(lens: &str, distance: f64, knot: &str) -> Job {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("knot.pbrt");
-    // The walls are 40 m away, behind the camera of every lens.
+    // The walls, 40 m away, are behind the cameras of all lenses.
     let text = format!(
         r#"Film "rgb" "integer xresolution" {SIDE} "integer yresolution" {SIDE} "float diagonal" 20
            Sampler "sobol" "integer pixelsamples" {SAMPLES}
@@ -82,17 +83,18 @@ fn job(lens: &str, distance: f64, knot: &str) -> Job {
         .0
 }
 
-/// CPU seconds of this process so far.
+/// Returns the CPU time of this process (s).
 fn cpu_seconds() -> f64 {
     let now = ClockId::CLOCK_PROCESS_CPUTIME_ID.now().expect("a clock of CPU time");
     now.tv_sec() as f64 + 1e-9 * now.tv_nsec() as f64
 }
 
-/// Variance over the square of the mean, in the mean over the pixels that light comes to, and CPU
-/// seconds.
+/// Returns the relative variance, the mean over lit pixels of variance divided by the square of the mean,
+/// and the CPU time (s).
 fn measure(job: &Job) -> (f64, f64) {
     let start = cpu_seconds();
-    let exposed = render(job, Backend::Simd, 1, &Progress::default()).expect("a picture");
+    let exposed =
+        render(job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     let seconds = cpu_seconds() - start;
     let variance = exposed.film.variance(SAMPLES).expect("the squares were added up");
     let picture = exposed.film.picture(SAMPLES);

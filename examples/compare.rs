@@ -6,37 +6,26 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::process::ExitCode;
 
-use petzval::image::Picture;
-use petzval::metric::{Metric, measure};
+use petzval::io::image::Picture;
+use petzval::metric::{DynamicRange, Measurement, Metric, measure};
 
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let [picture, reference] = words.as_slice() else {
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [picture, reference] = arguments.as_slice() else {
         return Err("usage: compare PICTURE REFERENCE".into());
     };
-    let [a, b] = [picture, reference].map(|path| Picture::read(Path::new(path), true));
+    let [a, b] = [picture, reference].map(|path| Picture::read(Path::new(path)));
     let (a, b) = (a?, b?);
-    if a.size != b.size {
-        return Err(format!("the sizes differ: {:?} and {:?} pixels", a.size, b.size).into());
-    }
 
     // FLIP of a picture that a display cannot show is a maximum over exposures.
     let is_hdr = |path: &String| [".exr", ".hdr", ".pfm"].iter().any(|end| path.ends_with(end));
-    let hdr = is_hdr(picture) || is_hdr(reference);
+    let range = match is_hdr(picture) || is_hdr(reference) {
+        true => DynamicRange::High,
+        false => DynamicRange::Low,
+    };
     for metric in [Metric::RelMse, Metric::Flip] {
-        let (value, map) = measure(metric, &a, &b, hdr);
+        let Measurement { value, map } = measure(metric, &a, &b, range)?;
         let (worst, most) = map.iter().enumerate().fold((0, f32::MIN), |worst, (i, &error)| {
             if error > worst.1 { (i, error) } else { worst }
         });

@@ -7,26 +7,15 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::process::ExitCode;
 
-use petzval::image::{Encoding, Exposure, Window};
-use petzval::job::{Changes, FocusOn, prepare};
-use petzval::render::{Backend, Progress, render};
+use petzval::io::image::{DisplayExposure, EncodingOptions};
+use petzval::prepare::{Changes, FocusOn, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
 
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let [scene, folder, distances @ ..] = words.as_slice() else {
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, folder, distances @ ..] = arguments.as_slice() else {
         return Err("usage: focus_sweep SCENE FOLDER DISTANCE...".into());
     };
     std::fs::create_dir_all(folder)?;
@@ -41,11 +30,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             ..Changes::default()
         };
         let (job, notes, _) = prepare(description.clone(), &changes)?;
-        let exposed = render(&job, Backend::Simd, 0, &Progress::default())?;
+        let exposed = render(&job, RenderOptions::default())?;
 
         let path = Path::new(folder).join(format!("focus-{distance}.png"));
-        let window = Window { origin: job.frame.low, frame: job.frame.resolution };
-        let encoding = Encoding { exposure: Exposure::Auto, ..Encoding::default() };
+        let window = job.frame.window();
+        let encoding =
+            EncodingOptions { exposure: DisplayExposure::Auto, ..EncodingOptions::default() };
         exposed.into_picture(&job).write(&path, window, encoding, &notes)?;
         println!("{}", path.display());
     }

@@ -7,26 +7,15 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::process::ExitCode;
 
-use petzval::image::{Encoding, Exposure, Window};
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Progress, render};
+use petzval::io::image::{DisplayExposure, EncodingOptions};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
 
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let (scene, picture, samples) = match words.as_slice() {
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (scene, picture, samples) = match arguments.as_slice() {
         [scene, picture] => (scene, picture, None),
         [scene, picture, samples] => (scene, picture, Some(samples.parse()?)),
         _ => return Err("usage: render SCENE PICTURE [SAMPLES]".into()),
@@ -44,10 +33,11 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
 
     // Zero threads means one for each core. The picture does not depend on their number.
-    let exposed = render(&job, Backend::Simd, 0, &Progress::default())?;
-    let window = Window { origin: job.frame.low, frame: job.frame.resolution };
+    let exposed = render(&job, RenderOptions::default())?;
+    let window = job.frame.window();
     // PNG and JPEG need an exposure; EXR keeps the linear light as it is.
-    let encoding = Encoding { exposure: Exposure::Auto, ..Encoding::default() };
+    let encoding =
+        EncodingOptions { exposure: DisplayExposure::Auto, ..EncodingOptions::default() };
     exposed.into_picture(&job).write(Path::new(picture), window, encoding, &notes)?;
     Ok(())
 }

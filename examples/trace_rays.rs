@@ -8,33 +8,22 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::process::ExitCode;
 
-use petzval::lens::{self, Focus, From, LensRay};
+use petzval::lens::{self, LensRay, RealRayFocus, Side};
 
 /// Rays from the axis to the rim of the rear element.
 const RAYS: u32 = 12;
 
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn run() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "lenses/dgauss.50mm.dat".to_owned());
     let lens = lens::read(Path::new(&path))?;
-    let film = Focus::of(&lens).film(f64::INFINITY)?;
+    let film = RealRayFocus::new(&lens).film_distance(f64::INFINITY)?;
     println!("{path}: {} surfaces, film {film:.4} mm behind the rear vertex", lens.rows.len());
     println!("{:>12} {:>12} {:>12}", "rear y [mm]", "front y [mm]", "angle [mrad]");
 
     // Rays start in the plane of the film. Positions are relative to the vertex of the surface that
     // the ray crosses next or has crossed last; +z is the direction of travel, here to the scene.
-    let surfaces = lens::sequence::<f64>(&lens, From::Film(film));
+    let surfaces = lens::sequence::<f64>(&lens, Side::Film(film));
     for i in 0..RAYS {
         let height = 0.5 * lens.rear().diameter * f64::from(i) / f64::from(RAYS);
         let length = height.hypot(film);
@@ -46,7 +35,9 @@ fn run() -> Result<(), Box<dyn Error>> {
                 let y = ray.p[1] - ray.p[2] * ray.t[1] / ray.t[2];
                 println!("{height:>12.4} {y:>12.4} {:>12.4}", 1e3 * ray.t[1].atan2(ray.t[2]));
             }
-            Err(end) => println!("{height:>12.4} ends at surface {}: {:?}", end.row + 1, end.why),
+            Err(end) => {
+                println!("{height:>12.4} ends at surface {}: {:?}", end.row + 1, end.reason)
+            }
         }
     }
     Ok(())

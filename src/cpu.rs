@@ -1,16 +1,28 @@
-//! Whether this CPU can run this build.
+//! Check of the CPU against the instruction set of the build.
 //!
-//! The build assumes x86-64-v3, so the compiler may put AVX2 anywhere, and
-//! `is_x86_feature_detected!` answers "yes" without looking. This asks the CPU itself, with
-//! nothing but integer arithmetic on the way to the answer and to the message: a test runs the
-//! command on an emulated CPU without AVX, where any other instruction would end it.
+//! The default build assumes x86-64-v3, so the compiler may put AVX2 anywhere, and
+//! `is_x86_feature_detected!` returns true without a look at the CPU. This module asks the CPU
+//! itself, with integer instructions alone: a test runs the command on an emulated CPU without AVX,
+//! where any other instruction would end it.
 
 use std::io::Write;
 
-/// Whether the CPU has what the build assumes.
+/// Notice of a build without AVX2 on x86-64, such as that of a plain `cargo install`, which does
+/// not read this repository's .cargo/config.toml.
+#[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
+pub const PORTABLE_NOTICE: Option<&str> = Some(
+    "this is the portable build, about 2 to 3 times slower than one with AVX2; build that one with \
+     RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo install --path . --force",
+);
+
+/// No notice: the build uses AVX2, or the architecture has none.
+#[cfg(not(all(target_arch = "x86_64", not(target_feature = "avx2"))))]
+pub const PORTABLE_NOTICE: Option<&str> = None;
+
+/// Returns whether the CPU has the instructions that the build assumes.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 #[inline(never)]
-pub fn suffices() -> bool {
+pub fn is_supported() -> bool {
     use std::arch::x86_64::__cpuid;
 
     // Intel SDM vol. 2A, CPUID: FMA, MOVBE, OSXSAVE (the system keeps wide registers), AVX,
@@ -23,21 +35,21 @@ pub fn suffices() -> bool {
         && __cpuid(0x8000_0001).ecx & (1 << 5) != 0
 }
 
-/// Portable builds run everywhere.
+/// Returns true: a portable build runs on every CPU.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-pub fn suffices() -> bool {
+pub fn is_supported() -> bool {
     true
 }
 
-/// Says what to do, and ends the command with exit code 2 at once: the way back through `main`
-/// is compiled for the CPU that is not there.
+/// Prints what to do and exits with code 2 at once, as the code after a return is compiled for
+/// another CPU.
 #[inline(never)]
 pub fn explain() -> ! {
     const MESSAGE: &[u8] = b"petzval: error: this CPU lacks AVX2 or FMA, which this build needs \
         (x86-64-v3: Intel Haswell 2013, AMD Zen 2017 and later)\n\
         Build a portable version, slower but with the same commands and pictures to rounding:\n    \
         RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release\n";
-    // Where even this cannot be said, the exit code still can.
+    // The exit code remains if stderr is closed.
     let _ = std::io::stderr().write_all(MESSAGE);
     std::process::exit(2)
 }

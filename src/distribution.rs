@@ -1,27 +1,28 @@
-//! Points of the unit square with a density that is constant in every cell of a grid.
+//! Piecewise constant density over a grid on the unit square.
 
 /// A piecewise constant density over the unit square.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Distribution {
     size: [usize; 2],
-    /// Cumulated shares of the rows: 0 first, 1 last.
+    /// Cumulative distribution over the rows, from 0 to 1.
     rows: Vec<f32>,
-    /// Of the cells of every row in the row, from 0 to 1 again.
+    /// For each row the cumulative distribution over its cells, from 0 to 1.
     cells: Vec<f32>,
 }
 
-/// A point of the square.
+/// A sampled point of the square.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Chosen {
+pub(crate) struct DistributionSample {
     pub(crate) uv: [f32; 2],
-    /// Column and row of its cell: the rounding of uv may say another.
+    /// Column and row of its cell; rounding may put `uv` into a neighbour.
     pub(crate) cell: [usize; 2],
-    /// Per unit of the square's area.
+    /// Probability density per unit of the square's area.
     pub(crate) density: f32,
 }
 
 impl Distribution {
-    /// Cells in proportion to their weights; `None` where no weight is above 0.
+    /// Returns the distribution whose cells are chosen in proportion to their weights; `None` if no
+    /// weight is above 0.
     pub(crate) fn new(size: [usize; 2], weight: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let [width, height] = size;
         let mut cells = Vec::with_capacity((width + 1) * height);
@@ -43,19 +44,19 @@ impl Distribution {
         &self.cells[y * stride..(y + 1) * stride]
     }
 
-    /// A point, from two numbers in [0, 1).
-    pub(crate) fn sample(&self, u: [f32; 2]) -> Chosen {
-        let (y, v, share_y) = find(&self.rows, u[1]);
-        let (x, u, share_x) = find(self.row(y), u[0]);
+    /// Samples a point from two numbers in [0, 1).
+    pub(crate) fn sample(&self, u: [f32; 2]) -> DistributionSample {
+        let (y, v, share_y) = find_interval(&self.rows, u[1]);
+        let (x, u, share_x) = find_interval(self.row(y), u[0]);
         let [width, height] = self.size.map(|n| n as f32);
-        Chosen {
+        DistributionSample {
             uv: [(x as f32 + u) / width, (y as f32 + v) / height],
             cell: [x, y],
             density: share_x * share_y * width * height,
         }
     }
 
-    /// The density of [`Self::sample`] at a point.
+    /// Returns the density of [`Self::sample`] at a point.
     pub(crate) fn density(&self, uv: [f32; 2]) -> f32 {
         let [x, y] = [0, 1].map(|i| {
             let n = self.size[i];
@@ -67,7 +68,8 @@ impl Distribution {
     }
 }
 
-/// Adds cumulated shares from 0 to 1 to a list; answers the sum of the values.
+/// Appends the normalized cumulative sums of the values, from 0 to 1; returns the sum of the
+/// values.
 fn cumulate(values: &[f64], shares: &mut Vec<f32>) -> f64 {
     let total: f64 = values.iter().sum();
     let mut sum = 0.0;
@@ -78,7 +80,7 @@ fn cumulate(values: &[f64], shares: &mut Vec<f32>) -> f64 {
         shares.push(share.min(1.0));
     }
     if total > 0.0 {
-        // Rounding must leave no gap at the end, and give nothing to cells without weight.
+        // Rounding must leave no gap at the end, and no probability for cells without weight.
         let last = values.iter().rposition(|&value| value > 0.0).unwrap_or(0);
         let end = shares.len() - values.len() + last;
         shares[end..].fill(1.0);
@@ -86,8 +88,9 @@ fn cumulate(values: &[f64], shares: &mut Vec<f32>) -> f64 {
     total
 }
 
-/// The interval of cumulated shares in which a number lies, where in it, and its width.
-fn find(shares: &[f32], u: f32) -> (usize, f32, f32) {
+/// Returns the interval of a cumulative distribution that contains a number, the position of the
+/// number in it from 0 to 1, and its width.
+fn find_interval(shares: &[f32], u: f32) -> (usize, f32, f32) {
     let i = shares.partition_point(|&share| share <= u).clamp(1, shares.len() - 1) - 1;
     let width = shares[i + 1] - shares[i];
     (i, ((u - shares[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0), width)
@@ -101,7 +104,7 @@ mod tests {
         [[1.0, 0.0, 2.0, 1.0], [0.0, 0.0, 0.0, 0.0], [5.0, 3.0, 0.0, 0.0]];
 
     #[test]
-    fn cells_are_chosen_as_often_as_they_weigh() {
+    fn cells_are_sampled_in_proportion_to_their_weights() {
         let of = Distribution::new([4, 3], |x, y| WEIGHTS[y][x]).expect("weights above 0");
         let n = 300;
         let mut counts = [[0.0; 4]; 3];
@@ -122,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_the_numbers_choose_cells_that_weigh_something() {
+    fn extreme_numbers_sample_cells_with_weight() {
         let of = Distribution::new([4, 3], |x, y| WEIGHTS[y][x]).expect("weights above 0");
         let last = 1.0 - f32::EPSILON / 2.0;
         for u in [[0.0, 0.0], [0.0, last], [last, 0.0], [last, last]] {
@@ -132,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_chosen_where_nothing_weighs() {
+    fn weights_of_zero_have_no_distribution() {
         assert_eq!(Distribution::new([2, 2], |_, _| 0.0), None);
     }
 }

@@ -1,170 +1,214 @@
-//! Photographs 3-D scenes through real, multi-element camera lenses.
+//! Renderer that photographs 3-D scenes through real, multi-element camera lenses.
 //!
-//! Petzval reads scenes in the language of pbrt-v4 and lenses as tables of radii, thicknesses, glasses
-//! and diameters. It traces every ray through every surface of the lens, so depth of field, bokeh,
-//! vignetting, distortion and aberrations are those of the lens; dispersion, ghosts, diffraction, motion
-//! and the sensor are simulated where a picture shows them. It writes OpenEXR, PNG and JPEG.
+//! Petzval reads scenes in the language of pbrt-v4, and lenses as tables of radii, thicknesses,
+//! glasses and diameters. It traces every ray through every surface of the lens, so depth of field,
+//! bokeh, vignetting, distortion and aberrations are those of the lens. It simulates dispersion,
+//! ghosts, diffraction, motion and the sensor if a picture shows them. It writes OpenEXR, PNG and
+//! JPEG.
 //!
 //! ```
 //! use std::path::Path;
 //!
-//! use petzval::image::{Encoding, Window};
-//! use petzval::job::{Changes, prepare};
-//! use petzval::render::{Backend, Progress, render};
-//! use petzval::scene::pbrt;
+//! use petzval::{Changes, EncodingOptions, RenderOptions, prepare, read_scene, render};
 //!
 //! # let folder = tempfile::tempdir()?;
-//! // Read the scene, make it ready with 4 samples a pixel, and render it with a thread for each core.
-//! let description = pbrt::read(Path::new("scenes/dgauss.pbrt"))?;
+//! // Read the scene, prepare it with 4 samples per pixel, and render it on all cores.
+//! let description = read_scene(Path::new("scenes/dgauss.pbrt"))?;
 //! let changes =
 //!     Changes { samples: Some(4), resolution: Some([120, 120]), ..Changes::default() };
 //! let (job, notes, _warnings) = prepare(description, &changes)?;
-//! let exposed = render(&job, Backend::Simd, 0, &Progress::default())?;
+//! let output = render(&job, RenderOptions::default())?;
 //!
-//! let window = Window { origin: job.frame.low, frame: job.frame.resolution };
 //! let file = folder.path().join("dgauss.exr");
-//! exposed.into_picture(&job).write(&file, window, Encoding::default(), &notes)?;
+//! output.into_picture(&job).write(&file, job.frame.window(), EncodingOptions::default(), &notes)?;
 //! # assert!(file.metadata()?.len() > 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`scene::pbrt::read`] reads a scene, [`job::prepare`] adds the lens, its focus and the plan of
-//! effects, [`render::render`] renders, and [`image::Picture`] writes. [`lens`] traces rays through a
-//! lens alone, and [`metric`] compares pictures. The folder `examples/` has a small program for each.
+//! [`read_scene`] reads a scene. [`prepare`](prepare()) adds the lens, its focus and the plan of
+//! effects. [`render`](render()) renders, and [`Picture`] writes. [`read_lens`] and [`trace_one`] trace
+//! rays through a lens alone, and [`measure`] compares pictures. The folder `examples/` has a small
+//! program for each.
+//!
+//! The items below are the public interface. The modules behind them are visible to the command, the
+//! tests and the benchmarks; their paths may change in any version.
+//!
+//! # Features
+//!
+//! | feature | adds |
+//! |---|---|
+//! | `cli` (default) | dependencies of the command |
+//! | `report` (default) | dependencies of its drawings, plots and reports |
+//! | `bare` | nothing: leaves all effects out, to measure what they cost when they are off |
+//!
+//! A program that uses the library alone needs none of them: `default-features = false`. It should
+//! compile for AVX2 and FMA, with `-C target-cpu=x86-64-v3` in its own `.cargo/config.toml`; the
+//! portable build is two to three times slower.
 //!
 //! # Goals
 //!
 //! 1. Show what accuracy costs in time.
-//! 2. Hard cases stay numerically stable, and tests prove it.
-//! 3. Only the effects that a scene calls for are simulated; what is off costs nothing.
+//! 2. Keep hard cases numerically stable, and prove it by tests.
+//! 3. Simulate only the effects that a scene calls for. An effect that is off costs nothing.
 //!
-//! # What flows
+//! # Data flow
 //!
-//! A *wave* is about a thousand rays in structure-of-arrays columns ([`rays`]), owned by one
-//! worker. It moves through stages, eight lanes at a time, and nothing allocates inside it:
+//! A *wave* is a batch of about a thousand rays in structure-of-arrays columns (`rays`). Each worker
+//! owns one. It moves through stages, eight lanes at a time, and no stage allocates:
 //!
-//! | module | stage | from, to |
+//! | module | stage | input, output |
 //! |---|---|---|
-//! | [`film`] | `sample` | pixels, to film and pupil points |
-//! | [`shutter`] | `tell` | samples, to times; where something moves |
-//! | [`lens`] | `expose`: aim, trace, emerge | film points, to rays in the world; vignetted rays are left out |
-//! | [`lens`], [`film`] | `land`, `add`, `tint` | rays, to their colours; where bands of the light share them |
-//! | [`scene`] | `intersect` | rays, to nearest hits |
-//! | [`shade`] | `shade` | hits, to shadow rays and the next rays of the paths |
-//! | [`scene`] | `occlude` | shadow rays, to radiance |
-//! | [`film`] | `accumulate` | radiance, to the sums of the tile that the worker owns |
-//! | [`diffraction`] | `spread` | the finished picture, by the shape of the pupil; where planned |
-//! | [`sensor`] | `read_out` | the finished picture, to what photosites record; where asked for |
+//! | `film` | `sample` | pixels, to points on film and pupil |
+//! | `shutter` | `assign_times` | samples, to times, if anything moves |
+//! | `lens` | `generate_rays` | film points, to rays in the world, without the vignetted rays |
+//! | `lens`, `film` | `disperse` | rays, to the weights of their wavelengths, if the lens disperses |
+//! | `scene` | `intersect` | rays, to nearest hits |
+//! | `shade` | `shade` | hits, to shadow rays and the next rays of the paths |
+//! | `scene` | `occlude` | shadow rays, to radiance |
+//! | `film` | `accumulate` | radiance, to the sums of the worker's tile |
+//! | `diffraction` | `spread` | finished picture, blurred by the point spread of the pupil, if planned |
+//! | `sensor` | `read_out` | finished picture, to photosite values, if a sensor is given |
 //!
-//! [`render`] is the only module that knows this order. Stages do not call each other; shading
-//! reads the scene's data. [`job`] turns what a scene file asks for into what `render` needs.
-//! [`accuracy`] renders a scene by a ladder of camera models, and says what each costs and gets wrong;
-//! [`contact`] lays the pictures of a sweep side by side.
+//! `render::wave` is the only module that knows this order. Stages do not call each other. `prepare`
+//! turns a scene file and the changes of the user into a [`Job`], which is plain data; `plan` decides
+//! which effects it needs. `accuracy` renders a scene with a ladder of camera models and measures what
+//! each costs and gets wrong. Imports between modules form no cycle (`tests/architecture.rs`).
 //!
 //! # Decisions
 //!
-//! **One source for one lane and for eight.** Kernels are generic over [`lanes::Real`] and
-//! compiled for `f32`, `f64` and `f32x8`; lanes round as lone floats do, so the scalar and SIMD
-//! pictures are the same bit for bit, and that is a test. The tests' oracle is another source.
+//! **One source for one lane and for eight.** Kernels are generic over `lanes::Real` and compiled for
+//! `f32`, `f64` and `f32x8`. Lanes round as single floats do, so the scalar and the SIMD picture are
+//! equal bit for bit. The tests compare kernels with naive twins in f64.
 //!
-//! **x86-64-v3, never native.** `wide` chooses its instructions when it is compiled, so the whole
-//! build asks for AVX2 and FMA in `.cargo/config.toml`. The command looks at the CPU first.
+//! **x86-64-v3, not native.** `wide` selects its instructions at compile time, so
+//! `.cargo/config.toml` asks for AVX2 and FMA. The command checks the CPU before it runs.
 //!
-//! **Surfaces from their vertices.** A sphere is a curvature, not a centre: planes are nothing
-//! special and a radius of 1e9 mm loses nothing ([`lens::trace`]).
+//! **Surfaces are relative to their vertices.** A sphere is a curvature, not a centre. A plane is not a
+//! special case, and a radius of 1e9 mm loses no precision.
 //!
-//! **A kernel a kind.** Spheres, conics, cylinders, aspheres and openings are monomorphised apart,
-//! one stage over the batch each: a lens of spheres pays nothing for aspheres. An asphere approaches
-//! its surface in stages of its own, which hide the latency of Newton's iteration.
+//! **One kernel per kind of surface.** Spheres, conics, cylinders, aspheres and stops are separate
+//! monomorphised stages over the batch, so a lens of spheres pays nothing for aspheres. An asphere
+//! approaches its surface in several stages, which hide the latency of Newton's iteration.
 //!
-//! **What stands askew is turned to.** Between surfaces that do not stand square to each other a turn
-//! is one more stage, so no kernel knows of poses; film that is tilted is a parameter of the loop that
-//! aims, and its pupils are found by spokes about the axis ([`lens::Pose`]).
+//! **Tilted and decentred elements are frame changes.** A change of frame between two surfaces is a
+//! stage of its own, so no kernel handles poses. The tilt of the film is a parameter of the aiming
+//! stage.
 //!
-//! **Doubt is noted, and settled in f64.** One comparison, which total reflection needs anyway,
-//! tells the rays that f32 cannot trace exactly enough ([`lens::settle`]).
+//! **Doubtful rays are traced again in f64.** One comparison, which total reflection needs anyway,
+//! finds the rays that f32 cannot trace exactly enough.
 //!
-//! **Cruder models are lenses too.** An ideal lens is a row of a prescription, a polynomial a kind of
-//! surface: stop, rims, pupils and film stay what they are, so a picture differs by the model alone
-//! ([`lens::Fidelity`]).
+//! **Simpler camera models are lenses too.** An ideal lens is one row of a prescription, and a
+//! polynomial is a kind of surface. Stop, rims, pupil and film stay the same, so pictures differ only
+//! by the model ([`Fidelity`]).
 //!
-//! **The pupil is a fan of triangles** of equal area, found by tracing and mixed across the film:
-//! samples cost a look-up of two corners and no trigonometry, and 98 % of the rays come through
-//! ([`lens::PupilBound`]).
+//! **The pupil is a fan of triangles** of equal area, found by tracing and interpolated over the film.
+//! A sample costs one look-up of two corners and no trigonometry, and 98 % of the rays pass the lens.
 //!
-//! **Four bands share a ray.** Where a lens takes the light apart, each ray is traced for a hero among
-//! 32 bands, and taken back to the film in three others; the balance heuristic of the four needs
-//! only the pixel's filter where they land, for a lens keeps etendue ([`film::Colours`]).
+//! **Four wavelengths share a ray.** If a lens disperses, a ray is traced at a hero wavelength of 32
+//! bands and reprojected to the film in three others. The balance heuristic over the four needs only
+//! the values of the pixel filter, because a lens conserves etendue (Wilkie et al. 2014).
 //!
-//! **Compact once, after the lens.** Lost rays are poisoned by a NaN on the way, which no
-//! comparison lets through.
+//! **Rays are compacted once, after the lens.** Inside the lens a NaN marks a blocked ray, and no
+//! comparison accepts it.
 //!
-//! **Columns of 63 cache lines.** With 64 they all begin in the same set of the L1 cache, and
-//! the lens stage takes twice as long ([`rays::WAVE`]).
+//! **Columns of 63 cache lines.** Columns of 64 lines would all start in the same set of the L1
+//! cache, which doubles the time of the lens stage.
 //!
-//! **Samples are functions.** A random number depends on pixel, sample index, dimension and
-//! seed, and on nothing else ([`sampler`]); a picture does not depend on threads or tiles.
+//! **Samples are functions.** A random number depends only on pixel, sample index, dimension and seed.
+//! The picture does not depend on threads or tiles.
 //!
-//! **Sums are added in one order.** What a tile receives from some of its samples is a share; shares
-//! are done in any order and added in one. So a render that was interrupted ends with the same picture
-//! bit for bit, and a checkpoint is the sums so far and the shares that are done ([`checkpoint`]).
+//! **Sums have one order.** Workers finish work items in any order, and their results are added in one
+//! order. An interrupted render therefore ends with the same picture bit for bit. A checkpoint holds
+//! the sums and the completed items.
 //!
-//! **obvhs builds the tree, we walk it.** Its triangle test leaks and takes one ray against one
-//! triangle; ours is watertight and takes eight. Rays of one octant walk in bundles of eight until
-//! they part, and what a ray meets does not depend on its bundle. Quadrics are exact, in f64.
+//! **obvhs builds the BVH; our code traverses it.** The triangle test of obvhs leaks at edges and takes
+//! one ray and one triangle. Ours is watertight and takes eight. Rays of one octant traverse in
+//! packets of eight until they diverge, and hits do not depend on the packet. Quadrics are intersected
+//! in f64.
 //!
-//! **Lights by a tree of triangles.** Each emitting triangle is a leaf of its own, eight branches
-//! are weighed at once, and the choice sees only where a point is: so a ray that runs into a light
-//! finds again how likely it was sampled. Triangles and balls are sampled by solid angle in f64.
+//! **A light tree over triangles.** Each emitting triangle is a leaf, and eight branches are weighed at
+//! once. The weights depend only on the shading point, so the density of a light that a BSDF ray hits
+//! is known. Triangles and spheres are sampled by solid angle in f64.
 //!
-//! **What moves is apart.** Moving copies of objects are not in the tree of the world but in a few
-//! trees of the boxes they pass, each for a part of the exposure, and rays meet them in stages of
-//! their own at the time of their sample ([`shutter::Timing`]). Where nothing moves there are no such
-//! stages; a camera that moves is one at rest whose rays are carried on ([`motion::Motion::carry`]).
+//! **Animated instances are separate.** They are not in the BVH of the world but in a few BVHs of their
+//! swept bounds, one for each part of the exposure. Static scenes have no such stage. A moving camera
+//! is a static one whose rays are transformed by its motion.
 //!
-//! **Shading by kind of surface.** Hits are sorted by kind, and the scattering functions of a
-//! kind are evaluated eight at a time; only varnish, a random walk, goes one by one. Light is
-//! gathered by light samples and by what the next ray meets, weighed by the power heuristic.
-//! Uniform skies are left to the next ray; a diffuse surface at the end of a path needs none
-//! where there is no sky ([`shade`]).
+//! **Shading by kind of material.** Hits are sorted by kind, and the BSDFs of one kind are evaluated
+//! eight at a time; only layered coatings, a random walk, are evaluated singly. Direct light combines
+//! light samples and BSDF samples by the power heuristic (Veach 1995).
 //!
-//! **Filters place samples.** A sample belongs to one pixel and lies where its filter is large:
-//! tiles need no borders ([`film::filter`]).
+//! **Filters place samples.** A sample belongs to one pixel and is distributed by the pixel filter, so
+//! tiles need no borders.
 //!
-//! **Our own readers** for pbrt's language and PLY: every error names file, line and column, and
-//! what is known but unsupported is a row in a table that says what is done instead.
+//! **Readers of our own** for pbrt's language and for PLY: every error names file, line and column.
+//! Features that are known but unsupported are rows of a table that says what happens instead.
 //!
 //! # Units and frames
 //!
-//! Lens space is in millimetres with its axis along z. Camera space has +z to the scene, x to the
-//! right and y up (left-handed, as in pbrt). World space is the scene file's. Public items say
-//! which they mean.
+//! Lens space is in millimetres, with the optical axis along z. Camera space has +z towards the scene,
+//! x to the right and y up (left-handed, as in pbrt). World space is that of the scene file. Public
+//! items state their units and frame.
 
+#[doc(hidden)]
 pub mod accuracy;
+#[doc(hidden)]
 pub mod aov;
-pub mod checkpoint;
-pub mod contact;
+#[doc(hidden)]
+pub mod bench;
+#[doc(hidden)]
 pub mod diffraction;
 mod distribution;
+mod effects;
+#[doc(hidden)]
 pub mod film;
+#[doc(hidden)]
 pub mod ghosts;
-pub mod image;
+#[doc(hidden)]
+pub mod io;
+#[doc(hidden)]
 pub mod job;
+#[doc(hidden)]
 pub mod lanes;
+#[doc(hidden)]
 pub mod lens;
-pub mod memory;
+#[doc(hidden)]
 pub mod metric;
+#[doc(hidden)]
 pub mod motion;
+#[doc(hidden)]
 pub mod plan;
+#[doc(hidden)]
+pub mod prepare;
+#[doc(hidden)]
 pub mod rays;
+#[doc(hidden)]
 pub mod render;
+#[doc(hidden)]
 pub mod sampler;
+#[doc(hidden)]
 pub mod scene;
+#[doc(hidden)]
 pub mod sensor;
+#[doc(hidden)]
 pub mod shade;
+#[doc(hidden)]
 pub mod shutter;
-pub mod source;
+#[doc(hidden)]
 pub mod spectrum;
+#[doc(hidden)]
 pub mod stats;
-mod svg;
-mod thread_time;
+
+pub use aov::Aov;
+pub use io::ReadContext;
+pub use io::image::{DisplayExposure, EncodingOptions, ImageError, Picture};
+pub use job::{Job, StopCriteria};
+pub use lens::{
+    Fidelity, LensError, LensRay, Paraxial, Prescription, RealRayFocus, Side, read as read_lens,
+    sequence, trace_one,
+};
+pub use metric::{Measurement, Metric, measure};
+pub use plan::{Effect, EffectSelection};
+pub use prepare::{Changes, FocusOn, PrepareError, prepare};
+pub use render::{Progress, RenderError, RenderOptions, RenderOutput, render};
+pub use scene::pbrt::{Description, SceneError, read as read_scene};

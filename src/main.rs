@@ -6,8 +6,8 @@ mod cpu;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // Nothing may run before this: the rest of the program assumes what it checks.
-    if !cpu::suffices() {
+    // First of all: the rest of the program assumes the instructions that this checks.
+    if !cpu::is_supported() {
         cpu::explain();
     }
     cli::run()

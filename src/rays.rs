@@ -1,25 +1,25 @@
-//! The columns that flow between the stages.
+//! Batches of rays, samples and hits that flow between the stages.
 //!
-//! A *wave* is up to [`WAVE`] rays in structure-of-arrays columns, owned by one worker
-//! and small enough to stay in its caches. Columns are aligned to a cache line:
-//! unaligned ones cost 40 % of the lens stage.
+//! A *wave* is up to [`WAVE_SIZE`] rays in structure-of-arrays columns, owned by one worker and
+//! small enough to stay in its caches. Columns are aligned to a cache line: unaligned columns make
+//! the lens stage 40 % slower.
 
 use std::ops::{Deref, DerefMut};
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::lanes::Real;
-use crate::sampler::{Dimension, pair};
+use crate::sampler::{Dimension, sample_2d};
 
-/// The most rays that move together: whole packets, few enough for the caches, and an odd
-/// number of cache lines a column. Columns of 1024 would all begin in the same set of an
-/// 8-way L1 cache and push each other out; that made the lens stage twice as slow.
-pub const WAVE: usize = 1008;
+/// Largest number of rays in a wave. It is a multiple of the lanes, small enough for the caches,
+/// and makes a column an odd number of cache lines: columns of 1024 all begin in the same set of an
+/// 8-way L1 cache and evict each other, which made the lens stage twice as slow.
+pub const WAVE_SIZE: usize = 1008;
 
 /// One quantity of every ray of a wave.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub struct Column<T, const N: usize = WAVE>([T; N]);
+pub struct Column<T, const N: usize = WAVE_SIZE>([T; N]);
 
 impl<T: Zeroable, const N: usize> Default for Column<T, N> {
     fn default() -> Self {
@@ -43,85 +43,83 @@ impl<T, const N: usize> DerefMut for Column<T, N> {
 }
 
 impl<T: Pod, const N: usize> Column<T, N> {
-    /// The packets that cover the first `rays` entries; the last one may reach past them.
+    /// Returns the packets that cover the first `rays` entries; the last one may extend past them.
     #[inline(always)]
     pub fn packets<R: Real<Scalar = T>>(&self, rays: usize) -> &[R] {
-        &bytemuck::cast_slice(&self.0[..])[..packets::<R>(rays)]
+        &bytemuck::cast_slice(&self.0[..])[..packet_count::<R>(rays)]
     }
 
-    /// As [`Column::packets`], to write to.
+    /// Returns the same packets as [`Column::packets`] for writing.
     #[inline(always)]
     pub fn packets_mut<R: Real<Scalar = T>>(&mut self, rays: usize) -> &mut [R] {
-        &mut bytemuck::cast_slice_mut(&mut self.0[..])[..packets::<R>(rays)]
+        &mut bytemuck::cast_slice_mut(&mut self.0[..])[..packet_count::<R>(rays)]
     }
 }
 
-/// How many packets hold this many rays.
+/// Returns the number of packets that hold this many rays.
 #[inline(always)]
-pub fn packets<R: Real>(rays: usize) -> usize {
+pub fn packet_count<R: Real>(rays: usize) -> usize {
     rays.div_ceil(R::LANES)
 }
 
-/// Rays inside a lens: millimetres, +z along the direction of travel.
-///
-/// The position is relative to the vertex of the surface last crossed, the direction is
-/// scaled to the refractive index of the medium. A blocked ray has a NaN in `x`.
+/// Rays inside a lens; +z is the direction of travel. A blocked ray has a NaN in `x`.
 #[derive(Clone, Debug)]
 pub struct LensBatch<T: Pod> {
-    /// How many rays are in the batch. Behind them, up to a whole packet, stand blocked rays.
+    /// Number of rays. Blocked rays pad the last packet behind them.
     pub len: usize,
-    /// How many of them are not blocked from the start.
-    pub living: usize,
-    /// Position, mm.
+    /// Number of rays that are not blocked at the start.
+    pub live: usize,
+    /// Position relative to the vertex of the surface last crossed, x (mm).
     pub x: Column<T>,
-    /// Position, mm.
+    /// Position, y (mm).
     pub y: Column<T>,
-    /// Position, mm.
+    /// Position, z (mm).
     pub z: Column<T>,
-    /// Direction, length = refractive index.
+    /// Optical direction cosine (unit direction times refractive index), x.
     pub tx: Column<T>,
-    /// Direction, length = refractive index.
+    /// Optical direction cosine, y.
     pub ty: Column<T>,
-    /// Direction, length = refractive index.
+    /// Optical direction cosine, z.
     pub tz: Column<T>,
-    /// What the ray counts; changed only by openings of partial transmission, and by the losses of
-    /// surfaces where they are asked for.
+    /// Weight; changed only by apertures of partial transmission and, if losses are simulated, by
+    /// surfaces.
     pub weight: Column<T>,
-    /// Places of the rays that this precision could not trace exactly enough.
-    pub doubtful: Vec<u32>,
+    /// Indices of the rays that this precision cannot trace exactly enough.
+    pub needs_f64: Vec<u32>,
 }
 
 impl<T: Pod> Default for LensBatch<T> {
     fn default() -> Self {
         let [x, y, z, tx, ty, tz, weight] = std::array::from_fn(|_| Column::default());
-        // No ray is noted twice, so nothing is allocated inside a wave.
-        let doubtful = Vec::with_capacity(WAVE);
-        Self { len: 0, living: 0, x, y, z, tx, ty, tz, weight, doubtful }
+        // No ray is listed twice, so nothing is allocated inside a wave.
+        let needs_f64 = Vec::with_capacity(WAVE_SIZE);
+        Self { len: 0, live: 0, x, y, z, tx, ty, tz, weight, needs_f64 }
     }
 }
 
 impl<T: Pod> LensBatch<T> {
-    /// Sets the number of rays, none of them blocked, and blocks the lanes behind them up to a whole packet.
+    /// Sets the number of rays, none of them blocked, and blocks the lanes behind them up to a
+    /// whole packet.
     pub fn resize<R: Real<Scalar = T>>(&mut self, rays: usize) {
-        (self.len, self.living) = (rays, rays);
+        (self.len, self.live) = (rays, rays);
         for i in rays..rays.next_multiple_of(R::LANES) {
-            self.x[i] = R::scalar(f64::NAN);
+            self.x[i] = R::from_f64(f64::NAN);
         }
     }
 }
 
 impl LensBatch<f32> {
-    /// What its rays that are not blocked count together.
-    pub fn light(&self) -> f64 {
+    /// Returns the sum of the weights of rays that are not blocked.
+    pub fn total_weight(&self) -> f64 {
         let living = (0..self.len).filter(|&i| !self.x[i].is_nan());
         living.map(|i| f64::from(self.weight[i])).sum()
     }
 }
 
-/// What the film stage asks of the camera: one sample per entry.
+/// Samples of the film stage for the camera, one per entry.
 #[derive(Clone, Debug, Default)]
 pub struct SampleBatch {
-    /// How many samples are in the batch.
+    /// Number of samples.
     pub len: usize,
     /// Index of the pixel in its tile.
     pub pixel: Column<u32>,
@@ -129,108 +127,107 @@ pub struct SampleBatch {
     pub key: Column<u32>,
     /// Index of the sample in its pixel.
     pub sample: Column<u32>,
-    /// Seed of the random numbers of all of them.
+    /// Seed of the random numbers.
     pub seed: u32,
-    /// Point on the film, in the film's units (mm for a real lens), camera frame: x to the
-    /// right and y up as seen from behind the camera; the picture on it is upside down.
+    /// Point on the film [units of the film; mm for a real lens], x to the right and y up as seen
+    /// from behind the camera. The image on the film is upside down.
     pub film: [Column<f32>; 2],
-    /// The same from the middle of its pixel, in pixels, to the right and down in the picture; told
-    /// only where a lens takes the light apart.
+    /// The same point relative to the centre of its pixel, to the right and down in the picture
+    /// (pixels); set only if the lens disperses light.
     pub offset: [Column<f32>; 2],
-    /// What the sample counts for its pixel, where the filter is signed.
+    /// Weight of the sample in its pixel; set only if the filter has negative lobes.
     pub weight: Column<f32>,
-    /// Which part of the light all of them are, where a lens takes it apart.
+    /// Spectral band of all samples, if the lens disperses light.
     pub band: usize,
-    /// Two numbers in [0, 1) that choose a point of the pupil.
+    /// Two numbers in [0, 1) that select a point of the pupil.
     pub pupil: [Column<f32>; 2],
-    /// When, as a share of the motion that the scene file describes; told only where something
-    /// moves ([`crate::shutter::Timing`]).
+    /// Time as a fraction of the motion in the scene file; set only if something moves
+    /// ([`crate::shutter::Timing`]).
     pub time: Column<f32>,
 }
 
 impl SampleBatch {
-    /// Spreads its samples evenly over a film of this half width and height and over the pupil; another
-    /// wave of them has other places.
-    pub fn spread(&mut self, half: [f64; 2], wave: usize) {
+    /// Distributes the samples evenly over a film of this half width and half height and over the
+    /// pupil. Different waves get different points.
+    pub fn fill_evenly(&mut self, half: [f64; 2], wave: usize) {
         for i in 0..self.len {
-            let of = |dimension| pair(0, (wave * WAVE + i) as u32, dimension);
-            let (point, pupil) = (of(Dimension::Film), of(Dimension::Pupil));
+            let numbers = |dimension| sample_2d(0, (wave * WAVE_SIZE + i) as u32, dimension);
+            let (point, pupil) = (numbers(Dimension::Film), numbers(Dimension::Pupil));
             for axis in 0..2 {
-                let place = (2.0 * f64::from(point[axis]) - 1.0) * half[axis];
-                (self.film[axis][i], self.pupil[axis][i]) = (place as f32, pupil[axis]);
+                let film = (2.0 * f64::from(point[axis]) - 1.0) * half[axis];
+                (self.film[axis][i], self.pupil[axis][i]) = (film as f32, pupil[axis]);
             }
         }
     }
 }
 
-/// Where the light of a wave's rays would come to the film if it were of another band.
+/// Points at which the light of a wave would meet the film if it were of another spectral band.
 #[derive(Clone, Debug, Default)]
-pub struct LandingBatch {
-    /// Point on the film, as that of [`SampleBatch`].
+pub struct ReprojectionBatch {
+    /// Point on the film, as in [`SampleBatch`].
     pub film: [Column<f32>; 2],
-    /// What the lens lets through of it; 0 where it does not come to the film.
-    pub share: Column<f32>,
+    /// Transmission of the lens; 0 if the light does not reach the film.
+    pub transmission: Column<f32>,
 }
 
-/// Rays in world space, with what they carry back to the film.
+/// Rays in world space, with their throughput.
 #[derive(Clone, Debug, Default)]
 pub struct RayBatch {
-    /// How many rays are in the batch.
+    /// Number of rays.
     pub len: usize,
-    /// Origin, world units.
+    /// Origin [world units].
     pub origin: [Column<f32>; 3],
-    /// Direction, of unit length for camera rays and bounces; for shadow rays it reaches
-    /// to the light at t = 1 (or is unit with an infinite `t_max`).
+    /// Direction. It has unit length for camera rays and bounces; for shadow rays it reaches to the
+    /// light at t = 1, or has unit length and an infinite `t_max`.
     pub direction: [Column<f32>; 3],
-    /// Where the ray ends, in multiples of its direction.
+    /// End of the ray, in multiples of its direction.
     pub t_max: Column<f32>,
-    /// RGB throughput of a path, or the radiance that a shadow ray brings if nothing is
-    /// in its way.
-    pub carried: [Column<f32>; 3],
-    /// The place of the ray's sample in its wave.
+    /// RGB throughput of a path; for shadow rays the contribution if they are unoccluded.
+    pub throughput: [Column<f32>; 3],
+    /// Index of the sample of the ray in its wave.
     pub slot: Column<u32>,
-    /// For bounces: the density, by solid angle, with which the direction was chosen; infinite
-    /// where nothing else could have chosen it.
-    pub density: Column<f32>,
-    /// For bounces: scales the throughput for Russian roulette. It divides by the throughput of the
-    /// camera ray, and takes back what refraction does to radiance.
+    /// For bounces: the density of the direction by solid angle [1/sr]; infinite if no other
+    /// technique could have sampled it.
+    pub pdf: Column<f32>,
+    /// For bounces: factor of the throughput for Russian roulette. It divides by the throughput of
+    /// the camera ray and undoes the change of radiance by refraction.
     pub roulette_scale: Column<f32>,
-    /// For bounces: the rays beside it, in scenes that look textures up over an area.
+    /// For bounces: the ray differential, in scenes with filtered textures.
     pub differential: Column<RayDifferential>,
 }
 
-/// How the rays of the two samples beside a sample differ from its own (Igehy 1999, "Tracing ray
-/// differentials"), world space; all zero where that is not known.
+/// Differences of the rays of two neighbouring samples to a ray (Igehy 1999, "Tracing ray
+/// differentials"), in world space; all zero if unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RayDifferential {
-    /// Their origins less its own: for a step to the side in the picture, and for one up.
+    /// Differences of the origins, for a horizontal and for a vertical step in the picture.
     pub origin: [[f32; 3]; 2],
-    /// Their directions less its own.
+    /// Differences of the directions.
     pub direction: [[f32; 3]; 2],
 }
 
 impl RayDifferential {
-    /// No differential is known.
+    /// The unknown differential.
     pub const UNKNOWN: Self = Self { origin: [[0.0; 3]; 2], direction: [[0.0; 3]; 2] };
 }
 
 impl RayBatch {
-    /// Adds one ray behind the others.
+    /// Appends a ray.
     #[inline(always)]
-    pub fn push(&mut self, ray: Ray, carried: [f32; 3], slot: u32) {
+    pub fn push(&mut self, ray: Ray, throughput: [f32; 3], slot: u32) {
         let i = self.len;
         for axis in 0..3 {
             self.origin[axis][i] = ray.origin[axis];
             self.direction[axis][i] = ray.direction[axis];
-            self.carried[axis][i] = carried[axis];
+            self.throughput[axis][i] = throughput[axis];
         }
         self.t_max[i] = ray.t_max;
         self.slot[i] = slot;
         self.len = i + 1;
     }
 
-    /// The i-th ray.
+    /// Returns ray `i`.
     #[inline(always)]
     pub fn ray(&self, i: usize) -> Ray {
         Ray {
@@ -240,73 +237,73 @@ impl RayBatch {
         }
     }
 
-    /// What the i-th ray carries.
+    /// Returns the throughput of ray `i`.
     #[inline(always)]
-    pub fn carried(&self, i: usize) -> [f32; 3] {
-        [self.carried[0][i], self.carried[1][i], self.carried[2][i]]
+    pub fn throughput(&self, i: usize) -> [f32; 3] {
+        [self.throughput[0][i], self.throughput[1][i], self.throughput[2][i]]
     }
 }
 
 /// One ray in world space: the points `origin + t * direction`, 0 < t < `t_max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts, world units.
+    /// Origin [world units].
     pub origin: [f32; 3],
-    /// Where it goes.
+    /// Direction.
     pub direction: [f32; 3],
-    /// Where it ends, in multiples of the direction.
+    /// End, in multiples of the direction.
     pub t_max: f32,
 }
 
-/// `Hit::shape` and `Hit::instance` of what is not there.
-pub const NONE: u32 = u32::MAX;
+/// [`Hit::shape`] of a miss, and [`Hit::instance`] of a shape that is not instanced.
+pub const NO_INDEX: u32 = u32::MAX;
 
-/// The nearest surface a ray meets.
+/// Nearest intersection of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Hit {
-    /// Distance in multiples of the ray's direction.
+    /// Distance in multiples of the direction of the ray.
     pub t: f32,
-    /// Barycentric weight of the triangle's second vertex.
+    /// Barycentric weight of the second vertex of the triangle.
     pub u: f32,
-    /// Barycentric weight of the triangle's third vertex.
+    /// Barycentric weight of the third vertex of the triangle.
     pub v: f32,
-    /// Index into the scene's shapes, or [`NONE`].
+    /// Index of the shape in the scene, or [`NO_INDEX`].
     pub shape: u32,
-    /// Which triangle of the shape.
+    /// Index of the triangle in the shape.
     pub primitive: u32,
-    /// Index into the scene's instances, or [`NONE`] for what stands in the world itself. Those
-    /// that move come after those that stand still.
+    /// Index of the instance in the scene, or [`NO_INDEX`] for a shape that is not instanced.
+    /// Moving instances follow static ones.
     pub instance: u32,
-    /// When, as a share of the motion; 0 where it stands still.
+    /// Time as a fraction of the motion; 0 for static shapes.
     pub time: f32,
 }
 
 impl Hit {
-    /// Nothing was met.
+    /// No intersection.
     pub const MISS: Self = Self {
         t: f32::INFINITY,
         u: 0.0,
         v: 0.0,
-        shape: NONE,
-        primitive: NONE,
-        instance: NONE,
+        shape: NO_INDEX,
+        primitive: NO_INDEX,
+        instance: NO_INDEX,
         time: 0.0,
     };
 }
 
-/// What the rays of a [`RayBatch`] meet, in the same order.
+/// Hits of the rays of a [`RayBatch`], in the same order.
 #[derive(Clone, Debug)]
-pub struct HitBatch(Box<[Hit; WAVE]>);
+pub struct HitBatch(Box<[Hit; WAVE_SIZE]>);
 
 impl Default for HitBatch {
     fn default() -> Self {
-        Self(Box::new([Hit::MISS; WAVE]))
+        Self(Box::new([Hit::MISS; WAVE_SIZE]))
     }
 }
 
 impl Deref for HitBatch {
-    type Target = [Hit; WAVE];
+    type Target = [Hit; WAVE_SIZE];
     fn deref(&self) -> &Self::Target {
         &self.0
     }

@@ -1,67 +1,67 @@
-//! Sample points: Owen-scrambled Sobol pairs.
+//! Sampler: Owen-scrambled Sobol points in pairs of dimensions.
 //!
-//! A point is a pure function of (pixel, sample index, dimension, seed), so a picture
-//! does not depend on threads, tiles or the order of work. Every pair of dimensions is
-//! its own shuffled and scrambled (0,2)-sequence (Burley 2020, "Practical Hash-based Owen
-//! Scrambling", JCGT 9(4)), with the mixing constants of Vegdahl (2021). The loops over
-//! columns are plain integer arithmetic that the compiler turns into eight lanes.
+//! A point is a pure function of pixel, sample index, dimension and seed, so that a picture does
+//! not depend on threads, tiles or the order of work. Every pair of dimensions is a shuffled and
+//! scrambled (0,2)-sequence of its own (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT
+//! 9(4)), with the mixing constants of Vegdahl (2021). The compiler vectorises the loops over
+//! columns.
 
 use crate::lanes::Real;
 
-/// Which pair of dimensions of a sample; two decisions never share one.
+/// Pair of dimensions of a sample. No two random decisions share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
-    /// Where in the pixel.
+    /// Point of the pixel.
     Film,
-    /// Where in the pupil.
+    /// Point of the pupil.
     Pupil,
-    /// Where on the light, at a given bounce.
+    /// Point of the light, at a given bounce.
     Light(u32),
-    /// Which light, and which triangle of it, at a given bounce.
-    Choice(u32),
-    /// Where the path goes on, at a given bounce.
+    /// Choice of the light and of its triangle, at a given bounce.
+    LightChoice(u32),
+    /// Direction of the next ray of the path, at a given bounce.
     Bounce(u32),
-    /// Whether the path goes on, at a given bounce.
+    /// Russian roulette, at a given bounce.
     Roulette(u32),
-    /// Which part of the light.
+    /// Wavelength.
     Wavelength,
-    /// When.
+    /// Time.
     Time,
 }
 
 impl Dimension {
-    /// What tells its random numbers from those of others.
+    /// Returns the number that separates its random numbers from those of other dimensions.
     #[inline(always)]
     fn salt(self) -> u32 {
         let index = match self {
             Self::Film => 0,
             Self::Pupil => 1,
             Self::Light(bounce) => 2 + 4 * bounce,
-            Self::Choice(bounce) => 3 + 4 * bounce,
+            Self::LightChoice(bounce) => 3 + 4 * bounce,
             Self::Bounce(bounce) => 4 + 4 * bounce,
             Self::Roulette(bounce) => 5 + 4 * bounce,
             Self::Wavelength => u32::MAX,
-            // Bounces count up from below, and end long before these.
+            // Bounces count up from 0 and never reach these.
             Self::Time => u32::MAX - 1,
         };
         index.wrapping_mul(0x9e37_79b9)
     }
 }
 
-/// The key of a pixel's samples.
+/// Returns the key of the samples of a pixel.
 #[inline(always)]
 pub fn pixel_key(x: u32, y: u32, seed: u32) -> u32 {
     hash(x ^ hash(y ^ hash(seed)))
 }
 
-/// The pair of numbers in [0, 1) for one sample of one pixel.
+/// Returns two numbers in [0, 1) for one sample of one pixel.
 #[inline(always)]
-pub fn pair(key: u32, sample: u32, dimension: Dimension) -> [f32; 2] {
+pub fn sample_2d(key: u32, sample: u32, dimension: Dimension) -> [f32; 2] {
     point(key, sample, dimension.salt())
 }
 
-/// [`pair`] for columns of keys and sample indices, eight lanes at a time.
-pub fn pairs(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32], y: &mut [f32]) {
+/// Fills two columns with [`sample_2d`] for columns of keys and sample indices.
+pub fn fill_2d(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32], y: &mut [f32]) {
     let len = keys.len();
     let (samples, x, y) = (&samples[..len], &mut x[..len], &mut y[..len]);
     let salt = dimension.salt();
@@ -70,8 +70,8 @@ pub fn pairs(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32],
     }
 }
 
-/// The first numbers of [`pair`] for columns of keys and sample indices.
-pub fn firsts(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32]) {
+/// Fills a column with the first number of [`sample_2d`] for columns of keys and sample indices.
+pub fn fill_1d(keys: &[u32], samples: &[u32], dimension: Dimension, x: &mut [f32]) {
     let len = keys.len();
     let (samples, x) = (&samples[..len], &mut x[..len]);
     let salt = dimension.salt();
@@ -89,13 +89,13 @@ fn point(key: u32, sample: u32, salt: u32) -> [f32; 2] {
     [unit(x), unit(y)]
 }
 
-/// The top 24 bits as a number in [0, 1).
+/// Returns the top 24 bits as a number in [0, 1).
 #[inline(always)]
 fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// A well mixed 32-bit permutation (Wellons 2018, "lowbias32").
+/// Hashes 32 bits by a permutation (Wellons 2018, "lowbias32").
 #[inline(always)]
 pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
@@ -105,7 +105,7 @@ pub fn hash(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// Owen scrambling of a number whose bits are reversed: a bit changes with those below it.
+/// Owen-scrambles a number with reversed bits: every bit depends on the bits below it only.
 #[inline(always)]
 fn scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -117,8 +117,8 @@ fn scramble(mut x: u32, seed: u32) -> u32 {
 
 /// Multiplies by Pascal's triangle modulo 2, the generator of Sobol's second dimension.
 ///
-/// By Lucas's theorem binomial (k, m) is odd where m is a submask of k, so the product is a
-/// sum over supersets and takes five steps instead of thirty-two.
+/// By the theorem of Lucas binomial (k, m) is odd if and only if m is a submask of k. The product
+/// is therefore a sum over supersets, and takes five steps instead of thirty-two.
 #[inline(always)]
 fn pascal(mut x: u32) -> u32 {
     x ^= (x >> 1) & 0x5555_5555;
@@ -128,20 +128,20 @@ fn pascal(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// The concentric map from the unit square to the unit disk (Shirley & Chiu 1997), its sine
-/// and cosine by polynomials on [-pi/4, pi/4] with errors below 4e-7.
+/// Maps the unit square to the unit disk concentrically (Shirley & Chiu 1997), with sine and cosine
+/// by polynomials on [-pi/4, pi/4] whose errors are below 4e-7.
 #[inline(always)]
-pub fn disk<R: Real>(u: R, v: R) -> [R; 2] {
+pub fn concentric_disk<R: Real>(u: R, v: R) -> [R; 2] {
     let (one, two) = (R::constant(1.0), R::constant(2.0));
     let (a, b) = (u.mul_add(two, -one), v.mul_add(two, -one));
     let wide = b.abs().lt(a.abs());
     let (radius, other) = (R::select(wide, a, b), R::select(wide, b, a));
-    let centre = radius.abs().lt(R::constant(1e-30));
-    let ratio = other / R::select(centre, one, radius);
+    let at_centre = radius.abs().lt(R::constant(1e-30));
+    let ratio = other / R::select(at_centre, one, radius);
     let angle = ratio * R::constant(std::f64::consts::FRAC_PI_4);
     let t2 = angle * angle;
     let horner = |coefficients: [f64; 4]| {
-        // No `map`: it is not always inlined.
+        // `map` is not always inlined.
         let [c0, c1, c2, c3] = coefficients;
         let high = t2.mul_add(R::constant(c3), R::constant(c2));
         t2.mul_add(t2.mul_add(high, R::constant(c1)), R::constant(c0))
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_second_dimension_is_sobols() {
+    fn the_second_dimension_is_that_of_sobol() {
         // Direction numbers of the second dimension: v_0 = 1/2, v_k = v_(k-1) ^ (v_(k-1) >> 1).
         let mut direction = 1u32 << 31;
         for k in 0..32 {
@@ -169,7 +169,7 @@ mod tests {
     fn sixteen_samples_fill_every_elementary_interval() {
         for pixel in 0..50 {
             let key = pixel_key(pixel, 7, 3);
-            let points: Vec<_> = (0..16).map(|s| pair(key, s, Dimension::Pupil)).collect();
+            let points: Vec<_> = (0..16).map(|s| sample_2d(key, s, Dimension::Pupil)).collect();
             for log in 0..=4 {
                 let (columns, rows) = (1 << log, 1 << (4 - log));
                 let mut seen = [0; 16];
@@ -184,13 +184,13 @@ mod tests {
 
     #[test]
     fn samples_are_uniform_and_dimensions_independent() {
-        // 1e6 pixels, one sample each: means to 5 standard errors, correlation to 0.
+        // The tolerance is five standard errors.
         let n = 1_000_000u32;
         let (mut sum, mut cross) = ([0.0f64; 2], 0.0f64);
         for i in 0..n {
             let key = pixel_key(i % 1000, i / 1000, 0);
-            let [a, _] = pair(key, 0, Dimension::Film);
-            let [b, _] = pair(key, 0, Dimension::Pupil);
+            let [a, _] = sample_2d(key, 0, Dimension::Film);
+            let [b, _] = sample_2d(key, 0, Dimension::Pupil);
             sum[0] += f64::from(a);
             sum[1] += f64::from(b);
             cross += (f64::from(a) - 0.5) * (f64::from(b) - 0.5);

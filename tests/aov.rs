@@ -1,19 +1,19 @@
-//! Layers of the picture: what they say is so, and vignetting does not skew it.
+//! Layers of a picture: their values, which vignetting does not bias.
 
 mod support;
 
-use petzval::aov::{self, Aov};
-use petzval::image::Layer;
-use petzval::job::{Changes, prepare};
-use petzval::plan::Wanted;
-use petzval::render::{Backend, Progress, render};
+use petzval::aov::Aov;
+use petzval::io::image::ImageLayer;
+use petzval::plan::EffectSelection;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
 use support::{folder, root, write};
 
 const SIZE: usize = 48;
 
-/// Layers of a world behind a camera at the origin that looks along +z, in metres.
-fn layers(camera: &str, samples: u32, seed: u32, world: &str, wanted: &[Aov]) -> Vec<Layer> {
+/// Renders layers of a world, in metres, with a camera at the origin that looks along +z.
+fn layers(camera: &str, samples: u32, seed: u32, world: &str, wanted: &[Aov]) -> Vec<ImageLayer> {
     let lens = root().join("lenses/dgauss.50mm.dat");
     let camera = match camera {
         "pinhole" => "Camera \"perspective\" \"float fov\" 40".to_owned(),
@@ -37,16 +37,17 @@ fn layers(camera: &str, samples: u32, seed: u32, world: &str, wanted: &[Aov]) ->
         ..Changes::default()
     };
     let (job, _, _) = prepare(description, &changes).expect("a job");
-    let exposed = render(&job, Backend::Simd, 2, &Progress::default()).expect("a picture");
-    aov::layers(&job, &exposed.film, exposed.features.as_ref())
+    let exposed =
+        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a picture");
+    exposed.layers(&job)
 }
 
-fn channel<'a>(layer: &'a Layer, name: &str) -> &'a [f32] {
+fn channel<'a>(layer: &'a ImageLayer, name: &str) -> &'a [f32] {
     let found = layer.channels.iter().find(|(channel, _)| channel == name);
     &found.unwrap_or_else(|| panic!("no {name} in {}", layer.name)).1
 }
 
-/// A wall across the view, facing the camera; its middle is at x, and it is 2 `half` wide.
+/// Returns a wall that faces the camera, with its centre at `x` and a width of 2 `half`.
 fn wall(x: f64, half: f64, z: f64) -> String {
     let (low, high) = (x - half, x + half);
     format!(
@@ -56,7 +57,7 @@ fn wall(x: f64, half: f64, z: f64) -> String {
 }
 
 #[test]
-fn a_wall_is_the_same_in_the_middle_and_in_the_vignetted_corner() {
+fn layers_of_a_wall_are_equal_in_the_centre_and_in_the_vignetted_corner() {
     let world = "LightSource \"infinite\" Material \"diffuse\" \"rgb reflectance\" [0.2 0.4 0.6]\n"
         .to_owned()
         + &wall(0.0, 9.0, 2.5);
@@ -82,22 +83,22 @@ fn a_wall_is_the_same_in_the_middle_and_in_the_vignetted_corner() {
 }
 
 #[test]
-fn an_edge_counts_by_the_light_of_either_side() {
-    // A near wall on the right half, and nothing on the left: coverage is what is seen of it.
+fn coverage_is_the_share_of_a_pixel_that_is_hit() {
+    // A wall on the right half only: coverage is its share of a pixel.
     let wanted = [Aov::Depth];
     let layers = layers("pinhole", 4096, 0, &wall(9.0, 9.0, 2.0), &wanted);
     let coverage = channel(&layers[0], "coverage");
     let row = &coverage[SIZE * SIZE / 2..][..SIZE];
     assert!(row[..SIZE / 2].iter().all(|&c| c == 0.0), "{row:?}");
     assert!(row[SIZE / 2..].iter().all(|&c| c == 1.0), "{row:?}");
-    // Depth is the mean of what is met, not of what is missed.
+    // Depth is the mean over hits only.
     let depth = channel(&layers[0], "Z");
     assert!((depth[SIZE * SIZE / 2 + SIZE - 1] - 2.0).abs() < 1e-5);
     assert_eq!(depth[SIZE * SIZE / 2], 0.0);
 }
 
 #[test]
-fn shapes_instances_and_materials_have_the_numbers_of_the_file() {
+fn ids_of_shapes_instances_and_materials_follow_the_file() {
     let world = "Shape \"sphere\" \"float radius\" 0.001 \"float zmax\" -0.0009\n".to_owned()
         + "MakeNamedMaterial \"red\" \"string type\" \"diffuse\" NamedMaterial \"red\"\n"
         + &wall(9.0, 9.0, 2.0)
@@ -105,7 +106,7 @@ fn shapes_instances_and_materials_have_the_numbers_of_the_file() {
         + &wall(-4.5, 4.5, 2.0)
         + "ObjectEnd ObjectInstance \"o\"\n";
     let layers = layers("pinhole", 4, 0, &world, &[Aov::Object, Aov::Material]);
-    let row = |layer: &Layer, name: &str| {
+    let row = |layer: &ImageLayer, name: &str| {
         let row = &channel(layer, name)[3 * SIZE..][..SIZE];
         [row[0], row[SIZE - 1]]
     };
@@ -118,9 +119,9 @@ fn shapes_instances_and_materials_have_the_numbers_of_the_file() {
 }
 
 #[test]
-fn the_circle_of_confusion_is_as_wide_as_a_point_is_blurred() {
-    // A small ball of light on the axis, out of focus; its picture is a disc. At f/7 it has the
-    // size that paraxial optics give it; wide open aberrations change it by 15 %.
+fn the_circle_of_confusion_equals_the_blur_of_a_point() {
+    // The picture of a small defocused ball of light on the axis is a disc. At f/7 it has its paraxial
+    // size; wide open aberrations change it by 15 %.
     let pitch = 20e3 / 2f64.sqrt() / 400.0;
     for (focus, distance) in [(1.0, 3.0), (3.0, 1.0), (2.0, 0.6)] {
         let ball = format!(
@@ -139,19 +140,20 @@ fn the_circle_of_confusion_is_as_wide_as_a_point_is_blurred() {
         );
         let folder = folder();
         let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
-        let effects = Wanted::None;
+        let effects = EffectSelection::None;
         let changes = Changes { layers: vec![Aov::Coc], effects, ..Changes::default() };
         let (job, _, _) = prepare(description, &changes).expect("a job");
-        let exposed = render(&job, Backend::Simd, 2, &Progress::default()).expect("a picture");
-        let coc = aov::layers(&job, &exposed.film, exposed.features.as_ref());
+        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+            .expect("a picture");
+        let coc = exposed.layers(&job);
         let picture = exposed.film.picture(4096);
         let lit: Vec<usize> =
             (0..picture.pixels.len()).filter(|&i| picture.pixels[i][0] > 0.0).collect();
         let values = channel(&coc[0], "um");
         let seen: Vec<f64> =
             lit.iter().map(|&i| f64::from(values[i])).filter(|&um| um > 0.0).collect();
-        let said = seen.iter().sum::<f64>() / seen.len() as f64;
-        // The second moment of a uniform disc of diameter d is d^2 / 8, that of a square pixel of
+        let estimate = seen.iter().sum::<f64>() / seen.len() as f64;
+        // The second moment of a uniform disc of diameter d is d^2 / 8, and that of a square pixel of
         // side p is p^2 / 6.
         let (mut sum, mut moments) = (0.0, [0.0; 3]);
         for i in lit {
@@ -166,26 +168,31 @@ fn the_circle_of_confusion_is_as_wide_as_a_point_is_blurred() {
         }
         let [x, y, square] = moments.map(|moment| moment / sum);
         let measured = (8.0 * (square - x * x - y * y - pitch * pitch / 6.0)).sqrt();
-        println!("focus {focus} m, ball at {distance} m: {said:.1} um said, {measured:.1} um seen");
-        assert!((said / measured - 1.0).abs() < 0.04, "{said} um said, {measured} um seen");
+        println!(
+            "focus {focus} m, ball at {distance} m: {estimate:.1} um in the layer, {measured:.1} um measured"
+        );
+        assert!(
+            (estimate / measured - 1.0).abs() < 0.04,
+            "{estimate} um in the layer, {measured} um measured"
+        );
     }
 }
 
 #[test]
-fn the_variance_is_that_of_the_pixels_mean() {
-    // A lamp behind a comb of strips: every sample is 0 or not. Over many seeds the spread of the
-    // means is what the layer says, or less, since samples are stratified.
+fn the_variance_layer_is_that_of_the_mean() {
+    // Strips in front of a sky: a sample is 0 or not. The layer divides the variance of a sample by the
+    // number of samples, so 16 times as many samples give a 16th.
     let strips: String = (0..60).map(|i| wall(-6.0 + 0.2 * f64::from(i), 0.05, 4.0)).collect();
     let world = "LightSource \"infinite\" Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n"
         .to_owned()
         + &strips;
-    let said = |samples| -> f64 {
+    let estimate = |samples| -> f64 {
         let layers = layers("3.9", samples, 1, &world, &[Aov::Variance]);
         channel(&layers[0], "G").iter().map(|&v| f64::from(v)).sum()
     };
-    let (few, many) = (said(16), said(256));
+    let (few, many) = (estimate(16), estimate(256));
     assert!((few / many / 16.0 - 1.0).abs() < 0.1, "{few} and {many}");
-    // Of a sky alone there is none but the lens's.
+    // A sky alone has no variance through a pinhole.
     let empty = layers("pinhole", 16, 0, "LightSource \"infinite\"", &[Aov::Variance]);
     assert!(channel(&empty[0], "R").iter().all(|&v| v == 0.0));
 }

@@ -1,4 +1,4 @@
-//! The suite of measurements, as programs read it. How fast anything is, is no test's business.
+//! `petzval bench --json`: the names, values and units of its measurements. No test limits a speed.
 
 mod support;
 
@@ -7,9 +7,9 @@ use support::{petzval, root};
 
 #[test]
 fn the_suite_is_a_list_of_names_values_and_units() {
-    let (code, said, errors) = petzval(root(), &["bench", "--json"]);
-    assert_eq!(code, 0, "{errors}");
-    let suite: Value = serde_json::from_str(&said).expect("JSON");
+    let (code, stdout, stderr) = petzval(root(), &["bench", "--json"]);
+    assert_eq!(code, 0, "{stderr}");
+    let suite: Value = serde_json::from_str(&stdout).expect("JSON");
     let suite = suite.as_array().expect("a list");
     let of = |name: &str| {
         let measure = suite.iter().find(|measure| measure["name"] == name).expect(name);
@@ -39,7 +39,7 @@ fn the_suite_is_a_list_of_names_values_and_units() {
     ] {
         assert!(of(name) > 0.0, "{name}");
     }
-    // May be within what the machine is uneven by.
+    // These differences may be smaller than the noise of the machine.
     assert!(of("effect.dispersion.ns").is_finite() && of("effect.fresnel.ns").is_finite());
     for lens in ["dgauss", "fisheye", "telephoto", "wide"] {
         for stop in ["", ".stop8"] {

@@ -1,17 +1,19 @@
-//! Measures of difference against independent implementations, and the command that says them.
+//! Error metrics against independent implementations, and the command `compare`.
 
 mod support;
 
-use petzval::image::{Encoding, Picture, Window};
-use petzval::metric::{Metric, flip_hdr, flip_ldr, measure, pixels_per_degree};
+use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::metric::{
+    DynamicRange, Measurement, Metric, flip_hdr, flip_ldr, measure, pixels_per_degree,
+};
 use petzval::sampler::hash;
 use std::path::Path;
 use support::{folder, petzval, write};
 
 const SIZE: [usize; 2] = [72, 48];
 
-/// A picture and its reference: noise, a shift, or noise on a scene with a lamp. The same
-/// formulas made the pictures for the other implementations.
+/// Returns a picture and its reference: noise, a shift, or noise on a scene with a bright light. The other
+/// implementations measured pictures of the same formulas.
 fn pair(kind: &str) -> [Picture; 2] {
     let [w, h] = SIZE;
     let mut pixels = [Vec::new(), Vec::new()];
@@ -48,23 +50,24 @@ fn clipped(picture: &Picture) -> Picture {
     Picture { size: picture.size, pixels }
 }
 
-/// MSE, relMSE, MAPE and PSNR by NumPy 1.26 in f64; FLIP by its authors' flip-evaluator 1.7.
+/// MSE, relMSE, MAPE, FLIP and PSNR. NumPy 1.26 computed them in f64, flip-evaluator 1.7 computed FLIP.
 const VALUES: [(&str, [f64; 5]); 3] = [
     ("noise", [0.0032506065, 0.0579311865, 0.2348646233, 0.1072716713, 22.4301547055]),
     ("shift", [0.0533333300, 1.3658535539, 0.3396603258, 0.2506146729, 15.1495733263]),
-    ("lamp", [7.7207727872, 0.0107485743, 0.0962782580, 0.0796694383, 33.4660871074]),
+    ("light", [7.7207727872, 0.0107485743, 0.0962782580, 0.0796694383, 33.4660871074]),
 ];
 
 #[test]
-fn measures_agree_with_other_implementations() {
+fn metrics_agree_with_other_implementations() {
     for (kind, values) in VALUES {
         let [mut picture, mut reference] = pair(kind);
-        let hdr = kind == "lamp";
-        if !hdr {
+        let range = if kind == "light" { DynamicRange::High } else { DynamicRange::Low };
+        if range == DynamicRange::Low {
             [picture, reference] = [clipped(&picture), clipped(&reference)];
         }
         for (metric, expected) in Metric::ALL.into_iter().zip(values) {
-            let (found, map) = measure(metric, &picture, &reference, hdr);
+            let Measurement { value: found, map } =
+                measure(metric, &picture, &reference, range).expect("one size");
             println!("{kind} {}: {found:.8}, {expected:.8} by others", metric.name());
             assert!((found / expected - 1.0).abs() < 1e-4, "{kind} {metric:?}: {found}");
             assert_eq!(map.len(), SIZE[0] * SIZE[1]);
@@ -73,8 +76,8 @@ fn measures_agree_with_other_implementations() {
 }
 
 #[test]
-fn flip_takes_the_exposures_of_its_authors() {
-    let [picture, reference] = pair("lamp");
+fn flip_uses_the_exposures_of_its_authors() {
+    let [picture, reference] = pair("light");
     let flip = flip_hdr(&picture, &reference, pixels_per_degree());
     let [start, stop] = flip.exposures;
     println!("{start} {stop} {}", flip.count);
@@ -83,45 +86,51 @@ fn flip_takes_the_exposures_of_its_authors() {
 }
 
 #[test]
-fn a_picture_is_not_different_from_itself_and_opposites_are_all_different() {
+fn equal_pictures_have_no_error_and_opposites_the_largest() {
     let [picture, reference] = pair("noise");
+    let value = |metric, a: &Picture, b: &Picture, range| {
+        measure(metric, a, b, range).expect("one size").value
+    };
     for metric in [Metric::Mse, Metric::RelMse, Metric::Mape, Metric::Flip] {
-        for hdr in [false, true] {
-            assert_eq!(measure(metric, &reference, &reference, hdr).0, 0.0);
+        for range in [DynamicRange::Low, DynamicRange::High] {
+            assert_eq!(value(metric, &reference, &reference, range), 0.0);
         }
-        assert!(measure(metric, &picture, &reference, false).0 > 0.0);
+        assert!(value(metric, &picture, &reference, DynamicRange::Low) > 0.0);
     }
-    assert_eq!(measure(Metric::Psnr, &picture, &picture, false).0, f64::INFINITY);
+    let psnr = value(Metric::Psnr, &picture, &picture, DynamicRange::Low);
+    assert_eq!(psnr, f64::INFINITY);
     let of = |pixel| Picture { size: [20, 20], pixels: vec![pixel; 400] };
     let most = flip_ldr(&of([0.0, 1.0, 0.0]), &of([0.0, 0.0, 1.0]), pixels_per_degree());
     assert!(most.iter().all(|&off| (off - 1.0).abs() < 1e-4), "{}", most[0]);
-    // All black has no median to expose for.
-    let black = measure(Metric::Flip, &of([0.0; 3]), &of([0.0; 3]), true).0;
+    // A black picture has no median to expose for.
+    let black = value(Metric::Flip, &of([0.0; 3]), &of([0.0; 3]), DynamicRange::High);
     assert_eq!(black, 0.0);
 }
 
 fn save(at: &Path, name: &str, picture: &Picture) {
-    let window = Window { origin: [0, 0], frame: picture.size.map(|n| n as u32) };
-    picture.write(&at.join(name), window, Encoding::default(), &Vec::new()).expect("a picture");
+    let window = PictureWindow { origin: [0, 0], frame: picture.size.map(|n| n as u32) };
+    picture
+        .write(&at.join(name), window, EncodingOptions::default(), &Vec::new())
+        .expect("a picture");
 }
 
 #[test]
-fn the_command_says_how_far_pictures_are_and_judges() {
+fn the_command_prints_metrics_and_fails_above_a_limit() {
     let folder = folder();
     let at = folder.path();
-    let [picture, reference] = pair("lamp");
+    let [picture, reference] = pair("light");
     save(at, "a.exr", &picture);
     save(at, "b.exr", &reference);
     save(at, "a.png", &picture);
     save(at, "b.png", &reference);
-    let (code, said, _) = petzval(at, &["compare", "a.exr", "b.exr"]);
+    let (code, stdout, _) = petzval(at, &["compare", "a.exr", "b.exr"]);
     assert_eq!(code, 0);
-    let first: Vec<&str> = said.lines().filter_map(|line| line.split(' ').next()).collect();
+    let first: Vec<&str> = stdout.lines().filter_map(|line| line.split(' ').next()).collect();
     assert_eq!(first, ["mse", "relmse", "mape", "flip", "psnr"]);
 
-    let (code, said, _) =
+    let (code, stdout, _) =
         petzval(at, &["compare", "a.exr", "b.exr", "--json", "--metric", "flip,mse"]);
-    let json: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&stdout).expect("JSON");
     assert_eq!(code, 0);
     assert!((json["flip"].as_f64().expect("a number") - VALUES[2].1[3]).abs() < 1e-5);
     assert!((json["mse"].as_f64().expect("a number") / VALUES[2].1[0] - 1.0).abs() < 1e-5);
@@ -133,20 +142,20 @@ fn the_command_says_how_far_pictures_are_and_judges() {
         (&["--metric", "psnr", "--fail-above", "40"], 1),
         (&["--metric", "ssim"], 2),
     ] {
-        let (code, _, errors) = petzval(at, &[&["compare", "a.exr", "b.exr"], arguments].concat());
-        assert_eq!(code, expected, "{arguments:?}: {errors}");
+        let (code, _, stderr) = petzval(at, &[&["compare", "a.exr", "b.exr"], arguments].concat());
+        assert_eq!(code, expected, "{arguments:?}: {stderr}");
     }
-    // PNGs are compared as they are shown; the map of differences is a picture.
+    // PNGs are compared as displayed. The map of differences is a picture.
     let (code, ..) =
         petzval(at, &["compare", "a.png", "b.png", "--metric", "flip", "--map", "m.png"]);
     assert_eq!(code, 0);
-    let map = Picture::read(&at.join("m.png"), true).expect("a picture");
+    let map = Picture::read(&at.join("m.png")).expect("a picture");
     assert_eq!(map.size, SIZE);
     assert!(map.pixels.iter().any(|p| p[0] > 0.1) && map.pixels.iter().any(|p| p[0] < 0.01));
 }
 
 #[test]
-fn what_cannot_be_compared_is_said() {
+fn pictures_that_cannot_be_compared_are_refused() {
     let folder = folder();
     let at = folder.path();
     let [picture, _] = pair("noise");
@@ -162,9 +171,9 @@ fn what_cannot_be_compared_is_said() {
         ("words.png", "words.png"),
         ("a.gif", "names no picture format"),
     ] {
-        let (code, said, errors) = petzval(at, &["compare", "a.exr", other]);
-        assert!(code == 2 && said.is_empty() && errors.contains(expected), "{other}: {errors}");
+        let (code, stdout, stderr) = petzval(at, &["compare", "a.exr", other]);
+        assert!(code == 2 && stdout.is_empty() && stderr.contains(expected), "{other}: {stderr}");
     }
-    let (code, _, errors) = petzval(at, &["compare", "small.exr", "hole.exr"]);
-    assert!(code == 2 && errors.contains("pixel 1,0"), "{errors}");
+    let (code, _, stderr) = petzval(at, &["compare", "small.exr", "hole.exr"]);
+    assert!(code == 2 && stderr.contains("pixel 1,0"), "{stderr}");
 }

@@ -1,11 +1,12 @@
-//! The same picture, bit for bit, whatever computes it.
+//! Pictures that are equal bit for bit for all threads, lanes, crops and sample ranges.
 
 mod support;
 
 use petzval::film::Frame;
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Job};
+use petzval::io::image::Picture;
+use petzval::job::Job;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::Backend;
 use petzval::scene::pbrt;
 use support::{picture, root};
 
@@ -26,13 +27,13 @@ fn assert_same(one: &Picture, other: &Picture, what: &str) {
         let (x, y) = (i % one.size[0], i / one.size[0]);
         assert_eq!(bits(a), bits(b), "{what}: pixel {x}, {y}: {a:?} and {b:?}");
     }
-    assert!(one.pixels.iter().any(|p| p[0] > 0.0), "{what}: a black picture shows nothing");
+    assert!(one.pixels.iter().any(|p| p[0] > 0.0), "{what}: the picture is black");
 }
 
 const SCENES: [&str; 6] =
     ["dgauss.pbrt", "fisheye.pbrt", "telephoto.pbrt", "wide.pbrt", "snowman.pbrt", "atelier.pbrt"];
 
-/// Every kind of material under every kind of light, with holes, bumps, mixtures and copies.
+/// Every kind of material under every kind of light, with alpha, bump maps, mixtures and instances.
 const EVERYTHING: &str = r#"
     Film "rgb" "integer xresolution" 40 "integer yresolution" 40
     Integrator "path" "integer maxdepth" 8
@@ -83,7 +84,7 @@ fn everything() -> Job {
 }
 
 #[test]
-fn materials_and_lights_of_all_kinds_are_the_same_for_all_threads_and_lanes() {
+fn all_materials_and_lights_are_equal_for_all_threads_and_lanes() {
     let job = everything();
     let one = picture(&job, Backend::Simd, 1);
     for threads in [2, 7] {

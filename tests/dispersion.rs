@@ -1,26 +1,27 @@
-//! Light that a lens takes apart: white stays white, and colours land where theory has them.
+//! Dispersion in pictures: white stays white, and colours are where theory predicts.
 
 mod support;
 
-use petzval::job::{Changes, prepare};
-use petzval::lens::{Model, Paraxial};
-use petzval::plan::{Effect, Harm, Wanted};
-use petzval::render::{Backend, Job, render};
+use petzval::job::Job;
+use petzval::lens::{LensModel, Paraxial};
+use petzval::plan::{Effect, EffectSelection, OmissionError};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{Backend, RenderOptions, render};
 use petzval::scene::pbrt;
 use petzval::spectrum::{Passband, bands};
 use support::{folder, mean, picture, root, write};
 
-/// A flint singlet of about 100 mm at f/20, its stop on the front surface.
+/// A flint singlet of about 100 mm at f/20 with its stop on the front surface.
 const SINGLET: &str =
     "[[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 5.0\nglass = \"SF5\"
 stop = true\n[[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
 
-/// The same glass with its stop 30 mm before it, so that fields lie apart on it.
+/// The singlet with its stop 30 mm in front, so that each field uses another part of it.
 const STOP_BEFORE: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.0
 [[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 20.0\nglass = \"SF5\"
 [[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
 
-/// A picture through a lens of the world behind the camera, metres.
+/// Prepares a render of a world, in metres, through a lens.
 fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
     let folder = folder();
     let file = match lens {
@@ -39,7 +40,7 @@ fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
 }
 
 fn dispersed(mut job: Job) -> Job {
-    let Model::Real(lens) = &mut job.camera.model else { panic!() };
+    let LensModel::Real(lens) = &mut job.camera.model else { panic!() };
     lens.disperse(&bands());
     job
 }
@@ -47,7 +48,7 @@ fn dispersed(mut job: Job) -> Job {
 const SMALL: &str = "\"integer xresolution\" 24 \"integer yresolution\" 24 \"float diagonal\" 20";
 
 #[test]
-fn grey_through_glass_that_keeps_colours_together_stays_as_it_is() {
+fn grey_stays_grey_through_glass_without_dispersion() {
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1] Material \"diffuse\"
         \"rgb reflectance\" [0.5 0.5 0.5] Translate 0 0 3 Shape \"sphere\" \"float radius\" 0.3";
     let changes = Changes { samples: Some(256), ..Changes::default() };
@@ -58,16 +59,16 @@ fn grey_through_glass_that_keeps_colours_together_stays_as_it_is() {
     for c in 0..3 {
         assert!((found[c] / white[c] - 1.0).abs() < 0.002, "{found:?} for {white:?}");
     }
-    // 256 samples are of all bands alike, and share their rays: no pixel is coloured.
+    // 256 samples cover all bands equally and share their rays, so no pixel is coloured.
     for [r, g, b] in &other.pixels {
         assert!((r / g - 1.0).abs() < 0.03 && (b / g - 1.0).abs() < 0.03, "{r} {g} {b}");
     }
 }
 
 #[test]
-fn colours_are_as_blurred_as_their_focal_lengths_say() {
-    // A star on the axis, focused at the d line. Of each wavelength the film sees a disc of
-    // diameter D |f - s| / f behind a thin lens; of each channel the mean of its wavelengths.
+fn the_blur_of_colours_follows_their_focal_lengths() {
+    // A star on the axis, focused at the d line. Each wavelength gives a disc of diameter D |f - s| / f
+    // behind a thin lens; each channel is the mean of its wavelengths.
     let world = "AreaLightSource \"diffuse\" \"rgb L\" [1e6 1e6 1e6] Translate 0 0 1000
         Shape \"sphere\" \"float radius\" 0.08";
     let size = 60.0;
@@ -77,15 +78,15 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
     let changes = Changes { samples: Some(4096), ..Changes::default() };
     let job = job("singlet", &film, world, &changes);
     assert!(job.plan.has(Effect::Dispersion), "{:?}", job.plan);
-    let Model::Real(lens) = &job.camera.model else { panic!() };
+    let LensModel::Real(lens) = &job.camera.model else { panic!() };
     let file = &lens.prescription;
-    let pupil = Paraxial::of(file).entrance_pupil.diameter;
-    // The same distance for all: where rays of the d line meet.
+    let pupil = Paraxial::new(file).entrance_pupil.diameter;
+    // The film is at the focus of the d line for all wavelengths.
     let mut expected = [0.0; 3];
     let mut weights = [0.0; 3];
     for band in bands() {
-        let paraxial = Paraxial::of(&file.at_wavelength(band.wavelength));
-        // Where the image of the star lies, behind the rear vertex.
+        let paraxial = Paraxial::new(&file.at_wavelength(band.wavelength));
+        // Distance of the image of the star behind the rear vertex.
         let f = paraxial.focal_length;
         let image = paraxial.back_focal_distance + f * f / (1e6 - f);
         let disc = pupil * (image - lens.film_distance).abs() / image;
@@ -108,8 +109,8 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
             moments[2] += value * (x * x + y * y);
         }
         let [x, y, square] = moments.map(|moment| moment / sum);
-        // The star's own disc, and the pixel's.
-        let star = 8e-5 * Paraxial::of(file).focal_length;
+        // Without the disc of the star and the width of a pixel.
+        let star = 8e-5 * Paraxial::new(file).focal_length;
         let found = square - x * x - y * y - pitch * pitch / 6.0 - star * star / 2.0;
         let expected = expected[c] / weights[c];
         println!(
@@ -120,17 +121,19 @@ fn colours_are_as_blurred_as_their_focal_lengths_say() {
         assert!((found.sqrt() / expected.sqrt() - 1.0).abs() < 0.06, "{found} and {expected}");
         luminance += [0.2126, 0.7152, 0.0722][c] * found;
     }
-    // Without dispersion the star is a point: the plan says how far it is from that.
+    // The plan estimates the blur of the point that the star is without dispersion.
     let row = job.plan.effects.iter().find(|row| row.effect == Effect::Dispersion);
-    let Some(Harm::Blur { um, .. }) = row.expect("a row").error else { panic!("an estimate") };
+    let Some(OmissionError::Blur { um, .. }) = row.expect("a row").error else {
+        panic!("an estimate")
+    };
     let found = 1e3 * luminance.sqrt();
-    println!("{um:.1} um planned, {found:.1} um seen");
-    assert!((um / found - 1.0).abs() < 0.2, "{um} planned, {found} seen");
+    println!("{um:.1} um estimated, {found:.1} um found");
+    assert!((um / found - 1.0).abs() < 0.2, "{um} estimated, {found} found");
 }
 
 #[test]
-fn colours_are_as_large_as_their_chief_rays_say() {
-    // A moon 2 degrees off the axis, seen by a film for blue and by one for red light.
+fn the_magnification_of_colours_follows_their_chief_rays() {
+    // A bright disc 2 degrees off the axis, in pictures of blue and of red light.
     let tangent = 2f64.to_radians().tan();
     let world = format!(
         "AreaLightSource \"diffuse\" \"rgb L\" [1e6 1e6 1e6] Translate {} 0 1000
@@ -151,12 +154,12 @@ fn colours_are_as_large_as_their_chief_rays_say() {
         let picture = picture(&job, Backend::Simd, 2);
         let (mut sum, mut moment) = (0.0, 0.0);
         for (i, pixel) in picture.pixels.iter().enumerate() {
-            assert_eq!(pixel[0], pixel[2], "such a film sees grey");
+            assert_eq!(pixel[0], pixel[2], "a passband gives a grey picture");
             sum += f64::from(pixel[0]);
             moment += f64::from(pixel[0]) * ((i % 110) as f64 + 0.5 + 490.0 - 300.0);
         }
-        let Model::Real(lens) = &job.camera.model else { panic!() };
-        // The chief ray, paraxial: y and n u from surface to surface.
+        let LensModel::Real(lens) = &job.camera.model else { panic!() };
+        // The paraxial chief ray: y and n u from surface to surface.
         let row = &lens.prescription.rows[1];
         let n = row.glass.index(row.index, (range[0] + range[1]) / 2.0);
         let (mut y, mut nu) = (30.0 * tangent, tangent);
@@ -172,9 +175,9 @@ fn colours_are_as_large_as_their_chief_rays_say() {
 }
 
 #[test]
-fn a_white_sky_has_no_specks() {
-    // The rim of the pupil is elsewhere for every colour: none of its light may come by the few rays
-    // that look everywhere.
+fn a_white_sky_has_no_fireflies() {
+    // The rim of the pupil differs by colour. If only the few rays to the whole rear element found
+    // its light, pixels would be noisy.
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
     let film = "\"integer xresolution\" 64 \"integer yresolution\" 64 \"float diagonal\" 10";
     let job = |effects: &str| {
@@ -193,7 +196,7 @@ fn a_white_sky_has_no_specks() {
         seen.pixels.iter().flat_map(off).fold(0.0, f64::max)
     };
     let [held, missed] = [held, missed].map(|job| off(&job));
-    println!("a pixel is off by {held:.3}; by {missed:.3} where the pupil is that of one colour");
+    println!("a pixel is off by {held:.3}, and by {missed:.3} with the pupil of one colour");
     assert!(held < 0.3 && missed > 3.0, "{held} and {missed}");
 }
 
@@ -205,24 +208,25 @@ fn bands_do_not_depend_on_threads_or_lanes() {
     let one = picture(&job, Backend::Simd, 1);
     assert_eq!(one.pixels, picture(&job, Backend::Simd, 3).pixels);
     assert_eq!(one.pixels, picture(&job, Backend::Scalar, 2).pixels);
-    // Every sample is taken once.
-    let taken = render(&job, Backend::Simd, 2, &Default::default()).expect("a picture");
+    // Every sample is traced once.
+    let taken =
+        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a picture");
     assert_eq!(taken.stats.stages[0].rays, 24 * 24 * 40);
 }
 
 #[test]
-fn what_the_lens_file_says_and_the_command_line_decide() {
+fn lens_file_and_command_line_decide_about_dispersion() {
     let of = |lens: &str, effects: &str| {
-        let effects: Wanted = effects.parse().expect("a list of effects");
+        let effects: EffectSelection = effects.parse().expect("a list of effects");
         let job = job(lens, SMALL, "", &Changes { effects, ..Changes::default() });
-        let Model::Real(lens) = &job.camera.model else { panic!() };
+        let LensModel::Real(lens) = &job.camera.model else { panic!() };
         let bands = lens.bands.len();
-        assert_eq!(job.plan.has(Effect::Dispersion), bands > 1, "the plan is what is done");
+        assert_eq!(job.plan.has(Effect::Dispersion), bands > 1, "plan and camera differ");
         bands > 1
     };
-    // The course's lenses say nothing of their glass: even who asks does not get it.
+    // The course's lenses have no dispersion data, so the effect is off even if it is requested.
     assert!(!of("dgauss.50mm.dat", "auto") && !of("dgauss.50mm.dat", "all"));
-    // 24 pixels across 14 mm see nothing of the triplet's colours, unless somebody asks.
+    // At 24 pixels across 14 mm the colours of the triplet are invisible, so only a request turns it on.
     assert!(!of("triplet.toml", "auto") && of("triplet.toml", "+dispersion"));
     assert!(
         of("singlet", "+dispersion") && !of("singlet", "none") && !of("singlet", "-dispersion")
@@ -231,7 +235,7 @@ fn what_the_lens_file_says_and_the_command_line_decide() {
         ("dispersion", "\"dispersion\"; expected auto, all, none, or a list"),
         ("+dispersoin", "no effect \"dispersoin\"; expected one of dispersion, fresnel"),
     ] {
-        let said = wrong.parse::<Wanted>().expect_err("no list of effects");
-        assert!(said.contains(expected), "{said}");
+        let message = wrong.parse::<EffectSelection>().expect_err("no list of effects");
+        assert!(message.contains(expected), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! The manual: its commands run, its links lead somewhere, its options exist, its pages are short.
+//! The manual: its commands run, its links have targets, its options exist, its pages are short.
 #![cfg(unix)]
 
 mod support;
@@ -11,7 +11,7 @@ use std::process::Command;
 
 use support::{folder, in_parallel, petzval, root, write};
 
-/// Commands of the manual that the test does not run, and the reason.
+/// Commands of the manual that the test does not run, with the reason.
 const NOT_RUN: [(&str, &str); 16] = [
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
@@ -31,7 +31,7 @@ const NOT_RUN: [(&str, &str); 16] = [
         "needs Slurm; tests/slurm.rs runs it",
     ),
     ("squeue", "needs Slurm"),
-    ("PETZVAL_SLURM=1 cargo test --release --test slurm -- --nocapture", "needs Slurm"),
+    ("cargo test --release --test slurm -- --ignored --nocapture", "needs Slurm"),
     (
         "sh -c 'i=$((JOB_COMPLETION_INDEX + 1)); exec petzval render s.pbrt --shard $i/100 \
          -o parts/$i.petzval --resume'",
@@ -44,7 +44,7 @@ const NOT_RUN: [(&str, &str); 16] = [
     ("petzval merge parts/*.petzval -o s.exr", "needs the parts of a cluster's nodes"),
 ];
 
-/// Values that replace those of the manual, so that every command ends within a second or two.
+/// Option values that replace those of the manual, so that each command ends within two seconds.
 const SMALL: [(&str, &str); 7] = [
     ("--resolution", "24x16"),
     ("--spp", "4"),
@@ -78,7 +78,7 @@ fn page(name: &str) -> Page {
     Page { name: name.to_owned(), text }
 }
 
-/// The README and all pages of docs.
+/// Reads the README and all pages of docs.
 fn pages() -> Vec<Page> {
     let docs = fs::read_dir(root().join("docs")).expect("the manual");
     let docs = docs.map(|entry| entry.expect("an entry").file_name().into_string().expect("text"));
@@ -88,7 +88,7 @@ fn pages() -> Vec<Page> {
     [page("README.md")].into_iter().chain(docs).collect()
 }
 
-/// The contents of the fenced blocks of one language.
+/// Returns the lines of the fenced blocks of one language.
 fn blocks<'a>(text: &'a str, language: &str) -> Vec<Vec<&'a str>> {
     let (mut blocks, mut open) = (Vec::new(), None::<(bool, Vec<&str>)>);
     for line in text.lines() {
@@ -109,15 +109,15 @@ fn blocks<'a>(text: &'a str, language: &str) -> Vec<Vec<&'a str>> {
     blocks
 }
 
-/// The commands of a page, one a line.
+/// Returns the commands of a page, one per line.
 fn commands(page: &Page) -> Vec<String> {
     let text = page.text.replace("\\\n", " ");
     let lines = blocks(&text, "sh").into_iter().flatten().map(str::trim);
     lines.filter(|line| !line.is_empty() && !line.starts_with('#')).map(str::to_owned).collect()
 }
 
-/// A command in the words of an installed petzval, if it calls that and nothing else.
-fn call(command: &str) -> Option<String> {
+/// Returns a command as a call of an installed petzval, if it is one and is not listed.
+fn petzval_call(command: &str) -> Option<String> {
     if NOT_RUN.iter().any(|(listed, _)| *listed == command) {
         return None;
     }
@@ -126,7 +126,7 @@ fn call(command: &str) -> Option<String> {
     body.starts_with("petzval ").then_some(command)
 }
 
-/// The arguments of each call of petzval in a command, as the shell splits and expands them.
+/// Returns the arguments of each call of petzval in a command, expanded by the shell.
 fn arguments(at: &Path, command: &str) -> Vec<Vec<String>> {
     let script = format!("petzval() {{ printf '%s\\037' \"$@\"; echo; }}\n{command}");
     let output = Command::new("sh").args(["-c", &script]).current_dir(at).output();
@@ -134,33 +134,33 @@ fn arguments(at: &Path, command: &str) -> Vec<Vec<String>> {
     assert!(output.status.success(), "{command}");
     let text = String::from_utf8(output.stdout).expect("text");
     let calls = text.lines().map(|line| line.split_terminator('\u{1f}'));
-    calls.map(|words| words.map(str::to_owned).collect()).collect()
+    calls.map(|call| call.map(str::to_owned).collect()).collect()
 }
 
-/// The same call with a small picture and a short budget.
-fn small(mut words: Vec<String>) -> Vec<String> {
-    for i in 1..words.len() {
-        if let Some((_, value)) = SMALL.iter().find(|(option, _)| *option == words[i - 1]) {
-            words[i] = (*value).to_owned();
-        } else if words[i].starts_with("auto@") {
-            words[i] = "auto@12,8".to_owned();
-        } else if words[i - 1] == "--sweep" {
-            words[i] = words[i].replace(":8", ":2");
+/// Returns a call with a small picture and a short budget.
+fn small(mut call: Vec<String>) -> Vec<String> {
+    for i in 1..call.len() {
+        if let Some((_, value)) = SMALL.iter().find(|(option, _)| *option == call[i - 1]) {
+            call[i] = (*value).to_owned();
+        } else if call[i].starts_with("auto@") {
+            call[i] = "auto@12,8".to_owned();
+        } else if call[i - 1] == "--sweep" {
+            call[i] = call[i].replace(":8", ":2");
         }
     }
-    let has = |option: &str| words.iter().any(|word| word == option);
-    let takes = |commands: &[&str]| commands.contains(&words[0].as_str());
+    let has = |option: &str| call.iter().any(|word| word == option);
+    let takes = |commands: &[&str]| commands.contains(&call[0].as_str());
     let size = takes(&["render", "replay", "plan", "accuracy"]) && !has("--resolution");
     let samples = takes(&["render", "accuracy"]) && !has("--spp") && !has("--samples");
     let more = [(size, SMALL[0]), (samples, SMALL[1])];
     for (_, (option, value)) in more.into_iter().filter(|(missing, _)| *missing) {
-        words.extend([option.to_owned(), value.to_owned()]);
+        call.extend([option.to_owned(), value.to_owned()]);
     }
-    words
+    call
 }
 
-/// A folder with the files that the commands of a page name.
-fn desk(user: &Page) -> tempfile::TempDir {
+/// Creates a folder with the files that the commands of a page use.
+fn folder_for(user: &Page) -> tempfile::TempDir {
     let folder = folder();
     for name in ["scenes", "lenses"] {
         symlink(root().join(name), folder.path().join(name)).expect("a link");
@@ -176,13 +176,13 @@ fn desk(user: &Page) -> tempfile::TempDir {
     folder
 }
 
-/// Runs a command of the manual: what went wrong, if anything.
+/// Runs a command of the manual. Returns an error if it fails.
 fn run(at: &Path, command: &str) -> Result<(), String> {
-    for words in arguments(at, command).into_iter().map(small) {
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        let (code, _, said) = petzval(at, &words);
+    for call in arguments(at, command).into_iter().map(small) {
+        let call: Vec<&str> = call.iter().map(String::as_str).collect();
+        let (code, _, stderr) = petzval(at, &call);
         if code != 0 {
-            return Err(format!("{command}\nwas run as petzval {}\n{said}", words.join(" ")));
+            return Err(format!("{command}\nwas run as petzval {}\n{stderr}", call.join(" ")));
         }
     }
     Ok(())
@@ -193,9 +193,9 @@ fn every_command_of_the_manual_runs() {
     let pages = pages();
     let failures = in_parallel(&pages, |page| {
         let commands = commands(page);
-        let calls: Vec<String> = commands.iter().filter_map(|line| call(line)).collect();
+        let calls: Vec<String> = commands.iter().filter_map(|line| petzval_call(line)).collect();
         // Pages without commands need no files.
-        let folder = (!calls.is_empty()).then(|| desk(page));
+        let folder = (!calls.is_empty()).then(|| folder_for(page));
         let runs = folder.iter().flat_map(|at| calls.iter().map(|call| run(at.path(), call)));
         let failures = runs.filter_map(Result::err);
         failures.map(|failure| format!("{}: {failure}", page.name)).collect::<Vec<String>>()
@@ -210,7 +210,7 @@ fn a_command_that_is_not_run_is_listed_with_a_reason() {
     let all: BTreeSet<String> = pages.iter().flat_map(commands).collect();
     for command in &all {
         let listed = NOT_RUN.iter().any(|(listed, _)| listed == command);
-        assert!(listed || call(command).is_some(), "neither run nor listed: {command}");
+        assert!(listed || petzval_call(command).is_some(), "neither run nor listed: {command}");
     }
     for (listed, _) in NOT_RUN {
         assert!(all.contains(listed), "listed, but no longer in the manual: {listed}");
@@ -226,12 +226,12 @@ fn pages_are_short() {
     }
 }
 
-/// The targets of a page's links and pictures.
+/// Returns the targets of the links and pictures of a page.
 fn links(text: &str) -> impl Iterator<Item = &str> {
     text.split("](").skip(1).filter_map(|rest| rest.split(')').next())
 }
 
-/// The anchors that GitHub makes of a page's headings.
+/// Returns the anchors that GitHub makes of headings.
 fn anchors(text: &str) -> Vec<String> {
     let headings = text.lines().filter(|line| line.starts_with('#'));
     let slug = |heading: &str| {
@@ -243,7 +243,7 @@ fn anchors(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn every_link_has_a_target() {
     for page in pages() {
         let path = root().join(&page.name);
         for link in links(&page.text).filter(|link| !link.starts_with("https://")) {
@@ -286,7 +286,7 @@ fn every_test_and_bench_that_the_manual_names_exists() {
     }
 }
 
-/// The long options in a text.
+/// Returns the long options in a text.
 fn options(text: &str) -> BTreeSet<String> {
     let words = text.split(|c: char| !c.is_ascii_lowercase() && c != '-');
     let letter = |c: char| c.is_ascii_lowercase();
@@ -297,21 +297,21 @@ fn options(text: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn the_manual_tells_every_option_and_no_other() {
+fn the_manual_describes_every_option_and_no_other() {
     let mut known = BTreeSet::new();
     for command in
         ["render", "merge", "lens", "lens trace", "replay", "plan", "accuracy", "compare", "bench"]
     {
         let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
-        let (code, said, errors) = petzval(root(), &words);
-        assert_eq!(code, 0, "{errors}");
-        known.extend(options(&said));
+        let (code, stdout, stderr) = petzval(root(), &words);
+        assert_eq!(code, 0, "{stderr}");
+        known.extend(options(&stdout));
     }
     known.remove("--help");
     let pages = pages();
     let told: BTreeSet<String> = pages.iter().flat_map(|page| options(&page.text)).collect();
-    let untold: Vec<&String> = known.difference(&told).collect();
-    assert!(untold.is_empty(), "options that the manual does not tell: {untold:?}");
+    let undescribed: Vec<&String> = known.difference(&told).collect();
+    assert!(undescribed.is_empty(), "options that the manual does not describe: {undescribed:?}");
     let foreign = FOREIGN.map(String::from);
     let unknown: Vec<&String> = told.difference(&known).filter(|o| !foreign.contains(o)).collect();
     assert!(unknown.is_empty(), "options that no command has: {unknown:?}");

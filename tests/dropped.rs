@@ -1,18 +1,19 @@
-//! Samples that are no numbers: left out, named, and never in a picture.
+//! Samples of NaN or infinity: they are left out of pictures and reported.
 
 mod support;
 
-use petzval::aov::{Aov, layers};
-use petzval::image::{Encoding, Notes, Picture, Window};
-use petzval::job::{Changes, prepare};
-use petzval::plan::Wanted;
-use petzval::render::{Backend, Until, render};
+use petzval::aov::Aov;
+use petzval::io::image::{EncodingOptions, Notes, Picture};
+use petzval::job::StopCriteria;
+use petzval::plan::EffectSelection;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
-use petzval::sensor::Settings;
-use support::kept::Studio;
+use petzval::sensor::SensorSettings;
+use support::workspace::Workspace;
 use support::{folder, petzval, root, write};
 
-/// A ball so bright that f32 cannot hold it at this sensitivity.
+/// A ball so bright that it exceeds f32 at this ISO.
 const GLARE: &str = r#"
     Film "rgb" "integer xresolution" 40 "integer yresolution" 30 "float iso" 1000
     Camera "perspective" "float fov" 40
@@ -24,38 +25,39 @@ const GLARE: &str = r#"
     AttributeBegin AreaLightSource "diffuse" "rgb L" [3e38 3e38 3e38]
     Translate 0 0 4 Shape "sphere" "float radius" 0.3 AttributeEnd"#;
 
-fn glare() -> Studio {
-    let studio = Studio::new();
-    std::fs::write(studio.path("scene.pbrt"), GLARE).expect("a scene");
-    studio
+fn glare() -> Workspace {
+    let workspace = Workspace::new();
+    std::fs::write(workspace.path("scene.pbrt"), GLARE).expect("a scene");
+    workspace
 }
 
-/// What is said of samples that were left out: how many, and the commands that replay the first.
-fn named(said: &str) -> (u64, Vec<String>) {
-    let from = said.find("petzval: warning: ").expect("a warning");
-    let mut lines = said[from..].lines();
+/// Parses the warning about dropped samples: their number, and the commands that replay the first ones.
+fn dropped_samples(stderr: &str) -> (u64, Vec<String>) {
+    let from = stderr.find("petzval: warning: ").expect("a warning");
+    let mut lines = stderr[from..].lines();
     let warning = lines.next().expect("a line");
-    assert!(warning.contains("samples were no numbers and were left out"), "{said}");
+    assert!(warning.contains("samples were not finite and were dropped"), "{stderr}");
     let count = warning.split(' ').nth(2).and_then(|count| count.parse().ok()).expect("a count");
     let commands = lines.take_while(|line| line.starts_with("  petzval replay"));
     (count, commands.map(|line| line.trim().to_owned()).collect())
 }
 
-/// The same samples are named whoever takes them; the commands that are said show where they break.
+/// The reported samples do not depend on threads or shards, and the printed commands replay them.
 #[test]
-fn dropped_samples_are_named_and_can_be_replayed() {
-    let studio = glare();
-    let whole = named(&studio.done("render scene.pbrt --spp 4 -o a.exr --threads 1"));
+fn dropped_samples_are_reported_and_can_be_replayed() {
+    let workspace = glare();
+    let whole =
+        dropped_samples(&workspace.run_ok("render scene.pbrt --spp 4 -o a.exr --threads 1"));
     let (count, commands) = &whole;
     assert!(*count > 8 && commands.len() == 8, "{whole:?}");
     let scalar = "render scene.pbrt --spp 4 -o b.exr --threads 2 --backend scalar";
-    assert_eq!(named(&studio.done(scalar)), whole);
-    studio.done("render scene.pbrt --spp 4 -o 1.petzval --shard 1/2");
-    studio.done("render scene.pbrt --spp 4 -o 2.petzval --shard 2/2");
-    assert_eq!(named(&studio.done("merge 2.petzval 1.petzval -o c.exr")), whole);
+    assert_eq!(dropped_samples(&workspace.run_ok(scalar)), whole);
+    workspace.run_ok("render scene.pbrt --spp 4 -o 1.petzval --shard 1/2");
+    workspace.run_ok("render scene.pbrt --spp 4 -o 2.petzval --shard 2/2");
+    assert_eq!(dropped_samples(&workspace.run_ok("merge 2.petzval 1.petzval -o c.exr")), whole);
 
     let names = |name: &str| {
-        let attributes = studio.contents(name).attributes;
+        let attributes = workspace.contents(name).attributes;
         let own = |line: &String| line.contains("ropped");
         attributes.into_iter().filter(own).collect::<Vec<_>>().join("\n")
     };
@@ -67,33 +69,33 @@ fn dropped_samples_are_named_and_can_be_replayed() {
     assert!(names("a.exr").contains("firstDropped") && names("a.exr") == names("c.exr"));
 
     for command in commands {
-        let words: Vec<&str> = command.split(' ').skip(1).collect();
-        let (code, answer, said) = petzval(&studio.path(""), &words);
-        assert_eq!(code, 0, "{said}");
-        assert!(answer.contains("<- no number") && answer.contains("is dropped"), "{answer}");
-        assert!(answer.contains("the emission at surface"), "{answer}");
+        let arguments: Vec<&str> = command.split(' ').skip(1).collect();
+        let (code, stdout, stderr) = petzval(&workspace.path(""), &arguments);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stdout.contains("<- not finite") && stdout.contains("is dropped"), "{stdout}");
+        assert!(stdout.contains("the emission at surface"), "{stdout}");
     }
 }
 
-/// Where tiles take as many samples as they need, each share of them has a seed of its own.
+/// In adaptive renders the samples of each round have their own seed.
 #[test]
-fn samples_of_adaptive_renders_are_named_by_their_seeds() {
-    let studio = glare();
-    let said = studio.done("render scene.pbrt --spp 40 --noise 0.02 -o a.exr");
-    let (count, commands) = named(&said);
-    assert!(count > 8 && commands.iter().all(|line| line.contains("--sample-seed ")), "{said}");
+fn dropped_samples_of_adaptive_renders_are_named_by_their_seed() {
+    let workspace = glare();
+    let stderr = workspace.run_ok("render scene.pbrt --spp 40 --noise 0.02 -o a.exr");
+    let (count, commands) = dropped_samples(&stderr);
+    assert!(count > 8 && commands.iter().all(|line| line.contains("--sample-seed ")), "{stderr}");
     for command in commands {
-        let words: Vec<&str> = command.split(' ').skip(1).collect();
-        let (code, answer, said) = petzval(&studio.path(""), &words);
-        assert_eq!(code, 0, "{said}");
-        assert!(answer.contains("is dropped"), "{command}: {answer}");
+        let arguments: Vec<&str> = command.split(' ').skip(1).collect();
+        let (code, stdout, stderr) = petzval(&workspace.path(""), &arguments);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stdout.contains("is dropped"), "{command}: {stdout}");
     }
 }
 
 #[test]
-fn what_cannot_be_replayed_is_refused() {
-    let studio = glare();
-    let refuses = |words: &str, expected: &str| studio.refuses(words, expected);
+fn invalid_replays_are_refused() {
+    let workspace = glare();
+    let refuses = |arguments: &str, expected: &str| workspace.refuses(arguments, expected);
     let outside = "expected X from 0 to 39 and Y from 0 to 29";
     refuses("replay scene.pbrt --pixel 40,3 --sample 0", outside);
     let cropped = "expected X from 8 to 15 and Y from 4 to 11";
@@ -105,23 +107,23 @@ fn what_cannot_be_replayed_is_refused() {
     refuses("replay scene.pbrt --pixel 3,4 --sample 0 --fstop 4", "--fstop");
 }
 
-/// A way fits a terminal, and is one object for programs.
+/// As text a path fits a terminal; as JSON it is one object.
 #[test]
-fn a_way_is_told_to_people_and_to_programs() {
+fn a_replay_is_printed_as_text_and_as_json() {
     let scene = root().join("scenes/atelier.pbrt");
     let lens = root().join("lenses/triplet.toml");
     let (scene, lens) = (scene.display().to_string(), lens.display().to_string());
-    let mut words =
+    let mut arguments =
         vec!["replay", &scene, "--lens", &lens, "--effects", "+dispersion", "--pixel", "600,500"];
-    words.extend(["--sample", "9", "--coating", "mgf2"]);
-    let (code, text, said) = petzval(root(), &words);
-    assert_eq!(code, 0, "{said}");
+    arguments.extend(["--sample", "9", "--coating", "mgf2"]);
+    let (code, text, stderr) = petzval(root(), &arguments);
+    assert_eq!(code, 0, "{stderr}");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
-    for part in ["band ", "nm of its ray", "sphere", "carries", "meets ", "radiance", "adds"] {
+    for part in ["band ", "shares its ray", "sphere", "throughput", "hits ", "radiance", "adds"] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    words.push("--json");
-    let (_, json, _) = petzval(root(), &words);
+    arguments.push("--json");
+    let (_, json, _) = petzval(root(), &arguments);
     let way: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     let adds = text.lines().find_map(|line| line.strip_prefix("adds ")).expect("a value");
@@ -133,7 +135,7 @@ fn a_way_is_told_to_people_and_to_programs() {
     assert!(way["first_not_finite"].is_null());
 }
 
-/// Lights and surfaces beyond what f32 can hold, through everything that makes a picture.
+/// Lights and surfaces beyond the range of f32.
 const EXTREME: &str = r#"
     Film "rgb" "integer xresolution" 24 "integer yresolution" 16 "float diagonal" 43.27
         "float iso" 2000 "string sensor" "cie1931" "float whitebalance" 3000
@@ -156,7 +158,7 @@ const EXTREME: &str = r#"
     Shape "trianglemesh" "point3 P" [-1e37 -2 90  0 1e37 90  1e37 -2 1e37] "integer indices" [0 1 2]"#;
 
 #[test]
-fn a_picture_holds_numbers_whatever_the_scene_holds() {
+fn pictures_of_extreme_scenes_are_finite() {
     let folder = folder();
     let lens = root().join("lenses/dgauss.50mm.dat").display().to_string();
     let path = write(&folder, "scene.pbrt", EXTREME.replace("LENS", &lens));
@@ -169,11 +171,11 @@ fn a_picture_holds_numbers_whatever_the_scene_holds() {
         Aov::Samples,
         Aov::Variance,
     ];
-    let effects: Wanted = "+ghosts,+fresnel,+diffraction".parse().expect("effects");
+    let effects: EffectSelection = "+ghosts,+fresnel,+diffraction".parse().expect("effects");
     for (sensor, until) in [
-        (None, Until::default()),
-        (Some(Settings::default()), Until::default()),
-        (None, Until { noise: Some(0.5), ..Until::default() }),
+        (None, StopCriteria::default()),
+        (Some(SensorSettings::default()), StopCriteria::default()),
+        (None, StopCriteria { noise: Some(0.5), ..StopCriteria::default() }),
     ] {
         let changes = Changes {
             effects: effects.clone(),
@@ -181,27 +183,28 @@ fn a_picture_holds_numbers_whatever_the_scene_holds() {
             layers: aovs.to_vec(),
             holds_layers: true,
             sensor,
-            until,
+            stop_criteria: until,
             ..Changes::default()
         };
         let description = pbrt::read(&path).expect("a scene");
         let (job, _, _) = prepare(description, &changes).expect("a job");
-        let exposed = render(&job, Backend::Simd, 2, &Default::default()).expect("a render");
-        assert!(exposed.film.dropped.count() > 0, "a scene that is not extreme shows nothing");
+        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+            .expect("a render");
+        assert!(exposed.film.dropped.count() > 0, "no sample is dropped");
         let film = exposed.film.picture(16);
         assert!(film.pixels.as_flattened().iter().all(|v| v.is_finite()));
         assert!(film.pixels.as_flattened().iter().any(|&v| v > 1e36));
         let picture = exposed.picture(&job);
         assert!(picture.pixels.as_flattened().iter().all(|v| v.is_finite()));
-        // Half as many bits hold less, below zero too, where the filter goes.
+        // Half floats have a smaller range, for the negative lobes of the filter too.
         let file = folder.path().join("half.exr");
-        let window = Window { origin: job.frame.low, frame: job.frame.resolution };
-        let encoding = Encoding { half: true, ..Encoding::default() };
+        let window = job.frame.window();
+        let encoding = EncodingOptions { half: true, ..EncodingOptions::default() };
         film.write(&file, window, encoding, &Notes::new()).expect("a file");
-        let read = Picture::read(&file, true).expect("a picture of numbers");
+        let read = Picture::read(&file).expect("a picture of finite values");
         assert!(read.pixels.as_flattened().iter().all(|v| v.is_finite()));
         assert!(read.pixels.as_flattened().iter().any(|&v| v < -6e4));
-        for layer in layers(&job, &exposed.film, exposed.features.as_ref()) {
+        for layer in exposed.layers(&job) {
             for (channel, values) in &layer.channels {
                 let name = format!("{}.{channel}", layer.name);
                 assert!(values.iter().all(|v| v.is_finite()), "{name}");

@@ -1,18 +1,21 @@
-//! Focus and f-number from the command line, and the brightness that follows.
+//! Focus and f-number from the command line, and the resulting brightness.
 
 mod support;
 
 use std::f64::consts::PI;
 
-use petzval::image::{Encoding, Picture, Window};
-use petzval::job::{Changes, FocusOn, prepare};
-use petzval::lens::{Focus, FocusError, FocusModel, From, LensRay, Model, Paraxial, Prescription};
+use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::job::Job;
+use petzval::lens::{
+    FocusError, FocusModel, LensModel, LensRay, Paraxial, Prescription, RealRayFocus, Side,
+};
 use petzval::lens::{sequence, trace_one};
-use petzval::render::{Backend, Job};
+use petzval::prepare::{Changes, FocusOn, prepare};
+use petzval::render::Backend;
 use petzval::scene::pbrt;
 use support::{LENSES, folder, lens, mean, picture, root, write};
 
-/// The centre of the film of a lens under a uniform sky of radiance 1.
+/// Returns a render of the centre of the film under a uniform sky of radiance 1.
 fn centre(lens: &str, changes: &Changes) -> Job {
     let folder = folder();
     let text = format!(
@@ -46,12 +49,12 @@ fn brightness_follows_the_f_number() {
     }
 }
 
-/// Root mean square distance from the axis, mm, on a film behind the rear vertex, of rays from
-/// a point of the axis before the front vertex that fill the opening evenly.
+/// Returns the root mean square radius of the spot, mm, on a film behind the rear vertex, of a point on
+/// the axis in front of the lens. The rays fill the entrance pupil evenly.
 fn spot(lens: &Prescription, object: f64, film: f64) -> f64 {
-    let surfaces = sequence::<f64>(lens, From::Scene(object));
-    // A little more than the opening, from near or far.
-    let reach = 0.6 * Paraxial::of(lens).entrance_pupil.diameter;
+    let surfaces = sequence::<f64>(lens, Side::Scene(object));
+    // Slightly more than the radius of the entrance pupil.
+    let reach = 0.6 * Paraxial::new(lens).entrance_pupil.diameter;
     let (mut sum, mut count) = (0.0, 0.0);
     for i in 0..200 {
         for j in 0..200 {
@@ -69,21 +72,22 @@ fn spot(lens: &Prescription, object: f64, film: f64) -> f64 {
 }
 
 #[test]
-fn the_film_moves_to_where_the_asked_distance_is_sharpest() {
+fn the_film_is_where_the_requested_distance_is_sharpest() {
     for (name, _) in LENSES {
         for metres in [2.0, 5.0, 100.0] {
             let focus = Some(FocusOn::Distance(metres));
             let job = centre(name, &Changes { focus, ..Changes::default() });
-            let Model::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
+            let LensModel::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
             let (film, lens) = (lens.film_distance, &lens.prescription);
             let object = metres * 1e3 - lens.length() - film;
             let best = spot(lens, object, film);
-            // A step that moves the focus by well more than the sampling of the spot does.
+            // A step whose effect is far larger than the error of sampling the spot.
             for step in [-0.01, 0.01] {
                 let other = spot(lens, object, film + step);
                 assert!(best < other, "{name} at {metres} m: {best} mm, {other} at {step} mm");
             }
-            let back = Focus::of(lens).object(film).expect("something is in focus");
+            let back =
+                RealRayFocus::new(lens).object_distance(film).expect("something is in focus");
             assert!((back / object - 1.0).abs() < 1e-6, "{name}: {back} and {object} mm");
         }
     }
@@ -95,29 +99,31 @@ fn a_small_stop_focuses_as_first_order_optics_says() {
         let mut lens = lens(name);
         lens.stop_down(lens.rows[lens.stop()].diameter / 200.0);
         for focus in [f64::INFINITY, 5e3, 2e3] {
-            let film = Focus::of(&lens).film(focus).expect("a distance that can be focused");
-            let paraxial = Paraxial::of(&lens).film_for_focus(focus).expect("the same");
+            let film = RealRayFocus::new(&lens)
+                .film_distance(focus)
+                .expect("a distance that can be focused");
+            let paraxial = Paraxial::new(&lens).film_for_focus(focus).expect("the same");
             assert!((film / paraxial - 1.0).abs() < 2e-6, "{name}: {film} and {paraxial} mm");
         }
     }
 }
 
 #[test]
-fn what_is_nearer_than_the_nearest_is_refused_and_the_nearest_is_not() {
+fn distances_below_the_nearest_are_refused_and_the_nearest_is_not() {
     for (name, _) in LENSES {
         let lens = lens(name);
-        let focus = Focus::of(&lens);
+        let focus = RealRayFocus::new(&lens);
         for asked in [0.0, 1.0, lens.length()] {
-            let Err(FocusError::TooNear { nearest, .. }) = focus.film(asked) else {
+            let Err(FocusError::TooNear { nearest, .. }) = focus.film_distance(asked) else {
                 panic!("{name} cannot focus at {asked} mm");
             };
-            assert!(focus.film(nearest * 1.0001).is_ok(), "{name}: {nearest}");
-            assert!(focus.film(nearest * 0.9999).is_err(), "{name}: {nearest}");
+            assert!(focus.film_distance(nearest * 1.0001).is_ok(), "{name}: {nearest}");
+            assert!(focus.film_distance(nearest * 0.9999).is_err(), "{name}: {nearest}");
         }
     }
 }
 
-/// A wall at 3 m that fills the view but for a hole on the left, through which the sky is seen.
+/// Returns the film distance, mm, for a wall at 3 m that fills the view except for sky on the left.
 fn wall(changes: &Changes) -> Result<f64, String> {
     let folder = folder();
     let text = format!(
@@ -131,15 +137,15 @@ fn wall(changes: &Changes) -> Result<f64, String> {
     );
     let description = pbrt::read(&write(&folder, "wall.pbrt", text)).expect("a scene");
     let (job, _, _) = prepare(description, changes).map_err(|error| error.to_string())?;
-    let Model::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
     Ok(lens.film_distance)
 }
 
 #[test]
-fn auto_focus_finds_what_a_pixel_sees() {
+fn auto_focus_uses_the_depth_of_a_pixel() {
     let film = |focus: FocusOn| wall(&Changes { focus: Some(focus), ..Changes::default() });
     let at = |metres: f64| film(FocusOn::Distance(metres)).expect("a distance");
-    // The right of the picture is the wall, whatever the angle: its depth counts.
+    // At all pixels of the wall the depth counts, not the distance along the ray.
     for pixel in [None, Some([55, 5]), Some([55, 35])] {
         let found = film(FocusOn::Pixel(pixel)).expect("something is there");
         assert!((found - at(3.0)).abs() < 1e-4, "{pixel:?}: {found} mm, not {}", at(3.0));
@@ -150,8 +156,8 @@ fn auto_focus_finds_what_a_pixel_sees() {
     assert!(beyond.contains("60 x 40 pixels"), "{beyond}");
 }
 
-/// The mean of the middle of a film under a uniform sky, through a small stop of this shape.
-fn through(folder: &tempfile::TempDir, aperture: &str) -> f64 {
+/// Returns the mean of the centre of a picture under a uniform sky, with a small stop of this shape.
+fn brightness_with(folder: &tempfile::TempDir, aperture: &str) -> f64 {
     let text = format!(
         r#"Film "rgb" "integer xresolution" 8 "integer yresolution" 8 "float diagonal" 2
            Sampler "sobol" "integer pixelsamples" 512
@@ -165,32 +171,31 @@ fn through(folder: &tempfile::TempDir, aperture: &str) -> f64 {
     mean(&picture(&job, Backend::Simd, 2))[1]
 }
 
-/// A picture of 16 x 16 pixels of these values.
-fn painted(folder: &tempfile::TempDir, name: &str, value: impl Fn(usize, usize) -> f32) {
+/// Writes a picture of 16 x 16 pixels of these values.
+fn write_mask(folder: &tempfile::TempDir, name: &str, value: impl Fn(usize, usize) -> f32) {
     let pixels = (0..256).map(|i| [value(i % 16, i / 16); 3]).collect();
-    let window = Window { origin: [0, 0], frame: [16, 16] };
+    let window = PictureWindow { origin: [0, 0], frame: [16, 16] };
     let picture = Picture { size: [16, 16], pixels };
     let path = folder.path().join(name);
-    picture.write(&path, window, Encoding::default(), &Vec::new()).expect("a picture");
+    picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a picture");
 }
 
 #[test]
-fn the_shapes_of_pbrt_make_a_picture_as_bright_as_the_round_stop() {
+fn every_pbrt_aperture_gives_the_brightness_of_the_round_stop() {
     let folder = folder();
-    painted(&folder, "white.exr", |_, _| 1.0);
-    painted(&folder, "ring.exr", |x, y| if x.abs_diff(y) > 5 { 7.0 } else { 0.25 });
-    let round = through(&folder, "circular");
+    write_mask(&folder, "white.exr", |_, _| 1.0);
+    write_mask(&folder, "ring.exr", |x, y| if x.abs_diff(y) > 5 { 7.0 } else { 0.25 });
+    let round = brightness_with(&folder, "circular");
     for aperture in ["gaussian", "square", "pentagon", "star", "white.exr", "ring.exr"] {
-        let found = through(&folder, aperture) / round;
+        let found = brightness_with(&folder, aperture) / round;
         println!("{aperture}: {found:.4}");
-        // The cosine towards the rim of the pupil tells the shapes apart: a fiftieth of a percent.
-        assert!((found - 1.0).abs() < 0.003, "{aperture}: {found} of the round stop's light");
+        // The shapes differ by the cosine towards the rim of the pupil: a fiftieth of a percent.
+        assert!((found - 1.0).abs() < 0.003, "{aperture}: {found} of the light of the round stop");
     }
 }
 
-/// Film distances of pbrt-v4's own camera (`RealisticCamera::FocusThickLens`), mm, for a distance in
-/// focus, m, and a film of 70 mm diagonal. It traces its two rays in f32 from 1 m away, which leaves
-/// four digits.
+/// Lens, distance in focus (m) and film distance (mm) of pbrt-v4 (`RealisticCamera::FocusThickLens`) for a
+/// film of 70 mm diagonal. pbrt traces two rays in f32 from 1 m away, which leaves four digits.
 const PBRT_FILMS: &[(&str, f64, f64)] = &[
     ("dgauss.50mm", 4.0097476, 36.7535353),
     ("dgauss.50mm", 1.5, 37.9131436),
@@ -203,13 +208,13 @@ const PBRT_FILMS: &[(&str, f64, f64)] = &[
 ];
 
 #[test]
-fn the_focus_model_of_pbrt_puts_the_film_where_pbrt_puts_it() {
+fn the_focus_model_of_pbrt_gives_the_film_distances_of_pbrt() {
     let mut furthest: f64 = 0.0;
     for &(name, metres, expected) in PBRT_FILMS {
         let film = |focus_model: FocusModel| {
             let focus = Some(FocusOn::Distance(metres));
             let job = centre(name, &Changes { focus, focus_model, ..Changes::default() });
-            let Model::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
+            let LensModel::Real(lens) = &job.camera.model else { panic!("{name} is a real lens") };
             lens.film_distance
         };
         let [pbrt, sharpest] = [FocusModel::Pbrt, FocusModel::Sharpest].map(film);
@@ -217,12 +222,12 @@ fn the_focus_model_of_pbrt_puts_the_film_where_pbrt_puts_it() {
         assert!((pbrt / expected - 1.0).abs() < 1e-4, "{name} at {metres} m: {pbrt}");
         furthest = furthest.max((pbrt - sharpest).abs());
     }
-    // The telephoto's spherical aberration, wide open.
+    // The effect of the spherical aberration of the wide-open telephoto.
     assert!((furthest - 1.03).abs() < 0.01, "{furthest} mm");
 }
 
 #[test]
-fn the_focus_model_holds_for_the_distance_of_the_scene_and_for_what_a_pixel_sees() {
+fn the_focus_model_applies_to_distances_of_scenes_and_to_auto_focus() {
     let film = |focus: Option<FocusOn>, focus_model: FocusModel| {
         wall(&Changes { focus, focus_model, ..Changes::default() }).expect("a film")
     };
@@ -234,7 +239,7 @@ fn the_focus_model_holds_for_the_distance_of_the_scene_and_for_what_a_pixel_sees
 }
 
 #[test]
-fn the_focus_model_is_an_option_that_decides_about_the_picture_and_is_written_into_it() {
+fn the_focus_model_is_an_option_checked_on_resume_and_written_into_the_picture() {
     let folder = folder();
     let text = format!(
         r#"Film "rgb" "integer xresolution" 8 "integer yresolution" 8
@@ -244,27 +249,33 @@ fn the_focus_model_is_an_option_that_decides_about_the_picture_and_is_written_in
     );
     write(&folder, "sky.pbrt", text);
     let run = |line: &str| {
-        let words: Vec<&str> = line.split(' ').collect();
-        support::petzval(folder.path(), &words)
+        let arguments: Vec<&str> = line.split(' ').collect();
+        support::petzval(folder.path(), &arguments)
     };
     let model = ["--focus-model", "pbrt"].join(" ");
     let part =
         |n: u32, more: &str| run(&format!("render sky.pbrt --shard {n}/2 -o {n}.petzval{more}"));
     assert_eq!(part(1, "").0, 0);
     assert_eq!(part(2, &format!(" {model}")).0, 0);
-    let (code, _, log) = run("merge 1.petzval 2.petzval -o all.exr");
-    assert!(code == 2 && log.contains("--focus-model was sharpest, and is pbrt"), "{code}: {log}");
+    let (code, _, stderr) = run("merge 1.petzval 2.petzval -o all.exr");
+    assert!(
+        code == 2 && stderr.contains("--focus-model was sharpest, and is pbrt"),
+        "{code}: {stderr}"
+    );
     assert_eq!(run(&format!("render sky.pbrt -o sky.exr {model}")).0, 0);
     let picture = std::fs::read(folder.path().join("sky.exr")).expect("a picture");
     assert!(picture.windows(10).any(|name| name == b"focusModel"));
     for command in ["plan sky.pbrt", "replay sky.pbrt --pixel 4,4 --sample 0"] {
-        let (code, out, log) = run(&format!("{command} {model}"));
-        assert_eq!(code, 0, "{command}: {out}{log}");
+        let (code, stdout, stderr) = run(&format!("{command} {model}"));
+        assert_eq!(code, 0, "{command}: {stdout}{stderr}");
     }
-    let (code, _, log) = run("plan sky.pbrt --focus-model thick");
-    assert!(code == 2 && log.contains("expected sharpest or pbrt"), "{code}: {log}");
+    let (code, _, stderr) = run("plan sky.pbrt --focus-model thick");
+    assert!(code == 2 && stderr.contains("expected sharpest or pbrt"), "{code}: {stderr}");
     let lens = root().join("lenses/wide.22mm.dat").display().to_string();
-    let (code, out, _) = run(&format!("lens {lens} --focus 1479.8036 {model}"));
-    assert!(code == 0 && out.contains("film distance, pbrt-v4           14.6586 mm"), "{out}");
-    assert!(out.contains("0.1186 mm  (farther from the lens)"), "{out}");
+    let (code, stdout, _) = run(&format!("lens {lens} --focus 1479.8036 {model}"));
+    assert!(
+        code == 0 && stdout.contains("film distance, pbrt-v4           14.6586 mm"),
+        "{stdout}"
+    );
+    assert!(stdout.contains("0.1186 mm  (farther from the lens)"), "{stdout}");
 }

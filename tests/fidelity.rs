@@ -1,29 +1,32 @@
-//! The ladder of camera models: each in its limits, and one against the other.
+//! Camera models of increasing fidelity: each within its limits, and against each other.
 
 mod support;
 
 use glam::{DAffine3, DQuat, DVec3};
 use petzval::lanes::f32x8;
 use petzval::lens::{
-    Aim, Camera, Fidelity, FilmPlane, Focus, From, LensColumns, LensRay, Matrix, Model, Paraxial,
-    Pose, Prescription, RealLens, film_error, read, sequence, trace_one,
+    Camera, Fidelity, FilmPlane, LensColumns, LensModel, LensRay, Paraxial, Pose, Prescription,
+    PupilSampling, RayTransferMatrix, RealLens, RealRayFocus, Side, film_error, read, sequence,
+    trace_one,
 };
-use petzval::rays::{RayBatch, SampleBatch, WAVE};
+use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
 use petzval::stats::LensStats;
 use support::oracle::{dot, unit};
 use support::{LENSES, Random, lens, oracle, root};
 
-/// How far before the film things are in focus, mm.
+/// Distance in focus, from the film, mm.
 const FOCUS: f64 = 5000.0;
 
-/// A camera of lengths in mm from the front vertex, with a film of this width and height.
+/// Returns a camera in a world of millimetres with the front vertex at the origin, and a film of this
+/// width and height.
 fn camera(prescription: Prescription, film: [f64; 2], pose: Pose) -> Camera {
-    let distance = Focus::of(&prescription).film(FOCUS).expect("a place for the film");
+    let distance =
+        RealRayFocus::new(&prescription).film_distance(FOCUS).expect("a place for the film");
     let half = film.map(|side| side / 2.0);
     let plane = FilmPlane { distance, pose, radius: half[0].hypot(half[1]), half };
-    let lens = RealLens::posed(prescription, &plane, Aim::Pupil, 1.0, 0.0);
+    let lens = RealLens::with_film(prescription, &plane, PupilSampling::Pupil, 1.0, 0.0);
     Camera {
-        model: Model::Real(Box::new(lens)),
+        model: LensModel::Real(Box::new(lens)),
         film,
         world_from_camera: DAffine3::IDENTITY,
         imaging_ratio: 1.0,
@@ -32,29 +35,29 @@ fn camera(prescription: Prescription, film: [f64; 2], pose: Pose) -> Camera {
 }
 
 fn square(name: &str) -> Camera {
-    camera(lens(name), [36.0, 24.0], Pose::SQUARE)
+    camera(lens(name), [36.0, 24.0], Pose::ALIGNED)
 }
 
-/// The same lens with its stop and a film of 36 by 24 mm closed to a part.
-fn narrowed(name: &str, part: f64) -> Camera {
+/// Returns the camera with its stop and a film of 36 by 24 mm scaled by `part`.
+fn scaled_stop_and_film(name: &str, part: f64) -> Camera {
     let mut prescription = lens(name);
     let stop = prescription.rows[prescription.stop()].diameter;
     prescription.stop_down(part * stop);
-    camera(prescription, [36.0 * part, 24.0 * part], Pose::SQUARE)
+    camera(prescription, [36.0 * part, 24.0 * part], Pose::ALIGNED)
 }
 
 fn real(camera: &Camera) -> &RealLens {
     match &camera.model {
-        Model::Real(lens) => lens,
-        Model::Thin(_) => panic!("a lens of glass"),
+        LensModel::Real(lens) => lens,
+        LensModel::Thin(_) => panic!("a lens of glass"),
     }
 }
 
-/// Samples of film points that a function gives, as parts of the film from its middle.
+/// Returns samples at film points that `place` gives, relative to the size of the film, from its centre.
 fn samples(camera: &Camera, seed: u64, place: impl Fn(&mut Random) -> [f64; 2]) -> SampleBatch {
     let mut random = Random::new(seed);
-    let mut samples = SampleBatch { len: WAVE, ..SampleBatch::default() };
-    for i in 0..WAVE {
+    let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
+    for i in 0..WAVE_SIZE {
         let place = place(&mut random);
         for axis in 0..2 {
             samples.film[axis][i] = (place[axis] * camera.film[axis]) as f32;
@@ -70,47 +73,47 @@ fn everywhere(random: &mut Random) -> [f64; 2] {
 
 fn exposed(camera: &Camera, samples: &SampleBatch) -> RayBatch {
     let mut rays = RayBatch::default();
-    let mut stats = LensStats { blocked: vec![0; 64], ..LensStats::default() };
-    camera.expose::<f32x8>(samples, &mut LensColumns::default(), &mut rays, &mut stats);
+    let mut stats = LensStats::default();
+    camera.generate_rays::<f32x8>(samples, &mut LensColumns::default(), &mut rays, &mut stats);
     rays
 }
 
-/// Origin and direction of the k-th ray.
+/// Returns origin and direction of the k-th ray.
 fn line(rays: &RayBatch, k: usize) -> [[f64; 3]; 2] {
     let ray = rays.ray(k);
     [ray.origin, ray.direction].map(|v| v.map(f64::from))
 }
 
-/// Where light from the k-th ray's line lands on a film this far behind the rear vertex, by the
-/// matrix of the lens, along an axis.
+/// Returns the coordinate at which light along the line of a ray meets the film, mm, by the matrix of the
+/// lens. The film lies `film` mm behind the rear vertex.
 fn landing(paraxial: &Paraxial, film: f64, [p, d]: [[f64; 3]; 2], axis: usize) -> f64 {
-    let Matrix { a, b, c, d: e } = paraxial.whole;
-    // Light on its way to the film goes down where the line goes up.
+    let RayTransferMatrix { a, b, c, d: e } = paraxial.whole;
+    // The light travels against the direction of the ray.
     let slope = -d[axis] / d[2];
     let height = p[axis] + p[2] * slope;
     a * height + b * slope + film / paraxial.film_index * (c * height + e * slope)
 }
 
 #[test]
-fn the_real_lens_in_single_precision_is_the_camera_itself() {
+fn the_model_of_single_precision_is_the_camera_itself() {
     for (name, _) in LENSES {
         let camera = square(name);
         let samples = samples(&camera, 1, everywhere);
         let bits = |camera: &Camera| {
             let rays = exposed(camera, &samples);
-            let of = |k| [line(&rays, k), [rays.carried(k).map(f64::from); 2]];
+            let of = |k| [line(&rays, k), [rays.throughput(k).map(f64::from); 2]];
             (0..rays.len).map(|k| of(k).map(|v| v.map(|v| v.map(f64::to_bits)))).collect::<Vec<_>>()
         };
-        assert_eq!(bits(&camera), bits(&camera.simulated(Fidelity::Single)), "{name}");
+        assert_eq!(bits(&camera), bits(&camera.with_fidelity(Fidelity::Single)), "{name}");
     }
 }
 
-/// How far, urad, the directions of a camera's rays are from those of the oracle for the same film
-/// point: root mean square. The direction at the film is found by going back.
-fn off_the_oracle(camera: &Camera, prescription: &Prescription, seed: u64) -> f64 {
+/// Returns the root mean square angle, urad, between the rays of a camera and those of the oracle from the
+/// same film point. The direction at the film comes from tracing back.
+fn deviation_from_oracle(camera: &Camera, prescription: &Prescription, seed: u64) -> f64 {
     let film = real(camera).film_distance;
     let start = 2.0 * prescription.rows[0].diameter;
-    let back = sequence::<f64>(prescription, From::Scene(start));
+    let back = sequence::<f64>(prescription, Side::Scene(start));
     let samples = samples(camera, seed, everywhere);
     let rays = exposed(camera, &samples);
     let (mut sum, mut count) = (0.0, 0.0);
@@ -126,7 +129,8 @@ fn off_the_oracle(camera: &Camera, prescription: &Prescription, seed: u64) -> f6
         };
         let i = rays.slot[k] as usize;
         let at = [samples.film[0][i].into(), samples.film[1][i].into(), 0.0];
-        if let Ok([_, exact]) = oracle::trace(prescription, film, at, [-t[0], -t[1], t[2]]) {
+        if let Ok([_, exact]) = oracle::trace_spheres(prescription, film, at, [-t[0], -t[1], t[2]])
+        {
             let off = [0, 1, 2].map(|i| d[i] - exact[i]);
             (sum, count) = (sum + dot(off, off), count + 1.0);
         }
@@ -136,34 +140,34 @@ fn off_the_oracle(camera: &Camera, prescription: &Prescription, seed: u64) -> f6
 }
 
 #[test]
-fn the_real_lens_in_double_precision_is_the_oracle_up_to_rounding_in_the_world() {
+fn the_model_of_double_precision_equals_the_oracle_up_to_rounding() {
     for name in ["dgauss.50mm", "telephoto.250mm", "wide.22mm"] {
-        let camera = camera(lens(name), [16.0, 12.0], Pose::SQUARE);
+        let camera = camera(lens(name), [16.0, 12.0], Pose::ALIGNED);
         let [single, double] = [Fidelity::Single, Fidelity::Double]
-            .map(|fidelity| off_the_oracle(&camera.simulated(fidelity), &lens(name), 5));
+            .map(|fidelity| deviation_from_oracle(&camera.with_fidelity(fidelity), &lens(name), 5));
         println!("{name}: f32 {single:.4} urad, f64 {double:.4} urad");
-        // A direction rounded on its way into the world comes back through the lens as rounded.
+        // The direction in the world is rounded to f32, and so is the result of tracing back.
         assert!(double < 0.02 && single < 1.0, "{name}: {double} and {single} urad");
         assert!(double < 0.2 * single, "{name}: {double} and {single} urad");
     }
 }
 
 #[test]
-fn single_and_double_see_the_same_to_a_tenth_of_a_micrometre() {
+fn single_and_double_precision_agree_to_a_tenth_of_a_micrometre() {
     for (name, _) in LENSES {
         let camera = square(name);
-        let error = film_error(&camera, &camera.simulated(Fidelity::Double), |_| FOCUS);
+        let error = film_error(&camera, &camera.with_fidelity(Fidelity::Double), |_| FOCUS);
         assert!(error.rms_um > 1e-4 && error.rms_um < 0.1, "{name}: {error:?}");
         assert!(error.lost < 1e-5 && (error.light - 1.0).abs() < 1e-5, "{name}: {error:?}");
     }
 }
 
 #[test]
-fn rays_of_ideal_lenses_go_where_the_matrix_says() {
+fn rays_of_ideal_lenses_agree_with_the_matrix() {
     for (name, _) in LENSES {
         for fidelity in [Fidelity::Thick, Fidelity::Paraxial] {
-            let camera = square(name).simulated(fidelity);
-            let (paraxial, film) = (Paraxial::of(&lens(name)), real(&camera).film_distance);
+            let camera = square(name).with_fidelity(fidelity);
+            let (paraxial, film) = (Paraxial::new(&lens(name)), real(&camera).film_distance);
             let samples = samples(&camera, 2, everywhere);
             let rays = exposed(&camera, &samples);
             assert!(rays.len > 200, "{name} {fidelity}: {}", rays.len);
@@ -180,31 +184,32 @@ fn rays_of_ideal_lenses_go_where_the_matrix_says() {
 }
 
 #[test]
-fn a_thick_lens_is_the_paraxial_one_where_no_rim_is_met() {
+fn the_thick_lens_equals_the_paraxial_lens_away_from_rims() {
     for (name, _) in LENSES {
-        let camera = narrowed(name, 0.1);
-        let [thick, paraxial] = [Fidelity::Thick, Fidelity::Paraxial].map(|f| camera.simulated(f));
+        let camera = scaled_stop_and_film(name, 0.1);
+        let [thick, paraxial] =
+            [Fidelity::Thick, Fidelity::Paraxial].map(|f| camera.with_fidelity(f));
         for distance in [FOCUS, 700.0, f64::INFINITY] {
             let error = film_error(&thick, &paraxial, |_| distance);
             assert!(error.rms_um < 0.02 && error.lost < 1e-3, "{name}: {error:?}");
             assert!((error.light - 1.0).abs() < 2e-3, "{name}: {error:?}");
         }
-        // A thin lens has the same perspective and the same depth of field.
-        let error = film_error(&camera.simulated(Fidelity::Thin), &paraxial, |_| 700.0);
+        // A thin lens has the same perspective and depth of field.
+        let error = film_error(&camera.with_fidelity(Fidelity::Thin), &paraxial, |_| 700.0);
         assert!(error.rms_um < 0.02, "{name}: {error:?}");
-        let error = film_error(&camera.simulated(Fidelity::Pinhole), &paraxial, |_| 700.0);
+        let error = film_error(&camera.with_fidelity(Fidelity::Pinhole), &paraxial, |_| 700.0);
         assert!(error.rms_um > 1.0, "{name}: {error:?}");
     }
 }
 
 #[test]
-fn ideal_lenses_are_wrong_by_aberrations_of_the_third_order_near_the_axis() {
+fn the_error_of_ideal_lenses_is_of_third_order_near_the_axis() {
     for (name, _) in LENSES {
         for fidelity in [Fidelity::Thin, Fidelity::Thick, Fidelity::Paraxial] {
             let [whole, half] = [0.2, 0.1].map(|part| {
-                let camera = narrowed(name, part);
-                let model = camera.simulated(fidelity);
-                film_error(&model, &camera.simulated(Fidelity::Double), |_| FOCUS).rms_um
+                let camera = scaled_stop_and_film(name, part);
+                let model = camera.with_fidelity(fidelity);
+                film_error(&model, &camera.with_fidelity(Fidelity::Double), |_| FOCUS).rms_um
             });
             println!("{name} {fidelity}: {whole:.4} um, and for half of everything {half:.4} um");
             assert!((6.5..9.0).contains(&(whole / half)), "{name} {fidelity}: {whole}, {half} um");
@@ -213,7 +218,7 @@ fn ideal_lenses_are_wrong_by_aberrations_of_the_third_order_near_the_axis() {
 }
 
 #[test]
-fn a_polynomial_is_many_times_nearer_to_the_real_lens_than_first_order_optics() {
+fn the_polynomial_is_many_times_closer_to_the_real_lens_than_first_order_optics() {
     println!(
         "{:16} {:10} {:>10} {:>10} {:>7} {:>7}",
         "lens", "model", "rms um", "corner um", "lost", "light"
@@ -222,9 +227,9 @@ fn a_polynomial_is_many_times_nearer_to_the_real_lens_than_first_order_optics() 
         LENSES.into_iter().zip([[25.0, 4.0], [150.0, 5.0], [40.0, 1.0], [5.0, 16.0]])
     {
         let camera = square(name);
-        let reference = camera.simulated(Fidelity::Double);
+        let reference = camera.with_fidelity(Fidelity::Double);
         let of = |fidelity: Fidelity| {
-            let error = film_error(&camera.simulated(fidelity), &reference, |_| FOCUS);
+            let error = film_error(&camera.with_fidelity(fidelity), &reference, |_| FOCUS);
             println!(
                 "{name:16} {:10} {:10.4} {:10.4} {:7.4} {:7.4}",
                 fidelity.name(),
@@ -239,39 +244,39 @@ fn a_polynomial_is_many_times_nearer_to_the_real_lens_than_first_order_optics() 
         assert!(polynomial.rms_um < most, "{name}: {polynomial:?}");
         assert!(paraxial.rms_um > times * polynomial.rms_um, "{name}: {polynomial:?}");
         assert!(polynomial.lost < 2e-3, "{name}: {polynomial:?}");
-        // Rims that it knows of only by the bound of the pupil.
+        // The polynomial model knows rims only by the bound of the pupil.
         assert!((polynomial.light - 1.0).abs() < 0.03, "{name}: {polynomial:?}");
         assert!(single.rms_um < 0.1 && double.rms_um < 1e-9, "{name}: {single:?} {double:?}");
     }
 }
 
-/// The mean weight of samples in the middle of the film.
+/// Returns the mean weight of samples in the centre of the film.
 fn brightness(camera: &Camera) -> f64 {
     let waves = 12;
     let light = (0..waves).map(|wave| {
         let rays = exposed(camera, &samples(camera, 100 + wave, |_| [0.0; 2]));
-        (0..rays.len).map(|k| f64::from(rays.carried(k)[1])).sum::<f64>()
+        (0..rays.len).map(|k| f64::from(rays.throughput(k)[1])).sum::<f64>()
     });
-    light.sum::<f64>() / (waves as f64 * WAVE as f64)
+    light.sum::<f64>() / (waves as f64 * WAVE_SIZE as f64)
 }
 
 #[test]
-fn the_middle_of_the_film_is_as_bright_in_every_model() {
+fn the_centre_of_the_film_is_equally_bright_in_every_model() {
     for (name, _) in LENSES {
         let mut camera = square(name);
         camera.imaging_ratio = 3.0;
         let real = brightness(&camera);
         for fidelity in Fidelity::ALL {
-            let found = brightness(&camera.simulated(fidelity));
+            let found = brightness(&camera.with_fidelity(fidelity));
             assert!((found / real - 1.0).abs() < 0.01, "{name} {fidelity}: {found} and {real}");
         }
     }
 }
 
-/// The middle of what the rays of a film point meet on a wall before the front vertex.
-fn seen(camera: &Camera, place: [f64; 2]) -> [f64; 2] {
+/// Returns the mean of the points at which the rays of a film point meet a wall in front of the lens.
+fn mean_hit(camera: &Camera, place: [f64; 2]) -> [f64; 2] {
     let rays = exposed(camera, &samples(camera, 3, |_| place));
-    assert!(rays.len > WAVE / 2, "{} rays", rays.len);
+    assert!(rays.len > WAVE_SIZE / 2, "{} rays", rays.len);
     let at = |k: usize, axis: usize| {
         let [p, d] = line(&rays, k);
         p[axis] + (3000.0 - p[2]) / d[2] * d[axis]
@@ -280,17 +285,17 @@ fn seen(camera: &Camera, place: [f64; 2]) -> [f64; 2] {
 }
 
 #[test]
-fn every_model_shows_the_same_thing_at_the_same_place() {
+fn every_model_images_a_point_at_the_same_place() {
     for shift in [[0.0; 2], [4.0, -3.0]] {
         for (name, _) in LENSES {
             let camera = camera(lens(name), [12.0, 8.0], Pose::of_film(shift, [0.0; 2]));
             for place in [[0.3, 0.2], [-0.3, 0.2], [0.0, -0.3]] {
-                let wanted = seen(&camera, place);
+                let wanted = mean_hit(&camera, place);
                 for fidelity in Fidelity::ALL {
-                    let found = seen(&camera.simulated(fidelity), place);
+                    let found = mean_hit(&camera.with_fidelity(fidelity), place);
                     let off = (found[0] - wanted[0]).hypot(found[1] - wanted[1]);
                     let far = wanted[0].hypot(wanted[1]);
-                    // A fisheye draws together what is off the axis.
+                    // A fisheye compresses the field off the axis.
                     let most = if name.starts_with("fisheye") { 0.35 } else { 0.02 };
                     assert!(off < most * far, "{name} {fidelity}: {found:?}, not {wanted:?}");
                 }
@@ -300,13 +305,13 @@ fn every_model_shows_the_same_thing_at_the_same_place() {
 }
 
 #[test]
-fn a_film_that_is_moved_by_so_much_is_wrong_by_so_much() {
+fn the_error_of_a_shifted_film_is_its_shift() {
     let camera = square("dgauss.50mm");
-    let reference = camera.simulated(Fidelity::Thick);
-    let mut thin = camera.simulated(Fidelity::Thin);
+    let reference = camera.with_fidelity(Fidelity::Thick);
+    let mut thin = camera.with_fidelity(Fidelity::Thin);
     let per_mm = thin.film[0] / camera.film[0];
     for (axis, distance) in [(0, FOCUS), (1, f64::INFINITY)] {
-        if let Model::Thin(lens) = &mut thin.model {
+        if let LensModel::Thin(lens) = &mut thin.model {
             lens.middle[axis] += 0.3 * per_mm;
         }
         let error = film_error(&thin, &reference, |_| distance);
@@ -319,7 +324,7 @@ fn a_film_that_is_moved_by_so_much_is_wrong_by_so_much() {
 }
 
 #[test]
-fn the_error_does_not_depend_on_place_and_scale_of_the_world() {
+fn the_error_does_not_depend_on_position_and_scale_of_the_world() {
     let here = square("wide.22mm");
     let mut there = here.clone();
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 2.0);
@@ -330,8 +335,8 @@ fn the_error_does_not_depend_on_place_and_scale_of_the_world() {
     );
     for fidelity in [Fidelity::Thin, Fidelity::Paraxial] {
         let of = |camera: &Camera, scale: f64| {
-            let reference = camera.simulated(Fidelity::Single);
-            film_error(&camera.simulated(fidelity), &reference, |_| 900.0 * scale)
+            let reference = camera.with_fidelity(Fidelity::Single);
+            film_error(&camera.with_fidelity(fidelity), &reference, |_| 900.0 * scale)
         };
         let (one, other) = (of(&here, 1.0), of(&there, 0.1));
         assert!((one.rms_um / other.rms_um - 1.0).abs() < 1e-3, "{one:?} {other:?}");
@@ -340,29 +345,29 @@ fn the_error_does_not_depend_on_place_and_scale_of_the_world() {
 }
 
 #[test]
-fn lenses_of_every_kind_have_all_models() {
+fn every_kind_of_lens_has_all_models() {
     let read = |name: &str| read(&root().join("lenses").join(name)).expect("a lens");
-    let mut odd = vec![read("anamorphic.toml"), read("phone.toml"), read("triplet.toml")];
-    let mut askew = lens("dgauss.50mm");
-    askew.rows[2].pose = Pose { decentre: [0.3, 0.0], tilt: [1.0, -0.5] };
-    odd.push(askew);
+    let mut unusual = vec![read("anamorphic.toml"), read("phone.toml"), read("triplet.toml")];
+    let mut tilted = lens("dgauss.50mm");
+    tilted.rows[2].pose = Pose { decentre: [0.3, 0.0], tilt: [1.0, -0.5] };
+    unusual.push(tilted);
     let mut bladed = lens("dgauss.50mm");
     let stop = bladed.stop();
     bladed.rows[stop].iris =
         petzval::lens::Iris::Blades { count: 5, rotation: 10.0, curvature: 0.0 };
-    odd.push(bladed);
-    for prescription in odd {
+    unusual.push(bladed);
+    for prescription in unusual {
         let name = prescription.name.clone();
-        let side = 0.4 * Paraxial::of(&prescription).focal_length;
-        // Pupils of tilted film take a while to find.
+        let side = 0.4 * Paraxial::new(&prescription).focal_length;
+        // Finding the pupils of tilted film takes long.
         let tilts = if name.starts_with("Cooke") { 2 } else { 1 };
         for tilt in &[[0.0; 2], [4.0, -3.0]][..tilts] {
             let pose = Pose::of_film([0.02 * side, 0.0], *tilt);
             let camera = camera(prescription.clone(), [side, 0.7 * side], pose);
-            let reference = camera.simulated(Fidelity::Double);
+            let reference = camera.with_fidelity(Fidelity::Double);
             let mut last = f64::INFINITY;
             for fidelity in Fidelity::ALL {
-                let model = camera.simulated(fidelity);
+                let model = camera.with_fidelity(fidelity);
                 let error = film_error(&model, &reference, |_| FOCUS);
                 println!("{name} {tilt:?} {fidelity}: {error:.3?}");
                 assert!(error.rms_um.is_finite() && error.light.is_finite(), "{name}: {error:?}");

@@ -1,5 +1,4 @@
-//! How strongly glass takes colours apart, against what its makers publish: from the catalogue to
-//! the rays of a picture.
+//! Dispersion of glasses against published data, from the catalogue to the rays of a picture.
 
 mod support;
 
@@ -8,11 +7,11 @@ use std::fmt::Write as _;
 use glam::DAffine3;
 use petzval::lanes::f32x8;
 use petzval::lens::{
-    Aim, C_LINE, Camera, D_LINE, F_LINE, From, Glass, LensColumns, LensRay, Model, Paraxial,
-    Prescription, RealLens, Row, catalogue, sequence, trace_one,
+    C_LINE, Camera, D_LINE, F_LINE, Glass, LensColumns, LensModel, LensRay, Paraxial, Prescription,
+    PupilSampling, RealLens, Row, Side, find_glass, sequence, trace_one,
 };
 use petzval::rays::{RayBatch, SampleBatch};
-use petzval::sampler::{Dimension, pair};
+use petzval::sampler::{Dimension, sample_2d};
 use petzval::spectrum::LightBand;
 use petzval::stats::LensStats;
 use support::{folder, oracle, petzval, row, write};
@@ -20,7 +19,8 @@ use support::{folder, oracle, petzval, row, write};
 /// The g line of mercury, nm.
 const G_LINE: f64 = 435.8343;
 
-/// Indices at the g, F, d and C lines: data sheets of Schott, Ohara and Hoya, and Malitson 1965.
+/// Refractive indices at the g, F, d and C lines: data sheets of Schott, Ohara and Hoya, and Malitson
+/// (1965).
 const PUBLISHED: &[(&str, [f64; 4])] = &[
     ("N-BK7", [1.52668, 1.52238, 1.51680, 1.51432]),
     ("F2", [1.64202, 1.63208, 1.62004, 1.61503]),
@@ -34,27 +34,27 @@ const PUBLISHED: &[(&str, [f64; 4])] = &[
     ("F_SILICA", [1.46669, 1.46313, 1.45846, 1.45637]),
 ];
 
-/// Data sheets round to this, and a difference of two of their numbers to twice as much.
-const ROUNDED: f64 = 6e-6;
+/// Rounding of the indices in data sheets. A difference of two has twice this error.
+const ROUNDING: f64 = 6e-6;
 
 fn published(name: &str) -> [f64; 4] {
     PUBLISHED.iter().find(|(listed, _)| *listed == name).expect("a glass of the table").1
 }
 
-/// A biconvex lens of 50 mm radii with its stop in front, of one medium.
+/// Returns a biconvex lens of 50 mm radii with its stop in front.
 fn singlet(index: f64, glass: Glass) -> Prescription {
     let front = Row { glass, ..row(50.0, 5.0, index, 20.0) };
     let rows = vec![row(0.0, 1.0, 1.0, 10.0), front, row(-50.0, 0.0, 1.0, 20.0)];
-    Prescription { name: "singlet".into(), rows, ..Prescription::default() }
+    Prescription::new("singlet", rows).expect("one stop")
 }
 
-/// The same of a glass of the catalogue.
+/// Returns the singlet of a glass of the catalogue.
 fn of_glass(name: &str) -> Prescription {
-    let glass = catalogue(name).expect("listed");
+    let glass = find_glass(name).expect("listed");
     singlet(glass.nd(), Glass::Catalogue(glass))
 }
 
-/// The same of a medium that has this index, whatever the light.
+/// Returns the singlet of a medium without dispersion.
 fn of_index(index: f64) -> Prescription {
     singlet(index, Glass::Constant)
 }
@@ -64,27 +64,27 @@ fn glasses_have_their_published_indices_at_four_lines() {
     for &(name, indices) in PUBLISHED {
         for (nm, index) in [G_LINE, F_LINE, D_LINE, C_LINE].into_iter().zip(indices) {
             let found = of_glass(name).at_wavelength(nm).rows[1].index;
-            assert!((found - index).abs() < ROUNDED, "{name} at {nm} nm: {found}, not {index}");
+            assert!((found - index).abs() < ROUNDING, "{name} at {nm} nm: {found}, not {index}");
         }
         let [blue, red] = [F_LINE, C_LINE].map(|nm| of_glass(name).at_wavelength(nm).rows[1].index);
         let spread = indices[1] - indices[3];
-        assert!((blue - red - spread).abs() < 2.0 * ROUNDED, "{name}: {} {spread}", blue - red);
+        assert!((blue - red - spread).abs() < 2.0 * ROUNDING, "{name}: {} {spread}", blue - red);
     }
 }
 
 #[test]
-fn a_glass_has_its_index_in_the_near_ultraviolet_and_infrared_too() {
-    // The i and t lines of the data sheets, where terms count that hide in the visible.
+fn glasses_have_their_published_indices_in_the_near_ultraviolet_and_infrared() {
+    // The i and t lines of the data sheets, where terms matter that are negligible in the visible.
     for (name, i, t) in [("N-BK7", 1.53627, 1.50731), ("F2", 1.66623, 1.60279)] {
         for (nm, index) in [(365.0146, i), (1013.98, t)] {
             let found = of_glass(name).at_wavelength(nm).rows[1].index;
-            assert!((found - index).abs() < ROUNDED, "{name} at {nm} nm: {found}, not {index}");
+            assert!((found - index).abs() < ROUNDING, "{name} at {nm} nm: {found}, not {index}");
         }
     }
 }
 
 #[test]
-fn an_abbe_number_a_table_and_a_guess_spread_colours_as_they_say() {
+fn abbe_numbers_tables_and_guesses_give_their_dispersion() {
     let spread = |lens: &Prescription| {
         let [blue, red] = [F_LINE, C_LINE].map(|nm| lens.at_wavelength(nm).rows[1].index);
         blue - red
@@ -98,7 +98,7 @@ fn an_abbe_number_a_table_and_a_guess_spread_colours_as_they_say() {
         table.reverse();
         let tabled = singlet(green, Glass::Table(table.clone().into()));
         assert!((spread(&tabled) - (blue - red)).abs() < 1e-12, "{name}");
-        // Between its entries a table follows the glass to a fiftieth of the spread.
+        // Interpolated indices follow the glass to a fiftieth of its dispersion.
         for nm in [510.0, 546.074, 620.0] {
             let [found, exact] =
                 [&tabled, &of_glass(name)].map(|lens| lens.at_wavelength(nm).rows[1].index);
@@ -107,23 +107,23 @@ fn an_abbe_number_a_table_and_a_guess_spread_colours_as_they_say() {
         let mut guessed = of_index(green);
         let glass = guessed.assume_dispersion()[0];
         let [_, vd] = glass.published;
-        let said = (green - 1.0) / vd;
-        assert!((spread(&guessed) / said - 1.0).abs() < 2e-3, "{name}: {}", glass.name);
+        let estimate = (green - 1.0) / vd;
+        assert!((spread(&guessed) / estimate - 1.0).abs() < 2e-3, "{name}: {}", glass.name);
     }
 }
 
 #[test]
-fn focal_lengths_of_colours_lie_apart_as_published_indices_have_it() {
+fn chromatic_focal_shift_follows_the_published_indices() {
     for &(name, indices) in PUBLISHED {
-        let focal = |lens: &Prescription| Paraxial::of(lens).focal_length;
+        let focal = |lens: &Prescription| Paraxial::new(lens).focal_length;
         let [blue, red] = [F_LINE, C_LINE].map(|nm| focal(&of_glass(name).at_wavelength(nm)));
-        // The lensmaker's equation of a thick lens.
+        // The lensmaker's equation for a thick lens.
         let [expected_blue, expected_red] = [indices[1], indices[3]].map(|n| {
             let power: f64 = (n - 1.0) * (2.0 / 50.0 - (n - 1.0) * 5.0 / (n * 50.0 * 50.0));
             power.recip()
         });
         let (found, expected) = (red - blue, expected_red - expected_blue);
-        // Data sheets round a small spread to a quarter of a percent.
+        // The rounding of data sheets is a quarter of a percent of a small dispersion.
         assert!((found / expected - 1.0).abs() < 4e-3, "{name}: {found} mm, not {expected} mm");
     }
 }
@@ -145,18 +145,19 @@ fn lens_trace_refracts_each_wavelength_by_its_published_index() {
         }
         write(&folder, "rays.csv", rays);
         let arguments = ["lens", "trace", "lens.toml", "--rays", "rays.csv", "--precision", "f64"];
-        let (code, printed, said) = petzval(folder.path(), &arguments);
-        assert!(code == 0 && !said.contains("warning"), "{said}");
-        assert_eq!(printed.lines().count(), 4);
-        for ((line, nm), index) in printed.lines().zip(lines).zip(published(name)) {
+        let (code, stdout, stderr) = petzval(folder.path(), &arguments);
+        assert!(code == 0 && !stderr.contains("warning"), "{stderr}");
+        assert_eq!(stdout.lines().count(), 4);
+        for ((line, nm), index) in stdout.lines().zip(lines).zip(published(name)) {
             let found: Vec<f64> =
                 line.split(',').map(|word| word.parse().expect("a number")).collect();
-            // The oracle's film stands at the ray's start.
-            let traced = oracle::trace(&of_index(index), 45.0, [3.0, 1.0, 0.0], [-0.01, 0.02, 1.0]);
+            // For the oracle the film is at the start of the ray.
+            let traced =
+                oracle::trace_spheres(&of_index(index), 45.0, [3.0, 1.0, 0.0], [-0.01, 0.02, 1.0]);
             let [_, exact] = traced.expect("the ray comes through");
             for axis in 0..2 {
                 let off = (found[3 + axis] - exact[axis]).abs();
-                // By the rounding of the data sheet.
+                // The effect of the rounding of the data sheet.
                 assert!(off < 2e-6, "{name} at {nm} nm: {off} rad off");
             }
         }
@@ -164,15 +165,15 @@ fn lens_trace_refracts_each_wavelength_by_its_published_index() {
 }
 
 #[test]
-fn rays_of_a_picture_are_bent_by_the_published_index_of_their_band() {
+fn rays_of_a_picture_refract_by_the_published_index_of_their_band() {
     let (film, points) = (45.0, [[2.0f32, 1.0], [-4.0, 0.5], [0.0, 0.0]]);
     for name in ["F2", "N-BK7", "S-TIH6", "FCD1"] {
         let [_, blue, _, red] = published(name);
-        let mut lens = RealLens::new(of_glass(name), film, 5.0, Aim::Pupil, 1.0, 0.0);
+        let mut lens = RealLens::new(of_glass(name), film, 5.0, PupilSampling::Pupil, 1.0, 0.0);
         let band = |wavelength| LightBand { wavelength, response: [1.0; 3] };
         lens.disperse(&[band(F_LINE), band(C_LINE)]);
         let camera = Camera {
-            model: Model::Real(Box::new(lens)),
+            model: LensModel::Real(Box::new(lens)),
             film: [10.0, 10.0],
             world_from_camera: DAffine3::IDENTITY,
             imaging_ratio: 1.0,
@@ -183,15 +184,20 @@ fn rays_of_a_picture_are_bent_by_the_published_index_of_their_band() {
             for i in 0..samples.len {
                 for axis in 0..2 {
                     samples.film[axis][i] = points[i % 3][axis];
-                    samples.pupil[axis][i] = pair(0, i as u32, Dimension::Pupil)[axis];
+                    samples.pupil[axis][i] = sample_2d(0, i as u32, Dimension::Pupil)[axis];
                 }
             }
             let mut rays = RayBatch::default();
-            let mut stats = LensStats { blocked: vec![0; 3], ..LensStats::default() };
-            camera.expose::<f32x8>(&samples, &mut LensColumns::default(), &mut rays, &mut stats);
+            let mut stats = LensStats::default();
+            camera.generate_rays::<f32x8>(
+                &samples,
+                &mut LensColumns::default(),
+                &mut rays,
+                &mut stats,
+            );
             assert!(rays.len > 150, "{} rays", rays.len);
-            // Back through a lens that has the published index, to where they came from.
-            let back = sequence::<f64>(&of_index(index), From::Scene(0.0));
+            // Trace back through a lens of the published index, to the film point.
+            let back = sequence::<f64>(&of_index(index), Side::Scene(0.0));
             for i in 0..rays.len {
                 let ray = rays.ray(i);
                 let [x, y, z] = ray.origin.map(f64::from);
@@ -203,7 +209,7 @@ fn rays_of_a_picture_are_bent_by_the_published_index_of_their_band() {
                 for axis in 0..2 {
                     let landed = (there.p[axis] + way * there.t[axis]).abs();
                     let off = 1e3 * (landed - f64::from(point[axis].abs())).abs();
-                    // The rounding of the data sheet, and f32.
+                    // Rounding of the data sheet and of f32.
                     assert!(off < 0.2, "{name}, band {band}: {off} um off");
                 }
             }
@@ -212,7 +218,7 @@ fn rays_of_a_picture_are_bent_by_the_published_index_of_their_band() {
 }
 
 #[test]
-fn a_guess_takes_a_crown_for_what_gathers_light_and_a_flint_for_what_spreads_it() {
+fn a_guess_is_a_crown_for_positive_and_a_flint_for_negative_elements() {
     let of = |radius: f64| {
         let mut lens = of_index(1.62);
         (lens.rows[1].radius, lens.rows[2].radius) = (radius, -radius);

@@ -1,35 +1,37 @@
-//! Bands of the light that share rays: the same picture as each band by itself, with less noise.
+//! Hero wavelengths: bands of light that share rays give the picture of separate bands, with less
+//! noise.
 
 mod support;
 
-use petzval::job::{Changes, prepare};
+use petzval::job::Job;
 use petzval::lanes::f32x8;
-use petzval::lens::{Coating, LensColumns, Model, RealLens};
-use petzval::rays::{LandingBatch, RayBatch, SampleBatch, WAVE};
-use petzval::render::{Backend, Job};
+use petzval::lens::{Coating, LensColumns, LensModel, RealLens};
+use petzval::prepare::{Changes, prepare};
+use petzval::rays::{RayBatch, ReprojectionBatch, SampleBatch, WAVE_SIZE};
+use petzval::render::Backend;
 use petzval::scene::pbrt;
 use petzval::spectrum::{LightBand, bands};
 use petzval::stats::LensStats;
 use support::{Random, folder, mean, picture, root, write};
 
-/// A flint singlet of about 100 mm, its stop 30 mm before it: fields lie apart on it.
+/// A flint singlet of about 100 mm focal length, with the stop 30 mm before it.
 const SINGLET: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.0
 [[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 20.0\nglass = \"SF5\"
 [[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
 
-/// The same, its glass as it was put together on a bad day.
-const ASKEW: &str = "[[askew]]\nsurfaces = [2, 3]\ndecentre = [0.05, -0.03]\ntilt = [1.5, -2.0]\n";
+/// Tilt and decentre of the singlet's glass.
+const TILTED: &str = "[[askew]]\nsurfaces = [2, 3]\ndecentre = [0.05, -0.03]\ntilt = [1.5, -2.0]\n";
 
 const MITCHELL: &str = "\"mitchell\" \"float xradius\" 2 \"float yradius\" 2";
 
-/// A white moon 2 degrees off the axis, an orange one beside it, and a dim sky.
-const MOONS: &str = "LightSource \"infinite\" \"rgb L\" [.1 .1 .1]
+/// A white disc 2 degrees off the axis, an orange one beside it, and a dim sky.
+const DISCS: &str = "LightSource \"infinite\" \"rgb L\" [.1 .1 .1]
     AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]
     Translate 34.9 0.8 1000 Shape \"sphere\" \"float radius\" 0.8 AttributeEnd
     AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [1 .5 .2]
     Translate 34.9 -0.8 1000 Shape \"sphere\" \"float radius\" 0.8 AttributeEnd";
 
-/// A picture of the world behind a lens, 12 mm of film, metres.
+/// Returns the job of a world seen through a lens on 12 mm film; the world's unit is the metre.
 fn job(lens: &str, filter: &str, world: &str, changes: &Changes) -> Job {
     let folder = folder();
     let file = match lens.ends_with(".toml") {
@@ -49,19 +51,19 @@ fn job(lens: &str, filter: &str, world: &str, changes: &Changes) -> Job {
 }
 
 fn lens(job: &mut Job) -> &mut RealLens {
-    let Model::Real(lens) = &mut job.camera.model else { panic!("a real lens") };
+    let LensModel::Real(lens) = &mut job.camera.model else { panic!("a real lens") };
     lens
 }
 
-/// The same with its light in these bands.
+/// Returns the job with its light in these bands.
 fn in_bands(job: &Job, bands: &[LightBand]) -> Job {
     let mut job = job.clone();
     lens(&mut job).disperse(bands);
-    lens(&mut job).cover();
+    lens(&mut job).bound_all_bands();
     job
 }
 
-/// The mean of the pictures that its bands make by themselves.
+/// Returns the mean of the pictures that each band makes alone.
 fn band_by_band(job: &Job) -> Vec<[f64; 3]> {
     let mut sums = Vec::new();
     let mut one = job.clone();
@@ -76,7 +78,7 @@ fn band_by_band(job: &Job) -> Vec<[f64; 3]> {
     sums
 }
 
-/// Means over five parts of the picture, from left to right.
+/// Returns the means of five vertical strips of the picture, from left to right.
 fn parts(pixels: &[[f64; 3]], width: usize) -> [[f64; 3]; 5] {
     let mut means = [[0.0; 3]; 5];
     for (i, pixel) in pixels.iter().enumerate() {
@@ -86,9 +88,9 @@ fn parts(pixels: &[[f64; 3]], width: usize) -> [[f64; 3]; 5] {
     means
 }
 
-/// Bands that share rays make the picture that each makes by itself.
-fn compare(lens: &str, filter: &str, changes: &Changes) {
-    let mut shared = in_bands(&job(lens, filter, MOONS, changes), &bands());
+/// Checks that bands that share rays make the same picture as separate bands.
+fn assert_shared_equals_separate(lens: &str, filter: &str, changes: &Changes) {
+    let mut shared = in_bands(&job(lens, filter, DISCS, changes), &bands());
     let [width, height] = shared.frame.size();
     shared.samples = 0..3_000_000 / (width * height);
     let few = Job { samples: 0..100_000 / (width * height), ..shared.clone() };
@@ -106,12 +108,12 @@ fn compare(lens: &str, filter: &str, changes: &Changes) {
         }
     }
     println!("{:.3} % off, a fringe of {fringe:.2}", 100.0 * off);
-    assert!(fringe > 0.2, "the test means pictures with coloured edges: {fringe}");
+    assert!(fringe > 0.2, "the picture has coloured fringes: {fringe}");
     assert!(off < 0.01, "{off}: {found:?}, not {expected:?}");
 }
 
-/// Pixels of 14 um and of 56 um: the singlet takes colours farther apart than the one, and less far
-/// than the other.
+/// Pictures with pixels of 14 um and 56 um. The singlet disperses colours by more than the former,
+/// and by less than the latter.
 fn sizes() -> [Changes; 2] {
     let of = |resolution, crop| Changes {
         resolution: Some([resolution; 2]),
@@ -122,30 +124,30 @@ fn sizes() -> [Changes; 2] {
 }
 
 #[test]
-fn every_column_has_the_colours_of_its_bands() {
+fn shared_bands_have_the_colours_of_separate_bands() {
     for changes in sizes() {
-        compare(SINGLET, "\"box\"", &changes);
+        assert_shared_equals_separate(SINGLET, "\"box\"", &changes);
     }
 }
 
 #[test]
-fn filters_that_go_below_zero_and_coatings_keep_the_colours() {
+fn signed_filters_and_coatings_keep_the_colours() {
     for changes in sizes() {
         let coated = Changes { coating: Some(Coating::Mgf2), ..changes };
-        compare(SINGLET, MITCHELL, &coated);
+        assert_shared_equals_separate(SINGLET, MITCHELL, &coated);
     }
 }
 
 #[test]
-fn what_stands_askew_keeps_the_colours() {
+fn tilted_film_and_elements_keep_the_colours() {
     for changes in sizes() {
         let posed = Changes { film_tilt: Some([4.0, -3.0]), ..changes };
-        compare(&format!("{ASKEW}{SINGLET}"), "\"gaussian\"", &posed);
+        assert_shared_equals_separate(&format!("{TILTED}{SINGLET}"), "\"gaussian\"", &posed);
     }
 }
 
 #[test]
-fn a_ray_lands_where_it_came_from() {
+fn reprojection_into_the_same_band_returns_to_the_film_point() {
     let tilted = Changes {
         film_tilt: Some([4.0, -3.0]),
         film_shift: Some([1.0, 0.5]),
@@ -155,15 +157,15 @@ fn a_ray_lands_where_it_came_from() {
     let cases = [
         (SINGLET.to_owned(), Changes::default()),
         (bladed, Changes { coating: Some(Coating::Mgf2), ..Changes::default() }),
-        (format!("{ASKEW}{SINGLET}"), tilted),
+        (format!("{TILTED}{SINGLET}"), tilted),
         ("triplet.toml".to_owned(), Changes::default()),
     ];
     for (file, changes) in cases {
         let mut job = in_bands(&job(&file, "\"box\"", "", &changes), &bands());
         lens(&mut job).fresnel = changes.coating.is_some();
         let mut random = Random::new(3);
-        let mut samples = SampleBatch { len: WAVE, ..SampleBatch::default() };
-        for i in 0..WAVE {
+        let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
+        for i in 0..WAVE_SIZE {
             for axis in 0..2 {
                 samples.film[axis][i] = (random.between(-0.5, 0.5) * job.camera.film[axis]) as f32;
                 samples.pupil[axis][i] = random.next() as f32;
@@ -172,25 +174,25 @@ fn a_ray_lands_where_it_came_from() {
         for band in [0, 17, 31] {
             samples.band = band;
             let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
-            let mut stats = LensStats { blocked: vec![0; 9], ..LensStats::default() };
-            job.camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-            let (mut back, mut own) = (LandingBatch::default(), LandingBatch::default());
-            columns.passed(WAVE, &mut own.share);
-            job.camera.land::<f32x8>(band, &mut columns, &mut back);
-            assert!(rays.len > WAVE / 2, "{}", rays.len);
+            let mut stats = LensStats::default();
+            job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+            let (mut back, mut own) = (ReprojectionBatch::default(), ReprojectionBatch::default());
+            columns.passed(WAVE_SIZE, &mut own.transmission);
+            job.camera.reproject::<f32x8>(band, &mut columns, &mut back);
+            assert!(rays.len > WAVE_SIZE / 2, "{}", rays.len);
             let mut lost = 0;
             for &slot in &rays.slot[..rays.len] {
                 let i = slot as usize;
-                // A ray along a rim may end there on its way back.
-                if back.share[i] == 0.0 {
+                // A ray along a rim may be blocked there on its way back.
+                if back.transmission[i] == 0.0 {
                     lost += 1;
                     continue;
                 }
-                let off = (back.share[i] / own.share[i] - 1.0).abs();
-                assert!(off < 1e-4, "{} of {}", back.share[i], own.share[i]);
+                let off = (back.transmission[i] / own.transmission[i] - 1.0).abs();
+                assert!(off < 1e-4, "{} of {}", back.transmission[i], own.transmission[i]);
                 for axis in 0..2 {
                     let off = (back.film[axis][i] - samples.film[axis][i]).abs();
-                    assert!(off < 2e-4, "sample {i} lands {off} mm off");
+                    assert!(off < 2e-4, "sample {i} returns {off} mm off");
                 }
             }
             assert!(lost <= 2, "{lost} of {}", rays.len);
@@ -198,7 +200,7 @@ fn a_ray_lands_where_it_came_from() {
     }
 }
 
-/// The variance of red less green, and of blue less green, over the square of the mean.
+/// Returns the variance of red - green plus that of blue - green, with each channel's mean as 1.
 fn chroma(job: &Job) -> f64 {
     let picture = picture(job, Backend::Simd, 2);
     let all = mean(&picture);
@@ -211,12 +213,12 @@ fn chroma(job: &Job) -> f64 {
 }
 
 #[test]
-fn few_samples_have_little_noise_of_colour() {
+fn few_samples_have_little_chroma_noise() {
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
     let changes = Changes { resolution: Some([32; 2]), ..Changes::default() };
     let plain = job("triplet.toml", "\"box\"", world, &changes);
     let shared = in_bands(&plain, &bands());
-    // So many bands cannot be shared out.
+    // Thirty bands are no multiple of four, so they share no rays.
     let alone = in_bands(&plain, &bands()[1..31]);
     for (samples, least) in [(4, 15.0), (8, 8.0), (16, 3.0)] {
         let [shared, alone] =
@@ -227,7 +229,7 @@ fn few_samples_have_little_noise_of_colour() {
 }
 
 #[test]
-fn white_has_the_brightness_of_its_bands() {
+fn white_has_the_brightness_of_separate_bands() {
     let world = "LightSource \"infinite\" \"rgb L\" [1 1 1]";
     let changes = Changes { resolution: Some([32; 2]), samples: Some(64), ..Changes::default() };
     for filter in ["\"box\"", MITCHELL] {
@@ -245,7 +247,7 @@ fn white_has_the_brightness_of_its_bands() {
 }
 
 #[test]
-fn one_lane_shares_as_eight_do() {
+fn one_lane_and_eight_give_the_same_picture() {
     let [_, changes] = sizes();
     let changes = Changes {
         samples: Some(40),
@@ -253,8 +255,8 @@ fn one_lane_shares_as_eight_do() {
         coating: Some(Coating::Mgf2),
         ..changes
     };
-    let lens = format!("{ASKEW}{SINGLET}");
-    let job = in_bands(&job(&lens, MITCHELL, MOONS, &changes), &bands());
+    let lens = format!("{TILTED}{SINGLET}");
+    let job = in_bands(&job(&lens, MITCHELL, DISCS, &changes), &bands());
     let eight = picture(&job, Backend::Simd, 2);
     assert_eq!(eight.pixels, picture(&job, Backend::Scalar, 1).pixels, "bit for bit");
 }

@@ -1,15 +1,15 @@
-//! Lens files: what is read, and what is refused with which words.
+//! Lens files in the .dat format: accepted forms, and the errors of the others.
 
 mod support;
 
 use std::path::Path;
 
-use petzval::lens::{LensError, Prescription, parse, read};
+use petzval::lens::{LensError, Prescription, parse_dat, read};
 use support::{LENSES, folder, lens, write};
 
 fn parsed(text: &str) -> Result<Prescription, LensError> {
     let lines: Vec<&str> = text.lines().collect();
-    parse(Path::new("test.dat"), &lines)
+    parse_dat(Path::new("test.dat"), &lines)
 }
 
 const GOOD: &str = "# a lens\n10 2 1.5 8\n-30 1 1 8 # trailing words\n0 1 0 6\n-20 0 1 8\n";
@@ -21,13 +21,13 @@ fn both_column_conventions_give_the_same_lens() {
     assert_eq!(after, before);
     let thicknesses: Vec<f64> = after.rows.iter().map(|row| row.thickness).collect();
     assert_eq!(thicknesses, [2.0, 1.0, 3.0, 4.0, 0.0]);
-    // pbrt's own files give the distance to the film in the last row.
+    // Files of pbrt give the distance to the film in the last row.
     let to_film = parsed("10 2 1.5 8\n-30 1 1 8\n0 3 0 6\n20 4 1.6 8\n-20 40 1 8").unwrap();
     assert_eq!(to_film.rows[..4], after.rows[..4]);
 }
 
 #[test]
-fn the_stop_stands_in_air_unless_it_says_otherwise() {
+fn the_stop_is_in_air_unless_its_row_has_an_index() {
     let lens = parsed(GOOD).unwrap();
     assert_eq!(lens.stop(), 2);
     assert_eq!(lens.rows[2].index, 1.0);
@@ -37,7 +37,7 @@ fn the_stop_stands_in_air_unless_it_says_otherwise() {
 }
 
 #[test]
-fn what_is_malformed_is_refused_with_its_line() {
+fn malformed_rows_are_refused_with_their_line() {
     let cases = [
         ("10 2 1.5 8\n-30 one 1 8\n0 0 0 6", "test.dat:2: \"one\" is not a finite number"),
         ("10 2 1.5 8\n-30 nan 1 8\n0 0 0 6", "test.dat:2: \"nan\" is not a finite number"),
@@ -58,30 +58,30 @@ fn what_is_malformed_is_refused_with_its_line() {
     ];
     for (text, expected) in cases {
         let error = parsed(text).expect_err(text).to_string();
-        assert!(error.starts_with(expected), "{text:?}\n  said     {error}\n  expected {expected}");
+        assert!(error.starts_with(expected), "{text:?}\n  found    {error}\n  expected {expected}");
     }
 }
 
 #[test]
-fn a_line_without_end_is_refused_before_it_fills_the_memory() {
+fn an_endless_line_is_refused_before_it_fills_the_memory() {
     let folder = folder();
     let path = write(&folder, "long.dat", "");
-    // A sparse file of a gigabyte of NULs behind one good line.
+    // A sparse file: a gigabyte of zero bytes behind one good line.
     let file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
     std::io::Write::write_all(&mut &file, b"10 2 1.5 8\n").unwrap();
     file.set_len(1 << 30).unwrap();
     let error = read(&path).unwrap_err().to_string();
-    assert!(error.contains("long.dat:2: the file goes on past 1 MiB"), "{error}");
+    assert!(error.contains("long.dat:2: the file is larger than 1 MiB"), "{error}");
 }
 
 #[test]
-fn a_missing_lens_is_named() {
+fn the_error_for_a_missing_file_names_it() {
     let error = read(Path::new("no/such.dat")).unwrap_err().to_string();
     assert!(error.starts_with("cannot read the lens no/such.dat: "), "{error}");
 }
 
 #[test]
-fn no_garbage_panics() {
+fn random_bytes_do_not_panic() {
     let good = GOOD.as_bytes();
     let mut random = support::Random::new(3);
     for _ in 0..20_000 {
@@ -91,16 +91,16 @@ fn no_garbage_panics() {
             bytes[i] = (random.next() * 256.0) as u8;
         }
         let text = String::from_utf8_lossy(&bytes).into_owned();
-        // Whatever is accepted must also be fit for use.
+        // First-order optics must accept every lens that the reader accepts.
         if let Ok(lens) = parsed(&text) {
-            let _ = petzval::lens::Paraxial::of(&lens);
+            let _ = petzval::lens::Paraxial::new(&lens);
         }
     }
 }
 
 #[test]
 fn the_repository_holds_the_four_course_lenses() {
-    // Surfaces, and a checksum of the course's tables: sums of radii, distances and diameters.
+    // Number of surfaces, and sums of radii, thicknesses and diameters as checksums of the tables.
     let facts = [
         ("dgauss.50mm", 11, 590.325, 32.04, 228.5),
         ("fisheye.10mm", 12, 151.1369, 33.4461, 135.72),
@@ -120,7 +120,7 @@ fn the_repository_holds_the_four_course_lenses() {
 }
 
 #[test]
-fn a_lone_number_before_the_rows_is_the_focal_length() {
+fn a_number_alone_before_the_rows_is_the_focal_length() {
     let rows = parsed(GOOD).unwrap().rows;
     for first in ["50.000\t\t", "  50 # mm", "# focal length\n\n50"] {
         let lens = parsed(&format!("{first}\n{GOOD}")).expect(first);
@@ -128,7 +128,7 @@ fn a_lone_number_before_the_rows_is_the_focal_length() {
         assert_eq!(lens.rows, rows);
     }
     assert_eq!(parsed(GOOD).unwrap().stated_focal_length, None);
-    // Other programs count the rows there.
+    // Other programs write the number of rows there.
     let counted = parsed(&format!("4 # lens size\n{GOOD}")).unwrap();
     assert_eq!((counted.stated_focal_length, counted.rows), (None, rows));
     for (text, expected) in [
@@ -138,19 +138,19 @@ fn a_lone_number_before_the_rows_is_the_focal_length() {
         ("50", "test.dat:1: no surface in the file"),
     ] {
         let error = parsed(text).expect_err(text).to_string();
-        assert!(error.starts_with(expected), "{text:?}\n  said {error}");
+        assert!(error.starts_with(expected), "{text:?}\n  found    {error}");
     }
 }
 
 #[test]
-fn a_byte_order_mark_does_not_belong_to_the_first_number() {
+fn a_byte_order_mark_is_skipped() {
     let folder = folder();
     let path = write(&folder, "marked.dat", "\u{feff}10 2 1.5 8\n-30 1 1 8\n0 1 0 6\n-20 0 1 8\n");
     assert_eq!(read(&path).unwrap().rows, parsed(GOOD).unwrap().rows);
 }
 
 #[test]
-fn files_that_are_no_lens_of_ours_are_named_and_the_error_says_what_to_do() {
+fn foreign_files_are_recognised_and_the_error_says_what_to_do() {
     let wide = |text: &str| -> Vec<u8> {
         let units = std::iter::once(0xfeff).chain(text.encode_utf16());
         units.flat_map(u16::to_le_bytes).collect()
@@ -180,9 +180,9 @@ fn files_that_are_no_lens_of_ours_are_named_and_the_error_says_what_to_do() {
         let folder = folder();
         let path = write(&folder, name, &bytes);
         let error = read(&path).expect_err(name).to_string();
-        let said =
+        let message =
             error.strip_prefix(&path.display().to_string()).expect("it begins with the file");
-        assert!(said.starts_with(found) && said.contains(advice), "{name}: {said}");
+        assert!(message.starts_with(found) && message.contains(advice), "{name}: {message}");
         let (code, _, _) = support::petzval(folder.path(), &["lens", name]);
         assert_eq!(code, 2, "{name}");
     }

@@ -1,5 +1,4 @@
-//! Reports of `petzval lens` on lenses of which not all can be known: no image, or indices outside
-//! the wavelengths of their data.
+//! Reports of `petzval lens` on lenses without an image and on glasses outside their wavelengths.
 
 mod support;
 
@@ -9,7 +8,7 @@ use std::path::Path;
 use petzval::lens::{Prescription, parse_toml};
 use support::{folder, petzval, root, write};
 
-/// A biconvex lens of this medium with its stop in front, and `rest` behind.
+/// Returns a biconvex lens of this medium with its stop in front and the rows of `rest` behind.
 fn biconvex(medium: &str, rest: &str) -> String {
     format!(
         "[[surface]]\ndiameter = 6\nstop = true\nthickness = 1\n\
@@ -22,62 +21,62 @@ fn parsed(text: &str) -> Prescription {
     parse_toml(Path::new("test.toml"), text).expect("a lens of a test")
 }
 
-/// The exit code of the command for a lens, its output and its messages.
-fn told(text: &str, options: &[&str]) -> (i32, String, String) {
+/// Runs `petzval lens`. Returns its exit code, standard output and standard error.
+fn report(text: &str, options: &[&str]) -> (i32, String, String) {
     let folder = folder();
     write(&folder, "lens.toml", text);
     petzval(folder.path(), &[&["lens", "lens.toml"], options].concat())
 }
 
 #[test]
-fn a_lens_that_forms_no_image_still_tells_its_data() {
-    // The last surface of the file is the film, a hair behind the focus; and a diverging lens.
+fn a_lens_without_an_image_still_has_a_report() {
+    // A lens whose last surface, the film, lies just behind the focus, and a diverging lens.
     let film = biconvex("index = 1.5", "thickness = 49.6\n[[surface]]\ndiameter = 12");
     let diverging = biconvex("index = 1.5", "").replace("radius = 50", "radius = -50");
     for (text, focal) in [(film, "50.5"), (diverging.replace("= -50\ndi", "= 50\ndi"), "-49.5")] {
         for options in [&["--focus", "inf"][..], &[]] {
-            let (code, printed, _) = told(&text, options);
-            assert_eq!(code, 0, "{options:?}: {printed}");
+            let (code, stdout, _) = report(&text, options);
+            assert_eq!(code, 0, "{options:?}: {stdout}");
             for known in ["radius", "focal length", "back focal distance", "exit pupil position"] {
-                assert!(printed.contains(known), "{options:?}: no {known} in {printed}");
+                assert!(stdout.contains(known), "{options:?}: no {known} in {stdout}");
             }
-            let line = printed.lines().find(|line| line.starts_with("focal length")).expect("one");
+            let line = stdout.lines().find(|line| line.starts_with("focal length")).expect("one");
             assert!(line.contains(focal), "{line}");
-            assert!(printed.contains("not known: "), "{options:?}: {printed}");
+            assert!(stdout.contains("not known: "), "{options:?}: {stdout}");
             assert!(
-                printed.contains("no real image") && printed.contains("leave it out"),
-                "{printed}"
+                stdout.contains("no real image") && stdout.contains("leave it out"),
+                "{stdout}"
             );
-            assert_ne!(options.is_empty(), printed.contains("  none\n"), "{options:?}: {printed}");
+            assert_ne!(options.is_empty(), stdout.contains("  none\n"), "{options:?}: {stdout}");
         }
     }
 }
 
 #[test]
-fn rays_that_all_end_are_said_to() {
-    // First-order optics sees an image; all real rays are totally reflected or miss.
+fn the_report_says_when_all_rays_are_blocked() {
+    // First-order optics has an image, but all real rays are blocked.
     let text =
         biconvex("index = 1.5", "thickness = 1\n[[surface]]\ndiameter = 1\nobstruction = 0.99")
             .replace("diameter = 6", "diameter = 6\nobstruction = 5.9");
-    let (code, printed, _) = told(&text, &["--focus", "inf"]);
-    assert!(code == 0 && printed.contains("no ray from a point on the axis"), "{printed}");
-    let film = |name: &str| printed.lines().find(|line| line.starts_with(name)).expect("a line");
+    let (code, stdout, _) = report(&text, &["--focus", "inf"]);
+    assert!(code == 0 && stdout.contains("no ray from a point on the axis"), "{stdout}");
+    let film = |name: &str| stdout.lines().find(|line| line.starts_with(name)).expect("a line");
     let none = ["film distance   ", "film distance, real rays"].map(|n| film(n).contains("none"));
-    assert_eq!(none, [false, true], "{printed}");
+    assert_eq!(none, [false, true], "{stdout}");
 }
 
 #[test]
 fn a_focus_that_is_too_near_stays_an_error() {
-    let (code, _, said) = told(&biconvex("index = 1.5", ""), &["--focus", "10"]);
-    assert!(code == 2 && said.contains("the nearest it can is"), "{said}");
+    let (code, _, stderr) = report(&biconvex("index = 1.5", ""), &["--focus", "10"]);
+    assert!(code == 2 && stderr.contains("the nearest it can is"), "{stderr}");
 }
 
-/// A table of germanium for 8 to 12 um.
+/// Indices of germanium from 8 to 12 um.
 const GERMANIUM: &str = "index = [[8000, 4.0053], [10000, 4.0032], [12000, 4.0023]]";
 
 #[test]
-fn glass_in_light_that_its_data_do_not_cover_is_named_with_both_ranges() {
-    let of = |medium: &str, used| parsed(&biconvex(medium, "")).doubtful_indices(used);
+fn a_glass_outside_its_wavelengths_is_named_with_both_ranges() {
+    let of = |medium: &str, used| parsed(&biconvex(medium, "")).index_warnings(used);
     let d = [587.5618; 2];
     for (medium, used, expected) in [
         (
@@ -90,7 +89,7 @@ fn glass_in_light_that_its_data_do_not_cover_is_named_with_both_ranges() {
         (
             "index = 1.5",
             [500.0, 600.0],
-            "says nothing of dispersion but the index at 587.6 nm; at 500 to 600 nm",
+            "states no dispersion, only the index at 587.6 nm; at 500 to 600 nm",
         ),
         (
             "glass = \"N-BK7\"",
@@ -104,8 +103,8 @@ fn glass_in_light_that_its_data_do_not_cover_is_named_with_both_ranges() {
             "the Abbe number describes the index from 380 to 780 nm; at 1000 nm",
         ),
     ] {
-        let said = of(medium, used);
-        assert!(said.len() == 1 && said[0].contains(expected), "{medium}: {said:?}");
+        let message = of(medium, used);
+        assert!(message.len() == 1 && message[0].contains(expected), "{medium}: {message:?}");
     }
     for (medium, used) in [
         (GERMANIUM, [8000.0, 12000.0]),
@@ -114,13 +113,13 @@ fn glass_in_light_that_its_data_do_not_cover_is_named_with_both_ranges() {
         ("glass = \"N-BK7\"", [400.0, 704.0]),
         ("index = 1.5\nabbe = 60", [400.0, 704.0]),
     ] {
-        let said = of(medium, used);
-        assert!(said.is_empty(), "{medium}: {said:?}");
+        let message = of(medium, used);
+        assert!(message.is_empty(), "{medium}: {message:?}");
     }
 }
 
 #[test]
-fn lens_trace_plan_and_render_warn_alike() {
+fn lens_trace_plan_and_render_warn_once_about_wavelengths() {
     let folder = folder();
     write(&folder, "ge.toml", biconvex(GERMANIUM, ""));
     write(&folder, "rays.csv", "0,0,60,0,0,-1,9000\n0,0,60,0,0,-1,587.56\n");
@@ -140,20 +139,20 @@ fn lens_trace_plan_and_render_warn_alike() {
         &["render", "scene.pbrt", "-o", "out.exr"],
     ];
     for arguments in runs {
-        let (code, _, said) = petzval(folder.path(), arguments);
+        let (code, _, stderr) = petzval(folder.path(), arguments);
         let warning = "behind surface 2 the table of indices covers 8000 to 12000 nm; at 587.6 ";
-        assert!(code == 0 && said.contains(warning), "{arguments:?}: {said}");
-        assert_eq!(said.matches(warning).count(), 1, "{arguments:?}: {said}");
+        assert!(code == 0 && stderr.contains(warning), "{arguments:?}: {stderr}");
+        assert_eq!(stderr.matches(warning).count(), 1, "{arguments:?}: {stderr}");
     }
 }
 
 #[test]
-fn lenses_of_the_repository_are_used_in_light_that_their_data_cover() {
+fn lenses_of_the_repository_cover_the_visible_wavelengths() {
     for lens in ["dgauss.50mm.dat", "triplet.toml", "phone.toml", "anamorphic.toml"] {
-        let (code, printed, said) = petzval(root(), &["lens", &format!("lenses/{lens}")]);
-        assert!(code == 0 && !said.contains("warning"), "{said}");
-        let line = printed.lines().find(|line| line.starts_with("wavelength")).expect("one");
+        let (code, stdout, stderr) = petzval(root(), &["lens", &format!("lenses/{lens}")]);
+        assert!(code == 0 && !stderr.contains("warning"), "{stderr}");
+        let line = stdout.lines().find(|line| line.starts_with("wavelength")).expect("one");
         let constant = lens.ends_with(".dat");
-        assert_eq!(line.contains("says nothing of dispersion"), constant, "{line}");
+        assert_eq!(line.contains("states no dispersion"), constant, "{line}");
     }
 }

@@ -1,11 +1,12 @@
-//! A surface that is the stop and refracts, plane or not.
+//! Stops that are also refracting surfaces, plane or curved.
 
 mod support;
 
 use std::path::Path;
 
 use petzval::lens::{
-    From, LensError, LensRay, Paraxial, Prescription, Why, parse, parse_toml, sequence, trace_one,
+    BlockReason, LensError, LensRay, Paraxial, Prescription, Side, parse_dat, parse_toml, sequence,
+    trace_one,
 };
 use support::{folder, oracle, petzval, write};
 
@@ -15,13 +16,13 @@ fn toml(text: &str) -> Result<Prescription, LensError> {
 
 fn dat(text: &str) -> Result<Prescription, LensError> {
     let lines: Vec<&str> = text.lines().collect();
-    parse(Path::new("test.dat"), &lines)
+    parse_dat(Path::new("test.dat"), &lines)
 }
 
 /// N-BK7 with a radius of 25.84 mm: a focal length of 50 mm.
 const CURVED: &str = "[[surface]]\nradius = 25.84\nthickness = 4\ndiameter = 20\n";
 
-/// The plano-convex lens with its plane face, the stop, behind; `keys` of that face.
+/// Returns a plano-convex lens whose rear plane face is the stop and has these keys.
 fn plane_behind(keys: &str) -> String {
     format!("{CURVED}glass = \"N-BK7\"\n[[surface]]\ndiameter = 10\nstop = true\n{keys}\n")
 }
@@ -30,16 +31,16 @@ fn plane_behind(keys: &str) -> String {
 fn a_plane_face_behind_the_lens_can_be_the_stop() {
     for keys in ["", "index = 1.0", "radius = 0", "radius = inf\nindex = 1"] {
         let lens = toml(&plane_behind(keys)).expect(keys);
-        let focal = Paraxial::of(&lens).focal_length;
+        let focal = Paraxial::new(&lens).focal_length;
         assert!((focal - 50.0).abs() < 5e-3, "{keys:?}: {focal}");
         assert_eq!(lens.rear().index, 1.0, "the film is in air");
     }
     let folder = folder();
     let path = write(&folder, "plano.toml", plane_behind(""));
-    let (code, said, _) = petzval(folder.path(), &["lens", &path.to_string_lossy()]);
-    let focal = said.lines().find(|line| line.starts_with("focal length")).expect("printed");
+    let (code, stdout, _) = petzval(folder.path(), &["lens", &path.to_string_lossy()]);
+    let focal = stdout.lines().find(|line| line.starts_with("focal length")).expect("printed");
     assert!(code == 0 && focal.contains(" 50.00"), "{focal}");
-    assert!(said.contains("plane stop"), "{said}");
+    assert!(stdout.contains("plane stop"), "{stdout}");
 }
 
 #[test]
@@ -47,32 +48,32 @@ fn a_plane_face_in_front_can_be_the_stop() {
     let text = "[[surface]]\nthickness = 4\ndiameter = 10\nstop = true\nglass = \"N-BK7\"\n\
                 [[surface]]\nradius = -25.84\ndiameter = 20\n";
     let lens = toml(text).unwrap();
-    assert!((Paraxial::of(&lens).focal_length - 50.0).abs() < 5e-3);
+    assert!((Paraxial::new(&lens).focal_length - 50.0).abs() < 5e-3);
     let index = lens.rows[0].index;
     let table = dat(&format!("0 4 {index} 10\n-25.84 0 1 20")).unwrap();
-    assert_eq!(Paraxial::of(&table).focal_length, Paraxial::of(&lens).focal_length);
+    assert_eq!(Paraxial::new(&table).focal_length, Paraxial::new(&lens).focal_length);
 }
 
 #[test]
-fn a_table_takes_the_index_behind_a_plane_stop_at_its_word() {
+fn a_table_may_give_the_index_behind_a_plane_stop() {
     let lens = dat("25.84 4 1.5168 20\n0 0 1 10").unwrap();
-    assert!((Paraxial::of(&lens).focal_length - 50.0).abs() < 5e-3);
-    // The last face is one to air, whatever a 0 means elsewhere.
+    assert!((Paraxial::new(&lens).focal_length - 50.0).abs() < 5e-3);
+    // In the last row index 0 means air.
     assert_eq!(dat("25.84 4 1.5168 20\n0 0 0 10").unwrap().rows, lens.rows);
 }
 
 #[test]
-fn rays_refract_and_end_at_a_plane_stop_as_the_oracle_has_it() {
+fn a_plane_stop_refracts_and_blocks_as_in_the_oracle() {
     let behind = toml(&plane_behind("")).unwrap();
     let in_front = dat("0 4 1.5168 10\n-25.84 0 1 20").unwrap();
     for lens in [behind, in_front] {
-        let surfaces = sequence::<f64>(&lens, From::Film(47.0));
+        let surfaces = sequence::<f64>(&lens, Side::Film(47.0));
         let (mut through, mut ended) = (0, 0);
         for i in -20..=20 {
             let start = [1.0, 2.0, 0.0];
             let towards = oracle::unit([0.01 * f64::from(i), 0.02, 1.0]);
             let traced = trace_one::<f64>(LensRay::new(start, towards), &surfaces);
-            match (traced, oracle::trace(&lens, 47.0, start, towards)) {
+            match (traced, oracle::trace_spheres(&lens, 47.0, start, towards)) {
                 (Ok(ray), Ok([p, d])) => {
                     through += 1;
                     for axis in 0..3 {
@@ -82,8 +83,9 @@ fn rays_refract_and_end_at_a_plane_stop_as_the_oracle_has_it() {
                 }
                 (Err(end), Err(row)) => {
                     ended += 1;
-                    let why = if row == lens.stop() { Why::Stop } else { Why::Clip };
-                    assert_eq!((end.row, end.why), (row, why));
+                    let reason =
+                        if row == lens.stop() { BlockReason::Stop } else { BlockReason::Clip };
+                    assert_eq!((end.row, end.reason), (row, reason));
                 }
                 (traced, told) => panic!("{towards:?}: {traced:?}, not {told:?}"),
             }
@@ -93,7 +95,7 @@ fn rays_refract_and_end_at_a_plane_stop_as_the_oracle_has_it() {
 }
 
 #[test]
-fn a_plane_stop_between_two_glasses_has_to_name_its_medium() {
+fn a_plane_stop_between_two_glasses_must_name_its_medium() {
     let between = |keys: &str| {
         toml(&format!(
             "{CURVED}index = 1.5\n[[surface]]\nstop = true\nthickness = 1\ndiameter = 10\n{keys}\n\
@@ -109,7 +111,7 @@ fn a_plane_stop_between_two_glasses_has_to_name_its_medium() {
     assert!(error.contains("index = 1.5") && error.contains("index = 1 "), "{error}");
     assert_eq!(between("index = 1.5").unwrap().rows[1].index, 1.5);
     assert_eq!(between("index = 1").unwrap().rows[1].index, 1.0);
-    // A table says 0 for air, but not for which of the two.
+    // An index of 0 in a table does not say whether the stop or the medium behind it is meant.
     let error = dat("25.84 4 1.5 20\n0 1 0 10\n-30 2 1.6 20\n-60 0 1 20").unwrap_err().to_string();
     assert!(error.starts_with("test.dat:2: the stop changes the index from 1.5 to 0"), "{error}");
     assert!(error.contains("write 1.5") && error.contains("or 1 "), "{error}");

@@ -1,4 +1,4 @@
-//! `petzval lens trace`: rays in a CSV, against the oracle.
+//! `petzval lens trace`: rays from a CSV, against the oracle.
 
 mod support;
 
@@ -27,7 +27,7 @@ fn lines(output: &Output) -> Vec<String> {
 }
 
 #[test]
-fn rays_end_where_the_oracle_says() {
+fn traced_rays_agree_with_the_oracle() {
     let folder = folder();
     for (name, film) in LENSES {
         let prescription = lens(name);
@@ -39,7 +39,7 @@ fn rays_end_where_the_oracle_says() {
             let start = [random.between(-15.0, 15.0), random.between(-15.0, 15.0), film_z];
             let (r, phi) =
                 (random.next() * prescription.rear().diameter * 0.6, random.next() * 6.3);
-            // Of any length: the command normalises.
+            // A direction of any length: the command normalises it.
             let d = [r * phi.cos() - start[0], r * phi.sin() - start[1], -film];
             let _ =
                 writeln!(text, "{},{},{},{},{},{}", start[0], start[1], start[2], d[0], d[1], d[2]);
@@ -51,7 +51,7 @@ fn rays_end_where_the_oracle_says() {
         let mut through = 0;
         for (line, (start, d)) in f64_lines.iter().zip(&rays) {
             let film_point = [start[0], start[1], 0.0];
-            match oracle::trace(&prescription, film, film_point, [d[0], d[1], -d[2]]) {
+            match oracle::trace_spheres(&prescription, film, film_point, [d[0], d[1], -d[2]]) {
                 Ok([p, t]) => {
                     let s = -p[2] / t[2];
                     let exact = [p[0] + s * t[0], p[1] + s * t[1], 0.0, t[0], t[1], -t[2]];
@@ -66,10 +66,10 @@ fn rays_end_where_the_oracle_says() {
                 }
             }
         }
-        assert!(through > 300, "{name}: only {through} rays come through");
+        assert!(through > 300, "{name}: only {through} rays leave the lens");
         let simd = lines(&trace(&path, &csv, &[]));
         let scalar = lines(&trace(&path, &csv, &["--backend", "scalar"]));
-        assert_eq!(simd, scalar, "{name}: one lane and eight give the same digits");
+        assert_eq!(simd, scalar, "{name}: one lane and eight differ");
         for (single, double) in simd.iter().zip(&f64_lines) {
             if single.starts_with("blocked") || double.starts_with("blocked") {
                 continue;
@@ -85,7 +85,7 @@ fn rays_end_where_the_oracle_says() {
 #[test]
 fn a_blocked_ray_says_where_and_why() {
     let folder = folder();
-    // A stop, a strong lens, and a flat front plate.
+    // A plate in front, a strong lens and the stop behind.
     let table = "1e9 2 1.5 20\n-1e9 1 1 20\n10 6 1.8 18\n-10 1 1 18\n0 0 0 4\n";
     let lens = write(&folder, "lens.dat", table);
     let rays = "x,y,z,dx,dy,dz,wavelength_nm\n\
@@ -95,16 +95,16 @@ fn a_blocked_ray_says_where_and_why() {
                 # a comment\n\
                 0,0,30,1,0,0\n";
     let rays = write(&folder, "rays.csv", rays);
-    let said = lines(&trace(&lens, &rays, &["--precision", "f64"]));
-    assert_eq!(said[0], "x,y,z,dx,dy,dz");
-    let straight: Vec<f64> = said[1].split(',').map(|v| v.parse().unwrap()).collect();
+    let printed = lines(&trace(&lens, &rays, &["--precision", "f64"]));
+    assert_eq!(printed[0], "x,y,z,dx,dy,dz");
+    let straight: Vec<f64> = printed[1].split(',').map(|v| v.parse().unwrap()).collect();
     assert_eq!(straight, [0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
-    assert_eq!(said[2], "blocked,5,stop");
-    assert_eq!(said[3], "blocked,5,miss");
-    assert_eq!(said[4], "blocked,5,miss");
-    assert_eq!(said.len(), 5);
+    assert_eq!(printed[2], "blocked,5,stop");
+    assert_eq!(printed[3], "blocked,5,miss");
+    assert_eq!(printed[4], "blocked,5,miss");
+    assert_eq!(printed.len(), 5);
 
-    // A half ball behind a flat front, and a narrow rim on the front.
+    // A hemisphere behind a plane front with a narrow rim.
     let ball = write(&folder, "ball.dat", "1e9 9 1.9 12\n-8 9 1 15.9\n0 0 0 30\n");
     let rays = "0,0,20,0,0,-1\n\
                 14,0,20,-14,0,-19\n\
@@ -113,24 +113,24 @@ fn a_blocked_ray_says_where_and_why() {
                 14,0,20,-8,0,-19\n";
     let rays = write(&folder, "ball.csv", rays);
     for precision in ["f32", "f64"] {
-        let said = lines(&trace(&ball, &rays, &["--precision", precision]));
-        assert!(!said[0].starts_with("blocked"), "{said:?}");
-        // Through the centre of the ball, at 36 degrees to the flat: beyond 31.8 it reflects.
-        assert_eq!(said[1], "blocked,1,tir");
-        assert_eq!(said[2], "blocked,2,miss");
-        assert_eq!(said[3], "blocked,2,clip");
-        assert!(said[4].starts_with("blocked,1,"), "{said:?}");
+        let printed = lines(&trace(&ball, &rays, &["--precision", precision]));
+        assert!(!printed[0].starts_with("blocked"), "{printed:?}");
+        // Through the centre of the ball, at 36 degrees to the plane: beyond 31.8 total reflection.
+        assert_eq!(printed[1], "blocked,1,tir");
+        assert_eq!(printed[2], "blocked,2,miss");
+        assert_eq!(printed[3], "blocked,2,clip");
+        assert!(printed[4].starts_with("blocked,1,"), "{printed:?}");
     }
 }
 
 #[test]
-fn digits_are_nine_for_f32_and_seventeen_for_f64() {
+fn f32_prints_nine_digits_and_f64_seventeen() {
     let folder = folder();
     let rays = write(&folder, "rays.csv", "1,1,68.81,-0.01,-0.02,-1\n");
     let path = root().join("lenses/dgauss.50mm.dat");
     for (precision, digits) in [("f32", 9), ("f64", 17)] {
-        let said = lines(&trace(&path, &rays, &["--precision", precision]));
-        for number in said[0].split(',') {
+        let printed = lines(&trace(&path, &rays, &["--precision", precision]));
+        for number in printed[0].split(',') {
             let mantissa = number.split('e').next().unwrap();
             assert_eq!(mantissa.chars().filter(char::is_ascii_digit).count(), digits, "{number}");
         }
@@ -149,9 +149,9 @@ fn bad_rays_are_named_with_their_line() {
     ] {
         let rays = write(&folder, "rays.csv", rays);
         let output = trace(&path, &rays, &[]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2));
-        assert!(said.contains(expected), "{said}");
+        assert!(stderr.contains(expected), "{stderr}");
     }
     let output = trace(&path, Path::new("no.csv"), &[]);
     assert_eq!(output.status.code(), Some(2));
@@ -159,7 +159,7 @@ fn bad_rays_are_named_with_their_line() {
 }
 
 #[test]
-fn rays_from_anywhere_that_graze_a_rear_hemisphere_keep_the_promise_in_f32() {
+fn rays_that_graze_a_rear_hemisphere_stay_within_the_bound_in_f32() {
     let folder = folder();
     for seed in 0..12 {
         let mut random = Random::new(seed);
@@ -192,7 +192,7 @@ fn rays_from_anywhere_that_graze_a_rear_hemisphere_keep_the_promise_in_f32() {
             through += 1;
             worst = worst.max(1e6 * (3..6).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt());
         }
-        assert!(through > 1000, "lens {seed}: {through} rays come through");
+        assert!(through > 1000, "lens {seed}: {through} rays leave the lens");
         assert!(worst < 5.0, "lens {seed}: {worst} urad");
     }
 }

@@ -1,4 +1,4 @@
-//! Radiometry: pictures whose brightness is known in closed form.
+//! Radiometry: pictures whose brightness has a closed form.
 
 mod support;
 
@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 
 use support::{mean, rendered};
 
-/// A camera that looks straight down on the world's origin from 1 unit, at a spot of about 1 %.
+/// Returns the mean of a picture taken straight down at the world's origin from 1 unit above, with
+/// a field of view of 1 degree.
 fn looking_down(samples: u32, integrator: &str, world: &str) -> [f64; 3] {
     let text = format!(
         r#"Film "rgb" "integer xresolution" 16 "integer yresolution" 16
@@ -36,7 +37,7 @@ fn times(colour: [f64; 3], by: f64) -> [f64; 3] {
 const REFLECTANCE: [f64; 3] = [0.5, 0.25, 0.8];
 
 #[test]
-fn a_floor_under_a_uniform_sky_has_its_reflectance() {
+fn a_floor_under_a_uniform_sky_shows_its_reflectance() {
     let sky = r#"LightSource "infinite" "rgb L" [2 2 2]"#;
     let found = looking_down(256, DIRECT, &format!("{sky} {FLOOR}"));
     assert_near(found, times(REFLECTANCE, 2.0), 1e-3);
@@ -58,7 +59,7 @@ fn a_distant_light_falls_off_with_the_cosine() {
 }
 
 #[test]
-fn a_disk_light_gives_what_its_solid_angle_says() {
+fn a_disk_light_has_the_closed_form_irradiance() {
     // On the axis of a disk of radius r at height h: E = pi L r^2 / (r^2 + h^2).
     let light = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [7 7 7]
         Translate 0 2 0 Rotate 90 1 0 0 Shape "disk" "float radius" 1.5 AttributeEnd"#;
@@ -67,8 +68,8 @@ fn a_disk_light_gives_what_its_solid_angle_says() {
 }
 
 #[test]
-fn spheres_cones_and_meshes_shine_by_their_area() {
-    // A small sphere of radius r at distance d: E = pi L r^2 / d^2, whatever it is made of.
+fn small_spheres_and_quads_emit_in_proportion_to_their_area() {
+    // A small sphere of radius r at distance d: E = pi L r^2 / d^2, however it is transformed.
     let expected = times(REFLECTANCE, 100.0 * 0.05f64.powi(2) / 4.0);
     for shape in [
         r#"Shape "sphere" "float radius" 0.05"#,
@@ -82,7 +83,7 @@ fn spheres_cones_and_meshes_shine_by_their_area() {
         let found = looking_down(1024, DIRECT, &format!("{light} {FLOOR}"));
         assert_near(found, expected, 0.01);
     }
-    // A quad of side 0.1 facing down: E = L A / d^2, less 0.1 % for its size.
+    // A quad of side 0.1 facing down: E = L A / d^2, minus 0.1 % due to its size.
     let quad = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [100 100 100] Translate 0 2 0
         Shape "trianglemesh" "point3 P" [-.05 0 -.05  .05 0 -.05  .05 0 .05  -.05 0 .05]
         "integer indices" [0 1 2 2 3 0] AttributeEnd"#;
@@ -91,7 +92,7 @@ fn spheres_cones_and_meshes_shine_by_their_area() {
 }
 
 #[test]
-fn lights_shine_from_one_side_unless_told_otherwise() {
+fn area_lights_emit_from_one_side_by_default() {
     let quad = |more: &str, turn: &str| {
         format!(
             r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [100 100 100] {more}
@@ -119,7 +120,7 @@ fn many_lights_add_up() {
 }
 
 #[test]
-fn a_light_is_seen_as_bright_as_it_is() {
+fn lights_appear_with_their_radiance() {
     let light = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [3 4 5] "float scale" 2
         Rotate -90 1 0 0 Shape "disk" AttributeEnd"#;
     let found = looking_down(4, DIRECT, light);
@@ -129,7 +130,7 @@ fn a_light_is_seen_as_bright_as_it_is() {
 }
 
 #[test]
-fn a_path_of_no_surfaces_sees_what_shines_and_nothing_else() {
+fn a_path_over_no_surface_sees_emission_only() {
     let world = format!(
         r#"LightSource "infinite" "rgb L" [2 2 2] {FLOOR} AreaLightSource "diffuse" "rgb L" [3 3 3]
            Translate 0 0.5 0 Rotate -90 1 0 0 Shape "disk""#
@@ -141,7 +142,7 @@ fn a_path_of_no_surfaces_sees_what_shines_and_nothing_else() {
 }
 
 #[test]
-fn exposure_time_and_iso_scale_the_picture() {
+fn exposure_is_the_product_of_time_and_iso() {
     let text = r#"Film "rgb" "integer xresolution" 4 "integer yresolution" 4 "float iso" 400
         LookAt 0 1 0  0 0 0  0 0 1
         Camera "perspective" "float fov" 1 "float shutteropen" 0.5 "float shutterclose" 0.75
@@ -150,22 +151,23 @@ fn exposure_time_and_iso_scale_the_picture() {
 }
 
 #[test]
-fn paths_in_a_white_furnace_lose_nothing() {
-    // Inside a closed box that shines with E and reflects rho everywhere, the radiance is the
-    // geometric series E (1 + rho + rho^2 + ...); n surfaces give n + 1 terms.
-    let box_of_light = r#"AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" true
+fn paths_in_an_emitting_sphere_sum_the_geometric_series() {
+    // Inside a closed sphere that emits E and reflects rho everywhere, the radiance is the
+    // geometric series E (1 + rho + rho^2 + ...). Paths over n surfaces give n + 1 terms.
+    let emitting_sphere = r#"AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" true
         Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
         Translate 0 1.1 0 Shape "sphere" "float radius" 4"#;
     for (depth, expected) in [(1, 1.5), (2, 1.75), (3, 1.875), (30, 2.0)] {
         let integrator = format!(r#""path" "integer maxdepth" {depth}"#);
-        let found = looking_down(256, &integrator, box_of_light);
-        // Points of the light next to a surface are rare and bright: noise of some percent.
+        let found = looking_down(256, &integrator, emitting_sphere);
+        // Light samples very close to a surface are rare and bright, so the noise is a few per
+        // cent.
         assert_near(found, [expected; 3], 0.02);
     }
 }
 
 #[test]
-fn a_thin_lens_is_sharp_at_its_focus_only() {
+fn a_thin_lens_is_sharp_only_in_focus() {
     let line = |focus: f64| {
         let text = format!(
             r#"Film "rgb" "integer xresolution" 32 "integer yresolution" 32
@@ -180,13 +182,13 @@ fn a_thin_lens_is_sharp_at_its_focus_only() {
         let row = &picture.pixels[16 * 32..17 * 32];
         row.iter().filter(|pixel| (0.02..0.98).contains(&pixel[0])).count()
     };
-    assert!(line(1.0) <= 1, "in focus the edge is sharp");
-    assert!(line(0.5) >= 6, "out of focus it is not");
+    assert!(line(1.0) <= 1, "the edge is sharp in focus");
+    assert!(line(0.5) >= 6, "the edge is blurred out of focus");
 }
 
 #[test]
-fn direct_light_is_seen_in_mirrors_and_through_panes() {
-    // A wall behind the camera in a mirror before it is the wall from behind the mirror.
+fn direct_light_is_visible_in_mirrors_and_through_panes() {
+    // A mirror shows the wall behind the camera as it looks from behind the mirror.
     let seen = |camera: &str, mirror: &str, integrator: &str| {
         let text = format!(
             r#"Film "rgb" "integer xresolution" 32 "integer yresolution" 32
@@ -207,12 +209,12 @@ fn direct_light_is_seen_in_mirrors_and_through_panes() {
     let silver = r#"Material "conductor" "rgb reflectance" [1 1 1] "float roughness" 0 "#;
     let mirror = silver.to_owned() + &quad("3");
     assert_near(seen("", &mirror, direct), there, 0.005);
-    // The pane passes (1 - F) / (1 + F) of the light, F of an index of 1.5 being 0.04.
+    // The pane transmits (1 - F) / (1 + F) of the light, with F = 0.04 for an index of 1.5.
     let pane = mirror.clone() + r#"Material "thindielectric" "# + &quad("2");
     let passes = (1.0 - 0.04) / (1.0 + 0.04);
     let through = there.map(|c| c * passes * passes);
     let found = seen("", &pane, direct);
-    // What the pane mirrors by itself is the wall as well, nearly as bright.
+    // The pane itself reflects the wall as well, at nearly the same brightness.
     for c in 0..3 {
         assert!(found[c] > 0.99 * through[c] && found[c] < 1.02 * there[c], "{found:?} {there:?}");
     }
@@ -221,8 +223,8 @@ fn direct_light_is_seen_in_mirrors_and_through_panes() {
 }
 
 #[test]
-fn pictures_are_upright() {
-    // Red to the right of the camera, green above: pbrt's camera space is left-handed.
+fn pictures_are_upright_and_not_mirrored() {
+    // Red is to the right of the camera, green above: pbrt's camera space is left-handed.
     let world = r#"WorldBegin
         AttributeBegin AreaLightSource "diffuse" "rgb L" [1 0 0] "bool twosided" true
             Translate 2 0 4 Shape "sphere" "float radius" 0.5 AttributeEnd

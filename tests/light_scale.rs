@@ -1,20 +1,21 @@
-//! The unit of light is nobody's: all lights of a scene times a factor are the same picture times the
-//! factor, by the same decisions and the same samples.
+//! Independence of the unit of light: lights scaled by a factor give the picture scaled by the factor, by
+//! the same decisions and the same samples.
 
 mod support;
 
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
-use petzval::plan::Harm;
-use petzval::render::{Backend, Job, Reached, Until, render};
+use petzval::io::image::Picture;
+use petzval::job::{Job, StopCriteria};
+use petzval::plan::OmissionError;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{Convergence, RenderOptions, render};
 use petzval::scene::pbrt;
 use support::{folder, root, write};
 
-/// Factors about a millionth and a million: powers of two, by which floats scale exactly, and others.
+/// Factors of about a millionth and a million: powers of two, which scale floats exactly, and others.
 const FACTORS: [f64; 4] = [1.0 / 1_048_576.0, 1_048_576.0, 1e-6, 1e6];
 
-/// A room at night behind a real lens: a lamp that looks into it, a small one above, lights near and far,
-/// and a rough metal. Every light is scaled.
+/// Prepares a render of a room at night through a real lens: lights in and out of view, near and far, and
+/// a rough metal. Every light is scaled.
 fn job(factor: f64, changes: Changes) -> Job {
     let folder = folder();
     let text = format!(
@@ -47,13 +48,13 @@ fn job(factor: f64, changes: Changes) -> Job {
     prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
 }
 
-/// Effect by effect what is decided, by whom, and the harm of leaving it out.
+/// Returns the decision about each effect with its source, and the error of leaving the effect out.
 fn decisions(factor: f64) -> Vec<(String, f64)> {
     let plan = job(factor, Changes::default()).plan;
     let decision = |decision: &petzval::plan::Decision| {
         let harm = match decision.error {
-            Some(Harm::Signal(percent)) => percent,
-            Some(Harm::Blur { pixels, .. }) => pixels,
+            Some(OmissionError::Signal(percent)) => percent,
+            Some(OmissionError::Blur { pixels, .. }) => pixels,
             None => 0.0,
         };
         (format!("{} {} {:?}", decision.effect.name(), decision.on, decision.by), harm)
@@ -74,13 +75,14 @@ fn the_same_effects_are_planned_in_any_unit_of_light() {
     }
 }
 
-/// An adaptive picture, divided by the factor, and how it ended.
-fn adaptive(factor: f64) -> (Picture, Reached) {
-    let until = Until { noise: Some(0.04), time: None };
+/// Renders an adaptive picture, divides it by the factor, and returns how it ended.
+fn adaptive(factor: f64) -> (Picture, Convergence) {
+    let until = StopCriteria { noise: Some(0.04), time: None };
     let effects = "+ghosts,-diffraction".parse().expect("an effect");
-    let job = job(factor, Changes { until, effects, ..Changes::default() });
-    let exposed = render(&job, Backend::Simd, 2, &Default::default()).expect("a render");
-    let reached = exposed.reached.expect("what it reached");
+    let job = job(factor, Changes { stop_criteria: until, effects, ..Changes::default() });
+    let exposed =
+        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a render");
+    let reached = exposed.convergence.expect("a convergence");
     let mut picture = exposed.picture(&job);
     for value in picture.pixels.as_flattened_mut() {
         *value = (f64::from(*value) / factor) as f32;
@@ -91,7 +93,10 @@ fn adaptive(factor: f64) -> (Picture, Reached) {
 #[test]
 fn an_adaptive_render_takes_the_same_samples_in_any_unit_of_light() {
     let (expected, reached) = adaptive(1.0);
-    assert!(reached.most > 2 * reached.least, "it adapts: {reached:?}");
+    assert!(
+        reached.max_spp > 2 * reached.min_spp,
+        "all pixels have the same number of samples: {reached:?}"
+    );
     for factor in FACTORS {
         let (picture, found) = adaptive(factor);
         if factor.log2().fract() == 0.0 {
@@ -99,9 +104,12 @@ fn an_adaptive_render_takes_the_same_samples_in_any_unit_of_light() {
             assert!(picture == expected, "lights times {factor:e}");
             continue;
         }
-        // Rounding is another: single samples may fall to another light.
+        // Rounding differs, so single samples may choose another light.
         let near = |one: f64, other: f64| (one / other - 1.0).abs() < 0.01;
-        assert!(near(found.mean, reached.mean), "lights times {factor:e}: {found:?}, {reached:?}");
+        assert!(
+            near(found.mean_spp, reached.mean_spp),
+            "lights times {factor:e}: {found:?}, {reached:?}"
+        );
         assert!(
             near(found.noise, reached.noise),
             "lights times {factor:e}: {found:?}, {reached:?}"

@@ -1,22 +1,23 @@
-//! Textures seen in mirrors and through glass are as sharp as boards of plain squares there.
+//! Texture filtering in mirrors and through glass: as sharp as plain squares without a texture.
 
 mod support;
 
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
+use petzval::io::image::Picture;
+use petzval::prepare::{Changes, prepare};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use support::{folder, picture, write};
 
-/// Squares along a side of the board, and their reflectances.
+/// Number of squares along a side of the board.
 const SQUARES: u32 = 12;
+/// Reflectances of the squares.
 const REFLECTANCES: [f64; 2] = [0.1, 0.8];
-/// Pixels of the texture's picture along a side of a square.
+/// Texels along a side of a square.
 const TEXELS: u32 = 32;
-/// Pixels of the rendered picture along a side.
+/// Side of the rendered picture, pixels.
 const SIDE: u32 = 64;
 
-/// A board from (-1, -1, 0) to (1, 1, 0): of quads, each of its own reflectance, or with a texture.
+/// Returns a board from (-1, -1, 0) to (1, 1, 0), of quads of their own reflectance or with a texture.
 fn board(texture: Option<&str>) -> String {
     let diffuse = |reflectance: &str| format!("Material \"diffuse\" {reflectance}\n");
     let quad = |[x, y]: [f64; 2], side: f64| {
@@ -44,16 +45,16 @@ fn board(texture: Option<&str>) -> String {
     text
 }
 
-/// Lamps on both sides of the board.
-fn lamps() -> String {
+/// Returns lights on both sides of the board.
+fn lights() -> String {
     let places = [[2.5, 0.5], [-2.5, 0.5], [2.5, -0.5], [-2.5, -0.5]];
-    let lamp = |[x, z]: [f64; 2]| {
+    let light = |[x, z]: [f64; 2]| {
         format!("LightSource \"point\" \"point3 from\" [{x} 0 {z}] \"rgb I\" [9 9 9]\n")
     };
-    places.map(lamp).concat()
+    places.map(light).concat()
 }
 
-/// The same board as a picture, in linear codes of the reflectances.
+/// Returns the board as a PNG with linear codes of the reflectances.
 fn board_picture() -> Vec<u8> {
     let side = SQUARES * TEXELS;
     let code = |x: u32, y: u32| {
@@ -66,8 +67,8 @@ fn board_picture() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// The picture of a board in a world, from a camera at the origin that looks along +z.
-fn seen(world: &str, texture: Option<&str>) -> Picture {
+/// Renders a board in a world, from a camera at the origin that looks along +z.
+fn render_board(world: &str, texture: Option<&str>) -> Picture {
     let folder = folder();
     write(&folder, "board.png", board_picture());
     let text = format!(
@@ -78,14 +79,14 @@ fn seen(world: &str, texture: Option<&str>) -> Picture {
            Camera "perspective" "float fov" 16
            WorldBegin
            {}"#,
-        // Lamps beside the board that nothing but the board stands before: no noise but the pixels'.
-        world.replace("BOARD", &(lamps() + &board(texture)))
+        // Only the board can occlude the lights, so the picture has no noise of shadows.
+        world.replace("BOARD", &(lights() + &board(texture)))
     );
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
     picture(&prepare(description, &Changes::default()).expect("a job").0, Backend::Simd, 2)
 }
 
-/// Root mean square of the green of a picture less that of another, or less its mean.
+/// Returns the root mean square of green, after subtraction of another picture or of the mean.
 fn rms(picture: &Picture, other: Option<&Picture>) -> f64 {
     let green =
         |picture: &Picture| picture.pixels.iter().map(|p| f64::from(p[1])).collect::<Vec<_>>();
@@ -96,12 +97,12 @@ fn rms(picture: &Picture, other: Option<&Picture>) -> f64 {
     (pixels.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-/// Fails unless every texture looks like a board of squares.
+/// Asserts that every texture gives the picture of the board of squares.
 fn assert_sharp(name: &str, world: &str) {
-    let truth = seen(world, None);
+    let truth = render_board(world, None);
     let contrast = rms(&truth, None);
     println!("{name}: contrast {contrast:.3}");
-    assert!(contrast > 0.03, "{name}: the squares are seen, {contrast}");
+    assert!(contrast > 0.03, "{name}: the squares have a contrast of {contrast}");
     let checks = format!(
         "Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" {SQUARES} \"float vscale\" {SQUARES}
              \"rgb tex1\" [{a} {a} {a}] \"rgb tex2\" [{b} {b} {b}]\n",
@@ -116,22 +117,22 @@ fn assert_sharp(name: &str, world: &str) {
     };
     let textures = ["point", "bilinear", "trilinear", "ewa"].map(|filter| (filter, image(filter)));
     for (texture, text) in textures.into_iter().chain([("checkerboard", checks)]) {
-        let off = rms(&seen(world, Some(&text)), Some(&truth)) / contrast;
+        let off = rms(&render_board(world, Some(&text)), Some(&truth)) / contrast;
         println!("{name}, {texture}: off by {:.1} % of the contrast", 100.0 * off);
-        // A footprint is an eighth of a pixel wide, and a square five pixels.
+        // A footprint is an eighth of a pixel wide, a square five pixels.
         assert!(off < 0.08, "{name}, {texture}: off by {off} of the contrast");
     }
 }
 
 #[test]
-fn a_board_that_the_camera_sees_itself() {
+fn a_texture_in_direct_view_is_sharp() {
     assert_sharp("direct", "Translate 0 0 7.4641 BOARD");
 }
 
 #[test]
-fn a_board_in_a_mirror_that_the_camera_would_see_edge_on() {
-    // The mirror turns the view by 150 degrees: the board stands beside the camera, and its plane
-    // goes through it.
+fn a_texture_in_a_plane_mirror_is_sharp() {
+    // The mirror deflects the view by 150 degrees. The board is beside the camera, which lies in its
+    // plane.
     assert_sharp(
         "mirror",
         r#"AttributeBegin
@@ -145,7 +146,7 @@ fn a_board_in_a_mirror_that_the_camera_would_see_edge_on() {
 }
 
 #[test]
-fn a_board_in_a_hollow_mirror() {
+fn a_texture_in_a_concave_mirror_is_sharp() {
     assert_sharp(
         "hollow mirror",
         r#"AttributeBegin
@@ -158,7 +159,7 @@ fn a_board_in_a_hollow_mirror() {
 }
 
 #[test]
-fn a_board_through_a_slanted_pane_and_a_ball_of_glass() {
+fn a_texture_through_a_pane_and_a_ball_of_glass_is_sharp() {
     assert_sharp(
         "pane",
         r#"AttributeBegin

@@ -1,5 +1,5 @@
-//! No input breaks a reader: the corpus of the fuzzers, and thousands of mutations of it, each read
-//! in bounded time and memory.
+//! Corrupt input: readers survive the corpus of the fuzzers and thousands of mutations of it, in bounded
+//! time and memory.
 
 #[path = "fuzz/readers.rs"]
 mod readers;
@@ -16,15 +16,15 @@ use support::{Random, root};
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// Mutations by reader.
+/// Number of mutants for each reader.
 const MUTANTS: usize = 5_000;
-/// What one input may take, on a busy machine.
-const LONGEST: Duration = Duration::from_secs(5);
-/// Bytes that a reader may have at once whatever the input, and for each byte of it. A file of a few
-/// bytes may name a sphere, which is thousands of triangles, or unpack to a thousand times its size.
-const MEMORY_MOST: [usize; 2] = [1 << 26, 4096];
+/// Maximum time for one input. Only a hang reaches it, even on a busy machine.
+const LONGEST: Duration = Duration::from_secs(30);
+/// Maximum memory of a reader, bytes: a constant, and a part per byte of input. A few bytes may name a
+/// sphere, which is thousands of triangles, or unpack to a thousand times their size.
+const MAX_MEMORY: [usize; 2] = [1 << 26, 4096];
 
-/// What stands in the way of readers: numbers at the ends of ranges, brackets, words of formats.
+/// Text that mutations insert: numbers at the ends of ranges, brackets, keywords of formats.
 const WORDS: [&str; 42] = [
     "nan",
     "inf",
@@ -70,7 +70,7 @@ const WORDS: [&str; 42] = [
     "end_header",
 ];
 
-/// A file of the corpus with one to four things changed.
+/// Returns a file of the corpus with one to four random changes.
 fn mutant(random: &mut Random, corpus: &[Vec<u8>]) -> Vec<u8> {
     let mut pick = |below: usize| ((random.next() * below as f64) as usize).min(below.max(1) - 1);
     let mut bytes = corpus[pick(corpus.len())].clone();
@@ -102,13 +102,13 @@ fn mutant(random: &mut Random, corpus: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// Reads one input; says what it was if that took too much.
+/// Reads one input. Saves it and panics if the reader needs too much time or memory.
 fn feed(folder: &Path, (name, read): (&str, Reader), bytes: &[u8]) {
     MEMORY.reset_peak_usage();
     let (before, start) = (MEMORY.current_usage(), Instant::now());
     read(folder, bytes);
     let memory = MEMORY.peak_usage().saturating_sub(before);
-    let most = MEMORY_MOST[0] + MEMORY_MOST[1] * bytes.len();
+    let most = MAX_MEMORY[0] + MAX_MEMORY[1] * bytes.len();
     let kept = folder.join("too-much");
     let keep = || fs::write(&kept, bytes).expect("a file in the folder of a test");
     if memory > most || start.elapsed() > LONGEST {
@@ -127,7 +127,7 @@ fn files(folder: &Path) -> Vec<Vec<u8>> {
     paths.iter().map(|path| fs::read(path).expect("a file of the corpus")).collect()
 }
 
-/// A folder with what scenes of the corpus name.
+/// Creates a folder with the files that scenes of the corpus name.
 fn surroundings() -> tempfile::TempDir {
     let folder = support::folder();
     let corpus = root().join("tests/fuzz/corpus");
@@ -142,9 +142,9 @@ fn surroundings() -> tempfile::TempDir {
     folder
 }
 
-/// One test, as the peak of memory is that of the process.
+/// A single test, since the peak of memory is that of the process.
 #[test]
-fn no_input_breaks_a_reader() {
+fn readers_survive_corrupt_input_within_time_and_memory() {
     for (name, read) in READERS {
         let folder = surroundings();
         let corpus = files(&root().join("tests/fuzz/corpus").join(name));
@@ -162,7 +162,7 @@ fn no_input_breaks_a_reader() {
     checkpoints_of_the_corpus_are_of_the_present_format();
 }
 
-/// Of another version all of them would test one comparison.
+/// Checkpoints of another version would only test the comparison of versions.
 fn checkpoints_of_the_corpus_are_of_the_present_format() {
     let folder = support::folder();
     let corpus = root().join("tests/fuzz/corpus/checkpoint");

@@ -1,4 +1,4 @@
-//! A picture that ends when it is exact enough: it is, it is not biased, and it costs less.
+//! Adaptive renders that stop at a noise level: they reach it, without bias, with fewer samples.
 
 mod support;
 
@@ -6,14 +6,15 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use petzval::aov::{self, Aov};
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Exposed, Job, Progress, Until, render};
+use petzval::aov::Aov;
+use petzval::io::image::Picture;
+use petzval::job::{Job, StopCriteria};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{Backend, RenderOptions, RenderOutput, render};
 use petzval::scene::{luminance, pbrt};
-use support::{folder, root, write};
+use support::{folder, promptly, root, write};
 
-/// A room with a lamp, a dull ball and one of metal.
+/// A room with an area light, a diffuse ball and a metal ball.
 const ROOM: &str = r#"
     AttributeBegin
         AreaLightSource "diffuse" "rgb L" [20 18 15]
@@ -28,7 +29,7 @@ const ROOM: &str = r#"
     Material "conductor" "float roughness" 0.3
     AttributeBegin Translate 0.8 -0.4 5 Shape "sphere" "float radius" 0.6 AttributeEnd"#;
 
-/// A sky, and balls in the lower left corner, half in the shadow of what hangs above them.
+/// A sky, and balls in the lower left corner, lit by a ball of light above them.
 const CORNER: &str = r#"
     LightSource "infinite" "rgb L" [0.5 0.5 0.5]
     AttributeBegin
@@ -50,17 +51,18 @@ fn job(world: &str, changes: &Changes) -> Job {
     prepare(description, changes).expect("a job").0
 }
 
-/// Ends at this noise.
+/// Returns options that stop at this noise.
 fn until(noise: f64) -> Changes {
-    Changes { until: Until { noise: Some(noise), time: None }, ..Changes::default() }
+    Changes { stop_criteria: StopCriteria { noise: Some(noise), time: None }, ..Changes::default() }
 }
 
-fn expose(job: &Job) -> Exposed {
-    render(job, Backend::Simd, 2, &Progress::default()).expect("a render that nobody stops")
+fn expose(job: &Job) -> RenderOutput {
+    render(job, RenderOptions { threads: 2, ..RenderOptions::default() })
+        .expect("a render that is not stopped")
 }
 
-/// A picture of as many samples everywhere, of other random numbers.
-fn even(world: &str, samples: u32, seed: u32) -> Picture {
+/// Renders a picture with the same number of samples in every pixel.
+fn uniform_picture(world: &str, samples: u32, seed: u32) -> Picture {
     let changes = Changes { samples: Some(samples), seed: Some(seed), ..Changes::default() };
     let job = job(world, &changes);
     expose(&job).picture(&job)
@@ -70,7 +72,7 @@ fn light(picture: &Picture) -> Vec<f64> {
     picture.pixels.iter().map(|&pixel| f64::from(luminance(pixel))).collect()
 }
 
-/// The mean square of the relative difference from a reference: with a tenth of the mean.
+/// Returns the mean squared error relative to the reference plus a tenth of its mean.
 fn square_error(picture: &Picture, reference: &[f64]) -> f64 {
     let count = reference.len() as f64;
     let floor = 0.1 * reference.iter().sum::<f64>() / count;
@@ -78,39 +80,39 @@ fn square_error(picture: &Picture, reference: &[f64]) -> f64 {
     light(picture).into_iter().zip(reference).map(error).sum::<f64>() / count
 }
 
-/// A picture of many samples, the mean of two, and its own mean square error.
+/// Renders a reference, the mean of two pictures, and estimates its own mean squared error.
 fn reference(world: &str) -> (Vec<f64>, f64) {
-    let [one, other] = [1001, 1002].map(|seed| even(world, 4096, seed));
+    let [one, other] = [1001, 1002].map(|seed| uniform_picture(world, 4096, seed));
     let own = square_error(&one, &light(&other)) / 4.0;
     let mean = light(&one).iter().zip(light(&other)).map(|(a, b)| (a + b) / 2.0).collect();
     (mean, own)
 }
 
 #[test]
-fn a_picture_is_as_exact_as_was_asked() {
+fn the_error_equals_the_requested_noise() {
     for (world, asked) in [(ROOM, 0.02), (CORNER, 0.004)] {
         let (reference, own) = reference(world);
         let job = job(world, &until(asked));
-        let (mut errors, mut said, seeds) = (0.0, 0.0, 20);
+        let (mut errors, mut estimate, seeds) = (0.0, 0.0, 20);
         for seed in 0..seeds {
             let job = Job { seed, ..job.clone() };
             let exposed = expose(&job);
-            let reached = exposed.reached.expect("what was reached");
+            let reached = exposed.convergence.expect("a convergence");
             let error = square_error(&exposed.picture(&job), &reference) - own;
             println!("{seed}: {:.4} {reached:?}", error.sqrt());
             assert!((reached.noise / asked - 1.0).abs() < 0.15, "{seed}: {reached:?}");
             errors += error / f64::from(seeds);
-            said += reached.noise.powi(2) / f64::from(seeds);
+            estimate += reached.noise.powi(2) / f64::from(seeds);
         }
-        let [error, said] = [errors, said].map(f64::sqrt);
-        println!("error {error} said {said}; the reference's own is {}", own.sqrt());
-        assert!((error / asked - 1.0).abs() < 0.15, "{error} where {asked} was asked");
-        assert!((error / said - 1.0).abs() < 0.1, "{error} where {said} was said");
+        let [error, estimate] = [errors, estimate].map(f64::sqrt);
+        println!("error {error}, estimated {estimate}; error of the reference {}", own.sqrt());
+        assert!((error / asked - 1.0).abs() < 0.15, "{error} where {asked} was requested");
+        assert!((error / estimate - 1.0).abs() < 0.1, "{error} where {estimate} was estimated");
     }
 }
 
 #[test]
-fn many_pictures_have_the_mean_of_a_long_one() {
+fn the_mean_of_many_adaptive_pictures_is_unbiased() {
     let (reference, _) = reference(CORNER);
     let expected = reference.iter().sum::<f64>() / reference.len() as f64;
     let job = job(CORNER, &until(0.005));
@@ -121,7 +123,7 @@ fn many_pictures_have_the_mean_of_a_long_one() {
     for seed in 0..runs {
         let job = Job { seed, ..job.clone() };
         let exposed = expose(&job);
-        most = most.max(exposed.reached.map_or(0, |reached| reached.most));
+        most = most.max(exposed.convergence.map_or(0, |reached| reached.max_spp));
         let picture = light(&exposed.picture(&job));
         means.push(picture.iter().sum::<f64>() / reference.len() as f64);
         for (i, light) in picture.into_iter().enumerate() {
@@ -135,8 +137,8 @@ fn many_pictures_have_the_mean_of_a_long_one() {
     let deviations = (mean - expected) / (variance / n).sqrt();
     println!("{mean} {expected}: {deviations} standard errors");
     assert!(deviations.abs() < 5.0, "{mean} is {deviations} standard errors from {expected}");
-    // Pixel by pixel the squares of deviations are 1 in the mean, and a little more for Student's
-    // distribution of 63 degrees; the reference has errors too.
+    // The mean of the squared standardised deviations of pixels is 1, and slightly more for Student's
+    // distribution of 63 degrees of freedom and for the error of the reference.
     let own = n * f64::from(most) / 8192.0;
     let (mut sum, mut noisy) = (0.0, 0.0);
     for (i, expected) in reference.iter().enumerate() {
@@ -151,19 +153,20 @@ fn many_pictures_have_the_mean_of_a_long_one() {
     assert!(noisy > 100.0 && (sum / noisy) < (1.0 + own) * (1.1 + 6.0 * (2.0f64 / noisy).sqrt()));
 }
 
-/// Much of the light of few pixels comes by few samples: where those that are not there would end
-/// the render early, it would be too dark.
+/// Few samples carry much of the light of some pixels. A render that stops when they happen to be missing
+/// is too dark.
 #[test]
 fn rare_light_is_not_lost() {
     let glass = ROOM
         .replace("Material \"diffuse\" AttributeBegin", "Material \"dielectric\" AttributeBegin");
-    let mean = |job: &Job, exposed: &Exposed| {
+    let mean = |job: &Job, exposed: &RenderOutput| {
         let light = light(&exposed.picture(job));
         light.iter().sum::<f64>() / light.len() as f64
     };
     let resolution = Some([24, 24]);
-    let even = Changes { resolution, samples: Some(8192), seed: Some(1001), ..Changes::default() };
-    let even = self::job(&glass, &even);
+    let uniform =
+        Changes { resolution, samples: Some(8192), seed: Some(1001), ..Changes::default() };
+    let uniform = self::job(&glass, &uniform);
     let job = self::job(&glass, &Changes { resolution, ..until(0.08) });
     let runs = 150;
     let mut sums = [0.0; 2];
@@ -172,15 +175,15 @@ fn rare_light_is_not_lost() {
         let job = Job { seed, ..job.clone() };
         let exposed = expose(&job);
         let light = mean(&job, &exposed);
-        samples += exposed.reached.map_or(0.0, |reached| reached.mean) / f64::from(runs);
+        samples += exposed.convergence.map_or(0.0, |reached| reached.mean_spp) / f64::from(runs);
         sums = [sums[0] + light, sums[1] + light * light];
     }
     let n = f64::from(runs);
     let found = sums[0] / n;
     let variance = (sums[1] / n - found * found) / (n - 1.0);
-    // The reference is as exact as its share of samples says.
-    let count = even.samples.end;
-    let expected = mean(&even, &expose(&even));
+    // The variance of the reference is smaller by its number of samples.
+    let count = uniform.samples.end;
+    let expected = mean(&uniform, &expose(&uniform));
     let variance = variance * (1.0 + n * samples / f64::from(count));
     let deviations = (found - expected) / variance.sqrt();
     println!("{samples} samples: {found} {expected}: {deviations} standard errors");
@@ -195,45 +198,47 @@ fn samples_go_where_they_are_needed() {
     for seed in 0..4 {
         let job = Job { seed, ..job.clone() };
         let exposed = expose(&job);
-        let reached = exposed.reached.expect("what was reached");
-        let samples = (reached.mean / 0.7) as u32;
+        let reached = exposed.convergence.expect("a convergence");
+        let samples = (reached.mean_spp / 0.7) as u32;
         adaptive += square_error(&exposed.picture(&job), &reference);
-        let error = square_error(&even(CORNER, samples, seed), &reference);
+        let error = square_error(&uniform_picture(CORNER, samples, seed), &reference);
         uniform += error;
         ratio += 0.7 * square_error(&exposed.picture(&job), &reference) / error / 4.0;
-        assert!(reached.most > 3 * reached.least, "{reached:?}");
+        assert!(reached.max_spp > 3 * reached.min_spp, "{reached:?}");
     }
-    println!("samples for the same error: {ratio:.2} of those of an even picture");
+    println!("samples for the same error: {ratio:.2} of those of a uniform picture");
     assert!(adaptive < uniform, "{adaptive} and {uniform} for 1 / 0.7 of the samples");
 }
 
-/// Who meets a lamp as small as two thousandths of a pixel by chance must learn how small it is.
+/// A light of two thousandths of a pixel is found by chance. The estimate of the noise must then learn how
+/// small it is.
 #[test]
-fn a_speck_of_light_does_not_keep_the_render_from_ending() {
-    let lamp = r#"
+fn a_tiny_light_does_not_keep_the_render_from_stopping() {
+    let world = r#"
         LightSource "infinite" "rgb L" [0.5 0.5 0.5]
         AttributeBegin
             AreaLightSource "diffuse" "rgb L" [5e3 5e3 5e3]
             Translate 0.31 0.52 4 Shape "sphere" "float radius" 0.004
         AttributeEnd"#;
-    let job = job(lamp, &until(0.05));
+    let job = job(world, &until(0.05));
     let mut met = 0;
     for seed in 0..80 {
         let job = Job { seed, ..job.clone() };
-        let reached = expose(&job).reached.expect("what was reached");
+        let reached = expose(&job).convergence.expect("a convergence");
         println!("{seed}: {reached:?}");
-        met += u32::from(reached.most > 1000);
-        assert!(reached.mean < 4000.0, "{seed}: {reached:?}");
+        met += u32::from(reached.max_spp > 1000);
+        assert!(reached.mean_spp < 4000.0, "{seed}: {reached:?}");
     }
-    assert!(met > 0, "the lamp was never met");
+    assert!(met > 0, "no sample hits the light");
 }
 
 #[test]
-fn threads_and_lanes_do_not_change_what_is_enough() {
+fn threads_and_lanes_do_not_change_when_a_render_stops() {
     let job = job(ROOM, &until(0.15));
     let picture = |backend, threads| {
-        let exposed = render(&job, backend, threads, &Progress::default()).expect("a render");
-        (exposed.picture(&job), exposed.reached)
+        let exposed = render(&job, RenderOptions { backend, threads, ..RenderOptions::default() })
+            .expect("a render");
+        (exposed.picture(&job), exposed.convergence)
     };
     let one = picture(Backend::Simd, 1);
     assert!(one.0.pixels.iter().any(|pixel| pixel[0] > 0.0));
@@ -243,57 +248,59 @@ fn threads_and_lanes_do_not_change_what_is_enough() {
 }
 
 #[test]
-fn a_count_is_the_most_that_is_taken() {
+fn a_sample_count_limits_an_adaptive_render() {
     for most in [4, 10, 40] {
         let job = job(CORNER, &Changes { samples: Some(most), ..until(0.0001) });
-        let reached = expose(&job).reached.expect("what was reached");
+        let reached = expose(&job).convergence.expect("a convergence");
         let most = f64::from(most);
-        assert!(reached.mean <= most && reached.mean > most - 4.0, "{most}: {reached:?}");
+        assert!(reached.mean_spp <= most && reached.mean_spp > most - 4.0, "{most}: {reached:?}");
         assert!(reached.noise > 0.0001);
     }
 }
 
 #[test]
-fn layers_know_all_samples() {
+fn layers_cover_all_samples_of_an_adaptive_render() {
     let layers = vec![Aov::Samples, Aov::Variance, Aov::Depth];
     let job = job(ROOM, &Changes { layers, ..until(0.1) });
     let exposed = expose(&job);
-    let reached = exposed.reached.expect("what was reached");
-    let layers = aov::layers(&job, &exposed.film, exposed.features.as_ref());
+    let reached = exposed.convergence.expect("a convergence");
+    let layers = exposed.layers(&job);
     let channel = |layer: usize, channel: usize| layers[layer].channels[channel].1.as_slice();
     let taken = channel(0, 0);
     let mean = taken.iter().map(|&n| f64::from(n)).sum::<f64>() / taken.len() as f64;
-    assert!((mean / reached.mean - 1.0).abs() < 1e-9, "{mean} {reached:?}");
+    assert!((mean / reached.mean_spp - 1.0).abs() < 1e-9, "{mean} {reached:?}");
     let ends = [f32::min, f32::max].map(|f| taken.iter().copied().reduce(f).unwrap_or(0.0));
-    assert_eq!(ends, [reached.least as f32, reached.most as f32]);
-    // The variance of green is that of luminance, nearly.
+    assert_eq!(ends, [reached.min_spp as f32, reached.max_spp as f32]);
+    // The variance of green is close to that of luminance.
     let green: Vec<f64> = exposed.picture(&job).pixels.iter().map(|p| f64::from(p[1])).collect();
     let floor = 0.1 * green.iter().sum::<f64>() / green.len() as f64;
     let error = |(v, g): (&f32, &f64)| f64::from(*v) / (g + floor).powi(2);
     let sum: f64 = channel(1, 1).iter().zip(&green).map(error).sum();
     let noise = (sum / green.len() as f64).sqrt();
     assert!((noise / reached.noise - 1.0).abs() < 0.1, "{noise} {reached:?}");
-    assert!((channel(2, 0)[47 * 48 + 24] - 2.2).abs() < 0.2, "the floor is near below");
+    assert!((channel(2, 0)[47 * 48 + 24] - 2.2).abs() < 0.2, "the depth of the floor");
 }
 
 #[test]
-fn black_pictures_end() {
+fn black_pictures_stop_early() {
     let job = job("Shape \"sphere\" \"float radius\" 9", &until(0.01));
-    let reached = expose(&job).reached.expect("what was reached");
-    assert!(reached.noise == 0.0 && reached.least >= 256 && reached.most < 512, "{reached:?}");
+    let reached = expose(&job).convergence.expect("a convergence");
+    assert!(reached.noise == 0.0 && reached.min_spp >= 256 && reached.max_spp < 512, "{reached:?}");
 }
 
 #[test]
-fn time_ends_a_render() {
+fn a_time_limit_stops_a_render() {
     let time = Some(Duration::from_secs(1));
-    let changes = Changes { until: Until { noise: None, time }, ..Changes::default() };
+    let changes =
+        Changes { stop_criteria: StopCriteria { noise: None, time }, ..Changes::default() };
     let job = job(ROOM, &changes);
     let start = Instant::now();
-    let reached = expose(&job).reached.expect("what was reached");
+    let exposed = promptly("a render of one second", || expose(&job));
+    let reached = exposed.convergence.expect("a convergence");
     let took = start.elapsed().as_secs_f64();
     println!("{took} s: {reached:?}");
-    assert!(took > 0.5 && took < 3.0, "{took} s: {reached:?}");
-    assert!(reached.least > 4 && reached.noise > 0.0);
+    assert!(took > 0.5, "{took} s: {reached:?}");
+    assert!(reached.min_spp > 4 && reached.noise > 0.0);
 }
 
 fn petzval(output: &Path, arguments: &[&str]) -> Output {
@@ -304,13 +311,13 @@ fn petzval(output: &Path, arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn the_picture_says_what_was_reached() {
+fn the_picture_records_the_noise_and_samples_reached() {
     let folder = folder();
     let path = folder.path().join("a.exr");
     let output = petzval(&path, &["--noise", "0.1", "--spp", "400"]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{said}");
-    assert!(said.contains("noise: ") && said.contains("samples a pixel: "), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(stderr.contains("noise: ") && stderr.contains("samples a pixel: "), "{stderr}");
     let meta = exr::meta::MetaData::read_from_file(&path, true).expect("a picture");
     let other = &meta.headers[0].own_attributes.other;
     let number = |name: &str| match other.get(&exr::meta::attribute::Text::from(name)) {
@@ -323,7 +330,7 @@ fn the_picture_says_what_was_reached() {
 }
 
 #[test]
-fn nonsense_is_refused() {
+fn invalid_limits_are_refused() {
     let folder = folder();
     let path = folder.path().join("a.exr");
     for (arguments, expected) in [
@@ -339,8 +346,8 @@ fn nonsense_is_refused() {
         (&["--noise", "0.1", "--spp", "3"], "need 4 samples a pixel or more"),
     ] {
         let output = petzval(&path, arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-        assert!(said.contains(expected) && !path.exists(), "{arguments:?}: {said}");
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(expected) && !path.exists(), "{arguments:?}: {stderr}");
     }
 }

@@ -1,20 +1,17 @@
-//! No command writes over a file that it reads.
+//! Commands refuse to overwrite files that they read.
 
 mod support;
 
 use std::fs;
 use std::path::PathBuf;
 
-use petzval::image::{Encoding, Picture, Window};
-use support::kept::Studio;
+use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use support::workspace::{CAMERA, Workspace};
 
-/// Three quarters of a scene's kinds of files: texture, mesh, included file; the lens is the fourth.
+/// Names a file of each kind that a scene reads: textures, a mesh, an included file.
 const SCENE: &str = r#"
     Film "rgb" "integer xresolution" 24 "integer yresolution" 16 "float diagonal" 43.27
         "string filename" "wood.png"
-    LookAt 0 0 0  0 0 1  0 1 0
-    Camera "realistic" "string lensfile" "lens.dat" "float aperturediameter" 17.1
-        "float focusdistance" 4.1
     Sampler "halton" "integer pixelsamples" 4
     WorldBegin
     LightSource "infinite" "rgb L" [0.2 0.25 0.3]
@@ -30,7 +27,7 @@ const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\np
                     property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
                     end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
-/// All files that commands of these tests read.
+/// All files that the commands of these tests read.
 const INPUTS: [&str; 9] = [
     "scene.pbrt",
     "floor.pbrt",
@@ -43,30 +40,31 @@ const INPUTS: [&str; 9] = [
     "report/plot.png",
 ];
 
-/// A studio with a file of every kind that a scene reads.
-fn studio() -> Studio {
-    let studio = Studio::new();
-    fs::create_dir(studio.path("report")).expect("a folder");
-    fs::create_dir(studio.path("sub")).expect("a folder");
-    fs::write(studio.path("scene.pbrt"), SCENE).expect("a scene");
-    fs::write(studio.path("mesh.ply"), MESH).expect("a mesh");
-    fs::copy(studio.path("lens.dat"), studio.path("lens.svg")).expect("a lens");
+/// Creates a workspace with a file of each kind that a scene reads.
+fn workspace() -> Workspace {
+    let workspace = Workspace::new();
+    fs::create_dir(workspace.path("report")).expect("a folder");
+    fs::create_dir(workspace.path("sub")).expect("a folder");
+    fs::write(workspace.path("scene.pbrt"), format!("{CAMERA}{SCENE}")).expect("a scene");
+    fs::write(workspace.path("mesh.ply"), MESH).expect("a mesh");
+    fs::copy(workspace.path("lens.dat"), workspace.path("lens.svg")).expect("a lens");
     let picture = Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] };
-    let window = Window { origin: [0; 2], frame: [2; 2] };
+    let window = PictureWindow { origin: [0; 2], frame: [2; 2] };
     for name in INPUTS.into_iter().filter(|name| name.ends_with(".png")) {
-        let written = picture.write(&studio.path(name), window, Encoding::default(), &Vec::new());
+        let written =
+            picture.write(&workspace.path(name), window, EncodingOptions::default(), &Vec::new());
         written.expect("a texture");
     }
-    studio
+    workspace
 }
 
-/// Runs a command that must refuse to write one name because it reads another, and must leave
-/// every file as it was.
-fn spares(studio: &Studio, words: &str, output: &str, input: &str) {
+/// Asserts that a command refuses to write `output`, because it reads the file as `input`, and changes
+/// no file.
+fn refuses_to_overwrite(workspace: &Workspace, arguments: &str, output: &str, input: &str) {
     let all = || {
         let mut files: Vec<PathBuf> = ["", "report", "sub"]
             .iter()
-            .flat_map(|folder| fs::read_dir(studio.path(folder)).expect("a folder"))
+            .flat_map(|folder| fs::read_dir(workspace.path(folder)).expect("a folder"))
             .map(|entry| entry.expect("an entry").path())
             .collect();
         files.sort();
@@ -74,25 +72,35 @@ fn spares(studio: &Studio, words: &str, output: &str, input: &str) {
     };
     let before = all();
     let expected = format!("cannot write {output}: it is the same file as {input}, an input");
-    studio.refuses(words, &expected);
-    assert!(before == all(), "{words}: a file has changed");
+    workspace.refuses(arguments, &expected);
+    assert!(before == all(), "{arguments}: a file has changed");
 }
 
 #[test]
 fn a_picture_is_not_written_over_a_file_of_its_scene() {
-    let studio = studio();
-    spares(&studio, "render scene.pbrt --effects none", "wood.png", "wood.png");
-    spares(
-        &studio,
+    let workspace = workspace();
+    refuses_to_overwrite(&workspace, "render scene.pbrt --effects none", "wood.png", "wood.png");
+    refuses_to_overwrite(
+        &workspace,
         "render scene.pbrt --effects none -o sub/../wood.png",
         "sub/../wood.png",
         "wood.png",
     );
-    let whole = studio.path("wood.png").display().to_string();
-    spares(&studio, &format!("render scene.pbrt --effects none -o {whole}"), &whole, "wood.png");
-    spares(&studio, "render scene.pbrt --effects none -o a.png", "a.partial.png", "a.partial.png");
-    spares(
-        &studio,
+    let whole = workspace.path("wood.png").display().to_string();
+    refuses_to_overwrite(
+        &workspace,
+        &format!("render scene.pbrt --effects none -o {whole}"),
+        &whole,
+        "wood.png",
+    );
+    refuses_to_overwrite(
+        &workspace,
+        "render scene.pbrt --effects none -o a.png",
+        "a.partial.png",
+        "a.partial.png",
+    );
+    refuses_to_overwrite(
+        &workspace,
         "render scene.pbrt --effects none -o a.png --checkpoint off",
         "a.partial.png",
         "a.partial.png",
@@ -101,11 +109,11 @@ fn a_picture_is_not_written_over_a_file_of_its_scene() {
 
 #[cfg(unix)]
 #[test]
-fn a_link_does_not_hide_that_it_is_an_input() {
+fn an_input_is_recognised_behind_a_link() {
     use std::os::unix::fs::symlink;
-    let studio = studio();
+    let workspace = workspace();
     let part = "--shard 1/2 -o l.petzval";
-    for (input, link, words) in [
+    for (input, link, arguments) in [
         ("scene.pbrt", "l.exr", "-o l.exr"),
         ("floor.pbrt", "l.exr", "-o l.exr"),
         ("lens.dat", "l.png", "-o l.png"),
@@ -115,78 +123,98 @@ fn a_link_does_not_hide_that_it_is_an_input() {
         ("scene.pbrt", "l.exr.checkpoint", "-o l.exr --resume"),
         ("lens.dat", "l.petzval.checkpoint", part),
     ] {
-        let words = format!("render scene.pbrt --effects none {words}");
-        symlink(input, studio.path(link)).expect("a link");
-        spares(&studio, &words, link, input);
-        fs::remove_file(studio.path(link)).expect("the link");
-        fs::hard_link(studio.path(input), studio.path(link)).expect("a link");
-        spares(&studio, &words, link, input);
-        fs::remove_file(studio.path(link)).expect("the link");
+        let arguments = format!("render scene.pbrt --effects none {arguments}");
+        symlink(input, workspace.path(link)).expect("a link");
+        refuses_to_overwrite(&workspace, &arguments, link, input);
+        fs::remove_file(workspace.path(link)).expect("the link");
+        fs::hard_link(workspace.path(input), workspace.path(link)).expect("a link");
+        refuses_to_overwrite(&workspace, &arguments, link, input);
+        fs::remove_file(workspace.path(link)).expect("the link");
     }
 }
 
 #[test]
 fn no_file_of_a_sweep_is_written_over_an_input() {
-    let studio = studio();
+    let workspace = workspace();
     let sweep = "render scene.pbrt --effects none --sweep fstop=2.8,4";
-    spares(&studio, &format!("{sweep} -o wood_{{fstop}}.png"), "wood_4.png", "wood_4.png");
+    refuses_to_overwrite(
+        &workspace,
+        &format!("{sweep} -o wood_{{fstop}}.png"),
+        "wood_4.png",
+        "wood_4.png",
+    );
     let contact = format!("{sweep} -o sub/{{fstop}}.png --contact");
-    spares(&studio, &format!("{contact} wood.png"), "wood.png", "wood.png");
+    refuses_to_overwrite(&workspace, &format!("{contact} wood.png"), "wood.png", "wood.png");
     let lens = "--lens sub/lens.csv";
-    fs::rename(studio.path("lens.svg"), studio.path("sub/lens.csv")).expect("a lens");
-    spares(&studio, &format!("{contact} sub/lens.png {lens}"), "sub/lens.csv", "sub/lens.csv");
+    fs::rename(workspace.path("lens.svg"), workspace.path("sub/lens.csv")).expect("a lens");
+    refuses_to_overwrite(
+        &workspace,
+        &format!("{contact} sub/lens.png {lens}"),
+        "sub/lens.csv",
+        "sub/lens.csv",
+    );
 }
 
 #[test]
 fn no_report_is_written_over_an_input() {
-    let studio = studio();
-    spares(&studio, "accuracy scene.pbrt --budget 5s", "report/plot.png", "report/plot.png");
+    let workspace = workspace();
+    refuses_to_overwrite(
+        &workspace,
+        "accuracy scene.pbrt --budget 5s",
+        "report/plot.png",
+        "report/plot.png",
+    );
 }
 
 #[test]
-fn nothing_that_a_lens_shows_is_written_over_its_file() {
-    let studio = studio();
-    spares(&studio, "lens lens.svg --draw lens.svg", "lens.svg", "lens.svg");
-    fs::copy(studio.path("lens.dat"), studio.path("lens.png")).expect("a lens");
-    spares(&studio, "lens lens.png --psf ./lens.png", "./lens.png", "lens.png");
+fn no_output_of_the_lens_command_is_written_over_its_file() {
+    let workspace = workspace();
+    refuses_to_overwrite(&workspace, "lens lens.svg --draw lens.svg", "lens.svg", "lens.svg");
+    fs::copy(workspace.path("lens.dat"), workspace.path("lens.png")).expect("a lens");
+    refuses_to_overwrite(&workspace, "lens lens.png --psf ./lens.png", "./lens.png", "lens.png");
 }
 
 #[test]
 fn a_map_of_differences_is_not_written_over_a_picture() {
-    let studio = studio();
+    let workspace = workspace();
     let compare = "compare wood.png wood_4.png --map";
-    spares(&studio, &format!("{compare} wood.png"), "wood.png", "wood.png");
-    spares(&studio, &format!("{compare} sub/../wood_4.png"), "sub/../wood_4.png", "wood_4.png");
+    refuses_to_overwrite(&workspace, &format!("{compare} wood.png"), "wood.png", "wood.png");
+    refuses_to_overwrite(
+        &workspace,
+        &format!("{compare} sub/../wood_4.png"),
+        "sub/../wood_4.png",
+        "wood_4.png",
+    );
 }
 
 #[cfg(unix)]
 #[test]
 fn a_merged_picture_is_not_written_over_a_part_or_the_scene() {
-    let studio = studio();
+    let workspace = workspace();
     for shard in [1, 2] {
-        studio.done(&format!(
+        workspace.run_ok(&format!(
             "render scene.pbrt --effects none --shard {shard}/2 -o {shard}.petzval"
         ));
     }
     let merge = "merge 1.petzval 2.petzval -o";
-    std::os::unix::fs::symlink("2.petzval", studio.path("l.exr")).expect("a link");
-    spares(&studio, &format!("{merge} l.exr"), "l.exr", "2.petzval");
-    spares(&studio, &format!("{merge} wood.png"), "wood.png", "wood.png");
-    studio.done(&format!("{merge} merged.exr"));
+    std::os::unix::fs::symlink("2.petzval", workspace.path("l.exr")).expect("a link");
+    refuses_to_overwrite(&workspace, &format!("{merge} l.exr"), "l.exr", "2.petzval");
+    refuses_to_overwrite(&workspace, &format!("{merge} wood.png"), "wood.png", "wood.png");
+    workspace.run_ok(&format!("{merge} merged.exr"));
 }
 
 #[test]
-fn an_output_that_is_no_input_is_replaced() {
-    let studio = studio();
+fn an_output_that_is_not_an_input_is_replaced() {
+    let workspace = workspace();
     for name in ["a.exr", "map.png", "new.svg"] {
-        // The same content is not the same file.
-        fs::copy(studio.path("lens.dat"), studio.path(name)).expect("an old file");
+        // A file with the content of an input is not that input.
+        fs::copy(workspace.path("lens.dat"), workspace.path(name)).expect("an old file");
     }
-    studio.done("render scene.pbrt --effects none -o a.exr");
-    studio.done("compare wood.png wood_4.png --map map.png");
-    studio.done("lens lens.dat --draw new.svg");
-    let lens = fs::read(studio.path("lens.dat")).expect("the lens");
+    workspace.run_ok("render scene.pbrt --effects none -o a.exr");
+    workspace.run_ok("compare wood.png wood_4.png --map map.png");
+    workspace.run_ok("lens lens.dat --draw new.svg");
+    let lens = fs::read(workspace.path("lens.dat")).expect("the lens");
     for name in ["a.exr", "map.png", "new.svg"] {
-        assert_ne!(fs::read(studio.path(name)).expect("a new file"), lens, "{name}");
+        assert_ne!(fs::read(workspace.path(name)).expect("a new file"), lens, "{name}");
     }
 }

@@ -1,19 +1,19 @@
-//! Our four course scenes against the course's own reference pictures, of which this file keeps
-//! the means of 5 x 5 zones (512 samples, mean of the channels).
+//! The four course scenes against the course's reference pictures. This file holds the means of 5 x 5
+//! zones of the references (512 samples, mean of the channels).
 
 mod support;
 
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
-use petzval::lens::Aim;
-use petzval::plan::Wanted;
+use petzval::io::image::Picture;
+use petzval::lens::PupilSampling;
+use petzval::plan::EffectSelection;
+use petzval::prepare::{Changes, prepare};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use support::{picture, root};
 
 type Zones = [[f64; 5]; 5];
 
-/// Scene, radius inside which the reference holds (in half widths of the picture), and means.
+/// Scene, radius in which the reference is valid, in half widths of the picture, and means by zone.
 const REFERENCES: [(&str, f64, Zones); 4] = [
     (
         "dgauss.pbrt",
@@ -61,7 +61,7 @@ const REFERENCES: [(&str, f64, Zones); 4] = [
     ),
 ];
 
-/// Means of the pixels of each zone that lie inside the radius; 0 where there are few of them.
+/// Returns the mean of each zone over its pixels inside the radius, or 0 if there are few.
 fn zones(picture: &Picture, radius: f64) -> Zones {
     let width = picture.size[0];
     let mut zones = [[(0.0, 0); 5]; 5];
@@ -78,26 +78,26 @@ fn zones(picture: &Picture, radius: f64) -> Zones {
     zones.map(|row| row.map(|(sum, n)| if n > least { sum / n as f64 } else { 0.0 }))
 }
 
-fn render(scene: &str, radius: f64, aim: Aim, samples: u32) -> Zones {
+fn render(scene: &str, radius: f64, aim: PupilSampling, samples: u32) -> Zones {
     let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");
     let resolution = Some([150, 150]);
-    // The references know of no effects.
-    let effects = Wanted::None;
+    // The references have no effects.
+    let effects = EffectSelection::None;
     let changes =
         Changes { aim, resolution, samples: Some(samples), effects, ..Changes::default() };
     let (job, _, _) = prepare(description, &changes).expect("a job");
     zones(&picture(&job, Backend::Simd, 2), radius)
 }
 
-/// Of the rays aimed at the rear disk of the wide lens 97 % are lost.
+/// Returns the number of samples: 97 % of the rays to the rear disk of the wide lens are blocked.
 fn rear_samples(scene: &str) -> u32 {
     if scene == "wide.pbrt" { 1024 } else { 128 }
 }
 
 #[test]
-fn by_the_courses_convention_every_zone_is_as_bright_as_the_reference() {
+fn aimed_at_the_rear_disk_every_zone_is_as_bright_as_the_reference() {
     for (scene, radius, reference) in REFERENCES {
-        let ours = render(scene, radius, Aim::RearDisk, rear_samples(scene));
+        let ours = render(scene, radius, PupilSampling::RearDisk, rear_samples(scene));
         let mut ratios = Vec::new();
         for (ours, reference) in ours.iter().flatten().zip(reference.iter().flatten()) {
             if *reference > 0.02 {
@@ -109,12 +109,12 @@ fn by_the_courses_convention_every_zone_is_as_bright_as_the_reference() {
         ratios.sort_by(f64::total_cmp);
         let median = ratios[ratios.len() / 2];
         println!("{scene}: median {median:.4}, {:.3?}", ratios);
-        // The references are 1.4 to 2.1 % darker than an exact camera, wide 4 %: published
-        // with them, with its own noise for wide.
+        // As published with them, the references are 1.4 to 2.1 % darker than an exact camera, and
+        // the noisier wide 4 %.
         let bounds = if scene == "wide.pbrt" { 0.93..1.05 } else { 0.97..1.03 };
         assert!(bounds.contains(&median), "{scene}: median ratio {median}");
         for ratio in &ratios {
-            // A zone at the horizon holds a texture that the course filtered up to 20 % too dark.
+            // The filtering of the course makes a texture at the horizon up to 20 % too dark.
             let off = ratio / median;
             assert!((0.94..1.2).contains(&off), "{scene}: a zone at {ratio} of {median}");
         }
@@ -124,10 +124,10 @@ fn by_the_courses_convention_every_zone_is_as_bright_as_the_reference() {
 }
 
 #[test]
-fn the_whole_pupil_agrees_in_the_centre_and_is_never_darker() {
+fn aimed_at_the_pupil_the_centre_agrees_and_no_zone_is_darker() {
     for (scene, ..) in REFERENCES {
-        let whole = render(scene, 2.0, Aim::Pupil, 64);
-        let course = render(scene, 2.0, Aim::RearDisk, rear_samples(scene));
+        let whole = render(scene, 2.0, PupilSampling::Pupil, 64);
+        let course = render(scene, 2.0, PupilSampling::RearDisk, rear_samples(scene));
         let ratio = whole[2][2] / course[2][2];
         println!("{scene}: centre {ratio:.4}");
         assert!((ratio - 1.0).abs() < 0.015, "{scene}: the centre differs by {ratio}");

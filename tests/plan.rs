@@ -1,19 +1,19 @@
-//! The plan of effects, as programs read it, and its estimates against what happens.
+//! The plan of effects as JSON, and its estimates against pictures.
 
 mod support;
 
-use petzval::job::{Changes, FocusOn, prepare};
 use petzval::lens::Coating;
-use petzval::plan::{Effect, Harm};
+use petzval::plan::{Effect, OmissionError};
+use petzval::prepare::{Changes, FocusOn, prepare};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use serde_json::Value;
 use support::{mean, petzval, picture, root};
 
 fn effects(arguments: &[&str]) -> Vec<Value> {
-    let (code, said, errors) = petzval(root(), &[&["plan"], arguments, &["--json"]].concat());
-    assert_eq!(code, 0, "{errors}");
-    let plan: Value = serde_json::from_str(&said).expect("JSON");
+    let (code, stdout, stderr) = petzval(root(), &[&["plan"], arguments, &["--json"]].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let plan: Value = serde_json::from_str(&stdout).expect("JSON");
     plan["effects"].as_array().expect("a list").clone()
 }
 
@@ -22,7 +22,7 @@ fn of<'a>(effects: &'a [Value], name: &str) -> &'a Value {
 }
 
 #[test]
-fn a_plan_holds_every_effect_with_who_decided_and_why() {
+fn a_plan_has_a_row_of_source_and_reason_for_every_effect() {
     let effects = effects(&["scenes/dgauss.pbrt"]);
     let names: Vec<&str> = effects.iter().filter_map(|row| row["effect"].as_str()).collect();
     assert_eq!(names, Effect::ALL.map(Effect::name));
@@ -34,7 +34,7 @@ fn a_plan_holds_every_effect_with_who_decided_and_why() {
 }
 
 #[test]
-fn the_scenes_of_the_course_need_nothing_but_one_that_looks_into_its_light() {
+fn the_course_scenes_need_no_effects_except_ghosts_of_a_visible_light() {
     for scene in ["dgauss", "fisheye", "telephoto", "wide"] {
         let effects = effects(&[&format!("scenes/{scene}.pbrt")]);
         let needed: Vec<&str> = effects
@@ -51,10 +51,10 @@ fn the_scenes_of_the_course_need_nothing_but_one_that_looks_into_its_light() {
 }
 
 #[test]
-fn shares_are_of_what_the_scene_takes_and_always_the_same() {
+fn costs_are_shares_of_the_render_and_reproducible() {
     let plan = |scene: &str| effects(&[&format!("scenes/{scene}.pbrt")]);
     let share = |effects: &[Value]| of(effects, "fresnel")["cost"]["percent"].as_f64();
-    // The same lens before a plane under one light, and before a landscape under many.
+    // The same lens in front of a plane under one light, and of a landscape under many.
     let (plane, landscape) = (plan("dgauss"), plan("snowman"));
     let [light, heavy] = [&plane, &landscape].map(|plan| share(plan).expect("a price"));
     println!("{light:.2} % and {heavy:.2} %");
@@ -62,14 +62,14 @@ fn shares_are_of_what_the_scene_takes_and_always_the_same() {
     assert_eq!(landscape, plan("snowman"));
 }
 
-/// A cemented doublet of crown and flint, 100 mm, f/4.
+/// A cemented doublet of crown and flint, 100 mm at f/4.
 const DOUBLET: &str = "[[surface]]\nradius = 61.36\nthickness = 6.0\ndiameter = 25.0
 glass = \"N-BK7\"\nstop = true\n[[surface]]\nradius = -44.3\nthickness = 2.5
 diameter = 25.0\nglass = \"N-SF5\"\n[[surface]]\nradius = -128.9\nthickness = 95.0
 diameter = 25.0\n";
 
 #[test]
-fn colour_film_sees_colours_apart_and_film_for_one_colour_does_not() {
+fn a_narrow_passband_needs_no_dispersion() {
     let folder = support::folder();
     let lens = support::write(&folder, "doublet.toml", DOUBLET);
     let lens = lens.to_str().expect("a path");
@@ -94,7 +94,7 @@ fn colour_film_sees_colours_apart_and_film_for_one_colour_does_not() {
 }
 
 #[test]
-fn who_asks_gets_a_guess_of_what_the_lens_file_does_not_say() {
+fn a_requested_dispersion_guesses_unknown_glasses() {
     let lens = ["scenes/snowman.pbrt", "--lens", "lenses/dgauss.50mm.dat"];
     let known = effects(&lens);
     assert!(of(&known, "dispersion")["on"] == false && of(&known, "dispersion")["error"].is_null());
@@ -102,14 +102,14 @@ fn who_asks_gets_a_guess_of_what_the_lens_file_does_not_say() {
     let row = of(&guessed, "dispersion");
     println!("{row}");
     assert!(row["on"] == true && row["by"] == "flag");
-    assert!(row["reason"].as_str().expect("words").contains("guessed"));
-    // A corrected lens, if its glasses are guessed with sense: not as bad as one glass alone.
+    assert!(row["reason"].as_str().expect("a reason").contains("guessed"));
+    // With sensible guesses of its glasses a corrected lens is better than a single glass.
     let um = row["error"]["um"].as_f64().expect("an estimate");
     assert!((0.5..60.0).contains(&um), "{um}");
 }
 
 #[test]
-fn what_can_be_seen_depends_on_the_pixels() {
+fn visible_effects_depend_on_the_pixel_size() {
     let lens = ["scenes/snowman.pbrt", "--lens", "lenses/triplet.toml"];
     let coarse = effects(&[&lens[..], &["--visible", "100px"]].concat());
     let fine = effects(&[&lens[..], &["--visible", "0.001px"]].concat());
@@ -117,7 +117,7 @@ fn what_can_be_seen_depends_on_the_pixels() {
     assert_eq!(of(&fine, "dispersion")["on"], true);
     let um = |effects: &[Value]| of(effects, "dispersion")["error"]["um"].as_f64();
     assert!(um(&coarse) == um(&fine) && um(&fine) > Some(0.5), "{:?}", um(&fine));
-    // Diffraction grows with the f-number: 1.22 lambda N.
+    // The radius of the Airy disc is 1.22 lambda N.
     let radius = |fstop: &str| {
         let effects = effects(&["scenes/snowman.pbrt", "--fstop", fstop]);
         of(&effects, "diffraction")["error"]["um"].as_f64().expect("a radius")
@@ -126,7 +126,7 @@ fn what_can_be_seen_depends_on_the_pixels() {
 }
 
 #[test]
-fn the_loss_that_is_said_is_the_loss_that_is_seen() {
+fn the_estimated_loss_equals_that_in_the_picture() {
     let job = |coating| {
         let description = pbrt::read(&root().join("scenes/dgauss.pbrt")).expect("a scene");
         let resolution = Some([60, 60]);
@@ -135,22 +135,22 @@ fn the_loss_that_is_said_is_the_loss_that_is_seen() {
     };
     let (without, with) = (job(None), job(Some(Coating::Bare)));
     assert!(!without.plan.has(Effect::Fresnel) && with.plan.has(Effect::Fresnel));
-    let said = |job: &petzval::render::Job| match job.plan.effects[1].error {
-        Some(Harm::Signal(percent)) => percent / 100.0,
+    let estimate = |job: &petzval::job::Job| match job.plan.effects[1].error {
+        Some(OmissionError::Signal(percent)) => percent / 100.0,
         other => panic!("{other:?}"),
     };
     let bright = |job| mean(&picture(job, Backend::Simd, 2))[1];
     let seen = 1.0 - bright(&with) / bright(&without);
-    assert!((said(&with) - seen).abs() < 0.005, "{} said, {seen} seen", said(&with));
-    assert_eq!(said(&with), said(&without));
+    assert!((estimate(&with) - seen).abs() < 0.005, "{} estimated, {seen} found", estimate(&with));
+    assert_eq!(estimate(&with), estimate(&without));
 }
 
 #[test]
-fn what_the_shape_of_the_stop_takes_is_what_is_seen() {
+fn the_estimated_loss_of_a_shaped_stop_equals_that_in_the_picture() {
     let lens = std::fs::read_to_string(root().join("lenses/triplet.toml")).expect("a lens");
     let bladed =
         lens.replace("stop = true", "stop = true\nblades = 5\nrotation = 18\nobstruction = 1");
-    // Narrow, so that nothing else takes light.
+    // A small stop, so that no other surface blocks light.
     let bladed = bladed.replace("diameter = 7.6", "diameter = 4.0");
     let folder = support::folder();
     let file = support::write(&folder, "bladed.toml", bladed);
@@ -168,20 +168,22 @@ fn what_the_shape_of_the_stop_takes_is_what_is_seen() {
         prepare(description, &changes).expect("a job").0
     };
     let (with, without) = (job("-ghosts,-diffraction"), job("-iris,-ghosts,-diffraction"));
-    let row = |job: &petzval::render::Job| {
+    let row = |job: &petzval::job::Job| {
         let row = job.plan.effects.iter().find(|row| row.effect == Effect::Iris);
         row.expect("a row").clone()
     };
-    let Some(Harm::Signal(said)) = row(&with).error else { panic!("{:?}", row(&with)) };
+    let Some(OmissionError::Signal(estimate)) = row(&with).error else {
+        panic!("{:?}", row(&with))
+    };
     assert!(row(&with).on && !row(&without).on);
     let middle = |job| picture(job, Backend::Simd, 2).pixels[0][1];
     let seen = 100.0 * (1.0 - f64::from(middle(&with) / middle(&without)));
-    println!("{said:.2} % said, {seen:.2} % seen");
-    assert!((said - seen).abs() < 1.0, "{said} {seen}");
+    println!("{estimate:.2} % estimated, {seen:.2} % found");
+    assert!((estimate - seen).abs() < 1.0, "{estimate} {seen}");
 }
 
 #[test]
-fn a_street_at_night_needs_its_ghosts_and_its_stars() {
+fn a_street_at_night_needs_ghosts_and_diffraction() {
     let effects = effects(&["scenes/night.pbrt"]);
     for effect in ["ghosts", "diffraction", "iris"] {
         assert!(of(&effects, effect)["on"] == true, "{effects:#?}");
@@ -192,14 +194,14 @@ fn a_street_at_night_needs_its_ghosts_and_its_stars() {
 }
 
 #[test]
-fn words_that_are_no_plan_are_refused() {
+fn invalid_effect_lists_are_refused() {
     for (arguments, expected) in [
         (&["plan", "scenes/dgauss.pbrt", "--effects", "+disperson"][..], "no effect \"disperson\""),
         (&["plan", "scenes/dgauss.pbrt", "--visible", "-1"], "expected a number of pixels"),
         (&["plan", "scenes/dgauss.pbrt", "--passband", "600..500"], "expected two wavelengths"),
         (&["plan", "scenes/nothing.pbrt"], "cannot read scenes/nothing.pbrt"),
     ] {
-        let (code, said, errors) = petzval(root(), arguments);
-        assert!(code == 2 && said.is_empty() && errors.contains(expected), "{errors}");
+        let (code, stdout, stderr) = petzval(root(), arguments);
+        assert!(code == 2 && stdout.is_empty() && stderr.contains(expected), "{stderr}");
     }
 }

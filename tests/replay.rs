@@ -1,17 +1,18 @@
-//! One sample once more: the same as in the render, and its way as geometry has it.
+//! Replay of single samples: equal to the render, and with the path that geometry predicts.
 
 mod support;
 
 use std::collections::BTreeMap;
 
-use petzval::film::SampleName;
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
-use petzval::lens::Model;
-use petzval::plan::{Effect, Wanted};
-use petzval::render::{Backend, Job, Replay, render, replay};
+use petzval::film::SampleId;
+use petzval::io::image::Picture;
+use petzval::job::Job;
+use petzval::lens::LensModel;
+use petzval::plan::{Effect, EffectSelection};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{Backend, RenderOptions, Replay, render, replay};
 use petzval::scene::pbrt;
-use petzval::shade::Fate;
+use petzval::shade::PathOutcome;
 use support::{folder, root, write};
 
 fn job(scene: &str, changes: &Changes) -> Job {
@@ -21,7 +22,7 @@ fn job(scene: &str, changes: &Changes) -> Job {
     prepare(description, &changes).expect("a job").0
 }
 
-/// A disk for a lens, a signed filter, surfaces of most kinds.
+/// A thin lens, a filter with negative lobes, and surfaces of most kinds.
 const THIN: &str = r#"
     Film "rgb" "integer xresolution" 24 "integer yresolution" 16 "float maxcomponentvalue" 4
     PixelFilter "mitchell"
@@ -48,22 +49,22 @@ fn thin() -> Job {
     prepare(pbrt::read(&path).expect("a scene"), &Changes::default()).expect("a job").0
 }
 
-/// All that is in the way of a sample with a real lens; ghosts are no samples.
-fn everything(effects: &str) -> Changes {
-    let effects: Wanted = effects.parse().expect("effects");
+/// Returns options that turn on every effect on a sample through a real lens.
+fn all_options(effects: &str) -> Changes {
+    let effects: EffectSelection = effects.parse().expect("effects");
     Changes { effects, ..Changes::default() }
 }
 
 fn jobs() -> Vec<(&'static str, Job)> {
     let lens = |name: &str| Some(root().join("lenses").join(name));
     let glass =
-        Changes { lens: lens("triplet.toml"), ..everything("+dispersion,+fresnel,-ghosts") };
-    let moving = everything("+motion,+rolling_shutter,-ghosts");
+        Changes { lens: lens("triplet.toml"), ..all_options("+dispersion,+fresnel,-ghosts") };
+    let moving = all_options("+motion,+rolling_shutter,-ghosts");
     let moving = Changes { rolling: "30ms".parse().ok(), ..moving };
-    let tilted = Changes { film_tilt: Some([6.0, -4.0]), ..everything("-ghosts") };
+    let tilted = Changes { film_tilt: Some([6.0, -4.0]), ..all_options("-ghosts") };
     let jobs = vec![
-        ("dgauss", job("dgauss.pbrt", &everything("-ghosts"))),
-        ("fisheye", job("fisheye.pbrt", &everything("-ghosts"))),
+        ("dgauss", job("dgauss.pbrt", &all_options("-ghosts"))),
+        ("fisheye", job("fisheye.pbrt", &all_options("-ghosts"))),
         ("thin", thin()),
         ("glass", job("atelier.pbrt", &glass)),
         ("motion", job("propeller.pbrt", &moving)),
@@ -78,25 +79,26 @@ fn jobs() -> Vec<(&'static str, Job)> {
 }
 
 fn picture(job: &Job, backend: Backend) -> Picture {
-    let exposed = render(job, backend, 2, &Default::default()).expect("a render");
+    let exposed = render(job, RenderOptions { backend, threads: 2, ..RenderOptions::default() })
+        .expect("a render");
     assert_eq!(exposed.film.dropped.count(), 0);
     exposed.film.picture(job.samples.len() as u32)
 }
 
-/// The pixels of a job.
+/// Returns the pixels of a job.
 fn pixels(job: &Job) -> impl Iterator<Item = [u32; 2]> + use<> {
     let [[x0, y0], [x1, y1]] = [job.frame.low, job.frame.high];
     (y0..y1).flat_map(move |y| (x0..x1).map(move |x| [x, y]))
 }
 
 fn value(job: &Job, backend: Backend, pixel: [u32; 2], sample: u32) -> ([f64; 3], Option<Replay>) {
-    let replay = replay(job, backend, SampleName::new(pixel, sample, job.seed));
+    let replay = replay(job, backend, SampleId::new(pixel, sample, job.seed));
     let value = replay.as_ref().map_or([0.0; 3], |replay| replay.value.expect("a number"));
     (value, replay)
 }
 
 #[test]
-fn a_replayed_sample_is_the_one_of_the_render_bit_for_bit() {
+fn a_replayed_sample_equals_the_render_bit_for_bit() {
     let mut fates: BTreeMap<String, u32> = BTreeMap::new();
     let mut count = |fate: String| *fates.entry(fate).or_default() += 1;
     for (name, mut job) in jobs() {
@@ -112,26 +114,26 @@ fn a_replayed_sample_is_the_one_of_the_render_bit_for_bit() {
                     count("dark".into());
                     continue;
                 };
-                if let Some(passage) = &replay.passage {
+                if let Some(passage) = &replay.ray_path {
                     assert_eq!(passage.end.is_ok(), replay.ray.is_some(), "{name}, {pixel:?}");
                     count(
                         passage
                             .end
                             .as_ref()
                             .err()
-                            .map_or("through".into(), |b| format!("{:?}", b.why)),
+                            .map_or("through".into(), |b| format!("{:?}", b.reason)),
                     );
                 }
                 for step in &replay.steps {
-                    match step.account.fate {
-                        Fate::Roulette { .. } => count("Roulette".into()),
+                    match step.record.outcome {
+                        PathOutcome::Roulette { .. } => count("Roulette".into()),
                         fate => count(format!("{fate:?}")),
                     }
                     if let Some(shadow) = step.shadow {
-                        count(format!("light arrives: {}", shadow.arrives));
+                        count(format!("light arrives: {}", shadow.unoccluded));
                     }
                 }
-                assert_eq!(replay.breaks(), None);
+                assert_eq!(replay.first_non_finite(), None);
             }
         }
     }
@@ -141,9 +143,9 @@ fn a_replayed_sample_is_the_one_of_the_render_bit_for_bit() {
         "through",
         "Escapes",
         "Complete",
-        "Deepest",
+        "DepthLimit",
         "Roulette",
-        "GoesOn",
+        "Continues",
         "light arrives: true",
         "light arrives: false",
         "dark",
@@ -154,7 +156,7 @@ fn a_replayed_sample_is_the_one_of_the_render_bit_for_bit() {
 
 #[test]
 fn samples_add_up_to_the_picture() {
-    for mut job in [thin(), job("atelier.pbrt", &everything("-ghosts"))] {
+    for mut job in [thin(), job("atelier.pbrt", &all_options("-ghosts"))] {
         job.samples = 3..9;
         let picture = picture(&job, Backend::Simd);
         for (pixel, found) in pixels(&job).zip(&picture.pixels) {
@@ -165,7 +167,7 @@ fn samples_add_up_to_the_picture() {
             }
             for c in 0..3 {
                 let mean = sum[c] / 6.0;
-                // Sums of f64 in another order, rounded to f32.
+                // The sums in f64 have another order and are rounded to f32.
                 let off = (mean - f64::from(found[c])).abs();
                 assert!(off <= 1.2e-7 * mean.abs() + 1e-15, "{pixel:?}: {mean} for {found:?}");
             }
@@ -173,9 +175,8 @@ fn samples_add_up_to_the_picture() {
     }
 }
 
-/// The way of light adds up: what is shone, and what arrives.
 #[test]
-fn what_steps_add_is_the_radiance() {
+fn the_contributions_of_all_steps_add_up_to_the_radiance() {
     let job = thin();
     for pixel in pixels(&job) {
         let (_, replay) = value(&job, Backend::Simd, pixel, 0);
@@ -183,8 +184,9 @@ fn what_steps_add_is_the_radiance() {
         let mut so_far = [0.0f32; 3];
         for (i, step) in replay.steps.iter().enumerate() {
             for c in 0..3 {
-                so_far[c] += step.shone[c];
-                so_far[c] += step.shadow.filter(|s| s.arrives).map_or(0.0, |s| s.brings[c]);
+                so_far[c] += step.emission[c];
+                so_far[c] +=
+                    step.shadow.filter(|s| s.unoccluded).map_or(0.0, |s| s.contribution[c]);
                 let off = (so_far[c] - step.radiance[c]).abs();
                 assert!(off <= 1e-6 * so_far[c].abs(), "{pixel:?}: {so_far:?} for {step:?}");
             }
@@ -197,30 +199,34 @@ fn what_steps_add_is_the_radiance() {
 }
 
 #[test]
-fn a_ray_meets_spheres_where_geometry_has_it() {
+fn replayed_crossings_lie_on_spheres_and_obey_snells_law() {
     let job = job("dgauss.pbrt", &Changes::default());
-    let Model::Real(lens) = &job.camera.model else { panic!("a real lens") };
-    let (rows, vertices) = (&lens.prescription.rows, lens.prescription.vertices());
+    let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    let (rows, vertices) = (&lens.prescription.rows, lens.prescription.vertex_positions());
     let minus = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| a[i] - b[i]);
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let mut checked = 0;
     for pixel in pixels(&job) {
-        let Some(passage) = value(&job, Backend::Simd, pixel, 1).1.and_then(|r| r.passage) else {
+        let Some(passage) = value(&job, Backend::Simd, pixel, 1).1.and_then(|r| r.ray_path) else {
             continue;
         };
         let mut before = passage.start;
-        // The normal of the last surface, its n sin i, and the index behind it.
+        // Normal of the last surface, its n sin(i), and the index behind it.
         let mut last: Option<([f64; 3], f64, f64)> = None;
         for crossing in &passage.crossings {
-            let Some(at) = crossing.at else { continue };
+            let Some(at) = crossing.point else { continue };
             let row = &rows[crossing.row];
             let height = at[0].hypot(at[1]);
             let sag = row.sag(height);
             assert!((at[2] - vertices[crossing.row] - sag).abs() < 2e-5, "{pixel:?} {crossing:?}");
             assert!((height - crossing.height.expect("a height")).abs() < 1e-5);
-            assert_eq!(crossing.passed.is_some(), height < crossing.clear, "{crossing:?}");
+            assert_eq!(
+                crossing.transmittance.is_some(),
+                height < crossing.semi_diameter,
+                "{crossing:?}"
+            );
             let way = minus(at, before);
-            // From the point to the centre of the sphere.
+            // The normal points from the surface to the centre of the sphere.
             let centre = [0.0, 0.0, vertices[crossing.row] + row.radius];
             let normal = if row.stop { [0.0, 0.0, 1.0] } else { minus(centre, at) };
             let cosine = dot(way, normal).abs() / (dot(way, way) * dot(normal, normal)).sqrt();
@@ -241,8 +247,8 @@ fn a_ray_meets_spheres_where_geometry_has_it() {
 }
 
 #[test]
-fn any_sample_may_be_asked_for() {
+fn any_sample_can_be_replayed() {
     let job = job("dgauss.pbrt", &Changes { samples: Some(2), ..Changes::default() });
     assert!(value(&job, Backend::Simd, [12, 8], 1_000_000).1.is_some());
-    assert!(replay(&job, Backend::Simd, SampleName::new([12, 8], u32::MAX, 7)).is_none());
+    assert!(replay(&job, Backend::Simd, SampleId::new([12, 8], u32::MAX, 7)).is_none());
 }

@@ -1,17 +1,17 @@
-//! Russian roulette, and with it the noise of a picture, knows the scene and not the camera.
+//! Russian roulette: it, and with it the noise of a picture, depends on the scene and not on the camera.
 
 mod support;
 
 use petzval::aov::Aov;
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, render};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
 use support::{LENSES, folder, mean, root, write};
 
-/// Bounces of a path at most.
+/// Maximum number of bounces of a path.
 const DEPTH: usize = 6;
 
-/// A camera in the middle of a grey ball that a small light near its top lights.
+/// Settings of a camera in the middle of a grey ball with a small light near its top.
 #[derive(Clone, Copy)]
 struct View {
     lens: &'static str,
@@ -24,13 +24,12 @@ struct View {
 const USUAL: View =
     View { lens: "dgauss.50mm", f_number: 5.6, iso: 100.0, seconds: 1.0, radiance: 300.0 };
 
-/// The rays that a view costs, and its noise.
+/// Noise of a picture, and the rays that it costs.
 #[derive(Debug)]
 struct Noise {
-    /// Variance of a pixel over the square of its mean.
+    /// Variance of a pixel divided by the square of its mean.
     relative: f64,
-    /// Rays that look for a surface after each bounce but the last, whose light comes by shadow
-    /// rays alone; per camera ray.
+    /// Scattered rays after each bounce, per camera ray. The last bounce has shadow rays only.
     rays: [f64; DEPTH - 1],
 }
 
@@ -59,7 +58,8 @@ fn noise(view: View) -> Noise {
     let layers = vec![Aov::Variance];
     let changes = Changes { f_number: Some(f_number), layers, ..Changes::default() };
     let job = prepare(description, &changes).expect("a job").0;
-    let exposed = render(&job, Backend::Simd, 2, &Default::default()).expect("a picture");
+    let exposed =
+        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a picture");
     let samples = job.samples.end;
     let variance = exposed.film.variance(samples).expect("the squares were added up");
     let picture = exposed.film.picture(samples);
@@ -74,7 +74,7 @@ fn noise(view: View) -> Noise {
     }
 }
 
-/// Fails unless both are as noisy and need as many rays, within a share of it.
+/// Asserts that noise and rays are equal within a relative tolerance.
 fn assert_same(name: &str, noise: &Noise, usual: &Noise, within: f64) {
     println!("{name}: relative variance {:.4}, rays {:.4?}", noise.relative, noise.rays);
     let same = |a: f64, b: f64| assert!((a / b - 1.0).abs() < within, "{name}: {a}, not {b}");
@@ -87,9 +87,9 @@ fn assert_same(name: &str, noise: &Noise, usual: &Noise, within: f64) {
 #[test]
 fn noise_does_not_depend_on_exposure_or_units() {
     let usual = noise(USUAL);
-    // Paths are worth following: some of them reach the last bounce.
+    // The test needs paths that reach the last bounce.
     assert!((0.05..0.5).contains(&usual.rays[DEPTH - 2]), "{usual:?}");
-    // The very same samples, but for rounding.
+    // The samples are the same except for rounding.
     let rounding = 0.001;
     for iso in [1.0, 10_000.0] {
         assert_same(&format!("ISO {iso}"), &noise(View { iso, ..USUAL }), &usual, rounding);
@@ -107,8 +107,8 @@ fn noise_does_not_depend_on_exposure_or_units() {
 #[test]
 fn noise_does_not_depend_on_the_lens_or_its_stop() {
     let usual = noise(USUAL);
-    // Other samples of the same: 4096 pixels of 32 samples know the variance to about 0.7 %, and the
-    // pictures are not quite the same.
+    // Other samples: 4096 pixels of 32 samples estimate the variance to about 0.7 %, and the pictures
+    // differ slightly.
     for (lens, _) in LENSES {
         for f_number in [5.6, 16.0] {
             let view = View { lens, f_number, ..USUAL };

@@ -1,71 +1,69 @@
-//! Files are whole or not there, whatever the disk does.
+//! Output files are complete or absent, even on full and read-only disks.
 
 mod support;
 
 use std::path::Path;
 use std::process::{Command, Output};
-use std::time::Duration;
 
-use support::kept::{Studio, said};
+use support::workspace::{Workspace, exit_and_stderr, finish};
 
-const WORDS: &str = "render scene.pbrt -o a.exr --spp 300 --effects none";
+const RENDER: &str = "render scene.pbrt -o a.exr --spp 300 --effects none";
 
-/// Runs the command with files of at most so many KiB.
-fn limited(studio: &Studio, kib: u32, words: &str) -> (i32, String) {
+/// Runs the command with a limit on the size of files, KiB.
+fn run_with_file_limit(workspace: &Workspace, kib: u32, arguments: &str) -> (i32, String) {
     let program = env!("CARGO_BIN_EXE_petzval");
-    // Where the signal is ignored a write fails, as on a full disk.
-    let script = format!("trap '' XFSZ; ulimit -f {kib}; exec '{program}' {words}");
+    // With the signal ignored a write fails, as on a full disk.
+    let script = format!("trap '' XFSZ; ulimit -f {kib}; exec '{program}' {arguments}");
     let output: Output = Command::new("bash")
         .args(["-c", &script])
-        .current_dir(studio.path(""))
+        .current_dir(workspace.path(""))
         .output()
         .expect("bash starts");
-    said(output)
+    exit_and_stderr(output)
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_too_small_for_the_picture_leaves_the_old_one() {
-    let studio = Studio::new();
-    std::fs::write(studio.path("a.exr"), "precious").expect("a file");
-    std::fs::write(studio.path("a.petzval"), "a part").expect("a file");
-    for words in [WORDS.to_owned(), WORDS.replace("a.exr", "a.petzval --shard 1/2")] {
-        let (code, said) = limited(&studio, 8, &words);
-        assert_eq!(code, 2, "{said}");
-        assert!(said.contains("cannot write") && said.contains("File too large"), "{said}");
+    let workspace = Workspace::new();
+    std::fs::write(workspace.path("a.exr"), "precious").expect("a file");
+    std::fs::write(workspace.path("a.petzval"), "a part").expect("a file");
+    for arguments in [RENDER.to_owned(), RENDER.replace("a.exr", "a.petzval --shard 1/2")] {
+        let (code, stderr) = run_with_file_limit(&workspace, 8, &arguments);
+        assert_eq!(code, 2, "{stderr}");
+        assert!(stderr.contains("cannot write") && stderr.contains("File too large"), "{stderr}");
     }
-    assert_eq!(std::fs::read(studio.path("a.exr")).expect("a file"), b"precious");
-    assert_eq!(std::fs::read(studio.path("a.petzval")).expect("a file"), b"a part");
-    assert_eq!(studio.names(), ["a.exr", "a.petzval"], "nothing is left over");
+    assert_eq!(std::fs::read(workspace.path("a.exr")).expect("a file"), b"precious");
+    assert_eq!(std::fs::read(workspace.path("a.petzval")).expect("a file"), b"a part");
+    assert_eq!(workspace.file_names(), ["a.exr", "a.petzval"], "nothing is left over");
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_disk_too_small_for_a_checkpoint_does_not_cost_the_picture() {
-    let studio = Studio::new();
-    studio.done(WORDS);
-    let whole = studio.contents("a.exr");
-    // The picture takes half as much as the sums.
-    let (code, said) = limited(&studio, 64, &format!("{WORDS} --checkpoint 2ms"));
-    assert_eq!(code, 0, "{said}");
-    assert!(said.contains("cannot write a.exr.checkpoint: File too large"), "{said}");
-    assert_eq!(studio.contents("a.exr"), whole);
-    assert_eq!(studio.names(), ["a.exr"]);
+fn a_disk_too_small_for_a_checkpoint_does_not_stop_the_render() {
+    let workspace = Workspace::new();
+    workspace.run_ok(RENDER);
+    let whole = workspace.contents("a.exr");
+    // The picture is half as large as the checkpoint.
+    let (code, stderr) = run_with_file_limit(&workspace, 64, &format!("{RENDER} --checkpoint 2ms"));
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stderr.contains("cannot write a.exr.checkpoint: File too large"), "{stderr}");
+    assert_eq!(workspace.contents("a.exr"), whole);
+    assert_eq!(workspace.file_names(), ["a.exr"]);
 }
 
-/// Mounts a small disk in a folder, for as long as it lives.
+/// A small disk in memory, mounted in a folder until it is dropped.
 struct Disk<'a>(&'a Path);
 
 impl<'a> Disk<'a> {
-    fn mount(at: &'a Path, options: &str) -> Option<Self> {
+    fn mount(at: &'a Path, options: &str) -> Self {
         std::fs::create_dir(at).expect("a folder");
         let mut mount = Command::new("mount");
         mount.args(["-t", "tmpfs", "-o", options, "none"]).arg(at);
-        let mounted = mount.output().is_ok_and(|output| output.status.success());
-        if !mounted {
-            eprintln!("NOT TESTED: only root can mount a small disk");
-        }
-        mounted.then_some(Self(at))
+        let output = mount.output().expect("mount starts");
+        let problem = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "mount, which needs root: {problem}");
+        Self(at)
     }
 }
 
@@ -77,58 +75,60 @@ impl Drop for Disk<'_> {
 
 #[cfg(target_os = "linux")]
 #[test]
+#[ignore = "needs root, to mount a small disk; .ci/run runs it"]
 fn a_full_disk_is_named_and_the_old_picture_stays() {
-    let studio = Studio::new();
-    let at = studio.path("disk");
-    let Some(_disk) = Disk::mount(&at, "size=64k") else { return };
+    let workspace = Workspace::new();
+    let at = workspace.path("disk");
+    let _disk = Disk::mount(&at, "size=64k");
     std::fs::write(at.join("a.exr"), vec![7; 40_000]).expect("a file");
-    let words = WORDS.replace("a.exr", "disk/a.exr");
-    studio.refuses(&words, "cannot write the picture disk/a.exr: No space left");
+    let arguments = RENDER.replace("a.exr", "disk/a.exr");
+    workspace.refuses(&arguments, "cannot write the picture disk/a.exr: No space left");
     assert_eq!(std::fs::read(at.join("a.exr")).expect("a file"), vec![7; 40_000]);
     assert_eq!(std::fs::read_dir(&at).expect("the disk").count(), 1, "nothing is left over");
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_disk_that_only_reads_is_named_before_the_render() {
-    let studio = Studio::new();
-    let at = studio.path("disk");
-    let Some(_disk) = Disk::mount(&at, "ro,size=64k") else { return };
-    studio.refuses(&WORDS.replace("a.exr", "disk/a.exr"), "cannot write disk/a.exr: Read-only");
+#[ignore = "needs root, to mount a small disk; .ci/run runs it"]
+fn a_read_only_disk_is_named_before_the_render() {
+    let workspace = Workspace::new();
+    let at = workspace.path("disk");
+    let _disk = Disk::mount(&at, "ro,size=64k");
+    workspace.refuses(&RENDER.replace("a.exr", "disk/a.exr"), "cannot write disk/a.exr: Read-only");
 }
 
 #[cfg(unix)]
 #[test]
-fn a_link_is_followed_and_stays() {
+fn a_link_is_followed_and_kept() {
     use std::os::unix::fs::symlink;
-    let studio = Studio::new();
-    std::fs::create_dir(studio.path("far")).expect("a folder");
-    symlink("far/b.exr", studio.path("a.exr")).expect("a link");
-    studio.done(&WORDS.replace("300", "1"));
-    assert!(studio.path("a.exr").is_symlink());
-    assert!(studio.path("far/b.exr").is_file() && !studio.path("far/b.exr").is_symlink());
-    assert_eq!(studio.names(), ["a.exr", "far"]);
-    // Where it goes is looked at before the render.
-    assert!(Command::new("mkfifo").arg(studio.path("pipe")).status().expect("mkfifo").success());
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("far")).expect("a folder");
+    symlink("far/b.exr", workspace.path("a.exr")).expect("a link");
+    workspace.run_ok(&RENDER.replace("300", "1"));
+    assert!(workspace.path("a.exr").is_symlink());
+    assert!(workspace.path("far/b.exr").is_file() && !workspace.path("far/b.exr").is_symlink());
+    assert_eq!(workspace.file_names(), ["a.exr", "far"]);
+    // The target of the link is checked before the render.
+    assert!(Command::new("mkfifo").arg(workspace.path("pipe")).status().expect("mkfifo").success());
     for (to, problem) in [("gone/b.exr", "No such file"), ("pipe", "it is a pipe or a device")] {
-        std::fs::remove_file(studio.path("a.exr")).expect("the link");
-        symlink(to, studio.path("a.exr")).expect("a link");
-        studio.refuses(WORDS, &format!("cannot write a.exr: {problem}"));
+        std::fs::remove_file(workspace.path("a.exr")).expect("the link");
+        symlink(to, workspace.path("a.exr")).expect("a link");
+        workspace.refuses(RENDER, &format!("cannot write a.exr: {problem}"));
     }
 }
 
 #[test]
-fn a_folder_that_vanishes_is_an_error_at_the_end() {
-    let studio = Studio::new();
-    std::fs::create_dir(studio.path("sub")).expect("a folder");
-    let words = WORDS.replace("a.exr", "sub/a.exr").replace("300", "3000");
-    let child = studio.start(&format!("{words} --checkpoint 50ms"));
-    std::thread::sleep(Duration::from_millis(400));
-    // The next checkpoint may be on its way.
-    while std::fs::remove_dir_all(studio.path("sub")).is_err() {}
-    let (code, said) = said(child.wait_with_output().expect("a child"));
-    assert_eq!(code, 2, "{said}");
-    assert!(said.contains("cannot write sub/a.exr.checkpoint"), "{said}");
-    assert!(said.contains("cannot write the picture sub/a.exr"), "{said}");
-    assert!(studio.names().is_empty());
+fn a_folder_that_disappears_is_an_error_at_the_end() {
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("sub")).expect("a folder");
+    let arguments = RENDER.replace("a.exr", "sub/a.exr").replace("300", "3000");
+    let mut child = workspace.start(&format!("{arguments} --checkpoint 50ms"));
+    workspace.wait_for_file(&mut child, "sub/a.exr.checkpoint", 0);
+    // A new checkpoint may appear while the files are removed.
+    while std::fs::remove_dir_all(workspace.path("sub")).is_err() {}
+    let (code, stderr) = finish(child);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("cannot write sub/a.exr.checkpoint"), "{stderr}");
+    assert!(stderr.contains("cannot write the picture sub/a.exr"), "{stderr}");
+    assert!(workspace.file_names().is_empty());
 }

@@ -1,4 +1,4 @@
-//! A million triangles: what their tree takes in memory, and that it is whole.
+//! BVHs of millions of triangles: memory, and completeness.
 
 mod support;
 
@@ -8,16 +8,16 @@ use petzval::rays::Ray;
 use petzval::scene::{Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack};
 use support::Random;
 
-/// Quads on a side.
+/// Number of quads along a side.
 const SIDE: u32 = 710;
-/// What the documentation of the tree promises, besides vertices and indices.
+/// Memory per triangle that the documentation of the BVH promises, besides vertices and indices.
 const BYTES_PER_TRIANGLE: usize = 110;
 
 fn height(x: f32, y: f32) -> f32 {
     0.1 * (7.0 * x).sin() * (5.0 * y).cos() + 0.01 * (90.0 * x).cos() * (70.0 * y).sin()
 }
 
-/// A rolling ground of 2 side^2 triangles.
+/// Returns a hilly ground of 2 side^2 triangles.
 fn ground(side: u32) -> Mesh {
     let mut mesh = Mesh::default();
     let at = |i: u32| i as f32 / side as f32;
@@ -39,10 +39,10 @@ fn ground(side: u32) -> Mesh {
 #[ignore = "takes gigabytes: cargo test --release --test scale -- --ignored --nocapture"]
 fn twenty_million_triangles_are_built_within_24_gib() {
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material::diffuse([0.5; 3]));
-    builder.shape(ShapeSpec::new(Geometry::Mesh(ground(3163)), material));
+    let material = builder.add_material(Material::diffuse([0.5; 3]));
+    builder.add_shape(ShapeSpec::new(Geometry::Mesh(ground(3163)), material));
     let start = std::time::Instant::now();
-    let scene = builder.build();
+    let scene = builder.build().unwrap();
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let peak = status.lines().find(|line| line.starts_with("VmHWM")).expect("its peak");
     let kib: f64 = peak.split_whitespace().nth(1).expect("a number").parse().expect("a number");
@@ -63,9 +63,9 @@ fn a_million_triangles_take_a_hundred_megabytes_and_are_all_found() {
         .map(|i| mesh.corners(i).iter().sum::<Vec3>() / 3.0)
         .collect();
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material::diffuse([0.5; 3]));
-    builder.shape(ShapeSpec::new(Geometry::Mesh(mesh), material));
-    let scene = builder.build();
+    let material = builder.add_material(Material::diffuse([0.5; 3]));
+    builder.add_shape(ShapeSpec::new(Geometry::Mesh(mesh), material));
+    let scene = builder.build().unwrap();
     let bytes = scene.bytes() / triangles;
     assert!(bytes < BYTES_PER_TRIANGLE, "{bytes} bytes a triangle");
     let mut stack = TraversalStack::default();

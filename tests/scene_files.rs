@@ -1,4 +1,4 @@
-//! The scene reader: what it understands, and what it says when it does not.
+//! Scene reader: directives, warnings and errors.
 
 mod support;
 
@@ -12,7 +12,7 @@ fn read(text: &str) -> Result<Description, SceneError> {
 
 const HEAD: &str = "Camera \"perspective\"\nWorldBegin\n";
 
-/// The error for a scene whose third line and those after are given, without the folder.
+/// Returns the error for a scene with this text from its third line on, without the folder.
 fn error(world: &str) -> String {
     let text = match read(&format!("{HEAD}{world}")) {
         Ok(_) => panic!("accepted: {world}"),
@@ -22,7 +22,7 @@ fn error(world: &str) -> String {
 }
 
 #[test]
-fn mistakes_are_named_with_line_column_and_what_was_meant() {
+fn errors_name_line_column_and_the_closest_name() {
     let cases = [
         ("Shpe \"sphere\"", "test.pbrt:3:1: unknown directive \"Shpe\"; did you mean \"Shape\"?"),
         ("Shape \"spere\"", "test.pbrt:3:1: unknown Shape \"spere\"; did you mean \"sphere\"?"),
@@ -49,12 +49,12 @@ fn mistakes_are_named_with_line_column_and_what_was_meant() {
         ),
         ("Translate 1 2", "test.pbrt:3:1: the file ends here; expected 3 numbers"),
         ("Translate 1 2 x", "test.pbrt:3:15: found x; expected 3 numbers"),
-        ("Translate 1 2 3x", "test.pbrt:3:15: \"3x\" is no number"),
+        ("Translate 1 2 3x", "test.pbrt:3:15: \"3x\" is neither a number nor a directive"),
         ("Scale 1 0 1", "test.pbrt:3:1: Scale by 0"),
         ("Rotate 10 0 0 0", "test.pbrt:3:1: Rotate about no axis"),
         ("LookAt 1 1 1 1 1 1 0 1 0", "test.pbrt:3:1: LookAt from a point to itself"),
         ("Material \"matte", "test.pbrt:3:10: a quoted string that does not end"),
-        ("\"sphere\"", "test.pbrt:3:1: \"sphere\" where a directive should stand"),
+        ("\"sphere\"", "test.pbrt:3:1: \"sphere\" in place of a directive"),
         ("AttributeEnd", "test.pbrt:3:1: AttributeEnd without AttributeBegin"),
         ("AttributeBegin\nTransformEnd", "test.pbrt:4:1: TransformEnd inside the AttributeBegin"),
         ("\nAttributeBegin", "test.pbrt:4:1: AttributeBegin without AttributeEnd"),
@@ -73,24 +73,27 @@ fn mistakes_are_named_with_line_column_and_what_was_meant() {
         ),
         (
             "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 3]",
-            "test.pbrt:3:52: the index 3; there are 3 points",
+            "test.pbrt:3:52: the index 3; expected indices from 0 to below 3",
         ),
         (
             "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2]",
-            "test.pbrt:3:22: 8 numbers for \"point3 P\"; expected a multiple of 3",
+            "test.pbrt:3:22: 8 numbers for \"point3 P\"; expected a positive multiple of 3",
         ),
         ("ObjectBegin \"a\" ObjectEnd\nObjectBegin \"a\"", "test.pbrt:4:1: a second object \"a\""),
         ("Film \"rgb\"", "test.pbrt:3:1: Film after WorldBegin"),
         ("WorldBegin", "test.pbrt:3:1: a second WorldBegin"),
     ];
     for (world, expected) in cases {
-        let said = error(world);
-        assert!(said.starts_with(expected), "{world}\n  said     {said}\n  expected {expected}");
+        let message = error(world);
+        assert!(
+            message.starts_with(expected),
+            "{world}\n  found    {message}\n  expected {expected}"
+        );
     }
 }
 
 #[test]
-fn what_a_scene_lacks_is_said() {
+fn missing_parts_of_a_scene_are_errors() {
     for (text, expected) in [
         ("", "the file ends without WorldBegin"),
         ("Shape \"sphere\"", "Shape before WorldBegin"),
@@ -102,35 +105,35 @@ fn what_a_scene_lacks_is_said() {
             "a shutter that is open for 0 s",
         ),
     ] {
-        let said = read(text).map(|_| ()).expect_err(text).to_string();
-        assert!(said.contains(expected), "{text}\n  said {said}");
+        let message = read(text).map(|_| ()).expect_err(text).to_string();
+        assert!(message.contains(expected), "{text}: {message}");
     }
 }
 
 #[test]
-fn known_but_unsupported_things_are_warnings_that_say_what_is_done() {
+fn unsupported_features_are_warnings_that_name_the_replacement() {
     let description = read(&format!(
         "{HEAD}Material \"hair\" \"float beta_m\" 0.1\nMaterial \"hair\"\n\
          Shape \"nurbs\"\nMaterial \"uber\" \"rgb opacity\" [0 0 0]\n\
          Shape \"sphere\" \"texture shadowalpha\" \"holes\"\nLightSource \"infinite\" \"point3 portal\" [0 0 0]\n"
     ))
     .unwrap();
-    let said: Vec<String> = description.warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(said.len(), 5, "each is named once: {said:#?}");
-    for (said, (line, words)) in said.iter().zip([
+    let messages: Vec<String> = description.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(messages.len(), 5, "each feature has one warning: {messages:#?}");
+    for (message, (line, expected)) in messages.iter().zip([
         ("3:1", "Material \"hair\" is not supported yet: a diffuse surface"),
         ("5:1", "Shape \"nurbs\" is not supported yet: the shape is left out"),
         ("6:17", "\"opacity\" of Material \"uber\" is not supported yet: the surface is opaque"),
         ("7:16", "\"shadowalpha\" of Shape \"sphere\" is not supported yet: alpha alone decides"),
         ("8:24", "\"portal\" of LightSource \"infinite\""),
     ]) {
-        assert!(said.contains(&format!("test.pbrt:{line}: {words}")), "{said}");
+        assert!(message.contains(&format!("test.pbrt:{line}: {expected}")), "{message}");
     }
     assert_eq!(description.scene.shapes.len(), 1);
 }
 
 #[test]
-fn the_scenes_that_come_with_the_program_are_read_without_a_word_of_warning() {
+fn the_scenes_of_the_repository_are_read_without_warnings() {
     for scene in ["dgauss", "fisheye", "telephoto", "wide", "snowman", "atelier"] {
         let path = support::root().join(format!("scenes/{scene}.pbrt"));
         let description = pbrt::read(&path).expect(scene);
@@ -139,7 +142,7 @@ fn the_scenes_that_come_with_the_program_are_read_without_a_word_of_warning() {
 }
 
 #[test]
-fn both_dialects_of_the_realistic_camera_are_understood() {
+fn both_dialects_of_the_realistic_camera_are_read() {
     let v2 = read(
         "Film \"image\" \"integer xresolution\" [30] \"integer yresolution\" [20]\n\
          Sampler \"lowdiscrepancy\" \"integer pixelsamples\" [7]\n\
@@ -156,7 +159,7 @@ fn both_dialects_of_the_realistic_camera_are_understood() {
         panic!("{:?}", v2.camera)
     };
     assert_eq!([aperture, film_distance, film_diagonal], [17.1, 36.77, 70.0]);
-    assert_eq!((v2.film.resolution, v2.samples, v2.reach.direct), ([30, 20], 7, true));
+    assert_eq!((v2.film.resolution, v2.samples, v2.path_limits.direct_only), ([30, 20], 7, true));
 
     let v4 = read(
         "Film \"rgb\" \"float diagonal\" 43.27 \"float cropwindow\" [0.25 0.5 0 1] \"float iso\" 200\n\
@@ -170,11 +173,11 @@ fn both_dialects_of_the_realistic_camera_are_understood() {
     };
     assert_eq!([aperture, focus, exposure_time], [5.0, 3.0, 0.5]);
     assert_eq!(v4.film.bounds, [[320, 0], [640, 720]]);
-    assert_eq!((v4.film.diagonal, v4.film.iso, v4.reach.max_depth), (43.27, 200.0, 5));
+    assert_eq!((v4.film.diagonal, v4.film.iso, v4.path_limits.max_depth), (43.27, 200.0, 5));
 }
 
-/// What a camera that looks down on the origin from above sees of a world, on average.
-fn seen(world: &str) -> [f64; 3] {
+/// Returns the mean colour of a picture that looks down on the origin.
+fn mean_from_above(world: &str) -> [f64; 3] {
     mean(&rendered(&format!(
         "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\n\
          Sampler \"sobol\" \"integer pixelsamples\" 16\nIntegrator \"directlighting\"\n\
@@ -186,7 +189,7 @@ fn seen(world: &str) -> [f64; 3] {
 
 #[test]
 fn transforms_nest_and_end_as_in_pbrt() {
-    let unit = seen("Shape \"sphere\" \"float radius\" 0.5")[0];
+    let unit = mean_from_above("Shape \"sphere\" \"float radius\" 0.5")[0];
     assert!(unit > 0.01);
     for world in [
         "Translate 3 0 0 Translate -3 0 0 Shape \"sphere\" \"float radius\" 0.5",
@@ -201,13 +204,13 @@ fn transforms_nest_and_end_as_in_pbrt() {
         "ConcatTransform [1 0 0 0  0 1 0 0  0 0 1 0  2 0 0 1] Translate -2 0 0 Rotate 33 0 1 0 \
          Shape \"sphere\" \"float radius\" 0.5",
     ] {
-        let found = seen(world)[0];
+        let found = mean_from_above(world)[0];
         assert!((found / unit - 1.0).abs() < 0.03, "{world}: {found} instead of {unit}");
     }
-    // LookAt as a world transform puts the scene in front of an eye.
+    // LookAt as a world transform moves the scene in front of the eye.
     let eye = "Translate 0 0 -5 LookAt 0 0 0  0 0 -5  0 1 0 Translate 0 0 -5 \
                Shape \"sphere\" \"float radius\" 0.5";
-    assert!(seen(eye)[0] > 0.0);
+    assert!(mean_from_above(eye)[0] > 0.0);
 }
 
 #[test]
@@ -236,13 +239,13 @@ fn instances_nest() {
 }
 
 #[test]
-fn textures_are_the_right_way_up() {
-    // A picture whose upper half is white: v runs up in pbrt-v4, down in the v2 dialect.
+fn textures_are_upright() {
+    // The upper half of the picture is white. v points up in pbrt-v4, and down in the v2 dialect.
     let folder = folder();
     let mut pixels = vec![[1.0f32; 3]; 8];
     pixels.extend([[0.0; 3]; 8]);
-    let picture = petzval::image::Picture { size: [4, 4], pixels };
-    let window = petzval::image::Window { origin: [0, 0], frame: [4, 4] };
+    let picture = petzval::io::image::Picture { size: [4, 4], pixels };
+    let window = petzval::io::image::PictureWindow { origin: [0, 0], frame: [4, 4] };
     let path = folder.path().join("half.png");
     picture.write(&path, window, Default::default(), &Vec::new()).unwrap();
     let seen = |v: &str| {
@@ -263,8 +266,9 @@ fn textures_are_the_right_way_up() {
 }
 
 #[test]
-fn a_sky_comes_from_a_radiance_picture() {
-    // Dark below the horizon, 2 above: pbrt-v2's layout has z up and the zenith at the top.
+fn a_sky_is_read_from_a_radiance_picture() {
+    // The sky is dark below the horizon and 2 above. In the layout of pbrt-v2 z is up and the zenith at
+    // the top.
     let folder = folder();
     let path = folder.path().join("sky.hdr");
     let half = |v: f32| vec![image::Rgb([v, v / 2.0, v / 4.0]); 32 * 8];
@@ -286,14 +290,14 @@ fn a_sky_comes_from_a_radiance_picture() {
         )))
     };
     for (found, expected) in floor("Rotate -90 1 0 0").into_iter().zip([1.0, 0.5, 0.25]) {
-        // Texels blend across the horizon: a row of sixteen, seen at a slant.
+        // One of sixteen rows of texels blends across the horizon.
         assert!((found / expected - 1.0).abs() < 0.02, "{found} instead of {expected}");
     }
     assert!(floor("Rotate 90 1 0 0")[0] < 0.02);
 }
 
 #[test]
-fn checkerboards_and_products_of_textures() {
+fn checkerboards_and_scaled_textures_have_their_mean() {
     let colour = |texture: &str| {
         mean(&rendered(&format!(
             "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32\n\
@@ -321,7 +325,7 @@ fn checkerboards_and_products_of_textures() {
 }
 
 #[test]
-fn includes_are_found_beside_the_scene_and_may_not_go_round() {
+fn includes_are_relative_to_the_scene_and_may_not_form_a_cycle() {
     let folder = folder();
     write(&folder, "shape.pbrt", "Shape \"sphere\"");
     let scene = write(
@@ -331,29 +335,29 @@ fn includes_are_found_beside_the_scene_and_may_not_go_round() {
     );
     assert_eq!(pbrt::read(&scene).unwrap().scene.shapes.len(), 2);
     write(&folder, "shape.pbrt", "Include \"shape.pbrt\"");
-    let said = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
-    assert!(said.contains("files include each other"), "{said}");
+    let message = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("files include each other"), "{message}");
     write(&folder, "shape.pbrt", "Shape \"sphere\"\n  Shpe");
-    let said = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
-    assert!(said.contains("shape.pbrt:2:3: unknown directive"), "{said}");
+    let message = pbrt::read(&scene).map(|_| ()).unwrap_err().to_string();
+    assert!(message.contains("shape.pbrt:2:3: unknown directive"), "{message}");
 }
 
 #[test]
-fn nothing_that_nests_can_blow_up() {
+fn nesting_is_limited() {
     let chain = |link: &dyn Fn(u32) -> String| (1..2000).map(link).collect::<String>();
     let objects = chain(&|i| {
         let before = i - 1;
         format!("ObjectBegin \"o{i}\" ObjectInstance \"o{before}\" ObjectEnd\n")
     });
-    let said = error(&format!("ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n{objects}"));
-    assert!(said.contains("33 objects inside each other"), "{said}");
-    // Doubling: 2^26 copies are refused, not made.
+    let message = error(&format!("ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n{objects}"));
+    assert!(message.contains("33 nested objects"), "{message}");
+    // Repeated doubling: 2^26 instances are refused.
     let doubled = chain(&|i| {
         let before = format!("ObjectInstance \"o{}\" ", i - 1);
         format!("ObjectBegin \"o{i}\" {before}{before} ObjectEnd\n")
     });
-    let said = error(&format!("ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n{doubled}"));
-    assert!(said.contains("copies of objects"), "{said}");
+    let message = error(&format!("ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n{doubled}"));
+    assert!(message.contains("instances of objects"), "{message}");
     let textures = chain(&|i| {
         let before = i - 1;
         format!(
@@ -361,12 +365,12 @@ fn nothing_that_nests_can_blow_up() {
              \"texture tex2\" \"t{before}\"\n"
         )
     });
-    let said = error(&format!("Texture \"t0\" \"color\" \"constant\"\n{textures}"));
-    assert!(said.contains("a texture of more than 1000 parts"), "{said}");
+    let message = error(&format!("Texture \"t0\" \"color\" \"constant\"\n{textures}"));
+    assert!(message.contains("a texture of more than 1000 parts"), "{message}");
 }
 
 #[test]
-fn what_pbrt_knows_is_never_an_error() {
+fn features_that_pbrt_knows_are_never_errors() {
     for world in [
         "Material \"subsurface\"",
         "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"",
@@ -376,25 +380,29 @@ fn what_pbrt_knows_is_never_an_error() {
         "WorldEnd\nWorldBegin",
     ] {
         let description = read(&format!("{HEAD}{world}")).expect(world);
-        assert!(!description.warnings.is_empty(), "{world}: nothing was said");
+        assert!(!description.warnings.is_empty(), "{world}: no warning");
     }
 }
 
 #[test]
-fn a_line_of_a_million_numbers_is_read_at_once() {
-    // Not timed: counting columns from the start of the line would take minutes.
+fn a_line_of_a_million_numbers_is_read_quickly() {
+    // Without a time limit: counting columns from the start of the line would take minutes.
     let points = "0 0 0  1 0 0  0 1 0 ".repeat(120_000);
     let indices: String = (0..360_000).map(|i| format!("{i} ")).collect();
     let scene = format!(
         "{HEAD}Shape \"trianglemesh\" \"point3 P\" [{points}] \"integer indices\" [{indices}] é Shpe"
     );
-    let said = read(&scene).map(|_| ()).unwrap_err().to_string();
+    let message = read(&scene).map(|_| ()).unwrap_err().to_string();
     let column = scene.lines().nth(2).unwrap().chars().position(|c| c == 'é').unwrap() + 1;
-    assert!(said.contains(&format!("test.pbrt:3:{column}: ")), "{}", &said[..200.min(said.len())]);
+    assert!(
+        message.contains(&format!("test.pbrt:3:{column}: ")),
+        "{}",
+        &message[..200.min(message.len())]
+    );
 }
 
 #[test]
-fn no_mutation_of_a_scene_panics() {
+fn mutated_scenes_do_not_panic() {
     let good = std::fs::read(support::root().join("scenes/dgauss.pbrt")).unwrap();
     let folder = folder();
     let lens = std::fs::read(support::root().join("scenes/cones.pbrt")).unwrap();
@@ -414,7 +422,7 @@ fn no_mutation_of_a_scene_panics() {
             }
         }
         let path = write(&folder, "test.pbrt", bytes);
-        // An error or a scene; both are fine.
+        // The result may be an error or a scene.
         let _ = pbrt::read(&path);
     }
 }

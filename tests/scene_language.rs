@@ -1,5 +1,4 @@
-//! The language of pbrt-v4: shapes, attributes, files and settings, with the defaults that its
-//! manual gives.
+//! Directives of pbrt-v4: shapes, attributes, files and settings, with the defaults of its manual.
 
 mod support;
 
@@ -9,21 +8,23 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use petzval::film::filter::Profile;
 use petzval::scene::pbrt::{self, FilterSpec};
-use petzval::scene::{Geometry, Scatters, Shape};
-use support::world::{colour, error, loudly, quietly, read, rough};
+use petzval::scene::{Geometry, MaterialModel, Shape};
+use support::world::{
+    colour, error, read, read_world, read_world_with_warnings, roughness_and_remap,
+};
 use support::{folder, write};
 
-/// The shapes of a world.
+/// Reads the shapes of a world.
 fn shapes(world: &str) -> Vec<Shape> {
-    quietly(world).scene.shapes.to_vec()
+    read_world(world).scene.shapes.to_vec()
 }
 
 #[test]
-fn alpha_is_kept_where_it_is_not_one() {
+fn alpha_of_1_is_dropped() {
     let alpha = |given: &str| {
         let texture = "Texture \"t\" \"float\" \"constant\" \"float value\" 0.5";
         let shapes = shapes(&format!("{texture} Shape \"sphere\" {given}"));
-        assert_eq!(shapes[0].opaque(), shapes[0].alpha.is_none());
+        assert_eq!(shapes[0].is_opaque(), shapes[0].alpha.is_none());
         shapes[0].alpha.as_ref().map(|alpha| colour(alpha)[0])
     };
     assert_eq!(alpha(""), None);
@@ -33,7 +34,7 @@ fn alpha_is_kept_where_it_is_not_one() {
     assert_eq!(alpha("\"texture alpha\" \"t\""), Some(0.5));
 }
 
-/// How many triangles the meshes of a world have.
+/// Returns the number of triangles in the meshes of a world.
 fn triangles(world: &str) -> usize {
     let count = |shape: &Shape| match &shape.geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),
@@ -66,7 +67,8 @@ fn meshes_of_every_kind_are_read() {
 #[test]
 fn curves_of_both_bases_and_degrees_are_read() {
     let ends = |given: &str| {
-        let description = loudly(&format!("Shape \"curve\" \"float width\" 0.001 {given}"));
+        let description =
+            read_world_with_warnings(&format!("Shape \"curve\" \"float width\" 0.001 {given}"));
         assert_eq!(description.warnings.len(), 1, "{:#?}", description.warnings);
         description.scene.bounds().unwrap().map(|p| (p.x * 100.0).round() / 100.0)
     };
@@ -84,15 +86,15 @@ fn curves_of_both_bases_and_degrees_are_read() {
         ("\"integer degree\" 4 \"point3 P\" [0 0 0]", "test.pbrt:3:15: a curve of degree 4"),
         ("", "test.pbrt:3:1: a curve without \"point3 P\""),
     ] {
-        let said = error(&format!("Shape \"curve\" {given}"));
-        assert!(said.starts_with(expected), "{said}");
+        let message = error(&format!("Shape \"curve\" {given}"));
+        assert!(message.starts_with(expected), "{message}");
     }
 }
 
 #[test]
-fn mistakes_in_shapes_are_named() {
+fn errors_in_shapes_name_their_position() {
     for (world, expected) in [
-        ("Shape \"cylinder\" \"float zmin\" 1", "test.pbrt:3:18: a cylinder of no height"),
+        ("Shape \"cylinder\" \"float zmin\" 1", "test.pbrt:3:18: a cylinder of height 0"),
         ("Shape \"bilinearmesh\"", "test.pbrt:3:1: a mesh without \"point3 P\""),
         (
             "Shape \"bilinearmesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 0]",
@@ -107,18 +109,21 @@ fn mistakes_in_shapes_are_named() {
             "test.pbrt:3:20: 1 triangles refined -1 times",
         ),
     ] {
-        let said = error(world);
-        assert!(said.starts_with(expected), "{world}\n  said     {said}\n  expected {expected}");
+        let message = error(world);
+        assert!(
+            message.starts_with(expected),
+            "{world}\n  found    {message}\n  expected {expected}"
+        );
     }
     let bowtie = "Shape \"loopsubdiv\" \"point3 P\" [0 0 0 1 0 0 0 1 0 -1 0 0 0 -1 0] \
                   \"integer indices\" [0 1 2  0 3 4]";
-    let said = loudly(bowtie).warnings[0].to_string();
-    assert!(said.contains("a loopsubdiv where vertex 0 joins triangles"), "{said}");
+    let message = read_world_with_warnings(bowtie).warnings[0].to_string();
+    assert!(message.contains("a loopsubdiv where vertex 0 joins triangles"), "{message}");
 }
 
 #[test]
-fn attributes_are_defaults_until_their_block_ends() {
-    let scene = quietly(
+fn attributes_are_defaults_until_the_end_of_their_block() {
+    let scene = read_world(
         "AttributeBegin\n\
          Attribute \"shape\" \"float alpha\" 0.5 \"float radius\" 3\n\
          Attribute \"shape\" \"float alpha\" 0.25\n\
@@ -132,30 +137,37 @@ fn attributes_are_defaults_until_their_block_ends() {
     let alphas: Vec<_> =
         scene.shapes.iter().map(|s| s.alpha.as_ref().map(|alpha| colour(alpha)[0])).collect();
     assert_eq!(alphas, [Some(0.25), Some(0.1), None]);
-    let Scatters::Dielectric { roughness, .. } =
-        &scene.materials[scene.shapes[0].material as usize].scatters
+    let MaterialModel::Dielectric { roughness, .. } =
+        &scene.materials[scene.shapes[0].material as usize].model
     else {
         panic!()
     };
-    assert_eq!(rough(roughness).0, [0.7; 2]);
+    assert_eq!(roughness_and_remap(roughness).0, [0.7; 2]);
     let Geometry::Quadric(ball) = &scene.shapes[0].geometry else { panic!() };
     assert!((ball.area() / (36.0 * std::f64::consts::PI) - 1.0).abs() < 1e-6);
-    let said = error("Attribute \"shap\" \"float alpha\" 1");
-    assert!(said.starts_with("test.pbrt:3:1: attributes of \"shap\"; did you mean"), "{said}");
+    let message = error("Attribute \"shap\" \"float alpha\" 1");
+    assert!(
+        message.starts_with("test.pbrt:3:1: attributes of \"shap\"; did you mean"),
+        "{message}"
+    );
 }
 
 #[test]
-fn options_are_known_or_refused() {
+fn unknown_options_are_refused() {
     let quiet = "Option \"string rendercoordsys\" \"world\" Option \"integer seed\" 7\n";
     let scene = "Camera \"perspective\" WorldBegin";
     let description = read(&format!("{quiet}{scene}")).unwrap();
     assert_eq!((description.seed, description.warnings.len()), (7, 0));
     let sampler = "Sampler \"independent\" \"integer seed\" 3\n";
     assert_eq!(read(&format!("{sampler}{quiet}{scene}")).unwrap().seed, 3);
-    let said = read(&format!("Option \"bool disablepixeljitter\" true {scene}")).unwrap().warnings;
-    assert_eq!(said.len(), 1);
-    let said = read(&format!("Option \"integer sead\" 1 {scene}")).map(|_| ()).unwrap_err();
-    assert!(said.to_string().contains("unknown option \"sead\"; did you mean \"seed\"?"), "{said}");
+    let message =
+        read(&format!("Option \"bool disablepixeljitter\" true {scene}")).unwrap().warnings;
+    assert_eq!(message.len(), 1);
+    let message = read(&format!("Option \"integer sead\" 1 {scene}")).map(|_| ()).unwrap_err();
+    assert!(
+        message.to_string().contains("unknown option \"sead\"; did you mean \"seed\"?"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -190,8 +202,8 @@ fn filters_have_the_defaults_of_pbrt() {
     );
     let v2 = read("SurfaceIntegrator \"path\" Camera \"perspective\" WorldBegin").unwrap();
     assert_eq!(v2.filter, FilterSpec { profile: Profile::Box, radius: [0.5; 2] });
-    let said = read("PixelFilter \"box\" \"float xradius\" 0 Camera \"perspective\" WorldBegin");
-    assert!(said.is_err());
+    let message = read("PixelFilter \"box\" \"float xradius\" 0 Camera \"perspective\" WorldBegin");
+    assert!(message.is_err());
 }
 
 #[test]
@@ -200,11 +212,11 @@ fn integrators_and_films_are_read_by_name() {
     for name in ["path", "volpath", "simplepath", "randomwalk", "simplevolpath"] {
         let default = of(&format!("Integrator \"{name}\""));
         let given = of(&format!("Integrator \"{name}\" \"integer maxdepth\" 9"));
-        assert_eq!((default.reach.max_depth, given.reach.max_depth), (5, 9), "{name}");
+        assert_eq!((default.path_limits.max_depth, given.path_limits.max_depth), (5, 9), "{name}");
         assert!(default.warnings.is_empty(), "{name}: {:#?}", default.warnings);
     }
     let bidirectional = of("Integrator \"bdpt\" \"integer maxdepth\" 7");
-    assert_eq!((bidirectional.reach.max_depth, bidirectional.warnings.len()), (7, 1));
+    assert_eq!((bidirectional.path_limits.max_depth, bidirectional.warnings.len()), (7, 1));
     let regular = of("Integrator \"path\" \"bool regularize\" true");
     assert!(regular.regularize && regular.warnings.len() == 1);
     assert!(!of("Integrator \"path\"").regularize);
@@ -214,11 +226,11 @@ fn integrators_and_films_are_read_by_name() {
 }
 
 #[test]
-fn what_differs_at_the_end_moves() {
+fn a_transform_that_differs_at_the_end_time_moves_the_shape() {
     let scene = "TransformTimes 0 1 ActiveTransform EndTime Translate 5 0 0 ActiveTransform All\n";
-    let moving = quietly(&format!("{scene}Shape \"sphere\" Shape \"disk\""));
-    // Shapes that move alike are one thing.
-    assert_eq!(moving.scene.movers().len(), 1);
+    let moving = read_world(&format!("{scene}Shape \"sphere\" Shape \"disk\""));
+    // Shapes of equal motion form one instance.
+    assert_eq!(moving.scene.animated_instances().len(), 1);
     let near = |found: [glam::Vec3; 2], low: f32, high: f32| {
         assert!((found[0].x - low).abs() < 1e-5 && (found[1].x - high).abs() < 1e-5, "{found:?}");
     };
@@ -227,33 +239,33 @@ fn what_differs_at_the_end_moves() {
     still.freeze(0.5);
     near(still.bounds().unwrap(), 1.5, 3.5);
     let start = "ActiveTransform StartTime Translate 5 0 0 ActiveTransform All Shape \"sphere\"";
-    near(quietly(start).scene.bounds().unwrap(), -1.0, 6.0);
-    // What is moved back again does not move, and a block restores what is active.
-    let still = quietly(&format!(
+    near(read_world(start).scene.bounds().unwrap(), -1.0, 6.0);
+    // A motion that is undone is none, and the end of a block restores the active transforms.
+    let still = read_world(&format!(
         "AttributeBegin {scene} AttributeEnd Shape \"sphere\"\n\
          AttributeBegin ActiveTransform EndTime AttributeEnd Translate 1 0 0 Shape \"sphere\"\n\
          ActiveTransform EndTime Translate 1 0 0 Translate -1 0 0 Shape \"sphere\""
     ));
-    assert!(still.scene.movers().is_empty());
+    assert!(still.scene.animated_instances().is_empty());
 }
 
 #[test]
-fn things_move_within_objects_and_objects_move() {
+fn shapes_move_within_objects_and_objects_move() {
     let end = "ActiveTransform EndTime";
     let wheel = format!(
         "ObjectBegin \"wheel\" Shape \"sphere\" AttributeBegin {end} Translate 2 0 0 \
          ActiveTransform All Shape \"sphere\" Shape \"disk\" AttributeEnd ObjectEnd"
     );
-    let one = quietly(&format!("{wheel} Translate 0 1 0 ObjectInstance \"wheel\""));
-    assert_eq!(one.scene.movers().len(), 1);
+    let one = read_world(&format!("{wheel} Translate 0 1 0 ObjectInstance \"wheel\""));
+    assert_eq!(one.scene.animated_instances().len(), 1);
     let place = |description: &petzval::scene::pbrt::Description, mover: usize, share| {
-        description.scene.movers()[mover].motion.at(share).translation.to_array()
+        description.scene.animated_instances()[mover].motion.at(share).translation.to_array()
     };
     assert_eq!(place(&one, 0, 0.5), [1.0, 1.0, 0.0]);
-    let both = quietly(&format!("{wheel} {end} Translate 0 0 4 ObjectInstance \"wheel\""));
-    assert_eq!(both.scene.movers().len(), 2);
+    let both = read_world(&format!("{wheel} {end} Translate 0 0 4 ObjectInstance \"wheel\""));
+    assert_eq!(both.scene.animated_instances().len(), 2);
     assert_eq!([0, 1].map(|i| place(&both, i, 0.5)), [[0.0, 0.0, 2.0], [1.0, 0.0, 2.0]]);
-    let nested = quietly(&format!(
+    let nested = read_world(&format!(
         "{wheel} ObjectBegin \"car\" Translate 0 1 0 ObjectInstance \"wheel\" ObjectEnd\n\
          ObjectInstance \"car\" Translate 5 0 0 ObjectInstance \"car\""
     ));
@@ -261,21 +273,23 @@ fn things_move_within_objects_and_objects_move() {
 }
 
 #[test]
-fn lights_stand_still_and_that_is_said_where() {
+fn lights_do_not_move_and_a_warning_names_them() {
     let end = "ActiveTransform EndTime Translate 5 0 0 ActiveTransform All";
-    let lights = loudly(&format!(
+    let lights = read_world_with_warnings(&format!(
         "{end}\nLightSource \"point\"\nAreaLightSource \"diffuse\" Shape \"sphere\""
     ));
-    let said: Vec<String> = lights.warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(said.len(), 2, "{said:#?}");
-    for (said, what) in said.iter().zip([
-        "test.pbrt:4:1: a point light that moves is not supported yet: it stands where it is at",
-        "test.pbrt:5:27: a sphere that shines and that moves is not supported yet: it stands",
+    let message: Vec<String> = lights.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(message.len(), 2, "{message:#?}");
+    for (message, what) in message.iter().zip([
+        "test.pbrt:4:1: a point light that moves is not supported yet: it stays at its start",
+        "test.pbrt:5:27: a sphere with an area light that moves is not supported yet: it stays",
     ]) {
-        assert!(said.contains(what), "{said}");
+        assert!(message.contains(what), "{message}");
     }
-    assert!(lights.scene.movers().is_empty() && lights.scene.bounds().unwrap()[1].x < 1.1);
-    let flat = loudly(
+    assert!(
+        lights.scene.animated_instances().is_empty() && lights.scene.bounds().unwrap()[1].x < 1.1
+    );
+    let flat = read_world_with_warnings(
         "ActiveTransform EndTime ConcatTransform [1 0 0 0  0 0 0 0  0 0 1 0  0 0 0 1]\n\
          ActiveTransform All Shape \"sphere\"",
     );
@@ -294,33 +308,33 @@ fn a_camera_has_a_shutter_and_may_move() {
     )
     .unwrap();
     assert_eq!([shutter.shutter.open, shutter.shutter.close], [1.0, 1.5]);
-    assert_eq!(shutter.shutter.efficiency().unwrap().mean(), 0.625);
+    assert_eq!(shutter.shutter.curve().unwrap().efficiency(), 0.625);
     assert_eq!(shutter.shutter.rolling.unwrap().to_string(), "20ms,left");
     assert_eq!(shutter.transform_times, [1.0, 3.0]);
     assert_eq!(shutter.camera_motion.at(0.5).translation.z, 1.0);
     let curve = of("", "\"float shuttercurve\" [0 1 1 0]").unwrap();
-    assert!((curve.shutter.efficiency().unwrap().mean() - 2.0 / 3.0).abs() < 1e-12);
+    assert!((curve.shutter.curve().unwrap().efficiency() - 2.0 / 3.0).abs() < 1e-12);
     let plain = of("", "").unwrap();
     assert_eq!(plain.shutter, petzval::shutter::Shutter::default());
     for (before, camera, expected) in [
-        ("TransformTimes 2 1", "", "expected an end after the start"),
+        ("TransformTimes 2 1", "", "expected the end after the start"),
         ("", "\"float shutterramp\" .6", "opens in 0.6 s and closes in 0.6 s"),
         ("", "\"float shutterramp\" -1", "expected 0 s or more"),
-        ("", "\"float shutterramp\" [1 2 3]", "one time, or those of opening and closing"),
+        ("", "\"float shutterramp\" [1 2 3]", "one time, or two: for opening and for closing"),
         ("", "\"float shuttercurve\" [0 2]", "expected 0 to 1"),
-        ("", "\"float shuttercurve\" 1", "two shares or more"),
+        ("", "\"float shuttercurve\" 1", "two fractions or more"),
         ("", "\"float shutterclose\" -1", "expected shutterclose after shutteropen"),
         ("", "\"string rollingdirection\" \"away\"", "expected down, up, left or right"),
         ("", "\"float rollingshutter\" -1", "expected 0 s or more"),
         ("ActiveTransform Middle", "", "expected StartTime, EndTime or All"),
     ] {
-        let said = of(before, camera).map(|_| ()).expect_err(camera).to_string();
-        assert!(said.contains(expected) && said.contains("test.pbrt:1:"), "{said}");
+        let message = of(before, camera).map(|_| ()).expect_err(camera).to_string();
+        assert!(message.contains(expected) && message.contains("test.pbrt:1:"), "{message}");
     }
 }
 
 #[test]
-fn an_import_keeps_its_state_to_itself_and_an_include_does_not() {
+fn an_import_keeps_its_state_and_an_include_shares_it() {
     let folder = folder();
     let part = "Translate 5 0 0 Material \"dielectric\" Shape \"sphere\" \"float radius\" 1";
     write(&folder, "part.pbrt", part);
@@ -343,43 +357,39 @@ fn an_import_keeps_its_state_to_itself_and_an_include_does_not() {
         write(&folder, "part.pbrt", part);
         let text =
             "Camera \"perspective\" WorldBegin AttributeBegin Import \"part.pbrt\" AttributeEnd";
-        let said =
+        let message =
             pbrt::read(&write(&folder, "test.pbrt", text)).map(|_| ()).unwrap_err().to_string();
-        assert!(said.contains(expected), "{part}: {said}");
+        assert!(message.contains(expected), "{part}: {message}");
     }
 }
 
-fn packed(bytes: &[u8]) -> Vec<u8> {
+fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
 }
 
 #[test]
-fn packed_files_are_unpacked() {
+fn gzip_files_are_unpacked() {
     let folder = folder();
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
                property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
                end_header\n0 0 0 1 0 0 0 1 0\n3 0 1 2\n";
-    write(&folder, "mesh.ply.gz", packed(ply.as_bytes()));
-    write(
-        &folder,
-        "part.pbrt.gz",
-        packed(b"Shape \"plymesh\" \"string filename\" \"mesh.ply.gz\""),
-    );
+    write(&folder, "mesh.ply.gz", gzip(ply.as_bytes()));
+    write(&folder, "part.pbrt.gz", gzip(b"Shape \"plymesh\" \"string filename\" \"mesh.ply.gz\""));
     let text = "Camera \"perspective\" WorldBegin Include \"part.pbrt.gz\"";
-    let scene = pbrt::read(&write(&folder, "test.pbrt.gz", packed(text.as_bytes()))).unwrap().scene;
+    let scene = pbrt::read(&write(&folder, "test.pbrt.gz", gzip(text.as_bytes()))).unwrap().scene;
     assert_eq!(scene.shapes.len(), 1);
-    // Cut off, or nothing but a promise of much.
-    let whole = packed(text.as_bytes());
+    // A truncated file, and one that unpacks to more than the limit.
+    let whole = gzip(text.as_bytes());
     assert!(pbrt::read(&write(&folder, "cut.pbrt.gz", &whole[..whole.len() - 9])).is_err());
-    let bomb = packed(&vec![b' '; 40 << 20]);
-    let said = pbrt::read(&write(&folder, "bomb.pbrt.gz", bomb)).map(|_| ()).unwrap_err();
-    assert!(said.to_string().contains("it does not end"), "{said}");
+    let bomb = gzip(&vec![b' '; 40 << 20]);
+    let message = pbrt::read(&write(&folder, "bomb.pbrt.gz", bomb)).map(|_| ()).unwrap_err();
+    assert!(message.to_string().contains("it does not end"), "{message}");
 }
 
 #[test]
-fn no_mutation_of_a_rich_scene_panics() {
+fn mutations_of_a_rich_scene_do_not_panic() {
     let good = format!(
         "Option \"integer seed\" 3 PixelFilter \"mitchell\" \"float B\" 0.2\n\
          Integrator \"volpath\" \"integer maxdepth\" 3 Film \"gbuffer\" \"integer xresolution\" 8\n\
@@ -409,7 +419,7 @@ fn no_mutation_of_a_rich_scene_panics() {
                 _ => bytes.swap(i, j),
             }
         }
-        // An error or a scene; both are fine.
+        // The result may be an error or a scene.
         let _ = pbrt::read(&write(&folder, "test.pbrt", bytes));
     }
 }

@@ -1,75 +1,78 @@
-//! Materials in the language of pbrt-v4: names, defaults, mistakes.
+//! Materials of pbrt-v4: names, defaults and errors.
 
 mod support;
 
-use petzval::scene::{Material, Metal, Scatters};
+use petzval::scene::{Material, MaterialModel, Metal};
 use petzval::shade::bsdf::conductor_reflectance;
-use support::world::{colour, error, loudly, quietly, rough};
+use support::world::{colour, error, read_world, read_world_with_warnings, roughness_and_remap};
 
-/// The material of a ball.
+/// Returns the material of a ball.
 fn material(world: &str) -> Material {
-    let scene = quietly(&format!("{world} Shape \"sphere\"")).scene;
+    let scene = read_world(&format!("{world} Shape \"sphere\"")).scene;
     scene.materials[scene.shapes[0].material as usize].clone()
 }
 
-fn scatters(world: &str) -> Scatters {
-    material(world).scatters
+fn scatters(world: &str) -> MaterialModel {
+    material(world).model
 }
 
 #[test]
 fn materials_have_the_defaults_of_pbrt() {
     for name in ["", "none", "interface"] {
-        assert!(matches!(scatters(&format!("Material \"{name}\"")), Scatters::Interface));
+        assert!(matches!(scatters(&format!("Material \"{name}\"")), MaterialModel::Interface));
     }
-    let Scatters::Diffuse { reflectance } = scatters("") else { panic!() };
+    let MaterialModel::Diffuse { reflectance } = scatters("") else { panic!() };
     assert_eq!(colour(&reflectance), [0.5; 3]);
-    let Scatters::Diffuse { reflectance } = scatters("Material \"diffuse\"") else { panic!() };
+    let MaterialModel::Diffuse { reflectance } = scatters("Material \"diffuse\"") else { panic!() };
     assert_eq!(colour(&reflectance), [0.5; 3]);
 
-    let Scatters::CoatedDiffuse { reflectance, coat } = scatters("Material \"coateddiffuse\"")
+    let MaterialModel::CoatedDiffuse { reflectance, coat } = scatters("Material \"coateddiffuse\"")
     else {
         panic!()
     };
     assert_eq!((colour(&reflectance), coat.eta), ([0.5; 3], 1.5));
-    assert_eq!(rough(&coat.roughness), ([0.0; 2], true));
+    assert_eq!(roughness_and_remap(&coat.roughness), ([0.0; 2], true));
     assert_eq!((colour(&coat.thickness)[0], colour(&coat.albedo)), (0.01, [0.0; 3]));
     assert_eq!((colour(&coat.g)[0], coat.max_depth, coat.samples), (0.0, 10, 1));
 
-    let Scatters::Dielectric { eta, roughness } = scatters("Material \"dielectric\"") else {
+    let MaterialModel::Dielectric { eta, roughness } = scatters("Material \"dielectric\"") else {
         panic!()
     };
-    assert_eq!((eta, rough(&roughness)), (1.5, ([0.0; 2], true)));
-    let Scatters::ThinDielectric { eta } = scatters("Material \"thindielectric\"") else {
+    assert_eq!((eta, roughness_and_remap(&roughness)), (1.5, ([0.0; 2], true)));
+    let MaterialModel::ThinDielectric { eta } = scatters("Material \"thindielectric\"") else {
         panic!()
     };
     assert_eq!(eta, 1.5);
 
-    let Scatters::DiffuseTransmission { reflectance, transmittance, scale } =
+    let MaterialModel::DiffuseTransmission { reflectance, transmittance, scale } =
         scatters("Material \"diffusetransmission\"")
     else {
         panic!()
     };
     assert_eq!((colour(&reflectance), colour(&transmittance), scale), ([0.25; 3], [0.25; 3], 1.0));
 
-    let Scatters::Conductor { metal: copper, roughness } = scatters("Material \"conductor\"")
+    let MaterialModel::Conductor { metal: copper, roughness } = scatters("Material \"conductor\"")
     else {
         panic!()
     };
     let Metal::Index { eta, k, .. } = copper else { panic!() };
     assert!(colour(&eta)[0] < 0.3 && colour(&eta)[2] > 1.0 && colour(&k)[0] > 3.0);
-    assert_eq!(rough(&roughness), ([0.0; 2], true));
-    let Scatters::CoatedConductor { metal, roughness, coat } =
+    assert_eq!(roughness_and_remap(&roughness), ([0.0; 2], true));
+    let MaterialModel::CoatedConductor { metal, roughness, coat } =
         scatters("Material \"coatedconductor\"")
     else {
         panic!()
     };
     let Metal::Index { eta: base, .. } = metal else { panic!() };
-    assert_eq!((colour(&base), coat.eta, rough(&roughness)), (colour(&eta), 1.5, ([0.0; 2], true)));
+    assert_eq!(
+        (colour(&base), coat.eta, roughness_and_remap(&roughness)),
+        (colour(&eta), 1.5, ([0.0; 2], true))
+    );
 }
 
 #[test]
-fn materials_read_what_they_are_given() {
-    let Scatters::CoatedDiffuse { reflectance, coat } = scatters(
+fn materials_read_their_parameters() {
+    let MaterialModel::CoatedDiffuse { reflectance, coat } = scatters(
         "Texture \"t\" \"float\" \"constant\" \"float value\" 0.25\n\
          Material \"coateddiffuse\" \"rgb reflectance\" [0.1 0.2 0.3] \"float roughness\" 0.3 \
          \"texture vroughness\" \"t\" \"bool remaproughness\" false \"float thickness\" 0.5 \
@@ -79,11 +82,11 @@ fn materials_read_what_they_are_given() {
         panic!()
     };
     assert_eq!((colour(&reflectance), coat.eta), ([0.1, 0.2, 0.3], 1.3));
-    assert_eq!(rough(&coat.roughness), ([0.3, 0.25], false));
+    assert_eq!(roughness_and_remap(&coat.roughness), ([0.3, 0.25], false));
     assert_eq!((colour(&coat.thickness)[0], colour(&coat.albedo)), (0.5, [0.4, 0.5, 0.6]));
     assert_eq!((colour(&coat.g)[0], coat.max_depth, coat.samples), (-0.7, 20, 4));
 
-    let Scatters::CoatedConductor { metal, roughness, coat } = scatters(
+    let MaterialModel::CoatedConductor { metal, roughness, coat } = scatters(
         "Material \"coatedconductor\" \"float interface.roughness\" 0.1 \"float interface.eta\" 1.7 \
          \"rgb conductor.eta\" [1 2 3] \"rgb conductor.k\" [4 5 6] \
          \"float conductor.uroughness\" 0.2 \"float conductor.roughness\" 0.3",
@@ -92,18 +95,23 @@ fn materials_read_what_they_are_given() {
     };
     let Metal::Index { eta, k, .. } = metal else { panic!() };
     assert_eq!((colour(&eta), colour(&k)), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
-    assert_eq!((rough(&roughness).0, rough(&coat.roughness).0), ([0.2, 0.3], [0.1, 0.1]));
+    assert_eq!(
+        (roughness_and_remap(&roughness).0, roughness_and_remap(&coat.roughness).0),
+        ([0.2, 0.3], [0.1, 0.1])
+    );
     assert_eq!(coat.eta, 1.7);
 
     let reflects = "Material \"conductor\" \"rgb reflectance\" [0.9 0.8 0.7]";
-    let Scatters::Conductor { metal: Metal::Reflectance(found), .. } = scatters(reflects) else {
+    let MaterialModel::Conductor { metal: Metal::Reflectance(found), .. } = scatters(reflects)
+    else {
         panic!()
     };
     assert_eq!(colour(&found), [0.9, 0.8, 0.7]);
 
     let gold =
         "Material \"conductor\" \"spectrum eta\" \"metal-Au-eta\" \"spectrum k\" \"metal-Au-k\"";
-    let Scatters::Conductor { metal: Metal::Index { eta, k, tint }, .. } = scatters(gold) else {
+    let MaterialModel::Conductor { metal: Metal::Index { eta, k, tint }, .. } = scatters(gold)
+    else {
         panic!()
     };
     let at_normal =
@@ -112,30 +120,32 @@ fn materials_read_what_they_are_given() {
         assert!((found - expected).abs() < 0.006, "{at_normal:?}");
     }
 
-    // Of a spectrum the d line is used, which is said.
+    // A spectrum counts by its value at the d line, with a warning.
     for (eta, expected, warnings) in [
         ("\"float eta\" 1.33", 1.33, 0),
         ("\"spectrum eta\" \"glass-BK7\"", 1.5168, 1),
         ("\"spectrum eta\" [400 1.6 775.12 1.4]", 1.5, 1),
     ] {
-        let read = loudly(&format!("Material \"dielectric\" {eta} Shape \"sphere\""));
+        let read =
+            read_world_with_warnings(&format!("Material \"dielectric\" {eta} Shape \"sphere\""));
         assert_eq!(read.warnings.len(), warnings, "{:#?}", read.warnings);
         let material = &read.scene.materials[read.scene.shapes[0].material as usize];
-        let Scatters::Dielectric { eta, .. } = material.scatters else { panic!() };
+        let MaterialModel::Dielectric { eta, .. } = material.model else { panic!() };
         assert!((eta - expected).abs() < 1e-4, "{eta} instead of {expected}");
     }
 
     let mix = "MakeNamedMaterial \"a\" \"string type\" \"dielectric\" \
                MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [1 1 1] \
                Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 0.3 Shape \"sphere\"";
-    let scene = quietly(mix).scene;
-    let of = |index: u32| &scene.materials[index as usize].scatters;
-    let Scatters::Mix { materials: [a, b], amount } = of(scene.shapes[0].material) else {
+    let scene = read_world(mix).scene;
+    let of = |index: u32| &scene.materials[index as usize].model;
+    let MaterialModel::Mix { materials: [a, b], amount } = of(scene.shapes[0].material) else {
         panic!()
     };
     assert_eq!(colour(amount)[0], 0.3);
     assert!(
-        matches!(of(*a), Scatters::Dielectric { .. }) && matches!(of(*b), Scatters::Diffuse { .. })
+        matches!(of(*a), MaterialModel::Dielectric { .. })
+            && matches!(of(*b), MaterialModel::Diffuse { .. })
     );
 
     let bent = material(
@@ -146,19 +156,19 @@ fn materials_read_what_they_are_given() {
 }
 
 #[test]
-fn a_named_material_may_be_made_after_it_is_used() {
-    let scene = quietly(
+fn a_named_material_may_be_defined_after_its_use() {
+    let scene = read_world(
         "NamedMaterial \"late\" Shape \"sphere\"\n\
          MakeNamedMaterial \"late\" \"string type\" \"thindielectric\" Shape \"disk\"",
     )
     .scene;
     assert_eq!(scene.shapes[0].material, scene.shapes[1].material);
-    let late = &scene.materials[scene.shapes[0].material as usize].scatters;
-    assert!(matches!(late, Scatters::ThinDielectric { .. }));
+    let late = &scene.materials[scene.shapes[0].material as usize].model;
+    assert!(matches!(late, MaterialModel::ThinDielectric { .. }));
 }
 
 #[test]
-fn old_kinds_become_those_that_pbrt_makes_of_them_and_others_say_what_they_become() {
+fn old_materials_are_converted_as_in_pbrt_and_others_warn() {
     for (world, kind) in [
         ("\"mirror\" \"rgb Kr\" [1 1 1]", "Conductor"),
         ("\"glass\" \"float index\" 1.6 \"rgb Kr\" [1 1 1]", "Dielectric"),
@@ -171,17 +181,17 @@ fn old_kinds_become_those_that_pbrt_makes_of_them_and_others_say_what_they_becom
         ("\"hair\" \"float beta_m\" 0.2", "Diffuse"),
         ("\"subsurface\" \"rgb reflectance\" [0.1 0.2 0.3]", "Diffuse"),
     ] {
-        let description = loudly(&format!("Material {world} Shape \"sphere\""));
+        let description = read_world_with_warnings(&format!("Material {world} Shape \"sphere\""));
         let scene = &description.scene;
-        let found = format!("{:?}", scene.materials[scene.shapes[0].material as usize].scatters);
+        let found = format!("{:?}", scene.materials[scene.shapes[0].material as usize].model);
         assert!(found.starts_with(&format!("{kind} {{")), "{world}: {found}");
-        let said = usize::from(kind == "Diffuse");
-        assert_eq!(description.warnings.len(), said, "{world}: {:#?}", description.warnings);
+        let message = usize::from(kind == "Diffuse");
+        assert_eq!(description.warnings.len(), message, "{world}: {:#?}", description.warnings);
     }
 }
 
 #[test]
-fn mistakes_in_materials_are_named() {
+fn errors_in_materials_name_their_position() {
     for (world, expected) in [
         (
             "Material \"difuse\"",
@@ -208,12 +218,15 @@ fn mistakes_in_materials_are_named() {
         (
             "NamedMaterial \"a\" MakeNamedMaterial \"a\" \"string type\" \"mix\" \
              \"string materials\" [\"a\" \"a\"]",
-            "test.pbrt:3:61: no material named \"a\"; a mix needs them made before",
+            "test.pbrt:3:61: no material named \"a\"; define the materials of a mix before it",
         ),
         ("Material \"coateddiffuse\" \"integer maxdepth\" 0", "test.pbrt:3:26: \"maxdepth\" is 0"),
         ("Shape \"sphere\"\nNamedMaterial \"gold\"", "test.pbrt:4:1: no material named \"gold\""),
     ] {
-        let said = error(world);
-        assert!(said.starts_with(expected), "{world}\n  said     {said}\n  expected {expected}");
+        let message = error(world);
+        assert!(
+            message.starts_with(expected),
+            "{world}\n  found    {message}\n  expected {expected}"
+        );
     }
 }

@@ -1,29 +1,29 @@
-//! Textures and colours of scene files: what is read, and what is said of what cannot be.
+//! Textures and colours of scene files, and their errors.
 
 use std::path::Path;
 
 use glam::Vec3;
-use petzval::scene::{Scatters, Texture, TexturePoint, pbrt};
+use petzval::scene::{MaterialModel, Texture, TexturePoint, pbrt};
 
-/// The reflectance of the last material of a scene in a folder, or what is said of it.
+/// Reads a scene in a folder and returns the reflectance of its last material, or the error.
 fn reflectance(folder: &Path, world: &str) -> Result<Texture, String> {
     let path = folder.join("test.pbrt");
     std::fs::write(&path, format!("Camera \"perspective\"\nWorldBegin\n{world}")).unwrap();
     let scene = pbrt::read(&path).map_err(|error| error.to_string())?.scene;
-    match &scene.materials.last().unwrap().scatters {
-        Scatters::Diffuse { reflectance } => Ok(reflectance.clone()),
+    match &scene.materials.last().unwrap().model {
+        MaterialModel::Diffuse { reflectance } => Ok(reflectance.clone()),
         other => panic!("{other:?}"),
     }
 }
 
 fn colour(folder: &Path, textures: &str, at: TexturePoint) -> [f32; 3] {
     let world = format!("{textures}\nMaterial \"diffuse\" \"texture reflectance\" \"t\"");
-    reflectance(folder, &world).unwrap().at(&at)
+    reflectance(folder, &world).unwrap().colour(&at)
 }
 
 fn folder_with_pictures() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    // Codes of 51 (a fifth of the signal), alpha of 102.
+    // A code of 51 is a fifth of the range.
     let rgb = image::RgbImage::from_pixel(4, 2, image::Rgb([51, 102, 255]));
     rgb.save(folder.path().join("rgb.png")).unwrap();
     rgb.save(folder.path().join("rgb.tga")).unwrap();
@@ -46,7 +46,7 @@ fn pictures_are_decoded_as_their_encoding_says() {
         );
         colour(folder.path(), &texture, TexturePoint::default())
     };
-    // IEC 61966-2-1 of 0.2 and 0.4.
+    // 0.2 and 0.4 decoded by IEC 61966-2-1.
     let srgb = [0.033_104_77, 0.132_868_32, 1.0];
     assert_near(of("rgb.png", ""), srgb);
     assert_near(of("rgb.png", "\"string encoding\" \"linear\""), [0.2, 0.4, 1.0]);
@@ -61,7 +61,7 @@ fn pictures_are_decoded_as_their_encoding_says() {
 }
 
 #[test]
-fn textures_of_numbers_have_names_of_their_own_and_mean_alpha_or_the_mean() {
+fn float_textures_have_their_own_names_and_use_alpha_or_the_mean() {
     let folder = folder_with_pictures();
     let mixed = |file: &str| {
         let text = format!(
@@ -74,16 +74,16 @@ fn textures_of_numbers_have_names_of_their_own_and_mean_alpha_or_the_mean() {
     };
     assert_near(mixed("rgba.png"), [0.4, 0.2, 0.0]);
     assert_near(mixed("rgb.png"), [1.6 / 3.0, 0.8 / 3.0, 0.0]);
-    let said = reflectance(
+    let message = reflectance(
         folder.path(),
         "Texture \"t\" \"float\" \"constant\"\nMaterial \"diffuse\" \"texture reflectance\" \"t\"",
     );
-    let said = said.unwrap_err();
-    assert!(said.contains("test.pbrt:4:20: \"t\" is a texture of type float"), "{said}");
+    let message = message.unwrap_err();
+    assert!(message.contains("test.pbrt:4:20: \"t\" is a texture of type float"), "{message}");
 }
 
 #[test]
-fn texture_space_is_where_the_texture_is_made() {
+fn texture_space_is_that_of_the_texture_directive() {
     let folder = tempfile::tempdir().unwrap();
     let text = "AttributeBegin Translate 10 0 0 Scale 2 2 2\n\
         Texture \"t\" \"spectrum\" \"checkerboard\" \"integer dimension\" 3\n\
@@ -111,17 +111,18 @@ fn a_scaled_image_is_scaled_before_it_is_inverted_as_in_pbrt() {
 }
 
 #[test]
-fn colour_spaces_last_as_long_as_their_block() {
+fn colour_spaces_end_with_their_block() {
     let folder = tempfile::tempdir().unwrap();
     let grey = "Material \"diffuse\" \"rgb reflectance\" [0.2 0.5 0.2]";
-    let of = |world: &str| reflectance(folder.path(), world).unwrap().at(&TexturePoint::default());
+    let of =
+        |world: &str| reflectance(folder.path(), world).unwrap().colour(&TexturePoint::default());
     let space = "AttributeBegin ColorSpace \"rec2020\"";
     assert!(of(&format!("{space} {grey} AttributeEnd"))[0] < 0.1);
     assert_near(of(&format!("{space} AttributeEnd {grey}")), [0.2, 0.5, 0.2]);
 }
 
 #[test]
-fn faulty_textures_are_named_with_their_place() {
+fn errors_in_textures_name_their_position() {
     let folder = folder_with_pictures();
     std::fs::write(folder.path().join("bad.png"), b"no picture").unwrap();
     let image = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\"";
@@ -143,13 +144,13 @@ fn faulty_textures_are_named_with_their_place() {
         ("Texture \"t\" \"float\" \"mix\" \"texture amount\" \"x\"".to_owned(), "no texture \"x\""),
         (
             "Texture \"t\" \"float\" \"directionmix\" \"vector3 dir\" [0 0 0]".to_owned(),
-            "without length",
+            "a direction of length 0",
         ),
-        ("ColorSpace \"rec709\"".to_owned(), "the colour space \"rec709\""),
+        ("ColorSpace \"rec709\"".to_owned(), "unknown colour space \"rec709\""),
     ] {
         let world = format!("{world}\nMaterial \"diffuse\"");
-        let said = reflectance(folder.path(), &world).map(|_| ()).unwrap_err();
-        assert!(said.contains(expected), "{world}: {said}");
-        assert!(said.contains("test.pbrt:3:"), "{said}");
+        let message = reflectance(folder.path(), &world).map(|_| ()).unwrap_err();
+        assert!(message.contains(expected), "{world}: {message}");
+        assert!(message.contains("test.pbrt:3:"), "{message}");
     }
 }

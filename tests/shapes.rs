@@ -1,35 +1,38 @@
-//! Shapes against their definitions: areas, tangents, limits of subdivision.
+//! Shapes against their definitions: areas, tangents and subdivision limits.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use petzval::scene::{
-    CurveSegment, Form, Mesh, Quadric, Unsmooth, subdivide, tessellate, triangulate,
+    CurveSegment, Mesh, Quadric, QuadricForm, SubdivisionError, subdivide, tessellate_curve,
+    tessellate_patches,
 };
 
-const SPHERE: Form = Form::Sphere { radius: 2.0, z: [-1.5, 1.0] };
-const CYLINDER: Form = Form::Cylinder { radius: 0.7, z: [-0.5, 1.2] };
-const DISK: Form = Form::Disk { radius: 1.5, inner: 0.4, height: 0.3 };
-const CONE: Form = Form::Cone { radius: 0.8, height: 1.7 };
-const FORMS: [Form; 4] = [SPHERE, CYLINDER, DISK, CONE];
+const SPHERE: QuadricForm = QuadricForm::Sphere { radius: 2.0, z: [-1.5, 1.0] };
+const CYLINDER: QuadricForm = QuadricForm::Cylinder { radius: 0.7, z: [-0.5, 1.2] };
+const DISK: QuadricForm = QuadricForm::Disk { radius: 1.5, inner: 0.4, height: 0.3 };
+const CONE: QuadricForm = QuadricForm::Cone { radius: 0.8, height: 1.7 };
+const FORMS: [QuadricForm; 4] = [SPHERE, CYLINDER, DISK, CONE];
 
-/// The point at (u, v) as pbrt's manual defines it.
-fn at(form: Form, phi_max: f64, u: f64, v: f64) -> DVec3 {
+/// Returns the point at (u, v) by the definition of pbrt's manual.
+fn point_at(form: QuadricForm, phi_max: f64, u: f64, v: f64) -> DVec3 {
     let (sin, cos) = (u * phi_max).sin_cos();
     let around = |r: f64, z: f64| DVec3::new(r * cos, r * sin, z);
     match form {
-        Form::Sphere { radius, z } => {
+        QuadricForm::Sphere { radius, z } => {
             let [low, high] = z.map(|z| (z / radius).acos());
             let theta = low + v * (high - low);
             around(radius * theta.sin(), radius * theta.cos())
         }
-        Form::Cylinder { radius, z } => around(radius, z[0] + v * (z[1] - z[0])),
-        Form::Disk { radius, inner, height } => around((1.0 - v) * radius + v * inner, height),
-        Form::Cone { radius, height } => around((1.0 - v) * radius, v * height),
+        QuadricForm::Cylinder { radius, z } => around(radius, z[0] + v * (z[1] - z[0])),
+        QuadricForm::Disk { radius, inner, height } => {
+            around((1.0 - v) * radius + v * inner, height)
+        }
+        QuadricForm::Cone { radius, height } => around((1.0 - v) * radius, v * height),
     }
 }
 
-/// A turn, an uneven stretch and a shear; the second one mirrors as well.
+/// Returns transforms of a rotation, a non-uniform scale and a shear. The second one also mirrors.
 fn places() -> [DAffine3; 2] {
     let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.3, 1.0, 0.0), DVec3::new(-0.2, 0.4, 1.0));
     let place = DAffine3::from_translation(DVec3::new(3.0, -1.0, 2.0))
@@ -40,22 +43,22 @@ fn places() -> [DAffine3; 2] {
 }
 
 #[test]
-fn tangents_are_the_differences_of_points_and_of_normals() {
+fn tangents_equal_finite_differences() {
     const STEP: f64 = 1e-4;
     for (form, phi_max) in FORMS.into_iter().flat_map(|form| [(form, TAU), (form, 4.0)]) {
         for (place, reversed) in places().into_iter().flat_map(|p| [(p, false), (p, true)]) {
             let quadric = Quadric::new(form, phi_max, place, reversed).unwrap();
             for (u, v) in [(0.1, 0.2), (0.35, 0.9), (0.6, 0.5), (0.9, 0.05)] {
-                let point = |u, v| place.transform_point3(at(form, phi_max, u, v));
+                let point = |u, v| place.transform_point3(point_at(form, phi_max, u, v));
                 let normal = |u, v| quadric.point(point(u, v)).normal.as_dvec3();
-                let patch = quadric.patch(point(u, v));
+                let patch = quadric.derivatives(point(u, v));
                 assert!(patch.uv.as_dvec2().distance(DVec2::new(u, v)) < 1e-6, "{form:?}");
                 let slope = |f: &dyn Fn(f64, f64) -> DVec3| {
                     let (du, dv) =
                         (f(u + STEP, v) - f(u - STEP, v), f(u, v + STEP) - f(u, v - STEP));
                     [du, dv].map(|d| d / (2.0 * STEP))
                 };
-                // Points are exact in f64; normals are rounded to f32 before their difference.
+                // Points are in f64; normals are rounded to f32 before the difference.
                 for (found, exact) in patch.dp.into_iter().zip(slope(&point)) {
                     assert!(
                         found.as_dvec3().distance(exact) < 1e-5 * (1.0 + exact.length()),
@@ -65,7 +68,7 @@ fn tangents_are_the_differences_of_points_and_of_normals() {
                 for (found, exact) in patch.dn.into_iter().zip(slope(&normal)) {
                     assert!(found.as_dvec3().distance(exact) < 5e-3, "{form:?}: {found} {exact}");
                 }
-                // pbrt's orientation: dp/du x dp/dv, turned by a mirror and by the scene file.
+                // pbrt's orientation is dp/du x dp/dv, reversed by a mirror and by ReverseOrientation.
                 let outside = patch.dp[0].cross(patch.dp[1]).as_dvec3();
                 let turned = (place.matrix3.determinant() < 0.0) ^ reversed;
                 assert_eq!(outside.dot(normal(u, v)) < 0.0, turned, "{form:?}");
@@ -75,13 +78,13 @@ fn tangents_are_the_differences_of_points_and_of_normals() {
 }
 
 #[test]
-fn tangents_are_finite_where_all_u_meet() {
+fn tangents_are_finite_at_poles() {
     for (form, pole) in [
-        (Form::Sphere { radius: 2.0, z: [-2.0, 2.0] }, DVec3::Z * 2.0),
-        (Form::Disk { radius: 1.0, inner: 0.0, height: 0.5 }, DVec3::Z * 0.5),
+        (QuadricForm::Sphere { radius: 2.0, z: [-2.0, 2.0] }, DVec3::Z * 2.0),
+        (QuadricForm::Disk { radius: 1.0, inner: 0.0, height: 0.5 }, DVec3::Z * 0.5),
         (CONE, DVec3::Z * 1.7),
     ] {
-        let patch = Quadric::new(form, TAU, DAffine3::IDENTITY, false).unwrap().patch(pole);
+        let patch = Quadric::new(form, TAU, DAffine3::IDENTITY, false).unwrap().derivatives(pole);
         let normal = patch.dp[0].cross(patch.dp[1]);
         assert!(normal.is_finite() && normal.length() > 0.0, "{form:?}: {patch:?}");
         assert!(patch.dn.iter().all(|d| d.is_finite()), "{form:?}");
@@ -98,14 +101,14 @@ fn areas_are_those_of_the_textbook() {
     ];
     for (form, area) in whole {
         for (phi_max, share) in [(TAU, 1.0), (PI / 2.0, 0.25)] {
-            // Twice as large is four times the area.
+            // Twice the size gives four times the area.
             let twice = DAffine3::from_scale(DVec3::splat(2.0));
             let found = Quadric::new(form, phi_max, twice, false).unwrap().area();
             let expected = 4.0 * area * share;
             assert!((found / expected - 1.0).abs() < 1e-6, "{form:?}: {found}, not {expected}");
         }
     }
-    // A cylinder pressed flat by half is an ellipse: Ramanujan's circumference.
+    // A cylinder scaled by half along y: Ramanujan's formula for the circumference of an ellipse.
     let pressed = DAffine3::from_scale(DVec3::new(1.0, 0.5, 1.0));
     let found = Quadric::new(CYLINDER, TAU, pressed, false).unwrap().area();
     let (a, b): (f64, f64) = (0.7, 0.35);
@@ -114,7 +117,7 @@ fn areas_are_those_of_the_textbook() {
 }
 
 #[test]
-fn points_of_a_cylinder_are_met_from_both_sides_and_its_gaps_are_not() {
+fn rays_hit_a_partial_cylinder_from_both_sides_and_pass_its_gaps() {
     let place = places()[0];
     let quadric = Quadric::new(CYLINDER, 4.0, place, false).unwrap();
     for i in 1..2000 {
@@ -122,7 +125,7 @@ fn points_of_a_cylinder_are_met_from_both_sides_and_its_gaps_are_not() {
         let (u, v) = (share(0.754_877_666), share(0.569_840_291));
         let inside = DVec3::Z * 0.35;
         for (eye, phi_max) in [(inside, 4.0), (inside, TAU)] {
-            let target = at(CYLINDER, phi_max, u, v);
+            let target = point_at(CYLINDER, phi_max, u, v);
             let [eye, target] = [eye, target].map(|p| place.transform_point3(p));
             let t = quadric.intersect(eye, target - eye, f64::INFINITY);
             match u * phi_max <= 4.0 {
@@ -130,8 +133,8 @@ fn points_of_a_cylinder_are_met_from_both_sides_and_its_gaps_are_not() {
                 false => assert_eq!(t, None, "{u} {v}"),
             }
         }
-        // From outside, along the normal.
-        let target = at(CYLINDER, 4.0, u, v);
+        // From outside along the normal.
+        let target = point_at(CYLINDER, 4.0, u, v);
         let eye = target + DVec3::new(target.x, target.y, 0.0) * 5.0;
         let [eye, target] = [eye, target].map(|p| place.transform_point3(p));
         let t = quadric.intersect(eye, target - eye, f64::INFINITY);
@@ -164,26 +167,26 @@ fn close(found: [f32; 3], expected: [f32; 3]) {
 }
 
 #[test]
-fn a_tetrahedron_shrinks_to_a_fifth_whatever_the_level() {
-    // The limit of a vertex with three neighbours is 2/5 of itself and 1/5 of each of them; here
-    // they sum to its opposite.
+fn a_subdivided_tetrahedron_shrinks_to_a_fifth_at_any_level() {
+    // The limit of a vertex with three neighbours is 2/5 of it plus 1/5 of each of them, whose sum is
+    // the negative of the vertex here.
     for levels in 0..5 {
         let mesh = subdivide(&tetrahedron(), levels).unwrap();
         assert_eq!(mesh.triangles.len(), 4 << (2 * levels));
-        // Euler: a sphere has two more vertices than half its faces.
+        // By Euler's formula a sphere has two more vertices than half its faces.
         assert_eq!(mesh.positions.len(), mesh.triangles.len() / 2 + 2);
         for (i, v) in tetrahedron().positions.iter().enumerate() {
             close(mesh.positions[i], v.map(|x| x / 5.0));
-            // pbrt's normals are against the turn of the faces, which here turn about outside.
+            // pbrt's normals point opposite to the winding of the faces, which is outwards here.
             close(mesh.normals[i], v.map(|x| -x / 3f32.sqrt()));
         }
     }
 }
 
 #[test]
-fn the_boundary_of_an_open_square_is_a_curve_of_its_own() {
-    // Along a boundary: 3/5 of itself and 1/5 of its two neighbours there. One step moves the
-    // corner (0, 0) to (1/8, 1/8) before that, and its neighbours to (1/2, 0) and (0, 1/2).
+fn the_boundary_of_an_open_mesh_follows_the_boundary_rule() {
+    // The limit on a boundary is 3/5 of the vertex plus 1/5 of its two neighbours there. One level first
+    // moves the corner (0, 0) to (1/8, 1/8) and its neighbours to (1/2, 0) and (0, 1/2).
     for (levels, near) in [(0, 0.2), (1, 0.6 / 8.0 + 0.1)] {
         let mesh = subdivide(&square(), levels).unwrap();
         let far = 1.0 - near;
@@ -193,21 +196,21 @@ fn the_boundary_of_an_open_square_is_a_curve_of_its_own() {
         }
         mesh.normals.iter().for_each(|n| close(*n, [0.0, 0.0, -1.0]));
     }
-    // One step by hand, then the limit: the middle of the side from (0, 0) to (1, 0) moves to
-    // (1/2, 0), and its neighbours along the side to (1/8, 1/8) and (7/8, 1/8).
+    // One level, then the limit: the middle of the side from (0, 0) to (1, 0) moves to (1/2, 0), and its
+    // neighbours along the side to (1/8, 1/8) and (7/8, 1/8).
     let mesh = subdivide(&square(), 1).unwrap();
     assert!(
         mesh.positions.iter().any(|p| Vec3::from(*p).distance(Vec3::new(0.5, 0.05, 0.0)) < 1e-6)
     );
-    // The middle of the diagonal: 3/8 of its ends and 1/8 of the others is (1/2, 1/2) again.
+    // The middle of the diagonal, 3/8 of its ends plus 1/8 of the other corners, stays at (1/2, 1/2).
     assert!(
         mesh.positions.iter().any(|p| Vec3::from(*p).distance(Vec3::new(0.5, 0.5, 0.0)) < 1e-6)
     );
 }
 
 #[test]
-fn a_regular_plane_stays_where_it_is() {
-    // Six neighbours all round: linear functions are kept, tilted or not.
+fn a_subdivided_plane_stays_a_plane() {
+    // With six neighbours at each vertex linear functions are preserved.
     let side = 7;
     let point = |i: u32| {
         let (x, y) = ((i % side) as f32, (i / side) as f32);
@@ -232,20 +235,20 @@ fn a_regular_plane_stays_where_it_is() {
 }
 
 #[test]
-fn what_is_no_surface_is_refused() {
+fn meshes_that_are_no_surface_are_refused() {
     let of = |triangles: &[[u32; 3]]| {
         let mesh =
             Mesh { positions: vec![[0.0; 3]; 7], triangles: triangles.to_vec(), ..Mesh::default() };
         subdivide(&mesh, 2).map(|_| ())
     };
-    assert_eq!(of(&[[0, 1, 2], [0, 1, 3]]), Err(Unsmooth::Edge(0, 1)));
-    assert_eq!(of(&[[0, 1, 2], [0, 3, 4]]), Err(Unsmooth::Vertex(0)));
-    assert_eq!(of(&[[0, 1, 1]]), Err(Unsmooth::Triangle(0)));
+    assert_eq!(of(&[[0, 1, 2], [0, 1, 3]]), Err(SubdivisionError::NonManifoldEdge(0, 1)));
+    assert_eq!(of(&[[0, 1, 2], [0, 3, 4]]), Err(SubdivisionError::NonManifoldVertex(0)));
+    assert_eq!(of(&[[0, 1, 1]]), Err(SubdivisionError::DegenerateTriangle(0)));
     assert_eq!(of(&[[0, 1, 2], [2, 1, 3]]), Ok(()));
 }
 
 #[test]
-fn a_flat_patch_is_two_triangles_and_a_twisted_one_is_followed() {
+fn a_flat_patch_gives_two_triangles_and_a_twisted_one_many() {
     let mut mesh = Mesh {
         positions: vec![
             [0.0, 0.0, 0.0],
@@ -256,14 +259,14 @@ fn a_flat_patch_is_two_triangles_and_a_twisted_one_is_followed() {
         ],
         ..Mesh::default()
     };
-    let curved = triangulate(&mut mesh, &[[0, 1, 2, 3], [0, 1, 2, 4]], 1 << 20);
+    let curved = tessellate_patches(&mut mesh, &[[0, 1, 2, 3], [0, 1, 2, 4]], 1 << 20);
     assert_eq!(mesh.triangles.len(), 2);
     for i in 0..2 {
         let [a, b, c] = mesh.corners(i);
         assert!((b - a).cross(c - a).z > 0.0);
     }
     assert!(curved.triangles.len() > 100);
-    // p = (2 u, v, u v), so z = x y / 2 and the normal is along (-v, -2 u, 2).
+    // p = (2 u, v, u v), so z = x y / 2 and the normal is parallel to (-v, -2 u, 2).
     let diagonal = 6f32.sqrt();
     for i in 0..curved.triangles.len() as u32 {
         let [a, b, c] = curved.corners(i);
@@ -277,9 +280,9 @@ fn a_flat_patch_is_two_triangles_and_a_twisted_one_is_followed() {
         close(*p, [2.0 * u, v, u * v]);
         close(*n, Vec3::new(-v, -2.0 * u, 2.0).normalize().to_array());
     }
-    // Six hundred thousand twisted patches do not become six hundred million triangles.
+    // The number of triangles of many twisted patches is limited.
     let many = vec![[0, 1, 2, 4]; 600_000];
-    let curved = triangulate(&mut mesh, &many, 1 << 20);
+    let curved = tessellate_patches(&mut mesh, &many, 1 << 20);
     let count = mesh.triangles.len() + curved.triangles.len();
     assert!((1_200_000..=1 << 22).contains(&count), "{count}");
 }
@@ -288,8 +291,8 @@ fn area(mesh: &Mesh) -> f64 {
     (0..mesh.triangles.len() as u32).map(|i| f64::from(mesh.area(i))).sum()
 }
 
-/// Every triangle must turn the way its normals point.
-fn assert_turned_outwards(mesh: &Mesh) {
+/// Asserts that the winding of each triangle agrees with its normals.
+fn assert_winding(mesh: &Mesh) {
     for (i, corners) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(i as u32);
         let normal = corners.map(|v| Vec3::from(mesh.normals[v as usize])).iter().sum::<Vec3>();
@@ -298,28 +301,28 @@ fn assert_turned_outwards(mesh: &Mesh) {
 }
 
 #[test]
-fn a_straight_curve_has_the_surface_of_its_cylinder_or_ribbon() {
+fn a_straight_curve_has_the_area_of_its_cylinder_or_ribbon() {
     let control = [0.0, 1.0, 2.0, 3.0].map(|x| DVec3::new(x, 2.0 * x, -x));
     let length = 3.0 * 6f64.sqrt();
-    let tube = CurveSegment { control, width: [0.2, 0.2], facing: None };
-    assert!((area(&tessellate(&[tube])) / (PI * 0.2 * length) - 1.0).abs() < 1e-5);
-    assert_turned_outwards(&tessellate(&[tube]));
+    let tube = CurveSegment { control, width: [0.2, 0.2], normals: None };
+    assert!((area(&tessellate_curve(&[tube])) / (PI * 0.2 * length) - 1.0).abs() < 1e-5);
+    assert_winding(&tessellate_curve(&[tube]));
     let up = DVec3::new(1.0, 0.0, 1.0).normalize();
-    let ribbon = CurveSegment { control, width: [0.1, 0.5], facing: Some([up, up]) };
-    let mesh = tessellate(&[ribbon]);
+    let ribbon = CurveSegment { control, width: [0.1, 0.5], normals: Some([up, up]) };
+    let mesh = tessellate_curve(&[ribbon]);
     assert!((area(&mesh) / (0.3 * length) - 1.0).abs() < 1e-5);
     mesh.normals.iter().for_each(|n| close(*n, up.as_vec3().to_array()));
-    assert_turned_outwards(&mesh);
+    assert_winding(&mesh);
 }
 
 #[test]
-fn a_bent_curve_is_followed_to_a_twentieth_of_its_width() {
+fn a_bent_curve_is_accurate_to_a_twentieth_of_its_width() {
     // A quarter of a circle of radius 1, to 3e-4 (Goldapp 1991).
     let k = 0.552_285;
     let control = [[1.0, 0.0], [1.0, k], [k, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
-    let mesh = tessellate(&[CurveSegment { control, width: [0.02, 0.02], facing: None }]);
+    let mesh = tessellate_curve(&[CurveSegment { control, width: [0.02, 0.02], normals: None }]);
     assert!(mesh.triangles.len() <= 16 * 12);
-    assert_turned_outwards(&mesh);
+    assert_winding(&mesh);
     for i in 0..mesh.triangles.len() as u32 {
         let middle = mesh.corners(i).iter().sum::<Vec3>() / 3.0;
         let from_axis = (middle.truncate().length() - 1.0).hypot(middle.z);

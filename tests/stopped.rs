@@ -1,57 +1,68 @@
-//! Renders that are stopped again and again, at moments spread over all of their samples, and gone
-//! on with: nothing is lost, and nothing counts twice.
+//! Renders that are stopped and resumed many times, at points spread over all of their samples: no sample
+//! is lost or counted twice.
 
 mod support;
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use petzval::aov::{Aov, layers};
-use petzval::checkpoint::{Head, Saved};
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Exposed, Job, Keeper, Progress, RenderError, Until, render_kept};
+use petzval::aov::Aov;
+use petzval::job::{Job, StopCriteria};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::checkpoint::{Head, SavedRender};
+use petzval::render::{
+    Checkpointer, Progress, RenderError, RenderOptions, RenderOutput, render_resumable,
+};
 use petzval::scene::pbrt;
 use petzval::stats::Stats;
-use support::kept::{Studio, forge};
+use support::workspace::{Workspace, forge};
 
-/// How often a render is stopped.
+/// Number of times that a render is stopped.
 const STOPS: u64 = 12;
 
-fn job(studio: &Studio, changes: Changes) -> Job {
-    let description = pbrt::read(&studio.path("scene.pbrt")).expect("the scene of the studio");
+fn job(workspace: &Workspace, changes: Changes) -> Job {
+    let description =
+        pbrt::read(&workspace.path("scene.pbrt")).expect("the scene of the workspace");
     let effects = "+ghosts".parse().expect("an effect");
     let changes = Changes { effects, holds_layers: true, ..changes };
     prepare(description, &changes).expect("a job").0
 }
 
-fn keeper(path: &Path) -> Keeper {
-    Keeper {
+fn checkpointer(path: &Path) -> Checkpointer {
+    Checkpointer {
         path: path.to_owned(),
-        every: Some(Duration::from_secs(3600)),
-        part: None,
+        interval: Some(Duration::from_secs(3600)),
+        part_path: None,
         head: Head::default(),
-        standing: 0,
-        tell: |error| panic!("{error}"),
+        existing_samples: 0,
+        on_error: |error| panic!("{error}"),
     }
 }
 
-/// Renders until so many film samples are taken, on from what is there: what came of it, and the
-/// samples that were taken in all.
-fn render(job: &Job, path: &Path, samples: u64) -> (Exposed, u64) {
-    let (exposed, taken) = try_render(job, &keeper(path), samples);
-    (exposed.expect("a picture, or what there is of it"), taken)
+/// Renders, from a checkpoint if there is one, until `samples` film samples are taken in all. Returns the
+/// output and the number of samples taken in all.
+fn render(job: &Job, path: &Path, samples: u64) -> (RenderOutput, u64) {
+    let (exposed, taken) = try_render(job, &checkpointer(path), samples);
+    (exposed.expect("a complete or partial picture"), taken)
 }
 
-fn try_render(job: &Job, keeper: &Keeper, samples: u64) -> (Result<Exposed, RenderError>, u64) {
-    let path = &keeper.path;
-    let from = Saved::open(path).ok();
+fn try_render(
+    job: &Job,
+    checkpointer: &Checkpointer,
+    samples: u64,
+) -> (Result<RenderOutput, RenderError>, u64) {
+    let path = &checkpointer.path;
+    let from = SavedRender::open(path).ok();
     let progress = Progress::default();
-    let earlier = from.as_ref().map_or(0, |saved| saved.head.taken);
+    let earlier = from.as_ref().map_or(0, |saved| saved.head.film_samples);
     progress.samples.store(earlier, Ordering::Relaxed);
     let exposed = std::thread::scope(|scope| {
-        let render =
-            scope.spawn(|| render_kept(job, Backend::Simd, 2, &progress, Some(keeper), from));
+        let render = scope.spawn(|| {
+            let options =
+                RenderOptions { threads: 2, progress: Some(&progress), ..RenderOptions::default() };
+            render_resumable(job, options, Some(checkpointer), from)
+        });
         while progress.samples.load(Ordering::Relaxed) < samples && !render.is_finished() {
             std::thread::yield_now();
         }
@@ -61,12 +72,12 @@ fn try_render(job: &Job, keeper: &Keeper, samples: u64) -> (Result<Exposed, Rend
     (exposed, progress.samples.into_inner())
 }
 
-/// All that is known of a picture, bit for bit.
-fn bits(job: &Job, exposed: &Exposed) -> Vec<(String, Vec<u32>)> {
+/// Returns the pixels and layers of a picture, bit for bit.
+fn bits(job: &Job, exposed: &RenderOutput) -> Vec<(String, Vec<u32>)> {
     let picture = exposed.picture(job);
     let colours = picture.pixels.iter().flatten().map(|value| value.to_bits()).collect();
     let mut all = vec![("colours".to_owned(), colours)];
-    for layer in layers(job, &exposed.film, exposed.features.as_ref()) {
+    for layer in exposed.layers(job) {
         for (name, values) in layer.channels {
             let name = format!("{}.{name}", layer.name);
             all.push((name, values.iter().map(|value| value.to_bits()).collect()));
@@ -75,9 +86,9 @@ fn bits(job: &Job, exposed: &Exposed) -> Vec<(String, Vec<u32>)> {
     all
 }
 
-/// What was counted, without times.
+/// Returns the counters, without times.
 fn counts(stats: &Stats) -> String {
-    let stages = stats.stages.map(|stage| (stage.rays, stage.lanes));
+    let stages = stats.stages.map(|stage| (stage.rays, stage.occupancy));
     format!("{stages:?} {:?} {:?}", stats.lens, stats.bounces)
 }
 
@@ -93,16 +104,16 @@ fn survives_stops(job: &Job) {
         };
         stopped += 1;
         let (exposed, taken) = render(job, &path, until);
-        if exposed.partial.is_none() {
+        if exposed.partial_mean_spp.is_none() {
             break (exposed, taken);
         }
-        kept.push(Saved::open(&path).expect("a checkpoint").head.taken);
+        kept.push(SavedRender::open(&path).expect("a checkpoint").head.film_samples);
     };
     kept.dedup();
-    assert!(kept.len() > 2, "something was done between stops: {kept:?}");
-    assert_eq!(taken, all, "samples that were done are not done again: {kept:?}");
+    assert!(kept.len() > 2, "too few stops took samples: {kept:?}");
+    assert_eq!(taken, all, "samples are taken twice: {kept:?}");
     assert_eq!(counts(&exposed.stats), counts(&whole.stats));
-    assert_eq!(exposed.reached, whole.reached);
+    assert_eq!(exposed.convergence, whole.convergence);
     let [one, other] = [&exposed, &whole].map(|exposed| bits(job, exposed));
     assert_eq!(one.len(), other.len());
     for (one, other) in one.iter().zip(&other) {
@@ -111,23 +122,26 @@ fn survives_stops(job: &Job) {
 }
 
 #[test]
-fn an_even_render_loses_nothing_when_it_is_stopped() {
-    let studio = Studio::new();
+fn a_uniform_render_loses_nothing_when_it_is_stopped() {
+    let workspace = Workspace::new();
     let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples, Aov::Object];
-    // More than one pass.
-    survives_stops(&job(&studio, Changes { samples: Some(400), layers, ..Changes::default() }));
+    // Enough samples for more than one pass.
+    survives_stops(&job(&workspace, Changes { samples: Some(400), layers, ..Changes::default() }));
 }
 
 #[test]
 fn an_adaptive_render_loses_nothing_when_it_is_stopped() {
-    let studio = Studio::new();
+    let workspace = Workspace::new();
     let layers = vec![Aov::Variance, Aov::Depth, Aov::Samples];
-    let until = Until { noise: Some(0.02), time: None };
-    survives_stops(&job(&studio, Changes { until, layers, ..Changes::default() }));
+    let until = StopCriteria { noise: Some(0.02), time: None };
+    survives_stops(&job(
+        &workspace,
+        Changes { stop_criteria: until, layers, ..Changes::default() },
+    ));
 }
 
-/// A grey sky, and lamps that are much smaller than a pixel: few samples meet them, and those of one
-/// half of the samples send pilots of the other after them.
+/// A grey sky, and lights much smaller than a pixel. Few samples hit them; a hit in one half buffer
+/// triggers pilot samples in the other.
 const SPECKS: &str = r#"
     Film "rgb" "integer xresolution" 64 "integer yresolution" 48
     Camera "perspective" "float fov" 40
@@ -139,93 +153,96 @@ const SPECKS: &str = r#"
     AttributeBegin Translate -0.8 0.7 5 Shape "sphere" "float radius" 0.009 AttributeEnd
     AttributeBegin Translate 0.7 -0.6 5 Shape "sphere" "float radius" 0.013 AttributeEnd"#;
 
-/// Whether a checkpoint of an adaptive render of so many tiles holds pilot samples.
+/// Returns whether a checkpoint of an adaptive render of `tiles` tiles holds pilot samples.
 fn holds_pilots(path: &Path, tiles: usize) -> bool {
     let bytes = std::fs::read(path).expect("a checkpoint");
     let head = u64::from_le_bytes(bytes[12..20].try_into().expect("8 bytes")) as usize;
-    // The head and its checksum, the length of the body, a time; then counts by tile, of both halves of
-    // the picture and of the pilots of each.
+    // Behind the head, its checksum, the length of the body and a time stand counts by tile: of both half
+    // buffers, then of the pilot samples of each.
     let counts = bytes[20 + head + 4 + 8 + 8..].as_chunks::<4>().0;
     counts[2 * tiles..4 * tiles].iter().any(|count| *count != [0; 4])
 }
 
 #[test]
-fn an_adaptive_render_remembers_its_pilot_samples() {
-    let studio = Studio::new();
-    std::fs::write(studio.path("scene.pbrt"), SPECKS).expect("a scene");
-    let until = Until { noise: Some(0.01), time: None };
+fn an_adaptive_render_keeps_its_pilot_samples() {
+    let workspace = Workspace::new();
+    std::fs::write(workspace.path("scene.pbrt"), SPECKS).expect("a scene");
+    let until = StopCriteria { noise: Some(0.01), time: None };
     let layers = vec![Aov::Variance, Aov::Samples];
-    let changes = Changes { until, layers, samples: Some(192), ..Changes::default() };
-    let job = job(&studio, changes);
-    let (whole, all) = render(&job, &studio.path("none"), u64::MAX);
-    // Stopped before, while and behind pilots are taken; each time what follows is done in one go, so
-    // that nothing hides what a checkpoint forgets. A busy machine may stop later than it is asked to.
+    let changes =
+        Changes { stop_criteria: until, layers, samples: Some(192), ..Changes::default() };
+    let job = job(&workspace, changes);
+    let (whole, all) = render(&job, &workspace.path("none"), u64::MAX);
+    // Stops before, during and after the pilot samples. The rest is rendered without a further stop, so that
+    // nothing hides what a checkpoint forgets. A busy machine may stop later than requested.
     let stops = [4, 12, 17, 20, 24, 32, 48, 64, 96, 128, 160];
     let (mut before, mut behind) = (0, 0);
     for stop in stops.into_iter().cycle().take(10 * stops.len()) {
         if stop == stops[0] && before > 0 && behind > 3 {
             return;
         }
-        let path = studio.path("checkpoint");
+        let path = workspace.path("checkpoint");
         let _ = std::fs::remove_file(&path);
         let (exposed, _) = render(&job, &path, stop * 64 * 48);
-        if exposed.partial.is_none() {
+        if exposed.partial_mean_spp.is_none() {
             continue;
         }
         let pilots = holds_pilots(&path, job.frame.tiles().len());
         *(if pilots { &mut behind } else { &mut before }) += 1;
         let (exposed, taken) = render(&job, &path, u64::MAX);
         assert_eq!(taken, all, "stop {stop}, pilots: {pilots}");
-        assert_eq!(exposed.reached, whole.reached, "stop {stop}, pilots: {pilots}");
+        assert_eq!(exposed.convergence, whole.convergence, "stop {stop}, pilots: {pilots}");
         assert!(bits(&job, &exposed) == bits(&job, &whole), "stop {stop}, pilots: {pilots}");
     }
     panic!("stopped {before} times before pilots and {behind} times behind");
 }
 
 #[test]
-fn the_time_that_a_render_has_had_counts_when_it_goes_on() {
-    let studio = Studio::new();
+fn the_time_before_a_stop_counts_after_resuming() {
+    let workspace = Workspace::new();
     let time = Duration::from_secs(30);
-    let until = Until { noise: None, time: Some(time) };
-    let job = job(&studio, Changes { until, ..Changes::default() });
-    let path = studio.path("checkpoint");
+    let until = StopCriteria { noise: None, time: Some(time) };
+    let job = job(&workspace, Changes { stop_criteria: until, ..Changes::default() });
+    let path = workspace.path("checkpoint");
     render(&job, &path, 1);
-    // It says that an hour has gone: all that is left to do is the round that it was in.
+    // The checkpoint now claims an hour of rendering, so only the current round remains.
     forge(&path, |_, body| {
         body[..8].copy_from_slice(&(3600 * 1_000_000_000u64).to_le_bytes());
     });
-    let begun = Instant::now();
     let (exposed, _) = render(&job, &path, u64::MAX);
-    assert!(exposed.partial.is_none() && exposed.reached.is_some());
-    assert!(begun.elapsed() < time / 2, "it took {:?} more", begun.elapsed());
+    let reached = exposed.convergence.expect("a convergence");
+    assert!(exposed.partial_mean_spp.is_none());
+    // A round takes 4 samples per pixel, half a minute takes hundreds.
+    assert!(reached.max_spp < 32, "{reached:?}");
 }
 
 #[test]
 fn a_part_that_cannot_be_written_leaves_a_checkpoint() {
-    let (studio, folder) = (Studio::new(), support::folder());
+    let (workspace, folder) = (Workspace::new(), support::folder());
     let path = folder.path().join("checkpoint");
-    let job = job(&studio, Changes { samples: Some(4), ..Changes::default() });
-    let keeper = Keeper { part: Some(folder.path().join("no/part")), ..keeper(&path) };
-    let (exposed, taken) = try_render(&job, &keeper, u64::MAX);
+    let job = job(&workspace, Changes { samples: Some(4), ..Changes::default() });
+    let checkpointer =
+        Checkpointer { part_path: Some(folder.path().join("no/part")), ..checkpointer(&path) };
+    let (exposed, taken) = try_render(&job, &checkpointer, u64::MAX);
     assert!(exposed.expect_err("no part").to_string().contains("cannot write"));
-    assert_eq!(Saved::open(&path).expect("a checkpoint").head.taken, taken);
+    assert_eq!(SavedRender::open(&path).expect("a checkpoint").head.film_samples, taken);
     let part = Some(folder.path().join("part"));
-    let (_, again) = try_render(&job, &Keeper { part, ..keeper }, u64::MAX);
+    let (_, again) = try_render(&job, &Checkpointer { part_path: part, ..checkpointer }, u64::MAX);
     assert_eq!(again, taken, "all samples were there");
-    assert!(Saved::open(&folder.path().join("part")).expect("a part").head.complete);
+    assert!(SavedRender::open(&folder.path().join("part")).expect("a part").head.complete);
 }
 
 #[test]
-fn counts_that_no_render_has_are_refused_at_once() {
-    let studio = Studio::new();
-    let until = Until { noise: Some(0.001), time: None };
-    let job = job(&studio, Changes { until, ..Changes::default() });
+fn impossible_sample_counts_are_refused() {
+    let workspace = Workspace::new();
+    let until = StopCriteria { noise: Some(0.001), time: None };
+    let job = job(&workspace, Changes { stop_criteria: until, ..Changes::default() });
     let folder = support::folder();
     let path = folder.path().join("checkpoint");
     render(&job, &path, 1);
     let honest = std::fs::read(&path).expect("a checkpoint");
     let tiles = job.frame.tiles().len();
-    // A time, then what the tiles of four pairs have taken, then what they want.
+    // A time, then the samples that the tiles have taken, then those that they want.
     for (taken, wanted) in [(0, 1 << 28), (1 << 28, 1 << 28), (1 << 28, 1 << 29), (16, 4)] {
         forge(&path, |_, body| {
             for (first, count) in [(0, taken), (4 * tiles, wanted)] {
@@ -233,12 +250,12 @@ fn counts_that_no_render_has_are_refused_at_once() {
                 body[at..at + 4].copy_from_slice(&u32::to_le_bytes(count));
             }
         });
-        let (exposed, samples) = try_render(&job, &keeper(&path), 1 << 20);
+        let (exposed, samples) = try_render(&job, &checkpointer(&path), 1 << 20);
         let error = exposed.expect_err("such counts").to_string();
         assert!(error.contains("damaged"), "{error}");
         assert_eq!(
             samples,
-            Saved::open(&path).expect("a checkpoint").head.taken,
+            SavedRender::open(&path).expect("a checkpoint").head.film_samples,
             "{taken} {wanted}"
         );
         std::fs::write(&path, &honest).expect("a checkpoint");

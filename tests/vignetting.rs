@@ -1,21 +1,21 @@
-//! The ledger of vignetting against brute force, in the library, the table and the picture.
+//! Losses of light by surface against brute force, in the library, the table and the picture.
 
 mod support;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use petzval::lens::{Ledger, Of, Prescription, Vignetting, read};
+use petzval::lens::{LightBudget, Normalization, Prescription, Rows, Vignetting, read};
 use support::{LENSES, folder, lens, oracle, root, row};
 
-/// Rays of a ledger whose shares are wanted to about 0.1 %.
+/// Number of rays that gives shares to about 0.1 %.
 const RAYS: u32 = 1 << 16;
 
-fn shares(ledger: &Ledger) -> f64 {
-    ledger.pass + ledger.rows.iter().map(|row| row.share()).sum::<f64>()
+fn shares(budget: &LightBudget) -> f64 {
+    budget.pass + budget.rows.iter().map(|row| row.share()).sum::<f64>()
 }
 
-/// Every lens of the repository, with a film distance and half a film diagonal, mm.
+/// Returns every lens of the repository with its film distance and half the film diagonal, mm.
 fn all() -> Vec<(Prescription, f64, f64)> {
     let mut all: Vec<_> = LENSES.iter().map(|(name, film)| (lens(name), *film, 21.635)).collect();
     for (name, film, half) in
@@ -27,10 +27,10 @@ fn all() -> Vec<(Prescription, f64, f64)> {
     all
 }
 
-/// What the oracle makes of the light of a film point: the irradiance, the share that passes of
-/// what enters the rear element, and the share that ends at each row. Over a grid in the plane of
-/// the rear vertex.
-fn brute(lens: &Prescription, film: f64, r: f64) -> (f64, f64, Vec<f64>) {
+/// Traces a grid in the plane of the rear vertex from a film point by the oracle. Returns the
+/// irradiance, the share of the light into the rear element that passes, and the share that each row
+/// blocks.
+fn light_by_grid(lens: &Prescription, film: f64, r: f64) -> (f64, f64, Vec<f64>) {
     let (grid, reach) = (1600, lens.rear().diameter);
     let cell = 2.0 * reach / f64::from(grid);
     let (mut passed, mut lost) = (0.0, vec![0.0; lens.rows.len()]);
@@ -41,13 +41,13 @@ fn brute(lens: &Prescription, film: f64, r: f64) -> (f64, f64, Vec<f64>) {
             let d = [u - r, v, film];
             let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             let light = 2.0 * film * film / (d2 * d2);
-            match oracle::trace(lens, film, [r, 0.0, 0.0], d) {
+            match oracle::trace_spheres(lens, film, [r, 0.0, 0.0], d) {
                 Ok(_) => passed += light,
                 Err(row) => lost[row] += light,
             }
         }
     }
-    // What does not hit the rear element inside its rim never enters.
+    // Rays outside the rim of the rear element do not count.
     lost.pop();
     let all = passed + lost.iter().sum::<f64>();
     (passed * cell * cell, passed / all, lost.into_iter().map(|row| row / all).collect())
@@ -59,13 +59,17 @@ fn shares_add_up_to_one_in_every_zone() {
         let vignetting = Vignetting::new(&lens, film, 1 << 13);
         for zone in 0..=10 {
             let height = half * f64::from(zone) / 10.0;
-            for of in [Of::Stop, Of::Rear] {
+            for of in [Normalization::Stop, Normalization::Rear] {
                 for point in [[height, 0.0], [height * 0.6, height * -0.8]] {
-                    let Some(ledger) = vignetting.ledger(point, of) else { continue };
-                    let sum = shares(&ledger);
+                    let Some(budget) = vignetting.budget(point, of) else { continue };
+                    let sum = shares(&budget);
                     assert!((sum - 1.0).abs() < 1e-6, "{} at {point:?}: {sum}", lens.name);
-                    let stop = ledger.rows[lens.stop()].share();
-                    assert!(of == Of::Rear || stop == 0.0, "{}: {stop} at the stop", lens.name);
+                    let stop = budget.rows[lens.stop()].share();
+                    assert!(
+                        of == Normalization::Rear || stop == 0.0,
+                        "{}: {stop} at the stop",
+                        lens.name
+                    );
                 }
             }
         }
@@ -77,21 +81,21 @@ fn light_and_losses_agree_with_brute_force() {
     for (name, film) in [LENSES[0], LENSES[3]] {
         let lens = lens(name);
         let vignetting = Vignetting::new(&lens, film, RAYS);
-        let irradiance = |r: f64, of| vignetting.ledger([r, 0.0], of).unwrap().irradiance;
-        let centre = brute(&lens, film, 0.0).0;
+        let irradiance = |r: f64, of| vignetting.budget([r, 0.0], of).unwrap().irradiance;
+        let centre = light_by_grid(&lens, film, 0.0).0;
         for r in [6.0, 13.0, 20.0] {
-            let (truth, passes, lost) = brute(&lens, film, r);
-            for of in [Of::Stop, Of::Rear] {
+            let (truth, passes, lost) = light_by_grid(&lens, film, r);
+            for of in [Normalization::Stop, Normalization::Rear] {
                 let relative = irradiance(r, of) / irradiance(0.0, of);
                 println!("{name} at {r}, {of:?}: {relative:.5} against {:.5}", truth / centre);
-                // Of the illumination of the middle.
+                // Relative to the illumination on the axis.
                 assert!((relative - truth / centre).abs() < 0.002, "{name} at {r}");
                 assert!((relative / (truth / centre) - 1.0).abs() < 0.005, "{name} at {r}");
             }
-            let ledger = vignetting.ledger([r, 0.0], Of::Rear).unwrap();
-            assert!((ledger.pass - passes).abs() < 0.002, "{name} at {r}");
+            let budget = vignetting.budget([r, 0.0], Normalization::Rear).unwrap();
+            assert!((budget.pass - passes).abs() < 0.002, "{name} at {r}");
             for (row, truth) in lost.iter().enumerate() {
-                let ours = ledger.rows[row].share();
+                let ours = budget.rows[row].share();
                 assert!((ours - truth).abs() < 0.002, "{name} at {r}, row {row}: {ours}, {truth}");
             }
         }
@@ -99,13 +103,13 @@ fn light_and_losses_agree_with_brute_force() {
 }
 
 #[test]
-fn mechanical_losses_agree_with_brute_force() {
+fn losses_at_rims_agree_with_brute_force() {
     let (name, film) = LENSES[0];
     let lens = lens(name);
     let stop = lens.stop();
-    // The oracle's own twin: the rows up to the stop, rims open.
+    // The oracle traces the stop and the rows behind it, with open rims.
     let mut open = lens.clone();
-    open.rows.drain(..stop);
+    open.rows = Rows::new(lens.rows[stop..].to_vec()).expect("one stop");
     for row in &mut open.rows[1..] {
         row.diameter = (2.0 * row.radius.abs()).min(80.0);
     }
@@ -116,93 +120,96 @@ fn mechanical_losses_agree_with_brute_force() {
             for i in 0..grid {
                 let place = |i: i32| reach * (2.0 * (f64::from(i) + 0.5) / f64::from(grid) - 1.0);
                 let d = [place(i) - r, place(j), film];
-                if oracle::trace(&open, film, [r, 0.0, 0.0], d).is_err() {
+                if oracle::trace_spheres(&open, film, [r, 0.0, 0.0], d).is_err() {
                     continue;
                 }
                 let d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
                 let light = 1.0 / (d2 * d2);
                 all += light;
-                match oracle::trace(&lens, film, [r, 0.0, 0.0], d) {
+                match oracle::trace_spheres(&lens, film, [r, 0.0, 0.0], d) {
                     Ok(_) => passed += light,
                     Err(row) => lost[row] += light,
                 }
             }
         }
-        let ledger = Vignetting::new(&lens, film, RAYS).ledger([r, 0.0], Of::Stop).unwrap();
-        println!("{name} at {r}: passes {} against {}", ledger.pass, passed / all);
-        assert!((ledger.pass - passed / all).abs() < 0.002, "{name} at {r}");
+        let budget =
+            Vignetting::new(&lens, film, RAYS).budget([r, 0.0], Normalization::Stop).unwrap();
+        println!("{name} at {r}: passes {} against {}", budget.pass, passed / all);
+        assert!((budget.pass - passed / all).abs() < 0.002, "{name} at {r}");
         for (row, lost) in lost.iter().enumerate() {
-            let (ours, truth) = (ledger.rows[row].share(), lost / all);
+            let (ours, truth) = (budget.rows[row].share(), lost / all);
             assert!((ours - truth).abs() < 0.002, "{name} at {r}, row {row}: {ours}, {truth}");
         }
     }
 }
 
 #[test]
-fn a_narrowed_front_rim_is_the_culprit() {
+fn a_narrow_front_rim_takes_all_the_lost_light() {
     let (name, film) = LENSES[2];
     let mut narrow = lens(name);
-    let ledger =
-        |lens: &Prescription| Vignetting::new(lens, film, RAYS).ledger([5.0, 0.0], Of::Stop);
-    assert_eq!(ledger(&narrow).unwrap().pass, 1.0);
+    let budget = |lens: &Prescription| {
+        Vignetting::new(lens, film, RAYS).budget([5.0, 0.0], Normalization::Stop)
+    };
+    assert_eq!(budget(&narrow).unwrap().pass, 1.0);
     narrow.rows[0].diameter = 33.0;
-    let ledger = ledger(&narrow).unwrap();
+    let budget = budget(&narrow).unwrap();
     // The entrance pupil is 46 mm wide.
-    assert!(ledger.rows[0].rim > 0.4, "{ledger:?}");
-    assert!((ledger.pass + ledger.rows[0].rim - 1.0).abs() < 1e-9, "{ledger:?}");
+    assert!(budget.rows[0].rim > 0.4, "{budget:?}");
+    assert!((budget.pass + budget.rows[0].rim - 1.0).abs() < 1e-9, "{budget:?}");
 }
 
 #[test]
-fn total_reflection_is_told_from_rims() {
-    // A stop, and before it half a ball: rays further from the axis than 2/3 of its radius are
-    // reflected inside, and its rim lies beyond them all.
+fn total_internal_reflection_is_counted_apart_from_rims() {
+    // A hemisphere in front of the stop: it totally reflects rays farther from the axis than 2/3 of
+    // its radius, and its rim lies beyond them all.
     let rows = vec![
         support::row(6.0, 6.0, 1.5, 11.9),
         support::row(f64::INFINITY, 0.1, 1.0, 11.9),
         support::row(0.0, 0.0, 1.0, 10.0),
     ];
-    let mut ball = Prescription { name: "half a ball".to_owned(), rows, ..Default::default() };
-    let ledger = |lens: &Prescription| {
-        Vignetting::new(lens, 5000.0, RAYS).ledger([0.0, 0.0], Of::Stop).unwrap()
+    let mut ball = Prescription::new("half a ball", rows).expect("one stop");
+    let budget = |lens: &Prescription| {
+        Vignetting::new(lens, 5000.0, RAYS).budget([0.0, 0.0], Normalization::Stop).unwrap()
     };
-    let reflected = ledger(&ball);
+    let reflected = budget(&ball);
     assert_eq!(reflected.rows[0].rim, 0.0, "{reflected:?}");
-    assert!((reflected.rows[0].bent - (1.0 - 16.0 / 25.0)).abs() < 0.005, "{reflected:?}");
-    // A narrower rim takes what came through; the rest would be reflected anyway.
+    assert!((reflected.rows[0].refraction - (1.0 - 16.0 / 25.0)).abs() < 0.005, "{reflected:?}");
+    // A narrower rim blocks light that passed; the rest is totally reflected anyway.
     ball.rows[0].diameter = 6.0;
-    let rim = ledger(&ball);
+    let rim = budget(&ball);
     assert!((rim.rows[0].rim - (16.0 - 9.0) / 25.0).abs() < 0.005, "{rim:?}");
     assert!((rim.pass - 9.0 / 25.0).abs() < 0.005, "{rim:?}");
 }
 
 #[test]
-fn a_shaped_stop_takes_light_but_is_no_vignetting() {
+fn a_shaped_stop_takes_light_without_vignetting() {
     let (name, film) = LENSES[2];
     let mut lens = lens(name);
-    // Narrow, so that aberrations of the pupil do not matter.
+    // A small stop, so that aberrations of the pupil do not matter.
     lens.stop_down(4.0);
     let stop = lens.stop();
-    let round = Vignetting::new(&lens, film, RAYS).ledger([5.0, 0.0], Of::Stop).unwrap();
+    let round = Vignetting::new(&lens, film, RAYS).budget([5.0, 0.0], Normalization::Stop).unwrap();
     lens.rows[stop].iris = petzval::lens::Iris::Blades { count: 6, rotation: 10.0, curvature: 0.0 };
-    let hexagon = Vignetting::new(&lens, film, RAYS).ledger([5.0, 0.0], Of::Stop).unwrap();
+    let hexagon =
+        Vignetting::new(&lens, film, RAYS).budget([5.0, 0.0], Normalization::Stop).unwrap();
     assert_eq!(hexagon.pass, 1.0);
-    // A hexagon in a circle.
+    // Area of a hexagon in a circle.
     let ratio = hexagon.irradiance / round.irradiance;
     assert!((ratio - 1.5 * 3f64.sqrt() / std::f64::consts::PI).abs() < 0.002, "{ratio}");
 }
 
 #[test]
-fn the_light_ends_where_brute_force_says_and_the_chief_ray_obeys_first_order_optics() {
+fn the_image_circle_and_the_field_angle_agree_with_brute_force_and_first_order_optics() {
     let vignetting = Vignetting::new(&lens("fisheye.10mm"), 23.192, RAYS);
-    let end = vignetting.end(21.635).unwrap();
-    let lit = |r: f64| brute(&lens("fisheye.10mm"), 23.192, r).0 > 0.0;
+    let end = vignetting.light_radius(21.635).unwrap();
+    let lit = |r: f64| light_by_grid(&lens("fisheye.10mm"), 23.192, r).0 > 0.0;
     assert!(lit(end - 0.05) && !lit(end + 0.05), "{end}");
-    assert_eq!(Vignetting::new(&lens("telephoto.250mm"), 123.7, RAYS).end(21.0), None);
+    assert_eq!(Vignetting::new(&lens("telephoto.250mm"), 123.7, RAYS).light_radius(21.0), None);
 
     let lens = lens("telephoto.250mm");
-    let paraxial = petzval::lens::Paraxial::of(&lens);
+    let paraxial = petzval::lens::Paraxial::new(&lens);
     let vignetting = Vignetting::new(&lens, paraxial.back_focal_distance, RAYS);
-    // Focused at infinity, height is focal length times the tangent.
+    // With focus at infinity the image height is the focal length times the tangent.
     let angle = vignetting.field_angle(0.5).unwrap().to_radians();
     assert!((angle.tan() * paraxial.focal_length / 0.5 - 1.0).abs() < 1e-3, "{angle}");
 }
@@ -214,10 +221,10 @@ fn petzval(arguments: &[&str]) -> Output {
 
 fn refuses(arguments: &[&str], expected: &str) {
     let output = petzval(arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-    assert!(said.contains(expected), "{arguments:?}\n  said     {said}\n  expected {expected}");
-    assert!(output.stdout.is_empty() && !said.contains("panicked"), "{arguments:?}: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+    assert!(stderr.contains(expected), "{arguments:?}\n  found    {stderr}\n  expected {expected}");
+    assert!(output.stdout.is_empty() && !stderr.contains("panicked"), "{arguments:?}: {stderr}");
 }
 
 fn table(arguments: &[&str]) -> String {
@@ -242,7 +249,7 @@ fn the_table_has_a_line_for_each_zone_and_fits_a_terminal() {
         assert_eq!(line.len(), lines[head].len(), "numbers stand under their names: {line}");
         let numbers: Vec<f64> = cells(line).iter().map(|cell| cell.parse().unwrap()).collect();
         assert!((numbers[0] - 2.1635 * i as f64).abs() < 0.006);
-        // Rounded to a tenth of a percent each.
+        // Each number is rounded to a tenth of a percent.
         let sum: f64 = numbers[4..].iter().sum();
         assert!((sum - 100.0).abs() < 0.5, "{line}");
     }
@@ -253,7 +260,7 @@ fn the_table_has_a_line_for_each_zone_and_fits_a_terminal() {
     }
     assert!(table(&["lenses/fisheye.10mm.dat"]).contains("the light ends here"));
     assert!(table(&["lenses/anamorphic.toml"]).contains("along its x axis"));
-    // Stopped down, nothing else is in the way.
+    // At a small stop no other surface blocks light.
     let closed = table(&["lenses/triplet.toml", "--stop", "1", "--film-diagonal", "20"]);
     assert!(closed.contains("film of 20 mm diagonal") && !closed.contains("other\n"), "{closed}");
 }
@@ -273,7 +280,7 @@ fn layers_read_back_and_add_up_to_one() {
     let whole = channels(&render("whole.exr", &[]));
     let names: Vec<&str> = whole.iter().map(|(name, _)| name.as_str()).collect();
     assert!(names.contains(&"vignetting.pass") && names.contains(&"vignetting.surface11"));
-    assert!(!names.contains(&"vignetting.surface06"), "the stop takes nothing: {names:?}");
+    assert!(!names.contains(&"vignetting.surface06"), "the stop has a channel: {names:?}");
     sums(&whole);
     let middle = whole.iter().find(|(name, _)| name == "vignetting.pass").unwrap().1[15 * 40 + 20];
     assert!((middle - 0.98).abs() < 0.02, "{middle}");
@@ -284,10 +291,10 @@ fn layers_read_back_and_add_up_to_one() {
         let cut = (6..21).flat_map(|y| (4..20).map(move |x| whole[y * 40 + x]));
         assert!(!name.starts_with("vig") || cut.eq(part.iter().copied()), "{name}");
     }
-    // A lens that is not round takes the other way.
+    // A lens that is not round uses another code path.
     sums(&channels(&render("wide.exr", &["--lens", "lenses/anamorphic.toml"])));
-    // The colours are where they were.
-    assert!(petzval::image::Picture::read(&folder.path().join("whole.exr"), false).is_ok());
+    // Readers of plain pictures still find the colours.
+    assert!(petzval::io::image::Picture::read(&folder.path().join("whole.exr")).is_ok());
 }
 
 fn sums(channels: &[(String, Vec<f32>)]) {
@@ -309,7 +316,7 @@ fn channels(path: &Path) -> Vec<(String, Vec<f32>)> {
 }
 
 #[test]
-fn mistakes_are_answered_with_exit_code_2() {
+fn wrong_arguments_end_with_exit_code_2() {
     let folder = folder();
     let png = folder.path().join("a.png");
     let out = folder.path().join("a.exr");
@@ -335,17 +342,19 @@ fn mistakes_are_answered_with_exit_code_2() {
 }
 
 #[test]
-fn the_field_angle_is_told_where_rays_at_the_edge_of_the_pupil_die() {
-    // A ball with a stop in its middle, as wide as light gets there: light through the middle goes
-    // straight on.
-    let ball = |stop: f64| Prescription {
-        rows: vec![row(6.0, 6.0, 1.5, 11.9), row(0.0, 6.0, 1.5, stop), row(-6.0, 0.0, 1.0, 11.9)],
-        ..Prescription::default()
+fn the_field_angle_is_known_where_marginal_rays_are_blocked() {
+    // A ball with a stop in its middle, as wide as the light there. Rays through the centre are not
+    // refracted.
+    let ball = |stop: f64| {
+        let rows =
+            vec![row(6.0, 6.0, 1.5, 11.9), row(0.0, 6.0, 1.5, stop), row(-6.0, 0.0, 1.0, 11.9)];
+        Prescription::new("ball", rows).expect("one stop")
     };
     for stop in [2.0, 6.0, 9.0, 11.5] {
         let vignetting = Vignetting::new(&ball(stop), 3.0, 1 << 12);
         for x in [0.0, 0.3, 1.0, 2.0, 3.0] {
-            let light = vignetting.ledger([x, 0.0], Of::Stop).map_or(0.0, |ledger| ledger.pass);
+            let light =
+                vignetting.budget([x, 0.0], Normalization::Stop).map_or(0.0, |budget| budget.pass);
             assert!(light > 0.2, "stop {stop}, height {x}: {light} passes");
             let expected = (x / 9.0).atan().to_degrees();
             let angle = vignetting.field_angle(x).expect("light passes the middle of the stop");

@@ -1,59 +1,59 @@
-//! How wrong a model is, apart from how noisy its pictures are.
+//! Estimate of a model's error, separate from the noise of its pictures.
 //!
-//! A picture differs from another by the error of its model and by the noise of both. The mean of
-//! the squared difference adds them up; here they are told apart. Both models render four quarters
-//! of their samples with seeds of their own: quarter i of the one has the seed of quarter i of the
-//! other, and no other. So the differences D1 .. D4 of the quarters are independent of each other,
-//! and of a pixel each is the model's error b and a noise of mean 0:
+//! Two pictures differ by the error of the model and by the noise of both, and the mean squared
+//! difference adds them up. Both models therefore render four quarters of their samples: quarter i
+//! has the same seed in both, and no other quarter has that seed. So the differences D1 .. D4 of
+//! the quarters are independent of each other. In each pixel, a difference is the model's error b
+//! plus noise of mean 0:
 //!
-//! - The mean of Di Dj over the six pairs of different quarters is b^2 without bias: what noise adds
-//!   to it has mean 0.
-//! - (Di - Dj)(Dk - Dl) / 4 is noise alone, whatever b is, and varies as much as 3/2 of the former
-//!   does where b is 0. So a test whether b is 0 needs no guess about how noise is distributed, but
-//!   that the sum of many blocks of pixels is nearly normal.
+//! - The mean of Di Dj over the six pairs of different quarters is an unbiased estimate of b^2, as
+//!   the noise adds a term of mean 0.
+//! - (Di - Dj)(Dk - Dl) / 4 is noise alone, whatever b is. If b is 0, its variance is 3/2 of that
+//!   of the estimate. So a test of b = 0 needs no model of the noise, only that the sum over many
+//!   blocks of pixels is nearly normal.
 //!
-//! The same seeds on both sides are no harm, as the noise of Di and Dj is independent however much
-//! that within Di is correlated; and they are of use, as most of it cancels there. A plain mean of
-//! squares would be made too small by them: errors as metrics have them are taken against a
-//! reference of other seeds.
+//! Equal seeds on both sides do no harm, since the noise of Di and Dj is independent however much
+//! the noise within Di is correlated. They help, since most noise cancels within Di. They would
+//! make a plain mean of squares too small, so metrics compare with a reference of other seeds.
 
-use crate::image::Picture;
+use crate::io::image::Picture;
 
-/// From how many standard errors on an error is called one. Noise alone comes so far in fewer than
-/// one of a thousand comparisons.
+/// Standard errors from which on an estimate counts as an error. Noise alone exceeds them in fewer
+/// than one of a thousand comparisons.
 const CERTAIN: f64 = 4.0;
 
-/// Blocks of pixels that noise is told by, at least, where the picture has so many pixels.
-const BLOCKS: f64 = 144.0;
+/// Least number of pixel blocks that estimate the noise, if the picture has that many pixels.
+const MIN_BLOCKS: f64 = 144.0;
 
-/// The widest block, pixels.
-const WIDEST: usize = 16;
+/// Largest side of a block (pixels).
+const MAX_SIDE: usize = 16;
 
-/// What a model does wrong.
+/// Error of a model, apart from noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bias {
-    /// Mean over pixels and channels of the squared error times its weight: an estimate without
-    /// bias, and so below 0 half the time where there is no error.
+    /// Mean over pixels and channels of the weighted squared error. The estimate is unbiased, so it
+    /// is below 0 half the time if there is no error.
     pub square: f64,
-    /// The standard error of that.
+    /// Standard error of `square`.
     pub error: f64,
-    /// Its distance from 0 in standard errors of what noise alone would do.
+    /// Distance of `square` from 0 in standard errors of noise alone.
     pub deviations: f64,
 }
 
 impl Bias {
-    /// Whether there is an error: noise alone is taken for one in fewer than one of a thousand
+    /// Returns whether the error is real. Noise alone passes in fewer than one of a thousand
     /// comparisons.
     pub fn certain(&self) -> bool {
         self.deviations >= CERTAIN
     }
 
-    /// Root of the mean squared error, as far as it is known; 0 where noise explains it.
+    /// Returns the root mean squared error, or 0 if noise explains it.
     pub fn size(&self) -> f64 {
         if self.certain() { self.square.max(0.0).sqrt() } else { 0.0 }
     }
 
-    /// What the root of the mean squared error is below, two standard errors on the safe side.
+    /// Returns an upper bound of the root mean squared error, two standard errors above the
+    /// estimate.
     pub fn at_most(&self) -> f64 {
         (self.square.max(0.0) + 2.0 * self.error).sqrt()
     }
@@ -62,26 +62,27 @@ impl Bias {
 /// The six pairs of quarters.
 const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// The three ways to make two pairs of four quarters.
-const HALVES: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
+/// The three ways to split four quarters into two pairs.
+const SPLITS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
-/// The error of a model against another, by four quarters of each, same seeds facing each other.
-/// Squared errors count by a weight for each pixel and channel that depends on neither.
+/// Estimates the error of a model against another from four quarters of each, with equal seeds in
+/// equal places. `weight` scales the squared errors per pixel and channel; it must not depend on
+/// either model's noise.
 ///
 /// # Panics
-/// Where the sizes differ.
+/// If the sizes differ.
 pub fn bias(model: [&Picture; 4], other: [&Picture; 4], weight: &[[f32; 3]]) -> Bias {
     let [width, height] = model[0].size;
     assert!(model.iter().chain(&other).all(|picture| picture.size == [width, height]));
-    let side = ((width * height) as f64 / BLOCKS).sqrt() as usize;
-    let side = side.clamp(1, WIDEST);
+    let side = ((width * height) as f64 / MIN_BLOCKS).sqrt() as usize;
+    let side = side.clamp(1, MAX_SIDE);
     let across = width.div_ceil(side);
     let mut blocks = vec![Block::default(); across * height.div_ceil(side)];
     for i in 0..width * height {
         let block = &mut blocks[i / width / side * across + i % width / side];
         for c in 0..3 {
-            let off = |q: usize| f64::from(model[q].pixels[i][c] - other[q].pixels[i][c]);
-            block.add([0, 1, 2, 3].map(off), f64::from(weight[i][c]));
+            let difference = |q: usize| f64::from(model[q].pixels[i][c] - other[q].pixels[i][c]);
+            block.add([0, 1, 2, 3].map(difference), f64::from(weight[i][c]));
         }
     }
     let count = (3 * width * height).max(1) as f64;
@@ -91,8 +92,8 @@ pub fn bias(model: [&Picture; 4], other: [&Picture; 4], weight: &[[f32; 3]]) -> 
         sums.map(|sums| sums.iter().map(|v| v * v).sum::<f64>() / sums.len() as f64).sum::<f64>()
     };
     let [contrast, mixed] = [squares(|block| &block.noise), squares(|block| &block.mixed)];
-    // With s the variance of one D: a contrast varies as s^2 / 4; the mean of six products as
-    // s^2 / 6, and by the error as b^2 s; what is mixed as b^2 s + s^2 / 2.
+    // With s the variance of one D: the variance of a contrast is s^2 / 4, that of the mean of six
+    // products s^2 / 6 + b^2 s, and that of a mixed term b^2 s + s^2 / 2.
     let noise = (contrast * 2.0 / 3.0).sqrt() / count;
     let error = (mixed - 2.0 * contrast).max(0.0) / count.powi(2) + noise * noise;
     let error = error.sqrt();
@@ -107,28 +108,28 @@ fn sign(value: f64) -> f64 {
 /// Sums over the pixels of a block.
 #[derive(Clone, Copy, Default)]
 struct Block {
-    /// Of what estimates the squared error.
+    /// Estimates of the squared error.
     square: f64,
-    /// Of what is noise alone.
+    /// Products that are noise alone.
     noise: [f64; 3],
-    /// Of the error times noise.
+    /// Products of the error and noise.
     mixed: [f64; 6],
 }
 
 impl Block {
-    fn add(&mut self, off: [f64; 4], weight: f64) {
-        let pairs: f64 = PAIRS.iter().map(|&[i, j]| off[i] * off[j]).sum();
+    fn add(&mut self, difference: [f64; 4], weight: f64) {
+        let pairs: f64 = PAIRS.iter().map(|&[i, j]| difference[i] * difference[j]).sum();
         self.square += weight * pairs / 6.0;
-        for (k, [i, j, l, m]) in HALVES.into_iter().enumerate() {
-            let [one, other] = [off[i] - off[j], off[l] - off[m]];
+        for (k, [i, j, l, m]) in SPLITS.into_iter().enumerate() {
+            let [one, other] = [difference[i] - difference[j], difference[l] - difference[m]];
             self.noise[k] += weight * one * other / 4.0;
-            self.mixed[2 * k] += weight * (off[i] + off[j]) * other * MIXED;
-            self.mixed[2 * k + 1] += weight * (off[l] + off[m]) * one * MIXED;
+            self.mixed[2 * k] += weight * (difference[i] + difference[j]) * other * MIXED;
+            self.mixed[2 * k + 1] += weight * (difference[l] + difference[m]) * one * MIXED;
         }
     }
 }
 
-/// For the mean of two quarters, and a difference of two as wide as one.
+/// Scale of the mean of two quarters times a difference of two, normalised to the variance of one.
 const MIXED: f64 = std::f64::consts::FRAC_1_SQRT_2 / 2.0;
 
 #[cfg(test)]
@@ -138,7 +139,7 @@ mod tests {
 
     const SIZE: [usize; 2] = [40, 30];
 
-    /// Light with noise as renders have it: mostly a little too dark, sometimes far too bright;
+    /// A picture with noise as renders have it: mostly a little too dark, sometimes far too bright.
     /// `seed` chooses the noise, `gain` multiplies the light.
     fn quarter(seed: u32, gain: f64) -> Picture {
         let mut state = hash(seed.wrapping_mul(0x9e37_79b9) ^ 0x51ed);
@@ -162,7 +163,7 @@ mod tests {
 
     #[test]
     fn noise_is_not_taken_for_an_error() {
-        // Each side with seeds of its own: the models are the same up to the seed.
+        // Each side has seeds of its own; the models are otherwise the same.
         let runs = 4000;
         let (mut sum, mut squares, mut above) = (0.0, 0.0, [0; 3]);
         for run in 0..runs {
@@ -183,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_model_that_is_a_hundredth_brighter_is_found_out() {
+    fn a_model_one_percent_brighter_is_detected() {
         let mut sum = 0.0;
         let expected = {
             let light = |i: usize| 0.2 + i as f64 / SIZE[0] as f64;
@@ -198,7 +199,7 @@ mod tests {
         }
         println!("{sum:e}, {expected:e}, {:e}", variance.sqrt());
         assert!((sum / expected - 1.0).abs() < 0.01, "{sum:e} of {expected:e}");
-        // Without the same seeds it takes a larger error, or more samples.
+        // With different seeds, detection takes a larger error or more samples.
         let mut above = 0;
         let (mut mean, mut squares) = (0.0, 0.0);
         for run in 0..200 {
@@ -210,12 +211,12 @@ mod tests {
         println!("{above} of 200; {mean:e} of {:e}; {squares}", 100.0 * expected);
         assert!(above > 190, "{above}");
         assert!((mean / (100.0 * expected) - 1.0).abs() < 0.03);
-        // The standard error is what the estimate varies by: five deviations of 200 squares.
+        // The standard error matches the scatter of the estimate: five deviations of 200 squares.
         assert!((squares - 1.0).abs() < 0.5, "{squares}");
     }
 
     #[test]
-    fn an_error_in_one_corner_is_found_out() {
+    fn an_error_in_one_corner_is_detected() {
         let [mut one, other] = [1, 2].map(|seed| [0, 1, 2, 3].map(|q| quarter(8 * seed + q, 1.0)));
         for quarter in &mut one {
             quarter.pixels[..6].iter_mut().for_each(|pixel| *pixel = pixel.map(|v| v + 2.0));
@@ -225,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_not_different_from_itself() {
+    fn a_picture_does_not_differ_from_itself() {
         let found = compare([3, 3], 1.0);
         assert_eq!(found, Bias::default());
         assert!(!found.certain() && found.at_most() == 0.0);

@@ -1,24 +1,24 @@
-//! What the times were measured on.
+//! The machine on which times were measured.
 
-/// A machine, and the program on it.
+/// A machine and the program version that ran on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Machine {
-    /// Its processor, where the system tells.
+    /// Processor name, or the instruction set where the system does not tell.
     pub cpu: String,
-    /// Threads that it runs at once.
+    /// Number of hardware threads.
     pub threads: usize,
-    /// Its system and instruction set.
+    /// Operating system and instruction set.
     pub system: String,
-    /// The program's version.
+    /// Version of petzval.
     pub version: &'static str,
 }
 
 impl Machine {
-    /// This one.
+    /// Describes this machine.
     pub fn this() -> Self {
-        // Linux tells it here; elsewhere the instruction set has to do.
-        let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let name = told.lines().find_map(|line| line.strip_prefix("model name"));
+        // Only Linux has this file.
+        let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let name = info.lines().find_map(|line| line.strip_prefix("model name"));
         let name = name.map(|line| line.trim_start_matches([' ', '\t', ':']).trim().to_owned());
         Self {
             cpu: name.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),

@@ -1,39 +1,34 @@
-//! What accuracy costs in time: one scene, photographed by a ladder of camera models, each with a
-//! ladder of samples, measured against the richest within a budget of time.
+//! Accuracy against time: one scene, photographed by a ladder of camera models, each with a ladder
+//! of sample counts, measured against the richest model within a time budget.
 //!
-//! # What is measured
+//! # Method
 //!
-//! A picture's error has two parts: noise, which falls as samples rise, and that of the model, which
-//! stays. [`Point::error`] is both, against a [`Reference`] of the richest model with seeds of its
-//! own and most of the time; [`Point::noise`] is the first and [`Point::bias`] the second, told apart
-//! by independent quarters of the samples ([`Bias`]). All rungs take the same seeds, so that
-//! differences between their pictures are mostly those between their models.
+//! The error of a picture has two parts: noise, which falls as samples rise, and the error of the
+//! model, which stays. [`Point::error`] is both, against a [`Reference`] of the richest model that
+//! has seeds of its own and most of the time. [`Point::noise`] is the first part and
+//! [`Point::bias`] the second; four independent quarters of the samples tell them apart ([`Bias`]).
+//! All rungs take the same seeds, so differences between their pictures are mostly those between
+//! their models.
 //!
-//! What is done with the finished picture, diffraction and the sensor, is left out of all rungs.
+//! Diffraction and the sensor work on the finished picture and are left out of all rungs.
 
-mod advice;
 mod bias;
-mod climb;
-mod crops;
 mod frontier;
+mod ladder;
 mod machine;
-mod pace;
-mod page;
-mod plot;
+mod monitor;
 mod point;
-mod quarters;
-mod report;
-mod rung;
-mod table;
-mod watch;
+mod relative_time;
+mod run;
+mod runner;
+mod split_picture;
 
-pub use advice::Verdict;
 pub use bias::{Bias, bias};
-pub use climb::{Budget, Climb, Ended, climb};
 pub use frontier::frontier;
+pub use ladder::{Ladder, Rung};
 pub use machine::Machine;
-pub use pace::Pace;
+pub use monitor::RunMonitor;
 pub use point::{Point, Reference};
-pub use report::{FILES, Report};
-pub use rung::{Ladder, Rung};
-pub use watch::Watch;
+pub use relative_time::RelativeTime;
+pub use run::{Budget, LadderError, LadderRun, RunEnd, run_ladder};
+pub use split_picture::{QUARTERS, SplitPicture};

@@ -1,83 +1,133 @@
-//! What is known of the pixels beside their colours, as layers of the picture.
+//! AOV layers: per-pixel outputs besides colour (arbitrary output variables).
 //!
-//! "AOV" is what renderers call such outputs (arbitrary output variables). A layer costs time only
-//! when it is asked for.
+//! A layer costs time only if it is requested.
 
+mod circle_of_confusion;
+mod feature_film;
 mod features;
 mod vignetting;
 
-pub(crate) use features::FeatureSums;
-pub use features::{FeatureFilm, Features};
+pub use feature_film::FeatureFilm;
+pub(crate) use feature_film::FeatureSums;
+pub use features::TileFeatures;
 pub use vignetting::vignetting;
 
-use crate::film::FilmSums;
-use crate::image::Layer;
-use crate::lens::Model;
-use crate::render::Job;
+use crate::film::{FilmSums, Frame};
+use crate::io::image::ImageLayer;
+use crate::lens::{Camera, LensModel};
+use crate::shutter::Timing;
 
-/// A layer that can be asked for.
+/// A layer that can be requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
-    /// `depth.Z`: how far before the camera's origin, along its axis, the surfaces are that a
-    /// pixel sees, in units of the scene; `depth.coverage`: the share of its light paths that
-    /// meet a surface at all.
+    /// `depth.Z`: the mean depth of the surfaces that a pixel sees, along the axis from the
+    /// camera's origin, in scene units; `depth.coverage`: the share of its light paths that meet a
+    /// surface.
     Depth,
-    /// Where they are, world space.
+    /// Mean position of these surfaces, world space.
     Position,
-    /// Their shading normals, unit before they are averaged, world space.
+    /// Mean of their unit shading normals, world space.
     Normal,
-    /// The share of light that they send back or let through.
+    /// Mean of their albedo: the share of light that they reflect or transmit.
     Albedo,
-    /// `object.shape` and `object.instance`: numbers, in the order of the scene file, of what
-    /// the first path of the pixel meets; -1 for none.
+    /// `object.shape` and `object.instance`: indices, in the order of the scene file, of what the
+    /// first path of the pixel meets; -1 for none.
     Object,
-    /// The number of its material.
+    /// Index of the material that the first path of the pixel meets; -1 for none.
     Material,
-    /// Variance of the pixel's value, by channel: its standard error squared.
+    /// Variance of the pixel's value, by channel: the square of its standard error.
     Variance,
-    /// `samples.taken` and `samples.passed`: how many samples the pixel took, and how many of
-    /// them came through the lens.
+    /// `samples.taken` and `samples.passed`: the number of samples of the pixel, and of those that
+    /// passed the lens.
     Samples,
-    /// Diameter of the circle of confusion of what the pixel sees on the film, um, to first
-    /// order.
+    /// Mean diameter on the film of the circle of confusion of these surfaces, to first order (um).
     Coc,
-    /// Which surface of the lens takes which share of the light.
+    /// The share of the light that each surface of the lens blocks.
     Vignetting,
 }
 
 impl Aov {
-    /// Whether it makes sense with a real lens only.
+    /// All layers.
+    pub const ALL: [Self; 10] = [
+        Self::Depth,
+        Self::Position,
+        Self::Normal,
+        Self::Albedo,
+        Self::Object,
+        Self::Material,
+        Self::Variance,
+        Self::Samples,
+        Self::Coc,
+        Self::Vignetting,
+    ];
+
+    /// Returns the layer's name, as `--aov` takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Position => "position",
+            Self::Normal => "normal",
+            Self::Albedo => "albedo",
+            Self::Object => "object",
+            Self::Material => "material",
+            Self::Variance => "variance",
+            Self::Samples => "samples",
+            Self::Coc => "coc",
+            Self::Vignetting => "vignetting",
+        }
+    }
+
+    /// Returns whether the layer requires a real lens.
     pub fn needs_lens(self) -> bool {
         matches!(self, Self::Coc | Self::Vignetting)
     }
 }
 
-/// How many channels its layers have, at most.
-pub fn channels(job: &Job) -> usize {
-    let channels = |aov: &Aov| match (aov, &job.camera.model) {
-        (Aov::Depth | Aov::Object | Aov::Samples, _) => 2,
-        (Aov::Position | Aov::Normal | Aov::Albedo | Aov::Variance, _) => 3,
-        (Aov::Vignetting, Model::Real(lens)) => lens.prescription.rows.len() + 1,
-        (Aov::Material | Aov::Coc | Aov::Vignetting, _) => 1,
-    };
-    job.layers.iter().map(channels).sum()
+/// Layers of a picture, and the parts of its job that they depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct LayerRequest<'a> {
+    /// The layers to compute.
+    pub layers: &'a [Aov],
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The pixels of the picture.
+    pub frame: &'a Frame,
+    /// The times of the samples, if anything moves.
+    pub timing: Option<&'a Timing>,
 }
 
-/// The layers that a job asked for, after its render.
-pub fn layers(job: &Job, film: &FilmSums, features: Option<&FeatureFilm>) -> Vec<Layer> {
-    let samples = job.samples.end - job.samples.start;
-    let layer = |aov: &Aov| match (aov, &job.camera.model) {
-        (Aov::Vignetting, Model::Real(lens)) => Some(vignetting(lens, job.camera.film, &job.frame)),
+/// Returns the largest possible number of channels of all requested layers.
+pub fn channels(request: &LayerRequest<'_>) -> usize {
+    let channels = |aov: &Aov| match (aov, &request.camera.model) {
+        (Aov::Depth | Aov::Object | Aov::Samples, _) => 2,
+        (Aov::Position | Aov::Normal | Aov::Albedo | Aov::Variance, _) => 3,
+        (Aov::Vignetting, LensModel::Real(lens)) => lens.prescription.rows.len() + 1,
+        (Aov::Material | Aov::Coc | Aov::Vignetting, _) => 1,
+    };
+    request.layers.iter().map(channels).sum()
+}
+
+/// Returns the requested layers of a finished render.
+pub fn layers(
+    request: &LayerRequest<'_>,
+    samples: u32,
+    film: &FilmSums,
+    features: Option<&FeatureFilm>,
+) -> Vec<ImageLayer> {
+    let layer = |aov: &Aov| match (aov, &request.camera.model) {
+        (Aov::Vignetting, LensModel::Real(lens)) => {
+            Some(vignetting(lens, request.camera.film, request.frame))
+        }
         (Aov::Variance, _) => {
             let variance = film.variance(samples)?;
             let channel = |c: usize| variance.iter().map(|v| v[c]).collect();
             let channels = ["R", "G", "B"].into_iter().enumerate();
-            Some(Layer {
+            Some(ImageLayer {
                 name: "variance".to_owned(),
                 channels: channels.map(|(c, name)| (name.to_owned(), channel(c))).collect(),
             })
         }
         (aov, _) => features?.layer(*aov),
     };
-    job.layers.iter().filter_map(layer).collect()
+    request.layers.iter().filter_map(layer).collect()
 }

@@ -1,42 +1,45 @@
-//! The layer that says where in the lens the light of every pixel ends. It is worked out for the
+//! Vignetting layer: where in the lens the light of every pixel ends. It is computed for the
 //! centres of pixels, after the render.
 
 use rayon::prelude::*;
 
 use crate::film::Frame;
-use crate::image::Layer;
-use crate::lens::{Ledger, Of, RealLens};
+use crate::io::image::ImageLayer;
+use crate::lens::{LightBudget, Normalization, RealLens};
 
-/// Radii of the film of a round lens that have a ledger each.
+/// Film radii at which the light budget of a round lens is computed.
 const RADII: usize = 512;
-/// Cells along each side of any other film; their corners have a ledger each.
+/// Cells along each side of the grid for any other lens or film; the budget is computed at their
+/// corners.
 const CELLS: [usize; 2] = [96, 64];
-/// Rays for each radius, and for each corner, of which there are more.
+/// Rays for each radius of a round lens, and for each of the more numerous corners of the grid.
 const RAYS: [u32; 2] = [1 << 14, 1 << 12];
 
-/// Where the light of every pixel goes: of what would pass the stop if no other rim were in its
-/// way, `pass` is the share that leaves the lens and `surfaceNN` what row NN, from 01 at the
-/// scene side, takes of it. They add up to 1. Rows that take nothing from any point of the film
-/// have no channel. Where the stop is not to be seen at all, the rear row takes everything.
+/// Returns the vignetting layer.
+///
+/// The light is what would pass the stop if no other rim were in its way. `pass` is the share that
+/// leaves the lens, and `surfaceNN` the share that row NN, from 01 at the scene side, blocks. They
+/// add up to 1. Rows that block nothing from any point of the film have no channel. If the stop is
+/// not visible at all, the rear row blocks everything.
 ///
 /// `film` is the width and height of the whole film, mm.
-pub fn vignetting(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Layer {
+pub fn vignetting(lens: &RealLens, film: [f64; 2], frame: &Frame) -> ImageLayer {
     let round = lens.is_round();
     let rays = RAYS[usize::from(!round)];
-    let ledgers = lens.vignetting(rays);
-    let shares = |point: [f64; 2]| shares(ledgers.ledger(point, Of::Stop), lens);
+    let analysis = lens.vignetting(rays);
+    let shares = |point: [f64; 2]| shares(analysis.budget(point, Normalization::Stop), lens);
     let field = match round {
         true => {
             let step = film[0].hypot(film[1]) / 2.0 / (RADII - 1) as f64;
             let nodes = (0..RADII).into_par_iter().map(|i| shares([step * i as f64, 0.0]));
-            Field { nodes: nodes.collect(), counts: [RADII, 1] }
+            ShareGrid { nodes: nodes.collect(), counts: [RADII, 1] }
         }
         false => {
             let [columns, rows] = CELLS.map(|cells| cells + 1);
             let place = |axis: usize, i: usize| film[axis] * (i as f64 / CELLS[axis] as f64 - 0.5);
             let nodes = (0..columns * rows).into_par_iter();
             let nodes = nodes.map(|i| shares([place(0, i % columns), place(1, i / columns)]));
-            Field { nodes: nodes.collect(), counts: [columns, rows] }
+            ShareGrid { nodes: nodes.collect(), counts: [columns, rows] }
         }
     };
     let channels = (0..=lens.prescription.rows.len())
@@ -48,17 +51,17 @@ pub fn vignetting(lens: &RealLens, film: [f64; 2], frame: &Frame) -> Layer {
         };
         (name, pixels(lens, film, frame, |place| field.at(channel, place)))
     });
-    Layer { name: "vignetting".to_owned(), channels: values.collect() }
+    ImageLayer { name: "vignetting".to_owned(), channels: values.collect() }
 }
 
-/// The share that passes and what each row takes.
-fn shares(ledger: Option<Ledger>, lens: &RealLens) -> Vec<f32> {
+/// Returns the share that passes, and the shares that the rows block.
+fn shares(budget: Option<LightBudget>, lens: &RealLens) -> Vec<f32> {
     let mut shares = vec![0.0; lens.prescription.rows.len() + 1];
-    match ledger {
+    match budget {
         None => shares[lens.prescription.rows.len()] = 1.0,
-        Some(ledger) => {
-            shares[0] = ledger.pass as f32;
-            for (share, row) in shares[1..].iter_mut().zip(&ledger.rows) {
+        Some(budget) => {
+            shares[0] = budget.pass as f32;
+            for (share, row) in shares[1..].iter_mut().zip(&budget.rows) {
                 *share = row.share() as f32;
             }
         }
@@ -66,8 +69,8 @@ fn shares(ledger: Option<Ledger>, lens: &RealLens) -> Vec<f32> {
     shares
 }
 
-/// The value of every pixel that is rendered, by where among the nodes its centre lies, from 0
-/// to 1 along both sides of their grid.
+/// Evaluates `value` at the centre of every rendered pixel, given its position in the grid of
+/// nodes: 0 to 1 along both sides.
 fn pixels(
     lens: &RealLens,
     film: [f64; 2],
@@ -80,8 +83,8 @@ fn pixels(
         for x in frame.low[0]..frame.high[0] {
             let share =
                 |v: u32, axis: usize| (f64::from(v) + 0.5) / f64::from(frame.resolution[axis]);
-            // The picture on the film is upside down: its right lies at negative x, its lower
-            // edge at positive y.
+            // The image on the film is inverted: the right side of the picture lies at negative x,
+            // its lower edge at positive y.
             let place = [1.0 - share(x, 0), share(y, 1)];
             values.push(value(match round {
                 true => {
@@ -95,14 +98,14 @@ fn pixels(
     values
 }
 
-/// Shares at the nodes of a grid.
-struct Field {
+/// Shares at the nodes of a grid, interpolated bilinearly.
+struct ShareGrid {
     nodes: Vec<Vec<f32>>,
     counts: [usize; 2],
 }
 
-impl Field {
-    /// Between four nodes, in proportion.
+impl ShareGrid {
+    /// Returns the interpolated share of a channel.
     fn at(&self, channel: usize, place: [f64; 2]) -> f32 {
         let cell = |axis: usize| {
             let last = self.counts[axis] - 1;

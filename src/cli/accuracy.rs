@@ -1,79 +1,105 @@
-//! `petzval accuracy`
+//! `petzval accuracy`: measures a ladder of camera models and reports what accuracy costs.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use petzval::accuracy::{Budget, Ended, FILES, Ladder, Machine, Report, Watch, climb};
-use petzval::image::replace;
-use petzval::job::{Changes, JobError};
+use petzval::accuracy::{Budget, Ladder, Machine, RunEnd, RunMonitor, run_ladder};
+use petzval::io::replace_file;
+use petzval::prepare::{Changes, PrepareError};
 use petzval::render::RenderError;
 use petzval::scene::pbrt;
 
-use super::folders::Folders;
+use super::arguments::PictureArguments;
+use super::arguments::argv::{argv, shell_line};
+use super::arguments::values::{crop, time};
 use super::message;
-use super::outputs::check_distinct;
+use super::outputs::{CreatedFolders, check_distinct};
 use super::progress::TimeBar;
-use super::signals::stop_by;
-use super::{AccuracyArguments, Failure, Outcome};
+use super::report::accuracy::{AccuracyReport, FILES};
+use super::signals::on_stop;
+use super::{Failure, Outcome};
 
-/// The most samples where nobody says how many.
-const SAMPLES: u32 = 1 << 20;
+/// Arguments of `petzval accuracy`.
+#[derive(Debug, clap::Args)]
+pub(super) struct AccuracyArguments {
+    /// Folder for the report: index.html, plot.svg, plot.png, accuracy.csv, accuracy.json
+    #[arg(short, long, value_name = "FOLDER", default_value = "report")]
+    output: PathBuf,
+    /// Total time; --spp is then the largest number of samples per pixel. Reading the scene counts,
+    /// but is not cut short
+    #[arg(
+        long,
+        value_name = "60s",
+        value_parser = budget,
+        allow_hyphen_values = true,
+        default_value = "60s"
+    )]
+    budget: Duration,
+    /// Render only a part of the picture; X1 and Y1 are not included
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    crop: Option<[[u32; 2]; 2]>,
+    #[command(flatten)]
+    picture: PictureArguments,
+}
 
-/// The fewest: one of every quarter.
-const FEWEST: u32 = 4;
+/// Most samples per pixel without --spp.
+const DEFAULT_SAMPLES: u32 = 1 << 20;
 
-/// Where a partial report goes if there is a whole one.
-const BESIDE: &str = "report.partial";
+/// Fewest samples per pixel: one for each quarter.
+const MIN_SAMPLES: u32 = 4;
+
+/// Subfolder of a partial report if there is a whole one.
+const PARTIAL: &str = "report.partial";
 
 pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     let begun = Instant::now();
     let AccuracyArguments { output, budget: time, crop, picture } = arguments;
-    if let Some(spp) = picture.spp.filter(|&spp| spp < FEWEST) {
-        let words = "every model takes four quarters of its samples, so that noise can be told";
-        return Err(format!("--spp {spp}: {words}; expected {FEWEST} or more").into());
+    if let Some(spp) = picture.spp.filter(|&spp| spp < MIN_SAMPLES) {
+        let reason = "every model takes four quarters of its samples, to measure noise";
+        return Err(format!("--spp {spp}: {reason}; expected {MIN_SAMPLES} or more").into());
     }
     let description = pbrt::read(&picture.scene)?;
-    // A long run must not end at a folder that nothing can be written to.
+    // Fail now rather than after a long run.
     let folder = output.display();
-    let mut folders = Folders::default();
-    folders.make(output).and_then(|()| tempfile::tempfile_in(output)).map_err(|error| {
+    let mut folders = CreatedFolders::default();
+    folders.create(output).and_then(|()| tempfile::tempfile_in(output)).map_err(|error| {
         format!("cannot write to the folder {folder}: {error}; name another with -o")
     })?;
-    let crop = crop.map(|[x0, y0, x1, y1]| [[x0, y0], [x1, y1]]);
-    let changes = Changes { crop, ..picture.changes() };
-    let watch = Arc::new(Watch::default());
-    let stop = watch.clone();
-    stop_by(move || stop.interrupt());
-    let made = watch.until(begun + *time, || Ladder::new(&description, &changes, &watch));
-    let mut ladder = match made {
-        Err(JobError::Level(RenderError::Stopped)) => return nothing(&watch, *time),
+    let changes = Changes { crop: *crop, ..picture.changes() };
+    let monitor = Arc::new(RunMonitor::default());
+    let stop = monitor.clone();
+    on_stop(move || stop.interrupt());
+    let ladder = monitor.until(begun + *time, || Ladder::new(&description, &changes, &monitor));
+    let mut ladder = match ladder {
+        Err(PrepareError::Pilot(RenderError::Stopped)) => {
+            return end_without_report(&monitor, *time);
+        }
         other => other?,
     };
-    let written = [output.clone(), output.join(BESIDE)];
+    let written = [output.clone(), output.join(PARTIAL)];
     let written = written.iter().flat_map(|folder| FILES.map(|name| folder.join(name)));
     check_distinct(written, "-o", ladder.files())?;
     message::warnings(&ladder.warnings);
-    let samples = picture.spp.unwrap_or(SAMPLES);
+    let samples = picture.spp.unwrap_or(DEFAULT_SAMPLES);
     let budget = Budget { begun, time: *time, samples };
-    let bar = TimeBar::start(begun, *time, watch.clone());
-    let found = climb(&mut ladder, &budget, &watch);
+    let bar = TimeBar::start(begun, *time, monitor.clone());
+    let run = run_ladder(&mut ladder, &budget, &monitor);
     bar.finish();
-    let found = found?;
+    let run = run?;
     let scene = picture.scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    if found.points.is_empty() {
-        return nothing(&watch, *time);
+    if run.points.is_empty() {
+        return end_without_report(&monitor, *time);
     }
-    let command = command();
-    let report = Report {
+    let report = AccuracyReport {
         scene,
-        command,
+        command: shell_line(&argv()),
         ladder: &ladder,
-        climb: &found,
+        run: &run,
         budget: *time,
         machine: Machine::this(),
     };
-    let output = &place(output, report.partial().is_some());
+    let output = &report_folder(output, report.partial().is_some());
     let folder = output.display();
     write(&report, output)?;
     super::print(&table(&report))?;
@@ -87,28 +113,28 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
         time.as_secs_f64(),
         output.join("index.html").display()
     );
-    Ok(match found.ended {
-        Ended::Interrupted => Outcome::Interrupted,
-        Ended::Planned | Ended::Early => Outcome::Done,
+    Ok(match run.end {
+        RunEnd::Interrupted => Outcome::Interrupted,
+        RunEnd::Planned | RunEnd::Early => Outcome::Done,
     })
 }
 
-/// How it ends without a report.
-fn nothing(watch: &Watch, time: Duration) -> Result<Outcome, Failure> {
-    if watch.interrupted() {
-        say!("petzval: interrupted before anything could be compared; nothing was written");
+/// Ends the command without a report.
+fn end_without_report(monitor: &RunMonitor, time: Duration) -> Result<Outcome, Failure> {
+    if monitor.interrupted() {
+        say!("petzval: interrupted before the first comparison; nothing was written");
         return Ok(Outcome::Interrupted);
     }
     Err(format!(
-        "the budget of {} s was over before anything could be compared; nothing was written, give \
-         it more with --budget",
+        "the budget of {} s was over before the first comparison; nothing was written; give a \
+         longer --budget",
         time.as_secs_f64()
     )
     .into())
 }
 
-/// Where a report goes: a partial one not where there is a whole one, but beside it.
-fn place(output: &Path, partial: bool) -> PathBuf {
+/// Returns the folder of a report: a partial one goes into a subfolder if there is a whole one.
+fn report_folder(output: &Path, partial: bool) -> PathBuf {
     let whole = || {
         let text = std::fs::read(output.join("accuracy.json")).ok()?;
         let found: serde_json::Value = serde_json::from_slice(&text).ok()?;
@@ -117,38 +143,27 @@ fn place(output: &Path, partial: bool) -> PathBuf {
     if !partial || whole() != Some(true) {
         return output.to_owned();
     }
-    let beside = output.join(BESIDE);
-    say!("petzval: {} holds a whole report, which stays", output.display());
+    let beside = output.join(PARTIAL);
+    say!("petzval: {} holds a whole report, which is kept", output.display());
     beside
 }
 
-/// The command line, as it may be given to a shell again.
-fn command() -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:%@".contains(c);
-    let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
-    std::iter::once("petzval".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
-}
-
-/// Writes all files, each at once; none before all are made.
-fn write(report: &Report, folder: &Path) -> Result<(), Failure> {
+/// Writes all files atomically, after all have been encoded.
+fn write(report: &AccuracyReport, folder: &Path) -> Result<(), Failure> {
     use std::io::Write as _;
     let files = report.files()?;
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+        .map_err(|error| format!("cannot create the folder {}: {error}", folder.display()))?;
     for (name, bytes) in FILES.iter().zip(&files) {
         let path = folder.join(name);
-        replace(&path, |file| file.write_all(bytes))
+        replace_file(&path, |file| file.write_all(bytes))
             .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     }
     Ok(())
 }
 
-/// The last point of every model, for a terminal of 80, and the advice.
-fn table(report: &Report) -> String {
+/// Returns the table of the last point of every model, 80 columns wide, and the advice.
+fn table(report: &AccuracyReport) -> String {
     let mut text = format!(
         "{:<24}{:>6}{:>9}{:>7}{:>10}{:>9}{:>9}{:>6}\n{:<24}{:>6}{:>9}{:>7}{:>10}{:>9}{:>9}{:>6}\n",
         "model",
@@ -170,19 +185,19 @@ fn table(report: &Report) -> String {
     );
     let verdicts = report.verdicts();
     for (i, rung) in report.ladder.rungs.iter().enumerate() {
-        let Some(point) = report.climb.last(i) else {
+        let Some(point) = report.run.last(i) else {
             text += &format!("{:<24}{:>6}\n", rung.name, "-");
             continue;
         };
-        let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.pace);
+        let times = verdicts.iter().find(|verdict| verdict.rung == i).and_then(|v| v.time);
         let own = report.own(point);
-        let best = report.climb.points.iter().any(|point| point.rung == i && point.on_frontier);
+        let best = report.run.points.iter().any(|point| point.rung == i && point.on_frontier);
         text += &format!(
             "{:<24}{:>6}{:>9.2}{:>7}{:>10.2}{:>9.2}{:>9}{:>6}\n",
             rung.name,
             point.samples,
             point.seconds,
-            times.map_or_else(|| "-".to_owned(), |pace| format!("{:.2}", pace.times)),
+            times.map_or_else(|| "-".to_owned(), |time| format!("{:.2}", time.times)),
             rung.film.rms_um,
             100.0 * point.error.max(0.0).sqrt(),
             own,
@@ -190,8 +205,8 @@ fn table(report: &Report) -> String {
         );
     }
     text.push('\n');
-    if let Some(choice) = report.choice() {
-        text += &format!("{choice}\n");
+    if let Some(recommendation) = report.recommendation() {
+        text += &format!("{recommendation}\n");
     }
     for verdict in verdicts {
         text += &format!("{}: {}\n", report.ladder.rungs[verdict.rung].name, verdict.sentence);
@@ -199,9 +214,9 @@ fn table(report: &Report) -> String {
     text
 }
 
-/// A budget of time.
-pub(super) fn budget(text: &str) -> Result<Duration, String> {
-    let time = super::values::time(text)?;
+/// Parses --budget.
+fn budget(text: &str) -> Result<Duration, String> {
+    let time = time(text)?;
     match time <= Duration::from_secs(7 * 24 * 3600) {
         true => Ok(time),
         false => Err("expected a time of a week at most, such as 60s".to_owned()),

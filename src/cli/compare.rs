@@ -1,21 +1,48 @@
-//! `petzval compare`
+//! `petzval compare`: error metrics between two pictures.
 
-use petzval::image::{Encoding, Format, ImageError, Picture, Window};
-use petzval::metric::{Metric, measure};
-use petzval::source::{reading, shown};
+use std::path::PathBuf;
+
+use petzval::io::image::{
+    EncodingOptions, ImageError, ImageFormat, Picture, PictureWindow, Transfer,
+};
+use petzval::io::{ReadContext, path_excerpt};
+use petzval::metric::{DynamicRange, Measurement, Metric, measure};
 use serde_json::{Map, Value, json};
 
+use super::arguments::values::limit;
 use super::outputs::{check_distinct, check_writable};
-use super::{CompareArguments, Failure, Outcome};
+use super::{Failure, Outcome};
+
+/// Arguments of `petzval compare`.
+#[derive(Debug, clap::Args)]
+pub(super) struct CompareArguments {
+    /// Picture: .exr, .hdr, .pfm, .png, .jpg
+    picture: PathBuf,
+    /// Reference picture
+    reference: PathBuf,
+    /// Metrics to compute, any of mse, relmse, mape, flip, psnr; all by default
+    #[arg(long, value_name = "METRIC", value_delimiter = ',')]
+    metric: Vec<Metric>,
+    /// Write a map of the first metric
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Exit with code 1 if the first metric is larger (psnr: smaller) than this
+    #[arg(long, value_name = "X", value_parser = limit, allow_hyphen_values = true)]
+    fail_above: Option<f64>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
 
 pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     let CompareArguments { picture: a, reference: b, metric, map, fail_above, json, .. } =
         arguments;
-    let (read, files) = reading(|| [a, b].map(|path| Picture::read(path, true)));
-    let [picture, reference] = read;
-    let [picture, reference] = [picture?, reference?];
+    let context = ReadContext::default();
+    let read = |path| Picture::read_with(path, Transfer::Srgb, &context);
+    let (picture, reference) = (read(a)?, read(b)?);
+    let files = context.files();
     if let Some(map) = map {
-        Format::of(map)?;
+        ImageFormat::of(map)?;
         check_distinct([map], "--map", &files)?;
         check_writable(map, "--map")?;
     }
@@ -31,32 +58,34 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     for (path, picture) in [(a, &picture), (b, &reference)] {
         if let Some(i) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
             let [x, y] = [i % picture.size[0], i / picture.size[0]];
-            let found = format!("pixel {x},{y} is {:?}, which is no light", picture.pixels[i]);
+            let found = format!("pixel {x},{y} is {:?}, which is not finite", picture.pixels[i]);
             return Err(ImageError::Malformed { path: path.clone(), found }.into());
         }
     }
-    let hdr = [a, b].iter().any(|path| !matches!(Format::of(path), Ok(Format::Png | Format::Jpeg)));
+    let is_8_bit = |path| matches!(ImageFormat::of(path), Ok(ImageFormat::Png | ImageFormat::Jpeg));
+    let range = if is_8_bit(a) && is_8_bit(b) { DynamicRange::Low } else { DynamicRange::High };
     let metrics = if metric.is_empty() { &Metric::ALL[..] } else { metric };
     let mut values = Vec::new();
-    let mut first = None;
+    let mut first_map = None;
     for &metric in metrics {
-        let (value, off) = measure(metric, &picture, &reference, hdr);
+        let Measurement { value, map } = measure(metric, &picture, &reference, range)?;
         if value.is_nan() {
-            let (name, [a, b]) = (metric.name(), [a, b].map(|path| shown(path)));
-            let problem = "is no number; expected pictures with pixels, and none near 3e38";
+            let (name, [a, b]) = (metric.name(), [a, b].map(|path| path_excerpt(path)));
+            let problem =
+                "is not finite; expected pictures that are not empty, with values far below 3e38";
             return Err(format!("{name} of {a} and {b} {problem}").into());
         }
         values.push((metric, value));
-        first.get_or_insert(off);
+        first_map.get_or_insert(map);
     }
-    if let (Some(path), Some(off)) = (map, first) {
-        let most = off.iter().copied().fold(0.0, f32::max).max(f32::MIN_POSITIVE);
-        // FLIP has a scale of its own; the others are shown by the largest.
+    if let (Some(path), Some(errors)) = (map, first_map) {
+        let most = errors.iter().copied().fold(0.0, f32::max).max(f32::MIN_POSITIVE);
+        // FLIP is at most 1; the other metrics are scaled by their largest value.
         let scale = if metrics[0] == Metric::Flip { 1.0 } else { 1.0 / most };
-        let pixels = off.iter().map(|&off| heat(off * scale)).collect();
+        let pixels = errors.iter().map(|&error| heat(error * scale)).collect();
         let size = picture.size;
-        let window = Window { origin: [0, 0], frame: size.map(|n| n as u32) };
-        Picture { size, pixels }.write(path, window, Encoding::default(), &Vec::new())?;
+        let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
+        Picture { size, pixels }.write(path, window, EncodingOptions::default(), &Vec::new())?;
     }
     let text = if *json {
         let finite = |&(metric, value): &(Metric, f64)| {
@@ -68,19 +97,21 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     };
     super::print(&text)?;
     let limit = fail_above.unwrap_or(f64::INFINITY);
-    let (judged, value) = values[0];
-    let failed = if judged.rises() { value < limit && fail_above.is_some() } else { value > limit };
+    let (metric, value) = values[0];
+    let failed = match metric.higher_is_better() {
+        true => value < limit && fail_above.is_some(),
+        false => value > limit,
+    };
     if failed {
-        let over = if judged.rises() { "below" } else { "above" };
-        say!("petzval: {} is {value:.6}, {over} {limit}", judged.name());
+        let side = if metric.higher_is_better() { "below" } else { "above" };
+        say!("petzval: {} is {value:.6}, {side} {limit}", metric.name());
         return Ok(Outcome::Different);
     }
     Ok(Outcome::Done)
 }
 
-/// A colour for a number from 0, black, over red and yellow to 1, white: linear light of what
-/// a display shows evenly.
+/// Maps 0..1 to black, red, yellow and white in even steps of the display, as linear light.
 fn heat(value: f32) -> [f32; 3] {
     let v = 3.0 * value.clamp(0.0, 1.0);
-    [v, v - 1.0, v - 2.0].map(|c| petzval::image::srgb_decode(c.clamp(0.0, 1.0)))
+    [v, v - 1.0, v - 2.0].map(|c| petzval::io::image::srgb_decode(c.clamp(0.0, 1.0)))
 }

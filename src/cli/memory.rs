@@ -1,100 +1,114 @@
-//! What a picture takes of the memory, and what there is.
+//! Memory limit of a command: budget of its readers, and check of what a picture takes.
 
 use std::cell::{Cell, OnceCell};
 
-use petzval::image::Format;
-use petzval::memory::{Estimate, Size, Work, budget, machine};
-use petzval::render::Job;
+use petzval::io::image::ImageFormat;
+use petzval::io::{ByteSize, ReadContext};
+use petzval::job::Job;
+use petzval::render::memory::{Estimate, MemoryTask, ResidentMemory, machine};
 
 use super::Failure;
 
-/// The bytes that a command may hold.
+/// Memory limit of a command.
 pub(super) struct Memory {
-    /// As asked for, or as the machine has.
+    /// The limit: --memory, or the memory of the machine (bytes).
     most: Option<u64>,
+    /// Whether --memory is given.
     asked: bool,
-    /// Held when the first picture was ready, by then and at most, bytes: what the pictures before
-    /// have left to the heap is not of the scene.
-    held: OnceCell<[u64; 2]>,
-    /// Held beside every picture of a sweep for its contact sheet, by the size of a picture.
+    /// Budget and log of the readers.
+    context: ReadContext,
+    /// Memory held when the first picture was ready, and the peak until then (bytes). Later
+    /// pictures of a sweep must not count what earlier ones left on the heap as the scene's.
+    resident: OnceCell<ResidentMemory>,
+    /// Memory of a sweep's contact sheet, as a function of the pictures' size (bytes).
     sheet: Option<Box<dyn Fn([u32; 2]) -> u64>>,
-    /// Whether it was said that little is free.
+    /// Whether the warning of too little free memory was printed.
     warned: Cell<bool>,
 }
 
 impl Memory {
-    /// Of this option. What is read from now on is refused where it declares more.
-    pub fn new(asked: Option<Size>) -> Self {
-        let most = asked.map(|size| size.0).or_else(machine::whole);
-        budget::allow(most.unwrap_or(u64::MAX));
-        let (held, warned) = (OnceCell::new(), Cell::new(false));
-        Self { most, asked: asked.is_some(), held, sheet: None, warned }
+    /// Creates the limit from the option.
+    pub fn new(asked: Option<ByteSize>) -> Self {
+        let most = asked.map(|size| size.0).or_else(machine::limit);
+        let context = ReadContext::with_memory(most.unwrap_or(u64::MAX));
+        let (resident, warned) = (OnceCell::new(), Cell::new(false));
+        Self { most, asked: asked.is_some(), context, resident, sheet: None, warned }
     }
 
-    /// With a contact sheet beside the pictures, of so many bytes for pictures of a size, pixels.
+    /// Returns the context of this command's readers.
+    pub fn context(&self) -> &ReadContext {
+        &self.context
+    }
+
+    /// Adds a contact sheet whose memory depends on the pictures' size (pixels).
     pub fn with_sheet(self, bytes: impl Fn([u32; 2]) -> u64 + 'static) -> Self {
         Self { sheet: Some(Box::new(bytes)), ..self }
     }
 
-    /// Refuses a job that takes more, and answers what it takes.
+    /// Returns the expected memory of a job.
+    ///
+    /// # Errors
+    /// Returns an error if it exceeds the limit.
     pub fn check(
         &self,
         job: &Job,
-        work: Work,
-        format: Option<Format>,
+        work: MemoryTask,
+        format: Option<ImageFormat>,
     ) -> Result<Estimate, Failure> {
-        let held = *self.held.get_or_init(machine::held);
-        let mut estimate = Estimate::new(job, held, work, format);
+        let resident = *self.resident.get_or_init(machine::resident);
+        let mut estimate = Estimate::new(job, resident, work, format);
         if let Some(sheet) = &self.sheet {
-            estimate = estimate.beside("contact sheet", sheet(job.frame.size()));
+            estimate = estimate.with_extra("contact sheet", sheet(job.frame.size()));
         }
         let bytes = estimate.bytes();
         if let Some(most) = self.most.filter(|most| bytes > *most) {
             let (most, whose) = match self.asked {
-                true => (Size(most), "--memory allows"),
-                false => (Size(most), "this machine, or the group that limits the process, has"),
+                true => (ByteSize(most), "--memory allows"),
+                false => {
+                    (ByteSize(most), "this machine, or the group that limits the process, has")
+                }
             };
-            let less = less(job, work);
-            return Err(format!("this takes {estimate}, and {whose} {most}; {less}").into());
+            let suggestions = suggestions(job, work);
+            return Err(format!("this takes {estimate}, and {whose} {most}; {suggestions}").into());
         }
-        if let Some(free) =
-            machine::free().filter(|&free| !self.asked && bytes.saturating_sub(held[0]) > free)
+        if let Some(free) = machine::available()
+            .filter(|&free| !self.asked && bytes.saturating_sub(resident.now) > free)
         {
             if self.warned.replace(true) {
                 return Ok(estimate);
             }
-            let free = Size(free);
-            say!("petzval: warning: this takes {estimate}, and {free} are free by now");
+            let free = ByteSize(free);
+            say!("petzval: warning: this takes {estimate}, and only {free} are free now");
         }
         Ok(estimate)
     }
 }
 
-/// What would take less.
-fn less(job: &Job, work: Work) -> String {
-    let mut less = vec!["a smaller --resolution", "parts of the picture by --crop"];
+/// Suggests what takes less memory.
+fn suggestions(job: &Job, work: MemoryTask) -> String {
+    let mut options = vec!["a smaller --resolution", "parts of the picture with --crop"];
     if !job.layers.is_empty() {
-        less.push("fewer layers");
+        options.push("fewer layers");
     }
-    if !job.until.count_only() {
-        less.push("--spp instead of --noise and --time");
+    if !job.stop_criteria.count_only() {
+        options.push("--spp instead of --noise and --time");
     }
     if job.plan.has(petzval::plan::Effect::Diffraction) {
-        less.push("--effects -diffraction");
+        options.push("--effects -diffraction");
     }
-    if matches!(work, Work::Render { threads } if threads > 8) {
-        less.push("fewer --threads");
+    if matches!(work, MemoryTask::Render { threads } if threads > 8) {
+        options.push("fewer --threads");
     }
     match work {
-        Work::Render { .. } => format!("less would be taken by {}", less.join(", ")),
-        Work::Merge => "merge on a larger machine, or render with less next time".to_owned(),
+        MemoryTask::Render { .. } => format!("to take less, use {}", options.join(", ")),
+        MemoryTask::Merge => "merge on a larger machine, or render a smaller picture".to_owned(),
     }
 }
 
-/// What it took in the end, beside what was expected.
-pub(super) fn say_taken(estimate: &Estimate) {
-    match machine::held() {
-        [_, 0] => say!("memory: expected was {estimate}"),
-        [_, most] => say!("memory: {} at most; expected was {estimate}", Size(most)),
+/// Logs the peak memory beside the expected one.
+pub(super) fn log_peak(estimate: &Estimate) {
+    match machine::resident().peak {
+        0 => say!("memory: expected {estimate}"),
+        peak => say!("memory: {} at most; expected {estimate}", ByteSize(peak)),
     }
 }

@@ -1,111 +1,138 @@
-//! `petzval merge`
+//! `petzval merge`: adds up the parts of a picture.
 
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use petzval::checkpoint::{Head, Inputs, Saved};
-use petzval::image::{Encoding, Format};
-use petzval::memory::Work;
+use petzval::io::ByteSize;
+use petzval::io::FileLog;
+use petzval::io::image::{DisplayExposure, EncodingOptions, ImageFormat};
+use petzval::render::checkpoint::{Head, Inputs, SavedRender};
+use petzval::render::memory::MemoryTask;
 use petzval::render::merge;
 use petzval::scene::pbrt;
-use petzval::source::reading;
 
-use super::develop::Development;
-use super::inputs::{inputs, line, parsed, words};
-use super::kept::resume;
-use super::memory::{Memory, say_taken};
-use super::message;
+use super::arguments::argv::{argv, parse_render, shell_line};
+use super::memory::{Memory, log_peak};
 use super::outputs::{check_distinct, check_writable};
-use super::render::job;
-use super::{Failure, MergeArguments, Outcome};
+use super::render::{PictureOutput, inputs, job, resume_command};
+use super::{Failure, Outcome, message};
+
+/// Arguments of `petzval merge`.
+#[derive(Debug, clap::Args)]
+pub(super) struct MergeArguments {
+    /// Parts, in any order: together all samples, each once
+    #[arg(required = true, value_name = "PART")]
+    parts: Vec<PathBuf>,
+    /// Picture to write: .exr, .png, .jpg
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Write 16-bit floats (EXR)
+    #[arg(long)]
+    half: bool,
+    /// Brightness of PNG and JPEG in stops, or "auto"
+    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
+    exposure: DisplayExposure,
+    /// Number of threads; one per core by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
+    /// Largest memory use, as for petzval render
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<ByteSize>,
+}
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let MergeArguments { parts, output, half, exposure, threads, memory } = arguments;
     let memory = Memory::new(*memory);
-    let format = Format::of(output)?;
+    let format = ImageFormat::of(output)?;
     check_writable(output, "-o")?;
-    let (together, mut files) = reading(|| together(parts));
-    let (first, parts) = together?;
-    let begun = &first.words;
-    let render = parsed(begun)?;
-    // What comes behind the film needs the scene and the lens.
-    let description = pbrt::read(&render.picture.scene).map_err(|error| {
-        format!("{error}; the parts were rendered by\n  {}\nmerge where its files are", line(begun))
-    })?;
+    let (first, parts) = matching_parts(parts)?;
+    let mut files = FileLog::default();
+    parts.iter().for_each(|part| files.add(part, None));
+    let rendered_by = &first.command_line;
+    let render = parse_render(rendered_by)?;
+    // Layers, diffraction and the sensor need the scene and the lens.
+    let description =
+        pbrt::read_with(&render.picture.scene, memory.context()).map_err(|error| {
+            let command = shell_line(rendered_by);
+            format!(
+                "{error}; the parts were rendered by\n  {command}\nmerge them where its files are"
+            )
+        })?;
     let (mut job, notes, warnings) = job(&render, description, true)?;
     files.join(job.files.clone());
     check_distinct([output], "-o", &files)?;
     message::warnings(&warnings);
-    // It only adds up; but all parts must be of one build.
+    // Merging works with any build, but all parts must be of one.
     let build = first.inputs.build.clone();
-    let now = Inputs { build, ..inputs(begun, &job, first.of)? };
-    let changes = first.inputs.changes(&now);
+    let now = Inputs { build, ..inputs(rendered_by, &job, first.total_samples)? };
+    let changes = first.inputs.differences(&now);
     if !changes.is_empty() {
         let changes = changes.join("; ");
-        return Err(format!("the parts cannot be merged any more: {changes}").into());
+        return Err(format!("the parts cannot be merged: {changes}").into());
     }
-    job.samples = 0..first.of;
-    if *half && format != Format::Exr {
+    job.samples = 0..first.total_samples;
+    if *half && format != ImageFormat::Exr {
         say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
     }
-    let estimate = memory.check(&job, Work::Merge, Some(format))?;
+    let estimate = memory.check(&job, MemoryTask::Merge, Some(format))?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
-    let encoding = Encoding { half: *half, exposure: *exposure };
+    let encoding = EncodingOptions { half: *half, exposure: *exposure };
     let threads = threads.map_or(0, usize::from);
-    let (words, rendered_by, among) = (&words(), begun, None);
-    let development = Development {
+    let (argv, label) = (&argv(), None);
+    let picture = PictureOutput {
         job: &job,
         notes,
-        words,
+        argv,
         rendered_by,
-        among,
+        label,
         output,
         encoding,
         threads,
         start,
         read,
     };
-    development.develop(exposed)?;
-    say_taken(&estimate);
+    picture.write(exposed)?;
+    log_peak(&estimate);
     Ok(Outcome::Done)
 }
 
-/// The head of parts that belong together, and their files in the order of their samples.
-fn together(paths: &[PathBuf]) -> Result<(Head, Vec<PathBuf>), Failure> {
+/// Checks that the parts belong together. Returns a head of them, and their files in the order of
+/// their samples.
+fn matching_parts(paths: &[PathBuf]) -> Result<(Head, Vec<PathBuf>), Failure> {
     let mut first: Option<Head> = None;
     let mut parts: Vec<(Range<u32>, &PathBuf)> = Vec::new();
     for path in paths {
-        let head = Saved::open(path)?.head;
+        let head = SavedRender::open(path)?.head;
         if !head.complete {
-            let words = resume(&head.words);
+            let command = resume_command(&head.command_line);
             let path = path.display();
-            return Err(format!("{path} is not finished; go on with\n  {words}").into());
+            return Err(format!("{path} is not finished; continue with\n  {command}").into());
         }
         parts.push((head.samples.clone(), path));
         let Some(first) = &first else {
             first = Some(head);
             continue;
         };
-        let changes = first.inputs.changes(&head.inputs);
+        let changes = first.inputs.differences(&head.inputs);
         if !changes.is_empty() {
             let [one, other] = [&paths[0], path].map(|path| path.display());
             let changes = changes.join("; ");
             return Err(format!("{one} and {other} are of different pictures: {changes}").into());
         }
     }
-    let first = first.ok_or("there are no parts")?;
+    let first = first.ok_or("there are no parts to merge")?;
     parts.sort_by_key(|(samples, _)| [samples.start, samples.end]);
-    let problems = problems(&parts, first.of);
+    let problems = problems(&parts, first.total_samples);
     match problems.is_empty() {
         true => Ok((first, parts.into_iter().map(|(_, path)| path.clone()).collect())),
         false => Err(problems.join("; ").into()),
     }
 }
 
-/// Which samples are missing, and which are there twice.
+/// Lists the samples that are missing and those that two parts hold.
 fn problems(parts: &[(Range<u32>, &PathBuf)], all: u32) -> Vec<String> {
     let mut problems = Vec::new();
     let missing = |range: Range<u32>| format!("samples {}..{} are missing", range.start, range.end);
@@ -135,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missing_or_double_is_said() {
+    fn missing_and_doubled_samples_are_listed() {
         let names = ["a", "b", "c"].map(PathBuf::from);
         let found = |ranges: [Range<u32>; 3]| {
             let parts: Vec<_> = ranges.into_iter().zip(&names).collect();

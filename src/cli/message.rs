@@ -1,47 +1,48 @@
-//! Errors and warnings as the user sees them: with excerpts of long input.
+//! Error and warning messages, with long input shortened.
 
 use std::process::ExitCode;
 
-use petzval::source::{Warning, excerpt, excerpts};
+use petzval::io::{Warning, excerpt, excerpt_words};
 
 use super::Failure;
 
-/// Says why a command failed.
+/// Prints why a command failed.
 pub(super) fn error(failure: &Failure) {
-    say!("petzval: error: {}", brief(&failure.to_string(), &given()));
+    say!("petzval: error: {}", brief(&failure.to_string(), &longest_first()));
 }
 
-/// Says what the readers noticed.
+/// Prints the warnings of the readers.
 pub(super) fn warnings(warnings: &[Warning]) {
-    let given = given();
+    let argv = longest_first();
     for warning in warnings {
-        say!("petzval: warning: {}", brief(&warning.to_string(), &given));
+        say!("petzval: warning: {}", brief(&warning.to_string(), &argv));
     }
 }
 
-/// Says what is wrong with a command line, or answers what it asks for, help or the version.
+/// Prints what is wrong with a command line, or the help or version that it asks for.
 pub(super) fn usage(error: &clap::Error) -> ExitCode {
     let message = error.render().to_string();
-    let brief = brief(&message, &given());
+    let brief = brief(&message, &longest_first());
     match error.use_stderr() && brief != message {
         true => say!("{}", brief.trim_end()),
-        // In colours, where the terminal has any.
+        // clap prints colours on a terminal.
         false => drop(error.print()),
     }
     ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }
 
-/// The words of the command line, the longest first.
-fn given() -> Vec<String> {
+/// Returns the words of the command line, the longest first.
+fn longest_first() -> Vec<String> {
     let words = std::env::args_os().skip(1);
     let mut words: Vec<String> = words.map(|word| word.to_string_lossy().into_owned()).collect();
     words.sort_by_key(|word| std::cmp::Reverse(word.len()));
     words
 }
 
-/// A message with excerpts of long input. Words of the command line may hold blanks, and a message
-/// names paths without quotes. Commands, each on a line of its own, stay whole: they are to be typed.
-fn brief(message: &str, given: &[String]) -> String {
+/// Shortens long words of the command line in a message. A message names paths without quotes, so
+/// each word is searched for as a whole, blanks included. Lines with commands stay whole, to be
+/// typed.
+fn brief(message: &str, argv: &[String]) -> String {
     let line = |line: &str| match line.starts_with("  petzval ") {
         true => line.to_owned(),
         false => {
@@ -49,7 +50,7 @@ fn brief(message: &str, given: &[String]) -> String {
                 cut if cut.len() < word.len() => line.replace(word.trim(), cut.trim()),
                 _ => line,
             };
-            excerpts(&given.iter().fold(line.to_owned(), cut))
+            excerpt_words(&argv.iter().fold(line.to_owned(), cut))
         }
     };
     message.split('\n').map(line).collect::<Vec<_>>().join("\n")
@@ -60,12 +61,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_words_of_the_command_line_are_cut_and_commands_stay_whole() {
+    fn long_words_are_shortened_and_commands_stay_whole() {
         let path = format!("{}.exr", "a b".repeat(100));
-        let message = format!("{path} is not finished; go on with\n  petzval render -o '{path}'");
+        let message =
+            format!("{path} is not finished; continue with\n  petzval render -o '{path}'");
         let found = brief(&message, &["merge".to_owned(), path.clone()]);
         let [first, second] = found.split('\n').collect::<Vec<_>>()[..] else { panic!("{found}") };
-        assert!(first.ends_with(".exr is not finished; go on with"), "{first}");
+        assert!(first.ends_with(".exr is not finished; continue with"), "{first}");
         assert!(first.chars().count() < 120, "{first}");
         assert_eq!(second, format!("  petzval render -o '{path}'"));
     }

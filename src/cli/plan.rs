@@ -1,12 +1,22 @@
-//! `petzval plan`, and the plan in the log of a render.
+//! `petzval plan`: the effects of a picture, also in the log of a render.
 
-use petzval::job::prepare;
-use petzval::plan::{Cost, Decision, Harm, Plan};
+use petzval::plan::{Cost, Decision, OmissionError, Plan};
+use petzval::prepare::prepare;
 use petzval::scene::pbrt;
 use serde_json::{Value, json};
 
-use super::message;
-use super::{Failure, Outcome, PlanArguments};
+use super::arguments::PictureArguments;
+use super::{Failure, Outcome, message};
+
+/// Arguments of `petzval plan`.
+#[derive(Debug, clap::Args)]
+pub(super) struct PlanArguments {
+    #[command(flatten)]
+    picture: PictureArguments,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let description = pbrt::read(&arguments.picture.scene)?;
@@ -28,8 +38,8 @@ fn json(plan: &Plan) -> Value {
             "by": by.name(),
             "reason": reason,
             "error": error.map(|harm| match harm {
-                Harm::Blur { um, pixels } => json!({ "um": um, "px": pixels }),
-                Harm::Signal(percent) => json!({ "percent": percent }),
+                OmissionError::Blur { um, pixels } => json!({ "um": um, "px": pixels }),
+                OmissionError::Signal(percent) => json!({ "percent": percent }),
             }),
             "cost": cost.map(|Cost { ns_per_ray, percent }| {
                 json!({ "ns_per_ray": ns_per_ray, "percent": percent })
@@ -39,7 +49,7 @@ fn json(plan: &Plan) -> Value {
     json!({ "effects": plan.effects.iter().map(row).collect::<Vec<Value>>() })
 }
 
-/// The plan as a table, a line for each effect.
+/// Formats the plan as a table, a line for each effect.
 pub(super) fn table(plan: &Plan) -> String {
     let mut text = format!(
         "{:<16}{:<5}{:<7}{:>18}{:>10}  {}\n",

@@ -1,4 +1,4 @@
-//! The progress bar: on a terminal only.
+//! Progress bars, on a terminal only.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -7,20 +7,21 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use petzval::accuracy::Watch;
-use petzval::render::{Job, Progress};
+use petzval::accuracy::RunMonitor;
+use petzval::job::Job;
+use petzval::render::Progress;
 
-/// How often a bar is drawn.
-const EVERY: Duration = Duration::from_millis(100);
+/// Time between two drawings of a bar.
+const INTERVAL: Duration = Duration::from_millis(100);
 
-/// A bar that a thread of its own draws, where anybody looks.
-struct Shown {
+/// A bar that a thread of its own draws.
+struct DrawnBar {
     bar: ProgressBar,
     done: Arc<AtomicBool>,
     watcher: JoinHandle<()>,
 }
 
-impl Shown {
+impl DrawnBar {
     fn start(length: u64, draw: impl Fn(&ProgressBar) + Send + 'static) -> Self {
         let bar = ProgressBar::new(length);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3}%  {msg}") {
@@ -31,39 +32,39 @@ impl Shown {
         let watcher = std::thread::spawn(move || {
             while !ended.load(Ordering::Relaxed) {
                 draw(&shown);
-                std::thread::park_timeout(EVERY);
+                std::thread::park_timeout(INTERVAL);
             }
         });
         Self { bar, done, watcher }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     fn finish(self) {
         self.done.store(true, Ordering::Relaxed);
         self.watcher.thread().unpark();
-        // A bar that failed to draw is no reason to lose the picture.
+        // A failure to draw must not lose the picture.
         let _ = self.watcher.join();
         self.bar.finish_and_clear();
     }
 }
 
-/// Watches a climb: how much of its time is over, and what it does.
+/// Bar of a run with a time budget: elapsed time and current activity.
 pub(super) struct TimeBar {
-    shown: Option<Shown>,
+    shown: Option<DrawnBar>,
 }
 
 impl TimeBar {
-    /// Begins to show how much of a budget is over, if anybody looks.
-    pub(super) fn start(begun: Instant, budget: Duration, watch: Arc<Watch>) -> Self {
+    /// Shows the bar if stderr is a terminal.
+    pub(super) fn start(begun: Instant, budget: Duration, monitor: Arc<RunMonitor>) -> Self {
         let all = budget.as_millis() as u64;
         let draw = move |bar: &ProgressBar| {
             bar.set_position((begun.elapsed().as_millis() as u64).min(all));
-            bar.set_message(watch.doing());
+            bar.set_message(monitor.activity());
         };
-        Self { shown: std::io::stderr().is_terminal().then(|| Shown::start(all, draw)) }
+        Self { shown: std::io::stderr().is_terminal().then(|| DrawnBar::start(all, draw)) }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn finish(self) {
         if let Some(shown) = self.shown {
             shown.finish();
@@ -71,23 +72,23 @@ impl TimeBar {
     }
 }
 
-/// Watches a render.
-pub(super) struct Bar {
-    shown: Option<Shown>,
+/// Bar of a render: completed samples, rate and remaining time.
+pub(super) struct RenderBar {
+    shown: Option<DrawnBar>,
 }
 
-impl Bar {
-    /// Begins to show how far a render has come, if anybody looks.
+impl RenderBar {
+    /// Shows the bar if stderr is a terminal.
     pub(super) fn start(job: &Job, progress: Arc<Progress>) -> Self {
         if !std::io::stderr().is_terminal() {
             return Self { shown: None };
         }
         let tiles = job.frame.tiles();
         let count = |tile| job.sampler(tile, job.samples.clone()).count();
-        let (most, evenly) = (tiles.iter().map(count).sum(), job.until.count_only());
+        let (most, uniform) = (tiles.iter().map(count).sum(), job.stop_criteria.count_only());
         let start = Instant::now();
         let earlier = progress.samples.load(Ordering::Relaxed);
-        let shown = Shown::start(most, move |bar| {
+        let shown = DrawnBar::start(most, move |bar| {
             let samples = progress.samples.load(Ordering::Relaxed);
             let expected = progress.expected.load(Ordering::Relaxed);
             let total = if expected > 0 { expected } else { most };
@@ -98,8 +99,8 @@ impl Bar {
             bar.set_position(samples.min(total));
             if own > 0 {
                 let left = (total.saturating_sub(samples)) as f64 / rate;
-                // Nobody knows before the noise has been seen.
-                let left = match expected > 0 || evenly {
+                // An adaptive render knows its total only after the pilot samples.
+                let left = match expected > 0 || uniform {
                     true => format!(", {left:.0} s left"),
                     false => String::new(),
                 };
@@ -109,7 +110,7 @@ impl Bar {
         Self { shown: Some(shown) }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(super) fn finish(self) {
         if let Some(shown) = self.shown {
             shown.finish();

@@ -1,8 +1,8 @@
-//! Fourier transforms of real numbers, in a line and in a plane. This is the only file that names
-//! `rustfft` and `realfft`.
+//! Fourier transforms of real data in one and two dimensions. No other file uses `rustfft` or
+//! `realfft`.
 //!
-//! In f64: a lamp is a million times brighter than the night around it, and f32 would spread the
-//! rounding of the lamp evenly over the picture.
+//! In f64: a light source is a million times brighter than the night around it, and f32 would
+//! spread its rounding error evenly over the picture.
 
 use std::sync::Arc;
 
@@ -12,70 +12,70 @@ use rustfft::{Fft, FftPlanner};
 
 pub(super) use realfft::num_complex::Complex;
 
-/// The transform of a line of real numbers.
-pub(super) struct Line(Arc<dyn RealToComplex<f64>>);
+/// The Fourier transform of a line of real numbers.
+pub(super) struct LineFft(Arc<dyn RealToComplex<f64>>);
 
-/// What a transform of a [`Line`] works in.
-pub(super) struct LineScratch {
-    /// Its numbers; what they are afterwards says nothing.
+/// Buffers of a [`LineFft`].
+pub(super) struct LineFftScratch {
+    /// The input. The transform overwrites it.
     pub numbers: Vec<f64>,
-    /// Their transform, from frequency 0 to half of them all.
+    /// The transform, from frequency 0 to half the number of inputs.
     pub spectrum: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
 }
 
-impl Line {
-    /// Of this many numbers, an even number.
+impl LineFft {
+    /// Plans the transform of `len` numbers; `len` is even.
     pub fn new(len: usize) -> Self {
         Self(RealFftPlanner::new().plan_fft_forward(len))
     }
 
-    pub fn scratch(&self) -> LineScratch {
-        LineScratch {
+    pub fn scratch(&self) -> LineFftScratch {
+        LineFftScratch {
             numbers: self.0.make_input_vec(),
             spectrum: self.0.make_output_vec(),
             scratch: self.0.make_scratch_vec(),
         }
     }
 
-    /// Fills the spectrum.
-    pub fn transform(&self, LineScratch { numbers, spectrum, scratch }: &mut LineScratch) {
+    /// Transforms `numbers` into `spectrum`.
+    pub fn transform(&self, LineFftScratch { numbers, spectrum, scratch }: &mut LineFftScratch) {
         let lengths_fit = self.0.process_with_scratch(numbers, spectrum, scratch);
         debug_assert!(lengths_fit.is_ok());
     }
 }
 
-/// Columns or rows that are moved between the layouts together: a cache line of numbers.
+/// Columns or rows that are transposed together: a cache line of numbers.
 const GROUP: usize = 8;
 
-/// A plane of real numbers, larger than what is put into it: what is spread beyond one side must
-/// not come back from the other.
-pub(super) struct Plane {
+/// The Fourier transform of a plane of real numbers. The plane is larger than its content: light
+/// that is spread beyond one side must not reappear at the opposite one.
+pub(super) struct PlaneFft {
     pub size: [usize; 2],
     rows: Arc<dyn RealToComplex<f64>>,
-    back: Arc<dyn ComplexToReal<f64>>,
+    inverse_rows_plan: Arc<dyn ComplexToReal<f64>>,
     columns: [Arc<dyn Fft<f64>>; 2],
 }
 
-/// The transform of a plane: column after column, each from the top.
-pub(super) type Spectrum = Vec<Complex<f64>>;
+/// The transform of a plane, column by column, each from the top.
+pub(super) type PlaneSpectrum = Vec<Complex<f64>>;
 
-impl Plane {
-    /// At least so wide and high.
+impl PlaneFft {
+    /// Plans the transform of a plane of at least this width and height.
     pub fn new(least: [usize; 2]) -> Self {
-        let size = [2 * smooth(least[0].div_ceil(2)), smooth(least[1])];
+        let size = [2 * next_smooth(least[0].div_ceil(2)), next_smooth(least[1])];
         let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
         Self {
             size,
             rows: real.plan_fft_forward(size[0]),
-            back: real.plan_fft_inverse(size[0]),
+            inverse_rows_plan: real.plan_fft_inverse(size[0]),
             columns: [complex.plan_fft_forward(size[1]), complex.plan_fft_inverse(size[1])],
         }
     }
 
-    /// The transform of a plane that `fill` writes row by row, into rows of zeros; it says whether
-    /// it wrote anything.
-    pub fn spectrum(&self, fill: impl Fn(usize, &mut [f64]) -> bool + Sync) -> Spectrum {
+    /// Returns the transform of a plane. `fill` writes it row by row into rows of zeros, and
+    /// returns whether it wrote anything.
+    pub fn spectrum(&self, fill: impl Fn(usize, &mut [f64]) -> bool + Sync) -> PlaneSpectrum {
         let [width, height] = self.size;
         let across = width / 2 + 1;
         let mut lines = vec![Complex::default(); across * height];
@@ -111,11 +111,11 @@ impl Plane {
         spectrum
     }
 
-    /// The first rows of the plane that has a spectrum: `take` writes each of them into one chunk
-    /// of `into`, `chunk` numbers long.
-    pub fn rows<T: Send>(
+    /// Transforms a spectrum back and passes the first rows of the plane to `take`, which writes
+    /// each of them into one chunk of `into`, `chunk` elements long.
+    pub fn inverse_rows<T: Send>(
         &self,
-        mut spectrum: Spectrum,
+        mut spectrum: PlaneSpectrum,
         into: &mut [T],
         chunk: usize,
         take: impl Fn(&[f64], &mut [T]) + Sync,
@@ -130,7 +130,11 @@ impl Plane {
         let scale = 1.0 / (width * height) as f64;
         let buffers = || {
             let lines = vec![Complex::default(); GROUP * across];
-            (lines, self.back.make_output_vec(), self.back.make_scratch_vec())
+            (
+                lines,
+                self.inverse_rows_plan.make_output_vec(),
+                self.inverse_rows_plan.make_scratch_vec(),
+            )
         };
         into.par_chunks_mut(GROUP * chunk).enumerate().for_each_init(
             buffers,
@@ -144,9 +148,10 @@ impl Plane {
                 }
                 let lines = lines.chunks_exact_mut(across);
                 for (line, into) in lines.zip(into.chunks_exact_mut(chunk)) {
-                    // Of a real plane; rounding aside.
+                    // The plane is real: these are 0 but for rounding.
                     (line[0].im, line[across - 1].im) = (0.0, 0.0);
-                    let lengths_fit = self.back.process_with_scratch(line, row, scratch);
+                    let lengths_fit =
+                        self.inverse_rows_plan.process_with_scratch(line, row, scratch);
                     debug_assert!(lengths_fit.is_ok());
                     take(row, into);
                 }
@@ -155,8 +160,8 @@ impl Plane {
     }
 }
 
-/// The next number without prime factors above 5: transforms of such lengths are fast.
-fn smooth(least: usize) -> usize {
+/// Returns the next number without prime factors above 5: transforms of such lengths are fast.
+fn next_smooth(least: usize) -> usize {
     let is_smooth = |&n: &usize| {
         let mut rest = n;
         for prime in [2, 3, 5] {
@@ -174,8 +179,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plane_and_back_is_the_plane() {
-        let plane = Plane::new([13, 7]);
+    fn the_inverse_transform_restores_the_plane() {
+        let plane = PlaneFft::new([13, 7]);
         assert_eq!(plane.size, [16, 8]);
         let value = |x: usize, y: usize| ((x * 7 + y * 13) % 11) as f64 - 3.0;
         let spectrum = plane.spectrum(|y, row| {
@@ -183,7 +188,7 @@ mod tests {
             y < 7
         });
         let mut found = vec![0.0; 7 * 16];
-        plane.rows(spectrum, &mut found, 16, |row, into| into.copy_from_slice(row));
+        plane.inverse_rows(spectrum, &mut found, 16, |row, into| into.copy_from_slice(row));
         for (i, found) in found.into_iter().enumerate() {
             let (x, y) = (i % 16, i / 16);
             let expected = if x < 13 { value(x, y) } else { 0.0 };
@@ -193,6 +198,6 @@ mod tests {
 
     #[test]
     fn lengths_are_products_of_small_primes() {
-        assert_eq!([1, 7, 11, 97, 1201, 4097].map(smooth), [1, 8, 12, 100, 1215, 4320]);
+        assert_eq!([1, 7, 11, 97, 1201, 4097].map(next_smooth), [1, 8, 12, 100, 1215, 4320]);
     }
 }

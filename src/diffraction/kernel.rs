@@ -1,28 +1,30 @@
-//! What the pixels around a pixel get of its light.
+//! Convolution kernel: the shares of a pixel's light that its surroundings receive.
 
 use rayon::prelude::*;
 
-use super::spread::Spread;
+use super::point_spread::PointSpread;
 
-/// How far, pixels, each number of points along a pixel's side is enough.
+/// Distance (pixels) up to which each number of sample points along a pixel's side is sufficient.
 const POINTS: [(f64, usize); 3] = [(4.0, 16), (16.0, 8), (64.0, 4)];
-/// The number farther out, where the spread is not known to more detail.
+/// The number of points farther out, where the table of the spread has no more detail.
 const FAR_POINTS: usize = 2;
 
-/// The shares of a pixel's light, by channel. Light counts as if it all came to the middle of its
-/// pixel, and is added up over the pixels that it is spread to: a spread narrower than a pixel
-/// changes nothing.
+/// The shares of a pixel's light, by channel.
+///
+/// The light of a pixel is treated as coming from its centre, and is integrated over the pixels
+/// that receive it: a spread narrower than a pixel changes nothing.
 #[derive(Clone, Debug)]
-pub(super) struct Kernel {
-    /// How far it goes, pixels.
+pub(super) struct PixelKernel {
+    /// Half width and half height without the centre (pixels).
     pub reach: [usize; 2],
-    /// Row by row, from that of the pixel itself downwards; upwards is the same, turned around.
+    /// Rows from that of the pixel itself downwards. The upper half is the lower one rotated by 180
+    /// degrees.
     half: Vec<[f32; 3]>,
 }
 
-impl Kernel {
-    /// Of a spread, for pixels of this width and height, um.
-    pub fn new(spread: &Spread, pitch: [f64; 2], reach: [usize; 2]) -> Self {
+impl PixelKernel {
+    /// Integrates a point spread over pixels of this width and height (um).
+    pub fn new(spread: &PointSpread, pitch: [f64; 2], reach: [usize; 2]) -> Self {
         let width = 2 * reach[0] + 1;
         let mut half = vec![[0.0f32; 3]; width * (reach[1] + 1)];
         let area = pitch[0] * pitch[1];
@@ -35,7 +37,7 @@ impl Kernel {
                 let part = |i: usize| (i as f64 + 0.5) / points as f64 - 0.5;
                 let mut sum = [0.0; 3];
                 for i in 0..points * points {
-                    // The picture is the film's mirror image in x and upside down.
+                    // The picture is the film's image mirrored in x and upside down.
                     let x = -(offset[0] + part(i % points)) * pitch[0];
                     let y = (offset[1] + part(i / points)) * pitch[1];
                     let there = spread.at([x, y]);
@@ -48,14 +50,15 @@ impl Kernel {
         let extent = [0, 1].map(|i| (reach[i] as f64 + 0.5) * pitch[i]);
         let outside = spread.outside(extent);
         for (channel, outside) in outside.into_iter().enumerate() {
-            kernel.balance(channel, 1.0 - outside);
+            kernel.normalize(channel, 1.0 - outside);
         }
         kernel
     }
 
-    /// Makes the shares of a channel add up: where most of the light stays in its pixel, its spread
-    /// there is too fine for points and is what the others leave.
-    fn balance(&mut self, channel: usize, whole: f64) {
+    /// Normalizes the shares of a channel to the sum `whole`. If most of the light stays in its
+    /// pixel, the spread there is too fine for sample points, and the central share is set to the
+    /// remainder.
+    fn normalize(&mut self, channel: usize, whole: f64) {
         let width = 2 * self.reach[0] + 1;
         let own = self.reach[0];
         let sum = |shares: &[[f32; 3]]| shares.iter().map(|s| f64::from(s[channel])).sum::<f64>();
@@ -71,16 +74,22 @@ impl Kernel {
         }
     }
 
-    /// The share, by channel, of the pixel so far to the right and below.
+    /// Returns the share, by channel, of the pixel at this offset to the right and below.
     pub fn at(&self, [dx, dy]: [isize; 2]) -> [f32; 3] {
         let (dx, dy) = if dy < 0 { (-dx, -dy) } else { (dx, dy) };
         let width = 2 * self.reach[0] + 1;
         self.half[dy as usize * width + (dx + self.reach[0] as isize) as usize]
     }
 
-    /// Writes a row of a plane of this size in which the pixel itself is at 0, 0 and what is to
-    /// the left and above comes in from the other side.
-    pub fn wrapped(&self, channel: usize, y: usize, size: [usize; 2], row: &mut [f64]) -> bool {
+    /// Writes a row of the kernel into a plane of this size, with its centre at (0, 0) and negative
+    /// offsets wrapped around. Returns whether the row holds anything.
+    pub fn write_wrapped_row(
+        &self,
+        channel: usize,
+        y: usize,
+        size: [usize; 2],
+        row: &mut [f64],
+    ) -> bool {
         let [right, down] = self.reach.map(|reach| reach as isize);
         let dy = if y as isize <= down { y as isize } else { y as isize - size[1] as isize };
         if dy < -down {
@@ -92,11 +101,11 @@ impl Kernel {
         true
     }
 
-    /// For every pixel of a picture, the share of the kernel that lies inside the picture.
-    pub fn inside(&self, channel: usize, [width, height]: [usize; 2]) -> Vec<f32> {
+    /// Returns for every pixel of a picture the share of the kernel that lies inside the picture.
+    pub fn shares_inside(&self, channel: usize, [width, height]: [usize; 2]) -> Vec<f32> {
         let [right, down] = self.reach;
         let columns = 2 * right + 1;
-        // Sums from the first column, of the row and all before it.
+        // Summed-area table.
         let mut sums = vec![0.0; (columns + 1) * (down + 2)];
         for y in 0..=down {
             let mut sum = 0.0;

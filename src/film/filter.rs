@@ -1,40 +1,40 @@
-//! Pixel filters: how far from its pixel a sample may lie, and what it counts there.
+//! Pixel filters: the positions of samples about their pixel, and their weights.
 //!
-//! A sample belongs to one pixel and lies where the pixel's filter is large (Ernst, Stamminger &
-//! Greiner 2006, "Filter importance sampling"), so that all samples count the same, but for
-//! filters that go below 0: there they count less than nothing.
+//! Positions are sampled in proportion to the magnitude of the filter (Ernst, Stamminger & Greiner
+//! 2006, "Filter importance sampling"). A sample belongs to one pixel, and all samples have the
+//! same weight, except for filters with negative lobes, where the weight has the filter's sign.
 
 use std::f64::consts::PI;
 
-/// A function of the distance from the pixel's centre, in pixels, that is 0 beyond a radius.
+/// Filter function of the distance from the pixel's centre (pixels), 0 beyond a radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Profile {
-    /// The same everywhere.
+    /// Constant.
     Box,
     /// radius - |x|.
     Triangle,
-    /// A normal density, less its value at the radius, where that is above 0.
+    /// A normal density minus its value at the radius, clamped to >= 0.
     Gaussian {
-        /// Standard deviation, pixels.
+        /// Standard deviation (pixels).
         sigma: f64,
     },
     /// The cubic of Mitchell & Netravali 1988, "Reconstruction filters in computer graphics",
-    /// stretched from its radius of 2.
+    /// scaled from its radius of 2.
     Mitchell {
-        /// Their B.
+        /// Parameter B of the cubic.
         b: f64,
-        /// Their C.
+        /// Parameter C of the cubic.
         c: f64,
     },
-    /// sinc(x) sinc(x / tau), sinc(x) = sin(pi x) / (pi x) (Lanczos).
+    /// Lanczos' windowed sinc(x) sinc(x / tau), with sinc(x) = sin(pi x) / (pi x).
     Sinc {
-        /// How many lobes the window is wide.
+        /// Radius of the window (lobes).
         tau: f64,
     },
 }
 
 impl Profile {
-    /// Its value at a distance within the radius, up to a factor.
+    /// Returns the unnormalised value at a distance within the radius.
     fn at(self, x: f64, radius: f64) -> f64 {
         let x = x.abs();
         match self {
@@ -63,31 +63,36 @@ impl Profile {
     }
 }
 
-/// Steps of the table of a radius.
+/// Number of steps of the tables.
 const STEPS: usize = 2048;
 
-/// A filter along one axis.
+/// Filter along one axis, tabulated.
 #[derive(Clone, Debug)]
-struct Axis {
+struct FilterAxis {
     radius: f64,
-    /// Where the distribution of the filter's magnitude reaches each share of its whole, of
-    /// [`STEPS`] + 1; empty for a box.
-    reached: Vec<f32>,
-    /// What samples of each step count, 1 on average; empty where the filter is nowhere below 0.
+    /// Inverse of the cumulative distribution of the filter's magnitude, [`STEPS`] + 1 positions;
+    /// empty for a box.
+    inverse_cdf: Vec<f32>,
+    /// Weight of the samples of each step, 1 on average; empty if the filter has no negative lobe.
     weights: Vec<f32>,
-    /// The filter at the steps' edges from its middle to its radius, and once more there; empty for
-    /// a box.
+    /// Filter at the edges of the steps from its centre to its radius, and the last value again;
+    /// empty for a box.
     values: Vec<f32>,
 }
 
-impl Axis {
+impl FilterAxis {
     fn new(profile: Profile, radius: f64) -> Self {
         if profile == Profile::Box {
-            return Self { radius, reached: Vec::new(), weights: Vec::new(), values: Vec::new() };
+            return Self {
+                radius,
+                inverse_cdf: Vec::new(),
+                weights: Vec::new(),
+                values: Vec::new(),
+            };
         }
         let cells = 16 * STEPS;
         let edge = |i: usize| radius * (2.0 * i as f64 / cells as f64 - 1.0);
-        // Integrals from the left edge, of the filter and of its magnitude.
+        // Integrals of the filter and of its magnitude from the left edge to each cell's.
         let mut sums = vec![[0.0; 2]];
         let (mut sum, mut signed) = ([0.0; 2], false);
         for i in 0..cells {
@@ -96,9 +101,9 @@ impl Axis {
             sum = [sum[0] + value, sum[1] + value.abs()];
             sums.push(sum);
         }
-        // By share of the magnitude: the place, and the integral of the filter to there.
+        // By share of the magnitude's integral: the position, and the filter's integral up to it.
         let mut cell = 0;
-        let reached: Vec<[f64; 2]> = (0..=STEPS)
+        let quantiles: Vec<[f64; 2]> = (0..=STEPS)
             .map(|i| {
                 let goal = sum[1] * i as f64 / STEPS as f64;
                 while cell + 1 < cells && sums[cell + 1][1] < goal {
@@ -112,46 +117,47 @@ impl Axis {
             })
             .collect();
         let share = |step: &[[f64; 2]]| ((step[1][1] - step[0][1]) / sum[0] * STEPS as f64) as f32;
-        let weights = if signed { reached.windows(2).map(share).collect() } else { Vec::new() };
+        let weights = if signed { quantiles.windows(2).map(share).collect() } else { Vec::new() };
         let value = |i: usize| {
             let distance = radius * i.min(STEPS) as f64 / STEPS as f64;
             profile.at(distance, radius) as f32
         };
         let values = (0..STEPS + 2).map(value).collect();
-        Self { radius, reached: reached.iter().map(|at| at[0] as f32).collect(), weights, values }
+        let inverse_cdf = quantiles.iter().map(|quantile| quantile[0] as f32).collect();
+        Self { radius, inverse_cdf, weights, values }
     }
 
-    /// Multiplies numbers by the filter at places along the axis, from the pixel's centre.
-    fn multiply(&self, places: &[f32], numbers: &mut [f32]) {
+    /// Multiplies each value by the filter at a position relative to the pixel's centre.
+    fn multiply(&self, positions: &[f32], values: &mut [f32]) {
         let radius = self.radius as f32;
         if self.values.is_empty() {
-            for (number, place) in numbers.iter_mut().zip(places) {
-                *number = if place.abs() <= radius { *number } else { 0.0 };
+            for (value, position) in values.iter_mut().zip(positions) {
+                *value = if position.abs() <= radius { *value } else { 0.0 };
             }
             return;
         }
         let per_step = STEPS as f32 / radius;
-        for (number, place) in numbers.iter_mut().zip(places) {
-            // Not for what is no number either.
-            *number = if place.abs() <= radius {
-                let scaled = place.abs() * per_step;
+        for (value, position) in values.iter_mut().zip(positions) {
+            // A NaN position fails the comparison and gives 0.
+            *value = if position.abs() <= radius {
+                let scaled = position.abs() * per_step;
                 let step = (scaled as usize).min(STEPS);
                 let [low, high] = [self.values[step], self.values[step + 1]];
-                *number * (scaled - step as f32).mul_add(high - low, low)
+                *value * (scaled - step as f32).mul_add(high - low, low)
             } else {
                 0.0
             };
         }
     }
 
-    /// The place, from the pixel's centre, that a number in [0, 1) chooses.
+    /// Returns the position, relative to the pixel's centre, for a random number in [0, 1).
     #[inline(always)]
     fn place(&self, u: f32) -> f32 {
-        if self.reached.is_empty() {
+        if self.inverse_cdf.is_empty() {
             return (2.0 * u - 1.0) * self.radius as f32;
         }
         let (step, scaled) = (step(u), u * STEPS as f32);
-        let [low, high] = [self.reached[step], self.reached[step + 1]];
+        let [low, high] = [self.inverse_cdf[step], self.inverse_cdf[step + 1]];
         (scaled - step as f32).mul_add(high - low, low)
     }
 
@@ -160,56 +166,58 @@ impl Axis {
     }
 }
 
-/// The step of the tables that a number in [0, 1) falls into.
+/// Returns the step of the tables that contains a number in [0, 1).
 #[inline(always)]
 fn step(u: f32) -> usize {
     ((u * STEPS as f32) as usize).min(STEPS - 1)
 }
 
-/// The filter of a picture's pixels: a product of one function of x and one of y.
+/// Filter of a picture's pixels: the product of a function of x and one of y.
 #[derive(Clone, Debug)]
-pub struct Filter {
-    axes: [Axis; 2],
+pub struct PixelFilter {
+    axes: [FilterAxis; 2],
 }
 
-impl Default for Filter {
-    /// The pixel itself.
+impl Default for PixelFilter {
+    /// The box of one pixel.
     fn default() -> Self {
         Self::new(Profile::Box, [0.5; 2])
     }
 }
 
-impl Filter {
-    /// The same function along both axes, with a radius each, pixels.
+impl PixelFilter {
+    /// The same function along both axes, with a radius (pixels) for each.
     pub fn new(profile: Profile, radius: [f64; 2]) -> Self {
-        Self { axes: radius.map(|radius| Axis::new(profile, radius)) }
+        Self { axes: radius.map(|radius| FilterAxis::new(profile, radius)) }
     }
 
-    /// How far beyond the edges of their pixel samples lie at most, pixels.
-    pub fn reach(&self) -> [f64; 2] {
+    /// Returns the largest distance of samples beyond the edges of their pixel (pixels).
+    pub fn margin(&self) -> [f64; 2] {
         self.axes.each_ref().map(|axis| (axis.radius - 0.5).max(0.0))
     }
 
-    /// Whether samples may count different from 1.
-    pub fn signed(&self) -> bool {
+    /// Returns whether the filter has negative lobes, so that samples have weights other than 1.
+    pub fn is_signed(&self) -> bool {
         self.axes.iter().any(|axis| !axis.weights.is_empty())
     }
 
-    /// Moves numbers in [0, 1) to places along an axis, from the middle of the pixel.
+    /// Replaces random numbers in [0, 1) by positions along an axis, relative to the pixel's
+    /// centre.
     pub fn place(&self, axis: usize, u: &mut [f32]) {
         for u in u {
             *u = self.axes[axis].place(*u);
         }
     }
 
-    /// Multiplies numbers by the filter, up to a factor, at places from the middle of the pixel.
-    pub fn multiply(&self, places: [&[f32]; 2], numbers: &mut [f32]) {
-        for (axis, places) in self.axes.iter().zip(places) {
-            axis.multiply(places, numbers);
+    /// Multiplies each value by the unnormalised filter at a position relative to the pixel's
+    /// centre.
+    pub fn multiply(&self, positions: [&[f32]; 2], values: &mut [f32]) {
+        for (axis, positions) in self.axes.iter().zip(positions) {
+            axis.multiply(positions, values);
         }
     }
 
-    /// What the sample counts whose place these numbers choose; 1 on average.
+    /// Returns the weight of the sample whose position these random numbers choose; 1 on average.
     pub fn weight(&self, u: [f32; 2]) -> f32 {
         self.axes[0].weight(u[0]) * self.axes[1].weight(u[1])
     }
@@ -228,10 +236,10 @@ mod tests {
     ];
 
     #[test]
-    fn samples_are_weighted_as_the_filter_says() {
+    fn weighted_samples_have_the_moments_of_the_filter() {
         for (profile, radius) in PROFILES {
-            let filter = Filter::new(profile, [radius, 1.0]);
-            // Moments by samples and by integration.
+            let filter = PixelFilter::new(profile, [radius, 1.0]);
+            // Moments from samples and from integration.
             let (mut sampled, mut whole) = ([0.0; 2], [0.0; 2]);
             let count = 200_000;
             for i in 0..count {
@@ -255,9 +263,9 @@ mod tests {
     }
 
     #[test]
-    fn values_are_the_profile_inside_the_radius_and_nothing_beyond() {
+    fn values_are_the_profile_inside_the_radius_and_zero_beyond() {
         for (profile, radius) in PROFILES {
-            let filter = Filter::new(profile, [radius, 0.5 * radius]);
+            let filter = PixelFilter::new(profile, [radius, 0.5 * radius]);
             for i in -1300..1300i16 {
                 let [x, y] = [f64::from(i) * 1e-3 * radius, f64::from(i) * 0.3e-3 * radius];
                 let mut found = [2.0];
@@ -275,15 +283,16 @@ mod tests {
     }
 
     #[test]
-    fn only_filters_that_go_below_zero_are_signed() {
-        let signed = PROFILES.map(|(profile, radius)| Filter::new(profile, [radius; 2]).signed());
+    fn only_filters_with_negative_lobes_are_signed() {
+        let signed =
+            PROFILES.map(|(profile, radius)| PixelFilter::new(profile, [radius; 2]).is_signed());
         assert_eq!(signed, [false, false, false, true, true]);
     }
 
     #[test]
-    fn a_pixel_is_its_own_filter_by_default() {
+    fn the_default_filter_is_the_box_of_one_pixel() {
         let mut places = [0.0, 0.25, 0.75];
-        Filter::default().place(0, &mut places);
+        PixelFilter::default().place(0, &mut places);
         assert_eq!(places, [-0.5, -0.25, 0.25]);
     }
 }

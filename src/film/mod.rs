@@ -1,52 +1,56 @@
-//! The film: which pixels there are, where their samples lie, and what they have received.
+//! Film: pixels, the positions of their samples, and the sums of the light that they receive.
 
 mod accumulate;
-mod colours;
 mod dropped;
+mod film_sums;
 pub mod filter;
+mod hero;
 mod response;
 mod sample;
 
-pub(crate) use accumulate::single;
-pub use accumulate::{FilmSums, TileSums};
-pub use colours::Colours;
-pub use dropped::{Dropped, SampleName};
-pub use filter::Filter;
+pub use accumulate::TileSums;
+pub use dropped::{DroppedSamples, SampleId};
+pub use film_sums::FilmSums;
+pub(crate) use film_sums::clamp_to_f32;
+pub use filter::PixelFilter;
+pub use hero::HeroWeights;
 pub use response::Response;
 pub use sample::{TileSampler, sample};
 
 use std::ops::Range;
 
-/// The picture's pixels and the part of them that is rendered.
+use crate::io::image::PictureWindow;
+
+/// Pixels of a picture, and the crop window of those that are rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Width and height of the whole picture.
+    /// Width and height of the whole picture (pixels).
     pub resolution: [u32; 2],
-    /// First pixel that is rendered.
+    /// First pixel that is rendered, (x, y).
     pub low: [u32; 2],
-    /// First pixel that is not rendered any more.
+    /// End of the rendered pixels (x, y), exclusive.
     pub high: [u32; 2],
 }
 
-/// Side of a tile, pixels.
+/// Side of a tile (pixels).
 const TILE: u32 = 16;
 
-/// A square of pixels that one worker owns.
+/// A rectangle of pixels, at most 16 x 16, that one worker owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tile {
-    /// First pixel.
+    /// First pixel, (x, y) in the whole picture.
     pub low: [u32; 2],
-    /// Width and height.
+    /// Width and height (pixels).
     pub size: [u32; 2],
 }
 
 impl Tile {
-    /// The pixel, x and y in the whole picture, with this index in the tile.
+    /// Returns the pixel (x, y) in the whole picture with this index in the tile.
     pub fn pixel(&self, index: u32) -> [u32; 2] {
         [self.low[0] + index % self.size[0], self.low[1] + index / self.size[0]]
     }
 
-    /// Where its rows of pixels lie in the part of a frame that is rendered.
+    /// Returns the ranges of the tile's rows in the rendered pixels of a frame.
     fn rows(&self, frame: &Frame) -> impl Iterator<Item = Range<usize>> {
         let row = frame.size()[0] as usize;
         let [x, y] = [0, 1].map(|i| (self.low[i] - frame.low[i]) as usize);
@@ -54,14 +58,14 @@ impl Tile {
         (y..y + height).map(move |y| y * row + x..y * row + x + width)
     }
 
-    /// Copies values of its pixels to where they lie in the part of a frame that is rendered.
+    /// Copies values of the tile's pixels into values of a frame's rendered pixels.
     pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
         for (row, pixels) in self.rows(frame).zip(from.chunks_exact(self.size[0] as usize)) {
             to[row].copy_from_slice(pixels);
         }
     }
 
-    /// Copies the values of its pixels out of the part of a frame that is rendered.
+    /// Copies the values of the tile's pixels out of values of a frame's rendered pixels.
     pub fn cut<T: Copy>(&self, frame: &Frame, from: &[T]) -> Vec<T> {
         self.rows(frame).flat_map(|row| &from[row]).copied().collect()
     }
@@ -73,12 +77,17 @@ impl Frame {
         Self { resolution, low: [0, 0], high: resolution }
     }
 
-    /// Width and height of the part that is rendered.
+    /// Returns the window of the rendered part within the whole picture.
+    pub fn window(&self) -> PictureWindow {
+        PictureWindow { origin: self.low, frame: self.resolution }
+    }
+
+    /// Returns the width and height of the crop window (pixels).
     pub fn size(&self) -> [u32; 2] {
         [self.high[0] - self.low[0], self.high[1] - self.low[1]]
     }
 
-    /// The tiles that cover it, row by row.
+    /// Returns the tiles that cover the crop window, row by row.
     pub fn tiles(&self) -> Vec<Tile> {
         let steps = |axis: usize| (self.low[axis]..self.high[axis]).step_by(TILE as usize);
         steps(1)

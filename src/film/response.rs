@@ -1,38 +1,39 @@
-//! How the film turns the light of a sample into what its pixel adds up.
+//! Film response: the conversion of a sample's light to the value that its pixel adds up.
 
 use glam::{DMat3, DVec3};
 
-use super::filter::Filter;
+use super::filter::PixelFilter;
 use crate::spectrum::xyz_from_srgb;
 
-/// What a film does with samples. By default nothing: all count the same, as they are.
+/// Response of a film. By default it passes all samples on unchanged, with equal weights.
 #[derive(Clone, Debug, Default)]
 pub struct Response {
-    /// Where samples lie about their pixel, and what they count.
-    pub filter: Filter,
-    /// The largest X, Y or Z of a sample; brighter ones are scaled down to it (pbrt-v4's
-    /// `maxcomponentvalue`). It costs energy where it works, and fireflies.
-    pub brightest: Option<f64>,
-    /// Linear sRGB to linear sRGB, so that what lights the scene looks white.
-    pub balance: Option<DMat3>,
+    /// Pixel filter, which sets the positions and weights of samples.
+    pub filter: PixelFilter,
+    /// Largest X, Y or Z of a sample. Brighter samples are scaled down to it, which removes
+    /// fireflies but also energy (pbrt-v4's `maxcomponentvalue`).
+    pub max_component: Option<f64>,
+    /// White balance: a matrix from linear sRGB to linear sRGB that makes the scene's illuminant
+    /// white.
+    pub white_balance: Option<DMat3>,
 }
 
 impl Response {
-    /// What a sample of this light adds.
+    /// Returns the value that a sample of this light adds to its pixel.
     #[inline(always)]
-    pub(super) fn to(&self, mut light: [f64; 3]) -> [f64; 3] {
-        if let Some(limit) = self.brightest {
+    pub(super) fn apply(&self, mut light: [f64; 3]) -> [f64; 3] {
+        if let Some(limit) = self.max_component {
             let most = xyz_from_srgb(light).into_iter().fold(0.0, f64::max);
             if most > limit {
                 light = light.map(|c| c * limit / most);
             }
         }
-        self.balanced(light)
+        self.apply_white_balance(light)
     }
 
-    /// Light that is no single sample's, in the film's white.
-    pub fn balanced(&self, light: [f64; 3]) -> [f64; 3] {
-        match &self.balance {
+    /// Returns white-balanced light. Light that belongs to no single sample takes only this step.
+    pub fn apply_white_balance(&self, light: [f64; 3]) -> [f64; 3] {
+        match &self.white_balance {
             Some(balance) => (*balance * DVec3::from_array(light)).to_array(),
             None => light,
         }
@@ -45,25 +46,26 @@ mod tests {
     use crate::spectrum::white_balance;
 
     #[test]
-    fn the_brightest_samples_keep_their_colour() {
-        let film = Response { brightest: Some(2.0), ..Response::default() };
-        assert_eq!(film.to([0.5, 0.25, 0.125]), [0.5, 0.25, 0.125]);
-        let [r, g, b] = film.to([100.0, 50.0, 25.0]);
+    fn samples_above_the_maximum_keep_their_colour() {
+        let film = Response { max_component: Some(2.0), ..Response::default() };
+        assert_eq!(film.apply([0.5, 0.25, 0.125]), [0.5, 0.25, 0.125]);
+        let [r, g, b] = film.apply([100.0, 50.0, 25.0]);
         assert!((r / g - 2.0).abs() < 1e-12 && (g / b - 2.0).abs() < 1e-12);
         let most = xyz_from_srgb([r, g, b]).into_iter().fold(0.0, f64::max);
         assert!((most - 2.0).abs() < 1e-12);
     }
 
     #[test]
-    fn what_lights_the_scene_looks_white() {
-        // Daylight of 9000 K is bluish; a surface white under it comes out white.
-        let film = Response { balance: Some(white_balance(9000.0)), ..Response::default() };
-        let [r, g, b] = film.to([1.0; 3]);
+    fn white_balance_makes_the_illuminant_white() {
+        // Daylight of 9000 K is bluish, so the balance strengthens red.
+        let film = Response { white_balance: Some(white_balance(9000.0)), ..Response::default() };
+        let [r, g, b] = film.apply([1.0; 3]);
         assert!(r > 1.05 && b < 0.9, "{r} {g} {b}");
-        let neutral = Response { balance: Some(white_balance(6500.0)), ..Response::default() };
+        let neutral =
+            Response { white_balance: Some(white_balance(6500.0)), ..Response::default() };
         assert!(
             neutral
-                .to([1.0, 0.5, 0.2])
+                .apply([1.0, 0.5, 0.2])
                 .into_iter()
                 .zip([1.0, 0.5, 0.2])
                 .all(|(a, b)| (a - b).abs() < 1e-9)

@@ -1,30 +1,32 @@
-//! Choosing film and pupil points: a stage.
+//! Sampling stage: chooses the film and pupil points of samples.
 
 use std::ops::Range;
 
-use super::{Filter, Frame, Tile};
-use crate::plan::EFFECTS;
-use crate::rays::{SampleBatch, WAVE};
-use crate::sampler::{Dimension, pair, pairs, pixel_key};
-use crate::spectrum::hero;
+use super::{Frame, PixelFilter, Tile};
+use crate::effects::EFFECTS;
+use crate::rays::{SampleBatch, WAVE_SIZE};
+use crate::sampler::{Dimension, fill_2d, pixel_key, sample_2d};
+use crate::spectrum::hero_band;
 
-/// Walks through the samples of a tile, wave by wave: pixel after pixel, all samples of one
-/// before the next, so that rays of a wave stay together. Where the lens takes the light apart,
-/// samples wait until there is a wave of their band.
+/// Samples of a tile, wave by wave.
+///
+/// All samples of a pixel come before those of the next, so that the rays of a wave stay close. If
+/// the lens disperses light, samples are queued until there is a wave of their band.
 #[derive(Clone, Debug)]
 pub struct TileSampler {
-    /// Place of each pixel that sees light: index in the tile and coordinates in the picture.
+    /// Pixels that receive light: index in the tile, and (x, y) in the picture.
     pixels: Vec<(u32, [u32; 2])>,
     samples: Range<u32>,
     pixel: usize,
     sample: u32,
-    /// By band, pixel and sample; empty where all light goes together.
-    waiting: Vec<Vec<(usize, u32)>>,
+    /// Queue of each band: index into `pixels`, and sample. Empty without dispersion.
+    band_queues: Vec<Vec<(usize, u32)>>,
 }
 
 impl TileSampler {
-    /// The samples of a tile, without the pixels that see no light: `sees` says whether any
-    /// pixel from the first of two to before the second does. The light is in this many bands.
+    /// The samples of a tile, without pixels that receive no light. `sees(low, high)` returns
+    /// whether any pixel from `low` to before `high` receives light. The light consists of `bands`
+    /// bands.
     pub fn new(
         tile: &Tile,
         samples: Range<u32>,
@@ -37,17 +39,18 @@ impl TileSampler {
             .map(|i| (i, tile.pixel(i)))
             .filter(|(_, pixel)| sees(*pixel, pixel.map(|p| p + 1)))
             .collect();
-        let waiting = vec![Vec::new(); if bands > 1 { bands } else { 0 }];
-        Self { pixels, sample: samples.start, samples, pixel: 0, waiting }
+        let band_queues = vec![Vec::new(); if bands > 1 { bands } else { 0 }];
+        Self { pixels, sample: samples.start, samples, pixel: 0, band_queues }
     }
 
-    /// How many samples the tile has in all.
+    /// Returns the number of samples of the tile.
     pub fn count(&self) -> u64 {
         self.pixels.len() as u64 * self.samples.len() as u64
     }
 
-    /// The next samples of one pixel, at most so many: its place in the list, and which.
-    fn next(&mut self, most: usize) -> Option<(usize, Range<u32>)> {
+    /// Returns the next samples of one pixel, at most `most`: its index in `pixels`, and the
+    /// samples.
+    fn next_run(&mut self, most: usize) -> Option<(usize, Range<u32>)> {
         let pixel = self.pixel;
         if pixel == self.pixels.len() || self.samples.is_empty() {
             return None;
@@ -62,40 +65,41 @@ impl TileSampler {
         Some((pixel, run))
     }
 
-    /// Fills the line of some band with a wave, or with what is left; answers which.
-    fn gather(&mut self, seed: u32) -> Option<usize> {
+    /// Queues samples until a band has a whole wave, or none is left, and returns a band with
+    /// samples.
+    fn fill_band_queue(&mut self, seed: u32) -> Option<usize> {
         loop {
-            if let Some(full) = self.waiting.iter().position(|line| line.len() >= WAVE) {
+            if let Some(full) = self.band_queues.iter().position(|queue| queue.len() >= WAVE_SIZE) {
                 return Some(full);
             }
-            let Some((pixel, run)) = self.next(WAVE) else {
-                return self.waiting.iter().position(|line| !line.is_empty());
+            let Some((pixel, run)) = self.next_run(WAVE_SIZE) else {
+                return self.band_queues.iter().position(|queue| !queue.is_empty());
             };
             let [x, y] = self.pixels[pixel].1;
             let key = pixel_key(x, y, seed);
             for sample in run {
-                let numbers = pair(key, sample, Dimension::Wavelength);
-                let band = hero(numbers, self.waiting.len());
-                self.waiting[band].push((pixel, sample));
+                let numbers = sample_2d(key, sample, Dimension::Wavelength);
+                let band = hero_band(numbers, self.band_queues.len());
+                self.band_queues[band].push((pixel, sample));
             }
         }
     }
 }
 
-/// Fills a batch with the next samples of a tile; false when there are none left.
+/// Fills a batch with the next samples of a tile, and returns false if none are left.
 ///
-/// `film` is the size of the whole film in its own units. The picture on it is upside down
-/// and mirrored: the right of the picture lies at negative x, its lower edge at positive y.
+/// `film` is the width and height of the whole film in its own units. The picture on it is upside
+/// down and mirrored: the right of the picture lies at negative x, its lower edge at positive y.
 pub fn sample(
     tile: &mut TileSampler,
     frame: &Frame,
-    filter: &Filter,
+    filter: &PixelFilter,
     film: [f64; 2],
     seed: u32,
     batch: &mut SampleBatch,
 ) -> bool {
     let mut len = 0;
-    let mut put = |(index, [x, y]): (u32, [u32; 2]), run: Range<u32>| {
+    let mut push = |(index, [x, y]): (u32, [u32; 2]), run: Range<u32>| {
         let key = pixel_key(x, y, seed);
         let to = len..len + run.len();
         batch.pixel[to.clone()].fill(index);
@@ -103,44 +107,44 @@ pub fn sample(
         batch.film[0][to.clone()].fill(x as f32);
         batch.film[1][to.clone()].fill(y as f32);
         len = to.end;
-        for (place, sample) in batch.sample[to].iter_mut().zip(run) {
-            *place = sample;
+        for (slot, sample) in batch.sample[to].iter_mut().zip(run) {
+            *slot = sample;
         }
         len
     };
     (batch.seed, batch.band) = (seed, 0);
-    if !EFFECTS || tile.waiting.is_empty() {
-        let mut room = WAVE;
+    if !EFFECTS || tile.band_queues.is_empty() {
+        let mut room = WAVE_SIZE;
         while room > 0
-            && let Some((pixel, run)) = tile.next(room)
+            && let Some((pixel, run)) = tile.next_run(room)
         {
-            room = WAVE - put(tile.pixels[pixel], run);
+            room = WAVE_SIZE - push(tile.pixels[pixel], run);
         }
-    } else if let Some(band) = tile.gather(seed) {
-        let line = &mut tile.waiting[band];
-        for (pixel, sample) in line.drain(..line.len().min(WAVE)) {
-            put(tile.pixels[pixel], sample..sample + 1);
+    } else if let Some(band) = tile.fill_band_queue(seed) {
+        let queue = &mut tile.band_queues[band];
+        for (pixel, sample) in queue.drain(..queue.len().min(WAVE_SIZE)) {
+            push(tile.pixels[pixel], sample..sample + 1);
         }
         batch.band = band;
     }
     batch.len = len;
     let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);
-    // The middle of the picture, from the middle of its first pixel.
+    // Centre of the picture, relative to the centre of its first pixel (pixels).
     let centre = frame.resolution.map(|n| (n as f32 - 1.0) / 2.0);
     let SampleBatch { key, sample, film, offset, weight, pupil, .. } = batch;
-    // Whole packets, so that the lanes behind the last sample hold numbers too.
+    // Whole packets, so that the lanes after the last sample hold finite numbers too.
     let padded = len.next_multiple_of(8);
     let (keys, samples) = (&key[..padded], &sample[..padded]);
     let [u, v] = pupil;
-    pairs(keys, samples, Dimension::Film, &mut u[..], &mut v[..]);
-    if filter.signed() {
+    fill_2d(keys, samples, Dimension::Film, &mut u[..], &mut v[..]);
+    if filter.is_signed() {
         for i in 0..padded {
             weight[i] = filter.weight([u[i], v[i]]);
         }
     }
     filter.place(0, &mut u[..padded]);
     filter.place(1, &mut v[..padded]);
-    if EFFECTS && !tile.waiting.is_empty() {
+    if EFFECTS && !tile.band_queues.is_empty() {
         offset[0][..padded].copy_from_slice(&u[..padded]);
         offset[1][..padded].copy_from_slice(&v[..padded]);
     }
@@ -149,6 +153,6 @@ pub fn sample(
         x[i] = (centre[0] - (x[i] + u[i])) * pitch[0];
         y[i] = ((y[i] + v[i]) - centre[1]) * pitch[1];
     }
-    pairs(keys, samples, Dimension::Pupil, &mut u[..], &mut v[..]);
+    fill_2d(keys, samples, Dimension::Pupil, &mut u[..], &mut v[..]);
     len > 0
 }

@@ -1,48 +1,68 @@
-//! Ghosts: light that is mirrored twice inside the lens.
+//! Ghosts: light that is reflected twice inside the lens.
 //!
-//! Of a bright source, two surfaces that each reflect a few percent make a second, fainter and
-//! mostly unsharp image: one for every pair of them. From the film such a source would hardly
-//! ever be hit, so here light goes its own way: from points of the front surface a light is
-//! sampled, its rays are traced through the pair's sequence of surfaces, and what arrives is put
-//! on the film (light tracing; Hullin et al. 2011, "Physically-based real-time lens flare
-//! rendering", has the pairs). Every surface takes or gives its exact share, by angle.
+//! Two surfaces that each reflect a few percent form a second, fainter and mostly unsharp image of
+//! a bright source: one for every pair of surfaces. Paths from the film would hardly ever hit such
+//! a source, so ghosts use light tracing: a light is sampled from points of the front surface, its
+//! rays are traced through the pair's sequence of surfaces, and the light that arrives is splatted
+//! on the film (the pairs are those of Hullin et al. 2011, "Physically-based real-time lens flare
+//! rendering"). Every surface reflects or transmits its exact share, by angle.
 //!
-//! What is left out: light mirrored four times or more, and that of the film itself; light that
-//! comes to the lens by way of mirrors, panes and bright walls; uniform skies; and light that
-//! enters from behind the plane of the front vertex.
+//! Not simulated: light reflected four times or more, and light reflected by the film; light that
+//! reaches the lens by mirrors, panes or bright walls; uniform skies; and light that enters from
+//! behind the plane of the front vertex.
 
-mod photons;
+mod estimate;
+mod light_paths;
 mod splat;
-mod survey;
 
-pub use splat::SAMPLES;
-pub use survey::{Sighting, lamp, survey};
+pub use estimate::{GhostEstimate, direct_peak, estimate};
+pub use splat::SAMPLES_PER_PATH;
 
 use crate::distribution::Distribution;
-use crate::lens::{Prescription, Surface, ghost_sequence};
+use crate::film::{Frame, Response};
+use crate::lens::{Camera, Prescription, Surface, ghost_sequence};
+use crate::scene::Scene;
+use crate::shutter::Timing;
 use crate::spectrum::LightBand;
 
-/// The ghosts of a picture that are simulated.
+/// Parts of a job that ghosts depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct GhostInput<'a> {
+    /// The scene, with its lights.
+    pub scene: &'a Scene,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The pixels of the picture.
+    pub frame: &'a Frame,
+    /// The filter and the colour response of the film.
+    pub response: &'a Response,
+    /// The times of the samples, if anything moves.
+    pub timing: Option<&'a Timing>,
+    /// The seed of all random numbers.
+    pub seed: u32,
+}
+
+/// The simulated ghosts of a picture.
 #[derive(Clone, Debug)]
 pub struct Ghosts {
     /// The brightest pairs.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<GhostPair>,
 }
 
-/// Two surfaces that mirror.
+/// Two surfaces that reflect.
 #[derive(Clone, Debug)]
-pub struct Pair {
-    /// Their rows, from 0 at the scene side; light comes to the second first.
+pub struct GhostPair {
+    /// Their rows, from 0 at the scene side. Light meets the second one first.
     pub rows: [usize; 2],
-    /// The share of light paths that it gets.
+    /// Probability that a wave of light paths samples this pair.
     pub share: f64,
-    /// Where on the front surface light must enter, over the square about it.
+    /// Sampling density of the entry points, over the square about the front surface.
     entry: Distribution,
-    /// Its surfaces for light of one wavelength, and what that counts in red, green and blue.
+    /// For each band its surfaces at that wavelength, and its response in red, green and blue.
     bands: Vec<(Vec<Surface<f32>>, [f64; 3])>,
 }
 
-/// All pairs of rows of which both reflect light.
+/// Returns all pairs of rows that both reflect light.
 pub fn pairs(lens: &Prescription) -> Vec<[usize; 2]> {
     let mirrors: Vec<usize> =
         (0..lens.rows.len()).filter(|&row| lens.transmittance(row) < 1.0).collect();
@@ -50,7 +70,7 @@ pub fn pairs(lens: &Prescription) -> Vec<[usize; 2]> {
     mirrors.iter().flat_map(|second| below(second).map(move |&first| [first, *second])).collect()
 }
 
-/// The surfaces of a pair in all light at once, or by bands.
+/// Returns the surfaces of a pair and the response, by band.
 fn sequences(
     lens: &Prescription,
     rows: [usize; 2],

@@ -1,81 +1,83 @@
-//! Putting ghosts on the film: a stage of its own, behind all others.
+//! Ghost stage: splats light paths on the film, after all other stages.
 
 use std::ops::Range;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::photons::Photons;
-use super::{Ghosts, Pair};
+use super::light_paths::LightPaths;
+use super::{GhostInput, GhostPair, Ghosts};
 use crate::film::FilmSums;
 use crate::lanes::Real;
-use crate::lens::{Model, RealLens};
-use crate::rays::{LensBatch, WAVE};
-use crate::render::{Job, Progress};
-use crate::sampler::{Dimension, pair, pixel_key};
+use crate::lens::{LensModel, RealLens};
+use crate::rays::{LensBatch, WAVE_SIZE};
+use crate::sampler::{Dimension, pixel_key, sample_2d};
+use crate::stats::thread_time;
 use crate::stats::{Stage, Stats};
-use crate::thread_time::thread_time;
 
-/// Waves whose light waits at a time: 8 MB.
+/// Waves that are traced before their splats are added to the film: 8 MB.
 const CHUNK: u32 = 512;
 
-/// Samples of the picture to one light path: ghosts are unsharp, and need few.
-pub const SAMPLES: u64 = 4;
+/// Samples of the picture per light path. Ghosts are unsharp and need few paths.
+pub const SAMPLES_PER_PATH: u64 = 4;
 
-/// In how many bands a path is traced at once.
-const TOGETHER: usize = 4;
+/// Largest number of bands in which one path is traced.
+const BANDS_PER_PATH: usize = 4;
 
-/// A path in one band that comes to the film.
+/// A path in one band that arrives on the film.
 #[derive(Clone, Copy)]
 struct Arrival {
-    /// Its place in the wave.
+    /// Its index in the wave.
     slot: u32,
     pixel: [u32; 2],
-    /// What of its flux becomes light of the pixel.
+    /// Factor from its flux to the value of the pixel, by channel.
     share: [f32; 3],
 }
 
-/// Light for a pixel of the picture.
-type Splat = ([u32; 2], [f32; 3]);
+/// A pixel of the picture and the light that is added to it.
+#[derive(Clone, Copy)]
+struct Splat {
+    pixel: [u32; 2],
+    light: [f32; 3],
+}
 
-/// Waves of light paths of one sample number, in a picture of this width and height.
+/// Returns the number of waves of light paths per sample index, for a picture of this width and
+/// height.
 fn waves([width, height]: [u32; 2]) -> u32 {
-    (u64::from(width) * u64::from(height)).div_ceil(SAMPLES * WAVE as u64) as u32
+    (u64::from(width) * u64::from(height)).div_ceil(SAMPLES_PER_PATH * WAVE_SIZE as u64) as u32
 }
 
 impl Ghosts {
-    /// Bytes that wait at most to be added to the film of a picture of this width and height.
+    /// Returns the largest size of the splats that wait to be added to the film of a picture of
+    /// this width and height (bytes).
     pub fn bytes_waiting(resolution: [u32; 2]) -> u64 {
-        let paths = u64::from(waves(resolution).min(CHUNK)) * (WAVE * TOGETHER) as u64;
+        let paths = u64::from(waves(resolution).min(CHUNK)) * (WAVE_SIZE * BANDS_PER_PATH) as u64;
         paths * size_of::<Splat>() as u64
     }
 
-    /// A light path for every [`SAMPLES`] samples of the picture, and what they bring to the film. It falls
-    /// into the pixel it falls on: filters would not change what is unsharp. As everywhere the
-    /// sum depends on seed and sample numbers only, and parts of the samples add up.
-    pub fn expose<R: Real<Scalar = f32>>(
+    /// Traces one light path for every [`SAMPLES_PER_PATH`] samples of the picture and adds the
+    /// ghosts to the film: a stage.
+    ///
+    /// A path is added to the pixel that it hits; a filter would not change an unsharp image. The
+    /// sum depends on seed and sample indices only, and the sums of disjoint sample ranges add up.
+    pub fn splat<R: Real<Scalar = f32>>(
         &self,
-        job: &Job,
+        input: &GhostInput<'_>,
         samples: Range<u32>,
         film: &mut FilmSums,
         stats: &mut Stats,
-        progress: &Progress,
     ) {
-        let Model::Real(lens) = &job.camera.model else { return };
-        let waves = waves(job.frame.resolution);
-        // Of one sample number: what is added is divided by how many there are.
-        let paths = f64::from(waves) * WAVE as f64;
-        let pitch = [0, 1].map(|i| job.camera.film[i] / f64::from(job.frame.resolution[i]));
-        let scale = job.camera.imaging_ratio / (pitch[0] * pitch[1] * paths);
+        let LensModel::Real(lens) = &input.camera.model else { return };
+        let waves = waves(input.frame.resolution);
+        // Paths of one sample index. The film divides by the number of samples.
+        let paths = f64::from(waves) * WAVE_SIZE as f64;
+        let pitch = [0, 1].map(|i| input.camera.film[i] / f64::from(input.frame.resolution[i]));
+        let scale = input.camera.imaging_ratio / (pitch[0] * pitch[1] * paths);
         for sample in samples {
             for first in (0..waves).step_by(CHUNK as usize) {
-                if progress.stop.load(Ordering::Relaxed) {
-                    return;
-                }
-                let one = |photons: &mut Box<Photons>, wave| {
+                let one = |wave_paths: &mut Box<LightPaths>, wave| {
                     let start = thread_time();
-                    let splats = self.wave::<R>(job, lens, photons, [wave, sample], scale);
+                    let splats = self.wave::<R>(input, lens, wave_paths, [wave, sample], scale);
                     (splats, thread_time().saturating_sub(start))
                 };
                 let chunk: Vec<(Vec<Splat>, Duration)> = (first..waves.min(first + CHUNK))
@@ -85,61 +87,64 @@ impl Ghosts {
                 let stage = &mut stats.stages[Stage::Ghosts as usize];
                 for (splats, time) in chunk {
                     stage.time += time;
-                    stage.rays += WAVE as u64;
-                    for (pixel, light) in splats {
-                        film.add(pixel, job.film.balanced(light.map(f64::from)));
+                    stage.rays += WAVE_SIZE as u64;
+                    for Splat { pixel, light } in splats {
+                        film.add_light(
+                            pixel,
+                            input.response.apply_white_balance(light.map(f64::from)),
+                        );
                     }
                 }
             }
         }
     }
 
-    /// The light of one wave, which is of one pair. Every path is traced in some bands that lie
-    /// evenly apart, so that the hue of what few paths bring is near that of many.
+    /// Returns the splats of one wave, which samples one pair. Every path is traced in several
+    /// evenly spaced bands, so that few paths already have nearly the right hue.
     fn wave<R: Real<Scalar = f32>>(
         &self,
-        job: &Job,
+        input: &GhostInput<'_>,
         lens: &RealLens,
-        photons: &mut Photons,
+        wave_paths: &mut LightPaths,
         [wave, sample]: [u32; 2],
         scale: f64,
     ) -> Vec<Splat> {
-        // The waves of a sample number share out pairs and bands evenly.
-        let of_sample = pixel_key(sample, u32::MAX - 1, job.seed);
-        let [u, v] = pair(of_sample, wave, Dimension::Wavelength);
-        let Some(Pair { share, entry, bands, .. }) = self.choose(f64::from(u)) else {
+        // A low-discrepancy sequence distributes the waves of a sample index over pairs and bands.
+        let of_sample = pixel_key(sample, u32::MAX - 1, input.seed);
+        let [u, v] = sample_2d(of_sample, wave, Dimension::Wavelength);
+        let Some(GhostPair { share, entry, bands, .. }) = self.choose(f64::from(u)) else {
             return Vec::new();
         };
-        photons.sample(job, lens, pixel_key(wave, sample, of_sample), Some(entry));
-        let together = bands.len().min(TOGETHER);
-        let factor = scale / (share * together as f64);
-        let stride = bands.len() / together;
+        wave_paths.sample(input, lens, pixel_key(wave, sample, of_sample), Some(entry));
+        let traced_bands = bands.len().min(BANDS_PER_PATH);
+        let factor = scale / (share * traced_bands as f64);
+        let stride = bands.len() / traced_bands;
         let first = (v * stride as f32) as usize;
         let mut arrivals: Vec<Arrival> = Vec::new();
         for (surfaces, response) in bands.iter().skip(first).step_by(stride) {
-            if !photons.through::<R>(lens, surfaces) {
+            if !wave_paths.trace::<R>(lens, surfaces) {
                 continue;
             }
-            let LensBatch { x, y, weight, .. } = photons.behind();
-            for i in 0..photons.len() {
-                if let Some(pixel) = place(job, [x[i], y[i]]) {
+            let LensBatch { x, y, weight, .. } = wave_paths.film_hits();
+            for i in 0..wave_paths.len() {
+                if let Some(pixel) = film_pixel(input, [x[i], y[i]]) {
                     let share = response.map(|r| (f64::from(weight[i]) * r * factor) as f32);
                     arrivals.push(Arrival { slot: i as u32, pixel, share });
                 }
             }
         }
-        photons.connect::<R>(job, arrivals.iter().map(|arrival| arrival.slot));
+        wave_paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.slot));
         let splat = |&Arrival { slot, pixel, share }: &Arrival| {
-            let flux = photons.arrived(slot as usize);
+            let flux = wave_paths.flux(slot as usize);
             let light = [0, 1, 2].map(|c| flux[c] * share[c]);
-            let shines = light != [0.0; 3] && light.iter().all(|c| c.is_finite());
-            shines.then_some((pixel, light))
+            let is_lit = light != [0.0; 3] && light.iter().all(|c| c.is_finite());
+            is_lit.then_some(Splat { pixel, light })
         };
         arrivals.iter().filter_map(splat).collect()
     }
 
-    /// The pair that a number in [0, 1) falls to.
-    fn choose(&self, u: f64) -> Option<&Pair> {
+    /// Returns the pair that a number in [0, 1) selects.
+    fn choose(&self, u: f64) -> Option<&GhostPair> {
         let mut sum = 0.0;
         let found = self.pairs.iter().find(|pair| {
             sum += pair.share;
@@ -149,11 +154,11 @@ impl Ghosts {
     }
 }
 
-/// The pixel of the rendered part in which a point of the film lies, mm.
-fn place(job: &Job, point: [f32; 2]) -> Option<[u32; 2]> {
-    let frame = &job.frame;
-    let share = [0, 1].map(|i| f64::from(point[i]) / job.camera.film[i]);
-    // Mirrored in x and upside down in y, as the film stage has it.
+/// Returns the rendered pixel that contains a film point (mm).
+fn film_pixel(input: &GhostInput<'_>, point: [f32; 2]) -> Option<[u32; 2]> {
+    let frame = &input.frame;
+    let share = [0, 1].map(|i| f64::from(point[i]) / input.camera.film[i]);
+    // The picture is mirrored in x and upside down in y, as in the film stage.
     let share = [0.5 - share[0], 0.5 + share[1]];
     let pixel = [0, 1].map(|i| (share[i] * f64::from(frame.resolution[i])).floor());
     let inside =

@@ -1,87 +1,54 @@
-//! The lens: prescriptions, first-order optics, and the stage that takes film samples to
-//! rays in the world.
+//! Lens: prescription, ray trace, pupil, camera and analysis.
 //!
-//! Public numbers are in millimetres. Inside the trace +z is the direction of travel and
+//! Public lengths are in millimetres. Inside the trace, +z is the direction of travel, and
 //! positions are relative to the vertex of the surface last crossed.
 
-mod aim;
-mod asphere;
-mod band;
-mod camera;
-mod cells;
-mod coating;
-mod dat;
-mod displacement;
-mod draw;
-mod error;
-mod exit_pupil;
-mod fan;
-mod fidelity;
-mod file;
-mod film_error;
-mod focus;
-mod follow;
-mod foreign;
-mod glass;
-mod ideal;
-mod iris;
-mod landing;
-mod named_mask;
-mod opening;
-mod outline;
-mod paraxial;
-mod passage;
-mod placement;
-mod polar;
-mod polynomial;
-mod pose;
-mod prescription;
-mod pupil;
-mod refract;
-mod simulated;
-mod surface;
-mod survey;
-mod target;
-mod thick;
-mod thin;
-mod throughput;
-mod toml;
-mod trace;
-mod turn;
-mod vignetting;
-mod wavefront;
-mod wavelengths;
-mod widened;
+pub(crate) mod analysis;
+pub(crate) mod camera;
+mod least_squares;
+pub(crate) mod prescription;
+pub(crate) mod pupil;
+pub(crate) mod trace;
 
-pub use asphere::Asphere;
-pub use band::Band;
-pub use camera::{Camera, LensColumns, Model, RealLens};
-pub use coating::{BROADBAND, Coat, Coating, Face, Layer, MGF2, TUNED};
-pub use dat::parse;
-pub use draw::draw;
-pub use error::LensError;
-pub use exit_pupil::{Edge, ExitPupil};
-pub use fan::Fan;
-pub use fidelity::Fidelity;
-pub use file::read;
-pub use film_error::{FilmError, film_error};
-pub use focus::Focus;
-pub use glass::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, catalogue, nearest_glass};
-pub use iris::{Convention, Iris, Mask};
-pub use named_mask::MASKS;
-pub use opening::Shape;
-pub use paraxial::{FocusError, Matrix, Paraxial, Pupil};
-pub use passage::{Crossing, Passage};
-pub use pose::{Askew, FilmPlane, MOST_DECENTRE, MOST_TILT, Pose};
-pub use prescription::{Axis, Prescription, Row};
-pub use pupil::{Aim, Ellipse, PupilBound, REAR_SHARE};
-pub use refract::LensRay;
-pub use surface::{From, Kind, Surface, ghost_sequence, sequence};
-pub use thick::FocusModel;
-pub use thin::ThinLens;
-pub use throughput::Throughput;
-pub use toml::parse as parse_toml;
-pub use trace::{Blocked, Why, settle, settle_lossy, trace, trace_ghost, trace_lossy, trace_one};
-pub use turn::Turn;
-pub use vignetting::{Ledger, Loss, Of, Vignetting};
-pub use wavefront::{Delay, Wavefront};
+pub use crate::spectrum::glass::{
+    C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, find_glass, suggest_glass,
+};
+pub use analysis::exit_pupil::{ExitPupil, PupilEdge};
+pub use analysis::film_error::{FilmError, film_error};
+pub use analysis::focus::RealRayFocus;
+pub use analysis::focus_model::FocusModel;
+pub use analysis::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};
+pub use analysis::throughput::Throughput;
+pub use analysis::vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
+pub use analysis::wavefront::{Wavefront, WavefrontPoint};
+pub use camera::band::Band;
+pub use camera::fidelity::Fidelity;
+pub use camera::ray_path::{RayPath, SurfaceCrossing};
+pub use camera::thin_lens::ThinLens;
+pub use camera::{Camera, LensColumns, LensModel, RealLens};
+pub use prescription::coating::{
+    BROADBAND_REFLECTANCE, BareInterface, Coating, CoatingModel, DESIGN_WAVELENGTH, MGF2_INDEX,
+    QuarterWaveLayer,
+};
+pub use prescription::error::LensError;
+pub use prescription::formats::dat::parse as parse_dat;
+pub use prescription::formats::toml::parse as parse_toml;
+pub use prescription::formats::{read, read_with};
+pub use prescription::iris::{ApertureMask, Iris, MaskConvention};
+pub use prescription::named_mask::MASK_NAMES;
+pub use prescription::pose::{FilmPlane, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter};
+pub use prescription::{Prescription, Row, Rows, TransverseAxis};
+pub use pupil::fan::Fan;
+pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE};
+pub use trace::asphere::Asphere;
+pub use trace::frame_transform::FrameTransform;
+pub use trace::kernel::LensRay;
+pub use trace::stop::ApertureShape;
+pub use trace::{
+    BlockReason, Blocked, retrace_in_f64, retrace_in_f64_lossy, trace, trace_ghost, trace_lossy,
+    trace_one,
+};
+pub use trace::{
+    sequence::{Side, ghost_sequence, sequence},
+    surface::{Surface, SurfaceKind},
+};

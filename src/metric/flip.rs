@@ -1,83 +1,83 @@
-//! FLIP: what an observer would notice when two pictures are shown in turn.
+//! FLIP: the difference that an observer notices when two pictures alternate.
 //!
-//! Colours are compared in an opponent space, blurred as the eye blurs them at a viewing
-//! distance; edges and points that only one picture has weigh the difference up (Andersson,
-//! Nilsson, Akenine-Moeller, Oskarsson, Astrom & Fairchild 2020). Pictures of more range than a
-//! display's are compared at several exposures, and the largest difference counts (Andersson,
-//! Nilsson, Shirley & Akenine-Moeller 2021).
+//! Colours are compared in an opponent space, blurred by the eye's contrast sensitivity at a
+//! viewing distance. Edges and points that only one picture has amplify the difference (Andersson,
+//! Nilsson, Akenine-Moeller, Oskarsson, Astrom & Fairchild 2020). Pictures of high dynamic range
+//! are compared at several exposures, and the largest difference counts (Andersson, Nilsson,
+//! Shirley & Akenine-Moeller 2021).
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::image::Picture;
+use crate::io::image::Picture;
 
 /// Exponent and the two constants of the map from colour distances to 0..1 (2020, sec. 4.1).
 const COLOUR: [f64; 3] = [0.7, 0.4, 0.95];
-/// Width of the feature detectors, degrees, and exponent (sec. 4.2).
+/// Width of the feature detectors (degrees), and exponent (sec. 4.2).
 const FEATURE: [f64; 2] = [0.082, 0.5];
-/// The eye's contrast sensitivity as Gaussians a, b per channel: achromatic, red-green,
+/// Contrast sensitivity of the eye as Gaussians a, b per channel: achromatic, red-green,
 /// blue-yellow (sec. 4.1.1, after Johnson & Fairchild 2003).
 const SENSITIVITY: [[[f64; 2]; 2]; 3] =
     [[[1.0, 0.0047], [0.0, 1e-5]], [[1.0, 0.0053], [0.0, 1e-5]], [[34.1, 0.04], [13.5, 0.025]]];
-/// The fit of ACES's tone curve by Narkowicz 2016, with its exposure of 0.6: coefficients of
-/// x^2, x, 1 above and below the line.
+/// Fit of the ACES tone curve by Narkowicz 2016, with its exposure of 0.6: coefficients of x^2, x
+/// and 1 in the numerator and the denominator.
 const TONE: [[f64; 3]; 2] =
     [[0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0], [0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14]];
-/// The displayed brightness that the exposures start and end at (2021, sec. 3.2).
+/// Displayed brightness at the first and the last exposure (2021, sec. 3.2).
 const BRIGHT: f64 = 0.85;
 
-/// Pixels in a degree of visual angle where nothing else is known: a display 0.7 m wide of 3840
-/// pixels, from 0.7 m away.
+/// Returns the default pixels per degree of visual angle: a display 0.7 m wide with 3840 pixels,
+/// seen from 0.7 m.
 pub fn pixels_per_degree() -> f64 {
     0.7 * (3840.0 / 0.7) * std::f64::consts::PI / 180.0
 }
 
-/// The differences of two pictures of high dynamic range.
+/// HDR-FLIP of two pictures.
 #[derive(Clone, Debug)]
 pub struct HdrFlip {
-    /// By pixel, the largest over all exposures.
+    /// Largest difference over all exposures, per pixel.
     pub map: Vec<f32>,
-    /// First and last exposure, stops.
+    /// First and last exposure (stops).
     pub exposures: [f64; 2],
-    /// How many exposures there are.
+    /// Number of exposures.
     pub count: u32,
 }
 
-/// The difference by pixel, 0 to 1, of two pictures that are shown as they are; linear light,
-/// clipped at white.
+/// Returns LDR-FLIP per pixel, 0 to 1, of two pictures in linear light, clipped at white. `ppd` is
+/// the number of pixels per degree of visual angle.
 pub fn flip_ldr(picture: &Picture, reference: &Picture, ppd: f64) -> Vec<f32> {
     let clipped = |picture: &Picture| -> Vec<DVec3> {
         let pixels = picture.pixels.iter();
         pixels.map(|p| DVec3::from_array(p.map(|c| f64::from(c.clamp(0.0, 1.0))))).collect()
     };
-    let eye = Eye::new(ppd);
+    let observer = Observer::new(ppd);
     let [picture, reference] = [(picture, clipped(picture)), (reference, clipped(reference))]
-        .map(|(of, pixels)| eye.see(of.size, &pixels));
+        .map(|(of, pixels)| observer.see(of.size, &pixels));
     compare(&picture, &reference)
 }
 
-/// The difference by pixel, 0 to 1, of two pictures of any range.
+/// Returns HDR-FLIP of two pictures. `ppd` is the number of pixels per degree of visual angle.
 pub fn flip_hdr(picture: &Picture, reference: &Picture, ppd: f64) -> HdrFlip {
     let [start, stop] = exposures(reference);
     let count = (stop - start).ceil().max(2.0) as u32;
-    let eye = Eye::new(ppd);
+    let observer = Observer::new(ppd);
     let mut map = vec![0.0f32; reference.pixels.len()];
     for i in 0..count {
         let exposure = start + (stop - start) * f64::from(i) / f64::from(count - 1);
         let shown = |picture: &Picture| {
             let pixels: Vec<DVec3> =
                 picture.pixels.iter().map(|&p| tone(p.map(f64::from), exposure)).collect();
-            eye.see(picture.size, &pixels)
+            observer.see(picture.size, &pixels)
         };
         let [picture, reference] = [picture, reference].map(shown);
-        for (most, off) in map.iter_mut().zip(compare(&picture, &reference)) {
-            *most = most.max(off);
+        for (most, error) in map.iter_mut().zip(compare(&picture, &reference)) {
+            *most = most.max(error);
         }
     }
     HdrFlip { map, exposures: [start, stop], count }
 }
 
-/// A colour as a display shows it at an exposure in stops.
+/// Returns a colour as displayed at an exposure (stops).
 fn tone(colour: [f64; 3], exposure: f64) -> DVec3 {
     let curve = |[a, b, c]: [f64; 3], x: f64| (a * x + b) * x + c;
     DVec3::from_array(colour.map(|c| {
@@ -86,10 +86,10 @@ fn tone(colour: [f64; 3], exposure: f64) -> DVec3 {
     }))
 }
 
-/// The exposures, in stops, at which the brightest and the median pixel of a picture are shown
-/// bright.
+/// Returns the exposures at which the brightest and the median pixel are displayed with
+/// [`BRIGHT`] (stops).
 fn exposures(picture: &Picture) -> [f64; 2] {
-    // Where the curve is at BRIGHT: a quadratic.
+    // The curve equals BRIGHT at a root of a quadratic.
     let [a, b, c] = [0, 1, 2].map(|i| TONE[0][i] - BRIGHT * TONE[1][i]);
     let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
     let x = ((-b + root) / (2.0 * a)).max((-b - root) / (2.0 * a));
@@ -104,7 +104,7 @@ fn exposures(picture: &Picture) -> [f64; 2] {
     [(x / most).log2(), (x / median.max(least)).log2()]
 }
 
-/// Linear sRGB to X, Y, Z: columns, with as many digits as FLIP's authors take.
+/// Columns of the matrix from linear sRGB to X, Y, Z, with the digits of FLIP's authors.
 const XYZ: [DVec3; 3] = [
     DVec3::new(10_135_552.0 / 24_577_794.0, 871_024.0 / 4_096_299.0, 79_184.0 / 4_096_299.0),
     DVec3::new(8_788_810.0 / 24_577_794.0, 8_788_810.0 / 12_288_897.0, 4_394_405.0 / 36_866_691.0),
@@ -115,12 +115,12 @@ fn xyz(rgb: DVec3) -> DVec3 {
     DMat3::from_cols(XYZ[0], XYZ[1], XYZ[2]) * rgb
 }
 
-/// White's X, Y, Z.
+/// Returns X, Y, Z of white.
 fn white() -> DVec3 {
     xyz(DVec3::ONE)
 }
 
-/// The linear opponent space Y Cx Cz (Flohr et al. 1993).
+/// Converts linear sRGB to the linear opponent space Y Cx Cz (Flohr et al. 1993).
 fn opponent(rgb: DVec3) -> DVec3 {
     let n = xyz(rgb) / white();
     DVec3::new(116.0 * n.y - 16.0, 500.0 * (n.x - n.y), 200.0 * (n.y - n.z))
@@ -132,7 +132,7 @@ fn from_opponent(c: DVec3) -> DVec3 {
     DMat3::from_cols(XYZ[0], XYZ[1], XYZ[2]).inverse() * xyz
 }
 
-/// CIELAB, its a and b less where it is dark (Hunt 1952).
+/// Converts linear sRGB to CIELAB with a and b reduced in the dark (Hunt 1952).
 fn hunt_lab(rgb: DVec3) -> DVec3 {
     let f = |t: f64| {
         const DELTA: f64 = 6.0 / 29.0;
@@ -144,38 +144,38 @@ fn hunt_lab(rgb: DVec3) -> DVec3 {
     DVec3::new(l, 500.0 * (x - y) * 0.01 * l, 200.0 * (y - z) * 0.01 * l)
 }
 
-/// The distance of two colours (Abasi et al. 2020, "HyAB").
+/// Returns the distance of two colours (Abasi et al. 2020, "HyAB").
 fn distance(a: DVec3, b: DVec3) -> f64 {
     let d = a - b;
     d.x.abs() + d.y.hypot(d.z)
 }
 
-/// One-dimensional kernels at a viewing distance.
-struct Eye {
-    /// By channel, the Gaussians whose sum blurs it, already weighted: along one axis.
+/// Model of the observer: one-dimensional filter kernels at a viewing distance.
+struct Observer {
+    /// Weighted Gaussians of the contrast sensitivity along one axis, by channel.
     blur: [Vec<Vec<f64>>; 3],
-    /// A Gaussian, and its first and second derivative, each scaled for the filters they make.
+    /// A Gaussian and its first and second derivatives, normalised for the feature detectors.
     smooth: Vec<f64>,
     edge: Vec<f64>,
     point: Vec<f64>,
 }
 
-/// What is seen of a picture.
-struct Seen {
-    /// Hunt-adjusted CIELAB of what the eye resolves.
+/// A picture as the observer perceives it.
+struct Percept {
+    /// Hunt-adjusted CIELAB colours after the contrast sensitivity filter.
     colours: Vec<DVec3>,
-    /// Strength of edges and points.
+    /// Strengths of edges and points.
     features: Vec<[f64; 2]>,
 }
 
-impl Eye {
+impl Observer {
     fn new(ppd: f64) -> Self {
         use std::f64::consts::PI;
         let widest = SENSITIVITY.iter().flatten().map(|[_, b]| *b).fold(0.0, f64::max);
         let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * ppd).ceil() as i32;
         let blur = SENSITIVITY.map(|gaussians| {
             let one = |&[a, b]: &[f64; 2]| -> Vec<f64> {
-                // The amplitude is the plane's; each axis takes its root.
+                // The amplitude is that of the 2-D Gaussian; each axis takes its root.
                 let height = (a * (PI / b).sqrt()).sqrt();
                 let at = |i: i32| height * (-(PI * f64::from(i) / ppd).powi(2) / b).exp();
                 (-radius..=radius).map(at).collect()
@@ -192,7 +192,7 @@ impl Eye {
         let gauss = |x: f64| (-x * x / (2.0 * sd * sd)).exp();
         let sum: f64 = places().map(gauss).sum();
         let smooth = places().map(|x| gauss(x) / sum).collect();
-        // What is above 0 sums to 1, and what is below to -1.
+        // Positive values sum to 1, and negative ones to -1.
         let even = |kernel: Vec<f64>| -> Vec<f64> {
             let above: f64 = kernel.iter().filter(|k| **k > 0.0).sum();
             let below: f64 = -kernel.iter().filter(|k| **k < 0.0).sum::<f64>();
@@ -203,7 +203,7 @@ impl Eye {
         Self { blur, smooth, edge, point }
     }
 
-    fn see(&self, size: [usize; 2], pixels: &[DVec3]) -> Seen {
+    fn see(&self, size: [usize; 2], pixels: &[DVec3]) -> Percept {
         let opposed: Vec<DVec3> = pixels.par_iter().map(|&p| opponent(p)).collect();
         let channel = |c: usize| -> Vec<f64> { opposed.iter().map(|p| p[c]).collect() };
         let blurred = [0, 1, 2].map(|c| {
@@ -229,12 +229,12 @@ impl Eye {
             across.iter().zip(along).map(|(x, y)| x.hypot(y)).collect::<Vec<f64>>()
         });
         let features = edges.into_iter().zip(points).map(|(edge, point)| [edge, point]).collect();
-        Seen { colours, features }
+        Percept { colours, features }
     }
 }
 
-/// Convolves a plane with a kernel along rows and one along columns; beyond the border the plane
-/// goes on as at it.
+/// Convolves a plane with one kernel along rows and one along columns. Border values extend beyond
+/// the plane.
 fn convolve(size: [usize; 2], plane: &[f64], along_x: &[f64], along_y: &[f64]) -> Vec<f64> {
     let [width, height] = size;
     let at = |i: usize, k: usize, kernel: &[f64], n: usize| {
@@ -257,19 +257,19 @@ fn convolve(size: [usize; 2], plane: &[f64], along_x: &[f64], along_y: &[f64]) -
     both
 }
 
-/// The difference of what is seen of two pictures.
-fn compare(picture: &Seen, reference: &Seen) -> Vec<f32> {
+/// Returns the difference of two perceived pictures per pixel, 0 to 1.
+fn compare(picture: &Percept, reference: &Percept) -> Vec<f32> {
     let [exponent, knee, height] = COLOUR;
     let most = distance(hunt_lab(DVec3::Y), hunt_lab(DVec3::Z)).powf(exponent);
     let knee = knee * most;
     let one = |i: usize| {
-        let off = distance(picture.colours[i], reference.colours[i]).powf(exponent);
-        let colour = match off < knee {
-            true => off * height / knee,
-            false => height + (off - knee) / (most - knee) * (1.0 - height),
+        let distance = distance(picture.colours[i], reference.colours[i]).powf(exponent);
+        let colour = match distance < knee {
+            true => distance * height / knee,
+            false => height + (distance - knee) / (most - knee) * (1.0 - height),
         };
-        let off = |f: usize| (picture.features[i][f] - reference.features[i][f]).abs();
-        let feature = (off(0).max(off(1)) / 2f64.sqrt()).powf(FEATURE[1]);
+        let change = |f: usize| (picture.features[i][f] - reference.features[i][f]).abs();
+        let feature = (change(0).max(change(1)) / 2f64.sqrt()).powf(FEATURE[1]);
         colour.powf(1.0 - feature) as f32
     };
     (0..picture.colours.len()).into_par_iter().map(one).collect()

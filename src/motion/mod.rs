@@ -1,181 +1,206 @@
-//! Motion: where a thing stands at a share of its way.
+//! Motion: a transform that depends on time.
 //!
-//! A motion leads from one transform, at share 0, to another, at share 1. Between them places go
-//! straight, directions turn about a fixed axis by the shorter way (quaternions, Shoemake 1985,
-//! "Animating rotation with quaternion curves"), and what is left of the two by the polar
-//! decomposition goes straight (Shoemake & Duff 1992, "Matrix animation and polar
-//! decomposition"): as pbrt has it. Beyond its ends a motion goes on at the same rate; whether it
-//! is asked that far is up to who asks.
+//! A motion leads from one transform, at time 0, to another, at time 1. As in pbrt, translations
+//! are interpolated linearly, rotations about a fixed axis along the shorter arc (quaternions,
+//! Shoemake 1985, "Animating rotation with quaternion curves"), and the remaining stretch of the
+//! polar decomposition linearly (Shoemake & Duff 1992, "Matrix animation and polar decomposition").
+//! Beyond its ends a motion continues at the same rate; the caller clamps the time if it must not.
 
-mod carry;
-mod path;
-mod polar;
-mod turn;
+mod interpolation;
+mod polar_decomposition;
+mod swept_bounds;
 
-use glam::DAffine3;
-use turn::Turn;
+use glam::{DAffine3, DVec3};
+use interpolation::Interpolation;
 
-/// A transform that depends on time, as a share of the way from its start to its end.
+use crate::rays::{Column, RayBatch};
+
+/// A transform that depends on time: 0 at its start, 1 at its end.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion(Steps);
+pub struct Motion(Form);
 
-/// Transforms one after the other, the outermost first.
+/// How the transform is composed.
 #[derive(Clone, Debug, PartialEq)]
-enum Steps {
+enum Form {
+    /// The same transform at all times.
     Still(DAffine3),
-    /// What stands still between two turns is part of one of them.
-    Moving(Vec<Turn>),
+    /// The product of interpolations, the outermost first. A constant transform between two of them
+    /// is folded into one of them.
+    Moving(Vec<Interpolation>),
 }
 
 impl Motion {
-    /// The transform that is always the same.
+    /// Returns the motion whose transform is always the same.
     pub fn still(transform: DAffine3) -> Self {
-        Self(Steps::Still(transform))
+        Self(Form::Still(transform))
     }
 
-    /// The motion from a transform to another; `None` where one of the two flattens space.
+    /// Returns the motion from one transform to another; `None` if one of them is singular.
     pub fn between([start, end]: [DAffine3; 2]) -> Option<Self> {
         if start == end {
             return Some(Self::still(start));
         }
-        Some(Self(Steps::Moving(vec![Turn::between(&start, &end)?])))
+        Some(Self(Form::Moving(vec![Interpolation::between(&start, &end)?])))
     }
 
-    /// The transform, if it is always the same.
+    /// Returns the transform if it never changes.
     pub fn as_still(&self) -> Option<DAffine3> {
         match self.0 {
-            Steps::Still(transform) => Some(transform),
-            Steps::Moving(_) => None,
+            Form::Still(transform) => Some(transform),
+            Form::Moving(_) => None,
         }
     }
 
-    /// Whether directions change on the way.
-    pub fn turns(&self) -> bool {
+    /// Returns whether the motion rotates.
+    pub fn rotates(&self) -> bool {
         match &self.0 {
-            Steps::Still(_) => false,
-            Steps::Moving(turns) => turns.iter().any(|turn| turn.angle > 0.0),
+            Form::Still(_) => false,
+            Form::Moving(parts) => parts.iter().any(|part| part.angle > 0.0),
         }
     }
 
-    /// The motion of what moves by `inner` within something that moves by this one.
-    pub fn then(&self, inner: &Self) -> Self {
+    /// Returns the motion `self * inner`: of an object that moves by `inner` in a frame that moves
+    /// by `self`.
+    pub fn compose(&self, inner: &Self) -> Self {
         Self(match (&self.0, &inner.0) {
-            (Steps::Still(outer), Steps::Still(inner)) => Steps::Still(*outer * *inner),
-            (Steps::Still(outer), Steps::Moving(turns)) => {
-                let mut turns = turns.clone();
-                if let Some(first) = turns.first_mut() {
-                    *first = first.within(outer);
+            (Form::Still(outer), Form::Still(inner)) => Form::Still(*outer * *inner),
+            (Form::Still(outer), Form::Moving(parts)) => {
+                let mut parts = parts.clone();
+                if let Some(first) = parts.first_mut() {
+                    *first = first.precompose(outer);
                 }
-                Steps::Moving(turns)
+                Form::Moving(parts)
             }
-            (Steps::Moving(turns), Steps::Still(inner)) => {
-                let mut turns = turns.clone();
-                if let Some(last) = turns.last_mut() {
-                    *last = last.around(inner);
+            (Form::Moving(parts), Form::Still(inner)) => {
+                let mut parts = parts.clone();
+                if let Some(last) = parts.last_mut() {
+                    *last = last.postcompose(inner);
                 }
-                Steps::Moving(turns)
+                Form::Moving(parts)
             }
-            (Steps::Moving(outer), Steps::Moving(inner)) => {
-                Steps::Moving(outer.iter().chain(inner).cloned().collect())
+            (Form::Moving(outer), Form::Moving(inner)) => {
+                Form::Moving(outer.iter().chain(inner).cloned().collect())
             }
         })
     }
 
-    /// The transform at a share of the way.
-    pub fn at(&self, share: f64) -> DAffine3 {
+    /// Returns the transform at a time from 0 to 1.
+    pub fn at(&self, time: f64) -> DAffine3 {
         match &self.0 {
-            Steps::Still(transform) => *transform,
-            Steps::Moving(turns) => match turns.as_slice() {
-                [turn] => turn.at(share),
-                turns => turns
+            Form::Still(transform) => *transform,
+            Form::Moving(parts) => match parts.as_slice() {
+                [part] => part.at(time),
+                parts => parts
                     .iter()
-                    .fold(DAffine3::IDENTITY, |transform, turn| transform * turn.at(share)),
+                    .fold(DAffine3::IDENTITY, |transform, part| transform * part.at(time)),
             },
+        }
+    }
+
+    /// Transforms the rays of a camera at rest by this motion, each at its own time: a stage.
+    /// `times` is indexed by the slot of a ray. Directions stay of unit length.
+    pub fn transform_rays(&self, times: &Column<f32>, rays: &mut RayBatch) {
+        for i in 0..rays.len {
+            let transform = self.at(f64::from(times[rays.slot[i] as usize]));
+            let vector = |columns: &[Column<f32>; 3]| {
+                DVec3::from_array([0, 1, 2].map(|axis| f64::from(columns[axis][i])))
+            };
+            let origin = transform.transform_point3(vector(&rays.origin));
+            let direction = transform.transform_vector3(vector(&rays.direction));
+            let length = direction.length();
+            for axis in 0..3 {
+                rays.origin[axis][i] = origin[axis] as f32;
+                rays.direction[axis][i] = (direction[axis] / length) as f32;
+            }
+            rays.t_max[i] *= length as f32;
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::{DQuat, DVec3};
+    use glam::DQuat;
 
     use super::*;
 
-    fn turned(angle: f64, axis: DVec3) -> DAffine3 {
+    fn rotation(angle: f64, axis: DVec3) -> DAffine3 {
         DAffine3::from_axis_angle(axis.normalize(), angle)
     }
 
-    fn near(a: DAffine3, b: DAffine3) {
+    fn assert_near(a: DAffine3, b: DAffine3) {
         let off = a.to_cols_array().into_iter().zip(b.to_cols_array()).map(|(a, b)| (a - b).abs());
         let off = off.fold(0.0, f64::max);
         assert!(off < 1e-12, "{off:e}: {a:?} and {b:?}");
     }
 
     #[test]
-    fn a_motion_passes_its_ends_and_goes_evenly_between_them() {
+    fn a_motion_passes_its_ends_at_a_constant_rate() {
         let axis = DVec3::new(1.0, -2.0, 0.5);
-        let start = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)) * turned(0.3, axis);
-        let end = DAffine3::from_translation(DVec3::new(-3.0, 2.0, 9.0)) * turned(2.1, axis);
+        let start = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)) * rotation(0.3, axis);
+        let end = DAffine3::from_translation(DVec3::new(-3.0, 2.0, 9.0)) * rotation(2.1, axis);
         let motion = Motion::between([start, end]).unwrap();
-        near(motion.at(0.0), start);
-        near(motion.at(1.0), end);
-        let quarter = DAffine3::from_translation(DVec3::new(0.0, 2.0, 4.5)) * turned(0.75, axis);
-        near(motion.at(0.25), quarter);
-        let beyond = DAffine3::from_translation(DVec3::new(-5.0, 2.0, 12.0)) * turned(3.0, axis);
-        near(motion.at(1.5), beyond);
+        assert_near(motion.at(0.0), start);
+        assert_near(motion.at(1.0), end);
+        let quarter = DAffine3::from_translation(DVec3::new(0.0, 2.0, 4.5)) * rotation(0.75, axis);
+        assert_near(motion.at(0.25), quarter);
+        let beyond = DAffine3::from_translation(DVec3::new(-5.0, 2.0, 12.0)) * rotation(3.0, axis);
+        assert_near(motion.at(1.5), beyond);
     }
 
     #[test]
-    fn turns_go_the_shorter_way() {
-        let start = turned(-3.0, DVec3::Z);
-        let end = turned(3.0, DVec3::Z);
+    fn rotations_take_the_shorter_arc() {
+        let start = rotation(-3.0, DVec3::Z);
+        let end = rotation(3.0, DVec3::Z);
         let motion = Motion::between([start, end]).unwrap();
-        near(motion.at(0.5), turned(std::f64::consts::PI, DVec3::Z));
+        assert_near(motion.at(0.5), rotation(std::f64::consts::PI, DVec3::Z));
     }
 
     #[test]
-    fn a_turn_is_the_spherical_interpolation_of_quaternions() {
+    fn a_rotation_is_the_spherical_interpolation_of_quaternions() {
         let [a, b] = [DQuat::from_xyzw(0.1, 0.4, -0.2, 0.8), DQuat::from_xyzw(0.5, -0.3, 0.1, 0.6)]
             .map(DQuat::normalize);
         let [start, end] = [a, b].map(DAffine3::from_quat);
         let motion = Motion::between([start, end]).unwrap();
-        for share in [0.1, 0.5, 0.9] {
-            near(motion.at(share), DAffine3::from_quat(a.slerp(b, share)));
+        for time in [0.1, 0.5, 0.9] {
+            assert_near(motion.at(time), DAffine3::from_quat(a.slerp(b, time)));
         }
     }
 
     #[test]
-    fn a_scale_goes_straight_while_its_thing_turns() {
+    fn a_scale_is_linear_during_a_rotation() {
         let start = DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
-        let end = turned(1.0, DVec3::Y) * DAffine3::from_scale(DVec3::new(3.0, 2.0, 1.0));
+        let end = rotation(1.0, DVec3::Y) * DAffine3::from_scale(DVec3::new(3.0, 2.0, 1.0));
         let motion = Motion::between([start, end]).unwrap();
-        near(motion.at(0.5), turned(0.5, DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0)));
+        assert_near(
+            motion.at(0.5),
+            rotation(0.5, DVec3::Y) * DAffine3::from_scale(DVec3::splat(2.0)),
+        );
     }
 
     #[test]
-    fn a_mirrored_thing_turns_as_the_other_does() {
+    fn a_reflection_does_not_change_the_rotation() {
         let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-        let motion = Motion::between([mirror, turned(1.2, DVec3::X) * mirror]).unwrap();
-        near(motion.at(0.5), turned(0.6, DVec3::X) * mirror);
+        let motion = Motion::between([mirror, rotation(1.2, DVec3::X) * mirror]).unwrap();
+        assert_near(motion.at(0.5), rotation(0.6, DVec3::X) * mirror);
     }
 
     #[test]
-    fn things_move_within_things_that_move() {
+    fn nested_motions_compose() {
         let step = DAffine3::from_translation(DVec3::X);
-        let still = Motion::still(turned(0.7, DVec3::Y) * step);
+        let still = Motion::still(rotation(0.7, DVec3::Y) * step);
         let [a, b] = [
-            Motion::between([step, turned(1.0, DVec3::Z)]).unwrap(),
-            Motion::between([turned(0.4, DVec3::X), step * step]).unwrap(),
+            Motion::between([step, rotation(1.0, DVec3::Z)]).unwrap(),
+            Motion::between([rotation(0.4, DVec3::X), step * step]).unwrap(),
         ];
-        let all = still.then(&a).then(&still).then(&b).then(&still);
-        for share in [-0.5, 0.0, 0.3, 1.0, 1.2] {
-            let [s, a, b] = [&still, &a, &b].map(|motion| motion.at(share));
-            near(all.at(share), s * a * s * b * s);
+        let all = still.compose(&a).compose(&still).compose(&b).compose(&still);
+        for time in [-0.5, 0.0, 0.3, 1.0, 1.2] {
+            let [s, a, b] = [&still, &a, &b].map(|motion| motion.at(time));
+            assert_near(all.at(time), s * a * s * b * s);
         }
     }
 
     #[test]
-    fn what_is_flat_does_not_move() {
+    fn a_singular_transform_has_no_motion() {
         let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
         assert_eq!(Motion::between([DAffine3::IDENTITY, flat]), None);
     }

@@ -1,25 +1,25 @@
-//! What was decided, and why.
+//! Decisions of a plan, with their reasons.
 
 use std::fmt;
 
-use super::{By, Effect};
+use super::{DecidedBy, Effect};
 
-/// What leaving an effect out would do to the picture.
+/// Estimated error of the picture if an effect is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Harm {
-    /// Light lands so far from where it should, um on the film: root mean square, or as far as
-    /// anything goes where things move.
+pub enum OmissionError {
+    /// Displacement of light on the film: the root mean square, or the maximum if the effect is
+    /// motion.
     Blur {
-        /// um.
+        /// The displacement (um).
         um: f64,
-        /// The same in pixels.
+        /// The displacement (pixels).
         pixels: f64,
     },
-    /// The picture is so much too bright or too dark, in percent.
+    /// Error of the brightness (percent).
     Signal(f64),
 }
 
-impl fmt::Display for Harm {
+impl fmt::Display for OmissionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Blur { um, pixels } => write!(f, "{um:.2} um, {pixels:.2} px"),
@@ -28,55 +28,50 @@ impl fmt::Display for Harm {
     }
 }
 
-/// What an effect takes.
+/// Estimated cost of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Of a film sample.
+    /// The cost of a film sample (ns).
     pub ns_per_ray: f64,
-    /// Of the time of a frame, percent.
+    /// The share of the render time (percent).
     pub percent: f64,
 }
 
-/// One effect of a plan.
+/// Decision about one effect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
-    /// Which.
+    /// The effect.
     pub effect: Effect,
     /// Whether it is simulated.
     pub on: bool,
-    /// Who decided.
-    pub by: By,
-    /// Why, in a sentence.
+    /// The source of the decision.
+    pub by: DecidedBy,
+    /// The reason, in a sentence.
     pub reason: String,
-    /// Estimate of what leaving it out would do, where that can be told.
-    pub error: Option<Harm>,
-    /// Estimate of what it takes, where it can be had.
+    /// The estimated error without it, if known.
+    pub error: Option<OmissionError>,
+    /// The estimated cost, if the effect is possible.
     pub cost: Option<Cost>,
 }
 
-/// All effects, decided.
+/// Decisions about all effects.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
-    /// One for each effect, in their order.
+    /// One decision for each effect, in the order of [`Effect::ALL`].
     pub effects: Vec<Decision>,
 }
 
 impl Plan {
-    /// Whether an effect is simulated.
+    /// Returns whether an effect is simulated.
     pub fn has(&self, effect: Effect) -> bool {
         self.effects.iter().any(|decision| decision.effect == effect && decision.on)
     }
 
-    /// In one line: what is on, and why what is off is off.
+    /// Returns all decisions and their reasons in one line.
     pub fn line(&self) -> String {
         let one = |decision: &Decision| {
             let sign = if decision.on { '+' } else { '-' };
-            format!(
-                "{sign}{} ({}: {})",
-                decision.effect.name(),
-                decision.by.name(),
-                decision.reason
-            )
+            format!("{sign}{} ({}: {})", decision.effect, decision.by.name(), decision.reason)
         };
         self.effects.iter().map(one).collect::<Vec<String>>().join("; ")
     }

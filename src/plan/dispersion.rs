@@ -1,49 +1,49 @@
-//! How far a lens takes colours apart.
+//! Decision about dispersion, from the displacement of colours on the film.
 
 use glam::{DAffine3, DVec3};
 
-use super::{By, Finding, Harm, Question, cost, pixels_per_um};
+use super::{DecidedBy, Finding, OmissionError, PlanInput, cost, pixels_per_um};
 use crate::lanes::f32x8;
-use crate::lens::{Camera, Focus, LensColumns, Model, RealLens, Row};
-use crate::rays::{RayBatch, SampleBatch, WAVE};
-use crate::sampler::{Dimension, pair};
+use crate::lens::{Camera, LensColumns, LensModel, RealLens, RealRayFocus, Row};
+use crate::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use crate::sampler::{Dimension, sample_2d};
 use crate::stats::LensStats;
 
-/// Film samples that the estimate looks at.
+/// Number of film samples of the estimate.
 const SAMPLES: usize = 512;
 
-pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
+pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let rows = &lens.prescription.rows;
     let glass = rows.iter().filter(|row| row.index != 1.0);
     let (known, all) = (glass.clone().filter(|row| row.glass.disperses()).count(), glass.count());
     if known == 0 {
         let reason = "the lens file does not say how its glass depends on the wavelength \
                       (--assume-vd guesses)";
-        return Finding::not_called_for(By::Lens, reason);
+        return Finding::unavailable(DecidedBy::Lens, reason);
     }
-    let um = displacement(question, lens);
-    let pixels = um * pixels_per_um(question);
-    let part = match (question.assumed, known < all) {
+    let um = displacement(input, lens);
+    let pixels = um * pixels_per_um(input);
+    let part = match (input.assumed_dispersion, known < all) {
         (true, _) => " (Abbe numbers that the file does not give are guessed)".to_owned(),
         (_, true) => format!(" (of {known} of {all} media; of the others nothing is known)"),
         _ => String::new(),
     };
     Finding {
-        by: if question.assumed { By::Flag } else { By::Lens },
+        by: if input.assumed_dispersion { DecidedBy::Flag } else { DecidedBy::Lens },
         reason: format!("colours land {um:.2} um apart, {pixels:.2} pixels{part}"),
-        error: Some(Harm::Blur { um, pixels }),
+        error: Some(OmissionError::Blur { um, pixels }),
         possible: true,
-        called_for: pixels >= question.visible.pixels,
-        cost: cost(question, SORTING + rows.iter().map(crossing).sum::<f64>()),
+        by_default: pixels >= input.threshold.pixels,
+        cost: cost(input, SORTING + rows.iter().map(crossing).sum::<f64>()),
     }
 }
 
-/// Sorting samples by band and adding up what bands that share a ray count, ns of a film sample.
+/// Cost of sorting samples by band and of weighting the bands that share a ray [ns per film sample].
 const SORTING: f64 = 40.0;
 
-/// Three times more through a surface, ns of a film sample: spheres by `cargo bench --bench effects --
-/// dispersion`, cylinders and aspheres by renders through lenses/anamorphic.toml and phone.toml, which
-/// disperse for 119 and 409 ns in all.
+/// Returns the cost of three more crossings of a surface [ns per film sample]. Measured by `cargo bench
+/// --bench effects -- dispersion` for spheres, and by renders through lenses/anamorphic.toml and
+/// phone.toml (119 and 409 ns in total) for cylinders and aspheres.
 fn crossing(row: &Row) -> f64 {
     match (row.asphere.is_empty(), row.conic == 0.0 && row.axis.is_none()) {
         (true, true) => 6.0,
@@ -52,44 +52,43 @@ fn crossing(row: &Row) -> f64 {
     }
 }
 
-/// How far, um on the film, light of all wavelengths lands from that of the d line, root mean
-/// square over film, pupil and wavelengths as the eye weighs them.
-fn displacement(question: &Question, lens: &RealLens) -> f64 {
-    let object = Focus::of(&lens.prescription).object(lens.film_distance);
+/// Returns the root mean square displacement on the film (um) of light of all wavelengths from that of
+/// the d line, over film, pupil and wavelengths weighted by luminance.
+fn displacement(input: &PlanInput, lens: &RealLens) -> f64 {
+    let object = RealRayFocus::new(&lens.prescription).object_distance(lens.film_distance);
     let object = object.filter(|object| object.is_finite()).unwrap_or(1e7).max(1.0);
     let focal = lens.paraxial.focal_length.abs();
     // From an angle at the front of the lens to micrometres on the film.
     let um_per_radian = 1e3 * focal * (object / (object - focal)).abs().min(1e3);
     let mut spread = lens.clone();
-    spread.disperse(question.bands);
+    spread.disperse(input.bands);
     spread.bands.insert(0, lens.bands[0].clone());
-    let (unit, count) = (lens.unit, spread.bands.len());
+    let (unit, count) = (lens.units_per_mm, spread.bands.len());
     let camera = Camera {
-        model: Model::Real(Box::new(spread)),
+        model: LensModel::Real(Box::new(spread)),
         world_from_camera: DAffine3::IDENTITY,
         imaging_ratio: 1.0,
         depth: [0.0, f64::INFINITY],
-        ..question.camera.clone()
+        ..input.camera.clone()
     };
-    let mut samples = SampleBatch { len: SAMPLES.min(WAVE), ..SampleBatch::default() };
+    let mut samples = SampleBatch { len: SAMPLES.min(WAVE_SIZE), ..SampleBatch::default() };
     for i in 0..samples.len {
-        let [film, pupil] = [Dimension::Film, Dimension::Pupil].map(|d| pair(0, i as u32, d));
+        let [film, pupil] = [Dimension::Film, Dimension::Pupil].map(|d| sample_2d(0, i as u32, d));
         for axis in 0..2 {
             samples.film[axis][i] = ((f64::from(film[axis]) - 0.5) * camera.film[axis]) as f32;
             samples.pupil[axis][i] = pupil[axis];
         }
     }
     let mut columns = LensColumns::default();
-    let mut stats =
-        LensStats { blocked: vec![0; lens.prescription.rows.len()], ..LensStats::default() };
-    // Where the ray of each sample meets the distance in focus; of the d line first.
+    let mut stats = LensStats::default();
+    // The point of each sample in the plane in focus, for the d line.
     let mut first = vec![None; samples.len];
     let (mut sum, mut weights) = (0.0, 0.0);
     for band in 0..count {
         samples.band = band;
         let mut rays = RayBatch::default();
-        camera.expose::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-        let Model::Real(spread) = &camera.model else { break };
+        camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+        let LensModel::Real(spread) = &camera.model else { break };
         let [r, g, b] = spread.bands[band].response;
         let luminance = 0.2126 * r + 0.7152 * g + 0.0722 * b;
         for i in 0..rays.len {

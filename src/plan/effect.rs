@@ -1,32 +1,33 @@
-//! The effects, and who decides about them.
+//! Effects that a plan decides about.
 
+use std::fmt;
 use std::str::FromStr;
 
-/// What a picture may need beyond rays of one wavelength through a still, perfect camera.
+/// Effect beyond rays of one wavelength through an ideal camera at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Effect {
-    /// Glass bends blue light more than red.
+    /// Dispersion: the refractive index depends on the wavelength.
     Dispersion,
-    /// Surfaces of glass mirror a part of the light.
+    /// Fresnel losses: surfaces of the lens reflect a part of the light.
     Fresnel,
-    /// Light that was mirrored twice inside the lens.
+    /// Ghosts: light that is reflected twice inside the lens.
     Ghosts,
     /// The shape of the stop.
     Iris,
-    /// Light bends at the stop.
+    /// Diffraction at the stop.
     Diffraction,
-    /// Things or the camera move while the shutter is open.
+    /// Motion blur: objects or the camera move while the shutter is open.
     Motion,
-    /// Rows of the sensor are read one after another.
+    /// Rolling shutter: the rows of the sensor are read one after another.
     RollingShutter,
-    /// Noise, full wells and steps of the sensor.
+    /// Noise, saturation and quantization of the sensor.
     Sensor,
-    /// The film or an element stands askew.
+    /// Tilt and shift of the film, and decentred or tilted lens elements.
     TiltShift,
 }
 
 impl Effect {
-    /// All of them.
+    /// All effects.
     pub const ALL: [Self; 9] = [
         Self::Dispersion,
         Self::Fresnel,
@@ -39,7 +40,7 @@ impl Effect {
         Self::TiltShift,
     ];
 
-    /// Its name on the command line and in reports.
+    /// Returns the name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Dispersion => "dispersion",
@@ -55,6 +56,12 @@ impl Effect {
     }
 }
 
+impl fmt::Display for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
 impl FromStr for Effect {
     type Err = String;
 
@@ -66,19 +73,19 @@ impl FromStr for Effect {
     }
 }
 
-/// Who decided.
+/// Source of a decision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum By {
-    /// What the scene file says, or does not.
+pub enum DecidedBy {
+    /// The scene file.
     Scene,
-    /// What the lens file says, or does not.
+    /// The lens file.
     Lens,
     /// The command line.
     Flag,
 }
 
-impl By {
-    /// Its name in reports.
+impl DecidedBy {
+    /// Returns the name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scene => "scene",

@@ -1,23 +1,23 @@
-//! How much of the light the surfaces of a lens reflect.
+//! Decision about Fresnel losses, from the light that the surfaces of a lens reflect.
 
-use super::{By, Finding, Harm, Question, cost};
+use super::{DecidedBy, Finding, OmissionError, PlanInput, cost};
 use crate::lens::{Coating, RealLens};
 
-/// Of a film sample at each face between media, for bare glass and for a layer of MgF2, ns:
-/// `cargo bench --bench effects -- fresnel`.
+/// Cost at each interface between media, for bare glass and for a layer of MgF2 [ns per film sample].
+/// Measured by `cargo bench --bench effects -- fresnel`.
 const NS: [f64; 2] = [0.5, 0.95];
 
-/// The loss is simulated where the lens file or the command line says what its glass is coated with:
-/// files that do not are of lenses for which exposure was never meant to count it.
-pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
+/// Calls for the loss if the lens file or the command line names a coating. The exposure of other lens
+/// files was never meant to include it.
+pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let rows = &lens.prescription.rows;
-    let Some(through) = lens.throughput(question.camera.half_diagonal()) else {
-        return Finding::not_called_for(By::Lens, "no light comes through the lens");
+    let Some(through) = lens.throughput(input.camera.half_diagonal()) else {
+        return Finding::unavailable(DecidedBy::Lens, "no light comes through the lens");
     };
     let loss = 100.0 * (1.0 - through.mean);
     let [least, most] = through.range.map(|share| 100.0 * (1.0 - share));
     let named = rows.iter().any(|row| row.coating.is_some());
-    let by = if question.coated { By::Flag } else { By::Lens };
+    let by = if input.coating_given { DecidedBy::Flag } else { DecidedBy::Lens };
     let who = match named {
         true => "",
         false => "; the lens file names no coating",
@@ -37,9 +37,9 @@ pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
     Finding {
         by,
         reason,
-        error: Some(Harm::Signal(loss)),
+        error: Some(OmissionError::Signal(loss)),
         possible: true,
-        called_for: question.coated || named && loss >= 1.0,
-        cost: cost(question, NS[0] * faces(false) + NS[1] * faces(true)),
+        by_default: input.coating_given || named && loss >= 1.0,
+        cost: cost(input, NS[0] * faces(false) + NS[1] * faces(true)),
     }
 }

@@ -1,35 +1,35 @@
-//! Whether light that is mirrored twice inside the lens can be seen.
+//! Decision about ghosts: light that is reflected twice inside the lens.
 
-use super::{By, Effect, Finding, Harm, Question, VEIL, cost};
+use super::{DecidedBy, Effect, Finding, OmissionError, PlanInput, VEIL_THRESHOLD, cost};
 
-/// Of a film sample: a quarter of a light path through the lens and back, and of its shadow ray;
-/// `cargo bench --bench effects -- ghosts`.
+/// Cost [ns per film sample] of a quarter of a light path through the lens and of its shadow ray.
+/// Measured by `cargo bench --bench effects -- ghosts`.
 const NS: f64 = 110.0;
 
-pub(super) fn find(question: &Question) -> Finding {
-    let Some(sighting) = question.ghosts else {
-        let reason = match question.wanted.of(Effect::Ghosts) {
-            Some(false) => "not wanted, and not looked for",
-            _ => "no light that comes straight from a lamp gets to the film by two mirrorings",
+pub(super) fn find(input: &PlanInput) -> Finding {
+    let Some(estimate) = input.ghosts else {
+        let reason = match input.selection.of(Effect::Ghosts) {
+            Some(false) => "not wanted, so not estimated",
+            _ => "no direct light reaches the film by two reflections",
         };
-        return Finding::not_called_for(By::Scene, reason);
+        return Finding::unavailable(DecidedBy::Scene, reason);
     };
-    let percent = question.level.percent(sighting.peak);
-    let (kept, dropped) = sighting.kept();
-    let taken = match sighting.coated {
+    let percent = input.pilot.percent(estimate.peak);
+    let (kept, dropped) = estimate.significant();
+    let assumption = match estimate.coated {
         true => "",
         false => "; no coating is known, a layer of MgF2 is taken",
     };
     Finding {
-        by: By::Scene,
+        by: DecidedBy::Scene,
         reason: format!(
             "where they are brightest they add {percent:.2} % of the picture's mean; {kept} of {} \
-             pairs of surfaces, the others make {dropped:.1} % of the ghosts{taken}",
-            sighting.pairs()
+             pairs of surfaces, the others make {dropped:.1} % of the ghosts{assumption}",
+            estimate.pairs()
         ),
-        error: Some(Harm::Signal(percent)),
+        error: Some(OmissionError::Signal(percent)),
         possible: true,
-        called_for: percent >= VEIL,
-        cost: cost(question, NS),
+        by_default: percent >= VEIL_THRESHOLD,
+        cost: cost(input, NS),
     }
 }

@@ -1,5 +1,7 @@
-//! Which effects a picture needs: each is simulated if leaving it out could be seen, and costs
-//! nothing if not. The plan says what was decided, by whom, and why.
+//! Plan of effects: decides which effects a picture needs.
+//!
+//! An effect is simulated if its absence would be visible, and costs nothing if it is not. The plan
+//! records each decision with its source and reason.
 
 mod decision;
 mod diffraction;
@@ -7,166 +9,163 @@ mod dispersion;
 mod effect;
 mod fresnel;
 mod ghosts;
+mod image_motion;
 mod iris;
 mod motion;
+mod projection;
 mod rolling_shutter;
+mod selection;
 mod sensor;
 mod tilt_shift;
-mod travel;
-mod view;
-mod wanted;
 
-pub use decision::{Cost, Decision, Harm, Plan};
-pub use effect::{By, Effect};
-pub use tilt_shift::Posed;
-pub use travel::Moves;
-pub use wanted::{Visible, Wanted};
+pub use decision::{Cost, Decision, OmissionError, Plan};
+pub use effect::{DecidedBy, Effect};
+pub use image_motion::MotionInput;
+pub use selection::{EffectSelection, VisibilityThreshold};
+pub use tilt_shift::Misalignment;
 
-use crate::ghosts::Sighting;
-use crate::lens::{Camera, Model};
+use crate::effects::EFFECTS;
+use crate::ghosts::GhostEstimate;
+use crate::lens::{Camera, LensModel};
 use crate::sensor::Sensor;
 use crate::spectrum::LightBand;
 
-/// Whether effects are in the program at all: not if it was built with the feature `bare`. Where an
-/// effect has a branch in a hot stage, the branch asks this too, so that both builds can be compared.
-pub const EFFECTS: bool = cfg!(not(feature = "bare"));
-
-/// What the decisions are made from.
+/// Data that the decisions are based on.
 #[derive(Clone, Copy, Debug)]
-pub struct Question<'a> {
-    /// The camera, without effects.
+pub struct PlanInput<'a> {
+    /// The camera without effects.
     pub camera: &'a Camera,
-    /// Width and height of the picture, pixels.
+    /// The width and height of the picture (pixels).
     pub resolution: [u32; 2],
-    /// The light, as a lens that disperses takes it apart.
+    /// The spectral bands of a lens with dispersion.
     pub bands: &'a [LightBand],
-    /// Whether dispersion was guessed where it is not known.
-    pub assumed: bool,
+    /// Whether unknown dispersion is guessed.
+    pub assumed_dispersion: bool,
     /// Whether the command line names a coating.
-    pub coated: bool,
-    /// What ghosts the lens makes of the scene's lights, if any.
-    pub ghosts: Option<&'a Sighting>,
-    /// How bright the picture will be.
-    pub level: Level,
-    /// The sensor that the command line asks for.
+    pub coating_given: bool,
+    /// The estimated ghosts of the scene's lights, if there are any.
+    pub ghosts: Option<&'a GhostEstimate>,
+    /// The estimated brightness and cost of the picture.
+    pub pilot: PilotEstimate,
+    /// The sensor of the command line.
     pub sensor: Option<&'a Sensor>,
-    /// Samples a pixel.
+    /// The number of samples per pixel.
     pub samples: u32,
-    /// What moves, and when.
-    pub moves: Moves<'a>,
-    /// What does not stand square, in the camera or set square in it.
-    pub posed: Option<&'a Posed>,
-    /// What the command line asks for.
-    pub wanted: &'a Wanted,
-    /// What counts as visible.
-    pub visible: Visible,
+    /// The moving parts of the scene and the times of samples.
+    pub motion: MotionInput<'a>,
+    /// The misalignment of lens and film, simulated or not.
+    pub misalignment: Option<&'a Misalignment>,
+    /// The effect selection of the command line.
+    pub selection: &'a EffectSelection,
+    /// The error above which an effect counts as visible.
+    pub threshold: VisibilityThreshold,
 }
 
-/// How bright a picture will be, in luminance, and what it takes without effects; by a small one.
+/// Brightness (luminance) and cost of a picture without effects, estimated from a small one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Level {
-    /// Its mean without its brightest tenth: lamps and their reflections are not what a veil of light
-    /// is seen on.
+pub struct PilotEstimate {
+    /// The mean without the brightest tenth of the pixels: a veil of light is not seen on lights and
+    /// their reflections.
     pub mean: f64,
-    /// What the brightest spot of the small picture adds to that, as light of so many pixels of 1.
-    pub lamp: f64,
-    /// What a film sample takes, ns: by what is counted, not by a clock, so that a plan is always the
-    /// same.
-    pub sample: f64,
-    /// Rays through the scene for a film sample, shadow rays among them.
-    pub rays: f64,
+    /// The light of the brightest spot above the mean [pixels of luminance 1].
+    pub highlight: f64,
+    /// The cost of a film sample (ns), computed from counts of rays rather than measured times, so
+    /// that plans are reproducible.
+    pub ns_per_sample: f64,
+    /// The number of rays through the scene per film sample, including shadow rays.
+    pub rays_per_sample: f64,
 }
 
-impl Level {
-    /// A veil of light, percent of the picture's mean. Light in a black picture is all there is.
+impl PilotEstimate {
+    /// Returns a veil of light relative to the mean (percent); 100 in a black picture.
     fn percent(&self, light: f64) -> f64 {
         let percent = match self.mean > 0.0 {
             true => 100.0 * light / self.mean,
             false if light > 0.0 => 100.0,
             false => 0.0,
         };
-        // Of a lamp beyond all numbers nothing can be told.
+        // An overflow tells nothing about the light.
         if percent.is_finite() { percent } else { 0.0 }
     }
 }
 
-/// From which share of the picture's brightness on, percent, a veil of light can be seen: the
-/// threshold of contrast of the eye (Weber's fraction, 1 to 2 %).
-const VEIL: f64 = 1.0;
+/// Visibility threshold of a veil of light, relative to the picture's mean [percent]: the contrast
+/// threshold of the eye (Weber fraction, 1 to 2 %).
+const VEIL_THRESHOLD: f64 = 1.0;
 
-/// What is known of an effect before anybody decides.
+/// Data about an effect on which its decision is based.
 struct Finding {
-    by: By,
+    by: DecidedBy,
     reason: String,
-    error: Option<Harm>,
+    error: Option<OmissionError>,
     /// Whether it can be simulated here.
     possible: bool,
-    /// Whether it should be, if nobody says anything.
-    called_for: bool,
+    /// Whether it is simulated by default.
+    by_default: bool,
     cost: Option<Cost>,
 }
 
 impl Finding {
-    fn not_called_for(by: By, reason: &str) -> Self {
+    fn unavailable(by: DecidedBy, reason: &str) -> Self {
         Self {
             by,
             reason: reason.to_owned(),
             error: None,
             possible: false,
-            called_for: false,
+            by_default: false,
             cost: None,
         }
     }
 }
 
-/// Decides effect by effect.
-pub fn plan(question: &Question) -> Plan {
-    Plan { effects: Effect::ALL.map(|effect| decide(effect, question)).to_vec() }
+/// Decides about all effects.
+pub fn plan(input: &PlanInput) -> Plan {
+    Plan { effects: Effect::ALL.map(|effect| decide(effect, input)).to_vec() }
 }
 
-fn decide(effect: Effect, question: &Question) -> Decision {
-    let Finding { by, reason, error, possible, called_for, cost } = find(effect, question);
+fn decide(effect: Effect, input: &PlanInput) -> Decision {
+    let Finding { by, reason, error, possible, by_default, cost } = find(effect, input);
     let possible = possible && EFFECTS;
-    let (on, by, reason) = match question.wanted.of(effect) {
-        Some(true) if possible => (true, By::Flag, format!("asked for; {reason}")),
-        Some(false) if possible => (false, By::Flag, format!("not wanted; {reason}")),
-        _ => (called_for && possible, by, reason),
+    let (on, by, reason) = match input.selection.of(effect) {
+        Some(true) if possible => (true, DecidedBy::Flag, format!("asked for; {reason}")),
+        Some(false) if possible => (false, DecidedBy::Flag, format!("not wanted; {reason}")),
+        _ => (by_default && possible, by, reason),
     };
     Decision { effect, on, by, reason, error, cost }
 }
 
-fn find(effect: Effect, question: &Question) -> Finding {
-    let Model::Real(lens) = &question.camera.model else {
+fn find(effect: Effect, input: &PlanInput) -> Finding {
+    let LensModel::Real(lens) = &input.camera.model else {
         return match effect {
-            Effect::Motion => motion::find(question),
-            Effect::Sensor => sensor::find(question),
-            Effect::RollingShutter => rolling_shutter::find(question),
-            Effect::TiltShift => tilt_shift::square(),
-            _ => Finding::not_called_for(By::Scene, "the camera has no lens of glass"),
+            Effect::Motion => motion::find(input),
+            Effect::Sensor => sensor::find(input),
+            Effect::RollingShutter => rolling_shutter::find(input),
+            Effect::TiltShift => tilt_shift::aligned(),
+            _ => Finding::unavailable(DecidedBy::Scene, "the camera has no lens of glass"),
         };
     };
     match effect {
-        Effect::Dispersion => dispersion::find(question, lens),
-        Effect::Diffraction => diffraction::find(question, lens),
-        Effect::Iris => iris::find(question, lens),
-        Effect::Fresnel => fresnel::find(question, lens),
-        Effect::Ghosts => ghosts::find(question),
-        Effect::Motion => motion::find(question),
-        Effect::Sensor => sensor::find(question),
-        Effect::RollingShutter => rolling_shutter::find(question),
-        Effect::TiltShift => tilt_shift::find(question, lens),
+        Effect::Dispersion => dispersion::find(input, lens),
+        Effect::Diffraction => diffraction::find(input, lens),
+        Effect::Iris => iris::find(input, lens),
+        Effect::Fresnel => fresnel::find(input, lens),
+        Effect::Ghosts => ghosts::find(input),
+        Effect::Motion => motion::find(input),
+        Effect::Sensor => sensor::find(input),
+        Effect::RollingShutter => rolling_shutter::find(input),
+        Effect::TiltShift => tilt_shift::find(input, lens),
     }
 }
 
-/// What an effect costs: ns of a film sample, and their share of all that one takes with it.
-fn cost(question: &Question, ns_per_ray: f64) -> Option<Cost> {
-    let all = question.level.sample + ns_per_ray;
+/// Returns the cost of an effect that takes this long for a film sample (ns).
+fn cost(input: &PlanInput, ns_per_ray: f64) -> Option<Cost> {
+    let all = input.pilot.ns_per_sample + ns_per_ray;
     let percent = if all > 0.0 { 100.0 * ns_per_ray / all } else { 0.0 };
     Some(Cost { ns_per_ray, percent })
 }
 
-/// Pixels a micrometre on the film, along the narrower side of a pixel.
-fn pixels_per_um(question: &Question) -> f64 {
-    let pitch = |i: usize| 1e3 * question.camera.film[i] / f64::from(question.resolution[i]);
+/// Returns the number of pixels per micrometre on the film, along the shorter side of a pixel.
+fn pixels_per_um(input: &PlanInput) -> f64 {
+    let pitch = |i: usize| 1e3 * input.camera.film[i] / f64::from(input.resolution[i]);
     1.0 / pitch(0).min(pitch(1))
 }

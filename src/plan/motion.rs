@@ -1,56 +1,58 @@
-//! What moves while the shutter is open.
+//! Decision about motion blur, from the motion on the film while the shutter is open.
 
-use super::travel::{share_near, travel};
-use super::{By, Effect, Finding, Harm, Question, cost};
+use super::image_motion::{image_motion, share_near};
+use super::{DecidedBy, Effect, Finding, OmissionError, PlanInput, cost};
 
-/// ns: `cargo bench --bench effects -- motion`. When a sample is taken.
-const TIME: f64 = 4.0;
-/// A ray of a camera that moves.
-const RIDE: f64 = 30.0;
-/// A ray against the box around all that moves; and one that comes near to it, where things go
-/// straight and where they turn: there the boxes that they pass are wider, and more rays meet one.
-const RAY: f64 = 4.0;
-const NEAR_RAY: [f64; 2] = [40.0, 110.0];
+/// Cost of assigning a time to a sample (ns). These costs are measured by `cargo bench --bench effects
+/// -- motion`.
+const TIME_NS: f64 = 4.0;
+/// Cost of a ray of a moving camera (ns).
+const CAMERA_RAY_NS: f64 = 30.0;
+/// Cost of testing a ray against the box around all moving objects (ns).
+const RAY_NS: f64 = 4.0;
+/// Cost of a ray that meets this box (ns), if objects move straight and if they rotate. The boxes that
+/// rotating objects sweep are wider, so more rays meet one.
+const NEAR_RAY_NS: [f64; 2] = [40.0, 110.0];
 
-pub(super) fn find(question: &Question) -> Finding {
-    let moves = &question.moves;
-    if !moves.any() {
-        return Finding::not_called_for(By::Scene, "nothing moves");
+pub(super) fn find(input: &PlanInput) -> Finding {
+    let motion = &input.motion;
+    if !motion.any() {
+        return Finding::unavailable(DecidedBy::Scene, "nothing moves");
     }
-    let harm = travel(question, moves.timing.exposure());
-    let Harm::Blur { um, pixels } = harm else {
-        return Finding::not_called_for(By::Scene, "nothing moves");
-    };
-    let what = match (moves.scene.movers().is_empty(), moves.timing.ride.is_some()) {
-        (false, false) => "things move",
-        (false, true) => "things and the camera move",
+    let pixels = image_motion(input, motion.timing.first_row_range());
+    let um = pixels * motion.pitch;
+    let objects_move = !motion.scene.animated_instances().is_empty();
+    let subject = match (objects_move, motion.timing.camera_motion.is_some()) {
+        (true, false) => "objects move",
+        (true, true) => "objects and the camera move",
         _ => "the camera moves",
     };
-    let called_for = pixels >= question.visible.pixels;
-    let frozen = match question.wanted.of(Effect::Motion).unwrap_or(called_for) {
+    let by_default = pixels >= input.threshold.pixels;
+    let frozen = match input.selection.of(Effect::Motion).unwrap_or(by_default) {
         true => "",
-        false => "; everything stands where it is in the middle of that time",
+        false => "; everything stays where it is in the middle of that time",
     };
     Finding {
-        by: By::Scene,
+        by: DecidedBy::Scene,
         reason: format!(
-            "{what} by up to {um:.1} um, {pixels:.1} pixels, while the shutter is open{frozen}"
+            "{subject} by up to {um:.1} um, {pixels:.1} pixels, while the shutter is open{frozen}"
         ),
-        error: Some(harm),
+        error: Some(OmissionError::Blur { um, pixels }),
         possible: true,
-        called_for,
-        cost: cost(question, price(question)),
+        by_default,
+        cost: cost(input, cost_ns(input)),
     }
 }
 
-/// ns of a film sample.
-fn price(question: &Question) -> f64 {
-    let moves = &question.moves;
-    let ride = if moves.timing.ride.is_some() { RIDE } else { 0.0 };
-    if moves.scene.movers().is_empty() {
-        return TIME + ride;
+/// Returns the cost [ns per film sample].
+fn cost_ns(input: &PlanInput) -> f64 {
+    let motion = &input.motion;
+    let camera_ray = if motion.timing.camera_motion.is_some() { CAMERA_RAY_NS } else { 0.0 };
+    if motion.scene.animated_instances().is_empty() {
+        return TIME_NS + camera_ray;
     }
-    let turns = moves.scene.movers().iter().any(|mover| mover.motion.turns());
-    let near = share_near(question) * NEAR_RAY[usize::from(turns)];
-    TIME + ride + question.level.rays * (RAY + near)
+    let rotates =
+        motion.scene.animated_instances().iter().any(|instance| instance.motion.rotates());
+    let near = share_near(input) * NEAR_RAY_NS[usize::from(rotates)];
+    TIME_NS + camera_ray + input.pilot.rays_per_sample * (RAY_NS + near)
 }

@@ -1,35 +1,35 @@
-//! Whether rows are read one after another.
+//! Decision about the rolling shutter, from the motion on the film between the first and the last row.
 
-use super::travel::travel;
-use super::{By, Finding, Harm, Question, cost};
+use super::image_motion::image_motion;
+use super::{DecidedBy, Finding, OmissionError, PlanInput, cost};
 
-/// To tell when a row is read: `cargo bench --bench effects -- motion`.
+/// Cost of assigning the time of a row [ns per film sample]. Measured by `cargo bench --bench effects --
+/// motion`.
 const NS: f64 = 3.0;
 
-pub(super) fn find(question: &Question) -> Finding {
-    let moves = &question.moves;
-    let Some((rolling, by)) = moves.rolling else {
+pub(super) fn find(input: &PlanInput) -> Finding {
+    let motion = &input.motion;
+    let Some((rolling, by)) = motion.rolling else {
         let reason = "all rows are exposed at once, as the scene has it";
-        return Finding::not_called_for(By::Scene, reason);
+        return Finding::unavailable(DecidedBy::Scene, reason);
     };
-    if !moves.any() {
-        return Finding::not_called_for(by, "rows are read one after another, but nothing moves");
+    if !motion.any() {
+        return Finding::unavailable(by, "rows are read one after another, but nothing moves");
     }
-    let harm = travel(question, [moves.timing.middle(), moves.timing.last_middle()]);
-    let Harm::Blur { um, pixels } = harm else {
-        return Finding::not_called_for(by, "nothing moves");
-    };
+    let rows = [motion.timing.first_row_middle(), motion.timing.last_row_middle()];
+    let pixels = image_motion(input, rows);
+    let um = pixels * motion.pitch;
     Finding {
         by,
         reason: format!(
-            "the last row is read {:.1} ms after the first, {}; meanwhile things go {um:.1} um, \
+            "the last row is read {:.1} ms after the first, {}; meanwhile objects move by {um:.1} um, \
              {pixels:.1} pixels",
             1e3 * rolling.time,
-            rolling.reading.name()
+            rolling.direction.name()
         ),
-        error: Some(harm),
+        error: Some(OmissionError::Blur { um, pixels }),
         possible: true,
-        called_for: pixels >= question.visible.pixels,
-        cost: cost(question, NS),
+        by_default: pixels >= input.threshold.pixels,
+        cost: cost(input, NS),
     }
 }

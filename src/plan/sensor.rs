@@ -1,21 +1,22 @@
-//! What a sensor's noise does to the picture.
+//! Decision about the sensor.
 
-use super::{By, Finding, Harm, Question, cost};
+use super::{DecidedBy, Finding, OmissionError, PlanInput, cost};
 
-/// A sensor's noise in middle grey.
-pub(super) fn find(question: &Question) -> Finding {
-    /// Of a pixel, ns: `cargo bench --bench effects -- sensor`.
+/// Calls for the sensor that the command line asks for. The estimated error is its noise in middle
+/// grey.
+pub(super) fn find(input: &PlanInput) -> Finding {
+    /// Cost of a pixel (ns). Measured by `cargo bench --bench effects -- sensor`.
     const NS: f64 = 230.0;
-    let Some(sensor) = question.sensor else {
-        return Finding::not_called_for(By::Scene, "the film is ideal, as the scene has it");
+    let Some(sensor) = input.sensor else {
+        return Finding::unavailable(DecidedBy::Scene, "the film is ideal, as the scene has it");
     };
     let noise = sensor.relative_noise(0.18);
     Finding {
-        by: By::Flag,
+        by: DecidedBy::Flag,
         reason: format!("a sensor is asked for; middle grey has {noise:.1} % of noise"),
-        error: Some(Harm::Signal(noise)),
+        error: Some(OmissionError::Signal(noise)),
         possible: true,
-        called_for: true,
-        cost: cost(question, NS / f64::from(question.samples.max(1))),
+        by_default: true,
+        cost: cost(input, NS / f64::from(input.samples.max(1))),
     }
 }

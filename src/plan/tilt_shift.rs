@@ -1,49 +1,54 @@
-//! Whether the film or an element stands askew.
+//! Decision about tilt and shift of the film and of lens elements.
 
-use super::{By, Finding, Harm, Question, cost, pixels_per_um};
+use super::{DecidedBy, Finding, OmissionError, PlanInput, cost, pixels_per_um};
 use crate::lens::{Pose, Prescription, RealLens};
 
-/// Of a film sample: from shifted film; from tilted film or into a lens that stands askew; and for each
-/// turn between surfaces, ns: `cargo bench --bench effects -- tilt_shift`.
+/// Cost [ns per film sample] of shifted film; of tilted film or a misaligned lens; and of each change of
+/// frame between surfaces. Measured by `cargo bench --bench effects -- tilt_shift`.
 const NS: [f64; 3] = [0.5, 40.0, 0.5];
 
-/// A lens and a film that do not both stand square.
+/// Lens and film of which at least one is tilted, shifted or decentred.
 #[derive(Clone, Debug)]
-pub struct Posed {
+pub struct Misalignment {
     /// The lens.
     pub lens: Prescription,
-    /// How the film stands.
+    /// The pose of the film.
     pub film: Pose,
-    /// Who says so: of the film if that stands askew, else of the lens.
-    pub by: By,
+    /// The source: that of the film if it is misaligned, otherwise that of the lens.
+    pub by: DecidedBy,
 }
 
-/// On whenever something stands askew: that is never so by default.
-pub(super) fn find(question: &Question, lens: &RealLens) -> Finding {
-    let Some(Posed { lens: posed, film, by }) = question.posed else { return square() };
-    let um = lens.displacement(posed, *film, question.camera.film);
-    let pixels = um * pixels_per_um(question);
+/// Calls for the effect whenever there is a misalignment, which is never the default.
+pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
+    let Some(Misalignment { lens: misaligned, film, by }) = input.misalignment else {
+        return aligned();
+    };
+    let um = lens.displacement(misaligned, *film, input.camera.film);
+    let pixels = um * pixels_per_um(input);
     let mut parts = Vec::new();
-    if !film.is_square() {
+    if !film.is_aligned() {
         let ([x, y], [ax, ay]) = (film.film_shift(), film.tilt);
         parts.push(format!("the film is shifted by {x}, {y} mm and tilted by {ax}, {ay} degrees"));
     }
-    if posed.is_askew() {
+    if misaligned.is_misaligned() {
         parts.push("elements of the lens are decentred or tilted".to_owned());
     }
-    let level = film.is_level() && posed.is_round();
-    let ns = NS[usize::from(!level)] + NS[2] * posed.turns() as f64;
+    let untilted = film.is_untilted() && misaligned.is_round();
+    let ns = NS[usize::from(!untilted)] + NS[2] * misaligned.frame_transforms() as f64;
     Finding {
         by: *by,
         reason: format!("{}: light lands {um:.0} um from where it would", parts.join("; ")),
-        error: Some(Harm::Blur { um, pixels }),
+        error: Some(OmissionError::Blur { um, pixels }),
         possible: true,
-        called_for: true,
-        cost: cost(question, ns),
+        by_default: true,
+        cost: cost(input, ns),
     }
 }
 
-/// Nothing stands askew.
-pub(super) fn square() -> Finding {
-    Finding::not_called_for(By::Scene, "film and elements stand square to the axis")
+/// Returns the finding for an aligned camera.
+pub(super) fn aligned() -> Finding {
+    Finding::unavailable(
+        DecidedBy::Scene,
+        "film and elements are perpendicular to the axis and centred on it",
+    )
 }

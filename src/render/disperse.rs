@@ -1,22 +1,22 @@
-//! Bands that share rays: the order of their stages.
+//! Dispersion stage of a wave: reprojects its rays in the bands that share them.
 
-use super::Job;
-use crate::film::Colours;
+use crate::film::HeroWeights;
+use crate::job::Job;
 use crate::lanes::Real;
-use crate::lens::{LensColumns, Model};
-use crate::rays::{LandingBatch, RayBatch, SampleBatch};
-use crate::spectrum::sharing;
+use crate::lens::{LensColumns, LensModel};
+use crate::rays::{RayBatch, ReprojectionBatch, SampleBatch};
+use crate::spectrum::bands_of_ray;
 
-/// The columns of bands that share rays.
+/// Columns of the dispersion stage.
 #[derive(Clone, Debug, Default)]
 pub struct DisperseColumns {
-    landing: LandingBatch,
-    colours: Colours,
+    reprojection: ReprojectionBatch,
+    hero_weights: HeroWeights,
 }
 
-/// Colours the rays that [`Camera::expose`](crate::lens::Camera::expose) last made of a wave by all
-/// the bands that share them ([`Colours`]); where the light is not taken apart, or not into bands that
-/// can be shared out, they stay as they are.
+/// Weights the rays that [`Camera::generate_rays`](crate::lens::Camera::generate_rays) has just made by
+/// all bands that share them ([`HeroWeights`]). Rays of a lens without dispersion, or with too few bands
+/// to share rays, stay as they are.
 pub fn disperse<R: Real<Scalar = f32>>(
     job: &Job,
     samples: &SampleBatch,
@@ -24,16 +24,27 @@ pub fn disperse<R: Real<Scalar = f32>>(
     columns: &mut DisperseColumns,
     rays: &mut RayBatch,
 ) {
-    let Job { camera, frame, film, .. } = job;
-    let Model::Real(model) = &camera.model else { return };
-    let Some([hero, others @ ..]) = sharing(samples.band, model.bands.len()) else { return };
-    let DisperseColumns { landing, colours } = columns;
-    lens.passed(samples.len, &mut landing.share);
-    colours.begin(&film.filter, samples, &landing.share, model.bands[hero].response);
+    let Job { camera, frame, response, .. } = job;
+    let LensModel::Real(model) = &camera.model else { return };
+    let Some([hero, others @ ..]) = bands_of_ray(samples.band, model.bands.len()) else { return };
+    let DisperseColumns { reprojection, hero_weights } = columns;
+    lens.passed(samples.len, &mut reprojection.transmission);
+    hero_weights.start(
+        &response.filter,
+        samples,
+        &reprojection.transmission,
+        model.bands[hero].response,
+    );
     for band in others {
-        camera.land::<R>(band, lens, landing);
-        let response = model.bands[band].response;
-        colours.add(&film.filter, (frame, camera.film), samples, landing, response);
+        camera.reproject::<R>(band, lens, reprojection);
+        let band_response = model.bands[band].response;
+        hero_weights.add_band(
+            &response.filter,
+            (frame, camera.film),
+            samples,
+            reprojection,
+            band_response,
+        );
     }
-    colours.tint(&film.filter, samples, lens.exposure(), camera.imaging_ratio, rays);
+    hero_weights.apply(&response.filter, samples, lens.exposure(), camera.imaging_ratio, rays);
 }

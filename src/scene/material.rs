@@ -1,165 +1,191 @@
-//! What surfaces are made of, as the scene file says it: textures still to be looked up. The
-//! shading stage turns a material and a point into a scattering function.
+//! Materials as scene files describe them: a scattering model with textures as parameters.
+//!
+//! The shading stage evaluates the textures at a point and makes a BSDF of the model.
+//! [`MaterialModel`] is the list of all models.
 
 use super::texture::{ImageMap, Texture};
 
-/// What a surface does to light, and how its normals are bent.
+/// Scattering model of a surface, and changes of its shading normal.
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// How it scatters.
-    pub scatters: Scatters,
-    /// A height over the surface, world units, whose slopes bend the shading normal.
+    /// Scattering model.
+    pub model: MaterialModel,
+    /// Height above the surface [world units], whose slopes tilt the shading normal.
     pub bump: Option<Texture>,
-    /// An image of normals about (u, v, normal), stored as 2 c - 1.
+    /// Normals in the frame (u, v, normal); a colour c stands for the vector 2 c - 1.
     pub normal_map: Option<ImageMap>,
 }
 
-/// The kinds of surfaces, named and defined as in pbrt-v4.
+/// Scattering models, named and defined as in pbrt-v4.
 #[derive(Clone, Debug)]
-pub enum Scatters {
-    /// Nothing: light goes straight on.
+pub enum MaterialModel {
+    /// No scattering: light passes straight through.
     Interface,
     /// Lambert's reflection.
     Diffuse {
-        /// Share of the light that comes back.
+        /// Fraction of the light that is reflected.
         reflectance: Texture,
     },
     /// Lambert's reflection and transmission.
     DiffuseTransmission {
-        /// Share of the light that comes back.
+        /// Fraction of the light that is reflected.
         reflectance: Texture,
-        /// Share of the light that goes through.
+        /// Fraction of the light that is transmitted.
         transmittance: Texture,
-        /// Factor of both.
+        /// Factor of both fractions.
         scale: f32,
     },
     /// A metal.
     Conductor {
-        /// Its refractive index.
+        /// Refractive index.
         metal: Metal,
-        /// Its smoothness.
+        /// Roughness.
         roughness: Roughness,
     },
-    /// The border of glass, water and the like.
+    /// The interface of a transparent medium, such as glass or water.
     Dielectric {
-        /// Refractive index inside over outside.
+        /// Refractive index inside over that outside.
         eta: f32,
-        /// Its smoothness.
+        /// Roughness.
         roughness: Roughness,
     },
-    /// A sheet of glass without thickness.
+    /// A sheet of glass of zero thickness.
     ThinDielectric {
         /// Refractive index.
         eta: f32,
     },
-    /// A varnished diffuse surface.
+    /// A diffuse surface under a coat.
     CoatedDiffuse {
-        /// Share of the light that comes back from under the coat.
+        /// Fraction of the light that the surface under the coat reflects.
         reflectance: Texture,
-        /// The varnish.
-        coat: Box<Coat>,
+        /// Coat.
+        coat: Box<DielectricCoat>,
     },
-    /// A varnished metal.
+    /// A metal under a coat.
     CoatedConductor {
-        /// Its refractive index.
+        /// Refractive index of the metal.
         metal: Metal,
-        /// The smoothness of the metal.
+        /// Roughness of the metal.
         roughness: Roughness,
-        /// The varnish.
-        coat: Box<Coat>,
+        /// Coat.
+        coat: Box<DielectricCoat>,
     },
-    /// One of two materials, by chance at every point.
+    /// One of two materials, chosen at random at every point.
     Mix {
-        /// Which.
+        /// Indices of the materials.
         materials: [u32; 2],
-        /// Probability of the second.
+        /// Probability of the second material.
         amount: Texture,
     },
 }
 
-/// The complex refractive index of a metal by colour channel.
+/// Complex refractive index of a metal, by colour channel.
 #[derive(Clone, Debug)]
 pub enum Metal {
-    /// eta + i k.
+    /// The index eta + i k.
     Index {
         /// Real part.
         eta: Texture,
         /// Imaginary part.
         k: Texture,
-        /// What Fresnel's reflectance is multiplied by at normal incidence; above 1 where a
-        /// metal's colour is more saturated than the primaries.
+        /// Factor of the Fresnel reflectance at normal incidence; above 1 if a metal's colour is
+        /// more saturated than the primaries.
         tint: [f32; 3],
     },
-    /// Whatever reflects this share at normal incidence, with eta = 1.
+    /// The index 1 + i k that reflects this fraction of the light at normal incidence.
     Reflectance(Texture),
 }
 
-/// How rough a surface of microfacets (Trowbridge & Reitz 1975, "GGX") is along u and v.
+/// Roughness of a microfacet surface along u and v (Trowbridge & Reitz 1975, "GGX").
 #[derive(Clone, Debug)]
 pub struct Roughness {
-    /// Roughness by direction; only the first channel counts.
+    /// Roughness along u and v; only the first channel counts.
     pub uv: [Texture; 2],
-    /// Whether alpha is the square root of the roughness rather than the roughness itself.
+    /// Whether the microfacet alpha is the square root of the roughness instead of the roughness.
     pub remap: bool,
 }
 
-/// A clear or hazy layer over a surface, traversed at random (Guo, Hasan & Zhao 2018).
+/// A clear or hazy dielectric layer over a surface, evaluated by random walks (Guo, Hasan & Zhao
+/// 2018).
 #[derive(Clone, Debug)]
-pub struct Coat {
-    /// Refractive index of the layer over that of the outside.
+pub struct DielectricCoat {
+    /// Refractive index of the layer over that outside.
     pub eta: f32,
-    /// The smoothness of its outer side.
+    /// Roughness of the outer interface.
     pub roughness: Roughness,
-    /// Thickness in mean free paths of a medium of density 1.
+    /// Thickness [mean free paths of a medium of density 1].
     pub thickness: Texture,
-    /// Single-scattering albedo of the medium in the layer; 0 is clear.
+    /// Single-scattering albedo of the medium in the layer; 0 is a clear layer.
     pub albedo: Texture,
-    /// Asymmetry of its scattering (Henyey & Greenstein 1941).
+    /// Asymmetry of the phase function (Henyey & Greenstein 1941).
     pub g: Texture,
-    /// Most events inside the layer.
+    /// Most events of a random walk inside the layer.
     pub max_depth: u32,
-    /// Random walks for each evaluation.
+    /// Random walks of each evaluation.
     pub samples: u32,
 }
 
 impl Material {
-    /// A material without bent normals.
-    pub fn new(scatters: Scatters) -> Self {
-        Self { scatters, bump: None, normal_map: None }
+    /// Returns a material with unchanged normals.
+    pub fn new(scatters: MaterialModel) -> Self {
+        Self { model: scatters, bump: None, normal_map: None }
     }
 
-    /// Whether it looks textures up over the footprint of a pixel.
+    /// Returns whether a texture of the material is filtered over the footprint of a pixel.
     pub fn is_textured(&self) -> bool {
         self.bump.is_some()
-            || self.scatters.textures().into_iter().any(|texture| texture.is_filtered())
+            || self.model.textures().into_iter().any(|texture| texture.is_filtered())
     }
 
-    /// A Lambertian surface of one colour.
+    /// Returns whether scattering depends on the direction of u and v, so that the shading frame
+    /// must follow the texture coordinates.
+    pub fn is_anisotropic(&self) -> bool {
+        self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
+    }
+
+    /// Returns a Lambertian surface of one colour.
     pub fn diffuse(reflectance: [f32; 3]) -> Self {
-        Self::new(Scatters::Diffuse { reflectance: Texture::Constant(reflectance) })
+        Self::new(MaterialModel::Diffuse { reflectance: Texture::Constant(reflectance) })
     }
 }
 
-impl Scatters {
-    /// All textures that are looked up for it.
+impl MaterialModel {
+    /// Returns all textures of the model.
     fn textures(&self) -> Vec<&Texture> {
-        match self {
-            Self::Interface | Self::ThinDielectric { .. } => Vec::new(),
+        let own = match self {
+            Self::Interface | Self::ThinDielectric { .. } | Self::Dielectric { .. } => Vec::new(),
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmission { reflectance, transmittance, .. } => {
                 vec![reflectance, transmittance]
             }
-            Self::Conductor { metal, roughness } => {
-                metal.textures().into_iter().chain(&roughness.uv).collect()
-            }
-            Self::Dielectric { roughness, .. } => roughness.uv.iter().collect(),
+            Self::Conductor { metal, .. } => metal.textures(),
             Self::CoatedDiffuse { reflectance, coat } => {
-                coat.textures().chain([reflectance]).collect()
+                coat.textures().into_iter().chain([reflectance]).collect()
             }
-            Self::CoatedConductor { metal, roughness, coat } => {
-                coat.textures().chain(metal.textures()).chain(&roughness.uv).collect()
+            Self::CoatedConductor { metal, coat, .. } => {
+                coat.textures().into_iter().chain(metal.textures()).collect()
             }
             Self::Mix { amount, .. } => vec![amount],
+        };
+        let roughnesses = self.roughnesses().into_iter().flatten();
+        own.into_iter().chain(roughnesses.flat_map(|roughness| &roughness.uv)).collect()
+    }
+
+    /// Returns the roughness of every rough interface of the model: two at most.
+    fn roughnesses(&self) -> [Option<&Roughness>; 2] {
+        match self {
+            Self::Interface
+            | Self::Diffuse { .. }
+            | Self::DiffuseTransmission { .. }
+            | Self::ThinDielectric { .. }
+            | Self::Mix { .. } => [None, None],
+            Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => {
+                [Some(roughness), None]
+            }
+            Self::CoatedDiffuse { coat, .. } => [Some(&coat.roughness), None],
+            Self::CoatedConductor { roughness, coat, .. } => {
+                [Some(roughness), Some(&coat.roughness)]
+            }
         }
     }
 }
@@ -173,15 +199,22 @@ impl Metal {
     }
 }
 
-impl Coat {
-    fn textures(&self) -> impl Iterator<Item = &Texture> {
-        [&self.thickness, &self.albedo, &self.g].into_iter().chain(&self.roughness.uv)
+impl DielectricCoat {
+    /// Returns the textures of the medium in the layer.
+    fn textures(&self) -> [&Texture; 3] {
+        [&self.thickness, &self.albedo, &self.g]
     }
 }
 
 impl Roughness {
-    /// A perfectly smooth surface.
+    /// Returns the roughness of a perfectly smooth surface.
     pub fn smooth() -> Self {
         Self { uv: [Texture::Constant([0.0; 3]), Texture::Constant([0.0; 3])], remap: true }
+    }
+
+    /// Returns whether the roughness along u and v may differ.
+    fn is_anisotropic(&self) -> bool {
+        let [along, across] = &self.uv;
+        !matches!((along, across), (Texture::Constant(a), Texture::Constant(b)) if a == b)
     }
 }

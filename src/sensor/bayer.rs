@@ -1,9 +1,9 @@
-//! The mosaic of colour filters before a sensor (Bayer 1976, US patent 3,971,065).
+//! Bayer patterns: the colour filters in front of a sensor (Bayer 1976, US patent 3,971,065).
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The filters of two by two pixels: those of the first row, then those of the second.
+/// The filters of two by two pixels, named in reading order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bayer {
     /// Red and green, green and blue.
@@ -21,7 +21,7 @@ impl Bayer {
     /// All patterns.
     pub const ALL: [Self; 4] = [Self::Rggb, Self::Bggr, Self::Grbg, Self::Gbrg];
 
-    /// Its name: the filters in reading order.
+    /// Returns its name: the filters in reading order.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rggb => "rggb",
@@ -31,7 +31,7 @@ impl Bayer {
         }
     }
 
-    /// The channel that a pixel of the frame sees: 0 red, 1 green, 2 blue.
+    /// Returns the channel that a pixel of the frame sees: 0 red, 1 green, 2 blue.
     #[inline(always)]
     pub fn channel(self, [x, y]: [u32; 2]) -> usize {
         let place = (y & 1) * 2 + (x & 1);

@@ -1,7 +1,7 @@
-//! How much light a camera is set for.
+//! Exposure value of camera settings.
 
-/// Exposure value at ISO 100: log2(N^2 / t) - log2(S / 100) (ISO 2720:1974). Scenes of this
-/// EV are exposed correctly at f-number N, t seconds and speed S.
+/// Returns the exposure value at ISO 100: log2(N^2 / t) - log2(S / 100) (ISO 2720:1974). A scene of
+/// this EV is exposed correctly at f-number N, t seconds and speed S.
 pub fn ev100(f_number: f64, seconds: f64, iso: f64) -> f64 {
     (f_number * f_number / seconds).log2() - (iso / 100.0).log2()
 }

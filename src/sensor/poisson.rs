@@ -1,25 +1,25 @@
-//! Counts of photons: the Poisson distribution, without approximation at any mean.
+//! Samples of the Poisson distribution, exact at any mean.
 
-use super::noise::Noise;
+use super::photosite_rng::PhotositeRng;
 
-/// The mean from which rejection is faster than adding up, and Hörmann's bounds hold.
+/// The mean above which rejection is faster than inversion, and Hörmann's bounds hold.
 const REJECT_FROM: f64 = 10.0;
 
-/// A count of this mean, which is finite and not below 0.
-pub(super) fn poisson(mean: f64, noise: &mut Noise) -> f64 {
-    if mean < REJECT_FROM { inverted(mean, noise) } else { rejected(mean, noise) }
+/// Returns a Poisson-distributed count. The mean is finite and at least 0.
+pub(super) fn poisson(mean: f64, rng: &mut PhotositeRng) -> f64 {
+    if mean < REJECT_FROM { sample_by_inversion(mean, rng) } else { sample_by_rejection(mean, rng) }
 }
 
-/// Adds up probabilities until they exceed a random number.
-fn inverted(mean: f64, noise: &mut Noise) -> f64 {
+/// Samples by inversion: adds up probabilities until they exceed a random number.
+fn sample_by_inversion(mean: f64, rng: &mut PhotositeRng) -> f64 {
     if mean <= 0.0 {
         return 0.0;
     }
-    let limit = noise.uniform();
+    let limit = rng.uniform();
     let mut count = 0.0;
     let mut probability = (-mean).exp();
     let mut sum = probability;
-    // The sum comes nearer to 1 than the largest random number is.
+    // The loop ends: the sum comes closer to 1 than the largest random number.
     while sum < limit {
         count += 1.0;
         probability *= mean / count;
@@ -28,36 +28,38 @@ fn inverted(mean: f64, noise: &mut Noise) -> f64 {
     count
 }
 
-/// Transformed rejection with a squeeze (Hörmann 1993, "The transformed rejection method for
-/// generating Poisson random variables", algorithm PTRS).
-fn rejected(mean: f64, noise: &mut Noise) -> f64 {
+/// Samples by transformed rejection with a squeeze (Hörmann 1993, "The transformed rejection method
+/// for generating Poisson random variables", algorithm PTRS).
+fn sample_by_rejection(mean: f64, rng: &mut PhotositeRng) -> f64 {
     let hat = Hat::over(mean);
     loop {
-        let u = noise.uniform() - 0.5;
-        let v = noise.uniform();
-        let rim = 0.5 - u.abs();
-        if rim >= SQUEEZED_FROM && v <= hat.squeeze {
+        let u = rng.uniform() - 0.5;
+        let v = rng.uniform();
+        let margin = 0.5 - u.abs();
+        if margin >= SQUEEZE_MARGIN && v <= hat.squeeze {
             return hat.count(u);
         }
-        if rim < REJECTED_TO && v > rim {
+        if margin < REJECTION_MARGIN && v > margin {
             continue;
         }
-        if v <= hat.share(u) {
+        if v <= hat.acceptance(u) {
             return hat.count(u);
         }
     }
 }
 
-/// From how far within (-1/2, 1/2) on the squeeze lies under the distribution.
-const SQUEEZED_FROM: f64 = 0.07;
-/// Up to how far within (-1/2, 1/2) the distance itself lies above the distribution.
-const REJECTED_TO: f64 = 0.013;
+/// Distance from the ends of (-1/2, 1/2) beyond which the squeeze lies under the distribution.
+const SQUEEZE_MARGIN: f64 = 0.07;
+/// Distance from the ends of (-1/2, 1/2) below which the distance itself lies above the
+/// distribution.
+const REJECTION_MARGIN: f64 = 0.013;
 
-/// The published hat is up to 0.6 % too low, for means of 10 to 100, and its squeeze 0.3 % too
-/// high: both were fitted. With this they are a hat and a squeeze (a test looks).
+/// Correction of the published constants, which were fitted: for means of 10 to 100 the hat is up
+/// to 0.6 % too low and the squeeze 0.3 % too high. A test checks that the corrected ones bound the
+/// distribution.
 const MARGIN: f64 = 1.01;
 
-/// What lies over the distribution: a number u from (-1/2, 1/2) becomes a count.
+/// The hat function over the distribution: maps u from (-1/2, 1/2) to a count.
 struct Hat {
     mean: f64,
     a: f64,
@@ -82,21 +84,21 @@ impl Hat {
         ((2.0 * self.a / (0.5 - u.abs()) + self.b) * u + self.mean + 0.43).floor()
     }
 
-    /// The share of the hat that the distribution fills.
-    fn share(&self, u: f64) -> f64 {
+    /// Returns the distribution relative to the hat: the acceptance probability.
+    fn acceptance(&self, u: f64) -> f64 {
         let count = self.count(u);
         if count < 0.0 {
             return 0.0;
         }
-        let rim = 0.5 - u.abs();
+        let margin = 0.5 - u.abs();
         let density = log_probability(count, self.mean).exp();
-        density * (self.a / (rim * rim) + self.b) / self.per_alpha
+        density * (self.a / (margin * margin) + self.b) / self.per_alpha
     }
 }
 
-/// The logarithm of the probability of a count. Above the table by Stirling's series about the
-/// mean, so that large terms do not cancel (Loader 2000, "Fast and accurate computation of
-/// binomial probabilities", the deviance form).
+/// Returns the logarithm of the probability of a count. From 10 on by Stirling's series about the
+/// mean, so that large terms do not cancel (Loader 2000, "Fast and accurate computation of binomial
+/// probabilities", the deviance form).
 fn log_probability(count: f64, mean: f64) -> f64 {
     if count < 10.0 {
         let factorial: f64 = (1..=count as u32).map(f64::from).product();
@@ -114,11 +116,11 @@ mod tests {
     use super::*;
 
     fn counts(mean: f64, number: u32) -> impl Iterator<Item = f64> {
-        (0..number).map(move |i| poisson(mean, &mut Noise::new([i % 1000, i / 1000], 2, 11)))
+        (0..number).map(move |i| poisson(mean, &mut PhotositeRng::new([i % 1000, i / 1000], 2, 11)))
     }
 
     #[test]
-    fn mean_variance_and_skewness_are_poissons() {
+    fn mean_variance_and_skewness_are_those_of_the_poisson_distribution() {
         let number = 1_000_000;
         let n = f64::from(number);
         for mean in [0.1, 3.0, 9.99, 10.0, 30.0, 1e4, 1e9] {
@@ -141,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn every_count_comes_as_often_as_it_should() {
+    fn the_frequency_of_every_count_matches_its_probability() {
         for mean in [0.1f64, 3.0, 10.0, 30.0, 400.0] {
             let number = 4_000_000;
             let most = (mean + 12.0 * mean.sqrt() + 20.0) as usize;
@@ -167,17 +169,23 @@ mod tests {
     }
 
     #[test]
-    fn the_hat_lies_over_the_distribution_and_the_squeeze_under_it() {
+    fn hat_and_squeeze_bound_the_distribution() {
         let small = (0..500).map(|i| 10.0 + 0.1 * f64::from(i));
         for mean in small.chain([100.5, 1e3, 1e4, 1e9, 1e12]) {
             let hat = Hat::over(mean);
             for i in 1..20_000 {
                 let u = f64::from(i) / 2e4 - 0.5;
-                let rim = 0.5 - u.abs();
-                let share = hat.share(u);
-                assert!(share <= 1.0, "{mean}: {share} at {u}");
-                assert!(rim < SQUEEZED_FROM || share >= hat.squeeze, "{mean}: {share} at {u}");
-                assert!(rim >= REJECTED_TO || share <= rim, "{mean}: {share} at {u}");
+                let margin = 0.5 - u.abs();
+                let acceptance = hat.acceptance(u);
+                assert!(acceptance <= 1.0, "{mean}: {acceptance} at {u}");
+                assert!(
+                    margin < SQUEEZE_MARGIN || acceptance >= hat.squeeze,
+                    "{mean}: {acceptance} at {u}"
+                );
+                assert!(
+                    margin >= REJECTION_MARGIN || acceptance <= margin,
+                    "{mean}: {acceptance} at {u}"
+                );
             }
         }
     }

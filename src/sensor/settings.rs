@@ -1,4 +1,4 @@
-//! What may be said about a sensor, in words such as `iso=800,read=3,bits=12`.
+//! Parser of sensor settings such as `iso=800,read=3,bits=12`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,71 +8,71 @@ use super::{Bayer, Sensor};
 /// Electrons that a full well holds, per um^2 of the pixel.
 ///
 /// Saturation at the base speed is 0.78 lux s ([`super`]), which at 555 nm, 683 lm/W, is 3190
-/// photons on a um^2; 1500 of them are counted where filter, fill factor and quantum efficiency
-/// let 47 % through. A pixel of 6 um holds 54,000.
+/// photons per um^2. Filter, fill factor and quantum efficiency of together 47 % leave 1500
+/// electrons. A pixel of 6 um holds 54,000.
 pub const WELL_PER_UM2: f64 = 1500.0;
 
-/// Fewest and most electrons of a well. Shot noise beyond is under a millionth.
+/// Range of the full well (electrons). Beyond it, shot noise is less than a millionth.
 const WELLS: [f64; 2] = [1.0, 1e12];
 
-/// What is asked of a sensor. What is not said follows from the film.
+/// Requested properties of a sensor. Those not given follow from the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// ISO speed; that of the film if not given. The picture stays as bright: a higher speed means
-    /// that it is taken with less light.
+pub struct SensorSettings {
+    /// ISO speed; by default that of the film. It does not change the brightness of the picture: a
+    /// higher speed means less light.
     pub iso: Option<f64>,
-    /// Pitch of the pixels, um, which the well follows from; that of the film if not given.
+    /// Pixel pitch (um), which determines the full well; by default that of the film.
     pub pixel: Option<f64>,
-    /// Full well, electrons; [`WELL_PER_UM2`] on the pixel's area if not given.
+    /// Full well (electrons); by default [`WELL_PER_UM2`] times the pixel's area.
     pub well: Option<f64>,
-    /// Standard deviation of the read noise, electrons.
+    /// Standard deviation of the read noise (electrons).
     pub read: f64,
-    /// Bits of a code.
+    /// Bit depth of a code.
     pub bits: u32,
-    /// The code of no light; a thirty-second of all codes if not given.
+    /// The code of no light; by default a thirty-second of all codes.
     pub black: Option<u32>,
-    /// The colour filters, if every pixel sees one channel only.
+    /// The colour filters; `None` if every pixel sees all channels.
     pub bayer: Option<Bayer>,
 }
 
-impl Default for Settings {
-    /// A camera of these years: 2.5 electrons of read noise, 14 bits.
+impl Default for SensorSettings {
+    /// Returns the settings of a current camera: 2.5 electrons of read noise, 14 bits.
     fn default() -> Self {
         Self { iso: None, pixel: None, well: None, read: 2.5, bits: 14, black: None, bayer: None }
     }
 }
 
-impl Settings {
-    /// The sensor behind a film of this speed whose pixels have this pitch, um.
+impl SensorSettings {
+    /// Returns the sensor for a film of this ISO speed and pixel pitch (um).
     pub fn sensor(&self, film_iso: f64, film_pitch: f64) -> Sensor {
         let pitch = self.pixel.unwrap_or(film_pitch);
         let well = self.well.unwrap_or(WELL_PER_UM2 * pitch * pitch);
         Sensor {
             iso: self.iso.unwrap_or(film_iso),
-            well: well.clamp(WELLS[0], WELLS[1]),
-            read: self.read,
+            full_well: well.clamp(WELLS[0], WELLS[1]),
+            read_noise: self.read,
             bits: self.bits,
-            black: self.black.unwrap_or((1 << self.bits) / 32),
+            black_level: self.black.unwrap_or((1 << self.bits) / 32),
             bayer: self.bayer,
         }
     }
 }
 
-/// A number within bounds.
-fn number(name: &str, text: &str, unit: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
+/// Parses a number within bounds.
+fn parse_number(name: &str, text: &str, unit: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
 }
 
-fn whole(name: &str, text: &str, unit: &str, [low, high]: [u32; 2]) -> Result<u32, String> {
+fn parse_integer(name: &str, text: &str, unit: &str, [low, high]: [u32; 2]) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| (low..=high).contains(number));
     number.ok_or_else(|| format!("{name}: expected {unit} from {low} to {high}, found {text:?}"))
 }
 
-impl FromStr for Settings {
+impl FromStr for SensorSettings {
     type Err = String;
 
-    /// Reads `name=value,name=value`; an empty text is [`Settings::default`].
+    /// Parses `name=value,name=value`; an empty text is [`SensorSettings::default`].
     fn from_str(text: &str) -> Result<Self, String> {
         let mut settings = Self::default();
         let mut seen = Vec::new();
@@ -80,12 +80,12 @@ impl FromStr for Settings {
             let (name, value) = word.split_once('=').unwrap_or((word, ""));
             let (name, value) = (name.trim(), value.trim());
             match name {
-                "iso" => settings.iso = Some(number(name, value, "a speed", [1.0, 1e7])?),
-                "pixel" => settings.pixel = Some(number(name, value, "um", [0.1, 1e4])?),
-                "well" => settings.well = Some(number(name, value, "electrons", WELLS)?),
-                "read" => settings.read = number(name, value, "electrons", [0.0, 1e6])?,
-                "bits" => settings.bits = whole(name, value, "bits", [1, 16])?,
-                "black" => settings.black = Some(whole(name, value, "a code", [0, 65534])?),
+                "iso" => settings.iso = Some(parse_number(name, value, "a speed", [1.0, 1e7])?),
+                "pixel" => settings.pixel = Some(parse_number(name, value, "um", [0.1, 1e4])?),
+                "well" => settings.well = Some(parse_number(name, value, "electrons", WELLS)?),
+                "read" => settings.read = parse_number(name, value, "electrons", [0.0, 1e6])?,
+                "bits" => settings.bits = parse_integer(name, value, "bits", [1, 16])?,
+                "black" => settings.black = Some(parse_integer(name, value, "a code", [0, 65534])?),
                 "bayer" if value.is_empty() => settings.bayer = Some(Bayer::default()),
                 "bayer" => settings.bayer = Some(value.parse()?),
                 _ => {
@@ -100,15 +100,15 @@ impl FromStr for Settings {
             }
             seen.push(name);
         }
-        let top = (1 << settings.bits) - 1;
-        if let Some(black) = settings.black.filter(|&black| black >= top) {
+        let max_code = (1 << settings.bits) - 1;
+        if let Some(black) = settings.black.filter(|&black| black >= max_code) {
             return Err(format!(
-                "black={black}: expected less than {top}, the last of {} bits",
+                "black={black}: expected less than {max_code}, the last of {} bits",
                 settings.bits
             ));
         }
         if settings.pixel.is_some() && settings.well.is_some() {
-            return Err("well and pixel are given; the pitch only says how large the well is, \
+            return Err("well and pixel are both given, but pixel only sets the default of well; \
                         leave one out"
                 .to_owned());
         }
@@ -117,9 +117,9 @@ impl FromStr for Settings {
 }
 
 impl fmt::Display for Sensor {
-    /// As [`Settings`] are written.
+    /// Writes the sensor in the format of [`SensorSettings`].
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { iso, well, read, bits, black, bayer } = self;
+        let Self { iso, full_well: well, read_noise: read, bits, black_level: black, bayer } = self;
         write!(to, "iso={iso},well={well:.0},read={read},bits={bits},black={black}")?;
         match bayer {
             Some(bayer) => write!(to, ",bayer={bayer}"),
@@ -133,41 +133,47 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_said_follows_from_the_film() {
-        let sensor = Settings::default().sensor(400.0, 6.0);
-        let expected =
-            Sensor { iso: 400.0, well: 54_000.0, read: 2.5, bits: 14, black: 512, bayer: None };
+    fn omitted_settings_follow_from_the_film() {
+        let sensor = SensorSettings::default().sensor(400.0, 6.0);
+        let expected = Sensor {
+            iso: 400.0,
+            full_well: 54_000.0,
+            read_noise: 2.5,
+            bits: 14,
+            black_level: 512,
+            bayer: None,
+        };
         assert_eq!(sensor, expected);
-        let said: Settings = "iso=800, read=3,well=40000,bits=12,bayer".parse().unwrap();
+        let said: SensorSettings = "iso=800, read=3,well=40000,bits=12,bayer".parse().unwrap();
         let expected = Sensor {
             iso: 800.0,
-            well: 40_000.0,
-            read: 3.0,
+            full_well: 40_000.0,
+            read_noise: 3.0,
             bits: 12,
-            black: 128,
+            black_level: 128,
             bayer: Some(Bayer::Rggb),
         };
         assert_eq!(said.sensor(100.0, 6.0), expected);
-        let pitch: Settings = "pixel=4".parse().unwrap();
-        assert_eq!(pitch.sensor(100.0, 45.0).well, 24_000.0);
+        let pitch: SensorSettings = "pixel=4".parse().unwrap();
+        assert_eq!(pitch.sensor(100.0, 45.0).full_well, 24_000.0);
     }
 
     #[test]
-    fn the_well_is_what_the_saturation_of_iso_12232_leaves() {
+    fn the_default_full_well_matches_the_saturation_of_iso_12232() {
         let photon = 6.626_070_15e-34 * 2.997_924_58e8 / 555e-9;
         let photons = 0.78 / 683.0 * 1e-12 / photon;
         assert!((WELL_PER_UM2 / photons - 0.47).abs() < 0.005, "{photons} photons on a um^2");
     }
 
     #[test]
-    fn a_sensor_is_written_as_it_is_read() {
+    fn display_and_parse_round_trip() {
         let text = "iso=1250,well=40000,read=1.25,bits=12,black=64,bayer=gbrg";
-        let settings: Settings = text.parse().unwrap();
+        let settings: SensorSettings = text.parse().unwrap();
         assert_eq!(settings.sensor(100.0, 1.0).to_string(), text);
     }
 
     #[test]
-    fn nonsense_is_refused_in_words() {
+    fn invalid_settings_are_refused_with_a_reason() {
         for (text, expected) in [
             (
                 "scene.pbrt",
@@ -186,9 +192,9 @@ mod tests {
             ("iso=100,iso=200", "iso is given twice"),
             ("well=100,pixel=6", "leave one out"),
         ] {
-            let said = text.parse::<Settings>().expect_err(text);
+            let said = text.parse::<SensorSettings>().expect_err(text);
             assert!(said.contains(expected), "{text}: {said}");
         }
-        assert_eq!("".parse(), Ok(Settings::default()));
+        assert_eq!("".parse(), Ok(SensorSettings::default()));
     }
 }

@@ -1,101 +1,109 @@
-//! Shading: what the surfaces that rays met send towards the film.
+//! Shading stage: light that the surfaces hit by a wave's rays send towards the film.
 //!
-//! At every surface of a path light is gathered twice: by a ray to a point of a light, and by
-//! what the path's next ray runs into. The power heuristic weighs the two (Veach 1995, "Robust
-//! Monte Carlo methods for light transport simulation", 9.2.4). Hits are sorted by the kind of
-//! their surface, and the scattering functions of a kind are evaluated eight at a time.
+//! Every surface of a path collects light in two ways: through a shadow ray to a sampled point of
+//! a light, and through the path's next ray, which may hit a light. The power heuristic weights the
+//! two (`mis`). Hits are sorted by the kind of their material, and the BSDFs of a kind are
+//! evaluated eight at a time.
 
-mod account;
 pub mod bsdf;
-mod dice;
+mod bsdf_kind;
+mod bsdf_parameters;
+mod evaluate;
 mod footprint;
-mod gather;
-mod kind;
-mod look;
-mod scatter;
+mod light_sampling;
+mod mis;
+mod random;
+mod shading_context;
+mod sort;
+mod spawn;
+mod vertex_record;
 mod vertices;
 
-pub use account::{Account, Fate, Looked};
-pub use footprint::Beam;
-pub use kind::albedo;
+pub use bsdf_parameters::albedo;
+pub use footprint::PixelFootprint;
+pub use vertex_record::{PathOutcome, SampledLight, VertexRecord};
 
 use crate::lanes::Real;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch};
-use crate::scene::Scene;
-use crate::stats::Lanes;
-use dice::Dice;
+use crate::scene::{PathLimits, Scene};
+use crate::stats::LaneOccupancy;
+use random::RandomColumns;
 use vertices::Vertices;
 
-/// How far paths go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reach {
-    /// Surfaces that scatter light; what the path meets after that many only shines.
-    pub max_depth: u32,
-    /// Whether paths go on from mirrors and clear glass only: what comes to other surfaces is
-    /// direct light.
-    pub direct: bool,
-}
-
-/// Which part of a path a shading stage works on.
+/// The vertex of its paths at which a wave is shaded.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vertex {
-    /// Surfaces that the path has met before.
+pub struct PathVertex {
+    /// Number of surfaces that the path has met before.
     pub depth: u32,
-    /// How far it goes.
-    pub reach: Reach,
-    /// What a pixel sees.
-    pub beam: Beam,
+    /// Limits of the path's length.
+    pub limits: PathLimits,
+    /// Footprint of a pixel as the camera sees it.
+    pub footprint: PixelFootprint,
 }
 
-impl Vertex {
-    /// Whether a path, whose last direction was drawn with this density, ends at what it meets
-    /// here.
-    fn ends(&self, density: f32) -> bool {
-        let Reach { max_depth, direct } = self.reach;
-        self.depth >= max_depth || direct && self.depth > 0 && density.is_finite()
+impl PathVertex {
+    /// Returns whether a path ends at this vertex, given the density with which its last direction
+    /// was sampled (infinite after specular reflection or refraction).
+    fn ends_path(&self, pdf: f32) -> bool {
+        let PathLimits { max_depth, direct_only } = self.limits;
+        self.depth >= max_depth || direct_only && self.depth > 0 && pdf.is_finite()
     }
 
-    /// Whether light comes by shadow rays only where a surface is diffuse: what is only lit by lamps
-    /// and shapes needs no second ray for its last light.
-    fn alone(&self, scene: &Scene) -> bool {
-        let last = self.reach.direct || self.depth + 1 == self.reach.max_depth;
+    /// Returns whether diffuse surfaces receive light through shadow rays only, without multiple
+    /// importance sampling. This holds for the last light of a path if the scene has no sky: point
+    /// and area lights need no second ray.
+    fn skips_mis(&self, scene: &Scene) -> bool {
+        let last = self.limits.direct_only || self.depth + 1 == self.limits.max_depth;
         last && scene.lights.skies.is_empty()
     }
 }
 
-/// The columns that the stage works in.
+/// Rays of a wave and the surfaces that they hit.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadeInputs<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The vertex at which the paths are.
+    pub vertex: PathVertex,
+    /// The rays.
+    pub rays: &'a RayBatch,
+    /// The nearest hit of each ray.
+    pub hits: &'a HitBatch,
+}
+
+/// Work columns of the stage.
 #[derive(Clone, Debug, Default)]
 pub struct ShadeColumns {
-    dice: Dice,
+    random: RandomColumns,
     vertices: Vertices,
 }
 
-/// Shades the hits of a wave: a stage. Emission goes into `radiance`, what a light would add if
-/// nothing were in its way into `shadows`, and the path's next step into `next`. Answers how full
-/// its packets were.
-#[expect(clippy::too_many_arguments, reason = "a stage names every column that it touches")]
+/// Shades the hits of a wave and returns the lane occupancy of its packets.
+///
+/// Adds emitted light to `radiance` by sample. Writes to `shadows` one ray for each sampled light,
+/// with the radiance that it contributes if nothing occludes it, and to `next` the next rays of the
+/// paths.
 pub fn shade<R: Real<Scalar = f32>>(
-    scene: &Scene,
-    vertex: Vertex,
-    rays: &RayBatch,
-    hits: &HitBatch,
+    inputs: &ShadeInputs,
     samples: &SampleBatch,
     columns: &mut ShadeColumns,
     radiance: &mut [Column<f32>; 3],
     shadows: &mut RayBatch,
     next: &mut RayBatch,
-) -> Lanes {
+) -> LaneOccupancy {
+    let ShadeInputs { scene, vertex, rays, .. } = *inputs;
+    let ShadeColumns { random, vertices } = columns;
     shadows.len = 0;
     next.len = 0;
-    let ShadeColumns { dice, vertices } = columns;
-    vertices.gather(scene, &vertex, rays, hits, radiance, next);
-    if vertex.depth >= vertex.reach.max_depth {
+    vertices.sort(inputs);
+    vertices.load(inputs, radiance, next);
+    if vertex.depth >= vertex.limits.max_depth {
         next.len = 0;
-        return Lanes::default();
+        return LaneOccupancy::default();
     }
-    dice.throw(&vertex, rays, samples);
-    vertices.light(scene, dice);
-    vertices.scatter::<R>(vertex.alone(scene));
-    vertices.leave(scene, &vertex, rays, hits, shadows, next);
-    vertices.lanes()
+    random.fill(&vertex, rays, samples);
+    vertices.sample_lights(scene, random);
+    vertices.evaluate::<R>(vertex.skips_mis(scene));
+    vertices.spawn(inputs, shadows, next);
+    vertices.occupancy()
 }

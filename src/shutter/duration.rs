@@ -1,10 +1,11 @@
-//! Times in words.
+//! Parser of times such as `1/125` and `20ms`.
 
-/// Reads seconds: `0.02`, `20ms`, `500us`, `2s`, `1/125`. Negative ones are times before 0.
+/// Parses a time in seconds: `0.02`, `20ms`, `500us`, `2s`, `1/125`. Negative values are times
+/// before 0.
 ///
 /// # Errors
-/// Where it is no finite time.
-pub fn seconds(text: &str) -> Result<f64, String> {
+/// Returns an error if the text is not a finite time.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let units = [("us", 1e-6), ("ms", 1e-3), ("s", 1.0), ("", 1.0)];
     let time = units.iter().find_map(|(unit, seconds)| {
@@ -21,17 +22,17 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::seconds;
+    use super::parse_seconds;
 
     #[test]
     fn times_are_read_as_photographers_write_them() {
         for (text, expected) in
             [("1/125", 0.008), ("20ms", 0.02), ("500us", 5e-4), ("2 s", 2.0), ("-0.5", -0.5)]
         {
-            assert!((seconds(text).unwrap() - expected).abs() < 1e-15, "{text}");
+            assert!((parse_seconds(text).unwrap() - expected).abs() < 1e-15, "{text}");
         }
         for text in ["", "ms", "1/0", "nan", "inf", "1h", "1/2/3"] {
-            assert!(seconds(text).unwrap_err().contains("expected a time"), "{text}");
+            assert!(parse_seconds(text).unwrap_err().contains("expected a time"), "{text}");
         }
     }
 }

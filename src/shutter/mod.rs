@@ -1,59 +1,58 @@
-//! The shutter: when the film is exposed, how much of the light comes through meanwhile, and
-//! when each row of a sensor is read.
+//! Shutter: exposure time, transmission during the exposure, and readout of the sensor's rows.
 //!
-//! Times are in seconds, as scene files count them.
+//! Times are in seconds, on the time axis of the scene file.
 
 mod curtain;
+mod curve;
 mod duration;
-mod efficiency;
 mod rolling;
 mod settings;
 mod timing;
 
 pub use curtain::Curtain;
-pub use duration::seconds;
-pub use efficiency::Efficiency;
-pub use rolling::{Reading, Rolling};
-pub use settings::Settings;
-pub use timing::Timing;
+pub use curve::ShutterCurve;
+pub use duration::parse_seconds;
+pub use rolling::{ReadoutDirection, RollingShutter};
+pub use settings::ShutterSettings;
+pub use timing::{Timing, TimingEffects};
 
 /// When and how the film is exposed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shutter {
-    /// When the first light comes through.
+    /// When the shutter begins to open, s.
     pub open: f64,
-    /// When the last does.
+    /// When the shutter has closed, s.
     pub close: f64,
-    /// How much comes through between the two.
+    /// How it opens and closes.
     pub curtain: Curtain,
-    /// The time that the sensor takes to read its rows, if it does not take all at once. The
-    /// first row that is read is exposed from `open` to `close`, others as long but later.
-    pub rolling: Option<Rolling>,
+    /// Readout of the rows, if they are not all exposed at once. The first row read is exposed from
+    /// `open` to `close`; the others equally long, but later.
+    pub rolling: Option<RollingShutter>,
 }
 
 impl Default for Shutter {
-    /// Ideal and open for a second, as in pbrt.
+    /// Returns an ideal shutter that is open for one second, as in pbrt.
     fn default() -> Self {
         Self { open: 0.0, close: 1.0, curtain: Curtain::Ideal, rolling: None }
     }
 }
 
 impl Shutter {
-    /// How long it is open.
+    /// Returns the exposure time, s.
     pub fn time(&self) -> f64 {
         self.close - self.open
     }
 
-    /// The middle of the time that it is open.
+    /// Returns the middle of the exposure, s.
     pub fn middle(&self) -> f64 {
         0.5 * (self.open + self.close)
     }
 
-    /// How much of the light comes through in the course of the exposure.
+    /// Returns the transmission during the exposure.
     ///
     /// # Errors
-    /// Where it takes longer to open and close than it is open.
-    pub fn efficiency(&self) -> Result<Efficiency, String> {
-        self.curtain.over(self.time())
+    /// Returns an error if the shutter takes longer to open and close than it is open.
+    pub fn curve(&self) -> Result<ShutterCurve, String> {
+        self.curtain.curve(self.time())
     }
 }

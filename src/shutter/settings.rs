@@ -1,29 +1,30 @@
-//! What may be said about a shutter, in words such as `open=0.1,time=1/60,ramp=2ms`.
+//! Parser of shutter settings such as `open=0.1,time=1/60,ramp=2ms`.
 
 use std::str::FromStr;
 
-use super::duration::seconds;
+use super::duration::parse_seconds;
 use super::{Curtain, Shutter};
 
-/// What is asked of a shutter. What is not said stays as the scene has it.
+/// Requested changes to a scene's shutter; `None` keeps the scene's value.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Settings {
-    /// When it opens, s.
+pub struct ShutterSettings {
+    /// When the shutter opens, s.
     pub open: Option<f64>,
-    /// When it has closed, s.
+    /// When the shutter has closed, s.
     pub close: Option<f64>,
-    /// How long it is open, s; it closes so long after it opens.
+    /// Exposure time, s; sets `close` relative to `open`.
     pub time: Option<f64>,
     /// How it opens and closes.
     pub curtain: Option<Curtain>,
 }
 
-impl Settings {
-    /// A shutter of a scene, changed as asked.
+impl ShutterSettings {
+    /// Returns a scene's shutter with the requested changes.
     ///
     /// # Errors
-    /// Where it would close before it opens, or take too long to.
-    pub fn change(&self, shutter: &Shutter) -> Result<Shutter, String> {
+    /// Returns an error if it would close before it opens, or take longer to open and close than it
+    /// is open.
+    pub fn apply_to(&self, shutter: &Shutter) -> Result<Shutter, String> {
         let mut shutter = shutter.clone();
         shutter.open = self.open.unwrap_or(shutter.open);
         shutter.close = self.close.unwrap_or(shutter.close);
@@ -35,11 +36,11 @@ impl Settings {
         }
         if *self != Self::default() && shutter.time() <= 0.0 {
             return Err(format!(
-                "a shutter that opens at {} s and closes at {} s; expected it to close later",
+                "the shutter opens at {} s and closes at {} s; expected it to close later",
                 shutter.open, shutter.close
             ));
         }
-        shutter.efficiency()?;
+        shutter.curve()?;
         Ok(shutter)
     }
 }
@@ -47,10 +48,10 @@ impl Settings {
 const EXPECTED: &str =
     "expected NAME=VALUE with open, close, time, ramp, opening, closing or curve";
 
-impl FromStr for Settings {
+impl FromStr for ShutterSettings {
     type Err = String;
 
-    /// Reads `name=value,name=value`.
+    /// Parses `name=value,name=value`.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut settings = Self::default();
         let mut seen = Vec::new();
@@ -58,7 +59,7 @@ impl FromStr for Settings {
         for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
             let (name, value) = word.split_once('=').unwrap_or((word, ""));
             let (name, value) = (name.trim(), value.trim());
-            let time = || seconds(value).map_err(|why| format!("{name}: {why}"));
+            let time = || parse_seconds(value).map_err(|why| format!("{name}: {why}"));
             let later = || match time()? {
                 time if time >= 0.0 => Ok(time),
                 time => Err(format!("{name}: expected 0 s or more, found {time} s")),
@@ -92,10 +93,7 @@ impl FromStr for Settings {
             ("curve", &["ramp", "opening", "closing"]),
         ] {
             if with(name, others) {
-                return Err(format!(
-                    "{name} stands instead of {}; leave one out",
-                    others.join(", ")
-                ));
+                return Err(format!("{name} excludes {}; leave one out", others.join(", ")));
             }
         }
         settings.curtain = match (table, opening, closing) {
@@ -123,25 +121,25 @@ mod tests {
     use super::*;
 
     fn changed(text: &str) -> Result<Shutter, String> {
-        text.parse::<Settings>()?.change(&Shutter { close: 0.5, ..Shutter::default() })
+        text.parse::<ShutterSettings>()?.apply_to(&Shutter { close: 0.5, ..Shutter::default() })
     }
 
     #[test]
-    fn what_is_not_said_stays_as_the_scene_has_it() {
+    fn omitted_settings_keep_the_values_of_the_scene() {
         let scene = Shutter { close: 0.5, ..Shutter::default() };
-        assert_eq!(Settings::default().change(&scene), Ok(scene));
+        assert_eq!(ShutterSettings::default().apply_to(&scene), Ok(scene));
         assert_eq!(changed("open=0.25").map(|s| [s.open, s.close]), Ok([0.25, 0.5]));
         let said = changed("open=1,time=1/50,ramp=5ms").unwrap();
         assert_eq!([said.open, said.close], [1.0, 1.02]);
         assert_eq!(said.curtain, Curtain::Ramps { opening: 0.005, closing: 0.005 });
-        assert!((said.efficiency().unwrap().mean() - 0.75).abs() < 1e-12);
+        assert!((said.curve().unwrap().efficiency() - 0.75).abs() < 1e-12);
         let one = changed("closing=100ms").unwrap();
         assert_eq!(one.curtain, Curtain::Ramps { opening: 0.0, closing: 0.1 });
         assert_eq!(changed("curve=0/1/0").unwrap().curtain, Curtain::Table(vec![0.0, 1.0, 0.0]));
     }
 
     #[test]
-    fn nonsense_is_refused_in_words() {
+    fn invalid_settings_are_refused_with_a_reason() {
         for (text, expected) in [
             ("", "such as time=1/60, found nothing"),
             (" ,", "such as time=1/60, found nothing"),
@@ -152,7 +150,7 @@ mod tests {
             ("time=0", "expected it to close later"),
             ("ramp=0.3", "expected 0.5 s together at most"),
             ("open=0,open=1", "open is given twice"),
-            ("time=1,close=2", "time stands instead of close"),
+            ("time=1,close=2", "time excludes close"),
             ("curve=0/1/0,ramp=1ms", "leave one out"),
             ("curve=1", "two or more shares"),
             ("curve=0/2/0", "shares from 0 to 1"),

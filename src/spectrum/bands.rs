@@ -1,57 +1,59 @@
-//! The visible light in bands, for lenses that take colours apart.
+//! Bands of visible light, for lenses with dispersion.
 
 use glam::{DMat3, DVec3};
 
-use super::{daylight_at, integrate_over, srgb_from_xyz};
+use super::observer::{daylight_at, integrate_over};
+use super::srgb_from_xyz;
 
-/// Into how many bands the light is taken apart: the images of neighbours lie so near to each
-/// other that no step is seen.
+/// Number of bands of dispersed light: neighbouring images lie so near to each other that no step
+/// is visible.
 pub const BANDS: usize = 32;
 
-/// Shortest and longest wavelength, nm; beyond, the eye sees less than 0.5 % of the light.
-pub const RANGE: [f64; 2] = [400.0, 704.0];
+/// Shortest and longest wavelength (nm); the eye sees less than 0.5 % of daylight beyond.
+pub const BAND_RANGE: [f64; 2] = [400.0, 704.0];
 
-/// How many bands share a ray: the hero that it was traced for, and those that lie evenly around the
-/// spectrum from it (Wilkie, Nawaz, Droske, Weidlich & Hanika 2014, "Hero wavelength spectral
+/// Number of bands that share a ray: the hero, for which it is traced, and others at even distances
+/// around the spectrum (Wilkie, Nawaz, Droske, Weidlich & Hanika 2014, "Hero wavelength spectral
 /// sampling").
-pub const SHARING: usize = 4;
+pub const BANDS_PER_RAY: usize = 4;
 
-/// The bands that share the rays of one of so many, that one first; `None` where so many bands cannot
-/// be shared out, or the light is not taken apart. Whichever of them is the hero, they are the same.
-pub fn sharing(hero: usize, bands: usize) -> Option<[usize; SHARING]> {
-    let apart = bands / SHARING;
-    let even = bands > 1 && bands.is_multiple_of(SHARING);
-    even.then(|| std::array::from_fn(|i| (hero + i * apart) % bands))
+/// Returns the bands that share the ray of a hero, the hero first. Each of them as hero gives the
+/// same set. Returns `None` if the number of bands is 1 or not a multiple of [`BANDS_PER_RAY`].
+pub fn bands_of_ray(hero: usize, bands: usize) -> Option<[usize; BANDS_PER_RAY]> {
+    let distance = bands / BANDS_PER_RAY;
+    let even = bands > 1 && bands.is_multiple_of(BANDS_PER_RAY);
+    even.then(|| std::array::from_fn(|i| (hero + i * distance) % bands))
 }
 
-/// The hero of a sample, by two numbers in [0, 1): which bands share its ray, and which of those it
-/// is. So a few samples that spread evenly over both are of all bands as evenly as can be.
-pub fn hero([u, v]: [f32; 2], bands: usize) -> usize {
-    let share = |u: f32, count: usize| ((u * count as f32) as usize).min(count - 1);
-    match sharing(0, bands) {
-        Some([_, apart, ..]) => share(u, apart) + apart * share(v, SHARING),
-        None => share(u, bands),
+/// Returns the hero of a sample from two random numbers in [0, 1): `u` selects the set of bands
+/// that share its ray, `v` the hero among them. Few samples that are well distributed over both
+/// cover the bands evenly.
+pub fn hero_band([u, v]: [f32; 2], bands: usize) -> usize {
+    let select = |u: f32, count: usize| ((u * count as f32) as usize).min(count - 1);
+    match bands_of_ray(0, bands) {
+        Some([_, distance, ..]) => select(u, distance) + distance * select(v, BANDS_PER_RAY),
+        None => select(u, bands),
     }
 }
 
 /// A band of wavelengths of white light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBand {
-    /// Its middle, nm.
+    /// Central wavelength (nm).
     pub wavelength: f64,
-    /// What it adds to linear red, green and blue; 1 on average over all bands.
+    /// Contribution to linear red, green and blue; 1 on average over all bands.
     pub response: [f64; 3],
 }
 
-/// The visible light in bands of the same width.
+/// Returns the bands of visible light, which have the same width.
 ///
-/// Each channel is a sensor of its own, as sensitive as sRGB's matching function where that is
-/// above 0, in daylight: so white stays white, every colour stays what it is, and no colour
-/// mixes into another. What lies side by side in the picture of a lens that takes colours apart
-/// has the hue of its wavelength, less saturated than a monochromator's.
+/// Each channel is a sensor of its own. Its sensitivity is sRGB's matching function in daylight,
+/// with negative values set to 0. So white stays white, and no channel mixes into another: without
+/// dispersion every colour is preserved. The image of each dispersed band has the hue of its
+/// wavelength, less saturated than monochromatic light.
 pub fn bands() -> [LightBand; BANDS] {
-    let width = (RANGE[1] - RANGE[0]) / BANDS as f64;
-    let edge = |i: usize| RANGE[0] + width * i as f64;
+    let width = (BAND_RANGE[1] - BAND_RANGE[0]) / BANDS as f64;
+    let edge = |i: usize| BAND_RANGE[0] + width * i as f64;
     let mut bands: [LightBand; BANDS] = std::array::from_fn(|i| {
         let xyz = integrate_over([edge(i), edge(i + 1)], daylight_at);
         let response = srgb_from_xyz(xyz).map(|c| c.max(0.0));
@@ -66,15 +68,15 @@ pub fn bands() -> [LightBand; BANDS] {
     bands
 }
 
-/// A film, or a filter before it, for a part of the visible light: it sees grey.
+/// The range of wavelengths of a narrow-band film or filter, whose picture is grey.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passband {
-    /// Shortest and longest wavelength, nm.
+    /// Shortest and longest wavelength (nm).
     pub range: [f64; 2],
 }
 
 impl Passband {
-    /// The light that it sees, in bands of the same width that count the same.
+    /// Returns bands of the same width and weight over the range.
     pub fn bands(&self) -> [LightBand; BANDS] {
         let [low, high] = self.range;
         let width = (high - low) / BANDS as f64;
@@ -84,25 +86,25 @@ impl Passband {
         })
     }
 
-    /// All of it as one band.
+    /// Returns the range as one band.
     pub fn whole(&self) -> LightBand {
         let [low, high] = self.range;
         LightBand { wavelength: (low + high) / 2.0, response: [1.0; 3] }
     }
 
-    /// Linear sRGB to the same grey in all channels. A channel counts by how sensitive it is to
-    /// this light; what is white stays white.
+    /// Returns the matrix from linear sRGB to the same grey in all channels. The weight of a
+    /// channel is its sensitivity in the range; white stays white.
     pub fn grey(&self) -> DMat3 {
         let [low, high] = self.range;
-        let share = |band: &LightBand| {
-            // Of a band of `bands`, the part that is in the range.
-            let half = (RANGE[1] - RANGE[0]) / BANDS as f64 / 2.0;
-            let [from, to] = [band.wavelength - half, band.wavelength + half];
-            (to.min(high) - from.max(low)).max(0.0)
+        // Overlap of a band of `bands` with the range (nm).
+        let overlap = |band: &LightBand| {
+            let half = (BAND_RANGE[1] - BAND_RANGE[0]) / BANDS as f64 / 2.0;
+            let [first, last] = [band.wavelength - half, band.wavelength + half];
+            (last.min(high) - first.max(low)).max(0.0)
         };
         let mut sum = DVec3::ZERO;
         for band in bands() {
-            sum += DVec3::from_array(band.response) * share(&band);
+            sum += DVec3::from_array(band.response) * overlap(&band);
         }
         let row = sum / (sum.x + sum.y + sum.z);
         DMat3::from_cols(row, row, row).transpose()
@@ -114,31 +116,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn heroes_are_of_all_bands_and_share_with_the_same() {
+    fn heroes_cover_all_bands_and_their_sets_agree() {
         let mut counts = [0; BANDS];
         let key = crate::sampler::pixel_key(3, 5, 0);
         for sample in 0..BANDS as u32 {
-            let numbers = crate::sampler::pair(key, sample, crate::sampler::Dimension::Wavelength);
-            counts[hero(numbers, BANDS)] += 1;
+            let numbers =
+                crate::sampler::sample_2d(key, sample, crate::sampler::Dimension::Wavelength);
+            counts[hero_band(numbers, BANDS)] += 1;
         }
-        assert_eq!(counts, [1; BANDS], "as many samples as bands are one of each");
+        assert_eq!(counts, [1; BANDS], "as many samples as bands have one hero each");
         for band in 0..BANDS {
-            let shared = sharing(band, BANDS).expect("32 bands share");
+            let shared = bands_of_ray(band, BANDS).expect("32 is a multiple of 4");
             assert_eq!(shared[0], band);
             for other in shared {
-                let mut others = sharing(other, BANDS).expect("32 bands share");
+                let mut others = bands_of_ray(other, BANDS).expect("32 is a multiple of 4");
                 let mut shared = shared;
                 others.sort_unstable();
                 shared.sort_unstable();
                 assert_eq!(others, shared);
             }
         }
-        assert_eq!([1, 2, 33].map(|bands| sharing(0, bands)), [None; 3]);
-        assert_eq!([hero([0.999; 2], 33), hero([0.5; 2], 1)], [32, 0]);
+        assert_eq!([1, 2, 33].map(|bands| bands_of_ray(0, bands)), [None; 3]);
+        assert_eq!([hero_band([0.999; 2], 33), hero_band([0.5; 2], 1)], [32, 0]);
     }
 
     #[test]
-    fn a_passband_sees_grey_by_the_channels_that_share_its_light() {
+    fn a_passband_is_grey_by_the_channels_that_are_sensitive_to_it() {
         for (range, channel) in [([440.0, 460.0], 2), ([530.0, 550.0], 1), ([630.0, 650.0], 0)] {
             let film = Passband { range };
             let white = film.grey() * DVec3::ONE;
@@ -162,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_see_their_colours() {
+    fn each_channel_is_most_sensitive_to_its_colour() {
         let bands = bands();
         let peak = |channel: usize| {
             let by = |a: &&LightBand, b: &&LightBand| {

@@ -1,14 +1,15 @@
-//! The CIE's fluorescent lamps, FL1 to FL12.
+//! Tables of the CIE's fluorescent illuminants, FL1 to FL12.
 
-/// The lamps' spectra are tabulated from here, nm ...
-pub(super) const FIRST: u32 = 380;
-/// ... in steps of this, nm.
+/// First wavelength of the table (nm).
+pub(super) const FIRST_WAVELENGTH: u32 = 380;
+/// Step of its wavelengths (nm).
 pub(super) const STEP: u32 = 5;
 
-/// CIE 015:2018, table 10.1: a row for each wavelength from 380 to 780 nm, a column for each lamp.
+/// CIE 015:2018, table 10.1: a row for each wavelength from 380 to 780 nm, a column for each
+/// illuminant.
 #[rustfmt::skip]
 #[expect(clippy::approx_constant, reason = "measured")]
-pub(super) const LAMPS: [[f64; 12]; 81] = [
+pub(super) const FLUORESCENT: [[f64; 12]; 81] = [
     [1.87, 1.18, 0.82, 0.57, 1.87, 1.05, 2.56, 1.21, 0.9, 1.11, 0.91, 0.96],
     [2.36, 1.48, 1.02, 0.7, 2.35, 1.31, 3.18, 1.5, 1.12, 0.8, 0.63, 0.64],
     [2.94, 1.84, 1.26, 0.87, 2.92, 1.63, 3.84, 1.81, 1.36, 0.62, 0.46, 0.4],

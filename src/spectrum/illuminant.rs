@@ -1,17 +1,17 @@
 //! The CIE's standard illuminants.
 
-use super::fluorescent::{FIRST, LAMPS, STEP};
+use super::fluorescent::{FIRST_WAVELENGTH, FLUORESCENT, STEP};
 use super::{Spectrum, blackbody};
 
-/// The illuminant of a name as pbrt-v4 spells it, with luminance 1.
+/// Returns the illuminant of a name in pbrt-v4's spelling, with luminance 1.
 pub(super) fn illuminant(name: &str) -> Option<Spectrum> {
     let spectrum = match name {
         "stdillum-A" => incandescent(),
         "stdillum-D50" => d_illuminant(5000.0),
         "stdillum-D65" => d65(),
-        // The white of the Academy's colour space is a daylight of 6000 K.
+        // The white of ACES is daylight of 6000 K.
         "illum-acesD60" => daylight(6000.0),
-        _ => lamp(name.strip_prefix("stdillum-F")?.parse().ok()?)?,
+        _ => fluorescent(name.strip_prefix("stdillum-F")?.parse().ok()?)?,
     };
     Some(spectrum.with_luminance_one())
 }
@@ -36,21 +36,22 @@ pub(super) const NAMES: [&str; 16] = [
     "stdillum-F12",
 ];
 
-/// Planck's second constant was 0.014380 m K when D50 and D65 were named, and is 0.014388 m K.
-const RENAMED: f64 = 1.4388 / 1.4380;
+/// Ratio of Planck's second constant today, 0.014388 m K, and when D50 and D65 were named, 0.014380
+/// m K.
+const C2_RATIO: f64 = 1.4388 / 1.4380;
 
-/// Average daylight, the white of sRGB.
+/// Returns average daylight (D65), the white of sRGB.
 pub fn d65() -> Spectrum {
     d_illuminant(6500.0)
 }
 
-/// The average daylight that is called by a temperature, as D50 by 5000 K.
+/// Returns the daylight illuminant of a nominal temperature (K), such as 5000 for D50.
 pub fn d_illuminant(kelvin: f64) -> Spectrum {
-    daylight(kelvin * RENAMED)
+    daylight(kelvin * C2_RATIO)
 }
 
-/// Illuminant A, a tungsten lamp (CIE 015:2018, eq. 4.1): a black body of 2848 K with the second
-/// constant 0.01435 m K, 1 at 560 nm.
+/// Returns illuminant A, a tungsten filament (CIE 015:2018, eq. 4.1): a black body of 2848 K with
+/// the second constant 0.01435 m K, 1 at 560 nm.
 fn incandescent() -> Spectrum {
     let c2: f64 = 1.435e7;
     let nms = (300..=830).step_by(5).map(f64::from);
@@ -58,17 +59,18 @@ fn incandescent() -> Spectrum {
     Spectrum::tabulated(nms.map(|nm| [nm, planck(nm) / planck(560.0)]))
 }
 
-/// A fluorescent lamp, 1 to 12.
-fn lamp(number: usize) -> Option<Spectrum> {
-    let column = number.checked_sub(1).filter(|&column| column < LAMPS[0].len())?;
+/// Returns a fluorescent illuminant, FL1 to FL12.
+fn fluorescent(number: usize) -> Option<Spectrum> {
+    let column = number.checked_sub(1).filter(|&column| column < FLUORESCENT[0].len())?;
     let entry = |(i, row): (usize, &[f64; 12])| {
-        [f64::from(FIRST) + f64::from(STEP) * i as f64, row[column]]
+        [f64::from(FIRST_WAVELENGTH) + f64::from(STEP) * i as f64, row[column]]
     };
-    Some(Spectrum::tabulated(LAMPS.iter().enumerate().map(entry)))
+    Some(Spectrum::tabulated(FLUORESCENT.iter().enumerate().map(entry)))
 }
 
-/// Daylight of a correlated colour temperature, K, of 4000 to 25000 (CIE 015:2018, 4.1.2); below,
-/// a black body. The coefficients are rounded to three decimals, as the CIE's tables are made.
+/// Returns daylight of a correlated colour temperature (K) from 4000 to 25000 (CIE 015:2018,
+/// 4.1.2), or a black body below 4000. The coefficients are rounded to three decimals, as in the
+/// CIE's tables.
 pub fn daylight(kelvin: f64) -> Spectrum {
     if kelvin.is_nan() || kelvin < 4000.0 {
         return blackbody(kelvin);
@@ -89,8 +91,8 @@ pub fn daylight(kelvin: f64) -> Spectrum {
     Spectrum::tabulated(DAYLIGHT.iter().enumerate().map(entry))
 }
 
-/// The mean and the two main variations of daylight (Judd, MacAdam & Wyszecki 1964; CIE 015:2018,
-/// table 6) from 350 to 830 nm in steps of 10 nm; linear between.
+/// The mean and the first two principal components of daylight (Judd, MacAdam & Wyszecki 1964; CIE
+/// 015:2018, table 6) from 350 to 830 nm in steps of 10 nm; linear between.
 #[rustfmt::skip]
 const DAYLIGHT: [[f64; 3]; 49] = [
     [61.8, 41.6, 6.7],
@@ -143,3 +145,56 @@ const DAYLIGHT: [[f64; 3]; 49] = [
     [58.9, -9.3, 6.1],
     [61.9, -9.8, 6.5],
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::super::observer::tests::assert_chromaticity;
+    use crate::spectrum::{VISIBLE, colour_matching, d65, named_spectrum};
+
+    #[test]
+    fn illuminants_have_their_published_chromaticities() {
+        // CIE 015:2018, tables 3 and 10.2; the Academy's white (SMPTE ST 2065-1).
+        let published = [
+            ("stdillum-A", [0.44758, 0.40745]),
+            ("stdillum-D50", [0.34567, 0.35851]),
+            ("stdillum-D65", [0.31272, 0.32903]),
+            ("illum-acesD60", [0.32168, 0.33767]),
+            ("stdillum-F1", [0.3131, 0.3371]),
+            ("stdillum-F2", [0.3721, 0.3751]),
+            ("stdillum-F3", [0.4091, 0.3941]),
+            ("stdillum-F4", [0.4402, 0.4031]),
+            ("stdillum-F5", [0.3138, 0.3452]),
+            ("stdillum-F6", [0.3779, 0.3882]),
+            ("stdillum-F7", [0.3129, 0.3292]),
+            ("stdillum-F8", [0.3458, 0.3586]),
+            ("stdillum-F9", [0.3741, 0.3727]),
+            ("stdillum-F10", [0.3458, 0.3588]),
+            ("stdillum-F11", [0.3805, 0.3769]),
+            ("stdillum-F12", [0.4370, 0.4042]),
+        ];
+        for (name, xy) in published {
+            let spectrum = named_spectrum(name).unwrap();
+            // The CIE sums in steps of 5 nm, which matters for the lines of fluorescent
+            // illuminants.
+            let mut sums = [0.0; 3];
+            for nm in (VISIBLE[0]..=VISIBLE[1]).step_by(5).map(f64::from) {
+                let weights = colour_matching(nm);
+                (0..3).for_each(|i| sums[i] += weights[i] * spectrum.at(nm));
+            }
+            let off = |i: usize| (sums[i] / sums.iter().sum::<f64>() - xy[i]).abs();
+            assert!(off(0).max(off(1)) < 2e-4, "{name}: {sums:?}");
+            assert_chromaticity(&spectrum, xy, 1e-3, name);
+            assert!((spectrum.to_xyz()[1] - 1.0).abs() < 1e-9, "{name}");
+        }
+    }
+
+    #[test]
+    fn d65_is_the_published_table() {
+        // CIE 015:2018, table 5.
+        for (nm, value) in
+            [(400.0, 82.7549), (450.0, 117.008), (560.0, 100.0), (600.0, 90.0062), (700.0, 71.6091)]
+        {
+            assert!((d65().at(nm) - value).abs() < 1e-3, "{nm}: {}", d65().at(nm));
+        }
+    }
+}

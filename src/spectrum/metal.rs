@@ -1,12 +1,13 @@
-//! Metals by colour channel.
+//! Fresnel reflectance of metals, and its fit by colour channel.
 
-use super::{Spectrum, daylight_at, integrate, srgb_from_xyz};
+use super::observer::{daylight_at, integrate};
+use super::{Spectrum, srgb_from_xyz};
 
-/// Cosines at which a metal is fitted.
+/// Number of cosines at which a metal is fitted.
 const ANGLES: usize = 32;
 
-/// The share of unpolarised light that a metal of index `eta` + i `k` reflects where the cosine of
-/// the angle of incidence is `cos` (Born & Wolf 1999, 14.2).
+/// Returns the fraction of unpolarised light that a metal of index `eta` + i `k` reflects at an
+/// angle of incidence of cosine `cos` (Born & Wolf 1999, 14.2).
 pub fn fresnel(cos: f64, eta: f64, k: f64) -> f64 {
     let (cos2, eta2, k2) = (cos * cos, eta * eta, k * k);
     let sin2 = 1.0 - cos2;
@@ -18,42 +19,42 @@ pub fn fresnel(cos: f64, eta: f64, k: f64) -> f64 {
     0.5 * s * (1.0 + (even - odd) / (even + odd))
 }
 
-/// The linear sRGB of what a metal of these spectra reflects of daylight (D65), by the cosine of
-/// the angle of incidence. Saturated metals have channels above 1: gold's red is 1.02.
+/// Returns the linear sRGB of daylight (D65) that a metal of these spectra reflects at an angle of
+/// incidence of cosine `cos`. Saturated metals have channels above 1: gold's red is 1.02.
 pub fn metal_reflectance(eta: &Spectrum, k: &Spectrum, cos: f64) -> [f64; 3] {
     srgb_from_xyz(integrate(|nm| {
-        // Both are 0 only where nothing is known.
+        // Both are 0 only at wavelengths without data.
         daylight_at(nm) * fresnel(cos, eta.index_at(nm).max(1e-3), k.index_at(nm))
     }))
 }
 
-/// A metal by channel of linear sRGB.
+/// The refractive index of a metal by channel of linear sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelMetal {
     /// Real part of the refractive index.
     pub eta: [f32; 3],
     /// Extinction coefficient.
     pub k: [f32; 3],
-    /// What Fresnel's reflectance is multiplied by at normal incidence, and less with the cosine,
-    /// to 1 at grazing angles: above 1 where a colour is more saturated than sRGB, as gold is,
-    /// whose red is 1.02.
+    /// Factor of Fresnel's reflectance at normal incidence, which falls linearly with the cosine to
+    /// 1 at grazing angles. It is above 1 if a colour is more saturated than sRGB: gold's red is
+    /// 1.02.
     pub tint: [f32; 3],
 }
 
-/// One real index and one extinction coefficient for each channel of linear sRGB, such that
-/// Fresnel's formula gives what the metal reflects of daylight at every angle, by least squares.
+/// Fits one real index and one extinction coefficient to each channel of linear sRGB, by least
+/// squares of the difference between Fresnel's formula and the reflectance of daylight over all
+/// angles.
 ///
-/// pbrt's own metals are met within 0.004 everywhere, but for gold's red, which is
-/// 0.008 off where the cosine is 0.24.
-pub fn metal(eta: &Spectrum, k: &Spectrum) -> ChannelMetal {
+/// The error for pbrt's metals is below 0.004, except for gold's red: 0.008 at the cosine 0.24.
+pub fn fit_metal(eta: &Spectrum, k: &Spectrum) -> ChannelMetal {
     let cosines: [f64; ANGLES] = std::array::from_fn(|i| (i + 1) as f64 / ANGLES as f64);
     let colours = cosines.map(|cos| metal_reflectance(eta, k, cos));
     let mut fitted = ChannelMetal { eta: [0.0; 3], k: [0.0; 3], tint: [1.0; 3] };
     for channel in 0..3 {
         let tint = colours[ANGLES - 1][channel].max(1.0);
-        let share =
+        let reflectance =
             |i: usize| (colours[i][channel] / (1.0 + (tint - 1.0) * cosines[i])).clamp(0.0, 1.0);
-        let goal: [(f64, f64); ANGLES] = std::array::from_fn(|i| (cosines[i], share(i)));
+        let goal: [(f64, f64); ANGLES] = std::array::from_fn(|i| (cosines[i], reflectance(i)));
         let [eta, k] = fit(&goal);
         fitted.eta[channel] = eta as f32;
         fitted.k[channel] = k as f32;
@@ -62,8 +63,8 @@ pub fn metal(eta: &Spectrum, k: &Spectrum) -> ChannelMetal {
     fitted
 }
 
-/// The index and the coefficient that come nearest to reflectances by cosine: the best of a grid,
-/// improved by Levenberg and Marquardt's method in their logarithms.
+/// Returns the index and the coefficient that fit best to pairs of a cosine and a reflectance: the
+/// best of a grid, improved by the Levenberg-Marquardt method in their logarithms.
 fn fit(goal: &[(f64, f64); ANGLES]) -> [f64; 2] {
     let residual = |p: [f64; 2]| goal.map(|(cos, r)| fresnel(cos, p[0].exp(), p[1].exp()) - r);
     let square = |r: [f64; ANGLES]| r.iter().map(|r| r * r).sum::<f64>();
@@ -121,10 +122,10 @@ fn fit(goal: &[(f64, f64); ANGLES]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::named;
+    use crate::spectrum::named_spectrum;
 
     fn spectra(metal: &str) -> [Spectrum; 2] {
-        ["eta", "k"].map(|of| named(&format!("metal-{metal}-{of}")).unwrap())
+        ["eta", "k"].map(|of| named_spectrum(&format!("metal-{metal}-{of}")).unwrap())
     }
 
     #[test]
@@ -148,10 +149,10 @@ mod tests {
     }
 
     #[test]
-    fn one_index_a_channel_reflects_what_the_spectra_do_at_every_angle() {
+    fn the_fitted_index_reflects_as_the_spectra_at_every_angle() {
         for name in ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"] {
             let spectra = spectra(name);
-            let ChannelMetal { eta, k, tint } = metal(&spectra[0], &spectra[1]);
+            let ChannelMetal { eta, k, tint } = fit_metal(&spectra[0], &spectra[1]);
             for cos in (1..=100).map(|i| f64::from(i) / 100.0) {
                 let exact = metal_reflectance(&spectra[0], &spectra[1], cos);
                 for channel in 0..3 {
@@ -166,9 +167,9 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_index_is_found_again() {
+    fn a_constant_index_is_recovered() {
         let ChannelMetal { eta, k, tint } =
-            metal(&Spectrum::Constant(0.8), &Spectrum::Constant(2.5));
+            fit_metal(&Spectrum::Constant(0.8), &Spectrum::Constant(2.5));
         for channel in 0..3 {
             assert_eq!(tint[channel], 1.0);
             assert!((eta[channel] - 0.8).abs() < 1e-3 && (k[channel] - 2.5).abs() < 1e-3);
@@ -176,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn reflectances_are_shares_for_every_index_and_angle() {
+    fn reflectances_are_from_0_to_1_for_every_index_and_angle() {
         for eta in [0.0, 1e-3, 0.1, 1.0, 1.5, 10.0, 1e3] {
             for k in [0.0, 1e-6, 0.1, 1.0, 10.0, 1e3] {
                 if eta + k == 0.0 {

@@ -1,23 +1,23 @@
-//! Coats: the means of their walks, against closed forms and against each other.
+//! Coats: means of their random walks, against closed forms and against each other.
 
 use std::f64::consts::PI;
 
 use petzval::shade::bsdf::{
-    AnyBsdf, Bsdf, Coated, Conductor, Dielectric, Diffuse, Layer, ThinDielectric, Weights,
+    AnyBsdf, Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, MisWeights, ThinDielectric,
 };
 
 use crate::scene::{ETA, K, REFLECTANCE, Random, direction};
 use crate::twin::fresnel;
 
-fn layer(alpha: f32, eta: f32, thickness: f32) -> Layer {
-    Layer {
-        border: Dielectric::new([alpha; 2], eta),
+fn layer(alpha: f32, eta: f32, thickness: f32) -> CoatLayer {
+    CoatLayer {
+        interface: Dielectric::new([alpha; 2], eta),
         thickness,
         albedo: [0.0; 3],
         g: 0.0,
         max_depth: 10,
         samples: 1,
-        weights: Weights::Exact,
+        weights: MisWeights::Exact,
     }
 }
 
@@ -25,7 +25,7 @@ fn diffuse(reflectance: [f32; 3]) -> Diffuse<f32> {
     Diffuse { reflectance }
 }
 
-/// Mean and standard error.
+/// Count, sum and sum of squares of values.
 #[derive(Default)]
 struct Mean([f64; 3]);
 
@@ -34,37 +34,38 @@ impl Mean {
         self.0 = [self.0[0] + 1.0, self.0[1] + x, self.0[2] + x * x];
     }
 
-    fn both(&self) -> (f64, f64) {
+    /// Returns the mean and its standard error.
+    fn mean_and_error(&self) -> (f64, f64) {
         let [n, sum, squares] = self.0;
         let mean = sum / n;
         (mean, ((squares / n - mean * mean).max(0.0) / n).sqrt())
     }
 }
 
-/// What comes back out of a clear layer of index 1.5 over a diffuse base, as a share of what
-/// goes in: the geometric series of base and border, for light that starts at the base.
-fn returned(reflectance: f64, thickness: f64) -> f64 {
+/// Returns the albedo of a diffuse base under a clear layer of index 1.5, seen from inside the
+/// layer: the geometric series of reflections at base and interface.
+fn albedo_under_layer(reflectance: f64, thickness: f64) -> f64 {
     let steps = 20_000;
     let mut inside = 0.0;
     for step in 0..steps {
         let cos = (f64::from(step) + 0.5) / f64::from(steps);
         let total = 1.0 - cos * cos >= 1.0 / 2.25;
-        let mirrored = if total { 1.0 } else { fresnel(cos, 1.0 / 1.5, 0.0) };
-        inside += 2.0 * cos * mirrored * (-2.0 * thickness / cos).exp() / f64::from(steps);
+        let reflected = if total { 1.0 } else { fresnel(cos, 1.0 / 1.5, 0.0) };
+        inside += 2.0 * cos * reflected * (-2.0 * thickness / cos).exp() / f64::from(steps);
     }
     reflectance / (1.0 - reflectance * inside)
 }
 
-/// Share of light that gets from outside to the base.
-fn reaches(cos: f64, thickness: f64) -> f64 {
+/// Returns the share of light from outside that reaches the base.
+fn transmitted_to_base(cos: f64, thickness: f64) -> f64 {
     let inside = (1.0 - (1.0 - cos * cos) / 2.25f64).sqrt();
     (1.0 - fresnel(cos, 1.5, 0.0)) * (-thickness / inside).exp()
 }
 
 #[test]
-fn a_clear_varnish_over_a_diffuse_base_has_a_closed_form() {
+fn values_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
     for (thickness, max_depth) in [(0.0, 60), (0.3, 60)] {
-        let layer = Layer { max_depth, ..layer(0.0, 1.5, thickness) };
+        let layer = CoatLayer { max_depth, ..layer(0.0, 1.5, thickness) };
         let coated = Coated::new(layer, diffuse(REFLECTANCE));
         let thickness = f64::from(thickness);
         for (cos_o, cos_i) in [(1.0, 0.8), (0.5, 0.9), (0.2, 0.3)] {
@@ -75,13 +76,16 @@ fn a_clear_varnish_over_a_diffuse_base_has_a_closed_form() {
                 (0..3).for_each(|c| means[c].add(f64::from(value[c])));
             }
             for channel in 0..3 {
-                let exact = returned(f64::from(REFLECTANCE[channel]), thickness)
-                    * reaches(cos_o, thickness)
-                    * reaches(cos_i, thickness)
+                let exact = albedo_under_layer(f64::from(REFLECTANCE[channel]), thickness)
+                    * transmitted_to_base(cos_o, thickness)
+                    * transmitted_to_base(cos_i, thickness)
                     * cos_i
                     / (2.25 * PI);
-                let (mean, error) = means[channel].both();
-                assert!(error < 2.1e-3 * exact, "too noisy to tell: {error} of {exact}");
+                let (mean, error) = means[channel].mean_and_error();
+                assert!(
+                    error < 2.1e-3 * exact,
+                    "the estimate is too noisy for the test: {error} of {exact}"
+                );
                 assert!((mean - exact).abs() < 5.0 * error + 1e-6, "{mean}, not {exact}");
             }
         }
@@ -89,12 +93,12 @@ fn a_clear_varnish_over_a_diffuse_base_has_a_closed_form() {
 }
 
 #[test]
-fn draws_through_a_clear_varnish_bring_what_the_closed_form_says() {
+fn samples_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
     for thickness in [0.0, 0.3] {
-        let layer = Layer { max_depth: 60, ..layer(0.0, 1.5, thickness) };
+        let layer = CoatLayer { max_depth: 60, ..layer(0.0, 1.5, thickness) };
         let coated = Coated::new(layer, diffuse(REFLECTANCE));
         let thickness = f64::from(thickness);
-        // Light that leaves the base, and leaves the layer at once.
+        // Share of the light from the base that leaves the layer without a reflection.
         let steps = 20_000;
         let mut leaves = 0.0;
         for step in 0..steps {
@@ -107,32 +111,36 @@ fn draws_through_a_clear_varnish_bring_what_the_closed_form_says() {
         for cos in [1.0, 0.5, 0.1] {
             let wo = direction(cos, 1.0);
             let mut random = Random::new(9);
-            let (mut mirrored, mut means) = (0.0, <[Mean; 3]>::default());
+            let (mut reflected, mut means) = (0.0, <[Mean; 3]>::default());
             let n = 200_000;
             for seed in 0..n {
                 let u = [random.number(), random.number()];
-                let draw = coated.draw(wo, u, random.number(), seed);
+                let draw = coated.sample(wo, u, random.number(), seed);
                 let through = draw.valid && !draw.singular;
-                mirrored += f64::from(u8::from(draw.valid && draw.singular)) / f64::from(n);
+                reflected += f64::from(u8::from(draw.valid && draw.singular)) / f64::from(n);
                 for c in 0..3 {
                     means[c].add(if through { f64::from(draw.weight[c]) } else { 0.0 });
                 }
             }
             let f = fresnel(cos, 1.5, 0.0);
-            assert!((mirrored - f).abs() < 5.0 * (f * (1.0 - f) / f64::from(n)).sqrt());
+            assert!((reflected - f).abs() < 5.0 * (f * (1.0 - f) / f64::from(n)).sqrt());
             for channel in 0..3 {
-                let back = returned(f64::from(REFLECTANCE[channel]), thickness);
-                let exact = reaches(cos, thickness) * back * leaves;
-                let (mean, error) = means[channel].both();
+                let back = albedo_under_layer(f64::from(REFLECTANCE[channel]), thickness);
+                let exact = transmitted_to_base(cos, thickness) * back * leaves;
+                let (mean, error) = means[channel].mean_and_error();
                 assert!((mean - exact).abs() < 5.0 * error, "{cos}: {mean}, not {exact}");
             }
         }
     }
 }
 
-/// Moments of the light that a coat sends back to `wo`: of 1, and of the two tangents, by draws
-/// and by evaluations in uniform directions; channel 1.
-fn compare<B: Bsdf<f32> + std::fmt::Debug>(coated: &Coated<B>, wo: [f32; 3], n: u32) {
+/// Checks that samples and evaluations of a coat agree in the moments of the light scattered to
+/// `wo`: of 1 and of each component of the direction, in channel 1.
+fn assert_samples_agree_with_values<B: Bsdf<f32> + std::fmt::Debug>(
+    coated: &Coated<B>,
+    wo: [f32; 3],
+    n: u32,
+) {
     let mut random = Random::new(10);
     let (mut draws, mut values) = (<[Mean; 4]>::default(), <[Mean; 4]>::default());
     let moments = |w: [f32; 3], x: f32| [1.0, w[0], w[1], w[2]].map(|m| f64::from(m * x));
@@ -141,56 +149,68 @@ fn compare<B: Bsdf<f32> + std::fmt::Debug>(coated: &Coated<B>, wo: [f32; 3], n: 
     };
     for seed in 0..n {
         let u = [random.number(), random.number()];
-        let draw = coated.draw(wo, u, random.number(), seed);
+        let draw = coated.sample(wo, u, random.number(), seed);
         let weight = if draw.valid && !draw.singular { draw.weight[1] } else { 0.0 };
         add(&mut draws, moments(draw.wi, weight));
-        // Half of the directions by draws of a wide lobe about the mirror's, half by cosine.
-        let spread = Conductor::new([0.45; 2], [1.0; 3], [100.0; 3]);
+        // Half of the directions follow a wide lobe about the mirror direction, half the cosine.
+        let wide = Conductor::new([0.45; 2], [1.0; 3], [100.0; 3]);
         let cosine = diffuse([1.0; 3]);
         let u = [random.number(), random.number()];
         let wi = if random.number() < 0.5 {
-            spread.draw(wo, u, 0.0).wi
+            wide.sample(wo, u, 0.0).wi
         } else {
-            cosine.draw(wo, u, 0.0).wi
+            cosine.sample(wo, u, 0.0).wi
         };
-        let density = (spread.evaluate(wo, wi).1 + cosine.evaluate(wo, wi).1) / 2.0;
-        // A failed draw of the lobe is the normal, and no sample at all.
+        let pdf = (wide.evaluate(wo, wi).1 + cosine.evaluate(wo, wi).1) / 2.0;
+        // The lobe returns the normal if it samples no direction.
         let weight = if wi == [0.0, 0.0, 1.0] {
             0.0
         } else {
-            coated.evaluate(wo, wi, seed.wrapping_mul(77)).0[1] / density
+            coated.evaluate(wo, wi, seed.wrapping_mul(77)).0[1] / pdf
         };
         add(&mut values, moments(wi, weight));
     }
     for k in 0..4 {
-        let ((a, error_a), (b, error_b)) = (draws[k].both(), values[k].both());
+        let ((a, error_a), (b, error_b)) = (draws[k].mean_and_error(), values[k].mean_and_error());
         let error = error_a.hypot(error_b);
-        assert!(error < 5e-3, "too noisy to tell: {error}");
+        assert!(error < 5e-3, "the estimate is too noisy for the test: {error}");
         assert!((a - b).abs() < 5.0 * error, "{coated:?} {wo:?} moment {k}: {a}, {b} +- {error}");
     }
 }
 
 #[test]
-fn draws_and_evaluations_of_a_coat_agree() {
+fn samples_and_values_of_a_coat_agree() {
     let n = 100_000;
     let wo = direction(0.7, 0.4);
-    let haze = |layer: Layer| Layer { albedo: [0.5, 0.9, 0.2], max_depth: 200, ..layer };
+    let hazy = |layer: CoatLayer| CoatLayer { albedo: [0.5, 0.9, 0.2], max_depth: 200, ..layer };
     let metal = |alpha: f32| Conductor::new([alpha; 2], ETA, K);
-    let long = |layer: Layer| Layer { max_depth: 100, ..layer };
-    compare(&Coated::new(long(layer(0.0, 1.5, 0.01)), diffuse(REFLECTANCE)), wo, n);
-    compare(&Coated::new(long(layer(0.3, 1.5, 0.01)), diffuse(REFLECTANCE)), wo, n);
-    compare(&Coated::new(layer(0.3, 1.5, 0.01), metal(0.4)), wo, n);
-    compare(&Coated::new(layer(0.4, 1.3, 0.1), metal(0.0)), wo, n);
-    compare(&Coated::new(layer(0.0, 1.5, 0.1), metal(0.4)), wo, n);
-    compare(&Coated::new(haze(layer(0.0, 1.5, 0.5)), diffuse(REFLECTANCE)), wo, n);
-    let forward = Layer { g: 0.5, ..haze(layer(0.4, 1.4, 0.8)) };
-    compare(&Coated::new(forward, diffuse(REFLECTANCE)), wo, n);
-    compare(&Coated::new(forward, metal(0.0)), direction(0.3, 2.0), n);
+    let long = |layer: CoatLayer| CoatLayer { max_depth: 100, ..layer };
+    assert_samples_agree_with_values(
+        &Coated::new(long(layer(0.0, 1.5, 0.01)), diffuse(REFLECTANCE)),
+        wo,
+        n,
+    );
+    assert_samples_agree_with_values(
+        &Coated::new(long(layer(0.3, 1.5, 0.01)), diffuse(REFLECTANCE)),
+        wo,
+        n,
+    );
+    assert_samples_agree_with_values(&Coated::new(layer(0.3, 1.5, 0.01), metal(0.4)), wo, n);
+    assert_samples_agree_with_values(&Coated::new(layer(0.4, 1.3, 0.1), metal(0.0)), wo, n);
+    assert_samples_agree_with_values(&Coated::new(layer(0.0, 1.5, 0.1), metal(0.4)), wo, n);
+    assert_samples_agree_with_values(
+        &Coated::new(hazy(layer(0.0, 1.5, 0.5)), diffuse(REFLECTANCE)),
+        wo,
+        n,
+    );
+    let forward = CoatLayer { g: 0.5, ..hazy(layer(0.4, 1.4, 0.8)) };
+    assert_samples_agree_with_values(&Coated::new(forward, diffuse(REFLECTANCE)), wo, n);
+    assert_samples_agree_with_values(&Coated::new(forward, metal(0.0)), direction(0.3, 2.0), n);
 }
 
 #[test]
-fn pbrts_weights_only_matter_where_border_and_base_are_rough() {
-    let mean = |layer: Layer, base: Diffuse<f32>| {
+fn weights_of_pbrt_differ_only_if_interface_and_base_are_rough() {
+    let mean = |layer: CoatLayer, base: Diffuse<f32>| {
         let coated = Coated::new(layer, base);
         let mut random = Random::new(15);
         let mut mean = Mean::default();
@@ -198,11 +218,11 @@ fn pbrts_weights_only_matter_where_border_and_base_are_rough() {
             let wi = random.direction();
             mean.add(f64::from(coated.value([0.6, 0.0, 0.8], wi, seed)[1]));
         }
-        mean.both()
+        mean.mean_and_error()
     };
     for (alpha, excess) in [(0.0, 0.0..1e-9), (0.3, 0.03..0.12)] {
         let exact = layer(alpha, 1.5, 0.01);
-        let pbrt = Layer { weights: Weights::Pbrt, ..exact };
+        let pbrt = CoatLayer { weights: MisWeights::Pbrt, ..exact };
         let base = diffuse(REFLECTANCE);
         let ((exact, _), (pbrt, _)) = (mean(exact, base), mean(pbrt, base));
         assert!(excess.contains(&(pbrt / exact - 1.0)), "{alpha}: {pbrt} {exact}");
@@ -210,68 +230,67 @@ fn pbrts_weights_only_matter_where_border_and_base_are_rough() {
 }
 
 #[test]
-fn a_lossless_coat_loses_nothing() {
-    // Smooth border, white base, haze that only scatters: what does not come back is a bug.
-    let white = Layer { albedo: [1.0; 3], max_depth: 3000, ..layer(0.0, 1.5, 0.7) };
-    let clear = Layer { max_depth: 3000, ..layer(0.0, 1.5, 0.0) };
+fn a_lossless_coat_returns_all_light() {
+    // The interface is smooth, the base white, and the medium only scatters.
+    let white = CoatLayer { albedo: [1.0; 3], max_depth: 3000, ..layer(0.0, 1.5, 0.7) };
+    let clear = CoatLayer { max_depth: 3000, ..layer(0.0, 1.5, 0.0) };
     for g in [-0.4, 0.0, 0.8] {
-        for layer in [Layer { g, ..white }, Layer { g, ..clear }] {
+        for layer in [CoatLayer { g, ..white }, CoatLayer { g, ..clear }] {
             let coated = Coated::new(layer, diffuse([1.0; 3]));
             let mut random = Random::new(11);
             for seed in 0..4000 {
                 let mut wo = random.direction();
                 wo[2] *= if seed % 2 == 0 { 1.0 } else { -1.0 };
                 let u = [random.number(), random.number()];
-                let draw = coated.draw(wo, u, random.number(), seed);
-                // The index is entered and left again; a walk that would take a zero step,
-                // one in 16 million, may fail.
+                let draw = coated.sample(wo, u, random.number(), seed);
+                // A walk fails if it would take a step of zero length, once in 16 million.
                 assert!(draw.valid && draw.wi[2] * wo[2] > 0.0, "{layer:?} {wo:?}");
                 assert!((draw.weight[0] - 1.0).abs() < 1e-3, "{layer:?} {wo:?}: {draw:?}");
-                assert_eq!(draw.eta2, 1.0);
+                assert_eq!(draw.eta2, 1.0, "the walk enters and leaves the layer");
             }
         }
     }
 }
 
 #[test]
-fn a_coat_of_nothing_is_its_base() {
+fn a_coat_without_effect_equals_its_base() {
     let mut random = Random::new(12);
     let metal = Conductor::new([0.3; 2], ETA, K);
     for seed in 0..2000 {
         let (wo, wi) = (random.direction(), random.direction());
         let nothing = layer(0.0, 1.0, 0.0);
-        let (ours, base) =
+        let (coated, base) =
             (Coated::new(nothing, metal).value(wo, wi, seed), metal.evaluate(wo, wi).0);
         let paint = diffuse(REFLECTANCE);
         let (painted, paint) =
             (Coated::new(nothing, paint).value(wo, wi, seed), paint.evaluate(wo, wi).0);
         for channel in 0..3 {
-            assert!((ours[channel] - base[channel]).abs() <= 1e-5 * base[channel]);
+            assert!((coated[channel] - base[channel]).abs() <= 1e-5 * base[channel]);
             assert!((painted[channel] - paint[channel]).abs() <= 1e-5 * paint[channel]);
         }
     }
 }
 
 #[test]
-fn a_coat_over_black_only_mirrors() {
+fn a_smooth_coat_over_black_is_singular() {
     let coated = Coated::new(layer(0.0, 1.5, 0.01), diffuse([0.0; 3]));
-    assert!(coated.singular());
+    assert!(coated.is_singular());
     let wo = direction(0.6, 0.0);
     let n = 4000;
-    let mut mirrored = 0.0;
+    let mut reflected = 0.0;
     for step in 0..n {
-        let draw = coated.draw(wo, [0.3, 0.4], (step as f32 + 0.5) / n as f32, step);
+        let draw = coated.sample(wo, [0.3, 0.4], (step as f32 + 0.5) / n as f32, step);
         if draw.valid {
             assert!(draw.singular && draw.wi == [-wo[0], -wo[1], wo[2]]);
-            mirrored += f64::from(draw.weight[0]) / f64::from(n);
+            reflected += f64::from(draw.weight[0]) / f64::from(n);
         }
     }
-    assert!((mirrored - fresnel(0.6, 1.5, 0.0)).abs() < 1.0 / f64::from(n));
+    assert!((reflected - fresnel(0.6, 1.5, 0.0)).abs() < 1.0 / f64::from(n));
 }
 
 #[test]
 fn both_sides_of_a_coat_are_the_same() {
-    let hazy = Layer { albedo: [0.9; 3], ..layer(0.2, 1.5, 0.4) };
+    let hazy = CoatLayer { albedo: [0.9; 3], ..layer(0.2, 1.5, 0.4) };
     let coated = Coated::new(hazy, diffuse(REFLECTANCE));
     let mut random = Random::new(13);
     for seed in 0..500 {
@@ -279,21 +298,22 @@ fn both_sides_of_a_coat_are_the_same() {
         let turned = |w: [f32; 3]| w.map(|x| -x);
         assert_eq!(coated.evaluate(wo, wi, seed), coated.evaluate(turned(wo), turned(wi), seed));
         let u = [random.number(), random.number()];
-        let (above, below) = (coated.draw(wo, u, 0.7, seed), coated.draw(turned(wo), u, 0.7, seed));
+        let (above, below) =
+            (coated.sample(wo, u, 0.7, seed), coated.sample(turned(wo), u, 0.7, seed));
         assert_eq!(above.valid, below.valid);
         if above.valid {
             assert_eq!((turned(above.wi), above.weight), (below.wi, below.weight));
-            assert_eq!(above.density, below.density);
+            assert_eq!(above.pdf, below.pdf);
         }
-        // Nothing goes through.
+        // No light is transmitted.
         assert_eq!(coated.value(wo, turned(wi), seed), [0.0; 3]);
     }
 }
 
 #[test]
-fn light_and_draws_of_a_coat_mix_without_bias() {
-    // A sky of radiance 1, gathered by light samples alone and by both techniques with the
-    // power heuristic on the estimated densities.
+fn multiple_importance_sampling_of_a_coat_is_unbiased() {
+    // A sky of radiance 1, by light samples alone and by both techniques, weighted by the power
+    // heuristic of the estimated densities.
     let coated = Coated::new(layer(0.25, 1.5, 0.05), diffuse(REFLECTANCE));
     let wo = direction(0.6, 0.0);
     let mut random = Random::new(14);
@@ -303,26 +323,26 @@ fn light_and_draws_of_a_coat_mix_without_bias() {
         let weight = |mine: f32, other: f32| mine * mine / (mine * mine + other * other);
         let (cos, turn) = (f64::from(random.number()), f64::from(random.number()));
         let wi = direction(cos, 2.0 * PI * turn);
-        let (value, density) = coated.evaluate(wo, wi, seed);
-        let gathered = value[1] / light;
-        let mut sum = gathered * weight(light, density);
+        let (value, pdf) = coated.evaluate(wo, wi, seed);
+        let received = value[1] / light;
+        let mut sum = received * weight(light, pdf);
         let u = [random.number(), random.number()];
-        let draw = coated.draw(wo, u, random.number(), seed);
+        let draw = coated.sample(wo, u, random.number(), seed);
         if draw.valid {
-            assert!(!draw.singular && draw.density > 0.0);
-            sum += draw.weight[1] * weight(draw.density, light);
+            assert!(!draw.singular && draw.pdf > 0.0);
+            sum += draw.weight[1] * weight(draw.pdf, light);
         }
-        alone.add(f64::from(gathered));
+        alone.add(f64::from(received));
         mixed.add(f64::from(sum));
     }
-    let ((a, error_a), (b, error_b)) = (alone.both(), mixed.both());
+    let ((a, error_a), (b, error_b)) = (alone.mean_and_error(), mixed.mean_and_error());
     assert!((a - b).abs() < 5.0 * error_a.hypot(error_b), "{a} {b}");
     assert!(error_a.hypot(error_b) < 2e-3, "{error_a} {error_b}");
 }
 
 #[test]
-fn coats_answer_nasty_directions_with_numbers() {
-    let nasty = [
+fn coats_are_finite_for_extreme_directions() {
+    let directions = [
         [0.0, 0.0, 1.0],
         [1.0, 0.0, 0.0],
         [1.0, 0.0, 1e-20],
@@ -338,7 +358,7 @@ fn coats_answer_nasty_directions_with_numbers() {
         (1.0, 1e9, 1.0, -1.0),
         (0.3, -1.0, 1.0, 0.0),
     ] {
-        let layer = Layer { albedo: [albedo; 3], g, ..layer(alpha, 1.5, thickness) };
+        let layer = CoatLayer { albedo: [albedo; 3], g, ..layer(alpha, 1.5, thickness) };
         coats.push(AnyBsdf::CoatedDiffuse(Coated::new(layer, diffuse([1.0; 3]))));
         for alpha in [0.0, 0.3] {
             let metal = Conductor::new([alpha; 2], ETA, K);
@@ -346,15 +366,15 @@ fn coats_answer_nasty_directions_with_numbers() {
         }
     }
     for coat in coats {
-        for (wo, wi) in nasty.into_iter().flat_map(|wo| nasty.map(|wi| (wo, wi))) {
+        for (wo, wi) in directions.into_iter().flat_map(|wo| directions.map(|wi| (wo, wi))) {
             for seed in 0..20 {
-                let (value, density) = coat.evaluate(wo, wi, seed);
-                for x in value.into_iter().chain([density]) {
+                let (value, pdf) = coat.evaluate(wo, wi, seed);
+                for x in value.into_iter().chain([pdf]) {
                     assert!((0.0..f32::INFINITY).contains(&x), "{coat:?} {wo:?} {wi:?}: {x}");
                 }
                 let choice = seed as f32 / 20.0;
-                let draw = coat.draw(wo, [0.1, choice], choice, seed);
-                let all = draw.wi.into_iter().chain(draw.weight).chain([draw.density]);
+                let draw = coat.sample(wo, [0.1, choice], choice, seed);
+                let all = draw.wi.into_iter().chain(draw.weight).chain([draw.pdf]);
                 assert!(all.into_iter().all(f32::is_finite), "{coat:?} {wo:?}: {draw:?}");
                 assert!(!draw.valid || draw.wi[2] * wo[2] > 0.0, "{coat:?} {wo:?}: {draw:?}");
             }
@@ -363,11 +383,11 @@ fn coats_answer_nasty_directions_with_numbers() {
 }
 
 #[test]
-fn singular_surfaces_say_so() {
+fn is_singular_tells_whether_values_are_zero() {
     let metal = |alpha: f32| Conductor::new([alpha; 2], ETA, K);
     let coat =
         |alpha: f32, base| AnyBsdf::CoatedConductor(Coated::new(layer(alpha, 1.5, 0.1), base));
-    let hazy = Layer { albedo: [0.1; 3], ..layer(0.0, 1.5, 0.1) };
+    let hazy = CoatLayer { albedo: [0.1; 3], ..layer(0.0, 1.5, 0.1) };
     let cases = [
         (AnyBsdf::Diffuse(diffuse([0.5; 3])), false),
         (AnyBsdf::Conductor(metal(0.0)), true),
@@ -388,7 +408,7 @@ fn singular_surfaces_say_so() {
         let lit = (0..50).any(|seed| bsdf.evaluate(wo, wi, seed).0 != [0.0; 3]);
         assert_eq!(lit, !singular, "{bsdf:?}");
         for seed in 0..50 {
-            let draw = bsdf.draw(wo, [0.3, 0.2], seed as f32 / 50.0, seed);
+            let draw = bsdf.sample(wo, [0.3, 0.2], seed as f32 / 50.0, seed);
             assert!(!singular || draw.singular || !draw.valid, "{bsdf:?}");
         }
     }

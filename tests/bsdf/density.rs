@@ -1,18 +1,18 @@
-//! Draws follow the densities that surfaces tell.
+//! Densities: samples of BSDFs follow the densities that evaluations return.
 
 use std::f64::consts::PI;
 
 use petzval::lanes::{Real, f32x8};
-use petzval::shade::bsdf::{Bsdf, Frame, henyey_greenstein, sample_henyey_greenstein};
+use petzval::shade::bsdf::{Bsdf, ShadingFrame, henyey_greenstein, sample_henyey_greenstein};
 
 use crate::scene::{Kind, Random, direction, splat};
 
 const ROWS: usize = 20;
 const COLUMNS: usize = 24;
-/// Points of a cell's side in its integral.
+/// Integration points along each side of a cell.
 const FINE: usize = 48;
 
-/// Probability of each cell of cosine and azimuth, by the density.
+/// Integrates the density over each cell of cosine and azimuth.
 fn expected(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3]) -> Vec<f64> {
     let mut cells = vec![0.0; ROWS * COLUMNS];
     let point = 4.0 * PI / (ROWS * COLUMNS * FINE * FINE) as f64;
@@ -27,21 +27,21 @@ fn expected(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3]) -> Vec<f64> {
                     wi[axis][lane] = w[axis];
                 }
             }
-            let (_, density) = bsdf.evaluate(splat(wo), wi.map(|axis| f32x8::load(&axis)));
-            let sum: f64 = density.to_array().iter().map(|&d| f64::from(d)).sum();
+            let (_, pdf) = bsdf.evaluate(splat(wo), wi.map(|axis| f32x8::load(&axis)));
+            let sum: f64 = pdf.to_array().iter().map(|&d| f64::from(d)).sum();
             cells[row / FINE * COLUMNS + column * 8 / FINE] += sum * point;
         }
     }
     cells
 }
 
-/// How often each cell is drawn.
-fn drawn(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3], packets: usize, seed: u64) -> Vec<f64> {
+/// Counts the samples in each cell.
+fn counts(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3], packets: usize, seed: u64) -> Vec<f64> {
     let mut random = Random::new(seed);
     let mut cells = vec![0.0; ROWS * COLUMNS];
     for _ in 0..packets {
         let u = [random.eight(), random.eight()];
-        let draw = bsdf.draw(splat(wo), u, random.eight());
+        let draw = bsdf.sample(splat(wo), u, random.eight());
         let valid = f32x8::bits(draw.valid);
         let wi = draw.wi.map(|axis| axis.to_array());
         for lane in (0..8).filter(|lane| valid >> lane & 1 == 1) {
@@ -54,41 +54,42 @@ fn drawn(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3], packets: usize, seed: u64) -> Vec
     cells
 }
 
-/// Pearson's statistic and its degrees of freedom. Cells of few expected draws are pooled, and
-/// draws that failed are a cell of their own.
-fn chi_squared(expected: &[f64], drawn: &[f64], n: f64) -> (f64, f64) {
+/// Returns Pearson's statistic and its degrees of freedom. Cells with few expected samples are
+/// pooled, and failed samples form a cell of their own.
+fn chi_squared(expected: &[f64], counts: &[f64], n: f64) -> (f64, f64) {
     let (mut statistic, mut cells, mut pool) = (0.0, 0.0, [0.0; 2]);
     let mut add = |e: f64, d: f64| {
         statistic += (d - e) * (d - e) / e;
         cells += 1.0;
     };
-    for (&e, &d) in expected.iter().zip(drawn) {
+    for (&e, &d) in expected.iter().zip(counts) {
         if e * n < 25.0 {
             pool = [pool[0] + e * n, pool[1] + d];
         } else {
             add(e * n, d);
         }
     }
-    let failed = [n * (1.0 - expected.iter().sum::<f64>()), n - drawn.iter().sum::<f64>()];
+    let failed = [n * (1.0 - expected.iter().sum::<f64>()), n - counts.iter().sum::<f64>()];
     for [e, d] in [pool, failed] {
         if e > 25.0 {
             add(e, d);
         } else {
-            assert!(d < 80.0, "{d} draws where the density has {e}");
+            assert!(d < 80.0, "{d} samples in a cell, expected {e}");
         }
     }
     (statistic, cells - 1.0)
 }
 
-/// What a chi-squared variable exceeds once in ten millions (Laurent & Massart 2000, Lemma 1).
+/// Returns a bound that a chi-squared variable exceeds once in ten million (Laurent & Massart 2000,
+/// Lemma 1).
 fn bound(degrees: f64) -> f64 {
     let x = 1e7f64.ln();
     degrees + 2.0 * (degrees * x).sqrt() + 2.0 * x
 }
 
 #[test]
-fn draws_follow_the_density() {
-    // A factor of 1 % is worth n / 10^4 in the statistic, as much as the bound leaves.
+fn samples_follow_the_density() {
+    // An error of 1 % adds n / 10^4 to the statistic, enough to exceed the bound.
     let packets = 400_000;
     let n = 8.0 * packets as f64;
     let kinds = [
@@ -110,19 +111,19 @@ fn draws_follow_the_density() {
         let expected = expected(&*bsdf, wo);
         let total: f64 = expected.iter().sum();
         assert!(total < 1.0 + 1e-4 && total > 0.5, "{kind:?}: {total}");
-        let drawn = drawn(&*bsdf, wo, packets, seed as u64);
-        let (statistic, degrees) = chi_squared(&expected, &drawn, n);
+        let counts = counts(&*bsdf, wo, packets, seed as u64);
+        let (statistic, degrees) = chi_squared(&expected, &counts, n);
         assert!(statistic < bound(degrees), "{kind:?}: {statistic} of {degrees}");
-        // The test sees a density that is 1 % off.
+        // The test detects a density that is 1 % off.
         let wrong: Vec<f64> = expected.iter().map(|e| e * 0.99).collect();
-        let (statistic, degrees) = chi_squared(&wrong, &drawn, n);
+        let (statistic, degrees) = chi_squared(&wrong, &counts, n);
         assert!(statistic > bound(degrees), "{kind:?}: {statistic} of {degrees}");
     }
 }
 
 #[test]
-fn densities_integrate_to_the_share_of_draws_that_succeed() {
-    // Diffuse surfaces never fail; microfacets fail where they mirror into the surface.
+fn densities_integrate_to_the_share_of_valid_samples() {
+    // Diffuse samples are always valid; microfacets may reflect into the surface.
     for (kind, cos) in [(Kind::Diffuse, 0.5), (Kind::DiffuseTransmission, 0.1)] {
         let total: f64 = expected(&*kind.build(), direction(cos, 0.2)).iter().sum();
         assert!((total - 1.0).abs() < 1e-5, "{kind:?}: {total}");
@@ -131,7 +132,7 @@ fn densities_integrate_to_the_share_of_draws_that_succeed() {
     for alpha in [0.3, 0.6] {
         let kind = Kind::Conductor([alpha; 2]);
         let total: f64 = expected(&*kind.build(), normal).iter().sum();
-        // From above, D / 4 fails beyond 45 degrees of m, where tan = 1.
+        // From above, samples fail if m is more than 45 degrees off the normal, where tan = 1.
         let a2 = f64::from(alpha).powi(2);
         let exact = 1.0 - a2 / (1.0 + a2);
         assert!((total - exact).abs() < 2e-4, "{kind:?}: {total}, not {exact}");
@@ -139,10 +140,10 @@ fn densities_integrate_to_the_share_of_draws_that_succeed() {
 }
 
 #[test]
-fn a_draw_weighs_its_value_over_its_density() {
+fn weights_of_samples_are_values_over_densities() {
     let mut random = Random::new(6);
     for alpha in [[1e-4, 1.1e-3], [2e-3, 2e-3], [0.05, 0.05], [0.3, 0.1], [1.0, 1.0]] {
-        // Rounding of the half vector against the width of the lobe, squared twice in D.
+        // Rounding of the half vector relative to the width of the lobe; D holds its fourth power.
         let blur = 4e-6 / alpha[0].min(alpha[1]);
         for kind in [
             Kind::Diffuse,
@@ -157,16 +158,16 @@ fn a_draw_weighs_its_value_over_its_density() {
                 let mut wo = random.direction();
                 wo[2] *= if turn & 1 == 0 { 1.0 } else { -1.0 };
                 let u = [random.number(), random.number()];
-                let draw = bsdf.draw(wo, u, random.number());
+                let draw = bsdf.sample(wo, u, random.number());
                 if !draw.valid || draw.wi[2].abs() < 0.02 || wo[2].abs() < 0.02 {
                     continue;
                 }
                 assert!(!draw.singular);
-                let (value, density) = bsdf.evaluate(wo, draw.wi);
-                let off = (density / draw.density - 1.0).abs();
-                assert!(off < 1e-3 + blur, "{kind:?} {wo:?}: {density} {}", draw.density);
+                let (value, pdf) = bsdf.evaluate(wo, draw.wi);
+                let off = (pdf / draw.pdf - 1.0).abs();
+                assert!(off < 1e-3 + blur, "{kind:?} {wo:?}: {pdf} {}", draw.pdf);
                 for channel in 0..3 {
-                    let weight = value[channel] / density;
+                    let weight = value[channel] / pdf;
                     let off = (weight - draw.weight[channel]).abs();
                     assert!(off < 2e-3 * weight, "{kind:?} {wo:?}: {weight} {draw:?}");
                 }
@@ -180,7 +181,7 @@ fn a_draw_weighs_its_value_over_its_density() {
 }
 
 #[test]
-fn haze_scatters_as_henyey_and_greenstein_say() {
+fn henyey_greenstein_is_normalised_and_its_samples_have_the_mean_cosine() {
     for g in [-0.7f32, 0.0, 0.3, 0.9] {
         let steps = 200_000;
         let mut integral = 0.0;
@@ -199,7 +200,7 @@ fn haze_scatters_as_henyey_and_greenstein_say() {
                 mean[axis] += f64::from(wi[axis]) / f64::from(n);
             }
         }
-        // The mean direction is g times straight on; its error is below 1 / sqrt n.
+        // The mean direction is g times the forward direction; its error is below 1 / sqrt n.
         for axis in 0..3 {
             let exact = -f64::from(g) * f64::from(wo[axis]);
             assert!((mean[axis] - exact).abs() < 5.0 / f64::from(n).sqrt(), "{g}: {mean:?}");
@@ -208,18 +209,18 @@ fn haze_scatters_as_henyey_and_greenstein_say() {
 }
 
 #[test]
-fn frames_are_orthonormal_and_follow_the_tangent() {
+fn shading_frames_are_orthonormal_and_follow_the_tangent() {
     let mut random = Random::new(8);
     for turn in 0..2000 {
         let mut n = random.direction();
         n[2] *= if turn & 1 == 0 { 1.0 } else { -1.0 };
         let size = [1.0, 1e-25, 1e25, 0.0][turn % 4];
         let t = random.direction().map(|x| x * size);
-        // A tangent along the normal is none.
+        // A tangent along the normal gives no direction.
         let t = if turn % 7 == 0 { n } else { t };
-        let frame = Frame::about(n, t);
+        let frame = ShadingFrame::about(n, t);
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let Frame { x, y, z } = frame;
+        let ShadingFrame { x, y, z } = frame;
         for (a, b, exact) in
             [(x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (x, z, 0.0), (y, z, 0.0)]
         {
@@ -233,8 +234,8 @@ fn frames_are_orthonormal_and_follow_the_tangent() {
             assert!(dot(x, t) >= 0.0 && dot(y, t).abs() <= 1e-4 * size, "{n:?} {t:?}: {frame:?}");
         }
         let w = random.direction();
-        let back = frame.world(frame.local(w));
+        let back = frame.to_world(frame.to_local(w));
         assert!((0..3).all(|axis| (back[axis] - w[axis]).abs() < 1e-4));
-        assert_eq!(frame.local(n).map(|c| (c * 1e4).round()), [0.0, 0.0, 1e4]);
+        assert_eq!(frame.to_local(n).map(|c| (c * 1e4).round()), [0.0, 0.0, 1e4]);
     }
 }

@@ -1,5 +1,5 @@
-//! Energy and reciprocity: no surface makes light, lossless ones lose none, and paths can be
-//! walked either way.
+//! Energy and reciprocity: no surface adds light, lossless surfaces lose none, and values are
+//! symmetric in the two directions.
 
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{Bsdf, Dielectric, Diffuse};
@@ -11,15 +11,15 @@ const ALPHAS: [[f32; 2]; 6] =
     [[0.002, 0.002], [0.05, 0.05], [0.3, 0.1], [0.5, 0.5], [0.1, 1.0], [1.0, 1.0]];
 const COSINES: [f64; 5] = [1.0, 0.8, 0.5, 0.2, 0.05];
 
-/// Mean weight of the first and second channel of `count` draws, freed from the compression
-/// of radiance, and the standard error of the first.
+/// Returns the mean weight of `count` samples in the first two channels, without the change of
+/// radiance by refraction, and the standard error of the first.
 fn mean_weight(kind: Kind, wo: [f32; 3], count: usize, seed: u64) -> ([f64; 2], f64) {
     let bsdf = kind.build::<f32x8>();
     let mut random = Random::new(seed);
     let (mut sum, mut squares) = ([0.0; 2], 0.0);
     for _ in 0..count / 8 {
         let u = [random.eight(), random.eight()];
-        let drawn = bsdf.draw(splat(wo), u, random.eight());
+        let drawn = bsdf.sample(splat(wo), u, random.eight());
         for channel in 0..2 {
             let weights = (drawn.weight[channel] * drawn.eta2).to_array();
             sum[channel] += weights.iter().map(|&w| f64::from(w)).sum::<f64>();
@@ -33,7 +33,8 @@ fn mean_weight(kind: Kind, wo: [f32; 3], count: usize, seed: u64) -> ([f64; 2], 
     (mean, ((squares / n - mean[0] * mean[0]).max(0.0) / n).sqrt())
 }
 
-/// The integral of f |cos wi| over all directions, freed from the compression of radiance.
+/// Integrates f |cos wi| over all directions in the first two channels, without the change of
+/// radiance by refraction.
 fn integral(kind: Kind, wo: [f32; 3]) -> [f64; 2] {
     let bsdf = kind.build::<f32x8>();
     let (cosines, azimuths) = (800, 800);
@@ -64,7 +65,7 @@ fn integral(kind: Kind, wo: [f32; 3]) -> [f64; 2] {
 }
 
 #[test]
-fn a_diffuse_surface_returns_its_albedo() {
+fn a_diffuse_surface_reflects_its_albedo() {
     for wo in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.0, 0.6, -0.8]] {
         let (mean, _) = mean_weight(Kind::Diffuse, wo, 8000, 1);
         let both = integral(Kind::Diffuse, wo);
@@ -83,7 +84,7 @@ fn a_diffuse_surface_returns_its_albedo() {
 }
 
 #[test]
-fn smooth_glass_loses_nothing_and_shares_light_as_fresnel_says() {
+fn smooth_glass_is_lossless_and_divides_light_by_the_fresnel_equations() {
     let steps = 4000;
     for eta in [1.0f32, 1.0 / 1.5, 1.33, 1.5, 2.4] {
         let glass = Dielectric::<f32>::new([0.0; 2], eta);
@@ -96,7 +97,7 @@ fn smooth_glass_loses_nothing_and_shares_light_as_fresnel_says() {
                 let (mut all, mut reflected) = (0.0, 0.0);
                 for step in 0..steps {
                     let choice = (step as f32 + 0.5) / steps as f32;
-                    let drawn = glass.draw(wo, [0.3, 0.7], choice);
+                    let drawn = glass.sample(wo, [0.3, 0.7], choice);
                     assert!(drawn.valid && drawn.singular, "{wo:?} {eta}");
                     all += f64::from(drawn.weight[0] * drawn.eta2);
                     if drawn.wi[2] * wo[2] > 0.0 {
@@ -125,13 +126,13 @@ fn smooth_glass_loses_nothing_and_shares_light_as_fresnel_says() {
 }
 
 #[test]
-fn a_border_between_equal_media_is_not_there() {
+fn an_interface_between_equal_media_has_no_effect() {
     for alpha in [0.0, 0.4] {
         let nothing = Dielectric::<f32>::new([alpha; 2], 1.0);
         for cos in [1.0, 0.5, 0.01, 1e-5] {
             for choice in [0.0, 0.5, 0.999_999] {
                 let wo = direction(cos, 2.0);
-                let drawn = nothing.draw(wo, [0.9, 0.1], choice);
+                let drawn = nothing.sample(wo, [0.9, 0.1], choice);
                 assert!(drawn.valid && drawn.singular);
                 assert_eq!((drawn.wi, drawn.weight), (wo.map(|x| -x), [1.0; 3]));
             }
@@ -140,17 +141,17 @@ fn a_border_between_equal_media_is_not_there() {
 }
 
 #[test]
-fn a_pane_reflects_from_both_its_sides() {
+fn a_thin_sheet_reflects_at_both_sides() {
     let steps = 4000;
     for cos in COSINES {
         let once = fresnel(cos, 1.5, 0.0);
-        // In, twice reflected inside, out: the first terms of the series by hand.
+        // Light that enters, is reflected 2 n + 1 times inside, and leaves.
         let series: f64 = (0..60).map(|n| (1.0 - once).powi(2) * once.powi(2 * n + 1)).sum();
         let pane = Kind::Thin.build::<f32>();
         let wo = direction(cos, 1.0);
         let mut reflected = 0.0;
         for step in 0..steps {
-            let drawn = pane.draw(wo, [0.5; 2], (step as f32 + 0.5) / steps as f32);
+            let drawn = pane.sample(wo, [0.5; 2], (step as f32 + 0.5) / steps as f32);
             assert!(drawn.valid && drawn.singular && drawn.weight == [1.0; 3]);
             assert_eq!(drawn.wi.map(f32::abs), wo.map(f32::abs));
             reflected += if drawn.wi[2] > 0.0 { 1.0 } else { 0.0 };
@@ -161,7 +162,7 @@ fn a_pane_reflects_from_both_its_sides() {
 }
 
 #[test]
-fn no_rough_surface_makes_light_and_what_it_loses_is_small_where_it_is_smooth() {
+fn rough_surfaces_add_no_light_and_nearly_smooth_ones_lose_little() {
     for alpha in ALPHAS {
         for (cos, kind) in COSINES.into_iter().flat_map(|cos| {
             [Kind::Mirror(alpha), Kind::Dielectric(alpha, 1.5), Kind::Dielectric(alpha, 0.7)]
@@ -181,8 +182,9 @@ fn no_rough_surface_makes_light_and_what_it_loses_is_small_where_it_is_smooth() 
 }
 
 #[test]
-fn draws_bring_what_the_integral_says() {
-    // Lobes wide enough for the grid of the integral; 1 % is 20 of these errors or more.
+fn mean_weights_of_samples_equal_the_integral_of_values() {
+    // The lobes are wide enough for the integral's grid. An error of 1 % is at least 20 standard
+    // errors.
     for alpha in [[0.1, 0.1], [0.3, 0.1], [0.5, 0.5], [1.0, 1.0]] {
         for kind in [Kind::Conductor(alpha), Kind::Mirror(alpha), Kind::Dielectric(alpha, 1.5)] {
             for (cos, side) in [(0.9, 1.0), (0.4, -1.0), (0.15, 1.0)] {
@@ -200,12 +202,12 @@ fn draws_bring_what_the_integral_says() {
 }
 
 #[test]
-fn a_smooth_metal_mirrors_each_colour_by_its_own_share() {
+fn a_smooth_metal_reflects_each_channel_by_its_own_index() {
     let metal = Kind::Conductor([0.0; 2]).build::<f32>();
     assert!(metal.singular());
     for cos in COSINES {
         let wo = direction(cos, 1.0);
-        let drawn = metal.draw(wo, [0.2, 0.3], 0.5);
+        let drawn = metal.sample(wo, [0.2, 0.3], 0.5);
         assert!(drawn.valid && drawn.singular);
         assert_eq!(drawn.wi, [-wo[0], -wo[1], wo[2]]);
         for channel in 0..3 {
@@ -216,7 +218,7 @@ fn a_smooth_metal_mirrors_each_colour_by_its_own_share() {
 }
 
 #[test]
-fn light_takes_the_same_way_back() {
+fn values_are_reciprocal() {
     let mut random = Random::new(5);
     for alpha in [[0.05, 0.05], [0.3, 0.1], [1.0, 0.4]] {
         for kind in [
@@ -233,7 +235,7 @@ fn light_takes_the_same_way_back() {
                 a[2] *= if turn & 1 == 0 { 1.0 } else { -1.0 };
                 b[2] *= if turn & 2 == 0 { 1.0 } else { -1.0 };
                 let (there, back) = (bsdf.evaluate(a, b).0, bsdf.evaluate(b, a).0);
-                // f / n^2 is symmetric, with n of the side that the light comes from.
+                // f / n^2 is symmetric, where n is the index on the side of the light.
                 let n2 = if a[2] * b[2] < 0.0 { kind.ratio(a).powi(2) } else { 1.0 };
                 for channel in 0..3 {
                     let one = there[channel] / b[2].abs() * n2;
@@ -244,7 +246,7 @@ fn light_takes_the_same_way_back() {
                     poor += usize::from(off > 1e-3 * one.max(other));
                 }
             }
-            // Near the critical angle of a facet the rounding of the directions shows.
+            // Near the critical angle of a microfacet, rounding of the directions has an effect.
             assert!(poor * 50 < compared, "{kind:?}: {poor} of {compared}");
             assert!(compared > 500, "{kind:?}: {compared}");
         }
@@ -252,7 +254,7 @@ fn light_takes_the_same_way_back() {
 }
 
 #[test]
-fn black_surfaces_need_no_light() {
+fn black_surfaces_are_singular() {
     let black = Diffuse { reflectance: [0.0f32; 3] };
     assert!(black.singular());
     assert_eq!(black.evaluate([0.0, 0.0, 1.0], [0.6, 0.0, 0.8]).0, [0.0; 3]);

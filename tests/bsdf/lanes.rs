@@ -1,4 +1,4 @@
-//! Eight lanes answer as one does, bit for bit, and nobody answers with nonsense.
+//! Lanes: BSDFs give the same results bit for bit in one lane and in eight, and all are finite.
 
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{Bsdf, Conductor, Dielectric};
@@ -57,11 +57,11 @@ fn bits<R: Real<Scalar = f32>>(values: impl IntoIterator<Item = R>) -> Vec<[u32;
 }
 
 #[test]
-fn a_lane_of_eight_scatters_like_a_lone_one() {
+fn evaluations_of_eight_lanes_equal_those_of_one() {
     for kind in kinds() {
         let (one, eight) = (kind.build::<f32>(), kind.build::<f32x8>());
         for wo in NASTY {
-            // Eight partners at a time: lanes of every fate in one packet.
+            // Eight partners at a time, so that lanes of every outcome share a packet.
             for partners in NASTY.chunks(8) {
                 let mut wi = [[0.0; 8]; 3];
                 for (lane, w) in partners.iter().enumerate() {
@@ -69,11 +69,11 @@ fn a_lane_of_eight_scatters_like_a_lone_one() {
                         wi[axis][lane] = w[axis];
                     }
                 }
-                let (value, density) = eight.evaluate(splat(wo), wi.map(|a| f32x8::load(&a)));
-                let packet = bits(value.into_iter().chain([density]));
+                let (value, pdf) = eight.evaluate(splat(wo), wi.map(|a| f32x8::load(&a)));
+                let packet = bits(value.into_iter().chain([pdf]));
                 for (lane, &w) in partners.iter().enumerate() {
-                    let (value, density) = one.evaluate(wo, w);
-                    for (k, number) in value.into_iter().chain([density]).enumerate() {
+                    let (value, pdf) = one.evaluate(wo, w);
+                    for (k, number) in value.into_iter().chain([pdf]).enumerate() {
                         assert_eq!(number.to_bits(), packet[k][lane], "{kind:?} {wo:?} {w:?}");
                         assert!((0.0..f32::INFINITY).contains(&number), "{kind:?} {wo:?} {w:?}");
                     }
@@ -84,28 +84,28 @@ fn a_lane_of_eight_scatters_like_a_lone_one() {
 }
 
 #[test]
-fn a_lane_of_eight_draws_like_a_lone_one() {
+fn samples_of_eight_lanes_equal_those_of_one() {
     for kind in kinds() {
         let (one, eight) = (kind.build::<f32>(), kind.build::<f32x8>());
         for wo in NASTY {
             for (u, v) in NUMBERS.into_iter().flat_map(|u| NUMBERS.map(|v| (u, v))) {
                 let choices = [0.0, 0.01, 0.2, 0.4, 0.6, 0.8, 0.95, NUMBERS[4]];
-                let draw = eight.draw(splat(wo), splat([u, v]), f32x8::load(&choices));
+                let draw = eight.sample(splat(wo), splat([u, v]), f32x8::load(&choices));
                 let all = draw.wi.into_iter().chain(draw.weight);
-                let packet = bits(all.chain([draw.density, draw.eta2]));
+                let packet = bits(all.chain([draw.pdf, draw.eta2]));
                 let valid = f32x8::bits(draw.valid);
                 for (lane, choice) in choices.into_iter().enumerate() {
-                    let draw = one.draw(wo, [u, v], choice);
+                    let draw = one.sample(wo, [u, v], choice);
                     let name = format!("{kind:?} {wo:?} {u} {v} {choice}");
                     assert_eq!(draw.valid, valid >> lane & 1 == 1, "{name}");
                     let all = draw.wi.into_iter().chain(draw.weight);
-                    for (k, number) in all.chain([draw.density, draw.eta2]).enumerate() {
+                    for (k, number) in all.chain([draw.pdf, draw.eta2]).enumerate() {
                         assert_eq!(number.to_bits(), packet[k][lane], "{name}");
                         assert!(number.is_finite(), "{name}: {draw:?}");
                     }
                     let unit: f32 = draw.wi.iter().map(|x| x * x).sum();
                     assert!((unit - 1.0).abs() < 1e-5, "{name}: {draw:?}");
-                    assert!(draw.weight.iter().all(|&w| w >= 0.0) && draw.density >= 0.0);
+                    assert!(draw.weight.iter().all(|&w| w >= 0.0) && draw.pdf >= 0.0);
                     assert!(!draw.valid || wo[2] != 0.0, "{name}");
                 }
             }
@@ -114,7 +114,7 @@ fn a_lane_of_eight_draws_like_a_lone_one() {
 }
 
 #[test]
-fn smooth_and_rough_lanes_share_a_packet() {
+fn smooth_and_rough_lanes_can_share_a_packet() {
     let alphas = [0.0, 0.3, 5e-4, 0.1, 0.0, 1.0, 1e-3, 9e-4];
     let packed = [f32x8::load(&alphas); 2];
     let metals = Conductor::new(packed, splat(ETA), splat(K));
@@ -126,17 +126,17 @@ fn smooth_and_rough_lanes_share_a_packet() {
         let kind = |alpha| {
             if glass { Kind::Dielectric(alpha, 1.5) } else { Kind::Conductor(alpha) }
         };
-        let (value, density) = packet.evaluate(splat(wo), splat(wi));
-        let draw = packet.draw(splat(wo), splat(u), f32x8::splat(0.9));
+        let (value, pdf) = packet.evaluate(splat(wo), splat(wi));
+        let draw = packet.sample(splat(wo), splat(u), f32x8::splat(0.9));
         let (singular, smooth) = (f32x8::bits(draw.singular), f32x8::bits(packet.singular()));
         assert_eq!((singular, smooth), (0b1001_0101, 0b1001_0101));
         for (lane, alpha) in alphas.into_iter().enumerate() {
             let one = kind([alpha; 2]).build::<f32>();
-            let (lone, lone_density) = one.evaluate(wo, wi);
+            let (lone, lone_pdf) = one.evaluate(wo, wi);
             assert_eq!(lone, value.map(|v| v.to_array()[lane]));
-            assert_eq!(lone_density, density.to_array()[lane]);
-            assert_eq!(one.draw(wo, u, 0.9).wi, draw.wi.map(|v| v.to_array()[lane]));
-            assert_eq!(one.draw(wo, u, 0.9).density > 0.0, singular >> lane & 1 == 0);
+            assert_eq!(lone_pdf, pdf.to_array()[lane]);
+            assert_eq!(one.sample(wo, u, 0.9).wi, draw.wi.map(|v| v.to_array()[lane]));
+            assert_eq!(one.sample(wo, u, 0.9).pdf > 0.0, singular >> lane & 1 == 0);
         }
     }
 }

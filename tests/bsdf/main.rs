@@ -1,4 +1,4 @@
-//! Scattering functions: energy, reciprocity, densities, lanes, and the walks of coats.
+//! BSDFs: energy, reciprocity, densities, agreement of lanes, and the random walks of coats.
 
 mod coat;
 mod density;

@@ -1,11 +1,11 @@
-//! What the tests share: random numbers, directions, and one of each kind of surface.
+//! Shared test data: random numbers, directions, and one surface of each kind.
 
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
 };
 
-/// O'Neill 2014's PCG, another generator than the program's.
+/// The PCG of O'Neill 2014, a different generator from the program's.
 pub struct Random(u64);
 
 impl Random {
@@ -21,7 +21,7 @@ impl Random {
         word.rotate_right((old >> 59) as u32)
     }
 
-    /// In [0, 1).
+    /// Returns a number in [0, 1).
     pub fn number(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / 16_777_216.0
     }
@@ -30,14 +30,14 @@ impl Random {
         f32x8::load(&[(); 8].map(|()| self.number()))
     }
 
-    /// A direction of the upper hemisphere by equal shares of solid angle.
+    /// Returns a direction of the upper hemisphere, uniform by solid angle.
     pub fn direction(&mut self) -> [f32; 3] {
         let cos = f64::from(self.number()).max(1e-3);
         direction(cos, 2.0 * std::f64::consts::PI * f64::from(self.number()))
     }
 }
 
-/// The unit vector of a cosine and an azimuth.
+/// Returns the unit vector with this cosine and azimuth (rad).
 pub fn direction(cos: f64, phi: f64) -> [f32; 3] {
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     [(sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32]
@@ -52,18 +52,18 @@ pub fn splat<R: Real<Scalar = f32>, const N: usize>(v: [f32; N]) -> [R; N] {
 pub enum Kind {
     Diffuse,
     DiffuseTransmission,
-    /// Of two alphas.
+    /// Alphas along x and y.
     Conductor([f32; 2]),
-    /// Like a perfect mirror, so that only shadowing loses light.
+    /// A perfect mirror, which loses light by shadowing only.
     Mirror([f32; 2]),
-    /// Of two alphas and an index.
+    /// Alphas along x and y, and refractive index.
     Dielectric([f32; 2], f32),
     Thin,
 }
 
 pub const REFLECTANCE: [f32; 3] = [0.2, 0.5, 0.8];
 pub const TRANSMITTANCE: [f32; 3] = [0.3, 0.1, 0.05];
-/// Copper, nearly, at 630, 532 and 465 nm.
+/// Approximate index of copper at 630, 532 and 465 nm.
 pub const ETA: [f32; 3] = [0.2, 1.12, 1.16];
 pub const K: [f32; 3] = [3.58, 2.59, 2.42];
 
@@ -84,7 +84,7 @@ impl Kind {
         }
     }
 
-    /// The index beyond the surface over that on the side of `wo`.
+    /// Returns the index beyond the surface over that on the side of `wo`.
     pub fn ratio(self, wo: [f32; 3]) -> f32 {
         match self {
             Self::Dielectric(_, eta) if wo[2] < 0.0 => 1.0 / eta,

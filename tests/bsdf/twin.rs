@@ -1,5 +1,5 @@
-//! The textbook, in f64, with angles: Walter et al. 2007 for microfacets, Born & Wolf for
-//! Fresnel with complex numbers. Nothing is shared with the program's formulas.
+//! Naive twin of the BSDFs in f64: Walter et al. 2007 for microfacets, and Born & Wolf for the
+//! Fresnel equations with complex numbers. It shares no formula with the program.
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ fn size2(a: Complex) -> f64 {
     a[0] * a[0] + a[1] * a[1]
 }
 
-/// Fresnel's reflectance for a complex index (k >= 0), by Snell's law for complex angles.
+/// Returns the Fresnel reflectance for a complex index (k >= 0), by Snell's law for complex angles.
 pub fn fresnel(cos: f64, eta: f64, k: f64) -> f64 {
     let index = [eta, k];
     let sin2 = 1.0 - cos * cos;
@@ -65,7 +65,7 @@ fn lambda(w: [f64; 3], alpha: [f64; 2]) -> f64 {
     ((1.0 + a2 * tan2(w)).sqrt() - 1.0) / 2.0
 }
 
-/// f |cos wi| of the first channel and the density, of a rough metal or dielectric.
+/// Returns f |cos wi| of the first channel and the density, for a rough conductor or dielectric.
 pub fn scatter(kind: Kind, wo: [f32; 3], wi: [f32; 3]) -> (f64, f64) {
     let (o, i) = (wo.map(f64::from), wi.map(f64::from));
     let same = o[2] * i[2] > 0.0;
@@ -75,7 +75,7 @@ pub fn scatter(kind: Kind, wo: [f32; 3], wi: [f32; 3]) -> (f64, f64) {
         Kind::Dielectric(alpha, eta) => {
             (alpha, if o[2] > 0.0 { f64::from(eta) } else { 1.0 / f64::from(eta) })
         }
-        _ => unreachable!("only rough kinds have a twin"),
+        _ => unreachable!("the twin has conductors and dielectrics only"),
     };
     let alpha = alpha.map(f64::from);
     let bend = if same { 1.0 } else { ratio };
@@ -100,13 +100,13 @@ pub fn scatter(kind: Kind, wo: [f32; 3], wi: [f32; 3]) -> (f64, f64) {
     } else {
         let jacobian = im.abs() * ratio * ratio / (om + ratio * im).powi(2);
         let bsdf = d(m, alpha) * g * (1.0 - f) * om * jacobian / o[2].abs();
-        // Radiance loses the square of the index.
+        // Refraction divides radiance by the squared index.
         (bsdf / (ratio * ratio), (1.0 - f) * seen * jacobian)
     }
 }
 
 #[test]
-fn metals_reflect_as_complex_numbers_say() {
+fn conductor_reflectance_agrees_with_complex_arithmetic() {
     // f32 rounding of quantities up to k^2 = 50 over denominators of that size.
     let tolerance = 1e-5;
     for (eta, k) in [(0.05, 4.0), (0.2, 3.58), (1.16, 2.42), (1.0, 0.1), (2.9, 3.1), (1.0, 7.0)] {
@@ -120,7 +120,7 @@ fn metals_reflect_as_complex_numbers_say() {
 }
 
 #[test]
-fn a_metal_that_absorbs_nothing_is_a_dielectric() {
+fn a_conductor_without_absorption_reflects_like_a_dielectric() {
     for step in 0..=100 {
         let cos = step as f32 / 100.0;
         for eta in [1.0f32, 1.33, 1.5, 2.4] {
@@ -130,7 +130,7 @@ fn a_metal_that_absorbs_nothing_is_a_dielectric() {
                 if eta == 1.0 && step > 0 { 0.0 } else { fresnel(cos.into(), eta.into(), 0.0) };
             let exact = if exact.is_nan() { 1.0 } else { exact };
             assert!((f64::from(glass) - exact).abs() < 1e-6, "{cos} {eta}: {glass}, not {exact}");
-            // The form for metals subtracts squares.
+            // The formula for conductors subtracts squares, which costs accuracy.
             assert!((metal - glass).abs() < 2e-3 || step == 0, "{cos} {eta}: {metal}, {glass}");
         }
     }
@@ -146,8 +146,8 @@ fn reflection_is_total_beyond_the_critical_angle() {
 }
 
 #[test]
-fn rough_surfaces_scatter_as_the_textbook_says() {
-    // Half vectors round by 1e-7, which a lobe of width alpha sees as 1e-7 / alpha, twice.
+fn rough_surfaces_agree_with_the_textbook() {
+    // Half vectors have rounding errors of 1e-7, relative to a lobe of width alpha.
     let tolerance = |alpha: [f32; 2]| 1e-5 + 1e-5 / f64::from(alpha[0].min(alpha[1]));
     let mut random = Random::new(1);
     let (mut compared, mut poor) = (0, 0);
@@ -162,21 +162,21 @@ fn rough_surfaces_scatter_as_the_textbook_says() {
                 if turn & 1 == 1 {
                     wo[2] = -wo[2];
                 }
-                // Half of them where the lobe is, half anywhere.
-                let mut wi = bsdf.draw(wo, u, random.number()).wi;
+                // Half of the directions are in the lobe, half anywhere.
+                let mut wi = bsdf.sample(wo, u, random.number()).wi;
                 if turn & 2 == 2 {
                     wi = random.direction();
                     wi[2] *= if random.number() < 0.5 { -1.0 } else { 1.0 };
                 }
-                let (value, density) = bsdf.evaluate(wo, wi);
-                let (exact, exact_density) = scatter(kind, wo, wi);
+                let (value, pdf) = bsdf.evaluate(wo, wi);
+                let (exact, exact_pdf) = scatter(kind, wo, wi);
                 let off = |ours: f32, exact: f64| {
                     ((f64::from(ours) - exact).abs() - 1e-6) / exact.max(1e-30)
                 };
-                let off = off(value[0], exact).max(off(density, exact_density));
+                let off = off(value[0], exact).max(off(pdf, exact_pdf));
                 assert!(
                     off < 5e-2 || wi[2].abs() < 1e-2 || wo[2].abs() < 1e-2,
-                    "{kind:?} {wo:?} {wi:?}: {} {density}, not {exact} {exact_density}",
+                    "{kind:?} {wo:?} {wi:?}: {} {pdf}, not {exact} {exact_pdf}",
                     value[0]
                 );
                 poor += usize::from(off > tolerance(alpha));
@@ -185,6 +185,6 @@ fn rough_surfaces_scatter_as_the_textbook_says() {
         }
     }
     assert!(compared > 40_000, "{compared}");
-    // Near the critical angle of a facet the rounding of the directions shows.
+    // Near the critical angle of a microfacet, rounding of the directions has an effect.
     assert!(poor * 50 < compared, "{poor} of {compared}");
 }

@@ -1,56 +1,57 @@
-//! What reads files that anybody may hand in, one function a reader: for the mutated inputs of the
-//! ordinary tests, and for the fuzzers.
+//! Readers of untrusted files, one function each, for the fuzzers and for tests/mutants.rs.
 //!
-//! An error is as good an answer as a scene; a panic, a hang, or memory out of proportion is none.
+//! A reader may return an error. It must not panic, hang, or use memory out of proportion.
 
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
-use petzval::checkpoint::Saved;
-use petzval::image::{Picture, Raster, Transfer};
-use petzval::job::{Changes, prepare};
-use petzval::lens::{self, From, Paraxial};
-use petzval::render::{Backend, Job, Progress, Until, merge, render_kept};
+use petzval::io::ReadContext;
+use petzval::io::image::{Picture, Raster, Transfer};
+use petzval::job::{Job, StopCriteria};
+use petzval::lens::{self, Paraxial, Side};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::checkpoint::SavedRender;
+use petzval::render::{Progress, RenderOptions, merge, render_resumable};
 use petzval::scene::{pbrt, ply};
 
-/// A reader: a folder to work in, and what the file holds.
+/// A reader, called with a folder to work in and the content of the file.
 pub type Reader = fn(&Path, &[u8]);
 
-/// All of them, by the folder of their corpus.
+/// All readers, by the folder of their corpus.
 pub const READERS: [(&str, Reader); 5] =
     [("scene", scene), ("lens", lens), ("ply", ply), ("image", image), ("checkpoint", checkpoint)];
 
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> std::path::PathBuf {
     let path = folder.join(name);
-    // Some file systems flush what replaces the content of a file, and new files not.
+    // Some file systems flush a replaced file, but not a new one.
     let _ = fs::remove_file(&path);
     fs::write(&path, bytes).expect("a file in the folder of a test");
     path
 }
 
-/// A scene, with what it includes, to its tree.
+/// Reads a scene with its included files and builds its BVH.
 pub fn scene(folder: &Path, bytes: &[u8]) {
     let _ = pbrt::read(&write(folder, "scene.pbrt", bytes));
 }
 
-/// A lens in both formats, to what is traced.
+/// Reads a lens in both formats, to the surfaces of a trace.
 pub fn lens(folder: &Path, bytes: &[u8]) {
     for name in ["lens.dat", "lens.toml"] {
         if let Ok(lens) = lens::read(&write(folder, name, bytes)) {
-            let _ = Paraxial::of(&lens);
-            let _ = lens::sequence::<f32>(&lens, From::Film(30.0));
+            let _ = Paraxial::new(&lens);
+            let _ = lens::sequence::<f32>(&lens, Side::Film(30.0));
         }
     }
 }
 
-/// A mesh.
+/// Reads a mesh.
 pub fn ply(folder: &Path, bytes: &[u8]) {
-    let _ = ply::read(&write(folder, "mesh.ply", bytes), 1 << 20);
+    let _ = ply::read(&write(folder, "mesh.ply", bytes), 1 << 20, &ReadContext::default());
 }
 
-/// A picture, of the format that it begins like.
+/// Reads a picture in the format of its first bytes.
 pub fn image(folder: &Path, bytes: &[u8]) {
     let name = match bytes {
         [0x89, ..] => "picture.png",
@@ -61,11 +62,11 @@ pub fn image(folder: &Path, bytes: &[u8]) {
         _ => "picture.tga",
     };
     let path = write(folder, name, bytes);
-    let _ = Raster::read(&path, Transfer::Srgb).map(Raster::into_picture);
-    let _ = Picture::read(&path, true);
+    let _ = Raster::read(&path, Transfer::Srgb, &ReadContext::default()).map(Raster::into_picture);
+    let _ = Picture::read(&path);
 }
 
-/// The picture that checkpoints of the corpus are of. They were written by
+/// Scene of the checkpoints in the corpus. They were written by
 /// `petzval render scene.pbrt -o part.petzval --shard 1/1`, and by interrupting it with `--spp 1000000`
 /// and with `--noise 1e-5`.
 const PICTURE: &str = r#"
@@ -76,39 +77,40 @@ const PICTURE: &str = r#"
     LightSource "infinite"
     Translate 0 0 4 Shape "sphere""#;
 
-/// A part of a picture, and a checkpoint of a render that goes on: one of fixed counts, and one that
-/// takes samples where they are needed.
+/// Reads a part of a picture, a checkpoint of a uniform render and one of an adaptive render.
 pub fn checkpoint(folder: &Path, bytes: &[u8]) {
     accepted(folder, bytes);
 }
 
-/// Which of these three takes it.
+/// Returns whether merge, the uniform render and the adaptive render accept a file.
 pub fn accepted(folder: &Path, bytes: &[u8]) -> [bool; 3] {
     static JOBS: OnceLock<[Job; 3]> = OnceLock::new();
     let [part, even, adaptive] = JOBS.get_or_init(|| {
         let scene = write(folder, "picture.pbrt", PICTURE.as_bytes());
         let job = |samples, noise| {
             let description = pbrt::read(&scene).expect("the scene of the checkpoints");
-            let until = Until { noise, time: None };
-            let changes = Changes { samples, until, ..Changes::default() };
+            let until = StopCriteria { noise, time: None };
+            let changes = Changes { samples, stop_criteria: until, ..Changes::default() };
             prepare(description, &changes).expect("the job of the checkpoints").0
         };
         [job(None, None), job(Some(1_000_000), None), job(None, Some(1e-5))]
     });
-    let path = write(folder, "part.petzval", &sealed(bytes));
-    // What is stopped at once reads only.
+    let path = write(folder, "part.petzval", &with_valid_checksums(bytes));
+    // A render that is stopped at once only reads the checkpoint.
     let progress = Progress::default();
     progress.stop.store(true, Ordering::Relaxed);
-    let goes_on = |job: &Job| {
-        let saved = Saved::open(&path).ok();
-        let exposed = |saved| render_kept(job, Backend::Simd, 1, &progress, None, Some(saved));
+    let resumes = |job: &Job| {
+        let saved = SavedRender::open(&path).ok();
+        let options =
+            RenderOptions { threads: 1, progress: Some(&progress), ..RenderOptions::default() };
+        let exposed = |saved| render_resumable(job, options, None, Some(saved));
         saved.is_some_and(|saved| exposed(saved).is_ok())
     };
-    [merge(part, std::slice::from_ref(&path)).is_ok(), goes_on(even), goes_on(adaptive)]
+    [merge(part, std::slice::from_ref(&path)).is_ok(), resumes(even), resumes(adaptive)]
 }
 
-/// A file of this kind whose lengths and checksums say nothing against what it holds.
-fn sealed(bytes: &[u8]) -> Vec<u8> {
+/// Corrects the lengths and checksums of a checkpoint, so that its content is read.
+fn with_valid_checksums(bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     let Some(length) = bytes.get(12..20) else { return bytes };
     let length =

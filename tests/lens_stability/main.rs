@@ -1,6 +1,6 @@
-//! The lens kernels under torture: every kind of surface next to every border that a ray can
-//! come to, in one lane, eight lanes, f32 with its doubtful rays redone, and f64, against the
-//! oracle. `cargo test --release --test lens_stability -- --nocapture` prints what was measured.
+//! Stress tests of the lens kernels: every kind of surface, close to every border a ray can meet, in one
+//! lane, in eight lanes, in f32 with rays retraced in f64, and in f64, against the oracle.
+//! `cargo test --release --test lens_stability -- --nocapture` prints the measurements.
 
 #[path = "../support/mod.rs"]
 mod support;

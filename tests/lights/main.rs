@@ -1,4 +1,4 @@
-//! Lights: what they send, that they are sampled with the density they say, and which of them.
+//! Lights: strength, densities of samples, choice among many lights, and extreme input.
 
 mod density;
 mod many;
@@ -8,21 +8,21 @@ mod strength;
 mod support;
 
 use glam::Vec3;
-use petzval::image::{Encoding, Picture, Window};
+use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
 use petzval::lanes::f32x8;
 use petzval::rays::{Hit, Ray};
 use petzval::scene::pbrt::{self, SceneError};
 use petzval::scene::{LightSample, Scene, SurfacePoint, TraversalStack};
 use support::{Random, folder, write};
 
-/// Reads the world of a scene file, beside which some pictures lie.
+/// Reads the world of a scene file that refers to these pictures.
 fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneError> {
     let folder = folder();
     for (name, picture) in pictures {
         let frame = picture.size.map(|n| n as u32);
-        let window = Window { origin: [0, 0], frame };
+        let window = PictureWindow { origin: [0, 0], frame };
         let path = folder.path().join(name);
-        picture.write(&path, window, Encoding::default(), &Vec::new()).expect("a picture");
+        picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a picture");
     }
     let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
     pbrt::read(&write(&folder, "test.pbrt", text)).map(|description| description.scene)
@@ -32,10 +32,10 @@ fn scene(world: &str) -> Scene {
     read(&[], world).expect("a scene of a test")
 }
 
-/// A point of a surface that is known exactly.
+/// A point of a surface without position error.
 fn at(position: [f32; 3], normal: [f32; 3]) -> SurfacePoint {
     let normal = Vec3::from(normal).normalize();
-    SurfacePoint { position: position.into(), error: Vec3::ZERO, normal, shading: normal }
+    SurfacePoint { position: position.into(), error: Vec3::ZERO, normal, shading_normal: normal }
 }
 
 fn sample(scene: &Scene, from: &SurfacePoint, random: &mut Random) -> Option<LightSample> {
@@ -57,7 +57,7 @@ struct Mean {
 }
 
 impl Mean {
-    /// Of a function of the light samples of a point, over their density.
+    /// The mean of a function of a point's light samples, over their density.
     fn of(scene: &Scene, from: &SurfacePoint, count: u32, f: impl Fn(&LightSample) -> f64) -> Self {
         let mut random = Random::new(7);
         let (mut sum, mut squares) = (0.0, 0.0);
@@ -73,7 +73,7 @@ impl Mean {
         Self { mean, error: ((squares / n - mean * mean).max(0.0) / n).sqrt() }
     }
 
-    /// Irradiance, if nothing is in the way.
+    /// The unoccluded irradiance at a point.
     fn irradiance(scene: &Scene, from: &SurfacePoint, count: u32) -> Self {
         Self::of(scene, from, count, |sample| {
             let cos = from.normal.dot(sample.direction.normalize()).max(0.0);
@@ -81,9 +81,10 @@ impl Mean {
         })
     }
 
-    /// Within 6 standard errors, which are small enough for 0.3 % to be seen.
+    /// Checks the mean within 6 standard errors, which are small enough to detect an error of 0.3
+    /// %.
     #[track_caller]
-    fn is(self, expected: f64) {
+    fn assert_is(self, expected: f64) {
         assert!(self.error < 0.0015 * expected, "too noisy: {self:?}");
         let away = (self.mean - expected).abs();
         let allowed = (6.0 * self.error + 2e-4 * expected).min(0.003 * expected);
@@ -91,7 +92,7 @@ impl Mean {
     }
 }
 
-/// A picture that is different everywhere, with black pixels and a bright one.
+/// A picture of random pixels, a fifth of them black and one very bright.
 fn patchwork(size: [usize; 2]) -> Picture {
     let mut random = Random::new(3);
     let mut pixels: Vec<[f32; 3]> = (0..size[0] * size[1])

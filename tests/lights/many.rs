@@ -1,4 +1,4 @@
-//! Many lights: which of them is chosen, and what that does to the noise.
+//! Many lights: the choice among them, and its noise.
 
 use std::time::Instant;
 
@@ -7,7 +7,7 @@ use petzval::scene::{Emission, Geometry, Material, Mesh, Scene, SceneBuilder, Sh
 use super::support::Random;
 use super::{Mean, at, closest, sample, scene};
 
-/// A square of side 4 at height 2 that shines down, of n x n squares of two triangles.
+/// A square of side 4 at height 2 that emits downwards, of n x n squares of two triangles.
 fn ceiling(n: u32) -> Scene {
     let mut mesh = Mesh { flipped: true, ..Mesh::default() };
     let place = |i: u32| 4.0 * i as f32 / n as f32 - 2.0;
@@ -21,18 +21,18 @@ fn ceiling(n: u32) -> Scene {
         }
     }
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material::diffuse([0.5; 3]));
-    builder.shape(ShapeSpec {
+    let material = builder.add_material(Material::diffuse([0.5; 3]));
+    builder.add_shape(ShapeSpec {
         emission: Some(Emission::uniform([1.0; 3])),
         ..ShapeSpec::new(Geometry::Mesh(mesh), material)
     });
-    builder.build()
+    builder.build().unwrap()
 }
 
 #[test]
-fn ten_thousand_triangles_are_hardly_noisier_than_two() {
-    // A square of two triangles is sampled by its very solid angle: what is left is the cosine.
-    // The tree has to guess that by the bounds of its groups.
+fn ten_thousand_triangles_have_at_most_three_times_the_variance_of_two() {
+    // Two triangles are sampled exactly by solid angle, so only the cosine adds noise. The light
+    // tree estimates solid angles from the bounds of its nodes.
     let (one, many) = (ceiling(1), ceiling(71));
     let mut random = Random::new(1);
     for _ in 0..10 {
@@ -49,7 +49,7 @@ fn ten_thousand_triangles_are_hardly_noisier_than_two() {
 }
 
 #[test]
-fn triangles_are_chosen_as_often_as_their_density_says() {
+fn triangles_are_chosen_in_proportion_to_their_density() {
     let scene = ceiling(3);
     let from = at([0.5, 0.3, 1.0], [0.0, 0.0, 1.0]);
     let mut random = Random::new(2);
@@ -58,11 +58,11 @@ fn triangles_are_chosen_as_often_as_their_density_says() {
     for _ in 0..n {
         let Some(sample) = sample(&scene, &from, &mut random) else { continue };
         let (_, hit) = closest(&scene, from.position, sample.direction.normalize());
-        // On the rim, rounding may miss.
+        // Rays to the edge may miss by rounding.
         if let Some(count) = counts.get_mut(hit.primitive as usize) {
             *count += 1.0;
         }
-        // What is expected, from uniform directions instead of chosen ones.
+        // The expected count, by integrating the density over uniform directions.
         let z = random.next();
         let (y, x) = (random.next() * std::f64::consts::TAU).sin_cos();
         let r = (1.0 - z * z).sqrt();
@@ -70,20 +70,20 @@ fn triangles_are_chosen_as_often_as_their_density_says() {
         let (ray, hit) = closest(&scene, from.position, direction);
         if let Some(mean) = means.get_mut(hit.primitive as usize) {
             let (_, point) = scene.surface(&ray, &hit);
-            let density = scene.emitter_density(from.position, &hit, &point, direction);
+            let density = scene.area_light_density(from.position, &hit, &point, direction);
             *mean += f64::from(density) * std::f64::consts::TAU;
         }
     }
     assert!((means.iter().sum::<f64>() / f64::from(n) - 1.0).abs() < 0.01);
     for (count, mean) in counts.into_iter().zip(means) {
-        // Both are known to their standard errors only, the second by the size of a triangle.
+        // Both have standard errors; that of the second depends on the size of a triangle.
         let allowed = 6.0 * (count.sqrt() + mean * 0.01);
         assert!((count - mean).abs() < allowed, "{count} instead of {mean}");
     }
 }
 
 #[test]
-fn lights_of_all_kinds_add_up_to_the_sum_of_each() {
+fn lights_of_all_kinds_add_up() {
     let lights = [
         "LightSource \"point\" \"rgb I\" [3 3 3] \"point3 from\" [0 1 2]",
         "LightSource \"spot\" \"rgb I\" [9 9 9] \"point3 from\" [1 0 3] \"point3 to\" [0.2 0 0]",
@@ -99,12 +99,12 @@ fn lights_of_all_kinds_add_up_to_the_sum_of_each() {
     for light in lights {
         expected += Mean::irradiance(&scene(light), &from, 300_000).mean;
     }
-    Mean::irradiance(&scene(&lights.join("\n")), &from, 1_500_000).is(expected);
+    Mean::irradiance(&scene(&lights.join("\n")), &from, 1_500_000).assert_is(expected);
 }
 
 #[test]
 #[ignore = "measures time: cargo test --release --test lights -- --ignored --nocapture"]
-fn a_million_triangles_are_sorted_in_a_second() {
+fn a_light_tree_of_a_million_triangles_takes_a_second() {
     let start = Instant::now();
     let scene = ceiling(708);
     let whole = start.elapsed();

@@ -1,13 +1,14 @@
-//! Points, lights and pictures that break samplers.
+//! Extreme points, lights and pictures.
 
-use petzval::image::Picture;
+use petzval::io::image::Picture;
 use petzval::scene::Scene;
 
 use super::support::Random;
 use super::{at, closest, read, sample, scene};
 
-/// Samples a light from a point, and looks back at it: all that comes is a number.
-fn sound(scene: &Scene, position: [f32; 3]) -> u32 {
+/// Samples lights from a point, checks that all results are finite, and returns the number of
+/// samples.
+fn check_samples(scene: &Scene, position: [f32; 3]) -> u32 {
     let mut random = Random::new(9);
     let mut found = 0;
     for _ in 0..500 {
@@ -19,9 +20,9 @@ fn sound(scene: &Scene, position: [f32; 3]) -> u32 {
         assert!(sample.density.is_finite() && sample.density > 0.0, "{position:?} {sample:?}");
         let direction = sample.direction.normalize();
         let (ray, hit) = closest(scene, from.position, direction);
-        if hit.shape != petzval::rays::NONE {
+        if hit.shape != petzval::rays::NO_INDEX {
             let (_, point) = scene.surface(&ray, &hit);
-            let density = scene.emitter_density(from.position, &hit, &point, direction);
+            let density = scene.area_light_density(from.position, &hit, &point, direction);
             assert!(density.is_finite() && density >= 0.0, "{position:?} {density}");
         }
     }
@@ -34,13 +35,13 @@ const SHAPES: [&str; 6] = [
     "Shape \"disk\"",
     "Shape \"cone\"",
     "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0]",
-    // A sliver, a point and a line beside a sound one.
+    // A regular triangle, slivers, a point and a line.
     "Shape \"trianglemesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1e-20 0 0  1 1e-30 0  2 0 0]
      \"integer indices\" [0 1 2  0 1 3  0 0 0  0 1 5  0 1 4  1 1 2]",
 ];
 
 #[test]
-fn points_on_lights_and_far_away_get_numbers() {
+fn samples_are_finite_on_lights_and_far_away() {
     for shape in SHAPES {
         let world = format!("AreaLightSource \"diffuse\" \"bool twosided\" true {shape}");
         let scene = scene(&world);
@@ -57,14 +58,14 @@ fn points_on_lights_and_far_away_get_numbers() {
             [1e15, 0.0, 1e15],
             [1e30, 1e30, 1e30],
         ] {
-            sound(&scene, position);
+            check_samples(&scene, position);
         }
-        assert!(sound(&scene, [0.2, 0.1, 1e6]) > 100, "{shape} is seen from far away");
-        assert!(sound(&scene, [0.2, 0.1, 2.0]) > 100, "{shape}");
+        assert!(check_samples(&scene, [0.2, 0.1, 1e6]) > 100, "{shape} is seen from far away");
+        assert!(check_samples(&scene, [0.2, 0.1, 2.0]) > 100, "{shape}");
     }
-    let lamps = scene("LightSource \"point\" LightSource \"spot\" \"point3 from\" [1 0 0]");
+    let point_lights = scene("LightSource \"point\" LightSource \"spot\" \"point3 from\" [1 0 0]");
     for position in [[0.0; 3], [1.0, 0.0, 0.0], [1e-30, 0.0, 0.0], [1e6; 3]] {
-        sound(&lamps, position);
+        check_samples(&point_lights, position);
     }
 }
 
@@ -83,11 +84,15 @@ fn lights_without_power_are_never_chosen() {
     let black = Picture { size: [4, 4], pixels: vec![[0.0; 3]; 16] };
     let read = |world: &str| read(&[("black.exr", &black)], world).expect("a scene");
     for world in dark {
-        assert_eq!(sound(&read(world), [0.1, 0.2, -5.0]), 0, "{world}");
+        assert_eq!(check_samples(&read(world), [0.1, 0.2, -5.0]), 0, "{world}");
     }
     let lit = format!("LightSource \"point\" {}", dark.join("\n"));
-    assert_eq!(sound(&read(&lit), [0.1, 0.2, -5.0]), 500, "only the lamp that shines is chosen");
-    assert_eq!(sound(&scene(""), [0.0; 3]), 0);
+    assert_eq!(
+        check_samples(&read(&lit), [0.1, 0.2, -5.0]),
+        500,
+        "only the light with power is chosen"
+    );
+    assert_eq!(check_samples(&scene(""), [0.0; 3]), 0);
 }
 
 #[test]
@@ -108,16 +113,16 @@ fn black_pixels_of_the_sky_are_never_chosen() {
 }
 
 #[test]
-fn lights_ever_closer_together_make_no_endless_tree() {
+fn the_light_tree_is_finite_for_lights_ever_closer_together() {
     let lights: String = (0..300)
         .map(|i| format!("LightSource \"point\" \"point3 from\" [{} 0 0] ", 0.7f32.powi(i)))
         .chain((0..300).map(|_| "LightSource \"point\" \"point3 from\" [0 0 0] ".to_owned()))
         .collect();
-    assert_eq!(sound(&scene(&lights), [0.5, 0.5, 0.5]), 500);
+    assert_eq!(check_samples(&scene(&lights), [0.5, 0.5, 0.5]), 500);
 }
 
 #[test]
-fn what_a_light_cannot_be_is_said() {
+fn invalid_lights_are_errors() {
     let infinite = Picture { size: [2, 2], pixels: vec![[f32::INFINITY; 3]; 4] };
     let wide = Picture { size: [4, 2], pixels: vec![[0.0; 3]; 8] };
     for (world, expected) in [
@@ -128,7 +133,7 @@ fn what_a_light_cannot_be_is_said() {
         ("LightSource \"goniometric\" \"string filename\" \"wide.exr\"", "of 4 x 2 pixels"),
         ("LightSource \"projection\" \"string filename\" \"wide.exr\" \"float fov\" 0", "fov"),
         ("LightSource \"projection\" \"string filename\" \"wide.exr\" \"float power\" 3", "power"),
-        ("LightSource \"infinite\" \"string filename\" \"infinite.exr\"", "infinite or no numbers"),
+        ("LightSource \"infinite\" \"string filename\" \"infinite.exr\"", "not finite numbers"),
         (
             "Scale 1e-200 1 1 Scale 1e-200 1 1 LightSource \"spot\"",
             "a spot light that its transform flattens",
@@ -143,7 +148,7 @@ fn what_a_light_cannot_be_is_said() {
         ),
         (
             "AreaLightSource \"diffuse\" \"float power\" 1 \"string filename\" \"wide.exr\"",
-            "a power for a picture that is black",
+            "a power for an image that is black",
         ),
     ] {
         let pictures = [("infinite.exr", &infinite), ("wide.exr", &wide)];

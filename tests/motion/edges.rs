@@ -1,22 +1,21 @@
-//! The blur of an edge that moves while the shutter is open.
+//! Blur of an edge that moves while the shutter is open.
 
-use petzval::job::Changes;
 use petzval::plan::Effect;
-use petzval::shutter::Settings;
+use petzval::prepare::Changes;
+use petzval::shutter::ShutterSettings;
 
 use super::world::{curtain, job, profile, taken, text};
 
-/// From x = -1 to x = 0.75: 28 pixels of 64.
-const WAY: [f64; 2] = [-1.0, 0.75];
+/// Path of the edge, from x = -1 to x = 0.75: 28 pixels of 64.
+const PATH: [f64; 2] = [-1.0, 0.75];
 
-/// The light that comes to a column, from the middle of the picture on, where the light that
-/// comes through the shutter from a time on is `after`.
+/// Returns the light of a column. `after` is the light that passes the shutter after a time.
 fn expected(column: usize, after: impl Fn(f64) -> f64) -> f64 {
     const STEPS: u32 = 400;
     let one = |step: u32| {
         let x = (column as f64 + (f64::from(step) + 0.5) / f64::from(STEPS) - 32.0) / 16.0;
-        // Free until the edge comes.
-        let covered = ((x - WAY[0]) / (WAY[1] - WAY[0])).clamp(0.0, 1.0);
+        // The column sees the sky until the edge arrives.
+        let covered = ((x - PATH[0]) / (PATH[1] - PATH[0])).clamp(0.0, 1.0);
         after(0.0) - after(covered)
     };
     (0..STEPS).map(one).sum::<f64>() / f64::from(STEPS)
@@ -24,11 +23,11 @@ fn expected(column: usize, after: impl Fn(f64) -> f64) -> f64 {
 
 fn compare(shutter: &str, camera: &str, after: impl Fn(f64) -> f64) {
     let settings = match shutter {
-        "" => Settings::default(),
+        "" => ShutterSettings::default(),
         _ => shutter.parse().expect(shutter),
     };
     let changes = Changes { shutter: Some(settings), ..Changes::default() };
-    let job = job(&text("", camera, 1024, &curtain(WAY[0], WAY[1])), &changes);
+    let job = job(&text("", camera, 1024, &curtain(PATH[0], PATH[1])), &changes);
     assert!(job.plan.has(Effect::Motion) && !job.plan.has(Effect::RollingShutter));
     for (column, found) in profile(&taken(&job)).into_iter().enumerate() {
         let expected = expected(column, &after);
@@ -45,8 +44,8 @@ fn a_moving_edge_is_a_ramp() {
 }
 
 #[test]
-fn a_shutter_that_opens_and_closes_slowly_rounds_the_ramp_and_takes_its_light() {
-    // Opens in 0.25 s and closes in 0.5 of 1 s: 0.625 of the light in all.
+fn a_slow_shutter_rounds_the_ramp_and_reduces_the_light() {
+    // The shutter opens within 0.25 s and closes within 0.5 s of 1 s: 0.625 of the light.
     let through = |time: f64| {
         let (opening, closing) = (time.min(0.25), (time - 0.5).max(0.0));
         2.0 * opening * opening + (time - opening) - closing * closing
@@ -55,14 +54,14 @@ fn a_shutter_that_opens_and_closes_slowly_rounds_the_ramp_and_takes_its_light() 
     compare("opening=0.25,closing=0.5", "", after);
     compare("", "\"float shutterramp\" [0.25 0.5]", after);
     assert!((through(1.0) - 0.625).abs() < 1e-12);
-    // A table with the same corners.
+    // The same curve as a table.
     compare("curve=0/1/1/.5/0", "", after);
 }
 
 #[test]
-fn a_shorter_exposure_sees_a_shorter_way_and_less_light() {
+fn a_shorter_exposure_has_a_shorter_ramp_and_less_light() {
     compare("open=0.25,close=0.75", "", |time| 0.75 - time.clamp(0.25, 0.75));
-    // Nothing moves before the start and after the end.
+    // The edge rests before the start and after the end.
     compare("open=-1,close=2", "", |time| match time {
         0.0 => 3.0,
         time if time < 1.0 => 2.0 - time,

@@ -1,11 +1,13 @@
-//! Rays against moving things.
+//! Intersection of rays with moving shapes.
 
 use glam::{DAffine3, DVec3, Vec3};
 use petzval::lanes::f32x8;
 use petzval::motion::Motion;
-use petzval::rays::{Column, Hit, HitBatch, NONE, Ray, RayBatch, WAVE};
+use petzval::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
 use petzval::scene::TraversalStack;
-use petzval::scene::{Form, Geometry, Material, Mesh, Quadric, Scene, SceneBuilder, ShapeSpec};
+use petzval::scene::{
+    Geometry, Material, Mesh, Quadric, QuadricForm, Scene, SceneBuilder, ShapeSpec,
+};
 
 use super::support::Random;
 
@@ -24,37 +26,38 @@ fn motion(random: &mut Random) -> Motion {
     Motion::between([transform(random), transform(random)]).expect("two transforms of full rank")
 }
 
-/// A thin blade, which a box that is a little too small would cut, and a ball.
+/// Returns a thin blade, which a bounding box that is slightly too small would cut, and a ball.
 fn shapes() -> [Geometry; 2] {
     let blade = Mesh {
         positions: vec![[-1.0, -0.02, 0.0], [1.0, -0.02, 0.0], [0.0, 1.0, 0.0]],
         triangles: vec![[0, 1, 2]],
         ..Mesh::default()
     };
-    let form = Form::Sphere { radius: 0.3, z: [-0.3, 0.3] };
+    let form = QuadricForm::Sphere { radius: 0.3, z: [-0.3, 0.3] };
     let place = DAffine3::from_translation(DVec3::new(0.8, 0.0, 0.5));
     let ball = Quadric::new(form, std::f64::consts::TAU, place, false).expect("a ball");
     [Geometry::Mesh(blade), Geometry::Quadric(ball)]
 }
 
-/// Things that move, and a wall that does not.
+/// Returns a scene of moving shapes in front of a wall.
 fn scene(motions: &[Motion]) -> Scene {
     let mut builder = SceneBuilder::default();
-    let material = builder.material(Material::diffuse([0.5; 3]));
+    let material = builder.add_material(Material::diffuse([0.5; 3]));
     for motion in motions {
-        let object = builder.object();
+        let object = builder.add_object();
         for shape in shapes() {
-            builder.shape(ShapeSpec { object: Some(object), ..ShapeSpec::new(shape, material) });
+            builder
+                .add_shape(ShapeSpec { object: Some(object), ..ShapeSpec::new(shape, material) });
         }
-        builder.mover(object, motion.clone());
+        builder.add_animated_instance(object, motion.clone());
     }
     let wall = Mesh {
         positions: vec![[-9.0, -9.0, 3.0], [9.0, -9.0, 3.0], [0.0, 9.0, 3.0]],
         triangles: vec![[0, 1, 2]],
         ..Mesh::default()
     };
-    builder.shape(ShapeSpec::new(Geometry::Mesh(wall), material));
-    builder.build()
+    builder.add_shape(ShapeSpec::new(Geometry::Mesh(wall), material));
+    builder.build().unwrap()
 }
 
 fn ray(random: &mut Random, towards: DVec3) -> Ray {
@@ -68,18 +71,18 @@ fn ray(random: &mut Random, towards: DVec3) -> Ray {
 }
 
 #[test]
-fn what_a_ray_meets_at_a_time_is_what_stands_there_then() {
+fn hits_at_a_time_equal_those_of_a_still_scene() {
     let mut random = Random::new(3);
     let (mut stack, mut moving_hits, mut rays) = (TraversalStack::default(), 0, 0);
     for round in 0..60 {
         let mut motions: Vec<Motion> = (0..5).map(|_| motion(&mut random)).collect();
-        motions[4] = motion(&mut random).then(&motions[4]);
+        motions[4] = motion(&mut random).compose(&motions[4]);
         let from = random.between(-0.5, 0.9);
         let range = [from, random.between(from, 1.5)];
         let mut moving = scene(&motions);
-        moving.expose(range);
+        moving.set_time_range(range);
         for moment in 0..8 {
-            // The ends of the exposure too.
+            // Includes the ends of the exposure.
             let time = match moment {
                 0 | 1 => range[moment],
                 _ => random.between(range[0], range[1]),
@@ -96,7 +99,7 @@ fn what_a_ray_meets_at_a_time_is_what_stands_there_then() {
                 wave.push(ray(&mut random, target), [1.0; 3], slot);
             }
             moving.intersect::<f32x8>(&wave, &mut hits, &mut stack);
-            moving.intersect_moving::<f32x8>(&wave, &times, &mut hits, &mut stack);
+            moving.intersect_animated::<f32x8>(&wave, &times, &mut hits, &mut stack);
             for i in 0..wave.len {
                 let ray = wave.ray(i);
                 let expected = still.closest::<f32>(&ray, &mut stack);
@@ -104,22 +107,25 @@ fn what_a_ray_meets_at_a_time_is_what_stands_there_then() {
                 assert_eq!(met, expected, "round {round}, time {time} of {range:?}");
                 assert_eq!(moving.closest_at::<f32>(&ray, time, &mut stack), hits[i]);
                 rays += 1;
-                if expected.shape == NONE || expected.instance == NONE {
+                if expected.shape == NO_INDEX || expected.instance == NO_INDEX {
                     continue;
                 }
                 moving_hits += 1;
                 let (there, then) =
                     (still.surface(&ray, &expected).1, moving.surface(&ray, &hits[i]).1);
                 assert_eq!([there.position, there.normal], [then.position, then.normal]);
-                assert_eq!(still.patch(&ray, &expected), moving.patch(&ray, &hits[i]));
+                assert_eq!(
+                    still.surface_derivatives(&ray, &expected),
+                    moving.surface_derivatives(&ray, &hits[i])
+                );
             }
         }
     }
-    assert!(moving_hits > rays / 10, "{moving_hits} of {rays} rays meet something that moves");
+    assert!(moving_hits > rays / 10, "{moving_hits} of {rays} rays hit a moving shape");
 }
 
 #[test]
-fn shadow_rays_end_at_what_moves_at_their_time() {
+fn shadow_rays_are_blocked_by_shapes_at_their_time() {
     let mut random = Random::new(8);
     let mut stack = TraversalStack::default();
     let motions: Vec<Motion> = (0..8).map(|_| motion(&mut random)).collect();
@@ -127,28 +133,28 @@ fn shadow_rays_end_at_what_moves_at_their_time() {
     let (mut stopped, mut all) = (0, 0);
     for _ in 0..20 {
         let (mut wave, mut times) = (RayBatch::default(), Column::default());
-        for slot in 0..WAVE as u32 {
+        for slot in 0..WAVE_SIZE as u32 {
             times[slot as usize] = random.next() as f32;
             let (origin, end) = (vector(&mut random, 5.0), vector(&mut random, 5.0));
             let [origin, direction] = [origin, end - origin].map(|v| v.as_vec3().to_array());
-            // Before the wall.
+            // In front of the wall.
             let origin = [origin[0], origin[1], origin[2].min(2.0)];
             let t_max = ((2.9 - origin[2]) / direction[2].max(1e-3)).min(1.0);
             wave.push(Ray { origin, direction, t_max }, [1.0, 2.0, 3.0], slot);
         }
         let before = wave.clone();
-        moving.occlude_moving::<f32x8>(&mut wave, &times, &mut stack);
+        moving.occlude_animated::<f32x8>(&mut wave, &times, &mut stack);
         let mut left = 0;
         for i in 0..before.len {
             let ray = before.ray(i);
-            let free = moving.closest_at::<f32>(&ray, times[i], &mut stack).shape == NONE;
+            let free = moving.closest_at::<f32>(&ray, times[i], &mut stack).shape == NO_INDEX;
             all += 1;
             if !free {
                 stopped += 1;
                 continue;
             }
-            assert_eq!((wave.slot[left], wave.ray(left)), (i as u32, ray), "in their order");
-            assert_eq!(wave.carried(left), [1.0, 2.0, 3.0]);
+            assert_eq!((wave.slot[left], wave.ray(left)), (i as u32, ray), "the order of rays");
+            assert_eq!(wave.throughput(left), [1.0, 2.0, 3.0]);
             left += 1;
         }
         assert_eq!(left, wave.len);
@@ -157,7 +163,7 @@ fn shadow_rays_end_at_what_moves_at_their_time() {
 }
 
 #[test]
-fn what_is_frozen_is_met_as_what_always_stood_there() {
+fn a_frozen_scene_has_the_hits_of_a_still_scene() {
     let mut random = Random::new(21);
     let mut stack = TraversalStack::default();
     let motions: Vec<Motion> = (0..5).map(|_| motion(&mut random)).collect();
@@ -165,21 +171,21 @@ fn what_is_frozen_is_met_as_what_always_stood_there() {
     frozen.freeze(0.25);
     let still: Vec<Motion> = motions.iter().map(|motion| Motion::still(motion.at(0.25))).collect();
     let still = scene(&still);
-    assert!(frozen.movers().is_empty());
+    assert!(frozen.animated_instances().is_empty());
     let mut met = 0;
     for i in 0..20_000 {
         let target = motions[i % 5].at(0.25).transform_point3(DVec3::ZERO);
         let ray = ray(&mut random, target);
         let hit = still.closest::<f32x8>(&ray, &mut stack);
         assert_eq!(frozen.closest::<f32x8>(&ray, &mut stack), hit);
-        met += usize::from(hit.instance != NONE);
+        met += usize::from(hit.instance != NO_INDEX);
     }
     assert!(met > 2000, "{met}");
 }
 
 #[test]
-fn what_turns_inside_out_on_its_way_is_met_or_not_and_nothing_breaks() {
-    // Half way it is turned inside out and has no volume.
+fn a_motion_through_a_singular_transform_gives_finite_hits() {
+    // At half time the shape has no volume; then it is mirrored.
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     let motion = Motion::between([DAffine3::IDENTITY, mirror]).expect("of full rank at its ends");
     let moving = scene(&[motion]);
@@ -187,6 +193,6 @@ fn what_turns_inside_out_on_its_way_is_met_or_not_and_nothing_breaks() {
     let mut stack = TraversalStack::default();
     for time in [0.0f32, 0.25, 0.499, 0.5, 0.501, 1.0] {
         let hit = moving.closest_at::<f32x8>(&ray, time, &mut stack);
-        assert!(hit.shape == NONE || hit.t > 0.0);
+        assert!(hit.shape == NO_INDEX || hit.t > 0.0);
     }
 }

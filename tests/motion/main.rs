@@ -1,4 +1,4 @@
-//! What moves while the film is exposed.
+//! Motion during the exposure: blur, shutters, rolling shutters.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,10 +1,10 @@
-//! What the plan says of things that move, against what is seen of them.
+//! Estimates of motion in the plan against pictures.
 
 use std::process::{Command, Stdio};
 
-use petzval::job::{Changes, prepare};
-use petzval::plan::{Decision, Effect, Harm, Wanted};
-use petzval::render::Job;
+use petzval::job::Job;
+use petzval::plan::{Decision, Effect, EffectSelection, OmissionError};
+use petzval::prepare::{Changes, prepare};
 use petzval::scene::pbrt;
 use serde_json::Value;
 
@@ -17,7 +17,7 @@ fn of(job: &Job, effect: Effect) -> &Decision {
 
 fn pixels(job: &Job, effect: Effect) -> f64 {
     match of(job, effect).error {
-        Some(Harm::Blur { pixels, .. }) => pixels,
+        Some(OmissionError::Blur { pixels, .. }) => pixels,
         other => panic!("{other:?}"),
     }
 }
@@ -26,8 +26,8 @@ fn without(effect: &str) -> Changes {
     Changes { effects: effect.parse().expect("effects"), ..Changes::default() }
 }
 
-/// How wide the ramp of an edge is, pixels: where an edge is spread evenly over a width w, the
-/// places of its steps have w^2 / 12 more of variance than those of a sharp one.
+/// Returns the width of the ramp of an edge, pixels. The variance of the positions of its steps is larger
+/// by w^2 / 12 than that of a sharp edge.
 fn width(with: &Job, without: &Job) -> f64 {
     let [with, without] = [with, without].map(|job| {
         let bright = profile(&taken(job));
@@ -39,32 +39,32 @@ fn width(with: &Job, without: &Job) -> f64 {
     (12.0 * (with - without)).sqrt()
 }
 
-/// The same where the light is not even: the two pictures differ by w / 4 in all, if the sharp
-/// edge is between two pixels.
-fn uneven_width(with: &Job, without: &Job) -> f64 {
+/// Returns the width of the ramp under uneven light: the two pictures differ by w / 4 in all if the sharp
+/// edge lies between two pixels.
+fn width_in_uneven_light(with: &Job, without: &Job) -> f64 {
     let [with, without] = [with, without].map(|job| profile(&taken(job)));
     let bright = without.iter().fold(0.0f64, |a, &b| a.max(b));
     4.0 * with.iter().zip(&without).map(|(a, b)| (a - b).abs()).sum::<f64>() / bright
 }
 
 #[test]
-fn the_blur_that_is_said_is_the_blur_that_is_seen() {
+fn the_estimated_blur_equals_that_in_the_picture() {
     let text = text("", "", 64, &curtain(-0.4, 0.6));
     let (with, without) = (job(&text, &Changes::default()), job(&text, &without("-motion")));
     assert!(with.plan.has(Effect::Motion) && !without.plan.has(Effect::Motion));
-    assert!(without.timing.is_none() && without.scene.movers().is_empty());
+    assert!(without.timing.is_none() && without.scene.animated_instances().is_empty());
     let seen = width(&with, &without);
     for job in [&with, &without] {
         assert!((pixels(job, Effect::Motion) - 16.0).abs() < 1e-3, "{}", job.plan.line());
     }
     assert!((seen - 16.0).abs() < 0.2, "{seen}");
     assert!(of(&without, Effect::Motion).reason.contains("in the middle of that time"));
-    // The edge stands where it is in the middle, x = 0.1.
+    // The edge is at its middle position, x = 0.1.
     assert!((edge(&row(&taken(&without), 8)) - 33.6).abs() < 0.05);
 }
 
 #[test]
-fn a_real_lens_spreads_an_edge_as_far_as_is_said() {
+fn the_estimated_blur_holds_for_a_real_lens() {
     let folder = folder();
     let lens = root().join("lenses/dgauss.50mm.dat");
     let scene = format!(
@@ -80,14 +80,14 @@ fn a_real_lens_spreads_an_edge_as_far_as_is_said() {
     let of =
         |changes: &Changes| prepare(pbrt::read(&path).expect("a scene"), changes).expect("a job").0;
     let (with, without) = (of(&Changes::default()), of(&without("-motion")));
-    let (said, seen) = (pixels(&with, Effect::Motion), uneven_width(&with, &without));
-    assert!((said / seen - 1.0).abs() < 0.1, "{said} said, {seen} seen");
-    let Some(Harm::Blur { um, .. }) = with.plan.effects[5].error else { panic!() };
-    assert!((um - said * 1e3 * with.camera.film[0] / 96.0).abs() < 1e-6 * um);
+    let (estimate, seen) = (pixels(&with, Effect::Motion), width_in_uneven_light(&with, &without));
+    assert!((estimate / seen - 1.0).abs() < 0.1, "{estimate} estimated, {seen} found");
+    let Some(OmissionError::Blur { um, .. }) = with.plan.effects[5].error else { panic!() };
+    assert!((um - estimate * 1e3 * with.camera.film[0] / 96.0).abs() < 1e-6 * um);
 }
 
 #[test]
-fn a_camera_that_turns_moves_everything_by_its_angle() {
+fn a_rotating_camera_blurs_by_its_angle() {
     let wall = "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n\
                 Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
                 \"point3 P\" [-99 -99 9  0 -99 9  0 99 9  -99 99 9]";
@@ -98,14 +98,17 @@ fn a_camera_that_turns_moves_everything_by_its_angle() {
     let (with, without) = (turn(20.0, &Changes::default()), turn(20.0, &without("-motion")));
     let (seen, expected) = (width(&with, &without), 16.0 * 20f64.to_radians().tan());
     assert!((seen / expected - 1.0).abs() < 0.05, "{seen} for {expected}");
-    // At the edge of the picture, 2 from its middle, by a factor of 1 + 2^2 more.
-    let (said, middle) =
+    // At the edge of the picture, at a tangent of 2, the shift is larger by a factor of 1 + 2^2.
+    let (estimate, middle) =
         (pixels(&turn(5.0, &Changes::default()), Effect::Motion), 16.0 * 5f64.to_radians());
-    assert!(said > 4.0 * middle && said < 5.5 * middle, "{said} said, {middle} in the middle");
+    assert!(
+        estimate > 4.0 * middle && estimate < 5.5 * middle,
+        "{estimate} estimated, {middle} in the middle"
+    );
 }
 
 #[test]
-fn rows_lean_as_far_as_is_said() {
+fn the_estimated_skew_of_rows_equals_that_in_the_picture() {
     let text =
         text("", "\"float shutterclose\" .1 \"float rollingshutter\" .5", 64, &curtain(-0.4, 0.6));
     let with = job(&text, &without("-motion"));
@@ -114,23 +117,26 @@ fn rows_lean_as_far_as_is_said() {
     let ratio = with.camera.imaging_ratio;
     let edges =
         [0, 15].map(|y| edge(&row(&picture, y).iter().map(|v| v / ratio).collect::<Vec<_>>()));
-    let (said, seen) = (pixels(&with, Effect::RollingShutter), edges[1] - edges[0]);
-    assert!((said - 8.0).abs() < 1e-3 && (seen - 8.0).abs() < 0.1, "{said} said, {seen} seen");
-    let all = job(&text, &Changes { effects: Wanted::None, ..Changes::default() });
-    assert!(all.timing.is_none() && pixels(&all, Effect::RollingShutter) == said);
+    let (estimate, seen) = (pixels(&with, Effect::RollingShutter), edges[1] - edges[0]);
+    assert!(
+        (estimate - 8.0).abs() < 1e-3 && (seen - 8.0).abs() < 0.1,
+        "{estimate} estimated, {seen} found"
+    );
+    let all = job(&text, &Changes { effects: EffectSelection::None, ..Changes::default() });
+    assert!(all.timing.is_none() && pixels(&all, Effect::RollingShutter) == estimate);
 }
 
 #[test]
-fn what_cannot_be_seen_to_move_is_left_out() {
+fn invisible_motion_is_left_out() {
     let text = text("", "", 16, &curtain(0.0, 0.02));
     let job = job(&text, &Changes::default());
-    assert!(!job.plan.has(Effect::Motion) && job.scene.movers().is_empty());
+    assert!(!job.plan.has(Effect::Motion) && job.scene.animated_instances().is_empty());
     assert!((pixels(&job, Effect::Motion) - 0.32).abs() < 1e-3);
-    assert!(of(&job, Effect::Motion).reason.contains("stands where it is in the middle"));
+    assert!(of(&job, Effect::Motion).reason.contains("stays where it is in the middle"));
 }
 
 #[test]
-fn the_command_knows_shutters() {
+fn the_command_plans_shutters_and_refuses_invalid_ones() {
     let folder = folder();
     let scene = write(&folder, "motion.pbrt", text("", "", 4, &curtain(-0.4, 0.6)));
     let petzval = |arguments: &[&str]| {
@@ -140,10 +146,10 @@ fn the_command_knows_shutters() {
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
         (output.status.code(), text(output.stdout), text(output.stderr))
     };
-    let (code, said, errors) =
+    let (code, stdout, stderr) =
         petzval(&["--json", "--shutter", "time=1/2,ramp=10ms", "--rolling-shutter", "20ms,up"]);
-    assert_eq!(code, Some(0), "{errors}");
-    let plan: Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!(code, Some(0), "{stderr}");
+    let plan: Value = serde_json::from_str(&stdout).expect("JSON");
     let row = |name: &str| {
         let rows = plan["effects"].as_array().expect("a list");
         rows.iter().find(|row| row["effect"] == name).expect("a row").clone()
@@ -154,13 +160,13 @@ fn the_command_knows_shutters() {
     assert_eq!(row("rolling_shutter")["by"], "flag");
     assert_eq!(row("rolling_shutter")["on"], false, "0.32 pixels");
     for (arguments, expected) in [
-        (["--shutter", "close=-1"], "--shutter: a shutter that opens at 0 s and closes at -1 s"),
+        (["--shutter", "close=-1"], "--shutter: the shutter opens at 0 s and closes at -1 s"),
         (["--shutter", "ramp=2"], "opens in 2 s and closes in 2 s; expected 1 s together"),
         (["--shutter", "speed=2"], "expected NAME=VALUE with open, close, time"),
         (["--rolling-shutter", "20ms,sideways"], "expected down, up, left or right"),
         (["--rolling-shutter", "-1ms"], "expected 0 s or more"),
     ] {
-        let (code, _, errors) = petzval(&arguments);
-        assert!(code == Some(2) && errors.contains(expected), "{arguments:?}: {errors}");
+        let (code, _, stderr) = petzval(&arguments);
+        assert!(code == Some(2) && stderr.contains(expected), "{arguments:?}: {stderr}");
     }
 }

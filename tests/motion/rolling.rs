@@ -1,11 +1,11 @@
-//! Rows that are read one after another.
+//! Rolling shutter.
 
-use petzval::job::Changes;
 use petzval::plan::Effect;
+use petzval::prepare::Changes;
 
 use super::world::{SIZE, curtain, edge, job, row, taken, text};
 
-/// The curtain goes from x = -1 to x = 1 in a second.
+/// Returns the column of the edge of a curtain that moves from x = -1 to x = 1 in a second.
 fn at(seconds: f64) -> f64 {
     32.0 + 16.0 * (2.0 * seconds - 1.0)
 }
@@ -27,7 +27,7 @@ fn edges(rolling: &str, shutter: &str, effects: &str, options: &str) -> Vec<f64>
 }
 
 #[test]
-fn a_moving_edge_leans_by_its_speed_times_the_time_of_a_row() {
+fn a_moving_edge_is_skewed_by_speed_times_row_time() {
     for (reading, effects) in
         [("down", "-motion"), ("up", "-motion"), ("down", "auto"), ("up", "auto")]
     {
@@ -36,7 +36,7 @@ fn a_moving_edge_leans_by_its_speed_times_the_time_of_a_row() {
             let turn = y as f64 / (SIZE[1] - 1) as f64;
             let turn = if reading == "up" { 1.0 - turn } else { turn };
             let expected = at(0.375 + 0.25 * turn);
-            // Blurred over eight pixels, by 64 samples each.
+            // The blur covers eight pixels at 64 samples each.
             let noise = if effects == "auto" { 0.4 } else { 0.05 };
             assert!((found - expected).abs() < noise, "{reading} {y}: {found} for {expected}");
         }
@@ -44,7 +44,7 @@ fn a_moving_edge_leans_by_its_speed_times_the_time_of_a_row() {
 }
 
 #[test]
-fn columns_that_are_read_along_or_against_the_motion_move_an_edge() {
+fn reading_columns_along_or_against_the_motion_shifts_an_edge() {
     for reading in ["right", "left"] {
         let width = SIZE[0] as f64;
         let dark = |column: usize| {
@@ -60,11 +60,11 @@ fn columns_that_are_read_along_or_against_the_motion_move_an_edge() {
 }
 
 #[test]
-fn what_moves_when_the_shutter_closes_goes_on_for_later_rows_and_what_stopped_does_not() {
-    // The last row is read after the end of the motion, and sees it go on.
+fn motion_at_the_end_of_the_shutter_continues_for_later_rows() {
+    // The last row is exposed after the end of the motion, which continues.
     let going = edges("300ms", "open=.8,close=1", "-motion", "");
     assert!((going[15] - at(1.2)).abs() < 0.05 && (going[0] - at(0.9)).abs() < 0.05, "{going:?}");
-    // Its second ends at 0.9 s, while the first row is exposed.
+    // The motion ends at 0.9 s, during the exposure of the first row.
     let changes = Changes {
         rolling: Some("300ms".parse().expect("a time")),
         shutter: Some("open=.8,close=1".parse().expect("a shutter")),
@@ -72,7 +72,7 @@ fn what_moves_when_the_shutter_closes_goes_on_for_later_rows_and_what_stopped_do
         ..Changes::default()
     };
     let stopped = job(&text("TransformTimes -.1 .9", "", 64, &curtain(-1.0, 1.0)), &changes);
-    // So nothing is left to be seen of its rows.
+    // The rolling shutter then has no visible effect.
     assert!(!stopped.plan.has(Effect::RollingShutter), "{}", stopped.plan.line());
     let rows =
         edges("300ms", "open=.8,close=1", "-motion,+rolling_shutter", "TransformTimes -.1 .9");

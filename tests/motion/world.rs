@@ -1,8 +1,9 @@
-//! Scenes of a few words, and pictures of them.
+//! Small scenes with motion, and pictures of them.
 
-use petzval::image::Picture;
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Job};
+use petzval::io::image::Picture;
+use petzval::job::Job;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::Backend;
 use petzval::scene::pbrt;
 
 use super::support::{folder, picture, write};
@@ -10,7 +11,7 @@ use super::support::{folder, picture, write};
 /// Width and height of the pictures, pixels. A pixel is 1/16 wide in the plane z = 1.
 pub const SIZE: [usize; 2] = [64, 16];
 
-/// The text of a scene: a pinhole that looks along +z into a sky of radiance 1.
+/// Returns the text of a scene: a pinhole camera that looks along +z into a sky of radiance 1.
 pub fn text(options: &str, camera: &str, samples: u32, world: &str) -> String {
     let [width, height] = SIZE;
     format!(
@@ -24,8 +25,8 @@ pub fn text(options: &str, camera: &str, samples: u32, world: &str) -> String {
     )
 }
 
-/// A black curtain in the plane z = 1 that covers what is left of its right edge, x = 0 before
-/// it is moved, and moves from there to there.
+/// Returns a black curtain in the plane z = 1 on the left of its edge, which moves along x between two
+/// positions.
 pub fn curtain(from: f64, to: f64) -> String {
     moving(
         [from, to],
@@ -35,7 +36,7 @@ pub fn curtain(from: f64, to: f64) -> String {
     )
 }
 
-/// Something that moves along x.
+/// Returns an object that moves along x between two positions.
 pub fn moving([from, to]: [f64; 2], what: &str) -> String {
     format!(
         "AttributeBegin ActiveTransform StartTime Translate {from} 0 0\n\
@@ -54,13 +55,13 @@ pub fn taken(job: &Job) -> Picture {
     picture(job, Backend::Simd, 2)
 }
 
-/// The green of a row.
+/// Returns the green channel of a row.
 pub fn row(picture: &Picture, y: usize) -> Vec<f64> {
     let width = picture.size[0];
     picture.pixels[y * width..][..width].iter().map(|p| f64::from(p[1])).collect()
 }
 
-/// The mean of all rows.
+/// Returns the mean of all rows.
 pub fn profile(picture: &Picture) -> Vec<f64> {
     let height = picture.size[1];
     let mut sum = vec![0.0; picture.size[0]];
@@ -72,7 +73,7 @@ pub fn profile(picture: &Picture) -> Vec<f64> {
     sum
 }
 
-/// Where an edge lies, pixels from the left: everything before it is dark.
+/// Returns the position of an edge, pixels from the left; the left of it is dark.
 pub fn edge(row: &[f64]) -> f64 {
     row.len() as f64 - row.iter().sum::<f64>()
 }

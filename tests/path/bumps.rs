@@ -1,21 +1,21 @@
-//! Normals bent by heights and by maps, against analytic slopes.
+//! Bump maps and normal maps, against analytic slopes.
 
 use crate::compare::{agree, agree_with, assert_same, expected, job, well_known};
-use crate::matter::Matter;
+use crate::material::NaiveMaterial;
 use crate::rooms::{glass, lit_room};
-use crate::world::{Lamp, Shape, World};
+use crate::world::{PointLike, Shape, World};
 
 #[test]
-fn bumps_bend_the_normal_by_their_slope() {
-    let bent = |slopes, r| Matter::Bent(slopes, Box::new(Matter::Diffuse(r)));
+fn bump_maps_tilt_the_normal_by_their_slope() {
+    let bent = |slopes, r| NaiveMaterial::Bumped(slopes, Box::new(NaiveMaterial::Diffuse(r)));
     let wall = |slopes, reversed| {
-        let matter = bent(slopes, [0.7, 0.8, 0.9]);
-        let shape = Shape::quad([-1.9, -1.5, 4.0], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], matter);
+        let material = bent(slopes, [0.7, 0.8, 0.9]);
+        let shape = Shape::quad([-1.9, -1.5, 4.0], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], material);
         Shape { reversed, ..shape }
     };
     for reversed in [false, true] {
         let world = World {
-            lamps: vec![Lamp::Point { from: [0.5, 1.0, 0.0], intensity: [30.0, 20.0, 10.0] }],
+            lights: vec![PointLike::Point { from: [0.5, 1.0, 0.0], intensity: [30.0, 20.0, 10.0] }],
             ..lit_room([wall([-2.0, 1.0], reversed)])
         };
         agree(&world, 2);
@@ -23,25 +23,28 @@ fn bumps_bend_the_normal_by_their_slope() {
 }
 
 #[test]
-fn bumps_of_meshes_with_normals_are_measured_along_u_in_both_directions() {
-    // As in pbrt-v4: the second tangent is the first one turned, as long as that, whatever v says.
+fn on_meshes_with_normals_both_bump_slopes_are_scaled_by_the_u_tangent() {
+    // As in pbrt-v4, the second tangent is orthogonal to the first and has its length, whatever v
+    // is.
     let wall = |slope| {
-        let matter = Matter::Bent([0.0, slope], Box::new(Matter::Diffuse([0.7, 0.8, 0.9])));
-        Shape::quad([-1.9, -1.5, 4.0], [0.0, 1.5, 0.0], [3.5, 0.0, 0.0], matter)
+        let material =
+            NaiveMaterial::Bumped([0.0, slope], Box::new(NaiveMaterial::Diffuse([0.7, 0.8, 0.9])));
+        Shape::quad([-1.9, -1.5, 4.0], [0.0, 1.5, 0.0], [3.5, 0.0, 0.0], material)
     };
-    let lamps = vec![Lamp::Distant { from: [1.0, 1.0, -0.7], irradiance: [3.0, 2.0, 1.0] }];
-    let world = World { shapes: vec![wall(1.5 * 3.5 / 1.5)], lamps, ..World::default() };
+    let lights = vec![PointLike::Distant { from: [1.0, 1.0, -0.7], irradiance: [3.0, 2.0, 1.0] }];
+    let world = World { shapes: vec![wall(1.5 * 3.5 / 1.5)], lights, ..World::default() };
     let normals = r#""normal N" [0 0 -1 0 0 -1 0 0 -1 0 0 -1] "integer indices""#;
-    let told = world.lights() + &wall(1.5).text(0).replace(r#""integer indices""#, normals);
-    agree_with(&told, &world, 1);
+    let text =
+        world.light_directives() + &wall(1.5).text(0).replace(r#""integer indices""#, normals);
+    agree_with(&text, &world, 1);
 }
 
 #[test]
-fn bent_normals_stay_on_the_side_of_the_surface() {
-    // Glass tells its sides apart.
+fn perturbed_normals_stay_on_the_side_of_the_geometric_normal() {
+    // The sides of glass differ.
     let pane = |reversed| {
-        let matter = Matter::Bent([0.6, -0.4], Box::new(glass(0.2)));
-        let shape = Shape::quad([-1.9, -1.5, 2.5], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], matter);
+        let material = NaiveMaterial::Bumped([0.6, -0.4], Box::new(glass(0.2)));
+        let shape = Shape::quad([-1.9, -1.5, 2.5], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], material);
         Shape { reversed, ..shape }
     };
     for reversed in [false, true] {
@@ -50,20 +53,24 @@ fn bent_normals_stay_on_the_side_of_the_surface() {
 }
 
 #[test]
-fn maps_hold_normals_about_u_and_the_normal() {
+fn normal_maps_are_relative_to_the_u_tangent_and_the_normal() {
     let [x, y, z] = [0.4, 0.3, 0.75f64.sqrt()];
-    let wall = |matter| Shape::quad([-1.9, -1.5, 4.0], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], matter);
-    let plain = Matter::Diffuse([0.7, 0.8, 0.9]);
-    // The heights whose normal is that: the slopes along unit vectors are -x / z and -y / z.
-    let bent = Matter::Bent([-3.0 * x / z, -3.5 * y / z], Box::new(plain.clone()));
-    let lamps = vec![Lamp::Distant { from: [1.0, 1.0, -0.7], irradiance: [3.0, 2.0, 1.0] }];
-    let world =
-        |matter| World { shapes: vec![wall(matter)], lamps: lamps.clone(), ..World::default() };
+    let wall =
+        |material| Shape::quad([-1.9, -1.5, 4.0], [0.0, 3.0, 0.0], [3.5, 0.0, 0.0], material);
+    let plain = NaiveMaterial::Diffuse([0.7, 0.8, 0.9]);
+    // A height with this normal has the slopes -x / z and -y / z along unit vectors.
+    let bent = NaiveMaterial::Bumped([-3.0 * x / z, -3.5 * y / z], Box::new(plain.clone()));
+    let lights = vec![PointLike::Distant { from: [1.0, 1.0, -0.7], irradiance: [3.0, 2.0, 1.0] }];
+    let world = |material| World {
+        shapes: vec![wall(material)],
+        lights: lights.clone(),
+        ..World::default()
+    };
     let plain = world(plain);
     let map = World {
         picture: Some(vec![vec![[x, y, z].map(|c| (c + 1.0) / 2.0); 2]; 2]),
         ..World::default()
     };
-    let told = plain.text().replace("\"diffuse\"", "\"diffuse\" \"string normalmap\" \"sky.pfm\"");
-    assert_same(well_known(job(&told, map.pfm(), 1)), expected(&world(bent), 1));
+    let text = plain.text().replace("\"diffuse\"", "\"diffuse\" \"string normalmap\" \"sky.pfm\"");
+    assert_same(well_known(job(&text, map.pfm(), 1)), expected(&world(bent), 1));
 }

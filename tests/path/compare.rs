@@ -1,11 +1,12 @@
-//! Means of pictures with what is known of their errors.
+//! Means of pictures, their standard errors, and comparisons of the two path tracers.
 
 use petzval::aov::Aov;
-use petzval::job::{Changes, prepare};
-use petzval::render::{Backend, Job, render};
+use petzval::job::Job;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::{RenderOptions, render};
 use petzval::scene::pbrt;
 
-use crate::matter::Colour;
+use crate::material::Colour;
 use crate::support::{Random, folder, write};
 use crate::world::{FIELD, World};
 
@@ -16,17 +17,17 @@ pub struct Estimate {
     pub error: Colour,
 }
 
-/// Means agree within so many standard errors of their difference: of all comparisons in these
-/// tests, one in ten thousand sets of them would fail by chance.
+/// Largest difference of two means, in standard errors. By chance, all comparisons of these tests
+/// together fail once in ten thousand runs.
 const SIGMAS: f64 = 5.0;
-/// So many of them may be at most these shares of the mean, of the real path tracer, of the naive
-/// one, and of their difference: a wrong 1 % is seen.
-const SEEN: [f64; 3] = [0.0045, 0.006, 0.008];
+/// Largest [`SIGMAS`] standard errors relative to the mean: of the real path tracer, of the naive
+/// one, and of their difference. With these, an error of 1 % is detected.
+const PRECISION: [f64; 3] = [0.0045, 0.006, 0.008];
 
-/// Pixels on a side: so many that textures are hardly averaged over a pixel.
+/// Side of the picture (pixels), large enough that textures are hardly filtered.
 const SIDE: u32 = 64;
 
-/// A job for a world in text; a picture of the sky may stand beside it.
+/// Returns the job of a scene file's world, with an optional picture of the sky.
 pub fn job(text: &str, sky: Option<Vec<u8>>, depth: u32) -> Job {
     let text = format!(
         r#"Film "rgb" "integer xresolution" {SIDE} "integer yresolution" {SIDE}
@@ -49,13 +50,14 @@ pub fn job(text: &str, sky: Option<Vec<u8>>, depth: u32) -> Job {
     prepare(description, &Changes { layers, ..Changes::default() }).expect("a job").0
 }
 
-/// What the real path tracer finds.
+/// Returns the estimate of the real path tracer.
 pub fn found(job: &Job) -> Estimate {
-    let exposed = render(job, Backend::Simd, 1, &Default::default()).expect("a picture");
-    assert_eq!(exposed.film.dropped.count(), 0, "no sample may be other than a number");
+    let exposed =
+        render(job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
+    assert_eq!(exposed.film.dropped.count(), 0, "all samples are finite");
     let samples = job.samples.end - job.samples.start;
     let mean = crate::support::mean(&exposed.film.picture(samples));
-    let variance = exposed.film.variance(samples).expect("the squares were added up");
+    let variance = exposed.film.variance(samples).expect("the film knows its variance");
     let n = variance.len() as f64;
     let error = [0, 1, 2].map(|c| {
         let sum: f64 = variance.iter().map(|pixel| f64::from(pixel[c])).sum();
@@ -64,11 +66,11 @@ pub fn found(job: &Job) -> Estimate {
     Estimate { mean, error }
 }
 
-/// As much of a picture as it takes to know its mean.
+/// Returns the estimate of the real path tracer, with as many samples as its precision needs.
 pub fn well_known(mut job: Job) -> Estimate {
     loop {
         let found = found(&job);
-        let excess = (0..3).map(|c| SIGMAS * found.error[c] / (SEEN[0] * found.mean[c]));
+        let excess = (0..3).map(|c| SIGMAS * found.error[c] / (PRECISION[0] * found.mean[c]));
         let excess = excess.fold(0.0, f64::max);
         if excess <= 1.0 || job.samples.end > 512 {
             println!("{} samples a pixel", job.samples.end);
@@ -79,8 +81,8 @@ pub fn well_known(mut job: Job) -> Estimate {
     }
 }
 
-/// What the naive path tracer finds, with as many rays as it takes: always two in every cell of
-/// the picture, whose difference tells the error.
+/// Returns the estimate of the naive path tracer, with as many rays as its precision needs. Every
+/// cell of the picture gets two rays, whose difference gives the error.
 pub fn expected(world: &World, depth: u32) -> Estimate {
     const CELLS: u32 = 160;
     let mut random = Random::new(7);
@@ -93,14 +95,14 @@ pub fn expected(world: &World, depth: u32) -> Estimate {
         }
         n += f64::from(2 * CELLS * CELLS);
         let (mean, error) = (sum.map(|s| s / n), squares.map(|s| s.sqrt() / n));
-        if n > 4e6 || (0..3).all(|c| SIGMAS * error[c] <= SEEN[1] * mean[c]) {
+        if n > 4e6 || (0..3).all(|c| SIGMAS * error[c] <= PRECISION[1] * mean[c]) {
             println!("{n} naive rays");
             return Estimate { mean, error };
         }
     }
 }
 
-/// Two estimates of the same.
+/// Checks that two estimates of the same value agree.
 pub fn assert_same(found: Estimate, expected: Estimate) {
     let bound = |c| SIGMAS * f64::hypot(found.error[c], expected.error[c]);
     for c in 0..3 {
@@ -110,17 +112,20 @@ pub fn assert_same(found: Estimate, expected: Estimate) {
     }
     for c in 0..3 {
         let (mean, truth, bound) = (found.mean[c], expected.mean[c], bound(c));
-        assert!(bound <= SEEN[2] * truth, "channel {c}: {mean} and {truth} known to {bound} only");
+        assert!(
+            bound <= PRECISION[2] * truth,
+            "channel {c}: {mean} and {truth} known to {bound} only"
+        );
         assert!((mean - truth).abs() <= bound, "channel {c}: {mean}, not {truth} +- {bound}");
     }
 }
 
-/// Both path tracers see the same in a world.
+/// Checks that both path tracers agree on a world.
 pub fn agree(world: &World, depth: u32) {
     agree_with(&world.text(), world, depth);
 }
 
-/// The real one sees in a scene file what the naive one sees in a world.
+/// Checks that the real path tracer with a scene file agrees with the naive one with a world.
 pub fn agree_with(text: &str, world: &World, depth: u32) {
     let found = well_known(job(text, world.pfm(), depth));
     let expected = expected(world, depth);

@@ -1,14 +1,14 @@
-//! How many surfaces a path scatters at, and Russian roulette.
+//! Path depth and Russian roulette.
 
 use crate::compare::{found, job};
-use crate::matter::Matter;
+use crate::material::NaiveMaterial;
 use crate::rooms::{glass, room};
 use crate::world::{Shape, World};
 
-/// A closed room whose walls shine with 1 and send back 0.8.
+/// A closed room whose walls emit 1, 2 and 3 by channel and reflect 0.8.
 fn bright_room(more: Vec<Shape>) -> World {
     let mut shapes: Vec<Shape> =
-        room([[0.8; 3]; 6]).into_iter().map(|wall| wall.shining([1.0, 2.0, 3.0])).collect();
+        room([[0.8; 3]; 6]).into_iter().map(|wall| wall.emitting([1.0, 2.0, 3.0])).collect();
     shapes.extend(more);
     World { shapes, ..World::default() }
 }
@@ -16,10 +16,10 @@ fn bright_room(more: Vec<Shape>) -> World {
 fn assert_series(world: &World, depth: u32, samples: u32, terms: i32) {
     let mut job = job(&world.text(), None, depth);
     job.samples.end = samples;
-    let said = found(&job);
+    let found = found(&job);
     for c in 0..3 {
         let expected = (c + 1) as f64 * (1.0 - 0.8f64.powi(terms)) / 0.2;
-        let (mean, error) = (said.mean[c], 5.0 * said.error[c] + 1e-5 * expected);
+        let (mean, error) = (found.mean[c], 5.0 * found.error[c] + 1e-5 * expected);
         println!("depth {depth}: {mean:.5}, expected {expected:.5} +- {error:.5}");
         assert!(error < 0.008 * expected, "depth {depth}: {mean} is known to {error} only");
         assert!((mean - expected).abs() < error, "depth {depth}: {mean}, not {expected}");
@@ -35,24 +35,33 @@ fn every_surface_adds_a_term_to_the_series() {
 }
 
 #[test]
-fn roulette_takes_nothing_from_long_paths() {
+fn roulette_keeps_the_mean_of_long_paths() {
     assert_series(&bright_room(Vec::new()), 100, 96, 101);
 }
 
 #[test]
-fn clear_things_cannot_be_seen_in_a_bright_room() {
-    // Light that leaves glass has lost the square of the index, which roulette must not see.
-    let things = vec![
+fn lossless_shapes_are_invisible_in_a_uniform_room() {
+    // Refraction scales radiance by the squared index, which roulette must ignore.
+    let shapes = vec![
         Shape::ball([-0.8, 0.0, 3.0], 0.7, glass(0.0)),
-        Shape::ball([-0.8, 0.0, 3.0], 0.4, Matter::Glass { alpha: 0.0, eta: 1.0 / 1.5 }),
-        Shape::quad([0.3, -1.0, 2.5], [1.2, 0.0, 0.5], [0.0, 2.0, 0.0], Matter::Pane(1.5)),
-        Shape::ball([0.9, 0.5, 4.0], 0.5, Matter::Metal { alpha: 0.0, eta: [1.0; 3], k: [1e4; 3] }),
+        Shape::ball([-0.8, 0.0, 3.0], 0.4, NaiveMaterial::Glass { alpha: 0.0, eta: 1.0 / 1.5 }),
+        Shape::quad(
+            [0.3, -1.0, 2.5],
+            [1.2, 0.0, 0.5],
+            [0.0, 2.0, 0.0],
+            NaiveMaterial::ThinSheet(1.5),
+        ),
+        Shape::ball(
+            [0.9, 0.5, 4.0],
+            0.5,
+            NaiveMaterial::Metal { alpha: 0.0, eta: [1.0; 3], k: [1e4; 3] },
+        ),
     ];
-    assert_series(&bright_room(things), 200, 128, 200);
+    assert_series(&bright_room(shapes), 200, 128, 200);
 }
 
 #[test]
-fn all_seeds_have_the_same_mean() {
+fn the_mean_does_not_depend_on_the_seed() {
     let world = crate::rooms::lit_room([Shape::ball([0.0, -0.8, 3.0], 1.0, glass(0.2))]);
     let of = |seed: u32, samples: u32| {
         let mut job = job(&world.text(), None, 5);

@@ -1,15 +1,15 @@
-//! White furnaces: where light is the same from everywhere, nothing but a loss can be seen.
+//! White furnaces: under uniform light, lossless surfaces are invisible.
 
 use crate::compare::{agree, found, job};
-use crate::matter::Matter;
+use crate::material::NaiveMaterial;
 use crate::rooms::glass;
 use crate::world::{Shape, World};
 
-/// A ball and a leaning quad under a sky of radiance 1.
-fn furnace(matter: Matter) -> World {
+/// A ball and a tilted quad under a sky of radiance 1.
+fn furnace(material: NaiveMaterial) -> World {
     let shapes = vec![
-        Shape::ball([-0.5, 0.2, 3.0], 1.0, matter.clone()),
-        Shape::quad([-0.5, -1.5, 2.5], [2.0, 0.3, 1.0], [0.0, 1.5, 1.5], matter),
+        Shape::ball([-0.5, 0.2, 3.0], 1.0, material.clone()),
+        Shape::quad([-0.5, -1.5, 2.5], [2.0, 0.3, 1.0], [0.0, 1.5, 1.5], material),
     ];
     World { shapes, sky: Some([1.0; 3]), ..World::default() }
 }
@@ -20,61 +20,61 @@ fn brightness(world: &World, depth: u32, samples: u32) -> [f64; 3] {
     found(&job).mean
 }
 
-const MIRROR: Matter = Matter::Metal { alpha: 0.0, eta: [1.0; 3], k: [1e4; 3] };
+const MIRROR: NaiveMaterial = NaiveMaterial::Metal { alpha: 0.0, eta: [1.0; 3], k: [1e4; 3] };
 
 #[test]
-fn what_takes_no_light_cannot_be_seen() {
-    let grey = |r: f64, t: f64| Matter::Sheet([r; 3], [t; 3]);
-    let white = || Matter::Diffuse([1.0; 3]);
-    for matter in [
+fn lossless_materials_are_invisible_in_a_furnace() {
+    let grey = |r: f64, t: f64| NaiveMaterial::DiffuseTransmission([r; 3], [t; 3]);
+    let white = || NaiveMaterial::Diffuse([1.0; 3]);
+    for material in [
         white(),
         grey(1.0, 0.0),
         grey(0.0, 1.0),
         grey(0.3, 0.7),
         MIRROR,
-        Matter::Pane(1.5),
-        Matter::Mix(0.4, Box::new([white(), MIRROR])),
+        NaiveMaterial::ThinSheet(1.5),
+        NaiveMaterial::Mix(0.4, Box::new([white(), MIRROR])),
     ] {
-        let world = furnace(matter.clone());
-        let said = brightness(&world, 100, 16);
-        let lost = said.map(|c| (c - 1.0).abs());
-        assert!(lost.iter().all(|&l| l < 2e-3), "{matter:?}: {said:?}");
+        let world = furnace(material.clone());
+        let seen_mean = brightness(&world, 100, 16);
+        let lost = seen_mean.map(|c| (c - 1.0).abs());
+        assert!(lost.iter().all(|&l| l < 2e-3), "{material:?}: {seen_mean:?}");
     }
-    // The inside of a quad of glass would be infinitely large.
+    // Glass needs a closed shape.
     let ball =
         World { shapes: vec![Shape::ball([0.0, 0.0, 3.0], 1.4, glass(0.0))], ..furnace(MIRROR) };
-    let said = brightness(&ball, 100, 64);
-    assert!(said.iter().all(|&c| (c - 1.0).abs() < 2e-3), "{said:?}");
+    let seen_mean = brightness(&ball, 100, 64);
+    assert!(seen_mean.iter().all(|&c| (c - 1.0).abs() < 2e-3), "{seen_mean:?}");
 }
 
 #[test]
-fn shares_below_one_are_seen_as_they_are() {
-    // Alone and convex, so that no light meets it twice.
-    let ball = |matter| {
-        let shapes = vec![Shape::ball([0.0, 0.0, 0.0], 5.0, matter)];
+fn transmittances_below_one_are_reproduced() {
+    // A single convex shape, so that light meets it only once.
+    let ball = |material| {
+        let shapes = vec![Shape::ball([0.0, 0.0, 0.0], 5.0, material)];
         World { shapes, sky: Some([1.0; 3]), ..World::default() }
     };
-    let seen = |matter: Matter| {
-        // The camera stands inside; a ball that is turned around looks the same from there.
-        brightness(&ball(matter), 1, 4)
+    let seen = |material: NaiveMaterial| {
+        // The camera is inside the ball.
+        brightness(&ball(material), 1, 4)
     };
-    let said = seen(Matter::Sheet([0.0; 3], [0.1, 0.4, 0.7]));
-    for (found, expected) in said.into_iter().zip([0.1, 0.4, 0.7]) {
-        assert!((found - expected).abs() < 2e-3, "{said:?}");
+    let seen_mean = seen(NaiveMaterial::DiffuseTransmission([0.0; 3], [0.1, 0.4, 0.7]));
+    for (found, expected) in seen_mean.into_iter().zip([0.1, 0.4, 0.7]) {
+        assert!((found - expected).abs() < 2e-3, "{seen_mean:?}");
     }
 }
 
 #[test]
-fn roughness_loses_what_it_should_and_adds_nothing() {
-    for matter in [
-        Matter::Metal { alpha: 0.5, eta: [1.0; 3], k: [1e4; 3] },
+fn rough_materials_lose_light_and_agree_with_the_naive_path_tracer() {
+    for material in [
+        NaiveMaterial::Metal { alpha: 0.5, eta: [1.0; 3], k: [1e4; 3] },
         glass(0.6),
-        Matter::Varnish { alpha: 0.0, reflectance: [1.0; 3] },
+        NaiveMaterial::Coated { alpha: 0.0, reflectance: [1.0; 3] },
     ] {
-        let shapes = vec![Shape::ball([0.0, 0.0, 3.0], 1.4, matter.clone())];
+        let shapes = vec![Shape::ball([0.0, 0.0, 3.0], 1.4, material.clone())];
         let world = World { shapes, sky: Some([1.0; 3]), ..World::default() };
-        let said = brightness(&world, 100, 16)[0];
+        let seen_mean = brightness(&world, 100, 16)[0];
         agree(&world, 20);
-        assert!(0.6 < said && said < 1.0, "{matter:?}: {said}");
+        assert!(0.6 < seen_mean && seen_mean < 1.0, "{material:?}: {seen_mean}");
     }
 }

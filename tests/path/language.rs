@@ -1,32 +1,32 @@
-//! What the words of a scene file mean: defaults, units, and what is not there.
+//! Scene language: defaults and units of lights and materials, and interfaces.
 
 use std::f64::consts::PI;
 
 use crate::compare::{agree_with, found, job};
-use crate::matter::{Colour, Matter};
+use crate::material::{Colour, NaiveMaterial};
 use crate::rooms::{WALLS, lit_room, room};
-use crate::support::world::loudly;
+use crate::support::world::read_world_with_warnings;
 use crate::world::{Shape, World};
 
-/// What the camera sees of a world, one surface deep.
-fn seen(text: &str) -> Colour {
+/// Returns the mean of a picture with paths over one surface.
+fn mean_of(text: &str) -> Colour {
     found(&job(text, None, 1)).mean
 }
 
 fn assert_seen(text: &str, expected: Colour) {
-    let said = seen(text);
+    let found_mean = mean_of(text);
     for c in 0..3 {
-        let off = (said[c] - expected[c]).abs();
-        assert!(off <= 2e-3 * expected[c], "{text}\n{said:?}, expected {expected:?}");
+        let off = (found_mean[c] - expected[c]).abs();
+        assert!(off <= 2e-3 * expected[c], "{text}\n{found_mean:?}, expected {expected:?}");
     }
 }
 
-/// Fills the view, at distance 2, and looks at the camera.
+/// A quad that fills the view, at distance 2, facing the camera.
 const SCREEN: &str = r#"Shape "trianglemesh" "point3 P" [-9 -9 2  -9 9 2  9 9 2  9 -9 2]
     "integer indices" [0 1 2 0 2 3]"#;
 
 #[test]
-fn a_light_of_one_is_a_pixel_of_one() {
+fn a_light_of_radiance_one_gives_pixels_of_one() {
     for (light, expected) in [
         (r#"LightSource "infinite""#, [1.0; 3]),
         (r#"LightSource "infinite" "rgb L" [1 2 3]"#, [1.0, 2.0, 3.0]),
@@ -39,7 +39,7 @@ fn a_light_of_one_is_a_pixel_of_one() {
         (r#"AreaLightSource "diffuse""#, [1.0; 3]),
         (r#"AreaLightSource "diffuse" "rgb L" [1 2 3]"#, [1.0, 2.0, 3.0]),
         (r#"AreaLightSource "diffuse" "rgb L" [1 2 3] "float scale" 3"#, [3.0, 6.0, 9.0]),
-        // Every triangle has the power, on its 162 units of area.
+        // Every triangle emits the power, from its 162 units of area.
         (r#"AreaLightSource "diffuse" "float power" 162"#, [1.0 / PI; 3]),
         (r#"AreaLightSource "diffuse" "float power" 162 "bool twosided" true"#, [0.5 / PI; 3]),
     ] {
@@ -51,9 +51,9 @@ fn a_light_of_one_is_a_pixel_of_one() {
 }
 
 #[test]
-fn a_black_body_has_the_luminance_one() {
+fn a_blackbody_has_luminance_one() {
     for kelvin in [2700, 5000, 6500, 9000] {
-        let [r, g, b] = seen(&format!(r#"LightSource "infinite" "blackbody L" {kelvin}"#));
+        let [r, g, b] = mean_of(&format!(r#"LightSource "infinite" "blackbody L" {kelvin}"#));
         // ITU-R BT.709.
         let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
         assert!((y - 1.0).abs() < 5e-3, "{kelvin} K: {r} {g} {b}");
@@ -62,24 +62,27 @@ fn a_black_body_has_the_luminance_one() {
 }
 
 #[test]
-fn what_is_left_out_is_what_pbrt_takes_for_it() {
+fn omitted_parameters_have_the_defaults_of_pbrt() {
     let sky = r#"LightSource "infinite" "#;
     for (material, expected) in [
         ("", 0.5),
         (r#"Material "diffuse""#, 0.5),
-        // What is behind is as bright as what is before.
+        // The sky behind the screen is as bright as that before it.
         (r#"Material "diffusetransmission""#, 0.5),
         (r#"Material "diffusetransmission" "float scale" 1.5"#, 0.75),
         (r#"Material "thindielectric""#, 1.0),
         (r#"Material "conductor" "rgb reflectance" [0.6 0.6 0.6]"#, 0.6),
     ] {
-        let said = seen(&format!("{sky} {material} {SCREEN}"));
-        // Metals reflect more at the rim of the view than at right angles.
+        let found_mean = mean_of(&format!("{sky} {material} {SCREEN}"));
+        // Metals reflect more at the edge of the view than at normal incidence.
         let most = if material.contains("conductor") { 0.01 } else { 2e-3 };
-        assert!(said.iter().all(|&c| (c - expected).abs() < most), "{material}: {said:?}");
+        assert!(
+            found_mean.iter().all(|&c| (c - expected).abs() < most),
+            "{material}: {found_mean:?}"
+        );
     }
-    // The middle of a screen at distance 2 under a lamp of intensity 1 at the camera: the mean
-    // of cos^3 / 4 times 0.5 / pi over the view.
+    // A screen at distance 2, lit by a light of intensity 1 at the camera: the mean of
+    // cos^3 / 4 times 0.5 / pi over the view.
     let steps = 400;
     let half = (crate::world::FIELD.to_radians() / 2.0).tan();
     let place = |i: u32| half * ((f64::from(i) + 0.5) * 2.0 / f64::from(steps) - 1.0);
@@ -93,18 +96,19 @@ fn what_is_left_out_is_what_pbrt_takes_for_it() {
 }
 
 #[test]
-fn an_interface_is_not_there() {
+fn an_interface_material_is_invisible() {
     let shell = r#"AttributeBegin Material "interface" AreaLightSource "diffuse" "rgb L" [9 9 9]
         Translate 0 0 3 Shape "sphere" "float radius" 1.9 AttributeEnd
         AttributeBegin Material "" Shape "sphere" "float radius" 0.1 AttributeEnd"#;
-    let description = loudly(shell);
+    let description = read_world_with_warnings(shell);
     assert!(
-        description.warnings.iter().any(|w| w.message.contains("does not shine")),
+        description.warnings.iter().any(|w| w.message.contains("emits no light")),
         "{:?}",
         description.warnings
     );
-    let world = lit_room([Shape::ball([0.0, -0.5, 3.0], 1.0, Matter::Diffuse([0.9, 0.6, 0.3]))]);
+    let world =
+        lit_room([Shape::ball([0.0, -0.5, 3.0], 1.0, NaiveMaterial::Diffuse([0.9, 0.6, 0.3]))]);
     agree_with(&(world.text() + shell), &world, 3);
     let dark = World { shapes: room(WALLS), ..World::default() };
-    assert_eq!(seen(&(dark.text() + shell)), [0.0; 3]);
+    assert_eq!(mean_of(&(dark.text() + shell)), [0.0; 3]);
 }

@@ -1,4 +1,4 @@
-//! The whole path tracer against a naive one, against closed forms, and in white furnaces.
+//! Path tracer: agreement with a naive one and with closed forms, and white furnaces.
 
 #[path = "../support/mod.rs"]
 mod support;
@@ -8,8 +8,8 @@ mod compare;
 mod depth;
 mod furnace;
 mod language;
-mod matter;
+mod material;
+mod naive;
 mod outdoors;
 mod rooms;
-mod walk;
 mod world;

@@ -1,22 +1,22 @@
-//! Closed rooms with lamps of all kinds.
+//! Closed rooms with lights of all kinds.
 
 use crate::compare::{agree, agree_with};
-use crate::matter::{Colour, Matter};
-use crate::world::{Lamp, Shape, World};
+use crate::material::{Colour, NaiveMaterial};
+use crate::world::{PointLike, Shape, World};
 
 pub const COPPER: ([f64; 3], [f64; 3]) = ([0.2, 0.92, 1.1], [3.9, 2.45, 2.14]);
 
-pub fn metal(alpha: f64) -> Matter {
-    Matter::Metal { alpha, eta: COPPER.0, k: COPPER.1 }
+pub fn metal(alpha: f64) -> NaiveMaterial {
+    NaiveMaterial::Metal { alpha, eta: COPPER.0, k: COPPER.1 }
 }
 
-pub fn glass(alpha: f64) -> Matter {
-    Matter::Glass { alpha, eta: 1.5 }
+pub fn glass(alpha: f64) -> NaiveMaterial {
+    NaiveMaterial::Glass { alpha, eta: 1.5 }
 }
 
-/// Six walls about the camera, from -2 to 2 and on the z axis from -1 to 5, that look inwards.
+/// Six walls around the camera that face inwards, from -2 to 2 in x and y and from -1 to 5 in z.
 pub fn room(colours: [Colour; 6]) -> Vec<Shape> {
-    let [left, right, floor, ceiling, front, back] = colours.map(Matter::Diffuse);
+    let [left, right, floor, ceiling, front, back] = colours.map(NaiveMaterial::Diffuse);
     vec![
         Shape::quad([-2.0, -2.0, -1.0], [0.0, 4.0, 0.0], [0.0, 0.0, 6.0], left),
         Shape::quad([2.0, -2.0, -1.0], [0.0, 0.0, 6.0], [0.0, 4.0, 0.0], right),
@@ -36,10 +36,15 @@ pub const WALLS: [Colour; 6] = [
     [0.6, 0.6, 0.8],
 ];
 
-/// A lamp under the ceiling that shines down.
+/// A light under the ceiling that emits downwards.
 fn ceiling_light() -> Shape {
-    Shape::quad([-1.9, 1.9, 0.0], [3.8, 0.0, 0.0], [0.0, 0.0, 4.5], Matter::Diffuse([0.3; 3]))
-        .shining([2.0, 3.0, 4.0])
+    Shape::quad(
+        [-1.9, 1.9, 0.0],
+        [3.8, 0.0, 0.0],
+        [0.0, 0.0, 4.5],
+        NaiveMaterial::Diffuse([0.3; 3]),
+    )
+    .emitting([2.0, 3.0, 4.0])
 }
 
 pub fn lit_room(more: impl IntoIterator<Item = Shape>) -> World {
@@ -50,9 +55,9 @@ pub fn lit_room(more: impl IntoIterator<Item = Shape>) -> World {
 }
 
 #[test]
-fn a_lamp_under_the_ceiling_lights_a_room_with_balls_and_walls() {
+fn a_room_with_a_ceiling_light_agrees() {
     let world = lit_room([
-        Shape::ball([-0.7, -1.1, 3.0], 0.8, Matter::Diffuse([0.8, 0.6, 0.2])),
+        Shape::ball([-0.7, -1.1, 3.0], 0.8, NaiveMaterial::Diffuse([0.8, 0.6, 0.2])),
         Shape::ball([0.8, -0.9, 2.6], 0.7, metal(0.4)),
     ]);
     for depth in [1, 6] {
@@ -61,18 +66,18 @@ fn a_lamp_under_the_ceiling_lights_a_room_with_balls_and_walls() {
 }
 
 #[test]
-fn two_sided_one_sided_and_round_lamps_light_a_room() {
-    let white = || Matter::Diffuse([0.6; 3]);
+fn two_sided_one_sided_and_round_lights_agree() {
+    let white = || NaiveMaterial::Diffuse([0.6; 3]);
     let mut both = Shape::quad([-1.7, -0.5, 1.0], [0.4, 1.9, 0.0], [0.0, 0.5, 3.0], white())
-        .shining([3.0, 1.0, 1.5]);
+        .emitting([3.0, 1.0, 1.5]);
     both.two_sided = true;
-    let ball = Shape::ball([0.8, 0.6, 3.0], 0.9, white()).shining([1.0, 2.0, 3.0]);
-    // From inside only: the camera sees a dark ball, the lamp in it lights what is in it.
-    let mut shell = Shape::ball([0.2, -1.0, 3.4], 0.6, white()).shining([5.0, 5.0, 5.0]);
+    let ball = Shape::ball([0.8, 0.6, 3.0], 0.9, white()).emitting([1.0, 2.0, 3.0]);
+    // Emits inwards only, so the camera sees a dark ball.
+    let mut shell = Shape::ball([0.2, -1.0, 3.4], 0.6, white()).emitting([5.0, 5.0, 5.0]);
     shell.reversed = true;
-    // Shines on a wall close behind it, away from the camera.
+    // Emits away from the camera, to a wall close behind it.
     let away = Shape::quad([-0.8, 0.6, 4.3], [1.6, 0.0, 0.0], [0.0, 1.0, 0.0], white())
-        .shining([2.0, 2.0, 4.0]);
+        .emitting([2.0, 2.0, 4.0]);
     let mut shapes = room(WALLS);
     shapes.extend([both, ball, shell, away]);
     let world = World { shapes, ..World::default() };
@@ -80,33 +85,39 @@ fn two_sided_one_sided_and_round_lamps_light_a_room() {
 }
 
 #[test]
-fn a_round_lamp_inside_glass_is_found_by_scattered_rays_alone() {
-    let lamp =
-        Shape::ball([0.0, 0.0, 3.0], 1.2, Matter::Diffuse([0.5; 3])).shining([9.0, 6.0, 3.0]);
+fn a_light_inside_glass_is_found_by_bsdf_sampling() {
+    let light = Shape::ball([0.0, 0.0, 3.0], 1.2, NaiveMaterial::Diffuse([0.5; 3]))
+        .emitting([9.0, 6.0, 3.0]);
     let bulb = Shape::ball([0.0, 0.0, 3.0], 1.5, glass(0.0));
     let mut shapes = room(WALLS);
-    shapes.extend([lamp, bulb]);
+    shapes.extend([light, bulb]);
     agree(&World { shapes, ..World::default() }, 4);
 }
 
 #[test]
-fn a_pane_before_a_lamp_takes_what_it_mirrors() {
-    let pane = Shape::quad([-1.6, 1.0, 1.5], [1.8, 0.5, 0.0], [0.0, 0.0, 2.0], Matter::Pane(1.8));
+fn a_thin_sheet_before_a_light_agrees() {
+    let pane = Shape::quad(
+        [-1.6, 1.0, 1.5],
+        [1.8, 0.5, 0.0],
+        [0.0, 0.0, 2.0],
+        NaiveMaterial::ThinSheet(1.8),
+    );
     agree(&lit_room([pane]), 4);
 }
 
 #[test]
-fn a_sheet_is_lit_from_behind() {
-    let sheet = Matter::Sheet([0.4, 0.2, 0.2], [0.2, 0.3, 0.6]);
+fn diffuse_transmission_agrees() {
+    let sheet = NaiveMaterial::DiffuseTransmission([0.4, 0.2, 0.2], [0.2, 0.3, 0.6]);
     let sheet = Shape::quad([-2.0, 0.6, 1.0], [2.6, 0.0, 0.0], [0.0, 0.0, 4.0], sheet);
     let world = lit_room([sheet]);
     agree(&world, 5);
 }
 
 #[test]
-fn mixtures_are_what_they_are_made_of() {
-    let mix = Matter::Mix(0.3, Box::new([Matter::Diffuse([0.8, 0.3, 0.1]), metal(0.5)]));
-    let nested = Matter::Mix(0.6, Box::new([mix.clone(), Matter::Pane(1.8)]));
+fn mixtures_and_nested_mixtures_agree() {
+    let mix =
+        NaiveMaterial::Mix(0.3, Box::new([NaiveMaterial::Diffuse([0.8, 0.3, 0.1]), metal(0.5)]));
+    let nested = NaiveMaterial::Mix(0.6, Box::new([mix.clone(), NaiveMaterial::ThinSheet(1.8)]));
     let world = lit_room([
         Shape::ball([-0.7, -0.6, 3.0], 0.9, mix),
         Shape::quad([0.0, -1.5, 2.5], [1.5, 0.0, 0.4], [0.0, 2.0, 0.0], nested),
@@ -114,23 +125,23 @@ fn mixtures_are_what_they_are_made_of() {
     agree(&world, 4);
 }
 
-/// The ball of a room in other words: squeezed, mirrored, turned and copied objects.
+/// The same room by scaled, mirrored, rotated and instanced objects.
 #[test]
-fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
+fn transformed_instances_agree_with_plain_shapes() {
     let quad = |r: Colour| {
-        Shape::quad([0.3, -1.0, 3.2], [0.9, 0.0, 0.5], [0.0, 1.2, 0.2], Matter::Diffuse(r))
+        Shape::quad([0.3, -1.0, 3.2], [0.9, 0.0, 0.5], [0.0, 1.2, 0.2], NaiveMaterial::Diffuse(r))
     };
     let ball = Shape::ball([-0.9, -0.8, 3.0], 0.7, glass(0.0));
     let metal_ball = Shape::ball([1.1, 1.0, 2.6], 0.5, metal(0.3));
-    let lamp = Shape::ball([-0.8, 0.9, 3.4], 0.9, Matter::Diffuse([0.5; 3]));
-    let lamp = lamp.shining([4.0, 3.0, 2.0]);
+    let light = Shape::ball([-0.8, 0.9, 3.4], 0.9, NaiveMaterial::Diffuse([0.5; 3]));
+    let light = light.emitting([4.0, 3.0, 2.0]);
     let mut shapes = room(WALLS);
-    shapes.extend([quad([0.9, 0.5, 0.2]), ball, metal_ball, lamp]);
+    shapes.extend([quad([0.9, 0.5, 0.2]), ball, metal_ball, light]);
     let world = World { shapes, ..World::default() };
 
     let text = |shape: &Shape| shape.text(0);
-    // The ball of glass keeps its outside outside, however it is mirrored.
-    let told = [
+    // The glass ball keeps its inside and outside, although it is mirrored.
+    let scene = [
         room(WALLS).iter().map(text).collect::<String>(),
         r#"AttributeBegin Scale 1 -1 1
            Material "diffuse" "rgb reflectance" [0.9 0.5 0.2]
@@ -159,32 +170,32 @@ fn turned_mirrored_and_copied_shapes_are_what_they_look_like() {
             .to_owned(),
     ]
     .join("\n");
-    agree_with(&told, &world, 5);
+    agree_with(&scene, &world, 5);
 }
 
 #[test]
-fn lamps_light_varnish() {
-    let varnish = |r| Matter::Varnish { alpha: 0.6, reflectance: r };
+fn a_coated_surface_under_point_like_lights_agrees() {
+    let coated = |r| NaiveMaterial::Coated { alpha: 0.6, reflectance: r };
     let world = World {
         shapes: vec![
             Shape::quad(
                 [-4.0, -1.0, 0.0],
                 [0.0, 0.0, 9.0],
                 [8.0, 0.0, 0.0],
-                varnish([0.7, 0.4, 0.2]),
+                coated([0.7, 0.4, 0.2]),
             ),
-            Shape::ball([0.0, 0.0, 4.0], 1.0, varnish([0.2, 0.6, 0.8])),
+            Shape::ball([0.0, 0.0, 4.0], 1.0, coated([0.2, 0.6, 0.8])),
         ],
-        lamps: vec![
-            Lamp::Point { from: [2.0, 3.0, 1.0], intensity: [20.0, 10.0, 12.0] },
-            Lamp::Spot {
+        lights: vec![
+            PointLike::Point { from: [2.0, 3.0, 1.0], intensity: [20.0, 10.0, 12.0] },
+            PointLike::Spot {
                 from: [-3.0, 2.0, 2.0],
                 to: [0.0, 0.0, 4.0],
                 cone: 40.0,
                 fade: 25.0,
                 intensity: [5.0, 10.0, 12.0],
             },
-            Lamp::Distant { from: [1.0, 2.0, -2.0], irradiance: [1.0, 2.0, 1.0] },
+            PointLike::Distant { from: [1.0, 2.0, -2.0], irradiance: [1.0, 2.0, 1.0] },
         ],
         ..World::default()
     };
@@ -192,7 +203,7 @@ fn lamps_light_varnish() {
 }
 
 #[test]
-fn varnish_is_lit_by_lamps_that_have_a_size() {
-    let varnish = Matter::Varnish { alpha: 0.0, reflectance: [0.7, 0.4, 0.2] };
-    agree(&lit_room([Shape::ball([0.0, -0.8, 3.0], 1.0, varnish)]), 3);
+fn a_coated_surface_under_an_area_light_agrees() {
+    let coated = NaiveMaterial::Coated { alpha: 0.0, reflectance: [0.7, 0.4, 0.2] };
+    agree(&lit_room([Shape::ball([0.0, -0.8, 3.0], 1.0, coated)]), 3);
 }

@@ -1,15 +1,15 @@
-//! Small worlds, told twice: to the naive path tracer and, as a scene file, to the real one.
+//! Small worlds in two forms: data for the naive path tracer, and a scene file for the real one.
 
 use std::fmt::Write;
 
 use glam::DVec3;
 
-use crate::matter::{Colour, Matter};
+use crate::material::{Colour, NaiveMaterial};
 
-/// The form of a shape.
+/// Geometry of a shape.
 #[derive(Clone, Copy, Debug)]
 pub enum Form {
-    /// A corner and two sides, along u and v; its normal is u x v.
+    /// A corner and two sides, along u and v. The normal is u x v.
     Quad([f64; 3], [f64; 3], [f64; 3]),
     /// Centre and radius.
     Ball([f64; 3], f64),
@@ -18,23 +18,23 @@ pub enum Form {
 #[derive(Clone, Debug)]
 pub struct Shape {
     pub form: Form,
-    pub matter: Matter,
+    pub material: NaiveMaterial,
     pub emits: Colour,
     pub two_sided: bool,
-    /// Whether its normal is turned around.
+    /// Whether the normal is flipped.
     pub reversed: bool,
-    /// Alphas of a checkerboard of squares of 1/4 in u and v; of the first one alone on balls.
+    /// Alphas of a checkerboard with squares of 1/4 in u and v; balls use the first only.
     pub alpha: [f64; 2],
 }
 
-/// A light at one point, or parallel.
+/// A light that no ray can hit.
 #[derive(Clone, Copy, Debug)]
-pub enum Lamp {
+pub enum PointLike {
     Point {
         from: [f64; 3],
         intensity: Colour,
     },
-    /// Angles of the end of the cone and of the fade before it, degrees.
+    /// `cone` is the half-angle of the cone and `fade` the width of its penumbra (degrees).
     Spot {
         from: [f64; 3],
         to: [f64; 3],
@@ -48,38 +48,38 @@ pub enum Lamp {
     },
 }
 
-/// What is seen from the origin towards +z in a square view of 60 degrees.
+/// A world, seen from the origin towards +z in a square view of 60 degrees.
 #[derive(Clone, Debug, Default)]
 pub struct World {
     pub shapes: Vec<Shape>,
-    pub lamps: Vec<Lamp>,
+    pub lights: Vec<PointLike>,
     pub sky: Option<Colour>,
-    /// Multiplies the sky; a square of all directions, row 0 at the top.
+    /// Picture that multiplies the sky, an equal-area square of all directions, row 0 at the top.
     pub picture: Option<Vec<Vec<Colour>>>,
 }
 
 pub const FIELD: f64 = 60.0;
 
 impl Shape {
-    pub fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], matter: Matter) -> Self {
-        Self::new(Form::Quad(corner, u, v), matter)
+    pub fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], material: NaiveMaterial) -> Self {
+        Self::new(Form::Quad(corner, u, v), material)
     }
 
-    pub fn ball(centre: [f64; 3], radius: f64, matter: Matter) -> Self {
-        Self::new(Form::Ball(centre, radius), matter)
+    pub fn ball(centre: [f64; 3], radius: f64, material: NaiveMaterial) -> Self {
+        Self::new(Form::Ball(centre, radius), material)
     }
 
-    fn new(form: Form, matter: Matter) -> Self {
+    fn new(form: Form, material: NaiveMaterial) -> Self {
         let emits = [0.0; 3];
-        Self { form, matter, emits, two_sided: false, reversed: false, alpha: [1.0; 2] }
+        Self { form, material, emits, two_sided: false, reversed: false, alpha: [1.0; 2] }
     }
 
-    pub fn shining(self, emits: Colour) -> Self {
+    pub fn emitting(self, emits: Colour) -> Self {
         Self { emits, ..self }
     }
 
     pub fn text(&self, name: usize) -> String {
-        let mut text = material(&self.matter, &name.to_string());
+        let mut text = material(&self.material, &name.to_string());
         if self.emits != [0.0; 3] {
             let (l, both) = (list(&self.emits), self.two_sided);
             writeln!(text, r#"AreaLightSource "diffuse" "rgb L" {l} "bool twosided" {both}"#)
@@ -129,46 +129,46 @@ fn board(kind: &str, first: &str, second: &str) -> String {
     )
 }
 
-/// The directives of a material; `name` makes those of its textures its own.
-fn material(matter: &Matter, name: &str) -> String {
-    let (before, kind) = kind(matter, name);
-    format!("{before}Material {kind}\n")
+/// Returns the directives of a material; `name` makes the names of its textures unique.
+fn material(material: &NaiveMaterial, name: &str) -> String {
+    let (before, parameters) = parameters(material, name);
+    format!("{before}Material {parameters}\n")
 }
 
-/// What must stand before the directive, and its words.
-fn kind(matter: &Matter, name: &str) -> (String, String) {
+/// Returns the directives that must precede a material's, and the parameters of its own.
+fn parameters(material: &NaiveMaterial, name: &str) -> (String, String) {
     let mut before = String::new();
-    let words = match matter {
-        Matter::Diffuse(r) => format!(r#""diffuse" "rgb reflectance" {}"#, list(r)),
-        Matter::Board(a, b) => {
+    let parameters_text = match material {
+        NaiveMaterial::Diffuse(r) => format!(r#""diffuse" "rgb reflectance" {}"#, list(r)),
+        NaiveMaterial::Checkerboard(a, b) => {
             let board = board("spectrum", &list(a), &list(b));
             writeln!(before, r#"Texture "board{name}" {board}"#).unwrap();
             format!(r#""diffuse" "texture reflectance" "board{name}""#)
         }
-        Matter::Sheet(r, t) => format!(
+        NaiveMaterial::DiffuseTransmission(r, t) => format!(
             r#""diffusetransmission" "rgb reflectance" {} "rgb transmittance" {}"#,
             list(r),
             list(t)
         ),
-        Matter::Metal { alpha, eta, k } => format!(
+        NaiveMaterial::Metal { alpha, eta, k } => format!(
             r#""conductor" "rgb eta" {} "rgb k" {} "float roughness" {alpha} "bool remaproughness" false"#,
             list(eta),
             list(k)
         ),
-        Matter::Glass { alpha, eta } => format!(
+        NaiveMaterial::Glass { alpha, eta } => format!(
             r#""dielectric" "float eta" {eta} "float roughness" {alpha} "bool remaproughness" false"#
         ),
-        Matter::Pane(eta) => format!(r#""thindielectric" "float eta" {eta}"#),
-        Matter::Varnish { alpha, reflectance } => format!(
+        NaiveMaterial::ThinSheet(eta) => format!(r#""thindielectric" "float eta" {eta}"#),
+        NaiveMaterial::Coated { alpha, reflectance } => format!(
             r#""coateddiffuse" "rgb reflectance" {} "float roughness" {alpha} "bool remaproughness" false"#,
             list(reflectance)
         ),
-        Matter::Mix(amount, both) => {
+        NaiveMaterial::Mix(amount, both) => {
             let mut names = String::new();
-            for (i, matter) in both.iter().enumerate() {
+            for (i, material) in both.iter().enumerate() {
                 let part = format!("{name}part{i}");
-                let (textures, words) = kind(matter, &part);
-                let (kind, params) = words.split_once(' ').unwrap();
+                let (textures, text) = parameters(material, &part);
+                let (kind, params) = text.split_once(' ').unwrap();
                 write!(
                     before,
                     r#"{textures} MakeNamedMaterial "{part}" "string type" {kind} {params} "#
@@ -178,8 +178,8 @@ fn kind(matter: &Matter, name: &str) -> (String, String) {
             }
             format!(r#""mix" "string materials" [{names}] "float amount" {amount}"#)
         }
-        Matter::Bent([u, v], matter) => {
-            let (textures, words) = kind(matter, name);
+        NaiveMaterial::Bumped([u, v], material) => {
+            let (textures, text) = parameters(material, name);
             let both = u + v;
             writeln!(
                 before,
@@ -187,13 +187,13 @@ fn kind(matter: &Matter, name: &str) -> (String, String) {
                    "float v01" {v} "float v11" {both}"#
             )
             .unwrap();
-            format!(r#"{words} "texture displacement" "height{name}""#)
+            format!(r#"{text} "texture displacement" "height{name}""#)
         }
     };
-    (before, words)
+    (before, parameters_text)
 }
 
-impl Lamp {
+impl PointLike {
     fn text(&self) -> String {
         match self {
             Self::Point { from, intensity } => {
@@ -220,20 +220,20 @@ impl Lamp {
 }
 
 impl World {
-    /// The part of the scene file after WorldBegin.
+    /// Returns the part of the scene file after WorldBegin.
     pub fn text(&self) -> String {
-        let mut text = self.lights();
+        let mut text = self.light_directives();
         for (name, shape) in self.shapes.iter().enumerate() {
             text += &shape.text(name);
         }
         text
     }
 
-    /// The lights that are no shapes; a picture of the sky stands in sky.pfm.
-    pub fn lights(&self) -> String {
+    /// Returns the directives of the lights that are not shapes. The sky's picture is sky.pfm.
+    pub fn light_directives(&self) -> String {
         let mut text = String::new();
-        for lamp in &self.lamps {
-            writeln!(text, "{}", lamp.text()).unwrap();
+        for light in &self.lights {
+            writeln!(text, "{}", light.text()).unwrap();
         }
         let picture = if self.picture.is_some() { r#""string filename" "sky.pfm""# } else { "" };
         if let Some([r, g, b]) = self.sky {
@@ -246,7 +246,7 @@ impl World {
         text
     }
 
-    /// The picture of the sky as a PFM file, whose rows begin at the bottom.
+    /// Returns the sky's picture as a PFM file, whose first row is the lowest.
     pub fn pfm(&self) -> Option<Vec<u8>> {
         let picture = self.picture.as_ref()?;
         let mut file = format!("PF\n{} {}\n-1.0\n", picture[0].len(), picture.len()).into_bytes();

@@ -1,17 +1,17 @@
 #!/bin/bash
-# Runs a command on a Slurm cluster of its own: a controller and two nodes of one core, all on this
-# machine, by the loopback, as whoever calls. Nothing is left behind, nor is anything read in /etc.
+# Runs a command on a temporary Slurm cluster: a controller and two nodes of one core, all on this machine
+# over the loopback interface, as the calling user. It leaves nothing behind and reads nothing in /etc.
 #
 #     cluster.sh COMMAND...
 #
-# Wants Debian's slurm-wlm and munge. The command has $SLURM_CONF, $CLUSTER, a folder that goes at
-# the end, and two minutes.
+# Needs Debian's slurm-wlm and munge. The command gets $SLURM_CONF and $CLUSTER, a folder that is removed
+# at the end, and has two minutes.
 set -eu
 PATH=$PATH:/usr/sbin
 CLUSTER=$(mktemp -d)
 export CLUSTER SLURM_CONF=$CLUSTER/slurm.conf
 
-# The daemons that were started with this configuration, and what they started.
+# Prints the daemons that were started with this configuration, and their child processes.
 ours() {
     local process
     for process in /proc/[0-9]*; do
@@ -33,7 +33,7 @@ stop() {
             local left
             left=$(ours)
             [ -n "$left" ] || break 2
-            # One may have ended since.
+            # A process may have ended since.
             # shellcheck disable=SC2086
             kill -$signal $left 2>/dev/null || true
             sleep 0.1
@@ -44,14 +44,14 @@ stop() {
 trap stop EXIT
 trap 'exit 130' INT TERM HUP
 
-# Three in a row, below those that the system hands out.
+# Three consecutive free ports, below those that the system assigns.
 used() { (: <"/dev/tcp/127.0.0.1/$1") 2>/dev/null; }
 port=$((20000 + RANDOM % 12000))
 while used $port || used $((port + 1)) || used $((port + 2)); do
     port=$((20000 + RANDOM % 12000))
 done
 
-# Munge wants folders that nobody else writes to, and clients must reach its socket.
+# Munge requires folders that only its user can write to, and clients must reach its socket.
 chmod 755 "$CLUSTER"
 cd "$CLUSTER"
 mkdir state
@@ -66,7 +66,7 @@ SlurmctldHost=$(hostname -s)(127.0.0.1)
 SlurmctldPort=$port
 SlurmUser=$(id -un)
 SlurmdUser=$(id -un)
-# Who is requeued waits as long as its credentials last, two minutes if not told otherwise.
+# A requeued job waits until its credentials expire, by default two minutes.
 AuthInfo=socket=$CLUSTER/munge.socket,cred_expire=5
 CommunicationParameters=NoInAddrAny,NoCtldInAddrAny
 StateSaveLocation=$CLUSTER/state

@@ -1,39 +1,39 @@
-//! Lenses whose rear surface is a hemisphere, and rays that graze it.
+//! Lenses with a hemisphere as the rear surface, and rays that graze it.
 
 use petzval::lens::{Prescription, Row};
 
 use super::oracle::{V, dot, unit};
-use super::probe::made;
+use super::probe::lens_of_rows;
 use super::{Random, row};
 
-/// A rear hemisphere that bulges to the film, or is hollow, in front of it a stop that takes no light.
+/// A lens whose rear surface is a hemisphere, convex or concave to the film. Its stop blocks no ray.
 pub struct Hemisphere {
-    /// The stop, the front surface, the hemisphere.
+    /// Rows of the stop, the front surface and the hemisphere.
     pub lens: Prescription,
-    /// 1 where it bulges, -1 where it is hollow.
+    /// 1 if the hemisphere is convex to the film, -1 if it is concave.
     bulge: f64,
     radius: f64,
-    /// Half the clear diameter over the radius.
-    share: f64,
+    /// Semi-diameter divided by the radius.
+    aperture: f64,
 }
 
 impl Hemisphere {
     pub fn random(random: &mut Random) -> Self {
         let bulge = if random.next() < 0.5 { 1.0 } else { -1.0 };
         let radius = 10f64.powf(random.between(-0.3, 2.0));
-        let share = if random.next() < 0.5 { 1.0 } else { random.between(0.9, 1.0) };
+        let aperture = if random.next() < 0.5 { 1.0 } else { random.between(0.9, 1.0) };
         let thickness = radius * if bulge > 0.0 { random.between(1.0, 1.6) } else { 0.3 };
         let front = if random.next() < 0.5 { f64::INFINITY } else { 3.0 * radius };
         let stop = Row { stop: true, ..row(f64::INFINITY, 0.0, 1.0, 40.0 * radius) };
-        let lens = made(vec![
+        let lens = lens_of_rows(vec![
             stop,
             row(front, thickness, random.between(1.4, 2.1), 2.6 * radius),
-            row(-bulge * radius, 0.0, 1.0, 2.0 * share * radius),
+            row(-bulge * radius, 0.0, 1.0, 2.0 * aperture * radius),
         ]);
-        Self { lens, bulge, radius, share }
+        Self { lens, bulge, radius, aperture }
     }
 
-    pub fn is_hollow(&self) -> bool {
+    pub fn is_concave(&self) -> bool {
         self.bulge < 0.0
     }
 
@@ -41,16 +41,16 @@ impl Hemisphere {
         self.radius
     }
 
-    /// A point of the hemisphere, from the rear vertex with z towards the scene, and the direction of
-    /// a ray that meets it there at a cosine from 0.025 to 0.6.
+    /// Returns a point of the hemisphere, relative to the rear vertex with z towards the scene, and the
+    /// direction of a ray that meets it there at a cosine of incidence from 0.025 to 0.63.
     pub fn ray(&self, random: &mut Random) -> [V; 2] {
         loop {
-            let (sine, phi) = (random.next().sqrt() * self.share, random.between(0.0, 6.3));
+            let (sine, phi) = (random.next().sqrt() * self.aperture, random.between(0.0, 6.3));
             let cosine = (1.0 - sine * sine).sqrt();
             let outwards = [sine * phi.cos(), sine * phi.sin(), -self.bulge * cosine];
             let z = self.bulge * self.radius * (1.0 - cosine);
             let point = [self.radius * outwards[0], self.radius * outwards[1], z];
-            // Against the ray.
+            // The normal points against the ray.
             let normal = outwards.map(|v| self.bulge * v);
             let any = unit([0; 3].map(|_| random.between(-1.0, 1.0)));
             let across = dot(any, normal);

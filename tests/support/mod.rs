@@ -1,19 +1,21 @@
-//! What the tests share: the independent oracle, the lenses, and nasty numbers.
-#![allow(dead_code, reason = "every test file uses its own part")]
+//! Shared parts of the tests: the independent oracle, lenses, scenes, folders and nasty numbers.
+#![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod grazing;
-pub mod kept;
+pub mod nasty;
 pub mod oracle;
 pub mod probe;
-pub mod survival;
+pub mod sampling;
+pub mod workspace;
 pub mod world;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use petzval::lens::{Prescription, Row, read};
 
-/// The repository's root.
+/// Returns the root of the repository.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -26,18 +28,19 @@ pub const LENSES: [(&str, f64); 4] = [
     ("wide.22mm", 14.54),
 ];
 
+/// Reads a lens of the repository, `lenses/NAME.dat`.
 pub fn lens(name: &str) -> Prescription {
     read(&root().join("lenses").join(format!("{name}.dat"))).expect("a lens of the repository")
 }
 
-/// A row of a prescription made by hand; radius 0 is the stop.
+/// Returns a row with radius, thickness and diameter in mm. Radius 0 makes it the stop.
 pub fn row(radius: f64, thickness: f64, index: f64, diameter: f64) -> Row {
     let stop = radius == 0.0;
     let radius = if stop { f64::INFINITY } else { radius };
     Row { radius, thickness, index, diameter, stop, ..Row::default() }
 }
 
-/// A folder of its own for one test, removed at the end.
+/// Creates a temporary folder, which is removed when it is dropped.
 pub fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
@@ -48,10 +51,35 @@ pub fn write(folder: &tempfile::TempDir, name: &str, text: impl AsRef<[u8]>) -> 
     path
 }
 
-/// Runs the command in a folder, without an input: its exit code, what it answers, what it says.
-pub fn petzval(at: &Path, arguments: &[&str]) -> (i32, String, String) {
+/// The longest that a test waits: only a command that hangs reaches it.
+const HANG: Duration = Duration::from_secs(300);
+
+/// Waits until a condition holds.
+pub fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < HANG, "waited {HANG:?} in vain for {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// The longest that an answer may take which an idle machine gives within some seconds. A busy machine
+/// does not reach it; work that grows with a number in the input instead of its size does.
+const PROMPT: Duration = Duration::from_secs(60);
+
+/// Returns the result of `work`, which must come promptly.
+pub fn promptly<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    assert!(start.elapsed() < PROMPT, "{what} took {:?}", start.elapsed());
+    result
+}
+
+/// Runs the command in a folder, without an input. Returns its exit code, standard output and
+/// standard error.
+pub fn petzval(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
-    let output = command.args(arguments).current_dir(at).stdin(Stdio::null()).output();
+    let output = command.args(arguments).current_dir(folder).stdin(Stdio::null()).output();
     let output = output.expect("the command starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
     (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
@@ -77,29 +105,36 @@ impl Random {
     }
 }
 
-/// Renders the text of a scene, whose files stand in the repository's scenes folder.
-pub fn rendered(text: &str) -> petzval::image::Picture {
+/// Renders a scene given as text. The text names files by absolute paths.
+pub fn rendered(text: &str) -> petzval::io::image::Picture {
     let folder = folder();
     let path = write(&folder, "scene.pbrt", text);
     let description = petzval::scene::pbrt::read(&path).expect("a scene of a test");
-    let (job, _, _) = petzval::job::prepare(description, &Default::default()).expect("a job");
+    let (job, _, _) = petzval::prepare::prepare(description, &Default::default()).expect("a job");
     picture(&job, petzval::render::Backend::Simd, 2)
 }
 
-/// Renders a job.
+/// Renders a job to its end.
 pub fn picture(
-    job: &petzval::render::Job,
+    job: &petzval::job::Job,
     backend: petzval::render::Backend,
     threads: usize,
-) -> petzval::image::Picture {
-    let exposed = petzval::render::render(job, backend, threads, &Default::default())
-        .expect("a render that nobody stops");
-    assert_eq!(exposed.film.dropped.count(), 0, "no sample may be other than a number");
+) -> petzval::io::image::Picture {
+    let exposed = petzval::render::render(
+        job,
+        petzval::render::RenderOptions {
+            backend,
+            threads,
+            ..petzval::render::RenderOptions::default()
+        },
+    )
+    .expect("a render that is not stopped");
+    assert_eq!(exposed.film.dropped.count(), 0, "a sample is not a finite number");
     exposed.film.picture(job.samples.end - job.samples.start)
 }
 
-/// The mean of a picture, by channel.
-pub fn mean(picture: &petzval::image::Picture) -> [f64; 3] {
+/// Returns the mean of each channel of a picture.
+pub fn mean(picture: &petzval::io::image::Picture) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for pixel in &picture.pixels {
         for (sum, value) in sum.iter_mut().zip(pixel) {
@@ -109,7 +144,7 @@ pub fn mean(picture: &petzval::image::Picture) -> [f64; 3] {
     sum.map(|s| s / picture.pixels.len() as f64)
 }
 
-/// The answers of a function for every item, by two threads.
+/// Returns the result of a function for each item, computed on two threads.
 pub fn in_parallel<T: Sync, A: Send>(items: &[T], f: impl Fn(&T) -> A + Sync) -> Vec<A> {
     let (even, odd): (Vec<&T>, Vec<&T>) =
         (items.iter().step_by(2).collect(), items.iter().skip(1).step_by(2).collect());

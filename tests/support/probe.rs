@@ -1,34 +1,34 @@
-//! The same rays through the program, in every precision, and through the oracle.
+//! Comparison of one set of rays in every precision of the program with the oracle.
 
 use petzval::lanes::{Real, f32x8};
 use petzval::lens::{
-    Blocked, From, LensRay, Prescription, Row, Surface, sequence, settle, trace, trace_one,
+    Blocked, LensRay, Prescription, Row, Side, Surface, retrace_in_f64, sequence, trace, trace_one,
 };
-use petzval::rays::{LensBatch, WAVE};
+use petzval::rays::{LensBatch, WAVE_SIZE};
 
 use super::Random;
-use super::oracle::{Exit, Fate, Oracle, V, dot, unit};
+use super::oracle::{Exit, Oracle, Outcome, V, dot, unit};
 
-/// A point of the film's frame and a direction, in numbers that f32 holds exactly.
+/// Point in the frame of the film, mm, and direction, in numbers that f32 holds exactly.
 pub type Start = [V; 2];
 
-/// The weight that rays start with; what openings multiply.
+/// Initial weight of the rays. It differs from 1 so that openings are seen to multiply it.
 const HALF: f64 = 0.5;
 
-/// What f32 holds of a ray whose direction has any length.
+/// Rounds a point and a direction of any length to f32.
 pub fn start(p: V, towards: V) -> Start {
     [p, unit(towards)].map(|v| v.map(|v| f64::from(v as f32)))
 }
 
-/// A lens of rows made by hand. The stop is the row that says so, or else the first.
-pub fn made(mut rows: Vec<Row>) -> Prescription {
+/// Returns a lens of these rows. Without a stop among them the first row becomes it.
+pub fn lens_of_rows(mut rows: Vec<Row>) -> Prescription {
     if !rows.iter().any(|row| row.stop) {
         rows[0].stop = true;
     }
-    Prescription { name: "made".into(), rows, ..Prescription::default() }
+    Prescription::new("made", rows).expect("one stop")
 }
 
-/// A lens, a film behind it, and all that the program and the oracle need to trace it.
+/// Optical bench: a lens and a film `film` mm behind it, prepared for the program and the oracle.
 pub struct Bench<'a> {
     pub lens: &'a Prescription,
     pub film: f64,
@@ -37,14 +37,14 @@ pub struct Bench<'a> {
     pub double: Vec<Surface<f64>>,
 }
 
-/// What a batch made of rays.
+/// Result of tracing rays in batches.
 pub struct Traced {
-    /// Bits of position, direction and weight where there is a ray.
+    /// Bits of position, direction and weight of each ray that leaves the lens.
     pub bits: Vec<Option<[u64; 7]>>,
     pub rays: Vec<Option<Exit>>,
-    /// Squares of the lengths of their directions.
+    /// Squared length of the directions.
     pub length2: Vec<f64>,
-    pub doubtful: Vec<usize>,
+    pub needs_f64: Vec<usize>,
     pub blocked: Vec<u64>,
 }
 
@@ -54,32 +54,33 @@ impl<'a> Bench<'a> {
             lens,
             film,
             oracle: Oracle::new(lens),
-            single: sequence::<f32>(lens, From::Film(film)),
-            double: sequence::<f64>(lens, From::Film(film)),
+            single: sequence::<f32>(lens, Side::Film(film)),
+            double: sequence::<f64>(lens, Side::Film(film)),
         }
     }
 
-    /// The index of the medium that the film stands in.
+    /// Returns the refractive index in front of the film.
     fn index(&self) -> f64 {
         self.lens.rear().index
     }
 
-    /// A ray as f64 traces it.
-    pub fn exact(&self, [p, d]: Start) -> LensRay<f64> {
+    /// Returns the ray in f64.
+    pub fn exact_ray(&self, [p, d]: Start) -> LensRay<f64> {
         LensRay { weight: HALF, ..LensRay::new(p, unit(d).map(|v| v * self.index())) }
     }
 
-    pub fn fate(&self, [p, d]: Start) -> Fate {
-        self.oracle.follow(self.film, p, d)
+    /// Traces a ray by the oracle.
+    pub fn outcome(&self, [p, d]: Start) -> Outcome {
+        self.oracle.trace(self.film, p, d)
     }
 
-    /// How far, um and urad, roundings to f32 after every surface can take a ray.
-    pub fn noise(&self, [p, d]: Start, exact: Exit) -> (f64, f64) {
+    /// Returns the largest deviation, um and urad, by errors of f32 at every surface, of 16 trials.
+    pub fn rounding_noise(&self, [p, d]: Start, exact: Exit) -> (f64, f64) {
         let mut random = Random::new(99);
         let mut off = (0.0f64, 0.0f64);
         for _ in 0..16 {
             let size = f64::from(f32::EPSILON) / 2.0;
-            match self.oracle.rounded(self.film, p, d, size, &mut random).end {
+            match self.oracle.trace_with_errors(self.film, p, d, size, &mut random).end {
                 Ok(exit) => {
                     off.0 = off.0.max(distance(exit.p, exact.p) * 1e3);
                     off.1 = off.1.max(distance(exit.d, exact.d) * 1e6);
@@ -90,42 +91,45 @@ impl<'a> Bench<'a> {
         off
     }
 
-    pub fn alone(&self, ray: Start) -> Result<Exit, Blocked> {
-        trace_one::<f64>(self.exact(ray), &self.double).map(|ray| Exit {
+    /// Traces one ray by the tracer of single rays, in f64.
+    pub fn trace_one(&self, ray: Start) -> Result<Exit, Blocked> {
+        trace_one::<f64>(self.exact_ray(ray), &self.double).map(|ray| Exit {
             p: ray.p,
             d: unit(ray.t),
             weight: ray.weight / HALF,
         })
     }
 
-    /// Through the batch tracer, in whole waves; the doubtful ones again in f64 where asked.
-    pub fn batch<R: Real>(
+    /// Traces rays by the batch tracer in waves. With `retrace`, rays that need f64 are traced again.
+    pub fn trace_batch<R: Real>(
         &self,
         rays: &[Start],
         surfaces: &[Surface<R::Scalar>],
-        settled: bool,
+        retrace: bool,
     ) -> Traced {
         let mut all = Traced {
             bits: Vec::new(),
             rays: Vec::new(),
             length2: Vec::new(),
-            doubtful: Vec::new(),
+            needs_f64: Vec::new(),
             blocked: vec![0; self.lens.rows.len()],
         };
         let mut batch = Box::<LensBatch<R::Scalar>>::default();
-        for (wave, chunk) in rays.chunks(WAVE).enumerate() {
+        for (wave, chunk) in rays.chunks(WAVE_SIZE).enumerate() {
             for (i, &ray) in chunk.iter().enumerate() {
-                // In f32 a direction as the aiming stage leaves it, to rounding of unit length.
-                let LensRay { p, t, .. } = self.exact(ray);
-                [batch.x[i], batch.y[i], batch.z[i]] = p.map(R::scalar);
-                [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(R::scalar);
-                batch.weight[i] = R::scalar(HALF);
+                // The aiming stage too leaves directions of unit length only up to rounding.
+                let LensRay { p, t, .. } = self.exact_ray(ray);
+                [batch.x[i], batch.y[i], batch.z[i]] = p.map(R::from_f64);
+                [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(R::from_f64);
+                batch.weight[i] = R::from_f64(HALF);
             }
             batch.resize::<R>(chunk.len());
             trace::<R>(&mut batch, surfaces, &mut all.blocked);
-            all.doubtful.extend(batch.doubtful.iter().map(|&i| wave * WAVE + i as usize));
-            if settled {
-                settle::<R>(&mut batch, &self.double, &mut all.blocked, |i| self.exact(chunk[i]));
+            all.needs_f64.extend(batch.needs_f64.iter().map(|&i| wave * WAVE_SIZE + i as usize));
+            if retrace {
+                retrace_in_f64::<R>(&mut batch, &self.double, &mut all.blocked, |i| {
+                    self.exact_ray(chunk[i])
+                });
             }
             for i in 0..chunk.len() {
                 let p = [batch.x[i], batch.y[i], batch.z[i]].map(R::to_f64);
@@ -143,21 +147,23 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// How far rays are from the oracle's.
+/// Deviation of rays from the oracle.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Off {
+pub struct Deviation {
     pub um: f64,
     pub urad: f64,
-    /// Rays that come out of both.
+    /// Number of rays that both let through.
     pub both: usize,
-    /// Rays that come out of one only, next to the edge of something that clips or not.
+    /// Number of rays that only one lets through, close to an edge that clips.
     pub at_rims: usize,
-    pub apart: usize,
-    /// The largest difference of weights.
+    /// Number of rays that only one lets through, away from edges.
+    pub disagreed: usize,
+    /// Largest difference of weights.
     pub weight: f64,
-    /// The ray that is farthest off, and the first that only one lets through.
+    /// Ray of the largest deviation.
     pub worst: Option<usize>,
-    pub odd: Option<usize>,
+    /// First ray of those in `disagreed`.
+    pub first_disagreed: Option<usize>,
 }
 
 pub fn distance(a: V, b: V) -> f64 {
@@ -165,16 +171,16 @@ pub fn distance(a: V, b: V) -> f64 {
     dot(d, d).sqrt()
 }
 
-impl Off {
-    /// `rim` is how near to an edge, mm, a ray may end on either side of it.
-    pub fn add(&mut self, i: usize, ours: Option<Exit>, fate: &Fate, rim: f64) {
-        match (ours, fate.end) {
+impl Deviation {
+    /// Adds a ray. Closer to an edge than `rim` mm it may end on either side.
+    pub fn add(&mut self, i: usize, ours: Option<Exit>, outcome: &Outcome, rim: f64) {
+        match (ours, outcome.end) {
             (Some(ours), Ok(exact)) => {
                 self.both += 1;
                 let um = distance(ours.p, exact.p) * 1e3;
                 let urad = distance(ours.d, exact.d) * 1e6;
                 let weight = (ours.weight - exact.weight).abs();
-                if fate.rim > rim {
+                if outcome.rim > rim {
                     self.weight = self.weight.max(weight);
                 }
                 if um > self.um || urad > self.urad {
@@ -185,49 +191,54 @@ impl Off {
                 self.urad = self.urad.max(urad);
             }
             (None, Err(_)) => {}
-            _ if fate.rim <= rim => self.at_rims += 1,
+            _ if outcome.rim <= rim => self.at_rims += 1,
             _ => {
-                self.apart += 1;
-                self.odd = self.odd.or(Some(i));
+                self.disagreed += 1;
+                self.first_disagreed = self.first_disagreed.or(Some(i));
             }
         }
     }
 }
 
-/// How rays go through a lens in all precisions, where one lane and eight have been found equal.
+/// Deviations of rays through one lens, in f32, in f32 with retraced rays, and in f64.
 pub struct Report {
     pub rays: usize,
-    pub single: Off,
-    pub settled: Off,
-    pub double: Off,
-    pub doubtful: usize,
-    /// Rays of which f64 and the oracle say that they end, at another place or for another
-    /// reason, away from rims.
-    pub reasons: usize,
-    /// The farthest that the length of a direction is from 1: settled and f64.
+    pub single: Deviation,
+    pub retraced: Deviation,
+    pub double: Deviation,
+    /// Number of rays that f32 leaves to f64.
+    pub needs_f64: usize,
+    /// Number of rays that f64 and the oracle end at different rows or for different reasons, away
+    /// from rims.
+    pub other_ends: usize,
+    /// Largest deviation of the length of a direction from 1: retraced and f64.
     pub length: [f64; 2],
-    pub reason: Option<(usize, Blocked, Fate)>,
+    /// First ray of those in `other_ends`.
+    pub first_other_end: Option<(usize, Blocked, Outcome)>,
 }
 
-/// How near to an edge a ray may end on either side of it, mm: the micrometre of the promise
-/// in f32; roundings in f64.
-pub const RIMS: [f64; 2] = [1e-3, 1e-9];
+/// Distance from an edge within which a ray may end on either side, mm: the promised micrometre in f32,
+/// roundings in f64.
+pub const RIM_TOLERANCE: [f64; 2] = [1e-3, 1e-9];
 
-/// Whether the rim is where the conic ends, so that a clipped ray may as well be said to miss.
+/// Returns whether the rim is the equator of the conic, where a clipped ray may count as a miss.
 fn is_equator(row: &Row) -> bool {
     let bend = row.curvature() * row.diameter / 2.0;
     (1.0 - (1.0 + row.conic) * bend * bend).abs() < 1e-9
 }
 
-/// Traces rays in all ways and compares what must be equal.
+/// Traces rays in all precisions and compares the results with each other and with the oracle.
 ///
 /// # Panics
-/// Where one lane and eight differ in any bit, or a batch and a lone ray of f64, or where rays
-/// are lost from the counts.
+/// Panics if one lane and eight differ in any bit, if a batch differs from a single ray in f64, or if a
+/// ray is missing in the counts.
 pub fn compare(name: &str, bench: &Bench, rays: &[Start], rims: [f64; 2]) -> Report {
-    let one = bench.batch::<f32>(rays, &bench.single, false);
-    let eight = bench.batch::<f32x8>(rays, &bench.single, false);
-    assert_eq!(one.doubtful, eight.doubtful, "{name}: doubtful rays of one lane and of eight");
+    let one = bench.trace_batch::<f32>(rays, &bench.single, false);
+    let eight = bench.trace_batch::<f32x8>(rays, &bench.single, false);
+    assert_eq!(
+        one.needs_f64, eight.needs_f64,
+        "{name}: rays of one lane and of eight that need f64"
+    );
     assert_eq!(one.blocked, eight.blocked, "{name}: blocked rays of one lane and of eight");
     if let Some(i) = (0..rays.len()).find(|&i| one.bits[i] != eight.bits[i]) {
         panic!(
@@ -235,42 +246,42 @@ pub fn compare(name: &str, bench: &Bench, rays: &[Start], rims: [f64; 2]) -> Rep
             rays[i], one.rays[i], eight.rays[i]
         );
     }
-    let settled = bench.batch::<f32x8>(rays, &bench.single, true);
-    let double = bench.batch::<f64>(rays, &bench.double, true);
-    for traced in [&settled, &double] {
+    let retraced = bench.trace_batch::<f32x8>(rays, &bench.single, true);
+    let double = bench.trace_batch::<f64>(rays, &bench.double, true);
+    for traced in [&retraced, &double] {
         let out = traced.rays.iter().flatten().count() as u64;
         let ends = traced.blocked.iter().sum::<u64>();
-        assert_eq!(out + ends, rays.len() as u64, "{name}: every ray comes out or ends somewhere");
+        assert_eq!(out + ends, rays.len() as u64, "{name}: every ray leaves the lens or ends");
     }
-    let out = one.rays.iter().flatten().count() + one.doubtful.len();
+    let out = one.rays.iter().flatten().count() + one.needs_f64.len();
     let ends = one.blocked.iter().sum::<u64>() as usize;
-    assert_eq!(out + ends, rays.len(), "{name}: out, ended and doubtful");
+    assert_eq!(out + ends, rays.len(), "{name}: rays that leave, end and need f64");
     let mut report = Report {
         rays: rays.len(),
-        single: Off::default(),
-        settled: Off::default(),
-        double: Off::default(),
-        doubtful: one.doubtful.len(),
-        reasons: 0,
+        single: Deviation::default(),
+        retraced: Deviation::default(),
+        double: Deviation::default(),
+        needs_f64: one.needs_f64.len(),
+        other_ends: 0,
         length: [0.0; 2],
-        reason: None,
+        first_other_end: None,
     };
     let mut ends = vec![0; bench.lens.rows.len()];
-    let doubtful: std::collections::HashSet<usize> = one.doubtful.iter().copied().collect();
+    let needs_f64: std::collections::HashSet<usize> = one.needs_f64.iter().copied().collect();
     for (i, &ray) in rays.iter().enumerate() {
-        for (length, traced) in report.length.iter_mut().zip([&settled, &double]) {
+        for (length, traced) in report.length.iter_mut().zip([&retraced, &double]) {
             if let Some(exit) = traced.rays[i] {
                 *length = length.max((traced.length2[i].sqrt() - 1.0).abs());
                 assert!((0.0..=1.0).contains(&exit.weight), "{name}: weight {}", exit.weight);
             }
         }
-        let fate = bench.fate(ray);
-        if !doubtful.contains(&i) {
-            report.single.add(i, one.rays[i], &fate, rims[0]);
+        let outcome = bench.outcome(ray);
+        if !needs_f64.contains(&i) {
+            report.single.add(i, one.rays[i], &outcome, rims[0]);
         }
-        report.settled.add(i, settled.rays[i], &fate, rims[0]);
-        report.double.add(i, double.rays[i], &fate, rims[1]);
-        let alone = bench.alone(ray);
+        report.retraced.add(i, retraced.rays[i], &outcome, rims[0]);
+        report.double.add(i, double.rays[i], &outcome, rims[1]);
+        let alone = bench.trace_one(ray);
         if let Err(end) = alone {
             ends[end.row] += 1;
         }
@@ -279,24 +290,25 @@ pub fn compare(name: &str, bench: &Bench, rays: &[Start], rims: [f64; 2]) -> Rep
                 assert!(a.p == b.p && a.d == b.d && a.weight == b.weight, "{name}: alone {ray:?}");
             }
             (Err(_), None) => {}
-            // Where f64 itself is in doubt, the batch asks the lone ray.
+            // The batch traces rays that need f64 one by one, even in f64.
             _ => panic!("{name}: alone {alone:?}, in a batch {:?}: {ray:?}", double.rays[i]),
         }
-        if let (Err(ours), Err(exact)) = (alone, fate.end)
+        if let (Err(ours), Err(exact)) = (alone, outcome.end)
             && ours != exact
-            && fate.rim > rims[1]
+            && outcome.rim > rims[1]
             && !(ours.row == exact.row && is_equator(&bench.lens.rows[ours.row]))
         {
-            report.reasons += 1;
-            report.reason = report.reason.or(Some((i, ours, fate)));
+            report.other_ends += 1;
+            report.first_other_end = report.first_other_end.or(Some((i, ours, outcome)));
         }
     }
-    assert_eq!(ends, double.blocked, "{name}: the rows at which rays end");
+    assert_eq!(ends, double.blocked, "{name}: counts of rays that end, by row");
     report
 }
 
-/// Rays from a film to a disk in a plane `ahead` of it.
-pub fn spread(ahead: f64, height: f64, reach: f64, count: usize, seed: u64) -> Vec<Start> {
+/// Returns random rays from a film of half width `height` to a disk of radius `reach`, `ahead` mm before
+/// it.
+pub fn random_rays(ahead: f64, height: f64, reach: f64, count: usize, seed: u64) -> Vec<Start> {
     let mut random = Random::new(seed);
     (0..count)
         .map(|_| {
@@ -307,10 +319,10 @@ pub fn spread(ahead: f64, height: f64, reach: f64, count: usize, seed: u64) -> V
         .collect()
 }
 
-/// Rays on both sides of whatever first ends them: a rim, the stop, total reflection, tangency.
-/// Two rays of one film point with different fates are brought together by halving; then come
-/// rays to either side of the border, from a thousandth to 1e-9 of the way between the two.
-pub fn borders(
+/// Returns rays on both sides of borders: rims, the stop, total internal reflection, tangency. Bisection
+/// between two rays of one film point, of which one leaves the lens, finds a border. The rays lie on
+/// either side of it, at 1e-3 to 1e-9 of the distance between the two.
+pub fn rays_at_borders(
     bench: &Bench,
     ahead: f64,
     [height, reach]: [f64; 2],
@@ -332,8 +344,9 @@ pub fn borders(
         let (a, b) = (aim(), aim());
         let towards =
             |s: f64| [a[0] + s * (b[0] - a[0]) - p[0], a[1] + s * (b[1] - a[1]) - p[1], ahead];
-        let end =
-            |s: f64| bench.fate([p, towards(s)]).end.map(|_| ()).map_err(|end| (end.row, end.why));
+        let end = |s: f64| {
+            bench.outcome([p, towards(s)]).end.map(|_| ()).map_err(|end| (end.row, end.reason))
+        };
         let (here, there) = (end(0.0), end(1.0));
         if here.is_ok() == there.is_ok() {
             continue;

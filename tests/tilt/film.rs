@@ -1,38 +1,26 @@
-//! Film that is shifted and tilted, as in a view camera.
+//! Shifted and tilted film, as in a view camera.
 
 use petzval::lanes::{Real, f32x8};
-use petzval::lens::{Camera, LensColumns, Model, Paraxial, Pose};
-use petzval::rays::{RayBatch, SampleBatch, WAVE};
+use petzval::lens::{Camera, LensColumns, LensModel, Paraxial, Pose};
+use petzval::rays::{RayBatch, SampleBatch};
 use petzval::stats::LensStats;
 
 use super::camera;
+use super::support::sampling::random_samples;
 use super::support::{LENSES, Random, lens};
-
-fn stats() -> LensStats {
-    LensStats { blocked: vec![0; 32], ..LensStats::default() }
-}
 
 fn exposed<R: Real<Scalar = f32>>(camera: &Camera, samples: &SampleBatch) -> RayBatch {
     let mut rays = RayBatch::default();
-    camera.expose::<R>(samples, &mut LensColumns::default(), &mut rays, &mut stats());
+    camera.generate_rays::<R>(
+        samples,
+        &mut LensColumns::default(),
+        &mut rays,
+        &mut LensStats::default(),
+    );
     rays
 }
 
-/// Samples all over a film of this size.
-fn samples(film: [f64; 2], seed: u64) -> SampleBatch {
-    let mut samples = SampleBatch { len: WAVE, ..SampleBatch::default() };
-    let mut random = Random::new(seed);
-    for i in 0..WAVE {
-        for axis in 0..2 {
-            samples.film[axis][i] = (film[axis] * (random.next() - 0.5)) as f32;
-            samples.pupil[axis][i] = random.next() as f32;
-        }
-    }
-    samples
-}
-
-/// The depth before the front vertex, mm, at which rays come nearest to each other, and where they
-/// do so across the axis: least squares over their slopes.
+/// Returns the point, mm, where the rays come closest to each other: least squares over their slopes.
 fn focus(rays: &RayBatch) -> [f64; 3] {
     let count = rays.len as f64;
     let slope = |i: usize, axis: usize| {
@@ -63,15 +51,15 @@ fn tilted_film_focuses_a_tilted_plane_as_scheimpflug_says() {
         let mut lens = lens(name);
         let stop = lens.stop();
         lens.stop_down(lens.rows[stop].diameter / 4.0);
-        let paraxial = Paraxial::of(&lens);
+        let paraxial = Paraxial::new(&lens);
         let distance = paraxial.film_for_focus(object).expect("a distance that can be focused");
-        // Planes of film, lens and focus meet in a line: tan' = tan / |m|, m = -x' / f (Newton).
+        // The planes of film, lens and focus meet in a line: tan' = tan / |m|, with m = -x' / f (Newton).
         let magnification = (distance - paraxial.back_focal_distance) / paraxial.focal_length;
         for (tilt, axis, sign) in [([4.0, 0.0], 1, 1.0), ([0.0, -3.0], 0, 1.0)] {
             let pose = Pose::of_film([0.0; 2], tilt);
             let camera = camera(lens.clone(), distance, pose, [36.0, 24.0]);
             let seen = |place: f32| {
-                let mut samples = samples([0.0; 2], 3);
+                let mut samples = random_samples([0.0; 2], &mut Random::new(3));
                 samples.film[axis].fill(place);
                 focus(&exposed::<f32x8>(&camera, &samples))
             };
@@ -90,11 +78,11 @@ fn shifted_film_is_a_piece_of_larger_film() {
     for (name, distance) in LENSES {
         let (small, shift) = ([12.0, 9.0], [4.0, -3.0]);
         let shifted = camera(lens(name), distance, Pose::of_film(shift, [0.0; 2]), small);
-        // As large as the circle that the small one lies in, so that both know the same pupils.
+        // A square in the circle around the shifted film, so that both have the same pupil table.
         let radius = small[0].hypot(small[1]) / 2.0 + shift[0].hypot(shift[1]);
         let side = 2.0 * radius / 2f64.sqrt();
-        let whole = camera(lens(name), distance, Pose::SQUARE, [side, side]);
-        let here = samples(small, 7);
+        let whole = camera(lens(name), distance, Pose::ALIGNED, [side, side]);
+        let here = random_samples(small, &mut Random::new(7));
         let mut there = here.clone();
         for axis in 0..2 {
             // The picture is upside down on the film.
@@ -105,20 +93,20 @@ fn shifted_film_is_a_piece_of_larger_film() {
         assert!(one.len > 900, "{name}: {}", one.len);
         for i in 0..one.len {
             assert_eq!(one.ray(i), other.ray(i), "{name}");
-            assert_eq!(one.carried(i), other.carried(i), "{name}");
+            assert_eq!(one.throughput(i), other.throughput(i), "{name}");
         }
     }
 }
 
 #[test]
-fn a_shift_shows_more_of_what_is_there_in_the_picture() {
+fn a_shift_moves_the_view_towards_that_side() {
     for (shift, axis) in [([5.0, 0.0], 0), ([0.0, 5.0], 1)] {
         let pose = Pose::of_film(shift, [0.0; 2]);
         let camera = camera(lens("dgauss.50mm"), 36.77, pose, [24.0, 24.0]);
         let mut rays = RayBatch::default();
-        camera.principal([50, 50], [101, 101], &mut rays);
+        camera.chief_ray([50, 50], [101, 101], &mut rays);
         let direction = rays.ray(0).direction;
-        // 5 mm to the side at 50 mm and some.
+        // A shift of 5 mm at a distance of some 50 mm.
         assert!((0.07..0.12).contains(&direction[axis]), "{shift:?}: {direction:?}");
         assert!(direction[1 - axis].abs() < 1e-3, "{shift:?}: {direction:?}");
     }
@@ -130,39 +118,39 @@ fn one_lane_and_eight_are_the_same_bit_for_bit() {
         Pose::of_film([10.0, -4.0], [0.0; 2]),
         Pose::of_film([0.0; 2], [8.0, -3.0]),
         Pose::of_film([3.0, 5.0], [-20.0, 11.0]),
-        Pose::SQUARE,
+        Pose::ALIGNED,
     ];
     for ((name, distance), pose) in LENSES.into_iter().zip(poses) {
         let mut lens = lens(name);
         lens.rows[2].pose = Pose { decentre: [0.2, 0.1], tilt: [0.4, -0.3] };
         let camera = camera(lens, distance, pose, [18.0, 12.0]);
-        let samples = samples(camera.film, 9);
+        let samples = random_samples(camera.film, &mut Random::new(9));
         let (one, eight) = (exposed::<f32>(&camera, &samples), exposed::<f32x8>(&camera, &samples));
         assert_eq!(one.len, eight.len, "{name} {pose}");
         assert!(one.len > 100, "{name} {pose}: {}", one.len);
         for i in 0..one.len {
             assert_eq!(one.ray(i), eight.ray(i), "{name} {pose}");
-            assert_eq!(one.carried(i), eight.carried(i), "{name} {pose}");
+            assert_eq!(one.throughput(i), eight.throughput(i), "{name} {pose}");
         }
     }
 }
 
 #[test]
-fn the_plan_knows_how_far_light_is_moved() {
-    let square = camera(lens("dgauss.50mm"), 36.77, Pose::SQUARE, [36.0, 24.0]);
-    let Model::Real(real) = &square.model else { panic!("a real lens") };
+fn the_estimated_displacement_equals_the_shift() {
+    let square = camera(lens("dgauss.50mm"), 36.77, Pose::ALIGNED, [36.0, 24.0]);
+    let LensModel::Real(real) = &square.model else { panic!("a real lens") };
     let displacement =
         |lens: &petzval::lens::Prescription, pose: Pose| real.displacement(lens, pose, square.film);
     let itself = &real.prescription;
-    // Backwards by the same way, to rounding.
-    assert!(displacement(itself, Pose::SQUARE) < 1e-6);
+    // The lens against itself, to rounding.
+    assert!(displacement(itself, Pose::ALIGNED) < 1e-6);
     let shifted = displacement(itself, Pose::of_film([0.3, -0.4], [0.0; 2]));
     assert!((shifted - 500.0).abs() < 1e-6, "{shifted}");
-    // All of a lens to the side takes the picture of distant things along, and near ones by 1 - m.
+    // A decentred lens moves the image of distant objects with it, that of near ones by 1 - m.
     let mut decentred = itself.clone();
     let rows = [0, itself.rows.len() - 1];
-    let pose = Pose { decentre: [0.1, 0.0], ..Pose::SQUARE };
-    decentred.askew = vec![petzval::lens::Askew { rows, pose }];
-    let moved = displacement(&decentred, Pose::SQUARE);
+    let pose = Pose { decentre: [0.1, 0.0], ..Pose::ALIGNED };
+    decentred.tilt_decenters = vec![petzval::lens::TiltDecenter { rows, pose }];
+    let moved = displacement(&decentred, Pose::ALIGNED);
     assert!((50.0..200.0).contains(&moved), "{moved}");
 }

@@ -1,16 +1,16 @@
-//! The scenes and lenses of the suite, which the program carries along.
+//! Scenes and lenses of the benchmark, embedded in the program.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Path in the repository, and content.
-macro_rules! carried {
+/// Pairs of a path in the repository and its content.
+macro_rules! embedded {
     ($($path:literal),* $(,)?) => {
         [$(($path, include_bytes!(concat!("../../../", $path)).as_slice())),*]
     };
 }
 
-const FILES: [(&str, &[u8]); 10] = carried![
+const FILES: [(&str, &[u8]); 10] = embedded![
     "lenses/dgauss.50mm.dat",
     "lenses/fisheye.10mm.dat",
     "lenses/telephoto.250mm.dat",
@@ -23,11 +23,11 @@ const FILES: [(&str, &[u8]); 10] = carried![
     "scenes/wide.pbrt",
 ];
 
-/// A folder with the files in it, as long as it lives.
+/// A temporary folder with the files, removed on drop.
 pub(super) struct Files(tempfile::TempDir);
 
 impl Files {
-    /// Writes them.
+    /// Writes the files.
     pub fn write() -> io::Result<Self> {
         let folder = tempfile::tempdir()?;
         for (path, content) in FILES {
@@ -38,7 +38,7 @@ impl Files {
         Ok(Self(folder))
     }
 
-    /// Where one of them is.
+    /// Returns the path of a file.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }

@@ -1,16 +1,17 @@
-//! A replayed sample for programs. What JSON has no number for is a word: "NaN", "inf", "-inf".
+//! A replayed sample as JSON. Numbers that JSON lacks are strings: "NaN", "inf", "-inf".
 
-use petzval::lens::{Blocked, Crossing, Model, Passage, Why};
+use petzval::job::Job;
+use petzval::lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
 use petzval::rays::Ray;
-use petzval::render::{Job, Replay, Shadow, Shared, Step};
-use petzval::shade::{Fate, Looked};
+use petzval::render::{PathStep, Replay, ShadowRay, SharedBand};
+use petzval::shade::{PathOutcome, SampledLight};
 use serde_json::{Value, json};
 
 pub(super) fn json(job: &Job, replay: &Replay) -> Value {
-    let Replay { name, film, time, band, weight, passage, shared, ray, steps, radiance, value } =
+    let Replay { name, film, time, band, weight, ray_path, shared, ray, steps, radiance, value } =
         replay;
     let wavelength = match (band, &job.camera.model) {
-        (Some(band), Model::Real(lens)) => Some(lens.bands[*band].wavelength),
+        (Some(band), LensModel::Real(lens)) => Some(lens.bands[*band].wavelength),
         _ => None,
     };
     json!({
@@ -22,13 +23,13 @@ pub(super) fn json(job: &Job, replay: &Replay) -> Value {
         "band": band,
         "wavelength_nm": wavelength,
         "weight": number(*weight),
-        "lens": passage.as_ref().map(lens),
+        "lens": ray_path.as_ref().map(lens),
         "shared": shared.iter().map(share).collect::<Vec<Value>>(),
-        "ray": ray.as_ref().map(|(ray, carried)| way(ray, carried)),
+        "ray": ray.as_ref().map(|(ray, throughput)| ray_json(ray, throughput)),
         "surfaces": steps.iter().map(step).collect::<Vec<Value>>(),
         "radiance": list(radiance),
         "value": value.as_ref().map(|value| list(value)),
-        "first_not_finite": replay.breaks().map(super::words),
+        "first_not_finite": replay.first_non_finite().map(super::describe),
     })
 }
 
@@ -44,99 +45,119 @@ fn list<T: Into<f64> + Copy>(values: &[T]) -> Value {
     values.iter().map(|&value| number(value)).collect()
 }
 
-fn way(ray: &Ray, carried: &[f32; 3]) -> Value {
+fn ray_json(ray: &Ray, throughput: &[f32; 3]) -> Value {
     json!({
         "origin": list(&ray.origin),
         "direction": list(&ray.direction),
-        "carries": list(carried),
+        "carries": list(throughput),
     })
 }
 
-fn lens(passage: &Passage) -> Value {
-    let Passage { start, towards, weight, redone, crossings, end } = passage;
-    let crossing = |crossing: &Crossing| {
-        let Crossing { row, kind, at, height, clear, incidence, index, passed } = crossing;
+fn lens(path: &RayPath) -> Value {
+    let RayPath { start, direction, weight, retraced, crossings, end } = path;
+    let crossing = |crossing: &SurfaceCrossing| {
+        let SurfaceCrossing {
+            row,
+            kind,
+            point,
+            height,
+            semi_diameter,
+            incidence,
+            index,
+            transmittance,
+        } = crossing;
         json!({
             "surface": row + 1,
             "kind": kind,
-            "at": at.as_ref().map(|at| list(at)),
+            "at": point.as_ref().map(|point| list(point)),
             "height": height.map(number),
-            "clear": number(*clear),
+            "clear": number(*semi_diameter),
             "angle": incidence.map(number),
             "index": list(index),
-            "passes": passed.map(number),
+            "passes": transmittance.map(number),
         })
     };
-    let ends = end.as_ref().err().map(|Blocked { row, why }| {
-        let why = match why {
-            Why::Clip => "clip",
-            Why::Stop => "stop",
-            Why::Miss => "miss",
-            Why::Tir => "tir",
+    let ends = end.as_ref().err().map(|Blocked { row, reason }| {
+        let reason = match reason {
+            BlockReason::Clip => "clip",
+            BlockReason::Stop => "stop",
+            BlockReason::Miss => "miss",
+            BlockReason::Tir => "tir",
         };
-        json!({ "surface": row + 1, "why": why })
+        json!({ "surface": row + 1, "why": reason })
     });
     json!({
         "from": list(start),
-        "towards": list(towards),
+        "towards": list(direction),
         "weight": number(*weight),
-        "in_f64": redone,
+        "in_f64": retraced,
         "surfaces": crossings.iter().map(crossing).collect::<Vec<Value>>(),
         "ends": ends,
     })
 }
 
-fn share(shared: &Shared) -> Value {
-    let landing = shared.landing;
+fn share(shared: &SharedBand) -> Value {
+    let reprojection = shared.reprojection;
     json!({
         "wavelength_nm": shared.wavelength,
-        "film": landing.map(|(film, _)| list(&film)),
-        "share": landing.map(|(_, share)| number(share)),
+        "film": reprojection.map(|(film, _)| list(&film)),
+        "share": reprojection.map(|(_, share)| number(share)),
     })
 }
 
-fn step(step: &Step) -> Value {
-    let Step { ray, throughput, hit, met, emits, shone, account, shadow, next, radiance } = step;
-    let looked = account.looked.map(|Looked { light, density, radiance }| {
+fn step(step: &PathStep) -> Value {
+    let PathStep {
+        ray,
+        throughput,
+        hit,
+        surface,
+        emitted_radiance,
+        emission,
+        record,
+        shadow,
+        next,
+        radiance,
+    } = step;
+    let light = record.light.map(|SampledLight { light, pdf, radiance }| {
         json!({
             "light": light,
-            "density": number(density),
+            "density": number(pdf),
             "radiance_over_density": list(&radiance),
         })
     });
-    let shadow = shadow.map(|Shadow { ray, brings, arrives }| {
+    let shadow = shadow.map(|ShadowRay { ray, contribution, unoccluded }| {
         json!({
             "direction": list(&ray.direction),
             "t_max": number(ray.t_max),
-            "brings": list(&brings),
-            "arrives": arrives,
+            "brings": list(&contribution),
+            "arrives": unoccluded,
         })
     });
-    let fate = match account.fate {
-        Fate::GoesOn => "goes on",
-        Fate::Escapes => "escapes",
-        Fate::Deepest => "deepest",
-        Fate::Absorbed => "absorbed",
-        Fate::Complete => "complete",
-        Fate::Roulette { .. } => "roulette",
+    let outcome = match record.outcome {
+        PathOutcome::Continues => "goes on",
+        PathOutcome::Escapes => "escapes",
+        PathOutcome::DepthLimit => "deepest",
+        PathOutcome::Absorbed => "absorbed",
+        PathOutcome::Complete => "complete",
+        PathOutcome::Roulette { .. } => "roulette",
     };
     json!({
-        "ray": way(ray, throughput),
+        "ray": ray_json(ray, throughput),
         "distance": number(hit.t),
-        "shape": met.map(|_| hit.shape),
-        "primitive": met.map(|_| hit.primitive),
-        "kind": account.kind,
-        "material": account.material,
-        "at": met.map(|[at, _]| list(&at)),
-        "normal": met.map(|[_, normal]| list(&normal)),
-        "shading_normal": account.normal.map(|normal| list(&normal)),
-        "emits": list(emits),
-        "emission_adds": list(shone),
-        "light": looked,
+        "shape": surface.map(|_| hit.shape),
+        "primitive": surface.map(|_| hit.primitive),
+        "kind": record.kind,
+        "material": record.material,
+        "at": surface.map(|[at, _]| list(&at)),
+        "normal": surface.map(|[_, normal]| list(&normal)),
+        "shading_normal": record.normal.map(|normal| list(&normal)),
+        "emits": list(emitted_radiance),
+        "emission_adds": list(emission),
+        "light": light,
         "shadow": shadow,
         "radiance": list(radiance),
-        "fate": fate,
-        "next": next.as_ref().map(|(ray, carried, _)| way(ray, carried)),
+        "fate": outcome,
+        "next": next.as_ref().map(|(ray, throughput, _)| ray_json(ray, throughput)),
         "next_density": next.map(|(_, _, density)| number(density)),
     })
 }

@@ -1,53 +1,54 @@
-//! A replayed sample in words.
+//! A replayed sample as text.
 
 use std::fmt::Write as _;
 
-use petzval::lens::{Blocked, Crossing, Model, Passage, Why};
-use petzval::render::{Job, Place, Replay, Shadow, Step};
+use petzval::job::Job;
+use petzval::lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
+use petzval::render::{PathStage, PathStep, Replay, ShadowRay};
 use petzval::scene::{Geometry, Light};
-use petzval::shade::{Fate, Looked};
+use petzval::shade::{PathOutcome, SampledLight};
 
-/// The way of a sample, no line wider than a terminal of 100.
+/// Describes the path of a sample, in lines of at most 100 columns.
 pub(super) fn text(job: &Job, replay: &Replay) -> String {
-    let ([x, y], breaks) = (replay.name.pixel(), replay.breaks());
+    let ([x, y], breaks) = (replay.name.pixel(), replay.first_non_finite());
     let mut text = Text { lines: String::new(), breaks };
     let (sample, seed) = (replay.name.sample, replay.name.seed);
     text.line("sample", format!("pixel {x},{y}, number {sample}, seed {seed}"));
-    let unit = if matches!(job.camera.model, Model::Real(_)) { " mm" } else { "" };
+    let unit = if matches!(job.camera.model, LensModel::Real(_)) { " mm" } else { "" };
     text.line("film", format!("{}{unit}; weight {}", row(&replay.film), number(replay.weight)));
     if let Some(time) = replay.time {
         text.line("time", format!("{} of the motion", number(time)));
     }
     text.light(job, replay);
-    match (&replay.passage, &job.camera.model) {
-        (Some(passage), _) => text.passage(passage),
-        (None, Model::Real(_)) => text.line("lens", "no light comes to this point of the film"),
-        (None, Model::Thin(_)) => {}
+    match (&replay.ray_path, &job.camera.model) {
+        (Some(path), _) => text.lens_path(path),
+        (None, LensModel::Real(_)) => text.line("lens", "no light reaches this point of the film"),
+        (None, LensModel::Thin(_)) => {}
     }
-    if let Some((ray, carried)) = &replay.ray {
+    if let Some((ray, throughput)) = &replay.ray {
         text.line("", "");
         text.line("ray", format!("from {}", row(&ray.origin)));
         text.line("", format!("towards {}", row(&ray.direction)));
-        text.line_at(Place::Ray, "", format!("carries {}", row(carried)));
+        text.line_at(PathStage::Ray, "", format!("throughput {}", row(throughput)));
     }
     replay.steps.iter().enumerate().for_each(|(i, step)| text.step(job, i, step));
     text.line("", "");
     text.line("radiance", row(&replay.radiance));
     match replay.value {
-        // So many digits that they can be read back.
+        // All digits, so that the value can be read back.
         Some([r, g, b]) => text.line("adds", format!("{r:e} {g:e} {b:e}")),
-        None => text.line("adds", "nothing: it is no number, and is dropped"),
+        None => text.line("adds", "nothing: the sample is not finite and is dropped"),
     }
     if job.ghosts.is_some() {
-        text.line("", "ghosts add to the pixel too: they are of no sample");
+        text.line("", "ghosts add to the pixel too, but belong to no sample");
     }
-    if let Some(place) = breaks {
-        text.line("first", format!("{} is no finite number", super::words(place)));
+    if let Some(stage) = breaks {
+        text.line("first", format!("{} is not finite", super::describe(stage)));
     }
     text.lines
 }
 
-/// A number of six digits or so.
+/// Formats a number with about six digits.
 fn number(value: impl Into<f64>) -> String {
     let value = value.into();
     match value.abs() {
@@ -64,48 +65,48 @@ fn row(values: &[f32]) -> String {
 
 struct Text {
     lines: String,
-    /// What is marked.
-    breaks: Option<Place>,
+    /// The value to mark as the first that is not finite.
+    breaks: Option<PathStage>,
 }
 
 impl Text {
-    fn line(&mut self, name: &str, what: impl std::fmt::Display) {
-        let line = format!("{name:<10}{what}");
+    fn line(&mut self, name: &str, text: impl std::fmt::Display) {
+        let line = format!("{name:<10}{text}");
         let _ = writeln!(self.lines, "{}", line.trim_end());
     }
 
-    /// A line that is marked where the way breaks there.
-    fn line_at(&mut self, place: Place, name: &str, what: String) {
-        let mark = if self.breaks == Some(place) { "   <- no number" } else { "" };
-        self.line(name, what + mark);
+    /// Adds a line, marked if its value is the first that is not finite.
+    fn line_at(&mut self, stage: PathStage, name: &str, text: String) {
+        let mark = if self.breaks == Some(stage) { "   <- not finite" } else { "" };
+        self.line(name, text + mark);
     }
 
-    /// The bands of the light.
+    /// Describes the bands of the light.
     fn light(&mut self, job: &Job, replay: &Replay) {
-        let (Some(band), Model::Real(lens)) = (replay.band, &job.camera.model) else { return };
+        let (Some(band), LensModel::Real(lens)) = (replay.band, &job.camera.model) else { return };
         let (of, wavelength) = (lens.bands.len(), lens.bands[band].wavelength);
         self.line("light", format!("band {} of {of}, {wavelength:.1} nm", band + 1));
         for shared in replay.shared.iter().skip(1) {
-            let lands = match shared.landing {
+            let lands = match shared.reprojection {
                 Some((film, share)) => {
-                    format!("lands at {} mm, {} of it", row(&film), number(share))
+                    format!("lands at {} mm, transmitted share {}", row(&film), number(share))
                 }
-                None => "does not come to the film".to_owned(),
+                None => "does not reach the film".to_owned(),
             };
-            self.line("", format!("{:.1} nm of its ray {lands}", shared.wavelength));
+            self.line("", format!("{:.1} nm shares its ray and {lands}", shared.wavelength));
         }
     }
 
-    /// The way through the lens.
-    fn passage(&mut self, passage: &Passage) {
-        let Passage { start, towards, weight, redone, crossings, end } = passage;
+    /// Describes the path through the lens.
+    fn lens_path(&mut self, path: &RayPath) {
+        let RayPath { start, direction, weight, retraced, crossings, end } = path;
         let three = |v: &[f64; 3]| v.map(number).join("  ");
         self.line("", "");
         let frame = "mm; z from the front vertex to the film";
         self.line("lens", format!("from {} ({frame})", three(start)));
-        self.line("", format!("towards {}; weight {}", three(towards), number(*weight)));
-        if *redone {
-            self.line("", "f32 cannot trace it exactly enough: f64 does");
+        self.line("", format!("towards {}; weight {}", three(direction), number(*weight)));
+        if *retraced {
+            self.line("", "f32 is not exact enough: retraced in f64");
         }
         let head = format!(
             "{:>7}  {:<11}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}",
@@ -113,105 +114,120 @@ impl Text {
         );
         self.lines += &(head + "\n");
         crossings.iter().for_each(|crossing| self.crossing(crossing));
-        if let Err(Blocked { row, why }) = end {
-            let why = match why {
-                Why::Clip => "it comes outside the clear aperture",
-                Why::Stop => "it comes outside the opening of the stop",
-                Why::Miss => "it does not meet it",
-                Why::Tir => "it is totally reflected",
+        if let Err(Blocked { row, reason }) = end {
+            let reason = match reason {
+                BlockReason::Clip => "outside the clear aperture",
+                BlockReason::Stop => "outside the opening of the stop",
+                BlockReason::Miss => "it misses the surface",
+                BlockReason::Tir => "total reflection",
             };
-            self.line("", format!("the ray ends at surface {}: {why}", row + 1));
+            self.line("", format!("the ray is blocked at surface {}: {reason}", row + 1));
         }
     }
 
-    fn crossing(&mut self, crossing: &Crossing) {
-        let Crossing { row, kind, at, height, clear, incidence, index, passed } = crossing;
+    fn crossing(&mut self, crossing: &SurfaceCrossing) {
+        let SurfaceCrossing {
+            row,
+            kind,
+            point,
+            height,
+            semi_diameter,
+            incidence,
+            index: [n, n_behind],
+            transmittance,
+        } = crossing;
         let fixed = |value: Option<f64>, digits: usize| match value {
             Some(value) => format!("{value:.digits$}"),
             None => "-".to_owned(),
         };
-        let [x, y, z] = [0, 1, 2].map(|i| fixed(at.map(|at| at[i]), 4));
+        let [x, y, z] = [0, 1, 2].map(|i| fixed(point.map(|point| point[i]), 4));
         let [height, incidence] = [fixed(*height, 3), fixed(*incidence, 2)];
-        let passed = passed.map_or("no".to_owned(), |passed| format!("{passed:.4}"));
-        let [n, behind] = index;
+        let passes = transmittance.map_or("no".to_owned(), |share| format!("{share:.4}"));
         let line = format!(
-            "{:>7}  {kind:<11}{x:>10}{y:>10}{z:>10}{height:>8}{clear:>8.3}{incidence:>8}{n:>8.4}\
-             {behind:>8.4}{passed:>8}",
+            "{:>7}  {kind:<11}{x:>10}{y:>10}{z:>10}{height:>8}{semi_diameter:>8.3}{incidence:>8}\
+             {n:>8.4}{n_behind:>8.4}{passes:>8}",
             row + 1
         );
         self.lines += &(line + "\n");
     }
 
-    /// What happens from one surface to the next.
-    fn step(&mut self, job: &Job, i: usize, step: &Step) {
-        let Step { emits, shone, account, next, radiance, .. } = step;
+    /// Describes the path from one surface to the next.
+    fn step(&mut self, job: &Job, i: usize, step: &PathStep) {
+        let PathStep { emitted_radiance, emission, record, next, radiance, .. } = step;
         self.line("", "");
-        self.meets(job, i, step);
-        if *emits != [0.0; 3] {
-            self.line("", format!("emits {}", row(emits)));
-            self.line_at(Place::Emission(i), "", format!("which adds {}", row(shone)));
+        self.hit(job, i, step);
+        if *emitted_radiance != [0.0; 3] {
+            self.line("", format!("emits {}", row(emitted_radiance)));
+            self.line_at(PathStage::Emission(i), "", format!("adds {}", row(emission)));
         }
-        if let Some(looked) = &account.looked {
-            self.looks(job, i, looked, step.shadow.as_ref());
+        if let Some(sample) = &record.light {
+            self.light_sample(job, i, sample, step.shadow.as_ref());
         }
-        self.line_at(Place::Sum(i), "", format!("radiance so far {}", row(radiance)));
+        self.line_at(PathStage::Sum(i), "", format!("radiance so far {}", row(radiance)));
         match next {
-            Some((ray, carried, density)) => {
+            Some((ray, throughput, density)) => {
                 let (towards, density) = (row(&ray.direction), number(*density));
-                self.line("", format!("goes on towards {towards}, density {density}"));
-                self.line_at(Place::Next(i), "", format!("carries {}", row(carried)));
+                self.line("", format!("continues towards {towards}, density {density}"));
+                self.line_at(PathStage::Next(i), "", format!("throughput {}", row(throughput)));
             }
-            None => self.line("", ends(account.fate)),
+            None => self.line("", ending(record.outcome)),
         }
     }
 
-    fn meets(&mut self, job: &Job, i: usize, step: &Step) {
-        let Step { hit, met, account, .. } = step;
-        let place = (i + 1).to_string();
-        let Some([at, normal]) = met else { return self.line(&place, "meets nothing") };
+    fn hit(&mut self, job: &Job, i: usize, step: &PathStep) {
+        let PathStep { hit, surface, record, .. } = step;
+        let label = (i + 1).to_string();
+        let Some([point, normal]) = surface else { return self.line(&label, "hits nothing") };
         let form = match &job.scene.shapes[hit.shape as usize].geometry {
             Geometry::Mesh(_) => format!("triangle {} of shape", hit.primitive),
             Geometry::Quadric(quadric) => format!("{}, shape", quadric.name()),
         };
-        let material = match account.material {
-            Some(material) => format!(", {}, material {material}", account.kind),
+        let material = match record.material {
+            Some(material) => format!(", {}, material {material}", record.kind),
             None => String::new(),
         };
         let distance = number(hit.t);
-        self.line(&place, format!("meets {form} {}{material}, distance {distance}", hit.shape));
-        self.line("", format!("at {}", row(at)));
+        self.line(&label, format!("hits {form} {}{material}, distance {distance}", hit.shape));
+        self.line("", format!("at {}", row(point)));
         self.line("", format!("normal {}", row(normal)));
-        if let Some(shading) = account.normal.filter(|shading| shading != normal) {
-            self.line("", format!("normal for shading {}", row(&shading)));
+        if let Some(shading) = record.normal.filter(|shading| shading != normal) {
+            self.line("", format!("shading normal {}", row(&shading)));
         }
     }
 
-    fn looks(&mut self, job: &Job, i: usize, looked: &Looked, shadow: Option<&Shadow>) {
-        let Looked { light, density, radiance } = looked;
+    fn light_sample(
+        &mut self,
+        job: &Job,
+        i: usize,
+        sample: &SampledLight,
+        shadow: Option<&ShadowRay>,
+    ) {
+        let SampledLight { light, pdf, radiance } = sample;
         let known = light.and_then(|i| Some((i, job.scene.lights.all.get(i as usize)?)));
         let light = known.map_or("a light".to_owned(), |(i, l)| format!("light {i} ({})", kind(l)));
-        let density = number(*density);
-        self.line("", format!("looks at {light}, chosen with the density {density}"));
-        self.line_at(Place::Light(i), "", format!("radiance over density {}", row(radiance)));
-        let Some(Shadow { ray, brings, arrives }) = shadow else {
-            return self.line("", "of which nothing is scattered this way");
+        self.line("", format!("samples {light}, density {}", number(*pdf)));
+        self.line_at(PathStage::Light(i), "", format!("radiance over density {}", row(radiance)));
+        let Some(ShadowRay { ray, contribution, unoccluded }) = shadow else {
+            return self.line("", "not scattered towards the viewer");
         };
-        self.line("", format!("which brings {}", row(brings)));
+        self.line("", format!("contribution {}", row(contribution)));
         self.line("", format!("along {}", row(&ray.direction)));
-        self.line("", if *arrives { "it arrives" } else { "something is in its way" });
+        self.line("", if *unoccluded { "visible" } else { "occluded" });
     }
 }
 
-/// How a path ends.
-fn ends(fate: Fate) -> String {
-    match fate {
-        Fate::Escapes => "the path leaves the scene".to_owned(),
-        Fate::Deepest => "the path ends: it has met as many surfaces as it may".to_owned(),
-        Fate::Absorbed | Fate::GoesOn => "the path ends: nothing is left of it".to_owned(),
-        Fate::Complete => "the path ends: its last light came from the light above".to_owned(),
-        Fate::Roulette { chance } => {
+/// Describes how a path ends.
+fn ending(outcome: PathOutcome) -> String {
+    match outcome {
+        PathOutcome::Escapes => "the path leaves the scene".to_owned(),
+        PathOutcome::DepthLimit => "the path ends: it has reached the maximum depth".to_owned(),
+        PathOutcome::Absorbed | PathOutcome::Continues => {
+            "the path ends: all light is absorbed".to_owned()
+        }
+        PathOutcome::Complete => "the path ends: the light sample above completes it".to_owned(),
+        PathOutcome::Roulette { chance } => {
             format!(
-                "the path ends by Russian roulette, with a chance of {} to go on",
+                "the path ends by Russian roulette, with a probability of {} to continue",
                 number(chance)
             )
         }
@@ -221,7 +237,7 @@ fn ends(fate: Fate) -> String {
 fn kind(light: &Light) -> &'static str {
     match light {
         Light::Area(_) => "area",
-        Light::Lamp(_) => "lamp",
+        Light::Point(_) => "point",
         Light::Distant { .. } => "distant",
         Light::Infinite(_) => "infinite",
     }

@@ -1,21 +1,21 @@
-//! Which values an option takes in a sweep, in words.
+//! Parser of the values of a --sweep option.
 
-/// The most pictures of one sweep, and so the most values of one option.
-pub(super) const MOST: usize = 100_000;
+/// Most pictures of one sweep, and so most values of one option.
+pub(super) const MAX_PICTURES: usize = 100_000;
 
 /// An option that changes from picture to picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::cli) struct Axis {
-    /// As it was given.
+pub(in crate::cli) struct SweepAxis {
+    /// The argument as given.
     pub text: String,
-    /// The option, without dashes.
+    /// The option without dashes.
     pub name: String,
     pub values: Vec<String>,
 }
 
-/// NAME=VALUES: values and ranges FIRST..LAST:COUNT with commas between them, or with semicolons
-/// where they hold commas themselves.
-pub(in crate::cli) fn axis(text: &str) -> Result<Axis, String> {
+/// Parses NAME=VALUES: values and ranges FIRST..LAST:COUNT, separated by commas, or by semicolons
+/// if there is one.
+pub(in crate::cli) fn sweep_axis(text: &str) -> Result<SweepAxis, String> {
     let expected = "expected NAME=VALUES, such as fstop=2,4,8 or focus=0.5..5:8";
     let (name, list) = text.split_once('=').ok_or(expected)?;
     let name = name.trim().trim_start_matches("--");
@@ -29,20 +29,20 @@ pub(in crate::cli) fn axis(text: &str) -> Result<Axis, String> {
             Some(range) => values.extend(range),
             None => values.push(item.to_owned()),
         }
-        if values.len() > MOST {
-            return Err(format!("more than {MOST} values"));
+        if values.len() > MAX_PICTURES {
+            return Err(format!("more than {MAX_PICTURES} values"));
         }
     }
     let mut sorted: Vec<&String> = values.iter().collect();
     sorted.sort();
     if let Some(pair) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        return Err(format!("{} is there twice", pair[0]));
+        return Err(format!("{} is given twice", pair[0]));
     }
-    Ok(Axis { text: text.to_owned(), name: name.to_owned(), values })
+    Ok(SweepAxis { text: text.to_owned(), name: name.to_owned(), values })
 }
 
-/// The values of FIRST..LAST:COUNT, or of FIRST..LAST:COUNT:log, where each is as many times the one
-/// before; `None` where it is no range of numbers.
+/// Returns the values of FIRST..LAST:COUNT, evenly spaced, or of FIRST..LAST:COUNT:log, with equal
+/// factors between them; `None` if the text is not a range of numbers.
 fn range(item: &str) -> Result<Option<Vec<String>>, String> {
     let Some((first, rest)) = item.split_once("..") else { return Ok(None) };
     let mut rest = rest.split(':');
@@ -51,8 +51,9 @@ fn range(item: &str) -> Result<Option<Vec<String>>, String> {
     let (Some(from), Some(to), Some(count)) = (number(first), number(last), rest.next()) else {
         return Ok(None);
     };
-    let count = count.parse().ok().filter(|count| (2..=MOST).contains(count));
-    let count = count.ok_or_else(|| format!("{item}: expected a count from 2 to {MOST}"))?;
+    let count = count.parse().ok().filter(|count| (2..=MAX_PICTURES).contains(count));
+    let count =
+        count.ok_or_else(|| format!("{item}: expected a count from 2 to {MAX_PICTURES}"))?;
     let log = match [rest.next(), rest.next()] {
         [None, _] => false,
         [Some("log"), None] => true,
@@ -65,7 +66,7 @@ fn range(item: &str) -> Result<Option<Vec<String>>, String> {
         let share = i as f64 / (count - 1) as f64;
         if log { from * (to / from).powf(share) } else { from + (to - from) * share }
     };
-    // As few digits as tell them apart.
+    // As few digits as keep the values distinct.
     let words = |digits: usize| -> Vec<String> {
         let inner = (1..count - 1).map(|i| short(value(i), digits));
         std::iter::once(first.to_owned()).chain(inner).chain([last.to_owned()]).collect()
@@ -80,12 +81,12 @@ fn range(item: &str) -> Result<Option<Vec<String>>, String> {
     }
 }
 
-/// A number with so many digits, or all of a whole one.
+/// Formats a number with this many digits, or all digits of a whole number.
 fn short(value: f64, digits: usize) -> String {
     let whole = value.round();
     let near = (value - whole).abs() <= 1e-9 * whole.abs().max(1.0);
     let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
-    // Without the sign of a zero.
+    // Adding 0 removes the sign of -0.
     format!("{}", if near { whole } else { rounded } + 0.0)
 }
 
@@ -94,7 +95,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> String {
-        axis(text).map(|axis| axis.values.join(" ")).unwrap_or_else(|error| error)
+        sweep_axis(text).map(|axis| axis.values.join(" ")).unwrap_or_else(|error| error)
     }
 
     #[test]
@@ -119,13 +120,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_list_is_refused() {
+    fn invalid_lists_are_refused() {
         for (text, expected) in [
             ("fstop", "expected NAME=VALUES"),
             ("=2", "expected NAME=VALUES"),
             ("fstop=", "expected NAME=VALUES"),
             ("fstop=2,,4", "expected NAME=VALUES"),
-            ("fstop=2,4,2", "2 is there twice"),
+            ("fstop=2,4,2", "2 is given twice"),
             ("focus=1..2:1", "1..2:1: expected a count from 2 to 100000"),
             ("focus=1..2:", "expected a count"),
             ("focus=1..2:999999999999", "expected a count"),

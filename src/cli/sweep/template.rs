@@ -1,4 +1,4 @@
-//! Names with places in braces, to be filled.
+//! File names with placeholders in braces.
 
 /// A name such as `out/{lens}_{fstop}.exr`; `{{` and `}}` are braces.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,7 +7,7 @@ pub(super) struct Template(Vec<Piece>);
 #[derive(Clone, Debug, PartialEq)]
 enum Piece {
     Text(String),
-    Place(String),
+    Placeholder(String),
 }
 
 impl Template {
@@ -27,11 +27,11 @@ impl Template {
                 behind.split_once('}').filter(|(name, _)| kind == "{" && !name.contains('{'));
             let Some((name, rest)) = place else {
                 return Err(format!(
-                    "{text}: a brace without its other; expected {{NAME}}, or {{{{ for a brace"
+                    "{text}: an unmatched brace; expected {{NAME}}, or {{{{ for a brace"
                 ));
             };
             pieces.push(Piece::Text(std::mem::take(&mut plain)));
-            pieces.push(Piece::Place(name.to_owned()));
+            pieces.push(Piece::Placeholder(name.to_owned()));
             left = rest;
         }
         plain.push_str(left);
@@ -39,27 +39,27 @@ impl Template {
         Ok(Self(pieces))
     }
 
-    /// The names of its places.
-    pub fn places(&self) -> impl Iterator<Item = &str> {
+    /// Returns the names of the placeholders.
+    pub fn placeholders(&self) -> impl Iterator<Item = &str> {
         self.0.iter().filter_map(|piece| match piece {
-            Piece::Place(name) => Some(name.as_str()),
+            Piece::Placeholder(name) => Some(name.as_str()),
             Piece::Text(_) => None,
         })
     }
 
-    /// What is in front of the first place.
-    pub fn front(&self) -> &str {
+    /// Returns the text before the first placeholder.
+    pub fn prefix(&self) -> &str {
         match self.0.first() {
             Some(Piece::Text(text)) => text,
             _ => "",
         }
     }
 
-    /// With what stands at each place; in a value a slash is no folder.
+    /// Returns the name with values in place of the placeholders; slashes in values become dashes.
     pub fn filled<'a>(&self, value: impl Fn(&str) -> &'a str) -> String {
         let filled = self.0.iter().map(|piece| match piece {
             Piece::Text(text) => text.clone(),
-            Piece::Place(name) => value(name).replace(['/', '\\'], "-"),
+            Piece::Placeholder(name) => value(name).replace(['/', '\\'], "-"),
         });
         filled.collect()
     }
@@ -70,10 +70,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_filled_and_braces_kept() {
+    fn placeholders_are_filled_and_braces_kept() {
         let template = Template::parse("out/{lens}_{{{fstop}}}.exr").unwrap();
-        assert_eq!(template.places().collect::<Vec<_>>(), ["lens", "fstop"]);
-        assert_eq!(template.front(), "out/");
+        assert_eq!(template.placeholders().collect::<Vec<_>>(), ["lens", "fstop"]);
+        assert_eq!(template.prefix(), "out/");
         assert_eq!(
             template.filled(|name| if name == "lens" { "a/b" } else { "2" }),
             "out/a-b_{2}.exr"
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_brace_is_refused() {
+    fn an_unmatched_brace_is_refused() {
         for text in ["{", "a}", "{a", "{a{b}", "}}}", "{{{"] {
             assert!(Template::parse(text).is_err(), "{text}");
         }

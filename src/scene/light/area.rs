@@ -1,129 +1,129 @@
-//! Shapes that shine: what they send out, and how points on them are chosen.
+//! Area lights: the emission of shapes, and the sampling of points on them.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::ball::Ball;
-use super::bounds::Bounds;
-use super::cone::Cone;
-use super::spherical::SphericalTriangle;
+use super::spherical_triangle::SphericalTriangle;
+use super::tree::{Cone, LightBounds};
 use super::{LightSample, mean};
 use crate::rays::Hit;
-use crate::scene::point::SurfacePoint;
+use crate::scene::geometry::Sphere;
 use crate::scene::texture::ImageMap;
-use crate::scene::{Geometry, Mesh, Quadric, Shape};
+use crate::scene::{Geometry, Mesh, Quadric, Shape, SurfacePoint};
 
-/// What a shape sends out, as the scene file says it.
+/// Emission of a shape, as the scene file describes it.
 #[derive(Clone, Debug)]
 pub struct Emission {
-    /// Radiance, linear RGB, or what an image is multiplied by.
+    /// Radiance, linear RGB, or the factor of an image.
     pub radiance: [f32; 3],
-    /// Whether it shines from both sides.
+    /// Whether both sides emit.
     pub two_sided: bool,
-    /// Radiance by texture coordinates.
+    /// Image of the radiance over the texture coordinates.
     pub image: Option<ImageMap>,
-    /// Whether the radiance is that of a surface of area 1, and every triangle or bilinear patch
-    /// (as pbrt-v4 has it), or the quadric, is as strong as that.
-    pub by_area: bool,
+    /// Whether the radiance is divided by the area of each triangle, bilinear patch or quadric, so
+    /// that each emits as much as a surface of area 1 (as in pbrt-v4).
+    pub normalize_by_area: bool,
 }
 
 impl Emission {
-    /// The same radiance everywhere, from one side.
+    /// Returns a constant radiance on the outside.
     pub fn uniform(radiance: [f32; 3]) -> Self {
-        Self { radiance, two_sided: false, image: None, by_area: false }
+        Self { radiance, two_sided: false, image: None, normalize_by_area: false }
     }
 }
 
-/// A shape that shines.
+/// A shape that emits light.
 #[derive(Clone, Debug)]
 pub struct AreaLight {
-    /// Which shape of the scene it is.
+    /// Index of the shape.
     pub shape: u32,
-    /// What it sends out.
+    /// Emission.
     pub emission: Emission,
-    /// The number of its first triangle, or of the quadric, among the emitters of the scene.
-    pub(super) first: u32,
-    /// Area that the radiance is spread over, by triangle, if the emission is by area.
-    areas: Vec<f32>,
-    /// Mean of the image, by channel.
+    /// Index of its first triangle, or of the quadric, among the emitters of the scene.
+    pub(super) first_emitter: u32,
+    /// Area that the radiance of each triangle is divided by; empty without normalization.
+    emitter_areas: Vec<f32>,
+    /// Mean of the image by channel; 1 without an image.
     mean: [f32; 3],
-    /// The sphere that it is, if it is a whole one.
-    ball: Option<Ball>,
+    /// The sphere, if the shape is a whole one.
+    sphere: Option<Sphere>,
 }
 
-/// A place on an emitter, and the density with which it was chosen.
-struct Place {
+/// A sampled point of an emitter, and its density.
+struct EmitterPoint {
     point: SurfacePoint,
     uv: Vec2,
     density: Density,
 }
 
-/// Per unit of what.
+/// A probability density and its measure.
 enum Density {
+    /// Per unit of area.
     Area(f32),
+    /// Per unit of solid angle [1/sr].
     SolidAngle(f32),
 }
 
 impl AreaLight {
-    /// The light of a shape.
+    /// Makes the light of a shape.
     pub fn new(shape: u32, mut emission: Emission, geometry: &Geometry) -> Self {
-        if let (Geometry::Quadric(quadric), true) = (geometry, emission.by_area) {
+        if let (Geometry::Quadric(quadric), true) = (geometry, emission.normalize_by_area) {
             emission.radiance = emission.radiance.map(|r| r / quadric.area() as f32);
-            emission.by_area = false;
+            emission.normalize_by_area = false;
         }
-        let areas = match geometry {
-            Geometry::Mesh(mesh) if emission.by_area => mesh.patch_areas(),
+        let emitter_areas = match geometry {
+            Geometry::Mesh(mesh) if emission.normalize_by_area => mesh.patch_areas(),
             _ => Vec::new(),
         };
         let mean = emission.image.as_ref().map_or([1.0; 3], image_mean);
-        let ball = match geometry {
-            Geometry::Quadric(quadric) => quadric.ball(),
+        let sphere = match geometry {
+            Geometry::Quadric(quadric) => quadric.whole_sphere(),
             Geometry::Mesh(_) => None,
         };
-        Self { shape, emission, first: 0, areas, mean, ball }
+        Self { shape, emission, first_emitter: 0, emitter_areas, mean, sphere }
     }
 
-    /// How many emitters it is made of.
-    pub(super) fn parts(&self, geometry: &Geometry) -> usize {
+    /// Returns the number of emitters: its triangles, or 1 for a quadric.
+    pub(super) fn emitter_count(&self, geometry: &Geometry) -> usize {
         match geometry {
             Geometry::Mesh(mesh) => mesh.triangles.len(),
             Geometry::Quadric(_) => 1,
         }
     }
 
-    /// The radiance that leaves a place of a part to where it shines.
-    pub(super) fn radiance(&self, part: u32, uv: Vec2) -> [f32; 3] {
+    /// Returns the radiance that a point of a primitive emits.
+    pub(super) fn radiance(&self, primitive: u32, uv: Vec2) -> [f32; 3] {
         let emission = &self.emission;
         let mut radiance = emission.radiance;
         if let Some(image) = &emission.image {
-            let texel = image.at(uv);
+            let texel = image.colour(uv);
             radiance = [0, 1, 2].map(|i| radiance[i] * texel[i].max(0.0));
         }
-        match self.areas.get(part as usize) {
+        match self.emitter_areas.get(primitive as usize) {
             Some(&area) if area > 0.0 => radiance.map(|r| r / area),
-            // No ray lights anything by a triangle whose area rounds to 0.
+            // A triangle whose area rounds to 0 lights nothing.
             Some(_) => [0.0; 3],
             None => radiance,
         }
     }
 
-    /// What the tree knows of a part; `None` where it never sends anything.
-    pub(super) fn bounds(&self, geometry: &Geometry, part: u32) -> Option<Bounds> {
+    /// Returns the light bounds of a primitive, or `None` if it emits nothing.
+    pub(super) fn bounds(&self, geometry: &Geometry, primitive: u32) -> Option<LightBounds> {
         let strength = mean(self.emission.radiance.map(|r| r.max(0.0))) * mean(self.mean);
         let (low, high, area, normals) = match geometry {
             Geometry::Mesh(mesh) => {
-                let [a, b, c] = mesh.corners(part);
-                let area = mesh.area(part);
+                let [a, b, c] = mesh.corners(primitive);
+                let area = mesh.area(primitive);
                 let weights = 1.0 / 3.0;
-                let middle = Hit { u: weights, v: weights, primitive: part, ..Hit::MISS };
+                let middle = Hit { u: weights, v: weights, primitive, ..Hit::MISS };
                 let axis = mesh.point(&middle).normal;
                 let flat = axis.try_normalize()?;
-                // Interpolated shading normals may choose another side at other points.
+                // Interpolated shading normals may select the other side at other points.
                 let normals = if mesh.normals.is_empty() || self.emission.two_sided {
-                    Cone::along(flat)
+                    Cone::from_direction(flat)
                 } else {
-                    mesh_sides(mesh, part, flat)
+                    normal_cone(mesh, primitive, flat)
                 };
                 (a.min(b).min(c), a.max(b).max(c), f64::from(area), normals)
             }
@@ -131,13 +131,13 @@ impl AreaLight {
                 let [low, high] = quadric.bounds().map(|corner| corner.as_vec3());
                 let area = quadric.area();
                 match quadric.flat_normal() {
-                    Some(normal) => (low, high, area, Cone::along(normal.as_vec3())),
+                    Some(normal) => (low, high, area, Cone::from_direction(normal.as_vec3())),
                     // The mean projected area of a convex body is a quarter of its surface.
                     None => (low, high, area / 4.0, Cone::ALL),
                 }
             }
         };
-        let area = match self.areas.get(part as usize) {
+        let area = match self.emitter_areas.get(primitive as usize) {
             Some(&spread) if spread > 0.0 => area / f64::from(spread),
             Some(_) => 0.0,
             None => area,
@@ -145,26 +145,28 @@ impl AreaLight {
         let intensity = (f64::from(strength) * area) as f32;
         let seen = intensity > 0.0 && intensity.is_finite();
         let two_sided = self.emission.two_sided;
-        seen.then_some(Bounds { low, high, normals, cos_beyond: 0.0, intensity, two_sided })
+        seen.then_some(LightBounds { low, high, normals, cos_emission: 0.0, intensity, two_sided })
     }
 
-    /// Chooses a point of a part for a point of a surface; the density is by solid angle and
-    /// without the probability of the part. Where the shape's alpha lets rays through it shines
-    /// so much less; where it lets all of them through it shines unseen, as in pbrt-v4.
+    /// Samples a point of a primitive for a point of a surface. The density [1/sr] does not include
+    /// the probability of the primitive. The alpha of the shape scales the radiance, except that a
+    /// shape of alpha 0 emits in full although no ray hits it, as in pbrt-v4.
     pub(super) fn sample(
         &self,
         shape: &Shape,
-        part: u32,
+        primitive: u32,
         from: &SurfacePoint,
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let textured = self.emission.image.is_some() || !shape.opaque();
-        let Place { point, uv, density } = match &shape.geometry {
-            Geometry::Mesh(mesh) => self.triangle(mesh, part, from.position, u, textured)?,
-            Geometry::Quadric(quadric) => self.quadric(quadric, from.position, u, textured),
+        let textured = self.emission.image.is_some() || !shape.is_opaque();
+        let EmitterPoint { point, uv, density } = match &shape.geometry {
+            Geometry::Mesh(mesh) => {
+                self.sample_triangle(mesh, primitive, from.position, u, textured)?
+            }
+            Geometry::Quadric(quadric) => self.sample_quadric(quadric, from.position, u, textured),
         };
-        let start = from.leave(point.position - from.position);
-        let end = point.leave(start - point.position);
+        let start = from.offset_origin(point.position - from.position);
+        let end = point.offset_origin(start - point.position);
         let direction = end - start;
         let d2 = direction.length_squared();
         let cos = -point.normal.dot(direction) / d2.sqrt();
@@ -174,70 +176,78 @@ impl AreaLight {
             Density::Area(density) => density * d2 / cos,
         };
         let usable = cos > 0.0 && d2 > 0.0 && density > 0.0 && density.is_finite();
-        let singular = shape.unseen();
-        let shown = if singular { 1.0 } else { shape.presence(uv, &point) };
+        let singular = shape.is_invisible();
+        let alpha = if singular { 1.0 } else { shape.alpha_at(uv, &point) };
         usable.then(|| LightSample {
             direction,
             t_max: 1.0,
-            radiance: self.radiance(part, uv).map(|l| l * shown),
+            radiance: self.radiance(primitive, uv).map(|l| l * alpha),
             density,
             singular,
         })
     }
 
-    fn triangle(
+    fn sample_triangle(
         &self,
         mesh: &Mesh,
-        part: u32,
+        primitive: u32,
         from: Vec3,
         u: [f32; 2],
         textured: bool,
-    ) -> Option<Place> {
-        let (hit, density) = match SphericalTriangle::seen(mesh.corners(part), from) {
+    ) -> Option<EmitterPoint> {
+        let (hit, density) = match SphericalTriangle::new(mesh.corners(primitive), from) {
             Some(seen) => {
                 let [v, w] = seen.sample(u)?;
-                let hit = Hit { t: 0.0, u: v, v: w, primitive: part, ..Hit::MISS };
+                let hit = Hit { t: 0.0, u: v, v: w, primitive, ..Hit::MISS };
                 (hit, Density::SolidAngle((1.0 / seen.solid_angle) as f32))
             }
-            None => (mesh.sample(part, u), Density::Area(1.0 / mesh.area(part))),
+            None => (mesh.sample(primitive, u), Density::Area(1.0 / mesh.area(primitive))),
         };
-        let uv = if textured { mesh.patch(&hit).uv } else { Vec2::ZERO };
-        Some(Place { point: mesh.point(&hit), uv, density })
+        let uv = if textured { mesh.derivatives(&hit).uv } else { Vec2::ZERO };
+        Some(EmitterPoint { point: mesh.point(&hit), uv, density })
     }
 
-    fn quadric(&self, quadric: &Quadric, from: Vec3, u: [f32; 2], textured: bool) -> Place {
-        let (point, density) = match self.ball.and_then(|ball| ball.seen(from)) {
-            Some(disc) => (disc.sample(u), Density::SolidAngle(disc.density())),
+    fn sample_quadric(
+        &self,
+        quadric: &Quadric,
+        from: Vec3,
+        u: [f32; 2],
+        textured: bool,
+    ) -> EmitterPoint {
+        let (point, density) = match self.sphere.and_then(|sphere| sphere.visible_from(from)) {
+            Some(cap) => (cap.sample(u), Density::SolidAngle(cap.density())),
             None => {
                 let (point, density) = quadric.sample(u);
                 (point, Density::Area(density))
             }
         };
         let uv = match textured {
-            true => quadric.patch(point.position.as_dvec3()).uv,
+            true => quadric.derivatives(point.position.as_dvec3()).uv,
             false => Vec2::ZERO,
         };
-        Place { point, uv, density }
+        EmitterPoint { point, uv, density }
     }
 
-    /// The density by solid angle with which [`Self::sample`] chooses a point of a part.
+    /// Returns the density [1/sr] with which [`Self::sample`] samples a point of a primitive.
     pub(super) fn density(
         &self,
         geometry: &Geometry,
-        part: u32,
+        primitive: u32,
         from: Vec3,
         point: &SurfacePoint,
         direction: Vec3,
     ) -> f32 {
         let density = match geometry {
-            Geometry::Mesh(mesh) => match SphericalTriangle::seen(mesh.corners(part), from) {
+            Geometry::Mesh(mesh) => match SphericalTriangle::new(mesh.corners(primitive), from) {
                 Some(seen) => return (1.0 / seen.solid_angle) as f32,
-                None => 1.0 / mesh.area(part),
+                None => 1.0 / mesh.area(primitive),
             },
-            Geometry::Quadric(quadric) => match self.ball.and_then(|ball| ball.seen(from)) {
-                Some(disc) => return disc.density(),
-                None => quadric.density(point.position.as_dvec3()),
-            },
+            Geometry::Quadric(quadric) => {
+                match self.sphere.and_then(|sphere| sphere.visible_from(from)) {
+                    Some(cap) => return cap.density(),
+                    None => quadric.density(point.position.as_dvec3()),
+                }
+            }
         };
         let d2 = (point.position - from).length_squared();
         let density = density * d2 / point.normal.dot(direction).abs();
@@ -245,11 +255,12 @@ impl AreaLight {
     }
 }
 
-/// The sides on which a triangle with shading normals shines: both, where they disagree.
-fn mesh_sides(mesh: &Mesh, part: u32, flat: Vec3) -> Cone {
-    let corners = mesh.triangles[part as usize];
+/// Returns the cone of directions into which a triangle with shading normals may emit: about the
+/// geometric normal, or all directions if a shading normal is on the other side.
+fn normal_cone(mesh: &Mesh, primitive: u32, flat: Vec3) -> Cone {
+    let corners = mesh.triangles[primitive as usize];
     let agree = corners.iter().all(|&i| Vec3::from(mesh.normals[i as usize]).dot(flat) > 0.0);
-    if agree { Cone::along(flat) } else { Cone { axis: flat, angle: PI } }
+    if agree { Cone::from_direction(flat) } else { Cone { axis: flat, angle: PI } }
 }
 
 fn image_mean(image: &ImageMap) -> [f32; 3] {

@@ -1,78 +1,78 @@
-//! Light from infinitely far away on all sides, uniform or from a picture.
+//! Light from infinitely far away in all directions: uniform, or from an image.
 
 use std::f32::consts::PI;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::lamp::luminance;
-use super::{mean, square};
+use super::point::luminance;
+use super::{equal_area, mean};
 use crate::distribution::Distribution;
 use crate::scene::texture::ImageMap;
 
-/// Radiance that comes from infinitely far away.
+/// A light at infinite distance in all directions.
 #[derive(Clone, Debug)]
 pub struct Sky {
-    /// Radiance, or what an image is multiplied by.
+    /// Radiance, or the factor of an image; linear RGB.
     pub radiance: [f32; 3],
-    /// An image of all directions.
+    /// Image of all directions; `None` for a uniform sky.
     pub image: Option<SkyImage>,
 }
 
-/// An image of all directions.
+/// Image of all directions, with the distribution that samples it.
 #[derive(Clone, Debug)]
 pub struct SkyImage {
     map: ImageMap,
     light_from_world: Mat3,
     world_from_light: Mat3,
     layout: SkyLayout,
-    /// Which pixels are bright; `None` where all are black.
+    /// Distribution over the pixels by brightness; `None` if all are black.
     distribution: Option<Distribution>,
 }
 
-/// How an image holds all directions.
+/// Mapping of all directions onto an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SkyLayout {
-    /// Longitude and latitude, twice as wide as high (pbrt-v2); interpolated between pixels.
+    /// Longitude and latitude (pbrt-v2), with interpolation between pixels.
     Equirectangular,
-    /// The square of Clarberg 2008, "Fast equal-area mapping of the (hemi)sphere" (pbrt-v4); a
-    /// pixel has one colour, as there.
+    /// Equal-area mapping to a square (pbrt-v4; Clarberg 2008, "Fast equal-area mapping of the
+    /// (hemi)sphere"), without interpolation between pixels.
     EqualArea,
 }
 
-/// A direction of the sky.
+/// A sampled direction of a sky.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SkySample {
     /// Unit vector, world space.
     pub(super) direction: Vec3,
     pub(super) radiance: [f32; 3],
-    /// By solid angle.
+    /// Probability density [1/sr].
     pub(super) density: f32,
 }
 
 impl SkyLayout {
-    fn point(self, d: Vec3) -> Vec2 {
+    fn to_uv(self, d: Vec3) -> Vec2 {
         match self {
             Self::Equirectangular => {
                 let phi = d.y.atan2(d.x);
                 let phi = if phi < 0.0 { phi + 2.0 * PI } else { phi };
                 Vec2::new(phi / (2.0 * PI), d.x.hypot(d.y).atan2(d.z) / PI)
             }
-            Self::EqualArea => square::from_sphere(d),
+            Self::EqualArea => equal_area::from_sphere(d),
         }
     }
 
-    fn direction(self, uv: Vec2) -> Vec3 {
+    fn to_direction(self, uv: Vec2) -> Vec3 {
         match self {
             Self::Equirectangular => {
                 let (sin_phi, cos_phi) = (uv.x * 2.0 * PI).sin_cos();
                 let (sin, cos) = (uv.y * PI).sin_cos();
                 Vec3::new(sin * cos_phi, sin * sin_phi, cos)
             }
-            Self::EqualArea => square::to_sphere(uv),
+            Self::EqualArea => equal_area::to_sphere(uv),
         }
     }
 
-    /// The solid angle of a unit of the image's area about a point of it.
+    /// Returns the solid angle per unit of image area at a point of the unit square (sr).
     fn solid_angle(self, uv: Vec2) -> f32 {
         match self {
             Self::Equirectangular => 2.0 * PI * PI * (uv.y * PI).sin(),
@@ -82,8 +82,8 @@ impl SkyLayout {
 }
 
 impl SkyImage {
-    /// An image on the sky; its directions are turned by a matrix from world space to the
-    /// light's own. `None` where the matrix cannot be inverted.
+    /// Makes the image of a sky. Returns `None` if the matrix from world space to light space
+    /// cannot be inverted.
     pub fn new(map: ImageMap, light_from_world: Mat3, layout: SkyLayout) -> Option<Self> {
         let world_from_light = light_from_world.inverse();
         if !(light_from_world.is_finite() && world_from_light.is_finite()) {
@@ -96,7 +96,7 @@ impl SkyImage {
         let distribution = match layout {
             SkyLayout::EqualArea => Distribution::new(size, bright),
             SkyLayout::Equirectangular => Distribution::new(size, |x, y| {
-                // The mean over the pixel of what is interpolated between the pixels.
+                // The mean of the interpolated image over the pixel.
                 let near = |i: usize, n: usize| [i.saturating_sub(1), i, (i + 1).min(n - 1)];
                 let weights = [0.125, 0.75, 0.125];
                 let mut sum = 0.0;
@@ -112,16 +112,16 @@ impl SkyImage {
         Some(Self { map, light_from_world, world_from_light, layout, distribution })
     }
 
-    /// The illuminance of an upward-facing patch (z of the light's space), over luminance, by
-    /// which pbrt-v4 fulfils a wish for an illuminance. It counts every pixel with half its
-    /// solid angle, and so do we: skies come out as bright as there.
+    /// Returns the illuminance of a surface that faces +z of light space, by which pbrt-v4 scales a
+    /// sky to a requested illuminance. Like pbrt-v4, it counts every pixel with half its solid
+    /// angle, so that skies have the same brightness.
     pub fn illuminance(&self) -> f32 {
         let [width, height] = self.map.picture.size;
         let mut sum = 0.0;
         for (i, &pixel) in self.map.picture.pixels.iter().enumerate() {
             let at = Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
             let uv = at / Vec2::new(width as f32, height as f32);
-            let cos = self.layout.direction(uv).z.max(0.0);
+            let cos = self.layout.to_direction(uv).z.max(0.0);
             sum += f64::from(luminance(pixel) * cos * self.layout.solid_angle(uv) / 2.0);
         }
         (sum / self.map.picture.pixels.len() as f64) as f32
@@ -130,7 +130,7 @@ impl SkyImage {
     fn at(&self, uv: Vec2) -> [f32; 3] {
         let size = self.map.picture.size;
         let texel = match self.layout {
-            SkyLayout::Equirectangular => self.map.at(uv),
+            SkyLayout::Equirectangular => self.map.colour(uv),
             SkyLayout::EqualArea => {
                 let [x, y] = [0, 1].map(|i| ((uv[i] * size[i] as f32) as usize).min(size[i] - 1));
                 self.map.picture.pixels[y * size[0] + x]
@@ -139,20 +139,20 @@ impl SkyImage {
         texel.map(|c| c.max(0.0))
     }
 
-    /// The square of an image for a direction of world space, and by how much solid angles
-    /// shrink on the way from the light's space: 1 where its matrix only turns.
-    fn place(&self, direction: Vec3) -> (Vec2, f32) {
+    /// Returns the point of the image for a direction, world space, and the ratio of solid angles
+    /// in light space to those in world space: 1 if the matrix is a rotation.
+    fn locate(&self, direction: Vec3) -> (Vec2, f32) {
         let d = self.light_from_world * direction;
         let length = d.length();
-        let shrink = self.light_from_world.determinant().abs() / length.powi(3);
-        (self.layout.point(d / length), shrink)
+        let solid_angle_ratio = self.light_from_world.determinant().abs() / length.powi(3);
+        (self.layout.to_uv(d / length), solid_angle_ratio)
     }
 
     fn density(&self, direction: Vec3) -> f32 {
         let Some(distribution) = &self.distribution else { return 0.0 };
-        let (uv, shrink) = self.place(direction);
+        let (uv, solid_angle_ratio) = self.locate(direction);
         let density = distribution.density(uv.to_array());
-        let density = density * shrink / self.layout.solid_angle(uv);
+        let density = density * solid_angle_ratio / self.layout.solid_angle(uv);
         if density.is_finite() { density } else { 0.0 }
     }
 
@@ -167,39 +167,40 @@ impl SkyImage {
                 self.map.picture.pixels[y * size[0] + x].map(|c| c.max(0.0))
             }
         };
-        let d = self.world_from_light * self.layout.direction(uv);
+        let d = self.world_from_light * self.layout.to_direction(uv);
         let direction = d.normalize();
-        let shrink = self.light_from_world.determinant().abs() * d.length().powi(3);
-        let density = chosen.density * shrink / self.layout.solid_angle(uv);
+        let solid_angle_ratio = self.light_from_world.determinant().abs() * d.length().powi(3);
+        let density = chosen.density * solid_angle_ratio / self.layout.solid_angle(uv);
         let usable = density > 0.0 && density.is_finite();
         usable.then_some(SkySample { direction, radiance, density })
     }
 }
 
 impl Sky {
-    /// The radiance from a direction (unit, world space, away from the scene).
+    /// Returns the radiance from a unit direction, world space, away from the scene.
     pub fn radiance(&self, direction: Vec3) -> [f32; 3] {
         let Some(image) = &self.image else { return self.radiance };
-        self.times(image.at(image.place(direction).0))
+        self.scaled(image.at(image.locate(direction).0))
     }
 
-    fn times(&self, texel: [f32; 3]) -> [f32; 3] {
+    fn scaled(&self, texel: [f32; 3]) -> [f32; 3] {
         [0, 1, 2].map(|i| texel[i] * self.radiance[i])
     }
 
-    /// Whether nothing comes from it.
+    /// Returns whether the sky emits nothing.
     pub(super) fn is_dark(&self) -> bool {
         let dark = |image: &SkyImage| image.distribution.is_none();
         mean(self.radiance.map(|r| r.max(0.0))) <= 0.0 || self.image.as_ref().is_some_and(dark)
     }
 
-    /// Chooses a direction: bright ones of its image more often. `None` without an image.
+    /// Samples a direction in proportion to the brightness of the image. Returns `None` without an
+    /// image.
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
         let sample = self.image.as_ref()?.sample(u)?;
-        Some(SkySample { radiance: self.times(sample.radiance), ..sample })
+        Some(SkySample { radiance: self.scaled(sample.radiance), ..sample })
     }
 
-    /// The density, by solid angle, with which [`Self::sample`] chooses a direction.
+    /// Returns the density [1/sr] with which [`Self::sample`] samples a direction.
     pub(super) fn density(&self, direction: Vec3) -> f32 {
         self.image.as_ref().map_or(0.0, |image| image.density(direction))
     }

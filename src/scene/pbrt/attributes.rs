@@ -1,88 +1,66 @@
-//! Defaults that the file sets for parameters to come, and options of the whole render.
+//! The Attribute directive: defaults of parameters of the directives that follow.
 
 use std::sync::Arc;
 
 use super::SceneError;
 use super::params::Params;
-use super::reader::Reader;
-use super::vocabulary::Entry;
-use crate::source::hint;
+use super::reader::SceneReader;
+use crate::io::hint;
 
-/// What Attribute can set defaults for.
-pub(super) const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture"];
+/// The groups of directives for which Attribute sets defaults.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Target {
+    Shape,
+    Light,
+    Material,
+    Medium,
+    Texture,
+}
 
-/// Options of pbrt-v4 that cannot change the mean of any pixel here.
-const HARMLESS: &[&str] = &[
-    "rendercoordsys",
-    "displacementedgescale",
-    "msereferenceimage",
-    "msereferenceout",
-    "pixelstats",
-    "wavefront",
-    "disablewavelengthjitter",
-];
+impl Target {
+    pub(super) const ALL: [Self; 5] =
+        [Self::Shape, Self::Light, Self::Material, Self::Medium, Self::Texture];
 
-/// Options of pbrt-v4 that would, and what happens instead.
-const LEFT: &[(&str, &str)] = &[
-    ("disablepixeljitter", "samples are spread over their pixels"),
-    ("disabletexturefiltering", "textures are looked up as always"),
-    ("forcediffuse", "surfaces stay as they are"),
-];
+    fn name(self) -> &'static str {
+        match self {
+            Self::Shape => "shape",
+            Self::Light => "light",
+            Self::Material => "material",
+            Self::Medium => "medium",
+            Self::Texture => "texture",
+        }
+    }
+}
 
-impl Reader {
+impl SceneReader {
     pub(super) fn attribute(&mut self) -> Result<(), SceneError> {
-        let target = self.string()?;
+        let name = self.string()?;
         let params = self.params()?;
-        let Some(place) = TARGETS.iter().position(|known| *known == target) else {
-            let hint = hint(&target, TARGETS);
-            let expected = format!("expected one of {}", TARGETS.join(", "));
-            return self.refuse(format!("attributes of \"{target}\"{hint}"), &expected);
+        let Some(target) = Target::ALL.into_iter().find(|target| target.name() == name) else {
+            let names = Target::ALL.map(Target::name);
+            let hint = hint(&name, names);
+            let expected = format!("expected one of {}", names.join(", "));
+            return self.refuse(format!("attributes of \"{name}\"{hint}"), &expected);
         };
-        let defaults = Arc::make_mut(&mut self.state.attributes[place]);
+        let defaults = Arc::make_mut(&mut self.state.attributes[target as usize]);
         defaults.retain(|param| params.find(&param.name).is_none());
         defaults.extend(params.all);
         Ok(())
     }
 
-    /// Adds the defaults that a kind of a directive understands to what it was given.
-    pub(super) fn defaults(&self, entry: &Entry, params: &mut Params) {
-        let target = match entry.directive {
-            "Shape" => 0,
-            "LightSource" | "AreaLightSource" => 1,
-            "Material" => 2,
-            "Texture" => 4,
-            _ => return,
-        };
-        // The last of a name counts.
-        for param in self.state.attributes[target].iter().rev() {
-            if params.find(&param.name).is_none() && entry.names().any(|name| name == param.name) {
+    /// Adds the defaults of a target to the parameters of a directive: those that are `read` by its
+    /// kind and not given.
+    pub(super) fn add_defaults(
+        &self,
+        target: Target,
+        read: impl Fn(&str) -> bool,
+        params: &mut Params,
+    ) {
+        // The last parameter of a name counts.
+        for param in self.state.attributes[target as usize].iter().rev() {
+            if params.find(&param.name).is_none() && read(&param.name) {
                 params.all.push(param.clone());
             }
         }
-    }
-
-    pub(super) fn option(&mut self) -> Result<(), SceneError> {
-        let mut params = self.options()?;
-        for param in &mut params.all {
-            // As in pbrt-v4, "disable-pixel-jitter" and "disablePixelJitter" are one option.
-            param.name = param.name.to_lowercase().replace(['-', '_'], "");
-        }
-        for param in &params.all {
-            let name = param.name.as_str();
-            if name == "seed" {
-                self.seeds[1] = params.seed(name)?;
-            } else if let Some((_, instead)) = LEFT.iter().find(|(left, _)| *left == name) {
-                if params.truth(name)? == Some(true) {
-                    let what = format!("the option \"{name}\"");
-                    self.notices.instead(&param.at, &what, instead);
-                }
-            } else if !HARMLESS.contains(&name) {
-                let names = HARMLESS.iter().copied().chain(LEFT.iter().map(|(left, _)| *left));
-                let hint = hint(name, names.chain(["seed"]));
-                let found = format!("unknown option \"{name}\"{hint}");
-                return Err(SceneError::at(param.at.clone(), found, ""));
-            }
-        }
-        Ok(())
     }
 }

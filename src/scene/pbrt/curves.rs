@@ -1,11 +1,17 @@
-//! Curves from their parameters: Bezier and B-spline, quadratic and cubic.
+//! Curves: Bezier and B-spline, quadratic and cubic.
 
 use glam::DVec3;
 
 use super::SceneError;
-use super::claims::mesh_fits;
+use super::memory::{MeshSize, require_memory};
 use super::params::Params;
-use crate::scene::{CurveSegment, Mesh, tessellate};
+use crate::scene::{CurveSegment, Mesh, tessellate_curve};
+
+#[derive(Clone, Copy, PartialEq)]
+enum Basis {
+    Bezier,
+    BSpline,
+}
 
 /// Makes the mesh of a curve.
 pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
@@ -20,25 +26,29 @@ pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
         return Err(params.refuse("degree", found, "expected 2 or 3"));
     }
     let degree = degree as usize;
-    let spline = match params.text("basis")?.unwrap_or("bezier") {
-        "bezier" => false,
-        "bspline" => true,
+    let basis = match params.text("basis")?.unwrap_or("bezier") {
+        "bezier" => Basis::Bezier,
+        "bspline" => Basis::BSpline,
         other => {
             let found = format!("the basis \"{other}\"");
             return Err(params.refuse("basis", found, "expected bezier or bspline"));
         }
     };
-    let whole = spline || (points.len() - 1).is_multiple_of(degree);
+    let whole = basis == Basis::BSpline || (points.len() - 1).is_multiple_of(degree);
     if points.len() <= degree || !whole {
         let found = format!("{} points of a curve", points.len());
-        let expected = match spline {
-            true => format!("expected {} or more", degree + 1),
-            false => format!("expected {}, and {degree} more for each segment", degree + 1),
+        let expected = match basis {
+            Basis::BSpline => format!("expected {} or more", degree + 1),
+            Basis::Bezier => format!("expected {}, and {degree} more for each segment", degree + 1),
         };
         return Err(params.refuse("P", found, expected));
     }
-    let windows = points.windows(degree + 1).step_by(if spline { 1 } else { degree });
-    let controls: Vec<[DVec3; 4]> = windows.map(|window| control(window, spline)).collect();
+    let step = match basis {
+        Basis::BSpline => 1,
+        Basis::Bezier => degree,
+    };
+    let windows = points.windows(degree + 1).step_by(step);
+    let controls: Vec<[DVec3; 4]> = windows.map(|window| control(window, basis)).collect();
     let facing = facing(params, controls.len())?;
     let width = params.float("width", 1.0)?;
     let ends = [params.float("width0", width)?, params.float("width1", width)?];
@@ -54,28 +64,28 @@ pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
         .map(|(i, control)| CurveSegment {
             control,
             width: [width(i), width(i + 1)],
-            facing: facing.as_ref().map(|facing| [facing[i], facing[i + 1]]),
+            normals: facing.as_ref().map(|facing| [facing[i], facing[i + 1]]),
         })
         .collect();
     let what = format!("a curve of {} segments", segments.len());
-    mesh_fits(
-        &params.at,
-        &what,
-        segments.iter().fold([0, 0], |[vertices, triangles], segment| {
-            let [more_vertices, more_triangles] = segment.counts();
-            [vertices + more_vertices, triangles + more_triangles]
-        }),
-    )?;
-    Ok(tessellate(&segments))
+    let mut size = MeshSize { vertices: 0, triangles: 0 };
+    for segment in &segments {
+        let [vertices, triangles] = segment.counts();
+        size.vertices += vertices;
+        size.triangles += triangles;
+    }
+    require_memory(params, &what, size)?;
+    Ok(tessellate_curve(&segments))
 }
 
-/// The normals of a ribbon, one more than it has segments.
+/// Returns the normals of a ribbon, one more than it has segments, or `None` for another type of
+/// curve.
 fn facing(params: &Params, segments: usize) -> Result<Option<Vec<DVec3>>, SceneError> {
     match params.text("type")?.unwrap_or("flat") {
         "flat" | "cylinder" => return Ok(None),
         "ribbon" => {}
         other => {
-            let found = format!("the type \"{other}\" of curve");
+            let found = format!("the curve type \"{other}\"");
             return Err(params.refuse("type", found, "expected flat, cylinder or ribbon"));
         }
     }
@@ -92,14 +102,14 @@ fn facing(params: &Params, segments: usize) -> Result<Option<Vec<DVec3>>, SceneE
     }
 }
 
-/// The cubic Bezier control points of one segment (Farin 2002, "Curves and surfaces for CAGD",
-/// chapters 6 and 8).
-fn control(points: &[DVec3], spline: bool) -> [DVec3; 4] {
+/// Returns the cubic Bezier control points of one segment (Farin 2002, "Curves and surfaces for
+/// CAGD", chapters 6 and 8).
+fn control(points: &[DVec3], basis: Basis) -> [DVec3; 4] {
     let raised = |a: DVec3, b: DVec3, c: DVec3| [a, (a + 2.0 * b) / 3.0, (2.0 * b + c) / 3.0, c];
-    match (points, spline) {
-        (&[a, b, c], false) => raised(a, b, c),
-        (&[a, b, c], true) => raised((a + b) / 2.0, b, (b + c) / 2.0),
-        (&[a, b, c, d], true) => [
+    match (points, basis) {
+        (&[a, b, c], Basis::Bezier) => raised(a, b, c),
+        (&[a, b, c], Basis::BSpline) => raised((a + b) / 2.0, b, (b + c) / 2.0),
+        (&[a, b, c, d], Basis::BSpline) => [
             (a + 4.0 * b + c) / 6.0,
             (2.0 * b + c) / 3.0,
             (b + 2.0 * c) / 3.0,

@@ -1,68 +1,69 @@
-//! What a scene file asks for, before it meets a lens file and the command line.
+//! Contents of a scene file, before they are combined with a lens file and the command line.
 
 use std::path::PathBuf;
 
 use glam::DAffine3;
 
 use crate::film::filter::Profile;
+use crate::io::{FileLog, Location, ReadContext, Warning};
 use crate::lens::Pose;
 use crate::motion::Motion;
-use crate::scene::Scene;
-use crate::shade::Reach;
+use crate::scene::{PathLimits, Scene};
 use crate::shutter::Shutter;
-use crate::source::{Files, Location, Warning};
 
-/// A scene file, read. Clones share all that is large, so that one may become many jobs.
+/// The contents of a scene file. Clones share all large data, so that one may become many jobs.
 #[derive(Clone, Debug)]
 pub struct Description {
-    /// What is seen.
+    /// Shapes, materials and lights.
     pub scene: Scene,
-    /// Through what.
+    /// The camera.
     pub camera: CameraSpec,
-    /// The camera's place when motions begin: camera space to world space.
+    /// The pose of the camera at the start of motions: camera space to world space.
     pub world_from_camera: DAffine3,
-    /// Where it goes from there.
+    /// The pose of the camera over time.
     pub camera_motion: Motion,
-    /// Where the camera stands in the file.
+    /// The location of the Camera directive.
     pub camera_at: Location,
-    /// Onto what.
+    /// The film.
     pub film: FilmSpec,
     /// Samples a pixel.
     pub samples: u32,
     /// Seed of the random numbers.
     pub seed: u32,
-    /// How samples are weighted about their pixel.
+    /// The pixel filter.
     pub filter: FilterSpec,
-    /// How far paths go.
-    pub reach: Reach,
-    /// When the film is exposed.
+    /// The limits of paths.
+    pub path_limits: PathLimits,
+    /// The shutter.
     pub shutter: Shutter,
-    /// When motions begin and end, s.
+    /// The times at which motions begin and end (s).
     pub transform_times: [f64; 2],
-    /// Whether rough surfaces should be made rougher behind diffuse ones, which is not done.
+    /// Whether the file asks for rougher surfaces behind diffuse ones, which is not supported.
     pub regularize: bool,
-    /// What was noticed on the way.
+    /// The warnings of the reader.
     pub warnings: Vec<Warning>,
-    /// What it was read from.
-    pub files: Files,
+    /// The files that were read.
+    pub files: FileLog,
+    /// The memory budget of the readers.
+    pub context: ReadContext,
 }
 
-/// The film.
+/// The parameters of the film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSpec {
-    /// Width and height, pixels.
+    /// Width and height (pixels).
     pub resolution: [u32; 2],
-    /// Diagonal, mm.
+    /// Diagonal (mm).
     pub diagonal: f64,
-    /// First pixel, and first pixel not, that is rendered.
+    /// The rendered pixels: x and y of the first, and of the end, which is not rendered.
     pub bounds: [[u32; 2]; 2],
-    /// Name of the picture.
+    /// File name of the picture.
     pub filename: Option<PathBuf>,
-    /// Sensitivity.
+    /// Sensitivity (ISO).
     pub iso: f64,
-    /// The largest X, Y or Z of a sample; brighter ones are scaled down to it.
-    pub brightest: Option<f64>,
-    /// Colour temperature, K, of the daylight that is to look white.
+    /// The largest X, Y or Z of a sample; brighter samples are scaled down to it.
+    pub max_component: Option<f64>,
+    /// Colour temperature (K) of the daylight that becomes white.
     pub white_balance: Option<f64>,
     /// Whether the file asks for layers of geometry beside the picture.
     pub gbuffer: bool,
@@ -71,56 +72,56 @@ pub struct FilmSpec {
 /// The pixel filter: a product of one function of x and one of y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSpec {
-    /// The function.
+    /// The function of each axis.
     pub profile: Profile,
-    /// Radii along x and y, pixels.
+    /// Radii along x and y (pixels).
     pub radius: [f64; 2],
 }
 
-/// The camera.
+/// The parameters of the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraSpec {
-    /// Through a lens file.
+    /// A real lens.
     Realistic(RealisticSpec),
-    /// Through a pinhole or a thin lens.
+    /// A pinhole or a thin lens.
     Thin(ThinSpec),
 }
 
 /// A camera with a real lens, in one of two dialects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RealisticSpec {
-    /// pbrt-v4: units of metres, the origin at the film's centre, focused by a distance.
+    /// pbrt-v4: scene units of metres, the origin at the film's centre, focused by a distance.
     V4 {
         /// The lens file.
         lens: PathBuf,
-        /// Where the scene names it.
+        /// The location of the parameter that names it.
         lens_at: Location,
-        /// Diameter of the stop, mm.
+        /// Diameter of the stop (mm).
         aperture: f64,
         /// The shape of the stop, if the scene names one.
         iris: Option<IrisSpec>,
-        /// What is in focus, metres from the film.
+        /// Distance from the film to the plane in focus (m).
         focus: f64,
-        /// How long the shutter is open, seconds.
+        /// Exposure time (s).
         exposure_time: f64,
-        /// How the film stands.
+        /// Shift and tilt of the film.
         film_pose: Pose,
     },
-    /// The course of 2016 on pbrt-v2: units of mm, the origin at the front vertex.
+    /// The course of 2016 on pbrt-v2: scene units of mm, the origin at the front vertex.
     V2 {
         /// The lens file.
         lens: PathBuf,
-        /// Where the scene names it.
+        /// The location of the parameter that names it.
         lens_at: Location,
-        /// Diameter of the stop, mm.
+        /// Diameter of the stop (mm).
         aperture: f64,
-        /// Rear vertex to film, mm.
+        /// Distance from the rear vertex to the film (mm).
         film_distance: f64,
-        /// Diagonal of the film, mm.
+        /// Diagonal of the film (mm).
         film_diagonal: f64,
-        /// Nearest and farthest depth that is seen, mm.
+        /// Nearest and farthest visible depth (mm).
         depth: [f64; 2],
-        /// How the film stands.
+        /// Shift and tilt of the film.
         film_pose: Pose,
     },
 }
@@ -128,28 +129,28 @@ pub enum RealisticSpec {
 /// The shape of a stop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IrisSpec {
-    /// A name of pbrt's, or of a picture.
+    /// The name of a shape of pbrt's, or of an image file.
     pub name: String,
-    /// Where the picture would be.
+    /// The path of the image file, if the name means one.
     pub path: PathBuf,
 }
 
 /// A pinhole or a thin lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinSpec {
-    /// Field of view of the shorter side, degrees.
+    /// Field of view of the shorter side (degrees).
     pub fov: f64,
-    /// Width over height of the picture, if it is not that of its pixels.
+    /// Width over height of the picture, unless it is that of its pixels.
     pub aspect: Option<f64>,
-    /// What is seen, x0 x1 y0 y1 in units in which the field of view is from -1 to 1, y
-    /// upwards; if it is not the middle.
+    /// The visible window x0 x1 y0 y1, y upwards, in units in which the field of view is from -1 to
+    /// 1; `None` if it is centred.
     pub window: Option<[f64; 4]>,
-    /// Radius of the lens, camera units.
+    /// Radius of the lens [camera units].
     pub lens_radius: f64,
-    /// Depth in focus, camera units.
+    /// Depth in focus [camera units].
     pub focal_distance: f64,
-    /// Nearest and farthest depth that is seen, camera units.
+    /// Nearest and farthest visible depth [camera units].
     pub depth: [f64; 2],
-    /// How long the shutter is open, seconds.
+    /// Exposure time (s).
     pub exposure_time: f64,
 }

@@ -1,175 +1,199 @@
-//! Materials, named and in place: the directives. What a kind of material reads is in
-//! [`super::surfaces`].
+//! The Material, MakeNamedMaterial and NamedMaterial directives.
 
 use super::SceneError;
-use super::colour::Meaning;
-use super::forward::Waiting;
+use super::directive_kinds::Selected;
+use super::forward_references::Deferred;
+use super::material_kinds::{MATERIAL, MaterialBuilder, MaterialKind};
 use super::params::Params;
-use super::reader::Reader;
-use super::surfaces::Recipe;
-use crate::scene::{ImageMap, Mapping, Material, Scatters, Wrap};
-use crate::source::{Location, hint};
+use super::reader::SceneReader;
+use crate::io::image::Transfer;
+use crate::io::{Location, hint};
+use crate::scene::{ImageMap, Mapping, Material, MaterialModel, Wrap};
 
-/// A material that has a name, or that something has asked for by name.
-pub(super) struct Named {
+/// A material that is defined or used by name.
+pub(super) struct NamedMaterial {
     pub(super) index: u32,
-    /// Where it was asked for, while it has not been made.
-    pub(super) promised: Option<Location>,
-    /// Mixes inside each other, itself counted.
-    pub(super) mixes: u32,
+    /// The location of its first use, until it is defined.
+    pub(super) forward_reference: Option<Location>,
+    /// Depth of nested mixes, itself included.
+    pub(super) mix_depth: u32,
 }
 
-/// A material as far as it is known before its textures are.
-pub(super) struct Draft {
-    name: String,
+/// A checked material, whose textures may not be defined yet.
+pub(super) struct MaterialDraft {
+    /// `None` if the kind is not supported.
+    kind: Option<MaterialKind>,
     params: Params,
-    supported: bool,
     normal_map: Option<ImageMap>,
-    materials: Option<[u32; 2]>,
-    mixes: u32,
+    /// The materials of a mix.
+    mixed: Mixed,
 }
 
-/// Mixes of mixes that a surface may be made of: at each one every ray draws a random number.
-const MOST_MIXES: u32 = 64;
+/// The two materials of a mix, and the depth of nested mixes that it makes.
+#[derive(Clone, Copy, Default)]
+struct Mixed {
+    materials: [u32; 2],
+    depth: u32,
+}
 
-impl Reader {
+/// Limit of the depth of nested mixes: each level costs every ray a random number.
+const MAX_MIX_DEPTH: u32 = 64;
+
+/// Whether a material has a name.
+#[derive(Clone, Copy, PartialEq)]
+enum Naming {
+    Named,
+    Unnamed,
+}
+
+impl SceneReader {
     pub(super) fn material(&mut self) -> Result<(), SceneError> {
-        self.after_world("Material")?;
-        let name = self.string()?;
+        self.require_in_world("Material")?;
+        let kind = self.string()?;
         let params = self.params()?;
-        let draft = self.draft(name, params, false)?;
-        let index = self.builder.material(Material::diffuse([0.5; 3]));
+        let draft = self.draft_material(&kind, params, Naming::Unnamed)?;
+        let index = self.builder.add_material(Material::diffuse([0.5; 3]));
         self.state.material = index;
-        self.now_or_later(Waiting::Material { index, draft })
+        self.define_or_defer(Deferred::Material { index, draft })
     }
 
     pub(super) fn make_named_material(&mut self) -> Result<(), SceneError> {
-        self.after_world("MakeNamedMaterial")?;
+        self.require_in_world("MakeNamedMaterial")?;
         let name = self.string()?;
         let mut params = self.params()?;
         let Some(kind) = params.text("type")?.map(str::to_owned) else {
             return self.refuse("a named material without \"string type\"", "");
         };
         params.all.retain(|param| param.name != "type");
-        let draft = self.draft(kind, params, true)?;
+        let draft = self.draft_material(&kind, params, Naming::Named)?;
         let index = match self.materials.get(&name) {
-            Some(Named { index, promised: Some(_), .. }) => *index,
-            _ => self.builder.material(Material::diffuse([0.5; 3])),
+            Some(NamedMaterial { index, forward_reference: Some(_), .. }) => *index,
+            _ => self.builder.add_material(Material::diffuse([0.5; 3])),
         };
-        let mixes = draft.mixes;
-        self.materials.insert(name, Named { index, promised: None, mixes });
-        self.now_or_later(Waiting::Material { index, draft })
+        let mix_depth = draft.mixed.depth;
+        let named = NamedMaterial { index, forward_reference: None, mix_depth };
+        self.materials.insert(name, named);
+        self.define_or_defer(Deferred::Material { index, draft })
     }
 
-    /// Names may be used before they are made: pbrt-v4 looks them up when the file has ended.
+    /// Selects a named material, which may be defined later: pbrt-v4 looks names up at the end of
+    /// the file.
     pub(super) fn named_material(&mut self) -> Result<(), SceneError> {
-        self.after_world("NamedMaterial")?;
+        self.require_in_world("NamedMaterial")?;
         let name = self.string()?;
         let at = self.at.clone();
-        self.state.material = self.promised(name, &at);
+        self.state.material = self.material_index(name, &at);
         Ok(())
     }
 
-    /// The index of a material that is made before or after this.
-    fn promised(&mut self, name: String, at: &Location) -> u32 {
+    /// Returns the index of a named material, which may be defined later.
+    fn material_index(&mut self, name: String, at: &Location) -> u32 {
         let Self { materials, builder, .. } = self;
-        let named = materials.entry(name).or_insert_with(|| Named {
-            index: builder.material(Material::diffuse([0.5; 3])),
-            promised: Some(at.clone()),
-            mixes: 0,
+        let named = materials.entry(name).or_insert_with(|| NamedMaterial {
+            index: builder.add_material(Material::diffuse([0.5; 3])),
+            forward_reference: Some(at.clone()),
+            mix_depth: 0,
         });
         named.index
     }
 
-    /// An error where a material was asked for that was never made.
-    pub(super) fn promises(&self) -> Result<(), SceneError> {
-        let broken = self.materials.iter().filter_map(|(name, named)| {
-            let at = named.promised.as_ref()?;
+    /// Returns an error if a material is used by a name that is never defined.
+    pub(super) fn require_named_materials(&self) -> Result<(), SceneError> {
+        let undefined = self.materials.iter().filter_map(|(name, named)| {
+            let at = named.forward_reference.as_ref()?;
             Some((at, name))
         });
-        let Some((at, name)) = broken.min() else { return Ok(()) };
-        let made = self.materials.iter().filter(|(_, named)| named.promised.is_none());
-        let hint = hint(name, made.map(|(name, _)| name.as_str()));
-        Err(SceneError::at(at.clone(), format!("no material named \"{name}\"{hint}"), ""))
+        let Some((at, name)) = undefined.min() else { return Ok(()) };
+        Err(SceneError::at(at.clone(), self.no_material(name), ""))
     }
 
-    /// Checks a material, which is [`named`](Self::make_named_material) or in place.
-    fn draft(&mut self, name: String, params: Params, named: bool) -> Result<Draft, SceneError> {
-        let (_, name, params, supported) = self.check("Material", name, params)?;
-        let normal_map = match supported {
-            true => self.normal_map(&params)?,
-            false => None,
-        };
-        let (materials, mixes) = match name.as_str() {
-            "mix" => self.mixed(&params, named).map(|(mixed, depth)| (Some(mixed), depth))?,
-            _ => (None, 0),
-        };
-        Ok(Draft { name, params, supported, normal_map, materials, mixes })
+    /// Returns the message for the name of a material that is not defined.
+    fn no_material(&self, name: &str) -> String {
+        let defined = self.materials.iter().filter(|(_, named)| named.forward_reference.is_none());
+        let hint = hint(name, defined.map(|(name, _)| name.as_str()));
+        format!("no material named \"{name}\"{hint}")
     }
 
-    /// Makes a material of what is known of it and of its textures.
-    pub(super) fn surface(&mut self, draft: &Draft) -> Result<Material, SceneError> {
-        let Draft { name, params, supported, materials, .. } = draft;
-        let Self { library, notices, .. } = self;
-        let mut recipe = Recipe { params, library, notices };
-        if !supported {
-            return Ok(Material::new(recipe.stand_in()));
-        }
-        let scatters = match *materials {
-            Some(materials) => Scatters::Mix { materials, amount: recipe.number("amount", 0.5)? },
-            None => recipe.scatters(name)?,
+    /// Checks all of a material but its textures.
+    fn draft_material(
+        &mut self,
+        kind: &str,
+        params: Params,
+        naming: Naming,
+    ) -> Result<MaterialDraft, SceneError> {
+        let Selected { kind, params, .. } = self.check_kind(&MATERIAL, kind, params)?;
+        let normal_map = match kind {
+            Some(_) => self.normal_map(&params)?,
+            None => None,
         };
-        let bump = match recipe.maybe_number("displacement")? {
+        let mixed = match kind {
+            Some(MaterialKind::Mix) => self.mixed(&params, naming)?,
+            _ => Mixed::default(),
+        };
+        Ok(MaterialDraft { kind, params, normal_map, mixed })
+    }
+
+    /// Makes a material, once its textures are defined.
+    pub(super) fn build_material(&mut self, draft: &MaterialDraft) -> Result<Material, SceneError> {
+        let Self { library, warnings, .. } = self;
+        let mut builder = MaterialBuilder { params: &draft.params, library, warnings };
+        let Some(kind) = draft.kind else { return Ok(Material::new(builder.substitute())) };
+        let model = builder.model(kind, draft.mixed.materials)?;
+        let bump = match builder.maybe_number("displacement")? {
             Some(bump) => Some(bump),
-            None => recipe.maybe_number("bumpmap")?,
+            None => builder.maybe_number("bumpmap")?,
         };
-        Ok(Material { scatters, bump, normal_map: draft.normal_map.clone() })
+        Ok(Material { model, bump, normal_map: draft.normal_map.clone() })
     }
 
-    /// The two materials of a mix, and how many mixes that makes inside each other. Those of a named
-    /// one must have been made, so that none contains itself: as in pbrt-v4.
-    fn mixed(&mut self, params: &Params, named: bool) -> Result<([u32; 2], u32), SceneError> {
+    /// Reads the materials of a mix. As in pbrt-v4, those of a named mix must be defined before it,
+    /// so that no mix contains itself.
+    fn mixed(&mut self, params: &Params, naming: Naming) -> Result<Mixed, SceneError> {
+        let expected = "expected the names of two";
         let names = match params.texts("materials")? {
-            Some([one, other]) => [one, other],
+            Some([first, second]) => [first, second],
             Some(names) => {
                 let found = format!("a mix of {} materials", names.len());
-                return Err(params.refuse("materials", found, "expected the names of two"));
+                return Err(params.refuse("materials", found, expected));
             }
             None => {
                 let found = "a mix without \"string materials\"";
-                return Err(params.refuse("materials", found, "expected the names of two"));
+                return Err(params.refuse("materials", found, expected));
             }
         };
-        let at = params.find("materials").map_or(&params.at, |param| &param.at);
-        let (mut mixed, mut depth) = ([0; 2], 1);
-        for (place, name) in mixed.iter_mut().zip(names) {
-            *place = match (self.materials.get(name), name.as_str()) {
-                (Some(Named { index, promised: None, mixes }), _) => {
-                    depth = depth.max(mixes + 1);
+        let at = params.location("materials");
+        let mut mixed = Mixed { materials: [0; 2], depth: 1 };
+        for (material, name) in mixed.materials.iter_mut().zip(names) {
+            *material = match (self.materials.get(name), name.as_str()) {
+                (Some(NamedMaterial { index, forward_reference: None, mix_depth }), _) => {
+                    mixed.depth = mixed.depth.max(mix_depth + 1);
                     *index
                 }
-                (_, "interface") => self.builder.material(Material::new(Scatters::Interface)),
-                _ if !named => self.promised(name.clone(), at),
+                (_, "interface") => {
+                    self.builder.add_material(Material::new(MaterialModel::Interface))
+                }
+                _ if naming == Naming::Unnamed => self.material_index(name.clone(), &at),
                 _ => {
-                    let made = self.materials.iter().filter(|(_, named)| named.promised.is_none());
-                    let hint = hint(name, made.map(|(name, _)| name.as_str()));
-                    let found = format!("no material named \"{name}\"{hint}");
-                    return Err(params.refuse("materials", found, "a mix needs them made before"));
+                    let found = self.no_material(name);
+                    let expected = "define the materials of a mix before it";
+                    return Err(params.refuse("materials", found, expected));
                 }
             };
         }
-        if depth > MOST_MIXES {
-            let found = format!("a mix of {depth} mixes inside each other");
+        if mixed.depth > MAX_MIX_DEPTH {
+            let found = format!("a mix of {} nested mixes", mixed.depth);
             return Err(params.refuse("materials", found, "expected at most 64: mix fewer"));
         }
-        Ok((mixed, depth))
+        Ok(mixed)
     }
 
     fn normal_map(&mut self, params: &Params) -> Result<Option<ImageMap>, SceneError> {
-        // Only a PNG can be linear: pbrt-v4 takes other pictures of 8 bits for sRGB even here.
-        let linear = |name: &str| name.to_lowercase().ends_with(".png");
-        let srgb = params.text("normalmap")?.is_some_and(|name| !linear(name));
-        let picture = self.library.picture(params, "normalmap", &self.folder, srgb)?;
+        // Only a PNG can be linear: pbrt-v4 decodes other 8-bit images from sRGB even here.
+        let transfer = match params.text("normalmap")? {
+            Some(name) if !name.to_lowercase().ends_with(".png") => Transfer::Srgb,
+            Some(_) | None => Transfer::Linear,
+        };
+        let picture = self.library.whole_image(params, "normalmap", transfer)?;
         Ok(picture.map(|picture| ImageMap {
             picture,
             mapping: Mapping::default(),
@@ -178,18 +202,5 @@ impl Reader {
             scale: 1.0,
             invert: false,
         }))
-    }
-}
-
-impl Recipe<'_> {
-    /// What stands in for a surface that is not supported. Its parameters are not checked: it
-    /// may call another thing by the same name.
-    fn stand_in(&mut self) -> Scatters {
-        let mut found = None;
-        for name in ["Kd", "reflectance", "color"] {
-            let colour = self.library.colour_or_texture(self.params, name, Meaning::Albedo);
-            found = found.or(colour.unwrap_or(None));
-        }
-        Scatters::Diffuse { reflectance: found.unwrap_or_else(|| super::surfaces::grey(0.5)) }
     }
 }

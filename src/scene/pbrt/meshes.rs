@@ -1,36 +1,46 @@
-//! What becomes a mesh, from its parameters: triangles, bilinear patches, subdivision surfaces,
-//! curves, PLY files.
+//! Shapes that become meshes: triangle meshes, bilinear patches, subdivision surfaces, curves, PLY
+//! files.
 
-use std::path::Path;
-
-use super::claims::mesh_fits;
+use super::memory::{MeshSize, require_memory};
 use super::params::Params;
-use super::{Notices, SceneError, curves, resolve};
-use crate::scene::{Mesh, ply, subdivide, triangulate};
+use super::{SceneError, WarningLog, curves, resolve};
+use crate::scene::ply::{self, PlyMeshes};
+use crate::scene::{Mesh, subdivide, tessellate_patches};
 
-/// Triangles that a subdivision surface may become.
-const MOST_TRIANGLES: u64 = 1 << 25;
-
-/// Makes the meshes of a shape; `None` where it is of another kind. Bilinear patches become at most so
-/// many triangles.
-pub(super) fn make(
-    name: &str,
-    params: &Params,
-    folder: &Path,
-    most: u64,
-    notices: &mut Notices,
-) -> Result<Option<Vec<Mesh>>, SceneError> {
-    Ok(Some(match name {
-        "trianglemesh" => vec![triangle_mesh(params)?],
-        "plymesh" => ply_mesh(params, folder, most)?.into(),
-        "bilinearmesh" => patches(params, most)?.into(),
-        "curve" => vec![curves::make(params)?],
-        "loopsubdiv" => vec![subdivision(params, notices)?],
-        _ => return Ok(None),
-    }))
+/// The kinds of meshes.
+#[derive(Clone, Copy)]
+pub(super) enum MeshKind {
+    Triangles,
+    Ply,
+    BilinearPatches,
+    Curve,
+    LoopSubdivision,
 }
 
-/// The vertices that a mesh is given, and `N` corners for each of its faces.
+/// Limit of the triangles of a subdivision surface.
+const MAX_SUBDIVIDED: u64 = 1 << 25;
+
+/// Makes the meshes of a shape. Bilinear patches become at most `max_patch_triangles`, or two
+/// triangles each.
+pub(super) fn make(
+    kind: MeshKind,
+    params: &Params,
+    max_patch_triangles: u64,
+    warnings: &mut WarningLog,
+) -> Result<Vec<Mesh>, SceneError> {
+    Ok(match kind {
+        MeshKind::Triangles => vec![triangle_mesh(params)?],
+        MeshKind::Ply => {
+            let PlyMeshes { flat, curved } = ply_mesh(params, max_patch_triangles)?;
+            vec![flat, curved]
+        }
+        MeshKind::BilinearPatches => bilinear_patches(params, max_patch_triangles)?.into(),
+        MeshKind::Curve => vec![curves::make(params)?],
+        MeshKind::LoopSubdivision => vec![subdivision(params, warnings)?],
+    })
+}
+
+/// Returns a mesh of the given vertices, without triangles, and the `N` corners of each face.
 fn vertices<const N: usize>(params: &Params) -> Result<(Mesh, Vec<[u32; N]>), SceneError> {
     let Some(points) = params.numbers("P", &["point3"])? else {
         return Err(params.refuse("P", "a mesh without \"point3 P\"", ""));
@@ -77,7 +87,11 @@ fn faces<const N: usize>(
     let valid = |v: f64| v.fract() == 0.0 && (0.0..count as f64).contains(&v);
     if let Some(wrong) = indices.iter().find(|&&v| !valid(v)) {
         let found = format!("the index {wrong}");
-        return Err(params.refuse("indices", found, format!("there are {count} points, from 0")));
+        return Err(params.refuse(
+            "indices",
+            found,
+            format!("expected indices from 0 to below {count}"),
+        ));
     }
     Ok(faces.iter().map(|face| face.map(|v| v as u32)).collect())
 }
@@ -87,10 +101,10 @@ fn triangle_mesh(params: &Params) -> Result<Mesh, SceneError> {
     Ok(Mesh { triangles, ..mesh })
 }
 
-fn patches(params: &Params, most: u64) -> Result<[Mesh; 2], SceneError> {
+fn bilinear_patches(params: &Params, max_triangles: u64) -> Result<[Mesh; 2], SceneError> {
     let (mut mesh, mut patches) = vertices::<4>(params)?;
     if mesh.uvs.is_empty() {
-        // Each patch has its own corners of the unit square.
+        // Each patch covers the unit square, so that patches share no vertices.
         let shared = std::mem::take(&mut mesh);
         for patch in &mut patches {
             for (corner, uv) in
@@ -104,37 +118,41 @@ fn patches(params: &Params, most: u64) -> Result<[Mesh; 2], SceneError> {
             }
         }
     }
-    let curved = triangulate(&mut mesh, &patches, most);
+    let curved = tessellate_patches(&mut mesh, &patches, max_triangles);
     Ok([mesh, curved])
 }
 
-fn subdivision(params: &Params, notices: &mut Notices) -> Result<Mesh, SceneError> {
+fn subdivision(params: &Params, warnings: &mut WarningLog) -> Result<Mesh, SceneError> {
     let name = if params.find("levels").is_some() { "levels" } else { "nlevels" };
     let levels = params.float(name, 3.0)?;
     let (mesh, triangles) = vertices(params)?;
-    let most = MOST_TRIANGLES / triangles.len().max(1) as u64;
-    if levels < 0.0 || levels.fract() != 0.0 || 4f64.powf(levels) > most as f64 {
+    let max_factor = MAX_SUBDIVIDED / triangles.len().max(1) as u64;
+    if levels < 0.0 || levels.fract() != 0.0 || 4f64.powf(levels) > max_factor as f64 {
         let found = format!("{} triangles refined {levels} times", triangles.len());
-        let expected = "expected a whole number of times, and at most 33 million in the end";
+        let expected =
+            "expected a whole number of levels, and at most 33 million triangles in the end";
         return Err(params.refuse(name, found, expected));
     }
     let refined = triangles.len() as u64 * 4u64.pow(levels as u32);
     let what = format!("{refined} triangles");
-    // There are half as many vertices, and twice those while they are moved.
-    mesh_fits(&params.at, &what, [refined, refined])?;
+    // The mesh has half as many vertices as triangles, and a second copy of them for a time.
+    require_memory(params, &what, MeshSize { vertices: refined, triangles: refined })?;
     let mesh = Mesh { positions: mesh.positions, triangles, ..Mesh::default() };
     subdivide(&mesh, levels as u32).or_else(|why| {
-        notices.instead(&params.at, &format!("a loopsubdiv where {why}"), "it is not refined");
+        let feature = format!("a loopsubdiv where {why}");
+        warnings.unsupported(&params.at, &feature, "it is not refined");
         Ok(mesh)
     })
 }
 
-fn ply_mesh(params: &Params, folder: &Path, most: u64) -> Result<[Mesh; 2], SceneError> {
+fn ply_mesh(params: &Params, max_patch_triangles: u64) -> Result<PlyMeshes, SceneError> {
     let Some(name) = params.text("filename")? else {
         return Err(params.refuse("filename", "a plymesh without \"string filename\"", ""));
     };
-    ply::read(&resolve(folder, name), most).map_err(|source| {
-        let at = params.find("filename").map_or(&params.at, |param| &param.at);
-        SceneError::Mesh { at: at.clone(), source }
-    })
+    ply::read(&resolve(&params.folder, name), max_patch_triangles, &params.context).map_err(
+        |source| {
+            let at = params.location("filename");
+            SceneError::Mesh { at, source }
+        },
+    )
 }

@@ -1,86 +1,110 @@
-//! Scene files in the language of pbrt: the v4 dialect, and the v2 dialect as far as the
-//! scenes of 2016 use it. Unknown words are errors with file, line and column; known ones that
-//! are not supported yet are warnings that say what is done instead.
+//! Reader of scene files in pbrt's language: the v4 dialect, and the v2 dialect as far as the
+//! scenes of 2016 use it.
+//!
+//! An unknown word is an error with file, line and column. A known word that is not supported yet
+//! is a warning that names the substitute.
+//!
+//! `lexer` splits text into tokens, `parser` reads values and parameter lists, `reader` holds the
+//! graphics state and runs the actions of `directives`. Each directive has the table of its kinds
+//! and their parameters beside the code that reads them.
 
+mod area_lights;
 mod attributes;
-mod blocks;
-mod claims;
+mod camera;
 mod colour;
 mod curves;
 mod description;
-mod forward;
+mod directive_kinds;
+mod directives;
+mod film;
+mod forward_references;
+mod graphics_state;
+mod image_files;
+mod image_textures;
+mod include;
+mod lexer;
 mod lights;
+mod material_kinds;
 mod materials;
+mod memory;
 mod meshes;
-mod moving;
+mod moving_shapes;
+mod numbers;
+mod objects;
+mod options;
 mod params;
-mod pictures;
+mod parser;
 mod reader;
-mod refractive;
-mod settings;
+mod refractive_index;
 mod shapes;
 mod shutter;
-mod surfaces;
+mod texture_library;
+mod texture_mapping;
 mod textures;
-mod token;
 mod transforms;
-mod vocabulary;
-mod words;
-mod world;
 
 pub use description::{
     CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec,
 };
-pub use reader::read;
+pub use reader::{read, read_with};
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use crate::image::ImageError;
+use crate::io::image::ImageError;
+use crate::io::{Location, ReadError, Warning, excerpt_words};
+use crate::scene::SceneTooLarge;
 use crate::scene::ply::PlyError;
-use crate::source::{Location, Unreadable, Warning, excerpts};
 
-/// Why a scene was refused.
+/// An error that stops the reading of a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// A file could not be read.
+    /// A file cannot be read.
     #[error(transparent)]
-    Unreadable(#[from] Unreadable),
-    /// An included file could not be read.
+    Unreadable(#[from] ReadError),
+    /// An included file cannot be read.
     #[error("{at}: {source}")]
     Include {
-        /// Where it is included.
+        /// Location of the directive that includes it.
         at: Location,
-        /// The error of the reader.
-        source: Unreadable,
+        /// The reader's error.
+        source: ReadError,
     },
-    /// The text is not what it should be.
+    /// The text is not valid.
     #[error("{at}: {message}")]
     Invalid {
-        /// Where.
+        /// Location of the fault.
         at: Location,
         /// What was found and what was expected.
         message: String,
     },
-    /// A picture that a texture or light names.
+    /// The image file of a texture or light is not valid.
     #[error("{at}: {source}")]
     Image {
-        /// Where it is named.
+        /// Location of the parameter that names it.
         at: Location,
-        /// What is wrong with it.
+        /// The image reader's error.
         source: ImageError,
     },
-    /// A mesh file that a shape names.
+    /// The mesh file of a shape is not valid.
     #[error("{at}: {source}")]
     Mesh {
-        /// Where it is named.
+        /// Location of the parameter that names it.
         at: Location,
-        /// What is wrong with it.
+        /// The mesh reader's error.
         source: PlyError,
+    },
+    /// The scene has more shapes or primitives than the renderer can index.
+    #[error("{at}: {source}")]
+    TooLarge {
+        /// Location of the end of the scene.
+        at: Location,
+        /// The scene builder's error.
+        source: SceneTooLarge,
     },
 }
 
-/// The dialect of a scene file, where the two read the same words differently.
+/// The dialect of a scene file, for words that the two dialects read differently.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Dialect {
     /// pbrt-v2.
@@ -90,42 +114,47 @@ pub(super) enum Dialect {
     V4,
 }
 
-/// What was noticed so far, each thing once.
+/// The warnings so far, without repetitions.
 #[derive(Default)]
-struct Notices {
+struct WarningLog {
     warnings: Vec<Warning>,
     seen: HashSet<String>,
 }
 
-impl Notices {
-    /// Notes what is not supported and what is done instead.
-    fn instead(&mut self, at: &Location, what: &str, instead: &str) {
-        if self.seen.insert(what.to_owned()) {
-            let message = excerpts(&format!("{what} is not supported yet: {instead}"));
+impl WarningLog {
+    /// Warns that `feature` is not supported, once for each feature, and names the substitute.
+    fn unsupported(&mut self, at: &Location, feature: &str, instead: &str) {
+        if self.seen.insert(feature.to_owned()) {
+            let message = excerpt_words(&format!("{feature} is not supported yet: {instead}"));
             self.warnings.push(Warning { at: at.clone(), message });
         }
     }
 
-    /// Notes what is wrong with the scene and what is done about it.
-    fn note(&mut self, at: &Location, message: String) {
+    /// Adds a warning, once for each message.
+    fn warn(&mut self, at: &Location, message: String) {
         if self.seen.insert(message.clone()) {
             self.warnings.push(Warning { at: at.clone(), message });
         }
     }
 }
 
-/// Where a file is that a scene names: in the folder of the scene file, also where an included file
-/// names it, or else in the working directory (`ResolveFilename` of pbrt-v4).
+/// Returns the path of a file that a scene names. It is relative to the folder of the scene file,
+/// even if an included file names it, or else to the working directory (`ResolveFilename` of
+/// pbrt-v4).
 fn resolve(folder: &Path, name: &str) -> PathBuf {
-    let beside = folder.join(name);
-    let here = Path::new(name);
-    if !name.is_empty() && !beside.exists() && here.exists() { here.to_owned() } else { beside }
+    let in_folder = folder.join(name);
+    let in_working_directory = Path::new(name);
+    if !name.is_empty() && !in_folder.exists() && in_working_directory.exists() {
+        in_working_directory.to_owned()
+    } else {
+        in_folder
+    }
 }
 
 impl SceneError {
     fn at(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
         let (found, expected) = (found.into(), expected.into());
         let message = if expected.is_empty() { found } else { format!("{found}; {expected}") };
-        Self::Invalid { at, message: excerpts(&message) }
+        Self::Invalid { at, message: excerpt_words(&message) }
     }
 }

@@ -1,10 +1,10 @@
-//! Parameter lists: `"type name" [ values ]`.
+//! Parameter lists, `"type name" [ values ]`, and typed access to their values.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use super::SceneError;
-use crate::source::{Location, hint};
+use crate::io::{Location, ReadContext, hint};
 use crate::spectrum::ColourSpace;
 
 /// The values of a parameter.
@@ -12,30 +12,31 @@ use crate::spectrum::ColourSpace;
 pub(super) enum Values {
     Numbers(Vec<f64>),
     Texts(Vec<String>),
-    Truths(Vec<bool>),
+    Booleans(Vec<bool>),
 }
 
 impl Values {
-    /// The type of a parameter that names none.
+    /// Returns the type of a parameter whose declaration has none.
     pub(super) fn kind(&self) -> &'static str {
         match self {
             Self::Numbers(_) => "float",
             Self::Texts(_) => "string",
-            Self::Truths(_) => "bool",
+            Self::Booleans(_) => "bool",
         }
     }
 }
 
-/// One parameter.
+/// A parameter.
 #[derive(Clone, Debug)]
 pub(super) struct Param {
+    /// The type: one of [`KINDS`].
     pub(super) kind: String,
     pub(super) name: String,
     pub(super) values: Values,
     pub(super) at: Location,
 }
 
-/// The types of parameters, and how many numbers make one value of each.
+/// The types of parameters, and the number of numbers in one value of each; 0 if it varies.
 const KINDS: &[(&str, usize)] = &[
     ("integer", 1),
     ("float", 1),
@@ -53,7 +54,7 @@ const KINDS: &[(&str, usize)] = &[
     ("texture", 0),
 ];
 
-/// One name for each type: pbrt-v2 and v4 call some by several.
+/// Returns the canonical name of a type: pbrt-v2 and v4 have several for some.
 pub(super) fn kind_of(word: &str) -> Option<&'static str> {
     let word = match word {
         "point" => "point3",
@@ -65,30 +66,33 @@ pub(super) fn kind_of(word: &str) -> Option<&'static str> {
     KINDS.iter().map(|(kind, _)| *kind).find(|kind| *kind == word)
 }
 
-/// "; did you mean ...?" for a type that is none.
+/// Returns "; did you mean ...?" for an unknown type, or nothing.
 pub(super) fn kind_hint(word: &str) -> String {
     hint(word, KINDS.iter().map(|(kind, _)| *kind))
 }
 
-/// The parameters of one directive.
+/// The parameters of a directive.
 #[derive(Clone, Debug)]
 pub(super) struct Params {
     pub(super) all: Vec<Param>,
-    /// Where the directive stands.
+    /// The location of the directive.
     pub(super) at: Location,
-    /// What its `rgb` colours are given in.
+    /// The space of its `rgb` colours.
     pub(super) space: ColourSpace,
-    /// Where the files lie that it names.
+    /// The folder to which its file names are relative.
     pub(super) folder: Arc<Path>,
+    /// The memory budget and file log of the scene.
+    pub(super) context: ReadContext,
 }
 
 impl Params {
-    /// The parameter of this name. The last of several counts, as in pbrt-v4.
+    /// Returns the parameter of this name. The last of several counts, as in pbrt-v4.
     pub(super) fn find(&self, name: &str) -> Option<&Param> {
         self.all.iter().rev().find(|param| param.name == name)
     }
 
-    /// The numbers of a parameter of one of these types, in whole values.
+    /// Returns the numbers of a parameter of one of these types. Their number is a multiple of that
+    /// of one value.
     pub(super) fn numbers(
         &self,
         name: &str,
@@ -96,28 +100,28 @@ impl Params {
     ) -> Result<Option<&[f64]>, SceneError> {
         let Some(param) = self.find(name) else { return Ok(None) };
         let Values::Numbers(numbers) = &param.values else {
-            return Err(param.wrong(kinds));
+            return Err(param.wrong_type(kinds));
         };
         if !kinds.contains(&param.kind.as_str()) {
-            return Err(param.wrong(kinds));
+            return Err(param.wrong_type(kinds));
         }
         let each = KINDS.iter().find(|(kind, _)| *kind == param.kind).map_or(1, |(_, n)| *n);
         if numbers.is_empty() || (each > 1 && numbers.len() % each != 0) {
             return Err(SceneError::at(
                 param.at.clone(),
                 format!("{} numbers for \"{} {}\"", numbers.len(), param.kind, param.name),
-                format!("expected a multiple of {each}, and some"),
+                format!("expected a positive multiple of {each}"),
             ));
         }
         Ok(Some(numbers))
     }
 
-    /// One number, or what stands in for it.
+    /// Returns a number, or the default if it is not given.
     pub(super) fn float(&self, name: &str, default: f64) -> Result<f64, SceneError> {
         Ok(self.maybe_float(name)?.unwrap_or(default))
     }
 
-    /// One number, if it is given.
+    /// Returns a number, if it is given.
     pub(super) fn maybe_float(&self, name: &str) -> Result<Option<f64>, SceneError> {
         let Some(numbers) = self.numbers(name, &["float", "integer"])? else { return Ok(None) };
         match numbers {
@@ -126,7 +130,7 @@ impl Params {
         }
     }
 
-    /// A number above zero, or what stands in for it.
+    /// Returns a number above 0, or the default if it is not given.
     pub(super) fn positive(&self, name: &str, default: f64) -> Result<f64, SceneError> {
         let value = self.float(name, default)?;
         if value > 0.0 {
@@ -135,8 +139,8 @@ impl Params {
         Err(self.refuse(name, format!("\"{name}\" is {value}"), "expected more than 0"))
     }
 
-    /// A whole number from 1 to a limit, if it is given.
-    pub(super) fn count_of(&self, name: &str, most: u32) -> Result<Option<u32>, SceneError> {
+    /// Returns a whole number from 1 to a limit, if it is given.
+    pub(super) fn count(&self, name: &str, most: u32) -> Result<Option<u32>, SceneError> {
         let Some(number) = self.maybe_float(name)? else { return Ok(None) };
         if number.fract() == 0.0 && (1.0..=f64::from(most)).contains(&number) {
             return Ok(Some(number as u32));
@@ -145,7 +149,7 @@ impl Params {
         Err(self.refuse(name, format!("\"{name}\" is {number}"), expected))
     }
 
-    /// A seed, if one is given: any whole number, by its low 32 bits.
+    /// Returns a seed, if it is given: the low 32 bits of any whole number.
     pub(super) fn seed(&self, name: &str) -> Result<Option<u32>, SceneError> {
         let Some(number) = self.maybe_float(name)? else { return Ok(None) };
         if number.fract() == 0.0 && number.abs() < 9e15 {
@@ -154,7 +158,7 @@ impl Params {
         Err(self.refuse(name, format!("\"{name}\" is {number}"), "expected a whole number"))
     }
 
-    /// Three numbers, if they are given.
+    /// Returns three numbers, if they are given.
     pub(super) fn triple(&self, name: &str) -> Result<Option<[f64; 3]>, SceneError> {
         let Some(numbers) = self.numbers(name, &["point3", "vector3", "float"])? else {
             return Ok(None);
@@ -165,21 +169,21 @@ impl Params {
         }
     }
 
-    /// One string of type `string`, if it is given.
+    /// Returns a string of type `string`, if it is given.
     pub(super) fn text(&self, name: &str) -> Result<Option<&str>, SceneError> {
         self.one_text(name, "string")
     }
 
-    /// Strings of type `string`, if they are given.
+    /// Returns the strings of a parameter of type `string`, if it is given.
     pub(super) fn texts(&self, name: &str) -> Result<Option<&[String]>, SceneError> {
         let Some(param) = self.find(name) else { return Ok(None) };
         match &param.values {
             Values::Texts(texts) if param.kind == "string" => Ok(Some(texts)),
-            _ => Err(param.wrong(&["string"])),
+            _ => Err(param.wrong_type(&["string"])),
         }
     }
 
-    /// The name of a texture, if one is given.
+    /// Returns the name of a texture, if a parameter is of type `texture`.
     pub(super) fn texture(&self, name: &str) -> Result<Option<&str>, SceneError> {
         match self.find(name) {
             Some(param) if param.kind == "texture" => self.one_text(name, "texture"),
@@ -194,33 +198,33 @@ impl Params {
                 [text] => Ok(Some(text)),
                 _ => Err(self.wrong_count(name, texts.len(), "one string")),
             },
-            _ => Err(param.wrong(&[kind])),
+            _ => Err(param.wrong_type(&[kind])),
         }
     }
 
-    /// A truth value, if it is given. pbrt-v2 writes it as a string.
-    pub(super) fn truth(&self, name: &str) -> Result<Option<bool>, SceneError> {
+    /// Returns a boolean, if it is given. pbrt-v2 writes it as a string.
+    pub(super) fn boolean(&self, name: &str) -> Result<Option<bool>, SceneError> {
         let Some(param) = self.find(name) else { return Ok(None) };
         match &param.values {
-            Values::Truths(truths) if truths.len() == 1 => Ok(Some(truths[0])),
+            Values::Booleans(values) if values.len() == 1 => Ok(Some(values[0])),
             Values::Texts(texts) if texts == &["true"] => Ok(Some(true)),
             Values::Texts(texts) if texts == &["false"] => Ok(Some(false)),
-            _ => Err(param.wrong(&["bool"])),
+            _ => Err(param.wrong_type(&["bool"])),
         }
     }
 
-    /// An error at a parameter (or at the directive, where it is not given).
+    /// Returns an error at a parameter, or at the directive if it is not given.
     pub(super) fn refuse(
         &self,
         name: &str,
         found: impl Into<String>,
         expected: impl Into<String>,
     ) -> SceneError {
-        SceneError::at(self.place(name), found, expected)
+        SceneError::at(self.location(name), found, expected)
     }
 
-    /// Where a parameter stands, or the directive, where it is not given.
-    pub(super) fn place(&self, name: &str) -> Location {
+    /// Returns the location of a parameter, or of the directive if it is not given.
+    pub(super) fn location(&self, name: &str) -> Location {
         self.find(name).map_or(&self.at, |param| &param.at).clone()
     }
 
@@ -230,8 +234,8 @@ impl Params {
 }
 
 impl Param {
-    /// The error for a parameter of the wrong type.
-    pub(super) fn wrong(&self, kinds: &[&'static str]) -> SceneError {
+    /// Returns the error for a parameter of the wrong type.
+    pub(super) fn wrong_type(&self, kinds: &[&'static str]) -> SceneError {
         let kinds = kinds.join(" or ");
         SceneError::at(
             self.at.clone(),

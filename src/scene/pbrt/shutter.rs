@@ -1,9 +1,9 @@
-//! The shutter from a camera's parameters. pbrt knows when it opens and closes; how it does, and
-//! how a sensor is read, are words of our own.
+//! Shutter parameters of a camera. pbrt has the times at which the shutter opens and closes; the
+//! parameters of its curtains and of the rolling read-out are extensions.
 
 use super::SceneError;
 use super::params::Params;
-use crate::shutter::{Curtain, Rolling, Shutter};
+use crate::shutter::{Curtain, RollingShutter, Shutter};
 
 pub(super) fn shutter(params: &Params) -> Result<Shutter, SceneError> {
     let [open, close] = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
@@ -18,24 +18,24 @@ pub(super) fn shutter(params: &Params) -> Result<Shutter, SceneError> {
     let curtain = match (curve(params)?, ramps(params)?) {
         (Some(_), Some(_)) => {
             let found = "both \"shuttercurve\" and \"shutterramp\"";
-            return Err(params.refuse("shuttercurve", found, "give one of them"));
+            return Err(params.refuse("shuttercurve", found, "give only one of them"));
         }
         (Some(curtain), None) | (None, Some(curtain)) => curtain,
         (None, None) => Curtain::Ideal,
     };
     let name = if params.find("shuttercurve").is_some() { "shuttercurve" } else { "shutterramp" };
     let shutter = Shutter { open, close, curtain, rolling: rolling(params)? };
-    match shutter.efficiency() {
+    match shutter.curve() {
         Ok(_) => Ok(shutter),
         Err(problem) => Err(params.refuse(name, problem, "")),
     }
 }
 
 fn curve(params: &Params) -> Result<Option<Curtain>, SceneError> {
-    let shares = params.numbers("shuttercurve", &["float", "integer"])?;
-    match shares {
-        Some([_]) => Err(params.wrong_count("shuttercurve", 1, "two shares or more")),
-        shares => Ok(shares.map(|shares| Curtain::Table(shares.to_vec()))),
+    let fractions = params.numbers("shuttercurve", &["float", "integer"])?;
+    match fractions {
+        Some([_]) => Err(params.wrong_count("shuttercurve", 1, "two fractions or more")),
+        fractions => Ok(fractions.map(|fractions| Curtain::Table(fractions.to_vec()))),
     }
 }
 
@@ -45,7 +45,7 @@ fn ramps(params: &Params) -> Result<Option<Curtain>, SceneError> {
         Some(&[both]) => (both, both),
         Some(&[opening, closing]) => (opening, closing),
         Some(many) => {
-            let expected = "one time, or those of opening and closing";
+            let expected = "one time, or two: for opening and for closing";
             return Err(params.wrong_count("shutterramp", many.len(), expected));
         }
     };
@@ -56,15 +56,15 @@ fn ramps(params: &Params) -> Result<Option<Curtain>, SceneError> {
     Ok(Some(Curtain::Ramps { opening, closing }))
 }
 
-fn rolling(params: &Params) -> Result<Option<Rolling>, SceneError> {
+fn rolling(params: &Params) -> Result<Option<RollingShutter>, SceneError> {
     let time = params.float("rollingshutter", 0.0)?;
     if time < 0.0 {
         let found = format!("\"rollingshutter\" is {time}");
         return Err(params.refuse("rollingshutter", found, "expected 0 s or more"));
     }
-    let reading = params.text("rollingdirection")?.unwrap_or("down");
-    let reading = reading
+    let direction = params.text("rollingdirection")?.unwrap_or("down");
+    let direction = direction
         .parse()
         .map_err(|problem: String| params.refuse("rollingdirection", problem, ""))?;
-    Ok((time > 0.0).then_some(Rolling { time, reading }))
+    Ok((time > 0.0).then_some(RollingShutter { time, direction }))
 }

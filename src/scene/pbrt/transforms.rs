@@ -3,11 +3,18 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::SceneError;
-use super::reader::Reader;
-use super::token::{Token, Word};
-use crate::source::hint;
+use super::lexer::{Token, TokenKind};
+use super::reader::SceneReader;
+use crate::io::hint;
 
-impl Reader {
+/// The effect of a matrix on the current transform.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum MatrixUse {
+    Replace,
+    Concatenate,
+}
+
+impl SceneReader {
     pub(super) fn translate(&mut self) -> Result<(), SceneError> {
         let by = DVec3::from_array(self.numbers::<3>()?);
         self.concat(DAffine3::from_translation(by))
@@ -37,13 +44,13 @@ impl Reader {
             return self.refuse("LookAt from a point to itself", "expected two points");
         };
         let Some(right) = up.cross(forward).try_normalize() else {
-            return self.refuse("LookAt along its up vector", "expected another up");
+            return self.refuse("LookAt along its up vector", "expected another up vector");
         };
-        let turn = DMat3::from_cols(right, forward.cross(right), forward);
-        self.concat(DAffine3::from_mat3_translation(turn, eye).inverse())
+        let rotation = DMat3::from_cols(right, forward.cross(right), forward);
+        self.concat(DAffine3::from_mat3_translation(rotation, eye).inverse())
     }
 
-    pub(super) fn matrix(&mut self, concat: bool) -> Result<(), SceneError> {
+    pub(super) fn matrix(&mut self, matrix_use: MatrixUse) -> Result<(), SceneError> {
         let m = self.numbers::<16>()?;
         if [m[3], m[7], m[11]] != [0.0; 3] || m[15] == 0.0 {
             return self.refuse("a projective matrix", "expected a last row of 0 0 0 1");
@@ -53,7 +60,7 @@ impl Reader {
             matrix3: DMat3::from_cols(column(0), column(4), column(8)),
             translation: column(12),
         };
-        if !concat {
+        if matrix_use == MatrixUse::Replace {
             self.identity();
         }
         self.concat(affine)
@@ -68,7 +75,7 @@ impl Reader {
         if self.state.ctm.iter().all(|ctm| ctm.is_finite()) {
             return Ok(());
         }
-        self.refuse("a transform out of range", "its numbers are no longer finite")
+        self.refuse("a transform out of range", "its elements are not finite")
     }
 
     pub(super) fn identity(&mut self) {
@@ -79,11 +86,12 @@ impl Reader {
         }
     }
 
-    /// Where something is placed that cannot move: a `what`.
-    pub(super) fn fixed_place(&mut self, what: &str) -> DAffine3 {
+    /// Returns the start transform, for something that cannot move. Warns if it should move: `what`
+    /// names it.
+    pub(super) fn fixed_transform(&mut self, what: &str) -> DAffine3 {
         let [start, end] = self.state.ctm;
         if start != end {
-            self.warn_here(&format!("{what} that moves"), "it stands where it is at the start");
+            self.warn_unsupported(&format!("{what} that moves"), "it stays at its start position");
         }
         start
     }
@@ -92,7 +100,7 @@ impl Reader {
         let [start, end] = self.numbers::<2>()?;
         if start >= end {
             let found = format!("TransformTimes from {start} to {end}");
-            return self.refuse(found, "expected an end after the start");
+            return self.refuse(found, "expected the end after the start");
         }
         self.transform_times = [start, end];
         Ok(())
@@ -100,19 +108,19 @@ impl Reader {
 
     pub(super) fn coordinate_system(&mut self) -> Result<(), SceneError> {
         let name = self.string()?;
-        self.systems.insert(name, self.state.ctm);
+        self.coordinate_systems.insert(name, self.state.ctm);
         Ok(())
     }
 
     pub(super) fn use_coordinate_system(&mut self) -> Result<(), SceneError> {
         let name = self.string()?;
-        match self.systems.get(&name) {
+        match self.coordinate_systems.get(&name) {
             Some(ctm) => {
                 self.state.ctm = *ctm;
                 Ok(())
             }
             None => {
-                let hint = hint(&name, self.systems.keys().map(String::as_str));
+                let hint = hint(&name, self.coordinate_systems.keys().map(String::as_str));
                 self.refuse(format!("no coordinate system \"{name}\"{hint}"), "")
             }
         }
@@ -121,7 +129,7 @@ impl Reader {
     pub(super) fn active_transform(&mut self) -> Result<(), SceneError> {
         let token = self.next()?;
         let active = match &token {
-            Some(Token { word: Word::Name(name), .. }) => match name.as_str() {
+            Some(Token { kind: TokenKind::Name(name), .. }) => match name.as_str() {
                 "StartTime" => Some([true, false]),
                 "EndTime" => Some([false, true]),
                 "All" => Some([true; 2]),

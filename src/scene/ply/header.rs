@@ -1,14 +1,14 @@
-//! The header of a PLY file: what follows it, and in which form.
+//! Header of a PLY file: the encoding, elements and properties that it declares.
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Order {
+pub(super) enum Encoding {
     Ascii,
-    Little,
-    Big,
+    LittleEndian,
+    BigEndian,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Scalar {
+pub(super) enum ScalarType {
     I8,
     U8,
     I16,
@@ -19,8 +19,8 @@ pub(super) enum Scalar {
     F64,
 }
 
-impl Scalar {
-    fn named(name: &str) -> Option<Self> {
+impl ScalarType {
+    fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
             "uchar" | "uint8" => Self::U8,
@@ -34,7 +34,7 @@ impl Scalar {
         })
     }
 
-    pub(super) fn bytes(self) -> usize {
+    pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -45,24 +45,32 @@ impl Scalar {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Property {
+pub(super) struct PlyProperty {
     pub(super) name: String,
-    pub(super) value: Scalar,
-    /// The type of the length, if this is a list.
-    pub(super) length: Option<Scalar>,
+    pub(super) value: ScalarType,
+    /// The type of the length of a list; `None` if the property is a scalar.
+    pub(super) length: Option<ScalarType>,
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct Element {
+pub(super) struct PlyElement {
     pub(super) name: String,
     pub(super) count: usize,
-    pub(super) properties: Vec<Property>,
+    pub(super) properties: Vec<PlyProperty>,
 }
 
-/// The order of bytes, what follows, and where it begins.
-pub(super) fn header(bytes: &[u8]) -> Result<(Order, Vec<Element>, usize), String> {
-    let mut order = None;
-    let mut elements: Vec<Element> = Vec::new();
+/// The header of a PLY file.
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<PlyElement>,
+    /// Offset of the first value (bytes).
+    pub(super) size: usize,
+}
+
+/// Parses the header at the start of a PLY file.
+pub(super) fn parse_header(bytes: &[u8]) -> Result<Header, String> {
+    let mut encoding = None;
+    let mut elements: Vec<PlyElement> = Vec::new();
     let mut next = 0;
     for line in 1.. {
         let rest = &bytes[next..];
@@ -71,34 +79,34 @@ pub(super) fn header(bytes: &[u8]) -> Result<(Order, Vec<Element>, usize), Strin
         let text = String::from_utf8_lossy(&rest[..end]);
         let words: Vec<&str> = text.split_whitespace().collect();
         next += end + 1;
-        let wrong = || format!("line {line}: \"{}\" is no PLY header line", text.trim());
+        let wrong = || format!("line {line}: \"{}\" is not a line of a PLY header", text.trim());
         match words[..] {
             _ if line == 1 && words != ["ply"] => {
                 return Err("not a PLY file: it does not begin with \"ply\"".to_owned());
             }
             ["ply"] | ["comment", ..] | ["obj_info", ..] | [] => {}
             ["format", format, _] => {
-                order = Some(match format {
-                    "ascii" => Order::Ascii,
-                    "binary_little_endian" => Order::Little,
-                    "binary_big_endian" => Order::Big,
+                encoding = Some(match format {
+                    "ascii" => Encoding::Ascii,
+                    "binary_little_endian" => Encoding::LittleEndian,
+                    "binary_big_endian" => Encoding::BigEndian,
                     _ => return Err(wrong()),
                 });
             }
-            ["element", name, count] => elements.push(Element {
+            ["element", name, count] => elements.push(PlyElement {
                 name: name.to_owned(),
                 count: count.parse().map_err(|_| wrong())?,
                 properties: Vec::new(),
             }),
             ["property", "list", length, value, name] => {
-                let length = Some(Scalar::named(length).ok_or_else(wrong)?);
-                let value = Scalar::named(value).ok_or_else(wrong)?;
-                let property = Property { name: name.to_owned(), value, length };
+                let length = Some(ScalarType::from_name(length).ok_or_else(wrong)?);
+                let value = ScalarType::from_name(value).ok_or_else(wrong)?;
+                let property = PlyProperty { name: name.to_owned(), value, length };
                 elements.last_mut().ok_or_else(wrong)?.properties.push(property);
             }
             ["property", value, name] => {
-                let value = Scalar::named(value).ok_or_else(wrong)?;
-                let property = Property { name: name.to_owned(), value, length: None };
+                let value = ScalarType::from_name(value).ok_or_else(wrong)?;
+                let property = PlyProperty { name: name.to_owned(), value, length: None };
                 elements.last_mut().ok_or_else(wrong)?.properties.push(property);
             }
             ["end_header"] => break,
@@ -108,5 +116,6 @@ pub(super) fn header(bytes: &[u8]) -> Result<(Order, Vec<Element>, usize), Strin
     if let Some(empty) = elements.iter().find(|e| e.properties.is_empty() && e.count > 0) {
         return Err(format!("element \"{}\" has no properties", empty.name));
     }
-    Ok((order.ok_or("the header names no format")?, elements, next))
+    let encoding = encoding.ok_or("the header names no format")?;
+    Ok(Header { encoding, elements, size: next })
 }

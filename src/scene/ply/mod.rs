@@ -1,52 +1,73 @@
-//! Triangle and quad meshes in PLY files, ascii and binary.
+//! Reader of triangle and quad meshes in PLY files, ascii and binary.
 //!
-//! Our own reader, for three reasons: a mesh of millions of faces goes straight into columns,
-//! declared sizes are checked against the file before memory is asked for, and every error
-//! names its place.
+//! Reasons for a reader of our own: millions of faces are read directly into the arrays of a mesh,
+//! declared sizes are checked against the file before memory is allocated, and every error states
+//! its position.
 
+mod elements;
 mod header;
+mod values;
 
 use std::path::{Path, PathBuf};
 
-use super::bilinear::triangulate;
-use super::mesh::Mesh;
-use crate::memory::budget;
-use crate::source::{bytes, excerpt, shown};
-use header::{Element, Order, Scalar, header};
+use super::geometry::{Mesh, tessellate_patches};
+use crate::io::{ReadContext, path_excerpt};
+use elements::{read_faces, read_vertices};
+use header::{Encoding, Header, parse_header};
+use values::{ValueReader, skip_element};
 
-/// Why a PLY file was refused.
+/// An error that stops the reading of a PLY file.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {found}", shown(path))]
+#[error("{}: {found}", path_excerpt(path))]
 pub struct PlyError {
     path: PathBuf,
     found: String,
 }
 
-/// Reads a mesh, packed by gzip or not. Triangles and flat quads become the first of the two;
-/// quads that are not flat are bilinear patches, as in pbrt-v4, and become the second. Vertices that
-/// are not finite stay as they are. All quads together become at most so many triangles, or two each.
-///
-/// # Errors
-/// Where the file cannot be read, is no PLY file or holds no triangle mesh.
-pub fn read(path: &Path, most: u64) -> Result<[Mesh; 2], PlyError> {
-    let refuse = |found: String| PlyError { path: path.to_owned(), found };
-    let bytes = bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
-    parse(&bytes, most).map_err(refuse)
+/// The meshes of a PLY file.
+pub struct PlyMeshes {
+    /// Triangles and flat quads.
+    pub flat: Mesh,
+    /// Triangles of quads that are not flat. They are bilinear patches, as in pbrt-v4.
+    pub curved: Mesh,
 }
 
-fn parse(bytes: &[u8], most: u64) -> Result<[Mesh; 2], String> {
-    let (order, elements, start) = header(bytes)?;
-    let mut values = Values { order, bytes, next: start };
+/// Reads a PLY file, gzipped or not. All quads together become at most `max_patch_triangles`, or
+/// two triangles each. Vertices that are not finite are kept.
+///
+/// # Errors
+/// Returns an error if the file cannot be read, is not a PLY file or has no faces.
+pub fn read(
+    path: &Path,
+    max_patch_triangles: u64,
+    context: &ReadContext,
+) -> Result<PlyMeshes, PlyError> {
+    let refuse = |found: String| PlyError { path: path.to_owned(), found };
+    let bytes =
+        context.bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
+    parse(&bytes, max_patch_triangles, context).map_err(refuse)
+}
+
+fn parse(
+    bytes: &[u8],
+    max_patch_triangles: u64,
+    context: &ReadContext,
+) -> Result<PlyMeshes, String> {
+    let Header { encoding, elements, size } = parse_header(bytes)?;
+    let mut values = ValueReader::new(encoding, bytes, size);
     let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
     let mut declared = 0u64;
     for element in &elements {
-        // Even an empty list takes a byte, in ascii two with the blank.
-        let least: usize = element
-            .properties
-            .iter()
-            .map(|p| if order == Order::Ascii { 2 } else { p.length.unwrap_or(p.value).bytes() })
-            .sum();
-        let left = bytes.len() - values.next;
+        // Even an empty list takes a byte, in ascii two with the space.
+        let least: usize =
+            element
+                .properties
+                .iter()
+                .map(|p| {
+                    if encoding == Encoding::Ascii { 2 } else { p.length.unwrap_or(p.value).size() }
+                })
+                .sum();
+        let left = values.remaining();
         if element.count.saturating_mul(least) > left.saturating_add(1) {
             return Err(format!(
                 "{} elements \"{}\" are declared, but only {left} bytes follow",
@@ -57,213 +78,37 @@ fn parse(bytes: &[u8], most: u64) -> Result<[Mesh; 2], String> {
             "vertex" | "face" => size_of::<[f32; 3]>() as u64,
             _ => 0,
         };
-        // Whoever keeps the mesh claims it; here nothing may be allocated beyond the budget.
+        // The owner of the mesh claims its memory; this only keeps allocations within the budget.
         declared = declared.saturating_add((element.count as u64).saturating_mul(columns));
-        budget::fits(declared)?;
+        context.check(declared)?;
         match element.name.as_str() {
-            "vertex" => vertices(element, &mut values, &mut mesh)?,
-            "face" => faces(element, &mut values, &mut mesh, &mut quads)?,
-            _ => skip(element, &mut values)?,
+            "vertex" => read_vertices(element, &mut values, &mut mesh)?,
+            "face" => read_faces(element, &mut values, &mut mesh, &mut quads, context)?,
+            _ => skip_element(element, &mut values)?,
         }
     }
     if mesh.positions.is_empty() || mesh.triangles.is_empty() && quads.is_empty() {
-        return Err("no vertices, or no faces".to_owned());
+        return Err("the mesh has no vertices or no faces".to_owned());
     }
     let count = mesh.positions.len() as u32;
     if let Some(i) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v >= count)) {
-        return Err(format!("a face near number {i} names a vertex that is not there"));
+        return Err(format!("a face near number {i} names a vertex that does not exist"));
     }
     if quads.iter().flatten().any(|&v| v >= count) {
-        return Err("a quad names a vertex that is not there".to_owned());
+        return Err("a quad names a vertex that does not exist".to_owned());
     }
-    let curved = triangulate(&mut mesh, &quads, most);
-    Ok([mesh, curved])
-}
-
-/// The values behind the header, one after another.
-struct Values<'a> {
-    order: Order,
-    bytes: &'a [u8],
-    next: usize,
-}
-
-impl Values<'_> {
-    fn read(&mut self, kind: Scalar) -> Result<f64, String> {
-        if self.order == Order::Ascii {
-            return self.word();
-        }
-        let size = kind.bytes();
-        let Some(slice) = self.bytes.get(self.next..self.next + size) else {
-            return Err("the file ends too early".to_owned());
-        };
-        self.next += size;
-        let mut raw = [0; 8];
-        raw[..size].copy_from_slice(slice);
-        if self.order == Order::Big {
-            raw[..size].reverse();
-        }
-        let [a, b, c, d, ..] = raw;
-        Ok(match kind {
-            Scalar::I8 => f64::from(a as i8),
-            Scalar::U8 => f64::from(a),
-            Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Scalar::F64 => f64::from_le_bytes(raw),
-        })
-    }
-
-    fn word(&mut self) -> Result<f64, String> {
-        let rest = &self.bytes[self.next..];
-        let start = rest.iter().position(|b| !b.is_ascii_whitespace());
-        let Some(start) = start else { return Err("the file ends too early".to_owned()) };
-        let length = rest[start..].iter().position(u8::is_ascii_whitespace);
-        let end = length.map_or(rest.len(), |n| start + n);
-        self.next += end;
-        let text = String::from_utf8_lossy(&rest[start..end]);
-        text.parse().map_err(|_| {
-            let line = 1 + self.bytes[..self.next].iter().filter(|&&b| b == b'\n').count();
-            format!("line {line}: \"{}\" is no number", excerpt(&text))
-        })
-    }
-
-    fn length(&mut self, kind: Scalar) -> Result<usize, String> {
-        let length = self.read(kind)?;
-        if length >= 0.0 && length.fract() == 0.0 && length <= self.bytes.len() as f64 {
-            return Ok(length as usize);
-        }
-        Err(format!("a list of {length} values"))
-    }
-}
-
-fn skip(element: &Element, values: &mut Values) -> Result<(), String> {
-    for _ in 0..element.count {
-        for property in &element.properties {
-            let count = property.length.map_or(Ok(1), |kind| values.length(kind))?;
-            for _ in 0..count {
-                values.read(property.value)?;
-            }
-        }
-    }
-    Ok(())
-}
-
-fn vertices(element: &Element, values: &mut Values, mesh: &mut Mesh) -> Result<(), String> {
-    // Where each property goes: position, normal, texture coordinate.
-    let slots: Vec<Option<usize>> = element
-        .properties
-        .iter()
-        .map(|p| match p.name.as_str() {
-            "x" => Some(0),
-            "y" => Some(1),
-            "z" => Some(2),
-            "nx" => Some(3),
-            "ny" => Some(4),
-            "nz" => Some(5),
-            "u" | "s" | "texture_u" | "texture_s" => Some(6),
-            "v" | "t" | "texture_v" | "texture_t" => Some(7),
-            _ => None,
-        })
-        .collect();
-    let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|i| slots.contains(&Some(i)));
-    if !has(0..3) {
-        return Err("its vertices lack x, y or z".to_owned());
-    }
-    let (normals, uvs) = (has(3..6), has(6..8));
-    mesh.positions.reserve_exact(element.count);
-    for _ in 0..element.count {
-        let mut row = [0.0f32; 8];
-        for (property, slot) in element.properties.iter().zip(&slots) {
-            if let Some(length) = property.length {
-                for _ in 0..values.length(length)? {
-                    values.read(property.value)?;
-                }
-                continue;
-            }
-            let value = values.read(property.value)? as f32;
-            if let Some(slot) = slot {
-                row[*slot] = value;
-            }
-        }
-        let [x, y, z, nx, ny, nz, u, v] = row;
-        mesh.positions.push([x, y, z]);
-        if normals {
-            mesh.normals.push([nx, ny, nz]);
-        }
-        if uvs {
-            mesh.uvs.push([u, v]);
-        }
-    }
-    Ok(())
-}
-
-/// Corners that a polygon may have to become a fan, as most programs have it.
-const MOST_FAN: usize = 16;
-
-/// Cuts a polygon in halves until triangles are left. A fan of many corners would be slivers that all
-/// lie over each other, on which trees take long to build and to walk.
-fn halve(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
-    let mut todo = vec![corners];
-    while let Some(part) = todo.pop() {
-        let [first, .., last] = *part else { continue };
-        let middle = part.len() / 2;
-        if part.len() > 2 {
-            triangles.push([first, part[middle], last]);
-            todo.extend([&part[middle..], &part[..=middle]]);
-        }
-    }
-}
-
-/// Faces become triangles; those of four corners are kept as patches, and more corners make several.
-/// A polygon of fewer than three corners is no face.
-fn faces(
-    element: &Element,
-    values: &mut Values,
-    mesh: &mut Mesh,
-    quads: &mut Vec<[u32; 4]>,
-) -> Result<(), String> {
-    let mut corners: Vec<u32> = Vec::new();
-    for i in 0..element.count {
-        for property in &element.properties {
-            let count = property.length.map_or(Ok(1), |kind| values.length(kind))?;
-            let wanted = matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
-            corners.clear();
-            for _ in 0..count {
-                let value = values.read(property.value)?;
-                if wanted {
-                    if value < 0.0 || value.fract() != 0.0 || value >= f64::from(u32::MAX) {
-                        return Err(format!("face {i} names vertex {value}"));
-                    }
-                    corners.push(value as u32);
-                }
-            }
-            match corners[..] {
-                _ if !wanted => {}
-                [a, b, c] => mesh.triangles.push([a, b, c]),
-                [a, b, c, d] => quads.push([a, b, d, c]),
-                [] | [_] | [_, _] => {}
-                [a, ref rest @ ..] if corners.len() <= MOST_FAN => {
-                    mesh.triangles.extend(rest.windows(2).map(|edge| [a, edge[0], edge[1]]));
-                }
-                _ => {
-                    let count = (mesh.triangles.len() + corners.len()) as u64;
-                    budget::fits(count * size_of::<[u32; 3]>() as u64)?;
-                    halve(&corners, &mut mesh.triangles);
-                }
-            }
-        }
-    }
-    Ok(())
+    let curved = tessellate_patches(&mut mesh, &quads, max_patch_triangles);
+    Ok(PlyMeshes { flat: mesh, curved })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Mesh, halve};
+    use super::elements::bisect_polygon;
+    use super::{Mesh, ReadContext};
 
     fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
-        super::parse(bytes, 1 << 20)
+        super::parse(bytes, 1 << 20, &ReadContext::default())
+            .map(|meshes| [meshes.flat, meshes.curved])
     }
 
     const ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n\
@@ -297,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn ascii_and_both_binary_orders_say_the_same() {
+    fn ascii_and_both_byte_orders_give_the_same_mesh() {
         let [ascii, curved] = parse(ASCII.as_bytes()).unwrap();
         assert_eq!(ascii.triangles, [[0, 1, 2], [2, 3, 0]]);
         assert!(curved.triangles.is_empty());
@@ -308,9 +153,9 @@ mod tests {
     }
 
     #[test]
-    fn every_truncation_is_an_error_and_no_panic() {
+    fn every_truncation_is_an_error_without_a_panic() {
         for bytes in [ASCII.as_bytes().to_vec(), binary(false), binary(true)] {
-            // Without its last newline the ascii file is still whole.
+            // The ascii file is complete without its last newline.
             for end in 0..bytes.len() - 1 {
                 assert!(parse(&bytes[..end]).is_err(), "{end} bytes");
             }
@@ -318,16 +163,16 @@ mod tests {
     }
 
     #[test]
-    fn declared_sizes_are_checked_before_memory_is_asked_for() {
+    fn declared_sizes_are_checked_before_memory_is_allocated() {
         let huge = ASCII.replace("vertex 4", "vertex 4000000000000");
         let error = parse(huge.as_bytes()).unwrap_err();
         assert!(error.contains("bytes follow"), "{error}");
         let wild = ASCII.replace("4 0 1 2 3", "4 0 1 2 9");
-        assert!(parse(wild.as_bytes()).unwrap_err().contains("vertex that is not there"));
+        assert!(parse(wild.as_bytes()).unwrap_err().contains("vertex that does not exist"));
     }
 
     #[test]
-    fn polygons_are_fans_and_what_has_two_corners_is_nothing() {
+    fn polygons_become_fans_and_faces_of_two_corners_are_left_out() {
         let faces = ASCII.replace("face 1", "face 3") + "5 0 1 2 3 0\n2 0 1\n";
         let [mesh, _] = parse(faces.as_bytes()).unwrap();
         assert_eq!(mesh.triangles[..3], [[0, 1, 2], [0, 2, 3], [0, 3, 0]]);
@@ -338,7 +183,7 @@ mod tests {
     fn a_polygon_of_many_corners_becomes_triangles_of_its_own_area() {
         let corners: Vec<u32> = (0..1000).collect();
         let mut triangles = Vec::new();
-        halve(&corners, &mut triangles);
+        bisect_polygon(&corners, &mut triangles);
         assert_eq!(triangles.len(), 998);
         let at = |i: u32| glam::DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 1000.0);
         let area = |[a, b, c]: [u32; 3]| (at(b) - at(a)).perp_dot(at(c) - at(a)) / 2.0;

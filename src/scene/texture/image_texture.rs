@@ -1,91 +1,91 @@
-//! Images on surfaces, filtered.
+//! Filtered images on surfaces.
 
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec2;
 
-use super::{Filter, Mapping, Pyramid, TexturePoint, Wrap};
+use super::{Mapping, MipMap, TextureFilter, TexturePoint, Wrap};
 
-/// A picture that may still be on its way from its file; black until then.
+/// An image that may still have to be read from its file; black until then.
 #[derive(Clone, Debug, Default)]
-pub struct Awaited(Arc<OnceLock<Pyramid>>);
+pub struct PendingImage(Arc<OnceLock<MipMap>>);
 
-impl Awaited {
-    /// Hands in the picture; the first one stays.
-    pub fn arrive(&self, pyramid: Pyramid) {
-        self.0.get_or_init(|| pyramid);
+impl PendingImage {
+    /// Sets the image; only the first call has an effect.
+    pub fn set(&self, mipmap: MipMap) {
+        self.0.get_or_init(|| mipmap);
     }
 
-    /// The picture, once it is here.
-    pub fn get(&self) -> Option<&Pyramid> {
+    /// Returns the image, if it is set.
+    pub fn get(&self) -> Option<&MipMap> {
         self.0.get()
     }
 }
 
-impl From<Pyramid> for Awaited {
-    fn from(pyramid: Pyramid) -> Self {
-        Self(Arc::new(OnceLock::from(pyramid)))
+impl From<MipMap> for PendingImage {
+    fn from(mipmap: MipMap) -> Self {
+        Self(Arc::new(OnceLock::from(mipmap)))
     }
 }
 
 /// An image on a surface.
 #[derive(Clone, Debug)]
 pub struct ImageTexture {
-    /// Its pixels.
-    pub picture: Awaited,
-    /// How surfaces become the image.
+    /// Image at every scale.
+    pub picture: PendingImage,
+    /// Mapping from points of a surface to image coordinates.
     pub mapping: Mapping,
-    /// What lies beyond its edge.
+    /// Wrap mode beyond the edges.
     pub wrap: Wrap,
-    /// Which texels make a colour.
-    pub filter: Filter,
+    /// Filter.
+    pub filter: TextureFilter,
     /// Whether t = 0 is the top of the image (pbrt-v2) or the bottom (pbrt-v4).
     pub top_down: bool,
-    /// What its colours are multiplied by.
+    /// Factor of the colours.
     pub scale: f32,
-    /// Whether 1 - colour is meant, the scale counted in and nothing below 0.
+    /// Whether to return 1 - colour, after the scale and clamped to at least 0.
     pub invert: bool,
 }
 
 impl ImageTexture {
-    /// The colour of the image at a point of a surface; linear RGB.
+    /// Returns the colour at a point of a surface, linear RGB.
     pub fn colour(&self, at: &TexturePoint) -> [f32; 3] {
-        let [r, g, b, _] = self.look_up(at);
-        [r, g, b].map(|v| self.finished(v))
+        let [r, g, b, _] = self.sample(at);
+        [r, g, b].map(|v| self.apply_scale(v))
     }
 
-    /// The number that the image means at a point of a surface: its alpha if it has one, the mean
-    /// of its channels otherwise.
-    pub fn number(&self, at: &TexturePoint) -> f32 {
-        let [r, g, b, alpha] = self.look_up(at);
+    /// Returns the scalar at a point of a surface: the alpha if the image has one, otherwise the
+    /// mean of its channels.
+    pub fn scalar(&self, at: &TexturePoint) -> f32 {
+        let [r, g, b, alpha] = self.sample(at);
         let with_alpha = self.picture.get().is_some_and(|picture| picture.channels() == 4);
-        self.finished(if with_alpha { alpha } else { (r + g + b) / 3.0 })
+        self.apply_scale(if with_alpha { alpha } else { (r + g + b) / 3.0 })
     }
 
-    fn finished(&self, v: f32) -> f32 {
+    fn apply_scale(&self, v: f32) -> f32 {
         let v = self.scale * v;
         if self.invert { (1.0 - v).max(0.0) } else { v }
     }
 
-    fn look_up(&self, at: &TexturePoint) -> [f32; 4] {
+    fn sample(&self, at: &TexturePoint) -> [f32; 4] {
         let Some(picture) = self.picture.get() else { return [0.0; 4] };
-        let (st, reach) = self.mapping.at(at);
+        let (st, radius) = self.mapping.at(at);
         let t = if self.top_down { st.y } else { 1.0 - st.y };
-        picture.look_up(Vec2::new(st.x, t), reach, self.wrap, self.filter)
+        picture.sample(Vec2::new(st.x, t), radius, self.wrap, self.filter)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::{Picture, Raster, Samples};
+    use crate::io::image::{ImageSamples, Picture, Raster};
 
-    fn texture(picture: impl Into<Awaited>) -> ImageTexture {
+    fn texture(picture: impl Into<PendingImage>) -> ImageTexture {
         ImageTexture {
             picture: picture.into(),
             mapping: Mapping::default(),
             wrap: Wrap::Clamp,
-            filter: Filter::Bilinear,
+            filter: TextureFilter::Bilinear,
             top_down: true,
             scale: 1.0,
             invert: false,
@@ -93,41 +93,41 @@ mod tests {
     }
 
     fn pixel(channels: usize, floats: &[f32]) -> ImageTexture {
-        let samples = Samples::Floats(floats.to_vec());
-        texture(Pyramid::new(Raster { size: [1, 1], channels, samples }))
+        let samples = ImageSamples::Floats(floats.to_vec());
+        texture(MipMap::new(Raster { size: [1, 1], channels, samples }))
     }
 
     #[test]
-    fn a_number_is_the_mean_or_the_alpha() {
+    fn a_scalar_is_the_alpha_or_the_mean_of_the_channels() {
         let at = TexturePoint::default();
-        assert!((pixel(3, &[0.1, 0.2, 0.6]).number(&at) - 0.3).abs() < 1e-6);
-        assert_eq!(pixel(4, &[0.1, 0.2, 0.6, 0.75]).number(&at), 0.75);
-        assert_eq!(pixel(1, &[0.4]).number(&at), 0.4);
+        assert!((pixel(3, &[0.1, 0.2, 0.6]).scalar(&at) - 0.3).abs() < 1e-6);
+        assert_eq!(pixel(4, &[0.1, 0.2, 0.6, 0.75]).scalar(&at), 0.75);
+        assert_eq!(pixel(1, &[0.4]).scalar(&at), 0.4);
         assert_eq!(pixel(4, &[0.1, 0.2, 0.6, 0.75]).colour(&at), [0.1, 0.2, 0.6]);
     }
 
     #[test]
-    fn the_scale_comes_before_the_inversion() {
+    fn the_scale_applies_before_the_inversion() {
         let at = TexturePoint::default();
         let image = ImageTexture { scale: 2.0, invert: true, ..pixel(3, &[0.125, 0.25, 0.75]) };
         assert_eq!(image.colour(&at), [0.75, 0.5, 0.0]);
     }
 
     #[test]
-    fn up_is_where_the_dialect_says() {
+    fn the_dialect_decides_which_row_is_at_the_top() {
         let picture = Picture { size: [1, 2], pixels: vec![[1.0; 3], [0.0; 3]] };
-        let down = texture(Pyramid::from(&picture));
+        let down = texture(MipMap::from(&picture));
         let up = ImageTexture { top_down: false, ..down.clone() };
         let high = TexturePoint { uv: Vec2::new(0.5, 0.75), ..TexturePoint::default() };
-        assert_eq!([down.number(&high), up.number(&high)], [0.0, 1.0]);
+        assert_eq!([down.scalar(&high), up.scalar(&high)], [0.0, 1.0]);
     }
 
     #[test]
-    fn a_picture_that_is_not_here_yet_is_black() {
-        let image = texture(Awaited::default());
+    fn a_pending_image_is_black() {
+        let image = texture(PendingImage::default());
         let at = TexturePoint::default();
         assert_eq!(image.colour(&at), [0.0; 3]);
-        image.picture.arrive(Pyramid::from(&Picture { size: [1, 1], pixels: vec![[0.5; 3]] }));
+        image.picture.set(MipMap::from(&Picture { size: [1, 1], pixels: vec![[0.5; 3]] }));
         assert_eq!(image.colour(&at), [0.5; 3]);
     }
 }

@@ -1,4 +1,4 @@
-//! Where on a flat texture a point of a surface lies.
+//! Mapping from points of surfaces to texture coordinates.
 
 use std::f32::consts::PI;
 
@@ -6,34 +6,34 @@ use glam::{Affine3A, Vec2, Vec3};
 
 use super::TexturePoint;
 
-/// How points of surfaces become points (s, t) of a flat texture, as in pbrt-v4.
+/// Mapping from a point of a surface to texture coordinates (s, t), as in pbrt-v4.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mapping {
-    /// By the surface's own coordinates: scale, then offset.
+    /// The surface's own coordinates (u, v), scaled and then offset.
     Uv {
         /// Factors of u and v.
         scale: Vec2,
-        /// What is added to them.
+        /// Offset added to u and v.
         offset: Vec2,
     },
-    /// By the direction from the origin of texture space: the angle from +z over pi, and that about
-    /// z over 2 pi.
+    /// The direction from the origin of texture space: the angle from +z over pi, and the angle
+    /// about z over 2 pi.
     Spherical {
         /// World space to texture space.
         texture_from_world: Affine3A,
     },
-    /// By the angle about z, 0 at -x and 1 a turn later, and by z.
+    /// The angle about z over 2 pi, 0 at -x, and z.
     Cylindrical {
         /// World space to texture space.
         texture_from_world: Affine3A,
     },
-    /// By the distances along two directions.
+    /// Coordinates along two vectors.
     Planar {
         /// World space to texture space.
         texture_from_world: Affine3A,
-        /// The directions; longer ones shrink the texture.
+        /// Vectors; longer ones shrink the texture.
         axes: [Vec3; 2],
-        /// What is added.
+        /// Offset added to s and t.
         offset: Vec2,
     },
 }
@@ -45,8 +45,8 @@ impl Default for Mapping {
 }
 
 impl Mapping {
-    /// The point of the texture, and about how far the sample reaches there. Only the surface's own
-    /// coordinates say how far; by the others every sample is a point.
+    /// Returns the texture coordinates of a point, and the approximate radius of the footprint
+    /// there. The radius is 0 for all mappings except [`Self::Uv`].
     pub fn at(&self, at: &TexturePoint) -> (Vec2, f32) {
         match self {
             Self::Uv { scale, offset } => {
@@ -80,13 +80,13 @@ mod tests {
         assert!(found.abs_diff_eq(expected.into(), 1e-6), "{mapping:?}, {position:?}: {found}");
     }
 
-    /// Texture space is the world's moved by 1 along x.
+    /// Returns the transform to a texture space with its origin at x = 1.
     fn moved() -> Affine3A {
         Affine3A::from_translation(Vec3::new(-1.0, 0.0, 0.0))
     }
 
     #[test]
-    fn surface_coordinates_are_scaled_and_then_moved() {
+    fn surface_coordinates_are_scaled_and_then_offset() {
         let mapping = Mapping::Uv { scale: Vec2::new(2.0, -4.0), offset: Vec2::new(0.5, 1.0) };
         let uv = Vec2::new(0.25, 0.5);
         let at = TexturePoint { uv, footprint: 0.125, ..TexturePoint::default() };
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_is_unrolled_from_its_pole() {
+    fn spherical_coordinates_start_at_the_pole() {
         let mapping = Mapping::Spherical { texture_from_world: moved() };
         assert_near(mapping, [1.0, 0.0, 3.0], [0.0, 0.0]);
         assert_near(mapping, [2.0, 0.0, 0.0], [0.5, 0.0]);
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cylinder_is_unrolled_from_its_back() {
+    fn cylindrical_coordinates_start_at_minus_x() {
         let mapping = Mapping::Cylindrical { texture_from_world: moved() };
         assert_near(mapping, [2.0, 0.0, 3.0], [0.5, 3.0]);
         assert_near(mapping, [1.0, 5.0, -2.0], [0.75, -2.0]);
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_counts_along_its_axes() {
+    fn planar_coordinates_are_dot_products_with_the_axes() {
         let mapping = Mapping::Planar {
             texture_from_world: moved(),
             axes: [Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 1.0)],

@@ -1,80 +1,79 @@
-//! Textures: colours and numbers that change over a surface.
+//! Textures: colours and scalars that vary over a surface.
 
-mod bilinear;
 mod checkerboard;
 mod image_map;
 mod image_texture;
 mod mapping;
-mod pyramid;
-mod wrap;
+mod mipmap;
+mod texel;
 
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-pub use checkerboard::Board;
+pub use checkerboard::CheckerPattern;
 pub use image_map::ImageMap;
-pub use image_texture::{Awaited, ImageTexture};
+pub use image_texture::{ImageTexture, PendingImage};
 pub use mapping::Mapping;
-pub use pyramid::{Filter, Pyramid};
-pub use wrap::Wrap;
+pub use mipmap::{MipMap, TextureFilter};
+pub use texel::Wrap;
 
-/// Where a texture is looked up.
+/// Point of a surface at which a texture is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TexturePoint {
-    /// Texture coordinates of the surface.
+    /// Texture coordinates.
     pub uv: Vec2,
-    /// The point itself, world space.
+    /// Position, world space.
     pub position: Vec3,
-    /// Unit normal of the surface itself, world space, on either side.
+    /// Unit geometric normal, world space, on either side.
     pub normal: Vec3,
-    /// About how far the sample reaches along each of u and v; 0 is a point.
+    /// Approximate radius of the pixel's footprint in u and v; 0 is a point.
     pub footprint: f32,
 }
 
-/// A colour, linear RGB, or a number for every point of a surface.
+/// A colour (linear RGB) or a scalar for every point of a surface.
 #[derive(Clone, Debug)]
 pub enum Texture {
-    /// The same everywhere.
+    /// A constant.
     Constant([f32; 3]),
     /// An image.
     Image(Arc<ImageTexture>),
-    /// A number instead of a colour: grey.
-    Number(Arc<Texture>),
-    /// Two textures in turn.
+    /// The scalar of a texture as a grey colour.
+    Scalar(Arc<Texture>),
+    /// Two textures that alternate.
     Checkerboard {
-        /// Where which.
-        board: Arc<Board>,
-        /// The textures.
+        /// Pattern that selects one.
+        pattern: Arc<CheckerPattern>,
+        /// First and second texture.
         textures: [Arc<Texture>; 2],
     },
-    /// The product of two.
+    /// The product of two textures.
     Scale(Arc<Texture>, Arc<Texture>),
-    /// Some of one and the rest of another.
+    /// A linear blend of two textures.
     Mix {
-        /// The share of the second, a number.
+        /// Weight of the second texture, a scalar.
         amount: Arc<Texture>,
-        /// The textures.
+        /// First and second texture.
         textures: [Arc<Texture>; 2],
     },
-    /// The first where the surface faces along a direction or against it, the second where it is
-    /// edge on.
+    /// A blend of two textures, whose second weight is 1 - |cos| of the angle between the normal
+    /// and a direction.
     DirectionMix {
-        /// The direction, world space, of unit length.
+        /// Unit vector, world space.
         direction: Vec3,
-        /// The textures.
+        /// First and second texture.
         textures: [Arc<Texture>; 2],
     },
-    /// Between four colours, and beyond them.
+    /// Bilinear interpolation and extrapolation of four colours.
     Bilerp {
-        /// Where between.
+        /// Mapping to (s, t).
         mapping: Arc<Mapping>,
-        /// At (0, 0), (1, 0), (0, 1) and (1, 1).
+        /// Colours at (s, t) = (0, 0), (1, 0), (0, 1) and (1, 1).
         corners: [[f32; 3]; 4],
     },
 }
 
-/// What a texture can be evaluated to.
+/// Type of a texture's value: a colour or a scalar.
 trait Value: Copy {
     fn constant(colour: [f32; 3]) -> Self;
     fn image(image: &ImageTexture, at: &TexturePoint) -> Self;
@@ -98,7 +97,7 @@ impl Value for f32 {
         if r == g && g == b { r } else { (r + g + b) / 3.0 }
     }
     fn image(image: &ImageTexture, at: &TexturePoint) -> Self {
-        image.number(at)
+        image.scalar(at)
     }
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         f(self, other)
@@ -106,26 +105,29 @@ impl Value for f32 {
 }
 
 impl Texture {
-    /// How many textures are looked at for one colour, at most.
-    pub fn parts(&self) -> usize {
+    /// Returns the number of textures in the expression: an upper bound on the lookups of one
+    /// value.
+    pub fn node_count(&self) -> usize {
         match self {
             Self::Constant(_) | Self::Image(_) | Self::Bilerp { .. } => 1,
-            Self::Number(texture) => 1 + texture.parts(),
+            Self::Scalar(texture) => 1 + texture.node_count(),
             Self::Scale(one, other)
             | Self::Checkerboard { textures: [one, other], .. }
-            | Self::DirectionMix { textures: [one, other], .. } => 1 + one.parts() + other.parts(),
+            | Self::DirectionMix { textures: [one, other], .. } => {
+                1 + one.node_count() + other.node_count()
+            }
             Self::Mix { amount, textures: [one, other] } => {
-                1 + amount.parts() + one.parts() + other.parts()
+                1 + amount.node_count() + one.node_count() + other.node_count()
             }
         }
     }
 
-    /// Whether it is averaged over a footprint.
+    /// Returns whether the texture is averaged over the footprint.
     pub fn is_filtered(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Bilerp { .. } => false,
             Self::Image(_) | Self::Checkerboard { .. } => true,
-            Self::Number(texture) => texture.is_filtered(),
+            Self::Scalar(texture) => texture.is_filtered(),
             Self::Scale(one, other) | Self::DirectionMix { textures: [one, other], .. } => {
                 one.is_filtered() || other.is_filtered()
             }
@@ -135,14 +137,14 @@ impl Texture {
         }
     }
 
-    /// The number at a point. Of an image, it is the alpha if there is one and the mean of the
-    /// channels otherwise, as pbrt-v4 has it.
-    pub fn number(&self, at: &TexturePoint) -> f32 {
+    /// Returns the scalar at a point. For an image, it is the alpha if there is one, otherwise the
+    /// mean of the channels, as in pbrt-v4.
+    pub fn scalar(&self, at: &TexturePoint) -> f32 {
         self.value(at)
     }
 
-    /// The colour at a point.
-    pub fn at(&self, at: &TexturePoint) -> [f32; 3] {
+    /// Returns the colour at a point, linear RGB.
+    pub fn colour(&self, at: &TexturePoint) -> [f32; 3] {
         self.value(at)
     }
 
@@ -150,10 +152,12 @@ impl Texture {
         match self {
             Self::Constant(colour) => V::constant(*colour),
             Self::Image(image) => V::image(image, at),
-            Self::Number(texture) => V::constant([texture.number(at); 3]),
-            Self::Checkerboard { board, textures } => blend(textures, board.share(at), at),
+            Self::Scalar(texture) => V::constant([texture.scalar(at); 3]),
+            Self::Checkerboard { pattern: board, textures } => {
+                blend(textures, board.second_weight(at), at)
+            }
             Self::Scale(one, other) => one.value::<V>(at).zip(other.value(at), |a, b| a * b),
-            Self::Mix { amount, textures } => blend(textures, amount.number(at), at),
+            Self::Mix { amount, textures } => blend(textures, amount.scalar(at), at),
             Self::DirectionMix { direction, textures } => {
                 blend(textures, 1.0 - at.normal.dot(*direction).abs(), at)
             }
@@ -167,17 +171,17 @@ impl Texture {
     }
 }
 
-/// Some of the second texture and the rest of the first, which is not looked at where there is
-/// none of it.
-fn blend<V: Value>(textures: &[Arc<Texture>; 2], share: f32, at: &TexturePoint) -> V {
-    if share == 0.0 {
+/// Returns the blend of two textures. `weight` is that of the second; a texture of weight 0 is not
+/// evaluated.
+fn blend<V: Value>(textures: &[Arc<Texture>; 2], weight: f32, at: &TexturePoint) -> V {
+    if weight == 0.0 {
         return textures[0].value(at);
     }
-    if share == 1.0 {
+    if weight == 1.0 {
         return textures[1].value(at);
     }
     let (one, other): (V, V) = (textures[0].value(at), textures[1].value(at));
-    one.zip(other, |a, b| (1.0 - share) * a + share * b)
+    one.zip(other, |a, b| (1.0 - weight) * a + weight * b)
 }
 
 #[cfg(test)]
@@ -197,18 +201,18 @@ mod tests {
     }
 
     #[test]
-    fn a_mixture_has_the_amount_of_the_second() {
+    fn the_amount_of_a_mix_is_the_weight_of_the_second_texture() {
         let amount = Arc::new(Texture::Constant([0.25; 3]));
         let mix = Texture::Mix { amount, textures: pair() };
-        assert_near(mix.at(&TexturePoint::default()), [0.6, 0.15, 0.15]);
-        assert!((mix.number(&TexturePoint::default()) - 0.3).abs() < 1e-6);
-        assert_eq!(mix.parts(), 4);
+        assert_near(mix.colour(&TexturePoint::default()), [0.6, 0.15, 0.15]);
+        assert!((mix.scalar(&TexturePoint::default()) - 0.3).abs() < 1e-6);
+        assert_eq!(mix.node_count(), 4);
     }
 
     #[test]
-    fn a_mixture_by_direction_is_the_first_where_the_surface_faces_it() {
+    fn a_direction_mix_is_the_first_texture_for_a_surface_that_faces_the_direction() {
         let mix = Texture::DirectionMix { direction: Vec3::Y, textures: pair() };
-        let facing = |normal: Vec3| mix.at(&TexturePoint { normal, ..TexturePoint::default() });
+        let facing = |normal: Vec3| mix.colour(&TexturePoint { normal, ..TexturePoint::default() });
         assert_near(facing(Vec3::Y), RED);
         assert_near(facing(Vec3::NEG_Y), RED);
         assert_near(facing(Vec3::X), BLUE);
@@ -216,20 +220,20 @@ mod tests {
     }
 
     #[test]
-    fn four_corners_are_interpolated() {
+    fn bilerp_interpolates_four_corners() {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
         let texture = Texture::Bilerp { mapping: Arc::default(), corners };
         let at = |u: f32, v: f32| {
-            texture.at(&TexturePoint { uv: Vec2::new(u, v), ..TexturePoint::default() })
+            texture.colour(&TexturePoint { uv: Vec2::new(u, v), ..TexturePoint::default() })
         };
         assert_near(at(1.0, 0.0), [1.0, 0.0, 0.0]);
         assert_near(at(0.25, 0.5), [0.25, 0.5, 0.125]);
     }
 
     #[test]
-    fn products_are_by_channel_and_numbers_are_grey() {
+    fn products_are_by_channel_and_scalars_are_grey() {
         let [red, blue] = pair();
-        let product = Texture::Scale(red, Arc::new(Texture::Number(blue)));
-        assert_near(product.at(&TexturePoint::default()), [0.24, 0.03, 0.0]);
+        let product = Texture::Scale(red, Arc::new(Texture::Scalar(blue)));
+        assert_near(product.colour(&TexturePoint::default()), [0.24, 0.03, 0.0]);
     }
 }

@@ -1,30 +1,30 @@
-//! Metals.
+//! Conductor: a metal, smooth or rough.
 
 use super::fresnel::conductor_reflectance;
 use super::microfacet::Microfacets;
-use super::vector::{dot, negate, normal, scale, scale_add, select};
-use super::{Bsdf, Drawn};
+use super::{Bsdf, BsdfSample};
 use crate::lanes::Real;
+use crate::lanes::vector::{dot, negate, scale, scale_add, select, z_axis};
 
-/// Indices above this are as good as a perfect mirror; keeps their powers in the range of f32.
-const MOST: f32 = 1e8;
+/// Largest refractive index, practically a perfect mirror; keeps its powers in the range of f32.
+const MAX_INDEX: f32 = 1e8;
 
-/// A metal, smooth or of microfacets (Torrance & Sparrow 1967); the same from both sides.
+/// A metal, smooth or of microfacets (Torrance & Sparrow 1967), the same from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor<R: Real> {
     facets: Microfacets<R>,
     eta: [R; 3],
     k: [R; 3],
-    /// Of the reflectance at normal incidence, over Fresnel's.
+    /// Factor of the reflectance at normal incidence, minus 1.
     excess: [R; 3],
 }
 
 impl<R: Real<Scalar = f32>> Conductor<R> {
-    /// A metal of roughness `alpha` along x and y and of refractive index eta + i k by colour
-    /// channel, relative to the medium around it (under a coat: divided by the coat's).
+    /// A metal of roughness `alpha` along x and y, and of refractive index eta + i k by colour
+    /// channel. The index is relative to the medium around the metal; under a coat, to the coat.
     #[inline(always)]
     pub fn new(alpha: [R; 2], eta: [R; 3], k: [R; 3]) -> Self {
-        let clamp = |x: R| x.max(R::splat(0.0)).min(R::splat(MOST));
+        let clamp = |x: R| x.max(R::splat(0.0)).min(R::splat(MAX_INDEX));
         Self {
             facets: Microfacets::new(alpha),
             eta: [clamp(eta[0]), clamp(eta[1]), clamp(eta[2])],
@@ -33,15 +33,15 @@ impl<R: Real<Scalar = f32>> Conductor<R> {
         }
     }
 
-    /// The same metal, its reflectance multiplied by a colour at normal incidence, and by less
-    /// with the cosine, to nothing at grazing angles.
+    /// The same metal with a tinted reflectance: multiplied by the tint at normal incidence, by 1
+    /// at grazing incidence, and linearly in the cosine between.
     #[inline(always)]
     pub fn tinted(self, tint: [R; 3]) -> Self {
         let one = R::splat(1.0);
         Self { excess: [tint[0] - one, tint[1] - one, tint[2] - one], ..self }
     }
 
-    /// Fresnel's reflectance, tinted, times a factor, by colour channel.
+    /// Returns the tinted Fresnel reflectance times a factor, by colour channel.
     #[inline(always)]
     fn reflectance(&self, cos: R, factor: R) -> [R; 3] {
         let [r, g, b] = self.excess;
@@ -62,29 +62,29 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for Conductor<R> {
         let length2 = dot(half, half);
         let scatters = zero.lt(wo[2] * wi[2]) & zero.lt(length2) & !self.facets.smooth;
         let m = scale(half, one / R::select(scatters, length2, one).sqrt());
-        let (o, i) = (self.facets.facing(wo), self.facets.facing(wi));
-        let quarter = self.facets.density(m) * R::splat(0.25);
-        let factor = R::select(scatters, quarter * Microfacets::shadowed(o, i), zero);
-        let density = R::select(scatters, quarter * Microfacets::visible(o), zero);
-        (self.reflectance(dot(wo, m).abs(), factor), density)
+        let (o, i) = (self.facets.stretch(wo), self.facets.stretch(wi));
+        let quarter = self.facets.distribution(m) * R::splat(0.25);
+        let factor = R::select(scatters, quarter * Microfacets::g_over_cos(o, i), zero);
+        let pdf = R::select(scatters, quarter * Microfacets::g1_over_cos(o), zero);
+        (self.reflectance(dot(wo, m).abs(), factor), pdf)
     }
 
     #[inline(always)]
-    fn draw(&self, wo: [R; 3], u: [R; 2], _choice: R) -> Drawn<R> {
+    fn sample(&self, wo: [R; 3], u: [R; 2], _choice: R) -> BsdfSample<R> {
         let (zero, two) = (R::splat(0.0), R::splat(2.0));
         let smooth = self.facets.smooth;
-        let m = select(smooth, normal(), self.facets.sample(wo, u));
+        let m = select(smooth, z_axis(), self.facets.sample_visible_normal(wo, u));
         let cos = dot(wo, m);
         let wi = scale_add(m, two * cos, negate(wo));
-        let (o, i) = (self.facets.facing(wo), self.facets.facing(wi));
-        let visible = Microfacets::visible(o);
-        let lost = Microfacets::shadowed(o, i) / visible;
-        let weight = self.reflectance(cos.abs(), R::select(smooth, R::splat(1.0), lost));
-        let density = self.facets.density(m) * R::splat(0.25) * visible;
-        Drawn {
+        let (o, i) = (self.facets.stretch(wo), self.facets.stretch(wi));
+        let visible = Microfacets::g1_over_cos(o);
+        let unshadowed = Microfacets::g_over_cos(o, i) / visible;
+        let weight = self.reflectance(cos.abs(), R::select(smooth, R::splat(1.0), unshadowed));
+        let pdf = self.facets.distribution(m) * R::splat(0.25) * visible;
+        BsdfSample {
             wi,
             weight,
-            density: R::select(smooth, zero, density),
+            pdf: R::select(smooth, zero, pdf),
             singular: smooth,
             valid: zero.lt(wo[2] * wi[2]),
             eta2: R::splat(1.0),

@@ -1,18 +1,18 @@
-//! Lambert's law.
+//! Diffuse surfaces, by Lambert's law.
 
-use super::vector::largest;
-use super::{Bsdf, Drawn};
+use super::{Bsdf, BsdfSample};
 use crate::lanes::Real;
-use crate::sampler::disk;
+use crate::lanes::vector::max_component;
+use crate::sampler::concentric_disk;
 
-/// A surface that reflects as Lambert 1760 says, on both sides.
+/// A Lambertian reflector (Lambert 1760), the same from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct Diffuse<R> {
     /// The share of light reflected, by colour channel.
     pub reflectance: [R; 3],
 }
 
-/// A surface that reflects and transmits as Lambert says, the same from both sides.
+/// A Lambertian reflector and transmitter, the same from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseTransmission<R> {
     /// The share of light reflected, by colour channel.
@@ -21,10 +21,10 @@ pub struct DiffuseTransmission<R> {
     pub transmittance: [R; 3],
 }
 
-/// A direction of the upper hemisphere with density cos / pi.
+/// Samples a direction of the upper hemisphere with density cos / pi.
 #[inline(always)]
 fn cosine<R: Real<Scalar = f32>>(u: [R; 2]) -> [R; 3] {
-    let [x, y] = disk(u[0], u[1]);
+    let [x, y] = concentric_disk(u[0], u[1]);
     let z2 = R::splat(1.0) - x.mul_add(x, y * y);
     [x, y, z2.max(R::splat(0.0)).sqrt()]
 }
@@ -39,20 +39,20 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for Diffuse<R> {
     fn evaluate(&self, wo: [R; 3], wi: [R; 3]) -> ([R; 3], R) {
         let zero = R::splat(0.0);
         let same = zero.lt(wo[2] * wi[2]);
-        let density = R::select(same, wi[2].abs() * inverse_pi(), zero);
+        let pdf = R::select(same, wi[2].abs() * inverse_pi(), zero);
         let [r, g, b] = self.reflectance;
-        ([r * density, g * density, b * density], density)
+        ([r * pdf, g * pdf, b * pdf], pdf)
     }
 
     #[inline(always)]
-    fn draw(&self, wo: [R; 3], u: [R; 2], _choice: R) -> Drawn<R> {
+    fn sample(&self, wo: [R; 3], u: [R; 2], _choice: R) -> BsdfSample<R> {
         let zero = R::splat(0.0);
         let [x, y, z] = cosine(u);
         let seen = wo[2].lt(zero) | zero.lt(wo[2]);
-        Drawn {
+        BsdfSample {
             wi: [x, y, R::select(wo[2].lt(zero), -z, z)],
             weight: self.reflectance,
-            density: z * inverse_pi(),
+            pdf: z * inverse_pi(),
             singular: zero.lt(zero),
             valid: seen,
             eta2: R::splat(1.0),
@@ -62,16 +62,16 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for Diffuse<R> {
 
     #[inline(always)]
     fn singular(&self) -> R::Mask {
-        largest(self.reflectance).le(R::splat(0.0))
+        max_component(self.reflectance).le(R::splat(0.0))
     }
 }
 
 impl<R: Real<Scalar = f32>> DiffuseTransmission<R> {
-    /// With what probability light is drawn on the side of `wo`.
+    /// Returns the probability of sampling a direction on the side of `wo`.
     #[inline(always)]
-    fn reflects(&self) -> R {
+    fn reflection_probability(&self) -> R {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let (here, there) = (largest(self.reflectance), largest(self.transmittance));
+        let (here, there) = (max_component(self.reflectance), max_component(self.transmittance));
         let sum = here + there;
         here / R::select(zero.lt(sum), sum, one)
     }
@@ -84,7 +84,7 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for DiffuseTransmission<R> {
         let side = wo[2] * wi[2];
         let (same, other) = (zero.lt(side), side.lt(zero));
         let cosine = R::select(same | other, wi[2].abs() * inverse_pi(), zero);
-        let reflects = self.reflects();
+        let reflects = self.reflection_probability();
         let (r, t) = (self.reflectance, self.transmittance);
         let share = R::select(same, reflects, one - reflects);
         let share = R::select(self.singular(), zero, share);
@@ -99,24 +99,24 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for DiffuseTransmission<R> {
     }
 
     #[inline(always)]
-    fn draw(&self, wo: [R; 3], u: [R; 2], choice: R) -> Drawn<R> {
+    fn sample(&self, wo: [R; 3], u: [R; 2], choice: R) -> BsdfSample<R> {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
         let [x, y, z] = cosine(u);
-        let reflects = self.reflects();
+        let reflects = self.reflection_probability();
         let same = choice.lt(reflects);
         let below = wo[2].lt(zero);
         let up = (same & !below) | (!same & below);
         let share = R::select(same, reflects, one - reflects);
         let scale = one / R::select(zero.lt(share), share, one);
         let (r, t) = (self.reflectance, self.transmittance);
-        Drawn {
+        BsdfSample {
             wi: [x, y, R::select(up, z, -z)],
             weight: [
                 R::select(same, r[0], t[0]) * scale,
                 R::select(same, r[1], t[1]) * scale,
                 R::select(same, r[2], t[2]) * scale,
             ],
-            density: share * z * inverse_pi(),
+            pdf: share * z * inverse_pi(),
             singular: zero.lt(zero),
             valid: (below | zero.lt(wo[2])) & !self.singular(),
             eta2: one,
@@ -126,6 +126,6 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for DiffuseTransmission<R> {
 
     #[inline(always)]
     fn singular(&self) -> R::Mask {
-        largest(self.reflectance).max(largest(self.transmittance)).le(R::splat(0.0))
+        max_component(self.reflectance).max(max_component(self.transmittance)).le(R::splat(0.0))
     }
 }

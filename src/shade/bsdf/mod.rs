@@ -1,76 +1,77 @@
-//! Scattering functions: what a surface does to light, in pbrt-v4's definitions.
+//! BSDFs: bidirectional scattering distribution functions, with pbrt-v4's definitions.
 //!
-//! Directions are unit vectors [x, y, z] in the frame of the shading normal, which is z; x and
-//! y are the tangents ([`Frame`]). `wo` points to where a path came from, `wi` to where the
-//! light comes from. The signs of their z say whether light is reflected or transmitted.
-//! Radiance is transported: light that is refracted on its way to `wo` loses the square of the
-//! refractive index.
+//! Directions are unit vectors [x, y, z] in the shading frame: x and y are the tangents, z is the
+//! shading normal ([`ShadingFrame`]). `wo` points to where a path came from, `wi` to where light
+//! comes from. Light is reflected if their z have the same sign, else transmitted. BSDFs transport
+//! radiance: light that is refracted on its way to `wo` is divided by the squared ratio of the
+//! refractive indices.
 //!
-//! All but the coats are kernels over lanes: free of branches, and the same bit for bit for
-//! one lane and for eight. A coat is a random walk ([`Coated`]), for one lane.
+//! All BSDFs but coats are kernels over lanes, without branches, whose results are the same bit for
+//! bit for one lane and for eight. A coat is a random walk ([`Coated`]) for one lane.
 
-mod any;
+mod any_bsdf;
 mod coat;
 mod conductor;
 mod dielectric;
 mod diffuse;
-mod frame;
 mod fresnel;
 mod microfacet;
-mod phase;
-mod stream;
-mod thin;
-mod vector;
+mod phase_function;
+mod random_stream;
+mod shading_frame;
+mod thin_dielectric;
 
-pub use any::AnyBsdf;
-pub use coat::{Coated, Layer, Weights};
+pub use any_bsdf::AnyBsdf;
+pub use coat::{CoatLayer, Coated, MisWeights};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::{Diffuse, DiffuseTransmission};
-pub use frame::Frame;
 pub use fresnel::{Refraction, conductor_reflectance};
 pub use microfacet::Microfacets;
-pub use phase::{henyey_greenstein, sample_henyey_greenstein};
-pub use stream::Stream;
-pub use thin::ThinDielectric;
+pub use phase_function::{henyey_greenstein, sample_henyey_greenstein};
+pub use random_stream::RandomStream;
+pub use shading_frame::ShadingFrame;
+pub use thin_dielectric::ThinDielectric;
 
 use crate::lanes::Real;
 
-/// What a scattering function can be asked, lane by lane.
+/// A BSDF, lane by lane.
 pub trait Bsdf<R: Real<Scalar = f32>> {
-    /// f |cos wi| by colour channel, and the density, by solid angle about `wi`, with which
-    /// [`Self::draw`] draws it. Both are 0 for what only a singular lobe scatters.
+    /// Returns f |cos wi| by colour channel, and the density by solid angle with which
+    /// [`Self::sample`] samples `wi`. Singular lobes contribute to neither.
     fn evaluate(&self, wo: [R; 3], wi: [R; 3]) -> ([R; 3], R);
 
-    /// Draws a direction from two numbers in [0, 1) for its place and one that chooses a lobe.
-    fn draw(&self, wo: [R; 3], u: [R; 2], choice: R) -> Drawn<R>;
+    /// Samples a direction. The numbers are in [0, 1): `u` chooses a direction of a lobe, `choice`
+    /// the lobe.
+    fn sample(&self, wo: [R; 3], u: [R; 2], choice: R) -> BsdfSample<R>;
 
-    /// Where [`Self::evaluate`] is 0 for all directions, so that lights need not be sampled.
+    /// Returns the lanes in which [`Self::evaluate`] is 0 for all directions, so that lights need
+    /// not be sampled.
     fn singular(&self) -> R::Mask;
 }
 
-/// A direction drawn from a scattering function.
+/// A direction sampled from a BSDF.
 #[derive(Clone, Copy, Debug)]
-pub struct Drawn<R: Real> {
-    /// The direction; the normal where nothing was drawn.
+pub struct BsdfSample<R: Real> {
+    /// The direction; the normal if nothing was sampled.
     pub wi: [R; 3],
-    /// f |cos wi| / density by colour channel, for a singular lobe the share of light in it
-    /// over the probability of the lobe; 0 where nothing was drawn.
+    /// f |cos wi| / pdf by colour channel. For a singular lobe, its share of light over its
+    /// probability. 0 if nothing was sampled.
     pub weight: [R; 3],
-    /// Density by solid angle, as [`Bsdf::evaluate`] tells; 0 for a singular lobe.
-    pub density: R,
-    /// Whether the lobe is singular: no other technique can draw its direction.
+    /// Density by solid angle, as returned by [`Bsdf::evaluate`]; 0 for a singular lobe.
+    pub pdf: R,
+    /// Whether the lobe is singular (specular): no other technique can sample its direction.
     pub singular: R::Mask,
-    /// Whether anything was drawn.
+    /// Whether a direction was sampled.
     pub valid: R::Mask,
-    /// What Russian roulette multiplies the throughput by before it looks at it: the square of
-    /// the refractive index beyond the surface over that before it where light was refracted,
-    /// else 1.
+    /// Factor of the throughput for Russian roulette, which takes back the change of radiance by
+    /// refraction: the squared refractive index beyond the surface over that before it if light was
+    /// refracted, else 1.
     pub eta2: R,
 }
 
-impl<R: Real<Scalar = f32>> Drawn<R> {
-    /// The same, with nothing drawn outside of the mask.
+impl<R: Real<Scalar = f32>> BsdfSample<R> {
+    /// The same sample, with nothing sampled outside of the mask.
     #[inline(always)]
     fn only(self, mask: R::Mask) -> Self {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
@@ -84,7 +85,7 @@ impl<R: Real<Scalar = f32>> Drawn<R> {
                 R::select(valid, g, zero),
                 R::select(valid, b, zero),
             ],
-            density: R::select(valid, self.density, zero),
+            pdf: R::select(valid, self.pdf, zero),
             singular: self.singular,
             valid,
             eta2: R::select(valid, self.eta2, one),

@@ -1,6 +1,6 @@
 #![no_main]
 
-#[allow(dead_code, reason = "every fuzzer is of one reader")]
+#[allow(dead_code, reason = "each fuzzer uses one reader")]
 #[path = "../readers.rs"]
 mod readers;
 

@@ -1,0 +1,176 @@
+//! `petzval lens`: shows, draws and traces a lens file.
+
+mod psf;
+mod summary;
+mod trace;
+mod vignetting;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use petzval::io::{ReadContext, replace_file};
+use petzval::lens::{Coating, D_LINE, FocusModel, Prescription, read_with};
+
+use super::arguments::values::{coating, focus_model, length, length_or_inf, point};
+use super::outputs::{check_distinct, check_writable};
+use super::report::lens_drawing::draw;
+use super::{Failure, Outcome};
+use summary::{Summary, summary};
+use trace::TraceArguments;
+
+/// Arguments of `petzval lens`.
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct LensArguments {
+    #[command(subcommand)]
+    command: Option<LensCommand>,
+    /// Lens file
+    #[arg(required = true)]
+    lens: Option<PathBuf>,
+    /// Show the distance in focus on a film at this distance behind the rear vertex, mm
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    film_distance: Option<f64>,
+    /// Show the film position that focuses at this distance from the film, mm (or inf)
+    #[arg(long, value_name = "MM", value_parser = length_or_inf, allow_hyphen_values = true)]
+    focus: Option<f64>,
+    /// Film position for --draw, --vignetting and --psf: sharpest, where the rays of the whole
+    /// aperture make the smallest spot, or pbrt, by the thick-lens formula of pbrt-v4
+    #[arg(
+        long,
+        value_name = "sharpest|pbrt",
+        value_parser = focus_model,
+        default_value = "sharpest"
+    )]
+    focus_model: FocusModel,
+    /// Stop the lens down to this diameter of the stop, mm
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    stop: Option<f64>,
+    /// Coating of glass-air surfaces for which the lens file gives none: none, mgf2, broadband or
+    /// perfect
+    #[arg(long, value_name = "COATING", value_parser = coating, default_value = "none")]
+    coating: Coating,
+    /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
+    /// --focus, or at infinity
+    #[arg(long, value_name = "FILE", group = "pictured")]
+    draw: Option<PathBuf>,
+    /// Print the share of the light that each surface blocks, from the middle of the film to its
+    /// corner, and the relative illumination; focused at infinity by default
+    #[arg(long, group = "pictured")]
+    vignetting: bool,
+    /// Draw the point spread of the lens's pupil in white light (diffraction without aberrations),
+    /// over six decades of brightness, to this picture, and print its scale; focused at infinity by
+    /// default
+    #[arg(long, value_name = "FILE")]
+    psf: Option<PathBuf>,
+    /// Point of the film for --psf, mm from the axis
+    #[arg(
+        long,
+        value_name = "X,Y",
+        value_parser = point,
+        allow_hyphen_values = true,
+        default_value = "0,0",
+        requires = "psf"
+    )]
+    at: [f64; 2],
+    /// Diagonal of the film for --draw and --vignetting, mm
+    #[arg(
+        long,
+        value_name = "MM",
+        value_parser = length,
+        allow_hyphen_values = true,
+        default_value = "43.27",
+        requires = "pictured"
+    )]
+    film_diagonal: f64,
+}
+
+#[derive(Debug, Subcommand)]
+enum LensCommand {
+    /// Trace rays from a CSV file through a lens, for checks against other tools
+    Trace(TraceArguments),
+}
+
+pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
+    if let Some(LensCommand::Trace(arguments)) = &arguments.command {
+        return trace::run(arguments);
+    }
+    let file = arguments.lens.as_deref().ok_or("name a lens file")?;
+    if let Some(drawing) = &arguments.draw {
+        check_svg(drawing)?;
+    }
+    let context = ReadContext::default();
+    let mut lens = read_with(file, &context)?;
+    let files = context.files();
+    warn_indices(file, &lens, [D_LINE; 2]);
+    for (option, output) in [("--draw", &arguments.draw), ("--psf", &arguments.psf)] {
+        if let Some(output) = output {
+            check_distinct([output], option, &files)?;
+            check_writable(output, option)?;
+        }
+    }
+    lens.coat(arguments.coating);
+    let open = lens.rows[lens.stop()].diameter;
+    if let Some(stop) = arguments.stop {
+        if stop > open {
+            return Err(format!("--stop {stop}: expected at most {open} mm").into());
+        }
+        lens.stop_down(stop);
+    }
+    let Summary { mut text, film } = summary(&lens, arguments)?;
+    if let Some(drawing) = &arguments.draw {
+        write_drawing(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
+    }
+    if arguments.vignetting {
+        let film = film.ok_or_else(|| no_film("--vignetting"))?;
+        text = vignetting::table(&lens, film, arguments.film_diagonal)?;
+    }
+    if let Some(path) = &arguments.psf {
+        let film = film.ok_or_else(|| no_film("--psf"))?;
+        text += &psf::draw(path, &lens, film, arguments.at)?;
+    }
+    super::print(&text)
+}
+
+/// Warns of glass whose data do not cover the wavelengths from `range[0]` to `range[1]` (nm).
+fn warn_indices(file: &Path, lens: &Prescription, range: [f64; 2]) {
+    for warning in lens.index_warnings(range) {
+        say!("petzval: warning: {}: {warning}", file.display());
+    }
+}
+
+fn no_film(option: &str) -> String {
+    format!(
+        "{option}: the lens forms no real image of distant objects; give the film's position with \
+         --film-distance"
+    )
+}
+
+/// Checks that a drawing has an SVG name.
+fn check_svg(path: &Path) -> Result<(), Failure> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match extension.as_str() {
+        "svg" => Ok(()),
+        _ => Err(format!(
+            "--draw {}: drawings are SVG; name the file {}",
+            path.display(),
+            path.with_extension("svg").display()
+        )
+        .into()),
+    }
+}
+
+fn write_drawing(
+    path: &Path,
+    lens: &Prescription,
+    film: Option<f64>,
+    film_radius: f64,
+) -> Result<(), Failure> {
+    let text = draw(lens, film, film_radius);
+    replace_file(path, |file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write the drawing {}: {error}", path.display()))?;
+    if film.is_none() {
+        say!("petzval: the lens forms no real image: {} has no film and no rays", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,152 @@
+//! Prescription and first-order data of a lens, as text.
+
+use std::fmt::Write as _;
+
+use petzval::lens::{
+    Coating, D_LINE, FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens,
+    RealRayFocus, TransverseAxis,
+};
+
+use super::LensArguments;
+use crate::cli::Failure;
+
+/// A lens described in words, and where its film is.
+pub(super) struct Summary {
+    pub text: String,
+    /// Distance of the film behind the rear vertex; `None` if the lens forms no image (mm).
+    pub film: Option<f64>,
+}
+
+/// Describes a lens and its focus as the arguments ask for.
+///
+/// # Errors
+/// Returns an error if the lens cannot focus at the distance of --focus.
+pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<Summary, Failure> {
+    let paraxial = Paraxial::new(lens);
+    let mut text = format!("{}\n{lens}\n", lens.name);
+    if lens.is_misaligned() {
+        text += "All figures below are for the lens without tilt and decentre.\n\n";
+    }
+    let mut line = |name: &str, value: f64, unit: &str| {
+        let word = match name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL {
+            true => Some("afocal"),
+            false if value.is_nan() => Some("none"),
+            false if value.is_infinite() => Some("infinite"),
+            false => None,
+        };
+        let _ = match word {
+            Some(word) => writeln!(text, "{name:<28}{word:>12}"),
+            None => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
+        };
+    };
+    let unit = match lens.is_monochromatic() {
+        true => " nm  (all indices; the file says nothing of dispersion)",
+        false => " nm  (the d line, for which all figures hold)",
+    };
+    line("wavelength", D_LINE, unit);
+    line("focal length", paraxial.focal_length, " mm");
+    if let Some(stated) = lens.stated_focal_length {
+        line("", stated, " mm  (as the file states)");
+    }
+    if lens.rows.iter().any(|row| row.axis.is_some()) {
+        let along_y = Paraxial::in_plane(lens, TransverseAxis::Y).focal_length;
+        line("focal length along y", along_y, " mm  (all other figures are along x)");
+    }
+    line("f-number", paraxial.f_number(), "     (focal length / entrance pupil)");
+    if let Some(stated) = lens.stated_f_number {
+        line("", stated, "     (as the file states)");
+    }
+    if let Some(f_number) = RealRayFocus::new(lens).f_number() {
+        line("f-number, marginal ray", f_number, "     (defines --fstop and the brightness)");
+        if let Some(share) = axial_transmittance(&lens.centred()) {
+            let by = format!("     ({:.1} % transmitted; {})", 100.0 * share, coatings(lens));
+            line("T-stop", f_number / share.sqrt(), &by);
+        }
+    }
+    line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
+    line("length", paraxial.length, " mm  (front to rear vertex)");
+    line("entrance pupil position", paraxial.entrance_pupil.position, " mm  (behind front vertex)");
+    line("entrance pupil diameter", paraxial.entrance_pupil.diameter, " mm");
+    line("exit pupil position", paraxial.exit_pupil.position, " mm  (behind rear vertex)");
+    line("exit pupil diameter", paraxial.exit_pupil.diameter, " mm");
+    let film_for = |model: FocusModel, focus: f64| model.film(lens, focus, arguments.film_diagonal);
+    let infinity = film_for(arguments.focus_model, f64::INFINITY);
+    // Unknown figures are explained after the others.
+    let mut missing = String::new();
+    if let Err(error) = &infinity {
+        missing = format!(
+            "\nnot known: f-number of the marginal ray, T-stop, film distance for infinity:\n\
+             {error}\n"
+        );
+    }
+    let mut film = infinity.ok();
+    if let Some(distance) = arguments.film_distance {
+        film = Some(distance);
+        let focus = paraxial.object_distance(distance);
+        line("film distance", distance, " mm  (behind rear vertex)");
+        if focus > 0.0 && focus.is_finite() {
+            line("in focus", focus, " mm  (before front vertex)");
+            line("", focus + paraxial.length + distance, " mm  (from the film)");
+            if let Some(focus) = RealRayFocus::new(lens).object_distance(distance) {
+                line("in focus, real rays", focus, " mm  (before front vertex)");
+                line("", focus + paraxial.length + distance, " mm  (from the film)");
+            }
+        } else {
+            line("in focus", f64::NAN, "");
+            missing += "\nno real object is in focus: the film is too near to the lens\n";
+        }
+    }
+    if let Some(focus) = arguments.focus {
+        line("focus", focus, " mm  (from the film)");
+        let paraxial_film = paraxial.film_for_focus(focus);
+        line("film distance", film_or_nan(paraxial_film)?, " mm  (behind rear vertex)");
+        let [sharpest, pbrt] =
+            [FocusModel::Sharpest, FocusModel::Pbrt].map(|model| film_for(model, focus));
+        line(
+            "film distance, real rays",
+            film_or_nan(sharpest)?,
+            " mm  (smallest spot on the axis)",
+        );
+        if let Ok(pbrt) = pbrt {
+            line("film distance, pbrt-v4", pbrt, " mm  (--focus-model pbrt: its thick lens)");
+        }
+        if let (Ok(sharpest), Ok(pbrt)) = (sharpest, pbrt) {
+            line("", pbrt - sharpest, " mm  (farther from the lens)");
+        }
+        let distance = film_for(arguments.focus_model, focus);
+        film = arguments.film_distance.or(distance.ok());
+        if let (Err(error), true) = (distance, missing.is_empty()) {
+            let _ = write!(missing, "\nnot known: film distance for this focus:\n{error}\n");
+        }
+    }
+    text += &missing;
+    Ok(Summary { text, film })
+}
+
+/// Returns the film distance, or NaN if the lens forms no image.
+///
+/// # Errors
+/// Returns an error if the focus distance is too near.
+fn film_or_nan(film: Result<f64, FocusError>) -> Result<f64, FocusError> {
+    match film {
+        Err(error @ FocusError::TooNear { .. }) => Err(error),
+        other => Ok(other.unwrap_or(f64::NAN)),
+    }
+}
+
+/// Returns the share of the light that surfaces transmit to the middle of the film, as a mean over
+/// the pupil; focused at infinity.
+fn axial_transmittance(lens: &Prescription) -> Option<f64> {
+    let film = RealRayFocus::new(lens).film_distance(f64::INFINITY).ok()?;
+    RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0).transmittance([0.0; 2])
+}
+
+/// Lists the coatings of a lens's glass-air surfaces.
+fn coatings(lens: &Prescription) -> String {
+    let surfaces = (0..lens.rows.len()).filter(|&i| Coating::applies_to(lens.indices(i)));
+    let mut counts = [0; Coating::NAMES.len()];
+    surfaces.for_each(|i| counts[lens.rows[i].coating.unwrap_or_default() as usize] += 1);
+    let used = counts.iter().zip(Coating::NAMES).filter(|(count, _)| **count > 0);
+    let words: Vec<String> = used.map(|(count, name)| format!("{name} on {count}")).collect();
+    format!("coatings: {}", words.join(", "))
+}

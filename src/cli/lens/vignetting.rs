@@ -1,0 +1,133 @@
+//! `petzval lens --vignetting`: table of relative illumination, and of the light that surfaces
+//! block.
+
+use std::fmt::Write as _;
+
+use petzval::lens::{LightBudget, Normalization, Prescription, Vignetting};
+
+use crate::cli::Failure;
+
+/// Number of field zones besides the middle of the film.
+const ZONES: u32 = 10;
+/// Rays per field zone.
+const RAYS: u32 = 1 << 18;
+/// A surface that blocks less than this share everywhere has no column.
+const MIN_SHARE: f64 = 5e-4;
+/// Most surfaces with a column, so that the table fits into 80 columns.
+const MAX_COLUMNS: usize = 7;
+
+/// A line of the table: the light at one height on the film.
+struct Zone {
+    height: f64,
+    angle: Option<f64>,
+    budget: Option<LightBudget>,
+}
+
+/// Returns the table for a film with this diagonal, `distance` behind the rear vertex (mm).
+///
+/// # Errors
+/// Returns an error if the film would stand inside the lens.
+pub(super) fn table(lens: &Prescription, distance: f64, diagonal: f64) -> Result<String, Failure> {
+    let rim = lens.rear().sag(lens.rear().diameter / 2.0).max(0.0);
+    if distance <= rim {
+        return Err(format!(
+            "the film, {distance:.4} mm behind the rear vertex, would stand inside the lens, which \
+             reaches {rim:.4} mm behind it"
+        )
+        .into());
+    }
+    let vignetting = Vignetting::new(lens, distance, RAYS);
+    let zone = |height: f64| Zone {
+        height,
+        angle: vignetting.field_angle(height),
+        budget: vignetting.budget([height, 0.0], Normalization::Stop),
+    };
+    let half = diagonal / 2.0;
+    let zones: Vec<Zone> =
+        (0..=ZONES).map(|i| zone(half * f64::from(i) / f64::from(ZONES))).collect();
+    let mut text = heading(lens, distance, diagonal);
+    body(lens, &zones, vignetting.light_radius(half), &mut text);
+    Ok(text)
+}
+
+/// Explains the numbers.
+fn heading(lens: &Prescription, distance: f64, diagonal: f64) -> String {
+    let (stop, last) = (lens.stop() + 1, lens.rows.len());
+    let along = match lens.is_round() {
+        true => "",
+        false => "The lens is not rotationally symmetric: this is along its x axis.\n",
+    };
+    format!(
+        "{}\n\
+         vignetting on a film of {diagonal} mm diagonal, {distance:.4} mm behind the rear vertex\n\
+         {along}\n\
+         100 % is the light that would pass the stop, surface {stop}, with all other rims\n\
+         open. \"pass\" is the share that leaves the lens. The rest is blocked at the\n\
+         surfaces under their numbers; a ray counts at the first that blocks it on its\n\
+         way from the film, from surface {last} to 1. \"light\" is the illumination relative\n\
+         to the middle of the film; \"cos^4\" is what the field angle alone would leave.\n\
+         The field angle is that of the chief ray.\n\n",
+        lens.name
+    )
+}
+
+fn body(lens: &Prescription, zones: &[Zone], end: Option<f64>, text: &mut String) {
+    let lost = |zone: &Zone, row: usize| {
+        zone.budget.as_ref().map_or(0.0, |budget| budget.rows[row].share())
+    };
+    let most = |row: usize| zones.iter().map(|zone| lost(zone, row)).fold(0.0, f64::max);
+    let blocking: Vec<usize> = (0..lens.rows.len()).filter(|&row| most(row) > 0.0).collect();
+    let mut shown: Vec<usize> =
+        blocking.iter().copied().filter(|&row| most(row) > MIN_SHARE).collect();
+    shown.sort_by(|&a, &b| most(b).total_cmp(&most(a)));
+    shown.truncate(MAX_COLUMNS);
+    shown.sort_unstable();
+    let others: Vec<usize> = blocking.into_iter().filter(|row| !shown.contains(row)).collect();
+
+    let mut line = |cells: &[String]| {
+        let [height, rest @ ..] = cells else { return };
+        let _ = write!(text, "{height:>7}");
+        rest.iter().for_each(|cell| {
+            let _ = write!(text, "{cell:>6}");
+        });
+        text.push('\n');
+    };
+    let mut names = ["height", "field", "light", "cos^4", "pass"].map(str::to_owned).to_vec();
+    names.extend(shown.iter().map(|row| format!("{}", row + 1)));
+    names.extend((!others.is_empty()).then(|| "other".to_owned()));
+    let mut units = vec!["%".to_owned(); names.len()];
+    ["mm", "deg"].iter().zip(&mut units).for_each(|(unit, cell)| (*unit).clone_into(cell));
+    line(&names);
+    line(&units);
+
+    let irradiance = |zone: &Zone| zone.budget.as_ref().map_or(0.0, |budget| budget.irradiance);
+    let centre = irradiance(&zones[0]);
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
+    let mut end = end;
+    for zone in zones {
+        if let Some(radius) = end.take_if(|radius| *radius < zone.height) {
+            line(&[format!("{radius:.2}"), "  the light ends here".to_owned()]);
+        }
+        let mut cells = vec![format!("{:.2}", zone.height)];
+        cells.push(zone.angle.map_or_else(none, |angle| format!("{angle:.1}")));
+        cells.push(if centre > 0.0 { percent(irradiance(zone) / centre) } else { none() });
+        let seen = zone.angle.filter(|angle| *angle < 90.0);
+        cells.push(seen.map_or_else(none, |angle| percent(angle.to_radians().cos().powi(4))));
+        match &zone.budget {
+            // The stop is invisible from here, even without other rims.
+            None => cells.resize_with(names.len(), none),
+            Some(budget) => {
+                cells.push(percent(budget.pass));
+                cells.extend(shown.iter().map(|&row| percent(lost(zone, row))));
+                if !others.is_empty() {
+                    cells.push(percent(others.iter().map(|&row| lost(zone, row)).sum()));
+                }
+            }
+        }
+        line(&cells);
+    }
+}
+
+fn none() -> String {
+    "-".to_owned()
+}

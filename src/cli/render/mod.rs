@@ -1,0 +1,161 @@
+//! `petzval render`: one picture, or a part of its samples.
+
+mod inputs;
+mod log;
+mod picture_output;
+mod resume;
+mod task;
+
+pub(super) use inputs::inputs;
+pub(super) use picture_output::PictureOutput;
+pub(super) use resume::{checkpoint_name, resume_command, written_files};
+pub(super) use task::{RenderTask, SweepItem, TaskResult, job, stop_at_signals};
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use petzval::aov::Aov;
+use petzval::io::ByteSize;
+use petzval::io::image::DisplayExposure;
+use petzval::render::Progress;
+use petzval::scene::pbrt;
+
+use super::arguments::argv::argv;
+use super::arguments::values::{
+    CheckpointInterval, Shard, checkpoint_interval, crop, noise, range,
+};
+use super::arguments::values::{shard, time};
+use super::arguments::{BackendArgument, PictureArguments, PupilArgument, layer};
+use super::memory::Memory;
+use super::sweep::{SweepAxis, sweep_axis};
+use super::{Failure, Outcome, message, sweep};
+
+/// Arguments of `petzval render`.
+#[derive(Debug, clap::Args)]
+pub(super) struct RenderArguments {
+    /// Picture to write: .exr, .png, .jpg; by default the name that the scene gives
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub picture: PictureArguments,
+    /// Stop when the picture is this exact: the root mean square, over its pixels, of the standard
+    /// error over the luminance and a tenth of the picture's mean. Tiles take as many samples as
+    /// they need; --spp, if given, is the largest mean. The picture is the same every time
+    #[arg(long, value_name = "ERROR", value_parser = noise, allow_hyphen_values = true)]
+    pub noise: Option<f64>,
+    /// Stop after this time of rendering, without reading, with samples where they are needed;
+    /// whichever of --noise, --time and --spp comes first. Every pixel takes 4 samples, however
+    /// long that takes; the picture is not the same every time
+    #[arg(long, value_name = "30s", value_parser = time, allow_hyphen_values = true)]
+    pub time: Option<Duration>,
+    /// Time between checkpoints, written beside the picture as FILE.checkpoint and removed when the
+    /// picture is finished. Off: never, not even when stopped
+    #[arg(
+        long,
+        value_name = "60s|off",
+        value_parser = checkpoint_interval,
+        default_value = "60s"
+    )]
+    pub checkpoint: CheckpointInterval,
+    /// Continue from that file; the picture is the same as without the interruption, bit for bit
+    /// (except with --time). Refused if scene, lens, options or version have changed since
+    #[arg(long)]
+    pub resume: bool,
+    /// Render the I-th of N parts of the samples, I from 1, to PART.petzval for petzval merge
+    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with = "samples")]
+    pub shard: Option<Shard>,
+    /// Render these samples of every pixel, from 0, B not included, to PART.petzval for petzval
+    /// merge
+    #[arg(long, value_name = "A..B", value_parser = range)]
+    pub samples: Option<Range<u32>>,
+    /// Render a picture for each of these values of an option: fstop=2,4,8 or focus=0.5..5:8 (8
+    /// values, evenly spaced) or fstop=2..16:4:log (by a factor); separate values that contain
+    /// commas with ;. Repeat the option for all combinations. Scene and BVH are loaded once. The
+    /// picture's name has placeholders, such as out/{lens}_{fstop}_{focus}.exr; {{ is a brace.
+    /// Missing folders are created
+    #[arg(long, value_name = "NAME=VALUES", value_parser = sweep_axis)]
+    pub sweep: Vec<SweepAxis>,
+    /// Contact sheet of a sweep: .png, .jpg; the table of its pictures goes beside it, as .csv; by
+    /// default sweep.png beside the pictures
+    #[arg(long, value_name = "FILE", requires = "sweep")]
+    pub contact: Option<PathBuf>,
+    /// Number of threads; one per core by default. The picture is the same for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub threads: Option<u16>,
+    /// Largest memory use, such as 8GiB or 500MB. A picture that is expected to take more, or a
+    /// scene that declares more, is refused at the start, with a list of what takes how much. By
+    /// default the memory of the machine, or of the group that limits the process (Linux)
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<ByteSize>,
+    /// Rays per kernel call: eight lanes or one. The picture is the same
+    #[arg(long, value_enum, default_value_t)]
+    pub backend: BackendArgument,
+    /// Render only a part of the picture; X1 and Y1 are not included
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    pub crop: Option<[[u32; 2]; 2]>,
+    /// Target of rays from the film: the exit pupil, or the rear element's disk as in the course of
+    /// 2016
+    #[arg(long, value_enum, default_value_t)]
+    pub pupil: PupilArgument,
+    /// Write 16-bit floats (EXR)
+    #[arg(long)]
+    pub half: bool,
+    /// Layers to add to the picture (EXR)
+    #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = layer::parser())]
+    pub aov: Vec<Aov>,
+    /// Brightness of PNG and JPEG in stops, or "auto"
+    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
+    pub exposure: DisplayExposure,
+}
+
+impl RenderArguments {
+    /// Returns whether the command renders a part of the samples, for `petzval merge`.
+    fn is_part(&self) -> bool {
+        self.shard.is_some() || self.samples.is_some()
+    }
+
+    /// Returns the samples to render of `all` samples per pixel, if not all.
+    fn part(&self, all: u32) -> Result<Option<Range<u32>>, Failure> {
+        let (option, range) = match (self.shard, &self.samples) {
+            (Some(Shard { count, .. }), _) if count > all => {
+                let problem = format!("--shard: {all} samples a pixel make no {count} shards");
+                return Err(problem.into());
+            }
+            (Some(shard), _) => ("--shard", shard.samples(all)),
+            (None, Some(range)) => ("--samples", range.clone()),
+            (None, None) => return Ok(None),
+        };
+        if let Some(other) = [(self.noise.is_some(), "--noise"), (self.time.is_some(), "--time")]
+            .into_iter()
+            .find_map(|(given, name)| given.then_some(name))
+        {
+            let problem = format!(
+                "{option} with {other}: how many samples a tile needs is known only if all of them \
+                 are rendered together; give --spp instead"
+            );
+            return Err(problem.into());
+        }
+        match range.end <= all {
+            true => Ok(Some(range)),
+            false => {
+                Err(format!("{option}: the picture has {all} samples a pixel; see --spp").into())
+            }
+        }
+    }
+}
+
+pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
+    if !arguments.sweep.is_empty() {
+        return sweep::run(arguments);
+    }
+    let start = Instant::now();
+    let memory = Memory::new(arguments.memory);
+    let description = pbrt::read_with(&arguments.picture.scene, memory.context())?;
+    let (task, warnings) = RenderTask::new(arguments, argv(), description, &memory, start)?;
+    message::warnings(&warnings);
+    let progress = Arc::new(Progress::default());
+    stop_at_signals(progress.clone());
+    Ok(task.run(&progress, None)?.outcome)
+}

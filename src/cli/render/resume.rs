@@ -1,0 +1,270 @@
+//! Checkpoint of a render: where it resumes from, and the messages about it.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use petzval::io::{remove_stale, resolve_links};
+use petzval::job::Job;
+use petzval::render::Checkpointer;
+use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
+
+use super::RenderArguments;
+use crate::cli::arguments::argv::{is_faithful, shell_line};
+use crate::cli::{Failure, Outcome};
+
+/// The checkpoint that a render writes, and the one that it may resume from.
+pub(super) struct Resume {
+    pub checkpointer: Checkpointer,
+    /// Command line to repeat with `--resume`.
+    pub argv: Vec<String>,
+    /// The checkpoint that exists already.
+    found: Option<Result<SavedRender, CheckpointError>>,
+    /// The picture or the part to write.
+    output: PathBuf,
+}
+
+impl Resume {
+    /// Opens an existing checkpoint. `all` is the number of samples per pixel of the whole picture.
+    pub fn new(
+        arguments: &RenderArguments,
+        output: &Path,
+        argv: Vec<String>,
+        inputs: Inputs,
+        job: &Job,
+        all: u32,
+    ) -> Self {
+        let path = checkpoint_name(output);
+        for path in written_files(output) {
+            remove_stale(&path);
+        }
+        let found = match SavedRender::open(&path) {
+            Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                None
+            }
+            found => Some(found),
+        };
+        let part = arguments.shard.is_some() || arguments.samples.is_some();
+        let head = Head {
+            command_line: argv.clone(),
+            inputs,
+            samples: job.samples.clone(),
+            total_samples: all,
+            ..Head::default()
+        };
+        let keeper = Checkpointer {
+            path,
+            interval: arguments.checkpoint.0,
+            part_path: part.then(|| output.to_owned()),
+            head,
+            existing_samples: 0,
+            on_error: |error| say!("petzval: warning: {error}; the render continues"),
+        };
+        Self { checkpointer: keeper, argv, found, output: output.to_owned() }
+    }
+
+    /// Returns the state to resume from, if requested and available.
+    ///
+    /// # Errors
+    /// Returns an error if a resume is requested and the checkpoint is unreadable or of another
+    /// picture.
+    pub fn saved(&mut self, job: &Job, resume: bool) -> Result<Option<SavedRender>, Failure> {
+        let path = self.checkpointer.path.display();
+        let found = match (self.found.take(), resume) {
+            (None, false) => return Ok(None),
+            (None, true) => {
+                say!("petzval: there is no {path}; rendering from the beginning");
+                return Ok(None);
+            }
+            (Some(Err(error)), true) => return Err(error.into()),
+            (Some(Err(error)), false) => {
+                say!("petzval: warning: {error}");
+                return Ok(None);
+            }
+            (Some(Ok(found)), _) if found.head.complete => {
+                let problem = "is a finished part of a picture, not a checkpoint; move it away";
+                return Err(format!("{path} {problem}").into());
+            }
+            (Some(Ok(found)), _) => found,
+        };
+        let changes = self.changes(&found.head);
+        match (changes.is_empty(), resume) {
+            (true, true) => {
+                say!("petzval: resuming from {path}: {}", done(&found.head, job));
+                Ok(Some(found))
+            }
+            (true, false) => {
+                self.checkpointer.existing_samples = found.head.film_samples;
+                say!(
+                    "petzval: warning: {path} holds a part of this picture; --resume would \
+                     continue from there"
+                );
+                Ok(None)
+            }
+            (false, true) => Err(format!(
+                "cannot resume from {path}: {}; without --resume the render starts again",
+                changes.join("; ")
+            )
+            .into()),
+            (false, false) => {
+                say!(
+                    "petzval: warning: {path} is of another picture ({}); the first checkpoint \
+                     replaces it",
+                    changes.join("; ")
+                );
+                Ok(None)
+            }
+        }
+    }
+
+    fn changes(&self, head: &Head) -> Vec<String> {
+        let own = &self.checkpointer.head;
+        let mut changes = head.inputs.differences(&own.inputs);
+        if head.samples != own.samples {
+            let range = |head: &Head| format!("{}..{}", head.samples.start, head.samples.end);
+            changes.push(format!("its samples are {}, and these {}", range(head), range(own)));
+        }
+        changes
+    }
+
+    /// Ends a render whose picture is written under this name.
+    pub fn end(self, partial: bool, picture: &Path) -> Result<Outcome, Failure> {
+        if partial {
+            self.say_interrupted();
+            say!("petzval: {} is the unfinished picture", picture.display());
+            return Ok(Outcome::Interrupted);
+        }
+        self.clear();
+        Ok(Outcome::Done)
+    }
+
+    /// Ends a render of a part, whose file is written.
+    pub fn end_part(self, partial: bool, time: Duration) -> Result<Outcome, Failure> {
+        if partial {
+            self.say_interrupted();
+            return Ok(Outcome::Interrupted);
+        }
+        let head = &self.checkpointer.head;
+        say!(
+            "{}: samples {}..{} of {}, {:.2} s",
+            self.output.display(),
+            head.samples.start,
+            head.samples.end,
+            head.total_samples,
+            time.as_secs_f64()
+        );
+        self.clear();
+        Ok(Outcome::Done)
+    }
+
+    fn say_interrupted(&self) {
+        let Checkpointer { path, interval: every, .. } = &self.checkpointer;
+        say!("petzval: interrupted; {} was not written", self.output.display());
+        if every.is_none() {
+            say!("petzval: there is no checkpoint (--checkpoint off)");
+            return;
+        }
+        say!(
+            "petzval: {} holds the state of the render; continue with\n  {}",
+            path.display(),
+            resume_command(&self.argv)
+        );
+    }
+
+    /// Says what is left of a render whose picture cannot be written.
+    pub fn say_unwritten(&self) {
+        let Checkpointer { path, .. } = &self.checkpointer;
+        match self.holds_own() {
+            true => {
+                let (path, command) = (path.display(), resume_command(&self.argv));
+                say!(
+                    "petzval: {path} holds the state of the render; when there is room, continue \
+                     with\n  {command}"
+                );
+            }
+            false => say!(
+                "petzval: the samples are lost: the render was too short to checkpoint, or its \
+                 checkpoint could not be written either; render again, or to another folder with -o"
+            ),
+        }
+    }
+
+    /// Returns whether there is a checkpoint of this picture.
+    fn holds_own(&self) -> bool {
+        let own = |saved: SavedRender| !saved.head.complete && self.changes(&saved.head).is_empty();
+        SavedRender::open(&self.checkpointer.path).is_ok_and(own)
+    }
+
+    /// Removes the checkpoint and the unfinished picture of a finished render.
+    fn clear(&self) {
+        let path = &self.checkpointer.path;
+        if self.holds_own() {
+            for path in [path, &partial_name(&self.output)] {
+                // A file that cannot be removed is harmless. A link is the user's and stays.
+                let _ = resolve_links(path).and_then(fs::remove_file);
+            }
+        }
+    }
+}
+
+/// Describes how much of a job is done.
+fn done(head: &Head, job: &Job) -> String {
+    let lit: u64 = job.frame.tiles().iter().map(|tile| job.sampler(tile, 0..1).count()).sum();
+    let mean = head.film_samples as f64 / lit.max(1) as f64;
+    match job.stop_criteria.count_only() {
+        true => format!("{mean:.1} of {} samples a pixel are done", job.samples.len()),
+        false => format!("{mean:.1} samples a pixel are done"),
+    }
+}
+
+/// Returns the command that resumes a render with this command line.
+pub(in crate::cli) fn resume_command(argv: &[String]) -> String {
+    if !is_faithful(argv) {
+        return "the same command and --resume (it is not UTF-8 and cannot be shown)".into();
+    }
+    let mut words = argv.to_vec();
+    if !words.iter().any(|word| word == "--resume") {
+        // After "--" it would be a file name.
+        words.insert(words.len().min(2), "--resume".to_owned());
+    }
+    shell_line(&words)
+}
+
+/// Returns the names that a render of this picture or part may write to.
+pub(in crate::cli) fn written_files(output: &Path) -> [PathBuf; 3] {
+    [output.to_owned(), checkpoint_name(output), partial_name(output)]
+}
+
+/// Returns the name of a picture's checkpoint.
+pub(in crate::cli) fn checkpoint_name(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".checkpoint");
+    PathBuf::from(name)
+}
+
+/// Returns the name of an unfinished picture.
+pub(super) fn partial_name(output: &Path) -> PathBuf {
+    let extension = output.extension().unwrap_or_default().to_string_lossy();
+    output.with_extension(format!("partial.{extension}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_resume_command_can_be_typed() {
+        let said = |words: &[&str]| {
+            let argv: Vec<String> = words.iter().map(|&word| word.into()).collect();
+            resume_command(&argv)
+        };
+        assert_eq!(
+            said(&["petzval", "render", "--", "-a b.pbrt"]),
+            "petzval render --resume -- '-a b.pbrt'"
+        );
+        let resumed = ["petzval", "render", "a.pbrt", "--resume"];
+        assert_eq!(said(&resumed), resumed.join(" "));
+        assert!(said(&["petzval", "render", "\u{fffd}.pbrt"]).starts_with("the same command"));
+    }
+}

@@ -1,0 +1,199 @@
+//! One picture to render: prepared, checked against memory and output files, rendered, written.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use petzval::io::Warning;
+use petzval::io::image::{EncodingOptions, ImageError, ImageFormat, Notes};
+use petzval::job::{Job, StopCriteria};
+use petzval::prepare::{Changes, prepare};
+use petzval::render::checkpoint::{CheckpointError, Inputs};
+use petzval::render::memory::{Estimate, MemoryTask, machine};
+use petzval::render::{Progress, RenderError, RenderOptions, render_resumable};
+use petzval::scene::pbrt::Description;
+
+use super::picture_output::PictureOutput;
+use super::resume::{Resume, partial_name, written_files};
+use super::{RenderArguments, inputs};
+use crate::cli::memory::{Memory, log_peak};
+use crate::cli::outputs::{check_distinct, check_writable};
+use crate::cli::progress::RenderBar;
+use crate::cli::signals::on_stop;
+use crate::cli::{Failure, Outcome};
+
+/// A picture that is ready to render.
+pub(in crate::cli) struct RenderTask<'a> {
+    arguments: &'a RenderArguments,
+    argv: Vec<String>,
+    output: PathBuf,
+    pub job: Job,
+    notes: Notes,
+    /// Everything that determines its samples.
+    pub inputs: Inputs,
+    /// Samples per pixel of the whole picture.
+    all: u32,
+    threads: usize,
+    /// Expected memory use.
+    estimate: Estimate,
+    start: Instant,
+}
+
+/// The sweep that a picture belongs to, for log lines.
+pub(in crate::cli) struct SweepItem<'a> {
+    /// Number and values of the picture, such as "3 of 8: fstop 4".
+    pub label: &'a str,
+    /// Command line of the sweep.
+    pub argv: &'a [String],
+}
+
+/// Outcome and statistics of a task.
+pub(in crate::cli) struct TaskResult {
+    pub outcome: Outcome,
+    /// Mean samples per pixel.
+    pub samples: f64,
+    /// Relative noise, if measured.
+    pub noise: Option<f64>,
+    /// Time since the task's start.
+    pub time: Duration,
+}
+
+impl<'a> RenderTask<'a> {
+    /// Prepares the picture that a command line asks for. Returns it with the warnings of its
+    /// readers.
+    pub fn new(
+        arguments: &'a RenderArguments,
+        argv: Vec<String>,
+        description: Description,
+        memory: &Memory,
+        start: Instant,
+    ) -> Result<(Self, Vec<Warning>), Failure> {
+        let output = output(arguments, &description)?;
+        let holds_layers = arguments.is_part() || ImageFormat::of(&output)? == ImageFormat::Exr;
+        if !holds_layers && !arguments.aov.is_empty() {
+            return Err(ImageError::NoLayers { path: output }.into());
+        }
+        // Fail now rather than after a long render.
+        check_writable(&output, "-o")?;
+        let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
+        check_distinct(written_files(&output), "-o", &job.files)?;
+        if arguments.half && !holds_layers {
+            say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
+        }
+        let all = job.samples.len() as u32;
+        let inputs = inputs(&argv, &job, all)?;
+        if let Some(samples) = arguments.part(all)? {
+            job.samples = samples;
+        }
+        let threads = arguments.threads.map_or_else(machine::cores, usize::from);
+        let format = if arguments.is_part() { None } else { Some(ImageFormat::of(&output)?) };
+        let estimate = memory.check(&job, MemoryTask::Render { threads }, format)?;
+        let task =
+            Self { arguments, argv, output, job, notes, inputs, all, threads, estimate, start };
+        Ok((task, warnings))
+    }
+
+    /// Renders and writes the picture, or what there is of it when `progress` is stopped.
+    pub fn run(
+        self,
+        progress: &Arc<Progress>,
+        item: Option<SweepItem>,
+    ) -> Result<TaskResult, Failure> {
+        let Self { arguments, argv, output, job, notes, inputs, all, threads, .. } = self;
+        let Self { estimate, start, .. } = self;
+        let mut resume = Resume::new(arguments, &output, argv.clone(), inputs, &job, all);
+        if let Some(item) = &item {
+            resume.argv = item.argv.to_vec();
+        }
+        let saved = resume.saved(&job, arguments.resume)?;
+        let read = start.elapsed();
+
+        let earlier = saved.as_ref().map_or(0, |saved| saved.head.film_samples);
+        progress.samples.store(earlier, Ordering::Relaxed);
+        progress.expected.store(0, Ordering::Relaxed);
+        let bar = RenderBar::start(&job, progress.clone());
+        let backend = arguments.backend.into();
+        let options = RenderOptions { backend, threads, progress: Some(progress) };
+        let exposed = render_resumable(&job, options, Some(&resume.checkpointer), saved);
+        bar.finish();
+        if let Err(RenderError::Checkpoint(CheckpointError::Io { verb: "write", .. })) = &exposed {
+            resume.say_unwritten();
+        }
+        let exposed = exposed?;
+
+        let convergence = exposed.convergence.as_ref();
+        let samples =
+            convergence.map_or_else(|| f64::from(all), |convergence| convergence.mean_spp);
+        let noise = convergence.map(|convergence| convergence.noise);
+        let result = |outcome| TaskResult { outcome, samples, noise, time: start.elapsed() };
+        let partial = exposed.partial_mean_spp.is_some();
+        if arguments.is_part() {
+            log_peak(&estimate);
+            return resume.end_part(partial, start.elapsed()).map(result);
+        }
+        let output = match partial {
+            // The final name may hold a complete picture.
+            true => partial_name(&output),
+            false => output,
+        };
+        let encoding = EncodingOptions { half: arguments.half, exposure: arguments.exposure };
+        let (output, argv, label) = (&output, &argv, item.map(|item| item.label));
+        let alone = label.is_none();
+        let picture = PictureOutput {
+            job: &job,
+            notes,
+            argv,
+            rendered_by: argv,
+            label,
+            output,
+            encoding,
+            threads,
+            start,
+            read,
+        };
+        if let Err(failure) = picture.write(exposed) {
+            resume.say_unwritten();
+            return Err(failure);
+        }
+        if alone {
+            log_peak(&estimate);
+        }
+        resume.end(partial, output).map(result)
+    }
+}
+
+/// Prepares the job of a command. Returns it with the notes for the picture's file and the warnings
+/// of its readers.
+pub(in crate::cli) fn job(
+    arguments: &RenderArguments,
+    description: Description,
+    holds_layers: bool,
+) -> Result<(Job, Notes, Vec<Warning>), Failure> {
+    let changes = Changes {
+        crop: arguments.crop,
+        aim: arguments.pupil.into(),
+        layers: arguments.aov.clone(),
+        holds_layers,
+        stop_criteria: StopCriteria { noise: arguments.noise, time: arguments.time },
+        ..arguments.picture.changes()
+    };
+    Ok(prepare(description, &changes)?)
+}
+
+/// Returns the name of the picture, or of the part of it.
+fn output(arguments: &RenderArguments, description: &Description) -> Result<PathBuf, Failure> {
+    if arguments.is_part() {
+        let is_part = |path: &PathBuf| path.extension().is_some_and(|found| found == "petzval");
+        let named = arguments.output.clone().filter(is_part);
+        return named.ok_or("a part of a picture needs a name: -o PART.petzval".into());
+    }
+    let named = arguments.output.clone().or_else(|| description.film.filename.clone());
+    let stem = || PathBuf::from(arguments.picture.scene.file_stem().unwrap_or_default());
+    Ok(named.unwrap_or_else(|| stem().with_extension("exr")))
+}
+
+/// Stops a render at Ctrl-C or SIGTERM.
+pub(in crate::cli) fn stop_at_signals(progress: Arc<Progress>) {
+    on_stop(move || !progress.stop.swap(true, Ordering::Relaxed));
+}

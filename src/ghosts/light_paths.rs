@@ -1,0 +1,204 @@
+//! Light paths from the lights of a scene into the lens.
+
+use glam::{DVec3, Vec3};
+
+use super::GhostInput;
+use crate::distribution::Distribution;
+use crate::lanes::Real;
+use crate::lens::{RealLens, Surface, trace_ghost};
+use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE_SIZE};
+use crate::sampler::{Dimension, sample_2d};
+use crate::scene::{SurfacePoint, TraversalStack, gamma, luminance};
+
+/// A light path that arrives on the film.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FilmArrival {
+    /// Position on the film, relative to its width and height: 0 to 1.
+    pub position: [f64; 2],
+    /// Flux as luminance.
+    pub luminance: f64,
+    /// Entry point in the square about the front surface, 0 to 1.
+    pub entry: [f32; 2],
+}
+
+/// A wave of light paths: from lights to the front surface, and through the lens to the film.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LightPaths {
+    /// Rays at the front surface.
+    start: LensBatch<f32>,
+    /// Rays behind the rear surface.
+    batch: LensBatch<f32>,
+    /// Rays from the front surface back to the light, each with its flux: radiance times mm^2 sr,
+    /// over the density of the samples.
+    rays: RayBatch,
+    /// Entry points in the square about the front surface, 0 to 1.
+    entry: Vec<[f32; 2]>,
+    /// Time of each path, if anything moves.
+    times: Column<f32>,
+    shadow_rays: RayBatch,
+    stack: TraversalStack,
+    unoccluded_flux: [Column<f32>; 3],
+}
+
+impl LightPaths {
+    /// Samples a wave of lights from points of the front surface. The points are distributed over
+    /// the square about it, uniformly or by the density `entry`. The square shares the tilt and
+    /// decentre of the surface.
+    pub fn sample(
+        &mut self,
+        input: &GhostInput<'_>,
+        lens: &RealLens,
+        key: u32,
+        entry: Option<&Distribution>,
+    ) {
+        let front = &lens.prescription.rows[0];
+        let half = front.diameter / 2.0;
+        let placed = lens.prescription.surface_transforms()[0];
+        let world = input.camera.world_from_camera;
+        let camera = world.matrix3.inverse();
+        self.entry.clear();
+        self.rays.len = 0;
+        for i in 0..WAVE_SIZE as u32 {
+            let u = sample_2d(key, i, Dimension::Pupil);
+            let (uv, density) = match entry {
+                Some(entry) => {
+                    let chosen = entry.sample(u);
+                    (chosen.uv, chosen.density)
+                }
+                None => (u, 1.0),
+            };
+            let [x, y] = uv.map(|u| (2.0 * f64::from(u) - 1.0) * half);
+            if x.hypot(y) > half {
+                continue;
+            }
+            let [gx, gy] = front.gradient(x, y);
+            // From the surface's own frame to that of the front vertex, and on to the camera's,
+            // whose z points to the scene.
+            let point = placed.transform_point3(DVec3::new(x, y, front.sag_at(x, y)));
+            let normal = placed.transform_vector3(DVec3::new(gx, gy, -1.0));
+            let outward = DVec3::new(normal.x, normal.y, -normal.z);
+            let [right, up, back] = (point * lens.units_per_mm).to_array();
+            let place = world.transform_point3(DVec3::new(right, up, lens.front_depth - back));
+            // Normals transform by the inverse transpose; the length does not matter.
+            let normal = (camera.transpose() * outward).normalize().as_vec3();
+            let position = place.as_vec3();
+            let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
+            let from = SurfacePoint { position, error, normal, shading_normal: normal };
+            let [choice, at] =
+                [Dimension::LightChoice(0), Dimension::Light(0)].map(|d| sample_2d(key, i, d));
+            let Some(light) = input.scene.sample_light(&from, choice, at) else { continue };
+            let towards = (camera * light.direction.as_dvec3()).normalize();
+            // The kernels accept only rays that travel along the axis, towards the film.
+            let facing = towards.dot(outward);
+            if !(facing > 0.0 && towards.z > 0.0 && light.density > 0.0) {
+                continue;
+            }
+            let area = 4.0 * half * half / f64::from(density);
+            let flux = facing * area / f64::from(light.density);
+            let k = self.rays.len;
+            [self.start.x[k], self.start.y[k], self.start.z[k]] =
+                point.to_array().map(|v| v as f32);
+            [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
+                [-towards.x, -towards.y, towards.z].map(|v| v as f32);
+            self.start.weight[k] = 1.0;
+            let origin = from.offset_origin(light.direction);
+            let ray = Ray {
+                origin: origin.to_array(),
+                direction: light.direction.to_array(),
+                t_max: light.t_max,
+            };
+            let flux = light.radiance.map(|l| (f64::from(l) * flux) as f32);
+            self.rays.push(ray, flux, k as u32);
+            self.times[k] = input
+                .timing
+                .map_or(0.0, |timing| timing.first_row_time(sample_2d(key, i, Dimension::Time)[0]));
+            self.entry.push(uv);
+        }
+    }
+
+    /// Returns the number of light paths.
+    pub fn len(&self) -> usize {
+        self.rays.len
+    }
+
+    /// Returns the paths of the last trace and the last connection that arrive on a film of this
+    /// size (mm).
+    pub fn arrivals(&self, film: [f64; 2]) -> impl Iterator<Item = FilmArrival> {
+        (0..self.rays.len).filter_map(move |i| {
+            let position =
+                [f64::from(self.batch.x[i]) / film[0], f64::from(self.batch.y[i]) / film[1]];
+            let position = position.map(|share| share + 0.5);
+            let luminance = f64::from(luminance(self.flux(i)) * self.batch.weight[i]);
+            let inside = position.iter().all(|place| (0.0..1.0).contains(place));
+            inside.then_some(FilmArrival { position, luminance, entry: self.entry[i] })
+        })
+    }
+
+    /// Traces the wave from the front surface through a sequence of surfaces to the film
+    /// ([`Self::film_hits`]). Returns whether any path arrives.
+    pub fn trace<R: Real<Scalar = f32>>(
+        &mut self,
+        lens: &RealLens,
+        surfaces: &[Surface<f32>],
+    ) -> bool {
+        self.batch.clone_from(&self.start);
+        self.batch.resize::<R>(self.rays.len);
+        if trace_ghost::<R>(&mut self.batch, surfaces) == 0 {
+            return false;
+        }
+        let batch = &mut self.batch;
+        if !lens.film_pose.is_aligned() {
+            for i in 0..batch.len {
+                let of = |v: [f32; 3]| v.map(f64::from);
+                let p = of([batch.x[i], batch.y[i], batch.z[i]]);
+                let t = of([batch.tx[i], batch.ty[i], batch.tz[i]]);
+                [batch.x[i], batch.y[i]] = lens.film_intersection(p, t).map(|v| v as f32);
+            }
+            return true;
+        }
+        let distance = lens.film_distance as f32;
+        for i in 0..batch.len {
+            let s = (distance - batch.z[i]) / batch.tz[i];
+            batch.x[i] += s * batch.tx[i];
+            batch.y[i] += s * batch.ty[i];
+        }
+        true
+    }
+
+    /// Returns where the paths meet the film (mm) and their weights; x is NaN for those that do
+    /// not.
+    pub fn film_hits(&self) -> &LensBatch<f32> {
+        &self.batch
+    }
+
+    /// Tests which of these paths are unoccluded in the scene. A path may occur several times.
+    pub fn connect<R: Real<Scalar = f32>>(
+        &mut self,
+        input: &GhostInput<'_>,
+        paths: impl Iterator<Item = u32>,
+    ) {
+        self.shadow_rays.len = 0;
+        let mut asked = [false; WAVE_SIZE];
+        for path in paths {
+            asked[path as usize] = true;
+        }
+        for (i, _) in asked.iter().enumerate().filter(|(_, asked)| **asked) {
+            self.unoccluded_flux.iter_mut().for_each(|column| column[i] = 0.0);
+            self.shadow_rays.push(self.rays.ray(i), self.rays.throughput(i), i as u32);
+        }
+        if !input.scene.animated_instances().is_empty() {
+            input.scene.occlude_animated::<R>(&mut self.shadow_rays, &self.times, &mut self.stack);
+        }
+        input.scene.occlude::<R>(&self.shadow_rays, &mut self.stack, &mut self.unoccluded_flux);
+    }
+
+    /// Returns the flux of a path that was passed to [`Self::connect`]; 0 if it is in shadow.
+    pub fn flux(&self, i: usize) -> [f32; 3] {
+        [0, 1, 2].map(|c| self.unoccluded_flux[c][i])
+    }
+
+    /// Discards a path.
+    pub fn discard(&mut self, i: usize) {
+        self.start.x[i] = f32::NAN;
+    }
+}

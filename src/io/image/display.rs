@@ -1,0 +1,191 @@
+//! 8-bit files for display: PNG and JPEG with the sRGB transfer curve (IEC 61966-2-1).
+//!
+//! An EXR holds linear light, and viewers apply the screen's curve. An 8-bit file holds signals
+//! with that curve applied; without it the picture would look too dark. The PNG declares it in its
+//! sRGB chunk; a JPEG without a profile is sRGB by convention.
+
+use std::io::{self, Write};
+use std::path::Path;
+use std::str::FromStr;
+
+use image::codecs::jpeg::JpegEncoder;
+use image::{DynamicImage, ImageDecoder, ImageEncoder};
+
+use super::declared::claim_picture;
+use super::{ImageError, Note, Notes, Picture, Transfer};
+use crate::io::ReadContext;
+
+/// Factor on a picture before 8-bit formats clip it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DisplayExposure {
+    /// Two to the power of this many stops.
+    Stops(f64),
+    /// The factor that makes a hundredth of the lit pixels brighter than white.
+    Auto,
+}
+
+impl Default for DisplayExposure {
+    fn default() -> Self {
+        Self::Stops(0.0)
+    }
+}
+
+impl FromStr for DisplayExposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        match text.parse::<f64>() {
+            Ok(stops) if stops.abs() <= 100.0 => Ok(Self::Stops(stops)),
+            _ => Err("expected stops (-1.5, 0, 2 ...) or \"auto\"".to_owned()),
+        }
+    }
+}
+
+impl DisplayExposure {
+    /// Returns the exposure of a factor above 0.
+    pub fn by(factor: f32) -> Self {
+        Self::Stops(f64::from(factor).log2())
+    }
+
+    /// Returns the factor for a picture.
+    pub fn factor(self, picture: &Picture) -> f32 {
+        match self {
+            Self::Stops(stops) => stops.exp2() as f32,
+            Self::Auto => {
+                let luminance = |p: &[f32; 3]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
+                let mut lit: Vec<f32> =
+                    picture.pixels.iter().map(luminance).filter(|&l| l > 0.0).collect();
+                if lit.is_empty() {
+                    return 1.0;
+                }
+                let place = (lit.len() - 1) * 99 / 100;
+                let (_, white, _) = lit.select_nth_unstable_by(place, f32::total_cmp);
+                1.0 / *white
+            }
+        }
+    }
+}
+
+/// Returns the sRGB signal of linear light. Both range from 0 to 1; light outside is clipped, and
+/// NaN is black.
+pub fn srgb_encode(linear: f32) -> f32 {
+    // A comparison with NaN is false, so NaN becomes 0.
+    let linear = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
+    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Returns the linear light of an sRGB signal. Both range from 0 to 1.
+pub fn srgb_decode(signal: f32) -> f32 {
+    if signal <= 0.040_45 { signal / 12.92 } else { ((signal + 0.055) / 1.055).powf(2.4) }
+}
+
+fn encoded(picture: &Picture, exposure: DisplayExposure) -> Vec<u8> {
+    let factor = exposure.factor(picture);
+    let code = |v: f32| (srgb_encode(v * factor) * 255.0).round() as u8;
+    picture.pixels.iter().flat_map(|pixel| pixel.map(code)).collect()
+}
+
+fn dimensions(picture: &Picture) -> [u32; 2] {
+    picture.size.map(|n| n as u32)
+}
+
+pub(super) fn write_png(
+    picture: &Picture,
+    exposure: DisplayExposure,
+    notes: &Notes,
+    file: impl Write,
+) -> io::Result<()> {
+    let [width, height] = dimensions(picture);
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    for (name, note) in notes {
+        let text = match note {
+            Note::Text(text) => text.clone(),
+            Note::Number(number) => number.to_string(),
+        };
+        encoder.add_itxt_chunk((*name).to_owned(), text)?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&encoded(picture, exposure))?;
+    writer.finish()?;
+    Ok(())
+}
+
+pub(super) fn write_jpeg(
+    picture: &Picture,
+    exposure: DisplayExposure,
+    quality: u8,
+    file: impl Write,
+) -> io::Result<()> {
+    let [width, height] = dimensions(picture);
+    JpegEncoder::new_with_quality(file, quality)
+        .write_image(&encoded(picture, exposure), width, height, image::ExtendedColorType::Rgb8)
+        .map_err(io::Error::other)
+}
+
+/// Reads a picture in the file's own pixel format.
+pub(super) fn decode(path: &Path, context: &ReadContext) -> Result<DynamicImage, ImageError> {
+    let io = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
+    let malformed = |error: image::ImageError| match error {
+        image::ImageError::IoError(error) => io(error),
+        other => ImageError::Malformed { path: path.to_owned(), found: other.to_string() },
+    };
+    let open = || image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
+    let decoder = open().map_err(io)?.into_decoder().map_err(malformed)?;
+    let (width, height) = decoder.dimensions();
+    let bytes = decoder.color_type().bytes_per_pixel();
+    claim_picture(context, path, [width as usize, height as usize], bytes.into())?;
+    open().map_err(io)?.decode().map_err(malformed)
+}
+
+pub(super) fn read(
+    path: &Path,
+    transfer: Transfer,
+    context: &ReadContext,
+) -> Result<Picture, ImageError> {
+    let pixels = decode(path, context)?.into_rgb32f();
+    let decode = |v: f32| match transfer {
+        Transfer::Linear => v,
+        Transfer::Srgb => srgb_decode(v),
+        Transfer::Gamma(gamma) => v.powf(gamma),
+    };
+    Ok(Picture {
+        size: [pixels.width() as usize, pixels.height() as usize],
+        pixels: pixels.pixels().map(|p| p.0.map(decode)).collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_srgb_curve_has_its_published_values() {
+        // IEC 61966-2-1: 18 % grey is code 118, and 50 % of the light code 188.
+        assert_eq!((srgb_encode(0.18) * 255.0).round(), 118.0);
+        assert_eq!((srgb_encode(0.5) * 255.0).round(), 188.0);
+        let codes = [0.0, 1.0, 7.0, f32::INFINITY].map(|v| (srgb_encode(v) * 255.0).round());
+        assert_eq!(codes, [0.0, 255.0, 255.0, 255.0]);
+        assert_eq!(srgb_encode(f32::NAN), 0.0);
+        for code in 0..=255 {
+            let signal = code as f32 / 255.0;
+            assert_eq!((srgb_encode(srgb_decode(signal)) * 255.0).round(), code as f32);
+        }
+    }
+
+    #[test]
+    fn auto_exposure_leaves_a_hundredth_above_white() {
+        let pixels = (0..=1000).map(|i| [i as f32 * 0.03; 3]).collect();
+        let picture = Picture { size: [1001, 1], pixels };
+        let factor = DisplayExposure::Auto.factor(&picture);
+        let above = picture.pixels.iter().filter(|p| p[0] * factor > 1.0001).count();
+        assert_eq!(above, 10);
+        let black = Picture { size: [4, 1], pixels: vec![[0.0; 3]; 4] };
+        assert_eq!(DisplayExposure::Auto.factor(&black), 1.0);
+    }
+}

@@ -1,0 +1,249 @@
+//! OpenEXR files. This is the only module that uses the `exr` crate.
+
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+use exr::block::lines::LineRefMut;
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::math::RoundingMode;
+use exr::meta::MetaData;
+use exr::meta::attribute::LevelMode;
+use exr::meta::header::Header;
+use exr::prelude::*;
+
+use super::declared::{check_block, claim_picture};
+use super::{ImageError, ImageSamples, Note, Notes, Picture, PictureWindow, Raster};
+use crate::io::ReadContext;
+
+/// Largest finite 16-bit float.
+const HALF_MAX: f32 = 65504.0;
+
+pub(super) fn read(path: &Path, context: &ReadContext) -> std::result::Result<Picture, ImageError> {
+    claim_parts(path, context)?;
+    let create = |size: Vec2<usize>| Picture {
+        size: [size.width(), size.height()],
+        pixels: vec![[0.0; 3]; size.area()],
+    };
+    let rgb = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .collect_pixels(
+            move |size, _| create(size),
+            |picture: &mut Picture, at, (r, g, b): (f32, f32, f32)| {
+                picture.pixels[at.y() * picture.size[0] + at.x()] = [r, g, b];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path);
+    match rgb {
+        Ok(image) => return Ok(image.layer_data.channel_data.pixels),
+        Err(Error::Io(source)) => {
+            return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
+        }
+        Err(_) => {}
+    }
+    // Without red, green and blue, the file may have luminance.
+    exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("Y")
+        .collect_pixels(
+            move |size, _| create(size),
+            |picture: &mut Picture, at, (y,): (f32,)| {
+                picture.pixels[at.y() * picture.size[0] + at.x()] = [y; 3];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map(|image| image.layer_data.channel_data.pixels)
+        .map_err(|error| ImageError::Malformed {
+            path: path.to_owned(),
+            found: format!("no layer with channels R, G, B or Y ({error})"),
+        })
+}
+
+/// Claims memory for the parts of a file. A header that cannot be read is left to the reader's
+/// error.
+fn claim_parts(path: &Path, context: &ReadContext) -> std::result::Result<(), ImageError> {
+    let Ok(meta) = MetaData::read_from_file(path, false) else { return Ok(()) };
+    meta.headers.iter().try_for_each(|header| {
+        // A pixel has at least one float.
+        claim_picture(context, path, [header.layer_size.width(), header.layer_size.height()], 4)?;
+        let block = header.max_block_pixel_size();
+        let bytes = header.channels.bytes_per_pixel as u64;
+        check_block(context, path, [block.width(), block.height()], bytes)
+    })
+}
+
+/// Reads a picture with its alpha, or with luminance alone.
+pub(super) fn read_raster(
+    path: &Path,
+    context: &ReadContext,
+) -> std::result::Result<Raster, ImageError> {
+    claim_parts(path, context)?;
+    type Pixels = (Vec2<usize>, Vec<f32>);
+    let rgba = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("R")
+        .required("G")
+        .required("B")
+        .optional("A", 1.0)
+        .collect_pixels(
+            |size, _| (size, vec![0.0; 4 * size.area()]),
+            |(size, all): &mut Pixels, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                let first = 4 * (at.y() * size.width() + at.x());
+                all[first..first + 4].copy_from_slice(&[r, g, b, a]);
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path);
+    match rgba {
+        Ok(image) => {
+            let (size, floats) = image.layer_data.channel_data.pixels;
+            let size = [size.width(), size.height()];
+            return Ok(Raster { size, channels: 4, samples: ImageSamples::Floats(floats) });
+        }
+        Err(Error::Io(source)) => {
+            return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
+        }
+        Err(_) => {}
+    }
+    let Picture { size, pixels } = read(path, context)?;
+    let samples = ImageSamples::Floats(pixels.iter().map(|[y, _, _]| *y).collect());
+    Ok(Raster { size, channels: 1, samples })
+}
+
+/// Writes one part: R, G and B, and the channels of layers as `layer.channel`, where compositors
+/// look for layers. Layers always have 32-bit floats, as they may hold counts.
+pub(super) fn write(
+    picture: &Picture,
+    layers: &[super::ImageLayer],
+    window: PictureWindow,
+    half: bool,
+    notes: &Notes,
+    file: &mut File,
+) -> io::Result<()> {
+    let [width, height] = picture.size;
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let (mut layer, mut image) = attributes(notes);
+    let [x, y] = window.origin.map(|v| v as i32);
+    layer.layer_position = Vec2(x, y);
+    image.display_window = IntegerBounds::from_dimensions(Vec2::from((
+        window.frame[0] as usize,
+        window.frame[1] as usize,
+    )));
+    let out = BufWriter::new(file);
+    let failed = |error: Error| match error {
+        Error::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    };
+    let colour = |(name, channel)| {
+        AnyChannel::new(name, Values::Colour { pixels: &picture.pixels, channel, half })
+    };
+    let mut list: SmallVec<[_; 4]> = ["R", "G", "B"].into_iter().zip(0..).map(colour).collect();
+    for extra in layers {
+        for (name, values) in &extra.channels {
+            if values.len() != width * height {
+                let (found, expected) = (values.len(), width * height);
+                let found =
+                    format!("{}.{name} has {found} values, expected {expected}", extra.name);
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
+            }
+            let name = ascii(&format!("{}.{name}", extra.name));
+            list.push(AnyChannel::new(name, Values::Layer(values)));
+        }
+    }
+    let layer = Layer::new((width, height), layer, encoding, AnyChannels::sort(list));
+    Image::new(image, layer).write().to_buffered(out).map_err(failed)
+}
+
+/// Values of a channel, borrowed, as copies would double the memory of the picture and its layers.
+#[derive(Clone, Copy, Debug)]
+enum Values<'a> {
+    Colour { pixels: &'a [[f32; 3]], channel: usize, half: bool },
+    Layer(&'a [f32]),
+}
+
+impl<'a> WritableSamples<'_> for Values<'a> {
+    type Writer = Lines<'a>;
+
+    fn sample_type(&self) -> SampleType {
+        match self {
+            Self::Colour { half: true, .. } => SampleType::F16,
+            _ => SampleType::F32,
+        }
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&self, header: &Header) -> Lines<'a> {
+        Lines { values: *self, width: header.layer_size.width() }
+    }
+}
+
+/// The rows of a channel.
+struct Lines<'a> {
+    values: Values<'a>,
+    width: usize,
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let first = line.location.position.y() * self.width + line.location.position.x();
+        let written = match self.values {
+            Values::Colour { pixels, channel, half: false } => {
+                line.write_samples(|i| pixels[first + i][channel])
+            }
+            Values::Colour { pixels, channel, half: true } => line.write_samples(|i| {
+                f16::from_f32(pixels[first + i][channel].clamp(-HALF_MAX, HALF_MAX))
+            }),
+            Values::Layer(values) => line.write_samples(|i| values[first + i]),
+        };
+        debug_assert!(written.is_ok(), "a line has room for its own samples");
+    }
+}
+
+/// Converts notes to attributes. OpenEXR's standard attributes get their standard names and types.
+fn attributes(notes: &Notes) -> (LayerAttributes, ImageAttributes) {
+    let mut layer = LayerAttributes::default();
+    let mut image = ImageAttributes::new(IntegerBounds::zero());
+    for (name, note) in notes {
+        match (*name, note) {
+            ("aperture", Note::Number(n)) => layer.aperture = Some(*n as f32),
+            ("focus", Note::Number(n)) => layer.focus = Some(*n as f32),
+            ("isoSpeed", Note::Number(n)) => layer.iso_speed = Some(*n as f32),
+            ("expTime", Note::Number(n)) => layer.exposure = Some(*n as f32),
+            ("software", Note::Text(text)) => layer.software_name = Some(ascii(text)),
+            (name, Note::Number(n)) => {
+                image.other.insert(Text::from(name), AttributeValue::F32(*n as f32));
+            }
+            (name, Note::Text(text)) => {
+                image.other.insert(Text::from(name), AttributeValue::Text(ascii(text)));
+            }
+        }
+    }
+    (layer, image)
+}
+
+/// Replaces characters other than ASCII by question marks, as EXR texts have single bytes.
+fn ascii(text: &str) -> Text {
+    let plain: String = text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
+    Text::from(plain.as_str())
+}

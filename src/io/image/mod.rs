@@ -1,0 +1,246 @@
+//! Image files: EXR, PNG and JPEG, read and written, and formats that are read alone.
+//!
+//! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
+//! holds either the complete new picture or the previous file.
+
+mod declared;
+mod display;
+mod exr;
+mod pfm;
+mod raster;
+
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+
+pub use display::{DisplayExposure, srgb_decode, srgb_encode};
+pub use raster::{ImageSamples, Raster, Transfer};
+
+use crate::io::{ReadContext, path_excerpt, replace_file};
+
+/// Linear RGB pixels, row 0 at the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Width and height (pixels).
+    pub size: [usize; 2],
+    /// Linear R, G and B, row after row.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// Per-pixel data besides colour, such as depths, shares or counts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageLayer {
+    /// Name of the layer; its channels are called `name.channel`.
+    pub name: String,
+    /// Channels: a name, and a value for each pixel, row after row from the top.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+/// Value of a metadata entry.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Note {
+    /// Text.
+    Text(String),
+    /// A number, in the unit that belongs to the entry's name.
+    Number(f64),
+}
+
+/// Metadata of a picture, by name, in the order of writing.
+pub type Notes = Vec<(&'static str, Note)>;
+
+/// Position of a picture in the frame that it is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureWindow {
+    /// Upper left pixel in the frame.
+    pub origin: [u32; 2],
+    /// Width and height of the frame (pixels).
+    pub frame: [u32; 2],
+}
+
+/// Options of a format when a picture is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EncodingOptions {
+    /// Whether EXR files have 16-bit floats instead of 32-bit.
+    pub half: bool,
+    /// Exposure of 8-bit formats.
+    pub exposure: DisplayExposure,
+}
+
+/// File formats that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// OpenEXR.
+    Exr,
+    /// PNG.
+    Png,
+    /// JPEG.
+    Jpeg,
+}
+
+/// Why a picture cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The file could not be opened, read or written.
+    #[error("cannot {verb} the picture {}: {source}", path_excerpt(path))]
+    Io {
+        /// "read" or "write".
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The error of the system.
+        source: io::Error,
+    },
+    /// The content is not a valid picture of the format that its name says.
+    #[error("cannot read the picture {}: {found}", path_excerpt(path))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The problem.
+        found: String,
+    },
+    /// The format cannot hold layers.
+    #[error("{}: only EXR holds layers; name a picture.exr", path_excerpt(path))]
+    NoLayers {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The extension belongs to no known format.
+    #[error(
+        "{}: the extension {found:?} names no picture format; known are {known}",
+        path_excerpt(path)
+    )]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Its extension.
+        found: String,
+        /// The extensions that can be read or written.
+        known: &'static str,
+    },
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+impl ImageFormat {
+    /// Returns the format of a file name.
+    ///
+    /// # Errors
+    /// Returns an error if the extension is none of .exr, .png, .jpg and .jpeg.
+    pub fn of(path: &Path) -> Result<Self, ImageError> {
+        let found = extension(path);
+        match found.as_str() {
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
+            _ => Err(ImageError::Format {
+                path: path.to_owned(),
+                found,
+                known: ".exr, .png, .jpg and .jpeg",
+            }),
+        }
+    }
+}
+
+impl Picture {
+    /// Reads a picture. Pixels of 8-bit formats are decoded from sRGB.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read or is not a picture.
+    pub fn read(path: &Path) -> Result<Self, ImageError> {
+        Self::read_with(path, Transfer::Srgb, &ReadContext::default())
+    }
+
+    /// Reads a picture whose 8-bit pixels have this transfer curve.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read, is not a picture, or exceeds the memory budget.
+    pub fn read_with(
+        path: &Path,
+        transfer: Transfer,
+        context: &ReadContext,
+    ) -> Result<Self, ImageError> {
+        let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
+        context.register(path).map_err(refused)?;
+        match extension(path).as_str() {
+            "exr" => exr::read(path, context),
+            "png" | "jpg" | "jpeg" | "tga" => display::read(path, transfer, context),
+            // Radiance pictures hold linear light.
+            "hdr" => display::read(path, Transfer::Linear, context),
+            "pfm" => Ok(pfm::read(path, context)?.into_picture()),
+            found => Err(ImageError::Format {
+                path: path.to_owned(),
+                found: found.to_owned(),
+                known: ".exr, .png, .jpg, .jpeg, .tga, .hdr and .pfm",
+            }),
+        }
+    }
+
+    /// Writes the picture in the format of the file's extension.
+    ///
+    /// # Errors
+    /// Returns an error if the extension is unknown or the file cannot be written. The previous
+    /// file of that name is then unchanged.
+    pub fn write(
+        &self,
+        path: &Path,
+        window: PictureWindow,
+        encoding: EncodingOptions,
+        notes: &Notes,
+    ) -> Result<(), ImageError> {
+        self.write_with_layers(&[], path, window, encoding, notes)
+    }
+
+    /// Encodes the picture, multiplied by a factor, as a PNG file.
+    ///
+    /// # Errors
+    /// Returns an error if PNG does not support the size.
+    pub fn png(&self, factor: f32) -> io::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        display::write_png(self, DisplayExposure::by(factor), &Vec::new(), &mut file)?;
+        Ok(file)
+    }
+
+    /// Encodes the picture, multiplied by a factor, as a JPEG file of this quality, of 100.
+    ///
+    /// # Errors
+    /// Returns an error if JPEG does not support the size.
+    pub fn jpeg(&self, factor: f32, quality: u8) -> io::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        display::write_jpeg(self, DisplayExposure::by(factor), quality, &mut file)?;
+        Ok(file)
+    }
+
+    /// Writes the picture with layers, as EXR.
+    ///
+    /// # Errors
+    /// As [`Picture::write`]. Also returns an error if there are layers but the format is not EXR,
+    /// or if a layer has another size than the picture.
+    pub fn write_with_layers(
+        &self,
+        layers: &[ImageLayer],
+        path: &Path,
+        window: PictureWindow,
+        encoding: EncodingOptions,
+        notes: &Notes,
+    ) -> Result<(), ImageError> {
+        let format = ImageFormat::of(path)?;
+        if !layers.is_empty() && format != ImageFormat::Exr {
+            return Err(ImageError::NoLayers { path: path.to_owned() });
+        }
+        let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
+        replace_file(path, |file| match format {
+            ImageFormat::Exr => exr::write(self, layers, window, encoding.half, notes, file),
+            ImageFormat::Png => {
+                display::write_png(self, encoding.exposure, notes, BufWriter::new(file))
+            }
+            ImageFormat::Jpeg => {
+                display::write_jpeg(self, encoding.exposure, JPEG_QUALITY, BufWriter::new(file))
+            }
+        })
+        .map_err(io)
+    }
+}
+
+/// Quality of JPEG files, of 100.
+const JPEG_QUALITY: u8 = 95;

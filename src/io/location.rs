@@ -1,0 +1,39 @@
+//! Locations in input files, and warnings about them.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::path_excerpt;
+
+/// A location in a text file. Lines and columns count from 1; a column counts characters.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Location {
+    /// The file.
+    pub file: Arc<Path>,
+    /// The line.
+    pub line: u32,
+    /// The column.
+    pub column: u32,
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", path_excerpt(&self.file), self.line, self.column)
+    }
+}
+
+/// A warning about input, which does not stop the render.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// The location of the fault.
+    pub at: Location,
+    /// What was found and what is done instead.
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.at, self.message)
+    }
+}

@@ -1,0 +1,35 @@
+//! Input and output: the context of readers, locations and excerpts for messages, the replacement
+//! of files, the binary codec, and image files.
+
+pub(crate) mod codec;
+mod context;
+mod excerpt;
+mod files;
+mod identity;
+pub mod image;
+mod location;
+mod replace;
+mod size;
+mod suggestion;
+
+pub(crate) use context::check_seekable;
+pub use context::{ReadContext, open};
+pub use excerpt::{excerpt, excerpt_words, path_excerpt};
+pub use files::{FileLog, file_digest};
+pub use identity::FileIdentities;
+pub use location::{Location, Warning};
+pub use replace::{remove_stale, replace_file, resolve_links};
+pub use size::ByteSize;
+pub use suggestion::{hint, nearest_word};
+
+use std::path::PathBuf;
+
+/// A file that could not be opened or read.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot read {}: {source}", path_excerpt(path))]
+pub struct ReadError {
+    /// The file.
+    pub path: PathBuf,
+    /// The error of the system.
+    pub source: std::io::Error,
+}

@@ -1,0 +1,126 @@
+//! Description of one picture: everything that decides its pixels.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use crate::aov::{Aov, LayerRequest};
+use crate::film::{Frame, Response, Tile, TileSampler};
+use crate::ghosts::{GhostInput, Ghosts};
+use crate::io::FileLog;
+use crate::lens::Camera;
+use crate::plan::Plan;
+use crate::scene::{PathLimits, Scene};
+use crate::sensor::Sensor;
+use crate::shade::PixelFootprint;
+use crate::shutter::Timing;
+use crate::spectrum::{BANDS, LightBand};
+
+/// Everything that decides the pixels of a picture.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// The scene.
+    pub scene: Scene,
+    /// The camera.
+    pub camera: Camera,
+    /// The effects that are simulated, and the reasons.
+    pub plan: Plan,
+    /// The pixels of the picture and the part of them that is rendered.
+    pub frame: Frame,
+    /// The filter and the colour response of the film.
+    pub response: Response,
+    /// The sample numbers that every pixel takes. With another stop criterion, their count is the
+    /// upper limit of the mean number of samples per pixel.
+    pub samples: Range<u32>,
+    /// The stop criteria besides the number of samples.
+    pub stop_criteria: StopCriteria,
+    /// The seed of all random numbers.
+    pub seed: u32,
+    /// The limits of path length. With a depth of 1, only direct light is seen; with 0, only
+    /// surfaces that emit light.
+    pub path_limits: PathLimits,
+    /// The layers to compute besides the colours.
+    pub layers: Vec<Aov>,
+    /// The spectral bands that light is split into, with the film's response to each.
+    pub bands: [LightBand; BANDS],
+    /// The ghosts of the lens, if they are simulated.
+    pub ghosts: Option<Ghosts>,
+    /// The sensor that reads the finished picture out. Without one, the film is ideal.
+    pub sensor: Option<Sensor>,
+    /// The times of the samples, if anything depends on them.
+    pub timing: Option<Timing>,
+    /// The files that the scene and the lens were read from.
+    pub files: FileLog,
+}
+
+impl Job {
+    /// Returns the footprint of a pixel of this picture.
+    pub fn pixel_footprint(&self) -> PixelFootprint {
+        PixelFootprint::new(&self.camera, self.frame.resolution)
+    }
+
+    /// Returns the sampler of a tile. It leaves out pixels that no light reaches.
+    pub fn sampler(&self, tile: &Tile, samples: Range<u32>) -> TileSampler {
+        let margin = self.response.filter.margin();
+        TileSampler::new(tile, samples, self.camera.bands(), |low, high| {
+            let low = [0, 1].map(|i| f64::from(low[i]) - margin[i]);
+            let high = [0, 1].map(|i| f64::from(high[i]) + margin[i]);
+            self.camera.sees_light(low, high, self.frame.resolution)
+        })
+    }
+
+    /// Returns the layers of this picture and the parts that they depend on.
+    pub fn layer_request(&self) -> LayerRequest<'_> {
+        LayerRequest {
+            layers: &self.layers,
+            camera: &self.camera,
+            frame: &self.frame,
+            timing: self.timing.as_ref(),
+        }
+    }
+
+    /// Returns the parts of this job that ghosts depend on.
+    pub fn ghost_input(&self) -> GhostInput<'_> {
+        GhostInput {
+            scene: &self.scene,
+            camera: &self.camera,
+            frame: &self.frame,
+            response: &self.response,
+            timing: self.timing.as_ref(),
+            seed: self.seed,
+        }
+    }
+}
+
+/// Criteria that end a render before it has taken all samples. The first that is met ends it.
+///
+/// The number of samples of the job is then the upper limit of the mean number of samples per pixel,
+/// over the pixels that light reaches.
+///
+/// A picture that ends by noise or by its number of samples is the same on every machine. A picture
+/// that ends by time is not reproducible.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StopCriteria {
+    /// The noise of the picture at which the render ends.
+    ///
+    /// The error of a pixel is the standard error of its luminance, divided by the sum of that
+    /// luminance and a tenth of the picture's mean luminance; the second term keeps dark pixels from
+    /// dominating. The noise of the picture is the root mean square of this error over all pixels.
+    pub noise: Option<f64>,
+    /// The duration of the render, without its preparation and the development of the picture. Every
+    /// pixel takes some samples, however short it is.
+    pub time: Option<Duration>,
+}
+
+impl StopCriteria {
+    /// The smallest number of samples per pixel of such a render: one for each of the four quarters
+    /// that the noise is estimated from.
+    pub const MIN_SAMPLES: u32 = 4;
+    /// The upper limit of samples per pixel if none is given.
+    pub const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
+
+    /// Returns whether the number of samples alone ends the render, so that all pixels take the same
+    /// number.
+    pub fn count_only(&self) -> bool {
+        *self == Self::default()
+    }
+}

@@ -1,0 +1,109 @@
+//! Where the rays of a film point end in the lens.
+
+use crate::lanes::f32x8;
+use crate::lens::trace::surface::Surface;
+use crate::lens::trace::trace;
+use crate::rays::{LensBatch, WAVE_SIZE};
+
+/// The film point where a ray starts. The film's centre is `distance` mm behind the rear vertex, in
+/// a medium of `index`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FilmPoint {
+    /// x, y, and z towards the scene from the centre of the film, mm.
+    pub film: [f64; 3],
+    /// Normal of the film, towards the scene.
+    pub normal: [f64; 3],
+    pub distance: f64,
+    pub index: f64,
+}
+
+/// Where a ray ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RayEnd {
+    /// The row where it ends, or [`RayEnd::PASSED`].
+    pub row: u16,
+    /// Transmittance of the shaped openings on its way.
+    pub transmittance: f32,
+}
+
+impl RayEnd {
+    /// No row: the ray passes all surfaces.
+    pub const PASSED: u16 = u16::MAX;
+
+    pub fn passes(self) -> bool {
+        self.row == Self::PASSED
+    }
+}
+
+/// Working columns of a wave.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RayEndTracer {
+    batch: Box<LensBatch<f32>>,
+    ends: Vec<RayEnd>,
+}
+
+impl RayEndTracer {
+    /// Traces at most [`WAVE_SIZE`] rays to points of the plane of the rear vertex and through
+    /// surfaces; returns where they end.
+    pub fn trace(
+        &mut self,
+        start: FilmPoint,
+        count: usize,
+        at: impl Fn(usize) -> [f64; 2],
+        surfaces: &[Surface<f32>],
+    ) -> &[RayEnd] {
+        let Self { batch, ends } = self;
+        let count = count.min(WAVE_SIZE);
+        for i in 0..count {
+            let [u, v] = at(i);
+            let t = start.direction([u, v]);
+            [batch.x[i], batch.y[i], batch.z[i]] = start.film.map(|v| v as f32);
+            [batch.tx[i], batch.ty[i], batch.tz[i]] = t.map(|t| t as f32);
+            batch.weight[i] = 1.0;
+        }
+        batch.resize::<f32x8>(count);
+        ends.clear();
+        ends.resize(count, RayEnd { row: RayEnd::PASSED, transmittance: 1.0 });
+        let rows = surfaces.iter().map(|surface| surface.row + 1).max().unwrap_or(0);
+        let mut uncounted = vec![0; rows];
+        for surface in surfaces {
+            trace::<f32x8>(batch, std::slice::from_ref(surface), &mut uncounted);
+            for (i, end) in ends.iter_mut().enumerate() {
+                if end.passes() && batch.x[i].is_nan() {
+                    end.row = surface.row as u16;
+                }
+            }
+        }
+        for (i, end) in ends.iter_mut().enumerate() {
+            end.transmittance = batch.weight[i];
+        }
+        ends
+    }
+}
+
+impl FilmPoint {
+    /// Returns the direction to a point of the plane of the rear vertex, of the length of the
+    /// index.
+    pub fn direction(&self, point: [f64; 2]) -> [f64; 3] {
+        let way = self.way(point);
+        let scale = self.index / squared(way).sqrt();
+        way.map(|v| v * scale)
+    }
+
+    /// Returns the weight of a ray to a point of the plane of the rear vertex [mm^-2]: the cosines
+    /// at the film and at that plane over the square of its length.
+    pub fn weight(&self, point: [f64; 2]) -> f64 {
+        let (way, [nx, ny, nz]) = (self.way(point), self.normal);
+        let along = (nx * way[0] + ny * way[1] + nz * way[2]).max(0.0);
+        along * way[2] / squared(way).powi(2)
+    }
+
+    fn way(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+        let [x, y, z] = self.film;
+        [u - x, v - y, self.distance - z]
+    }
+}
+
+fn squared([x, y, z]: [f64; 3]) -> f64 {
+    x * x + y * y + z * z
+}

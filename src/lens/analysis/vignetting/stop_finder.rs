@@ -1,0 +1,139 @@
+//! Finder of the stop as a film point would see it if all other rims were open.
+
+use super::ray_end::{FilmPoint, RayEndTracer};
+use crate::lens::analysis::open_rims::{KeptRims, open_rims};
+use crate::lens::analysis::paraxial::Paraxial;
+use crate::lens::prescription::{Prescription, TransverseAxis};
+use crate::lens::pupil::outline::PupilBox;
+use crate::lens::trace::kernel::LensRay;
+use crate::lens::trace::sequence::{Side, sequence};
+use crate::lens::trace::surface::Surface;
+use crate::lens::trace::trace_one;
+use crate::rays::WAVE_SIZE;
+
+/// Columns and rows of the search grid.
+const GRID: usize = 48;
+/// Steps across the box in which the centre of the stop is searched.
+const SCAN: u32 = 64;
+/// Most rounds of the search for the stop.
+const ROUNDS: usize = 24;
+/// Tangent of the steepest direction from the film in which the stop is searched.
+const STEEPEST: f64 = 6.0;
+
+/// Finds the stop in the plane of the rear vertex.
+#[derive(Clone, Debug)]
+pub(super) struct StopFinder {
+    /// Surfaces from the film to the stop, all rims open but that of the stop.
+    open: Vec<Surface<f32>>,
+    /// Surfaces from the film to the scene, all rims open.
+    unobstructed: Vec<Surface<f64>>,
+    /// Number of surfaces of `unobstructed` up to the stop.
+    to_stop: usize,
+    /// Movement of the pupil per mm on the film, along x and y, by first-order optics.
+    drift: [f64; 2],
+    /// The pupil of the film's centre, by first-order optics.
+    paraxial: PupilBox,
+}
+
+impl StopFinder {
+    /// Makes a finder; `open` is the lens with all rims open but that of the stop.
+    pub fn new(lens: &Prescription, distance: f64, open: &[Surface<f32>]) -> Self {
+        let stop = lens.stop();
+        let unobstructed = sequence::<f64>(&open_rims(lens, KeptRims::None), Side::Film(distance));
+        let pupils = [TransverseAxis::X, TransverseAxis::Y]
+            .map(|axis| Paraxial::in_plane(lens, axis).exit_pupil);
+        let behind = pupils.map(|pupil| -pupil.position);
+        let half =
+            [0, 1].map(|i| pupils[i].diameter / 2.0 * (distance / (distance + behind[i])).abs());
+        Self {
+            open: open.iter().filter(|surface| surface.row >= stop).cloned().collect(),
+            to_stop: unobstructed.iter().filter(|surface| surface.row >= stop).count(),
+            unobstructed,
+            drift: behind.map(|behind| behind / (distance + behind)),
+            paraxial: PupilBox::around(&[half, half.map(|v| -v)]),
+        }
+    }
+
+    /// Returns a tight box around the stop in the plane of the rear vertex (mm), if it is visible.
+    pub fn find(&self, start: FilmPoint, tracer: &mut RayEndTracer) -> Option<PupilBox> {
+        let expected = self.paraxial.moved([0, 1].map(|i| start.film[i] * self.drift[i]));
+        let around = [0.0, 1.0, 5.0].map(|by| expected.grown(expected.size().map(|v| by * v)));
+        // The exit pupil of a telecentric lens is at infinity; first-order optics then gives no
+        // estimate.
+        let usable =
+            around.into_iter().filter(|pupil_box| pupil_box.size().iter().all(|v| v.is_finite()));
+        let [x, y, _] = start.film;
+        let whole = PupilBox::around(&[[x, y]]).grown([STEEPEST * start.distance; 2]);
+        usable.chain([whole]).find_map(|pupil_box| self.fit(start, pupil_box, tracer))
+    }
+
+    /// Fits a box to the stop, starting from one that contains a part of it.
+    fn fit(
+        &self,
+        start: FilmPoint,
+        mut pupil_box: PupilBox,
+        tracer: &mut RayEndTracer,
+    ) -> Option<PupilBox> {
+        for _ in 0..ROUNDS {
+            let (middle, size) = (pupil_box.centre(), pupil_box.size());
+            let step = size.map(|size| size / (GRID - 1) as f64);
+            let point = |i: usize| {
+                let place = [i % GRID, i / GRID].map(|i| i as f64 - (GRID - 1) as f64 / 2.0);
+                [0, 1].map(|axis| middle[axis] + place[axis] * step[axis])
+            };
+            let mut seen = Vec::new();
+            for first in (0..GRID * GRID).step_by(WAVE_SIZE) {
+                let count = WAVE_SIZE.min(GRID * GRID - first);
+                let ends = tracer.trace(start, count, |i| point(first + i), &self.open);
+                seen.extend((0..count).filter(|&i| ends[i].passes()).map(|i| point(first + i)));
+            }
+            if seen.is_empty() {
+                return None;
+            }
+            let tight = PupilBox::around(&seen).grown(step);
+            let sticks_out = |axis: usize| {
+                let off = (tight.centre()[axis] - middle[axis]).abs();
+                2.0 * off + tight.size()[axis] > size[axis]
+            };
+            pupil_box = if sticks_out(0) || sticks_out(1) {
+                tight.grown(tight.size().map(|size| size / 2.0))
+            } else if (0..2).any(|axis| tight.size()[axis] < 0.5 * size[axis]) {
+                tight
+            } else {
+                return Some(tight);
+            };
+        }
+        Some(pupil_box)
+    }
+
+    /// Returns the angle to the axis (degrees) at which the ray of a point on the film's x axis
+    /// through the centre of the stop leaves for the scene; `pupil_box` is around the stop.
+    pub fn chief_angle(&self, start: FilmPoint, pupil_box: PupilBox) -> Option<f64> {
+        let ray = |u: f64| LensRay::new(start.film, start.direction([u, pupil_box.centre()[1]]));
+        let to_stop = &self.unobstructed[..self.to_stop];
+        let met = |u: f64| trace_one::<f64>(ray(u), to_stop).map(|ray| ray.p[0]).ok();
+        // Rays at the edges of the box may miss the stop, or reach it on stray paths.
+        let (middle, size) = (pupil_box.centre()[0], pupil_box.size()[0]);
+        let place = |i: u32| middle + size * (f64::from(i) / f64::from(SCAN) - 0.5);
+        let across = |i: u32| {
+            let (low, high) = (met(place(i))?, met(place(i + 1))?);
+            ((low > 0.0) != (high > 0.0)).then_some((low.abs() + high.abs(), i))
+        };
+        let mut steps: Vec<(f64, u32)> = (0..SCAN).filter_map(across).collect();
+        steps.sort_by(|one, other| one.0.total_cmp(&other.0));
+        steps.into_iter().find_map(|(_, i)| {
+            let (mut low, mut high) = (place(i), place(i + 1));
+            let side = met(low)? > 0.0;
+            // Fifty bisections reach the precision of f64.
+            for _ in 0..50 {
+                let middle = (low + high) / 2.0;
+                match (met(middle)? > 0.0) == side {
+                    true => low = middle,
+                    false => high = middle,
+                }
+            }
+            let [tx, ty, tz] = trace_one::<f64>(ray(low), &self.unobstructed).ok()?.t;
+            Some(tx.hypot(ty).atan2(tz).to_degrees())
+        })
+    }
+}

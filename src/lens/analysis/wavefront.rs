@@ -1,0 +1,169 @@
+//! Wavefront aberration of a film point.
+
+use super::exit_pupil::ExitPupil;
+use crate::lens::camera::RealLens;
+use crate::lens::least_squares::least_squares;
+use crate::lens::trace::kernel::LensRay;
+use crate::lens::trace::sequence::{Side, sequence};
+use crate::lens::trace::surface::Surface;
+use crate::lens::trace::trace_one;
+
+/// Points along each side of the grid over the pupil.
+const GRID: usize = 48;
+/// Object distance from which a point counts as infinitely far, mm. The wavefront's curvature over
+/// a pupil of 10 mm is then 5 nm, and is removed with defocus.
+const FAR: f64 = 1e7;
+
+/// A point of the wavefront.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WavefrontPoint {
+    /// Position in the pupil: direction times index, as in [`ExitPupil`].
+    pub pupil: [f64; 2],
+    /// Optical path difference to the best reference sphere, mm.
+    pub path_difference: f64,
+}
+
+/// The wavefront over the pupil of a film point, relative to its best reference sphere.
+///
+/// Rays are traced in f64 from the film point. Their optical paths extend to the scene point that
+/// is closest to all of them. Piston, tilt and defocus are then removed by least squares (the terms
+/// 1, T_x, T_y and T_z), which centres the reference sphere on the best image point.
+#[derive(Clone, Debug)]
+pub struct Wavefront {
+    /// Samples on a regular grid of T.
+    pub points: Vec<WavefrontPoint>,
+    /// Root mean square of the path differences, mm.
+    pub rms: f64,
+}
+
+impl Wavefront {
+    /// Computes the wavefront of a film point (mm, the film's frame) at the d line. Takes some
+    /// milliseconds. `None` if fewer rays pass than a sphere has parameters, or if film or elements
+    /// are tilted or decentred.
+    pub fn new(lens: &RealLens, film: [f64; 2], pupil: &ExitPupil) -> Option<Self> {
+        if lens.is_misaligned() {
+            return None;
+        }
+        let surfaces = sequence::<f64>(&lens.prescription, Side::Film(lens.film_distance));
+        let index = lens.prescription.rear().index;
+        let (width, height) = (pupil.width(0.0), pupil.width(std::f64::consts::FRAC_PI_2));
+        let middle = pupil.centre();
+        let step = |i: usize| (i as f64 + 0.5) / GRID as f64 - 0.5;
+        let place = lens.film_pose.film_point(film);
+        let mut rays = Vec::new();
+        for i in 0..GRID * GRID {
+            let at = [middle[0] + width * step(i % GRID), middle[1] + height * step(i / GRID)];
+            let tz = (index * index - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
+            let start = LensRay::new(place, [at[0], at[1], tz]);
+            rays.extend(trace_path(start, &surfaces).map(|(ray, path)| PupilRay {
+                at,
+                tz,
+                ray,
+                path,
+            }));
+        }
+        let target = best_image_point(&rays)?;
+        let mut points: Vec<WavefrontPoint> = rays
+            .iter()
+            .map(|ray| WavefrontPoint {
+                pupil: ray.at,
+                path_difference: ray.path + target.from(ray),
+            })
+            .collect();
+        let unit = width.max(height);
+        let tz = rays.iter().map(|ray| ray.tz).sum::<f64>() / rays.len() as f64;
+        let terms = |ray: &PupilRay| {
+            let [x, y] = [0, 1].map(|i| (ray.at[i] - middle[i]) / unit);
+            [1.0, x, y, (ray.tz - tz) / (unit * unit)]
+        };
+        let all: Vec<[f64; 4]> = rays.iter().map(terms).collect();
+        // Paths are metres long; without their mean the squares would lose all precision.
+        let mean =
+            points.iter().map(|point| point.path_difference).sum::<f64>() / points.len() as f64;
+        points.iter_mut().for_each(|point| point.path_difference -= mean);
+        let columns = (0..4).map(|k| all.iter().map(|terms| terms[k]).collect()).collect();
+        let paths = points.iter().map(|point| point.path_difference).collect();
+        let fit = least_squares(columns, vec![paths]).pop()?;
+        for (point, terms) in points.iter_mut().zip(&all) {
+            point.path_difference -= terms.iter().zip(&fit).map(|(a, b)| a * b).sum::<f64>();
+        }
+        let squares: f64 =
+            points.iter().map(|point| point.path_difference * point.path_difference).sum();
+        let rms = (squares / points.len() as f64).sqrt();
+        rms.is_finite().then_some(Self { points, rms })
+    }
+}
+
+/// A ray that left the lens, in the frame of the front vertex.
+struct PupilRay {
+    at: [f64; 2],
+    tz: f64,
+    ray: LensRay<f64>,
+    path: f64,
+}
+
+/// Traces a ray through all surfaces; returns it and its optical path to the last.
+fn trace_path(mut ray: LensRay<f64>, surfaces: &[Surface<f64>]) -> Option<(LensRay<f64>, f64)> {
+    let mut path = 0.0;
+    for surface in surfaces {
+        let next = trace_one::<f64>(ray, std::slice::from_ref(surface)).ok()?;
+        let [x, y, z] = [0, 1, 2].map(|i| next.p[i] - ray.p[i]);
+        let along = [x, y, z + surface.advance];
+        // The direction has the length of the index, which makes this an optical length.
+        path += along[0] * ray.t[0] + along[1] * ray.t[1] + along[2] * ray.t[2];
+        ray = next;
+    }
+    Some((ray, path))
+}
+
+/// The scene point that is closest to all rays.
+enum ImagePoint {
+    At([f64; 3]),
+    /// A point at infinity in this direction.
+    Towards([f64; 3]),
+}
+
+impl ImagePoint {
+    /// Returns its distance from the point where a ray left the lens; negative if rays diverge from
+    /// it.
+    fn from(&self, PupilRay { ray: LensRay { p, t, .. }, .. }: &PupilRay) -> f64 {
+        match self {
+            Self::At(point) => {
+                let way = [0, 1, 2].map(|i| point[i] - p[i]);
+                dot(way, way).sqrt() * dot(way, *t).signum()
+            }
+            Self::Towards(direction) => -dot(*p, *direction),
+        }
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn best_image_point(rays: &[PupilRay]) -> Option<ImagePoint> {
+    if rays.len() < 8 {
+        return None;
+    }
+    let mean = |of: &dyn Fn(&PupilRay) -> [f64; 3]| {
+        let sum = rays.iter().map(of).fold([0.0; 3], |s, v| [0, 1, 2].map(|i| s[i] + v[i]));
+        sum.map(|s| s / rays.len() as f64)
+    };
+    let middle = mean(&|ray| ray.ray.p);
+    let direction = mean(&|ray| ray.ray.t);
+    let direction = direction.map(|d| d / dot(direction, direction).sqrt());
+    // The distance at which offsets and slopes across cancel best.
+    let (mut against, mut spread) = (0.0, 0.0);
+    for PupilRay { ray, .. } in rays {
+        let offset = [0, 1, 2].map(|i| ray.p[i] - middle[i]);
+        let length = dot(ray.t, direction);
+        let slope = [0, 1, 2].map(|i| ray.t[i] / length - direction[i]);
+        against += dot(offset, slope);
+        spread += dot(slope, slope);
+    }
+    let along = -against / spread;
+    if along.is_finite() && along.abs() < FAR {
+        return Some(ImagePoint::At([0, 1, 2].map(|i| middle[i] + along * direction[i])));
+    }
+    Some(ImagePoint::Towards(direction))
+}

@@ -1,0 +1,56 @@
+//! Spectral band: the surfaces of a lens for light of one wavelength.
+
+use crate::lens::prescription::Prescription;
+use crate::lens::trace::sequence::{Side, sequence, sequence_at};
+use crate::lens::trace::surface::Surface;
+use crate::spectrum::glass::D_LINE;
+
+/// Part of the visible light, traced at one wavelength, with its contribution to the picture.
+#[derive(Clone, Debug)]
+pub struct Band {
+    /// Wavelength at which the band is traced (nm).
+    pub wavelength: f64,
+    /// Response in red, green and blue; 1 on average over all bands.
+    pub response: [f64; 3],
+    /// Surfaces for rays from the film.
+    pub(crate) to_scene: Vec<Surface<f32>>,
+    /// The same surfaces in f64.
+    pub(crate) to_scene_f64: Vec<Surface<f64>>,
+    /// Surfaces for rays from the plane of the front vertex; empty in a band of all light.
+    pub(crate) to_film: Vec<Surface<f32>>,
+    /// The same surfaces in f64.
+    pub(crate) to_film_f64: Vec<Surface<f64>>,
+}
+
+impl Band {
+    /// Prepares a lens for one wavelength (nm), with its film at this distance behind the rear
+    /// vertex (mm).
+    pub fn new(
+        lens: &Prescription,
+        film_distance: f64,
+        wavelength: f64,
+        response: [f64; 3],
+    ) -> Self {
+        let lens = lens.at_wavelength(wavelength);
+        Self {
+            wavelength,
+            response,
+            to_scene: sequence_at::<f32>(&lens, Side::Film(film_distance), wavelength),
+            to_scene_f64: sequence_at::<f64>(&lens, Side::Film(film_distance), wavelength),
+            to_film: sequence_at::<f32>(&lens, Side::Scene(0.0), wavelength),
+            to_film_f64: sequence_at::<f64>(&lens, Side::Scene(0.0), wavelength),
+        }
+    }
+
+    /// Prepares one band for all light, traced at the d line with the indices of the file.
+    pub fn all_light(lens: &Prescription, film_distance: f64) -> Self {
+        Self {
+            wavelength: D_LINE,
+            response: [1.0; 3],
+            to_scene: sequence::<f32>(lens, Side::Film(film_distance)),
+            to_scene_f64: sequence::<f64>(lens, Side::Film(film_distance)),
+            to_film: Vec::new(),
+            to_film_f64: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Camera: a lens model, the film behind it, and their pose in the world.
+
+pub(crate) mod band;
+pub(crate) mod camera_to_world;
+pub(crate) mod fidelity;
+pub(crate) mod ray_path;
+pub(crate) mod real_lens;
+pub(crate) mod reprojection;
+pub(crate) mod thin_lens;
+
+pub use real_lens::{LensColumns, RealLens};
+
+use glam::DAffine3;
+
+use crate::effects::EFFECTS;
+use crate::lanes::{self, Real};
+use crate::lens::camera::band::Band;
+use crate::lens::camera::camera_to_world::CameraToWorld;
+use crate::lens::camera::thin_lens::ThinLens;
+use crate::rays::{LensBatch, RayBatch, SampleBatch};
+use crate::stats::LensStats;
+
+/// Generates rays from film samples.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// The lens.
+    pub model: LensModel,
+    /// Width and height of the film: in mm for a real lens, in the plane z = 1 for a thin lens.
+    pub film: [f64; 2],
+    /// Camera space (+z to the scene) to world space.
+    pub world_from_camera: DAffine3,
+    /// Factor from the weight of a ray to the value of a pixel: exposure time x ISO / 100.
+    pub imaging_ratio: f64,
+    /// Nearest and farthest visible depth, camera units.
+    pub depth: [f64; 2],
+}
+
+/// A model of the lens.
+#[derive(Clone, Debug)]
+pub enum LensModel {
+    /// A real lens, surface by surface.
+    Real(Box<RealLens>),
+    /// A pinhole, or a disk that focuses perfectly on one plane.
+    Thin(ThinLens),
+}
+
+impl Camera {
+    /// Returns half the diagonal of the film.
+    pub fn half_diagonal(&self) -> f64 {
+        self.film[0].hypot(self.film[1]) / 2.0
+    }
+
+    /// Returns the number of bands into which the light is split.
+    pub fn bands(&self) -> usize {
+        match &self.model {
+            LensModel::Real(lens) => lens.bands.len(),
+            LensModel::Thin(_) => 1,
+        }
+    }
+
+    /// Returns whether any light can reach the part of a picture of this resolution between two
+    /// points (pixels).
+    pub fn sees_light(&self, low: [f64; 2], high: [f64; 2], resolution: [u32; 2]) -> bool {
+        let LensModel::Real(lens) = &self.model else { return true };
+        // The picture is mirrored in x and upside down in y, as in the film stage.
+        let place = |pixel: f64, i: usize| {
+            let place = pixel * self.film[i] / f64::from(resolution[i]);
+            if i == 0 { self.film[i] / 2.0 - place } else { place - self.film[i] / 2.0 }
+        };
+        lens.any_light([place(high[0], 0), place(low[1], 1)], [place(low[0], 0), place(high[1], 1)])
+    }
+
+    /// Returns the distance of the film behind the camera's origin, camera units.
+    pub fn film_depth(&self) -> f64 {
+        match &self.model {
+            LensModel::Real(lens) => {
+                let front = (lens.film_distance + lens.paraxial.length) * lens.units_per_mm;
+                front - lens.front_depth
+            }
+            LensModel::Thin(_) => 0.0,
+        }
+    }
+
+    /// Traces the chief ray of a pixel's centre, through the centre of its pupil; `rays` is empty
+    /// if it is blocked.
+    pub fn chief_ray(&self, pixel: [u32; 2], resolution: [u32; 2], rays: &mut RayBatch) {
+        let mut samples = SampleBatch { len: 1, ..SampleBatch::default() };
+        for axis in 0..2 {
+            let share = (f64::from(pixel[axis]) + 0.5) / f64::from(resolution[axis]) - 0.5;
+            // The picture is mirrored in x and upside down in y, as in the film stage.
+            let sign = if axis == 0 { -1.0 } else { 1.0 };
+            samples.film[axis][0] = (sign * share * self.film[axis]) as f32;
+        }
+        // A sample of the fan, not of the rear element, at its centre.
+        (samples.pupil[0][0], samples.pupil[1][0]) = (0.5, 0.0);
+        let mut stats = LensStats::default();
+        self.generate_rays::<f32>(&samples, &mut LensColumns::default(), rays, &mut stats);
+    }
+
+    /// Makes rays in world space from film samples, without gaps for rays that are blocked: a
+    /// stage.
+    pub fn generate_rays<R: Real<Scalar = f32>>(
+        &self,
+        samples: &SampleBatch,
+        columns: &mut LensColumns,
+        rays: &mut RayBatch,
+        stats: &mut LensStats,
+    ) {
+        match &self.model {
+            LensModel::Real(lens) => {
+                lens.trace_samples::<R>(samples, columns, EFFECTS && lens.fresnel, stats);
+                self.write_world_rays::<R>(lens, &lens.bands[samples.band], &columns.batch, rays);
+            }
+            LensModel::Thin(lens) => self.project::<R>(lens, samples, rays),
+        }
+    }
+
+    /// Transforms the rays that leave the lens to world space and writes them without gaps.
+    pub(crate) fn write_world_rays<R: Real<Scalar = f32>>(
+        &self,
+        lens: &RealLens,
+        band: &Band,
+        batch: &LensBatch<f32>,
+        rays: &mut RayBatch,
+    ) {
+        let place = CameraToWorld::<R>::new(self, lens.units_per_mm, lens.front_depth);
+        let ratio = band.response.map(|response| R::constant(self.imaging_ratio * response));
+        let len = batch.len;
+        let x = batch.x.packets::<R>(len);
+        let packets = x.len();
+        let [y, z] = [&batch.y, &batch.z].map(|column| &column.packets::<R>(len)[..packets]);
+        let [tx, ty, tz] =
+            [&batch.tx, &batch.ty, &batch.tz].map(|column| &column.packets::<R>(len)[..packets]);
+        let weight = &batch.weight.packets::<R>(len)[..packets];
+        let mut alive = 0;
+        for i in 0..packets {
+            let living = R::bits(x[i].equals(x[i]));
+            // Every packet is written whole, live rays first; the next packet overwrites the dead
+            // ones.
+            let order = lanes::pack_order(living);
+            let start = [x[i].permute(order), y[i].permute(order), z[i].permute(order)];
+            let towards = [tx[i].permute(order), ty[i].permute(order), tz[i].permute(order)];
+            let weight = weight[i].permute(order);
+            let (origin, direction, end) = place.ray(start, towards);
+            let to = alive..alive + R::LANES;
+            for axis in 0..3 {
+                origin[axis].store(&mut rays.origin[axis][to.clone()]);
+                direction[axis].store(&mut rays.direction[axis][to.clone()]);
+                (weight * ratio[axis]).store(&mut rays.throughput[axis][to.clone()]);
+            }
+            end.store(&mut rays.t_max[to.clone()]);
+            for (slot, lane) in rays.slot[to].iter_mut().zip(order) {
+                *slot = (i * R::LANES) as u32 + lane;
+            }
+            alive += living.count_ones() as usize;
+        }
+        rays.len = alive;
+    }
+}

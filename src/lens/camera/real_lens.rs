@@ -1,0 +1,226 @@
+//! A real lens with the film behind it, ready to trace.
+
+use super::band::Band;
+use super::fidelity::F64Columns;
+use super::reprojection::ReprojectionColumns;
+use crate::effects::EFFECTS;
+use crate::lanes::Real;
+use crate::lens::analysis::paraxial::Paraxial;
+use crate::lens::analysis::vignetting::Vignetting;
+use crate::lens::prescription::Prescription;
+use crate::lens::prescription::pose::{FilmPlane, Pose};
+use crate::lens::pupil::aim::{LaunchPlane, TargetColumns, aim, aim_one_f64};
+use crate::lens::pupil::{PupilBounds, PupilSampling};
+use crate::lens::trace::kernel::LensRay;
+use crate::lens::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
+use crate::rays::{Column, LensBatch, SampleBatch};
+use crate::spectrum::LightBand;
+use crate::stats::LensStats;
+
+/// A real lens and the film behind it.
+#[derive(Clone, Debug)]
+pub struct RealLens {
+    /// The lens as designed, with the stop set to the requested aperture.
+    pub prescription: Prescription,
+    /// Its first-order data.
+    pub paraxial: Paraxial,
+    /// Distance from the rear vertex to the centre of the film along the axis, mm.
+    pub film_distance: f64,
+    /// Tilt and decentre of the film about its centre.
+    pub film_pose: Pose,
+    /// Camera units per millimetre.
+    pub units_per_mm: f64,
+    /// Depth of the front vertex in camera space, camera units.
+    pub front_depth: f64,
+    /// The wavelength bands that are traced: one for all light, or several with dispersion.
+    pub bands: Vec<Band>,
+    /// Whether surfaces lose the light that they reflect, by their coatings. Off in a new lens.
+    pub fresnel: bool,
+    pub(crate) pupil_bounds: PupilBounds,
+    /// The film that the pupil bounds were computed for.
+    pub(crate) film: FilmPlane,
+    pub(crate) pupil_sampling: PupilSampling,
+    /// Whether every ray is traced in f64.
+    pub(crate) trace_in_f64: bool,
+}
+
+impl RealLens {
+    /// Makes a lens ready to trace, with a film of this half diagonal (mm) at this distance (mm)
+    /// behind the rear vertex.
+    pub fn new(
+        prescription: Prescription,
+        film_distance: f64,
+        half_diagonal: f64,
+        pupil_sampling: PupilSampling,
+        unit: f64,
+        front: f64,
+    ) -> Self {
+        let film = FilmPlane::aligned(film_distance, half_diagonal);
+        Self::with_film(prescription, &film, pupil_sampling, unit, front)
+    }
+
+    /// Makes a lens ready to trace, with a film that may be tilted or decentred.
+    pub fn with_film(
+        prescription: Prescription,
+        film: &FilmPlane,
+        pupil_sampling: PupilSampling,
+        unit: f64,
+        front: f64,
+    ) -> Self {
+        let paraxial = Paraxial::new(&prescription);
+        Self {
+            bands: vec![Band::all_light(&prescription, film.distance)],
+            pupil_bounds: PupilBounds::for_film(&prescription, film, pupil_sampling),
+            prescription,
+            paraxial,
+            film_distance: film.distance,
+            film_pose: film.pose,
+            film: *film,
+            pupil_sampling,
+            units_per_mm: unit,
+            front_depth: front,
+            fresnel: false,
+            trace_in_f64: false,
+        }
+    }
+
+    /// Splits the light into bands: every ray is traced at one wavelength. The pupil bounds stay
+    /// those of the d line until [`Self::bound_all_bands`]; light of other wavelengths outside them
+    /// is found only by the few samples of the whole rear element.
+    pub fn disperse(&mut self, bands: &[LightBand]) {
+        let one = |band: &LightBand| {
+            Band::new(&self.prescription, self.film_distance, band.wavelength, band.response)
+        };
+        self.bands = bands.iter().map(one).collect();
+    }
+
+    /// Computes the pupil bounds again so that they enclose the light of the first and the last
+    /// band too; the light of the bands between lies between.
+    pub fn bound_all_bands(&mut self) {
+        let ends = [self.bands.first(), self.bands.last()].into_iter().flatten();
+        let others: Vec<Prescription> =
+            ends.map(|band| self.prescription.at_wavelength(band.wavelength)).collect();
+        self.pupil_bounds = PupilBounds::for_wavelengths(
+            &self.prescription,
+            &others,
+            &self.film,
+            self.pupil_sampling,
+        );
+    }
+
+    /// Returns the bounds of its pupil.
+    pub fn pupil_bounds(&self) -> &PupilBounds {
+        &self.pupil_bounds
+    }
+
+    /// Returns whether film or elements are tilted or decentred.
+    pub fn is_misaligned(&self) -> bool {
+        !self.film_pose.is_aligned() || self.prescription.is_misaligned()
+    }
+
+    /// Returns whether lens and film are rotationally symmetric about the axis.
+    pub fn is_round(&self) -> bool {
+        self.prescription.is_round() && self.film_pose.is_aligned()
+    }
+
+    /// Returns the vignetting analysis of the lens, with this number of rays per film point.
+    pub fn vignetting(&self, rays: u32) -> Vignetting {
+        Vignetting::for_pose(&self.prescription, self.film_distance, self.film_pose, rays)
+    }
+
+    /// Returns whether light reaches any film point of a rectangle [mm from the film's centre].
+    pub(super) fn any_light(&self, low: [f64; 2], high: [f64; 2]) -> bool {
+        let Pose { decentre, .. } = self.film_pose;
+        // Rings are centred on the axis; a grid covers the film itself.
+        match self.pupil_bounds.uses_lens_frame() {
+            true => self.pupil_bounds.any_light(low, high),
+            false => {
+                let moved = |v: [f64; 2]| [0, 1].map(|i| v[i] + decentre[i]);
+                self.pupil_bounds.any_light(moved(low), moved(high))
+            }
+        }
+    }
+
+    /// Returns the film as rays start from it.
+    fn plane(&self) -> LaunchPlane {
+        LaunchPlane {
+            distance: self.film_distance as f32,
+            index: self.prescription.rear().index as f32,
+            pose: self.film_pose,
+        }
+    }
+
+    /// Makes rays that leave the film from film samples. Returns the film.
+    #[inline(always)]
+    pub(crate) fn launch<R: Real<Scalar = f32>>(
+        &self,
+        samples: &SampleBatch,
+        columns: &mut LensColumns,
+        stats: &mut LensStats,
+    ) -> LaunchPlane {
+        let LensColumns { batch, targets, .. } = columns;
+        let plane = self.plane();
+        aim::<R>(samples, &self.pupil_bounds, &plane, targets, batch);
+        stats.aimed += batch.live as u64;
+        plane
+    }
+
+    /// Traces film samples to rays in the plane of the front vertex, with losses or without.
+    #[inline(always)]
+    pub(crate) fn trace_samples<R: Real<Scalar = f32>>(
+        &self,
+        samples: &SampleBatch,
+        columns: &mut LensColumns,
+        fresnel: bool,
+        stats: &mut LensStats,
+    ) {
+        let plane = self.launch::<R>(samples, columns, stats);
+        let LensColumns { batch, targets, exact, launched, .. } = columns;
+        if EFFECTS && self.bands.len() > 1 {
+            launched[..batch.len].copy_from_slice(&batch.weight[..batch.len]);
+        }
+        let start = |i| aim_one_f64(samples, &self.pupil_bounds, targets, &plane, i);
+        self.trace_batch::<R>(samples.band, batch, exact, fresnel, stats, start);
+    }
+
+    /// Traces rays that leave the film to the plane of the front vertex. `start` returns a launched
+    /// ray in f64, for retracing.
+    #[inline(always)]
+    pub(crate) fn trace_batch<R: Real<Scalar = f32>>(
+        &self,
+        band: usize,
+        batch: &mut LensBatch<f32>,
+        exact: &mut F64Columns,
+        fresnel: bool,
+        stats: &mut LensStats,
+        start: impl Fn(usize) -> LensRay<f64>,
+    ) {
+        if self.trace_in_f64 {
+            self.trace_batch_f64(band, batch, exact, fresnel, stats);
+            return;
+        }
+        let band = &self.bands[band];
+        let blocked = stats.blocked_mut(self.prescription.rows.len());
+        match fresnel {
+            false => trace::<R>(batch, &band.to_scene, blocked),
+            true => trace_lossy::<R>(batch, &band.to_scene, blocked),
+        }
+        let retraced = batch.needs_f64.len() as u64;
+        match fresnel {
+            false => retrace_in_f64::<R>(batch, &band.to_scene_f64, blocked, start),
+            true => retrace_in_f64_lossy::<R>(batch, &band.to_scene_f64, blocked, start),
+        }
+        stats.retraced += retraced;
+    }
+}
+
+/// Working columns of the lens stage.
+#[derive(Clone, Debug, Default)]
+pub struct LensColumns {
+    pub(crate) batch: LensBatch<f32>,
+    pub(crate) targets: TargetColumns,
+    /// Weights of the rays of a band at the film.
+    pub(crate) launched: Column<f32>,
+    pub(crate) landing: ReprojectionColumns,
+    pub(crate) exact: F64Columns,
+}

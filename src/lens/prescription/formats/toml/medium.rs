@@ -1,0 +1,137 @@
+//! Medium behind a surface: `index`, `abbe`, `glass`.
+
+use super::value::Section;
+use crate::io::excerpt;
+use crate::lens::prescription::Row;
+use crate::lens::prescription::error::LensError;
+use crate::lens::prescription::formats::MAX_INDEX;
+use crate::spectrum::glass::{D_LINE, Glass, find_glass, suggest_glass};
+
+/// Reads the index and the dispersion of the medium behind a surface; `previous` is the surface
+/// before it.
+///
+/// A surface that names no medium borders on air. A plane stop without one is inside the medium
+/// before it, except as the last surface: the film is in air.
+pub(super) fn read(
+    section: &Section,
+    row: &Row,
+    previous: &Row,
+    last: bool,
+) -> Result<(f64, Glass), LensError> {
+    let stated = match section.has("glass") {
+        true => by_name(section)?,
+        false => by_index(section)?,
+    };
+    Ok(match stated {
+        Some(medium) => medium,
+        None if row.stop && row.is_plane() && !last => (previous.index, previous.glass.clone()),
+        None => (1.0, Glass::Constant),
+    })
+}
+
+/// Rejects a plane stop between two glasses that names no medium, because it may be inside the
+/// first or be its surface to air.
+pub(super) fn check_stop(stop: &Section, row: &Row, next: &Row) -> Result<(), LensError> {
+    let silent = row.stop && row.is_plane() && !stop.has("glass") && !stop.has("index");
+    if !silent || row.index == 1.0 || next.index == 1.0 {
+        return Ok(());
+    }
+    let index = row.index;
+    let found = format!("a plane stop behind a medium of index {index} names no medium");
+    let expected = format!(
+        "write index = {index} (or its glass) for a stop inside this medium, or index = 1 for a \
+         plane face to air"
+    );
+    Err(stop.source.error_at(stop.at, found, expected))
+}
+
+fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
+    for key in ["index", "abbe"] {
+        if section.has(key) {
+            let found = format!("{key} beside glass");
+            return Err(section.error(
+                key,
+                found,
+                "expected one of them: the glass implies index and abbe",
+            ));
+        }
+    }
+    let Some(name) = section.string("glass")? else { return Ok(None) };
+    let Some(glass) = find_glass(name) else {
+        let near = suggest_glass(name)
+            .map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
+        let found = format!("no glass \"{}\" in the catalogue{near}", excerpt(name));
+        let expected = "expected a listed name, or index and abbe as numbers";
+        return Err(section.error("glass", found, expected));
+    };
+    Ok(Some((glass.nd(), Glass::Catalogue(glass))))
+}
+
+fn by_index(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
+    let in_range = |at: usize, index: f64| {
+        let found = format!("index {index}");
+        let expected = format!("expected 1 (air) to {MAX_INDEX}");
+        match (1.0..=MAX_INDEX).contains(&index) {
+            true => Ok(index),
+            false => Err(section.source.error_at(at, found, expected)),
+        }
+    };
+    if section.array("index").is_some() {
+        if section.has("abbe") {
+            let found = "abbe beside a table of indices";
+            return Err(section.error(
+                "abbe",
+                found,
+                "expected one of them: the table already states the dispersion",
+            ));
+        }
+        let table = table(section, in_range)?;
+        return Ok(Some((table.index(1.0, D_LINE), table)));
+    }
+    let index = section
+        .number("index")?
+        .map(|index| in_range(section.position("index"), index))
+        .transpose()?;
+    let abbe = section.finite("abbe")?;
+    match (index, abbe) {
+        (None, None) => Ok(None),
+        (Some(index), None) => Ok(Some((index, Glass::Constant))),
+        (Some(index), Some(vd)) if (5.0..=200.0).contains(&vd) => {
+            Ok(Some((index, Glass::Abbe { vd })))
+        }
+        (Some(_), Some(vd)) => {
+            Err(section.error("abbe", format!("abbe is {vd}"), "expected 5 to 200"))
+        }
+        (None, Some(_)) => {
+            Err(section.error("abbe", "abbe without index", "expected index as a number beside it"))
+        }
+    }
+}
+
+fn table(
+    section: &Section,
+    in_range: impl Fn(usize, f64) -> Result<f64, LensError>,
+) -> Result<Glass, LensError> {
+    let form = "[[nm, n], ...]";
+    let mut entries = section.number_pairs("index", form)?;
+    for &(at, [nm, n]) in &entries {
+        in_range(at, n)?;
+        if !(100.0..=1e6).contains(&nm) {
+            let found = format!("wavelength {nm}");
+            return Err(section.source.error_at(at, found, "expected nm, 100 to 1000000"));
+        }
+    }
+    entries.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));
+    if let Some(pair) = entries.windows(2).find(|pair| pair[0].1[0] == pair[1].1[0]) {
+        let found = format!("wavelength {} is stated twice", pair[1].1[0]);
+        return Err(section.source.error_at(pair[1].0, found, "expected each wavelength once"));
+    }
+    if entries.is_empty() {
+        return Err(section.error(
+            "index",
+            "an empty table of indices",
+            format!("expected {form}"),
+        ));
+    }
+    Ok(Glass::Table(entries.into_iter().map(|(_, entry)| entry).collect()))
+}

@@ -1,0 +1,150 @@
+//! Sampling of pupil points from the pupil bounds.
+
+use super::bounds::{FanTable, PupilBounds, integer_part, ring, ring_position};
+use super::fan::{TRIANGLES, Triangle};
+use super::target::{PupilTarget, PupilTargets, TriangleSteps, point_target};
+use super::{CELLS, RINGS};
+use crate::rays::{Column, WAVE_SIZE};
+
+/// Columns that are computed in SIMD before the fans are looked up.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lookup {
+    /// Row of [`TriangleSteps`], and the interpolation weight of its step.
+    step: Column<u32>,
+    step_weight: Column<f32>,
+    rear: Column<u32>,
+    /// Position of a sample along the outer side of its triangle, 0 to 1.
+    pub(crate) along: Column<f32>,
+}
+
+impl PupilBounds {
+    /// Samples pupil points: for every entry of the columns from its film point and the two random
+    /// numbers of its pupil point.
+    pub(crate) fn targets(
+        &self,
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        lookup: &mut Lookup,
+        targets: &mut PupilTargets,
+    ) {
+        match &self.table {
+            FanTable::RearOnly => self.rear_only_targets(film, pupil, targets),
+            FanTable::Round { steps, per_end, .. } => {
+                self.round_targets((steps, *per_end), film, pupil, lookup, targets);
+            }
+            FanTable::Polar(_) | FanTable::Grid { .. } => {
+                self.lens_frame_targets(film, pupil, lookup, targets);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn round_targets(
+        &self,
+        (TriangleSteps(steps), per_end): (&TriangleSteps, f32),
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        lookup: &mut Lookup,
+        targets: &mut PupilTargets,
+    ) {
+        let count = film[0].len().min(WAVE_SIZE);
+        let (x, y) = (&film[0][..count], &film[1][..count]);
+        let (u, v) = (&pupil[0][..count], &pupil[1][..count]);
+        let share = self.rear_share;
+        let per_triangle = TRIANGLES as f32 / (1.0 - share);
+        // Two loops: this one is arithmetic over whole columns and vectorizes.
+        for i in 0..count {
+            let radius = (x[i] * x[i] + y[i] * y[i]).sqrt();
+            let position = ring_position(radius * per_end);
+            let ring = ring(position);
+            lookup.step_weight[i] = position - ring as i32 as f32;
+            lookup.rear[i] = self.rear_ring(radius);
+            let place = (u[i] - share).max(0.0) * per_triangle;
+            let triangle = integer_part(place).min(TRIANGLES as u32 - 1);
+            lookup.step[i] = ring * TRIANGLES as u32 + triangle;
+            lookup.along[i] = place - triangle as i32 as f32;
+        }
+        // A row is eight lanes.
+        for i in 0..count {
+            let [near, step] = &steps[lookup.step[i] as usize];
+            let s = lookup.step_weight[i];
+            for k in 0..8 {
+                targets[i][k] = near[k] + s * step[k];
+            }
+        }
+        let density = &self.rear_density[..RINGS];
+        for i in 0..count {
+            targets[i][6] = density[lookup.rear[i] as usize % RINGS];
+            if u[i] < share {
+                targets[i] = self.rear_target([x[i], y[i]], [u[i] / share, v[i]]);
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn lens_frame_targets(
+        &self,
+        film: [&[f32]; 2],
+        pupil: [&[f32]; 2],
+        lookup: &mut Lookup,
+        targets: &mut PupilTargets,
+    ) {
+        let share = self.rear_share;
+        for i in 0..film[0].len() {
+            let (point, u, v) = ([film[0][i], film[1][i]], pupil[0][i], pupil[1][i]);
+            if u < share {
+                targets[i] = self.rear_target(point, [u / share, v]);
+                continue;
+            }
+            let place = (u - share) * (TRIANGLES as f32 / (1.0 - share));
+            let k = (place as usize).min(TRIANGLES - 1);
+            lookup.along[i] = place - k as f32;
+            let mut target = match &self.table {
+                FanTable::Polar(polar) => polar.target(point, k),
+                _ => self.grid_target(point, k),
+            };
+            let [(column, _), (row, _)] = self.cells.cell(point);
+            target[6] = self.rear_density[row * CELLS + column];
+            targets[i] = target;
+        }
+    }
+
+    /// Returns one triangle of [`PupilBounds::fan`] over a grid, as a target without the density.
+    fn grid_target(&self, film: [f32; 2], k: usize) -> PupilTarget {
+        let mut target = [0.0; 8];
+        let FanTable::Grid { fans } = &self.table else { return target };
+        for (corner, weight) in self.cells.corners(film) {
+            let Triangle { centre, corners: [a, b] } = fans[corner].triangle(k);
+            let row = [centre[0], centre[1], a[0], a[1], b[0] - a[0], b[1] - a[1]];
+            for (sum, value) in target.iter_mut().zip(row) {
+                *sum += weight * value;
+            }
+        }
+        target
+    }
+
+    #[inline(never)]
+    fn rear_only_targets(&self, film: [&[f32]; 2], pupil: [&[f32]; 2], targets: &mut PupilTargets) {
+        for i in 0..film[0].len() {
+            targets[i] = self.rear_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]);
+        }
+    }
+
+    /// Returns a sample of the whole rear element: [`REAR_SHARE`](super::REAR_SHARE) of all samples
+    /// if there are fans.
+    #[inline(never)]
+    fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> PupilTarget {
+        let rear = self.rear(film);
+        let [disk_u, disk_v] = crate::sampler::concentric_disk(u, v);
+        let point =
+            [rear.half[0] * disk_u + rear.centre[0], rear.half[1] * disk_v + rear.centre[1]];
+        let fan = self.fan(film);
+        let rear_only = matches!(self.table, FanTable::RearOnly);
+        let density = fan.density(point);
+        let base = match rear_only || if self.fans_only { density > 0.0 } else { fan.is_open() } {
+            true => (1.0 - self.rear_share) * density + self.rear_share / rear.area(),
+            false => 0.0,
+        };
+        point_target(point, base)
+    }
+}

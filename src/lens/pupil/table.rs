@@ -1,0 +1,273 @@
+//! Builder of the pupil table: traces the pupil of a lens over the whole film.
+
+use glam::{DAffine3, DMat2, DVec2, DVec3};
+
+use super::fan::Fan;
+use super::outline::{OutlineFinder, PupilOutline, PupilSymmetry};
+use super::polar_grid::{POLAR_RINGS, PolarGrid, SPOKES, direction, ring_fraction};
+use super::target::TriangleSteps;
+use super::tracker::PupilTracker;
+use super::{CELLS, Ellipse, FanTable, RINGS};
+use crate::lens::prescription::Prescription;
+use crate::lens::prescription::pose::Pose;
+
+/// Enlargement of the ellipses around the rear element, so that they enclose all of it.
+const REAR_MARGIN: f32 = 1.002;
+/// Enlargement of fans beyond the light that was found.
+const FAN_MARGIN: f64 = 1.002;
+/// Largest enlargement of a fan for the light between it and the next. Light beyond, at the very
+/// rim of the image circle, is left to the samples of the rear element.
+const MAX_WIDENING: f64 = 1.5;
+
+/// Subdivisions of a ring at which the light of a round lens is traced.
+const SUBSTEPS: usize = 4;
+
+/// Builds the pupil table of a lens.
+pub(crate) struct TableBuilder<'a> {
+    pub lens: &'a Prescription,
+    /// The same lens at other wavelengths; fans enclose their light too.
+    pub others: &'a [Prescription],
+    pub distance: f64,
+    /// Tilt and decentre of the film.
+    pub pose: Pose,
+}
+
+/// A film point in the frame of the lens [mm]: x, y, and z towards the scene, from the intersection
+/// of the axis with the plane of the untilted film.
+pub(crate) type FilmPosition = [f64; 3];
+
+impl TableBuilder<'_> {
+    fn finder(&self, symmetry: PupilSymmetry) -> OutlineFinder {
+        let all = std::iter::once(self.lens).chain(self.others);
+        OutlineFinder::new(all, self.distance, symmetry)
+    }
+
+    /// Builds fans along a radius of the film, up to where the light ends.
+    pub fn build_rings(&self, radius: f64) -> FanTable {
+        let mut finder = self.finder(PupilSymmetry::Mirrored);
+        let mut tracker = PupilTracker::new(self, &mut finder);
+        let end = tracker.light_radius(radius);
+        let mut fans = Box::new([Fan::EMPTY; RINGS + 3]);
+        let mut between = Vec::with_capacity(RINGS * (SUBSTEPS - 1));
+        let mut last = None;
+        for i in 0..=SUBSTEPS * RINGS {
+            // The inverse of `ring_position`.
+            let rest = 1.0 - i as f64 / (SUBSTEPS * RINGS) as f64;
+            let r = end * (1.0 - rest * rest);
+            let light = tracker.outline_at_radius(r, last);
+            if let Some(light) = &light {
+                last = Some((r, light.bounds));
+            }
+            let (ring, part) = (i / SUBSTEPS, i % SUBSTEPS);
+            if part == 0 {
+                fans[ring] = fan(light.as_ref());
+            } else if let Some(light) = light {
+                let share = part as f32 / SUBSTEPS as f32;
+                between.push(Midpoint { around: [(ring, 1.0 - share), (ring + 1, share)], light });
+            }
+        }
+        widen_fans(&mut fans[..=RINGS], &between);
+        let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.is_open()));
+        let steps = TriangleSteps::of(&fans[..]);
+        // The last film point, if lit, must not count as beyond the light.
+        FanTable::Round { fans, steps, open, per_end: ((1.0 - 1e-6) / end) as f32 }
+    }
+
+    /// Builds fans over a film of this half width and height, mm.
+    pub fn build_grid(&self, half: [f64; 2]) -> FanTable {
+        let mut finder = self.finder(PupilSymmetry::None);
+        let mut tracker = PupilTracker::new(self, &mut finder);
+        let place = |i: usize, j: usize, by: f64| self.cell(half, [i, j].map(|i| i as f64 + by));
+        let side = CELLS + 1;
+        let mut lights: Vec<Option<PupilOutline>> = Vec::with_capacity(side * side);
+        for j in 0..side {
+            for i in 0..side {
+                // The neighbours to the left and below, which are known.
+                let beside = (i > 0).then(|| (lights.len() - 1, place(i - 1, j, 0.0)));
+                let under = (j > 0).then(|| (lights.len() - side, place(i, j - 1, 0.0)));
+                let known = [beside, under]
+                    .into_iter()
+                    .flatten()
+                    .find_map(|(k, at)| Some((at, lights[k].as_ref()?.bounds)));
+                lights.push(tracker.outline(place(i, j, 0.0), known));
+            }
+        }
+        let mut fans: Vec<Fan> = lights.iter().map(|light| fan(light.as_ref())).collect();
+        let mut cells = Vec::with_capacity(CELLS * CELLS);
+        for j in 0..CELLS {
+            for i in 0..CELLS {
+                let corners =
+                    [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| j * side + i);
+                let known = corners.iter().find_map(|&k| {
+                    Some((place(k % side, k / side, 0.0), lights[k].as_ref()?.bounds))
+                });
+                cells.push((corners, tracker.outline(place(i, j, 0.5), known)));
+            }
+        }
+        // A dark corner takes the fan of a lit one that shares a cell with it.
+        let dark: Vec<usize> = (0..fans.len()).filter(|&k| !fans[k].is_open()).collect();
+        let lit = fans.clone();
+        for k in dark {
+            let beside = cells.iter().filter(|(corners, _)| corners.contains(&k));
+            let mut around = beside.clone().flat_map(|(corners, _)| corners);
+            if let Some(&other) = around.find(|&&other| lit[other].is_open()) {
+                fans[k] = lit[other];
+            } else if let Some(light) = beside.filter_map(|(_, light)| light.as_ref()).next() {
+                fans[k] = fan(Some(light));
+            }
+        }
+        widen_fans(&mut fans, &cell_midpoints(cells));
+        FanTable::Grid { fans }
+    }
+
+    /// Returns a corner of a grid over a film of this half width and height, or a point between
+    /// corners.
+    fn cell(&self, half: [f64; 2], at: [f64; 2]) -> FilmPosition {
+        self.pose.film_point([0, 1].map(|i| half[i] * (2.0 * at[i] / CELLS as f64 - 1.0)))
+    }
+
+    /// Returns for each cell of a grid over the film an ellipse around the rear element as seen
+    /// from it.
+    pub fn rear_cells(&self, half: [f64; 2]) -> Vec<Ellipse> {
+        // Projections from the corners of a cell enclose the projection from any point between
+        // them.
+        let cell = |k: usize| {
+            let corner = |i: usize, j: usize| {
+                self.rear_outline(self.cell(half, [k % CELLS + i, k / CELLS + j].map(|i| i as f64)))
+            };
+            let seen = [corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1)];
+            Ellipse::proportional(&seen.concat()).scaled(REAR_MARGIN)
+        };
+        (0..CELLS * CELLS).map(cell).collect()
+    }
+
+    /// Builds fans by spokes and rings about the point where the axis meets the film; `None` if
+    /// that point is dark.
+    pub fn build_spokes(&self, half: [f64; 2]) -> Option<FanTable> {
+        let mut finder = self.finder(PupilSymmetry::None);
+        let mut tracker = PupilTracker::new(self, &mut finder);
+        let turn = self.pose.transform().matrix3;
+        let level = DMat2::from_cols(turn.x_axis.truncate(), turn.y_axis.truncate());
+        let pole = level.inverse() * -DVec2::from(self.pose.decentre);
+        let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        let reach = corners.map(|[x, y]| pole.distance(DVec2::new(x * half[0], y * half[1])));
+        let reach = reach.into_iter().fold(0.0, f64::max);
+        let place = |spoke: f64, r: f64| {
+            let [x, y] = direction(spoke);
+            self.pose.film_point([pole.x + r * x, pole.y + r * y])
+        };
+        let middle = tracker.bounding_box(place(0.0, 0.0), None)?;
+        let mut ends = [0.0; SPOKES];
+        let mut fans = Vec::with_capacity(SPOKES * (POLAR_RINGS + 1));
+        let mut frames = Vec::with_capacity(SPOKES * (POLAR_RINGS + 1));
+        for (spoke, end) in ends.iter_mut().enumerate() {
+            let along = |r: f64| place(spoke as f64, r);
+            tracker.finder.turn = direction(spoke as f64);
+            *end = tracker.light_end_along(along, reach, middle);
+            let mut last = (along(0.0), middle);
+            for ring in 0..=POLAR_RINGS {
+                let at = along(*end * ring_fraction(ring as f64));
+                let light = tracker.outline(at, Some(last));
+                if let Some(light) = &light {
+                    last = (at, light.bounds);
+                }
+                fans.push(fan(light.as_ref()));
+                frames.push(last);
+            }
+        }
+        let mut between = Vec::with_capacity(SPOKES * POLAR_RINGS);
+        for spoke in 0..SPOKES {
+            tracker.finder.turn = direction(spoke as f64 + 0.5);
+            let per_end = (1.0 / ends[spoke] + 1.0 / ends[(spoke + 1) % SPOKES]) / 2.0;
+            for ring in 0..POLAR_RINGS {
+                let at = place(spoke as f64 + 0.5, ring_fraction(ring as f64 + 0.5) / per_end);
+                let known = frames[PolarGrid::index(spoke, ring)];
+                let around = [(0, 0), (1, 0), (0, 1), (1, 1)];
+                let corners = around.map(|(i, j)| PolarGrid::index(spoke + i, ring + j));
+                between.push((corners, tracker.outline(at, Some(known))));
+            }
+        }
+        widen_fans(&mut fans, &cell_midpoints(between));
+        // The last film point, if lit, must not count as beyond the light.
+        let ends = ends.map(|end| end * (1.0 + 1e-6));
+        Some(FanTable::Polar(PolarGrid::new(pole.to_array(), &ends, fans)))
+    }
+
+    /// Returns points of the rear element, projected from a film point on the plane of the vertex
+    /// of the untilted element.
+    pub fn rear_outline(&self, [x, y, z]: FilmPosition) -> Vec<[f64; 2]> {
+        let rear = self.lens.rear();
+        let placed = self.rear_placement();
+        let ahead = self.distance - z;
+        let mut points = Vec::new();
+        for ring in 0..=8 {
+            let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
+            // A cylinder has no sag along one of its axes.
+            let sags: &[f64] =
+                if rear.axis.is_some() { &[0.0, rear.sag(h)] } else { &[rear.sag(h)] };
+            for sag in sags {
+                for step in 0..64 {
+                    let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
+                    let rim = placed.transform_point3(DVec3::new(h * cos, h * sin, *sag));
+                    // z of the lens points towards the film, which lies behind all of it.
+                    let scale = ahead / (ahead - rim.z).max(1e-3 * ahead);
+                    points.push([x + (rim.x - x) * scale, y + (rim.y - y) * scale]);
+                }
+            }
+        }
+        points
+    }
+
+    /// Returns the transform from the frame of the rear surface to that of the vertex of the lens
+    /// without tilt and decentre.
+    fn rear_placement(&self) -> DAffine3 {
+        if !self.lens.is_misaligned() {
+            return DAffine3::IDENTITY;
+        }
+        let placed = self.lens.surface_transforms()[self.lens.rows.len() - 1];
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, -self.lens.length())) * placed
+    }
+
+    /// Returns an ellipse around the rear element as seen from film radii between two.
+    pub fn rear_ellipse(&self, radii: [f64; 2]) -> Ellipse {
+        let [inner, outer] = radii.map(|r| self.rear_outline([r, 0.0, 0.0]));
+        Ellipse::symmetric(&[inner, outer].concat()).scaled(REAR_MARGIN)
+    }
+}
+
+/// Returns a fan around the light, empty if there is none.
+fn fan(light: Option<&PupilOutline>) -> Fan {
+    light.map_or(Fan::EMPTY, |light| Fan::around(light.centre, &light.outline))
+}
+
+/// Light that was traced between fans.
+struct Midpoint<const N: usize> {
+    /// The fans around it, and their interpolation weights.
+    around: [(usize, f32); N],
+    light: PupilOutline,
+}
+
+/// Returns the light in the middle of four fans, if there is any.
+fn cell_midpoints(cells: Vec<([usize; 4], Option<PupilOutline>)>) -> Vec<Midpoint<4>> {
+    let one = |(corners, light): ([usize; 4], Option<PupilOutline>)| {
+        Some(Midpoint { around: corners.map(|k| (k, 0.25)), light: light? })
+    };
+    cells.into_iter().filter_map(one).collect()
+}
+
+/// Widens fans until their interpolations enclose the light between them.
+fn widen_fans<const N: usize>(fans: &mut [Fan], between: &[Midpoint<N>]) {
+    let mut by = vec![FAN_MARGIN; fans.len()];
+    for Midpoint { around, light } in between {
+        let mixed = Fan::mix(&around.map(|(k, share)| (&fans[k], share)));
+        let reach = light.outline.iter().fold(0.0f64, |reach, point| {
+            reach.max(mixed.scale_to_enclose([0, 1].map(|axis| light.centre[axis] + point[axis])))
+        });
+        for (k, _) in around {
+            by[*k] = by[*k].max((reach * FAN_MARGIN).min(MAX_WIDENING));
+        }
+    }
+    for (fan, by) in fans.iter_mut().zip(by) {
+        *fan = fan.scaled(by as f32);
+    }
+}

@@ -1,0 +1,177 @@
+//! Camera of a job: pinhole, thin lens or real lens, from its description in a scene file.
+
+use super::focus::{FilmPlacement, FilmPlacer, View};
+use super::lens::{align, f_number_diameter, read_lens};
+use super::report::Report;
+use super::{Changes, ExcludedEffects, PrepareError};
+use crate::io::ReadContext;
+use crate::lens::{FocusModel, LensModel, RealRayFocus, ThinLens};
+use crate::plan::Misalignment;
+use crate::scene::pbrt::{CameraSpec, FilmSpec, RealisticSpec, ThinSpec};
+use crate::sensor::ev100;
+
+/// Everything that a camera is made from, besides its description.
+pub(super) struct CameraInput<'a> {
+    /// For reading the lens and its iris.
+    pub context: &'a ReadContext,
+    pub film: &'a FilmSpec,
+    pub changes: &'a Changes,
+    pub excluded: ExcludedEffects,
+    /// The efficiency of the shutter: the share of the light that it passes.
+    pub efficiency: f64,
+    pub view: View<'a>,
+}
+
+/// A camera without its pose in the world.
+pub(super) struct CameraSetup {
+    pub model: LensModel,
+    /// The size of the film, in the units of [`Camera::film`](crate::lens::Camera::film).
+    pub film_size: [f64; 2],
+    /// Exposure time times ISO / 100.
+    pub imaging_ratio: f64,
+    /// The nearest and the farthest depth that is seen.
+    pub depth: [f64; 2],
+    /// The tilts and shifts of lens and film, simulated or not; `None` if there are none.
+    pub misalignment: Option<Misalignment>,
+}
+
+impl CameraInput<'_> {
+    /// Sets up the camera of a scene file.
+    ///
+    /// # Errors
+    /// Returns an error if its lens cannot be read, stopped down or focused as asked.
+    pub fn set_up(
+        &self,
+        spec: &CameraSpec,
+        report: &mut Report,
+    ) -> Result<CameraSetup, PrepareError> {
+        match (spec, self.changes.needs_lens()) {
+            (CameraSpec::Thin(_), Some(option)) => {
+                let problem = format!("{option} is given, but this camera has no lens file");
+                Err(PrepareError::Camera { at: report.camera_at.clone(), problem })
+            }
+            (CameraSpec::Thin(spec), None) => Ok(self.thin(spec, report)),
+            (CameraSpec::Realistic(spec), _) => self.real(spec, report),
+        }
+    }
+
+    fn thin(&self, spec: &ThinSpec, report: &mut Report) -> CameraSetup {
+        let resolution = self.view.frame.resolution;
+        let pixels = f64::from(resolution[0]) / f64::from(resolution[1]);
+        let aspect = spec.aspect.unwrap_or(pixels);
+        let short = 2.0 * (spec.fov.to_radians() / 2.0).tan();
+        let (film_size, middle) = match spec.window {
+            Some([x0, x1, y0, y1]) => {
+                let half = short / 2.0;
+                (
+                    [(x1 - x0) * half, (y1 - y0) * half],
+                    [(x0 + x1) / 2.0 * half, (y0 + y1) / 2.0 * half],
+                )
+            }
+            None if aspect >= 1.0 => ([short * aspect, short], [0.0; 2]),
+            None => ([short, short / aspect], [0.0; 2]),
+        };
+        let lens = ThinLens { radius: spec.lens_radius, focus: spec.focal_distance, middle };
+        let name = if lens.radius > 0.0 { "thin lens" } else { "pinhole" };
+        report.text("lensModel", name.to_owned());
+        if lens.radius > 0.0 {
+            report.number("focus", lens.focus);
+        }
+        report.number("expTime", spec.exposure_time);
+        CameraSetup {
+            model: LensModel::Thin(lens),
+            film_size,
+            imaging_ratio: spec.exposure_time * self.film.iso / 100.0,
+            depth: spec.depth,
+            misalignment: None,
+        }
+    }
+
+    fn real(&self, spec: &RealisticSpec, report: &mut Report) -> Result<CameraSetup, PrepareError> {
+        let Self { film, changes, .. } = *self;
+        let mut prescription = read_lens(self, spec, report)?;
+        let (RealisticSpec::V4 { aperture, .. } | RealisticSpec::V2 { aperture, .. }) = spec;
+        let aperture = match changes.f_number {
+            Some(f_number) => f_number_diameter(&prescription, f_number)?,
+            None => *aperture,
+        };
+        let stop_diameter = prescription.stop_down(aperture);
+        if stop_diameter < aperture * (1.0 - 1e-9) && changes.lens.is_none() {
+            report.warn(format!(
+                "a stop of {aperture} mm is asked for, but the lens opens to {stop_diameter} mm"
+            ));
+        }
+        let (film_pose, misalignment) =
+            align(&mut prescription, spec, changes, self.excluded.tilt_shift);
+        let (placement, diagonal, unit, imaging_ratio, depth, time) = match spec {
+            RealisticSpec::V4 { focus, exposure_time, .. } => {
+                let ratio = exposure_time * film.iso / 100.0;
+                let placement = FilmPlacement::FocusedAt(*focus);
+                let depth = [0.0, f64::INFINITY];
+                (placement, film.diagonal, 1e-3, ratio, depth, *exposure_time)
+            }
+            RealisticSpec::V2 { film_distance, film_diagonal, depth, .. } => {
+                (FilmPlacement::Distance(*film_distance), *film_diagonal, 1.0, 1.0, *depth, 0.0)
+            }
+        };
+        let [x, y] = self.view.frame.resolution.map(f64::from);
+        let aspect = y / x;
+        let width = diagonal / (1.0 + aspect * aspect).sqrt();
+        let film_size = [width, width * aspect];
+        let focused = matches!(placement, FilmPlacement::FocusedAt(_)) || changes.focus.is_some();
+        let pbrt_focus = changes.focus_model == FocusModel::Pbrt;
+        if !focused && pbrt_focus {
+            let message = "--focus-model pbrt: the scene says where the film stands, so it stays \
+                           there; give --focus too";
+            report.warn(message.to_owned());
+        }
+        let placer = FilmPlacer {
+            prescription: &prescription,
+            film_pose,
+            film_size,
+            diagonal,
+            unit,
+            // The origin of pbrt-v4's camera is the film; that of pbrt-v2's is the front vertex.
+            origin_at_film: matches!(spec, RealisticSpec::V4 { .. }),
+            imaging_ratio,
+            depth,
+            changes,
+            view: &self.view,
+            camera_at: report.camera_at.clone(),
+        };
+        let lens = placer.focus(placement)?;
+        let film_distance = lens.film_distance;
+        let object_distance =
+            RealRayFocus::new(&prescription).object_distance(film_distance).unwrap_or(f64::NAN);
+        report.text("lensModel", lens.prescription.name.clone());
+        if !lens.paraxial.is_afocal() {
+            report.number("effectiveFocalLength", lens.paraxial.focal_length);
+            report.number("aperture", lens.paraxial.f_number());
+        }
+        report.number("focus", (object_distance + lens.paraxial.length + film_distance) * 1e-3);
+        if focused && pbrt_focus {
+            report.text("focusModel", "pbrt".to_owned());
+        }
+        report.number("filmDistance", film_distance);
+        report.number("stopDiameter", stop_diameter);
+        if !lens.film_pose.is_aligned() {
+            let pair = |[x, y]: [f64; 2]| format!("{x} {y}");
+            report.text("filmShift", pair(lens.film_pose.film_shift()));
+            report.text("filmTilt", pair(lens.film_pose.tilt));
+        }
+        report.number("entrancePupilOffset", lens.paraxial.entrance_pupil.position);
+        report.number("expTime", time);
+        // pbrt-v2's camera has no shutter.
+        if time > 0.0 {
+            let ev = ev100(lens.paraxial.f_number(), time * self.efficiency, changes.iso(film));
+            report.number("exposureValue", ev);
+        }
+        Ok(CameraSetup {
+            model: LensModel::Real(Box::new(lens)),
+            film_size,
+            imaging_ratio,
+            depth,
+            misalignment,
+        })
+    }
+}

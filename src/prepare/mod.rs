@@ -1,0 +1,176 @@
+//! Preparation of a job: from a scene file and the changes that the user asks for.
+
+mod camera;
+mod changes;
+mod draft;
+mod exposure;
+mod film;
+mod focus;
+mod lens;
+mod pilot;
+mod report;
+
+pub use changes::{Changes, FocusOn};
+
+use crate::ghosts::{self, GhostEstimate};
+use crate::io::image::Notes;
+use crate::io::{Location, ReadContext, Warning};
+use crate::job::{Job, StopCriteria};
+use crate::lens::{LensError, LensModel};
+use crate::plan::{Effect, EffectSelection, MotionInput, PlanInput, plan};
+use crate::render::RenderError;
+use crate::scene::pbrt::Description;
+
+use draft::{Draft, draft};
+use exposure::Exposure;
+use report::Report;
+
+/// Error of a preparation.
+#[derive(Debug, thiserror::Error)]
+pub enum PrepareError {
+    /// The lens file is not sound, or the lens file of the command line cannot be read.
+    #[error(transparent)]
+    Lens(#[from] LensError),
+    /// The lens file that the scene names cannot be read.
+    #[error("{at}: {source}")]
+    Unreadable {
+        /// The place in the scene file that names it.
+        at: Location,
+        /// The error of the reader.
+        source: LensError,
+    },
+    /// The camera and its lens do not fit together.
+    #[error("{at}: {problem}")]
+    Camera {
+        /// The place of the camera in the scene file.
+        at: Location,
+        /// The problem.
+        problem: String,
+    },
+    /// The command line asks for something impossible.
+    #[error("{0}")]
+    Request(String),
+    /// The pilot render failed.
+    #[error(transparent)]
+    Pilot(#[from] RenderError),
+}
+
+/// Prepares a scene for rendering. Returns the job, the notes for the metadata of its picture, and
+/// the warnings.
+///
+/// Clones of one description may be prepared in different ways. They share the large data, which is
+/// neither read nor copied again.
+///
+/// # Errors
+/// Returns an error if the lens cannot be read or cannot do what is asked of it.
+pub fn prepare(
+    description: Description,
+    changes: &Changes,
+) -> Result<(Job, Notes, Vec<Warning>), PrepareError> {
+    // The lens and its iris are read for this job alone.
+    let context = description.context.temporary();
+    let mut files = description.files.clone();
+    let (mut job, report) = plan_job(description, changes, &context)?;
+    files.join(context.files());
+    job.files = files;
+    Ok((job, report.notes, report.warnings))
+}
+
+/// Effects that the user turns off and that shape the input of the plan, so that they are left out
+/// before it is made. The plan alone decides about all others.
+#[derive(Clone, Copy, Debug)]
+struct ExcludedEffects {
+    iris: bool,
+    tilt_shift: bool,
+    sensor: bool,
+    ghosts: bool,
+}
+
+impl ExcludedEffects {
+    fn new(selection: &EffectSelection) -> Self {
+        let excluded = |effect| selection.of(effect) == Some(false);
+        Self {
+            iris: excluded(Effect::Iris),
+            tilt_shift: excluded(Effect::TiltShift),
+            sensor: excluded(Effect::Sensor),
+            ghosts: excluded(Effect::Ghosts),
+        }
+    }
+}
+
+/// Returns a job with its plan, but without the files that it was read from.
+fn plan_job(
+    description: Description,
+    changes: &Changes,
+    context: &ReadContext,
+) -> Result<(Job, Report), PrepareError> {
+    let excluded = ExcludedEffects::new(&changes.effects);
+    let exposure = Exposure::new(&description, changes)?;
+    let warnings = description.warnings.clone();
+    let mut report =
+        Report { camera_at: description.camera_at.clone(), warnings, notes: Notes::new() };
+    let Draft { mut job, misalignment, sensor, pitch } =
+        draft(description, changes, context, excluded, &exposure, &mut report)?;
+    let ghost_estimate = match excluded.ghosts {
+        true => None,
+        false => ghosts::estimate(&job.ghost_input()),
+    };
+    let pilot = pilot::estimate(&mut job)?;
+    job.plan = plan(&PlanInput {
+        camera: &job.camera,
+        resolution: job.frame.resolution,
+        bands: &job.bands,
+        assumed_dispersion: changes.assume_vd,
+        coating_given: changes.coating.is_some(),
+        ghosts: ghost_estimate.as_ref(),
+        pilot,
+        sensor: sensor.as_ref(),
+        samples: job.samples.end,
+        motion: MotionInput {
+            scene: &job.scene,
+            timing: &exposure.timing,
+            rolling: exposure.shutter.rolling.map(|rolling| (rolling, exposure.rolling_by)),
+            pitch,
+        },
+        misalignment: misalignment.as_ref(),
+        selection: &changes.effects,
+        threshold: changes.threshold,
+    });
+    apply_plan(&mut job, exposure, ghost_estimate.as_ref())?;
+    report.warn_unavailable(&changes.effects, &job.plan);
+    if let LensModel::Real(lens) = &job.camera.model {
+        report.warn_extrapolated_indices(lens);
+    }
+    report.warn_crop(&job.frame, &job.plan);
+    if !changes.stop_criteria.count_only() {
+        job.samples = 0..changes.samples.unwrap_or(StopCriteria::DEFAULT_MAX_SAMPLES);
+        job.stop_criteria = changes.stop_criteria;
+    }
+    report.text("effects", job.plan.line());
+    if let (Some(aov), LensModel::Thin(_)) =
+        (job.layers.iter().find(|aov| aov.needs_lens()), &job.camera.model)
+    {
+        let name = format!("{aov:?}").to_lowercase();
+        return Err(PrepareError::Request(format!("--aov {name}: this camera has no lens file")));
+    }
+    Ok((job, report))
+}
+
+/// Turns on the effects that the plan of a job simulates.
+fn apply_plan(
+    job: &mut Job,
+    exposure: Exposure,
+    ghost_estimate: Option<&GhostEstimate>,
+) -> Result<(), PrepareError> {
+    job.timing = exposure.timing(&job.plan, &mut job.scene)?;
+    let LensModel::Real(lens) = &mut job.camera.model else { return Ok(()) };
+    lens.fresnel = job.plan.has(Effect::Fresnel);
+    if job.plan.has(Effect::Dispersion) {
+        lens.disperse(&job.bands);
+        lens.bound_all_bands();
+    }
+    if job.plan.has(Effect::Ghosts) {
+        job.ghosts = ghost_estimate.map(|estimate| estimate.ghosts(lens, &job.bands));
+    }
+    Ok(())
+}

@@ -1,0 +1,44 @@
+//! Checkpoints of a running render: their options, and the state that they save.
+
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::checkpoint::{CheckpointError, Head};
+use super::ghost_accumulator::GhostAccumulator;
+use super::wave::TileResult;
+use crate::io::codec::{ChecksumReader, ChecksumWriter};
+
+/// Options of the checkpoints of a render.
+#[derive(Clone, Debug)]
+pub struct Checkpointer {
+    /// The file of the checkpoint.
+    pub path: PathBuf,
+    /// The time between checkpoints. Without it none are written, not even when the render is stopped.
+    pub interval: Option<Duration>,
+    /// The file for the sums of a complete render, for merging them with other parts.
+    pub part_path: Option<PathBuf>,
+    /// The data of the head that are known before the render begins.
+    pub head: Head,
+    /// The number of film samples in an existing checkpoint of the same picture that is not resumed.
+    /// A checkpoint with fewer samples does not replace it.
+    pub existing_samples: u64,
+    /// Called with the error if a checkpoint cannot be written. The render goes on.
+    pub on_error: fn(&CheckpointError),
+}
+
+/// State of a render that can be saved at any time.
+pub(super) trait RenderState: Sync {
+    /// Returns whether the result of a work item of the current pass is there, by its number.
+    fn is_done(&self, item: usize) -> bool;
+
+    /// Adds the result of a work item of the current pass.
+    fn add_result(&self, item: usize, result: TileResult);
+
+    fn ghosts(&mut self) -> &mut GhostAccumulator;
+
+    fn save(&self, to: &mut ChecksumWriter) -> io::Result<()>;
+
+    /// Adds a saved state to this one.
+    fn add_saved(&mut self, from: &mut ChecksumReader) -> io::Result<()>;
+}

@@ -1,0 +1,64 @@
+//! Accumulator of ghosts, which adds one sample number at a time.
+
+use std::io;
+
+use crate::film::FilmSums;
+use crate::io::codec::{ChecksumReader, ChecksumWriter};
+use crate::job::Job;
+use crate::lanes::Real;
+use crate::stats::Stats;
+
+/// Sum of the ghosts of some sample numbers.
+pub(super) struct GhostAccumulator {
+    /// `None` if ghosts are not simulated.
+    film: Option<FilmSums>,
+    /// The number of sample numbers in the sum.
+    pub samples: u32,
+}
+
+impl GhostAccumulator {
+    pub fn new(job: &Job) -> Self {
+        Self { film: job.ghosts.as_ref().map(|_| FilmSums::new(job.frame)), samples: 0 }
+    }
+
+    /// Returns whether the sum has this many sample numbers, or ghosts are not simulated.
+    pub fn covers(&self, samples: u32) -> bool {
+        self.film.is_none() || self.samples >= samples
+    }
+
+    /// Adds the ghosts of the next sample number. It always adds all of them, even if the render is
+    /// stopped meanwhile: a checkpoint cannot tell a part of a sample number from the whole.
+    pub fn add_sample<R: Real<Scalar = f32>>(&mut self, job: &Job, stats: &mut Stats) {
+        if let (Some(ghosts), Some(film)) = (&job.ghosts, &mut self.film) {
+            let sample = job.samples.start.saturating_add(self.samples);
+            let samples = sample..sample.saturating_add(1);
+            ghosts.splat::<R>(&job.ghost_input(), samples, film, stats);
+        }
+        self.samples += 1;
+    }
+
+    /// Adds the sum to a film, times a factor.
+    pub fn add_scaled_to(&self, film: &mut FilmSums, factor: f64) {
+        if let Some(ghosts) = &self.film {
+            film.add_film(ghosts, factor);
+        }
+    }
+
+    /// Adds the mean over the sample numbers to a film.
+    pub fn add_mean_to(&self, film: &mut FilmSums) {
+        if self.samples > 0 {
+            self.add_scaled_to(film, 1.0 / f64::from(self.samples));
+        }
+    }
+
+    pub fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
+        to.u32(self.samples)?;
+        self.film.iter().try_for_each(|film| film.save(to))
+    }
+
+    /// Adds the saved ghosts of other sample numbers.
+    pub fn add_saved(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
+        self.samples += from.below(1 << 30, "samples of ghosts")? as u32;
+        self.film.iter_mut().try_for_each(|film| film.receive(from))
+    }
+}

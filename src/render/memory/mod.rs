@@ -1,0 +1,164 @@
+//! Estimate of the memory that a job takes, made before it is rendered.
+//!
+//! A render that the system kills for lack of memory after an hour has cost an hour. The estimate is
+//! made once scene and lens are loaded: those count by what the process holds then, the rest by the
+//! sizes of later allocations, phase by phase. It is meant as an upper bound. [`machine`] tells what the
+//! machine has, and [`ReadContext`](crate::io::ReadContext) refuses a scene that declares too much while
+//! it is read.
+
+pub mod machine;
+
+pub use machine::ResidentMemory;
+
+use std::fmt;
+
+use super::deferred::PathGroup;
+use super::wave::Wave;
+use crate::aov::{self, Aov, FeatureFilm};
+use crate::diffraction::Diffraction;
+use crate::film::FilmSums;
+use crate::ghosts::Ghosts;
+use crate::io::ByteSize;
+use crate::io::image::ImageFormat;
+use crate::job::Job;
+use crate::plan::Effect;
+
+/// Task that takes memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemoryTask {
+    /// Renders a job.
+    Render {
+        /// The number of threads, at least 1.
+        threads: usize,
+    },
+    /// Adds up the parts of a job.
+    Merge,
+}
+
+/// Memory of the phase that takes the most.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Estimate {
+    /// The name and the size (bytes) of each part.
+    pub parts: Vec<(&'static str, u64)>,
+}
+
+/// Size of a pixel of a picture (bytes).
+const PICTURE_BYTES: u64 = 12;
+/// Size of a pixel while a PNG or JPEG is written: its encoded values and its share of the file
+/// (bytes).
+const ENCODED_BYTES: u64 = 7;
+/// Allocator overhead: a constant (bytes), and the reciprocal of its share of all memory.
+const SLACK: u64 = 8 << 20;
+const SLACK_SHARE: u64 = 16;
+/// Lines of a block of an EXR.
+const BLOCK_LINES: u64 = 16;
+/// Copies of a block while it is written: raw, compressed, and waiting for the blocks before it.
+const BLOCK_COPIES: u64 = 3;
+
+impl Estimate {
+    /// Estimates the memory of a job in a process with this [resident memory](machine::resident) once the
+    /// scene is loaded. Without a format, only sums are written.
+    pub fn new(
+        job: &Job,
+        resident: ResidentMemory,
+        task: MemoryTask,
+        format: Option<ImageFormat>,
+    ) -> Self {
+        let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
+        let threads = match task {
+            MemoryTask::Render { threads } => threads as u64 * thread_bytes(job),
+            MemoryTask::Merge => 0,
+        };
+        let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
+        let film = pixels * FilmSums::bytes_per_pixel(squares);
+        let features = pixels * FeatureFilm::bytes(&job.layer_request());
+        let ghosts = job.ghosts.as_ref().map_or(0, |_| {
+            pixels * FilmSums::bytes_per_pixel(false) + Ghosts::bytes_waiting(job.frame.resolution)
+        });
+        let rounds = match job.stop_criteria.count_only() {
+            true => 0,
+            false => pixels * round_bytes(job),
+        };
+        let always = [
+            ("scene, lens and program", resident.now),
+            ("threads", threads),
+            ("tile results", rounds),
+        ];
+        let mut phases = vec![vec![("film", film), ("features", features), ("ghosts", ghosts)]];
+        if let Some(format) = format {
+            let layers = match format {
+                ImageFormat::Exr => 4 * pixels * aov::channels(&job.layer_request()) as u64,
+                _ => 0,
+            };
+            let [layers, picture] = [("layers", layers), ("picture", PICTURE_BYTES * pixels)];
+            // Variance is computed for all channels at once.
+            let variance = if squares { PICTURE_BYTES * pixels } else { 0 };
+            let developed = [("film", film), ("features", features), ("variance", variance)];
+            phases.push(developed.into_iter().chain([layers]).collect());
+            if job.plan.has(Effect::Diffraction) {
+                let spread = Diffraction::bytes(job.frame.size().map(|n| n as usize));
+                phases.push(vec![picture, layers, ("diffraction", spread)]);
+            }
+            if job.sensor.is_some() {
+                phases.push(vec![picture, layers, ("sensor", PICTURE_BYTES * pixels)]);
+            }
+            let writer = match format {
+                ImageFormat::Exr => {
+                    let line =
+                        u64::from(job.frame.size()[0]) * (PICTURE_BYTES + layers.1 / pixels.max(1));
+                    BLOCK_LINES * BLOCK_COPIES * line * (machine::cores() as u64 + 2)
+                }
+                _ => ENCODED_BYTES * pixels,
+            };
+            phases.push(vec![picture, layers, ("writing", writer)]);
+        }
+        let sum = |parts: &[(_, u64)]| parts.iter().map(|(_, bytes)| bytes).sum::<u64>();
+        let largest = phases.into_iter().max_by_key(|parts| sum(parts)).unwrap_or_default();
+        let mut parts: Vec<_> = always.into_iter().chain(largest).collect();
+        if sum(&parts) < resident.peak {
+            parts = vec![("reading the scene", resident.peak)];
+        }
+        parts.push(("allocator overhead", SLACK + sum(&parts) / SLACK_SHARE));
+        parts.retain(|(_, bytes)| *bytes > 0);
+        Self { parts }
+    }
+
+    /// Returns the estimate with another part added.
+    #[must_use]
+    pub fn with_extra(mut self, name: &'static str, bytes: u64) -> Self {
+        self.parts.push((name, bytes));
+        self
+    }
+
+    /// Returns the memory of all parts (bytes).
+    pub fn bytes(&self) -> u64 {
+        self.parts.iter().map(|(_, bytes)| bytes).sum()
+    }
+}
+
+impl fmt::Display for Estimate {
+    /// "about 2.1 GB of memory (film 1.5 GB, ...)"
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let parts: Vec<String> =
+            self.parts.iter().map(|(name, bytes)| format!("{name} {}", ByteSize(*bytes))).collect();
+        write!(f, "about {} of memory ({})", ByteSize(self.bytes()), parts.join(", "))
+    }
+}
+
+/// Memory of a thread besides its columns: its stack, its heap and a tile (bytes).
+const THREAD_BYTES: u64 = 1 << 18;
+/// Largest number of depths with deferred paths in a thread. No known scene has more.
+const MAX_DEFERRED_DEPTHS: u64 = 100;
+
+/// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
+fn thread_bytes(job: &Job) -> u64 {
+    let depths = u64::from(job.path_limits.max_depth).min(MAX_DEFERRED_DEPTHS) + 1;
+    size_of::<Wave>() as u64 + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
+}
+
+/// Returns the largest memory of a pixel in adaptive rounds: its four quarters, and the results of a
+/// round, with features (bytes).
+fn round_bytes(job: &Job) -> u64 {
+    4 * FilmSums::bytes_per_pixel(false)
+        + 4 * (FilmSums::bytes_per_pixel(false) + FeatureFilm::bytes(&job.layer_request()))
+}

@@ -1,0 +1,306 @@
+//! Scene builder: collects shapes, materials and lights, and builds the hierarchies over them.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::animated::AnimatedInstances;
+use super::bvh::{PrimitiveGroup, PrimitiveList};
+use super::transform::{round_outward, transform_box};
+use super::{
+    AnimatedInstance, AreaLight, Bvh, Emission, Geometry, Instance, InstancePose, Light, Lights,
+    Material, MaterialModel, Scene, Shape, Texture,
+};
+use crate::motion::Motion;
+use crate::rays::NO_INDEX;
+
+/// A shape to be added to a scene.
+#[derive(Clone, Debug)]
+pub struct ShapeSpec {
+    /// Geometry, in the space of the object that it belongs to.
+    pub geometry: Geometry,
+    /// Index of the material.
+    pub material: u32,
+    /// Emission; `None` if the shape is not a light.
+    pub emission: Option<Emission>,
+    /// Probability that a ray hits the shape; `None` is 1.
+    pub alpha: Option<Texture>,
+    /// Index of the object that it belongs to; `None` is the world.
+    pub object: Option<u32>,
+}
+
+impl ShapeSpec {
+    /// Returns an opaque shape in the world that emits nothing.
+    pub fn new(geometry: Geometry, material: u32) -> Self {
+        Self { geometry, material, emission: None, alpha: None, object: None }
+    }
+}
+
+/// Reason why a scene does not fit into the hierarchies. Primitives are triangles, quadrics and
+/// instances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SceneTooLarge {
+    /// More shapes than indices.
+    #[error("the scene has {found} shapes, but at most {max} are possible: join meshes")]
+    Shapes {
+        /// Number of shapes.
+        found: u64,
+        /// Largest possible number.
+        max: u64,
+    },
+    /// Too many primitives outside objects.
+    #[error(
+        "the world holds {found} triangles, quadrics and instances, but at most {max} are possible: \
+         move shapes into objects, and place each as an instance"
+    )]
+    World {
+        /// Number of primitives.
+        found: u64,
+        /// Largest possible number.
+        max: u64,
+    },
+    /// Too many primitives in one object.
+    #[error(
+        "an object holds {found} triangles and quadrics, but at most {max} are possible: split it \
+         into several objects"
+    )]
+    Object {
+        /// Number of primitives.
+        found: u64,
+        /// Largest possible number.
+        max: u64,
+    },
+}
+
+/// Collects the parts of a scene. Indices are those that its methods return.
+#[derive(Clone, Debug, Default)]
+pub struct SceneBuilder {
+    pub(super) shapes: Vec<Shape>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    /// Indices of the shapes of each object.
+    objects: Vec<Vec<u32>>,
+    /// Object, and its transform to world space.
+    instances: Vec<(u32, DAffine3)>,
+    animated: Vec<AnimatedInstance>,
+    /// Indices of the shapes outside objects.
+    world: Vec<u32>,
+}
+
+impl SceneBuilder {
+    /// Adds a material and returns its index.
+    pub fn add_material(&mut self, material: Material) -> u32 {
+        self.materials.push(material);
+        (self.materials.len() - 1) as u32
+    }
+
+    /// Replaces a material.
+    pub fn replace_material(&mut self, index: u32, material: Material) {
+        self.materials[index as usize] = material;
+    }
+
+    /// Adds a light that is not a shape.
+    pub fn add_light(&mut self, light: Light) {
+        self.lights.push(light);
+    }
+
+    /// Adds an empty object and returns its index.
+    pub fn add_object(&mut self) -> u32 {
+        self.objects.push(Vec::new());
+        (self.objects.len() - 1) as u32
+    }
+
+    /// Adds a copy of an object to the world.
+    pub fn add_instance(&mut self, object: u32, world_from_object: DAffine3) {
+        self.instances.push((object, world_from_object));
+    }
+
+    /// Adds a moving copy of an object to the world.
+    pub fn add_animated_instance(&mut self, object: u32, motion: Motion) {
+        match motion.as_still() {
+            Some(world_from_object) => self.add_instance(object, world_from_object),
+            None => self.animated.push(AnimatedInstance { object, motion }),
+        }
+    }
+
+    /// Adds a shape to the world or to an object, and returns its index. Shapes of objects emit
+    /// nothing.
+    pub fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
+        let ShapeSpec { geometry, material, emission, alpha, object } = spec;
+        let shape = self.shapes.len() as u32;
+        let mut light = NO_INDEX;
+        if let (Some(emission), None) = (emission, object) {
+            light = self.lights.len() as u32;
+            self.lights.push(Light::Area(AreaLight::new(shape, emission, &geometry)));
+        }
+        let alpha = alpha.filter(|alpha| !is_opaque(alpha));
+        self.shapes.push(Shape { geometry, material, light, alpha });
+        match object {
+            Some(object) => self.objects[object as usize].push(shape),
+            None => self.world.push(shape),
+        }
+        shape
+    }
+
+    /// Sets the alpha of a shape.
+    pub fn set_alpha(&mut self, shape: u32, alpha: Option<Texture>) {
+        self.shapes[shape as usize].alpha = alpha.filter(|alpha| !is_opaque(alpha));
+    }
+
+    /// Removes the emission of a shape whose material is an interface, as pbrt-v4 does. Returns
+    /// whether it did.
+    pub fn remove_interface_emission(&mut self, shape: u32) -> bool {
+        let shape = &mut self.shapes[shape as usize];
+        let model = &self.materials[shape.material as usize].model;
+        let Some(Light::Area(light)) = self.lights.get_mut(shape.light as usize) else {
+            return false;
+        };
+        let dark = matches!(model, MaterialModel::Interface);
+        if dark {
+            light.emission.radiance = [0.0; 3];
+            shape.light = NO_INDEX;
+        }
+        dark
+    }
+
+    /// Builds the hierarchies.
+    ///
+    /// # Errors
+    /// Returns an error if the world or an object holds more primitives than a hierarchy can index.
+    pub fn build(self) -> Result<Scene, SceneTooLarge> {
+        self.check_size(Bvh::MAX_PRIMITIVES)?;
+        let Self { shapes, materials, .. } = &self;
+        // Shapes that neither block nor emit light are left out.
+        let visible = |shape: &u32| {
+            let shape = &shapes[*shape as usize];
+            let model = &materials[shape.material as usize].model;
+            let dark = matches!(model, MaterialModel::Interface) && shape.light == NO_INDEX;
+            !shape.is_invisible() && !dark
+        };
+        let visible = |all: &[u32]| all.iter().copied().filter(visible).collect::<Vec<u32>>();
+        let build_object =
+            |all: &Vec<u32>| build_bvh(shapes, &visible(all), PrimitiveList::default());
+        let objects: Vec<Bvh> = self.objects.iter().map(build_object).collect();
+        let mut instances = Vec::new();
+        let mut primitives = PrimitiveList::default();
+        for (object, world_from_object) in &self.instances {
+            let Some([low, high]) = objects[*object as usize].bounds else { continue };
+            if !world_from_object.inverse().is_finite() {
+                continue;
+            }
+            let bounds = transform_box([low.as_dvec3(), high.as_dvec3()], world_from_object);
+            primitives.push(PrimitiveGroup::Instance(instances.len() as u32, bounds));
+            instances
+                .push(Instance { object: *object, pose: InstancePose::new(world_from_object) });
+        }
+        let static_shapes = visible(&self.world);
+        let world = build_bvh(shapes, &static_shapes, primitives);
+        let movers = AnimatedInstances::new(self.animated, &objects, [0.0, 1.0]);
+        let lights = Lights::new(self.lights, &self.shapes);
+        let textured = self.materials.iter().any(Material::is_textured);
+        let Self { shapes, materials, .. } = self;
+        Ok(Scene {
+            shapes: shapes.into(),
+            materials: materials.into(),
+            lights: Arc::new(lights),
+            instances: instances.into(),
+            objects: objects.into(),
+            static_shapes: static_shapes.into(),
+            world: Arc::new(world),
+            animated: movers,
+            textured,
+            frozen: Arc::default(),
+        })
+    }
+
+    /// Checks the numbers of shapes and primitives. The world counts its animated instances too,
+    /// because `Scene::freeze` adds them to its hierarchy.
+    fn check_size(&self, max: u64) -> Result<(), SceneTooLarge> {
+        let found = self.shapes.len() as u64;
+        if found > max {
+            return Err(SceneTooLarge::Shapes { found, max });
+        }
+        let count = |all: &[u32]| -> u64 {
+            let primitives = |shape: &u32| match &self.shapes[*shape as usize].geometry {
+                Geometry::Mesh(mesh) => mesh.triangles.len() as u64,
+                Geometry::Quadric(_) => 1,
+            };
+            all.iter().map(primitives).sum()
+        };
+        if let Some(found) = self.objects.iter().map(|all| count(all)).find(|&found| found > max) {
+            return Err(SceneTooLarge::Object { found, max });
+        }
+        let found = count(&self.world) + (self.instances.len() + self.animated.len()) as u64;
+        if found > max {
+            return Err(SceneTooLarge::World { found, max });
+        }
+        Ok(())
+    }
+}
+
+/// Returns whether every ray hits a shape with this alpha.
+fn is_opaque(alpha: &Texture) -> bool {
+    matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0)
+}
+
+/// Builds the hierarchy over some of the shapes and the given primitives.
+pub(super) fn build_bvh<'a>(
+    shapes: &'a [Shape],
+    included: &[u32],
+    mut primitives: PrimitiveList<'a>,
+) -> Bvh {
+    for &shape in included {
+        let Shape { geometry, alpha, .. } = &shapes[shape as usize];
+        primitives.push(match geometry {
+            Geometry::Mesh(mesh) => {
+                PrimitiveGroup::Mesh { shape, mesh, alpha_tested: alpha.is_some() }
+            }
+            Geometry::Quadric(quadric) => {
+                PrimitiveGroup::Quadric(shape, round_outward(quadric.bounds()))
+            }
+        });
+    }
+    Bvh::new(&primitives)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Mesh;
+
+    /// Returns a builder with two triangles in the world, one in an object, and one instance.
+    fn small() -> SceneBuilder {
+        let mut builder = SceneBuilder::default();
+        let material = builder.add_material(Material::diffuse([0.5; 3]));
+        let object = builder.add_object();
+        for (object, triangles) in [(None, 2), (Some(object), 1)] {
+            let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            let mesh = Mesh { positions, triangles: vec![[0, 1, 2]; triangles], ..Mesh::default() };
+            let geometry = Geometry::Mesh(mesh);
+            builder.add_shape(ShapeSpec { object, ..ShapeSpec::new(geometry, material) });
+        }
+        builder.add_instance(object, DAffine3::IDENTITY);
+        builder
+    }
+
+    #[test]
+    fn a_scene_at_the_limit_is_accepted_and_one_primitive_more_is_refused() {
+        let builder = small();
+        assert_eq!(builder.check_size(3), Ok(()));
+        assert_eq!(builder.check_size(2), Err(SceneTooLarge::World { found: 3, max: 2 }));
+        assert_eq!(builder.check_size(1), Err(SceneTooLarge::Shapes { found: 2, max: 1 }));
+    }
+
+    #[test]
+    fn an_object_above_the_limit_is_refused() {
+        let mut builder = small();
+        let large = vec![1; 4];
+        builder.objects.push(large);
+        assert_eq!(builder.check_size(3), Err(SceneTooLarge::Object { found: 4, max: 3 }));
+    }
+
+    #[test]
+    fn the_largest_index_of_a_hierarchy_fits_into_a_triangle_slot() {
+        assert!(Bvh::MAX_PRIMITIVES * 8 <= u64::from(NO_INDEX));
+    }
+}

@@ -1,0 +1,182 @@
+//! Bounding volume hierarchy with nodes of eight boxes and packets of eight triangles, which one
+//! ray tests at once (Wald, Benthin & Boulos 2008, "Getting rid of packets").
+//!
+//! # Memory
+//!
+//! A node takes 256 bytes and a packet of triangles 352. Packets hold five to eight triangles,
+//! so a large mesh takes 50 to 90 bytes a triangle, without its vertices and indices
+//! ([`Bvh::bytes`]). The build takes about 300 bytes a triangle in addition.
+
+mod build;
+mod collapse;
+mod primitives;
+mod traverse;
+
+pub(super) use primitives::{PrimitiveGroup, PrimitiveList};
+pub use traverse::TraversalStack;
+pub(super) use traverse::{
+    LeafIntersector, NearestHit, RayPacket, TraversalRay, may_hit_box, traverse,
+};
+
+use glam::Vec3;
+
+/// A child of a node: its kind, and its index in the list of that kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Child {
+    /// Another node.
+    Node(u32),
+    /// A packet of up to eight opaque triangles.
+    Triangles(u32),
+    /// A packet of up to eight triangles, at least one of which has an alpha texture.
+    AlphaTestedTriangles(u32),
+    /// A shape that is not a mesh, by its index in the scene.
+    Quadric(u32),
+    /// An instance, by its index in the scene.
+    Instance(u32),
+}
+
+/// A [`Child`] in 32 bits: the kind in the top three, the index below.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub(super) struct PackedChild(u32);
+
+impl PackedChild {
+    const KIND_SHIFT: u32 = 29;
+    const INDEX_MASK: u32 = (1 << Self::KIND_SHIFT) - 1;
+    /// The root, which is node 0.
+    pub(super) const ROOT: Self = Self(0);
+
+    /// Packs a child. `SceneBuilder::build` refuses scenes whose indices would not fit.
+    pub(super) fn pack(child: Child) -> Self {
+        let (kind, index) = match child {
+            Child::Node(i) => (0, i),
+            Child::Triangles(i) => (1, i),
+            Child::AlphaTestedTriangles(i) => (2, i),
+            Child::Quadric(i) => (3, i),
+            Child::Instance(i) => (4, i),
+        };
+        debug_assert!(index <= Self::INDEX_MASK, "index {index} does not fit into 29 bits");
+        Self(kind << Self::KIND_SHIFT | index)
+    }
+
+    /// Returns the child of a sort key, which is in its lower half.
+    #[inline(always)]
+    pub(super) fn from_key(key: u64) -> Self {
+        Self(key as u32)
+    }
+
+    /// Returns a sort key: the bits of a distance of at least 0 above those of the child. Keys sort
+    /// by distance.
+    #[inline(always)]
+    pub(super) fn key(self, distance: f32) -> u64 {
+        u64::from(distance.to_bits()) << 32 | u64::from(self.0)
+    }
+
+    /// Returns the index of the node, or `None` if the child is not a node.
+    #[inline(always)]
+    pub(super) fn node(self) -> Option<usize> {
+        (self.0 <= Self::INDEX_MASK).then_some(self.0 as usize)
+    }
+
+    /// Unpacks the child.
+    #[inline(always)]
+    pub(super) fn unpack(self) -> Child {
+        let index = self.0 & Self::INDEX_MASK;
+        match self.0 >> Self::KIND_SHIFT {
+            0 => Child::Node(index),
+            1 => Child::Triangles(index),
+            2 => Child::AlphaTestedTriangles(index),
+            3 => Child::Quadric(index),
+            _ => Child::Instance(index),
+        }
+    }
+}
+
+/// Up to eight children and their boxes. The boxes of missing children are inside out, so no ray
+/// hits them.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// Low and high sides of the eight boxes, by axis.
+    pub(super) bounds: [[[f32; 8]; 2]; 3],
+    /// Contents of the boxes.
+    pub(super) children: [PackedChild; 8],
+}
+
+impl Node {
+    /// A node without children.
+    pub(super) const EMPTY: Self = Self {
+        bounds: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
+        children: [PackedChild::ROOT; 8],
+    };
+}
+
+/// Corners of up to eight triangles, by corner, axis and lane. Missing triangles are NaN, which no
+/// ray hits.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct TrianglePacket {
+    pub(super) corners: [[[f32; 8]; 3]; 3],
+}
+
+/// Shape of a scene, and triangle of its mesh. Ids sort by shape first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(C)]
+pub(super) struct PrimitiveId {
+    pub(super) shape: u32,
+    pub(super) triangle: u32,
+}
+
+/// Ids of the triangles in a packet. They are stored apart from the corners, because traversal
+/// reads them for hits only.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct PrimitiveIds(pub(super) [PrimitiveId; 8]);
+
+/// Bounding volume hierarchy over triangles, quadrics and instances.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    /// Nodes, the root first. The root of an empty hierarchy has no children.
+    pub(super) nodes: Vec<Node>,
+    pub(super) packets: Vec<TrianglePacket>,
+    /// Ids of the triangles, by packet.
+    pub(super) primitive_ids: Vec<PrimitiveIds>,
+    /// Most children that wait on the traversal stack at once.
+    pub(super) stack_size: usize,
+    /// Lowest and highest corner of all primitives; `None` if there are none.
+    pub bounds: Option<[Vec3; 2]>,
+}
+
+impl Default for Bvh {
+    fn default() -> Self {
+        Self {
+            nodes: vec![Node::EMPTY],
+            packets: Vec::new(),
+            primitive_ids: Vec::new(),
+            stack_size: 8,
+            bounds: None,
+        }
+    }
+}
+
+impl Bvh {
+    /// Most primitives of one hierarchy. Indices have 29 bits, and eight times the index of a
+    /// packet must stay below [`NO_INDEX`](crate::rays::NO_INDEX).
+    pub(super) const MAX_PRIMITIVES: u64 = PackedChild::INDEX_MASK as u64;
+
+    /// Estimate of the memory of a primitive in a finished hierarchy (bytes), on the high side.
+    pub(crate) const BYTES_PER_PRIMITIVE: u64 = 90;
+    /// Additional memory for each primitive during the build (bytes).
+    pub(crate) const BUILD_BYTES_PER_PRIMITIVE: u64 = 300;
+
+    /// Returns the memory of the hierarchy (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.packets[..])
+            + size_of_val(&self.primitive_ids[..])
+    }
+}
+
+const _: () = assert!(size_of::<Node>() == 256, "four cache lines");
+const _: () =
+    assert!(size_of::<TrianglePacket>() + size_of::<PrimitiveIds>() == 352, "as the docs say");

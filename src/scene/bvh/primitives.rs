@@ -1,0 +1,86 @@
+//! List of the primitives that a hierarchy is built over, by reference.
+
+use glam::Vec3;
+
+use crate::scene::geometry::Mesh;
+
+/// The triangles of a mesh, or one other primitive.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::scene) enum PrimitiveGroup<'a> {
+    /// The triangles of a mesh.
+    Mesh {
+        /// Index of the shape in the scene.
+        shape: u32,
+        /// Its triangles.
+        mesh: &'a Mesh,
+        /// Whether the shape has an alpha texture.
+        alpha_tested: bool,
+    },
+    /// A quadric: the index of its shape, and its box.
+    Quadric(u32, [Vec3; 2]),
+    /// An instance: its index, and its box.
+    Instance(u32, [Vec3; 2]),
+}
+
+/// All primitives of a hierarchy, numbered in order: each triangle of a mesh is a primitive.
+#[derive(Debug, Default)]
+pub(in crate::scene) struct PrimitiveList<'a> {
+    groups: Vec<PrimitiveGroup<'a>>,
+    /// Number of primitives up to the end of each group.
+    ends: Vec<usize>,
+}
+
+impl<'a> PrimitiveList<'a> {
+    /// Adds a group.
+    pub(in crate::scene) fn push(&mut self, group: PrimitiveGroup<'a>) {
+        let count = match group {
+            PrimitiveGroup::Mesh { mesh, .. } => mesh.triangles.len(),
+            PrimitiveGroup::Quadric(..) | PrimitiveGroup::Instance(..) => 1,
+        };
+        self.ends.push(self.len() + count);
+        self.groups.push(group);
+    }
+
+    /// Returns the number of primitives.
+    pub(super) fn len(&self) -> usize {
+        self.ends.last().copied().unwrap_or(0)
+    }
+
+    /// Returns the group of a primitive, and the primitive's index in it.
+    pub(super) fn locate(&self, primitive: usize) -> (&PrimitiveGroup<'a>, u32) {
+        let i = self.ends.partition_point(|&end| end <= primitive);
+        let start = if i == 0 { 0 } else { self.ends[i - 1] };
+        (&self.groups[i], (primitive - start) as u32)
+    }
+
+    /// Returns whether a primitive is a triangle.
+    pub(super) fn is_triangle(&self, primitive: usize) -> bool {
+        matches!(self.locate(primitive).0, PrimitiveGroup::Mesh { .. })
+    }
+
+    /// Returns the index and the box of every primitive with finite bounds. No ray hits the others.
+    pub(super) fn finite_bounds(&self) -> impl Iterator<Item = (u32, [Vec3; 2])> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        let bounds = self.groups.iter().zip(starts).flat_map(|(group, start)| {
+            let (mesh, single) = match *group {
+                PrimitiveGroup::Mesh { mesh, .. } => (Some(mesh), None),
+                PrimitiveGroup::Quadric(_, bounds) | PrimitiveGroup::Instance(_, bounds) => {
+                    (None, Some(bounds))
+                }
+            };
+            let triangles = mesh.into_iter().flat_map(|mesh| {
+                (0..mesh.triangles.len() as u32).map(|triangle| {
+                    let [a, b, c] = mesh.corners(triangle);
+                    // The sum is finite only if all of its terms are.
+                    if (a + b + c).is_finite() {
+                        [a.min(b).min(c), a.max(b).max(c)]
+                    } else {
+                        [Vec3::NAN; 2]
+                    }
+                })
+            });
+            (start as u32..).zip(single.into_iter().chain(triangles))
+        });
+        bounds.filter(|(_, [low, high])| low.is_finite() && high.is_finite())
+    }
+}

@@ -1,0 +1,152 @@
+//! Tessellation of bilinear patches.
+//!
+//! A patch is the surface p(u, v) between four corners, linear in u and in v (Ramsey, Potter &
+//! Hansen 2004, "Ray bilinear patch intersections"). The distance between the patch and its
+//! triangles is known: it is proportional to the square of the cell size.
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use super::mesh::Mesh;
+
+/// Largest distance between a patch and its triangles, relative to the longer diagonal of the
+/// patch.
+const TOLERANCE: f64 = 1e-4;
+/// Distance that is always allowed, relative to the diagonal of the mesh: a tenth of a pixel if the
+/// mesh fills a picture of 5000 pixels.
+const MESH_TOLERANCE: f64 = 2e-5;
+/// Most cells along one side of a patch.
+const MAX_CELLS: u32 = 256;
+
+/// Largest allowed distance between a patch and its triangles: the greater of the two.
+#[derive(Clone, Copy)]
+struct Tolerance {
+    /// Relative to the longer diagonal of the patch.
+    relative: f64,
+    /// A length.
+    absolute: f64,
+}
+
+/// Points or normals at the corners of a patch.
+#[derive(Clone, Copy)]
+struct Corners([DVec3; 4]);
+
+impl Corners {
+    fn at(&self, u: f64, v: f64) -> DVec3 {
+        let [a, b, c, d] = self.0;
+        a.lerp(b, u).lerp(c.lerp(d, u), v)
+    }
+
+    fn normal(&self, u: f64, v: f64) -> DVec3 {
+        let [a, b, c, d] = self.0;
+        (b - a).lerp(d - c, v).cross((c - a).lerp(d - b, u))
+    }
+
+    /// Returns the mixed derivative with respect to u and v, which is 0 for a parallelogram.
+    fn twist(&self) -> DVec3 {
+        let [a, b, c, d] = self.0;
+        a - b - c + d
+    }
+
+    /// Returns the number of cells along a side that keeps the triangles within a tolerance.
+    /// `planar` ignores distances within the plane of the patch.
+    ///
+    /// The distance between the patch and the diagonal of a cell, at the centre of the cell, is a
+    /// quarter of the cell's twist.
+    fn cells(&self, tolerance: Tolerance, planar: bool) -> u32 {
+        let [a, b, c, d] = self.0;
+        let diagonal = a.distance(d).max(b.distance(c));
+        let twist = self.twist();
+        // Without texture coordinates, only the distance from the plane counts.
+        let height = twist.dot((d - a).cross(c - b).normalize_or_zero()).abs();
+        let allowed = 4.0 * (tolerance.relative * diagonal).max(tolerance.absolute);
+        if planar && height <= allowed {
+            return 1;
+        }
+        let cells = (twist.length() / allowed).sqrt().ceil();
+        (cells as u32).clamp(1, MAX_CELLS)
+    }
+}
+
+/// Tessellates patches over the vertices of a mesh. The four vertices of a patch are at (u, v) =
+/// (0, 0), (1, 0), (0, 1) and (1, 1). Flat patches become two triangles of the mesh. The returned
+/// mesh holds the triangles of the others; it has the normals of the patches if the vertices have
+/// none.
+///
+/// The tolerance also applies to texture coordinates, if the vertices have them. It doubles until
+/// the patches become at most `most` triangles, or two each.
+pub fn tessellate_patches(mesh: &mut Mesh, patches: &[[u32; 4]], most: u64) -> Mesh {
+    let planar = mesh.uvs.is_empty();
+    let count_cells = |tolerance: Tolerance| -> Vec<u32> {
+        patches.iter().map(|&patch| corner_points(mesh, patch).cells(tolerance, planar)).collect()
+    };
+    let total = |cells: &[u32]| cells.iter().map(|&n| 2 * u64::from(n).pow(2)).sum::<u64>();
+    let mut tolerance =
+        Tolerance { relative: TOLERANCE, absolute: MESH_TOLERANCE * diagonal(mesh) };
+    let mut cells = count_cells(tolerance);
+    while total(&cells) > most.max(2 * patches.len() as u64) {
+        tolerance.relative *= 2.0;
+        tolerance.absolute *= 2.0;
+        cells = count_cells(tolerance);
+    }
+    let mut curved = Mesh::default();
+    if !patches.is_empty() {
+        mesh.patch_starts = (0..mesh.triangles.len() as u32).collect();
+    }
+    for (&patch, cells) in patches.iter().zip(cells) {
+        let [a, b, c, d] = patch;
+        match cells {
+            1 => {
+                mesh.patch_starts.extend([mesh.triangles.len() as u32; 2]);
+                mesh.triangles.extend([[a, b, d], [d, c, a]]);
+            }
+            _ => add_grid(mesh, patch, cells, &mut curved),
+        }
+    }
+    curved
+}
+
+/// Returns the length of the diagonal of the box around the finite vertices of a mesh.
+fn diagonal(mesh: &Mesh) -> f64 {
+    let finite = mesh.positions.iter().map(|p| Vec3::from(*p)).filter(|p| p.is_finite());
+    let (low, high) =
+        finite.fold((Vec3::MAX, Vec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    low.as_dvec3().distance(high.as_dvec3())
+}
+
+fn corner_points(mesh: &Mesh, patch: [u32; 4]) -> Corners {
+    Corners(patch.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3()))
+}
+
+/// Adds a patch to a mesh, as a grid of cells.
+fn add_grid(from: &Mesh, patch: [u32; 4], cells: u32, to: &mut Mesh) {
+    let points = corner_points(from, patch);
+    let normals = (!from.normals.is_empty())
+        .then(|| Corners(patch.map(|i| Vec3::from(from.normals[i as usize]).as_dvec3())));
+    let uvs = match from.uvs.is_empty() {
+        true => [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE],
+        false => patch.map(|i| Vec2::from(from.uvs[i as usize]).as_dvec2()),
+    };
+    let first = to.positions.len() as u32;
+    for row in 0..=cells {
+        for column in 0..=cells {
+            let [u, v] = [column, row].map(|i| f64::from(i) / f64::from(cells));
+            let normal = match &normals {
+                Some(normals) => normals.at(u, v),
+                None => points.normal(u, v),
+            };
+            let uv = uvs[0].lerp(uvs[1], u).lerp(uvs[2].lerp(uvs[3], u), v);
+            to.positions.push(points.at(u, v).as_vec3().to_array());
+            to.normals.push(normal.normalize_or_zero().as_vec3().to_array());
+            to.uvs.push(uv.as_vec2().to_array());
+        }
+    }
+    let patch_start = [to.triangles.len() as u32; 2];
+    for row in 0..cells {
+        for column in 0..cells {
+            to.patch_starts.extend(patch_start);
+            let a = first + row * (cells + 1) + column;
+            let c = a + cells + 1;
+            to.triangles.extend([[a, a + 1, c + 1], [c + 1, c, a]]);
+        }
+    }
+}

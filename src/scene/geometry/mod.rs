@@ -1,0 +1,52 @@
+//! Geometry of shapes: triangle meshes and quadrics, and the tessellation of other shapes into
+//! meshes.
+
+mod bilinear;
+mod curve;
+mod mesh;
+mod quadric;
+mod subdivision;
+mod surface_point;
+
+pub use bilinear::tessellate_patches;
+pub use curve::{CurveSegment, tessellate_curve};
+pub use mesh::Mesh;
+pub use quadric::{Quadric, QuadricForm, Sphere};
+pub use subdivision::{SubdivisionError, subdivide};
+pub use surface_point::{SurfaceDerivatives, SurfacePoint, gamma};
+
+use glam::DVec3;
+
+use crate::rays::Hit;
+
+/// Triangles or a quadric.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Mesh),
+    /// A sphere, cylinder, disk or cone.
+    Quadric(Quadric),
+}
+
+impl Geometry {
+    /// Returns the surface point at a hit, object space. Only quadrics call `near`, which returns
+    /// the point that was hit to rounding, object space.
+    pub(super) fn point(&self, hit: &Hit, near: impl FnOnce() -> DVec3) -> SurfacePoint {
+        match self {
+            Self::Mesh(mesh) => mesh.point(hit),
+            Self::Quadric(quadric) => quadric.point(near()),
+        }
+    }
+
+    /// Returns the surface derivatives at a hit, object space; see [`Self::point`].
+    pub(super) fn derivatives(
+        &self,
+        hit: &Hit,
+        near: impl FnOnce() -> DVec3,
+    ) -> SurfaceDerivatives {
+        match self {
+            Self::Mesh(mesh) => mesh.derivatives(hit),
+            Self::Quadric(quadric) => quadric.derivatives(near()),
+        }
+    }
+}

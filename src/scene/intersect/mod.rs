@@ -1,0 +1,221 @@
+//! Intersection stages: the nearest hit of rays, and the occlusion of shadow rays.
+//!
+//! The rays of a wave are sorted by the octant of their direction and traverse the hierarchy in
+//! packets of eight. The result for a ray does not depend on the other rays of its packet.
+
+mod animated;
+
+use glam::{Affine3A, DVec3, Vec3};
+
+use super::Scene;
+use super::bvh::{
+    Bvh, Child, LeafIntersector, NearestHit, PackedChild, PrimitiveId, RayPacket, TraversalRay,
+    TraversalStack, traverse,
+};
+use crate::lanes::Real;
+use crate::rays::{Column, Hit, HitBatch, Ray, RayBatch};
+use crate::stats::LaneOccupancy;
+
+impl Scene {
+    /// Finds the nearest hit of every ray: a stage. Returns how full the packets were.
+    pub fn intersect<R: Real<Scalar = f32>>(
+        &self,
+        rays: &RayBatch,
+        hits: &mut HitBatch,
+        stack: &mut TraversalStack,
+    ) -> LaneOccupancy {
+        hits[..rays.len].fill(Hit::MISS);
+        for i in 0..rays.len {
+            hits[i].t = rays.t_max[i];
+        }
+        self.trace_packets::<R, false>(rays, stack, |i, nearest, _| {
+            hits[i] = nearest.hit(&self.world)
+        })
+    }
+
+    /// Tests the shadow rays of a wave, and adds the contribution of each unoccluded ray to the
+    /// radiance of its sample: a stage. Returns how full the packets were.
+    pub fn occlude<R: Real<Scalar = f32>>(
+        &self,
+        rays: &RayBatch,
+        stack: &mut TraversalStack,
+        radiance: &mut [Column<f32>; 3],
+    ) -> LaneOccupancy {
+        let mut blocked = [false; crate::rays::WAVE_SIZE];
+        let lanes = self.trace_packets::<R, true>(rays, stack, |i, _, hit| blocked[i] = hit);
+        // In the order of the rays, because sums round.
+        for i in 0..rays.len {
+            if !blocked[i] {
+                let slot = rays.slot[i] as usize;
+                for (column, carried) in radiance.iter_mut().zip(rays.throughput(i)) {
+                    column[slot] += carried;
+                }
+            }
+        }
+        lanes
+    }
+
+    /// Returns the nearest hit of one ray.
+    pub fn closest<R: Real<Scalar = f32>>(&self, ray: &Ray, stack: &mut TraversalStack) -> Hit {
+        let mut nearest = NearestHit::new(ray.t_max);
+        self.trace_one::<R, false>(ray, &mut nearest, stack);
+        nearest.hit(&self.world)
+    }
+
+    /// Returns whether one ray hits anything.
+    pub fn occluded<R: Real<Scalar = f32>>(&self, ray: &Ray, stack: &mut TraversalStack) -> bool {
+        self.trace_one::<R, true>(ray, &mut NearestHit::new(ray.t_max), stack)
+    }
+
+    fn trace_one<R: Real<Scalar = f32>, const ANY: bool>(
+        &self,
+        ray: &Ray,
+        nearest: &mut NearestHit,
+        stack: &mut TraversalStack,
+    ) -> bool {
+        let Some(ray) = TraversalRay::new(ray.origin, ray.direction) else { return false };
+        traverse::<R, ANY>(
+            &self.world,
+            self,
+            PackedChild::ROOT,
+            &ray,
+            nearest,
+            self.stack_slots(stack),
+        )
+    }
+
+    /// Traces the rays of a wave through the world. Calls `report` with the index, the nearest hit
+    /// and whether there is a hit, for every ray that can hit anything. Returns how full the
+    /// packets were.
+    fn trace_packets<R: Real<Scalar = f32>, const ANY: bool>(
+        &self,
+        rays: &RayBatch,
+        stack: &mut TraversalStack,
+        mut report: impl FnMut(usize, &NearestHit, bool),
+    ) -> LaneOccupancy {
+        let mut lanes = LaneOccupancy::default();
+        let pending = self.stack_slots(stack);
+        let mut octants = [OctantQueue::default(); 8];
+        let mut flush = |queue: &mut OctantQueue| {
+            let len = std::mem::take(&mut queue.len);
+            if len == 0 {
+                return;
+            }
+            lanes.add(LaneOccupancy::packed(len));
+            let (rays, nearest) = (&queue.rays[..len], &mut queue.nearest[..len]);
+            let hits = RayPacket::new(rays, nearest).traverse::<R, ANY>(
+                &self.world,
+                self,
+                nearest,
+                pending,
+            );
+            for lane in 0..len {
+                report(queue.index[lane] as usize, &nearest[lane], hits >> lane & 1 == 1);
+            }
+        };
+        for i in 0..rays.len {
+            let ray = rays.ray(i);
+            let Some(prepared) = TraversalRay::new(ray.origin, ray.direction) else { continue };
+            let queue = &mut octants[prepared.octant()];
+            queue.rays[queue.len] = prepared;
+            queue.nearest[queue.len] = NearestHit::new(ray.t_max);
+            queue.index[queue.len] = i as u32;
+            queue.len += 1;
+            if queue.len == 8 {
+                flush(queue);
+            }
+        }
+        octants.iter_mut().for_each(flush);
+        lanes
+    }
+
+    /// Returns stack slots for the deepest hierarchy of the world plus that of an object.
+    fn stack_slots<'a>(&self, stack: &'a mut TraversalStack) -> &'a mut [u64] {
+        let objects = self.objects.iter().map(|bvh| bvh.stack_size).max();
+        stack.slots(self.world.stack_size.max(self.animated.stack_size()) + objects.unwrap_or(0))
+    }
+
+    /// Intersects a ray with the quadric of a shape. Returns whether it found a nearer hit.
+    fn intersect_quadric(&self, index: u32, ray: &TraversalRay, nearest: &mut NearestHit) -> bool {
+        let shape = &self.shapes[index as usize];
+        let Some(quadric) = shape.quadric() else { return false };
+        let double = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        let (origin, direction) = (double(ray.origin), double(ray.direction));
+        let mut start = 0.0;
+        // A ray that fails the alpha test on the near side may hit the far side.
+        while let Some(t) =
+            quadric.intersect(origin + direction * start, direction, f64::from(nearest.t) - start)
+        {
+            let t = start + t;
+            let hit = Hit { t: t as f32, u: 0.0, v: 0.0, shape: index, primitive: 0, ..Hit::MISS };
+            if hit.t <= 0.0 || hit.t >= nearest.t {
+                return false;
+            }
+            if shape.passes_alpha_test(ray.origin, ray.direction, &hit) {
+                nearest.replace(&hit);
+                return true;
+            }
+            start = t * (1.0 + 1e-9);
+        }
+        false
+    }
+}
+
+/// Rays of one octant that wait until their packet is full.
+#[derive(Clone, Copy)]
+struct OctantQueue {
+    rays: [TraversalRay; 8],
+    nearest: [NearestHit; 8],
+    index: [u32; 8],
+    len: usize,
+}
+
+impl Default for OctantQueue {
+    fn default() -> Self {
+        let (rays, nearest) = ([TraversalRay::default(); 8], [NearestHit::new(0.0); 8]);
+        Self { rays, nearest, index: [0; 8], len: 0 }
+    }
+}
+
+impl LeafIntersector for Scene {
+    #[inline(never)]
+    fn intersect_leaf<R: Real<Scalar = f32>, const ANY: bool>(
+        &self,
+        child: Child,
+        ray: &TraversalRay,
+        nearest: &mut NearestHit,
+        pending: &mut [u64],
+    ) -> bool {
+        match child {
+            Child::Quadric(shape) => self.intersect_quadric(shape, ray, nearest),
+            Child::Instance(number) => {
+                let instance = &self.instances[number as usize];
+                let bvh: &Bvh = &self.objects[instance.object as usize];
+                let Some(ray) = to_object_space(ray, &instance.pose.object_from_world) else {
+                    return false;
+                };
+                let mut inner = NearestHit::new(nearest.t);
+                let is_hit =
+                    traverse::<R, ANY>(bvh, self, PackedChild::ROOT, &ray, &mut inner, pending);
+                if is_hit {
+                    nearest.replace(&Hit { instance: number, ..inner.hit(bvh) });
+                }
+                is_hit
+            }
+            Child::Node(_) | Child::Triangles(_) | Child::AlphaTestedTriangles(_) => false,
+        }
+    }
+
+    fn passes_alpha_test(&self, ray: &TraversalRay, id: PrimitiveId, [u, v]: [f32; 2]) -> bool {
+        let PrimitiveId { shape, triangle: primitive } = id;
+        let hit = Hit { t: 0.0, u, v, shape, primitive, ..Hit::MISS };
+        self.shapes[shape as usize].passes_alpha_test(ray.origin, ray.direction, &hit)
+    }
+}
+
+/// Transforms a ray into the space of an instanced object. Distances along it do not change.
+fn to_object_space(ray: &TraversalRay, matrix: &Affine3A) -> Option<TraversalRay> {
+    let origin = matrix.transform_point3(Vec3::from(ray.origin));
+    let direction = matrix.transform_vector3(Vec3::from(ray.direction));
+    TraversalRay::new(origin.to_array(), direction.to_array())
+}

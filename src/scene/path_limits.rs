@@ -1,0 +1,11 @@
+//! Limits of light paths, as a scene sets them.
+
+/// Length and kind of the light paths of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PathLimits {
+    /// Largest number of surfaces that scatter light. A path collects only emission beyond them.
+    pub max_depth: u32,
+    /// Whether paths continue only from mirrors and clear glass, so that other surfaces receive
+    /// direct light alone.
+    pub direct_only: bool,
+}

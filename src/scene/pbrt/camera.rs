@@ -1,0 +1,266 @@
+//! The Camera directive.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::description::{CameraSpec, IrisSpec, RealisticSpec, ThinSpec};
+use super::directive_kinds::{Directive, Selected, known, unsupported};
+use super::params::Params;
+use super::reader::SceneReader;
+use super::shutter::shutter;
+use super::{Dialect, SceneError, resolve};
+use crate::io::{Location, ReadContext};
+use crate::lens::{MAX_DECENTRE, MAX_TILT, Pose};
+use crate::motion::Motion;
+use crate::shutter::Shutter;
+use crate::spectrum::ColourSpace;
+
+/// The kinds of cameras.
+#[derive(Clone, Copy)]
+pub(super) enum CameraKind {
+    /// A lens file.
+    Realistic,
+    /// A pinhole or a thin lens.
+    Perspective,
+}
+
+const PINHOLE_INSTEAD: &str = "a perspective camera of 90 degrees is used";
+
+static CAMERA: Directive<CameraKind> = Directive {
+    name: "Camera",
+    target: None,
+    shared: &[],
+    kinds: &[
+        known(
+            "realistic",
+            CameraKind::Realistic,
+            &[
+                "specfile",
+                "filmdistance",
+                "aperture_diameter",
+                "filmdiag",
+                "hither",
+                "yon",
+                "shutteropen",
+                "shutterclose",
+                "shutterramp",
+                "shuttercurve",
+                "rollingshutter",
+                "rollingdirection",
+                "lensfile",
+                "aperturediameter",
+                "focusdistance",
+                "aperture",
+                "filmshift",
+                "filmtilt",
+            ],
+            &[("simpleweighting", "exposure is always A cos^4 / Z^2")],
+        ),
+        known(
+            "perspective",
+            CameraKind::Perspective,
+            &[
+                "fov",
+                "frameaspectratio",
+                "screenwindow",
+                "lensradius",
+                "focaldistance",
+                "hither",
+                "yon",
+                "shutteropen",
+                "shutterclose",
+                "shutterramp",
+                "shuttercurve",
+                "rollingshutter",
+                "rollingdirection",
+            ],
+            &[],
+        ),
+        unsupported("orthographic", PINHOLE_INSTEAD),
+        unsupported("environment", PINHOLE_INSTEAD),
+        unsupported("spherical", PINHOLE_INSTEAD),
+    ],
+};
+
+/// Limit of the camera's distance from the origin along each axis. Beyond it, coordinates times the
+/// inverse of a direction leave the range of f32.
+const MAX_COORDINATE: f64 = 1e18;
+
+/// A Camera directive, whose parameters are read at the end of the scene file.
+pub(super) struct CameraDirective {
+    /// `None` if the kind is not supported.
+    kind: Option<CameraKind>,
+    pub(super) params: Params,
+    /// Camera space to world space.
+    pub(super) motion: Motion,
+}
+
+impl CameraDirective {
+    /// Returns the camera of a scene that names none, as in pbrt-v4.
+    pub(super) fn default_at(at: Location, folder: Arc<Path>, context: ReadContext) -> Self {
+        let space = ColourSpace::default();
+        let params = Params { all: Vec::new(), at, space, folder, context };
+        let motion = Motion::still(DAffine3::IDENTITY);
+        Self { kind: Some(CameraKind::Perspective), params, motion }
+    }
+
+    pub(super) fn spec(&self) -> Result<CameraSpec, SceneError> {
+        match self.kind {
+            Some(CameraKind::Realistic) => realistic(&self.params),
+            Some(CameraKind::Perspective) => perspective(&self.params),
+            None => Ok(CameraSpec::Thin(ThinSpec::default())),
+        }
+    }
+
+    pub(super) fn shutter(&self) -> Result<Shutter, SceneError> {
+        match self.kind {
+            Some(CameraKind::Realistic | CameraKind::Perspective) => shutter(&self.params),
+            None => Ok(Shutter::default()),
+        }
+    }
+}
+
+impl SceneReader {
+    pub(super) fn camera(&mut self) -> Result<(), SceneError> {
+        self.require_before_world("Camera")?;
+        let Selected { kind, params, .. } = self.select(&CAMERA)?;
+        let world_from_camera = self.state.ctm.map(|ctm| ctm.inverse());
+        let Some(motion) = Motion::between(world_from_camera)
+            .filter(|motion| motion.at(0.0).is_finite() && motion.at(1.0).is_finite())
+        else {
+            return self.refuse("a camera transform that cannot be inverted", "");
+        };
+        let farthest = [0.0, 1.0].map(|time| motion.at(time).translation.abs().max_element());
+        if let Some(far) = farthest.into_iter().find(|&far| far > MAX_COORDINATE) {
+            let found = format!("a camera at a distance of {far:e} from the origin");
+            return self.refuse(found, "expected at most 1e18: check its transform and its scale");
+        }
+        if matches!(kind, Some(CameraKind::Realistic)) && params.find("specfile").is_some() {
+            self.dialect = Dialect::V2;
+        }
+        self.coordinate_systems.insert("camera".to_owned(), world_from_camera);
+        self.camera = CameraDirective { kind, params, motion };
+        Ok(())
+    }
+}
+
+fn realistic(params: &Params) -> Result<CameraSpec, SceneError> {
+    if let Some(file) = params.text("specfile")? {
+        return Ok(CameraSpec::Realistic(RealisticSpec::V2 {
+            lens: resolve(&params.folder, file),
+            lens_at: params.location("specfile"),
+            aperture: params.positive("aperture_diameter", 1.0)?,
+            film_distance: params.positive("filmdistance", 70.0)?,
+            film_diagonal: params.positive("filmdiag", 35.0)?,
+            depth: depth_range(params, [0.001, 1e30])?,
+            film_pose: film_pose(params)?,
+        }));
+    }
+    let Some(file) = params.text("lensfile")? else {
+        return Err(params.refuse(
+            "lensfile",
+            "a realistic camera without a lens",
+            "expected \"string lensfile\" (pbrt-v4) or \"string specfile\" (pbrt-v2)",
+        ));
+    };
+    Ok(CameraSpec::Realistic(RealisticSpec::V4 {
+        lens: resolve(&params.folder, file),
+        lens_at: params.location("lensfile"),
+        aperture: params.positive("aperturediameter", 1.0)?,
+        iris: params
+            .text("aperture")?
+            .map(|name| IrisSpec { path: resolve(&params.folder, name), name: name.to_owned() }),
+        focus: params.positive("focusdistance", 10.0)?,
+        exposure_time: exposure_time(params)?,
+        film_pose: film_pose(params)?,
+    }))
+}
+
+/// Reads two parameters that pbrt does not have: `filmshift` [mm, to the right and up in the
+/// picture as displayed] and `filmtilt` (degrees).
+fn film_pose(params: &Params) -> Result<Pose, SceneError> {
+    let within = |name: &str, most: f64, unit: &str| -> Result<[f64; 2], SceneError> {
+        let Some(numbers) = params.numbers(name, &["point2", "vector2", "float"])? else {
+            return Ok([0.0; 2]);
+        };
+        match *numbers {
+            [x, y] if x.abs() <= most && y.abs() <= most => Ok([x, y]),
+            [x, y] => {
+                let expected = format!("expected two numbers, each from -{most} to {most} {unit}");
+                Err(params.refuse(name, format!("\"{name}\" is [{x} {y}]"), expected))
+            }
+            _ => Err(params.wrong_count(name, numbers.len(), "two numbers")),
+        }
+    };
+    let shift = within("filmshift", MAX_DECENTRE, "mm")?;
+    Ok(Pose::of_film(shift, within("filmtilt", MAX_TILT, "degrees")?))
+}
+
+impl Default for ThinSpec {
+    fn default() -> Self {
+        Self {
+            fov: 90.0,
+            aspect: None,
+            window: None,
+            lens_radius: 0.0,
+            focal_distance: 1e6,
+            depth: [0.0, f64::INFINITY],
+            exposure_time: 1.0,
+        }
+    }
+}
+
+fn perspective(params: &Params) -> Result<CameraSpec, SceneError> {
+    let default = ThinSpec::default();
+    let fov = params.positive("fov", default.fov)?;
+    if fov >= 180.0 {
+        let found = format!("a field of view of {fov}");
+        return Err(params.refuse("fov", found, "expected below 180 degrees"));
+    }
+    let window = match params.numbers("screenwindow", &["float"])? {
+        None => None,
+        Some(&[x0, x1, y0, y1]) if x0 < x1 && y0 < y1 => Some([x0, x1, y0, y1]),
+        Some(window) => {
+            let found = format!("a window of {window:?}");
+            return Err(params.refuse("screenwindow", found, "expected x0 x1 y0 y1, ascending"));
+        }
+    };
+    let lens_radius = params.float("lensradius", default.lens_radius)?;
+    if lens_radius < 0.0 {
+        let found = format!("a lens radius of {lens_radius}");
+        return Err(params.refuse("lensradius", found, "expected 0 or more"));
+    }
+    let aspect = match params.find("frameaspectratio") {
+        Some(_) => Some(params.positive("frameaspectratio", 1.0)?),
+        None => None,
+    };
+    Ok(CameraSpec::Thin(ThinSpec {
+        fov,
+        aspect,
+        window,
+        lens_radius,
+        focal_distance: params.positive("focaldistance", default.focal_distance)?,
+        depth: depth_range(params, default.depth)?,
+        exposure_time: exposure_time(params)?,
+    }))
+}
+
+fn depth_range(params: &Params, default: [f64; 2]) -> Result<[f64; 2], SceneError> {
+    let [near, far] = [params.float("hither", default[0])?, params.float("yon", default[1])?];
+    if near < 0.0 || near >= far {
+        let found = format!("hither {near} and yon {far}");
+        return Err(params.refuse("hither", found, "expected 0 or more, and less than yon"));
+    }
+    Ok([near, far])
+}
+
+fn exposure_time(params: &Params) -> Result<f64, SceneError> {
+    let time = params.float("shutterclose", 1.0)? - params.float("shutteropen", 0.0)?;
+    if time > 0.0 {
+        return Ok(time);
+    }
+    let found = format!("a shutter that is open for {time} s");
+    Err(params.refuse("shutterclose", found, "expected shutterclose after shutteropen"))
+}

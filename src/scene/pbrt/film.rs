@@ -1,0 +1,181 @@
+//! The Film and PixelFilter directives.
+
+use std::path::PathBuf;
+
+use super::SceneError;
+use super::description::{FilmSpec, FilterSpec};
+use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar};
+use super::params::Params;
+use super::reader::SceneReader;
+use crate::film::filter::Profile;
+
+/// The kinds of films.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum FilmKind {
+    Rgb,
+    /// A picture and layers of geometry.
+    Gbuffer,
+}
+
+const FILM_READS: &[&str] = &[
+    "xresolution",
+    "yresolution",
+    "filename",
+    "diagonal",
+    "cropwindow",
+    "pixelbounds",
+    "iso",
+    "maxcomponentvalue",
+    "whitebalance",
+];
+const FILM_IGNORES: &[Ignored] = &[
+    ("sensor", "the sensor is ideal: pixels are linear RGB"),
+    ("savefp16", SILENT),
+    ("display", SILENT),
+    ("scale", "the picture is not scaled"),
+    ("coordinatesystem", "layers of geometry are in the camera's frame"),
+    ("nbuckets", SILENT),
+    ("lambdamin", SILENT),
+    ("lambdamax", SILENT),
+    ("buckets", SILENT),
+];
+
+static FILM: Directive<FilmKind> = Directive {
+    name: "Film",
+    target: None,
+    shared: &[],
+    kinds: &[
+        known("image", FilmKind::Rgb, FILM_READS, FILM_IGNORES),
+        known("rgb", FilmKind::Rgb, FILM_READS, FILM_IGNORES),
+        known("gbuffer", FilmKind::Gbuffer, FILM_READS, FILM_IGNORES),
+        similar("spectral", FilmKind::Rgb, FILM_READS, FILM_IGNORES, "film rgb is used"),
+    ],
+};
+
+/// The kinds of pixel filters.
+#[derive(Clone, Copy, PartialEq)]
+enum FilterKind {
+    Box,
+    Gaussian,
+    Mitchell,
+    Sinc,
+    Triangle,
+}
+
+static PIXEL_FILTER: Directive<FilterKind> = Directive {
+    name: "PixelFilter",
+    target: None,
+    shared: &["xradius", "yradius", "xwidth", "ywidth"],
+    kinds: &[
+        known("box", FilterKind::Box, &[], &[]),
+        known("gaussian", FilterKind::Gaussian, &["sigma", "alpha"], &[]),
+        known("mitchell", FilterKind::Mitchell, &["B", "C"], &[]),
+        known("sinc", FilterKind::Sinc, &["tau"], &[]),
+        known("triangle", FilterKind::Triangle, &[], &[]),
+    ],
+};
+
+/// Limit of the pixels on one side of a picture.
+const MAX_RESOLUTION: u32 = 1 << 16;
+
+impl SceneReader {
+    pub(super) fn film(&mut self) -> Result<(), SceneError> {
+        self.require_before_world("Film")?;
+        let Selected { kind, params, .. } = self.select(&FILM)?;
+        self.film = kind.map(|kind| (kind, params));
+        Ok(())
+    }
+
+    pub(super) fn pixel_filter(&mut self) -> Result<(), SceneError> {
+        self.require_before_world("PixelFilter")?;
+        let Selected { kind, params, .. } = self.select(&PIXEL_FILTER)?;
+        if let Some(kind) = kind {
+            self.filter = Some(filter_spec(kind, &params)?);
+        }
+        Ok(())
+    }
+}
+
+/// Reads radii and parameters as in pbrt-v4. pbrt-v2 gives a radius as a width, and a Gaussian by
+/// alpha = 1 / (2 sigma^2).
+fn filter_spec(kind: FilterKind, params: &Params) -> Result<FilterSpec, SceneError> {
+    let radius = |default: f64| -> Result<[f64; 2], SceneError> {
+        let either = |radius: &str, width: &str| {
+            params.positive(if params.find(radius).is_some() { radius } else { width }, default)
+        };
+        Ok([either("xradius", "xwidth")?, either("yradius", "ywidth")?])
+    };
+    let (profile, default) = match kind {
+        FilterKind::Box => (Profile::Box, 0.5),
+        FilterKind::Triangle => (Profile::Triangle, 2.0),
+        FilterKind::Gaussian => {
+            let sigma = match params.find("alpha") {
+                Some(_) => (2.0 * params.positive("alpha", 2.0)?).sqrt().recip(),
+                None => params.positive("sigma", 0.5)?,
+            };
+            (Profile::Gaussian { sigma }, 1.5)
+        }
+        FilterKind::Mitchell => {
+            let [b, c] = [params.float("B", 1.0 / 3.0)?, params.float("C", 1.0 / 3.0)?];
+            (Profile::Mitchell { b, c }, 2.0)
+        }
+        FilterKind::Sinc => (Profile::Sinc { tau: params.positive("tau", 3.0)? }, 4.0),
+    };
+    Ok(FilterSpec { profile, radius: radius(default)? })
+}
+
+impl Default for FilmSpec {
+    fn default() -> Self {
+        let resolution = [1280, 720];
+        Self {
+            resolution,
+            diagonal: 35.0,
+            bounds: [[0, 0], resolution],
+            filename: None,
+            iso: 100.0,
+            max_component: None,
+            white_balance: None,
+            gbuffer: false,
+        }
+    }
+}
+
+pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, SceneError> {
+    let default = FilmSpec::default();
+    let resolution = [
+        params.count("xresolution", MAX_RESOLUTION)?.unwrap_or(default.resolution[0]),
+        params.count("yresolution", MAX_RESOLUTION)?.unwrap_or(default.resolution[1]),
+    ];
+    let mut bounds = [[0, 0], resolution];
+    // Both give x0 x1 y0 y1: the first as fractions of the picture, the second in pixels.
+    for (name, kind, unit) in
+        [("cropwindow", "float", resolution.map(f64::from)), ("pixelbounds", "integer", [1.0, 1.0])]
+    {
+        let Some(window) = params.numbers(name, &[kind])? else { continue };
+        let [x0, x1, y0, y1] = *window else {
+            let found = format!("{} numbers", window.len());
+            return Err(params.refuse(name, found, "expected x0 x1 y0 y1"));
+        };
+        let pixel = |v: f64, axis: usize| {
+            (v * unit[axis]).ceil().clamp(0.0, f64::from(resolution[axis])) as u32
+        };
+        bounds = [[pixel(x0, 0), pixel(y0, 1)], [pixel(x1, 0), pixel(y1, 1)]];
+        if bounds[0][0] >= bounds[1][0] || bounds[0][1] >= bounds[1][1] {
+            return Err(params.refuse(name, "a window without pixels", "expected x0 x1 y0 y1"));
+        }
+    }
+    Ok(FilmSpec {
+        resolution,
+        diagonal: params.positive("diagonal", default.diagonal)?,
+        bounds,
+        filename: params.text("filename")?.map(PathBuf::from),
+        iso: params.positive("iso", default.iso)?,
+        max_component: match params.find("maxcomponentvalue") {
+            Some(_) => Some(params.positive("maxcomponentvalue", f64::INFINITY)?),
+            None => None,
+        },
+        // As in pbrt-v4, 0 is none.
+        white_balance: params.maybe_float("whitebalance")?.filter(|&kelvin| kelvin != 0.0),
+        gbuffer: kind == FilmKind::Gbuffer,
+    })
+}

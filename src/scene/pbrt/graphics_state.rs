@@ -1,0 +1,124 @@
+//! Graphics state and the blocks that save and restore it.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::SceneError;
+use super::attributes::Target;
+use super::memory::granted;
+use super::params::Param;
+use super::reader::SceneReader;
+use crate::io::Location;
+use crate::scene::Emission;
+use crate::spectrum::ColourSpace;
+
+/// The state that `AttributeBegin` saves.
+#[derive(Clone)]
+pub(super) struct GraphicsState {
+    /// The current transform at the start and at the end of the motion.
+    pub(super) ctm: [DAffine3; 2],
+    /// Whether directives change the start and the end transform.
+    pub(super) active: [bool; 2],
+    pub(super) reverse_orientation: bool,
+    /// Index of the current material.
+    pub(super) material: u32,
+    pub(super) area_light: Option<Emission>,
+    /// The space of `rgb` colours.
+    pub(super) colour_space: ColourSpace,
+    /// The defaults that `Attribute` set, by [`Target`].
+    pub(super) attributes: [Arc<Vec<Param>>; Target::ALL.len()],
+}
+
+impl GraphicsState {
+    pub(super) fn new(material: u32) -> Self {
+        Self {
+            ctm: [DAffine3::IDENTITY; 2],
+            active: [true; 2],
+            reverse_orientation: false,
+            material,
+            area_light: None,
+            colour_space: ColourSpace::default(),
+            attributes: Default::default(),
+        }
+    }
+}
+
+/// The kinds of blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Block {
+    Attribute,
+    Transform,
+    Object,
+    /// An imported file, at whose end its changes of state are undone.
+    Import,
+}
+
+impl Block {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Attribute => "Attribute",
+            Self::Transform => "Transform",
+            Self::Object => "Object",
+            Self::Import => "Import",
+        }
+    }
+}
+
+/// A block that is not closed yet.
+pub(super) struct OpenBlock {
+    pub(super) block: Block,
+    /// The state before it.
+    pub(super) saved: GraphicsState,
+    pub(super) at: Location,
+}
+
+impl OpenBlock {
+    /// Returns the error for a file that ends before this block.
+    pub(super) fn unclosed(self) -> SceneError {
+        let found = format!("{0}Begin without {0}End", self.block.name());
+        SceneError::at(self.at, found, "the file ends before it is closed")
+    }
+}
+
+impl SceneReader {
+    pub(super) fn begin_block(&mut self, block: Block) -> Result<(), SceneError> {
+        let bytes = (self.open_blocks.len() + 1) * 2 * size_of::<OpenBlock>();
+        let what = format!("{} nested blocks", self.open_blocks.len() + 1);
+        granted(&self.at, &what, self.context.check(bytes as u64))?;
+        let (saved, at) = (self.state.clone(), self.at.clone());
+        self.open_blocks.push(OpenBlock { block, saved, at });
+        Ok(())
+    }
+
+    pub(super) fn end_block(&mut self, block: Block) -> Result<(), SceneError> {
+        match self.open_blocks.pop() {
+            Some(open) if open.block == block => {
+                if block == Block::Transform {
+                    (self.state.ctm, self.state.active) = (open.saved.ctm, open.saved.active);
+                } else {
+                    self.state = open.saved;
+                }
+                Ok(())
+            }
+            Some(OpenBlock { block: Block::Import, .. }) => {
+                let found = format!("{0}End without {0}Begin in its file", block.name());
+                self.refuse(found, "close each block in the file that opens it")
+            }
+            Some(open) => self.refuse(
+                format!("{}End inside the {}Begin of {}", block.name(), open.block.name(), open.at),
+                "close blocks in the reverse order of their opening",
+            ),
+            None => self.refuse(format!("{0}End without {0}Begin", block.name()), ""),
+        }
+    }
+
+    pub(super) fn world_begin(&mut self) -> Result<(), SceneError> {
+        self.require_before_world("a second WorldBegin")?;
+        self.in_world = true;
+        self.state.ctm = [DAffine3::IDENTITY; 2];
+        self.state.active = [true; 2];
+        self.coordinate_systems.insert("world".to_owned(), self.state.ctm);
+        Ok(())
+    }
+}

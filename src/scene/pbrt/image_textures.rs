@@ -1,0 +1,91 @@
+//! Image textures: wrap mode, filter and transfer function.
+
+use super::params::Params;
+use super::texture_library::TextureLibrary;
+use super::textures::TextureDirective;
+use super::{Dialect, SceneError, WarningLog};
+use crate::io::image::Transfer;
+use crate::scene::{ImageTexture, TextureFilter, Wrap};
+
+impl TextureLibrary {
+    pub(super) fn image_texture(
+        &mut self,
+        directive: &TextureDirective,
+        warnings: &mut WarningLog,
+    ) -> Result<ImageTexture, SceneError> {
+        let params = &directive.params;
+        let transfer = transfer_function(params)?;
+        let Some(picture) = self.image_files.request(params, "filename", transfer)? else {
+            return Err(params.refuse("filename", "an imagemap without \"string filename\"", ""));
+        };
+        let wrap = match params.text("wrap")? {
+            None | Some("repeat") => Wrap::Repeat,
+            Some("clamp") => Wrap::Clamp,
+            Some("black") => Wrap::Black,
+            Some("octahedralsphere") => Wrap::OctahedralSphere,
+            Some(other) => {
+                let found = format!("the wrap mode \"{other}\"");
+                let expected = "expected repeat, clamp, black or octahedralsphere";
+                return Err(params.refuse("wrap", found, expected));
+            }
+        };
+        let trilinear = params.boolean("trilinear")?;
+        let filter = match params.text("filter")? {
+            // EWA is the default of pbrt-v2; the trilinear filter is its substitute.
+            None if directive.dialect == Dialect::V2 || trilinear == Some(true) => {
+                TextureFilter::Trilinear
+            }
+            None | Some("bilinear") => TextureFilter::Bilinear,
+            Some("point") => TextureFilter::Point,
+            Some("trilinear") => TextureFilter::Trilinear,
+            Some("EWA" | "ewa") => {
+                let at = params.location("filter");
+                warnings.unsupported(&at, "the texture filter EWA", "trilinear is used");
+                TextureFilter::Trilinear
+            }
+            Some(other) => {
+                let found = format!("the filter \"{other}\"");
+                let expected = "expected point, bilinear, trilinear or EWA";
+                return Err(params.refuse("filter", found, expected));
+            }
+        };
+        Ok(ImageTexture {
+            picture,
+            mapping: directive.mapping()?,
+            wrap,
+            filter,
+            top_down: directive.dialect == Dialect::V2,
+            scale: params.float("scale", 1.0)? as f32,
+            invert: params.boolean("invert")?.unwrap_or(false),
+        })
+    }
+}
+
+/// Reads the transfer function of a PNG.
+fn transfer_function(params: &Params) -> Result<Transfer, SceneError> {
+    let gamma = |name: &str, gamma: f64| match gamma > 0.0 && gamma.is_finite() {
+        true if gamma == 1.0 => Ok(Transfer::Linear),
+        true => Ok(Transfer::Gamma(gamma as f32)),
+        false => Err(params.refuse(name, format!("a gamma of {gamma}"), "expected more than 0")),
+    };
+    match params.text("encoding")? {
+        Some("sRGB") => Ok(Transfer::Srgb),
+        Some("linear") => Ok(Transfer::Linear),
+        Some(other) => match other.strip_prefix("gamma ").map(|rest| rest.trim().parse::<f64>()) {
+            Some(Ok(power)) => gamma("encoding", power),
+            _ => {
+                let found = format!("the encoding \"{other}\"");
+                Err(params.refuse("encoding", found, "expected sRGB, linear or \"gamma 2.2\""))
+            }
+        },
+        // Before pbrt-v4, `gamma` is a power, or a boolean that means sRGB.
+        None => match params.find("gamma") {
+            None => Ok(Transfer::Srgb),
+            Some(param) if param.kind == "bool" => match params.boolean("gamma")? {
+                Some(false) => Ok(Transfer::Linear),
+                _ => Ok(Transfer::Srgb),
+            },
+            Some(_) => gamma("gamma", params.float("gamma", 1.0)?),
+        },
+    }
+}

@@ -1,0 +1,298 @@
+//! Kinds of materials: the parameters that each reads, and their defaults, as in pbrt-v4. Each kind
+//! of pbrt-v2 and v3 becomes the most similar kind of v4.
+
+use std::sync::Arc;
+
+use super::attributes::Target;
+use super::colour::ColourRole;
+use super::directive_kinds::{Directive, Ignored, SILENT, known, unsupported};
+use super::params::Params;
+use super::texture_library::TextureLibrary;
+use super::{SceneError, WarningLog};
+use crate::scene::{DielectricCoat, MaterialModel, Metal, Roughness, Texture};
+
+/// The kinds of materials.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum MaterialKind {
+    Interface,
+    Diffuse,
+    DiffuseTransmission,
+    Conductor,
+    Dielectric,
+    ThinDielectric,
+    CoatedDiffuse,
+    CoatedConductor,
+    Mix,
+    // Kinds of pbrt-v2 and v3.
+    Matte,
+    Plastic,
+    Substrate,
+    Glass,
+    Metal,
+    Mirror,
+    ShinyMetal,
+    Translucent,
+}
+
+const UNSUPPORTED: &str = "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
+const LAMBERTIAN: &[Ignored] = &[("sigma", "the surface is Lambertian")];
+const ROUGH_METAL: &[&str] =
+    &["eta", "k", "reflectance", "roughness", "uroughness", "vroughness", "remaproughness"];
+/// Parameters of pbrt-v2 and v3 that the most similar kind of v4 does not have.
+const OLD_IGNORES: &[Ignored] = &[
+    ("Ks", SILENT),
+    ("Kr", SILENT),
+    ("Kt", SILENT),
+    ("roughness", SILENT),
+    ("remaproughness", SILENT),
+    ("opacity", "the surface is opaque"),
+];
+const PLASTIC: &[&str] =
+    &["Kd", "roughness", "uroughness", "vroughness", "remaproughness", "eta", "index"];
+
+pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
+    name: "Material",
+    target: Some(Target::Material),
+    shared: &["displacement", "bumpmap", "normalmap"],
+    kinds: &[
+        known("", MaterialKind::Interface, &[], &[]),
+        known("none", MaterialKind::Interface, &[], &[]),
+        known("interface", MaterialKind::Interface, &[], &[]),
+        known("diffuse", MaterialKind::Diffuse, &["reflectance"], LAMBERTIAN),
+        known(
+            "coateddiffuse",
+            MaterialKind::CoatedDiffuse,
+            &[
+                "reflectance",
+                "roughness",
+                "uroughness",
+                "vroughness",
+                "remaproughness",
+                "thickness",
+                "eta",
+                "albedo",
+                "g",
+                "maxdepth",
+                "nsamples",
+            ],
+            &[("twosided", SILENT)],
+        ),
+        known("conductor", MaterialKind::Conductor, ROUGH_METAL, &[]),
+        known(
+            "coatedconductor",
+            MaterialKind::CoatedConductor,
+            &[
+                "interface.roughness",
+                "interface.uroughness",
+                "interface.vroughness",
+                "interface.eta",
+                "thickness",
+                "albedo",
+                "g",
+                "conductor.eta",
+                "conductor.k",
+                "reflectance",
+                "conductor.roughness",
+                "conductor.uroughness",
+                "conductor.vroughness",
+                "remaproughness",
+                "maxdepth",
+                "nsamples",
+            ],
+            &[],
+        ),
+        known(
+            "dielectric",
+            MaterialKind::Dielectric,
+            &["eta", "roughness", "uroughness", "vroughness", "remaproughness"],
+            &[],
+        ),
+        known("thindielectric", MaterialKind::ThinDielectric, &["eta"], &[]),
+        known(
+            "diffusetransmission",
+            MaterialKind::DiffuseTransmission,
+            &["reflectance", "transmittance", "scale"],
+            LAMBERTIAN,
+        ),
+        known("mix", MaterialKind::Mix, &["materials", "amount"], &[]),
+        unsupported("subsurface", UNSUPPORTED),
+        unsupported("hair", UNSUPPORTED),
+        unsupported("measured", UNSUPPORTED),
+        known("matte", MaterialKind::Matte, &["Kd"], LAMBERTIAN),
+        known("plastic", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
+        known("uber", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
+        known("substrate", MaterialKind::Substrate, PLASTIC, OLD_IGNORES),
+        known(
+            "glass",
+            MaterialKind::Glass,
+            &["eta", "index", "roughness", "uroughness", "vroughness", "remaproughness"],
+            OLD_IGNORES,
+        ),
+        known("metal", MaterialKind::Metal, ROUGH_METAL, OLD_IGNORES),
+        known("mirror", MaterialKind::Mirror, &["Kr"], OLD_IGNORES),
+        known(
+            "shinymetal",
+            MaterialKind::ShinyMetal,
+            &["Kr", "roughness", "uroughness", "vroughness", "remaproughness"],
+            OLD_IGNORES,
+        ),
+        known(
+            "translucent",
+            MaterialKind::Translucent,
+            &["Kd", "reflect", "transmit"],
+            OLD_IGNORES,
+        ),
+        unsupported("disney", UNSUPPORTED),
+        unsupported("fourier", UNSUPPORTED),
+        unsupported("kdsubsurface", UNSUPPORTED),
+    ],
+};
+
+/// The parameters of a material and the textures that they name.
+pub(super) struct MaterialBuilder<'a> {
+    pub(super) params: &'a Params,
+    pub(super) library: &'a TextureLibrary,
+    pub(super) warnings: &'a mut WarningLog,
+}
+
+/// Returns a texture of the same number in every channel.
+fn grey(value: f32) -> Texture {
+    Texture::Constant([value; 3])
+}
+
+impl MaterialBuilder<'_> {
+    /// Reads how a kind of material scatters. `materials` are the indices of those that a mix
+    /// selects from.
+    pub(super) fn model(
+        &mut self,
+        kind: MaterialKind,
+        materials: [u32; 2],
+    ) -> Result<MaterialModel, SceneError> {
+        Ok(match kind {
+            MaterialKind::Interface => MaterialModel::Interface,
+            MaterialKind::Diffuse => {
+                MaterialModel::Diffuse { reflectance: self.colour("reflectance", 0.5)? }
+            }
+            MaterialKind::Matte => MaterialModel::Diffuse { reflectance: self.colour("Kd", 0.5)? },
+            MaterialKind::DiffuseTransmission => MaterialModel::DiffuseTransmission {
+                reflectance: self.colour("reflectance", 0.25)?,
+                transmittance: self.colour("transmittance", 0.25)?,
+                scale: self.params.float("scale", 1.0)? as f32,
+            },
+            MaterialKind::Translucent => {
+                let kd = Arc::new(self.colour("Kd", 0.25)?);
+                let mut fraction = |name: &str| {
+                    let fraction = Arc::new(self.colour(name, 0.5)?);
+                    Ok::<_, SceneError>(Texture::Scale(kd.clone(), fraction))
+                };
+                MaterialModel::DiffuseTransmission {
+                    reflectance: fraction("reflect")?,
+                    transmittance: fraction("transmit")?,
+                    scale: 1.0,
+                }
+            }
+            MaterialKind::Conductor => MaterialModel::Conductor {
+                metal: self.metal("eta", "k")?,
+                roughness: self.roughness("", 0.0)?,
+            },
+            MaterialKind::Metal => MaterialModel::Conductor {
+                metal: self.metal("eta", "k")?,
+                roughness: self.roughness("", 0.01)?,
+            },
+            MaterialKind::Mirror => MaterialModel::Conductor {
+                metal: Metal::Reflectance(self.colour("Kr", 0.9)?),
+                roughness: Roughness::smooth(),
+            },
+            MaterialKind::ShinyMetal => MaterialModel::Conductor {
+                metal: Metal::Reflectance(self.colour("Kr", 1.0)?),
+                roughness: self.roughness("", 0.1)?,
+            },
+            MaterialKind::Dielectric => MaterialModel::Dielectric {
+                eta: self.index(&["eta"])?,
+                roughness: self.roughness("", 0.0)?,
+            },
+            MaterialKind::Glass => MaterialModel::Dielectric {
+                eta: self.index(&["eta", "index"])?,
+                roughness: self.roughness("", 0.0)?,
+            },
+            MaterialKind::ThinDielectric => {
+                MaterialModel::ThinDielectric { eta: self.index(&["eta"])? }
+            }
+            MaterialKind::CoatedDiffuse => MaterialModel::CoatedDiffuse {
+                reflectance: self.colour("reflectance", 0.5)?,
+                coat: self.coat("", &["eta"], 0.0)?,
+            },
+            MaterialKind::Substrate => MaterialModel::CoatedDiffuse {
+                reflectance: self.colour("Kd", 0.5)?,
+                coat: self.coat("", &[], 0.1)?,
+            },
+            MaterialKind::Plastic => MaterialModel::CoatedDiffuse {
+                reflectance: self.colour("Kd", 0.25)?,
+                coat: self.coat("", &["eta", "index"], 0.1)?,
+            },
+            MaterialKind::CoatedConductor => MaterialModel::CoatedConductor {
+                metal: self.metal("conductor.eta", "conductor.k")?,
+                roughness: self.roughness("conductor.", 0.0)?,
+                coat: self.coat("interface.", &["interface.eta"], 0.0)?,
+            },
+            MaterialKind::Mix => {
+                MaterialModel::Mix { materials, amount: self.number("amount", 0.5)? }
+            }
+        })
+    }
+
+    /// Returns the substitute for a kind that is not supported. A parameter that is not a colour is
+    /// not an error: its name may have another meaning there.
+    pub(super) fn substitute(&self) -> MaterialModel {
+        let mut reflectance = None;
+        for name in ["Kd", "reflectance", "color"] {
+            let colour = self.library.colour_or_texture(self.params, name, ColourRole::Albedo);
+            reflectance = reflectance.or(colour.unwrap_or(None));
+        }
+        MaterialModel::Diffuse { reflectance: reflectance.unwrap_or_else(|| grey(0.5)) }
+    }
+
+    /// Reads the layer over a coated surface, whose roughness has the given prefix and default.
+    fn coat(
+        &mut self,
+        prefix: &str,
+        eta: &[&str],
+        roughness: f32,
+    ) -> Result<Box<DielectricCoat>, SceneError> {
+        Ok(Box::new(DielectricCoat {
+            eta: self.index(eta)?,
+            roughness: self.roughness(prefix, roughness)?,
+            thickness: self.number("thickness", 0.01)?,
+            albedo: self.colour("albedo", 0.0)?,
+            g: self.number("g", 0.0)?,
+            max_depth: self.params.count("maxdepth", 10_000)?.unwrap_or(10),
+            samples: self.params.count("nsamples", 10_000)?.unwrap_or(1),
+        }))
+    }
+
+    fn roughness(&mut self, prefix: &str, default: f32) -> Result<Roughness, SceneError> {
+        let both = self.number(&format!("{prefix}roughness"), default)?;
+        let mut along = |axis: &str| -> Result<Texture, SceneError> {
+            let own = self.maybe_number(&format!("{prefix}{axis}roughness"))?;
+            Ok(own.unwrap_or_else(|| both.clone()))
+        };
+        let uv = [along("u")?, along("v")?];
+        Ok(Roughness { uv, remap: self.params.boolean("remaproughness")?.unwrap_or(true) })
+    }
+
+    /// Returns a colour or a texture of colours.
+    fn colour(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
+        let found = self.library.colour_or_texture(self.params, name, ColourRole::Albedo)?;
+        Ok(found.unwrap_or_else(|| grey(default)))
+    }
+
+    /// Returns a number or a texture of numbers.
+    fn number(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
+        Ok(self.maybe_number(name)?.unwrap_or_else(|| grey(default)))
+    }
+
+    /// Returns a number or a texture of numbers, if it is given.
+    pub(super) fn maybe_number(&mut self, name: &str) -> Result<Option<Texture>, SceneError> {
+        self.library.number_or_texture(self.params, name)
+    }
+}

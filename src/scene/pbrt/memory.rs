@@ -1,0 +1,79 @@
+//! Memory that a scene takes, claimed from the budget before it is allocated.
+
+use glam::DAffine3;
+
+use super::SceneError;
+use super::params::Params;
+use super::reader::SceneReader;
+use crate::io::Location;
+use crate::scene::{Bvh, Geometry, Instance};
+
+/// Turns a refusal of the budget into an error at a location.
+pub(super) fn granted(
+    at: &Location,
+    what: &str,
+    answer: Result<(), String>,
+) -> Result<(), SceneError> {
+    let expected = "use a smaller scene, a larger --memory or a larger machine";
+    answer.map_err(|found| SceneError::at(at.clone(), format!("{what}: {found}"), expected))
+}
+
+/// Numbers of vertices and triangles.
+#[derive(Clone, Copy)]
+pub(super) struct MeshSize {
+    pub(super) vertices: u64,
+    pub(super) triangles: u64,
+}
+
+/// Returns an error if the budget does not hold a mesh that is still to be made, and its tree.
+pub(super) fn require_memory(
+    params: &Params,
+    what: &str,
+    size: MeshSize,
+) -> Result<(), SceneError> {
+    const VERTEX: u64 = size_of::<[f32; 8]>() as u64;
+    const TRIANGLE: u64 =
+        size_of::<[u32; 3]>() as u64 + Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
+    let MeshSize { vertices, triangles } = size;
+    let bytes = vertices.saturating_mul(VERTEX).saturating_add(triangles.saturating_mul(TRIANGLE));
+    granted(&params.at, what, params.context.check(bytes))
+}
+
+impl SceneReader {
+    /// Claims the memory of a shape in an object, or in the world.
+    pub(super) fn claim_shape(
+        &mut self,
+        name: &str,
+        object: Option<u32>,
+        geometry: &Geometry,
+    ) -> Result<(), SceneError> {
+        let (items, bytes) = match geometry {
+            Geometry::Mesh(mesh) => (mesh.triangles.len() as u64, mesh.bytes()),
+            Geometry::Quadric(quadric) => (1, size_of_val(quadric) as u64),
+        };
+        self.claim(&format!("a {name}"), object, items, bytes)
+    }
+
+    /// Claims the memory of instances in the world.
+    pub(super) fn claim_instances(&mut self, count: u64) -> Result<(), SceneError> {
+        const INSTANCE: u64 = (size_of::<(u32, DAffine3)>() + size_of::<Instance>()) as u64;
+        self.claim("an instance of an object", None, count, count.saturating_mul(INSTANCE))
+    }
+
+    /// Claims `bytes`, and those of so many more items in a tree. Requires that the memory which
+    /// the building of the tree needs for a time is there, too.
+    fn claim(
+        &mut self,
+        what: &str,
+        object: Option<u32>,
+        items: u64,
+        bytes: u64,
+    ) -> Result<(), SceneError> {
+        let count = self.primitive_counts.entry(object).or_default();
+        *count = count.saturating_add(items);
+        let build = count.saturating_mul(Bvh::BUILD_BYTES_PER_PRIMITIVE);
+        let bytes = bytes.saturating_add(items.saturating_mul(Bvh::BYTES_PER_PRIMITIVE));
+        let answer = self.context.claim(bytes).and_then(|()| self.context.check(build));
+        granted(&self.at, what, answer)
+    }
+}

@@ -1,0 +1,197 @@
+//! The Sampler, Integrator and Option directives, and the directives of pbrt that have no effect
+//! here.
+
+use super::SceneError;
+use super::directive_kinds::{Directive, Ignored, SILENT, known, similar, unsupported};
+use super::reader::SceneReader;
+use crate::io::hint;
+use crate::scene::PathLimits;
+
+const SAMPLER_READS: &[&str] = &["pixelsamples", "xsamples", "ysamples", "seed"];
+const SAMPLER_IGNORES: &[Ignored] =
+    &[("randomization", SILENT), ("jitter", SILENT), ("scramble", SILENT), ("dimensions", SILENT)];
+
+static SAMPLER: Directive<()> = Directive {
+    name: "Sampler",
+    target: None,
+    shared: &[],
+    kinds: &[
+        known("lowdiscrepancy", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("halton", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("sobol", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("paddedsobol", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("zsobol", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("02sequence", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("zerotwosequence", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("pmj02bn", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("maxmindist", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("random", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("independent", (), SAMPLER_READS, SAMPLER_IGNORES),
+        known("stratified", (), SAMPLER_READS, SAMPLER_IGNORES),
+        unsupported("adaptive", "samples are Owen-scrambled Sobol points"),
+        known("bestcandidate", (), SAMPLER_READS, SAMPLER_IGNORES),
+    ],
+};
+
+/// The light that an integrator computes.
+#[derive(Clone, Copy, PartialEq)]
+enum IntegratorKind {
+    DirectLighting,
+    Path,
+}
+
+const PATH_READS: &[&str] = &["maxdepth", "regularize"];
+const PATH_IGNORES: &[Ignored] = &[
+    ("lightsampler", SILENT),
+    ("lightsamplestrategy", SILENT),
+    ("rrthreshold", SILENT),
+    ("strategy", SILENT),
+    ("samplebsdf", SILENT),
+    ("samplelights", SILENT),
+    ("visualizestrategies", SILENT),
+    ("visualizeweights", SILENT),
+    ("bootstrapsamples", SILENT),
+    ("chains", SILENT),
+    ("mutationsperpixel", "pixelsamples alone decides"),
+    ("largestepprobability", SILENT),
+    ("sigma", SILENT),
+    ("photonsperiteration", SILENT),
+    ("radius", SILENT),
+    ("seed", SILENT),
+    ("iterations", SILENT),
+    ("imagewritefrequency", SILENT),
+];
+const PATH_INSTEAD: &str = "path is used";
+
+static INTEGRATOR: Directive<IntegratorKind> = Directive {
+    name: "Integrator",
+    target: None,
+    shared: &[],
+    kinds: &[
+        known("directlighting", IntegratorKind::DirectLighting, PATH_READS, PATH_IGNORES),
+        known("path", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        known("volpath", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        known("simplepath", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        known("simplevolpath", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        known("randomwalk", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        similar("lightpath", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
+        similar("bdpt", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
+        similar("mlt", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
+        similar("sppm", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
+        unsupported("whitted", PATH_INSTEAD),
+        unsupported("function", PATH_INSTEAD),
+        unsupported("photonmap", PATH_INSTEAD),
+        unsupported("exphotonmap", PATH_INSTEAD),
+        unsupported("irradiancecache", PATH_INSTEAD),
+        unsupported("igi", PATH_INSTEAD),
+        unsupported("ambientocclusion", PATH_INSTEAD),
+        unsupported("ao", PATH_INSTEAD),
+    ],
+};
+
+pub(super) static VOLUME_INTEGRATOR: Directive<()> = Directive {
+    name: "VolumeIntegrator",
+    target: None,
+    shared: &[],
+    kinds: &[unsupported("emission", SILENT), unsupported("single", SILENT)],
+};
+
+pub(super) static RENDERER: Directive<()> = Directive {
+    name: "Renderer",
+    target: None,
+    shared: &[],
+    kinds: &[unsupported("sampler", SILENT), unsupported("metropolis", "there is one renderer")],
+};
+
+pub(super) static ACCELERATOR: Directive<()> = Directive {
+    name: "Accelerator",
+    target: None,
+    shared: &[],
+    kinds: &[
+        unsupported("bvh", SILENT),
+        unsupported("kdtree", SILENT),
+        unsupported("grid", SILENT),
+    ],
+};
+
+/// Options of pbrt-v4 that cannot change the mean of any pixel here.
+const OPTIONS_WITHOUT_EFFECT: &[&str] = &[
+    "rendercoordsys",
+    "displacementedgescale",
+    "msereferenceimage",
+    "msereferenceout",
+    "pixelstats",
+    "wavefront",
+    "disablewavelengthjitter",
+];
+
+/// Options of pbrt-v4 that would change pixels but are not supported, and the consequence.
+const UNSUPPORTED_OPTIONS: &[(&str, &str)] = &[
+    ("disablepixeljitter", "samples are spread over their pixels"),
+    ("disabletexturefiltering", "textures are filtered"),
+    ("forcediffuse", "surfaces keep their materials"),
+];
+
+impl SceneReader {
+    pub(super) fn sampler(&mut self) -> Result<(), SceneError> {
+        self.require_before_world("Sampler")?;
+        let selected = self.select(&SAMPLER)?;
+        let (params, Some(())) = (selected.params, selected.kind) else { return Ok(()) };
+        let strata = match (params.count("xsamples", 1 << 15)?, params.count("ysamples", 1 << 15)?)
+        {
+            (None, None) => None,
+            (x, y) => Some(x.unwrap_or(4) * y.unwrap_or(4)),
+        };
+        self.samples = params.count("pixelsamples", 1 << 30)?.or(strata);
+        self.sampler_seed = params.seed("seed")?;
+        Ok(())
+    }
+
+    pub(super) fn integrator(&mut self) -> Result<(), SceneError> {
+        self.require_before_world("Integrator")?;
+        let selected = self.select(&INTEGRATOR)?;
+        let params = selected.params;
+        let supported = selected.kind.is_some();
+        let given = if supported { params.maybe_float("maxdepth")? } else { None };
+        if supported && params.boolean("regularize")?.unwrap_or(false) {
+            self.regularize = true;
+            self.warn_unsupported("regularize", "every surface is as smooth as the scene says");
+        }
+        let depth = given.unwrap_or(5.0);
+        if !(0.0..=1e6).contains(&depth) || depth.fract() != 0.0 {
+            let found = format!("\"maxdepth\" is {depth}");
+            let expected = "expected a whole number from 0 to 1000000";
+            return Err(params.refuse("maxdepth", found, expected));
+        }
+        let direct_only = selected.kind == Some(IntegratorKind::DirectLighting);
+        self.path_limits = Some(PathLimits { max_depth: depth as u32, direct_only });
+        Ok(())
+    }
+
+    pub(super) fn option(&mut self) -> Result<(), SceneError> {
+        let mut params = self.option_params()?;
+        for param in &mut params.all {
+            // As in pbrt-v4, "disable-pixel-jitter" and "disablePixelJitter" are one option.
+            param.name = param.name.to_lowercase().replace(['-', '_'], "");
+        }
+        for param in &params.all {
+            let name = param.name.as_str();
+            let unsupported = UNSUPPORTED_OPTIONS.iter().find(|(known, _)| *known == name);
+            if name == "seed" {
+                self.option_seed = params.seed(name)?;
+            } else if let Some((_, instead)) = unsupported {
+                if params.boolean(name)? == Some(true) {
+                    let feature = format!("the option \"{name}\"");
+                    self.warnings.unsupported(&param.at, &feature, instead);
+                }
+            } else if !OPTIONS_WITHOUT_EFFECT.contains(&name) {
+                let unsupported = UNSUPPORTED_OPTIONS.iter().map(|(known, _)| *known);
+                let names = OPTIONS_WITHOUT_EFFECT.iter().copied().chain(unsupported);
+                let hint = hint(name, names.chain(["seed"]));
+                let found = format!("unknown option \"{name}\"{hint}");
+                return Err(SceneError::at(param.at.clone(), found, ""));
+            }
+        }
+        Ok(())
+    }
+}

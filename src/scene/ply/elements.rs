@@ -1,0 +1,121 @@
+//! Vertices and faces of a PLY file.
+
+use super::header::PlyElement;
+use super::values::ValueReader;
+use crate::io::ReadContext;
+use crate::scene::Mesh;
+
+/// Reads vertices: positions, and normals and texture coordinates if all their components are
+/// given.
+pub(super) fn read_vertices(
+    element: &PlyElement,
+    values: &mut ValueReader,
+    mesh: &mut Mesh,
+) -> Result<(), String> {
+    // The place of each property in a row: position, normal, texture coordinates.
+    let slots: Vec<Option<usize>> = element
+        .properties
+        .iter()
+        .map(|p| match p.name.as_str() {
+            "x" => Some(0),
+            "y" => Some(1),
+            "z" => Some(2),
+            "nx" => Some(3),
+            "ny" => Some(4),
+            "nz" => Some(5),
+            "u" | "s" | "texture_u" | "texture_s" => Some(6),
+            "v" | "t" | "texture_v" | "texture_t" => Some(7),
+            _ => None,
+        })
+        .collect();
+    let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|i| slots.contains(&Some(i)));
+    if !has(0..3) {
+        return Err("the vertices lack x, y or z".to_owned());
+    }
+    let (normals, uvs) = (has(3..6), has(6..8));
+    mesh.positions.reserve_exact(element.count);
+    for _ in 0..element.count {
+        let mut row = [0.0f32; 8];
+        for (property, slot) in element.properties.iter().zip(&slots) {
+            if let Some(length) = property.length {
+                for _ in 0..values.list_length(length)? {
+                    values.read(property.value)?;
+                }
+                continue;
+            }
+            let value = values.read(property.value)? as f32;
+            if let Some(slot) = slot {
+                row[*slot] = value;
+            }
+        }
+        let [x, y, z, nx, ny, nz, u, v] = row;
+        mesh.positions.push([x, y, z]);
+        if normals {
+            mesh.normals.push([nx, ny, nz]);
+        }
+        if uvs {
+            mesh.uvs.push([u, v]);
+        }
+    }
+    Ok(())
+}
+
+/// Limit of the corners of a polygon that becomes a fan, as in most programs.
+const MAX_FAN_CORNERS: usize = 16;
+
+/// Bisects a polygon until triangles are left. A fan of many corners would consist of slivers with
+/// overlapping bounds, which make the tree slow to build and to traverse.
+pub(super) fn bisect_polygon(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    let mut todo = vec![corners];
+    while let Some(part) = todo.pop() {
+        let [first, .., last] = *part else { continue };
+        let middle = part.len() / 2;
+        if part.len() > 2 {
+            triangles.push([first, part[middle], last]);
+            todo.extend([&part[middle..], &part[..=middle]]);
+        }
+    }
+}
+
+/// Reads faces. Faces of four corners become patches, all others triangles; faces of fewer than
+/// three corners are left out.
+pub(super) fn read_faces(
+    element: &PlyElement,
+    values: &mut ValueReader,
+    mesh: &mut Mesh,
+    quads: &mut Vec<[u32; 4]>,
+    context: &ReadContext,
+) -> Result<(), String> {
+    let mut corners: Vec<u32> = Vec::new();
+    for i in 0..element.count {
+        for property in &element.properties {
+            let count = property.length.map_or(Ok(1), |kind| values.list_length(kind))?;
+            let wanted = matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
+            corners.clear();
+            for _ in 0..count {
+                let value = values.read(property.value)?;
+                if wanted {
+                    if value < 0.0 || value.fract() != 0.0 || value >= f64::from(u32::MAX) {
+                        return Err(format!("face {i} names vertex {value}"));
+                    }
+                    corners.push(value as u32);
+                }
+            }
+            match corners[..] {
+                _ if !wanted => {}
+                [a, b, c] => mesh.triangles.push([a, b, c]),
+                [a, b, c, d] => quads.push([a, b, d, c]),
+                [] | [_] | [_, _] => {}
+                [a, ref rest @ ..] if corners.len() <= MAX_FAN_CORNERS => {
+                    mesh.triangles.extend(rest.windows(2).map(|edge| [a, edge[0], edge[1]]));
+                }
+                _ => {
+                    let count = (mesh.triangles.len() + corners.len()) as u64;
+                    context.check(count * size_of::<[u32; 3]>() as u64)?;
+                    bisect_polygon(&corners, &mut mesh.triangles);
+                }
+            }
+        }
+    }
+    Ok(())
+}

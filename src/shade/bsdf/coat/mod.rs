@@ -1,0 +1,75 @@
+//! Coated surface: a clear or hazy layer over a base, evaluated by random walks.
+
+mod sample;
+mod value;
+mod walk;
+
+use super::{Bsdf, Dielectric};
+use crate::lanes::vector::max_component;
+
+/// A clear or hazy layer, with an interface to the outside.
+#[derive(Clone, Copy, Debug)]
+pub struct CoatLayer {
+    /// The interface to the outside; its index is that of the layer over that of the outside.
+    pub interface: Dielectric<f32>,
+    /// Thickness [mean free paths]. A clear layer absorbs along it.
+    pub thickness: f32,
+    /// Single-scattering albedo by colour channel; 0 makes the layer clear.
+    pub albedo: [f32; 3],
+    /// Asymmetry of the scattering in the layer, -1 to 1.
+    pub g: f32,
+    /// Maximum number of events of a walk inside the layer.
+    pub max_depth: u32,
+    /// Number of walks of an evaluation.
+    pub samples: u32,
+    /// Weights of the two techniques at a rough interface.
+    pub weights: MisWeights,
+}
+
+/// Weights of the two techniques that connect a walk to the light through a rough interface: the
+/// interface samples a direction for the light, or the walk samples its own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MisWeights {
+    /// The weights of pbrt-v4. If the walk samples, the other density is that of the interface
+    /// sampling the light for the walk, not the walk for the light. These weights do not add up
+    /// to 1: for light that passes a rough interface and scatters on a rough base, evaluations are
+    /// several per cent too large, and larger than samples.
+    #[default]
+    Pbrt,
+    /// The weights of Veach & Guibas 1995. Evaluations and samples have the same mean.
+    Exact,
+}
+
+/// A purely reflecting base under a layer, the same from both sides: pbrt-v4's `LayeredBxDF`.
+///
+/// The BSDF is known only as the mean over random walks between interface and base (Guo, Hasan &
+/// Zhao 2018, "Position-free Monte Carlo simulation for arbitrary layered BSDFs"). The walks depend
+/// on the directions and on a seed; different samples of a pixel should have different seeds. Walks
+/// end after `max_depth` events, and the light of later events is lost.
+#[derive(Clone, Copy, Debug)]
+pub struct Coated<B> {
+    layer: CoatLayer,
+    base: B,
+    clear: bool,
+}
+
+impl<B: Bsdf<f32>> Coated<B> {
+    /// A base under a layer. The base must not transmit light.
+    pub fn new(layer: CoatLayer, base: B) -> Self {
+        let clear = max_component(layer.albedo) <= 0.0;
+        let thickness = layer.thickness.max(f32::MIN_POSITIVE);
+        Self { layer: CoatLayer { thickness, ..layer }, base, clear }
+    }
+
+    /// Returns whether all lobes are singular, so that [`Self::evaluate`] is always 0.
+    pub fn is_singular(&self) -> bool {
+        self.layer.interface.singular() && self.base.singular() && self.clear
+    }
+
+    /// Returns estimates of f |cos wi| by colour channel and of the density of [`Self::sample`].
+    /// The two are independent, so the product of one with a multiple-importance weight made of the
+    /// other is unbiased.
+    pub fn evaluate(&self, wo: [f32; 3], wi: [f32; 3], seed: u32) -> ([f32; 3], f32) {
+        (self.value(wo, wi, seed), self.pdf(wo, wi, seed))
+    }
+}

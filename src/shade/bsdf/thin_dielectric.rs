@@ -1,0 +1,52 @@
+//! Thin dielectric: a sheet of glass without thickness.
+
+use super::fresnel::Refraction;
+use super::{Bsdf, BsdfSample};
+use crate::lanes::Real;
+use crate::lanes::vector::{negate, select};
+
+/// A sheet of glass without thickness. Light is reflected or goes straight on, after any number of
+/// reflections between the two sides.
+#[derive(Clone, Copy, Debug)]
+pub struct ThinDielectric<R> {
+    eta: R,
+}
+
+impl<R: Real<Scalar = f32>> ThinDielectric<R> {
+    /// A sheet of refractive index `eta`, relative to the medium around it. An index <= 0 counts
+    /// as 1.
+    #[inline(always)]
+    pub fn new(eta: R) -> Self {
+        Self { eta: R::select(R::splat(0.0).lt(eta), eta, R::splat(1.0)) }
+    }
+}
+
+impl<R: Real<Scalar = f32>> Bsdf<R> for ThinDielectric<R> {
+    #[inline(always)]
+    fn evaluate(&self, _wo: [R; 3], _wi: [R; 3]) -> ([R; 3], R) {
+        ([R::splat(0.0); 3], R::splat(0.0))
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: [R; 3], _u: [R; 2], choice: R) -> BsdfSample<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let once = Refraction::new(wo[2].abs(), self.eta).reflectance;
+        // The geometric series R + T R T + T R^3 T + ... of both sides.
+        let reflected = R::splat(2.0) * once / (one + once);
+        let wi = select(choice.lt(reflected), [-wo[0], -wo[1], wo[2]], negate(wo));
+        BsdfSample {
+            wi,
+            weight: [one; 3],
+            pdf: zero,
+            singular: self.singular(),
+            valid: zero.lt(wo[2].abs()),
+            eta2: one,
+        }
+        .only(self.singular())
+    }
+
+    #[inline(always)]
+    fn singular(&self) -> R::Mask {
+        R::splat(0.0).le(R::splat(0.0))
+    }
+}
