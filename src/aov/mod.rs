@@ -19,6 +19,7 @@ use crate::shutter::Timing;
 
 /// A layer that can be requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Aov {
     /// `depth.Z`: the mean depth of the surfaces that a pixel sees, along the axis from the
     /// camera's origin, in scene units; `depth.coverage`: the share of its light paths that meet a

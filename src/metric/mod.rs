@@ -10,6 +10,7 @@ use crate::io::image::{Picture, srgb_encode};
 
 /// A measure of the difference of two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Metric {
     /// Mean squared difference over pixels and channels, of linear light.
     Mse,

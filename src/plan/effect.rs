@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 /// Effect beyond rays of one wavelength through an ideal camera at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Effect {
     /// Dispersion: the refractive index depends on the wavelength.
     Dispersion,

@@ -13,6 +13,7 @@ use crate::spectrum::Passband;
 
 /// Object to focus on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum FocusOn {
     /// The distance from the film (m); may be infinite.
     Distance(f64),

@@ -27,6 +27,7 @@ use report::Report;
 
 /// Error of a preparation.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PrepareError {
     /// The lens file is not sound, or the lens file of the command line cannot be read.
     #[error(transparent)]

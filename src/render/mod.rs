@@ -129,6 +129,7 @@ fn develop(mut picture: Picture, job: &Job) -> Picture {
 
 /// Error of a render that ends without a picture.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RenderError {
     /// [`Progress::stop`] was set.
     #[error("stopped before the picture was complete")]

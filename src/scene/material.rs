@@ -18,6 +18,7 @@ pub struct Material {
 
 /// Scattering models, named and defined as in pbrt-v4.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum MaterialModel {
     /// No scattering: light passes straight through.
     Interface,

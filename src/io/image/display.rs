@@ -17,6 +17,7 @@ use crate::io::ReadContext;
 
 /// Factor on a picture before 8-bit formats clip it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum DisplayExposure {
     /// Two to the power of this many stops.
     Stops(f64),

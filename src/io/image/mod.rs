@@ -37,6 +37,7 @@ pub struct ImageLayer {
 
 /// Value of a metadata entry.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Note {
     /// Text.
     Text(String),
@@ -67,6 +68,7 @@ pub struct EncodingOptions {
 
 /// File formats that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ImageFormat {
     /// OpenEXR.
     Exr,
@@ -78,6 +80,7 @@ pub enum ImageFormat {
 
 /// Why a picture cannot be read or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImageError {
     /// The file could not be opened, read or written.
     #[error("cannot {verb} the picture {}: {source}", path_excerpt(path))]

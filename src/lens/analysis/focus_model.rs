@@ -10,6 +10,7 @@ use crate::lens::trace::trace_one;
 
 /// Method that finds the film distance for a distance in focus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FocusModel {
     /// The smallest spot of rays through the whole opening ([`RealRayFocus`]).
     #[default]

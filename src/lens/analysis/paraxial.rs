@@ -101,6 +101,7 @@ pub struct Paraxial {
 
 /// Why a lens cannot be focused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FocusError {
     /// The best focus of real rays is not behind the lens.
     #[error(

@@ -19,6 +19,7 @@ use crate::lanes::Real;
 
 /// Coating of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Coating {
     /// Bare glass.
     #[default]

@@ -6,6 +6,7 @@ use crate::io::path_excerpt;
 
 /// An error of a lens file or a prescription.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LensError {
     /// The file could not be opened or read.
     #[error("cannot read the lens {}: {source}", path_excerpt(path))]

@@ -9,6 +9,7 @@ use crate::io::image::{ImageError, Picture, Transfer};
 
 /// Shape of the opening of a stop, inside its clear diameter.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Iris {
     /// A circle of the clear diameter.
     #[default]

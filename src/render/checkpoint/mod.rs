@@ -42,6 +42,7 @@ const HEAD_OFFSET: u64 = 20;
 
 /// Error of reading or writing a checkpoint or a part of a picture.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CheckpointError {
     /// The operating system reports an error.
     #[error("cannot {verb} {}: {source}", path_excerpt(path))]

@@ -14,6 +14,7 @@ const NO_FACE: u32 = u32::MAX;
 
 /// Reason why a mesh cannot be subdivided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SubdivisionError {
     /// An edge of more than two triangles, or of two triangles of inconsistent winding.
     #[error(

@@ -58,6 +58,7 @@ use crate::scene::ply::PlyError;
 
 /// An error that stops the reading of a scene.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A file cannot be read.
     #[error(transparent)]

@@ -33,6 +33,7 @@ pub struct TexturePoint {
 
 /// A colour (linear RGB) or a scalar for every point of a surface.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Texture {
     /// A constant.
     Constant([f32; 3]),

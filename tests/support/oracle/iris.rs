@@ -41,5 +41,6 @@ pub(super) fn margin_and_transmission(iris: &Iris, half: f64, [x, y]: [f64; 2]) 
             let t = mask.transmission[row as usize * mask.size + column as usize];
             (rim, f64::from(t))
         }
+        other => panic!("the oracle does not know {other:?}"),
     }
 }

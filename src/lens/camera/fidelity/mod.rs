@@ -16,6 +16,7 @@ pub(crate) use gaussian::PupilPoint;
 /// All models use the same film points and random numbers, and are exposed so that the middle of
 /// the film gets the light that the real lens gives it. Pictures differ by the model alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Fidelity {
     /// A point in place of the entrance pupil.
     Pinhole,
