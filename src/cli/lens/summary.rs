@@ -40,7 +40,7 @@ pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<
         };
     };
     let unit = match lens.is_monochromatic() {
-        true => " nm  (all indices; the file says nothing of dispersion)",
+        true => " nm  (all indices; the file states no dispersion)",
         false => " nm  (the d line, for which all figures hold)",
     };
     line("wavelength", D_LINE, unit);
