@@ -62,6 +62,22 @@ impl Aov {
         Self::Vignetting,
     ];
 
+    /// Returns a description in one line.
+    pub fn description(self) -> &'static str {
+        match self {
+            Self::Depth => "Depth of the surfaces, and the share of the pixel that they cover",
+            Self::Position => "Position of the surfaces, world space",
+            Self::Normal => "Shading normals of the surfaces, world space",
+            Self::Albedo => "Share of light that the surfaces reflect or transmit",
+            Self::Object => "Index of the shape, and of its instance",
+            Self::Material => "Index of the material",
+            Self::Variance => "Square of the pixel's standard error",
+            Self::Samples => "Number of samples taken, and of those that passed the lens",
+            Self::Coc => "Diameter of the circle of confusion, um",
+            Self::Vignetting => "Share of the light that each surface of the lens blocks",
+        }
+    }
+
     /// Returns the layer's name, as `--aov` takes it.
     pub fn name(self) -> &'static str {
         match self {

@@ -6,7 +6,6 @@ use crate::lanes::Real;
 
 /// Reason for which a ray ends at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum BlockReason {
     /// The ray meets the surface outside the clear aperture.
     Clip,

@@ -22,7 +22,6 @@ use sampler::LightChoice;
 
 /// A light source. Radiances are linear RGB in the units of the scene file.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub enum Light {
     /// A shape that emits light.
     Area(AreaLight),
