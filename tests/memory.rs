@@ -85,9 +85,9 @@ fn a_scene_is_refused_by_its_declared_sizes() {
         scene.replace("WorldBegin", &format!("WorldBegin\n{textures}"))
     };
     let arguments = "textures.pbrt -o a.exr --spp 1 --effects none";
-    for (count, code) in [(3, 0), (9, 2)] {
+    for (count, code) in [(3, 0), (12, 2)] {
         std::fs::write(workspace.path("textures.pbrt"), textures(count)).expect("a file");
-        let (found, stderr) = workspace.run(&format!("render {arguments} --memory 80MB"));
+        let (found, stderr) = workspace.run(&format!("render {arguments} --memory 100MB"));
         assert_eq!(found, code, "{count} of 9 MB: {stderr}");
         if code != 0 {
             let known = stderr.contains("textures.pbrt:") && stderr.contains(".png");
