@@ -11,8 +11,8 @@ use std::io::Write;
 /// not read this repository's .cargo/config.toml.
 #[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
 pub const PORTABLE_NOTICE: Option<&str> = Some(
-    "this is the portable build, about 2 to 3 times slower than one with AVX2; build that one with \
-     RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo install --path . --force",
+    "this is the portable build: pictures take about 1.5 times as long as with AVX2, lens \
+     traces 3 times; build the other one with RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo install --path . --force",
 );
 
 /// No notice: the build uses AVX2, or the architecture has none.
