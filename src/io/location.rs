@@ -28,7 +28,7 @@ impl fmt::Display for Location {
 pub struct Warning {
     /// The location of the fault.
     pub at: Location,
-    /// What was found and what is done instead.
+    /// Description of the fault, and of the substitute.
     pub message: String,
 }
 

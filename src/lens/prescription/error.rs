@@ -25,9 +25,9 @@ pub enum LensError {
         line: usize,
         /// Column, from 1, in characters; none in `.dat` tables.
         column: Option<usize>,
-        /// What was found.
+        /// Content of the line at fault.
         found: String,
-        /// What was expected, or what to try.
+        /// Expected content, or a remedy.
         expected: String,
     },
     /// A prescription has no rows.

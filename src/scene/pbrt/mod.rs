@@ -76,7 +76,7 @@ pub enum SceneError {
     Invalid {
         /// Location of the fault.
         at: Location,
-        /// What was found and what was expected.
+        /// Fault and expected input.
         message: String,
     },
     /// The image file of a texture or light is not valid.

@@ -1,4 +1,4 @@
-//! Where the rays of a film point end in the lens.
+//! Ends of the rays of a film point inside the lens.
 
 use crate::lanes::f32x8;
 use crate::lens::trace::surface::Surface;
@@ -17,7 +17,7 @@ pub(super) struct FilmPoint {
     pub index: f64,
 }
 
-/// Where a ray ends.
+/// End of a ray in the lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RayEnd {
     /// The row where it ends, or [`RayEnd::PASSED`].
