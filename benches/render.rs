@@ -1,10 +1,12 @@
-//! Whole pictures: film samples per second with a real lens, a thin lens and a pinhole.
+//! Whole pictures: film samples per second with a real lens, a thin lens and a pinhole, and of
+//! eight lanes beside one.
 
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use petzval::job::Job;
 use petzval::lens::{LensModel, ThinLens};
+use petzval::plan::EffectSelection;
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{Backend, RenderOptions, render};
 use petzval::scene::pbrt;
@@ -27,15 +29,41 @@ fn with_thin_lens(mut job: Job, radius: f64) -> Job {
     job
 }
 
-fn pictures(bench: &mut Criterion) {
+/// A scene of the repository at a small size.
+fn small(name: &str) -> Job {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.pbrt"));
+    let description = pbrt::read(&scene).expect("a scene of the repository");
+    let changes = Changes { samples: Some(16), resolution: Some([90, 60]), ..Changes::default() };
+    let changes = Changes { effects: EffectSelection::None, ..changes };
+    prepare(description, &changes).expect("a job").0
+}
+
+fn cameras(bench: &mut Criterion) {
     let real = dgauss();
     let jobs = [
-        ("dgauss/scalar", real.clone(), Backend::Scalar),
         ("dgauss", real.clone(), Backend::Simd),
         ("thin", with_thin_lens(real.clone(), 0.0124), Backend::Simd),
         ("pinhole", with_thin_lens(real, 0.0), Backend::Simd),
     ];
-    let mut group = bench.benchmark_group("render");
+    measure(bench, "render", jobs.map(|(name, job, backend)| (name.to_owned(), job, backend)));
+}
+
+fn lanes(bench: &mut Criterion) {
+    let scenes = ["dgauss", "telephoto", "atelier", "night", "snowman"];
+    let jobs = scenes.into_iter().flat_map(|name| {
+        let job = small(name);
+        let backends = [("simd", Backend::Simd), ("scalar", Backend::Scalar)];
+        backends.map(|(lanes, backend)| (format!("{name}/{lanes}"), job.clone(), backend))
+    });
+    measure(bench, "lanes", jobs);
+}
+
+fn measure(
+    bench: &mut Criterion,
+    name: &str,
+    jobs: impl IntoIterator<Item = (String, Job, Backend)>,
+) {
+    let mut group = bench.benchmark_group(name);
     for (name, job, backend) in jobs {
         let [width, height] = job.frame.size();
         let samples = u64::from(width * height * (job.samples.end - job.samples.start));
@@ -53,6 +81,6 @@ fn pictures(bench: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = pictures
+    targets = cameras, lanes
 }
 criterion_main!(benches);

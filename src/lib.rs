@@ -77,8 +77,8 @@
 //! # Decisions
 //!
 //! **One source for one lane and for eight.** Kernels are generic over `lanes::Real` and compiled for
-//! `f32`, `f64` and `f32x8`. Lanes round as single floats do, so the scalar and the SIMD picture are
-//! equal bit for bit. The tests compare kernels with naive twins in f64.
+//! `f32`, `f64`, `f32x8` and `f64x8`. Lanes round as single floats do, so the scalar and the SIMD
+//! picture are equal bit for bit. The tests compare kernels with naive twins in f64.
 //!
 //! **x86-64-v3, not native.** `wide` selects its instructions at compile time, so
 //! `.cargo/config.toml` asks for AVX2 and FMA. The command checks the CPU before it runs.
@@ -127,15 +127,21 @@
 //! in f64.
 //!
 //! **A light tree over triangles.** Each emitting triangle is a leaf, and eight branches are weighed at
-//! once. The weights depend only on the shading point, so the density of a light that a BSDF ray hits
-//! is known. Triangles and spheres are sampled by solid angle in f64.
+//! once. The weights depend only on the shading point and the side from which it receives light, so
+//! the density of a light that a BSDF ray hits is known. Triangles and spheres are sampled by solid
+//! angle, in f32 without cancellation. Of a sky with a picture, directions brighter than the mean are
+//! sampled; BSDF sampling finds the others.
+//!
+//! **Vertices are sorted by material, and shaded eight at a time.** Each stage of shading fills
+//! columns: surface points, texture look-ups, lights, BSDFs, next rays. One copy of the mathematics
+//! serves one lane and eight, which give the same bits.
 //!
 //! **Animated instances are separate.** They are not in the BVH of the world but in a few BVHs of their
 //! swept bounds, one for each part of the exposure. Static scenes have no such stage. A moving camera
 //! is a static one whose rays are transformed by its motion.
 //!
 //! **Shading by kind of material.** Hits are sorted by kind, and the BSDFs of one kind are evaluated
-//! eight at a time; only layered coatings, a random walk, are evaluated singly. Direct light combines
+//! eight at a time; the random walks of layered coatings go in step. Direct light combines
 //! light samples and BSDF samples by the power heuristic (Veach 1995).
 //!
 //! **Filters place samples.** A sample belongs to one pixel and is distributed by the pixel filter, so

@@ -6,7 +6,7 @@
 //! 9(4)), with the mixing constants of Vegdahl (2021). The compiler vectorises the loops over
 //! columns.
 
-use crate::lanes::Real;
+use crate::lanes::{Real, Word};
 
 /// Pair of dimensions of a sample. No two random decisions share one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,12 +97,10 @@ fn unit(bits: u32) -> f32 {
 
 /// Hashes 32 bits by a permutation (Wellons 2018, "lowbias32").
 #[inline(always)]
-pub fn hash(mut x: u32) -> u32 {
-    x ^= x >> 16;
-    x = x.wrapping_mul(0x7feb_352d);
-    x ^= x >> 15;
-    x = x.wrapping_mul(0x846c_a68b);
-    x ^ (x >> 16)
+pub fn hash<W: Word>(x: W) -> W {
+    let x = (x ^ x.shift_down(16)).wrapping_mul(W::splat(0x7feb_352d));
+    let x = (x ^ x.shift_down(15)).wrapping_mul(W::splat(0x846c_a68b));
+    x ^ x.shift_down(16)
 }
 
 /// Owen-scrambles a number with reversed bits: every bit depends on the bits below it only.

@@ -12,7 +12,7 @@ use std::process::Command;
 use support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 16] = [
+const NOT_RUN: [(&str, &str); 17] = [
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
     ("cargo bench -- --save-baseline before", "takes many minutes"),
@@ -25,6 +25,10 @@ const NOT_RUN: [(&str, &str); 16] = [
     (
         "hyperfine 'target/release/petzval render scenes/dgauss.pbrt --spp 512 -o out.exr'",
         "needs hyperfine",
+    ),
+    (
+        "python3 benches/scoreboard/scoreboard.py",
+        "takes hours, and renderers that are not installed",
     ),
     (
         "scenes/slurm/submit.sh scenes/atelier.pbrt 100 atelier.exr --spp 4096",

@@ -90,14 +90,15 @@ fn texture_space_is_that_of_the_texture_directive() {
         \"rgb tex1\" [1 1 1] \"rgb tex2\" [0 0 0]\nAttributeEnd";
     let at = |x: f32| {
         let position = Vec3::new(x, 1.0, 1.0);
-        colour(folder.path(), text, TexturePoint { position, ..TexturePoint::default() })[0]
+        let at = TexturePoint { position: position.to_array(), ..TexturePoint::default() };
+        colour(folder.path(), text, at)[0]
     };
     assert_eq!([at(11.0), at(13.0), at(9.0)], [1.0, 0.0, 0.0]);
     let planar = "Translate 0 0 5\nTexture \"t\" \"spectrum\" \"bilerp\" \"string mapping\" \"planar\" \
         \"vector3 v1\" [0 0 0.25] \"float udelta\" 0.5 \"rgb v00\" [0 0 0] \"rgb v10\" [1 0 0] \
         \"rgb v01\" [0 1 0] \"rgb v11\" [1 1 0]";
     let position = Vec3::new(0.0, 0.125, 6.0);
-    let at = TexturePoint { position, ..TexturePoint::default() };
+    let at = TexturePoint { position: position.to_array(), ..TexturePoint::default() };
     assert_near(colour(folder.path(), planar, at), [0.75, 0.125, 0.0]);
 }
 

@@ -97,7 +97,7 @@ impl TileFeatures {
             let depth = f64::from(self.camera_from_world.transform_point3(position).z);
             let toward = -Vec3::from(ray.direction);
             let normal = point.shading_normal * point.shading_normal.dot(toward).signum();
-            let colour = albedo(scene, &self.footprint, ray, hit, point);
+            let colour = albedo(scene, &self.footprint, ray, hit);
             let film = [0, 1].map(|axis| f64::from(samples.film[axis][slot]));
             let coc = self.confusion.map_or(0.0, |confusion| confusion.diameter(depth, film));
             let vectors = [point.position.to_array(), normal.to_array(), colour];

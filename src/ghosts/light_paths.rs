@@ -86,7 +86,7 @@ impl LightPaths {
             let from = SurfacePoint { position, error, normal, shading_normal: normal };
             let [choice, at] =
                 [Dimension::LightChoice(0), Dimension::Light(0)].map(|d| sample_2d(key, i, d));
-            let Some(light) = input.scene.sample_light(&from, choice, at) else { continue };
+            let Some(light) = input.scene.sample_light(&from, normal, choice, at) else { continue };
             let towards = (camera * light.direction.as_dvec3()).normalize();
             // The kernels accept only rays that travel along the axis, towards the film.
             let facing = towards.dot(outward);

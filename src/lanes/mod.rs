@@ -1,18 +1,24 @@
 //! Numeric types of the kernels: one lane or eight, in one arithmetic.
 //!
-//! A kernel is written once over [`Real`] and compiled for `f32`, `f64` and `f32x8`.
-//! Every operation rounds the same way in a lane of `f32x8` as in a single `f32`, so the
+//! A kernel is written once over [`Real`] and compiled for `f32`, `f64`, `f32x8` and `f64x8`.
+//! Every operation rounds the same way in a lane of a packet as in a single number, so the
 //! scalar and the SIMD path of the program agree bit for bit.
 
+pub mod angle;
+mod gather;
+pub mod math;
 mod packet;
 mod scalar;
 pub mod vector;
+mod word;
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use bytemuck::Pod;
-pub use wide::f32x8;
+pub use gather::LaneIndices;
+pub use wide::{f32x8, f64x8};
+pub use word::Word;
 
 /// A real number, or a packet of numbers that are computed in step.
 pub trait Real:
@@ -34,6 +40,10 @@ pub trait Real:
         + BitAnd<Output = Self::Mask>
         + BitOr<Output = Self::Mask>
         + Not<Output = Self::Mask>;
+    /// 32 bits per lane.
+    type Word: Word;
+    /// As many lanes, in f64.
+    type Double: Real<Scalar = f64>;
     /// Number of lanes of a packet.
     const LANES: usize;
     /// Half the distance from 1 to the next number: the largest relative rounding error.
@@ -63,6 +73,8 @@ pub trait Real:
     fn max(self, other: Self) -> Self;
     /// Returns the absolute value.
     fn abs(self) -> Self;
+    /// Returns the largest integer that is not greater.
+    fn floor(self) -> Self;
     /// Compares lane by lane: `<`.
     fn lt(self, other: Self) -> Self::Mask;
     /// Compares lane by lane: `<=`.
@@ -73,6 +85,13 @@ pub trait Real:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// Returns the mask as bits, lane 0 lowest.
     fn bits(mask: Self::Mask) -> u32;
+
+    /// Returns the bits of each lane as an f32; f64 is rounded first.
+    fn to_word(self) -> Self::Word;
+    /// Returns the f32 of these bits in each lane.
+    fn from_word(bits: Self::Word) -> Self;
+    /// Converts integers below 2^24, which is exact.
+    fn from_integer(value: Self::Word) -> Self;
 
     /// Returns an f64 constant in every lane.
     #[inline(always)]
@@ -93,11 +112,44 @@ pub trait Real:
         Self::load(&a)
     }
 
+    /// Applies a function of single numbers to every lane.
+    #[inline(always)]
+    fn map(self, f: impl Fn(Self::Scalar) -> Self::Scalar) -> Self {
+        let mut lanes = [Self::from_f64(0.0); 8];
+        self.store(&mut lanes);
+        for lane in 0..Self::LANES {
+            lanes[lane] = f(lanes[lane]);
+        }
+        Self::load(&lanes)
+    }
+
     /// Returns `self * self`.
     #[inline(always)]
     fn square(self) -> Self {
         self * self
     }
+}
+
+/// Widens every lane to f64.
+#[inline(always)]
+pub fn widen<R: Real<Scalar = f32>>(from: R) -> R::Double {
+    let (mut single, mut double) = ([0.0f32; 8], [0.0f64; 8]);
+    from.store(&mut single);
+    for lane in 0..R::LANES {
+        double[lane] = f64::from(single[lane]);
+    }
+    R::Double::load(&double)
+}
+
+/// Rounds every lane to f32.
+#[inline(always)]
+pub fn narrow<R: Real<Scalar = f32>>(from: R::Double) -> R {
+    let (mut single, mut double) = ([0.0f32; 8], [0.0f64; 8]);
+    from.store(&mut double);
+    for lane in 0..R::LANES {
+        single[lane] = double[lane] as f32;
+    }
+    R::load(&single)
 }
 
 /// Returns the order for [`Real::permute`] that moves the lanes of a set, given as bits, to the
@@ -157,20 +209,25 @@ mod tests {
         std::f32::consts::PI,
     ];
 
-    fn same_bits(name: &str, one: f32, lane: f32, inputs: [f32; 3]) {
-        let equal = one.to_bits() == lane.to_bits() || (one.is_nan() && lane.is_nan());
-        assert!(equal, "{name}{inputs:?}: one lane {one:e}, in a packet {lane:e}");
-    }
-
-    #[test]
-    fn a_lane_of_eight_rounds_like_a_single_float() {
-        for a in NASTY {
-            for b in NASTY {
-                for c in NASTY {
-                    let (va, vb, vc) = (f32x8::splat(a), f32x8::splat(b), f32x8::splat(c));
-                    let check = |name: &str, one: f32, packet: f32x8| {
-                        for lane in packet.to_array() {
-                            same_bits(name, one, lane, [a, b, c]);
+    /// Compares each operation on single numbers with the same in a packet.
+    fn compare<One, Eight>(numbers: &[One])
+    where
+        One: Real<Scalar = One, Mask = bool>,
+        Eight: Real<Scalar = One>,
+    {
+        let bits = |a: One| Eight::to_f64(a).to_bits();
+        for &a in numbers {
+            for &b in numbers {
+                for &c in numbers {
+                    let (va, vb, vc) = (Eight::splat(a), Eight::splat(b), Eight::splat(c));
+                    let check = |name: &str, one: One, packet: Eight| {
+                        let mut lanes = [a; 8];
+                        packet.store(&mut lanes);
+                        for lane in lanes {
+                            let both_nan = !one.equals(one) && !lane.equals(lane);
+                            let equal = both_nan || bits(one) == bits(lane);
+                            let inputs = [a, b, c];
+                            assert!(equal, "{name}{inputs:?}: one {one:?}, in a packet {lane:?}");
                         }
                     };
                     check("add", a + b, va + vb);
@@ -178,18 +235,26 @@ mod tests {
                     check("mul", a * b, va * vb);
                     check("div", a / b, va / vb);
                     check("neg", -a, -va);
-                    check("sqrt", Real::sqrt(a), Real::sqrt(va));
-                    check("abs", Real::abs(a), Real::abs(va));
-                    check("min", Real::min(a, b), Real::min(va, vb));
-                    check("max", Real::max(a, b), Real::max(va, vb));
-                    check("mul_add", Real::mul_add(a, b, c), Real::mul_add(va, vb, vc));
-                    let pick = f32::select(a.lt(b), b, c);
-                    check("select", pick, f32x8::select(va.lt(vb), vb, vc));
-                    assert_eq!(f32::bits(a.le(b)) * 0xff, f32x8::bits(va.le(vb)));
-                    assert_eq!(f32::bits(a.equals(b)) * 0xff, f32x8::bits(va.equals(vb)));
+                    check("sqrt", a.sqrt(), va.sqrt());
+                    check("abs", a.abs(), va.abs());
+                    check("floor", a.floor(), va.floor());
+                    check("min", a.min(b), va.min(vb));
+                    check("max", a.max(b), va.max(vb));
+                    check("mul_add", a.mul_add(b, c), va.mul_add(vb, vc));
+                    let picked = Eight::select(va.lt(vb), vb, vc);
+                    check("select", One::select(a.lt(b), b, c), picked);
+                    assert_eq!(One::bits(a.le(b)) * 0xff, Eight::bits(va.le(vb)));
+                    assert_eq!(One::bits(a.equals(b)) * 0xff, Eight::bits(va.equals(vb)));
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_lane_of_eight_rounds_like_a_single_number() {
+        compare::<f32, f32x8>(&NASTY);
+        let doubles = [f64::MAX, 5e-324, f64::EPSILON, 1.0 / 3.0, 1.0 - f64::EPSILON / 2.0];
+        compare::<f64, f64x8>(&NASTY.map(f64::from).into_iter().chain(doubles).collect::<Vec<_>>());
     }
 
     #[test]
@@ -200,6 +265,8 @@ mod tests {
                 lanes.into_iter().filter(|&lane| set >> lane as u32 & 1 == 1).collect();
             let found = f32x8::new(lanes).permute(pack_order(set)).to_array();
             assert_eq!(found[..expected.len()], expected, "{set:08b}");
+            let doubles = f64x8::new(lanes.map(f64::from)).permute(pack_order(set)).to_array();
+            assert_eq!(doubles, found.map(f64::from), "{set:08b}");
         }
     }
 }

@@ -7,6 +7,8 @@ macro_rules! one_lane {
         impl Real for $float {
             type Scalar = $float;
             type Mask = bool;
+            type Word = u32;
+            type Double = f64;
             const LANES: usize = 1;
             const EPSILON: f64 = <$float>::EPSILON as f64 / 2.0;
 
@@ -63,6 +65,10 @@ macro_rules! one_lane {
                 <$float>::abs(self)
             }
             #[inline(always)]
+            fn floor(self) -> Self {
+                <$float>::floor(self)
+            }
+            #[inline(always)]
             fn lt(self, other: Self) -> bool {
                 self < other
             }
@@ -81,6 +87,18 @@ macro_rules! one_lane {
             #[inline(always)]
             fn bits(mask: bool) -> u32 {
                 u32::from(mask)
+            }
+            #[inline(always)]
+            fn to_word(self) -> u32 {
+                (self as f32).to_bits()
+            }
+            #[inline(always)]
+            fn from_word(bits: u32) -> Self {
+                f32::from_bits(bits) as $float
+            }
+            #[inline(always)]
+            fn from_integer(value: u32) -> Self {
+                value as $float
             }
         }
     };

@@ -46,6 +46,63 @@ pub fn select<R: Real>(mask: R::Mask, yes: [R; 3], no: [R; 3]) -> [R; 3] {
     [R::select(mask, yes[0], no[0]), R::select(mask, yes[1], no[1]), R::select(mask, yes[2], no[2])]
 }
 
+/// Returns a + b.
+#[inline(always)]
+pub fn add<R: Real>(a: [R; 3], b: [R; 3]) -> [R; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// Returns a - b.
+#[inline(always)]
+pub fn sub<R: Real>(a: [R; 3], b: [R; 3]) -> [R; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Returns the magnitudes of the components.
+#[inline(always)]
+pub fn abs<R: Real>(a: [R; 3]) -> [R; 3] {
+    [a[0].abs(), a[1].abs(), a[2].abs()]
+}
+
+/// Returns the unit vector along `a`, and the lanes in which there is one: its length must be
+/// neither 0 nor so small or large that its inverse or its square leaves the range. The vector of
+/// other lanes is 0.
+#[inline(always)]
+pub fn normalize<R: Real>(a: [R; 3]) -> ([R; 3], R::Mask) {
+    let (zero, one) = (R::constant(0.0), R::constant(1.0));
+    let inverse = one / dot(a, a).sqrt();
+    let some = zero.lt(inverse) & inverse.lt(R::constant(f64::INFINITY));
+    let inverse = R::select(some, inverse, zero);
+    ([clear(a[0], some) * inverse, clear(a[1], some) * inverse, clear(a[2], some) * inverse], some)
+}
+
+/// Returns two unit vectors that are orthogonal to a unit vector and to each other, so that the
+/// cross product of the first and the second is the vector (Duff et al. 2017, "Building an
+/// orthonormal basis, revisited").
+#[inline(always)]
+pub fn orthonormal_pair<R: Real>(z: [R; 3]) -> [[R; 3]; 2] {
+    let one = R::constant(1.0);
+    let sign = R::select(z[2].lt(R::constant(0.0)), -one, one);
+    let a = -one / (sign + z[2]);
+    let b = z[0] * z[1] * a;
+    [
+        [(sign * z[0]).mul_add(z[0] * a, one), sign * b, -sign * z[0]],
+        [b, z[1].mul_add(z[1] * a, sign), -z[1]],
+    ]
+}
+
+/// Returns 0 outside of the mask.
+#[inline(always)]
+pub fn clear<R: Real>(a: R, mask: R::Mask) -> R {
+    R::select(mask, a, R::constant(0.0))
+}
+
+/// Returns a in every lane.
+#[inline(always)]
+pub fn splat<R: Real>(a: [R::Scalar; 3]) -> [R; 3] {
+    [R::splat(a[0]), R::splat(a[1]), R::splat(a[2])]
+}
+
 /// Returns the largest component.
 #[inline(always)]
 pub fn max_component<R: Real>(a: [R; 3]) -> R {

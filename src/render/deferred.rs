@@ -64,6 +64,7 @@ impl DeferredPaths {
             group.rays.push(rays.ray(i), rays.throughput(i), to as u32);
             group.rays.pdf[to] = rays.pdf[i];
             group.rays.roulette_scale[to] = rays.roulette_scale[i];
+            group.rays.set_facing(to, rays.facing(i).to_array());
             group.rays.differential[to] = rays.differential[i];
             // The sample is accumulated with the wave that its path continues in.
             samples.pixel[from] = NO_INDEX;

@@ -15,8 +15,13 @@ impl Shape {
     /// Returns the alpha at a point of the shape, 0 to 1, object space.
     pub(super) fn alpha_at(&self, uv: Vec2, point: &SurfacePoint) -> f32 {
         let Some(alpha) = &self.alpha else { return 1.0 };
-        let SurfacePoint { position, normal, .. } = *point;
-        alpha.scalar(&TexturePoint { uv, position, normal, footprint: 0.0 }).clamp(0.0, 1.0)
+        let at = TexturePoint {
+            uv: uv.to_array(),
+            position: point.position.to_array(),
+            normal: point.normal.to_array(),
+            footprint: 0.0,
+        };
+        alpha.scalar(&at).clamp(0.0, 1.0)
     }
 
     /// Returns whether a ray hits the shape: true with the probability alpha, by a hash of the ray

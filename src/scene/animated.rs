@@ -8,6 +8,7 @@ use glam::Vec3;
 
 use super::bvh::{Bvh, PrimitiveGroup, PrimitiveList};
 use super::transform::round_outward;
+use super::world::build_world;
 use super::{Instance, InstancePose, Scene};
 use crate::motion::Motion;
 
@@ -102,7 +103,7 @@ fn build_swept_bvh(all: &[AnimatedInstance], objects: &[Bvh], range: [f64; 2]) -
         let swept = instance.motion.swept_bounds([low.as_dvec3(), high.as_dvec3()], range);
         primitives.push(PrimitiveGroup::Instance(number as u32, round_outward(swept)));
     }
-    Bvh::new(&primitives)
+    Bvh::new(primitives)
 }
 
 impl Scene {
@@ -145,7 +146,9 @@ impl Scene {
                 let stopped = self.animated.all.iter().map(stopped);
                 let instances: Arc<[Instance]> =
                     self.instances.iter().copied().chain(stopped).collect();
-                let world = Arc::new(self.build_world(&instances));
+                let world =
+                    build_world(&self.shapes, &self.static_shapes, &self.objects, &instances);
+                let world = Arc::new(world);
                 FrozenScene { time, instances, world }
             }
         };

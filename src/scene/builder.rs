@@ -5,8 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::animated::AnimatedInstances;
-use super::bvh::{PrimitiveGroup, PrimitiveList};
-use super::transform::{round_outward, transform_box};
+use super::world::{build_object, build_world};
 use super::{
     AnimatedInstance, AreaLight, Bvh, Emission, Geometry, Instance, InstancePose, Light, Lights,
     Material, MaterialModel, Scene, Shape, Texture,
@@ -178,26 +177,22 @@ impl SceneBuilder {
             !shape.is_invisible() && !dark
         };
         let visible = |all: &[u32]| all.iter().copied().filter(visible).collect::<Vec<u32>>();
-        let build_object =
-            |all: &Vec<u32>| build_bvh(shapes, &visible(all), PrimitiveList::default());
+        let build_object = |all: &Vec<u32>| build_object(shapes, &visible(all));
         let objects: Vec<Bvh> = self.objects.iter().map(build_object).collect();
         let mut instances = Vec::new();
-        let mut primitives = PrimitiveList::default();
         for (object, world_from_object) in &self.instances {
-            let Some([low, high]) = objects[*object as usize].bounds else { continue };
-            if !world_from_object.inverse().is_finite() {
-                continue;
+            let is_empty = objects[*object as usize].bounds.is_none();
+            if !is_empty && world_from_object.inverse().is_finite() {
+                let pose = InstancePose::new(world_from_object);
+                instances.push(Instance { object: *object, pose });
             }
-            let bounds = transform_box([low.as_dvec3(), high.as_dvec3()], world_from_object);
-            primitives.push(PrimitiveGroup::Instance(instances.len() as u32, bounds));
-            instances
-                .push(Instance { object: *object, pose: InstancePose::new(world_from_object) });
         }
         let static_shapes = visible(&self.world);
-        let world = build_bvh(shapes, &static_shapes, primitives);
+        let world = build_world(shapes, &static_shapes, &objects, &instances);
         let movers = AnimatedInstances::new(self.animated, &objects, [0.0, 1.0]);
         let lights = Lights::new(self.lights, &self.shapes);
         let textured = self.materials.iter().any(Material::is_textured);
+        let derivatives = self.materials.iter().map(Material::needs_derivatives).collect();
         let Self { shapes, materials, .. } = self;
         Ok(Scene {
             shapes: shapes.into(),
@@ -209,6 +204,7 @@ impl SceneBuilder {
             world: Arc::new(world),
             animated: movers,
             textured,
+            derivatives,
             frozen: Arc::default(),
         })
     }
@@ -241,26 +237,6 @@ impl SceneBuilder {
 /// Returns whether every ray hits a shape with this alpha.
 fn is_opaque(alpha: &Texture) -> bool {
     matches!(alpha, Texture::Constant([a, ..]) if *a >= 1.0)
-}
-
-/// Builds the hierarchy over some of the shapes and the given primitives.
-pub(super) fn build_bvh<'a>(
-    shapes: &'a [Shape],
-    included: &[u32],
-    mut primitives: PrimitiveList<'a>,
-) -> Bvh {
-    for &shape in included {
-        let Shape { geometry, alpha, .. } = &shapes[shape as usize];
-        primitives.push(match geometry {
-            Geometry::Mesh(mesh) => {
-                PrimitiveGroup::Mesh { shape, mesh, alpha_tested: alpha.is_some() }
-            }
-            Geometry::Quadric(quadric) => {
-                PrimitiveGroup::Quadric(shape, round_outward(quadric.bounds()))
-            }
-        });
-    }
-    Bvh::new(&primitives)
 }
 
 #[cfg(test)]

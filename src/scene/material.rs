@@ -138,6 +138,15 @@ impl Material {
             || self.model.textures().into_iter().any(|texture| texture.is_filtered())
     }
 
+    /// Returns whether the material needs texture coordinates and surface derivatives.
+    pub fn needs_derivatives(&self) -> bool {
+        let constant = |texture: &&Texture| matches!(texture, Texture::Constant(_));
+        self.bump.is_some()
+            || self.normal_map.is_some()
+            || self.is_anisotropic()
+            || !self.model.textures().iter().all(constant)
+    }
+
     /// Returns whether scattering depends on the direction of u and v, so that the shading frame
     /// must follow the texture coordinates.
     pub fn is_anisotropic(&self) -> bool {

@@ -14,22 +14,27 @@ mod material;
 mod path_limits;
 pub mod pbrt;
 pub mod ply;
+mod surfaces;
 mod texture;
 mod transform;
+mod world;
 
 pub use animated::AnimatedInstance;
 pub use builder::{SceneBuilder, SceneTooLarge, ShapeSpec};
 pub use bvh::{Bvh, TraversalStack};
 pub use geometry::{
     CurveSegment, Geometry, Mesh, Quadric, QuadricForm, Sphere, SubdivisionError,
-    SurfaceDerivatives, SurfacePoint, gamma, subdivide, tessellate_curve, tessellate_patches,
+    SurfaceDerivatives, SurfaceDerivativesPacket, SurfacePacket, SurfacePoint, gamma, subdivide,
+    tessellate_curve, tessellate_patches,
 };
 pub use light::{
-    AreaLight, Emission, IntensityDistribution, Light, LightSample, Lights, PointLight, Sky,
-    SkyImage, SkyLayout, cosine_hemisphere, luminance,
+    AreaLight, Emission, IntensityDistribution, Light, LightColumns, LightInputs, LightSample,
+    LightSamples, Lights, PointLight, Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere,
+    luminance,
 };
 pub use material::{DielectricCoat, Material, MaterialModel, Metal, Roughness};
 pub use path_limits::PathLimits;
+pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{
     CheckerPattern, ImageMap, ImageTexture, Mapping, MipMap, PendingImage, Texture, TextureFilter,
     TexturePoint, Wrap,
@@ -41,9 +46,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::rays::{Hit, NO_INDEX, Ray};
 use animated::{AnimatedInstances, FrozenScene};
-use builder::build_bvh;
-use bvh::{PrimitiveGroup, PrimitiveList};
-use transform::{to_f32, to_f64, transform_box};
+use transform::{to_f32, to_f64};
 
 /// Geometry with its material.
 #[derive(Clone, Debug)]
@@ -118,6 +121,8 @@ pub struct Scene {
     world: Arc<Bvh>,
     animated: AnimatedInstances,
     textured: bool,
+    /// Whether a material needs texture coordinates and surface derivatives, by material.
+    derivatives: Arc<[bool]>,
     /// Result of the last [`Self::freeze`], which clones usually repeat for the same time.
     frozen: Arc<Mutex<Option<FrozenScene>>>,
 }
@@ -130,9 +135,7 @@ impl Scene {
         let point = shape.geometry.point(hit, || object_point(ray, hit, &pose));
         match pose {
             None => (shape, point),
-            Some(InstancePose { world_from_object, .. }) => {
-                (shape, point.transform(&world_from_object))
-            }
+            Some(pose) => (shape, pose.place_point(&point)),
         }
     }
 
@@ -142,14 +145,19 @@ impl Scene {
         let shape = &self.shapes[hit.shape as usize];
         let pose = (hit.instance != NO_INDEX).then(|| self.pose(hit.instance, hit.time));
         let derivatives = shape.geometry.derivatives(hit, || object_point(ray, hit, &pose));
-        let Some(InstancePose { world_from_object, .. }) = pose else { return derivatives };
-        let inside = shape.geometry.point(hit, || object_point(ray, hit, &pose));
-        derivatives.transform(&world_from_object, inside.shading_normal)
+        let Some(pose) = pose else { return derivatives };
+        let inside = shape.geometry.point(hit, || object_point(ray, hit, &Some(pose)));
+        pose.place_derivatives(&derivatives, inside.shading_normal)
     }
 
     /// Returns whether a material filters textures over the footprint of a pixel.
     pub fn is_textured(&self) -> bool {
         self.textured
+    }
+
+    /// Returns whether a material needs texture coordinates and surface derivatives.
+    pub fn needs_derivatives(&self, material: u32) -> bool {
+        self.derivatives[material as usize]
     }
 
     /// Returns the memory of the hierarchies and instances (bytes), without that of the shapes.
@@ -166,18 +174,6 @@ impl Scene {
             (one, other) => one.or(other),
         }
     }
-
-    /// Builds the hierarchy over the static shapes and these instances.
-    fn build_world(&self, instances: &[Instance]) -> Bvh {
-        let mut primitives = PrimitiveList::default();
-        for (number, instance) in instances.iter().enumerate() {
-            let Some([low, high]) = self.objects[instance.object as usize].bounds else { continue };
-            let matrix = to_f64(&instance.pose.world_from_object);
-            let bounds = transform_box([low.as_dvec3(), high.as_dvec3()], &matrix);
-            primitives.push(PrimitiveGroup::Instance(number as u32, bounds));
-        }
-        build_bvh(&self.shapes, &self.static_shapes, primitives)
-    }
 }
 
 /// Returns the point of a hit in object space. `pose` is that of the instance, if it is one.
@@ -187,7 +183,7 @@ fn object_point(ray: &Ray, hit: &Hit, pose: &Option<InstancePose>) -> DVec3 {
     match pose {
         None => world,
         Some(InstancePose { object_from_world, .. }) => {
-            object_from_world.transform_point3(world.as_vec3()).as_dvec3()
+            to_f64(object_from_world).transform_point3(world)
         }
     }
 }

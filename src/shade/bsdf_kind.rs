@@ -1,7 +1,12 @@
 //! Kinds of BSDFs, whose vertices are shaded together, and the choice of a material in mixtures.
 
 use super::bsdf::Microfacets;
+use super::bsdf_parameters::{COAT_PARAMETER_COUNT, PARAMETER_COUNT};
 use super::shading_context::ShadingContext;
+use crate::lanes::Real;
+use crate::lanes::vector::{dot, negate, select};
+use crate::rays::Ray;
+use crate::sampler::hash;
 use crate::scene::{MaterialModel, Scene};
 
 /// Kind of a surface's BSDF. Vertices of one kind are shaded together.
@@ -19,11 +24,11 @@ pub(super) enum BsdfKind {
     Interface,
 }
 
-/// Number of kinds that are shaded.
-pub(super) const KIND_COUNT: usize = BsdfKind::Interface as usize;
+/// Number of kinds.
+pub(super) const KIND_COUNT: usize = BsdfKind::Interface as usize + 1;
 
 impl BsdfKind {
-    /// The kinds that are shaded, in the order of their discriminants.
+    /// All kinds, in the order of their discriminants.
     pub(super) const ALL: [Self; KIND_COUNT] = [
         Self::Diffuse,
         Self::DiffuseTransmission,
@@ -32,6 +37,7 @@ impl BsdfKind {
         Self::ThinDielectric,
         Self::CoatedDiffuse,
         Self::CoatedConductor,
+        Self::Interface,
     ];
 
     /// Returns the name of the material in pbrt-v4.
@@ -48,9 +54,16 @@ impl BsdfKind {
         }
     }
 
-    /// Returns whether the BSDF is a random walk, which is evaluated for one lane at a time.
-    pub(super) fn is_coated(self) -> bool {
-        matches!(self, Self::CoatedDiffuse | Self::CoatedConductor)
+    /// Returns the number of its BSDF's parameters.
+    pub(super) fn parameter_count(self) -> usize {
+        match self {
+            Self::Interface => 0,
+            Self::ThinDielectric => 1,
+            Self::Diffuse | Self::Dielectric => 3,
+            Self::DiffuseTransmission => 6,
+            Self::Conductor => PARAMETER_COUNT - COAT_PARAMETER_COUNT,
+            Self::CoatedDiffuse | Self::CoatedConductor => PARAMETER_COUNT,
+        }
     }
 
     /// Returns whether the BSDF is known to scatter no light from sampled lights. `alpha` holds the
@@ -63,7 +76,24 @@ impl BsdfKind {
         }
     }
 
+    /// Returns the unit normal on the side from which light counts, that of `wo`; 0 if light counts
+    /// from both sides.
+    #[inline(always)]
+    pub(super) fn facing<R: Real<Scalar = f32>>(self, normal: [R; 3], wo: [R; 3]) -> [R; 3] {
+        match self {
+            Self::Diffuse | Self::Conductor | Self::CoatedDiffuse | Self::CoatedConductor => {
+                let back = dot(normal, wo).lt(R::splat(0.0));
+                select(back, negate(normal), normal)
+            }
+            Self::DiffuseTransmission
+            | Self::Dielectric
+            | Self::ThinDielectric
+            | Self::Interface => [R::splat(0.0); 3],
+        }
+    }
+
     /// Returns the kind of a material model, or `None` for a mixture.
+    #[inline(always)]
     fn of(model: &MaterialModel) -> Option<Self> {
         Some(match model {
             MaterialModel::Interface => Self::Interface,
@@ -79,14 +109,31 @@ impl BsdfKind {
     }
 }
 
-/// Chooses the material of a surface if `material` is a mixture, and returns its index and kind.
-/// `context` is called for mixtures only.
-pub(super) fn resolve_mixture<'a>(
-    scene: &'a Scene,
+/// Chooses the material of a surface that a ray hit if `material` is a mixture, and returns its
+/// index and kind. `context` is called for mixtures only.
+#[inline(always)]
+pub(super) fn resolve_mixture(
+    scene: &Scene,
     material: u32,
-    context: impl Fn() -> ShadingContext<'a>,
+    ray: impl Fn() -> Ray,
+    context: impl Fn() -> ShadingContext,
 ) -> (u32, BsdfKind) {
-    let mut index = material;
+    match BsdfKind::of(&scene.materials[material as usize].model) {
+        Some(kind) => (material, kind),
+        None => choose_material(scene, material, &ray(), &context()),
+    }
+}
+
+/// Chooses one of the materials of a mixture.
+#[cold]
+#[inline(never)]
+fn choose_material(
+    scene: &Scene,
+    mixture: u32,
+    ray: &Ray,
+    context: &ShadingContext,
+) -> (u32, BsdfKind) {
+    let mut index = mixture;
     // A mixture consists of materials defined before it, so the loop ends.
     loop {
         let model = &scene.materials[index as usize].model;
@@ -94,9 +141,16 @@ pub(super) fn resolve_mixture<'a>(
             return (index, kind);
         }
         if let MaterialModel::Mix { materials, amount } = model {
-            let context = context();
-            let second = context.hashed_number(index) < context.number(amount);
-            index = materials[usize::from(second)];
+            let number = hashed_number(index, context.points.position, ray.direction);
+            index = materials[usize::from(number < context.number(amount))];
         }
     }
+}
+
+/// Returns a random number in [0, 1) that depends only on a point, the direction of a ray and
+/// `salt`.
+fn hashed_number(salt: u32, point: [f32; 3], direction: [f32; 3]) -> f32 {
+    let bits = point.into_iter().chain(direction);
+    let mixed = bits.fold(salt, |h, value| hash(h ^ value.to_bits()));
+    (mixed >> 8) as f32 / 16_777_216.0
 }

@@ -8,116 +8,125 @@ use super::bsdf_kind::resolve_mixture;
 use super::footprint::PixelFootprint;
 use super::shading_context::ShadingContext;
 use crate::lanes::Real;
+use crate::lanes::vector::{scale, splat};
 use crate::rays::{Hit, Ray};
-use crate::scene::{
-    DielectricCoat, Material, MaterialModel, Metal, Roughness, Scene, SurfacePoint,
-};
-use crate::spectrum::ChannelMetal;
+use crate::scene::{DielectricCoat, Material, MaterialModel, Metal, Roughness, Scene, Texture};
 
+/// Largest number of parameters of a BSDF: those of a coat follow those of its base.
+pub(super) const PARAMETER_COUNT: usize = BASE_PARAMETER_COUNT + COAT_PARAMETER_COUNT;
 /// Largest number of parameters of a BSDF without a coat.
-pub(super) const PARAMETER_COUNT: usize = 11;
+const BASE_PARAMETER_COUNT: usize = 11;
+/// Number of parameters of a coat.
+pub(super) const COAT_PARAMETER_COUNT: usize = 10;
 
-/// Returns the parameters of a surface without a coat, in the order of
-/// [`FromParameters::from_parameters`].
-pub(super) fn bsdf_parameters(
+/// Returns the parameters of the surfaces of a material, in the order of
+/// [`FromParameters::from_parameters`]. The context matters only for materials for which
+/// [`Scene::needs_derivatives`] holds.
+#[inline(always)]
+pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
     material: &Material,
-    context: &ShadingContext,
-) -> [f32; PARAMETER_COUNT] {
-    let mut parameters = [0.0; PARAMETER_COUNT];
-    let mut put = |first: usize, values: &[f32]| {
+    context: &ShadingContext<R>,
+) -> [R; PARAMETER_COUNT] {
+    let mut parameters = [R::splat(0.0); PARAMETER_COUNT];
+    let mut put = |first: usize, values: &[R]| {
         parameters[first..first + values.len()].copy_from_slice(values);
     };
     match &material.model {
         MaterialModel::Diffuse { reflectance } => {
             put(0, &clamp_to_unit(context.colour(reflectance)));
         }
-        MaterialModel::DiffuseTransmission { reflectance, transmittance, scale } => {
-            put(0, &clamp_to_unit(context.colour(reflectance).map(|c| c * scale)));
-            put(3, &clamp_to_unit(context.colour(transmittance).map(|c| c * scale)));
+        MaterialModel::DiffuseTransmission { reflectance, transmittance, scale: factor } => {
+            let factor = R::splat(*factor);
+            put(0, &clamp_to_unit(scale(context.colour(reflectance), factor)));
+            put(3, &clamp_to_unit(scale(context.colour(transmittance), factor)));
         }
         MaterialModel::Conductor { metal, roughness } => {
-            put(0, &alpha(roughness, context));
-            let ChannelMetal { eta, k, tint } = complex_index(metal, context);
-            put(2, &eta);
-            put(5, &k);
-            put(8, &tint);
+            put(0, &conductor(metal, roughness, context));
         }
         MaterialModel::Dielectric { eta, roughness } => {
             put(0, &alpha(roughness, context));
-            put(2, &[*eta]);
+            put(2, &[R::splat(*eta)]);
         }
-        MaterialModel::ThinDielectric { eta } => put(0, &[*eta]),
-        MaterialModel::CoatedDiffuse { .. }
-        | MaterialModel::CoatedConductor { .. }
-        | MaterialModel::Interface
-        | MaterialModel::Mix { .. } => {}
+        MaterialModel::ThinDielectric { eta } => put(0, &[R::splat(*eta)]),
+        MaterialModel::CoatedDiffuse { reflectance, coat } => {
+            put(0, &clamp_to_unit(context.colour(reflectance)));
+            put(BASE_PARAMETER_COUNT, &coat_parameters(coat, context));
+        }
+        MaterialModel::CoatedConductor { metal, roughness, coat } => {
+            let mut base = conductor(metal, roughness, context);
+            // The refractive index relative to that of the coat.
+            for index in &mut base[2..8] {
+                *index = *index / R::splat(coat.eta);
+            }
+            put(0, &base);
+            put(BASE_PARAMETER_COUNT, &coat_parameters(coat, context));
+        }
+        MaterialModel::Interface | MaterialModel::Mix { .. } => {}
     }
     parameters
 }
 
-/// Returns the BSDF of a coated diffuse surface, or `None` for other materials.
-pub(super) fn coated_diffuse(
-    material: &Material,
-    context: &ShadingContext,
-) -> Option<Coated<Diffuse<f32>>> {
-    let MaterialModel::CoatedDiffuse { reflectance, coat } = &material.model else { return None };
-    let base = Diffuse { reflectance: clamp_to_unit(context.colour(reflectance)) };
-    Some(Coated::new(coat_layer(coat, context), base))
-}
-
-/// Returns the BSDF of a coated conductor, or `None` for other materials.
-pub(super) fn coated_conductor(
-    material: &Material,
-    context: &ShadingContext,
-) -> Option<Coated<Conductor<f32>>> {
-    let MaterialModel::CoatedConductor { metal, roughness, coat } = &material.model else {
-        return None;
+/// Returns the parameters of a metal: roughness, real and imaginary part of the refractive index,
+/// tint.
+fn conductor<R: Real<Scalar = f32>>(
+    metal: &Metal,
+    roughness: &Roughness,
+    context: &ShadingContext<R>,
+) -> [R; BASE_PARAMETER_COUNT] {
+    let [along, across] = alpha(roughness, context);
+    let ([r, g, b], [kr, kg, kb], tint) = match metal {
+        Metal::Index { eta, k, tint } => (context.colour(eta), context.colour(k), *tint),
+        Metal::Reflectance(reflectance) => {
+            // An index 1 + i k reflects k^2 / (4 + k^2) at normal incidence.
+            let (zero, one) = (R::splat(0.0), R::splat(1.0));
+            let k = |r: R| {
+                let r = r.max(zero).min(R::splat(0.9999));
+                R::splat(2.0) * (r / (one - r)).sqrt()
+            };
+            let [r, g, b] = context.colour(reflectance);
+            ([one; 3], [k(r), k(g), k(b)], [1.0; 3])
+        }
     };
-    let relative_to_coat = |index: [f32; 3]| index.map(|n| n / coat.eta);
-    let ChannelMetal { eta, k, tint } = complex_index(metal, context);
-    let (eta, k) = (relative_to_coat(eta), relative_to_coat(k));
-    let base = Conductor::new(alpha(roughness, context), eta, k).tinted(tint);
-    Some(Coated::new(coat_layer(coat, context), base))
+    let [tr, tg, tb] = splat(tint);
+    [along, across, r, g, b, kr, kg, kb, tr, tg, tb]
 }
 
-fn coat_layer(coat: &DielectricCoat, context: &ShadingContext) -> CoatLayer {
-    CoatLayer {
-        interface: Dielectric::new(alpha(&coat.roughness, context), coat.eta),
-        thickness: context.number(&coat.thickness),
-        albedo: clamp_to_unit(context.colour(&coat.albedo)),
-        g: context.number(&coat.g).clamp(-1.0, 1.0),
-        max_depth: coat.max_depth,
-        samples: coat.samples,
-        weights: MisWeights::default(),
-    }
+fn coat_parameters<R: Real<Scalar = f32>>(
+    coat: &DielectricCoat,
+    context: &ShadingContext<R>,
+) -> [R; COAT_PARAMETER_COUNT] {
+    let [along, across] = alpha(&coat.roughness, context);
+    let [r, g, b] = clamp_to_unit(context.colour(&coat.albedo));
+    let one = R::splat(1.0);
+    [
+        along,
+        across,
+        R::splat(coat.eta),
+        context.number(&coat.thickness),
+        r,
+        g,
+        b,
+        context.number(&coat.g).max(-one).min(one),
+        R::splat(coat.max_depth as f32),
+        R::splat(coat.samples as f32),
+    ]
 }
 
-/// Clamps shares of light to [0, 1].
-fn clamp_to_unit(colour: [f32; 3]) -> [f32; 3] {
-    colour.map(|c| c.clamp(0.0, 1.0))
+/// Clamps shares of light to [0, 1]; NaN becomes 0.
+#[inline(always)]
+fn clamp_to_unit<R: Real<Scalar = f32>>([r, g, b]: [R; 3]) -> [R; 3] {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
+    [r.max(zero).min(one), g.max(zero).min(one), b.max(zero).min(one)]
 }
 
 /// Returns the GGX width alpha along u and v.
-fn alpha(roughness: &Roughness, context: &ShadingContext) -> [f32; 2] {
-    [0, 1].map(|axis| {
-        let value = context.number(&roughness.uv[axis]).max(0.0);
+#[inline(always)]
+fn alpha<R: Real<Scalar = f32>>(roughness: &Roughness, context: &ShadingContext<R>) -> [R; 2] {
+    let one_axis = |texture: &Texture| {
+        let value = context.number(texture).max(R::splat(0.0));
         if roughness.remap { value.sqrt() } else { value }
-    })
-}
-
-/// Returns the complex refractive index of a metal at a point, and its tint.
-fn complex_index(metal: &Metal, context: &ShadingContext) -> ChannelMetal {
-    match metal {
-        Metal::Index { eta, k, tint } => {
-            ChannelMetal { eta: context.colour(eta), k: context.colour(k), tint: *tint }
-        }
-        Metal::Reflectance(reflectance) => {
-            // An index 1 + i k reflects k^2 / (4 + k^2) at normal incidence.
-            let k = |r: f32| 2.0 * (r / (1.0 - r)).sqrt();
-            let k = context.colour(reflectance).map(|r| k(r.clamp(0.0, 0.9999)));
-            ChannelMetal { eta: [1.0; 3], k, tint: [1.0; 3] }
-        }
-    }
+    };
+    [one_axis(&roughness.uv[0]), one_axis(&roughness.uv[1])]
 }
 
 /// A BSDF that is built from its parameters, lane by lane.
@@ -143,9 +152,9 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for DiffuseTransmission<R> {
 impl<R: Real<Scalar = f32>> FromParameters<R> for Conductor<R> {
     #[inline(always)]
     fn from_parameters(
-        [along, across, r, g, b, kr, kg, kb, tint @ ..]: [R; PARAMETER_COUNT],
+        [along, across, r, g, b, kr, kg, kb, tr, tg, tb, ..]: [R; PARAMETER_COUNT],
     ) -> Self {
-        Self::new([along, across], [r, g, b], [kr, kg, kb]).tinted(tint)
+        Self::new([along, across], [r, g, b], [kr, kg, kb]).tinted([tr, tg, tb])
     }
 }
 
@@ -163,18 +172,32 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for ThinDielectric<R> {
     }
 }
 
+/// Builds the BSDF of coated surfaces from their parameters.
+#[inline(always)]
+pub(super) fn coated<R: Real<Scalar = f32>, B: FromParameters<R>>(
+    parameters: [R; PARAMETER_COUNT],
+) -> Coated<R, B> {
+    let mut coat = [R::splat(0.0); COAT_PARAMETER_COUNT];
+    coat.copy_from_slice(&parameters[BASE_PARAMETER_COUNT..]);
+    let [along, across, eta, thickness, r, g, b, asymmetry, max_depth, samples] = coat;
+    let layer = CoatLayer {
+        interface: Dielectric::new([along, across], eta),
+        thickness,
+        albedo: [r, g, b],
+        g: asymmetry,
+        max_depth,
+        samples,
+        weights: MisWeights::default(),
+    };
+    Coated::new(layer, B::from_parameters(parameters))
+}
+
 /// Returns the approximate share of light that a surface reflects or transmits, by channel.
-pub fn albedo(
-    scene: &Scene,
-    footprint: &PixelFootprint,
-    ray: Ray,
-    hit: Hit,
-    point: SurfacePoint,
-) -> [f32; 3] {
-    let context = || ShadingContext::new(scene, footprint, ray, hit, point);
+pub fn albedo(scene: &Scene, footprint: &PixelFootprint, ray: Ray, hit: Hit) -> [f32; 3] {
+    let context = ShadingContext::of_hit(scene, footprint, &ray, &hit);
     let shape = &scene.shapes[hit.shape as usize];
-    let (material, _) = resolve_mixture(scene, shape.material, context);
-    let context = context();
+    let again = || ShadingContext::of_hit(scene, footprint, &ray, &hit);
+    let (material, _) = resolve_mixture(scene, shape.material, || ray, again);
     match &scene.materials[material as usize].model {
         MaterialModel::Diffuse { reflectance }
         | MaterialModel::CoatedDiffuse { reflectance, .. } => {
@@ -184,8 +207,10 @@ pub fn albedo(
             let [r, t] = [reflectance, transmittance].map(|texture| context.colour(texture));
             clamp_to_unit([0, 1, 2].map(|c| (r[c] + t[c]) * scale))
         }
-        MaterialModel::Conductor { metal, .. } | MaterialModel::CoatedConductor { metal, .. } => {
-            let ChannelMetal { eta, k, tint } = complex_index(metal, &context);
+        MaterialModel::Conductor { metal, roughness }
+        | MaterialModel::CoatedConductor { metal, roughness, .. } => {
+            let [_, _, r, g, b, kr, kg, kb, tr, tg, tb] = conductor(metal, roughness, &context);
+            let (eta, k, tint) = ([r, g, b], [kr, kg, kb], [tr, tg, tb]);
             [0, 1, 2].map(|c| conductor_reflectance(1.0, eta[c], k[c]) * tint[c])
         }
         MaterialModel::Dielectric { .. }

@@ -1,14 +1,16 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
 use super::bsdf::{
-    Bsdf, BsdfSample, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, ShadingFrame,
-    ThinDielectric,
+    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, ShadingFrame, ThinDielectric,
 };
 use super::bsdf_kind::BsdfKind;
-use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT};
+use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
 use super::mis::power_heuristic_fused;
-use super::vertices::{VectorColumns, Vertices, set, vector};
+use super::random::RandomColumns;
+use super::vertices::Vertices;
 use crate::lanes::Real;
+use crate::lanes::vector::select;
+use crate::scene::{load_vector as load, store_vector as store};
 
 /// Results of a packet: the contribution of the sampled light, and the next ray.
 struct Scattered<R> {
@@ -65,43 +67,31 @@ impl<R: Real<Scalar = f32>> VertexPacket<R> {
     }
 }
 
-#[inline(always)]
-fn load<R: Real<Scalar = f32>>(columns: &VectorColumns, at: usize) -> [R; 3] {
-    [R::load(&columns[0][at..]), R::load(&columns[1][at..]), R::load(&columns[2][at..])]
-}
-
-#[inline(always)]
-fn store<R: Real<Scalar = f32>>(columns: &mut VectorColumns, at: usize, from: [R; 3]) {
-    for axis in 0..3 {
-        from[axis].store(&mut columns[axis][at..]);
-    }
-}
-
 impl Vertices {
     /// Evaluates the BSDFs of all vertices towards their lights, and samples the next directions.
     /// With `skip_mis`, diffuse surfaces take light from shadow rays only and end their paths.
-    pub(super) fn evaluate<R: Real<Scalar = f32>>(&mut self, skip_mis: bool) {
+    pub(super) fn evaluate<R: Real<Scalar = f32>>(
+        &mut self,
+        random: &RandomColumns,
+        skip_mis: bool,
+    ) {
         for kind in BsdfKind::ALL {
             match kind {
-                BsdfKind::Diffuse => self.evaluate_packets::<R, Diffuse<R>>(kind, skip_mis),
+                BsdfKind::Diffuse => self.evaluate_packets::<R, Diffuse<R>>(kind, random, skip_mis),
                 BsdfKind::DiffuseTransmission => {
-                    self.evaluate_packets::<R, DiffuseTransmission<R>>(kind, skip_mis);
+                    self.evaluate_packets::<R, DiffuseTransmission<R>>(kind, random, skip_mis);
                 }
-                BsdfKind::Conductor => self.evaluate_packets::<R, Conductor<R>>(kind, false),
-                BsdfKind::Dielectric => self.evaluate_packets::<R, Dielectric<R>>(kind, false),
+                BsdfKind::Conductor => {
+                    self.evaluate_packets::<R, Conductor<R>>(kind, random, false)
+                }
+                BsdfKind::Dielectric => {
+                    self.evaluate_packets::<R, Dielectric<R>>(kind, random, false)
+                }
                 BsdfKind::ThinDielectric => {
-                    self.evaluate_packets::<R, ThinDielectric<R>>(kind, false);
+                    self.evaluate_packets::<R, ThinDielectric<R>>(kind, random, false);
                 }
-                BsdfKind::CoatedDiffuse => {
-                    let coated = std::mem::take(&mut self.coated_diffuse);
-                    self.evaluate_coated(kind, &coated);
-                    self.coated_diffuse = coated;
-                }
-                BsdfKind::CoatedConductor => {
-                    let coated = std::mem::take(&mut self.coated_conductor);
-                    self.evaluate_coated(kind, &coated);
-                    self.coated_conductor = coated;
-                }
+                BsdfKind::CoatedDiffuse => self.evaluate_coated::<R, Diffuse<R>>(kind, random),
+                BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
                 BsdfKind::Interface => {}
             }
         }
@@ -112,9 +102,9 @@ impl Vertices {
             normal: load(&self.normal, at),
             tangent: load(&self.tangent, at),
             wo: load(&self.wo, at),
-            wi: load(&self.wi, at),
-            light: load(&self.light, at),
-            light_pdf: R::load(&self.light_pdf[at..]),
+            wi: load(&self.lights.wi, at),
+            light: load(&self.lights.radiance, at),
+            light_pdf: R::load(&self.lights.density[at..]),
             throughput: load(&self.throughput, at),
         }
     }
@@ -128,19 +118,31 @@ impl Vertices {
         scattered.eta2.store(&mut self.next_eta2[at..]);
     }
 
+    /// Returns the parameters of a packet of a kind.
+    #[inline(always)]
+    fn packet_parameters<R: Real<Scalar = f32>>(
+        &self,
+        kind: BsdfKind,
+        at: usize,
+    ) -> [R; PARAMETER_COUNT] {
+        let mut parameters = [R::splat(0.0); PARAMETER_COUNT];
+        let count = kind.parameter_count();
+        for (parameter, column) in parameters.iter_mut().zip(&self.parameters[..count]) {
+            *parameter = R::load(&column[at..]);
+        }
+        parameters
+    }
+
     #[inline(never)]
     fn evaluate_packets<R: Real<Scalar = f32>, B: FromParameters<R>>(
         &mut self,
         kind: BsdfKind,
+        random: &RandomColumns,
         skip_mis: bool,
     ) {
         for at in self.ranges[kind as usize].clone().step_by(R::LANES) {
             let packet = self.packet::<R>(at);
-            let mut parameters = [R::splat(0.0); PARAMETER_COUNT];
-            for (parameter, column) in parameters.iter_mut().zip(&self.parameters) {
-                *parameter = R::load(&column[at..]);
-            }
-            let bsdf = B::from_parameters(parameters);
+            let bsdf = B::from_parameters(self.packet_parameters(kind, at));
             let frame = ShadingFrame::about(packet.normal, packet.tangent);
             let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
             let contribution = packet.contribution(bsdf.evaluate(wo, wi), skip_mis);
@@ -149,28 +151,36 @@ impl Vertices {
                 store(&mut self.next_throughput, at, [R::splat(0.0); 3]);
                 continue;
             }
-            let [u, v, lobe] = load(&self.bsdf_random, at);
-            let sample = bsdf.sample(wo, [u, v], lobe);
+            let sample = bsdf.sample(wo, random.bounce(at), R::load(&random.roulette[1][at..]));
             self.store_packet(at, packet.scattered(&frame, contribution, &sample));
         }
     }
 
-    /// Evaluates coated surfaces one at a time, as each is a random walk.
-    fn evaluate_coated<B: Bsdf<f32>>(&mut self, kind: BsdfKind, coated: &[Coated<B>]) {
-        for (at, bsdf) in self.ranges[kind as usize].clone().zip(coated) {
-            let packet = self.packet::<f32>(at);
+    /// Evaluates coated surfaces. The walks of packets without light are skipped.
+    #[inline(never)]
+    fn evaluate_coated<R: Real<Scalar = f32>, B: FromParameters<R>>(
+        &mut self,
+        kind: BsdfKind,
+        random: &RandomColumns,
+    ) {
+        let zero = R::splat(0.0);
+        for at in self.ranges[kind as usize].clone().step_by(R::LANES) {
+            let packet = self.packet::<R>(at);
+            let bsdf = coated::<R, B>(self.packet_parameters(kind, at));
             let frame = ShadingFrame::about(packet.normal, packet.tangent);
             let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
-            let seed = self.seeds[at];
-            let contribution = match vector(&self.light, at) == [0.0; 3] {
-                true => [0.0; 3],
-                false => packet.contribution(bsdf.evaluate(wo, wi, seed), false),
-            };
-            let [u, v, lobe] = vector(&self.bsdf_random, at);
-            let sample = bsdf.sample(wo, [u, v], lobe, seed);
-            let scattered = packet.scattered(&frame, contribution, &sample);
-            self.store_packet(at, scattered);
-            set(&mut self.contribution, at, contribution);
+            let seed = random.seeds::<R>(at);
+            let [r, g, b] = packet.light;
+            let lit = !(r.equals(zero) & g.equals(zero) & b.equals(zero));
+            let mut contribution = [zero; 3];
+            if R::bits(lit) != 0 {
+                // No light comes from the direction 0, so that dark lanes need no walk.
+                let found = bsdf.evaluate(wo, select(lit, wi, [zero; 3]), seed);
+                contribution = select(lit, packet.contribution(found, false), contribution);
+            }
+            let lobe = R::load(&random.roulette[1][at..]);
+            let sample = bsdf.sample(wo, random.bounce(at), lobe, seed);
+            self.store_packet(at, packet.scattered(&frame, contribution, &sample));
         }
     }
 }

@@ -3,9 +3,10 @@
 
 use glam::Vec3;
 
+use super::neighbour_ray::NeighbourRay;
+use crate::lanes::Real;
+use crate::lanes::vector::{add, dot, scale, splat, sub};
 use crate::lens::{Camera, LensModel};
-use crate::rays::{Ray, RayDifferential};
-use crate::scene::{SurfaceDerivatives, SurfacePoint};
 
 /// Distance between samples (pixels). It is that of 64 samples in a pixel, pbrt-v4's smallest,
 /// whatever the number of samples: a picture must not depend on how its samples are divided among
@@ -48,110 +49,20 @@ impl PixelFootprint {
         }
     }
 
-    /// Returns the rays of the two neighbouring samples, given the point that a sample's ray hits.
-    pub(super) fn neighbour_rays(&self, point: Vec3) -> [NeighbourRay; 2] {
-        let to = point - self.origin;
-        let depth = to.dot(self.forward) / self.forward.length_squared();
-        self.steps.map(|step| {
-            let offset = step * depth;
-            NeighbourRay { offset, direction: to + offset, direction_change: offset }
-        })
-    }
-}
-
-/// Ray of a neighbouring sample, at the distance at which a sample's own ray hits a surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct NeighbourRay {
-    /// Position relative to the own ray's hit point.
-    offset: Vec3,
-    /// Direction, of any length.
-    direction: Vec3,
-    /// Direction minus that of the own ray, at the same length.
-    direction_change: Vec3,
-}
-
-/// Specular reflection or refraction of a ray.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SpecularBounce {
-    /// Unit shading normal, on either side of the surface.
-    pub(super) normal: Vec3,
-    /// Unit direction after the surface.
-    pub(super) next: Vec3,
-    /// Squared refractive index beyond the surface over that before it, for refraction.
-    pub(super) eta2: f32,
-}
-
-impl NeighbourRay {
-    /// Returns the neighbours of a ray that hits a surface at `t`, or `None` if its differential is
-    /// unknown.
-    pub(super) fn transferred(
-        ray: &Ray,
-        t: f32,
-        differential: &RayDifferential,
-    ) -> Option<[Self; 2]> {
-        let neighbour = |axis: usize| {
-            let direction_change = Vec3::from(differential.direction[axis]);
-            let offset = Vec3::from(differential.origin[axis]) + direction_change * t;
-            let direction = Vec3::from(ray.direction) + direction_change;
-            Self { offset, direction, direction_change }
-        };
-        (*differential != RayDifferential::UNKNOWN).then(|| [neighbour(0), neighbour(1)])
-    }
-
-    /// Returns the intersection with the tangent plane of the surface, relative to the own ray's
-    /// hit point; infinite if there is none.
-    fn tangent_plane_offset(&self, normal: Vec3) -> Vec3 {
-        self.offset - self.direction * (normal.dot(self.offset) / normal.dot(self.direction))
-    }
-
-    /// Returns the change of (u, v) from the own ray's hit point to this ray's; 0 if it misses the
-    /// tangent plane.
-    pub(super) fn texture_step(
+    /// Returns the rays of the two neighbouring samples, given the points that rays hit.
+    #[inline(always)]
+    pub(super) fn neighbour_rays<R: Real<Scalar = f32>>(
         &self,
-        point: &SurfacePoint,
-        patch: &SurfaceDerivatives,
-    ) -> [f32; 2] {
-        let [du, dv] = patch.dp;
-        let offset = self.tangent_plane_offset(point.normal);
-        // Least squares in the plane of the surface.
-        let (uu, uv, vv) = (du.dot(du), du.dot(dv), dv.dot(dv));
-        let determinant = uu * vv - uv * uv;
-        let (u, v) = (offset.dot(du), offset.dot(dv));
-        [u * vv - v * uv, v * uu - u * uv].map(|slope| {
-            let slope = slope / determinant;
-            if slope.is_finite() { slope } else { 0.0 }
+        points: [R; 3],
+    ) -> [NeighbourRay<R>; 2] {
+        let forward = splat(self.forward.to_array());
+        let to = sub(points, splat(self.origin.to_array()));
+        let depth = dot(to, forward) / R::splat(self.forward.length_squared());
+        let [x, y] = self.steps;
+        [x, y].map(|step| {
+            let offset = scale(splat(step.to_array()), depth);
+            NeighbourRay { offset, direction: add(to, offset), direction_change: offset }
         })
-    }
-
-    /// Returns the origin and direction of this ray after a specular bounce, minus those of the own
-    /// ray, whose direction before the bounce is `along` (Igehy 1999, eqs. 14 to 18).
-    pub(super) fn after_bounce(
-        &self,
-        along: Vec3,
-        point: &SurfacePoint,
-        patch: &SurfaceDerivatives,
-        bounce: &SpecularBounce,
-    ) -> [Vec3; 2] {
-        let SpecularBounce { normal, next, eta2 } = *bounce;
-        let [u, v] = self.texture_step(point, patch);
-        let normal_change = patch.dn[0] * u + patch.dn[1] * v;
-        let cos = along.dot(normal);
-        let change = self.direction.normalize_or_zero()
-            - (self.direction - self.direction_change).normalize_or_zero();
-        let cos_change = change.dot(normal) + along.dot(normal_change);
-        // next = ratio * along + share * normal; ratio is constant, all else changes.
-        let (ratio, share, share_change) = if cos * next.dot(normal) < 0.0 {
-            (1.0, -2.0 * cos, -2.0 * cos_change)
-        } else {
-            let cos_next = next.dot(normal);
-            let ratio = 1.0 / eta2.sqrt();
-            let cos_next_change = cos * cos_change / (eta2 * cos_next);
-            (ratio, cos_next - ratio * cos, cos_next_change - ratio * cos_change)
-        };
-        [
-            self.tangent_plane_offset(point.normal),
-            change * ratio + normal_change * share + normal * share_change,
-        ]
     }
 }
 
@@ -159,7 +70,13 @@ impl NeighbourRay {
 mod tests {
     use glam::{Vec2, Vec3};
 
+    use super::super::neighbour_ray::SpecularBounce;
     use super::*;
+    use crate::rays::{Ray, RayDifferential};
+    use crate::scene::{SurfaceDerivatives, SurfaceDerivativesPacket, SurfacePacket, SurfacePoint};
+
+    type Point = SurfacePacket<f32>;
+    type Derivatives = SurfaceDerivativesPacket<f32>;
 
     fn footprint() -> PixelFootprint {
         PixelFootprint {
@@ -169,16 +86,16 @@ mod tests {
         }
     }
 
-    fn wall(normal: Vec3, dp: [Vec3; 2]) -> (SurfacePoint, SurfaceDerivatives) {
+    fn wall(normal: Vec3, dp: [Vec3; 2]) -> (Point, Derivatives) {
         let position = Vec3::Z * 5.0;
         let point =
             SurfacePoint { position, normal, shading_normal: normal, ..SurfacePoint::default() };
-        (point, SurfaceDerivatives { uv: Vec2::ZERO, dp, dn: [Vec3::ZERO; 2] })
+        (point.into(), SurfaceDerivatives { uv: Vec2::ZERO, dp, dn: [Vec3::ZERO; 2] }.into())
     }
 
-    fn texture_steps(point: &SurfacePoint, patch: &SurfaceDerivatives) -> [[f32; 2]; 2] {
+    fn texture_steps(point: &Point, patch: &Derivatives) -> [[f32; 2]; 2] {
         let neighbours = footprint().neighbour_rays(point.position);
-        neighbours.map(|neighbour| neighbour.texture_step(point, patch))
+        neighbours.map(|neighbour| neighbour.texture_step(point.normal, &patch.dp))
     }
 
     #[test]
@@ -220,10 +137,10 @@ mod tests {
                 shading_normal: normal,
                 ..SurfacePoint::default()
             };
+            let (pane, flat) = (pane.into(), SurfaceDerivatives::default().into());
             let bounce = SpecularBounce { normal, next, eta2: 1.0 };
-            let sides = footprint().neighbour_rays(position).map(|neighbour| {
-                let [origin, direction] =
-                    neighbour.after_bounce(along, &pane, &SurfaceDerivatives::default(), &bounce);
+            let sides = footprint().neighbour_rays(position.to_array()).map(|neighbour| {
+                let [origin, direction] = neighbour.after_bounce(along, &pane, &flat, &bounce);
                 (origin.to_array(), direction.to_array())
             });
             let differential = RayDifferential {
@@ -235,21 +152,11 @@ mod tests {
                 direction: next.to_array(),
                 t_max: f32::INFINITY,
             };
-            let (dv, position) = (Vec3::Y, position + next * 3.0);
-            let wall = SurfacePoint {
-                position,
-                normal: -next,
-                shading_normal: -next,
-                ..SurfacePoint::default()
-            };
-            let patch = SurfaceDerivatives {
-                uv: Vec2::ZERO,
-                dp: [next.cross(dv), dv],
-                dn: [Vec3::ZERO; 2],
-            };
+            let dp = [next.cross(Vec3::Y).to_array(), Vec3::Y.to_array()];
             let [one, other] = NeighbourRay::transferred(&ray, 3.0, &differential)
                 .expect("the differential is known");
-            let (one, other) = (one.texture_step(&wall, &patch), other.texture_step(&wall, &patch));
+            let (one, other) =
+                (one.texture_step((-next).into(), &dp), other.texture_step((-next).into(), &dp));
             assert!((one[0].abs() - 0.07).abs() < 1e-3 && one[1].abs() < 1e-3, "{one:?}");
             assert!((other[1] - 0.14).abs() < 1e-3 && other[0].abs() < 1e-3, "{other:?}");
         }
@@ -257,12 +164,12 @@ mod tests {
 
     /// A point of a unit ball, and derivatives by coordinates u and v that are lengths on its
     /// tangent plane.
-    fn ball(position: Vec3, centre: Vec3) -> (SurfacePoint, SurfaceDerivatives) {
+    fn ball(position: Vec3, centre: Vec3) -> (Point, Derivatives) {
         let normal = (position - centre).normalize();
         let (du, dv) = normal.any_orthonormal_pair();
         let point =
             SurfacePoint { position, normal, shading_normal: normal, ..SurfacePoint::default() };
-        (point, SurfaceDerivatives { uv: Vec2::ZERO, dp: [du, dv], dn: [du, dv] })
+        (point.into(), SurfaceDerivatives { uv: Vec2::ZERO, dp: [du, dv], dn: [du, dv] }.into())
     }
 
     /// Returns the point at which a ray from outside hits a unit ball, and its direction
@@ -289,9 +196,14 @@ mod tests {
             let (point, patch) = ball(position, centre);
             let steps = [Vec3::X * 2e-4, Vec3::Y * 3e-4];
             let footprint = PixelFootprint { steps, ..footprint() };
-            let bounce =
-                SpecularBounce { normal: point.normal, next, eta2: eta.map_or(1.0, |n| n * n) };
-            for (neighbour, step) in footprint.neighbour_rays(position).into_iter().zip(steps) {
+            let bounce = SpecularBounce {
+                normal: point.normal.into(),
+                next,
+                eta2: eta.map_or(1.0, |n| n * n),
+            };
+            for (neighbour, step) in
+                footprint.neighbour_rays(position.to_array()).into_iter().zip(steps)
+            {
                 let beside = along / along.z + step;
                 let [p, d] = bounce_off_ball(Vec3::ZERO, beside, centre, eta);
                 let [origin, direction] = neighbour.after_bounce(along, &point, &patch, &bounce);

@@ -8,10 +8,13 @@
 pub mod bsdf;
 mod bsdf_kind;
 mod bsdf_parameters;
+mod emission;
 mod evaluate;
 mod footprint;
 mod light_sampling;
+mod materials;
 mod mis;
+mod neighbour_ray;
 mod random;
 mod shading_context;
 mod sort;
@@ -91,19 +94,22 @@ pub fn shade<R: Real<Scalar = f32>>(
     shadows: &mut RayBatch,
     next: &mut RayBatch,
 ) -> LaneOccupancy {
-    let ShadeInputs { scene, vertex, rays, .. } = *inputs;
+    let ShadeInputs { scene, vertex, .. } = *inputs;
     let ShadeColumns { random, vertices } = columns;
     shadows.len = 0;
     next.len = 0;
-    vertices.sort(inputs);
-    vertices.load(inputs, radiance, next);
+    inputs.add_emitted_light(radiance);
     if vertex.depth >= vertex.limits.max_depth {
-        next.len = 0;
         return LaneOccupancy::default();
     }
-    random.fill(&vertex, rays, samples);
-    vertices.sample_lights(scene, random);
-    vertices.evaluate::<R>(vertex.skips_mis(scene));
-    vertices.spawn(inputs, shadows, next);
+    let skip_mis = vertex.skips_mis(scene);
+    vertices.sort(inputs);
+    vertices.load_surfaces::<R>(inputs);
+    vertices.load_paths(inputs);
+    vertices.load_materials::<R>(inputs);
+    random.fill(&vertex, vertices, vertices.first_spawning(skip_mis), samples);
+    vertices.sample_lights::<R>(scene, random);
+    vertices.evaluate::<R>(random, skip_mis);
+    vertices.spawn::<R>(inputs, random, shadows, next);
     vertices.occupancy()
 }

@@ -2,66 +2,69 @@
 //! compile to eight lanes.
 
 use super::PathVertex;
-use crate::rays::{Column, RayBatch, SampleBatch};
+use super::vertices::Vertices;
+use crate::lanes::{Real, Word};
+use crate::rays::{SampleBatch, SortedColumn};
 use crate::sampler::{Dimension, fill_2d, hash};
 
-/// A pair of random numbers for every ray.
-type PairColumns = [Column<f32>; 2];
+/// A pair of random numbers for every vertex.
+pub(super) type PairColumns = [SortedColumn<f32>; 2];
 
-/// Random numbers in [0, 1) for the rays of a wave at one vertex of their paths.
+/// Random numbers in [0, 1) for the vertices of a wave.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RandomColumns {
-    key: Column<u32>,
-    sample: Column<u32>,
-    choice: PairColumns,
-    light: PairColumns,
-    bounce: PairColumns,
-    roulette: PairColumns,
-}
-
-/// The random numbers of one ray at one vertex of its path.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct VertexRandom {
-    /// Chooses a light, and a triangle of it.
-    pub(super) choice: [f32; 2],
-    /// Chooses a point of the light.
-    pub(super) light: [f32; 2],
-    /// Chooses the next direction.
-    pub(super) bounce: [f32; 2],
+    key: SortedColumn<u32>,
+    sample: SortedColumn<u32>,
+    /// Choose a light, and a triangle of it.
+    pub(super) choice: PairColumns,
+    /// Choose a point of the light.
+    pub(super) light: PairColumns,
+    /// Choose the next direction.
+    pub(super) bounce: PairColumns,
     /// The first decides Russian roulette, the second chooses a lobe of the BSDF.
-    pub(super) roulette: [f32; 2],
-    /// Seed of random walks inside the surface.
-    pub(super) seed: u32,
+    pub(super) roulette: PairColumns,
 }
 
 impl RandomColumns {
-    /// Generates the numbers of all rays of a wave.
-    pub(super) fn fill(&mut self, vertex: &PathVertex, rays: &RayBatch, samples: &SampleBatch) {
-        let (len, depth) = (rays.len, vertex.depth);
-        for i in 0..len {
-            let slot = rays.slot[i] as usize;
-            self.key[i] = samples.key[slot];
-            self.sample[i] = samples.sample[slot];
+    /// Generates the numbers of all vertices. `spawning` is the first that has a next direction.
+    pub(super) fn fill(
+        &mut self,
+        vertex: &PathVertex,
+        vertices: &Vertices,
+        spawning: usize,
+        samples: &SampleBatch,
+    ) {
+        let (len, depth) = (vertices.end(), vertex.depth);
+        for at in vertices.indices() {
+            let slot = vertices.slot[at] as usize;
+            self.key[at] = samples.key[slot];
+            self.sample[at] = samples.sample[slot];
         }
-        let (keys, indices) = (&self.key[..len], &self.sample[..len]);
-        let fill = |[x, y]: &mut PairColumns, dimension| {
-            fill_2d(keys, indices, dimension, &mut x[..], &mut y[..]);
+        let fill = |[x, y]: &mut PairColumns, first: usize, dimension| {
+            let (keys, indices) = (&self.key[first..len], &self.sample[first..len]);
+            fill_2d(keys, indices, dimension, &mut x[first..len], &mut y[first..len]);
         };
-        fill(&mut self.choice, Dimension::LightChoice(depth));
-        fill(&mut self.light, Dimension::Light(depth));
-        fill(&mut self.bounce, Dimension::Bounce(depth));
-        fill(&mut self.roulette, Dimension::Roulette(depth));
+        fill(&mut self.choice, 0, Dimension::LightChoice(depth));
+        fill(&mut self.light, 0, Dimension::Light(depth));
+        let spawning = spawning.min(len);
+        fill(&mut self.bounce, spawning, Dimension::Bounce(depth));
+        fill(&mut self.roulette, spawning, Dimension::Roulette(depth));
     }
 
-    /// Returns the numbers of the i-th ray.
-    pub(super) fn at(&self, i: usize) -> VertexRandom {
-        let both = |pair: &PairColumns| [pair[0][i], pair[1][i]];
-        VertexRandom {
-            choice: both(&self.choice),
-            light: both(&self.light),
-            bounce: both(&self.bounce),
-            roulette: both(&self.roulette),
-            seed: hash(self.key[i] ^ hash(self.sample[i])),
-        }
+    /// Returns the numbers that choose the next directions of the packet that begins at an entry.
+    #[inline(always)]
+    pub(super) fn bounce<R: Real<Scalar = f32>>(&self, at: usize) -> [R; 2] {
+        [R::load(&self.bounce[0][at..]), R::load(&self.bounce[1][at..])]
     }
+
+    /// Returns the seeds of random walks inside the surfaces of the packet that begins at an entry.
+    #[inline(always)]
+    pub(super) fn seeds<R: Real<Scalar = f32>>(&self, at: usize) -> R::Word {
+        hash(R::Word::load(&self.key[at..]) ^ hash(R::Word::load(&self.sample[at..])))
+    }
+}
+
+/// Returns the two numbers of a vertex.
+pub(super) fn pair(columns: &PairColumns, at: usize) -> [f32; 2] {
+    [columns[0][at], columns[1][at]]
 }

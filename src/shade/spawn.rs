@@ -1,9 +1,14 @@
 //! Russian roulette, and the shadow rays and next rays that leave the vertices of a wave.
 
-use super::footprint::SpecularBounce;
+use super::bsdf_kind::BsdfKind;
+use super::neighbour_ray::SpecularBounce;
+use super::random::RandomColumns;
 use super::vertices::{Vertices, vector};
 use super::{PathVertex, ShadeInputs};
-use crate::rays::{Ray, RayBatch, RayDifferential};
+use crate::lanes::Real;
+use crate::lanes::vector::scale;
+use crate::rays::{Ray, RayBatch, RayDifferential, SpawnedRays};
+use crate::scene::load_vector;
 
 /// Returns the largest channel of a throughput.
 #[inline(always)]
@@ -26,38 +31,105 @@ impl Vertices {
     }
 
     /// Writes the shadow rays and the next rays of the paths.
-    pub(super) fn spawn(
-        &mut self,
+    pub(super) fn spawn<R: Real<Scalar = f32>>(
+        &self,
         inputs: &ShadeInputs,
+        random: &RandomColumns,
         shadows: &mut RayBatch,
         next: &mut RayBatch,
     ) {
-        for at in self.indices() {
-            let (point, slot) = (&self.points[at], self.slot[at]);
-            let contribution = vector(&self.contribution, at);
-            if contribution.iter().any(|&c| c > 0.0) {
-                let (direction, t_max) = self.shadow[at];
-                let origin = point.offset_origin(direction.into()).to_array();
-                shadows.push(Ray { origin, direction, t_max }, contribution, slot);
+        self.pass_through(inputs, next);
+        for (range, _) in self.shaded_ranges() {
+            for at in range.clone().step_by(R::LANES) {
+                let lanes = (1 << R::LANES.min(range.end - at)) - 1;
+                self.spawn_shadows::<R>(at, lanes, shadows);
+                self.spawn_next::<R>(inputs, random, at, lanes, next);
             }
-            let mut throughput = vector(&self.next_throughput, at);
-            if throughput.iter().all(|&t| t <= 0.0) {
-                continue;
+        }
+    }
+
+    /// Writes the shadow rays of a packet. `lanes` are its vertices, as bits.
+    #[inline(always)]
+    fn spawn_shadows<R: Real<Scalar = f32>>(&self, at: usize, lanes: u32, shadows: &mut RayBatch) {
+        let contribution = load_vector::<R>(&self.contribution, at);
+        let lanes = lanes & R::bits(R::splat(0.0).lt(max_channel(contribution)));
+        if lanes == 0 {
+            return;
+        }
+        let direction = load_vector(&self.lights.shadow, at);
+        let origin = self.surfaces.points::<R>(at).offset_origin(direction);
+        let rays = SpawnedRays {
+            origin,
+            direction,
+            t_max: R::load(&self.lights.shadow_end[at..]),
+            throughput: contribution,
+        };
+        shadows.append(lanes, &rays, &self.slot[at..]);
+    }
+
+    /// Writes the next rays of a packet. `lanes` are its vertices, as bits.
+    #[inline(always)]
+    fn spawn_next<R: Real<Scalar = f32>>(
+        &self,
+        inputs: &ShadeInputs,
+        random: &RandomColumns,
+        at: usize,
+        lanes: u32,
+        next: &mut RayBatch,
+    ) {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let mut throughput = load_vector::<R>(&self.next_throughput, at);
+        let brightest = max_channel(throughput);
+        let mut alive = zero.lt(brightest);
+        if lanes & R::bits(alive) == 0 {
+            return;
+        }
+        let roulette_scale = R::load(&self.roulette_scale[at..]) * R::load(&self.next_eta2[at..]);
+        if inputs.vertex.depth >= 1 {
+            let left = brightest * roulette_scale;
+            let certain = one.le(left);
+            alive = alive & (certain | R::load(&random.roulette[0][at..]).lt(left));
+            throughput = scale(throughput, one / R::select(certain, one, left));
+        }
+        let lanes = lanes & R::bits(alive);
+        let direction = load_vector(&self.next, at);
+        let rays = SpawnedRays {
+            origin: self.surfaces.points::<R>(at).offset_origin(direction),
+            direction,
+            t_max: R::splat(f32::INFINITY),
+            throughput,
+        };
+        let first = next.len;
+        next.append(lanes, &rays, &self.slot[at..]);
+        next.pdf.pack(first, lanes, R::load(&self.next_pdf[at..]));
+        next.roulette_scale.pack(first, lanes, roulette_scale);
+        for axis in 0..3 {
+            next.facing[axis].pack(first, lanes, R::load(&self.facing[axis][at..]));
+        }
+        if inputs.scene.is_textured() {
+            for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
+                next.differential[to] = self.next_differential(inputs, at + lane);
             }
-            if let Some(probability) = self.survival_probability(&inputs.vertex, at) {
-                if self.roulette[at] >= probability {
-                    continue;
-                }
-                throughput = throughput.map(|t| t / probability);
-            }
-            let direction = vector(&self.next, at);
-            let origin = point.offset_origin(direction.into()).to_array();
-            next.push(Ray { origin, direction, t_max: f32::INFINITY }, throughput, slot);
+        }
+    }
+
+    /// Continues rays straight on through surfaces that do not scatter.
+    fn pass_through(&self, inputs: &ShadeInputs, next: &mut RayBatch) {
+        let rays = inputs.rays;
+        for at in self.ranges[BsdfKind::Interface as usize].clone() {
+            let i = self.order[at] as usize;
+            let (ray, point) = (rays.ray(i), self.surfaces.points::<f32>(at));
+            let origin = point.offset_origin(ray.direction);
+            let ray = Ray { origin, direction: ray.direction, t_max: f32::INFINITY };
+            next.push(ray, rays.throughput(i), rays.slot[i]);
             let last = next.len - 1;
-            next.pdf[last] = self.next_pdf[at];
-            next.roulette_scale[last] = self.roulette_scale[at] * self.next_eta2[at];
+            next.pdf[last] = f32::INFINITY;
+            next.roulette_scale[last] = inputs.roulette_scale(i);
+            next.set_facing(last, [0.0; 3]);
             if inputs.scene.is_textured() {
-                next.differential[last] = self.next_differential(inputs, at);
+                let (normal, next_direction) = (point.normal.into(), ray.direction.into());
+                let straight = SpecularBounce { normal, next: next_direction, eta2: 1.0 };
+                next.differential[last] = inputs.differential_after_bounce(i, &straight);
             }
         }
     }
@@ -72,6 +144,13 @@ impl Vertices {
             next: vector(&self.next, at).into(),
             eta2: self.next_eta2[at],
         };
-        inputs.differential_after_bounce(self.ray[at] as usize, self.points[at], &bounce)
+        inputs.differential_after_bounce(self.order[at] as usize, &bounce)
     }
+}
+
+/// Returns the largest channel; NaN counts as 0.
+#[inline(always)]
+fn max_channel<R: Real<Scalar = f32>>(colour: [R; 3]) -> R {
+    let zero = R::splat(0.0);
+    colour[0].max(colour[1].max(colour[2].max(zero)))
 }

@@ -1,6 +1,7 @@
 //! Record of what shading did with the only ray of a wave, for replays of a sample.
 
 use super::bsdf_kind::BsdfKind;
+use super::random::pair;
 use super::vertices::vector;
 use super::{ShadeColumns, ShadeInputs};
 use crate::rays::NO_INDEX;
@@ -71,10 +72,12 @@ impl ShadeColumns {
             return VertexRecord { outcome: PathOutcome::Continues, ..record };
         };
         record.normal = Some(vector(&vertices.normal, at));
-        let radiance = vector(&vertices.light, at);
+        let position = vertices.surfaces.points::<f32>(at).position.into();
+        let facing = vector(&vertices.facing, at).into();
+        let radiance = vector(&vertices.lights.radiance, at);
         record.light = (radiance != [0.0; 3]).then(|| SampledLight {
-            light: scene.sampled_light(vertices.points[at].position, random.at(0).choice),
-            pdf: vertices.light_pdf[at],
+            light: scene.sampled_light(position, facing, pair(&random.choice, at)),
+            pdf: vertices.lights.density[at],
             radiance,
         });
         let dark = vector(&vertices.next_throughput, at).iter().all(|&t| t <= 0.0);
@@ -82,7 +85,7 @@ impl ShadeColumns {
         record.outcome = match vertices.survival_probability(vertex, at) {
             _ if dark && complete => PathOutcome::Complete,
             _ if dark => PathOutcome::Absorbed,
-            Some(chance) if vertices.roulette[at] >= chance => PathOutcome::Roulette { chance },
+            Some(chance) if random.roulette[0][at] >= chance => PathOutcome::Roulette { chance },
             _ => PathOutcome::Continues,
         };
         record

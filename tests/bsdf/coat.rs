@@ -9,14 +9,14 @@ use petzval::shade::bsdf::{
 use crate::scene::{ETA, K, REFLECTANCE, Random, direction};
 use crate::twin::fresnel;
 
-fn layer(alpha: f32, eta: f32, thickness: f32) -> CoatLayer {
+fn layer(alpha: f32, eta: f32, thickness: f32) -> CoatLayer<f32> {
     CoatLayer {
         interface: Dielectric::new([alpha; 2], eta),
         thickness,
         albedo: [0.0; 3],
         g: 0.0,
-        max_depth: 10,
-        samples: 1,
+        max_depth: 10.0,
+        samples: 1.0,
         weights: MisWeights::Exact,
     }
 }
@@ -64,7 +64,7 @@ fn transmitted_to_base(cos: f64, thickness: f64) -> f64 {
 
 #[test]
 fn values_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
-    for (thickness, max_depth) in [(0.0, 60), (0.3, 60)] {
+    for (thickness, max_depth) in [(0.0, 60.0), (0.3, 60.0)] {
         let layer = CoatLayer { max_depth, ..layer(0.0, 1.5, thickness) };
         let coated = Coated::new(layer, diffuse(REFLECTANCE));
         let thickness = f64::from(thickness);
@@ -95,7 +95,7 @@ fn values_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
 #[test]
 fn samples_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
     for thickness in [0.0, 0.3] {
-        let layer = CoatLayer { max_depth: 60, ..layer(0.0, 1.5, thickness) };
+        let layer = CoatLayer { max_depth: 60.0, ..layer(0.0, 1.5, thickness) };
         let coated = Coated::new(layer, diffuse(REFLECTANCE));
         let thickness = f64::from(thickness);
         // Share of the light from the base that leaves the layer without a reflection.
@@ -137,7 +137,7 @@ fn samples_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
 /// Checks that samples and evaluations of a coat agree in the moments of the light scattered to
 /// `wo`: of 1 and of each component of the direction, in channel 1.
 fn assert_samples_agree_with_values<B: Bsdf<f32> + std::fmt::Debug>(
-    coated: &Coated<B>,
+    coated: &Coated<f32, B>,
     wo: [f32; 3],
     n: u32,
 ) {
@@ -182,9 +182,10 @@ fn assert_samples_agree_with_values<B: Bsdf<f32> + std::fmt::Debug>(
 fn samples_and_values_of_a_coat_agree() {
     let n = 100_000;
     let wo = direction(0.7, 0.4);
-    let hazy = |layer: CoatLayer| CoatLayer { albedo: [0.5, 0.9, 0.2], max_depth: 200, ..layer };
+    let hazy =
+        |layer: CoatLayer<f32>| CoatLayer { albedo: [0.5, 0.9, 0.2], max_depth: 200.0, ..layer };
     let metal = |alpha: f32| Conductor::new([alpha; 2], ETA, K);
-    let long = |layer: CoatLayer| CoatLayer { max_depth: 100, ..layer };
+    let long = |layer: CoatLayer<f32>| CoatLayer { max_depth: 100.0, ..layer };
     assert_samples_agree_with_values(
         &Coated::new(long(layer(0.0, 1.5, 0.01)), diffuse(REFLECTANCE)),
         wo,
@@ -210,7 +211,7 @@ fn samples_and_values_of_a_coat_agree() {
 
 #[test]
 fn weights_of_pbrt_differ_only_if_interface_and_base_are_rough() {
-    let mean = |layer: CoatLayer, base: Diffuse<f32>| {
+    let mean = |layer: CoatLayer<f32>, base: Diffuse<f32>| {
         let coated = Coated::new(layer, base);
         let mut random = Random::new(15);
         let mut mean = Mean::default();
@@ -232,8 +233,8 @@ fn weights_of_pbrt_differ_only_if_interface_and_base_are_rough() {
 #[test]
 fn a_lossless_coat_returns_all_light() {
     // The interface is smooth, the base white, and the medium only scatters.
-    let white = CoatLayer { albedo: [1.0; 3], max_depth: 3000, ..layer(0.0, 1.5, 0.7) };
-    let clear = CoatLayer { max_depth: 3000, ..layer(0.0, 1.5, 0.0) };
+    let white = CoatLayer { albedo: [1.0; 3], max_depth: 3000.0, ..layer(0.0, 1.5, 0.7) };
+    let clear = CoatLayer { max_depth: 3000.0, ..layer(0.0, 1.5, 0.0) };
     for g in [-0.4, 0.0, 0.8] {
         for layer in [CoatLayer { g, ..white }, CoatLayer { g, ..clear }] {
             let coated = Coated::new(layer, diffuse([1.0; 3]));

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
 use petzval::rays::NO_INDEX;
+use petzval::scene::SkySampling;
 
 use super::support::Random;
 use super::{Mean, at, closest, patchwork, read, sample, scene};
@@ -50,7 +51,7 @@ fn a_uniform_sky_is_not_sampled() {
     let from = at([0.0; 3], [0.0, 0.0, 1.0]);
     let sky = scene("LightSource \"infinite\" \"rgb L\" [2 2 2]");
     assert!(sample(&sky, &from, &mut Random::new(1)).is_none());
-    assert_eq!(sky.sky_density(0, Vec3::Z), 0.0);
+    assert_eq!(sky.sky_density(0, Vec3::Z, SkySampling::Complete), 0.0);
     // Other lights get all samples.
     let both = scene("LightSource \"infinite\" LightSource \"distant\"");
     let sample = sample(&both, &from, &mut Random::new(1)).expect("the distant light");
@@ -185,7 +186,7 @@ fn the_density_of_a_hit_equals_that_of_the_sample() {
             let mut grazing = 0.0;
             let density = if sample.t_max.is_infinite() {
                 // Skies with the same picture have different numbers.
-                scene.sky_density(scene.lights.skies[0], direction)
+                scene.sky_density(scene.lights.skies[0], direction, SkySampling::Complete)
             } else {
                 let (ray, hit) = closest(&scene, from.position, direction);
                 if hit.shape == NO_INDEX {
@@ -197,7 +198,7 @@ fn the_density_of_a_hit_equals_that_of_the_sample() {
                     continue;
                 }
                 grazing = 1e-5 / point.normal.dot(direction).powi(2);
-                scene.area_light_density(from.position, &hit, &point, direction)
+                scene.area_light_density(from.position, Vec3::ZERO, &hit, &point, direction)
             };
             compared += 1;
             let off = (density / sample.density - 1.0).abs();

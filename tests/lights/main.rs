@@ -1,6 +1,8 @@
 //! Lights: strength, densities of samples, choice among many lights, and extreme input.
 
 mod density;
+mod facing;
+mod lanes;
 mod many;
 mod nasty;
 mod strength;
@@ -40,7 +42,7 @@ fn at(position: [f32; 3], normal: [f32; 3]) -> SurfacePoint {
 
 fn sample(scene: &Scene, from: &SurfacePoint, random: &mut Random) -> Option<LightSample> {
     let mut pair = || [random.next() as f32, random.next() as f32].map(|u| u.min(0.999_999_94));
-    scene.sample_light(from, pair(), pair())
+    scene.sample_light(from, Vec3::ZERO, pair(), pair())
 }
 
 fn closest(scene: &Scene, from: Vec3, direction: Vec3) -> (Ray, Hit) {

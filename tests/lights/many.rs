@@ -70,7 +70,8 @@ fn triangles_are_chosen_in_proportion_to_their_density() {
         let (ray, hit) = closest(&scene, from.position, direction);
         if let Some(mean) = means.get_mut(hit.primitive as usize) {
             let (_, point) = scene.surface(&ray, &hit);
-            let density = scene.area_light_density(from.position, &hit, &point, direction);
+            let density =
+                scene.area_light_density(from.position, glam::Vec3::ZERO, &hit, &point, direction);
             *mean += f64::from(density) * std::f64::consts::TAU;
         }
     }

@@ -22,7 +22,8 @@ fn check_samples(scene: &Scene, position: [f32; 3]) -> u32 {
         let (ray, hit) = closest(scene, from.position, direction);
         if hit.shape != petzval::rays::NO_INDEX {
             let (_, point) = scene.surface(&ray, &hit);
-            let density = scene.area_light_density(from.position, &hit, &point, direction);
+            let density =
+                scene.area_light_density(from.position, glam::Vec3::ZERO, &hit, &point, direction);
             assert!(density.is_finite() && density >= 0.0, "{position:?} {density}");
         }
     }

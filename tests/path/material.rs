@@ -119,14 +119,14 @@ fn rough_glass(alpha: f64, eta: f64, wo: DVec3, wi: DVec3) -> f64 {
     i.abs() * o * before * before * passed * g * distribution(alpha, m) / (wo.z.abs() * bent)
 }
 
-fn coated(alpha: f64, reflectance: Colour) -> Coated<Diffuse<f32>> {
+fn coated(alpha: f64, reflectance: Colour) -> Coated<f32, Diffuse<f32>> {
     let layer = CoatLayer {
         interface: Dielectric::new([alpha as f32; 2], 1.5),
         thickness: 0.01,
         albedo: [0.0; 3],
         g: 0.0,
-        max_depth: 10,
-        samples: 1,
+        max_depth: 10.0,
+        samples: 1.0,
         weights: MisWeights::default(),
     };
     Coated::new(layer, Diffuse { reflectance: reflectance.map(|c| c as f32) })

@@ -6,6 +6,7 @@ mod support;
 mod agreement;
 mod leaks;
 mod quadrics;
+mod waves;
 
 use std::f64::consts::TAU;
 

@@ -14,9 +14,12 @@ use super::{Bvh, PrimitiveList, collapse};
 
 impl Bvh {
     /// Builds the hierarchy over the primitives that have finite bounds.
-    pub(in crate::scene) fn new(primitives: &PrimitiveList) -> Self {
-        match BinaryBvh::new(primitives) {
-            Some(binary) => collapse::collapse(&binary, primitives),
+    pub(in crate::scene) fn new(primitives: PrimitiveList) -> Self {
+        match BinaryBvh::new(&primitives) {
+            Some(binary) => {
+                let bvh = collapse::collapse(&binary, &primitives);
+                Self { quadrics: primitives.quadrics, ..bvh }
+            }
             None => Self::default(),
         }
     }

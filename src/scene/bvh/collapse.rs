@@ -186,7 +186,7 @@ impl Collapse<'_> {
     fn leaf(&mut self, binary: usize, contents: BinaryNode) -> Child {
         if let BinaryNode::Leaf(primitive) = contents {
             match *self.primitives.locate(primitive).0 {
-                PrimitiveGroup::Quadric(shape, _) => return Child::Quadric(shape),
+                PrimitiveGroup::Quadric(quadric, _) => return Child::Quadric(quadric),
                 PrimitiveGroup::Instance(instance, _) => return Child::Instance(instance),
                 PrimitiveGroup::Mesh { .. } => {}
             }

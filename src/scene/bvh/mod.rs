@@ -5,7 +5,7 @@
 //!
 //! A node takes 256 bytes and a packet of triangles 352. Packets hold five to eight triangles,
 //! so a large mesh takes 50 to 90 bytes a triangle, without its vertices and indices
-//! ([`Bvh::bytes`]). The build takes about 300 bytes a triangle in addition.
+//! ([`Bvh::bytes`]). A quadric takes 250 bytes. The build takes about 300 bytes a triangle in addition.
 
 mod build;
 mod collapse;
@@ -15,10 +15,12 @@ mod traverse;
 pub(super) use primitives::{PrimitiveGroup, PrimitiveList};
 pub use traverse::TraversalStack;
 pub(super) use traverse::{
-    LeafIntersector, NearestHit, RayPacket, TraversalRay, may_hit_box, traverse,
+    LeafIntersector, NearestHit, RayPacket, RayQueue, TraversalRay, may_hit_box, traverse,
 };
 
 use glam::Vec3;
+
+use super::geometry::QuadricSurface;
 
 /// A child of a node: its kind, and its index in the list of that kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +31,7 @@ pub(super) enum Child {
     Triangles(u32),
     /// A packet of up to eight triangles, at least one of which has an alpha texture.
     AlphaTestedTriangles(u32),
-    /// A shape that is not a mesh, by its index in the scene.
+    /// A quadric.
     Quadric(u32),
     /// An instance, by its index in the scene.
     Instance(u32),
@@ -133,6 +135,17 @@ pub(super) struct PrimitiveId {
 #[repr(C, align(64))]
 pub(super) struct PrimitiveIds(pub(super) [PrimitiveId; 8]);
 
+/// A quadric in the space of a hierarchy: a shape, or the only shape of an instanced object.
+#[derive(Clone, Debug)]
+pub(super) struct PlacedQuadric {
+    pub(super) surface: QuadricSurface,
+    /// Index of its shape.
+    pub(super) shape: u32,
+    /// Index of its instance, or [`NO_INDEX`](crate::rays::NO_INDEX).
+    pub(super) instance: u32,
+    pub(super) alpha_tested: bool,
+}
+
 /// Bounding volume hierarchy over triangles, quadrics and instances.
 #[derive(Clone, Debug)]
 pub struct Bvh {
@@ -141,6 +154,7 @@ pub struct Bvh {
     pub(super) packets: Vec<TrianglePacket>,
     /// Ids of the triangles, by packet.
     pub(super) primitive_ids: Vec<PrimitiveIds>,
+    pub(super) quadrics: Vec<PlacedQuadric>,
     /// Most children that wait on the traversal stack at once.
     pub(super) stack_size: usize,
     /// Lowest and highest corner of all primitives; `None` if there are none.
@@ -153,6 +167,7 @@ impl Default for Bvh {
             nodes: vec![Node::EMPTY],
             packets: Vec::new(),
             primitive_ids: Vec::new(),
+            quadrics: Vec::new(),
             stack_size: 8,
             bounds: None,
         }
@@ -169,11 +184,23 @@ impl Bvh {
     /// Additional memory for each primitive during the build (bytes).
     pub(crate) const BUILD_BYTES_PER_PRIMITIVE: u64 = 300;
 
+    /// Additional memory of a quadric, and of an instance of a single quadric (bytes).
+    pub(crate) const BYTES_PER_QUADRIC: u64 = size_of::<PlacedQuadric>() as u64;
+
+    /// Returns the shape of the only primitive, if that is an opaque quadric.
+    pub(super) fn only_quadric(&self) -> Option<u32> {
+        match &self.quadrics[..] {
+            [quadric] if self.packets.is_empty() && !quadric.alpha_tested => Some(quadric.shape),
+            _ => None,
+        }
+    }
+
     /// Returns the memory of the hierarchy (bytes).
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
             + size_of_val(&self.packets[..])
             + size_of_val(&self.primitive_ids[..])
+            + size_of_val(&self.quadrics[..])
     }
 }
 

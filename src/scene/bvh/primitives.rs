@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::PlacedQuadric;
 use crate::scene::geometry::Mesh;
 
 /// The triangles of a mesh, or one other primitive.
@@ -16,7 +17,7 @@ pub(in crate::scene) enum PrimitiveGroup<'a> {
         /// Whether the shape has an alpha texture.
         alpha_tested: bool,
     },
-    /// A quadric: the index of its shape, and its box.
+    /// A quadric: its index in [`PrimitiveList::quadrics`], and its box.
     Quadric(u32, [Vec3; 2]),
     /// An instance: its index, and its box.
     Instance(u32, [Vec3; 2]),
@@ -26,6 +27,8 @@ pub(in crate::scene) enum PrimitiveGroup<'a> {
 #[derive(Debug, Default)]
 pub(in crate::scene) struct PrimitiveList<'a> {
     groups: Vec<PrimitiveGroup<'a>>,
+    /// All quadrics of the list.
+    pub(super) quadrics: Vec<PlacedQuadric>,
     /// Number of primitives up to the end of each group.
     ends: Vec<usize>,
 }
@@ -39,6 +42,12 @@ impl<'a> PrimitiveList<'a> {
         };
         self.ends.push(self.len() + count);
         self.groups.push(group);
+    }
+
+    /// Adds a quadric in a box.
+    pub(in crate::scene) fn push_quadric(&mut self, quadric: PlacedQuadric, bounds: [Vec3; 2]) {
+        self.push(PrimitiveGroup::Quadric(self.quadrics.len() as u32, bounds));
+        self.quadrics.push(quadric);
     }
 
     /// Returns the number of primitives.

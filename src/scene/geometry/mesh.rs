@@ -1,8 +1,9 @@
 //! Triangle mesh.
 
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
-use super::surface_point::{SurfaceDerivatives, SurfacePoint, gamma};
+use super::surface_point::{SurfaceDerivatives, SurfacePoint};
+use super::triangle::ShadingTriangle;
 use crate::rays::Hit;
 
 /// Triangles over shared vertices, in the space of the object that they belong to.
@@ -108,67 +109,37 @@ impl Mesh {
         self.patch_starts.iter().map(|&patch| sums[patch as usize]).collect()
     }
 
+    /// Returns the vertex data of a triangle.
+    #[inline(always)]
+    pub fn triangle(&self, index: u32) -> ShadingTriangle<f32> {
+        let corners = self.triangles[index as usize];
+        let mut triangle = ShadingTriangle {
+            positions: corners.map(|i| self.positions[i as usize]),
+            normals: [[0.0; 3]; 3],
+            uvs: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+            side: if self.flipped { -1.0 } else { 1.0 },
+        };
+        if !self.normals.is_empty() {
+            triangle.normals = corners.map(|i| self.normals[i as usize]);
+        }
+        if !self.uvs.is_empty() {
+            triangle.uvs = corners.map(|i| self.uvs[i as usize]);
+        }
+        triangle
+    }
+
+    /// Returns whether bump maps displace the mesh along tangents that follow its vertex normals.
+    pub fn is_smooth(&self) -> bool {
+        !self.normals.is_empty() && self.patch_starts.is_empty()
+    }
+
     /// Returns the point of the surface at a hit.
     pub fn point(&self, hit: &Hit) -> SurfacePoint {
-        let [a, b, c] = self.corners(hit.primitive);
-        let (wb, wc) = (hit.u, hit.v);
-        let wa = 1.0 - wb - wc;
-        let position = a * wa + b * wb + c * wc;
-        let error = ((a * wa).abs() + (b * wb).abs() + (c * wc).abs()) * gamma(8);
-        let mut normal = (b - a).cross(c - a).normalize_or_zero();
-        let mut shading = None;
-        if !self.normals.is_empty() {
-            let corners = self.triangles[hit.primitive as usize];
-            let [na, nb, nc] = corners.map(|i| Vec3::from(self.normals[i as usize]));
-            shading = (na * wa + nb * wb + nc * wc).try_normalize();
-        }
-        match shading {
-            Some(n) => normal *= n.dot(normal).signum(),
-            None if self.flipped => normal = -normal,
-            None => {}
-        }
-        SurfacePoint { position, error, normal, shading_normal: shading.unwrap_or(normal) }
+        self.triangle(hit.primitive).point(hit.u, hit.v).into()
     }
 
     /// Returns the texture coordinates at a hit, and the derivatives with respect to them.
     pub fn derivatives(&self, hit: &Hit) -> SurfaceDerivatives {
-        let corners = self.triangles[hit.primitive as usize];
-        let [a, b, c] = match self.uvs.is_empty() {
-            true => [Vec2::ZERO, Vec2::X, Vec2::ONE],
-            false => corners.map(|i| Vec2::from(self.uvs[i as usize])),
-        };
-        let uv = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-        // Positions and normals are linear in u and v: solve for the derivatives by two edges.
-        let (one, other) = (a - c, b - c);
-        let determinant = one.perp_dot(other);
-        let slopes = |values: [Vec3; 3]| {
-            let (d, e) = (values[0] - values[2], values[1] - values[2]);
-            [d * other.y - e * one.y, e * one.x - d * other.x].map(|slope| slope / determinant)
-        };
-        let [p, q, r] = self.corners(hit.primitive);
-        let mut dp = slopes([p, q, r]);
-        let mut dn = [Vec3::ZERO; 2];
-        let normal = (q - p).cross(r - p);
-        if !dp[0].cross(dp[1]).length_squared().is_normal() || !dp[0].is_finite() {
-            // Degenerate texture coordinates: any two directions in the plane.
-            let (u, v) = normal.normalize_or(Vec3::Z).any_orthonormal_pair();
-            dp = [u, v];
-        } else if !self.normals.is_empty() {
-            dn = slopes(corners.map(|i| Vec3::from(self.normals[i as usize])));
-        }
-        SurfaceDerivatives { uv, dp, dn }
-    }
-
-    /// Samples a point of a triangle uniformly by area. Returns it as a hit.
-    pub fn sample(&self, triangle: u32, u: [f32; 2]) -> Hit {
-        // Heitz 2019, "A low-distortion map between triangle and square".
-        let (mut b, mut c) = (u[0] * 0.5, u[1] * 0.5);
-        let offset = c - b;
-        if offset > 0.0 {
-            c += offset
-        } else {
-            b -= offset
-        }
-        Hit { t: 0.0, u: b, v: c, primitive: triangle, ..Hit::MISS }
+        self.triangle(hit.primitive).derivatives(hit.u, hit.v).into()
     }
 }

@@ -6,14 +6,19 @@ mod curve;
 mod mesh;
 mod quadric;
 mod subdivision;
+mod surface_packet;
 mod surface_point;
+mod triangle;
 
 pub use bilinear::tessellate_patches;
 pub use curve::{CurveSegment, tessellate_curve};
 pub use mesh::Mesh;
+pub(super) use quadric::{DiskPacket, QuadricSurface};
 pub use quadric::{Quadric, QuadricForm, Sphere};
 pub use subdivision::{SubdivisionError, subdivide};
+pub use surface_packet::{SurfaceDerivativesPacket, SurfacePacket};
 pub use surface_point::{SurfaceDerivatives, SurfacePoint, gamma};
+pub(super) use triangle::{ShadingTriangle, TriangleLanes};
 
 use glam::DVec3;
 
@@ -29,6 +34,14 @@ pub enum Geometry {
 }
 
 impl Geometry {
+    /// Returns whether it is a mesh for which [`Mesh::is_smooth`] holds.
+    pub fn is_smooth(&self) -> bool {
+        match self {
+            Self::Mesh(mesh) => mesh.is_smooth(),
+            Self::Quadric(_) => false,
+        }
+    }
+
     /// Returns the surface point at a hit, object space. Only quadrics call `near`, which returns
     /// the point that was hit to rounding, object space.
     pub(super) fn point(&self, hit: &Hit, near: impl FnOnce() -> DVec3) -> SurfacePoint {

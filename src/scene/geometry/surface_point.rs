@@ -3,6 +3,8 @@
 
 use glam::{Affine3A, Vec2, Vec3};
 
+use super::surface_packet::SurfacePacket;
+
 /// Returns the bound on the relative error of n roundings: n e / (1 - n e), e = 2^-24
 /// (Higham 2002, Lemma 3.1).
 pub const fn gamma(n: u32) -> f32 {
@@ -35,10 +37,10 @@ pub struct SurfaceDerivatives {
 }
 
 impl SurfaceDerivatives {
-    /// Transforms the derivatives from object space to world space. `normal` is the unit shading
-    /// normal in object space.
-    pub fn transform(&self, matrix: &Affine3A, normal: Vec3) -> Self {
-        let inverse = matrix.matrix3.inverse().transpose();
+    /// Transforms the derivatives from object space to world space, given the matrix and its
+    /// inverse. `normal` is the unit shading normal in object space.
+    pub fn transform(&self, matrix: &Affine3A, inverse: &Affine3A, normal: Vec3) -> Self {
+        let inverse = inverse.matrix3.transpose();
         // The normal stays of unit length, so its derivatives are perpendicular to it.
         let outside = inverse * normal;
         let (length, unit) = (outside.length(), outside.normalize_or_zero());
@@ -51,30 +53,11 @@ impl SurfaceDerivatives {
 }
 
 impl SurfacePoint {
-    /// Transforms the point from object space to world space.
-    pub fn transform(&self, matrix: &Affine3A) -> Self {
-        let m = matrix.matrix3;
-        let inverse = m.inverse().transpose();
-        let magnitude = |v: Vec3| {
-            let v = v.abs();
-            Vec3::from(m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z)
-        };
-        let error = magnitude(self.error) * (1.0 + gamma(3))
-            + (magnitude(self.position) + Vec3::from(matrix.translation.abs())) * gamma(4);
-        Self {
-            position: matrix.transform_point3(self.position),
-            error,
-            normal: (inverse * self.normal).normalize(),
-            shading_normal: (inverse * self.shading_normal).normalize(),
-        }
-    }
-
     /// Returns the origin of a ray that leaves in a direction: outside the error box of the point,
     /// on the side of the direction (Pharr, Jakob & Humphreys, "Physically Based Rendering",
     /// 6.8.6). [`Self::error`] includes the rounding of the sum.
     pub fn offset_origin(&self, direction: Vec3) -> Vec3 {
-        let reach = self.normal.abs().dot(self.error);
-        self.position + self.normal * reach.copysign(direction.dot(self.normal))
+        SurfacePacket::from(*self).offset_origin(direction.into()).into()
     }
 }
 
@@ -91,11 +74,14 @@ mod tests {
             ..SurfaceDerivatives::default()
         };
         let grown = Affine3A::from_scale(Vec3::splat(3.0));
-        assert_eq!(patch.transform(&grown, Vec3::Z).dn, patch.dn);
-        assert_eq!(patch.transform(&grown, Vec3::Z).dp, [Vec3::X * 3.0, Vec3::Y * 3.0]);
+        assert_eq!(patch.transform(&grown, &grown.inverse(), Vec3::Z).dn, patch.dn);
+        assert_eq!(
+            patch.transform(&grown, &grown.inverse(), Vec3::Z).dp,
+            [Vec3::X * 3.0, Vec3::Y * 3.0]
+        );
         // An ellipsoid three times as tall: z = 3 - 1.5 r^2 at its pole.
         let tall = Affine3A::from_scale(Vec3::new(1.0, 1.0, 3.0));
-        let [du, _] = patch.transform(&tall, Vec3::Z).dn;
+        let [du, _] = patch.transform(&tall, &tall.inverse(), Vec3::Z).dn;
         assert!((du - Vec3::X * 3.0).length() < 1e-6, "{du}");
     }
 }

@@ -5,8 +5,8 @@ use crate::lanes::Real;
 use crate::rays::{Column, Hit, HitBatch, Ray, RayBatch};
 use crate::scene::Scene;
 use crate::scene::bvh::{
-    Bvh, Child, LeafIntersector, NearestHit, PackedChild, PrimitiveId, TraversalRay,
-    TraversalStack, may_hit_box, traverse,
+    Bvh, LeafIntersector, NearestHit, PackedChild, TraversalRay, TraversalStack, may_hit_box,
+    traverse,
 };
 use crate::scene::transform::to_f32;
 
@@ -111,14 +111,14 @@ struct SceneAtTime<'a> {
 
 impl LeafIntersector for SceneAtTime<'_> {
     #[inline(never)]
-    fn intersect_leaf<R: Real<Scalar = f32>, const ANY: bool>(
+    fn intersect_instance<R: Real<Scalar = f32>, const ANY: bool>(
         &self,
-        child: Child,
+        number: u32,
         ray: &TraversalRay,
         nearest: &mut NearestHit,
         pending: &mut [u64],
     ) -> bool {
-        let (scene, Child::Instance(number)) = (self.scene, child) else { return false };
+        let scene = self.scene;
         let instance = &scene.animated.all[number as usize];
         let bvh: &Bvh = &scene.objects[instance.object as usize];
         let pose = instance.motion.at(f64::from(self.time));
@@ -132,7 +132,7 @@ impl LeafIntersector for SceneAtTime<'_> {
         is_hit
     }
 
-    fn passes_alpha_test(&self, _: &TraversalRay, _: PrimitiveId, _: [f32; 2]) -> bool {
+    fn passes_alpha_test(&self, _: &TraversalRay, _: &Hit) -> bool {
         // The hierarchy holds instances only.
         true
     }

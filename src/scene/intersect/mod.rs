@@ -5,11 +5,11 @@
 
 mod animated;
 
-use glam::{Affine3A, DVec3, Vec3};
+use glam::{Affine3A, Vec3};
 
 use super::Scene;
 use super::bvh::{
-    Bvh, Child, LeafIntersector, NearestHit, PackedChild, PrimitiveId, RayPacket, TraversalRay,
+    Bvh, LeafIntersector, NearestHit, PackedChild, RayPacket, RayQueue, TraversalRay,
     TraversalStack, traverse,
 };
 use crate::lanes::Real;
@@ -95,37 +95,26 @@ impl Scene {
     ) -> LaneOccupancy {
         let mut lanes = LaneOccupancy::default();
         let pending = self.stack_slots(stack);
-        let mut octants = [OctantQueue::default(); 8];
-        let mut flush = |queue: &mut OctantQueue| {
-            let len = std::mem::take(&mut queue.len);
+        let (mut queues, mut packet) = ([RayQueue::default(); 8], RayPacket::default());
+        let mut flush = |queue: &mut RayQueue| {
+            let len = queue.len;
             if len == 0 {
                 return;
             }
             lanes.add(LaneOccupancy::packed(len));
-            let (rays, nearest) = (&queue.rays[..len], &mut queue.nearest[..len]);
-            let hits = RayPacket::new(rays, nearest).traverse::<R, ANY>(
-                &self.world,
-                self,
-                nearest,
-                pending,
-            );
+            packet.load::<R>(queue);
+            queue.len = 0;
+            let hits = packet.traverse::<R, ANY>(len, &self.world, self, pending);
             for lane in 0..len {
-                report(queue.index[lane] as usize, &nearest[lane], hits >> lane & 1 == 1);
+                report(queue.index[lane] as usize, &packet.nearest[lane], hits >> lane & 1 == 1);
             }
         };
         for i in 0..rays.len {
-            let ray = rays.ray(i);
-            let Some(prepared) = TraversalRay::new(ray.origin, ray.direction) else { continue };
-            let queue = &mut octants[prepared.octant()];
-            queue.rays[queue.len] = prepared;
-            queue.nearest[queue.len] = NearestHit::new(ray.t_max);
-            queue.index[queue.len] = i as u32;
-            queue.len += 1;
-            if queue.len == 8 {
-                flush(queue);
+            if let Some(full) = RayQueue::push(&mut queues, &rays.ray(i), i) {
+                flush(full);
             }
         }
-        octants.iter_mut().for_each(flush);
+        queues.iter_mut().for_each(flush);
         lanes
     }
 
@@ -134,82 +123,32 @@ impl Scene {
         let objects = self.objects.iter().map(|bvh| bvh.stack_size).max();
         stack.slots(self.world.stack_size.max(self.animated.stack_size()) + objects.unwrap_or(0))
     }
-
-    /// Intersects a ray with the quadric of a shape. Returns whether it found a nearer hit.
-    fn intersect_quadric(&self, index: u32, ray: &TraversalRay, nearest: &mut NearestHit) -> bool {
-        let shape = &self.shapes[index as usize];
-        let Some(quadric) = shape.quadric() else { return false };
-        let double = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-        let (origin, direction) = (double(ray.origin), double(ray.direction));
-        let mut start = 0.0;
-        // A ray that fails the alpha test on the near side may hit the far side.
-        while let Some(t) =
-            quadric.intersect(origin + direction * start, direction, f64::from(nearest.t) - start)
-        {
-            let t = start + t;
-            let hit = Hit { t: t as f32, u: 0.0, v: 0.0, shape: index, primitive: 0, ..Hit::MISS };
-            if hit.t <= 0.0 || hit.t >= nearest.t {
-                return false;
-            }
-            if shape.passes_alpha_test(ray.origin, ray.direction, &hit) {
-                nearest.replace(&hit);
-                return true;
-            }
-            start = t * (1.0 + 1e-9);
-        }
-        false
-    }
-}
-
-/// Rays of one octant that wait until their packet is full.
-#[derive(Clone, Copy)]
-struct OctantQueue {
-    rays: [TraversalRay; 8],
-    nearest: [NearestHit; 8],
-    index: [u32; 8],
-    len: usize,
-}
-
-impl Default for OctantQueue {
-    fn default() -> Self {
-        let (rays, nearest) = ([TraversalRay::default(); 8], [NearestHit::new(0.0); 8]);
-        Self { rays, nearest, index: [0; 8], len: 0 }
-    }
 }
 
 impl LeafIntersector for Scene {
     #[inline(never)]
-    fn intersect_leaf<R: Real<Scalar = f32>, const ANY: bool>(
+    fn intersect_instance<R: Real<Scalar = f32>, const ANY: bool>(
         &self,
-        child: Child,
+        number: u32,
         ray: &TraversalRay,
         nearest: &mut NearestHit,
         pending: &mut [u64],
     ) -> bool {
-        match child {
-            Child::Quadric(shape) => self.intersect_quadric(shape, ray, nearest),
-            Child::Instance(number) => {
-                let instance = &self.instances[number as usize];
-                let bvh: &Bvh = &self.objects[instance.object as usize];
-                let Some(ray) = to_object_space(ray, &instance.pose.object_from_world) else {
-                    return false;
-                };
-                let mut inner = NearestHit::new(nearest.t);
-                let is_hit =
-                    traverse::<R, ANY>(bvh, self, PackedChild::ROOT, &ray, &mut inner, pending);
-                if is_hit {
-                    nearest.replace(&Hit { instance: number, ..inner.hit(bvh) });
-                }
-                is_hit
-            }
-            Child::Node(_) | Child::Triangles(_) | Child::AlphaTestedTriangles(_) => false,
+        let instance = &self.instances[number as usize];
+        let bvh: &Bvh = &self.objects[instance.object as usize];
+        let Some(ray) = to_object_space(ray, &instance.pose.object_from_world) else {
+            return false;
+        };
+        let mut inner = NearestHit::new(nearest.t);
+        let is_hit = traverse::<R, ANY>(bvh, self, PackedChild::ROOT, &ray, &mut inner, pending);
+        if is_hit {
+            nearest.replace(&Hit { instance: number, ..inner.hit(bvh) });
         }
+        is_hit
     }
 
-    fn passes_alpha_test(&self, ray: &TraversalRay, id: PrimitiveId, [u, v]: [f32; 2]) -> bool {
-        let PrimitiveId { shape, triangle: primitive } = id;
-        let hit = Hit { t: 0.0, u, v, shape, primitive, ..Hit::MISS };
-        self.shapes[shape as usize].passes_alpha_test(ray.origin, ray.direction, &hit)
+    fn passes_alpha_test(&self, ray: &TraversalRay, hit: &Hit) -> bool {
+        self.shapes[hit.shape as usize].passes_alpha_test(ray.origin, ray.direction, hit)
     }
 }
 

@@ -1,16 +1,16 @@
-//! Area lights: the emission of shapes, and the sampling of points on them.
+//! Area lights: the emission of shapes.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::spherical_triangle::SphericalTriangle;
+use super::mean;
 use super::tree::{Cone, LightBounds};
-use super::{LightSample, mean};
+use super::visible_cap::SpherePacket;
 use crate::rays::Hit;
-use crate::scene::geometry::Sphere;
+use crate::scene::geometry::DiskPacket;
 use crate::scene::texture::ImageMap;
-use crate::scene::{Geometry, Mesh, Quadric, Shape, SurfacePoint};
+use crate::scene::{Geometry, Mesh};
 
 /// Emission of a shape, as the scene file describes it.
 #[derive(Clone, Debug)]
@@ -47,22 +47,9 @@ pub struct AreaLight {
     /// Mean of the image by channel; 1 without an image.
     mean: [f32; 3],
     /// The sphere, if the shape is a whole one.
-    sphere: Option<Sphere>,
-}
-
-/// A sampled point of an emitter, and its density.
-struct EmitterPoint {
-    point: SurfacePoint,
-    uv: Vec2,
-    density: Density,
-}
-
-/// A probability density and its measure.
-enum Density {
-    /// Per unit of area.
-    Area(f32),
-    /// Per unit of solid angle [1/sr].
-    SolidAngle(f32),
+    pub(super) sphere: Option<SpherePacket<f32>>,
+    /// The disk, if the shape is a whole one.
+    pub(super) disk: Option<DiskPacket<f32>>,
 }
 
 impl AreaLight {
@@ -77,11 +64,12 @@ impl AreaLight {
             _ => Vec::new(),
         };
         let mean = emission.image.as_ref().map_or([1.0; 3], image_mean);
-        let sphere = match geometry {
-            Geometry::Quadric(quadric) => quadric.whole_sphere(),
-            Geometry::Mesh(_) => None,
+        let (sphere, disk) = match geometry {
+            Geometry::Quadric(quadric) => (quadric.whole_sphere(), quadric.whole_disk()),
+            Geometry::Mesh(_) => (None, None),
         };
-        Self { shape, emission, first_emitter: 0, emitter_areas, mean, sphere }
+        let sphere = sphere.as_ref().map(SpherePacket::from);
+        Self { shape, emission, first_emitter: 0, emitter_areas, mean, sphere, disk }
     }
 
     /// Returns the number of emitters: its triangles, or 1 for a quadric.
@@ -146,112 +134,6 @@ impl AreaLight {
         let seen = intensity > 0.0 && intensity.is_finite();
         let two_sided = self.emission.two_sided;
         seen.then_some(LightBounds { low, high, normals, cos_emission: 0.0, intensity, two_sided })
-    }
-
-    /// Samples a point of a primitive for a point of a surface. The density [1/sr] does not include
-    /// the probability of the primitive. The alpha of the shape scales the radiance, except that a
-    /// shape of alpha 0 emits in full although no ray hits it, as in pbrt-v4.
-    pub(super) fn sample(
-        &self,
-        shape: &Shape,
-        primitive: u32,
-        from: &SurfacePoint,
-        u: [f32; 2],
-    ) -> Option<LightSample> {
-        let textured = self.emission.image.is_some() || !shape.is_opaque();
-        let EmitterPoint { point, uv, density } = match &shape.geometry {
-            Geometry::Mesh(mesh) => {
-                self.sample_triangle(mesh, primitive, from.position, u, textured)?
-            }
-            Geometry::Quadric(quadric) => self.sample_quadric(quadric, from.position, u, textured),
-        };
-        let start = from.offset_origin(point.position - from.position);
-        let end = point.offset_origin(start - point.position);
-        let direction = end - start;
-        let d2 = direction.length_squared();
-        let cos = -point.normal.dot(direction) / d2.sqrt();
-        let cos = if self.emission.two_sided { cos.abs() } else { cos };
-        let density = match density {
-            Density::SolidAngle(density) => density,
-            Density::Area(density) => density * d2 / cos,
-        };
-        let usable = cos > 0.0 && d2 > 0.0 && density > 0.0 && density.is_finite();
-        let singular = shape.is_invisible();
-        let alpha = if singular { 1.0 } else { shape.alpha_at(uv, &point) };
-        usable.then(|| LightSample {
-            direction,
-            t_max: 1.0,
-            radiance: self.radiance(primitive, uv).map(|l| l * alpha),
-            density,
-            singular,
-        })
-    }
-
-    fn sample_triangle(
-        &self,
-        mesh: &Mesh,
-        primitive: u32,
-        from: Vec3,
-        u: [f32; 2],
-        textured: bool,
-    ) -> Option<EmitterPoint> {
-        let (hit, density) = match SphericalTriangle::new(mesh.corners(primitive), from) {
-            Some(seen) => {
-                let [v, w] = seen.sample(u)?;
-                let hit = Hit { t: 0.0, u: v, v: w, primitive, ..Hit::MISS };
-                (hit, Density::SolidAngle((1.0 / seen.solid_angle) as f32))
-            }
-            None => (mesh.sample(primitive, u), Density::Area(1.0 / mesh.area(primitive))),
-        };
-        let uv = if textured { mesh.derivatives(&hit).uv } else { Vec2::ZERO };
-        Some(EmitterPoint { point: mesh.point(&hit), uv, density })
-    }
-
-    fn sample_quadric(
-        &self,
-        quadric: &Quadric,
-        from: Vec3,
-        u: [f32; 2],
-        textured: bool,
-    ) -> EmitterPoint {
-        let (point, density) = match self.sphere.and_then(|sphere| sphere.visible_from(from)) {
-            Some(cap) => (cap.sample(u), Density::SolidAngle(cap.density())),
-            None => {
-                let (point, density) = quadric.sample(u);
-                (point, Density::Area(density))
-            }
-        };
-        let uv = match textured {
-            true => quadric.derivatives(point.position.as_dvec3()).uv,
-            false => Vec2::ZERO,
-        };
-        EmitterPoint { point, uv, density }
-    }
-
-    /// Returns the density [1/sr] with which [`Self::sample`] samples a point of a primitive.
-    pub(super) fn density(
-        &self,
-        geometry: &Geometry,
-        primitive: u32,
-        from: Vec3,
-        point: &SurfacePoint,
-        direction: Vec3,
-    ) -> f32 {
-        let density = match geometry {
-            Geometry::Mesh(mesh) => match SphericalTriangle::new(mesh.corners(primitive), from) {
-                Some(seen) => return (1.0 / seen.solid_angle) as f32,
-                None => 1.0 / mesh.area(primitive),
-            },
-            Geometry::Quadric(quadric) => {
-                match self.sphere.and_then(|sphere| sphere.visible_from(from)) {
-                    Some(cap) => return cap.density(),
-                    None => quadric.density(point.position.as_dvec3()),
-                }
-            }
-        };
-        let d2 = (point.position - from).length_squared();
-        let density = density * d2 / point.normal.dot(direction).abs();
-        if density.is_finite() { density } else { 0.0 }
     }
 }
 

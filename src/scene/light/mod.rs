@@ -1,24 +1,29 @@
 //! Lights: emission, sampling, and the random selection of a light for a point.
 
 mod area;
+mod area_sampling;
+mod choose;
 mod equal_area;
 mod point;
 mod sampler;
 mod sky;
-mod sphere;
 mod spherical_triangle;
+mod stage;
 mod tree;
+mod visible_cap;
 
 pub use area::{AreaLight, Emission};
 pub use point::{IntensityDistribution, PointLight, luminance};
 pub use sampler::Lights;
-pub use sky::{Sky, SkyImage, SkyLayout};
+pub use sky::{Sky, SkyImage, SkyLayout, SkySampling};
+pub use stage::{LightColumns, LightInputs, LightSamples};
 
 use glam::{Vec2, Vec3};
 
 use super::{Geometry, Scene, SurfacePoint};
 use crate::rays::{Hit, Ray};
 use sampler::LightChoice;
+use tree::Receiver;
 
 /// A light source. Radiances are linear RGB in the units of the scene file.
 #[derive(Clone, Debug)]
@@ -61,17 +66,31 @@ fn mean([r, g, b]: [f32; 3]) -> f32 {
 }
 
 impl Scene {
-    /// Samples a light for a point of a surface, without tracing a shadow ray. `choice` selects the
-    /// light and its triangle, `u` the point on it. The selection depends on the position of the
-    /// surface only. Returns `None` if the sample cannot contribute.
+    /// Samples a light for a point of a surface, without tracing a shadow ray. `facing` is the unit
+    /// normal on the side from which light counts, or 0 if it counts from both sides. `choice`
+    /// selects the light and its triangle, `u` the point on it. The selection depends only on the
+    /// position and on `facing`. Every light that reaches the point can be sampled, other than by
+    /// the stage [`Self::sample_lights`]. Returns `None` if the sample cannot contribute.
     pub fn sample_light(
         &self,
         from: &SurfacePoint,
+        facing: Vec3,
         choice: [f32; 2],
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let LightChoice { light, primitive, probability } =
-            self.lights.choose(from.position, choice)?;
+        let choice = self.lights.choose(&receiver(from.position, facing), choice)?;
+        self.sample_choice(choice, from, u, SkySampling::Complete)
+    }
+
+    /// Samples a point or a direction of a selected light.
+    fn sample_choice(
+        &self,
+        choice: LightChoice,
+        from: &SurfacePoint,
+        u: [f32; 2],
+        sampling: SkySampling,
+    ) -> Option<LightSample> {
+        let LightChoice { light, primitive, probability } = choice;
         let sample = match &self.lights.all[light as usize] {
             Light::Area(area) => {
                 area.sample(&self.shapes[area.shape as usize], primitive, from, u)?
@@ -96,7 +115,7 @@ impl Scene {
                 singular: true,
             },
             Light::Infinite(sky) => {
-                let sample = sky.sample(u)?;
+                let sample = sky.sample(u, sampling)?;
                 LightSample {
                     direction: sample.direction,
                     t_max: f32::INFINITY,
@@ -110,8 +129,8 @@ impl Scene {
     }
 
     /// Returns the index of the light that [`Self::sample_light`] selects for a point.
-    pub fn sampled_light(&self, from: Vec3, choice: [f32; 2]) -> Option<u32> {
-        self.lights.choose(from, choice).map(|choice| choice.light)
+    pub fn sampled_light(&self, from: Vec3, facing: Vec3, choice: [f32; 2]) -> Option<u32> {
+        self.lights.choose(&receiver(from, facing), choice).map(|choice| choice.light)
     }
 
     /// Returns the density [1/sr] with which [`Self::sample_light`] samples the unit `direction`
@@ -119,24 +138,27 @@ impl Scene {
     pub fn area_light_density(
         &self,
         from: Vec3,
+        facing: Vec3,
         hit: &Hit,
         point: &SurfacePoint,
         direction: Vec3,
     ) -> f32 {
         let Some((light, geometry)) = self.emitter(hit) else { return 0.0 };
-        let probability = self.lights.probability(from, light.first_emitter + hit.primitive);
+        let emitter = light.first_emitter + hit.primitive;
+        let probability = self.lights.probability(&receiver(from, facing), emitter);
         if probability <= 0.0 {
             return 0.0;
         }
         probability * light.density(geometry, hit.primitive, from, point, direction)
     }
 
-    /// Returns the density [1/sr] with which [`Self::sample_light`] samples a unit direction of a
-    /// sky.
-    pub fn sky_density(&self, sky: u32, direction: Vec3) -> f32 {
+    /// Returns the density (1/sr) with which a unit direction of a sky is sampled: by
+    /// [`Self::sample_light`] if `sampling` is complete, by the stage [`Self::sample_lights`] if it
+    /// is compensated.
+    pub fn sky_density(&self, sky: u32, direction: Vec3, sampling: SkySampling) -> f32 {
         match &self.lights.all[sky as usize] {
             Light::Infinite(light) => {
-                self.lights.distant_probability(sky) * light.density(direction)
+                self.lights.distant_probability(sky) * light.density(direction, sampling)
             }
             _ => 0.0,
         }
@@ -178,6 +200,11 @@ impl Scene {
             _ => None,
         }
     }
+}
+
+/// Returns a point that receives light.
+fn receiver(from: Vec3, facing: Vec3) -> Receiver<f32> {
+    Receiver { position: from.to_array(), facing: facing.to_array() }
 }
 
 /// Samples a direction about a unit normal with density cos / pi. Returns it and its cosine.

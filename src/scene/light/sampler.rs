@@ -1,10 +1,9 @@
 //! Light sampler: the random selection of a light for a point.
 
-use glam::Vec3;
-
-use super::tree::{Emitter, LightTree};
-use super::{Light, mean};
-use crate::scene::Shape;
+use super::tree::{Emitter, LightTree, Receiver};
+use super::{AreaLight, Light, mean};
+use crate::lanes::Real;
+use crate::scene::{Geometry, Shape};
 
 /// All lights of a scene, and the light tree over those at finite distance.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +24,33 @@ pub struct Lights {
 struct EmitterSource {
     light: u32,
     primitive: u32,
+    class: EmitterClass,
+}
+
+/// Kind of an emitter. Points on emitters of one class are sampled together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum EmitterClass {
+    /// A triangle of uniform emission.
+    Triangle,
+    /// A whole disk of uniform emission.
+    Disk,
+    /// A whole sphere of uniform emission.
+    Sphere,
+    /// All others, and lights at infinite distance: sampled one at a time.
+    General,
+}
+
+impl EmitterClass {
+    /// Returns the class of the emitters of an area light.
+    fn of(light: &AreaLight, shape: &Shape) -> Self {
+        match &shape.geometry {
+            _ if light.emission.image.is_some() || !shape.is_opaque() => Self::General,
+            Geometry::Mesh(_) => Self::Triangle,
+            Geometry::Quadric(_) if light.disk.is_some() => Self::Disk,
+            Geometry::Quadric(_) if light.sphere.is_some() => Self::Sphere,
+            Geometry::Quadric(_) => Self::General,
+        }
+    }
 }
 
 /// A selected light.
@@ -51,18 +77,20 @@ impl Lights {
         for (light, kind) in (0..).zip(&mut all) {
             match kind {
                 Light::Area(area) => {
-                    let geometry = &shapes[area.shape as usize].geometry;
+                    let shape = &shapes[area.shape as usize];
+                    let (geometry, class) = (&shape.geometry, EmitterClass::of(area, shape));
                     area.first_emitter = emitters.len() as u32;
                     for primitive in 0..area.emitter_count(geometry) as u32 {
                         let index = emitters.len() as u32;
-                        emitters.push(EmitterSource { light, primitive });
+                        emitters.push(EmitterSource { light, primitive, class });
                         let bounds = area.bounds(geometry, primitive);
                         near.extend(bounds.map(|bounds| Emitter { bounds, index }));
                     }
                 }
                 Light::Point(point) => {
                     let index = emitters.len() as u32;
-                    emitters.push(EmitterSource { light, primitive: 0 });
+                    let class = EmitterClass::General;
+                    emitters.push(EmitterSource { light, primitive: 0, class });
                     near.extend(point.bounds().map(|bounds| Emitter { bounds, index }));
                 }
                 Light::Distant { irradiance, .. } => {
@@ -97,28 +125,76 @@ impl Lights {
         self.distant.len() + usize::from(!self.tree.is_empty())
     }
 
-    /// Selects a light for a point. Returns `None` if the rest of the tree cannot contribute.
-    pub(super) fn choose(&self, p: Vec3, u: [f32; 2]) -> Option<LightChoice> {
-        // Joins two numbers of 24 bits, because the tree may have millions of leaves.
-        let u = f64::from(u[0]) + f64::from(u[1]) / f64::from(1 << 24);
-        let choices = self.choice_count();
-        let scaled = u * choices as f64;
-        let choice_probability = 1.0 / choices as f32;
-        if let Some(&light) = self.distant.get(scaled as usize) {
-            return Some(LightChoice { light, primitive: 0, probability: choice_probability });
+    /// Selects a light for one receiver by two numbers in [0, 1). Returns `None` if the rest of the
+    /// tree cannot contribute.
+    pub(super) fn choose(&self, receiver: &Receiver<f32>, u: [f32; 2]) -> Option<LightChoice> {
+        let (index, rest) = self.split(u[0]);
+        let probability = self.choice_probability();
+        if let Some(&light) = self.distant.get(index as usize) {
+            return Some(LightChoice { light, primitive: 0, probability });
         }
-        let (emitter, probability) = self.tree.choose(p, scaled - self.distant.len() as f64)?;
-        let EmitterSource { light, primitive } = self.emitters[emitter as usize];
-        Some(LightChoice { light, primitive, probability: probability * choice_probability })
+        if self.tree.is_empty() {
+            return None;
+        }
+        let (emitter, in_tree) = match self.tree.only_emitter() {
+            Some(only) => (only, 1.0),
+            None => self.tree.choose(receiver, [rest, u[1]])?,
+        };
+        Some(self.emitter_choice(emitter, in_tree * probability))
     }
 
-    /// Returns the probability with which [`Self::choose`] selects an emitter for a point.
-    pub(super) fn probability(&self, p: Vec3, emitter: u32) -> f32 {
-        self.tree.probability(p, emitter) / self.choice_count() as f32
+    /// Returns the choice of an emitter of the tree.
+    pub(super) fn emitter_choice(&self, emitter: u32, probability: f32) -> LightChoice {
+        let EmitterSource { light, primitive, .. } = self.emitters[emitter as usize];
+        LightChoice { light, primitive, probability }
+    }
+
+    /// Returns the choice of a light at infinite distance.
+    pub(super) fn distant_choice(&self, index: usize) -> LightChoice {
+        let probability = self.choice_probability();
+        LightChoice { light: self.distant[index], primitive: 0, probability }
+    }
+
+    /// Returns the class of an emitter.
+    pub(super) fn class(&self, emitter: u32) -> EmitterClass {
+        self.emitters[emitter as usize].class
+    }
+
+    /// Returns the tree of the lights at finite distance.
+    pub(super) fn tree(&self) -> &LightTree {
+        &self.tree
+    }
+
+    /// Returns the number of lights at infinite distance that are selected.
+    pub(super) fn distant_count(&self) -> usize {
+        self.distant.len()
+    }
+
+    /// Splits a number in [0, 1): returns which of the equally probable choices it selects, as an
+    /// integer, and another number in [0, 1). Lights at infinite distance come first.
+    #[inline(always)]
+    pub(super) fn split<R: Real<Scalar = f32>>(&self, u: R) -> (R, R) {
+        let scaled = u * R::splat(self.choice_count() as f32);
+        let index = scaled.floor().min(R::splat(self.choice_count().max(1) as f32 - 1.0));
+        (index, (scaled - index).min(R::splat(1.0 - f32::EPSILON / 2.0)))
+    }
+
+    /// Returns the probability of each of the equally probable choices.
+    pub(super) fn choice_probability(&self) -> f32 {
+        1.0 / self.choice_count() as f32
+    }
+
+    /// Returns the probability with which [`Self::choose`] selects an emitter.
+    pub(super) fn probability(&self, receiver: &Receiver<f32>, emitter: u32) -> f32 {
+        let in_tree = match self.tree.only_emitter() {
+            Some(only) if only == emitter => 1.0,
+            _ => self.tree.probability(receiver, emitter),
+        };
+        in_tree * self.choice_probability()
     }
 
     /// Returns the probability with which [`Self::choose`] selects a light at infinite distance.
     pub(super) fn distant_probability(&self, light: u32) -> f32 {
-        if self.distant.contains(&light) { 1.0 / self.choice_count() as f32 } else { 0.0 }
+        if self.distant.contains(&light) { self.choice_probability() } else { 0.0 }
     }
 }

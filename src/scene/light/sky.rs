@@ -26,7 +26,21 @@ pub struct SkyImage {
     world_from_light: Mat3,
     layout: SkyLayout,
     /// Distribution over the pixels by brightness; `None` if all are black.
-    distribution: Option<Distribution>,
+    complete: Option<Distribution>,
+    /// Distribution over the pixels by what their brightness has over the mean; `None` if all are
+    /// the same, and then the complete one serves.
+    compensated: Option<Distribution>,
+}
+
+/// Choice of the directions of a sky that are sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkySampling {
+    /// In proportion to brightness: every direction that has light is found.
+    Complete,
+    /// In proportion to what the brightness has over its mean. Directions darker than the mean are
+    /// left to BSDF sampling, with multiple importance sampling of both (Karlik et al. 2019, "MIS
+    /// compensation: optimizing sampling techniques in multiple importance sampling").
+    Compensated,
 }
 
 /// Mapping of all directions onto an image.
@@ -72,6 +86,57 @@ impl SkyLayout {
         }
     }
 
+    /// Returns the brightness of a pixel as [`SkyImage::at`] interpolates it, on average over the
+    /// pixel.
+    fn brightness(self, map: &ImageMap, x: usize, y: usize) -> f64 {
+        let size = map.picture.size;
+        let bright = |x: usize, y: usize| {
+            f64::from(mean(map.picture.pixels[y * size[0] + x].map(|c| c.max(0.0))))
+        };
+        if self == Self::EqualArea {
+            return bright(x, y);
+        }
+        let near = |i: usize, n: usize| [i.saturating_sub(1), i, (i + 1).min(n - 1)];
+        let weights = [0.125, 0.75, 0.125];
+        let mut sum = 0.0;
+        for (y, wy) in near(y, size[1]).into_iter().zip(weights) {
+            for (x, wx) in near(x, size[0]).into_iter().zip(weights) {
+                sum += bright(x, y) * wx * wy;
+            }
+        }
+        sum
+    }
+
+    /// Returns the share of the sphere that a pixel of a row covers, up to a common factor.
+    fn row_weight(self, map: &ImageMap, y: usize) -> f64 {
+        match self {
+            Self::EqualArea => 1.0,
+            Self::Equirectangular => {
+                let rows = map.picture.size[1] as f64;
+                (std::f64::consts::PI * (y as f64 + 0.5) / rows).sin()
+            }
+        }
+    }
+
+    /// Returns the mean brightness over all directions.
+    fn mean_brightness(self, map: &ImageMap) -> f64 {
+        let [width, height] = map.picture.size;
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for y in 0..height {
+            let row = self.row_weight(map, y);
+            weight += row * width as f64;
+            sum += row * (0..width).map(|x| self.brightness(map, x, y)).sum::<f64>();
+        }
+        sum / weight
+    }
+
+    /// Returns the distribution over the pixels by what their brightness has over a level.
+    fn distribution(self, map: &ImageMap, level: f64) -> Option<Distribution> {
+        Distribution::new(map.picture.size, |x, y| {
+            (self.brightness(map, x, y) - level).max(0.0) * self.row_weight(map, y)
+        })
+    }
+
     /// Returns the solid angle per unit of image area at a point of the unit square (sr).
     fn solid_angle(self, uv: Vec2) -> f32 {
         match self {
@@ -89,27 +154,18 @@ impl SkyImage {
         if !(light_from_world.is_finite() && world_from_light.is_finite()) {
             return None;
         }
-        let size = map.picture.size;
-        let bright = |x: usize, y: usize| {
-            f64::from(mean(map.picture.pixels[y * size[0] + x].map(|c| c.max(0.0))))
-        };
-        let distribution = match layout {
-            SkyLayout::EqualArea => Distribution::new(size, bright),
-            SkyLayout::Equirectangular => Distribution::new(size, |x, y| {
-                // The mean of the interpolated image over the pixel.
-                let near = |i: usize, n: usize| [i.saturating_sub(1), i, (i + 1).min(n - 1)];
-                let weights = [0.125, 0.75, 0.125];
-                let mut sum = 0.0;
-                for (y, wy) in near(y, size[1]).into_iter().zip(weights) {
-                    for (x, wx) in near(x, size[0]).into_iter().zip(weights) {
-                        sum += bright(x, y) * wx * wy;
-                    }
-                }
-                let theta = std::f64::consts::PI * (y as f64 + 0.5) / size[1] as f64;
-                sum * theta.sin()
-            }),
-        };
-        Some(Self { map, light_from_world, world_from_light, layout, distribution })
+        let complete = layout.distribution(&map, 0.0);
+        // Pixels of the mean brightness have no weight, however it is rounded.
+        let level = layout.mean_brightness(&map) * (1.0 + 1e-9);
+        let compensated = layout.distribution(&map, level);
+        Some(Self { map, light_from_world, world_from_light, layout, complete, compensated })
+    }
+
+    fn distribution(&self, sampling: SkySampling) -> Option<&Distribution> {
+        match sampling {
+            SkySampling::Complete => self.complete.as_ref(),
+            SkySampling::Compensated => self.compensated.as_ref().or(self.complete.as_ref()),
+        }
     }
 
     /// Returns the illuminance of a surface that faces +z of light space, by which pbrt-v4 scales a
@@ -148,16 +204,16 @@ impl SkyImage {
         (self.layout.to_uv(d / length), solid_angle_ratio)
     }
 
-    fn density(&self, direction: Vec3) -> f32 {
-        let Some(distribution) = &self.distribution else { return 0.0 };
+    fn density(&self, direction: Vec3, sampling: SkySampling) -> f32 {
+        let Some(distribution) = self.distribution(sampling) else { return 0.0 };
         let (uv, solid_angle_ratio) = self.locate(direction);
         let density = distribution.density(uv.to_array());
         let density = density * solid_angle_ratio / self.layout.solid_angle(uv);
         if density.is_finite() { density } else { 0.0 }
     }
 
-    fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
-        let chosen = self.distribution.as_ref()?.sample(u);
+    fn sample(&self, u: [f32; 2], sampling: SkySampling) -> Option<SkySample> {
+        let chosen = self.distribution(sampling)?.sample(u);
         let uv = Vec2::from(chosen.uv);
         let size = self.map.picture.size;
         let radiance = match self.layout {
@@ -189,19 +245,18 @@ impl Sky {
 
     /// Returns whether the sky emits nothing.
     pub(super) fn is_dark(&self) -> bool {
-        let dark = |image: &SkyImage| image.distribution.is_none();
+        let dark = |image: &SkyImage| image.complete.is_none();
         mean(self.radiance.map(|r| r.max(0.0))) <= 0.0 || self.image.as_ref().is_some_and(dark)
     }
 
-    /// Samples a direction in proportion to the brightness of the image. Returns `None` without an
-    /// image.
-    pub(super) fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
-        let sample = self.image.as_ref()?.sample(u)?;
+    /// Samples a direction of the image. Returns `None` without an image.
+    pub(super) fn sample(&self, u: [f32; 2], sampling: SkySampling) -> Option<SkySample> {
+        let sample = self.image.as_ref()?.sample(u, sampling)?;
         Some(SkySample { radiance: self.scaled(sample.radiance), ..sample })
     }
 
     /// Returns the density [1/sr] with which [`Self::sample`] samples a direction.
-    pub(super) fn density(&self, direction: Vec3) -> f32 {
-        self.image.as_ref().map_or(0.0, |image| image.density(direction))
+    pub(super) fn density(&self, direction: Vec3, sampling: SkySampling) -> f32 {
+        self.image.as_ref().map_or(0.0, |image| image.density(direction, sampling))
     }
 }

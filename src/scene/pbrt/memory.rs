@@ -49,14 +49,15 @@ impl SceneReader {
     ) -> Result<(), SceneError> {
         let (items, bytes) = match geometry {
             Geometry::Mesh(mesh) => (mesh.triangles.len() as u64, mesh.bytes()),
-            Geometry::Quadric(quadric) => (1, size_of_val(quadric) as u64),
+            Geometry::Quadric(quadric) => (1, size_of_val(quadric) as u64 + Bvh::BYTES_PER_QUADRIC),
         };
         self.claim(&format!("a {name}"), object, items, bytes)
     }
 
     /// Claims the memory of instances in the world.
     pub(super) fn claim_instances(&mut self, count: u64) -> Result<(), SceneError> {
-        const INSTANCE: u64 = (size_of::<(u32, DAffine3)>() + size_of::<Instance>()) as u64;
+        const INSTANCE: u64 =
+            (size_of::<(u32, DAffine3)>() + size_of::<Instance>()) as u64 + Bvh::BYTES_PER_QUADRIC;
         self.claim("an instance of an object", None, count, count.saturating_mul(INSTANCE))
     }
 

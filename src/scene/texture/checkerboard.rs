@@ -1,8 +1,10 @@
 //! Checkerboard patterns of squares or cubes.
 
-use glam::{Affine3A, Vec2};
+use glam::Affine3A;
 
 use super::{Mapping, TexturePoint};
+use crate::lanes::Real;
+use crate::lanes::vector::{add, splat, transform};
 
 /// Checkerboard pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,17 +21,20 @@ pub enum CheckerPattern {
 impl CheckerPattern {
     /// Returns the weight of the second texture, 0 to 1: at a point, or averaged over the
     /// footprint.
-    pub fn second_weight(&self, at: &TexturePoint) -> f32 {
+    pub fn second_weight<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> R {
+        let (zero, half) = (R::splat(0.0), R::splat(0.5));
         match self {
             Self::Squares(mapping) => {
-                let (Vec2 { x, y }, radius) = mapping.at(at);
+                let ([x, y], radius) = mapping.at(at);
                 // The width of pbrt-v4's filter.
-                let radius = 1.5 * radius;
-                0.5 - 0.5 * sign(x, radius) * sign(y, radius)
+                let radius = R::splat(1.5) * radius;
+                half - half * sign(x, radius) * sign(y, radius)
             }
             Self::Cubes { texture_from_world } => {
-                let p = texture_from_world.transform_point3(at.position);
-                0.5 - 0.5 * sign(p.x, 0.0) * sign(p.y, 0.0) * sign(p.z, 0.0)
+                let columns = texture_from_world.matrix3.to_cols_array_2d().map(splat);
+                let moved = splat(texture_from_world.translation.to_array());
+                let [x, y, z] = add(transform(&columns, at.position), moved);
+                half - half * sign(x, zero) * sign(y, zero) * sign(z, zero)
             }
         }
     }
@@ -38,26 +43,35 @@ impl CheckerPattern {
 /// Returns the mean of a square wave under a triangle filter of a given radius (Heckbert 1986: the
 /// second difference of the second integral). The wave is 1 from an even number to the next, and -1
 /// from an odd number to the next.
-fn sign(x: f32, radius: f32) -> f32 {
-    if (x - radius).floor() == (x + radius).floor() {
-        return if x.floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+#[inline(always)]
+fn sign<R: Real<Scalar = f32>>(x: R, radius: R) -> R {
+    let (zero, one, half) = (R::splat(0.0), R::splat(1.0), R::splat(0.5));
+    let inside = (x - radius).floor().equals((x + radius).floor());
+    let whole = x.floor();
+    let even = (whole * half).floor().equals(whole * half);
+    let wave = R::select(even, one, -one);
+    if R::bits(inside) == (1 << R::LANES) - 1 {
+        return wave;
     }
-    let twice_integrated = |x: f32| {
-        let y = x / 2.0 - (x / 2.0).floor() - 0.5;
-        x / 2.0 + y * (1.0 - 2.0 * y.abs())
+    let twice_integrated = |x: R| {
+        let h = x * half;
+        let y = h - h.floor() - half;
+        h + y * (one - (y + y).abs())
     };
-    let difference =
-        twice_integrated(x + radius) - 2.0 * twice_integrated(x) + twice_integrated(x - radius);
-    difference / (radius * radius)
+    let (here, before, after) =
+        (twice_integrated(x), twice_integrated(x - radius), twice_integrated(x + radius));
+    let safe = R::select(radius.equals(zero), one, radius * radius);
+    R::select(inside, wave, (after - (here + here) + before) / safe)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use glam::Vec3;
 
+    use super::*;
+
     fn flat(u: f32, v: f32, footprint: f32) -> f32 {
-        let uv = Vec2::new(u, v);
+        let uv = [u, v];
         CheckerPattern::Squares(Mapping::default()).second_weight(&TexturePoint {
             uv,
             footprint,
@@ -78,10 +92,7 @@ mod tests {
         let board =
             CheckerPattern::Cubes { texture_from_world: Affine3A::from_scale(Vec3::splat(2.0)) };
         let at = |x: f32, y: f32, z: f32| {
-            board.second_weight(&TexturePoint {
-                position: Vec3::new(x, y, z),
-                ..TexturePoint::default()
-            })
+            board.second_weight(&TexturePoint { position: [x, y, z], ..TexturePoint::default() })
         };
         assert_eq!(
             [at(0.25, 0.25, 0.25), at(0.75, 0.25, 0.25), at(0.75, 0.75, 0.25)],

@@ -28,10 +28,11 @@ pub struct ImageMap {
 impl ImageMap {
     /// Returns the colour at texture coordinates of a surface, by bilinear interpolation.
     pub fn colour(&self, uv: Vec2) -> [f32; 3] {
-        let (st, _) = self.mapping.at(&TexturePoint { uv, ..TexturePoint::default() });
-        let t = if self.top_down { st.y } else { 1.0 - st.y };
+        let at = TexturePoint { uv: uv.to_array(), ..TexturePoint::default() };
+        let ([s, t], _) = self.mapping.at(&at);
+        let t = if self.top_down { t } else { 1.0 - t };
         let size = self.picture.size;
-        let at = texel_coordinates(Vec2::new(st.x, t), size, self.wrap);
+        let at = texel_coordinates(Vec2::new(s, t), size, self.wrap);
         let colour = bilinear(at, |x, y| self.texel(x, y)).map(|c| c * self.scale);
         if self.invert { colour.map(|c| 1.0 - c) } else { colour }
     }

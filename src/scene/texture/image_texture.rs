@@ -2,9 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::Vec2;
-
 use super::{Mapping, MipMap, TextureFilter, TexturePoint, Wrap};
+use crate::lanes::Real;
 
 /// An image that may still have to be read from its file; black until then.
 #[derive(Clone, Debug, Default)]
@@ -49,29 +48,33 @@ pub struct ImageTexture {
 
 impl ImageTexture {
     /// Returns the colour at a point of a surface, linear RGB.
-    pub fn colour(&self, at: &TexturePoint) -> [f32; 3] {
+    #[inline(never)]
+    pub fn colour<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> [R; 3] {
         let [r, g, b, _] = self.sample(at);
-        [r, g, b].map(|v| self.apply_scale(v))
+        [self.apply_scale(r), self.apply_scale(g), self.apply_scale(b)]
     }
 
     /// Returns the scalar at a point of a surface: the alpha if the image has one, otherwise the
     /// mean of its channels.
-    pub fn scalar(&self, at: &TexturePoint) -> f32 {
+    #[inline(never)]
+    pub fn scalar<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> R {
         let [r, g, b, alpha] = self.sample(at);
         let with_alpha = self.picture.get().is_some_and(|picture| picture.channels() == 4);
-        self.apply_scale(if with_alpha { alpha } else { (r + g + b) / 3.0 })
+        self.apply_scale(if with_alpha { alpha } else { (r + g + b) / R::splat(3.0) })
     }
 
-    fn apply_scale(&self, v: f32) -> f32 {
-        let v = self.scale * v;
-        if self.invert { (1.0 - v).max(0.0) } else { v }
+    #[inline(always)]
+    fn apply_scale<R: Real<Scalar = f32>>(&self, v: R) -> R {
+        let v = R::splat(self.scale) * v;
+        if self.invert { (R::splat(1.0) - v).max(R::splat(0.0)) } else { v }
     }
 
-    fn sample(&self, at: &TexturePoint) -> [f32; 4] {
-        let Some(picture) = self.picture.get() else { return [0.0; 4] };
-        let (st, radius) = self.mapping.at(at);
-        let t = if self.top_down { st.y } else { 1.0 - st.y };
-        picture.sample(Vec2::new(st.x, t), radius, self.wrap, self.filter)
+    #[inline(always)]
+    fn sample<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> [R; 4] {
+        let Some(picture) = self.picture.get() else { return [R::splat(0.0); 4] };
+        let ([s, t], radius) = self.mapping.at(at);
+        let t = if self.top_down { t } else { R::splat(1.0) - t };
+        picture.sample([s, t], radius, self.wrap, self.filter)
     }
 }
 
@@ -99,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_scalar_is_the_alpha_or_the_mean_of_the_channels() {
-        let at = TexturePoint::default();
+        let at = TexturePoint::<f32>::default();
         assert!((pixel(3, &[0.1, 0.2, 0.6]).scalar(&at) - 0.3).abs() < 1e-6);
         assert_eq!(pixel(4, &[0.1, 0.2, 0.6, 0.75]).scalar(&at), 0.75);
         assert_eq!(pixel(1, &[0.4]).scalar(&at), 0.4);
@@ -108,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_scale_applies_before_the_inversion() {
-        let at = TexturePoint::default();
+        let at = TexturePoint::<f32>::default();
         let image = ImageTexture { scale: 2.0, invert: true, ..pixel(3, &[0.125, 0.25, 0.75]) };
         assert_eq!(image.colour(&at), [0.75, 0.5, 0.0]);
     }
@@ -118,14 +121,14 @@ mod tests {
         let picture = Picture { size: [1, 2], pixels: vec![[1.0; 3], [0.0; 3]] };
         let down = texture(MipMap::from(&picture));
         let up = ImageTexture { top_down: false, ..down.clone() };
-        let high = TexturePoint { uv: Vec2::new(0.5, 0.75), ..TexturePoint::default() };
+        let high = TexturePoint { uv: [0.5, 0.75], ..TexturePoint::<f32>::default() };
         assert_eq!([down.scalar(&high), up.scalar(&high)], [0.0, 1.0]);
     }
 
     #[test]
     fn a_pending_image_is_black() {
         let image = texture(PendingImage::default());
-        let at = TexturePoint::default();
+        let at = TexturePoint::<f32>::default();
         assert_eq!(image.colour(&at), [0.0; 3]);
         image.picture.set(MipMap::from(&Picture { size: [1, 1], pixels: vec![[0.5; 3]] }));
         assert_eq!(image.colour(&at), [0.5; 3]);

@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::TexturePoint;
+use crate::lanes::Real;
 
 /// Mapping from a point of a surface to texture coordinates (s, t), as in pbrt-v4.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,24 +48,51 @@ impl Default for Mapping {
 impl Mapping {
     /// Returns the texture coordinates of a point, and the approximate radius of the footprint
     /// there. The radius is 0 for all mappings except [`Self::Uv`].
-    pub fn at(&self, at: &TexturePoint) -> (Vec2, f32) {
+    #[inline(always)]
+    pub fn at<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> ([R; 2], R) {
         match self {
             Self::Uv { scale, offset } => {
-                (at.uv * scale + offset, at.footprint * scale.abs().max_element())
+                let [u, v] = at.uv;
+                let [su, sv, du, dv] = [scale.x, scale.y, offset.x, offset.y].map(R::splat);
+                let radius = at.footprint * R::splat(scale.abs().max_element());
+                ([u * su + du, v * sv + dv], radius)
             }
+            _ => (self.by_position(at.position), R::splat(0.0)),
+        }
+    }
+
+    /// Returns the texture coordinates of positions, world space.
+    #[inline(never)]
+    fn by_position<R: Real<Scalar = f32>>(&self, position: [R; 3]) -> [R; 2] {
+        let mut positions = [[0.0; 8]; 3];
+        for axis in 0..3 {
+            position[axis].store(&mut positions[axis]);
+        }
+        let (mut s, mut t) = ([0.0; 8], [0.0; 8]);
+        for lane in 0..R::LANES {
+            let p = Vec3::new(positions[0][lane], positions[1][lane], positions[2][lane]);
+            Vec2 { x: s[lane], y: t[lane] } = self.coordinates(p);
+        }
+        [R::load(&s), R::load(&t)]
+    }
+
+    /// Returns the texture coordinates of a position, world space; 0 for [`Self::Uv`].
+    fn coordinates(&self, position: Vec3) -> Vec2 {
+        match self {
+            Self::Uv { .. } => Vec2::ZERO,
             Self::Spherical { texture_from_world } => {
-                let p = texture_from_world.transform_point3(at.position);
+                let p = texture_from_world.transform_point3(position);
                 let cos = (p.z / p.length()).clamp(-1.0, 1.0);
                 let turn = p.y.atan2(p.x) / (2.0 * PI);
-                (Vec2::new(cos.acos() / PI, if turn < 0.0 { turn + 1.0 } else { turn }), 0.0)
+                Vec2::new(cos.acos() / PI, if turn < 0.0 { turn + 1.0 } else { turn })
             }
             Self::Cylindrical { texture_from_world } => {
-                let p = texture_from_world.transform_point3(at.position);
-                (Vec2::new((PI + p.y.atan2(p.x)) / (2.0 * PI), p.z), 0.0)
+                let p = texture_from_world.transform_point3(position);
+                Vec2::new((PI + p.y.atan2(p.x)) / (2.0 * PI), p.z)
             }
             Self::Planar { texture_from_world, axes, offset } => {
-                let p = texture_from_world.transform_point3(at.position);
-                (offset + Vec2::new(p.dot(axes[0]), p.dot(axes[1])), 0.0)
+                let p = texture_from_world.transform_point3(position);
+                offset + Vec2::new(p.dot(axes[0]), p.dot(axes[1]))
             }
         }
     }
@@ -75,9 +103,12 @@ mod tests {
     use super::*;
 
     fn assert_near(mapping: Mapping, position: [f32; 3], expected: [f32; 2]) {
-        let at = TexturePoint { position: position.into(), ..TexturePoint::default() };
+        let at = TexturePoint { position, ..TexturePoint::default() };
         let (found, _) = mapping.at(&at);
-        assert!(found.abs_diff_eq(expected.into(), 1e-6), "{mapping:?}, {position:?}: {found}");
+        assert!(
+            Vec2::from(found).abs_diff_eq(expected.into(), 1e-6),
+            "{mapping:?}, {position:?}: {found:?}"
+        );
     }
 
     /// Returns the transform to a texture space with its origin at x = 1.
@@ -88,9 +119,9 @@ mod tests {
     #[test]
     fn surface_coordinates_are_scaled_and_then_offset() {
         let mapping = Mapping::Uv { scale: Vec2::new(2.0, -4.0), offset: Vec2::new(0.5, 1.0) };
-        let uv = Vec2::new(0.25, 0.5);
-        let at = TexturePoint { uv, footprint: 0.125, ..TexturePoint::default() };
-        assert_eq!(mapping.at(&at), (Vec2::new(1.0, -1.0), 0.5));
+        let uv = [0.25, 0.5];
+        let at = TexturePoint { uv, footprint: 0.125f32, ..TexturePoint::default() };
+        assert_eq!(mapping.at(&at), ([1.0, -1.0], 0.5));
     }
 
     #[test]

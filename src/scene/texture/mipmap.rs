@@ -1,9 +1,6 @@
 //! Mipmap: an image at every scale, each half the size of the one before (Williams 1983).
 
-use glam::Vec2;
-
 use super::Wrap;
-use super::texel::{bilinear, texel_coordinates};
 use crate::io::image::{ImageSamples, Picture, Raster, Transfer};
 
 /// Filter of a texture lookup.
@@ -26,12 +23,12 @@ pub struct MipMap {
     /// Linear value of each 8-bit code, for colours and alpha alike.
     light: Box<[f32; 256]>,
     channels: usize,
-    levels: Vec<MipLevel>,
+    pub(super) levels: Vec<MipLevel>,
 }
 
 #[derive(Clone, Debug)]
-struct MipLevel {
-    size: [usize; 2],
+pub(super) struct MipLevel {
+    pub(super) size: [usize; 2],
     texels: Texels,
 }
 
@@ -103,52 +100,36 @@ impl MipMap {
     }
 
     /// Returns a texel of a level: red, green, blue and alpha.
+    #[inline(always)]
     pub fn texel(&self, level: usize, x: i64, y: i64, wrap: Wrap) -> [f32; 4] {
         let [width, height] = self.levels[level].size;
-        let Some([x, y]) = wrap.resolve([x, y], [width as i64, height as i64]) else {
-            return [0.0; 4];
-        };
-        let first = (y as usize * width + x as usize) * self.channels;
-        let at = |channel: usize| self.value(level, first + channel);
-        match self.channels {
-            1 => [at(0), at(0), at(0), 1.0],
-            3 => [at(0), at(1), at(2), 1.0],
-            _ => [at(0), at(1), at(2), at(3)],
+        match wrap.resolve([x, y], [width as i64, height as i64]) {
+            Some([x, y]) => self.texel_at(level, y as usize * width + x as usize),
+            None => [0.0; 4],
         }
     }
 
-    /// Returns red, green, blue and alpha at a point: (0, 0) is the upper left corner of the image
-    /// and (1, 1) the lower right. `radius` is that of the footprint, in the same units; 0 is a
-    /// point.
-    pub fn sample(&self, st: Vec2, radius: f32, wrap: Wrap, filter: TextureFilter) -> [f32; 4] {
-        let coarsest = self.levels.len() - 1;
-        let side = self.size().into_iter().max().unwrap_or(1) as f32;
-        let level = (2.0 * radius * side).log2().max(0.0);
-        if level >= coarsest as f32 && coarsest > 0 {
-            return self.texel(coarsest, 0, 0, Wrap::Clamp);
-        }
-        let finer = level as usize;
-        match filter {
-            TextureFilter::Point => {
-                let [x, y] = texel_coordinates(st, self.levels[finer].size, wrap);
-                self.texel(finer, (x + 0.5).floor() as i64, (y + 0.5).floor() as i64, wrap)
-            }
-            TextureFilter::Bilinear => self.bilinear(finer, st, wrap),
-            TextureFilter::Trilinear => {
-                let weight = level - finer as f32;
-                let fine = self.bilinear(finer, st, wrap);
-                if weight == 0.0 {
-                    return fine;
+    /// Returns a texel of a level by its index, row by row.
+    #[inline(always)]
+    pub(super) fn texel_at(&self, level: usize, index: usize) -> [f32; 4] {
+        let first = index * self.channels;
+        match &self.levels[level].texels {
+            Texels::Bytes(bytes) => {
+                let light = |byte: &u8| self.light[usize::from(*byte)];
+                match &bytes[first..first + self.channels] {
+                    [r, g, b] => [light(r), light(g), light(b), 1.0],
+                    [r, g, b, alpha] => [light(r), light(g), light(b), light(alpha)],
+                    [grey, ..] => [light(grey), light(grey), light(grey), 1.0],
+                    [] => [0.0; 4],
                 }
-                let coarse = self.bilinear(finer + 1, st, wrap);
-                [0, 1, 2, 3].map(|i| fine[i] + weight * (coarse[i] - fine[i]))
             }
+            Texels::Floats(floats) => match floats[first..first + self.channels] {
+                [r, g, b] => [r, g, b, 1.0],
+                [r, g, b, alpha] => [r, g, b, alpha],
+                [grey, ..] => [grey, grey, grey, 1.0],
+                [] => [0.0; 4],
+            },
         }
-    }
-
-    fn bilinear(&self, level: usize, st: Vec2, wrap: Wrap) -> [f32; 4] {
-        let at = texel_coordinates(st, self.levels[level].size, wrap);
-        bilinear(at, |x, y| self.texel(level, x, y, wrap))
     }
 }
 
@@ -243,12 +224,12 @@ mod tests {
         let mipmap = floats([16, 8], 1);
         let whole = mean(&mipmap, 0) as f32;
         for filter in [TextureFilter::Point, TextureFilter::Bilinear, TextureFilter::Trilinear] {
-            let wide = mipmap.sample(Vec2::new(0.3, 0.7), 5.0, Wrap::Repeat, filter);
+            let wide = mipmap.sample([0.3, 0.7], 5.0, Wrap::Repeat, filter);
             assert!((wide[0] - whole).abs() < 1e-5);
         }
         let texel = |x, y| mipmap.texel(0, x, y, Wrap::Repeat)[0];
         let at = |x: f32, y: f32, filter| {
-            mipmap.sample(Vec2::new(x / 16.0, y / 8.0), 0.0, Wrap::Repeat, filter)[0]
+            mipmap.sample([x / 16.0, y / 8.0], 0.0, Wrap::Repeat, filter)[0]
         };
         for filter in [TextureFilter::Point, TextureFilter::Bilinear, TextureFilter::Trilinear] {
             assert!((at(3.5, 2.5, filter) - texel(3, 2)).abs() < 1e-6);
@@ -263,9 +244,7 @@ mod tests {
     fn the_level_follows_the_size_of_the_footprint() {
         let mipmap = floats([16, 16], 1);
         // A footprint of 4 texels: level 2, whose texels are 4 wide.
-        let at = |reach: f32, filter| {
-            mipmap.sample(Vec2::new(0.375, 0.625), reach, Wrap::Repeat, filter)[0]
-        };
+        let at = |reach: f32, filter| mipmap.sample([0.375, 0.625], reach, Wrap::Repeat, filter)[0];
         let texel = |level, x, y| mipmap.texel(level, x, y, Wrap::Repeat)[0];
         assert!((at(2.0 / 16.0, TextureFilter::Bilinear) - texel(2, 1, 2)).abs() < 1e-6);
         // The bilinear filter keeps a level up to the next; the trilinear filter blends them.
@@ -288,7 +267,7 @@ mod tests {
         // The mean of black and white is half the light, code 188, not half the code.
         let samples = ImageSamples::Bytes(vec![0, 255], Transfer::Srgb);
         let mipmap = MipMap::new(Raster { size: [2, 1], channels: 1, samples });
-        let half = mipmap.sample(Vec2::ZERO, 9.0, Wrap::Repeat, TextureFilter::Bilinear)[0];
+        let half = mipmap.sample([0.0; 2], 9.0, Wrap::Repeat, TextureFilter::Bilinear)[0];
         assert_eq!(half, srgb_decode(188.0 / 255.0));
         assert_eq!(mipmap.bytes(), 3);
     }

@@ -1,6 +1,7 @@
 //! Textures: colours and scalars that vary over a surface.
 
 mod checkerboard;
+mod filter;
 mod image_map;
 mod image_texture;
 mod mapping;
@@ -9,7 +10,7 @@ mod texel;
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 pub use checkerboard::CheckerPattern;
 pub use image_map::ImageMap;
@@ -18,17 +19,20 @@ pub use mapping::Mapping;
 pub use mipmap::{MipMap, TextureFilter};
 pub use texel::Wrap;
 
-/// Point of a surface at which a texture is evaluated.
+use crate::lanes::Real;
+use crate::lanes::vector::{dot, splat};
+
+/// Point of a surface at which a texture is evaluated, in every lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TexturePoint {
+pub struct TexturePoint<R = f32> {
     /// Texture coordinates.
-    pub uv: Vec2,
+    pub uv: [R; 2],
     /// Position, world space.
-    pub position: Vec3,
+    pub position: [R; 3],
     /// Unit geometric normal, world space, on either side.
-    pub normal: Vec3,
+    pub normal: [R; 3],
     /// Approximate radius of the pixel's footprint in u and v; 0 is a point.
-    pub footprint: f32,
+    pub footprint: R,
 }
 
 /// A colour (linear RGB) or a scalar for every point of a surface.
@@ -75,33 +79,75 @@ pub enum Texture {
 }
 
 /// Type of a texture's value: a colour or a scalar.
-trait Value: Copy {
+trait Value<R>: Copy {
     fn constant(colour: [f32; 3]) -> Self;
-    fn image(image: &ImageTexture, at: &TexturePoint) -> Self;
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self;
+    fn scalar(value: R) -> Self;
+    fn colour(colour: [R; 3]) -> Self;
+    fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self;
+    fn product(self, other: Self) -> Self;
+    /// Returns the blend of two values. `weight` is that of the second; a value of weight 0 does
+    /// not count even if it is infinite or NaN.
+    fn blend(self, other: Self, weight: R) -> Self;
 }
 
-impl Value for [f32; 3] {
+impl<R: Real<Scalar = f32>> Value<R> for [R; 3] {
+    #[inline(always)]
     fn constant(colour: [f32; 3]) -> Self {
+        splat(colour)
+    }
+    #[inline(always)]
+    fn scalar(value: R) -> Self {
+        [value; 3]
+    }
+    #[inline(always)]
+    fn colour(colour: [R; 3]) -> Self {
         colour
     }
-    fn image(image: &ImageTexture, at: &TexturePoint) -> Self {
+    #[inline(always)]
+    fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self {
         image.colour(at)
     }
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        [0, 1, 2].map(|i| f(self[i], other[i]))
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        [self[0] * other[0], self[1] * other[1], self[2] * other[2]]
+    }
+    #[inline(always)]
+    fn blend(self, other: Self, weight: R) -> Self {
+        [
+            self[0].blend(other[0], weight),
+            self[1].blend(other[1], weight),
+            self[2].blend(other[2], weight),
+        ]
     }
 }
 
-impl Value for f32 {
+impl<R: Real<Scalar = f32>> Value<R> for R {
+    #[inline(always)]
     fn constant([r, g, b]: [f32; 3]) -> Self {
-        if r == g && g == b { r } else { (r + g + b) / 3.0 }
+        R::splat(if r == g && g == b { r } else { (r + g + b) / 3.0 })
     }
-    fn image(image: &ImageTexture, at: &TexturePoint) -> Self {
+    #[inline(always)]
+    fn scalar(value: R) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn colour([r, g, b]: [R; 3]) -> Self {
+        let grey = r.equals(g) & g.equals(b);
+        R::select(grey, r, (r + g + b) / R::splat(3.0))
+    }
+    #[inline(always)]
+    fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self {
         image.scalar(at)
     }
-    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        f(self, other)
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        self * other
+    }
+    #[inline(always)]
+    fn blend(self, other: Self, weight: R) -> Self {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let both = (one - weight) * self + weight * other;
+        R::select(weight.equals(zero), self, R::select(weight.equals(one), other, both))
     }
 }
 
@@ -140,49 +186,62 @@ impl Texture {
 
     /// Returns the scalar at a point. For an image, it is the alpha if there is one, otherwise the
     /// mean of the channels, as in pbrt-v4.
-    pub fn scalar(&self, at: &TexturePoint) -> f32 {
+    pub fn scalar<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> R {
         self.value(at)
     }
 
     /// Returns the colour at a point, linear RGB.
-    pub fn colour(&self, at: &TexturePoint) -> [f32; 3] {
+    pub fn colour<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> [R; 3] {
         self.value(at)
     }
 
-    fn value<V: Value>(&self, at: &TexturePoint) -> V {
+    fn value<R: Real<Scalar = f32>, V: Value<R>>(&self, at: &TexturePoint<R>) -> V {
         match self {
             Self::Constant(colour) => V::constant(*colour),
             Self::Image(image) => V::image(image, at),
-            Self::Scalar(texture) => V::constant([texture.scalar(at); 3]),
-            Self::Checkerboard { pattern: board, textures } => {
-                blend(textures, board.second_weight(at), at)
+            Self::Scalar(texture) => V::scalar(texture.scalar(at)),
+            Self::Checkerboard { pattern, textures } => {
+                blend(textures, pattern.second_weight(at), at)
             }
-            Self::Scale(one, other) => one.value::<V>(at).zip(other.value(at), |a, b| a * b),
+            Self::Scale(one, other) => one.value::<R, V>(at).product(other.value(at)),
             Self::Mix { amount, textures } => blend(textures, amount.scalar(at), at),
             Self::DirectionMix { direction, textures } => {
-                blend(textures, 1.0 - at.normal.dot(*direction).abs(), at)
+                let cos = dot(at.normal, splat(direction.to_array())).abs();
+                blend(textures, R::splat(1.0) - cos, at)
             }
             Self::Bilerp { mapping, corners } => {
-                let (Vec2 { x, y }, _) = mapping.at(at);
-                let weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];
-                let colour = |i: usize| (0..4).map(|j| weights[j] * corners[j][i]).sum();
-                V::constant([0, 1, 2].map(colour))
+                let ([x, y], _) = mapping.at(at);
+                let one = R::splat(1.0);
+                let weights = [(one - x) * (one - y), x * (one - y), (one - x) * y, x * y];
+                let mut colour = [R::splat(0.0); 3];
+                for channel in 0..3 {
+                    for corner in 0..4 {
+                        colour[channel] =
+                            colour[channel] + weights[corner] * R::splat(corners[corner][channel]);
+                    }
+                }
+                V::colour(colour)
             }
         }
     }
 }
 
-/// Returns the blend of two textures. `weight` is that of the second; a texture of weight 0 is not
-/// evaluated.
-fn blend<V: Value>(textures: &[Arc<Texture>; 2], weight: f32, at: &TexturePoint) -> V {
-    if weight == 0.0 {
+/// Returns the blend of two textures. `weight` is that of the second; a texture whose weight is 0
+/// in all lanes is not evaluated.
+fn blend<R: Real<Scalar = f32>, V: Value<R>>(
+    textures: &[Arc<Texture>; 2],
+    weight: R,
+    at: &TexturePoint<R>,
+) -> V {
+    let all = (1 << R::LANES) - 1;
+    if R::bits(weight.equals(R::splat(0.0))) == all {
         return textures[0].value(at);
     }
-    if weight == 1.0 {
+    if R::bits(weight.equals(R::splat(1.0))) == all {
         return textures[1].value(at);
     }
     let (one, other): (V, V) = (textures[0].value(at), textures[1].value(at));
-    one.zip(other, |a, b| (1.0 - weight) * a + weight * b)
+    one.blend(other, weight)
 }
 
 #[cfg(test)]
@@ -205,15 +264,17 @@ mod tests {
     fn the_amount_of_a_mix_is_the_weight_of_the_second_texture() {
         let amount = Arc::new(Texture::Constant([0.25; 3]));
         let mix = Texture::Mix { amount, textures: pair() };
-        assert_near(mix.colour(&TexturePoint::default()), [0.6, 0.15, 0.15]);
-        assert!((mix.scalar(&TexturePoint::default()) - 0.3).abs() < 1e-6);
+        assert_near(mix.colour(&TexturePoint::<f32>::default()), [0.6, 0.15, 0.15]);
+        assert!((mix.scalar(&TexturePoint::<f32>::default()) - 0.3).abs() < 1e-6);
         assert_eq!(mix.node_count(), 4);
     }
 
     #[test]
     fn a_direction_mix_is_the_first_texture_for_a_surface_that_faces_the_direction() {
         let mix = Texture::DirectionMix { direction: Vec3::Y, textures: pair() };
-        let facing = |normal: Vec3| mix.colour(&TexturePoint { normal, ..TexturePoint::default() });
+        let facing = |normal: Vec3| {
+            mix.colour(&TexturePoint { normal: normal.into(), ..TexturePoint::default() })
+        };
         assert_near(facing(Vec3::Y), RED);
         assert_near(facing(Vec3::NEG_Y), RED);
         assert_near(facing(Vec3::X), BLUE);
@@ -225,7 +286,7 @@ mod tests {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
         let texture = Texture::Bilerp { mapping: Arc::default(), corners };
         let at = |u: f32, v: f32| {
-            texture.colour(&TexturePoint { uv: Vec2::new(u, v), ..TexturePoint::default() })
+            texture.colour(&TexturePoint { uv: [u, v], ..TexturePoint::default() })
         };
         assert_near(at(1.0, 0.0), [1.0, 0.0, 0.0]);
         assert_near(at(0.25, 0.5), [0.25, 0.5, 0.125]);
@@ -235,6 +296,6 @@ mod tests {
     fn products_are_by_channel_and_scalars_are_grey() {
         let [red, blue] = pair();
         let product = Texture::Scale(red, Arc::new(Texture::Scalar(blue)));
-        assert_near(product.colour(&TexturePoint::default()), [0.24, 0.03, 0.0]);
+        assert_near(product.colour(&TexturePoint::<f32>::default()), [0.24, 0.03, 0.0]);
     }
 }

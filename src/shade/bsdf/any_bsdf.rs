@@ -18,9 +18,9 @@ pub enum AnyBsdf {
     /// A thin sheet of glass.
     ThinDielectric(ThinDielectric<f32>),
     /// A diffuse surface under a coat.
-    CoatedDiffuse(Coated<Diffuse<f32>>),
+    CoatedDiffuse(Coated<f32, Diffuse<f32>>),
     /// A metal under a coat.
-    CoatedConductor(Coated<Conductor<f32>>),
+    CoatedConductor(Coated<f32, Conductor<f32>>),
 }
 
 impl AnyBsdf {

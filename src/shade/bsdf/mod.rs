@@ -6,8 +6,9 @@
 //! radiance: light that is refracted on its way to `wo` is divided by the squared ratio of the
 //! refractive indices.
 //!
-//! All BSDFs but coats are kernels over lanes, without branches, whose results are the same bit for
-//! bit for one lane and for eight. A coat is a random walk ([`Coated`]) for one lane.
+//! All BSDFs are kernels over lanes, whose results are the same bit for bit for one lane and for
+//! eight. All but coats are without branches. A coat is a random walk ([`Coated`]); the lanes of a
+//! packet walk in step.
 
 mod any_bsdf;
 mod coat;

@@ -5,14 +5,16 @@
 
 mod boxes;
 mod nearest;
+mod quadrics;
 mod ray;
 mod ray_packet;
+mod ray_packet_leaves;
 mod single_ray;
 mod triangles;
 
 pub(in crate::scene) use boxes::may_hit_box;
 pub(in crate::scene) use nearest::NearestHit;
-pub(in crate::scene) use ray::TraversalRay;
+pub(in crate::scene) use ray::{RayQueue, TraversalRay};
 pub(in crate::scene) use ray_packet::RayPacket;
 pub use single_ray::TraversalStack;
 pub(in crate::scene) use single_ray::{LeafIntersector, traverse};

@@ -90,7 +90,7 @@ pub(super) fn intersect_packet<R: Real<Scalar = f32>, const ANY: bool>(
 /// Returns whether a triangle is nearer than the nearest hit. At equal distances the triangle with
 /// the lower id wins, so the result does not depend on the order of traversal.
 #[inline(always)]
-fn is_nearer(bvh: &Bvh, t: f32, slot: u32, nearest: &NearestHit) -> bool {
+pub(super) fn is_nearer(bvh: &Bvh, t: f32, slot: u32, nearest: &NearestHit) -> bool {
     t < nearest.t
         || t == nearest.t
             && nearest.triangle_slot != NO_INDEX
@@ -117,11 +117,17 @@ pub(super) fn intersect_alpha_tested<R: Real<Scalar = f32>>(
         let slot = number * 8 + lane;
         if is_nearer(bvh, t, slot, nearest)
             && is_ahead(packet, lane as usize, ray, t)
-            && leaves.passes_alpha_test(ray, primitive_id(bvh, slot), weights)
+            && leaves.passes_alpha_test(ray, &alpha_hit(bvh, slot, weights))
         {
             (nearest.t, nearest.triangle_slot, nearest.weights) = (t, slot, weights);
             found = true;
         }
     }
     found
+}
+
+/// Returns the hit of an alpha test, without its distance: no alpha of a triangle depends on it.
+fn alpha_hit(bvh: &Bvh, slot: u32, [u, v]: [f32; 2]) -> Hit {
+    let PrimitiveId { shape, triangle: primitive } = primitive_id(bvh, slot);
+    Hit { t: 0.0, u, v, shape, primitive, ..Hit::MISS }
 }

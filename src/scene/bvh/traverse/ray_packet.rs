@@ -1,83 +1,151 @@
-//! Traversal by packets of eight rays. All rays that reach a node test its boxes at once; a ray
-//! that is the only one to reach a node continues with single-ray traversal.
+//! Traversal by packets of eight rays. All rays that reach a node test its boxes at once; if only
+//! one or two reach it, each continues with single-ray traversal.
 
 use super::LeafIntersector;
-use super::nearest::{NearestHit, intersect_alpha_tested, intersect_packet};
-use super::ray::TraversalRay;
+use super::nearest::{NearestHit, intersect_packet};
+use super::ray::{RayQueue, RayTerms, TraversalRay, backward};
 use super::single_ray::{push_child, traverse};
 use crate::lanes::Real;
 use crate::scene::bvh::{Bvh, Child, Node, PackedChild};
 
-/// Up to eight rays whose directions are in the same octant.
-pub(in crate::scene) struct RayPacket<'a> {
-    rays: &'a [TraversalRay],
-    /// As in [`TraversalRay`], by axis, term and ray.
-    near: [[[f32; 8]; 2]; 3],
-    far: [[[f32; 8]; 2]; 3],
+/// Least number of rays that test the boxes of a node in step. Two rays are faster one by one: a
+/// single ray tests eight boxes at once.
+const LEAST_IN_STEP: u32 = 3;
+
+/// Up to eight rays whose directions are in the same octant, and their nearest hits so far.
+#[derive(Debug)]
+pub(in crate::scene) struct RayPacket {
+    /// By axis and ray.
+    pub(super) origin: [[f32; 8]; 3],
+    pub(super) direction: [[f32; 8]; 3],
+    /// As in [`RayTerms`], by axis, term and ray.
+    entry: [[[f32; 8]; 2]; 3],
+    exit: [[[f32; 8]; 2]; 3],
+    pub(super) largest: [f32; 8],
+    pub(super) shear: [[f32; 8]; 3],
     backward: [usize; 3],
     /// End of each ray; -1 for a missing or finished ray, so that it enters no box.
-    t: [f32; 8],
+    pub(super) t: [f32; 8],
+    pub(in crate::scene) nearest: [NearestHit; 8],
+    /// Rays that went on alone, and which of them are there, as a bit mask.
+    single: [TraversalRay; 8],
+    singled_out: u32,
 }
 
-impl<'a> RayPacket<'a> {
-    /// Collects up to eight rays; the `t` of `nearest` is their ends.
-    pub(in crate::scene) fn new(rays: &'a [TraversalRay], nearest: &[NearestHit]) -> Self {
-        let mut bundle = Self {
-            rays,
-            near: [[[0.0; 8]; 2]; 3],
-            far: [[[0.0; 8]; 2]; 3],
-            backward: rays.first().map_or([0; 3], |ray| ray.backward),
+impl Default for RayPacket {
+    fn default() -> Self {
+        let columns = [[0.0; 8]; 3];
+        let pairs = [[[0.0; 8]; 2]; 3];
+        Self {
+            origin: columns,
+            direction: columns,
+            entry: pairs,
+            exit: pairs,
+            largest: [0.0; 8],
+            shear: columns,
+            backward: [0; 3],
             t: [-1.0; 8],
-        };
-        for (lane, (ray, nearest)) in rays.iter().zip(nearest).take(8).enumerate() {
+            nearest: [NearestHit::new(0.0); 8],
+            single: [TraversalRay::default(); 8],
+            singled_out: 0,
+        }
+    }
+}
+
+impl RayPacket {
+    /// Takes over the rays of a queue.
+    pub(in crate::scene) fn load<R: Real<Scalar = f32>>(&mut self, queue: &RayQueue) {
+        (self.origin, self.direction) = (queue.origin, queue.direction);
+        self.backward = backward(queue.octant);
+        self.singled_out = 0;
+        for lane in (0..8).step_by(R::LANES) {
+            let (mut origin, mut direction) = ([R::constant(0.0); 3], [R::constant(0.0); 3]);
+            for axis in 0..3 {
+                origin[axis] = R::load(&queue.origin[axis][lane..]);
+                direction[axis] = R::load(&queue.direction[axis][lane..]);
+            }
+            let terms = RayTerms::new(origin, direction);
             for axis in 0..3 {
                 for i in 0..2 {
-                    bundle.near[axis][i][lane] = ray.entry[axis][i];
-                    bundle.far[axis][i][lane] = ray.exit[axis][i];
+                    terms.entry[axis][i].store(&mut self.entry[axis][i][lane..]);
+                    terms.exit[axis][i].store(&mut self.exit[axis][i][lane..]);
                 }
+                terms.shear[axis].store(&mut self.shear[axis][lane..]);
             }
-            bundle.t[lane] = nearest.t;
+            terms.largest.store(&mut self.largest[lane..]);
         }
-        bundle
+        for lane in 0..8 {
+            self.t[lane] = if lane < queue.len { queue.t_max[lane] } else { -1.0 };
+            self.nearest[lane] = NearestHit::new(self.t[lane]);
+        }
     }
 
-    /// Traverses a hierarchy. With `ANY`, a ray stops at its first hit. Returns the rays that found
-    /// a nearer hit, as a bit mask.
+    /// Prepares a ray that goes on alone.
+    #[inline(always)]
+    fn single_out(&mut self, lane: usize) {
+        if self.singled_out >> lane & 1 == 1 {
+            return;
+        }
+        self.singled_out |= 1 << lane;
+        let lane = lane & 7;
+        let (mut entry, mut exit) = ([[0.0; 2]; 3], [[0.0; 2]; 3]);
+        let (mut origin, mut direction, mut shear) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for axis in 0..3 {
+            origin[axis] = self.origin[axis][lane];
+            direction[axis] = self.direction[axis][lane];
+            shear[axis] = self.shear[axis][lane];
+            for i in 0..2 {
+                entry[axis][i] = self.entry[axis][i][lane];
+                exit[axis][i] = self.exit[axis][i][lane];
+            }
+        }
+        let terms = RayTerms { entry, exit, shear, largest: self.largest[lane] };
+        self.single[lane] = TraversalRay::from_terms(origin, direction, terms);
+    }
+
+    /// Traverses a hierarchy with the first `len` rays. With `ANY`, a ray stops at its first hit.
+    /// Returns the rays that found a nearer hit, as a bit mask.
     pub(in crate::scene) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
         &mut self,
+        len: usize,
         bvh: &Bvh,
         leaves: &impl LeafIntersector,
-        nearest: &mut [NearestHit],
         pending: &mut [u64],
     ) -> u32 {
         let mut found = 0;
         let mut top = 0;
-        let mut next = (PackedChild::ROOT, (1u32 << self.rays.len()) - 1);
+        let mut next = (PackedChild::ROOT, (1u32 << len) - 1);
         loop {
             let (packed, mask) = next;
+            let is_alone = mask & (mask - 1) == 0;
             let entered = match packed.node() {
-                Some(i) if mask & (mask - 1) != 0 => {
+                Some(i) if mask.count_ones() >= LEAST_IN_STEP => {
                     self.intersect_children::<R, ANY>(&bvh.nodes[i], mask, pending, &mut top)
                 }
                 _ => {
-                    let mut left = mask;
-                    while left != 0 {
-                        let lane = left.trailing_zeros() as usize;
-                        left &= left - 1;
-                        let (ray, best) = (&self.rays[lane], &mut nearest[lane]);
-                        let rest = &mut pending[top..];
-                        let is_hit = match packed.unpack() {
-                            Child::Triangles(i) => intersect_packet::<R, ANY>(bvh, i, ray, best),
-                            Child::AlphaTestedTriangles(i) => {
-                                intersect_alpha_tested::<R>(bvh, i, leaves, ray, best)
-                            }
-                            Child::Node(_) => {
-                                traverse::<R, ANY>(bvh, leaves, packed, ray, best, rest)
-                            }
-                            child => leaves.intersect_leaf::<R, ANY>(child, ray, best, rest),
-                        };
-                        found |= u32::from(is_hit) << lane;
-                        self.t[lane] = if ANY && is_hit { -1.0 } else { best.t };
+                    let in_step = match packed.unpack() {
+                        Child::Triangles(i) if !is_alone => {
+                            self.intersect_triangles::<R, ANY>(bvh, i, mask)
+                        }
+                        Child::Quadric(i) if !is_alone => {
+                            self.intersect_quadric::<R>(&bvh.quadrics[i as usize], mask)
+                        }
+                        _ => None,
+                    };
+                    let hit = match in_step {
+                        Some(hit) => hit,
+                        None => {
+                            let rest = &mut pending[top..];
+                            self.intersect_one_by_one::<R, ANY>(bvh, leaves, packed, mask, rest)
+                        }
+                    };
+                    found |= hit;
+                    if ANY {
+                        let mut left = hit;
+                        while left != 0 {
+                            self.t[left.trailing_zeros() as usize & 7] = -1.0;
+                            left &= left - 1;
+                        }
                     }
                     None
                 }
@@ -97,6 +165,33 @@ impl<'a> RayPacket<'a> {
                 },
             };
         }
+    }
+
+    /// Intersects the rays in `mask` with a child, one after the other. Returns the rays that found
+    /// a nearer hit, as a bit mask.
+    #[inline(always)]
+    fn intersect_one_by_one<R: Real<Scalar = f32>, const ANY: bool>(
+        &mut self,
+        bvh: &Bvh,
+        leaves: &impl LeafIntersector,
+        child: PackedChild,
+        mask: u32,
+        pending: &mut [u64],
+    ) -> u32 {
+        let (mut left, mut found) = (mask, 0);
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize & 7;
+            left &= left - 1;
+            self.single_out(lane);
+            let (ray, best) = (&self.single[lane], &mut self.nearest[lane]);
+            let is_hit = match child.unpack() {
+                Child::Triangles(i) => intersect_packet::<R, ANY>(bvh, i, ray, best),
+                _ => traverse::<R, ANY>(bvh, leaves, child, ray, best, pending),
+            };
+            found |= u32::from(is_hit) << lane;
+            self.t[lane] = best.t;
+        }
+        found
     }
 
     /// Returns the rays that do not end before a distance, as a bit mask.
@@ -130,7 +225,7 @@ impl<'a> RayPacket<'a> {
                     let plane = R::splat(node.bounds[axis][side][child]);
                     plane.mul_add(R::load(&factor[lane..]), R::load(&term[lane..]))
                 };
-                let ([nx, ny, nz], [fx, fy, fz]) = (&self.near, &self.far);
+                let ([nx, ny, nz], [fx, fy, fz]) = (&self.entry, &self.exit);
                 let near =
                     at(bx, 0, nx).max(at(by, 1, ny)).max(at(bz, 2, nz).max(R::constant(0.0)));
                 let far = at(1 - bx, 0, fx).min(at(1 - by, 1, fy));

@@ -2,9 +2,11 @@
 
 use super::boxes::intersect_boxes;
 use super::nearest::{NearestHit, intersect_alpha_tested, intersect_packet};
+use super::quadrics::intersect_quadric;
 use super::ray::TraversalRay;
 use crate::lanes::Real;
-use crate::scene::bvh::{Bvh, Child, Node, PackedChild, PrimitiveId};
+use crate::rays::Hit;
+use crate::scene::bvh::{Bvh, Child, Node, PackedChild};
 
 /// Stack of the children that a ray has yet to visit. Each worker reuses one.
 #[derive(Clone, Debug, Default)]
@@ -21,21 +23,20 @@ impl TraversalStack {
     }
 }
 
-/// Callback for leaves that are not opaque triangles.
+/// Callback for what a hierarchy does not know.
 pub(in crate::scene) trait LeafIntersector {
-    /// Intersects a ray with a quadric or an instance. Returns whether it found a nearer hit.
-    /// `pending` is the free part of the stack.
-    fn intersect_leaf<R: Real<Scalar = f32>, const ANY: bool>(
+    /// Intersects a ray with an instance. Returns whether it found a nearer hit. `pending` is the
+    /// free part of the stack.
+    fn intersect_instance<R: Real<Scalar = f32>, const ANY: bool>(
         &self,
-        child: Child,
+        instance: u32,
         ray: &TraversalRay,
         nearest: &mut NearestHit,
         pending: &mut [u64],
     ) -> bool;
 
-    /// Returns whether the alpha test keeps a hit on a triangle. `weights` are the barycentric
-    /// weights of the second and third corner.
-    fn passes_alpha_test(&self, ray: &TraversalRay, id: PrimitiveId, weights: [f32; 2]) -> bool;
+    /// Returns whether the alpha test keeps a hit.
+    fn passes_alpha_test(&self, ray: &TraversalRay, hit: &Hit) -> bool;
 }
 
 /// Traverses a hierarchy below one of its children. With `ANY`, it stops at the first hit. Returns
@@ -63,9 +64,12 @@ pub(in crate::scene) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
                     Child::AlphaTestedTriangles(i) => {
                         intersect_alpha_tested::<R>(bvh, i, leaves, ray, nearest)
                     }
-                    child => {
-                        leaves.intersect_leaf::<R, ANY>(child, ray, nearest, &mut pending[top..])
+                    Child::Quadric(i) => intersect_quadric(bvh, i, leaves, ray, nearest),
+                    Child::Instance(i) => {
+                        leaves.intersect_instance::<R, ANY>(i, ray, nearest, &mut pending[top..])
                     }
+                    // Found above.
+                    Child::Node(_) => false,
                 };
                 found |= is_hit;
                 if ANY && is_hit {

@@ -1,6 +1,12 @@
-//! Quadrics: spheres, cylinders, disks and cones, intersected in f64 in their own space.
+//! Quadrics: spheres, cylinders, disks and cones, evaluated in f64 in their own space.
 
+mod bounds;
+mod intersect;
+mod points;
 mod sampling;
+
+pub(in crate::scene) use intersect::QuadricSurface;
+pub use sampling::DiskPacket;
 
 use std::f64::consts::TAU;
 
@@ -101,101 +107,22 @@ impl Quadric {
         })
     }
 
-    /// Returns a box around it: lowest and highest corner, object space.
+    /// Returns the least box around it, apart from a limit of its angle: lowest and highest corner,
+    /// object space.
     pub fn bounds(&self) -> [DVec3; 2] {
-        let (radius, z) = match self.form {
-            QuadricForm::Sphere { radius, z } | QuadricForm::Cylinder { radius, z } => (radius, z),
-            QuadricForm::Disk { radius, height, .. } => (radius, [height, height]),
-            QuadricForm::Cone { radius, height } => (radius, [height.min(0.0), height.max(0.0)]),
-        };
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for corner in 0..8 {
-            let pick = |bit: u32| if corner >> bit & 1 == 0 { -radius } else { radius };
-            let p = DVec3::new(pick(0), pick(1), z[corner >> 2 & 1]);
-            let p = self.object_from_form.transform_point3(p);
-            (low, high) = (low.min(p), high.max(p));
-        }
-        [low, high]
+        bounds::transformed(&self.form, &self.object_from_form)
     }
 
     /// Returns the distance to the first intersection of a ray with 0 < t < `t_max`.
     pub fn intersect(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<f64> {
-        let o = self.form_from_object.transform_point3(origin);
-        let d = self.form_from_object.transform_vector3(direction);
-        let meets = |t: f64| t > 0.0 && t < t_max && self.contains(o + d * t);
-        let roots = match self.form {
-            QuadricForm::Disk { height, .. } => [(height - o.z) / d.z, f64::NAN],
-            QuadricForm::Sphere { radius, .. } => {
-                // The discriminant from the point nearest to the centre does not cancel (Haines et
-                // al. 2019, "Precision improvements for ray/sphere intersection").
-                let a = d.length_squared();
-                let half_b = -o.dot(d);
-                let nearest = o + d * (half_b / a);
-                quadratic(a, half_b, o.length_squared() - radius * radius, {
-                    a * (radius * radius - nearest.length_squared())
-                })
-            }
-            QuadricForm::Cylinder { radius, .. } => {
-                // The discriminant from the point nearest to the axis, as for the sphere.
-                let (o, d) = (o.truncate(), d.truncate());
-                let a = d.length_squared();
-                let half_b = -o.dot(d);
-                let nearest = o + d * (half_b / a);
-                quadratic(a, half_b, o.length_squared() - radius * radius, {
-                    a * (radius * radius - nearest.length_squared())
-                })
-            }
-            QuadricForm::Cone { radius, height } => {
-                let k = (radius / height).powi(2);
-                let rise = o.z - height;
-                let a = d.x * d.x + d.y * d.y - k * d.z * d.z;
-                let half_b = -(o.x * d.x + o.y * d.y - k * rise * d.z);
-                let c = o.x * o.x + o.y * o.y - k * rise * rise;
-                quadratic(a, half_b, c, half_b * half_b - a * c)
-            }
-        };
-        roots.into_iter().find(|&t| meets(t))
-    }
-
-    /// Returns whether a point of the unclipped surface is within the clipping limits.
-    fn contains(&self, p: DVec3) -> bool {
-        let inside = match self.form {
-            QuadricForm::Sphere { radius, z } => {
-                let whole = z == [-radius, radius];
-                whole || (p.z >= z[0] && p.z <= z[1])
-            }
-            QuadricForm::Cylinder { z, .. } => p.z >= z[0] && p.z <= z[1],
-            QuadricForm::Disk { radius, inner, .. } => {
-                let r2 = p.x * p.x + p.y * p.y;
-                r2 <= radius * radius && r2 >= inner * inner
-            }
-            QuadricForm::Cone { height, .. } => {
-                p.z * height.signum() >= 0.0 && p.z.abs() <= height.abs()
-            }
-        };
-        inside && (self.phi_max >= TAU || phi(p) <= self.phi_max)
+        let [origin, direction] = [origin, direction].map(|v| v.to_array());
+        let t = self.surface().intersect::<f64>(origin, direction, t_max);
+        (!t.is_nan()).then_some(t)
     }
 
     /// Returns the surface point at a point of object space that is on the surface to rounding.
     pub fn point(&self, near: DVec3) -> SurfacePoint {
-        let p = self.form_from_object.transform_point3(near);
-        let (p, normal) = match self.form {
-            QuadricForm::Sphere { radius, .. } => {
-                let normal = p.normalize();
-                (normal * radius, normal)
-            }
-            QuadricForm::Cylinder { radius, .. } => {
-                let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
-                (away * radius + DVec3::Z * p.z, away)
-            }
-            QuadricForm::Disk { height, .. } => (DVec3::new(p.x, p.y, height), DVec3::Z),
-            QuadricForm::Cone { radius, height } => {
-                let away = direction(p.x, p.y, p.x * p.x + p.y * p.y);
-                let r = radius * (1.0 - p.z / height).max(0.0);
-                (away * r + DVec3::Z * p.z, cone_normal(away, radius, height))
-            }
-        };
-        self.place_point(p, self.transform_normal(normal).normalize())
+        self.points::<f32>(near.to_array()).into()
     }
 
     /// Returns the texture coordinates of a point in the quadric's own space, as pbrt defines them.
@@ -209,7 +136,7 @@ impl Quadric {
             QuadricForm::Disk { radius, inner, .. } => (radius - p.x.hypot(p.y)) / (radius - inner),
             QuadricForm::Cone { height, .. } => p.z / height,
         };
-        Vec2::new((phi(p) / self.phi_max) as f32, v as f32)
+        Vec2::new((phi(p.x, p.y) / self.phi_max) as f32, v as f32)
     }
 
     /// Returns the texture coordinates at a point of object space, and the derivatives with respect
@@ -308,18 +235,8 @@ fn cone_normal(away: DVec3, radius: f64, height: f64) -> DVec3 {
     (away * height.abs() + DVec3::Z * (radius * height.signum())).normalize()
 }
 
-/// Returns the angle about z, in [0, 2 pi).
-fn phi(p: DVec3) -> f64 {
-    let angle = p.y.atan2(p.x);
+/// Returns the angle of (x, y) about z, in [0, 2 pi).
+fn phi(x: f64, y: f64) -> f64 {
+    let angle = y.atan2(x);
     if angle < 0.0 { angle + TAU } else { angle }
-}
-
-/// Returns the roots of a t^2 - 2 b t + c in ascending order, without cancellation, with b =
-/// `half_b`; NaN if there are none. The caller computes `discriminant` = b^2 - a c as exactly as it
-/// can.
-fn quadratic(a: f64, half_b: f64, c: f64, discriminant: f64) -> [f64; 2] {
-    let root = discriminant.sqrt();
-    let q = if half_b < 0.0 { half_b - root } else { half_b + root };
-    let (one, other) = (c / q, q / a);
-    if one < other { [one, other] } else { [other, one] }
 }

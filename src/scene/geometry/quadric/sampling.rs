@@ -3,9 +3,52 @@
 use glam::DVec3;
 
 use super::{Quadric, QuadricForm, SurfacePoint, TAU, cone_normal, direction};
+use crate::lanes::Real;
+use crate::lanes::vector::{abs, add, scale, scale_add};
 use crate::sampler::concentric_disk;
+use crate::scene::geometry::{SurfacePacket, gamma};
+
+/// A whole disk in every lane, or an ellipse.
+#[derive(Clone, Copy, Debug)]
+pub struct DiskPacket<R> {
+    /// Centre.
+    pub centre: [R; 3],
+    /// Perpendicular radii of the circle, or conjugate ones of the ellipse.
+    pub radii: [[R; 3]; 2],
+    /// Unit normal.
+    pub normal: [R; 3],
+    /// Density of a point sampled uniformly by area.
+    pub density: R,
+}
+
+impl<R: Real<Scalar = f32>> DiskPacket<R> {
+    /// Samples points uniformly by area.
+    #[inline(always)]
+    pub fn sample(&self, u: [R; 2]) -> SurfacePacket<R> {
+        let [x, y] = concentric_disk(u[0], u[1]);
+        let [a, b] = self.radii;
+        let position = scale_add(a, x, scale_add(b, y, self.centre));
+        let size = add(abs(self.centre), add(abs(a), abs(b)));
+        let error = scale(size, R::splat(gamma(5)));
+        SurfacePacket { position, error, normal: self.normal, shading_normal: self.normal }
+    }
+}
 
 impl Quadric {
+    /// Returns the disk in object space, if the quadric is a whole one without a hole.
+    pub fn whole_disk(&self) -> Option<DiskPacket<f32>> {
+        let QuadricForm::Disk { radius, inner, height } = self.form else { return None };
+        let (_, density) = self.sample([0.5; 2]);
+        let matrix = self.object_from_form.matrix3;
+        let whole = inner == 0.0 && self.phi_max >= TAU;
+        whole.then(|| DiskPacket {
+            centre: self.object_from_form.transform_point3(DVec3::Z * height).as_vec3().into(),
+            radii: [matrix.x_axis, matrix.y_axis].map(|axis| (axis * radius).as_vec3().into()),
+            normal: ((self.transform_normal(DVec3::Z) * self.side).normalize()).as_vec3().into(),
+            density,
+        })
+    }
+
     /// Samples a point uniformly by area in the quadric's own space. Returns it and its density by
     /// area in object space.
     pub fn sample(&self, u: [f32; 2]) -> (SurfacePoint, f32) {

@@ -3,22 +3,22 @@
 //! lights with adaptive tree splitting"; Pharr, Jakob & Humphreys, "Physically Based Rendering",
 //! 12.6.3).
 //!
-//! The probability depends on the position of the point only, so that it can be computed again when
-//! BSDF sampling hits an emitter.
+//! The probability depends only on the position of the receiver and on the side from which it
+//! receives light, so it can be computed again when BSDF sampling hits an emitter.
 
 mod bounds;
 mod cone;
+mod descent;
 mod node;
 mod split;
 
 use std::ops::Range;
 
-use glam::Vec3;
-
 pub(super) use bounds::LightBounds;
 pub(super) use cone::Cone;
+pub(super) use descent::Descent;
+pub(super) use node::{LightChild, LightNode, Receiver};
 
-use node::{LightChild, LightNode};
 use split::{SplitRule, split};
 
 /// The unit of selection: a triangle, a quadric or a point light.
@@ -109,40 +109,26 @@ impl LightTree {
         (node as u32, bounds)
     }
 
-    /// Selects an emitter for a point. Returns its index and probability, or `None` if the rest of
-    /// the tree cannot contribute.
-    pub(super) fn choose(&self, p: Vec3, mut u: f64) -> Option<(u32, f32)> {
+    /// Selects an emitter for one receiver, by two numbers in [0, 1). Returns its index and
+    /// probability, or `None` if the rest of the tree cannot contribute.
+    pub(super) fn choose(&self, receiver: &Receiver<f32>, u: [f32; 2]) -> Option<(u32, f32)> {
         let mut node = self.nodes.first()?;
-        let mut probability = 1.0;
+        let mut descent = Descent::new(u);
         loop {
-            let importance = node.importance(p).map(f64::from);
-            let sum: f64 = importance.iter().sum();
-            if !(sum > 0.0 && sum.is_finite()) {
+            let importance = node.importance(receiver);
+            let step = descent.step(node.len(), |i| importance[i]);
+            if !step.some {
                 return None;
             }
-            let mut rest = u * sum;
-            let mut chosen = 0;
-            for i in 0..8 {
-                // The last child of nonzero importance takes what rounding leaves over.
-                if importance[i] > 0.0 {
-                    chosen = i;
-                    if rest < importance[i] {
-                        break;
-                    }
-                    rest -= importance[i];
-                }
-            }
-            u = (rest / importance[chosen]).min(1.0 - f64::EPSILON);
-            probability *= importance[chosen] / sum;
-            match node.child(chosen) {
-                LightChild::Emitter(index) => return Some((index, probability as f32)),
+            match node.child(step.child as usize) {
+                LightChild::Emitter(index) => return Some((index, descent.probability)),
                 LightChild::Node(index) => node = &self.nodes[index as usize],
             }
         }
     }
 
-    /// Returns the probability with which [`Self::choose`] selects an emitter for a point.
-    pub(super) fn probability(&self, p: Vec3, emitter: u32) -> f32 {
+    /// Returns the probability with which [`Self::choose`] selects an emitter.
+    pub(super) fn probability(&self, receiver: &Receiver<f32>, emitter: u32) -> f32 {
         let mut slot = self.slots[emitter as usize];
         if slot == NOT_IN_TREE {
             return 0.0;
@@ -150,29 +136,56 @@ impl LightTree {
         let mut probability = 1.0;
         loop {
             let node = &self.nodes[slot as usize / 8];
-            let importance = node.importance(p).map(f64::from);
-            let sum: f64 = importance.iter().sum();
+            let importance = node.importance(receiver);
+            let sum: f32 = importance.iter().sum();
             let one = importance[slot as usize % 8];
             if !(one > 0.0 && sum.is_finite()) {
                 return 0.0;
             }
             probability *= one / sum;
             if slot < 8 {
-                return probability as f32;
+                return probability;
             }
             slot = node.parent;
         }
+    }
+
+    /// Returns the only emitter, if there is just one.
+    pub(super) fn only_emitter(&self) -> Option<u32> {
+        match &self.nodes[..] {
+            [node] if node.len() == 1 => match node.child(0) {
+                LightChild::Emitter(index) => Some(index),
+                LightChild::Node(_) => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Returns a node by its index; 0 is the root.
+    pub(super) fn node(&self, index: u32) -> &LightNode {
+        &self.nodes[index as usize]
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
+
+    /// A point that receives light from all sides.
+    fn at(p: Vec3) -> Receiver<f32> {
+        Receiver { position: p.to_array(), facing: [0.0; 3] }
+    }
 
     /// Lehmer's generator of uniform numbers in [0, 1).
     struct Numbers(u64);
 
     impl Numbers {
+        fn pair(&mut self) -> [f32; 2] {
+            [self.next(), self.next()].map(|u| (u as f32).min(1.0 - f32::EPSILON))
+        }
+
         fn next(&mut self) -> f64 {
             self.0 = self.0.wrapping_mul(0xd134_2543_de82_ef95) | 1;
             (self.0 >> 11) as f64 / (1u64 << 53) as f64
@@ -207,10 +220,10 @@ mod tests {
             let tree = LightTree::new(emitters.clone(), count as usize);
             for _ in 0..20 {
                 let p = numbers.vector() * 20.0;
-                let probability = |i: u32| f64::from(tree.probability(p, i));
+                let probability = |i: u32| f64::from(tree.probability(&at(p), i));
                 let sum: f64 = (0..count).map(probability).sum();
                 let tries = 20_000;
-                let none = (0..tries).filter(|_| tree.choose(p, numbers.next()).is_none());
+                let none = (0..tries).filter(|_| tree.choose(&at(p), numbers.pair()).is_none());
                 let none = none.count() as f64 / f64::from(tries);
                 let allowed = 5.0 * (none.max(1e-4) / f64::from(tries)).sqrt();
                 assert!((sum + none - 1.0).abs() < allowed + 1e-5, "{count}: {sum} {none}");
@@ -226,7 +239,7 @@ mod tests {
         let tree = LightTree::new(emitters, 500);
         for _ in 0..100 {
             let p = numbers.vector() * 20.0;
-            let sum: f64 = (0..500).map(|i| f64::from(tree.probability(p, i))).sum();
+            let sum: f64 = (0..500).map(|i| f64::from(tree.probability(&at(p), i))).sum();
             assert!((sum - 1.0).abs() < 1e-5, "{sum}");
         }
     }
@@ -241,15 +254,17 @@ mod tests {
             let mut counts = [0.0; 100];
             for i in 0..n {
                 let u = (f64::from(i) + numbers.next()) / f64::from(n);
-                let Some((emitter, probability)) = tree.choose(p, u) else { continue };
+                let u = [u as f32, numbers.next() as f32].map(|u| u.min(1.0 - f32::EPSILON));
+                let Some((emitter, probability)) = tree.choose(&at(p), u) else { continue };
                 counts[emitter as usize] += 1.0;
-                let again = tree.probability(p, emitter);
+                let again = tree.probability(&at(p), emitter);
                 assert!((again / probability - 1.0).abs() < 1e-6, "{again} {probability}");
             }
             for (i, count) in (0..).zip(counts) {
-                let expected = f64::from(tree.probability(p, i)) * f64::from(n);
-                // Stratified numbers: at most one too many or too few at either end.
-                assert!((count - expected).abs() <= 2.0, "{i}: {count} instead of {expected}");
+                let expected = f64::from(tree.probability(&at(p), i)) * f64::from(n);
+                // Five standard deviations, and one at either end.
+                let allowed = 5.0 * expected.sqrt() + 2.0;
+                assert!((count - expected).abs() <= allowed, "{i}: {count} of {expected}");
             }
         }
     }
@@ -267,7 +282,7 @@ mod tests {
                 let cos = towards.dot(bounds.normals.axis);
                 let all_directions = bounds.normals.angle > 0.0 || bounds.two_sided;
                 if all_directions || cos > 0.0 {
-                    assert!(tree.probability(p, *index) > 0.0, "{p} {bounds:?}");
+                    assert!(tree.probability(&at(p), *index) > 0.0, "{p} {bounds:?}");
                 }
             }
         }

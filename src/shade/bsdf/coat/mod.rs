@@ -1,27 +1,33 @@
 //! Coated surface: a clear or hazy layer over a base, evaluated by random walks.
+//!
+//! The walks of all lanes go on in step, each lane's as far as it needs, until the last has ended.
+//! Random numbers are drawn by index, so a lane does not notice its neighbours. Work that no lane
+//! needs is skipped, which leaves all results as they are.
 
+mod density;
 mod sample;
 mod value;
 mod walk;
 
 use super::{Bsdf, Dielectric};
+use crate::lanes::Real;
 use crate::lanes::vector::max_component;
 
 /// A clear or hazy layer, with an interface to the outside.
 #[derive(Clone, Copy, Debug)]
-pub struct CoatLayer {
+pub struct CoatLayer<R: Real> {
     /// The interface to the outside; its index is that of the layer over that of the outside.
-    pub interface: Dielectric<f32>,
+    pub interface: Dielectric<R>,
     /// Thickness [mean free paths]. A clear layer absorbs along it.
-    pub thickness: f32,
+    pub thickness: R,
     /// Single-scattering albedo by colour channel; 0 makes the layer clear.
-    pub albedo: [f32; 3],
+    pub albedo: [R; 3],
     /// Asymmetry of the scattering in the layer, -1 to 1.
-    pub g: f32,
-    /// Maximum number of events of a walk inside the layer.
-    pub max_depth: u32,
-    /// Number of walks of an evaluation.
-    pub samples: u32,
+    pub g: R,
+    /// Maximum number of events of a walk inside the layer, an integer.
+    pub max_depth: R,
+    /// Number of walks of an evaluation, an integer.
+    pub samples: R,
     /// Weights of the two techniques at a rough interface.
     pub weights: MisWeights,
 }
@@ -47,29 +53,32 @@ pub enum MisWeights {
 /// on the directions and on a seed; different samples of a pixel should have different seeds. Walks
 /// end after `max_depth` events, and the light of later events is lost.
 #[derive(Clone, Copy, Debug)]
-pub struct Coated<B> {
-    layer: CoatLayer,
+pub struct Coated<R: Real, B> {
+    layer: CoatLayer<R>,
     base: B,
-    clear: bool,
+    clear: R::Mask,
 }
 
-impl<B: Bsdf<f32>> Coated<B> {
+impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     /// A base under a layer. The base must not transmit light.
-    pub fn new(layer: CoatLayer, base: B) -> Self {
-        let clear = max_component(layer.albedo) <= 0.0;
-        let thickness = layer.thickness.max(f32::MIN_POSITIVE);
+    #[inline(always)]
+    pub fn new(layer: CoatLayer<R>, base: B) -> Self {
+        let clear = max_component(layer.albedo).le(R::splat(0.0));
+        let thickness = layer.thickness.max(R::splat(f32::MIN_POSITIVE));
         Self { layer: CoatLayer { thickness, ..layer }, base, clear }
     }
 
     /// Returns whether all lobes are singular, so that [`Self::evaluate`] is always 0.
-    pub fn is_singular(&self) -> bool {
-        self.layer.interface.singular() && self.base.singular() && self.clear
+    #[inline(always)]
+    pub fn is_singular(&self) -> R::Mask {
+        self.layer.interface.singular() & self.base.singular() & self.clear
     }
 
     /// Returns estimates of f |cos wi| by colour channel and of the density of [`Self::sample`].
     /// The two are independent, so the product of one with a multiple-importance weight made of the
     /// other is unbiased.
-    pub fn evaluate(&self, wo: [f32; 3], wi: [f32; 3], seed: u32) -> ([f32; 3], f32) {
+    #[inline(always)]
+    pub fn evaluate(&self, wo: [R; 3], wi: [R; 3], seed: R::Word) -> ([R; 3], R) {
         (self.value(wo, wi, seed), self.pdf(wo, wi, seed))
     }
 }

@@ -3,92 +3,141 @@
 use super::super::dielectric::{Lobes, Transport};
 use super::super::random_stream::RandomStream;
 use super::super::{Bsdf, BsdfSample};
-use super::{CoatLayer, Coated};
-use crate::lanes::vector::{max_component, scale};
+use super::Coated;
+use crate::lanes::Real;
+use crate::lanes::math::{exp_negative, ln};
+use crate::lanes::vector::{max_component, negate, scale, select};
 
-/// State of a walk inside the layer.
-pub(super) struct Walk {
+/// Indices of the random numbers of an event.
+pub(super) mod draw {
+    /// Russian roulette.
+    pub(crate) const ROULETTE: u32 = 0;
+    /// Distance to the next scattering in the medium.
+    pub(crate) const DISTANCE: u32 = 1;
+    /// Direction after the event, two numbers.
+    pub(crate) const DIRECTION: u32 = 2;
+    /// Lobe of the direction.
+    pub(crate) const LOBE: u32 = 4;
+}
+
+/// State of the walks inside the layer.
+pub(super) struct Walk<R: Real> {
     /// Height over the base [mean free paths].
-    pub(super) z: f32,
+    pub(super) z: R,
     /// Unit vector along which the walk goes.
-    pub(super) w: [f32; 3],
-    pub(super) throughput: [f32; 3],
+    pub(super) w: [R; 3],
+    pub(super) throughput: [R; 3],
+    /// Lanes whose walk goes on.
+    pub(super) active: R::Mask,
 }
 
-/// Next event of a walk.
-pub(super) enum Event {
-    /// Scattering in the layer's medium, at this height.
-    Medium(f32),
-    /// Arrival at the interface or the base.
-    Boundary,
-    /// A step too short for the height to change in f32.
-    Stuck,
+/// Lanes by the next event of their walks. Lanes in none of the sets have ended, or their step was
+/// too short for the height to change in f32.
+pub(super) struct Arrival<R: Real> {
+    /// Scattering in the layer's medium.
+    pub(super) medium: R::Mask,
+    /// Arrival at the interface.
+    pub(super) interface: R::Mask,
+    /// Arrival at the base.
+    pub(super) base: R::Mask,
 }
 
-impl Walk {
-    /// Plays Russian roulette, and returns whether the walk continues.
-    pub(super) fn survives(&mut self, depth: u32, random: &mut RandomStream) -> bool {
+/// Returns whether a mask is set in any lane.
+#[inline(always)]
+pub(super) fn any<R: Real>(mask: R::Mask) -> bool {
+    R::bits(mask) != 0
+}
+
+impl<R: Real<Scalar = f32>> Walk<R> {
+    /// Plays Russian roulette.
+    #[inline(always)]
+    pub(super) fn play_roulette(&mut self, depth: u32, random: &RandomStream<R>) {
+        if depth <= 3 {
+            return;
+        }
         let left = max_component(self.throughput);
-        if depth <= 3 || left >= 0.25 {
-            return true;
-        }
-        let survives = random.next_number() < left;
-        if survives {
-            self.throughput = scale(self.throughput, 1.0 / left);
-        }
-        survives
+        let survives = random.number(draw::ROULETTE).lt(left);
+        let safe = R::splat(0.25).le(left);
+        self.active = self.active & (safe | survives);
+        let factor = R::select(safe, R::splat(1.0), R::splat(1.0) / left);
+        self.throughput = scale(self.throughput, factor);
     }
 
-    /// Continues along a sampled direction, and returns whether there is one.
-    pub(super) fn follow(&mut self, sample: &BsdfSample<f32>) -> bool {
-        self.w = sample.wi;
-        for channel in 0..3 {
-            self.throughput[channel] *= sample.weight[channel];
-        }
-        continues(sample)
+    /// Continues walks along sampled directions, and ends those that have none.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, lanes: R::Mask, sample: &BsdfSample<R>) {
+        self.w = select(lanes, sample.wi, self.w);
+        self.attenuate(lanes, sample.weight);
+        self.active = self.active & (continues(sample) | !lanes);
+    }
+
+    /// Multiplies the throughput.
+    #[inline(always)]
+    pub(super) fn attenuate(&mut self, lanes: R::Mask, [r, g, b]: [R; 3]) {
+        let [x, y, z] = self.throughput;
+        self.throughput = select(lanes, [x * r, y * g, z * b], self.throughput);
     }
 }
 
-/// Returns whether a walk can continue along a sampled direction.
-pub(super) fn continues(sample: &BsdfSample<f32>) -> bool {
-    sample.valid && max_component(sample.weight) > 0.0 && sample.wi[2] != 0.0
+/// Returns whether walks can continue along sampled directions.
+#[inline(always)]
+pub(super) fn continues<R: Real<Scalar = f32>>(sample: &BsdfSample<R>) -> R::Mask {
+    let zero = R::splat(0.0);
+    sample.valid & zero.lt(max_component(sample.weight)) & !sample.wi[2].equals(zero)
 }
 
 /// Returns the share of light that passes a slab of the layer along a direction. `height` is the
 /// slab's thickness [mean free paths].
-pub(super) fn transmittance(height: f32, w: [f32; 3]) -> f32 {
-    if height.abs() <= f32::MIN_POSITIVE { 1.0 } else { (-(height / w[2]).abs()).exp() }
+#[inline(always)]
+pub(super) fn transmittance<R: Real<Scalar = f32>>(height: R, w: [R; 3]) -> R {
+    let thin = height.abs().le(R::splat(f32::MIN_POSITIVE));
+    R::select(thin, R::splat(1.0), exp_negative(-(height / w[2]).abs()))
 }
 
-impl<B: Bsdf<f32>> Coated<B> {
+/// Turns directions so that the first points up.
+#[inline(always)]
+pub(super) fn upright<R: Real<Scalar = f32>>(wo: [R; 3], wi: [R; 3]) -> ([R; 3], [R; 3]) {
+    let below = wo[2].lt(R::splat(0.0));
+    (select(below, negate(wo), wo), select(below, negate(wi), wi))
+}
+
+impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
+    /// Returns the lanes whose walks may have another event after this many.
+    #[inline(always)]
+    pub(super) fn within_depth(&self, depth: u32) -> R::Mask {
+        R::splat(depth as f32).lt(self.layer.max_depth)
+    }
+
     /// Samples a direction through the interface into the layer.
+    #[inline(always)]
     pub(super) fn enter(
         &self,
-        w: [f32; 3],
+        w: [R; 3],
         transport: Transport,
-        random: &mut RandomStream,
-    ) -> BsdfSample<f32> {
-        let (u, choice) = (random.next_pair(), random.next_number());
+        random: RandomStream<R>,
+    ) -> BsdfSample<R> {
+        let (u, choice) = (random.pair(draw::DIRECTION), random.number(draw::LOBE));
         self.layer.interface.sample_lobes(w, u, choice, Lobes::TRANSMISSION, transport)
     }
 
-    /// Moves a walk to its next event. At a boundary, the walk's height is that of the boundary.
-    pub(super) fn advance(&self, walk: &mut Walk, random: &mut RandomStream) -> Event {
-        let CoatLayer { thickness, .. } = self.layer;
-        if self.clear {
-            walk.z = if walk.z == thickness { 0.0 } else { thickness };
-            let passes = transmittance(thickness, walk.w);
-            walk.throughput = scale(walk.throughput, passes);
-            return Event::Boundary;
+    /// Moves walks to their next event.
+    #[inline(always)]
+    pub(super) fn advance(&self, walk: &mut Walk<R>, random: &RandomStream<R>) -> Arrival<R> {
+        let (zero, one, thickness) = (R::splat(0.0), R::splat(1.0), self.layer.thickness);
+        let (before, hazy) = (walk.z, walk.active & !self.clear);
+        walk.z = R::select(before.equals(thickness), zero, thickness);
+        let none = zero.lt(zero);
+        let (mut moves, mut medium) = (walk.active, none);
+        if any::<R>(hazy) {
+            let free = before - ln(one - random.number(draw::DISTANCE)) * walk.w[2];
+            moves = moves & !(hazy & free.equals(before));
+            medium = hazy & moves & zero.lt(free) & free.lt(thickness);
+            walk.z = R::select(hazy, free.max(zero).min(thickness), walk.z);
         }
-        let z = walk.z - (1.0 - random.next_number()).ln() * walk.w[2];
-        if z == walk.z {
-            return Event::Stuck;
+        if any::<R>(walk.active & self.clear) {
+            walk.attenuate(self.clear, [transmittance(thickness, walk.w); 3]);
         }
-        if 0.0 < z && z < thickness {
-            return Event::Medium(z);
-        }
-        walk.z = z.clamp(0.0, thickness);
-        Event::Boundary
+        let (boundary, top) = (moves & !medium, zero.lt(walk.z));
+        Arrival { medium, interface: boundary & top, base: boundary & !top }
     }
 }

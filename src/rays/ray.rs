@@ -1,0 +1,146 @@
+//! Rays in world space.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use super::Column;
+use crate::lanes::Real;
+
+/// Rays in world space, with their throughput.
+#[derive(Clone, Debug, Default)]
+pub struct RayBatch {
+    /// Number of rays.
+    pub len: usize,
+    /// Origin [world units].
+    pub origin: [Column<f32>; 3],
+    /// Direction. It has unit length for camera rays and bounces; for shadow rays it reaches to the
+    /// light at t = 1, or has unit length and an infinite `t_max`.
+    pub direction: [Column<f32>; 3],
+    /// End of the ray, in multiples of its direction.
+    pub t_max: Column<f32>,
+    /// RGB throughput of a path; for shadow rays the contribution if they are unoccluded.
+    pub throughput: [Column<f32>; 3],
+    /// Index of the sample of the ray in its wave.
+    pub slot: Column<u32>,
+    /// For bounces: the density of the direction by solid angle [1/sr]; infinite if no other
+    /// technique could have sampled it.
+    pub pdf: Column<f32>,
+    /// For bounces: factor of the throughput for Russian roulette. It divides by the throughput of
+    /// the camera ray and undoes the change of radiance by refraction.
+    pub roulette_scale: Column<f32>,
+    /// For bounces: the unit normal of the surface that the ray left, on the side from which light
+    /// counts; 0 if it counts from both sides.
+    pub facing: [Column<f32>; 3],
+    /// For bounces: the ray differential, in scenes with filtered textures.
+    pub differential: Column<RayDifferential>,
+}
+
+/// Differences of the rays of two neighbouring samples to a ray (Igehy 1999, "Tracing ray
+/// differentials"), in world space; all zero if unknown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RayDifferential {
+    /// Differences of the origins, for a horizontal and for a vertical step in the picture.
+    pub origin: [[f32; 3]; 2],
+    /// Differences of the directions.
+    pub direction: [[f32; 3]; 2],
+}
+
+impl RayDifferential {
+    /// The unknown differential.
+    pub const UNKNOWN: Self = Self { origin: [[0.0; 3]; 2], direction: [[0.0; 3]; 2] };
+}
+
+impl RayBatch {
+    /// Appends a ray.
+    #[inline(always)]
+    pub fn push(&mut self, ray: Ray, throughput: [f32; 3], slot: u32) {
+        let i = self.len;
+        for axis in 0..3 {
+            self.origin[axis][i] = ray.origin[axis];
+            self.direction[axis][i] = ray.direction[axis];
+            self.throughput[axis][i] = throughput[axis];
+        }
+        self.t_max[i] = ray.t_max;
+        self.slot[i] = slot;
+        self.len = i + 1;
+    }
+
+    /// Appends the rays of a packet that are in a set of lanes, given as bits. `slots` are the
+    /// samples of its lanes.
+    #[inline(always)]
+    pub fn append<R: Real<Scalar = f32>>(
+        &mut self,
+        lanes: u32,
+        rays: &SpawnedRays<R>,
+        slots: &[u32],
+    ) {
+        let first = self.len;
+        for axis in 0..3 {
+            self.origin[axis].pack(first, lanes, rays.origin[axis]);
+            self.direction[axis].pack(first, lanes, rays.direction[axis]);
+            self.throughput[axis].pack(first, lanes, rays.throughput[axis]);
+        }
+        self.t_max.pack(first, lanes, rays.t_max);
+        for lane in 0..R::LANES {
+            if lanes >> lane & 1 == 1 {
+                self.slot[self.len] = slots[lane];
+                self.len += 1;
+            }
+        }
+    }
+
+    /// Returns ray `i`.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        Ray {
+            origin: [self.origin[0][i], self.origin[1][i], self.origin[2][i]],
+            direction: [self.direction[0][i], self.direction[1][i], self.direction[2][i]],
+            t_max: self.t_max[i],
+        }
+    }
+
+    /// Returns the normal of the surface that ray `i` left, or 0; see the field of this name.
+    #[inline(always)]
+    pub fn facing(&self, i: usize) -> Vec3 {
+        Vec3::new(self.facing[0][i], self.facing[1][i], self.facing[2][i])
+    }
+
+    /// Sets the normal of the surface that ray `i` left.
+    #[inline(always)]
+    pub fn set_facing(&mut self, i: usize, facing: [f32; 3]) {
+        for axis in 0..3 {
+            self.facing[axis][i] = facing[axis];
+        }
+    }
+
+    /// Returns the throughput of ray `i`.
+    #[inline(always)]
+    pub fn throughput(&self, i: usize) -> [f32; 3] {
+        [self.throughput[0][i], self.throughput[1][i], self.throughput[2][i]]
+    }
+}
+
+/// Rays of a packet, as [`RayBatch`] holds them.
+#[derive(Clone, Copy, Debug)]
+pub struct SpawnedRays<R> {
+    /// Origin.
+    pub origin: [R; 3],
+    /// Direction.
+    pub direction: [R; 3],
+    /// End, in multiples of the direction.
+    pub t_max: R,
+    /// RGB throughput.
+    pub throughput: [R; 3],
+}
+
+/// One ray in world space: the points `origin + t * direction`, 0 < t < `t_max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin [world units].
+    pub origin: [f32; 3],
+    /// Direction.
+    pub direction: [f32; 3],
+    /// End, in multiples of the direction.
+    pub t_max: f32,
+}

@@ -1,0 +1,69 @@
+//! Light that rays find without a shadow ray: that of the surfaces they hit, and of skies.
+
+use glam::Vec3;
+
+use super::ShadeInputs;
+use super::mis::power_heuristic;
+use super::spawn::max_component;
+use crate::rays::{Column, NO_INDEX};
+use crate::scene::SkySampling;
+
+impl ShadeInputs<'_> {
+    /// Adds the light of the surfaces and skies that the rays found to the radiance of their
+    /// samples.
+    pub(super) fn add_emitted_light(&self, radiance: &mut [Column<f32>; 3]) {
+        let Self { scene, rays, hits, .. } = self;
+        for i in 0..rays.len {
+            let hit = &hits[i];
+            if hit.shape == NO_INDEX {
+                let direction = Vec3::from(rays.ray(i).direction);
+                for &sky in &scene.lights.skies {
+                    let light = scene.sky_radiance(sky, direction);
+                    let compensated = SkySampling::Compensated;
+                    let pdf = || scene.sky_density(sky, direction, compensated);
+                    self.add(i, light, pdf, radiance);
+                }
+            } else if scene.shapes[hit.shape as usize].light != NO_INDEX {
+                let ray = rays.ray(i);
+                let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+                let (_, point) = scene.surface(&ray, hit);
+                let light = scene.emitted_radiance(&ray, hit, point.normal, -direction);
+                if light != [0.0; 3] {
+                    let facing = rays.facing(i);
+                    let pdf = || scene.area_light_density(origin, facing, hit, &point, direction);
+                    self.add(i, light, pdf, radiance);
+                }
+            }
+        }
+    }
+
+    /// Adds light that the i-th ray found to its sample. Sampling of lights would have found it
+    /// with the density `light_pdf`.
+    #[inline(always)]
+    fn add(
+        &self,
+        i: usize,
+        light: [f32; 3],
+        light_pdf: impl FnOnce() -> f32,
+        radiance: &mut [Column<f32>; 3],
+    ) {
+        let rays = self.rays;
+        // Only the lens can choose the direction of a camera ray, and only a mirror that of a ray
+        // with an infinite density.
+        let sampled = self.vertex.depth > 0 && rays.pdf[i].is_finite();
+        let weight = if sampled { power_heuristic(rays.pdf[i], light_pdf()) } else { 1.0 };
+        let slot = rays.slot[i] as usize;
+        let throughput = rays.throughput(i);
+        for channel in 0..3 {
+            radiance[channel][slot] += throughput[channel] * light[channel] * weight;
+        }
+    }
+
+    /// Returns the i-th ray's scale of the throughput for Russian roulette.
+    pub(super) fn roulette_scale(&self, i: usize) -> f32 {
+        match self.vertex.depth {
+            0 => 1.0 / max_component(self.rays.throughput(i)).max(f32::MIN_POSITIVE),
+            _ => self.rays.roulette_scale[i],
+        }
+    }
+}

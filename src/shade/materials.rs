@@ -1,0 +1,173 @@
+//! Shading frames and BSDF parameters of a wave's vertices, material by material.
+
+use glam::Vec3;
+
+use super::bsdf_kind::BsdfKind;
+use super::bsdf_parameters::{PARAMETER_COUNT, bsdf_parameters};
+use super::neighbour_ray::{NeighbourRay, SpecularBounce};
+use super::shading_context::ShadingContext;
+use super::sort::MaterialRun;
+use super::vertices::Vertices;
+use super::{PixelFootprint, ShadeInputs};
+use crate::lanes::Real;
+use crate::rays::{Hit, Ray, RayBatch, RayDifferential};
+use crate::scene::{Material, Scene, load_vector, store_vector};
+
+impl ShadingContext {
+    /// The context of one hit, as seen by the camera itself.
+    pub(super) fn of_hit(
+        scene: &Scene,
+        footprint: &PixelFootprint,
+        ray: &Ray,
+        hit: &Hit,
+    ) -> ShadingContext {
+        let (shape, point) = scene.surface(ray, hit);
+        let patch = scene.surface_derivatives(ray, hit);
+        Self::new(point.into(), patch.into(), shape.geometry.is_smooth(), footprint)
+    }
+}
+
+impl ShadeInputs<'_> {
+    /// Returns the context of the i-th ray's hit.
+    pub(super) fn single_context(&self, i: usize) -> ShadingContext {
+        let Self { scene, vertex, rays, hits } = self;
+        let mut context = ShadingContext::of_hit(scene, &vertex.footprint, &rays.ray(i), &hits[i]);
+        if let Some(known) = self.known_neighbours(i) {
+            context.neighbours = known;
+        }
+        context
+    }
+
+    /// Returns the rays of the neighbouring samples of the i-th ray if its differential is known.
+    fn known_neighbours(&self, i: usize) -> Option<[NeighbourRay; 2]> {
+        let Self { scene, vertex, rays, hits } = self;
+        if vertex.depth == 0 || !scene.is_textured() {
+            return None;
+        }
+        NeighbourRay::transferred(&rays.ray(i), hits[i].t, &rays.differential[i])
+    }
+
+    /// Returns the differential of the i-th ray after a smooth surface.
+    pub(super) fn differential_after_bounce(
+        &self,
+        i: usize,
+        bounce: &SpecularBounce,
+    ) -> RayDifferential {
+        let unknown = self.rays.differential[i] == RayDifferential::UNKNOWN;
+        if self.vertex.depth > 0 && unknown {
+            return RayDifferential::UNKNOWN;
+        }
+        let along = Vec3::from(self.rays.ray(i).direction);
+        self.single_context(i).differential_after_bounce(along, bounce)
+    }
+}
+
+impl Vertices {
+    /// Loads what the vertices take over from their rays.
+    pub(super) fn load_paths(&mut self, inputs: &ShadeInputs) {
+        let RayBatch { direction, throughput, slot, .. } = inputs.rays;
+        for at in self.indices() {
+            let i = self.order[at] as usize;
+            self.slot[at] = slot[i];
+            self.roulette_scale[at] = inputs.roulette_scale(i);
+            for axis in 0..3 {
+                self.wo[axis][at] = -direction[axis][i];
+                self.throughput[axis][at] = throughput[axis][i];
+            }
+        }
+    }
+
+    /// Sets the shading frames and the BSDF parameters of all vertices.
+    pub(super) fn load_materials<R: Real<Scalar = f32>>(&mut self, inputs: &ShadeInputs) {
+        let runs = std::mem::take(&mut self.runs);
+        for run in runs.iter().filter(|run| run.kind != BsdfKind::Interface) {
+            self.load_material::<R>(inputs, run);
+        }
+        self.runs = runs;
+    }
+
+    /// Sets the shading frames and the parameters of a material.
+    fn load_material<R: Real<Scalar = f32>>(&mut self, inputs: &ShadeInputs, run: &MaterialRun) {
+        let material = &inputs.scene.materials[run.material as usize];
+        if run.derivatives {
+            return self.load_textured::<R>(inputs, run, material);
+        }
+        let zero = [R::splat(0.0); 3];
+        for at in run.range.clone().step_by(R::LANES) {
+            let normal = self.surfaces.shading_normals::<R>(at);
+            let facing = run.kind.facing(normal, load_vector(&self.wo, at));
+            store_vector(&mut self.normal, at, normal);
+            store_vector(&mut self.facing, at, facing);
+            // A tangent of 0 leaves the direction of the frame open.
+            store_vector(&mut self.tangent, at, zero);
+        }
+        let parameters = bsdf_parameters(material, &ShadingContext::anywhere());
+        let columns = &mut self.parameters[..run.kind.parameter_count()];
+        for (column, parameter) in columns.iter_mut().zip(parameters) {
+            column[run.range.clone()].fill(parameter);
+        }
+    }
+
+    /// Sets the shading frames and the parameters of a material that varies over surfaces.
+    #[inline(never)]
+    fn load_textured<R: Real<Scalar = f32>>(
+        &mut self,
+        inputs: &ShadeInputs,
+        run: &MaterialRun,
+        material: &Material,
+    ) {
+        let perturbed =
+            material.bump.is_some() || material.normal_map.is_some() || material.is_anisotropic();
+        let count = run.kind.parameter_count();
+        for at in run.range.clone().step_by(R::LANES) {
+            let lanes = R::LANES.min(run.range.end - at);
+            let context = self.context::<R>(inputs, at, lanes);
+            let [normal, tangent] = match perturbed {
+                true => context.perturbed_normal(material),
+                false => [context.points.shading_normal, [R::splat(0.0); 3]],
+            };
+            let facing = run.kind.facing(normal, load_vector(&self.wo, at));
+            store_vector(&mut self.normal, at, normal);
+            store_vector(&mut self.facing, at, facing);
+            store_vector(&mut self.tangent, at, tangent);
+            let parameters: [R; PARAMETER_COUNT] = bsdf_parameters(material, &context);
+            for (column, parameter) in self.parameters[..count].iter_mut().zip(parameters) {
+                parameter.store(&mut column[at..]);
+            }
+        }
+    }
+
+    /// Returns the context of a packet of vertices of one material.
+    #[inline(always)]
+    fn context<R: Real<Scalar = f32>>(
+        &self,
+        inputs: &ShadeInputs,
+        at: usize,
+        lanes: usize,
+    ) -> ShadingContext<R> {
+        let surfaces = &self.surfaces;
+        let (points, smooth) = (surfaces.points(at), surfaces.smooth::<R>(at));
+        let patch = surfaces.derivatives(at);
+        let mut context = ShadingContext::new(points, patch, smooth, &inputs.vertex.footprint);
+        if inputs.vertex.depth > 0 {
+            for lane in 0..lanes {
+                if let Some(known) = inputs.known_neighbours(self.order[at + lane] as usize) {
+                    context.set_neighbours(lane, &known);
+                }
+            }
+        }
+        context
+    }
+}
+
+impl<R: Real<Scalar = f32>> ShadingContext<R> {
+    /// Replaces the rays of the neighbouring samples in a lane.
+    fn set_neighbours(&mut self, lane: usize, known: &[NeighbourRay; 2]) {
+        let mut mask = [0.0; 8];
+        mask[lane] = 1.0;
+        let mask = R::splat(0.0).lt(R::load(&mask));
+        for (ray, known) in self.neighbours.iter_mut().zip(known) {
+            *ray = ray.or(mask, &known.splat());
+        }
+    }
+}
