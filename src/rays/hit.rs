@@ -41,7 +41,7 @@ impl Hit {
     };
 }
 
-/// Hits of the rays of a [`RayBatch`], in the same order.
+/// Hits of the rays of a [`RayBatch`](super::RayBatch), in the same order.
 #[derive(Clone, Debug)]
 pub struct HitBatch(Box<[Hit; WAVE_SIZE]>);
 
