@@ -10,5 +10,6 @@ fn main() -> ExitCode {
     if !cpu::is_supported() {
         cpu::explain();
     }
+    cpu::prefer_avx2();
     cli::run()
 }

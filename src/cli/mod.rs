@@ -97,7 +97,7 @@ pub fn run() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return message::usage(&error),
     };
-    if let Some(notice) = crate::cpu::PORTABLE_NOTICE {
+    if let Some(notice) = crate::cpu::portable_notice() {
         say!("petzval: {notice}");
     }
     let outcome = match arguments.command {

@@ -12,6 +12,10 @@ use obvhs::bvh2::builder::build_bvh2;
 
 use super::{Bvh, PrimitiveList, collapse};
 
+/// Share of the nodes that are candidates for reinsertion. Against 0.05, rays take 5 to 15 % less time, and
+/// the build of a million triangles 0.4 s more on one core; the whole set gains no more.
+const REINSERTED: f32 = 0.2;
+
 impl Bvh {
     /// Builds the hierarchy over the primitives that have finite bounds.
     pub(in crate::scene) fn new(primitives: PrimitiveList) -> Self {
@@ -49,7 +53,12 @@ impl BinaryBvh {
         if boxes.is_empty() {
             return None;
         }
-        let params = BvhBuildParams { max_prims_per_leaf: 1, ..BvhBuildParams::medium_build() };
+        let params = BvhBuildParams {
+            max_prims_per_leaf: 1,
+            reinsertion_batch_ratio: REINSERTED,
+            post_collapse_reinsertion_batch_ratio_multiplier: 1.0,
+            ..BvhBuildParams::medium_build()
+        };
         Some(Self { tree: build_bvh2(&boxes, params, &mut Duration::default()), included })
     }
 

@@ -5,19 +5,42 @@
 //! itself, with integer instructions alone: a test runs the command on an emulated CPU without AVX,
 //! where any other instruction would end it.
 
+#[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
+mod universal;
+
 use std::io::Write;
 
-/// Notice of a build without AVX2 on x86-64, such as that of a plain `cargo install`, which does
-/// not read this repository's .cargo/config.toml.
+/// Returns the notice of a portable build, such as that of a plain `cargo install`, which does not
+/// read this repository's .cargo/config.toml, on a CPU that has AVX2.
 #[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
-pub const PORTABLE_NOTICE: Option<&str> = Some(
-    "this is the portable build: pictures take about 1.5 times as long as with AVX2, lens \
-     traces 3 times; build the other one with RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo install --path . --force",
-);
+pub fn portable_notice() -> Option<&'static str> {
+    universal::has_avx2().then_some(
+        "this is the portable build: pictures take about 1.5 times as long as with AVX2, lens \
+         traces 3 times; build the other one with RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo install --path . --force",
+    )
+}
 
-/// No notice: the build uses AVX2, or the architecture has none.
+/// Returns no notice: the build uses AVX2, or the architecture has none.
 #[cfg(not(all(target_arch = "x86_64", not(target_feature = "avx2"))))]
-pub const PORTABLE_NOTICE: Option<&str> = None;
+pub fn portable_notice() -> Option<&'static str> {
+    None
+}
+
+/// Replaces this process by the AVX2 program that a universal executable carries, if the CPU can run
+/// it. Returns if this is another kind of build or the CPU is older; then this program goes on.
+#[cfg(all(target_arch = "x86_64", not(target_feature = "avx2")))]
+pub fn prefer_avx2() {
+    if universal::has_avx2()
+        && let Err(error) = universal::start()
+    {
+        // The exit code of the portable program counts, even if stderr is closed.
+        let _ = writeln!(std::io::stderr(), "petzval: cannot start the AVX2 program: {error}");
+    }
+}
+
+/// Does nothing: this program uses AVX2, or the architecture has none.
+#[cfg(not(all(target_arch = "x86_64", not(target_feature = "avx2"))))]
+pub fn prefer_avx2() {}
 
 /// Returns whether the CPU has the instructions that the build assumes.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
