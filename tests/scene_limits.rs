@@ -6,7 +6,9 @@ use std::fmt::Write;
 
 use glam::{DVec3, Vec3};
 use petzval::rays::{Hit, Ray};
-use petzval::scene::{Geometry, Mesh, Shape, TraversalStack, tessellate_patches};
+use petzval::scene::{
+    Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack, split_patches,
+};
 use support::world::{error, read, read_world};
 use support::{Random, folder, petzval, promptly, write};
 use wide::f32x8;
@@ -158,7 +160,7 @@ fn a_quad_is_divided_as_finely_as_it_is_bent() {
         if uvs {
             mesh.uvs = mesh.positions.iter().map(|[x, y, _]| [*x, *y]).collect();
         }
-        let curved = tessellate_patches(&mut mesh, &patches, 1 << 20);
+        let curved = split_patches(&mut mesh, &patches).tessellate(1 << 20);
         (mesh.triangles.len() + curved.triangles.len()) as f64 / f64::from(side * side)
     };
     for uvs in [false, true] {
@@ -171,21 +173,33 @@ fn a_quad_is_divided_as_finely_as_it_is_bent() {
 }
 
 #[test]
-fn twisted_quads_of_many_meshes_share_the_limit_of_triangles() {
+fn twisted_quads_become_triangles_only_if_they_emit_light() {
     let one = "Shape \"bilinearmesh\" \"point3 P\" [0 0 0  1 0 0  0 1 0  1 1 1]\n";
-    // Shapes of the material "interface" are not in the BVH.
-    let scene = read_world(&format!("Material \"interface\"\n{}", one.repeat(2000))).scene;
-    let count = |shape: &Shape| match &shape.geometry {
-        Geometry::Mesh(mesh) => mesh.triangles.len(),
-        Geometry::Quadric(_) => 0,
+    let light = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n";
+    let shapes = read_world(&format!("{one}{light}{one}")).scene.shapes;
+    let Geometry::Patches(mesh) = &shapes[0].geometry else { panic!("no patches") };
+    assert_eq!(mesh.patches.len(), 1);
+    let Geometry::Mesh(mesh) = &shapes[1].geometry else { panic!("no triangles") };
+    assert!(mesh.triangles.len() > 1000, "{}", mesh.triangles.len());
+}
+
+#[test]
+fn a_mesh_of_twisted_quads_takes_less_memory_than_one_of_as_many_triangles() {
+    let mut random = Random::new(11);
+    let side = 100;
+    let (mut mesh, patches) = lattice(side, || random.next());
+    let curved = split_patches(&mut mesh, &patches);
+    let count = curved.patches.len();
+    assert!(count > 9500 && count + mesh.triangles.len() / 2 == 10_000, "{count}");
+    let scene = |geometry: Geometry| {
+        let mut builder = SceneBuilder::default();
+        let material = builder.add_material(Material::diffuse([0.5; 3]));
+        builder.add_shape(ShapeSpec::new(geometry, material));
+        builder.build().unwrap().bytes()
     };
-    let counts: Vec<usize> = scene.shapes.iter().map(count).collect();
-    assert!(
-        counts.iter().sum::<usize>() < (1 << 21) + 2 * 2000,
-        "{}",
-        counts.iter().sum::<usize>()
-    );
-    assert!(counts[0] > 1000 && counts.iter().all(|&count| count >= 2), "{counts:?}");
+    let triangles = scene(Geometry::Mesh(curved.tessellate(0)));
+    let patches = scene(Geometry::Patches(curved));
+    assert!(patches < 180 * count && patches < triangles, "{patches} {triangles}");
 }
 
 #[test]
@@ -201,7 +215,7 @@ fn the_error_of_divided_quads_is_relative_to_the_size_of_the_mesh() {
         let along = |j: u32| h(i, j) * (1.0 - u) + h(i + 1, j) * u;
         along(j) * (1.0 - v) + along(j + 1) * v
     };
-    let curved = tessellate_patches(&mut mesh, &patches, 1 << 20);
+    let curved = split_patches(&mut mesh, &patches).tessellate(1 << 20);
     let mut worst = 0f64;
     for mesh in [&mesh, &curved] {
         for i in 0..mesh.triangles.len() as u32 {

@@ -35,8 +35,8 @@ impl ShapeSpec {
     }
 }
 
-/// Reason why a scene does not fit into the hierarchies. Primitives are triangles, quadrics and
-/// instances.
+/// Reason why a scene does not fit into the hierarchies. Primitives are triangles, patches,
+/// quadrics and instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneTooLarge {
     /// More shapes than indices.
@@ -123,12 +123,13 @@ impl SceneBuilder {
     }
 
     /// Adds a shape to the world or to an object, and returns its index. Shapes of objects emit
-    /// nothing.
+    /// nothing. Patches that emit light become triangles.
     pub fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
-        let ShapeSpec { geometry, material, emission, alpha, object } = spec;
+        let ShapeSpec { mut geometry, material, emission, alpha, object } = spec;
         let shape = self.shapes.len() as u32;
         let mut light = NO_INDEX;
         if let (Some(emission), None) = (emission, object) {
+            geometry = geometry.into_emitter();
             light = self.lights.len() as u32;
             self.lights.push(Light::Area(AreaLight::new(shape, emission, &geometry)));
         }
@@ -219,6 +220,7 @@ impl SceneBuilder {
         let count = |all: &[u32]| -> u64 {
             let primitives = |shape: &u32| match &self.shapes[*shape as usize].geometry {
                 Geometry::Mesh(mesh) => mesh.triangles.len() as u64,
+                Geometry::Patches(patches) => patches.patches.len() as u64,
                 Geometry::Quadric(_) => 1,
             };
             all.iter().map(primitives).sum()

@@ -23,9 +23,9 @@ pub use animated::AnimatedInstance;
 pub use builder::{SceneBuilder, SceneTooLarge, ShapeSpec};
 pub use bvh::{Bvh, TraversalStack};
 pub use geometry::{
-    CurveSegment, Geometry, Mesh, Quadric, QuadricForm, Sphere, SubdivisionError,
-    SurfaceDerivatives, SurfaceDerivativesPacket, SurfacePacket, SurfacePoint, gamma, subdivide,
-    tessellate_curve, tessellate_patches,
+    CurveSegment, Geometry, Mesh, PatchMesh, Quadric, QuadricForm, Sphere, SubdivisionError,
+    SurfaceDerivatives, SurfaceDerivativesPacket, SurfacePacket, SurfacePoint, gamma,
+    split_patches, subdivide, tessellate_curve,
 };
 pub use light::{
     AreaLight, Emission, IntensityDistribution, Light, LightColumns, LightInputs, LightSample,
@@ -70,7 +70,7 @@ impl Shape {
     fn quadric(&self) -> Option<&Quadric> {
         match &self.geometry {
             Geometry::Quadric(quadric) => Some(quadric),
-            Geometry::Mesh(_) => None,
+            Geometry::Mesh(_) | Geometry::Patches(_) => None,
         }
     }
 }

@@ -137,7 +137,8 @@ pub struct SurfaceInputs<'a> {
 /// Lanes of a packet that triangles do not fill alone.
 #[derive(Default)]
 struct Exceptions {
-    quadrics: u32,
+    /// Patches and quadrics.
+    others: u32,
     instances: u32,
 }
 
@@ -163,10 +164,10 @@ impl Scene {
                         triangles.set(lane, &mesh.triangle(hit.primitive));
                         smooth[lane] = f32::from(mesh.is_smooth());
                     }
-                    Geometry::Quadric(_) => exceptions.quadrics |= 1 << lane,
+                    Geometry::Patches(_) | Geometry::Quadric(_) => exceptions.others |= 1 << lane,
                 }
             }
-            if exceptions.quadrics.count_ones() as usize != order.len() {
+            if exceptions.others.count_ones() as usize != order.len() {
                 let (u, v, triangles) = (R::load(&u), R::load(&v), triangles.load::<R>());
                 columns.set_points(at, &triangles.point(u, v));
                 if inputs.derivatives {
@@ -208,7 +209,7 @@ impl Scene {
         true
     }
 
-    /// Loads quadrics, and moves instances to world space.
+    /// Loads patches and quadrics, and moves instances to world space.
     #[inline(always)]
     fn load_exceptions(
         &self,
@@ -218,7 +219,7 @@ impl Scene {
         exceptions: &Exceptions,
         columns: &mut SurfaceColumns,
     ) {
-        let mut lanes = exceptions.quadrics | exceptions.instances;
+        let mut lanes = exceptions.others | exceptions.instances;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
@@ -232,26 +233,26 @@ impl Scene {
                 continue;
             }
             let mut point = SurfacePoint::from(columns.points::<f32>(entry));
-            let mut patch = SurfaceDerivatives::default();
+            let mut derivatives = SurfaceDerivatives::default();
             if inputs.derivatives {
-                patch = columns.derivatives::<f32>(entry).into();
+                derivatives = columns.derivatives::<f32>(entry).into();
             }
-            if let Geometry::Quadric(quadric) = geometry {
-                let near = object_point(&inputs.rays.ray(ray), hit, &pose);
-                point = quadric.point(near);
+            if exceptions.others >> lane & 1 == 1 {
+                let near = || object_point(&inputs.rays.ray(ray), hit, &pose);
+                point = geometry.point(hit, near);
                 if inputs.derivatives {
-                    patch = quadric.derivatives(near);
+                    derivatives = geometry.derivatives(hit, near);
                 }
             }
             if let Some(pose) = &pose {
                 if inputs.derivatives {
-                    patch = pose.place_derivatives(&patch, point.shading_normal);
+                    derivatives = pose.place_derivatives(&derivatives, point.shading_normal);
                 }
                 point = pose.place_point(&point);
             }
             columns.set_points::<f32>(entry, &point.into());
             if inputs.derivatives {
-                columns.set_derivatives::<f32>(entry, &patch.into());
+                columns.set_derivatives::<f32>(entry, &derivatives.into());
             }
         }
     }

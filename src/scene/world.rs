@@ -49,6 +49,9 @@ fn build<'a>(shapes: &'a [Shape], included: &[u32], mut primitives: PrimitiveLis
             Geometry::Mesh(mesh) => {
                 primitives.push(PrimitiveGroup::Mesh { shape, mesh, alpha_tested });
             }
+            Geometry::Patches(patches) => {
+                primitives.push(PrimitiveGroup::Patches { shape, patches, alpha_tested });
+            }
             Geometry::Quadric(quadric) => {
                 let (surface, instance) = (quadric.surface(), NO_INDEX);
                 let placed = PlacedQuadric { surface, shape, instance, alpha_tested };

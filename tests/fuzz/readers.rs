@@ -48,7 +48,7 @@ pub fn lens(folder: &Path, bytes: &[u8]) {
 
 /// Reads a mesh.
 pub fn ply(folder: &Path, bytes: &[u8]) {
-    let _ = ply::read(&write(folder, "mesh.ply", bytes), 1 << 20, &ReadContext::default());
+    let _ = ply::read(&write(folder, "mesh.ply", bytes), &ReadContext::default());
 }
 
 /// Reads a picture in the format of its first bytes.

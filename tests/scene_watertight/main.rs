@@ -5,6 +5,7 @@ mod support;
 
 mod agreement;
 mod leaks;
+mod patches;
 mod quadrics;
 mod waves;
 

@@ -3,9 +3,10 @@
 //! traversal on GPUs through compressed wide BVHs", 3.1).
 
 use super::build::{BinaryBvh, BinaryNode};
+use super::primitives::PacketKind;
 use super::{
-    Bvh, Child, Node, PackedChild, PrimitiveGroup, PrimitiveId, PrimitiveIds, PrimitiveList,
-    TrianglePacket,
+    Bvh, Child, Node, PackedChild, PatchPacket, PrimitiveGroup, PrimitiveId, PrimitiveIds,
+    PrimitiveList, TrianglePacket,
 };
 
 /// Cost of a test of eight boxes over that of eight triangles, measured on the benches' scenes.
@@ -17,8 +18,8 @@ const NODE_COST: f32 = 1.5;
 struct NodeCost {
     cost: [f32; 8],
     decision: [Decision; 8],
-    /// Number of triangles below, if there is nothing else and they fit into a packet; otherwise 0.
-    triangles: u8,
+    /// Kind and number of the primitives below, if they fit into one packet.
+    packet: Option<(PacketKind, u8)>,
 }
 
 /// Representation of a binary node by at most a given number of children.
@@ -48,6 +49,7 @@ pub(super) fn collapse(binary: &BinaryBvh, primitives: &PrimitiveList) -> Bvh {
     bvh.nodes.shrink_to_fit();
     bvh.packets.shrink_to_fit();
     bvh.primitive_ids.shrink_to_fit();
+    bvh.patches.shrink_to_fit();
     collapse.bvh
 }
 
@@ -61,7 +63,7 @@ fn decide(binary: &BinaryBvh, primitives: &PrimitiveList) -> Vec<[Decision; 8]> 
             BinaryNode::Leaf(primitive) => NodeCost {
                 cost: [binary.area(node); 8],
                 decision: LEAF,
-                triangles: u8::from(primitives.is_triangle(primitive)),
+                packet: primitives.packet_kind(primitive).map(|kind| (kind, 1)),
             },
             BinaryNode::Inner([left, right]) => {
                 if !children_done {
@@ -87,12 +89,11 @@ const LEAF: [Decision; 8] = {
 
 /// Returns the least costs of a node from those of its two children.
 fn combine(left: &NodeCost, right: &NodeCost, area: f32) -> NodeCost {
-    let triangles = match (left.triangles, right.triangles) {
-        (0, _) | (_, 0) => 0,
-        (a, b) if a + b <= 8 => a + b,
-        _ => 0,
+    let packet = match (left.packet, right.packet) {
+        (Some((kind, a)), Some((other, b))) if kind == other && a + b <= 8 => Some((kind, a + b)),
+        _ => None,
     };
-    let mut best = NodeCost { cost: [0.0; 8], decision: [Decision::Internal; 8], triangles };
+    let mut best = NodeCost { cost: [0.0; 8], decision: [Decision::Internal; 8], packet };
     for children in 2..=8 {
         let (mut cost, mut from_left) = (left.cost[0] + right.cost[children - 2], 1);
         for k in 2..children {
@@ -105,7 +106,7 @@ fn combine(left: &NodeCost, right: &NodeCost, area: f32) -> NodeCost {
         best.decision[children - 1] = Decision::Distribute(from_left as u8);
     }
     best.cost[0] = best.cost[7] + area * NODE_COST;
-    if triangles > 0 && area <= best.cost[0] {
+    if packet.is_some() && area <= best.cost[0] {
         (best.cost[0], best.decision[0]) = (area, Decision::Leaf);
     }
     // The last entry is the contents of the wide node and must not fall back on the node itself.
@@ -188,8 +189,12 @@ impl Collapse<'_> {
             match *self.primitives.locate(primitive).0 {
                 PrimitiveGroup::Quadric(quadric, _) => return Child::Quadric(quadric),
                 PrimitiveGroup::Instance(instance, _) => return Child::Instance(instance),
-                PrimitiveGroup::Mesh { .. } => {}
+                PrimitiveGroup::Mesh { .. } | PrimitiveGroup::Patches { .. } => {}
             }
+        }
+        if self.first_kind(binary) == Some(PacketKind::Patches) {
+            self.pack_patches(binary);
+            return Child::Patches(self.bvh.patches.len() as u32 - 1);
         }
         let packet = self.bvh.packets.len() as u32;
         if self.pack_triangles(binary) {
@@ -199,23 +204,39 @@ impl Collapse<'_> {
         }
     }
 
+    /// Returns the packet kind of the first primitive below a binary node.
+    fn first_kind(&self, mut node: usize) -> Option<PacketKind> {
+        loop {
+            match self.binary.node(node) {
+                BinaryNode::Inner([left, _]) => node = left,
+                BinaryNode::Leaf(primitive) => return self.primitives.packet_kind(primitive),
+            }
+        }
+    }
+
+    /// Returns the primitives below a binary node.
+    fn primitives_below(&self, binary: usize) -> impl Iterator<Item = usize> + use<'_> {
+        let mut todo = vec![binary];
+        std::iter::from_fn(move || {
+            loop {
+                match self.binary.node(todo.pop()?) {
+                    BinaryNode::Inner(children) => todo.extend(children),
+                    BinaryNode::Leaf(primitive) => return Some(primitive),
+                }
+            }
+        })
+    }
+
     /// Packs the triangles below a binary node. Returns whether any needs an alpha test.
     fn pack_triangles(&mut self, binary: usize) -> bool {
         let mut packet = TrianglePacket { corners: [[[f32::NAN; 8]; 3]; 3] };
         let mut ids = PrimitiveIds([PrimitiveId::default(); 8]);
-        let (mut todo, mut slot, mut any_alpha) = (vec![binary], 0, false);
-        while let Some(node) = todo.pop() {
-            let primitive = match self.binary.node(node) {
-                BinaryNode::Inner(children) => {
-                    todo.extend(children);
-                    continue;
-                }
-                BinaryNode::Leaf(primitive) => primitive,
-            };
-            let (&PrimitiveGroup::Mesh { shape, mesh, alpha_tested: cutout }, triangle) =
+        let mut any_alpha = false;
+        for (slot, primitive) in self.primitives_below(binary).enumerate() {
+            let (&PrimitiveGroup::Mesh { shape, mesh, alpha_tested }, triangle) =
                 self.primitives.locate(primitive)
             else {
-                unreachable!("packets hold triangles only")
+                unreachable!("packets of triangles hold nothing else")
             };
             for (corner, p) in mesh.corners(triangle).iter().enumerate() {
                 for axis in 0..3 {
@@ -223,11 +244,32 @@ impl Collapse<'_> {
                 }
             }
             ids.0[slot] = PrimitiveId { shape, triangle };
-            any_alpha |= cutout;
-            slot += 1;
+            any_alpha |= alpha_tested;
         }
         self.bvh.packets.push(packet);
         self.bvh.primitive_ids.push(ids);
         any_alpha
+    }
+
+    /// Packs the patches below a binary node.
+    fn pack_patches(&mut self, binary: usize) {
+        let ids = PrimitiveIds([PrimitiveId::default(); 8]);
+        let corners = [[[f32::NAN; 8]; 3]; 4];
+        let mut packet = PatchPacket { corners, ids, alpha_tested: false };
+        for (slot, primitive) in self.primitives_below(binary).enumerate() {
+            let (&PrimitiveGroup::Patches { shape, patches, alpha_tested }, patch) =
+                self.primitives.locate(primitive)
+            else {
+                unreachable!("packets of patches hold nothing else")
+            };
+            for (corner, p) in patches.corners(patch).iter().enumerate() {
+                for axis in 0..3 {
+                    packet.corners[corner][axis][slot] = p[axis];
+                }
+            }
+            packet.ids.0[slot] = PrimitiveId { shape, triangle: patch };
+            packet.alpha_tested |= alpha_tested;
+        }
+        self.bvh.patches.push(packet);
     }
 }

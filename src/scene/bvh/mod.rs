@@ -5,7 +5,7 @@
 //!
 //! A node takes 256 bytes and a packet of triangles 352. Packets hold five to eight triangles,
 //! so a large mesh takes 50 to 90 bytes a triangle, without its vertices and indices
-//! ([`Bvh::bytes`]). A quadric takes 250 bytes. The build takes about 300 bytes a triangle in addition.
+//! ([`Bvh::bytes`]). A packet of patches takes 512 bytes, a quadric 250. The build takes about 300 bytes a triangle in addition.
 
 mod build;
 mod collapse;
@@ -35,6 +35,8 @@ pub(super) enum Child {
     Quadric(u32),
     /// An instance, by its index in the scene.
     Instance(u32),
+    /// A packet of up to eight bilinear patches.
+    Patches(u32),
 }
 
 /// A [`Child`] in 32 bits: the kind in the top three, the index below.
@@ -56,6 +58,7 @@ impl PackedChild {
             Child::AlphaTestedTriangles(i) => (2, i),
             Child::Quadric(i) => (3, i),
             Child::Instance(i) => (4, i),
+            Child::Patches(i) => (5, i),
         };
         debug_assert!(index <= Self::INDEX_MASK, "index {index} does not fit into 29 bits");
         Self(kind << Self::KIND_SHIFT | index)
@@ -89,7 +92,8 @@ impl PackedChild {
             1 => Child::Triangles(index),
             2 => Child::AlphaTestedTriangles(index),
             3 => Child::Quadric(index),
-            _ => Child::Instance(index),
+            4 => Child::Instance(index),
+            _ => Child::Patches(index),
         }
     }
 }
@@ -121,7 +125,7 @@ pub(super) struct TrianglePacket {
     pub(super) corners: [[[f32; 8]; 3]; 3],
 }
 
-/// Shape of a scene, and triangle of its mesh. Ids sort by shape first.
+/// Shape of a scene, and triangle or patch of its mesh. Ids sort by shape first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(C)]
 pub(super) struct PrimitiveId {
@@ -135,6 +139,17 @@ pub(super) struct PrimitiveId {
 #[repr(C, align(64))]
 pub(super) struct PrimitiveIds(pub(super) [PrimitiveId; 8]);
 
+/// Corners and ids of up to eight bilinear patches. Missing patches are NaN, which no ray hits.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct PatchPacket {
+    /// By corner, axis and lane.
+    pub(super) corners: [[[f32; 8]; 3]; 4],
+    pub(super) ids: PrimitiveIds,
+    /// Whether a patch has an alpha texture.
+    pub(super) alpha_tested: bool,
+}
+
 /// A quadric in the space of a hierarchy: a shape, or the only shape of an instanced object.
 #[derive(Clone, Debug)]
 pub(super) struct PlacedQuadric {
@@ -146,7 +161,7 @@ pub(super) struct PlacedQuadric {
     pub(super) alpha_tested: bool,
 }
 
-/// Bounding volume hierarchy over triangles, quadrics and instances.
+/// Bounding volume hierarchy over triangles, patches, quadrics and instances.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// Nodes, the root first. The root of an empty hierarchy has no children.
@@ -154,6 +169,7 @@ pub struct Bvh {
     pub(super) packets: Vec<TrianglePacket>,
     /// Ids of the triangles, by packet.
     pub(super) primitive_ids: Vec<PrimitiveIds>,
+    pub(super) patches: Vec<PatchPacket>,
     pub(super) quadrics: Vec<PlacedQuadric>,
     /// Most children that wait on the traversal stack at once.
     pub(super) stack_size: usize,
@@ -167,6 +183,7 @@ impl Default for Bvh {
             nodes: vec![Node::EMPTY],
             packets: Vec::new(),
             primitive_ids: Vec::new(),
+            patches: Vec::new(),
             quadrics: Vec::new(),
             stack_size: 8,
             bounds: None,
@@ -184,13 +201,16 @@ impl Bvh {
     /// Additional memory for each primitive during the build (bytes).
     pub(crate) const BUILD_BYTES_PER_PRIMITIVE: u64 = 300;
 
+    /// Additional memory of a patch (bytes), on the high side.
+    pub(crate) const BYTES_PER_PATCH: u64 = 90;
     /// Additional memory of a quadric, and of an instance of a single quadric (bytes).
     pub(crate) const BYTES_PER_QUADRIC: u64 = size_of::<PlacedQuadric>() as u64;
 
     /// Returns the shape of the only primitive, if that is an opaque quadric.
     pub(super) fn only_quadric(&self) -> Option<u32> {
+        let alone = self.packets.is_empty() && self.patches.is_empty();
         match &self.quadrics[..] {
-            [quadric] if self.packets.is_empty() && !quadric.alpha_tested => Some(quadric.shape),
+            [quadric] if alone && !quadric.alpha_tested => Some(quadric.shape),
             _ => None,
         }
     }
@@ -200,6 +220,7 @@ impl Bvh {
         size_of_val(&self.nodes[..])
             + size_of_val(&self.packets[..])
             + size_of_val(&self.primitive_ids[..])
+            + size_of_val(&self.patches[..])
             + size_of_val(&self.quadrics[..])
     }
 }

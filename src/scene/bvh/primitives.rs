@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::PlacedQuadric;
-use crate::scene::geometry::Mesh;
+use crate::scene::geometry::{Mesh, PatchMesh};
 
-/// The triangles of a mesh, or one other primitive.
+/// The triangles or patches of a mesh, or one other primitive.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) enum PrimitiveGroup<'a> {
     /// The triangles of a mesh.
@@ -17,13 +17,30 @@ pub(in crate::scene) enum PrimitiveGroup<'a> {
         /// Whether the shape has an alpha texture.
         alpha_tested: bool,
     },
+    /// Bilinear patches.
+    Patches {
+        /// Index of the shape in the scene.
+        shape: u32,
+        /// Its patches.
+        patches: &'a PatchMesh,
+        /// Whether the shape has an alpha texture.
+        alpha_tested: bool,
+    },
     /// A quadric: its index in [`PrimitiveList::quadrics`], and its box.
     Quadric(u32, [Vec3; 2]),
     /// An instance: its index, and its box.
     Instance(u32, [Vec3; 2]),
 }
 
-/// All primitives of a hierarchy, numbered in order: each triangle of a mesh is a primitive.
+/// Primitives that share a packet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PacketKind {
+    Triangles,
+    Patches,
+}
+
+/// All primitives of a hierarchy, numbered in order: each triangle of a mesh is a
+/// primitive, and so is each patch.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct PrimitiveList<'a> {
     groups: Vec<PrimitiveGroup<'a>>,
@@ -38,6 +55,7 @@ impl<'a> PrimitiveList<'a> {
     pub(in crate::scene) fn push(&mut self, group: PrimitiveGroup<'a>) {
         let count = match group {
             PrimitiveGroup::Mesh { mesh, .. } => mesh.triangles.len(),
+            PrimitiveGroup::Patches { patches, .. } => patches.patches.len(),
             PrimitiveGroup::Quadric(..) | PrimitiveGroup::Instance(..) => 1,
         };
         self.ends.push(self.len() + count);
@@ -62,34 +80,45 @@ impl<'a> PrimitiveList<'a> {
         (&self.groups[i], (primitive - start) as u32)
     }
 
-    /// Returns whether a primitive is a triangle.
-    pub(super) fn is_triangle(&self, primitive: usize) -> bool {
-        matches!(self.locate(primitive).0, PrimitiveGroup::Mesh { .. })
+    /// Returns the kind of packet that holds a primitive, or `None` if it is a leaf of its own.
+    pub(super) fn packet_kind(&self, primitive: usize) -> Option<PacketKind> {
+        match self.locate(primitive).0 {
+            PrimitiveGroup::Mesh { .. } => Some(PacketKind::Triangles),
+            PrimitiveGroup::Patches { .. } => Some(PacketKind::Patches),
+            PrimitiveGroup::Quadric(..) | PrimitiveGroup::Instance(..) => None,
+        }
     }
 
     /// Returns the index and the box of every primitive with finite bounds. No ray hits the others.
     pub(super) fn finite_bounds(&self) -> impl Iterator<Item = (u32, [Vec3; 2])> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let bounds = self.groups.iter().zip(starts).flat_map(|(group, start)| {
-            let (mesh, single) = match *group {
-                PrimitiveGroup::Mesh { mesh, .. } => (Some(mesh), None),
+            let (mut mesh, mut patches, mut single) = (None, None, None);
+            match *group {
+                PrimitiveGroup::Mesh { mesh: found, .. } => mesh = Some(found),
+                PrimitiveGroup::Patches { patches: found, .. } => patches = Some(found),
                 PrimitiveGroup::Quadric(_, bounds) | PrimitiveGroup::Instance(_, bounds) => {
-                    (None, Some(bounds))
+                    single = Some(bounds);
                 }
-            };
+            }
             let triangles = mesh.into_iter().flat_map(|mesh| {
-                (0..mesh.triangles.len() as u32).map(|triangle| {
-                    let [a, b, c] = mesh.corners(triangle);
-                    // The sum is finite only if all of its terms are.
-                    if (a + b + c).is_finite() {
-                        [a.min(b).min(c), a.max(b).max(c)]
-                    } else {
-                        [Vec3::NAN; 2]
-                    }
-                })
+                (0..mesh.triangles.len() as u32).map(|triangle| bounds_of(mesh.corners(triangle)))
             });
-            (start as u32..).zip(single.into_iter().chain(triangles))
+            let patches = patches.into_iter().flat_map(|mesh| {
+                (0..mesh.patches.len() as u32).map(|patch| bounds_of(mesh.corners(patch)))
+            });
+            (start as u32..).zip(single.into_iter().chain(triangles).chain(patches))
         });
         bounds.filter(|(_, [low, high])| low.is_finite() && high.is_finite())
+    }
+}
+
+/// Returns the box around corners, or NaN if one is not finite.
+fn bounds_of<const N: usize>(corners: [Vec3; N]) -> [Vec3; 2] {
+    // The sum is finite only if all of its terms are.
+    if corners.iter().sum::<Vec3>().is_finite() {
+        corners.iter().fold([corners[0]; 2], |[low, high], &p| [low.min(p), high.max(p)])
+    } else {
+        [Vec3::NAN; 2]
     }
 }

@@ -1,4 +1,4 @@
-//! Tessellation of bilinear patches.
+//! Flat bilinear patches as triangles, and the tessellation of others that emit light.
 //!
 //! A patch is the surface p(u, v) between four corners, linear in u and in v (Ramsey, Potter &
 //! Hansen 2004, "Ray bilinear patch intersections"). The distance between the patch and its
@@ -7,6 +7,7 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::mesh::Mesh;
+use super::patch_mesh::PatchMesh;
 
 /// Largest distance between a patch and its triangles, relative to the longer diagonal of the
 /// patch.
@@ -24,6 +25,12 @@ struct Tolerance {
     relative: f64,
     /// A length.
     absolute: f64,
+}
+
+impl Tolerance {
+    fn new(mesh: &Mesh) -> Self {
+        Self { relative: TOLERANCE, absolute: MESH_TOLERANCE * diagonal(mesh) }
+    }
 }
 
 /// Points or normals at the corners of a patch.
@@ -67,42 +74,66 @@ impl Corners {
     }
 }
 
-/// Tessellates patches over the vertices of a mesh. The four vertices of a patch are at (u, v) =
-/// (0, 0), (1, 0), (0, 1) and (1, 1). Flat patches become two triangles of the mesh. The returned
-/// mesh holds the triangles of the others; it has the normals of the patches if the vertices have
-/// none.
-///
-/// The tolerance also applies to texture coordinates, if the vertices have them. It doubles until
-/// the patches become at most `most` triangles, or two each.
-pub fn tessellate_patches(mesh: &mut Mesh, patches: &[[u32; 4]], most: u64) -> Mesh {
+/// Adds the flat ones of the patches over the vertices of a mesh to it, as two triangles each, and
+/// returns the others. The four vertices of a patch are at (u, v) = (0, 0), (1, 0), (0, 1) and
+/// (1, 1). A patch is flat if two triangles keep within the tolerance; it also applies to texture
+/// coordinates, if the vertices have them.
+pub fn split_patches(mesh: &mut Mesh, patches: &[[u32; 4]]) -> PatchMesh {
+    let tolerance = Tolerance::new(mesh);
     let planar = mesh.uvs.is_empty();
-    let count_cells = |tolerance: Tolerance| -> Vec<u32> {
-        patches.iter().map(|&patch| corner_points(mesh, patch).cells(tolerance, planar)).collect()
-    };
-    let total = |cells: &[u32]| cells.iter().map(|&n| 2 * u64::from(n).pow(2)).sum::<u64>();
-    let mut tolerance =
-        Tolerance { relative: TOLERANCE, absolute: MESH_TOLERANCE * diagonal(mesh) };
-    let mut cells = count_cells(tolerance);
-    while total(&cells) > most.max(2 * patches.len() as u64) {
-        tolerance.relative *= 2.0;
-        tolerance.absolute *= 2.0;
-        cells = count_cells(tolerance);
-    }
-    let mut curved = Mesh::default();
+    let mut curved = PatchMesh::default();
     if !patches.is_empty() {
         mesh.patch_starts = (0..mesh.triangles.len() as u32).collect();
     }
-    for (&patch, cells) in patches.iter().zip(cells) {
-        let [a, b, c, d] = patch;
-        match cells {
-            1 => {
-                mesh.patch_starts.extend([mesh.triangles.len() as u32; 2]);
-                mesh.triangles.extend([[a, b, d], [d, c, a]]);
-            }
-            _ => add_grid(mesh, patch, cells, &mut curved),
+    for &patch in patches {
+        if corner_points(mesh, patch).cells(tolerance, planar) > 1 {
+            curved.patches.push(patch);
+            continue;
         }
+        let [a, b, c, d] = patch;
+        mesh.patch_starts.extend([mesh.triangles.len() as u32; 2]);
+        mesh.triangles.extend([[a, b, d], [d, c, a]]);
+    }
+    curved.vertices.flipped = mesh.flipped;
+    let mut copies =
+        vec![u32::MAX; if curved.patches.is_empty() { 0 } else { mesh.positions.len() }];
+    for vertex in curved.patches.iter_mut().flatten() {
+        let i = *vertex as usize;
+        if copies[i] == u32::MAX {
+            copies[i] = curved.vertices.positions.len() as u32;
+            curved.vertices.positions.push(mesh.positions[i]);
+            curved.vertices.normals.extend(mesh.normals.get(i));
+            curved.vertices.uvs.extend(mesh.uvs.get(i));
+        }
+        *vertex = copies[i];
     }
     curved
+}
+
+impl PatchMesh {
+    /// Returns triangles in place of the patches, for lights, whose emitters are triangles. They have
+    /// the normals of the patches if the vertices have none. The tolerance doubles until the patches
+    /// become at most `most` triangles, or two each.
+    pub fn tessellate(&self, most: u64) -> Mesh {
+        let Self { vertices, patches } = self;
+        let count_cells = |tolerance: Tolerance| -> Vec<u32> {
+            let cells = |&patch: &[u32; 4]| corner_points(vertices, patch).cells(tolerance, false);
+            patches.iter().map(cells).collect()
+        };
+        let total = |cells: &[u32]| cells.iter().map(|&n| 2 * u64::from(n).pow(2)).sum::<u64>();
+        let mut tolerance = Tolerance::new(vertices);
+        let mut cells = count_cells(tolerance);
+        while total(&cells) > most.max(2 * patches.len() as u64) {
+            tolerance.relative *= 2.0;
+            tolerance.absolute *= 2.0;
+            cells = count_cells(tolerance);
+        }
+        let mut mesh = Mesh { flipped: vertices.flipped, ..Mesh::default() };
+        for (&patch, cells) in patches.iter().zip(cells) {
+            add_grid(vertices, patch, cells, &mut mesh);
+        }
+        mesh
+    }
 }
 
 /// Returns the length of the diagonal of the box around the finite vertices of a mesh.

@@ -1,18 +1,21 @@
-//! Geometry of shapes: triangle meshes and quadrics, and the tessellation of other shapes into
-//! meshes.
+//! Geometry of shapes: triangle meshes, bilinear patches and quadrics, and the tessellation of other
+//! shapes into meshes.
 
 mod bilinear;
 mod curve;
 mod mesh;
+mod patch;
+mod patch_mesh;
 mod quadric;
 mod subdivision;
 mod surface_packet;
 mod surface_point;
 mod triangle;
 
-pub use bilinear::tessellate_patches;
+pub use bilinear::split_patches;
 pub use curve::{CurveSegment, tessellate_curve};
 pub use mesh::Mesh;
+pub use patch_mesh::PatchMesh;
 pub(super) use quadric::{DiskPacket, QuadricSurface};
 pub use quadric::{Quadric, QuadricForm, Sphere};
 pub use subdivision::{SubdivisionError, subdivide};
@@ -24,21 +27,34 @@ use glam::DVec3;
 
 use crate::rays::Hit;
 
-/// Triangles or a quadric.
+/// Triangles, bilinear patches or a quadric.
 #[derive(Clone, Debug)]
 pub enum Geometry {
     /// Triangles.
     Mesh(Mesh),
+    /// Bilinear patches.
+    Patches(PatchMesh),
     /// A sphere, cylinder, disk or cone.
     Quadric(Quadric),
 }
 
+/// Most triangles of patches that emit light, unless there are more patches.
+const MAX_EMITTERS: u64 = 1 << 20;
+
 impl Geometry {
+    /// Returns a shape that can emit light: patches become triangles.
+    pub fn into_emitter(self) -> Self {
+        match self {
+            Self::Patches(patches) => Self::Mesh(patches.tessellate(MAX_EMITTERS)),
+            Self::Mesh(_) | Self::Quadric(_) => self,
+        }
+    }
+
     /// Returns whether it is a mesh for which [`Mesh::is_smooth`] holds.
     pub fn is_smooth(&self) -> bool {
         match self {
             Self::Mesh(mesh) => mesh.is_smooth(),
-            Self::Quadric(_) => false,
+            Self::Patches(_) | Self::Quadric(_) => false,
         }
     }
 
@@ -47,6 +63,7 @@ impl Geometry {
     pub(super) fn point(&self, hit: &Hit, near: impl FnOnce() -> DVec3) -> SurfacePoint {
         match self {
             Self::Mesh(mesh) => mesh.point(hit),
+            Self::Patches(patches) => patches.point(hit),
             Self::Quadric(quadric) => quadric.point(near()),
         }
     }
@@ -59,6 +76,7 @@ impl Geometry {
     ) -> SurfaceDerivatives {
         match self {
             Self::Mesh(mesh) => mesh.derivatives(hit),
+            Self::Patches(patches) => patches.derivatives(hit),
             Self::Quadric(quadric) => quadric.derivatives(near()),
         }
     }

@@ -4,7 +4,9 @@ use glam::{Affine3A, Vec2, Vec3};
 
 use super::surface_point::{SurfaceDerivatives, SurfacePoint, gamma};
 use crate::lanes::Real;
-use crate::lanes::vector::{abs, add, dot, normalize, scale, scale_add, splat, transform};
+use crate::lanes::vector::{
+    abs, add, dot, normalize, scale, scale_add, select, splat, sub, transform,
+};
 
 /// A [`SurfacePoint`] in every lane.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +33,24 @@ pub struct SurfaceDerivativesPacket<R> {
 }
 
 impl<R: Real<Scalar = f32>> SurfacePacket<R> {
+    /// Returns points with a unit normal that may be on either side, and an interpolated shading
+    /// normal of any length. The shading normal decides on which side the normal is; where it is 0,
+    /// the sign of `side` does.
+    #[inline(always)]
+    pub(super) fn oriented(
+        position: [R; 3],
+        error: [R; 3],
+        flat: [R; 3],
+        shading: [R; 3],
+        side: R,
+    ) -> Self {
+        let (shading, smooth) = normalize(shading);
+        let zero = R::splat(0.0);
+        let against = R::select(smooth, dot(shading, flat), side).lt(zero);
+        let normal = select(against, sub([zero; 3], flat), flat);
+        Self { position, error, normal, shading_normal: select(smooth, shading, normal) }
+    }
+
     /// Transforms the points from object space to world space, given the matrix and its inverse.
     #[inline(always)]
     pub fn transform(&self, matrix: &Affine3A, inverse: &Affine3A) -> Self {

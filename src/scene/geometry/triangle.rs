@@ -32,11 +32,8 @@ impl<R: Real<Scalar = f32>> ShadingTriangle<R> {
         let error = scale(add(add(abs(aw), abs(bu)), abs(cv)), R::splat(gamma(8)));
         let (flat, _) = normalize(cross(sub(b, a), sub(c, a)));
         let [na, nb, nc] = self.normals;
-        let (shading, smooth) = normalize(add(add(scale(na, w), scale(nb, u)), scale(nc, v)));
-        let zero = R::splat(0.0);
-        let against = R::select(smooth, dot(shading, flat), self.side).lt(zero);
-        let normal = select(against, sub([zero; 3], flat), flat);
-        SurfacePacket { position, error, normal, shading_normal: select(smooth, shading, normal) }
+        let shading = add(add(scale(na, w), scale(nb, u)), scale(nc, v));
+        SurfacePacket::oriented(position, error, flat, shading, self.side)
     }
 
     /// Returns the texture coordinates at the point of [`Self::point`], and the derivatives with

@@ -140,6 +140,7 @@ impl AreaLight {
                 }
                 points
             }
+            Geometry::Patches(_) => return None,
             Geometry::Quadric(quadric) => {
                 let points = self.sample_quadric(quadric, from.position, u);
                 if textured {
@@ -197,6 +198,7 @@ impl AreaLight {
                 }
                 density
             }
+            Geometry::Patches(_) => 0.0,
             Geometry::Quadric(quadric) => {
                 if let Some(sphere) = &self.sphere {
                     let cap = VisibleCap::new(sphere, from.to_array());

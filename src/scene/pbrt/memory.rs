@@ -49,6 +49,10 @@ impl SceneReader {
     ) -> Result<(), SceneError> {
         let (items, bytes) = match geometry {
             Geometry::Mesh(mesh) => (mesh.triangles.len() as u64, mesh.bytes()),
+            Geometry::Patches(mesh) => {
+                let count = mesh.patches.len() as u64;
+                (count, mesh.bytes() + count * Bvh::BYTES_PER_PATCH)
+            }
             Geometry::Quadric(quadric) => (1, size_of_val(quadric) as u64 + Bvh::BYTES_PER_QUADRIC),
         };
         self.claim(&format!("a {name}"), object, items, bytes)

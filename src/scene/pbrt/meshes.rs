@@ -5,7 +5,7 @@ use super::memory::{MeshSize, require_memory};
 use super::params::Params;
 use super::{SceneError, WarningLog, curves, resolve};
 use crate::scene::ply::{self, PlyMeshes};
-use crate::scene::{Mesh, subdivide, tessellate_patches};
+use crate::scene::{Mesh, PatchMesh, split_patches, subdivide};
 
 /// The kinds of meshes.
 #[derive(Clone, Copy)]
@@ -20,24 +20,23 @@ pub(super) enum MeshKind {
 /// Limit of the triangles of a subdivision surface.
 const MAX_SUBDIVIDED: u64 = 1 << 25;
 
-/// Makes the meshes of a shape. Bilinear patches become at most `max_patch_triangles`, or two
-/// triangles each.
+/// Makes the triangles and the patches of a shape.
 pub(super) fn make(
     kind: MeshKind,
     params: &Params,
-    max_patch_triangles: u64,
     warnings: &mut WarningLog,
-) -> Result<Vec<Mesh>, SceneError> {
-    Ok(match kind {
-        MeshKind::Triangles => vec![triangle_mesh(params)?],
+) -> Result<(Mesh, PatchMesh), SceneError> {
+    let triangles = match kind {
+        MeshKind::Triangles => triangle_mesh(params)?,
         MeshKind::Ply => {
-            let PlyMeshes { flat, curved } = ply_mesh(params, max_patch_triangles)?;
-            vec![flat, curved]
+            let PlyMeshes { flat, curved } = ply_mesh(params)?;
+            return Ok((flat, curved));
         }
-        MeshKind::BilinearPatches => bilinear_patches(params, max_patch_triangles)?.into(),
-        MeshKind::Curve => vec![curves::make(params)?],
-        MeshKind::LoopSubdivision => vec![subdivision(params, warnings)?],
-    })
+        MeshKind::BilinearPatches => return bilinear_patches(params),
+        MeshKind::Curve => curves::make(params)?,
+        MeshKind::LoopSubdivision => subdivision(params, warnings)?,
+    };
+    Ok((triangles, PatchMesh::default()))
 }
 
 /// Returns a mesh of the given vertices, without triangles, and the `N` corners of each face.
@@ -101,7 +100,7 @@ fn triangle_mesh(params: &Params) -> Result<Mesh, SceneError> {
     Ok(Mesh { triangles, ..mesh })
 }
 
-fn bilinear_patches(params: &Params, max_triangles: u64) -> Result<[Mesh; 2], SceneError> {
+fn bilinear_patches(params: &Params) -> Result<(Mesh, PatchMesh), SceneError> {
     let (mut mesh, mut patches) = vertices::<4>(params)?;
     if mesh.uvs.is_empty() {
         // Each patch covers the unit square, so that patches share no vertices.
@@ -118,8 +117,8 @@ fn bilinear_patches(params: &Params, max_triangles: u64) -> Result<[Mesh; 2], Sc
             }
         }
     }
-    let curved = tessellate_patches(&mut mesh, &patches, max_triangles);
-    Ok([mesh, curved])
+    let curved = split_patches(&mut mesh, &patches);
+    Ok((mesh, curved))
 }
 
 fn subdivision(params: &Params, warnings: &mut WarningLog) -> Result<Mesh, SceneError> {
@@ -145,14 +144,12 @@ fn subdivision(params: &Params, warnings: &mut WarningLog) -> Result<Mesh, Scene
     })
 }
 
-fn ply_mesh(params: &Params, max_patch_triangles: u64) -> Result<PlyMeshes, SceneError> {
+fn ply_mesh(params: &Params) -> Result<PlyMeshes, SceneError> {
     let Some(name) = params.text("filename")? else {
         return Err(params.refuse("filename", "a plymesh without \"string filename\"", ""));
     };
-    ply::read(&resolve(&params.folder, name), max_patch_triangles, &params.context).map_err(
-        |source| {
-            let at = params.location("filename");
-            SceneError::Mesh { at, source }
-        },
-    )
+    ply::read(&resolve(&params.folder, name), &params.context).map_err(|source| {
+        let at = params.location("filename");
+        SceneError::Mesh { at, source }
+    })
 }

@@ -87,8 +87,6 @@ pub(super) struct SceneReader {
     /// Numbers of triangles, quadrics and instances by the object that they belong to; `None` is
     /// the world.
     pub(super) primitive_counts: HashMap<Option<u32>, u64>,
-    /// Triangles of tessellated bilinear patches.
-    pub(super) patch_triangles: u64,
     pub(super) included: Included,
     pub(super) moving_object: Option<MovingObject>,
     /// The shapes with an area light, and their locations.
@@ -134,7 +132,6 @@ impl SceneReader {
             open_object: None,
             instance_count: 0,
             primitive_counts: HashMap::new(),
-            patch_triangles: 0,
             included: Included::default(),
             moving_object: None,
             emitters: Vec::new(),

@@ -13,7 +13,7 @@ use super::moving_shapes::ShapeSpace;
 use super::params::Params;
 use super::reader::SceneReader;
 use super::{SceneError, WarningLog};
-use crate::scene::{Geometry, Mesh, Quadric, QuadricForm, ShapeSpec};
+use crate::scene::{Geometry, Mesh, PatchMesh, Quadric, QuadricForm, ShapeSpec};
 
 /// The kinds of shapes.
 #[derive(Clone, Copy)]
@@ -106,10 +106,6 @@ static SHAPE: Directive<ShapeKind> = Directive {
     ],
 };
 
-/// Limit of the triangles of all tessellated bilinear patches of a scene, if there are fewer
-/// patches than that. Each mesh may take half of what is left; beyond that, its tolerance grows.
-const MAX_PATCH_TRIANGLES: u64 = 1 << 21;
-
 impl SceneReader {
     pub(super) fn shape(&mut self) -> Result<(), SceneError> {
         self.require_in_world("Shape")?;
@@ -130,18 +126,24 @@ impl SceneReader {
                 quadric.into_iter().map(Geometry::Quadric).collect()
             }
             ShapeKind::Mesh(kind) => {
-                let left = MAX_PATCH_TRIANGLES.saturating_sub(self.patch_triangles);
+                let (mut triangles, mut patches) = meshes::make(kind, &params, &mut self.warnings)?;
                 let warnings = &mut self.warnings;
-                let mut meshes = meshes::make(kind, &params, left / 2, warnings)?;
-                drop_non_finite(name, &params, &mut meshes, warnings);
-                transform(&params, &mut meshes, &ctm, reverse_orientation)?;
-                meshes.into_iter().map(Geometry::Mesh).collect::<Vec<Geometry>>()
+                drop_non_finite(name, &params, &mut triangles, &mut patches, warnings);
+                transform(&params, &mut triangles, &mut patches, &ctm, reverse_orientation)?;
+                let mut geometries = Vec::new();
+                if !triangles.triangles.is_empty() {
+                    geometries.push(Geometry::Mesh(triangles));
+                }
+                if !patches.patches.is_empty() {
+                    geometries.push(Geometry::Patches(patches));
+                }
+                geometries
             }
         };
         let mut shapes = Vec::new();
-        for geometry in geometries {
-            if let Geometry::Mesh(mesh) = &geometry {
-                self.patch_triangles += mesh.patch_starts.len() as u64;
+        for mut geometry in geometries {
+            if area_light.is_some() {
+                geometry = geometry.into_emitter();
             }
             self.claim_shape(name, object.or(self.open_object_index()), &geometry)?;
             shapes.push(self.add_shape(ShapeSpec {
@@ -172,10 +174,16 @@ impl SceneReader {
     }
 }
 
-/// Drops triangles with vertices that are not finite, with a warning.
-fn drop_non_finite(name: &str, params: &Params, meshes: &mut [Mesh], warnings: &mut WarningLog) {
-    let all: usize = meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-    let dropped: usize = meshes.iter_mut().map(Mesh::drop_non_finite).sum();
+/// Drops triangles and patches with vertices that are not finite, with a warning.
+fn drop_non_finite(
+    name: &str,
+    params: &Params,
+    triangles: &mut Mesh,
+    patches: &mut PatchMesh,
+    warnings: &mut WarningLog,
+) {
+    let all = triangles.triangles.len() + patches.patches.len();
+    let dropped = triangles.drop_non_finite() + patches.drop_non_finite();
     if dropped > 0 {
         let found = format!("{dropped} of the {all} triangles of a {name}");
         let why = "have vertices that are not finite numbers: they are left out";
@@ -183,22 +191,22 @@ fn drop_non_finite(name: &str, params: &Params, meshes: &mut [Mesh], warnings: &
     }
 }
 
-/// Transforms meshes to the space of their object or the world, and drops those without triangles.
+/// Transforms triangles and patches to the space of their object or the world.
 fn transform(
     params: &Params,
-    meshes: &mut Vec<Mesh>,
+    triangles: &mut Mesh,
+    patches: &mut PatchMesh,
     ctm: &DAffine3,
     reverse_orientation: bool,
 ) -> Result<(), SceneError> {
-    for mesh in meshes.iter_mut() {
-        mesh.transform(ctm, reverse_orientation);
-        if !mesh.positions.iter().flatten().all(|v| v.is_finite()) {
-            let found = "a mesh that its transform moves out of the range of f32";
-            return Err(SceneError::at(params.at.clone(), found, "check the transform"));
-        }
+    triangles.transform(ctm, reverse_orientation);
+    patches.transform(ctm, reverse_orientation);
+    let mut positions = triangles.positions.iter().chain(&patches.vertices.positions);
+    if positions.all(|p| p.iter().all(|v| v.is_finite())) {
+        return Ok(());
     }
-    meshes.retain(|mesh| !mesh.triangles.is_empty());
-    Ok(())
+    let found = "a mesh that its transform moves out of the range of f32";
+    Err(SceneError::at(params.at.clone(), found, "check the transform"))
 }
 
 /// Makes a quadric. Returns `None` if its transform flattens it.

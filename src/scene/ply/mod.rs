@@ -10,7 +10,7 @@ mod values;
 
 use std::path::{Path, PathBuf};
 
-use super::geometry::{Mesh, tessellate_patches};
+use super::geometry::{Mesh, PatchMesh, split_patches};
 use crate::io::{ReadContext, path_excerpt};
 use elements::{read_faces, read_vertices};
 use header::{Encoding, Header, parse_header};
@@ -28,31 +28,22 @@ pub struct PlyError {
 pub struct PlyMeshes {
     /// Triangles and flat quads.
     pub flat: Mesh,
-    /// Triangles of quads that are not flat. They are bilinear patches, as in pbrt-v4.
-    pub curved: Mesh,
+    /// Quads that are not flat. They are bilinear patches, as in pbrt-v4.
+    pub curved: PatchMesh,
 }
 
-/// Reads a PLY file, gzipped or not. All quads together become at most `max_patch_triangles`, or
-/// two triangles each. Vertices that are not finite are kept.
+/// Reads a PLY file, gzipped or not. Vertices that are not finite are kept.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read, is not a PLY file or has no faces.
-pub fn read(
-    path: &Path,
-    max_patch_triangles: u64,
-    context: &ReadContext,
-) -> Result<PlyMeshes, PlyError> {
+pub fn read(path: &Path, context: &ReadContext) -> Result<PlyMeshes, PlyError> {
     let refuse = |found: String| PlyError { path: path.to_owned(), found };
     let bytes =
         context.bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
-    parse(&bytes, max_patch_triangles, context).map_err(refuse)
+    parse(&bytes, context).map_err(refuse)
 }
 
-fn parse(
-    bytes: &[u8],
-    max_patch_triangles: u64,
-    context: &ReadContext,
-) -> Result<PlyMeshes, String> {
+fn parse(bytes: &[u8], context: &ReadContext) -> Result<PlyMeshes, String> {
     let Header { encoding, elements, size } = parse_header(bytes)?;
     let mut values = ValueReader::new(encoding, bytes, size);
     let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
@@ -97,18 +88,17 @@ fn parse(
     if quads.iter().flatten().any(|&v| v >= count) {
         return Err("a quad names a vertex that does not exist".to_owned());
     }
-    let curved = tessellate_patches(&mut mesh, &quads, max_patch_triangles);
+    let curved = split_patches(&mut mesh, &quads);
     Ok(PlyMeshes { flat: mesh, curved })
 }
 
 #[cfg(test)]
 mod tests {
     use super::elements::bisect_polygon;
-    use super::{Mesh, ReadContext};
+    use super::{Mesh, PatchMesh, ReadContext};
 
-    fn parse(bytes: &[u8]) -> Result<[Mesh; 2], String> {
-        super::parse(bytes, 1 << 20, &ReadContext::default())
-            .map(|meshes| [meshes.flat, meshes.curved])
+    fn parse(bytes: &[u8]) -> Result<(Mesh, PatchMesh), String> {
+        super::parse(bytes, &ReadContext::default()).map(|meshes| (meshes.flat, meshes.curved))
     }
 
     const ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n\
@@ -143,13 +133,13 @@ mod tests {
 
     #[test]
     fn ascii_and_both_byte_orders_give_the_same_mesh() {
-        let [ascii, curved] = parse(ASCII.as_bytes()).unwrap();
+        let (ascii, curved) = parse(ASCII.as_bytes()).unwrap();
         assert_eq!(ascii.triangles, [[0, 1, 2], [2, 3, 0]]);
-        assert!(curved.triangles.is_empty());
+        assert!(curved.patches.is_empty());
         assert_eq!(ascii.positions[2], [1.0, 1.0, 0.0]);
         assert_eq!(ascii.uvs[3], [0.0, 1.0]);
-        assert_eq!(parse(&binary(false)).unwrap()[0], ascii);
-        assert_eq!(parse(&binary(true)).unwrap()[0], ascii);
+        assert_eq!(parse(&binary(false)).unwrap().0, ascii);
+        assert_eq!(parse(&binary(true)).unwrap().0, ascii);
     }
 
     #[test]
@@ -174,7 +164,7 @@ mod tests {
     #[test]
     fn polygons_become_fans_and_faces_of_two_corners_are_left_out() {
         let faces = ASCII.replace("face 1", "face 3") + "5 0 1 2 3 0\n2 0 1\n";
-        let [mesh, _] = parse(faces.as_bytes()).unwrap();
+        let (mesh, _) = parse(faces.as_bytes()).unwrap();
         assert_eq!(mesh.triangles[..3], [[0, 1, 2], [0, 2, 3], [0, 3, 0]]);
         assert_eq!(mesh.triangles.len(), 5);
     }
@@ -199,11 +189,10 @@ mod tests {
     #[test]
     fn a_quad_that_is_not_flat_is_a_patch() {
         let bent = ASCII.replace("1 1 0 1 1", "1 1 1 1 1");
-        let [mesh, curved] = parse(bent.as_bytes()).unwrap();
-        assert!(mesh.triangles.is_empty() && curved.triangles.len() > 100);
-        // On the patch z = x y.
-        for [x, y, z] in &curved.positions {
-            assert!((z - x * y).abs() < 1e-6, "{x} {y} {z}");
-        }
+        let (mesh, curved) = parse(bent.as_bytes()).unwrap();
+        assert!(mesh.triangles.is_empty());
+        // The quad runs around: its last corner is that of (0, 1).
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 1.0]];
+        assert_eq!(curved.corners(0).map(|p| p.to_array()), corners);
     }
 }

@@ -5,6 +5,7 @@
 
 mod boxes;
 mod nearest;
+mod patches;
 mod quadrics;
 mod ray;
 mod ray_packet;

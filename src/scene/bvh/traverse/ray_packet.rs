@@ -130,6 +130,9 @@ impl RayPacket {
                         Child::Quadric(i) if !is_alone => {
                             self.intersect_quadric::<R>(&bvh.quadrics[i as usize], mask)
                         }
+                        Child::Patches(i) if !is_alone => {
+                            self.intersect_patches::<R>(&bvh.patches[i as usize], mask)
+                        }
                         _ => None,
                     };
                     let hit = match in_step {

@@ -106,7 +106,11 @@ impl RayPacket {
     }
 
     #[inline(always)]
-    fn load_columns<R: Real<Scalar = f32>>(&self, columns: &[[f32; 8]; 3], lane: usize) -> [R; 3] {
+    pub(super) fn load_columns<R: Real<Scalar = f32>>(
+        &self,
+        columns: &[[f32; 8]; 3],
+        lane: usize,
+    ) -> [R; 3] {
         let [x, y, z] = columns;
         [R::load(&x[lane..]), R::load(&y[lane..]), R::load(&z[lane..])]
     }

@@ -2,6 +2,7 @@
 
 use super::boxes::intersect_boxes;
 use super::nearest::{NearestHit, intersect_alpha_tested, intersect_packet};
+use super::patches::intersect_patches;
 use super::quadrics::intersect_quadric;
 use super::ray::TraversalRay;
 use crate::lanes::Real;
@@ -68,6 +69,7 @@ pub(in crate::scene) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
                     Child::Instance(i) => {
                         leaves.intersect_instance::<R, ANY>(i, ray, nearest, &mut pending[top..])
                     }
+                    Child::Patches(i) => intersect_patches::<R, ANY>(bvh, i, leaves, ray, nearest),
                     // Found above.
                     Child::Node(_) => false,
                 };
