@@ -2,10 +2,10 @@
 
 mod support;
 
-use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec, SceneError};
+use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec, SceneErrors};
 use support::{folder, mean, rendered, write};
 
-fn read(text: &str) -> Result<Description, SceneError> {
+fn read(text: &str) -> Result<Description, SceneErrors> {
     let folder = folder();
     pbrt::read(&write(&folder, "test.pbrt", text))
 }

@@ -3,12 +3,33 @@
 use std::process::ExitCode;
 
 use petzval::io::{Warning, excerpt, excerpt_words};
+use petzval::scene::pbrt::SceneErrors;
+use terminal_size::{Width, terminal_size_of};
 
 use super::Failure;
 
 /// Prints why a command failed.
 pub(super) fn error(failure: &Failure) {
-    say!("petzval: error: {}", brief(&failure.to_string(), &longest_first()));
+    let argv = longest_first();
+    match failure.downcast_ref::<SceneErrors>() {
+        Some(errors) => scene_errors(errors, &argv),
+        None => say!("petzval: error: {}", brief(&failure.to_string(), &argv)),
+    }
+}
+
+/// Prints the errors of a scene, each with the line of the source that it is about.
+fn scene_errors(errors: &SceneErrors, argv: &[String]) {
+    let columns = terminal_size_of(std::io::stderr());
+    let columns = columns.map_or(usize::MAX, |(Width(columns), _)| columns.into());
+    for fault in errors.faults() {
+        say!("petzval: error: {}", brief(&fault.to_string(), argv));
+        if let Some(line) = &fault.source_line {
+            say!("{}", line.shown(columns));
+        }
+    }
+    if errors.is_incomplete() {
+        say!("petzval: stopped after {} errors; there may be more", errors.faults().len());
+    }
 }
 
 /// Prints the warnings of the readers.

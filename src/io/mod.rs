@@ -10,6 +10,7 @@ pub mod image;
 mod location;
 mod replace;
 mod size;
+mod source_line;
 mod suggestion;
 
 pub(crate) use context::check_seekable;
@@ -20,6 +21,7 @@ pub use identity::FileIdentities;
 pub use location::{Location, Warning};
 pub use replace::{remove_stale, replace_file, resolve_links};
 pub use size::ByteSize;
+pub use source_line::SourceLine;
 pub use suggestion::{hint, nearest_word};
 
 use std::path::PathBuf;

@@ -13,12 +13,12 @@ use glam::Vec3;
 use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
 use petzval::lanes::f32x8;
 use petzval::rays::{Hit, Ray};
-use petzval::scene::pbrt::{self, SceneError};
+use petzval::scene::pbrt::{self, SceneErrors};
 use petzval::scene::{LightSample, Scene, SurfacePoint, TraversalStack};
 use support::{Random, folder, write};
 
 /// Reads the world of a scene file that refers to these pictures.
-fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneError> {
+fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneErrors> {
     let folder = folder();
     for (name, picture) in pictures {
         let frame = picture.size.map(|n| n as u32);

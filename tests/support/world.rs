@@ -1,12 +1,12 @@
 //! Readers of scenes given as text, and their warnings and errors.
 
-use petzval::scene::pbrt::{self, Description, SceneError};
+use petzval::scene::pbrt::{self, Description, SceneErrors};
 use petzval::scene::{Roughness, Texture, TexturePoint};
 
 use super::{folder, write};
 
 /// Reads a scene file of this text, named test.pbrt.
-pub fn read(text: &str) -> Result<Description, SceneError> {
+pub fn read(text: &str) -> Result<Description, SceneErrors> {
     let folder = folder();
     pbrt::read(&write(&folder, "test.pbrt", text))
 }

@@ -71,22 +71,38 @@ impl SceneReader {
         Ok(None)
     }
 
-    /// Makes all deferred definitions, each after the last of its textures.
-    ///
-    /// # Errors
-    /// Returns an error if a texture is never defined, or is defined by itself.
-    pub(super) fn resolve_forward_references(&mut self) -> Result<(), SceneError> {
+    /// Makes all deferred definitions, each after the last of its textures. Reports textures that
+    /// are never defined, or are defined by themselves.
+    pub(super) fn resolve_forward_references(&mut self) {
         let all = std::mem::take(&mut self.deferred);
         let mut ready: Vec<&Deferred> = all.iter().rev().collect();
         let mut blocked: HashMap<String, Vec<(&Deferred, MissingTexture)>> = HashMap::new();
         while let Some(definition) = ready.pop() {
-            if let Some(missing) = self.define(definition)? {
-                blocked.entry(missing.name.clone()).or_default().push((definition, missing));
-            } else if let Deferred::Texture(directive) = definition {
-                let unblocked = blocked.remove(&directive.name).unwrap_or_default();
-                ready.extend(unblocked.into_iter().map(|(definition, _)| definition));
+            match self.define(definition) {
+                Err(error) => {
+                    if let Deferred::Texture(directive) = definition {
+                        self.recovery.lose(&directive.name);
+                    }
+                    self.report(error);
+                }
+                Ok(Some(missing)) => {
+                    blocked.entry(missing.name.clone()).or_default().push((definition, missing));
+                }
+                Ok(None) => {
+                    if let Deferred::Texture(directive) = definition {
+                        let unblocked = blocked.remove(&directive.name).unwrap_or_default();
+                        ready.extend(unblocked.into_iter().map(|(definition, _)| definition));
+                    }
+                }
             }
         }
+        self.report_missing_textures(&blocked);
+    }
+
+    fn report_missing_textures(
+        &mut self,
+        blocked: &HashMap<String, Vec<(&Deferred, MissingTexture)>>,
+    ) {
         // The texture that each blocked texture lacks, by the name of the blocked one.
         let mut lacks: HashMap<&str, &MissingTexture> = HashMap::new();
         for (definition, missing) in blocked.values().flatten() {
@@ -94,19 +110,24 @@ impl SceneReader {
                 lacks.insert(&directive.name, missing);
             }
         }
-        let all_missing = || blocked.values().flatten().map(|(_, missing)| missing);
-        let undefined = all_missing().filter(|missing| !lacks.contains_key(missing.name.as_str()));
-        if let Some(missing) = undefined.min_by_key(|missing| &missing.at) {
-            return Err(self.library.undefined(missing.clone()));
+        let mut all_missing: Vec<&MissingTexture> =
+            blocked.values().flatten().map(|(_, missing)| missing).collect();
+        all_missing.sort_by_key(|missing| &missing.at);
+        let is_undefined = |missing: &MissingTexture| !lacks.contains_key(missing.name.as_str());
+        let mut any_undefined = false;
+        for missing in all_missing.iter().filter(|missing| is_undefined(missing)) {
+            any_undefined = true;
+            if !self.recovery.is_lost(&missing.name) {
+                self.report(self.library.undefined((*missing).clone()));
+            }
         }
-        let first = all_missing().min_by_key(|missing| &missing.at);
-        let Some(mut missing) = first else { return Ok(()) };
+        let Some(mut missing) = all_missing.first().filter(|_| !any_undefined) else { return };
         // Only cycles are left. After as many steps as there are blocked textures, the chain is in
         // one.
         for _ in 0..lacks.len() {
-            missing = lacks.get(missing.name.as_str()).unwrap_or(&missing);
+            missing = lacks.get(missing.name.as_str()).unwrap_or(missing);
         }
         let found = format!("the texture \"{}\" is defined by itself", missing.name);
-        Err(SceneError::at(missing.at.clone(), found, "break the cycle of textures"))
+        self.report(SceneError::at(missing.at.clone(), found, "break the cycle of textures"));
     }
 }

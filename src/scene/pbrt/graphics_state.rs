@@ -101,15 +101,36 @@ impl SceneReader {
                 }
                 Ok(())
             }
-            Some(OpenBlock { block: Block::Import, .. }) => {
+            Some(open) if open.block == Block::Import => {
+                self.open_blocks.push(open);
                 let found = format!("{0}End without {0}Begin in its file", block.name());
                 self.refuse(found, "close each block in the file that opens it")
             }
-            Some(open) => self.refuse(
-                format!("{}End inside the {}Begin of {}", block.name(), open.block.name(), open.at),
-                "close blocks in the reverse order of their opening",
-            ),
-            None => self.refuse(format!("{0}End without {0}Begin", block.name()), ""),
+            Some(open) => {
+                let found = format!(
+                    "{}End inside the {}Begin of {}",
+                    block.name(),
+                    open.block.name(),
+                    open.at
+                );
+                self.open_blocks.push(open);
+                self.close_enclosing(block);
+                self.recovery.blocks_mismatch = true;
+                self.refuse(found, "close blocks in the reverse order of their opening")
+            }
+            None => self.refuse(format!("{0}End without {0}Begin", block.name()), "remove it"),
+        }
+    }
+
+    /// Closes the innermost block of this kind in the file and all blocks in it, so that one
+    /// misplaced end is not an error at each end behind it.
+    fn close_enclosing(&mut self, block: Block) {
+        let enclosing = self.open_blocks.iter().rev().take_while(|b| b.block != Block::Import);
+        if let Some(depth) = enclosing.map(|open| open.block).position(|kind| kind == block) {
+            self.open_blocks.truncate(self.open_blocks.len() - depth);
+            if let Some(open) = self.open_blocks.pop() {
+                self.state = open.saved;
+            }
         }
     }
 

@@ -68,21 +68,18 @@ impl ImageFiles {
         Ok(Some(image.clone()))
     }
 
-    /// Reads all images that are requested and not read yet.
-    ///
-    /// # Errors
-    /// Returns the error of the first image, in the order of the scene file, that cannot be read.
-    pub(super) fn read(&mut self, context: &ReadContext) -> Result<(), SceneError> {
-        let read = |Request { path, transfer, at, image }| {
-            let raster = Raster::read(&path, transfer, context)
-                .map_err(|source| SceneError::Image { at, source })?;
-            image.set(MipMap::new(raster));
-            Ok(())
-        };
-        let done: Vec<Result<(), SceneError>> =
-            std::mem::take(&mut self.unread).into_par_iter().map(read).collect();
-        // Unlike a parallel collection, this returns the first error in the order of the file.
-        done.into_iter().collect()
+    /// Reads all images that are requested and not read yet. Returns the error of each image that
+    /// cannot be read, in the order of the scene file.
+    pub(super) fn read(&mut self, context: &ReadContext) -> Vec<SceneError> {
+        let read =
+            |Request { path, transfer, at, image }| match Raster::read(&path, transfer, context) {
+                Ok(raster) => {
+                    image.set(MipMap::new(raster));
+                    None
+                }
+                Err(source) => Some(SceneError::Image { at, source }),
+            };
+        std::mem::take(&mut self.unread).into_par_iter().filter_map(read).collect()
     }
 }
 

@@ -27,7 +27,8 @@ impl SceneReader {
         let path = resolve(&self.folder, &name);
         if self.lexers.len() >= MAX_DEPTH {
             let found = format!("more than {MAX_DEPTH} files include each other");
-            return self.refuse(found, "does one include itself?");
+            let expected = "does one include itself?";
+            return Err(SceneError::limit(self.at.clone(), found, expected));
         }
         let text = self.context.bytes(&path);
         let text = text.map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
@@ -38,7 +39,7 @@ impl SceneReader {
             let found = format!("{files} included files of {} in all", ByteSize(bytes));
             let most = format!("{} of {}", MAX_INCLUDED.files, ByteSize(MAX_INCLUDED.bytes));
             let expected = format!("expected at most {most}: do they include each other?");
-            return self.refuse(found, &expected);
+            return Err(SceneError::limit(self.at.clone(), found, expected));
         }
         debug_assert!(self.peeked.is_none(), "Include does not look ahead of its file name");
         self.lexers.push(Lexer::new(Arc::from(path), text));

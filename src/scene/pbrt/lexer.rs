@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::SceneError;
 use super::numbers::parse_number;
+use super::{SceneError, message};
 use crate::io::{Location, excerpt};
 
 /// The kind and value of a token.
@@ -89,6 +89,16 @@ impl Lexer {
         Self { file, text, next: 0, line: 1, counted: Counted::line_start(0), imported: false }
     }
 
+    /// Returns the file.
+    pub(super) fn file(&self) -> &Arc<Path> {
+        &self.file
+    }
+
+    /// Returns the text of the file.
+    pub(super) fn text(&self) -> &[u8] {
+        &self.text
+    }
+
     /// Returns the location of a token of this file.
     pub(super) fn location(&self, token: &Token) -> Location {
         Location { file: self.file.clone(), line: token.line, column: token.column }
@@ -129,6 +139,12 @@ impl Lexer {
                 TokenKind::Close
             }
             b'"' => TokenKind::Text(self.quoted(&at)?),
+            // Control characters: of another kind of file.
+            0..b' ' | 0x7f => {
+                let found = format!("found the byte {first:#04x}, which is not text");
+                let expected = "expected a scene in the language of pbrt";
+                return Err(SceneError::NotText { at, message: message(found, expected) });
+            }
             _ => {
                 let word = self.word();
                 if first.is_ascii_alphabetic() {
@@ -188,9 +204,12 @@ impl Lexer {
         }
     }
 
+    /// Reads a string in quotes. An error skips the rest of its line.
     fn quoted(&mut self, at: &Location) -> Result<String, SceneError> {
         let mut text = Vec::new();
         let mut i = self.next + 1;
+        let line = self.text[self.next..].iter().position(|&b| b == b'\n');
+        self.next = line.map_or(self.text.len(), |n| self.next + n);
         loop {
             match self.text.get(i).copied() {
                 Some(b'"') => break,

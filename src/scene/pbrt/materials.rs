@@ -97,14 +97,18 @@ impl SceneReader {
         named.index
     }
 
-    /// Returns an error if a material is used by a name that is never defined.
-    pub(super) fn require_named_materials(&self) -> Result<(), SceneError> {
+    /// Reports each material that is used by a name but never defined.
+    pub(super) fn require_named_materials(&mut self) {
         let undefined = self.materials.iter().filter_map(|(name, named)| {
-            let at = named.forward_reference.as_ref()?;
-            Some((at, name))
+            let at = named.forward_reference.clone()?;
+            (!self.recovery.is_lost(name)).then(|| (at, name.clone()))
         });
-        let Some((at, name)) = undefined.min() else { return Ok(()) };
-        Err(SceneError::at(at.clone(), self.no_material(name), ""))
+        let mut undefined: Vec<(Location, String)> = undefined.collect();
+        undefined.sort();
+        for (at, name) in undefined {
+            let expected = "expected a name that MakeNamedMaterial defines";
+            self.report(SceneError::at(at, self.no_material(&name), expected));
+        }
     }
 
     /// Returns the message for the name of a material that is not defined.
@@ -172,7 +176,9 @@ impl SceneReader {
                 (_, "interface") => {
                     self.builder.add_material(Material::new(MaterialModel::Interface))
                 }
-                _ if naming == Naming::Unnamed => self.material_index(name.clone(), &at),
+                _ if naming == Naming::Unnamed || self.recovery.is_lost(name) => {
+                    self.material_index(name.clone(), &at)
+                }
                 _ => {
                     let found = self.no_material(name);
                     let expected = "define the materials of a mix before it";

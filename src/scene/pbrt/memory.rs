@@ -15,7 +15,7 @@ pub(super) fn granted(
     answer: Result<(), String>,
 ) -> Result<(), SceneError> {
     let expected = "use a smaller scene, a larger --memory or a larger machine";
-    answer.map_err(|found| SceneError::at(at.clone(), format!("{what}: {found}"), expected))
+    answer.map_err(|found| SceneError::limit(at.clone(), format!("{what}: {found}"), expected))
 }
 
 /// Numbers of vertices and triangles.

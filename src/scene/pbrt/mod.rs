@@ -5,8 +5,8 @@
 //! is a warning that names the substitute.
 //!
 //! `lexer` splits text into tokens, `parser` reads values and parameter lists, `reader` holds the
-//! graphics state and runs the actions of `directives`. Each directive has the table of its kinds
-//! and their parameters beside the code that reads them.
+//! graphics state and runs the actions of `directives`, `recovery` goes on behind an error. Each
+//! directive has the table of its kinds and their parameters beside the code that reads them.
 
 mod area_lights;
 mod attributes;
@@ -35,7 +35,9 @@ mod options;
 mod params;
 mod parser;
 mod reader;
+mod recovery;
 mod refractive_index;
+mod scene_errors;
 mod shapes;
 mod shutter;
 mod texture_library;
@@ -47,6 +49,7 @@ pub use description::{
     CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec,
 };
 pub use reader::{read, read_with};
+pub use scene_errors::{SceneErrors, SceneFault};
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -56,7 +59,7 @@ use crate::io::{Location, ReadError, Warning, excerpt_words};
 use crate::scene::SceneTooLarge;
 use crate::scene::ply::PlyError;
 
-/// An error that stops the reading of a scene.
+/// An error in a scene.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -77,6 +80,22 @@ pub enum SceneError {
         /// Location of the fault.
         at: Location,
         /// Fault and expected input.
+        message: String,
+    },
+    /// The file is not text.
+    #[error("{at}: {message}")]
+    NotText {
+        /// Location of the first byte that is not text.
+        at: Location,
+        /// Fault and expected input.
+        message: String,
+    },
+    /// The scene exceeds the memory, or the number of files that may include each other.
+    #[error("{at}: {message}")]
+    Limit {
+        /// Location of the directive.
+        at: Location,
+        /// What is exceeded, and the remedy.
         message: String,
     },
     /// The image file of a texture or light is not valid.
@@ -154,8 +173,51 @@ fn resolve(folder: &Path, name: &str) -> PathBuf {
 
 impl SceneError {
     fn at(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
-        let (found, expected) = (found.into(), expected.into());
-        let message = if expected.is_empty() { found } else { format!("{found}; {expected}") };
-        Self::Invalid { at, message: excerpt_words(&message) }
+        Self::Invalid { at, message: message(found, expected) }
     }
+
+    fn limit(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Limit { at, message: message(found, expected) }
+    }
+
+    /// Returns the location of the error in a scene file.
+    pub fn location(&self) -> Option<&Location> {
+        match self {
+            Self::Unreadable(_) => None,
+            Self::Include { at, .. }
+            | Self::Invalid { at, .. }
+            | Self::NotText { at, .. }
+            | Self::Limit { at, .. }
+            | Self::Image { at, .. }
+            | Self::Mesh { at, .. }
+            | Self::TooLarge { at, .. } => Some(at),
+        }
+    }
+
+    /// Returns the message without the location.
+    fn message(&self) -> String {
+        match self {
+            Self::Unreadable(source) | Self::Include { source, .. } => source.to_string(),
+            Self::Invalid { message, .. }
+            | Self::NotText { message, .. }
+            | Self::Limit { message, .. } => message.clone(),
+            Self::Image { source, .. } => source.to_string(),
+            Self::Mesh { source, .. } => source.to_string(),
+            Self::TooLarge { source, .. } => source.to_string(),
+        }
+    }
+
+    /// Returns whether the error makes the rest of the scene meaningless.
+    fn is_fatal(&self) -> bool {
+        matches!(
+            self,
+            Self::Unreadable(_) | Self::NotText { .. } | Self::Limit { .. } | Self::TooLarge { .. }
+        )
+    }
+}
+
+/// Returns a message that says what was found and, if that is not clear, what was expected.
+fn message(found: impl Into<String>, expected: impl Into<String>) -> String {
+    let (found, expected) = (found.into(), expected.into());
+    excerpt_words(&if expected.is_empty() { found } else { format!("{found}; {expected}") })
 }

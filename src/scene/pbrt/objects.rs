@@ -56,9 +56,11 @@ impl SceneReader {
         self.require_in_world("ObjectBegin")?;
         let name = self.string()?;
         if self.open_object.is_some() {
+            self.begin_block(Block::Object)?;
             return self.refuse("ObjectBegin inside ObjectBegin", "close the first object before");
         }
         if self.objects.contains_key(&name) {
+            self.begin_block(Block::Object)?;
             return self.refuse(format!("a second object \"{name}\""), "give it another name");
         }
         self.begin_block(Block::Object)?;
@@ -79,6 +81,9 @@ impl SceneReader {
         self.require_in_world("ObjectInstance")?;
         let name = self.string()?;
         let Some(object) = self.objects.get(&name) else {
+            if self.recovery.is_lost(&name) {
+                return Ok(());
+            }
             let hint = hint(&name, self.objects.keys().map(String::as_str));
             return self.refuse(format!("no object \"{name}\"{hint}"), "");
         };

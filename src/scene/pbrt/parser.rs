@@ -4,6 +4,7 @@ use super::SceneError;
 use super::lexer::{Token, TokenKind};
 use super::params::{Param, Params, Values, kind_hint, kind_of};
 use super::reader::SceneReader;
+use super::recovery::begins_directive;
 use crate::io::Location;
 
 /// Whether a parameter list may hold names without a type.
@@ -49,11 +50,16 @@ impl SceneReader {
     }
 
     /// Returns the error for a token, or the end of the file, that is not what was expected.
-    pub(super) fn unexpected(&self, token: Option<Token>, expected: &str) -> SceneError {
+    /// It stays the next one if it begins a directive.
+    pub(super) fn unexpected(&mut self, token: Option<Token>, expected: &str) -> SceneError {
         match token {
             Some(token) => {
                 let at = self.location(&token);
-                SceneError::at(at, format!("found {}", token.kind.shown()), expected)
+                let found = format!("found {}", token.kind.shown());
+                if begins_directive(&token.kind) {
+                    self.peeked = Some(token);
+                }
+                SceneError::at(at, found, expected)
             }
             None => SceneError::at(self.at.clone(), "the file ends here", expected),
         }
@@ -61,7 +67,10 @@ impl SceneReader {
 
     pub(super) fn string(&mut self) -> Result<String, SceneError> {
         match self.next()? {
-            Some(Token { kind: TokenKind::Text(text), .. }) => Ok(text),
+            Some(Token { kind: TokenKind::Text(text), .. }) => {
+                self.recovery.note(&text);
+                Ok(text)
+            }
             other => Err(self.unexpected(other, "expected a string in quotes")),
         }
     }
@@ -191,9 +200,10 @@ impl SceneReader {
         }
     }
 
-    /// Returns an error if a directive stands before `WorldBegin`.
-    pub(super) fn require_in_world(&self, directive: &str) -> Result<(), SceneError> {
-        match self.in_world {
+    /// Returns an error if a directive stands before `WorldBegin`, and none has before it: the
+    /// `WorldBegin` may be missing.
+    pub(super) fn require_in_world(&mut self, directive: &str) -> Result<(), SceneError> {
+        match self.in_world || std::mem::replace(&mut self.recovery.world_missed, true) {
             false => {
                 self.refuse(format!("{directive} before WorldBegin"), "move it after WorldBegin")
             }

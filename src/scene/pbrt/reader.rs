@@ -8,7 +8,6 @@ use glam::DAffine3;
 
 use super::camera::CameraDirective;
 use super::description::{Description, FilmSpec, FilterSpec};
-use super::directives::DIRECTIVES;
 use super::film::{FilmKind, film_spec};
 use super::forward_references::Deferred;
 use super::graphics_state::{GraphicsState, OpenBlock};
@@ -18,27 +17,30 @@ use super::materials::NamedMaterial;
 use super::moving_shapes::MovingObject;
 use super::objects::Object;
 use super::params::Params;
+use super::recovery::{Recovery, action, probable_directive};
+use super::scene_errors::SceneErrors;
 use super::texture_library::TextureLibrary;
 use super::{Dialect, SceneError, WarningLog};
 use crate::film::filter::Profile;
-use crate::io::{Location, ReadContext, hint};
+use crate::io::{Location, ReadContext};
 use crate::scene::{Material, PathLimits, SceneBuilder};
 
 /// Reads a scene file and all files that it includes.
 ///
 /// # Errors
-/// Returns an error if a file cannot be read or its text is not valid.
-pub fn read(path: &Path) -> Result<Description, SceneError> {
+/// Returns all errors of the scene, up to 20, if a file cannot be read or its text is not valid.
+pub fn read(path: &Path) -> Result<Description, SceneErrors> {
     read_with(path, &ReadContext::default())
 }
 
 /// Reads a scene file within a memory budget.
 ///
 /// # Errors
-/// Returns an error if a file cannot be read, its text is not valid, or the scene exceeds the budget.
-pub fn read_with(path: &Path, context: &ReadContext) -> Result<Description, SceneError> {
+/// Returns all errors of the scene, up to 20, if a file cannot be read, its text is not valid, or
+/// the scene exceeds the budget.
+pub fn read_with(path: &Path, context: &ReadContext) -> Result<Description, SceneErrors> {
     let mut reader = SceneReader::new(path, context)?;
-    reader.run()?;
+    reader.run();
     reader.finish()
 }
 
@@ -94,6 +96,7 @@ pub(super) struct SceneReader {
     pub(super) builder: SceneBuilder,
 
     pub(super) warnings: WarningLog,
+    pub(super) recovery: Recovery,
 }
 
 impl SceneReader {
@@ -137,61 +140,98 @@ impl SceneReader {
             emitters: Vec::new(),
             builder,
             warnings: WarningLog::default(),
+            recovery: Recovery::default(),
         })
     }
 
-    fn run(&mut self) -> Result<(), SceneError> {
-        while !self.ended
-            && let Some(token) = self.next()?
-        {
-            let at = self.location(&token);
-            if token.kind == TokenKind::End {
-                self.at = at;
-                self.end_import()?;
-                continue;
+    /// Runs all directives. Reports their errors.
+    fn run(&mut self) {
+        while !self.ended && !self.recovery.stopped {
+            match self.directive() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => self.recover(error),
             }
-            let TokenKind::Name(name) = &token.kind else {
-                let found = format!("{} in place of a directive", token.kind.shown());
-                return Err(SceneError::at(at, found, "expected Shape, Material, Translate ..."));
-            };
-            let Some((_, action)) = DIRECTIVES.iter().find(|(known, _)| known == name) else {
-                let hint = hint(name, DIRECTIVES.iter().map(|(known, _)| *known));
-                let shown = token.kind.shown();
-                return Err(SceneError::at(at, format!("unknown directive \"{shown}\"{hint}"), ""));
-            };
-            self.at = at;
-            action(self)?;
-        }
-        match self.open_blocks.pop() {
-            Some(open) => Err(open.unclosed()),
-            None => Ok(()),
         }
     }
 
-    fn finish(mut self) -> Result<Description, SceneError> {
+    /// Runs the next directive. Returns false at the end of the file.
+    fn directive(&mut self) -> Result<bool, SceneError> {
+        self.recovery.begin();
+        let Some(token) = self.next()? else { return Ok(false) };
+        self.at = self.location(&token);
+        if token.kind == TokenKind::End {
+            self.end_import()?;
+            return Ok(true);
+        }
+        let shown = token.kind.shown();
+        let TokenKind::Name(name) = token.kind else {
+            let found = format!("{shown} in place of a directive");
+            return self.refuse(found, "expected Shape, Material, Translate ...");
+        };
+        match action(&name) {
+            Some(action) => action(self)?,
+            None => {
+                let expected = match probable_directive(&name) {
+                    Some(probable) => format!("did you mean \"{probable}\"?"),
+                    None => "expected Shape, Material, Translate ...".to_owned(),
+                };
+                let unknown = self.refuse(format!("unknown directive \"{shown}\""), &expected);
+                self.run_probable(&name);
+                return unknown;
+            }
+        }
+        Ok(true)
+    }
+
+    /// Reports what is missing at the end of the file.
+    fn check_end(&mut self) {
+        if let Some(open) = self.open_blocks.pop()
+            && !self.recovery.blocks_mismatch
+        {
+            self.report(open.unclosed());
+        }
         if !self.in_world {
             let here = self.lexers.first().map_or_else(|| self.at.clone(), Lexer::here);
-            return Err(SceneError::at(here, "the file ends without WorldBegin", ""));
+            let expected = "write it before the first shape, material, texture or light";
+            self.report(SceneError::at(here, "the file ends without WorldBegin", expected));
         }
-        self.require_named_materials()?;
-        self.resolve_forward_references()?;
+        self.require_named_materials();
+        self.resolve_forward_references();
+        for error in self.library.image_files.read(&self.context) {
+            self.report(error);
+        }
+    }
+
+    fn finish(mut self) -> Result<Description, SceneErrors> {
+        if !self.recovery.stopped {
+            self.check_end();
+        }
         for (shape, at) in std::mem::take(&mut self.emitters) {
             if self.builder.remove_interface_emission(shape) {
                 let feature = "an area light on an interface";
                 self.warnings.unsupported(&at, feature, "the shape emits no light");
             }
         }
-        self.library.image_files.read(&self.context)?;
         let film = match &self.film {
-            Some((kind, params)) => film_spec(*kind, params)?,
-            None => FilmSpec::default(),
+            Some((kind, params)) => film_spec(*kind, params),
+            None => Ok(FilmSpec::default()),
         };
-        let camera = self.camera.spec()?;
-        let shutter = self.camera.shutter()?;
+        let film = self.report_any(film);
+        let (camera, shutter) = (self.camera.spec(), self.camera.shutter());
+        let (camera, shutter) = (self.report_any(camera), self.report_any(shutter));
+        let at = self.at.clone();
+        let scene = std::mem::take(&mut self.builder).build();
+        let scene = self.report_any(scene.map_err(|source| SceneError::TooLarge { at, source }));
+        let errors = self.recovery.take();
+        let (None, Some(film), Some(camera), Some(shutter), Some(scene)) =
+            (&errors, film, camera, shutter, scene)
+        else {
+            return Err(errors.unwrap_or_default());
+        };
         // pbrt-v2 computes direct light only unless told otherwise, pbrt-v4 traces paths.
         let path_limits = PathLimits { max_depth: 5, direct_only: self.dialect == Dialect::V2 };
         let CameraDirective { params, motion, .. } = self.camera;
-        let at = self.at;
         Ok(Description {
             camera,
             film,
@@ -210,7 +250,7 @@ impl SceneReader {
             }),
             regularize: self.regularize,
             path_limits: self.path_limits.unwrap_or(path_limits),
-            scene: self.builder.build().map_err(|source| SceneError::TooLarge { at, source })?,
+            scene,
             warnings: self.warnings.warnings,
             files: self.context.files(),
             context: self.context,

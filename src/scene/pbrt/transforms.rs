@@ -119,6 +119,7 @@ impl SceneReader {
                 self.state.ctm = *ctm;
                 Ok(())
             }
+            None if self.recovery.is_lost(&name) => Ok(()),
             None => {
                 let hint = hint(&name, self.coordinate_systems.keys().map(String::as_str));
                 self.refuse(format!("no coordinate system \"{name}\"{hint}"), "")
