@@ -175,8 +175,23 @@ impl SceneReader {
         Ok(Selected { name, kind, params })
     }
 
-    /// Reads a directive that has no effect here.
-    pub(super) fn ignore(&mut self, directive: &'static Directive<()>) -> Result<(), SceneError> {
-        self.select(directive).map(|_| ())
+    /// As [`Self::select`], but a kind that is not known is only a warning, or nothing if `instead`
+    /// is [`SILENT`]: the picture does not depend on it, or has a substitute.
+    pub(super) fn select_or<K: Copy>(
+        &mut self,
+        directive: &'static Directive<K>,
+        instead: &str,
+    ) -> Result<Selected<K>, SceneError> {
+        let name = self.string()?;
+        let params = self.params()?;
+        if directive.kinds.iter().any(|entry| entry.name == name) {
+            return self.check_kind(directive, &name, params);
+        }
+        if instead != SILENT {
+            let hint = hint(&name, directive.kinds.iter().map(|entry| entry.name));
+            let feature = format!("{} \"{name}\"", directive.name);
+            self.warnings.unsupported(&params.at, &feature, &format!("{instead}{hint}"));
+        }
+        Ok(Selected { name: "", kind: None, params })
     }
 }

@@ -1,5 +1,6 @@
 //! Table of the directives and the actions that they trigger.
 
+use super::directive_kinds::SILENT;
 use super::graphics_state::Block;
 use super::lexer::TokenKind;
 use super::options::{ACCELERATOR, RENDERER, VOLUME_INTEGRATOR};
@@ -22,9 +23,9 @@ pub(super) const DIRECTIVES: &[(&str, Action)] = &[
         r.dialect = Dialect::V2;
         r.integrator()
     }),
-    ("VolumeIntegrator", |r| r.ignore(&VOLUME_INTEGRATOR)),
-    ("Renderer", |r| r.ignore(&RENDERER)),
-    ("Accelerator", |r| r.ignore(&ACCELERATOR)),
+    ("VolumeIntegrator", |r| r.select_or(&VOLUME_INTEGRATOR, "there are no media").map(drop)),
+    ("Renderer", |r| r.select_or(&RENDERER, "there is one renderer").map(drop)),
+    ("Accelerator", |r| r.select_or(&ACCELERATOR, SILENT).map(drop)),
     ("Identity", |r| {
         r.identity();
         Ok(())

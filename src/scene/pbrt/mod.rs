@@ -51,7 +51,7 @@ pub use description::{
 pub use reader::{read, read_with};
 pub use scene_errors::{SceneErrors, SceneFault};
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::io::image::ImageError;
@@ -134,27 +134,51 @@ pub(super) enum Dialect {
     V4,
 }
 
-/// The warnings so far, without repetitions.
+/// The warnings so far: the first of each kind, and the number of the others.
 #[derive(Default)]
 struct WarningLog {
-    warnings: Vec<Warning>,
-    seen: HashSet<String>,
+    warnings: Vec<CountedWarning>,
+    /// Indices by kind.
+    kinds: HashMap<String, usize>,
+}
+
+/// The first warning of a kind.
+struct CountedWarning {
+    first: Warning,
+    /// Number of further warnings of this kind at other locations.
+    more: u32,
+    last: Location,
 }
 
 impl WarningLog {
-    /// Warns that `feature` is not supported, once for each feature, and names the substitute.
+    /// Warns that `feature` is not supported, and names the substitute.
     fn unsupported(&mut self, at: &Location, feature: &str, instead: &str) {
-        if self.seen.insert(feature.to_owned()) {
-            let message = excerpt_words(&format!("{feature} is not supported yet: {instead}"));
-            self.warnings.push(Warning { at: at.clone(), message });
-        }
+        self.warn(at, feature, || format!("{feature} is not supported yet: {instead}"));
     }
 
-    /// Adds a warning, once for each message.
-    fn warn(&mut self, at: &Location, message: String) {
-        if self.seen.insert(message.clone()) {
-            self.warnings.push(Warning { at: at.clone(), message });
+    /// Adds the first warning of a kind, or counts a further one.
+    fn warn(&mut self, at: &Location, kind: &str, message: impl FnOnce() -> String) {
+        let counted = self.kinds.get(kind).and_then(|&i| self.warnings.get_mut(i));
+        if let Some(counted) = counted {
+            // A definition that waits for its textures is made twice.
+            if at.file != counted.last.file || *at > counted.last {
+                counted.more += 1;
+                counted.last = at.clone();
+            }
+            return;
         }
+        self.kinds.insert(kind.to_owned(), self.warnings.len());
+        let first = Warning { at: at.clone(), message: excerpt_words(&message()) };
+        self.warnings.push(CountedWarning { first, more: 0, last: at.clone() });
+    }
+
+    /// Returns the first warning of each kind, with the number of the others.
+    fn into_warnings(self) -> Vec<Warning> {
+        let counted = |CountedWarning { first: Warning { at, message }, more, .. }| match more {
+            0 => Warning { at, message },
+            more => Warning { at, message: format!("{message} (and {more} more like this)") },
+        };
+        self.warnings.into_iter().map(counted).collect()
     }
 }
 

@@ -28,7 +28,12 @@ static SAMPLER: Directive<()> = Directive {
         known("random", (), SAMPLER_READS, SAMPLER_IGNORES),
         known("independent", (), SAMPLER_READS, SAMPLER_IGNORES),
         known("stratified", (), SAMPLER_READS, SAMPLER_IGNORES),
-        unsupported("adaptive", "samples are Owen-scrambled Sobol points"),
+        known(
+            "adaptive",
+            (),
+            &["minsamples", "maxsamples", "seed"],
+            &[("pixelsamples", SILENT), ("method", SILENT)],
+        ),
         known("bestcandidate", (), SAMPLER_READS, SAMPLER_IGNORES),
     ],
 };
@@ -142,14 +147,16 @@ impl SceneReader {
             (None, None) => None,
             (x, y) => Some(x.unwrap_or(4) * y.unwrap_or(4)),
         };
-        self.samples = params.count("pixelsamples", 1 << 30)?.or(strata);
+        // The sampler `adaptive` of pbrt-v2 takes up to `maxsamples`.
+        let most = params.count("maxsamples", 1 << 30)?;
+        self.samples = params.count("pixelsamples", 1 << 30)?.or(strata).or(most);
         self.sampler_seed = params.seed("seed")?;
         Ok(())
     }
 
     pub(super) fn integrator(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Integrator")?;
-        let selected = self.select(&INTEGRATOR)?;
+        let selected = self.select_or(&INTEGRATOR, PATH_INSTEAD)?;
         let params = selected.params;
         let supported = selected.kind.is_some();
         let given = if supported { params.maybe_float("maxdepth")? } else { None };

@@ -251,7 +251,7 @@ impl SceneReader {
             regularize: self.regularize,
             path_limits: self.path_limits.unwrap_or(path_limits),
             scene,
-            warnings: self.warnings.warnings,
+            warnings: self.warnings.into_warnings(),
             files: self.context.files(),
             context: self.context,
         })

@@ -185,9 +185,10 @@ fn drop_non_finite(
     let all = triangles.triangles.len() + patches.patches.len();
     let dropped = triangles.drop_non_finite() + patches.drop_non_finite();
     if dropped > 0 {
-        let found = format!("{dropped} of the {all} triangles of a {name}");
         let why = "have vertices that are not finite numbers: they are left out";
-        warnings.warn(&params.at, format!("{found} {why}"));
+        warnings.warn(&params.at, why, || {
+            format!("{dropped} of the {all} triangles of a {name} {why}")
+        });
     }
 }
 
