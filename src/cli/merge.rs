@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         pbrt::read_with(&render.picture.scene, memory.context()).map_err(|error| {
             let command = shell_line(rendered_by);
             format!(
-                "{error}; the parts were rendered by\n  {command}\nmerge them where its files are"
+                "{error}\nthe parts were rendered by\n  {command}\nmerge them where its files are"
             )
         })?;
     let (mut job, notes, warnings) = job(&render, description, true)?;

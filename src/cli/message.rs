@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use petzval::io::{Warning, excerpt, excerpt_words};
+use petzval::io::{SourceLine, Warning, excerpt, excerpt_words};
+use petzval::prepare::PrepareError;
 use petzval::scene::pbrt::SceneErrors;
 use terminal_size::{Width, terminal_size_of};
 
@@ -11,20 +12,29 @@ use super::Failure;
 /// Prints why a command failed.
 pub(super) fn error(failure: &Failure) {
     let argv = longest_first();
-    match failure.downcast_ref::<SceneErrors>() {
-        Some(errors) => scene_errors(errors, &argv),
-        None => say!("petzval: error: {}", brief(&failure.to_string(), &argv)),
+    if let Some(errors) = failure.downcast_ref::<SceneErrors>() {
+        return scene_errors(errors, &argv);
     }
+    say!("petzval: error: {}", brief(&failure.to_string(), &argv));
+    if let Some(PrepareError::Unreadable { at, .. } | PrepareError::Camera { at, .. }) =
+        failure.downcast_ref()
+        && let Some(line) = SourceLine::read(at)
+    {
+        say!("{}", line.shown(columns()));
+    }
+}
+
+/// Returns the width of the terminal, or the largest number if there is none.
+fn columns() -> usize {
+    terminal_size_of(std::io::stderr()).map_or(usize::MAX, |(Width(columns), _)| columns.into())
 }
 
 /// Prints the errors of a scene, each with the line of the source that it is about.
 fn scene_errors(errors: &SceneErrors, argv: &[String]) {
-    let columns = terminal_size_of(std::io::stderr());
-    let columns = columns.map_or(usize::MAX, |(Width(columns), _)| columns.into());
     for fault in errors.faults() {
         say!("petzval: error: {}", brief(&fault.to_string(), argv));
         if let Some(line) = &fault.source_line {
-            say!("{}", line.shown(columns));
+            say!("{}", line.shown(columns()));
         }
     }
     if errors.is_incomplete() {

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use flate2::read::MultiGzDecoder;
 
+use super::foreign::{refuse_placeholder, refuse_placeholder_file};
 use super::{ByteSize, FileLog, ReadError};
 
 /// Largest content of a pipe, whose size is not known (bytes).
@@ -81,8 +82,8 @@ impl ReadContext {
     /// Returns the content of a file, unpacked if it is gzipped, and logs it.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read, does not end, or unpacks to more than 100 times
-    /// its size.
+    /// Returns an error if the file cannot be read, does not end, unpacks to more than 100 times its
+    /// size, or is a pointer of Git LFS or a web page.
     pub fn bytes(&self, path: &Path) -> Result<Vec<u8>, ReadError> {
         let read = || {
             let file = open(path)?;
@@ -90,6 +91,7 @@ impl ReadContext {
             self.check(length).map_err(io::Error::other)?;
             let packed = read_to_end(file, length.max(MAX_PIPE))?;
             self.log(path, &packed);
+            refuse_placeholder(&packed)?;
             if !packed.starts_with(&[0x1f, 0x8b]) {
                 return Ok(packed);
             }
@@ -102,9 +104,11 @@ impl ReadContext {
     /// Logs a file whose reader opens it itself, perhaps more than once.
     ///
     /// # Errors
-    /// Returns an error if the path is a pipe, which can be read only once, or a device.
+    /// Returns an error if the path is a pipe, which can be read only once, or a device, or if the
+    /// file is a pointer of Git LFS or a web page.
     pub fn register(&self, path: &Path) -> io::Result<()> {
         check_seekable(path)?;
+        refuse_placeholder_file(path)?;
         self.files.lock().unwrap_or_else(PoisonError::into_inner).add(path, None);
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! A line of an input file with a fault in it, and the caret under the fault.
 
-use std::fmt;
+use std::{fmt, fs};
 
-use super::Location;
+use super::{Location, ReadContext, without_byte_order_mark};
 
 /// Limit of the characters kept on each side of the fault. A line of a mesh may have millions.
 const KEPT: usize = 100;
@@ -29,6 +29,7 @@ pub struct SourceLine {
 impl SourceLine {
     /// Returns the line of a location in the content of its file.
     pub fn new(content: &[u8], at: &Location) -> Option<Self> {
+        let content = without_byte_order_mark(content);
         let line = content.split(|&byte| byte == b'\n').nth(at.line.checked_sub(1)? as usize)?;
         let fault = at.column.checked_sub(1)? as usize;
         let skipped = fault.saturating_sub(KEPT);
@@ -41,6 +42,12 @@ impl SourceLine {
         let fault = (fault - skipped).min(text.len());
         let length = token_length(&text[fault..]).max(1);
         Some(Self { line: at.line, text, fault, length, cut: [skipped > 0, more] })
+    }
+
+    /// Returns the line of a location, from a file that is read again. A pipe can be read only once.
+    pub fn read(at: &Location) -> Option<Self> {
+        fs::metadata(&at.file).ok().filter(fs::Metadata::is_file)?;
+        Self::new(&ReadContext::default().bytes(&at.file).ok()?, at)
     }
 
     /// Returns the line and the caret below it, in at most so many columns.
@@ -126,6 +133,12 @@ mod tests {
         // Even if the fault is the long word itself.
         let found = shown(&"q".repeat(100_000), 1, 1, 60);
         assert!(found.lines().all(|line| line.chars().count() <= 60), "{found}");
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_not_part_of_the_line() {
+        let found = shown("\u{feff}Film \"rgb\"", 1, 6, 80);
+        assert_eq!(found, "    1 | Film \"rgb\"\n      |      ^^^^^");
     }
 
     #[test]

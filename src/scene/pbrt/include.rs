@@ -42,7 +42,9 @@ impl SceneReader {
             return Err(SceneError::limit(self.at.clone(), found, expected));
         }
         debug_assert!(self.peeked.is_none(), "Include does not look ahead of its file name");
-        self.lexers.push(Lexer::new(Arc::from(path), text));
+        let lexer = Lexer::new(Arc::from(path), text);
+        lexer.check_language()?;
+        self.lexers.push(lexer);
         Ok(())
     }
 

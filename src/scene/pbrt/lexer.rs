@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::numbers::parse_number;
 use super::{SceneError, message};
-use crate::io::{Location, excerpt};
+use crate::io::{Location, excerpt, foreign_scene, wide_encoding, without_byte_order_mark};
 
 /// The kind and value of a token.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +86,8 @@ const DELIMITERS: [bool; 256] = {
 
 impl Lexer {
     pub(super) fn new(file: Arc<Path>, text: Vec<u8>) -> Self {
-        Self { file, text, next: 0, line: 1, counted: Counted::line_start(0), imported: false }
+        let next = text.len() - without_byte_order_mark(&text).len();
+        Self { file, text, next, line: 1, counted: Counted::line_start(next), imported: false }
     }
 
     /// Returns the file.
@@ -102,6 +103,24 @@ impl Lexer {
     /// Returns the location of a token of this file.
     pub(super) fn location(&self, token: &Token) -> Location {
         Location { file: self.file.clone(), line: token.line, column: token.column }
+    }
+
+    /// Returns an error if the file is not a scene in the language of pbrt: of another encoding, of
+    /// another program, or empty.
+    pub(super) fn check_language(&self) -> Result<(), SceneError> {
+        let found = if let Some(encoding) = wide_encoding(&self.text) {
+            format!("the text is in {encoding}; save it as UTF-8")
+        } else if let Some(kind) = foreign_scene(&self.text) {
+            let remedy = match kind {
+                "a PLY mesh" => ": name it there, in Shape \"plymesh\"",
+                "a lens file" => ": name it there, or with --lens",
+                _ => "",
+            };
+            format!("this looks like {kind}; expected a scene in the language of pbrt{remedy}")
+        } else {
+            return Ok(());
+        };
+        Err(SceneError::NotText { at: self.here(), message: found })
     }
 
     /// Returns the location of the next byte to be read.

@@ -103,6 +103,7 @@ impl SceneReader {
     fn new(path: &Path, context: &ReadContext) -> Result<Self, SceneError> {
         let text = context.bytes(path)?;
         let lexer = Lexer::new(Arc::from(path), text);
+        lexer.check_language()?;
         let mut builder = SceneBuilder::default();
         let material = builder.add_material(Material::diffuse([0.5; 3]));
         let (at, folder) = (lexer.here(), Arc::from(path.parent().unwrap_or(Path::new(""))));
@@ -193,8 +194,18 @@ impl SceneReader {
         }
         if !self.in_world {
             let here = self.lexers.first().map_or_else(|| self.at.clone(), Lexer::here);
-            let expected = "write it before the first shape, material, texture or light";
-            self.report(SceneError::at(here, "the file ends without WorldBegin", expected));
+            let empty = self.lexers.first().is_some_and(|lexer| lexer.text().is_empty());
+            let [found, expected] = match empty {
+                true => [
+                    "the file ends without WorldBegin: it is empty",
+                    "expected a scene in the language of pbrt",
+                ],
+                false => [
+                    "the file ends without WorldBegin",
+                    "write it before the first shape, material, texture or light",
+                ],
+            };
+            self.report(SceneError::at(here, found, expected));
         }
         self.require_named_materials();
         self.resolve_forward_references();

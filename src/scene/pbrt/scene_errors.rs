@@ -1,13 +1,12 @@
 //! The errors of a scene file, each with the line of the source that it is about.
 
 use std::fmt;
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::SceneError;
 use super::lexer::Lexer;
-use crate::io::{Location, ReadContext, SourceLine};
+use crate::io::{Location, SourceLine};
 
 /// Limit of the errors that one reading reports.
 const MAX_FAULTS: usize = 20;
@@ -51,7 +50,10 @@ impl SceneErrors {
             same.more += 1;
             return true;
         }
-        let source_line = error.location().and_then(|at| source_line(at, lexers));
+        let source_line = match error {
+            SceneError::NotText { .. } => None,
+            _ => error.location().and_then(|at| source_line(at, lexers)),
+        };
         self.faults.push(SceneFault { error, source_line, more: 0, message });
         self.incomplete = self.faults.len() >= MAX_FAULTS;
         !self.incomplete
@@ -113,10 +115,8 @@ impl fmt::Display for SceneFault {
 
 /// Returns the line at a location. A file that is no longer open is read again.
 fn source_line(at: &Location, lexers: &[Lexer]) -> Option<SourceLine> {
-    if let Some(lexer) = lexers.iter().find(|lexer| lexer.file() == &at.file) {
-        return SourceLine::new(lexer.text(), at);
+    match lexers.iter().find(|lexer| lexer.file() == &at.file) {
+        Some(lexer) => SourceLine::new(lexer.text(), at),
+        None => SourceLine::read(at),
     }
-    // A pipe can be read only once.
-    fs::metadata(&at.file).ok().filter(fs::Metadata::is_file)?;
-    SourceLine::new(&ReadContext::default().bytes(&at.file).ok()?, at)
 }
