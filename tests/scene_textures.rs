@@ -130,7 +130,7 @@ fn errors_in_textures_name_their_position() {
     for (world, expected) in [
         (format!("{image} \"none.png\""), "test.pbrt:3:35: cannot read the picture"),
         (format!("{image} \"bad.png\""), "test.pbrt:3:35: cannot read the picture"),
-        (format!("{image} \"rgb.gif\""), "names no picture format"),
+        (format!("{image} \"rgb.psd\""), "names no picture format"),
         ("Texture \"t\" \"spectrum\" \"imagemap\"".to_owned(), "without \"string filename\""),
         (format!("{image} \"rgb.png\" \"string wrap\" \"mirror\""), "the wrap mode \"mirror\""),
         (format!("{image} \"rgb.png\" \"string filter\" \"box\""), "the filter \"box\""),

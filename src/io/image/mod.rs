@@ -9,7 +9,8 @@ mod exr;
 mod pfm;
 mod raster;
 
-use std::io::{self, BufWriter};
+use std::fs::File;
+use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
@@ -78,6 +79,9 @@ pub enum ImageFormat {
     Jpeg,
 }
 
+/// Extensions of the formats that can be read.
+const READABLE: &str = ".exr, .png, .jpg, .jpeg, .tga, .bmp, .gif, .qoi, .hdr and .pfm";
+
 /// Why a picture cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -119,6 +123,15 @@ pub enum ImageError {
         /// The extensions that can be read or written.
         known: &'static str,
     },
+}
+
+/// Returns the curve that the header of a QOI file declares (qoiformat.org): its last byte is 1 if
+/// all channels are linear.
+fn qoi_transfer(path: &Path) -> Result<Transfer, ImageError> {
+    let mut header = [0; 14];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
+    read.map_err(|source| ImageError::Io { verb: "read", path: path.to_owned(), source })?;
+    Ok(if header[13] == 1 { Transfer::Linear } else { Transfer::Srgb })
 }
 
 fn extension(path: &Path) -> String {
@@ -167,14 +180,17 @@ impl Picture {
         context.register(path).map_err(refused)?;
         match extension(path).as_str() {
             "exr" => exr::read(path, context),
-            "png" | "jpg" | "jpeg" | "tga" => display::read(path, transfer, context),
+            "png" | "jpg" | "jpeg" | "tga" | "bmp" | "gif" => {
+                display::read(path, transfer, context)
+            }
+            "qoi" => display::read(path, qoi_transfer(path)?, context),
             // Radiance pictures hold linear light.
             "hdr" => display::read(path, Transfer::Linear, context),
             "pfm" => Ok(pfm::read(path, context)?.into_picture()),
             found => Err(ImageError::Format {
                 path: path.to_owned(),
                 found: found.to_owned(),
-                known: ".exr, .png, .jpg, .jpeg, .tga, .hdr and .pfm",
+                known: READABLE,
             }),
         }
     }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use image::DynamicImage;
 
-use super::{ImageError, Picture, display, exr, extension, pfm, srgb_decode, srgb_encode};
+use super::{ImageError, Picture, READABLE, display, exr, extension, pfm, qoi_transfer};
+use super::{srgb_decode, srgb_encode};
 use crate::io::ReadContext;
 
 /// Transfer curve between light and the samples of a file with 8 or 16 bits.
@@ -62,8 +63,9 @@ pub struct Raster {
 
 impl Raster {
     /// Reads a picture. `transfer` applies to PNG files of 8 or 16 bits; other 8-bit formats hold
-    /// sRGB, and formats of floats hold linear light. Alpha is read from PNG and EXR; as in
-    /// pbrt-v4, a 16-bit PNG's alpha has the curve of its colours.
+    /// sRGB, unless a QOI declares that it is linear, and formats of floats hold linear light. Alpha
+    /// is read from PNG, QOI and EXR; as in pbrt-v4, a 16-bit PNG's alpha has the curve of its
+    /// colours.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is not a picture, has no pixels, or has a
@@ -79,7 +81,8 @@ impl Raster {
             "exr" => exr::read_raster(path, context)?,
             "pfm" => pfm::read(path, context)?,
             "png" => from_image(display::decode(path, context)?, transfer),
-            "jpg" | "jpeg" | "tga" | "hdr" => {
+            "qoi" => from_image(display::decode(path, context)?, qoi_transfer(path)?),
+            "jpg" | "jpeg" | "tga" | "bmp" | "gif" | "hdr" => {
                 let raster = from_image(display::decode(path, context)?, Transfer::Srgb);
                 raster.without_alpha(|_| true)
             }
@@ -87,7 +90,7 @@ impl Raster {
                 return Err(ImageError::Format {
                     path: path.to_owned(),
                     found: found.to_owned(),
-                    known: ".exr, .png, .jpg, .jpeg, .tga, .hdr and .pfm",
+                    known: READABLE,
                 });
             }
         };
@@ -197,6 +200,34 @@ mod tests {
         // As in pbrt-v4, only a PNG can be linear.
         let raster = read("a.tga", rgb.into(), Transfer::Linear);
         assert!(matches!(raster.samples, ImageSamples::Bytes(_, Transfer::Srgb)));
+    }
+
+    #[test]
+    fn bitmaps_gifs_and_qois_are_read() {
+        let rgba = ImageBuffer::from_pixel(2, 1, Rgba([200u8, 100, 0, 128]));
+        let rgb = ImageBuffer::from_pixel(2, 1, Rgb([200u8, 100, 0]));
+        let srgb = ImageSamples::Bytes(vec![200, 100, 0, 200, 100, 0], Transfer::Srgb);
+        for name in ["a.bmp", "a.gif", "a.qoi"] {
+            let raster = read(name, rgb.clone().into(), Transfer::Linear);
+            assert_eq!((raster.size, raster.channels), ([2, 1], 3), "{name}");
+            assert_eq!(raster.samples, srgb, "{name}");
+        }
+        assert_eq!(read("a.qoi", rgba.clone().into(), Transfer::Srgb).channels, 4);
+        assert_eq!(read("a.bmp", rgba.into(), Transfer::Srgb).channels, 3);
+    }
+
+    #[test]
+    fn a_qoi_that_declares_linear_light_is_linear() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.qoi");
+        DynamicImage::from(ImageBuffer::from_pixel(1, 1, Rgb([128u8; 3]))).save(&path).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes[13] = 1;
+        std::fs::write(&path, bytes).unwrap();
+        let raster = Raster::read(&path, Transfer::Srgb, &ReadContext::default()).unwrap();
+        assert!(matches!(raster.samples, ImageSamples::Bytes(_, Transfer::Linear)));
+        let picture = Picture::read(&path).unwrap();
+        assert!((picture.pixels[0][0] - 128.0 / 255.0).abs() < 1e-6);
     }
 
     #[test]
