@@ -60,7 +60,7 @@ const SMALL: [(&str, &str); 7] = [
 ];
 
 /// Options of other tools that the manual names.
-const FOREIGN: [&str; 8] = [
+const FOREIGN: [&str; 9] = [
     "--release",
     "--test",
     "--bench",
@@ -69,6 +69,7 @@ const FOREIGN: [&str; 8] = [
     "--save-baseline",
     "--baseline",
     "--features",
+    "--upgrade",
 ];
 
 /// A page of the manual.

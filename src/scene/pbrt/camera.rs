@@ -63,6 +63,7 @@ static CAMERA: Directive<CameraKind> = Directive {
             CameraKind::Perspective,
             &[
                 "fov",
+                "halffov",
                 "frameaspectratio",
                 "screenwindow",
                 "lensradius",
@@ -214,7 +215,11 @@ impl Default for ThinSpec {
 
 fn perspective(params: &Params) -> Result<CameraSpec, SceneError> {
     let default = ThinSpec::default();
-    let fov = params.positive("fov", default.fov)?;
+    // pbrt-v3 has the angle from the axis, too.
+    let fov = match params.find("halffov") {
+        Some(_) => 2.0 * params.positive("halffov", default.fov / 2.0)?,
+        None => params.positive("fov", default.fov)?,
+    };
     if fov >= 180.0 {
         let found = format!("a field of view of {fov}");
         return Err(params.refuse("fov", found, "expected below 180 degrees"));

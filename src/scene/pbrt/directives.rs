@@ -74,6 +74,13 @@ pub(super) const DIRECTIVES: &[(&str, Action)] = &[
         r.warn_unsupported("MakeNamedMedium", "there are no media");
         Ok(())
     }),
+    // The media of pbrt-v2.
+    ("Volume", |r| {
+        r.string()?;
+        r.params()?;
+        r.warn_unsupported("Volume", "there are no media");
+        Ok(())
+    }),
     ("MediumInterface", |r| {
         let mut media = !r.string()?.is_empty();
         if matches!(r.peek()?, Some(TokenKind::Text(_))) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::SceneError;
 use super::description::{FilmSpec, FilterSpec};
 use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar};
-use super::params::Params;
+use super::params::{Params, Values};
 use super::reader::SceneReader;
 use crate::film::filter::Profile;
 
@@ -27,12 +27,14 @@ const FILM_READS: &[&str] = &[
     "iso",
     "maxcomponentvalue",
     "whitebalance",
+    // Parameters of pbrt-v3.
+    "scale",
+    "maxsampleluminance",
 ];
 const FILM_IGNORES: &[Ignored] = &[
     ("sensor", "the sensor is ideal: pixels are linear RGB"),
     ("savefp16", SILENT),
     ("display", SILENT),
-    ("scale", "the picture is not scaled"),
     ("coordinatesystem", "layers of geometry are in the camera's frame"),
     ("nbuckets", SILENT),
     ("lambdamin", SILENT),
@@ -81,7 +83,12 @@ const MAX_RESOLUTION: u32 = 1 << 16;
 impl SceneReader {
     pub(super) fn film(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Film")?;
-        let Selected { kind, params, .. } = self.select(&FILM)?;
+        let name = self.string()?;
+        let mut params = self.params()?;
+        // This sensor of pbrt-v4, its default, is the one that is simulated.
+        let ideal = Values::Texts(vec!["cie1931".to_owned()]);
+        params.all.retain(|param| param.name != "sensor" || param.values != ideal);
+        let Selected { kind, params, .. } = self.check_kind(&FILM, &name, params)?;
         self.film = kind.map(|kind| (kind, params));
         Ok(())
     }
@@ -140,6 +147,15 @@ impl Default for FilmSpec {
     }
 }
 
+/// Reads the largest component of a sample, by its name in pbrt-v4 or v3.
+fn max_component(params: &Params) -> Result<Option<f64>, SceneError> {
+    let names = ["maxcomponentvalue", "maxsampleluminance"];
+    match names.into_iter().find(|name| params.find(name).is_some()) {
+        Some(name) => params.positive(name, f64::INFINITY).map(Some),
+        None => Ok(None),
+    }
+}
+
 pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, SceneError> {
     let default = FilmSpec::default();
     let resolution = [
@@ -169,11 +185,12 @@ pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, Sce
         diagonal: params.positive("diagonal", default.diagonal)?,
         bounds,
         filename: params.text("filename")?.map(PathBuf::from),
-        iso: params.positive("iso", default.iso)?,
-        max_component: match params.find("maxcomponentvalue") {
-            Some(_) => Some(params.positive("maxcomponentvalue", f64::INFINITY)?),
-            None => None,
+        // pbrt-v4 upgrades the `scale` of pbrt-v3 to 100 times that ISO.
+        iso: match params.find("scale") {
+            Some(_) => default.iso * params.positive("scale", 1.0)?,
+            None => params.positive("iso", default.iso)?,
         },
+        max_component: max_component(params)?,
         // As in pbrt-v4, 0 is none.
         white_balance: params.maybe_float("whitebalance")?.filter(|&kelvin| kelvin != 0.0),
         gbuffer: kind == FilmKind::Gbuffer,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::attributes::Target;
 use super::colour::ColourRole;
 use super::directive_kinds::{Directive, Ignored, SILENT, known, unsupported};
-use super::params::Params;
-use super::texture_library::TextureLibrary;
+use super::params::{Params, Values};
+use super::texture_library::{TextureLibrary, TextureType};
 use super::{SceneError, WarningLog};
 use crate::scene::{DielectricCoat, MaterialModel, Metal, Roughness, Texture};
 
@@ -114,7 +114,12 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
             &["reflectance", "transmittance", "scale"],
             LAMBERTIAN,
         ),
-        known("mix", MaterialKind::Mix, &["materials", "amount"], &[]),
+        known(
+            "mix",
+            MaterialKind::Mix,
+            &["materials", "namedmaterial1", "namedmaterial2", "amount"],
+            &[],
+        ),
         unsupported("subsurface", UNSUPPORTED),
         unsupported("hair", UNSUPPORTED),
         unsupported("measured", UNSUPPORTED),
@@ -226,6 +231,9 @@ impl MaterialBuilder<'_> {
                 reflectance: self.colour("Kd", 0.5)?,
                 coat: self.coat("", &[], 0.1)?,
             },
+            MaterialKind::Plastic if self.is_black("Ks") => {
+                MaterialModel::Diffuse { reflectance: self.colour("Kd", 0.25)? }
+            }
             MaterialKind::Plastic => MaterialModel::CoatedDiffuse {
                 reflectance: self.colour("Kd", 0.25)?,
                 coat: self.coat("", &["eta", "index"], 0.1)?,
@@ -235,10 +243,31 @@ impl MaterialBuilder<'_> {
                 roughness: self.roughness("conductor.", 0.0)?,
                 coat: self.coat("interface.", &["interface.eta"], 0.0)?,
             },
-            MaterialKind::Mix => {
-                MaterialModel::Mix { materials, amount: self.number("amount", 0.5)? }
-            }
+            MaterialKind::Mix => MaterialModel::Mix { materials, amount: self.amount()? },
         })
+    }
+
+    /// Returns whether a colour is 0 in all channels.
+    fn is_black(&self, name: &str) -> bool {
+        let values = self.params.find(name).map(|param| &param.values);
+        matches!(values, Some(Values::Numbers(v)) if !v.is_empty() && v.iter().all(|&c| c == 0.0))
+    }
+
+    /// Returns the amount of a mix: a number, or before pbrt-v4 a colour, which counts by its mean.
+    fn amount(&mut self) -> Result<Texture, SceneError> {
+        let given = self.params.find("amount").map(|param| param.kind.as_str());
+        let old = self.params.find("namedmaterial1").is_some();
+        if !matches!(given, None | Some("float" | "integer" | "texture")) {
+            let rgb = self.params.colour("amount", ColourRole::Unbounded)?.unwrap_or([0.5; 3]);
+            return Ok(grey(rgb.iter().sum::<f32>() / 3.0));
+        }
+        if old && let Some(name) = self.params.texture("amount")? {
+            let key = (TextureType::Spectrum, name.to_owned());
+            if let Some(texture) = self.library.textures.get(&key) {
+                return Ok(texture.clone());
+            }
+        }
+        self.number("amount", 0.5)
     }
 
     /// Returns the substitute for a kind that is not supported. A parameter that is not a colour is

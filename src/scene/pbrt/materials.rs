@@ -4,7 +4,7 @@ use super::SceneError;
 use super::directive_kinds::Selected;
 use super::forward_references::Deferred;
 use super::material_kinds::{MATERIAL, MaterialBuilder, MaterialKind};
-use super::params::Params;
+use super::params::{Params, Values};
 use super::reader::SceneReader;
 use crate::io::image::Transfer;
 use crate::io::{Location, hint};
@@ -122,9 +122,13 @@ impl SceneReader {
     fn draft_material(
         &mut self,
         kind: &str,
-        params: Params,
+        mut params: Params,
         naming: Naming,
     ) -> Result<MaterialDraft, SceneError> {
+        // An opacity of 1 is no loss.
+        let is_one =
+            |values: &Values| matches!(values, Values::Numbers(v) if v.iter().all(|&c| c == 1.0));
+        params.all.retain(|param| param.name != "opacity" || !is_one(&param.values));
         let Selected { kind, params, .. } = self.check_kind(&MATERIAL, kind, params)?;
         let normal_map = match kind {
             Some(_) => self.normal_map(&params)?,
@@ -154,21 +158,25 @@ impl SceneReader {
     /// so that no mix contains itself.
     fn mixed(&mut self, params: &Params, naming: Naming) -> Result<Mixed, SceneError> {
         let expected = "expected the names of two";
-        let names = match params.texts("materials")? {
-            Some([first, second]) => [first, second],
-            Some(names) => {
+        let old = (params.text("namedmaterial1")?, params.text("namedmaterial2")?);
+        let names = match (params.texts("materials")?, old) {
+            (Some([first, second]), _) => [first.as_str(), second.as_str()],
+            // The amount of pbrt-v3 is that of its first material, of pbrt-v4 that of its second.
+            (None, (Some(first), Some(second))) => [second, first],
+            (Some(names), _) => {
                 let found = format!("a mix of {} materials", names.len());
                 return Err(params.refuse("materials", found, expected));
             }
-            None => {
+            (None, _) => {
                 let found = "a mix without \"string materials\"";
                 return Err(params.refuse("materials", found, expected));
             }
         };
-        let at = params.location("materials");
+        let given = if old.0.is_some() { "namedmaterial1" } else { "materials" };
+        let at = params.location(given);
         let mut mixed = Mixed { materials: [0; 2], depth: 1 };
         for (material, name) in mixed.materials.iter_mut().zip(names) {
-            *material = match (self.materials.get(name), name.as_str()) {
+            *material = match (self.materials.get(name), name) {
                 (Some(NamedMaterial { index, forward_reference: None, mix_depth }), _) => {
                     mixed.depth = mixed.depth.max(mix_depth + 1);
                     *index
@@ -177,7 +185,7 @@ impl SceneReader {
                     self.builder.add_material(Material::new(MaterialModel::Interface))
                 }
                 _ if naming == Naming::Unnamed || self.recovery.is_lost(name) => {
-                    self.material_index(name.clone(), &at)
+                    self.material_index(name.to_owned(), &at)
                 }
                 _ => {
                     let found = self.no_material(name);

@@ -8,8 +8,13 @@ use crate::io::hint;
 use crate::scene::PathLimits;
 
 const SAMPLER_READS: &[&str] = &["pixelsamples", "xsamples", "ysamples", "seed"];
-const SAMPLER_IGNORES: &[Ignored] =
-    &[("randomization", SILENT), ("jitter", SILENT), ("scramble", SILENT), ("dimensions", SILENT)];
+const SAMPLER_IGNORES: &[Ignored] = &[
+    ("randomization", SILENT),
+    ("jitter", SILENT),
+    ("scramble", SILENT),
+    ("dimensions", SILENT),
+    ("samplepixelcenter", SILENT),
+];
 
 static SAMPLER: Directive<()> = Directive {
     name: "Sampler",
@@ -64,6 +69,8 @@ const PATH_IGNORES: &[Ignored] = &[
     ("radius", SILENT),
     ("seed", SILENT),
     ("iterations", SILENT),
+    ("numiterations", SILENT),
+    ("pixelbounds", "the whole picture is rendered"),
     ("imagewritefrequency", SILENT),
 ];
 const PATH_INSTEAD: &str = "path is used";
