@@ -199,3 +199,17 @@ fn every_missing_file_is_named() {
         &[3, 4, 5],
     );
 }
+
+#[test]
+fn a_camera_and_a_lens_that_cannot_be_used_show_their_line_of_the_scene() {
+    let folder = folder();
+    let text =
+        "Camera \"realistic\" \"string lensfile\" \"none.dat\"\nWorldBegin\nShape \"sphere\"";
+    write(&folder, "a.pbrt", text);
+    let (code, _, stderr) = petzval(folder.path(), &["render", "a.pbrt"]);
+    assert_eq!(code, 2, "{stderr}");
+    let lines: Vec<&str> = stderr.lines().collect();
+    assert!(lines[0].starts_with("petzval: error: a.pbrt:1:20: cannot read the lens"), "{stderr}");
+    assert_eq!(lines[1], "    1 | Camera \"realistic\" \"string lensfile\" \"none.dat\"");
+    assert_eq!(lines[2], "      |                    ^^^^^^^^^^^^^^^^^");
+}
