@@ -213,3 +213,22 @@ fn a_camera_and_a_lens_that_cannot_be_used_show_their_line_of_the_scene() {
     assert_eq!(lines[1], "    1 | Camera \"realistic\" \"string lensfile\" \"none.dat\"");
     assert_eq!(lines[2], "      |                    ^^^^^^^^^^^^^^^^^");
 }
+
+#[test]
+fn an_unknown_name_comes_with_a_suggestion_or_with_what_is_expected() {
+    for (world, expected) in [
+        ("NamedMaterial \"red\"", "expected a name that MakeNamedMaterial defines"),
+        ("ObjectInstance \"car\"", "expected a name that ObjectBegin defines before"),
+        ("CoordSysTransform \"eye\"", "expected a name that CoordinateSystem defines"),
+        (
+            "Shape \"sphere\" \"texture alpha\" \"holes\"",
+            "expected a name that Texture defines with type float",
+        ),
+        ("Shape \"sphere\" \"number radius\" 1", "expected one of integer, float, point2"),
+        ("Option \"bool quick\" true", "known are rendercoordsys, "),
+        ("CoordSysTransform \"wrold\"", "did you mean \"world\"?"),
+    ] {
+        let message = &found(world)[0].2;
+        assert!(message.contains(expected), "{message}");
+    }
+}

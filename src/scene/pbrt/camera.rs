@@ -131,7 +131,10 @@ impl SceneReader {
         let Some(motion) = Motion::between(world_from_camera)
             .filter(|motion| motion.at(0.0).is_finite() && motion.at(1.0).is_finite())
         else {
-            return self.refuse("a camera transform that cannot be inverted", "");
+            return self.refuse(
+                "a camera transform that cannot be inverted",
+                "check the transforms before it: one flattens space",
+            );
         };
         let farthest = [0.0, 1.0].map(|time| motion.at(time).translation.abs().max_element());
         if let Some(far) = farthest.into_iter().find(|&far| far > MAX_COORDINATE) {

@@ -73,9 +73,11 @@ impl Params {
         let colour = rgb.map(|c| c.max(0.0) as f32);
         match colour.iter().all(|c| c.is_finite()) {
             true => Ok(Some(colour)),
-            false => {
-                Err(self.refuse(name, format!("a colour that is not finite for \"{name}\""), ""))
-            }
+            false => Err(self.refuse(
+                name,
+                format!("a colour that is not finite for \"{name}\""),
+                "expected at most 3.4e38",
+            )),
         }
     }
 

@@ -16,7 +16,7 @@ enum Basis {
 /// Makes the mesh of a curve.
 pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
     let Some(numbers) = params.numbers("P", &["point3"])? else {
-        return Err(params.refuse("P", "a curve without \"point3 P\"", ""));
+        return Err(params.refuse("P", "a curve without \"point3 P\"", "expected control points"));
     };
     let points: Vec<DVec3> =
         numbers.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect();

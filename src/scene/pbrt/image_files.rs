@@ -99,7 +99,7 @@ impl TextureLibrary {
         let picture = Picture::read_with(&key.0, transfer, &params.context)
             .map_err(|source| SceneError::Image { at: params.location(name), source })?;
         if picture.pixels.is_empty() {
-            return Err(params.refuse(name, "an image without pixels", ""));
+            return Err(params.refuse(name, "an image without pixels", "expected one or more"));
         }
         let picture = Arc::new(picture);
         self.image_files.whole.insert(key, picture.clone());

@@ -16,7 +16,8 @@ impl TextureLibrary {
         let params = &directive.params;
         let transfer = transfer_function(params)?;
         let Some(picture) = self.image_files.request(params, "filename", transfer)? else {
-            return Err(params.refuse("filename", "an imagemap without \"string filename\"", ""));
+            let found = "an imagemap without \"string filename\"";
+            return Err(params.refuse("filename", found, "expected the name of a picture"));
         };
         let wrap = match params.text("wrap")? {
             None | Some("repeat") => Wrap::Repeat,

@@ -123,7 +123,9 @@ impl SceneReader {
                 let picture = unframed(picture, true);
                 let image = SkyImage::new(picture, light_from_world.as_mat3(), layout);
                 let found = "a sky that its transform flattens";
-                Some(image.ok_or_else(|| SceneError::at(params.at.clone(), found, ""))?)
+                Some(image.ok_or_else(|| {
+                    SceneError::at(params.at.clone(), found, "check the transform")
+                })?)
             }
         };
         let factor = match requested(params, "illuminance")? {
@@ -195,7 +197,7 @@ impl SceneReader {
     fn required_image(&mut self, name: &str, params: &Params) -> Result<Arc<Picture>, SceneError> {
         self.light_image(params)?.ok_or_else(|| {
             let found = format!("a {name} light without \"string filename\"");
-            params.refuse("filename", found, "")
+            params.refuse("filename", found, "expected the name of a picture")
         })
     }
 

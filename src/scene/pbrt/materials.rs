@@ -1,11 +1,11 @@
 //! The Material, MakeNamedMaterial and NamedMaterial directives.
 
-use super::SceneError;
 use super::directive_kinds::Selected;
 use super::forward_references::Deferred;
 use super::material_kinds::{MATERIAL, MaterialBuilder, MaterialKind};
 use super::params::{Params, Values};
 use super::reader::SceneReader;
+use super::{SceneError, suggestion_or};
 use crate::io::image::Transfer;
 use crate::io::{Location, hint};
 use crate::scene::{ImageMap, Mapping, Material, MaterialModel, Wrap};
@@ -62,7 +62,10 @@ impl SceneReader {
         let name = self.string()?;
         let mut params = self.params()?;
         let Some(kind) = params.text("type")?.map(str::to_owned) else {
-            return self.refuse("a named material without \"string type\"", "");
+            return self.refuse(
+                "a named material without \"string type\"",
+                "expected a kind, such as diffuse",
+            );
         };
         params.all.retain(|param| param.name != "type");
         let draft = self.draft_material(&kind, params, Naming::Named)?;
@@ -105,17 +108,18 @@ impl SceneReader {
         });
         let mut undefined: Vec<(Location, String)> = undefined.collect();
         undefined.sort();
+        let expected = "expected a name that MakeNamedMaterial defines";
         for (at, name) in undefined {
-            let expected = "expected a name that MakeNamedMaterial defines";
-            self.report(SceneError::at(at, self.no_material(&name), expected));
+            let behind = suggestion_or(self.material_hint(&name), expected);
+            let found = format!("no material named \"{name}\"{behind}");
+            self.report(SceneError::at(at, found, ""));
         }
     }
 
-    /// Returns the message for the name of a material that is not defined.
-    fn no_material(&self, name: &str) -> String {
+    /// Returns "; did you mean ...?" for the name of a material that is not defined, or nothing.
+    fn material_hint(&self, name: &str) -> String {
         let defined = self.materials.iter().filter(|(_, named)| named.forward_reference.is_none());
-        let hint = hint(name, defined.map(|(name, _)| name.as_str()));
-        format!("no material named \"{name}\"{hint}")
+        hint(name, defined.map(|(name, _)| name.as_str()))
     }
 
     /// Checks all of a material but its textures.
@@ -188,7 +192,7 @@ impl SceneReader {
                     self.material_index(name.to_owned(), &at)
                 }
                 _ => {
-                    let found = self.no_material(name);
+                    let found = format!("no material named \"{name}\"{}", self.material_hint(name));
                     let expected = "define the materials of a mix before it";
                     return Err(params.refuse("materials", found, expected));
                 }

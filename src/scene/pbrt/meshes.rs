@@ -42,7 +42,7 @@ pub(super) fn make(
 /// Returns a mesh of the given vertices, without triangles, and the `N` corners of each face.
 fn vertices<const N: usize>(params: &Params) -> Result<(Mesh, Vec<[u32; N]>), SceneError> {
     let Some(points) = params.numbers("P", &["point3"])? else {
-        return Err(params.refuse("P", "a mesh without \"point3 P\"", ""));
+        return Err(params.refuse("P", "a mesh without \"point3 P\"", "expected its vertices"));
     };
     let triples = |numbers: &[f64]| -> Vec<[f32; 3]> {
         numbers.as_chunks::<3>().0.iter().map(|p| p.map(|v| v as f32)).collect()
@@ -52,7 +52,13 @@ fn vertices<const N: usize>(params: &Params) -> Result<(Mesh, Vec<[u32; N]>), Sc
     let faces = match params.numbers("indices", &["integer"])? {
         Some(indices) => faces(params, indices, count)?,
         None if count == N => vec![std::array::from_fn(|i| i as u32)],
-        None => return Err(params.refuse("indices", "a mesh without \"integer indices\"", "")),
+        None => {
+            return Err(params.refuse(
+                "indices",
+                "a mesh without \"integer indices\"",
+                "expected its faces",
+            ));
+        }
     };
     let matching = |name: &str, found: usize| {
         if found == count {
@@ -146,7 +152,11 @@ fn subdivision(params: &Params, warnings: &mut WarningLog) -> Result<Mesh, Scene
 
 fn ply_mesh(params: &Params) -> Result<PlyMeshes, SceneError> {
     let Some(name) = params.text("filename")? else {
-        return Err(params.refuse("filename", "a plymesh without \"string filename\"", ""));
+        return Err(params.refuse(
+            "filename",
+            "a plymesh without \"string filename\"",
+            "expected the name of a file",
+        ));
     };
     ply::read(&resolve(&params.folder, name), &params.context).map_err(|source| {
         let at = params.location("filename");

@@ -240,6 +240,15 @@ impl SceneError {
     }
 }
 
+/// Returns what follows an unknown name in a message: the suggestion if there is one, else what was
+/// expected.
+fn suggestion_or(hint: String, expected: &str) -> String {
+    match hint.is_empty() {
+        true => format!("; {expected}"),
+        false => hint,
+    }
+}
+
 /// Returns a message that says what was found and, if that is not clear, what was expected.
 fn message(found: impl Into<String>, expected: impl Into<String>) -> String {
     let (found, expected) = (found.into(), expected.into());

@@ -10,7 +10,9 @@ pub(super) fn parse_number(word: &[u8]) -> Result<f64, String> {
     let text = String::from_utf8_lossy(word);
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        Ok(_) => Err(format!("the number {} is out of range", excerpt(&text))),
+        Ok(_) => {
+            Err(format!("the number {} is out of range; expected at most 1.8e308", excerpt(&text)))
+        }
         Err(_) => Err(format!("\"{}\" is neither a number nor a directive", excerpt(&text))),
     }
 }

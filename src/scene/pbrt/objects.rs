@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::SceneError;
 use super::graphics_state::Block;
 use super::memory::granted;
 use super::reader::SceneReader;
+use super::{SceneError, suggestion_or};
 use crate::io::hint;
 use crate::motion::Motion;
 use crate::scene::SceneBuilder;
@@ -85,11 +85,13 @@ impl SceneReader {
                 return Ok(());
             }
             let hint = hint(&name, self.objects.keys().map(String::as_str));
-            return self.refuse(format!("no object \"{name}\"{hint}"), "");
+            let behind = suggestion_or(hint, "expected a name that ObjectBegin defines before");
+            return self.refuse(format!("no object \"{name}\"{behind}"), "");
         };
         let (instances, depth) = (object.instances, object.depth + 1);
         if self.open_object.as_ref() == Some(&name) {
-            return self.refuse(format!("object \"{name}\" contains itself"), "");
+            let found = format!("object \"{name}\" contains itself");
+            return self.refuse(found, "close it with ObjectEnd before its first instance");
         }
         let Some(motion) = self.invertible_motion() else {
             self.warn_unsupported("an instance that its transform flattens", "it is left out");

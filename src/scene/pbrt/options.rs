@@ -1,9 +1,9 @@
 //! The Sampler, Integrator and Option directives, and the directives of pbrt that have no effect
 //! here.
 
-use super::SceneError;
 use super::directive_kinds::{Directive, Ignored, SILENT, known, similar, unsupported};
 use super::reader::SceneReader;
+use super::{SceneError, suggestion_or};
 use crate::io::hint;
 use crate::scene::PathLimits;
 
@@ -201,8 +201,10 @@ impl SceneReader {
             } else if !OPTIONS_WITHOUT_EFFECT.contains(&name) {
                 let unsupported = UNSUPPORTED_OPTIONS.iter().map(|(known, _)| *known);
                 let names = OPTIONS_WITHOUT_EFFECT.iter().copied().chain(unsupported);
-                let hint = hint(name, names.chain(["seed"]));
-                let found = format!("unknown option \"{name}\"{hint}");
+                let names: Vec<&str> = names.chain(["seed"]).collect();
+                let hint = hint(name, names.iter().copied());
+                let behind = suggestion_or(hint, &format!("known are {}", names.join(", ")));
+                let found = format!("unknown option \"{name}\"{behind}");
                 return Err(SceneError::at(param.at.clone(), found, ""));
             }
         }

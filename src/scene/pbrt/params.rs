@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::SceneError;
+use super::{SceneError, suggestion_or};
 use crate::io::{Location, ReadContext, hint};
 use crate::spectrum::ColourSpace;
 
@@ -66,9 +66,11 @@ pub(super) fn kind_of(word: &str) -> Option<&'static str> {
     KINDS.iter().map(|(kind, _)| *kind).find(|kind| *kind == word)
 }
 
-/// Returns "; did you mean ...?" for an unknown type, or nothing.
+/// Returns "; did you mean ...?" for an unknown type, or the types.
 pub(super) fn kind_hint(word: &str) -> String {
-    hint(word, KINDS.iter().map(|(kind, _)| *kind))
+    let kinds: Vec<&str> = KINDS.iter().map(|(kind, _)| *kind).collect();
+    let hint = hint(word, kinds.iter().copied());
+    suggestion_or(hint, &format!("expected one of {}", kinds.join(", ")))
 }
 
 /// The parameters of a directive.

@@ -3,10 +3,10 @@
 use std::cell::Cell;
 use std::collections::HashMap;
 
-use super::SceneError;
 use super::colour::ColourRole;
 use super::image_files::ImageFiles;
 use super::params::Params;
+use super::{SceneError, suggestion_or};
 use crate::io::{Location, hint};
 use crate::scene::Texture;
 
@@ -109,6 +109,8 @@ impl TextureLibrary {
         }
         let names = self.textures.keys().filter(|(defined, _)| *defined == texture_type);
         let hint = hint(&name, names.map(|(_, name)| name.as_str()));
-        SceneError::at(at, format!("no texture \"{name}\"{hint}"), "")
+        let expected = format!("expected a name that Texture defines with type {wanted}");
+        let behind = suggestion_or(hint, &expected);
+        SceneError::at(at, format!("no texture \"{name}\"{behind}"), "")
     }
 }

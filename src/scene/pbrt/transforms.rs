@@ -2,9 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::SceneError;
 use super::lexer::{Token, TokenKind};
 use super::reader::SceneReader;
+use super::{SceneError, suggestion_or};
 use crate::io::hint;
 
 /// The effect of a matrix on the current transform.
@@ -122,7 +122,8 @@ impl SceneReader {
             None if self.recovery.is_lost(&name) => Ok(()),
             None => {
                 let hint = hint(&name, self.coordinate_systems.keys().map(String::as_str));
-                self.refuse(format!("no coordinate system \"{name}\"{hint}"), "")
+                let behind = suggestion_or(hint, "expected a name that CoordinateSystem defines");
+                self.refuse(format!("no coordinate system \"{name}\"{behind}"), "")
             }
         }
     }
