@@ -103,6 +103,67 @@ fn texture_space_is_that_of_the_texture_directive() {
 }
 
 #[test]
+fn dots_have_the_texture_outside_as_in_pbrt() {
+    let folder = tempfile::tempdir().unwrap();
+    let texture = |more: &str| {
+        format!(
+            "Texture \"t\" \"spectrum\" \"dots\" \"rgb inside\" [0.1 0.2 0.3] \"rgb outside\" [0.9 0.8 0.7] \
+             {more}"
+        )
+    };
+    // The middles of two dots and of two squares without one, in pbrt-v4.
+    let at = |u: f32, v: f32| TexturePoint { uv: [u, v], ..TexturePoint::default() };
+    let of = |more: &str, at: TexturePoint| colour(folder.path(), &texture(more), at);
+    for (u, v) in [(0.12, -2.7), (-2.87, -2.33)] {
+        assert_near(of("", at(u, v)), [0.9, 0.8, 0.7]);
+        let scaled = "\"float uscale\" 0.5 \"float vscale\" 2 \"float udelta\" 1";
+        assert_near(of(scaled, at(2.0 * (u - 1.0), v / 2.0)), [0.9, 0.8, 0.7]);
+    }
+    for (u, v) in [(-3.1, -2.7), (0.0, -1.6)] {
+        assert_near(of("", at(u, v)), [0.1, 0.2, 0.3]);
+    }
+}
+
+#[test]
+fn solid_textures_have_pbrts_values_in_the_space_of_their_directive() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = "Translate 5 -1 2 Scale 2 2 2";
+    // The point (0.3, 0.6, 0.1) of texture space, and steps there, for which the values are those
+    // that pbrt-v4 prints.
+    let at = TexturePoint {
+        position: [5.6, 0.2, 2.2],
+        position_steps: [[0.02, 0.006, 0.0], [0.0, 0.04, 0.01]],
+        ..TexturePoint::default()
+    };
+    let marble =
+        "\"float scale\" 2.5 \"float variation\" 1.5 \"integer octaves\" 6 \"float roughness\" 0.7";
+    for (kind, value_type, more, expected) in [
+        ("fbm", "float", "\"float roughness\" 0.6", [0.215_939_28; 3]),
+        ("wrinkled", "float", "\"float roughness\" 0.6", [0.495_548_58; 3]),
+        ("windy", "float", "", [0.008_712_111; 3]),
+        // As in pbrt-v3, scalar patterns are grey where colours are expected.
+        ("fbm", "spectrum", "\"float roughness\" 0.6", [0.215_939_28; 3]),
+        ("marble", "spectrum", marble, [0.620_661_74, 0.620_661_74, 0.722_838_64]),
+    ] {
+        let textures = format!(
+            "AttributeBegin {place} Texture \"s\" \"{value_type}\" \"{kind}\" {more} AttributeEnd\n"
+        );
+        let textures = match value_type {
+            // An operand that leaves a float texture as a colour.
+            "float" => format!(
+                "{textures} Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [0 0 0] \
+                 \"rgb tex2\" [1 1 1] \"texture amount\" \"s\""
+            ),
+            _ => format!(
+                "{textures} Texture \"t\" \"spectrum\" \"scale\" \"texture tex\" \"s\" \
+                 \"float scale\" 1"
+            ),
+        };
+        assert_near(colour(folder.path(), &textures, at), expected);
+    }
+}
+
+#[test]
 fn a_scaled_image_is_scaled_before_it_is_inverted_as_in_pbrt() {
     let folder = folder_with_pictures();
     let text = "Texture \"i\" \"spectrum\" \"imagemap\" \"string filename\" \"rgb.png\" \
@@ -137,6 +198,23 @@ fn errors_in_textures_name_their_position() {
         (format!("{image} \"rgb.png\" \"string encoding\" \"gamma 0\""), "a gamma of 0"),
         (format!("{image} \"rgb.png\" \"string encoding\" \"srgb\""), "the encoding \"srgb\""),
         (format!("{image} \"rgb.png\" \"string mapping\" \"cubic\""), "the mapping \"cubic\""),
+        (
+            "Texture \"t\" \"float\" \"fbm\" \"integer octaves\" 65".to_owned(),
+            "\"octaves\" is 65; expected a whole number from 0 to 64",
+        ),
+        (
+            "Texture \"t\" \"float\" \"wrinkled\" \"float octaves\" 2.5".to_owned(),
+            "\"octaves\" is 2.5",
+        ),
+        (
+            "Texture \"t\" \"float\" \"marble\"".to_owned(),
+            "marble of type float; expected type spectrum",
+        ),
+        (
+            "Texture \"t\" \"float\" \"windy\" \"float roughness\" 1".to_owned(),
+            "unknown parameter \"roughness\"",
+        ),
+        ("Scale 0 1 1 Texture \"t\" \"float\" \"windy\"".to_owned(), "flattens"),
         (format!("Scale 0 1 1 {image} \"rgb.png\" \"string mapping\" \"planar\""), "flattens"),
         (
             "Texture \"t\" \"float\" \"checkerboard\" \"integer dimension\" 4".to_owned(),

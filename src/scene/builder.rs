@@ -193,6 +193,7 @@ impl SceneBuilder {
         let movers = AnimatedInstances::new(self.animated, &objects, [0.0, 1.0]);
         let lights = Lights::new(self.lights, &self.shapes);
         let textured = self.materials.iter().any(Material::is_textured);
+        let solid = self.materials.iter().any(Material::has_solid_texture);
         let derivatives = self.materials.iter().map(Material::needs_derivatives).collect();
         let Self { shapes, materials, .. } = self;
         Ok(Scene {
@@ -205,6 +206,7 @@ impl SceneBuilder {
             world: Arc::new(world),
             animated: movers,
             textured,
+            solid,
             derivatives,
             frozen: Arc::default(),
         })

@@ -138,6 +138,11 @@ impl Material {
             || self.model.textures().into_iter().any(|texture| texture.is_filtered())
     }
 
+    /// Returns whether a texture of the material is solid.
+    pub fn has_solid_texture(&self) -> bool {
+        self.model.textures().into_iter().chain(&self.bump).any(|texture| texture.is_solid())
+    }
+
     /// Returns whether the material needs texture coordinates and surface derivatives.
     pub fn needs_derivatives(&self) -> bool {
         let constant = |texture: &&Texture| matches!(texture, Texture::Constant(_));

@@ -36,8 +36,8 @@ pub use material::{DielectricCoat, Material, MaterialModel, Metal, Roughness};
 pub use path_limits::PathLimits;
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{
-    CheckerPattern, ImageMap, ImageTexture, Mapping, MipMap, PendingImage, Texture, TextureFilter,
-    TexturePoint, Wrap,
+    CheckerPattern, DotPattern, ImageMap, ImageTexture, Mapping, MipMap, Octaves, PendingImage,
+    SolidPattern, SolidTexture, Texture, TextureFilter, TexturePoint, Wrap,
 };
 
 use std::sync::{Arc, Mutex};
@@ -121,6 +121,7 @@ pub struct Scene {
     world: Arc<Bvh>,
     animated: AnimatedInstances,
     textured: bool,
+    solid: bool,
     /// Whether a material needs texture coordinates and surface derivatives, by material.
     derivatives: Arc<[bool]>,
     /// Result of the last [`Self::freeze`], which clones usually repeat for the same time.
@@ -153,6 +154,11 @@ impl Scene {
     /// Returns whether a material filters textures over the footprint of a pixel.
     pub fn is_textured(&self) -> bool {
         self.textured
+    }
+
+    /// Returns whether a material has a solid texture.
+    pub fn has_solid_texture(&self) -> bool {
+        self.solid
     }
 
     /// Returns whether a material needs texture coordinates and surface derivatives.

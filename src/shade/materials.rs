@@ -23,7 +23,8 @@ impl ShadingContext {
     ) -> ShadingContext {
         let (shape, point) = scene.surface(ray, hit);
         let patch = scene.surface_derivatives(ray, hit);
-        Self::new(point.into(), patch.into(), shape.geometry.is_smooth(), footprint)
+        let smooth = shape.geometry.is_smooth();
+        Self::new(point.into(), patch.into(), smooth, footprint, scene.has_solid_texture())
     }
 }
 
@@ -148,7 +149,8 @@ impl Vertices {
         let surfaces = &self.surfaces;
         let (points, smooth) = (surfaces.points(at), surfaces.smooth::<R>(at));
         let patch = surfaces.derivatives(at);
-        let mut context = ShadingContext::new(points, patch, smooth, &inputs.vertex.footprint);
+        let (footprint, solid) = (&inputs.vertex.footprint, inputs.scene.has_solid_texture());
+        let mut context = ShadingContext::new(points, patch, smooth, footprint, solid);
         if inputs.vertex.depth > 0 {
             for lane in 0..lanes {
                 if let Some(known) = inputs.known_neighbours(self.order[at + lane] as usize) {

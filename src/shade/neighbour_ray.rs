@@ -33,9 +33,9 @@ pub(super) struct SpecularBounce {
 
 impl<R: Real<Scalar = f32>> NeighbourRay<R> {
     /// Returns the intersection with the tangent plane of the surface, relative to the own ray's
-    /// hit point; infinite if there is none.
+    /// hit point; infinite if there is none. `normal` is the geometric one.
     #[inline(always)]
-    fn tangent_plane_offset(&self, normal: [R; 3]) -> [R; 3] {
+    pub(super) fn tangent_plane_offset(&self, normal: [R; 3]) -> [R; 3] {
         let distance = dot(normal, self.offset) / dot(normal, self.direction);
         scale_add(self.direction, -distance, self.offset)
     }

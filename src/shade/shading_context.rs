@@ -24,6 +24,8 @@ pub(super) struct ShadingContext<R: Real = f32> {
     pub(super) smooth: R::Mask,
     /// Rays of the neighbouring samples.
     pub(super) neighbours: [NeighbourRay<R>; 2],
+    /// Whether textures need the change of the position to the neighbouring samples.
+    solid: bool,
     /// Computed on first use.
     texture_point: OnceCell<TexturePoint<R>>,
 }
@@ -33,26 +35,30 @@ pub(super) struct ShadingContext<R: Real = f32> {
 const DEFAULT_STEP: f32 = 0.0005;
 
 impl<R: Real<Scalar = f32>> ShadingContext<R> {
-    /// The context of points as seen by the camera itself.
+    /// The context of points as seen by the camera itself, in a scene with or without solid
+    /// textures.
     #[inline(always)]
     pub(super) fn new(
         points: SurfacePacket<R>,
         patch: SurfaceDerivativesPacket<R>,
         smooth: R::Mask,
         footprint: &PixelFootprint,
+        solid: bool,
     ) -> Self {
         let neighbours = footprint.neighbour_rays(points.position);
-        Self { points, patch, smooth, neighbours, texture_point: OnceCell::new() }
+        Self { points, patch, smooth, neighbours, solid, texture_point: OnceCell::new() }
     }
 
     fn texture_point(&self) -> &TexturePoint<R> {
         self.texture_point.get_or_init(|| {
             let [[a, b], [c, d]] = self.texture_steps();
+            let none = [[R::splat(0.0); 3]; 2];
             TexturePoint {
                 uv: self.patch.uv,
                 position: self.points.position,
                 normal: self.points.normal,
                 footprint: a.abs().max(b.abs()).max(c.abs()).max(d.abs()),
+                position_steps: if self.solid { self.position_steps() } else { none },
             }
         })
     }
@@ -63,6 +69,14 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
         let [one, other] = &self.neighbours;
         let (normal, dp) = (self.points.normal, &self.patch.dp);
         [one.texture_step(normal, dp), other.texture_step(normal, dp)]
+    }
+
+    /// Returns the change of the position to each of the neighbouring samples.
+    #[inline(never)]
+    fn position_steps(&self) -> [[R; 3]; 2] {
+        let [one, other] = &self.neighbours;
+        let normal = self.points.normal;
+        [one.tangent_plane_offset(normal), other.tangent_plane_offset(normal)]
     }
 
     /// Returns the colour of a texture.
@@ -152,6 +166,7 @@ impl ShadingContext {
             patch: SurfaceDerivativesPacket { uv: [0.0; 2], dp: [none; 2], dn: [none; 2] },
             smooth: false,
             neighbours: [NeighbourRay::NONE; 2],
+            solid: false,
             texture_point: OnceCell::new(),
         }
     }

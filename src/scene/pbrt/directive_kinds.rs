@@ -122,7 +122,8 @@ impl<K: Copy> Directive<K> {
             let hint = match hint(name, names) {
                 none if none.is_empty() => {
                     let names: Vec<&str> = self.reads(entry).collect();
-                    format!("; it reads {}", names.join(", "))
+                    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+                    format!("; it reads {names}")
                 }
                 hint => hint,
             };

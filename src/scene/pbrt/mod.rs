@@ -40,6 +40,7 @@ mod refractive_index;
 mod scene_errors;
 mod shapes;
 mod shutter;
+mod solid_textures;
 mod texture_library;
 mod texture_mapping;
 mod textures;

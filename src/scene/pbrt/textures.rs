@@ -12,7 +12,7 @@ use super::params::Params;
 use super::reader::SceneReader;
 use super::texture_library::{TextureKey, TextureLibrary, TextureType};
 use super::{Dialect, SceneError, WarningLog};
-use crate::scene::{CheckerPattern, ImageTexture, Texture};
+use crate::scene::{CheckerPattern, DotPattern, ImageTexture, SolidPattern, Texture};
 
 /// The kinds of textures.
 #[derive(Clone, Copy)]
@@ -24,6 +24,11 @@ pub(super) enum TextureKind {
     Bilerp,
     Checkerboard,
     ImageMap,
+    Dots,
+    Fbm,
+    Wrinkled,
+    Windy,
+    Marble,
 }
 
 const UNSUPPORTED: &str = "the constant 0.5 is used";
@@ -85,12 +90,17 @@ static TEXTURE: Directive<TextureKind> = Directive {
             ],
             &[("maxanisotropy", "filters are isotropic")],
         ),
+        known(
+            "dots",
+            TextureKind::Dots,
+            &["inside", "outside", "mapping", "uscale", "vscale", "udelta", "vdelta", "v1", "v2"],
+            &[],
+        ),
+        known("fbm", TextureKind::Fbm, &["octaves", "roughness"], &[]),
+        known("wrinkled", TextureKind::Wrinkled, &["octaves", "roughness"], &[]),
+        known("windy", TextureKind::Windy, &[], &[]),
+        known("marble", TextureKind::Marble, &["octaves", "roughness", "scale", "variation"], &[]),
         unsupported("uv", UNSUPPORTED),
-        unsupported("dots", UNSUPPORTED),
-        unsupported("fbm", UNSUPPORTED),
-        unsupported("wrinkled", UNSUPPORTED),
-        unsupported("windy", UNSUPPORTED),
-        unsupported("marble", UNSUPPORTED),
         unsupported("ptex", UNSUPPORTED),
     ],
 };
@@ -102,7 +112,7 @@ const MAX_NODES: usize = 1000;
 pub(super) struct TextureDirective {
     pub(super) name: String,
     kind: TextureKind,
-    texture_type: TextureType,
+    pub(super) texture_type: TextureType,
     pub(super) params: Params,
     /// Texture space to world space.
     pub(super) world_from_texture: DAffine3,
@@ -226,6 +236,19 @@ impl TextureLibrary {
             TextureKind::ImageMap => {
                 Texture::Image(Arc::new(self.image_texture(directive, warnings)?))
             }
+            TextureKind::Dots => {
+                let pattern = Arc::new(DotPattern { mapping: directive.mapping()? });
+                // pbrt gives the dots the texture "outside", in all versions.
+                let around = Arc::new(one("inside", 1.0, texture_type)?);
+                let dots = Arc::new(one("outside", 0.0, texture_type)?);
+                Texture::Dots { pattern, textures: [around, dots] }
+            }
+            TextureKind::Fbm => directive.solid(SolidPattern::Fbm(directive.octaves()?))?,
+            TextureKind::Wrinkled => {
+                directive.solid(SolidPattern::Wrinkled(directive.octaves()?))?
+            }
+            TextureKind::Windy => directive.solid(SolidPattern::Windy)?,
+            TextureKind::Marble => directive.marble()?,
         };
         if texture.node_count() > MAX_NODES {
             let found = format!("a texture of more than {MAX_NODES} parts");

@@ -1,26 +1,34 @@
 //! Textures: colours and scalars that vary over a surface.
 
 mod checkerboard;
+mod dots;
 mod filter;
 mod image_map;
 mod image_texture;
 mod mapping;
 mod mipmap;
+mod noise;
+mod solid;
 mod texel;
+mod value;
 
 use std::sync::Arc;
 
 use glam::Vec3;
 
 pub use checkerboard::CheckerPattern;
+pub use dots::DotPattern;
 pub use image_map::ImageMap;
 pub use image_texture::{ImageTexture, PendingImage};
 pub use mapping::Mapping;
 pub use mipmap::{MipMap, TextureFilter};
+pub use noise::Octaves;
+pub use solid::{SolidPattern, SolidTexture};
 pub use texel::Wrap;
 
 use crate::lanes::Real;
 use crate::lanes::vector::{dot, splat};
+use value::Value;
 
 /// Point of a surface at which a texture is evaluated, in every lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,6 +41,9 @@ pub struct TexturePoint<R = f32> {
     pub normal: [R; 3],
     /// Approximate radius of the pixel's footprint in u and v; 0 is a point.
     pub footprint: R,
+    /// Change of the position to each of the two neighbouring samples, world space; 0 is a point.
+    /// It is set only in scenes with a [`SolidTexture`].
+    pub position_steps: [[R; 3]; 2],
 }
 
 /// A colour (linear RGB) or a scalar for every point of a surface.
@@ -52,6 +63,15 @@ pub enum Texture {
         /// First and second texture.
         textures: [Arc<Texture>; 2],
     },
+    /// Dots of a texture on another one.
+    Dots {
+        /// Pattern that selects one.
+        pattern: Arc<DotPattern>,
+        /// Textures outside and inside the dots.
+        textures: [Arc<Texture>; 2],
+    },
+    /// A pattern of noise that fills space.
+    Solid(Arc<SolidTexture>),
     /// The product of two textures.
     Scale(Arc<Texture>, Arc<Texture>),
     /// A linear blend of two textures.
@@ -78,110 +98,36 @@ pub enum Texture {
     },
 }
 
-/// Type of a texture's value: a colour or a scalar.
-trait Value<R>: Copy {
-    fn constant(colour: [f32; 3]) -> Self;
-    fn scalar(value: R) -> Self;
-    fn colour(colour: [R; 3]) -> Self;
-    fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self;
-    fn product(self, other: Self) -> Self;
-    /// Returns the blend of two values. `weight` is that of the second; a value of weight 0 does
-    /// not count even if it is infinite or NaN.
-    fn blend(self, other: Self, weight: R) -> Self;
-}
-
-impl<R: Real<Scalar = f32>> Value<R> for [R; 3] {
-    #[inline(always)]
-    fn constant(colour: [f32; 3]) -> Self {
-        splat(colour)
-    }
-    #[inline(always)]
-    fn scalar(value: R) -> Self {
-        [value; 3]
-    }
-    #[inline(always)]
-    fn colour(colour: [R; 3]) -> Self {
-        colour
-    }
-    #[inline(always)]
-    fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self {
-        image.colour(at)
-    }
-    #[inline(always)]
-    fn product(self, other: Self) -> Self {
-        [self[0] * other[0], self[1] * other[1], self[2] * other[2]]
-    }
-    #[inline(always)]
-    fn blend(self, other: Self, weight: R) -> Self {
-        [
-            self[0].blend(other[0], weight),
-            self[1].blend(other[1], weight),
-            self[2].blend(other[2], weight),
-        ]
-    }
-}
-
-impl<R: Real<Scalar = f32>> Value<R> for R {
-    #[inline(always)]
-    fn constant([r, g, b]: [f32; 3]) -> Self {
-        R::splat(if r == g && g == b { r } else { (r + g + b) / 3.0 })
-    }
-    #[inline(always)]
-    fn scalar(value: R) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn colour([r, g, b]: [R; 3]) -> Self {
-        let grey = r.equals(g) & g.equals(b);
-        R::select(grey, r, (r + g + b) / R::splat(3.0))
-    }
-    #[inline(always)]
-    fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self {
-        image.scalar(at)
-    }
-    #[inline(always)]
-    fn product(self, other: Self) -> Self {
-        self * other
-    }
-    #[inline(always)]
-    fn blend(self, other: Self, weight: R) -> Self {
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let both = (one - weight) * self + weight * other;
-        R::select(weight.equals(zero), self, R::select(weight.equals(one), other, both))
-    }
-}
-
 impl Texture {
     /// Returns the number of textures in the expression: an upper bound on the lookups of one
     /// value.
     pub fn node_count(&self) -> usize {
-        match self {
-            Self::Constant(_) | Self::Image(_) | Self::Bilerp { .. } => 1,
-            Self::Scalar(texture) => 1 + texture.node_count(),
-            Self::Scale(one, other)
-            | Self::Checkerboard { textures: [one, other], .. }
-            | Self::DirectionMix { textures: [one, other], .. } => {
-                1 + one.node_count() + other.node_count()
-            }
-            Self::Mix { amount, textures: [one, other] } => {
-                1 + amount.node_count() + one.node_count() + other.node_count()
-            }
-        }
+        1 + self.operands().map(Self::node_count).sum::<usize>()
     }
 
     /// Returns whether the texture is averaged over the footprint.
     pub fn is_filtered(&self) -> bool {
-        match self {
-            Self::Constant(_) | Self::Bilerp { .. } => false,
-            Self::Image(_) | Self::Checkerboard { .. } => true,
-            Self::Scalar(texture) => texture.is_filtered(),
-            Self::Scale(one, other) | Self::DirectionMix { textures: [one, other], .. } => {
-                one.is_filtered() || other.is_filtered()
-            }
-            Self::Mix { amount, textures: [one, other] } => {
-                amount.is_filtered() || one.is_filtered() || other.is_filtered()
-            }
-        }
+        matches!(self, Self::Image(_) | Self::Checkerboard { .. } | Self::Solid(_))
+            || self.operands().any(Self::is_filtered)
+    }
+
+    /// Returns whether the expression has a [`SolidTexture`].
+    pub fn is_solid(&self) -> bool {
+        matches!(self, Self::Solid(_)) || self.operands().any(Self::is_solid)
+    }
+
+    /// Returns the textures that the texture combines.
+    fn operands(&self) -> impl Iterator<Item = &Texture> {
+        let operands = match self {
+            Self::Constant(_) | Self::Image(_) | Self::Bilerp { .. } | Self::Solid(_) => [None; 3],
+            Self::Scalar(texture) => [Some(texture), None, None],
+            Self::Scale(one, other)
+            | Self::Checkerboard { textures: [one, other], .. }
+            | Self::Dots { textures: [one, other], .. }
+            | Self::DirectionMix { textures: [one, other], .. } => [Some(one), Some(other), None],
+            Self::Mix { amount, textures: [one, other] } => [Some(amount), Some(one), Some(other)],
+        };
+        operands.into_iter().flatten().map(|texture| &**texture)
     }
 
     /// Returns the scalar at a point. For an image, it is the alpha if there is one, otherwise the
@@ -203,6 +149,8 @@ impl Texture {
             Self::Checkerboard { pattern, textures } => {
                 blend(textures, pattern.second_weight(at), at)
             }
+            Self::Dots { pattern, textures } => blend(textures, pattern.inside(at), at),
+            Self::Solid(solid) => solid.value(at),
             Self::Scale(one, other) => one.value::<R, V>(at).product(other.value(at)),
             Self::Mix { amount, textures } => blend(textures, amount.scalar(at), at),
             Self::DirectionMix { direction, textures } => {
