@@ -166,6 +166,7 @@ pub mod bench;
 pub mod diffraction;
 mod distribution;
 mod effects;
+mod equal_area;
 #[doc(hidden)]
 pub mod film;
 #[doc(hidden)]

@@ -49,7 +49,7 @@ fn scaled_stop_and_film(name: &str, part: f64) -> Camera {
 fn real(camera: &Camera) -> &RealLens {
     match &camera.model {
         LensModel::Real(lens) => lens,
-        LensModel::Thin(_) => panic!("a lens of glass"),
+        _ => panic!("a lens of glass"),
     }
 }
 

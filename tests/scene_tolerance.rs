@@ -121,7 +121,7 @@ fn a_scene_without_a_camera_has_a_90_degree_pinhole_at_the_origin() {
     let text = "Translate 0 0 9\nWorldBegin\nTranslate 0 0 5 Shape \"sphere\"";
     let description = read(text).expect("a scene without a camera");
     let CameraSpec::Thin(thin) = description.camera else { panic!("a lens") };
-    assert_eq!((thin.fov, thin.lens_radius), (90.0, 0.0));
+    assert_eq!((thin.fov, thin.lens_radius), (Some(90.0), 0.0));
     assert_eq!(description.world_from_camera, Default::default());
     assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
 }

@@ -81,7 +81,7 @@ impl Diffraction {
     pub fn new(camera: &Camera, frame: &Frame, light: &[LightBand]) -> Self {
         let zones = match &camera.model {
             LensModel::Real(lens) => field_zones(lens, camera.film, frame),
-            LensModel::Thin(_) => Vec::new(),
+            _ => Vec::new(),
         };
         let pitch = [0, 1].map(|i| 1e3 * camera.film[i] / f64::from(frame.resolution[i]));
         Self { zones, light: light.to_vec(), pitch }

@@ -23,7 +23,9 @@ pub use analysis::vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
 pub use analysis::wavefront::{Wavefront, WavefrontPoint};
 pub use camera::band::Band;
 pub use camera::fidelity::Fidelity;
+pub use camera::orthographic::Orthographic;
 pub use camera::ray_path::{RayPath, SurfaceCrossing};
+pub use camera::spherical::SphericalMapping;
 pub use camera::thin_lens::ThinLens;
 pub use camera::{Camera, LensColumns, LensModel, RealLens};
 pub use prescription::coating::{

@@ -1,8 +1,8 @@
 //! Projection of points in camera space onto the film.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
-use crate::lens::{Camera, LensColumns, LensModel};
+use crate::lens::{Camera, LensColumns, LensModel, SphericalMapping};
 use crate::rays::{RayBatch, SampleBatch};
 use crate::stats::LensStats;
 
@@ -22,6 +22,10 @@ pub(super) struct FilmProjection {
 enum Projection {
     /// Perspective: the middle of the picture in the plane z = 1.
     Plane([f64; 2]),
+    /// Parallel rays: the middle of the picture in the plane z = 0.
+    Parallel([f64; 2]),
+    /// All directions.
+    Sphere(SphericalMapping),
     /// Measured mapping.
     Angles {
         /// The depth of the entrance pupil.
@@ -36,6 +40,8 @@ impl FilmProjection {
     pub(super) fn of(camera: &Camera, resolution: [u32; 2]) -> Self {
         let projection = match &camera.model {
             LensModel::Thin(lens) => Projection::Plane(lens.middle),
+            LensModel::Orthographic(parallel) => Projection::Parallel(parallel.middle),
+            LensModel::Spherical(mapping) => Projection::Sphere(*mapping),
             LensModel::Real(lens) => {
                 let pupil =
                     lens.front_depth - lens.paraxial.entrance_pupil.position * lens.units_per_mm;
@@ -55,8 +61,13 @@ impl FilmProjection {
     /// on the film; `None` for points behind the camera.
     pub(super) fn pixel(&self, p: DVec3) -> Option<([f64; 2], bool)> {
         let film = match &self.projection {
-            Projection::Plane(_) if p.z <= 0.0 => return None,
+            Projection::Plane(_) | Projection::Parallel(_) if p.z <= 0.0 => return None,
             Projection::Plane([x, y]) => [p.x / p.z - x, p.y / p.z - y],
+            Projection::Parallel([x, y]) => [p.x - x, p.y - y],
+            Projection::Sphere(mapping) => {
+                let at = mapping.point(p.as_vec3().normalize_or(Vec3::Z)).as_dvec2();
+                [at.x - 0.5, 0.5 - at.y]
+            }
             Projection::Angles { pupil, table } => {
                 let to = p - DVec3::Z * pupil;
                 let across = to.x.hypot(to.y);

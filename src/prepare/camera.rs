@@ -1,13 +1,14 @@
-//! Camera of a job: pinhole, thin lens or real lens, from its description in a scene file.
+//! Camera of a job: pinhole, thin lens, parallel rays, sphere or real lens, from its description in
+//! a scene file.
 
 use super::focus::{FilmPlacement, FilmPlacer, View};
 use super::lens::{align, f_number_diameter, read_lens};
 use super::report::Report;
 use super::{Changes, ExcludedEffects, PrepareError};
 use crate::io::ReadContext;
-use crate::lens::{FocusModel, LensModel, RealRayFocus, ThinLens};
+use crate::lens::{FocusModel, LensModel, Orthographic, RealRayFocus, SphericalMapping, ThinLens};
 use crate::plan::Misalignment;
-use crate::scene::pbrt::{CameraSpec, FilmSpec, RealisticSpec, ThinSpec};
+use crate::scene::pbrt::{CameraSpec, FilmSpec, RealisticSpec, SphericalSpec, ThinSpec};
 use crate::sensor::ev100;
 
 /// Everything that a camera is made from, besides its description.
@@ -46,11 +47,12 @@ impl CameraInput<'_> {
         report: &mut Report,
     ) -> Result<CameraSetup, PrepareError> {
         match (spec, self.changes.needs_lens()) {
-            (CameraSpec::Thin(_), Some(option)) => {
+            (CameraSpec::Thin(_) | CameraSpec::Spherical(_), Some(option)) => {
                 let problem = format!("{option} is given, but this camera has no lens file");
                 Err(PrepareError::Camera { at: report.camera_at.clone(), problem })
             }
             (CameraSpec::Thin(spec), None) => Ok(self.thin(spec, report)),
+            (CameraSpec::Spherical(spec), None) => Ok(self.spherical(spec, report)),
             (CameraSpec::Realistic(spec), _) => self.real(spec, report),
         }
     }
@@ -59,7 +61,14 @@ impl CameraInput<'_> {
         let resolution = self.view.frame.resolution;
         let pixels = f64::from(resolution[0]) / f64::from(resolution[1]);
         let aspect = spec.aspect.unwrap_or(pixels);
-        let short = 2.0 * (spec.fov.to_radians() / 2.0).tan();
+        let parallel = spec.fov.is_none();
+        let short = match spec.fov {
+            Some(fov) => 2.0 * (fov.to_radians() / 2.0).tan(),
+            // Parallel rays end in this window in the plane z = 0. With a lens, as in pbrt-v4, all
+            // rays come from the lens at the origin, and the window is in the plane in focus.
+            None if spec.lens_radius > 0.0 => 2.0 / spec.focal_distance,
+            None => 2.0,
+        };
         let (film_size, middle) = match spec.window {
             Some([x0, x1, y0, y1]) => {
                 let half = short / 2.0;
@@ -72,19 +81,40 @@ impl CameraInput<'_> {
             None => ([short, short / aspect], [0.0; 2]),
         };
         let lens = ThinLens { radius: spec.lens_radius, focus: spec.focal_distance, middle };
-        let name = if lens.radius > 0.0 { "thin lens" } else { "pinhole" };
+        let (name, model) = match lens.radius > 0.0 {
+            true => ("thin lens", LensModel::Thin(lens)),
+            false if parallel => ("orthographic", LensModel::Orthographic(Orthographic { middle })),
+            false => ("pinhole", LensModel::Thin(lens)),
+        };
         report.text("lensModel", name.to_owned());
         if lens.radius > 0.0 {
             report.number("focus", lens.focus);
         }
-        report.number("expTime", spec.exposure_time);
-        CameraSetup {
-            model: LensModel::Thin(lens),
-            film_size,
-            imaging_ratio: spec.exposure_time * self.film.iso / 100.0,
-            depth: spec.depth,
-            misalignment: None,
-        }
+        self.without_glass(model, film_size, spec.depth, spec.exposure_time, report)
+    }
+
+    fn spherical(&self, spec: &SphericalSpec, report: &mut Report) -> CameraSetup {
+        let name = match spec.mapping {
+            SphericalMapping::EqualArea => "spherical, equal area",
+            SphericalMapping::Equirectangular => "spherical, equirectangular",
+        };
+        report.text("lensModel", name.to_owned());
+        let (model, depth) = (LensModel::Spherical(spec.mapping), [0.0, f64::INFINITY]);
+        self.without_glass(model, [1.0; 2], depth, spec.exposure_time, report)
+    }
+
+    /// Returns a camera that is not a real lens.
+    fn without_glass(
+        &self,
+        model: LensModel,
+        film_size: [f64; 2],
+        depth: [f64; 2],
+        exposure_time: f64,
+        report: &mut Report,
+    ) -> CameraSetup {
+        report.number("expTime", exposure_time);
+        let imaging_ratio = exposure_time * self.film.iso / 100.0;
+        CameraSetup { model, film_size, imaging_ratio, depth, misalignment: None }
     }
 
     fn real(&self, spec: &RealisticSpec, report: &mut Report) -> Result<CameraSetup, PrepareError> {

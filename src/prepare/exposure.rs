@@ -55,6 +55,7 @@ impl Exposure {
     pub fn set_time(&self, camera: &mut CameraSpec) {
         match camera {
             CameraSpec::Thin(spec) => spec.exposure_time = self.shutter.time(),
+            CameraSpec::Spherical(spec) => spec.exposure_time = self.shutter.time(),
             CameraSpec::Realistic(RealisticSpec::V4 { exposure_time, .. }) => {
                 *exposure_time = self.shutter.time();
             }

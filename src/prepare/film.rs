@@ -72,8 +72,8 @@ pub(super) fn pixel_pitch(
     let [width, height] = resolution.map(f64::from);
     match model {
         LensModel::Real(_) => film_size[0] / width,
-        // The film size of a thin lens is in units of its distance from the pinhole.
-        LensModel::Thin(_) => film.diagonal / width.hypot(height),
+        // The film size of other cameras is not in mm.
+        _ => film.diagonal / width.hypot(height),
     }
 }
 

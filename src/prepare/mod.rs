@@ -148,9 +148,8 @@ fn plan_job(
         job.stop_criteria = changes.stop_criteria;
     }
     report.text("effects", job.plan.line());
-    if let (Some(aov), LensModel::Thin(_)) =
-        (job.layers.iter().find(|aov| aov.needs_lens()), &job.camera.model)
-    {
+    let has_lens = matches!(job.camera.model, LensModel::Real(_));
+    if let (Some(aov), false) = (job.layers.iter().find(|aov| aov.needs_lens()), has_lens) {
         let name = format!("{aov:?}").to_lowercase();
         return Err(PrepareError::Request(format!("--aov {name}: this camera has no lens file")));
     }

@@ -66,6 +66,32 @@ impl RayBatch {
         self.len = i + 1;
     }
 
+    /// Writes the i-th packet of a wave: origins, unit directions, ends, and a throughput that is the
+    /// same in all channels.
+    #[inline(always)]
+    pub fn store_packet<R: Real<Scalar = f32>>(
+        &mut self,
+        i: usize,
+        (origin, direction, end): ([R; 3], [R; 3], R),
+        throughput: R,
+    ) {
+        let to = i * R::LANES..(i + 1) * R::LANES;
+        for axis in 0..3 {
+            origin[axis].store(&mut self.origin[axis][to.clone()]);
+            direction[axis].store(&mut self.direction[axis][to.clone()]);
+            throughput.store(&mut self.throughput[axis][to.clone()]);
+        }
+        end.store(&mut self.t_max[to]);
+    }
+
+    /// Ends a wave in which every sample has made a ray.
+    pub fn number_slots(&mut self, len: usize) {
+        for i in 0..len {
+            self.slot[i] = i as u32;
+        }
+        self.len = len;
+    }
+
     /// Appends the rays of a packet that are in a set of lanes, given as bits. `slots` are the
     /// samples of its lanes.
     #[inline(always)]

@@ -1,20 +1,20 @@
 //! Footprint of a pixel on a surface: the distance between its samples, over which textures and
 //! bump maps are filtered.
 
-use glam::Vec3;
+use glam::{Mat3, UVec2, Vec2, Vec3};
 
 use super::neighbour_ray::NeighbourRay;
 use crate::lanes::Real;
 use crate::lanes::vector::{add, dot, scale, splat, sub};
-use crate::lens::{Camera, LensModel};
+use crate::lens::{Camera, LensModel, SphericalMapping};
 
 /// Distance between samples (pixels). It is that of 64 samples in a pixel, pbrt-v4's smallest,
 /// whatever the number of samples: a picture must not depend on how its samples are divided among
 /// renders.
 const SPACING: f64 = 0.125;
 
-/// Footprint of a pixel as the camera sees it: a beam from one point, that of the pixel in the
-/// middle of the picture.
+/// Footprint of a pixel as the camera sees it. For a lens it is a beam from one point, that of the
+/// pixel in the middle of the picture.
 ///
 /// Ray differentials carry it through specular reflection and refraction
 /// (`NeighbourRay::after_bounce`). As in pbrt-v4, surfaces that a path meets after scattering
@@ -26,8 +26,27 @@ pub struct PixelFootprint {
     /// Axis of the camera, with the length of a camera unit, world space.
     forward: Vec3,
     /// Steps from sample to sample along x and y of the picture, at a depth of one camera unit,
-    /// world space.
+    /// world space; at any depth if rays are parallel.
     steps: [Vec3; 2],
+    projection: BeamProjection,
+}
+
+/// Beams of the pixels of a camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum BeamProjection {
+    /// Beams from one point, as wide as that in the middle of the picture.
+    #[default]
+    Central,
+    /// Parallel beams.
+    Parallel,
+    /// Beams from one point, whose widths depend on the direction.
+    Sphere {
+        mapping: SphericalMapping,
+        /// Distance between samples, as a share of the picture.
+        spacing: Vec2,
+        world_from_camera: Mat3,
+        camera_from_world: Mat3,
+    },
 }
 
 impl PixelFootprint {
@@ -35,7 +54,7 @@ impl PixelFootprint {
     pub fn new(camera: &Camera, resolution: [u32; 2]) -> Self {
         let (front, distance) = match &camera.model {
             LensModel::Real(lens) => (lens.front_depth, lens.paraxial.focal_length.abs()),
-            LensModel::Thin(_) => (0.0, 1.0),
+            _ => (0.0, 1.0),
         };
         let axes = camera.world_from_camera.matrix3;
         let step = |axis: usize| {
@@ -46,6 +65,16 @@ impl PixelFootprint {
             origin: (camera.world_from_camera.translation + axes.z_axis * front).as_vec3(),
             forward: axes.z_axis.as_vec3(),
             steps: [step(0), step(1)],
+            projection: match &camera.model {
+                LensModel::Real(_) | LensModel::Thin(_) => BeamProjection::Central,
+                LensModel::Orthographic(_) => BeamProjection::Parallel,
+                LensModel::Spherical(mapping) => BeamProjection::Sphere {
+                    mapping: *mapping,
+                    spacing: SPACING as f32 / UVec2::from(resolution).as_vec2(),
+                    world_from_camera: axes.as_mat3(),
+                    camera_from_world: axes.inverse().as_mat3(),
+                },
+            },
         }
     }
 
@@ -58,11 +87,48 @@ impl PixelFootprint {
         let forward = splat(self.forward.to_array());
         let to = sub(points, splat(self.origin.to_array()));
         let depth = dot(to, forward) / R::splat(self.forward.length_squared());
-        let [x, y] = self.steps;
-        [x, y].map(|step| {
-            let offset = scale(splat(step.to_array()), depth);
-            NeighbourRay { offset, direction: add(to, offset), direction_change: offset }
-        })
+        match &self.projection {
+            BeamProjection::Central => self.steps.map(|step| {
+                let offset = scale(splat(step.to_array()), depth);
+                NeighbourRay { offset, direction: add(to, offset), direction_change: offset }
+            }),
+            BeamProjection::Parallel => self.steps.map(|step| NeighbourRay {
+                offset: splat(step.to_array()),
+                direction: forward,
+                direction_change: [R::splat(0.0); 3],
+            }),
+            BeamProjection::Sphere { .. } => self.sphere_offsets(to).map(|offset| NeighbourRay {
+                offset,
+                direction: add(to, offset),
+                direction_change: offset,
+            }),
+        }
+    }
+
+    /// Returns the offsets to the rays of the two neighbouring samples of a spherical camera, given
+    /// the vectors from the camera to the points that rays hit. Lanes are computed one by one.
+    #[inline(never)]
+    fn sphere_offsets<R: Real<Scalar = f32>>(&self, to: [R; 3]) -> [[R; 3]; 2] {
+        let (mut vectors, mut offsets) = ([[0.0; 8]; 3], [[[0.0; 8]; 3]; 2]);
+        for axis in 0..3 {
+            to[axis].store(&mut vectors[axis]);
+        }
+        if let BeamProjection::Sphere { mapping, spacing, world_from_camera, camera_from_world } =
+            self.projection
+        {
+            for lane in 0..R::LANES {
+                let local = camera_from_world * Vec3::from(vectors.map(|axis| axis[lane]));
+                let distance = local.length();
+                let changes = mapping.neighbours(local.normalize_or(Vec3::Z), spacing);
+                for (offset, change) in offsets.iter_mut().zip(changes) {
+                    let change = world_from_camera * (change * distance);
+                    for axis in 0..3 {
+                        offset[axis][lane] = change[axis];
+                    }
+                }
+            }
+        }
+        offsets.map(|offset| offset.map(|axis| R::load(&axis)))
     }
 }
 
@@ -83,6 +149,7 @@ mod tests {
             origin: Vec3::ZERO,
             forward: Vec3::Z,
             steps: [Vec3::X * 0.01, Vec3::Y * 0.02],
+            ..PixelFootprint::default()
         }
     }
 
@@ -115,6 +182,39 @@ mod tests {
         let [[a, b], [c, d]] = texture_steps(&point, &patch);
         assert!((a - 0.1).abs() < 0.003 && b.abs() < 1e-6, "{a} {b}");
         assert!((c + 0.1).abs() < 1e-6 && (d - 0.1).abs() < 1e-6, "{c} {d}");
+    }
+
+    #[test]
+    fn the_footprint_of_parallel_rays_is_the_same_at_every_depth() {
+        let parallel = PixelFootprint { projection: BeamProjection::Parallel, ..footprint() };
+        for depth in [1.0f32, 50.0] {
+            let [one, other] = parallel.neighbour_rays([3.0, 2.0, depth]);
+            let dp = [[2.0f32, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            assert_eq!(one.texture_step([0.0, 0.0, -1.0], &dp), [0.005, 0.0]);
+            assert_eq!(other.texture_step([0.0, 0.0, -1.0], &dp), [0.0, 0.02]);
+        }
+    }
+
+    #[test]
+    fn the_footprint_of_a_spherical_camera_is_that_of_its_angles() {
+        let turn = Mat3::from_rotation_z(std::f32::consts::FRAC_PI_2);
+        let sphere = PixelFootprint {
+            projection: BeamProjection::Sphere {
+                mapping: SphericalMapping::Equirectangular,
+                spacing: Vec2::new(1e-3, 3e-3),
+                world_from_camera: turn,
+                camera_from_world: turn.transpose(),
+            },
+            ..footprint()
+        };
+        // Straight ahead, the steps along the camera's x and y axes are 5 times the angles.
+        let (point, patch) = wall(-Vec3::Z, [Vec3::X, Vec3::Y]);
+        let [one, other] = sphere.neighbour_rays(point.position);
+        let [one, other] =
+            [one, other].map(|neighbour| neighbour.texture_step(point.normal, &patch.dp));
+        let pi = std::f32::consts::PI;
+        assert!(one[0].abs() < 1e-6 && (one[1].abs() - 0.01 * pi).abs() < 1e-6, "{one:?}");
+        assert!((other[0].abs() - 0.015 * pi).abs() < 1e-6 && other[1].abs() < 1e-6, "{other:?}");
     }
 
     #[test]

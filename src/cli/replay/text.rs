@@ -23,7 +23,7 @@ pub(super) fn text(job: &Job, replay: &Replay) -> String {
     match (&replay.ray_path, &job.camera.model) {
         (Some(path), _) => text.lens_path(path),
         (None, LensModel::Real(_)) => text.line("lens", "no light reaches this point of the film"),
-        (None, LensModel::Thin(_)) => {}
+        (None, _) => {}
     }
     if let Some((ray, throughput)) = &replay.ray {
         text.line("", "");

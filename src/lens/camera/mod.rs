@@ -3,9 +3,11 @@
 pub(crate) mod band;
 pub(crate) mod camera_to_world;
 pub(crate) mod fidelity;
+pub(crate) mod orthographic;
 pub(crate) mod ray_path;
 pub(crate) mod real_lens;
 pub(crate) mod reprojection;
+pub(crate) mod spherical;
 pub(crate) mod thin_lens;
 
 pub use real_lens::{LensColumns, RealLens};
@@ -16,6 +18,8 @@ use crate::effects::EFFECTS;
 use crate::lanes::{self, Real};
 use crate::lens::camera::band::Band;
 use crate::lens::camera::camera_to_world::CameraToWorld;
+use crate::lens::camera::orthographic::Orthographic;
+use crate::lens::camera::spherical::SphericalMapping;
 use crate::lens::camera::thin_lens::ThinLens;
 use crate::rays::{LensBatch, RayBatch, SampleBatch};
 use crate::stats::LensStats;
@@ -25,7 +29,8 @@ use crate::stats::LensStats;
 pub struct Camera {
     /// The lens.
     pub model: LensModel,
-    /// Width and height of the film: in mm for a real lens, in the plane z = 1 for a thin lens.
+    /// Width and height of the film: in mm for a real lens, in the plane z = 1 for a thin lens, in
+    /// camera units for parallel rays, and 1 for a spherical camera.
     pub film: [f64; 2],
     /// Camera space (+z to the scene) to world space.
     pub world_from_camera: DAffine3,
@@ -42,6 +47,10 @@ pub enum LensModel {
     Real(Box<RealLens>),
     /// A pinhole, or a disk that focuses perfectly on one plane.
     Thin(ThinLens),
+    /// No lens: parallel rays.
+    Orthographic(Orthographic),
+    /// No lens: rays in all directions from one point.
+    Spherical(SphericalMapping),
 }
 
 impl Camera {
@@ -54,7 +63,7 @@ impl Camera {
     pub fn bands(&self) -> usize {
         match &self.model {
             LensModel::Real(lens) => lens.bands.len(),
-            LensModel::Thin(_) => 1,
+            _ => 1,
         }
     }
 
@@ -77,7 +86,7 @@ impl Camera {
                 let front = (lens.film_distance + lens.paraxial.length) * lens.units_per_mm;
                 front - lens.front_depth
             }
-            LensModel::Thin(_) => 0.0,
+            _ => 0.0,
         }
     }
 
@@ -112,6 +121,10 @@ impl Camera {
                 self.write_world_rays::<R>(lens, &lens.bands[samples.band], &columns.batch, rays);
             }
             LensModel::Thin(lens) => self.project::<R>(lens, samples, rays),
+            LensModel::Orthographic(projection) => {
+                self.project_parallel::<R>(projection, samples, rays);
+            }
+            LensModel::Spherical(mapping) => self.project_sphere::<R>(*mapping, samples, rays),
         }
     }
 

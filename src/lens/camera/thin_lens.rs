@@ -41,18 +41,8 @@ impl Camera {
             } else {
                 ([zero; 3], [seen[0], seen[1], one])
             };
-            let (origin, direction, end) = to_world.ray(start, towards);
-            let to = i * R::LANES..(i + 1) * R::LANES;
-            for axis in 0..3 {
-                origin[axis].store(&mut rays.origin[axis][to.clone()]);
-                direction[axis].store(&mut rays.direction[axis][to.clone()]);
-                ratio.store(&mut rays.throughput[axis][to.clone()]);
-            }
-            end.store(&mut rays.t_max[to]);
+            rays.store_packet(i, to_world.ray(start, towards), ratio);
         }
-        for i in 0..len {
-            rays.slot[i] = i as u32;
-        }
-        rays.len = len;
+        rays.number_slots(len);
     }
 }

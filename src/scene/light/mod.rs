@@ -3,7 +3,6 @@
 mod area;
 mod area_sampling;
 mod choose;
-mod equal_area;
 mod point;
 mod sampler;
 mod sky;

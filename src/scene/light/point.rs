@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 
+use super::mean;
 use super::tree::{Cone, LightBounds};
-use super::{equal_area, mean};
+use crate::equal_area;
 use crate::io::image::Picture;
 
 /// A light at one position.

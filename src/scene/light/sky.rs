@@ -4,9 +4,10 @@ use std::f32::consts::PI;
 
 use glam::{Mat3, Vec2, Vec3};
 
+use super::mean;
 use super::point::luminance;
-use super::{equal_area, mean};
 use crate::distribution::Distribution;
+use crate::equal_area;
 use crate::scene::texture::ImageMap;
 
 /// A light at infinite distance in all directions.

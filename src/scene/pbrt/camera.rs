@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::description::{CameraSpec, IrisSpec, RealisticSpec, ThinSpec};
-use super::directive_kinds::{Directive, Selected, known, unsupported};
+use super::description::{CameraSpec, IrisSpec, RealisticSpec, SphericalSpec, ThinSpec};
+use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known};
 use super::params::Params;
 use super::reader::SceneReader;
 use super::shutter::shutter;
 use super::{Dialect, SceneError, resolve};
 use crate::io::{Location, ReadContext};
-use crate::lens::{MAX_DECENTRE, MAX_TILT, Pose};
+use crate::lens::{MAX_DECENTRE, MAX_TILT, Pose, SphericalMapping};
 use crate::motion::Motion;
 use crate::shutter::Shutter;
 use crate::spectrum::ColourSpace;
@@ -24,9 +24,21 @@ pub(super) enum CameraKind {
     Realistic,
     /// A pinhole or a thin lens.
     Perspective,
+    /// Parallel rays.
+    Orthographic,
+    /// All directions.
+    Spherical,
+    /// All directions in pbrt-v3, which has one mapping only.
+    Environment,
 }
 
-const PINHOLE_INSTEAD: &str = "a perspective camera of 90 degrees is used";
+/// Parameters that pbrt-v4 reads without a use.
+const NO_SCREEN: &[Ignored] = &[
+    ("frameaspectratio", SILENT),
+    ("screenwindow", SILENT),
+    ("lensradius", SILENT),
+    ("focaldistance", SILENT),
+];
 
 static CAMERA: Directive<CameraKind> = Directive {
     name: "Camera",
@@ -79,9 +91,52 @@ static CAMERA: Directive<CameraKind> = Directive {
             ],
             &[],
         ),
-        unsupported("orthographic", PINHOLE_INSTEAD),
-        unsupported("environment", PINHOLE_INSTEAD),
-        unsupported("spherical", PINHOLE_INSTEAD),
+        known(
+            "orthographic",
+            CameraKind::Orthographic,
+            &[
+                "frameaspectratio",
+                "screenwindow",
+                "lensradius",
+                "focaldistance",
+                "hither",
+                "yon",
+                "shutteropen",
+                "shutterclose",
+                "shutterramp",
+                "shuttercurve",
+                "rollingshutter",
+                "rollingdirection",
+            ],
+            &[],
+        ),
+        known(
+            "spherical",
+            CameraKind::Spherical,
+            &[
+                "mapping",
+                "shutteropen",
+                "shutterclose",
+                "shutterramp",
+                "shuttercurve",
+                "rollingshutter",
+                "rollingdirection",
+            ],
+            NO_SCREEN,
+        ),
+        known(
+            "environment",
+            CameraKind::Environment,
+            &[
+                "shutteropen",
+                "shutterclose",
+                "shutterramp",
+                "shuttercurve",
+                "rollingshutter",
+                "rollingdirection",
+            ],
+            NO_SCREEN,
+        ),
     ],
 };
 
@@ -91,8 +146,7 @@ const MAX_COORDINATE: f64 = 1e18;
 
 /// A Camera directive, whose parameters are read at the end of the scene file.
 pub(super) struct CameraDirective {
-    /// `None` if the kind is not supported.
-    kind: Option<CameraKind>,
+    kind: CameraKind,
     pub(super) params: Params,
     /// Camera space to world space.
     pub(super) motion: Motion,
@@ -104,22 +158,21 @@ impl CameraDirective {
         let space = ColourSpace::default();
         let params = Params { all: Vec::new(), at, space, folder, context };
         let motion = Motion::still(DAffine3::IDENTITY);
-        Self { kind: Some(CameraKind::Perspective), params, motion }
+        Self { kind: CameraKind::Perspective, params, motion }
     }
 
     pub(super) fn spec(&self) -> Result<CameraSpec, SceneError> {
         match self.kind {
-            Some(CameraKind::Realistic) => realistic(&self.params),
-            Some(CameraKind::Perspective) => perspective(&self.params),
-            None => Ok(CameraSpec::Thin(ThinSpec::default())),
+            CameraKind::Realistic => realistic(&self.params),
+            CameraKind::Perspective => thin(&self.params, Some(fov(&self.params)?)),
+            CameraKind::Orthographic => thin(&self.params, None),
+            CameraKind::Spherical => spherical(&self.params, mapping(&self.params)?),
+            CameraKind::Environment => spherical(&self.params, SphericalMapping::Equirectangular),
         }
     }
 
     pub(super) fn shutter(&self) -> Result<Shutter, SceneError> {
-        match self.kind {
-            Some(CameraKind::Realistic | CameraKind::Perspective) => shutter(&self.params),
-            None => Ok(Shutter::default()),
-        }
+        shutter(&self.params)
     }
 }
 
@@ -127,6 +180,7 @@ impl SceneReader {
     pub(super) fn camera(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Camera")?;
         let Selected { kind, params, .. } = self.select(&CAMERA)?;
+        let kind = kind.unwrap_or(CameraKind::Perspective);
         let world_from_camera = self.state.ctm.map(|ctm| ctm.inverse());
         let Some(motion) = Motion::between(world_from_camera)
             .filter(|motion| motion.at(0.0).is_finite() && motion.at(1.0).is_finite())
@@ -141,7 +195,7 @@ impl SceneReader {
             let found = format!("a camera at a distance of {far:e} from the origin");
             return self.refuse(found, "expected at most 1e18: check its transform and its scale");
         }
-        if matches!(kind, Some(CameraKind::Realistic)) && params.find("specfile").is_some() {
+        if matches!(kind, CameraKind::Realistic) && params.find("specfile").is_some() {
             self.dialect = Dialect::V2;
         }
         self.coordinate_systems.insert("camera".to_owned(), world_from_camera);
@@ -205,7 +259,7 @@ fn film_pose(params: &Params) -> Result<Pose, SceneError> {
 impl Default for ThinSpec {
     fn default() -> Self {
         Self {
-            fov: 90.0,
+            fov: Some(90.0),
             aspect: None,
             window: None,
             lens_radius: 0.0,
@@ -216,17 +270,38 @@ impl Default for ThinSpec {
     }
 }
 
-fn perspective(params: &Params) -> Result<CameraSpec, SceneError> {
-    let default = ThinSpec::default();
+fn fov(params: &Params) -> Result<f64, SceneError> {
     // pbrt-v3 has the angle from the axis, too.
     let fov = match params.find("halffov") {
-        Some(_) => 2.0 * params.positive("halffov", default.fov / 2.0)?,
-        None => params.positive("fov", default.fov)?,
+        Some(_) => 2.0 * params.positive("halffov", 45.0)?,
+        None => params.positive("fov", 90.0)?,
     };
     if fov >= 180.0 {
         let found = format!("a field of view of {fov}");
         return Err(params.refuse("fov", found, "expected below 180 degrees"));
     }
+    Ok(fov)
+}
+
+fn mapping(params: &Params) -> Result<SphericalMapping, SceneError> {
+    match params.text("mapping")? {
+        None | Some("equalarea") => Ok(SphericalMapping::EqualArea),
+        Some("equirectangular") => Ok(SphericalMapping::Equirectangular),
+        Some(other) => {
+            let found = format!("the mapping \"{other}\"");
+            Err(params.refuse("mapping", found, "expected equalarea or equirectangular"))
+        }
+    }
+}
+
+fn spherical(params: &Params, mapping: SphericalMapping) -> Result<CameraSpec, SceneError> {
+    let exposure_time = exposure_time(params)?;
+    Ok(CameraSpec::Spherical(SphericalSpec { mapping, exposure_time }))
+}
+
+/// Returns a camera with a field of view, or with parallel rays.
+fn thin(params: &Params, fov: Option<f64>) -> Result<CameraSpec, SceneError> {
+    let default = ThinSpec::default();
     let window = match params.numbers("screenwindow", &["float"])? {
         None => None,
         Some(&[x0, x1, y0, y1]) if x0 < x1 && y0 < y1 => Some([x0, x1, y0, y1]),

@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use crate::film::filter::Profile;
 use crate::io::{FileLog, Location, ReadContext, Warning};
-use crate::lens::Pose;
+use crate::lens::{Pose, SphericalMapping};
 use crate::motion::Motion;
 use crate::scene::{PathLimits, Scene};
 use crate::shutter::Shutter;
@@ -83,8 +83,10 @@ pub struct FilterSpec {
 pub enum CameraSpec {
     /// A real lens.
     Realistic(RealisticSpec),
-    /// A pinhole or a thin lens.
+    /// A pinhole, a thin lens or parallel rays.
     Thin(ThinSpec),
+    /// A picture of all directions.
+    Spherical(SphericalSpec),
 }
 
 /// A camera with a real lens, in one of two dialects.
@@ -135,15 +137,15 @@ pub struct IrisSpec {
     pub path: PathBuf,
 }
 
-/// A pinhole or a thin lens.
+/// A pinhole, a thin lens or parallel rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinSpec {
-    /// Field of view of the shorter side (degrees).
-    pub fov: f64,
+    /// Field of view of the shorter side (degrees); `None` if rays are parallel without a lens.
+    pub fov: Option<f64>,
     /// Width over height of the picture, unless it is that of its pixels.
     pub aspect: Option<f64>,
     /// The visible window x0 x1 y0 y1, y upwards, in units in which the field of view is from -1 to
-    /// 1; `None` if it is centred.
+    /// 1, or in camera units if rays are parallel; `None` if it is centred.
     pub window: Option<[f64; 4]>,
     /// Radius of the lens [camera units].
     pub lens_radius: f64,
@@ -151,6 +153,15 @@ pub struct ThinSpec {
     pub focal_distance: f64,
     /// Nearest and farthest visible depth [camera units].
     pub depth: [f64; 2],
+    /// Exposure time (s).
+    pub exposure_time: f64,
+}
+
+/// A picture of all directions, seen from one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphericalSpec {
+    /// The mapping from points of the picture to directions.
+    pub mapping: SphericalMapping,
     /// Exposure time (s).
     pub exposure_time: f64,
 }

@@ -47,7 +47,7 @@ mod textures;
 mod transforms;
 
 pub use description::{
-    CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, ThinSpec,
+    CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, SphericalSpec, ThinSpec,
 };
 pub use reader::{read, read_with};
 pub use scene_errors::{SceneErrors, SceneFault};

@@ -151,6 +151,8 @@ impl<'a> RayComparison<'a> {
                 self.send(lens, |ray| if same { ray } else { other(ray) })
             }
             LensModel::Thin(lens) => (0..WAVE_SIZE).map(|i| self.thin(*lens, i)).collect(),
+            // No model of a lens has the projection of these.
+            LensModel::Orthographic(_) | LensModel::Spherical(_) => vec![None; WAVE_SIZE],
         }
     }
 
@@ -185,7 +187,6 @@ impl<'a> RayComparison<'a> {
     fn exposure(&mut self) -> f64 {
         let Self { camera, samples, columns, stats, .. } = self;
         let light = match &camera.model {
-            LensModel::Thin(_) => WAVE_SIZE as f64,
             LensModel::Real(lens) => {
                 let band = samples.band;
                 samples.band = band.min(lens.bands.len() - 1);
@@ -193,6 +194,7 @@ impl<'a> RayComparison<'a> {
                 samples.band = band;
                 columns.batch.total_weight()
             }
+            _ => WAVE_SIZE as f64,
         };
         light * camera.imaging_ratio
     }

@@ -6,7 +6,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 use glam::{Vec2, Vec3};
 
 /// Maps a unit vector to a point of the unit square.
-pub(super) fn from_sphere(d: Vec3) -> Vec2 {
+pub(crate) fn from_sphere(d: Vec3) -> Vec2 {
     // 1 - |z| without cancellation.
     let r = ((d.x * d.x + d.y * d.y) / (1.0 + d.z.abs())).sqrt();
     let (x, y) = (d.x.abs(), d.y.abs());
@@ -19,7 +19,7 @@ pub(super) fn from_sphere(d: Vec3) -> Vec2 {
 }
 
 /// Maps a point of the unit square to a unit vector.
-pub(super) fn to_sphere(square: Vec2) -> Vec3 {
+pub(crate) fn to_sphere(square: Vec2) -> Vec3 {
     let p = square * 2.0 - 1.0;
     let (u, v) = (p.x.abs(), p.y.abs());
     let inside = 1.0 - (u + v);
