@@ -59,7 +59,7 @@ fn half_of_the_field_of_view_is_read() {
     else {
         panic!("a lens")
     };
-    assert_eq!(thin.fov, 40.0);
+    assert_eq!(thin.fov, Some(40.0));
 }
 
 const TWO: &str = "MakeNamedMaterial \"a\" \"string type\" \"matte\" \"color Kd\" [1 0 0]\n\
