@@ -169,7 +169,7 @@ fn pictures_that_cannot_be_compared_are_refused() {
         ("small.exr", "has 72 x 48 pixels and small.exr 2 x 1"),
         ("none.exr", "cannot read the picture none.exr"),
         ("words.png", "words.png"),
-        ("a.gif", "names no picture format"),
+        ("a.psd", "names no picture format"),
     ] {
         let (code, stdout, stderr) = petzval(at, &["compare", "a.exr", other]);
         assert!(code == 2 && stdout.is_empty() && stderr.contains(expected), "{other}: {stderr}");

@@ -12,7 +12,7 @@ use std::process::Command;
 use support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 17] = [
+const NOT_RUN: [(&str, &str); 18] = [
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
     ("cargo bench -- --save-baseline before", "takes many minutes"),
@@ -26,6 +26,7 @@ const NOT_RUN: [(&str, &str); 17] = [
         "hyperfine 'target/release/petzval render scenes/dgauss.pbrt --spp 512 -o out.exr'",
         "needs hyperfine",
     ),
+    ("python3 benches/conformance/conformance.py --pbrt pbrt", "needs pbrt-v4"),
     (
         "python3 benches/scoreboard/scoreboard.py",
         "takes hours, and renderers that are not installed",
@@ -60,7 +61,7 @@ const SMALL: [(&str, &str); 7] = [
 ];
 
 /// Options of other tools that the manual names.
-const FOREIGN: [&str; 9] = [
+const FOREIGN: [&str; 10] = [
     "--release",
     "--test",
     "--bench",
@@ -70,6 +71,7 @@ const FOREIGN: [&str; 9] = [
     "--baseline",
     "--features",
     "--upgrade",
+    "--pbrt",
 ];
 
 /// A page of the manual.
