@@ -79,7 +79,6 @@ fn errors_name_line_column_and_the_closest_name() {
             "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2]",
             "test.pbrt:3:22: 8 numbers for \"point3 P\"; expected a positive multiple of 3",
         ),
-        ("ObjectBegin \"a\" ObjectEnd\nObjectBegin \"a\"", "test.pbrt:4:1: a second object \"a\""),
         ("Film \"rgb\"", "test.pbrt:3:1: Film after WorldBegin"),
         ("WorldBegin", "test.pbrt:3:1: a second WorldBegin"),
     ];

@@ -269,3 +269,37 @@ fn parameters_without_effect_on_the_picture_cause_no_warning() {
         }
     }
 }
+
+#[test]
+fn a_second_object_of_a_name_replaces_the_first_from_there_on() {
+    let ball = |radius: f64| format!("Shape \"sphere\" \"float radius\" {radius}");
+    let text = format!(
+        "ObjectBegin \"a\" {} ObjectEnd\n\
+         ObjectBegin \"b\" ObjectInstance \"a\" ObjectEnd\n\
+         ObjectBegin \"a\" {} ObjectInstance \"b\" ObjectEnd\n\
+         ObjectInstance \"a\"",
+        ball(3.0),
+        ball(1.0)
+    );
+    let description = read_world_with_warnings(&text);
+    let [warning] = &description.warnings[..] else { panic!("{:#?}", description.warnings) };
+    assert!(warning.message.contains("a second object \"a\""), "{warning:?}");
+    // The nested instance is still the large ball, and nothing contains itself.
+    let [low, high] = description.scene.bounds().expect("two balls");
+    assert_eq!([low.x.round(), high.x.round()], [-3.0, 3.0]);
+    let text = format!("ObjectBegin \"a\" {} ObjectEnd\n", ball(3.0));
+    let text = format!("{text}ObjectBegin \"a\" {} ObjectEnd\nObjectInstance \"a\"", ball(1.0));
+    let [low, high] = read_world_with_warnings(&text).scene.bounds().expect("a ball");
+    assert_eq!([low.x.round(), high.x.round()], [-1.0, 1.0]);
+}
+
+#[test]
+fn the_last_row_of_a_projective_matrix_is_left_out() {
+    let of = |last: &str| {
+        let matrix = format!("Transform [2 0 0 {last}  0 2 0 0  0 0 2 0  1 0 0 1]");
+        read_world_with_warnings(&format!("{matrix}\nShape \"sphere\""))
+    };
+    let (plain, projective) = (of("0"), of("0.5"));
+    assert!(plain.warnings.is_empty() && projective.warnings.len() == 1);
+    assert_eq!(plain.scene.bounds(), projective.scene.bounds());
+}

@@ -59,16 +59,32 @@ impl SceneReader {
             self.begin_block(Block::Object)?;
             return self.refuse("ObjectBegin inside ObjectBegin", "close the first object before");
         }
-        if self.objects.contains_key(&name) {
-            self.begin_block(Block::Object)?;
-            return self.refuse(format!("a second object \"{name}\""), "give it another name");
-        }
+        self.set_aside_object(&name);
         self.begin_block(Block::Object)?;
         let index = self.builder.add_object();
         self.objects
             .insert(name.clone(), Object { index, nested: Vec::new(), instances: 1, depth: 1 });
         self.open_object = Some(name);
         Ok(())
+    }
+
+    /// Makes room for a second object of a name, which pbrt-v3 reads. Instances inside other objects
+    /// stay those of the first.
+    fn set_aside_object(&mut self, name: &str) {
+        let Some(first) = self.objects.remove(name) else { return };
+        self.warnings.warn(&self.at, "second object", || {
+            format!("a second object \"{name}\": from here on, the name means this one")
+        });
+        // No name in a file holds this character.
+        let aside = format!("{name}\0{}", self.objects.len());
+        for (nested, _) in self.objects.values_mut().flat_map(|object| &mut object.nested) {
+            if let Nested::Object(used) = nested
+                && used == name
+            {
+                used.clone_from(&aside);
+            }
+        }
+        self.objects.insert(aside, first);
     }
 
     pub(super) fn object_end(&mut self) -> Result<(), SceneError> {

@@ -52,8 +52,12 @@ impl SceneReader {
 
     pub(super) fn matrix(&mut self, matrix_use: MatrixUse) -> Result<(), SceneError> {
         let m = self.numbers::<16>()?;
-        if [m[3], m[7], m[11]] != [0.0; 3] || m[15] == 0.0 {
+        if m[15] == 0.0 {
             return self.refuse("a projective matrix", "expected a last row of 0 0 0 1");
+        }
+        if [m[3], m[7], m[11]] != [0.0; 3] {
+            // Exact for lights at infinity, which have no position.
+            self.warn_unsupported("a projective matrix", "its last row counts as 0 0 0 1");
         }
         let column = |i: usize| DVec3::new(m[i], m[i + 1], m[i + 2]) / m[15];
         let affine = DAffine3 {
