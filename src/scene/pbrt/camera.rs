@@ -40,10 +40,20 @@ const NO_SCREEN: &[Ignored] = &[
     ("focaldistance", SILENT),
 ];
 
+/// Parameters of the shutter, which every camera has.
+const SHUTTER: &[&str] = &[
+    "shutteropen",
+    "shutterclose",
+    "shutterramp",
+    "shuttercurve",
+    "rollingshutter",
+    "rollingdirection",
+];
+
 static CAMERA: Directive<CameraKind> = Directive {
     name: "Camera",
     target: None,
-    shared: &[],
+    shared: SHUTTER,
     kinds: &[
         known(
             "realistic",
@@ -55,12 +65,6 @@ static CAMERA: Directive<CameraKind> = Directive {
                 "filmdiag",
                 "hither",
                 "yon",
-                "shutteropen",
-                "shutterclose",
-                "shutterramp",
-                "shuttercurve",
-                "rollingshutter",
-                "rollingdirection",
                 "lensfile",
                 "aperturediameter",
                 "focusdistance",
@@ -82,61 +86,17 @@ static CAMERA: Directive<CameraKind> = Directive {
                 "focaldistance",
                 "hither",
                 "yon",
-                "shutteropen",
-                "shutterclose",
-                "shutterramp",
-                "shuttercurve",
-                "rollingshutter",
-                "rollingdirection",
             ],
             &[],
         ),
         known(
             "orthographic",
             CameraKind::Orthographic,
-            &[
-                "frameaspectratio",
-                "screenwindow",
-                "lensradius",
-                "focaldistance",
-                "hither",
-                "yon",
-                "shutteropen",
-                "shutterclose",
-                "shutterramp",
-                "shuttercurve",
-                "rollingshutter",
-                "rollingdirection",
-            ],
+            &["frameaspectratio", "screenwindow", "lensradius", "focaldistance", "hither", "yon"],
             &[],
         ),
-        known(
-            "spherical",
-            CameraKind::Spherical,
-            &[
-                "mapping",
-                "shutteropen",
-                "shutterclose",
-                "shutterramp",
-                "shuttercurve",
-                "rollingshutter",
-                "rollingdirection",
-            ],
-            NO_SCREEN,
-        ),
-        known(
-            "environment",
-            CameraKind::Environment,
-            &[
-                "shutteropen",
-                "shutterclose",
-                "shutterramp",
-                "shuttercurve",
-                "rollingshutter",
-                "rollingdirection",
-            ],
-            NO_SCREEN,
-        ),
+        known("spherical", CameraKind::Spherical, &["mapping"], NO_SCREEN),
+        known("environment", CameraKind::Environment, &[], NO_SCREEN),
     ],
 };
 

@@ -96,7 +96,7 @@ pub enum SceneError {
     Limit {
         /// Location of the directive.
         at: Location,
-        /// What is exceeded, and the remedy.
+        /// The exceeded limit, and the remedy.
         message: String,
     },
     /// The image file of a texture or light is not valid.
