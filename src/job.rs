@@ -7,13 +7,14 @@ use crate::aov::{Aov, LayerRequest};
 use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::{GhostInput, Ghosts};
 use crate::io::FileLog;
+use crate::io::image::{DisplayExposure, EncodingOptions};
 use crate::lens::Camera;
 use crate::plan::Plan;
 use crate::scene::{PathLimits, Scene};
 use crate::sensor::Sensor;
 use crate::shade::PixelFootprint;
 use crate::shutter::Timing;
-use crate::spectrum::{BANDS, LightBand};
+use crate::spectrum::{BANDS, ColourSpace, LightBand};
 
 /// Everything that decides the pixels of a picture.
 #[derive(Clone, Debug)]
@@ -28,6 +29,10 @@ pub struct Job {
     pub frame: Frame,
     /// The filter and the colour response of the film.
     pub response: Response,
+    /// The colour space of the picture's file, if it can hold one. Calculations are in sRGB.
+    pub colour_space: ColourSpace,
+    /// Whether the scene file asks for 16-bit floats.
+    pub half: bool,
     /// The sample numbers that every pixel takes. With another stop criterion, their count is the
     /// upper limit of the mean number of samples per pixel.
     pub samples: Range<u32>,
@@ -53,6 +58,14 @@ pub struct Job {
 }
 
 impl Job {
+    /// Returns the options of the picture's file that the scene asks for, with an exposure of 8-bit
+    /// formats.
+    pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
+        let space = self.colour_space;
+        let space = (space != ColourSpace::Srgb).then(|| space.primaries());
+        EncodingOptions { half: self.half, exposure, space }
+    }
+
     /// Returns the footprint of a pixel of this picture.
     pub fn pixel_footprint(&self) -> PixelFootprint {
         PixelFootprint::new(&self.camera, self.frame.resolution)

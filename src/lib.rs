@@ -187,6 +187,7 @@ pub mod motion;
 pub mod plan;
 #[doc(hidden)]
 pub mod prepare;
+mod primaries;
 #[doc(hidden)]
 pub mod rays;
 #[doc(hidden)]
@@ -205,6 +206,7 @@ pub mod shutter;
 pub mod spectrum;
 #[doc(hidden)]
 pub mod stats;
+mod windowed_distribution;
 
 pub use aov::Aov;
 pub use io::ReadContext;

@@ -140,7 +140,14 @@ for name in ["fbm", "wrinkled", "windy"]:
 light("infinite", 'LightSource "infinite" "rgb L" [0.8 0.8 0.8]')
 light("infinite, illuminance", 'LightSource "infinite" "rgb L" [1 1 1] "float illuminance" 2')
 light("infinite, filename", f'LightSource "infinite" "string filename" "{COLOURS}" "float scale" 0.7')
-light("infinite, portal", f'LightSource "infinite" "string filename" "{COLOURS}" "point3 portal" [-1 -1 3  -1 1 3  1 1 3  1 -1 3]', missing="portals: the whole sky emits light")
+# A wall with a window of 2 x 1, behind which is the sky.
+WALL = GREY + 'Shape "bilinearmesh" "point3 P" [-4 2 0  4 2 0  -4 2 0.5  4 2 0.5]\nShape "bilinearmesh" "point3 P" [-4 2 1.5  4 2 1.5  -4 2 4  4 2 4]\nShape "bilinearmesh" "point3 P" [-4 2 0.5  -1 2 0.5  -4 2 1.5  -1 2 1.5]\nShape "bilinearmesh" "point3 P" [1 2 0.5  4 2 0.5  1 2 1.5  4 2 1.5]\n'
+PORTAL = '"point3 portal" [-1 2 0.5  1 2 0.5  1 2 1.5  -1 2 1.5]'
+row("lights", "infinite, portal", WALL + BALL, lights=f'LightSource "infinite" "string filename" "{COLOURS}" {PORTAL} "float scale" 3\n')
+row("lights", "infinite, portal, rotated", WALL + BALL, lights=f'AttributeBegin\nRotate 70 0 0 1\nRotate 40 1 0 0\nLightSource "infinite" "string filename" "{COLOURS}" {PORTAL} "float illuminance" 5\nAttributeEnd\n')
+row("lights", "infinite, portal, L", WALL + BALL, lights=f'LightSource "infinite" "rgb L" [0.03 0.02 0.01] {PORTAL}\n')
+row("lights", "infinite, portal, open scene", GREY + BALL, lights=f'LightSource "infinite" "string filename" "{COLOURS}" {PORTAL} "float scale" 3\n')
+row("lights", "infinite, portal and area light", WALL + BALL, lights=f'LightSource "infinite" "string filename" "{COLOURS}" {PORTAL}\nAttributeBegin\nAreaLightSource "diffuse" "rgb L" [6 6 6]\nShape "disk" "float height" 3 "float radius" 0.3\nAttributeEnd\n')
 light("point", 'LightSource "point" "rgb I" [9 9 9] "point3 from" [1 -1 3]')
 light("point, power", 'LightSource "point" "rgb I" [1 1 1] "float power" 100 "point3 from" [1 -1 3]')
 light("spot", 'LightSource "spot" "rgb I" [20 20 20] "point3 from" [1 -1 3] "point3 to" [0 0 0] "float coneangle" 20 "float conedeltaangle" 8')
@@ -187,7 +194,22 @@ for name, text in [
     why = "the clamp takes more of pbrt's samples, whose four wavelengths make colours noisy" if name == "maxcomponentvalue" else ""
     film = FILM.strip() + f" {text}\n"
     row("films", f"rgb, {name}", WORLD, film=film, differs=why, tolerance=0.35 if why else 0.01)
-row("films", "rgb, sensor canon_eos_100d", WORLD, film=FILM.strip() + ' "string sensor" "canon_eos_100d" "float iso" 100\n', missing="measured sensors: the sensor responds like sRGB")
+COLOURED = 'Material "diffuse" "rgb reflectance" [0.6 0.3 0.15]\n' + BALL
+SENSOR = "a matrix takes the place of the camera's spectral response"
+for camera in ["canon_eos_100d", "nikon_d850", "sony_ilce_9"]:
+    row("films", f"rgb, sensor {camera}", WORLD, film=FILM.strip() + f' "string sensor" "{camera}"\n')
+row("films", "rgb, sensor canon_eos_5d, coloured", COLOURED, film=FILM.strip() + ' "string sensor" "canon_eos_5d"\n', differs=SENSOR, tolerance=0.03)
+row("films", "rgb, sensor canon_eos_5d, iso, whitebalance", COLOURED, film=FILM.strip() + ' "string sensor" "canon_eos_5d" "float iso" 200 "float whitebalance" 5000\n', differs=SENSOR, tolerance=0.03)
+row("films", "rgb, sensor cie1931", COLOURED, film=FILM.strip() + ' "string sensor" "cie1931"\n')
+row("films", "rgb, whitebalance", COLOURED, film=FILM.strip() + ' "float whitebalance" 4500\n')
+row("films", "rgb, exposure time", WORLD, camera=CAMERA.strip() + ' "float shutteropen" 0 "float shutterclose" 0.5\n')
+row("films", "rgb, savefp16", WORLD, film=FILM.strip() + ' "bool savefp16" false\n')
+for space in ["dci-p3", "rec2020", "aces2065-1"]:
+    row("films", f"rgb, ColorSpace {space}", COLOURED, camera=f'ColorSpace "{space}"\n{CAMERA}', settings='ColorSpace "srgb"\n')
+    clipped = "colours outside sRGB are clipped" if space == "aces2065-1" else ""
+    row("films", f"rgb, ColorSpace {space} everywhere", COLOURED, camera=f'ColorSpace "{space}"\n{CAMERA}', differs=clipped, tolerance=0.02 if clipped else 0.01)
+row("films", "rgb, ColorSpace aces2065-1, whitebalance", COLOURED, camera=f'ColorSpace "aces2065-1"\n{CAMERA}', film=FILM.strip() + ' "float whitebalance" 5000\n', settings='ColorSpace "srgb"\n')
+row("films", "rgb, ColorSpace rec2020, sensor", COLOURED, camera=f'ColorSpace "rec2020"\n{CAMERA}', film=FILM.strip() + ' "string sensor" "nikon_d850"\n', settings='ColorSpace "srgb"\n', differs=SENSOR, tolerance=0.03)
 row("films", "gbuffer", WORLD, film=FILM.replace('"rgb"', '"gbuffer"'))
 
 # Filters

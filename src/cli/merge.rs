@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use petzval::io::ByteSize;
 use petzval::io::FileLog;
-use petzval::io::image::{DisplayExposure, EncodingOptions, ImageFormat};
+use petzval::io::image::{DisplayExposure, ImageFormat};
 use petzval::render::checkpoint::{Head, Inputs, SavedRender};
 use petzval::render::memory::MemoryTask;
 use petzval::render::merge;
@@ -79,7 +79,8 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let estimate = memory.check(&job, MemoryTask::Merge, Some(format))?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
-    let encoding = EncodingOptions { half: *half, exposure: *exposure };
+    let mut encoding = job.encoding(*exposure);
+    encoding.half |= *half;
     let threads = threads.map_or(0, usize::from);
     let (argv, label) = (&argv(), None);
     let picture = PictureOutput {

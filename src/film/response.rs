@@ -10,12 +10,14 @@ use crate::spectrum::xyz_from_srgb;
 pub struct Response {
     /// Pixel filter, which sets the positions and weights of samples.
     pub filter: PixelFilter,
-    /// Largest X, Y or Z of a sample. Brighter samples are scaled down to it, which removes
-    /// fireflies but also energy (pbrt-v4's `maxcomponentvalue`).
+    /// Largest channel of a sample in the sensor. Brighter samples are scaled down to it, which
+    /// removes fireflies but also energy (pbrt-v4's `maxcomponentvalue`).
     pub max_component: Option<f64>,
-    /// White balance: a matrix from linear sRGB to linear sRGB that makes the scene's illuminant
-    /// white.
-    pub white_balance: Option<DMat3>,
+    /// Matrix from linear sRGB to the channels of the sensor. An ideal sensor has X, Y and Z.
+    pub sensor_from_srgb: Option<DMat3>,
+    /// Matrix from linear sRGB to linear sRGB: the colours as the sensor sees them, with its white
+    /// balance.
+    pub colour: Option<DMat3>,
 }
 
 impl Response {
@@ -23,18 +25,23 @@ impl Response {
     #[inline(always)]
     pub(super) fn apply(&self, mut light: [f64; 3]) -> [f64; 3] {
         if let Some(limit) = self.max_component {
-            let most = xyz_from_srgb(light).into_iter().fold(0.0, f64::max);
+            let channels = match &self.sensor_from_srgb {
+                Some(matrix) => (*matrix * DVec3::from_array(light)).to_array(),
+                None => xyz_from_srgb(light),
+            };
+            let most = channels.into_iter().fold(0.0, f64::max);
             if most > limit {
                 light = light.map(|c| c * limit / most);
             }
         }
-        self.apply_white_balance(light)
+        self.apply_colour(light)
     }
 
-    /// Returns white-balanced light. Light that belongs to no single sample takes only this step.
-    pub fn apply_white_balance(&self, light: [f64; 3]) -> [f64; 3] {
-        match &self.white_balance {
-            Some(balance) => (*balance * DVec3::from_array(light)).to_array(),
+    /// Returns light as the sensor sees it. Light that belongs to no single sample takes only this
+    /// step.
+    pub fn apply_colour(&self, light: [f64; 3]) -> [f64; 3] {
+        match &self.colour {
+            Some(colour) => (*colour * DVec3::from_array(light)).to_array(),
             None => light,
         }
     }
@@ -43,7 +50,7 @@ impl Response {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::white_balance;
+    use crate::spectrum::{ColourSpace, white_balance};
 
     #[test]
     fn samples_above_the_maximum_keep_their_colour() {
@@ -58,11 +65,14 @@ mod tests {
     #[test]
     fn white_balance_makes_the_illuminant_white() {
         // Daylight of 9000 K is bluish, so the balance strengthens red.
-        let film = Response { white_balance: Some(white_balance(9000.0)), ..Response::default() };
+        let balance = |kelvin| Response {
+            colour: Some(white_balance(kelvin, ColourSpace::Srgb)),
+            ..Response::default()
+        };
+        let film = balance(9000.0);
         let [r, g, b] = film.apply([1.0; 3]);
         assert!(r > 1.05 && b < 0.9, "{r} {g} {b}");
-        let neutral =
-            Response { white_balance: Some(white_balance(6500.0)), ..Response::default() };
+        let neutral = balance(6500.0);
         assert!(
             neutral
                 .apply([1.0, 0.5, 0.2])

@@ -89,10 +89,7 @@ impl Ghosts {
                     stage.time += time;
                     stage.rays += WAVE_SIZE as u64;
                     for Splat { pixel, light } in splats {
-                        film.add_light(
-                            pixel,
-                            input.response.apply_white_balance(light.map(f64::from)),
-                        );
+                        film.add_light(pixel, input.response.apply_colour(light.map(f64::from)));
                     }
                 }
             }

@@ -84,6 +84,8 @@ pub(super) fn draft(
         plan: Plan::default(),
         frame,
         response,
+        colour_space: film.colour_space,
+        half: film.half,
         samples: 0..samples,
         stop_criteria: StopCriteria::default(),
         seed,

@@ -1,7 +1,5 @@
 //! The film of a job: its pixels, its response to light, and its layers.
 
-use glam::DMat3;
-
 use super::{Changes, PrepareError};
 use crate::aov::Aov;
 use crate::film::{Frame, PixelFilter, Response};
@@ -46,19 +44,21 @@ pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, Prepare
 
 /// Returns the pixel filter and the colour response.
 pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) -> Response {
+    let white = film.white_balance;
+    let sensor = film.camera_sensor.map(|sensor| sensor.response(white, film.colour_space));
+    let colour = match &sensor {
+        Some(sensor) => Some(sensor.to_srgb()),
+        None => white.map(|kelvin| white_balance(kelvin, film.colour_space)),
+    };
     Response {
         filter: PixelFilter::new(filter.profile, filter.radius),
         max_component: film.max_component,
-        white_balance: balance(film, changes),
-    }
-}
-
-/// Returns the matrix of the white balance, followed by that of a passband, which turns colours grey.
-fn balance(film: &FilmSpec, changes: &Changes) -> Option<DMat3> {
-    let white = film.white_balance.map(white_balance);
-    match (changes.passband.map(|passband| passband.grey()), white) {
-        (Some(grey), Some(white)) => Some(grey * white),
-        (grey, white) => grey.or(white),
+        sensor_from_srgb: sensor.map(|sensor| sensor.from_srgb),
+        colour: match (changes.passband.map(|passband| passband.grey()), colour) {
+            // A passband turns the colours grey.
+            (Some(grey), Some(colour)) => Some(grey * colour),
+            (grey, colour) => grey.or(colour),
+        },
     }
 }
 

@@ -29,8 +29,8 @@ pub use geometry::{
 };
 pub use light::{
     AreaLight, Emission, IntensityDistribution, Light, LightColumns, LightInputs, LightSample,
-    LightSamples, Lights, PointLight, Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere,
-    luminance,
+    LightSamples, Lights, NoRectangle, PointLight, Portal, Sky, SkyImage, SkyLayout, SkySampling,
+    cosine_hemisphere, luminance,
 };
 pub use material::{DielectricCoat, Material, MaterialModel, Metal, Roughness};
 pub use path_limits::PathLimits;

@@ -16,11 +16,12 @@ impl ShadeInputs<'_> {
         for i in 0..rays.len {
             let hit = &hits[i];
             if hit.shape == NO_INDEX {
-                let direction = Vec3::from(rays.ray(i).direction);
+                let ray = rays.ray(i);
+                let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
                 for &sky in &scene.lights.skies {
-                    let light = scene.sky_radiance(sky, direction);
+                    let light = scene.sky_radiance(sky, origin, direction);
                     let compensated = SkySampling::Compensated;
-                    let pdf = || scene.sky_density(sky, direction, compensated);
+                    let pdf = || scene.sky_density(sky, origin, direction, compensated);
                     self.add(i, light, pdf, radiance);
                 }
             } else if scene.shapes[hit.shape as usize].light != NO_INDEX {

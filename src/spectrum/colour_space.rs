@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use glam::{DMat3, DVec3};
 
 use super::{Spectrum, d_illuminant, d65, named_spectrum};
+use crate::primaries::{Primaries, adapt};
 
 /// A colour space of linear red, green and blue; the spaces of pbrt-v4.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,22 +46,11 @@ pub fn xyz_from_srgb(rgb: [f64; 3]) -> [f64; 3] {
     (*XYZ_FROM_SRGB * DVec3::from_array(rgb)).to_array()
 }
 
-/// Returns the matrix from linear sRGB to linear sRGB that makes daylight of a temperature (K)
-/// white.
-pub fn white_balance(kelvin: f64) -> DMat3 {
+/// Returns the matrix from linear sRGB to linear sRGB that makes daylight of a temperature (K) the
+/// white of a space.
+pub fn white_balance(kelvin: f64, space: ColourSpace) -> DMat3 {
     let from = DVec3::from_array(d_illuminant(kelvin).to_xyz());
-    *SRGB_FROM_XYZ * adapt(from / from.y, ColourSpace::Srgb.white()) * *XYZ_FROM_SRGB
-}
-
-/// Returns the matrix that adapts X, Y, Z from one white point to another (Lam 1985, "Bradford").
-/// Both have Y = 1.
-fn adapt(from: DVec3, to: DVec3) -> DMat3 {
-    let cones = DMat3::from_cols_array_2d(&[
-        [0.8951, -0.7502, 0.0389],
-        [0.2664, 1.7135, -0.0685],
-        [-0.1614, 0.0367, 1.0296],
-    ]);
-    cones.inverse() * DMat3::from_diagonal((cones * to) / (cones * from)) * cones
+    *SRGB_FROM_XYZ * adapt(from / from.y, space.white()) * *XYZ_FROM_SRGB
 }
 
 impl ColourSpace {
@@ -95,40 +85,44 @@ impl ColourSpace {
         (*matrix(&CONVERSIONS[self as usize]) * DVec3::from_array(rgb)).to_array()
     }
 
-    /// Returns the chromaticities x and y of red, green and blue.
-    fn primaries(self) -> [[f64; 2]; 3] {
-        match self {
+    /// Returns the primaries and the white.
+    pub fn primaries(self) -> Primaries {
+        let [red, green, blue] = match self {
             Self::Srgb => [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]],
             // P3-D65, the variant of displays.
             Self::DciP3 => [[0.68, 0.32], [0.265, 0.690], [0.15, 0.06]],
             Self::Rec2020 => [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]],
             Self::Aces2065 => [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077]],
-        }
+        };
+        let white = self.white();
+        let sum = white.element_sum();
+        Primaries { red, green, blue, white: [white.x / sum, white.y / sum] }
+    }
+
+    /// Returns the matrix from RGB to X, Y, Z.
+    fn to_xyz(self) -> DMat3 {
+        self.primaries().with_white(self.white())
     }
 
     /// Returns X, Y, Z of the white, with Y = 1.
-    fn white(self) -> DVec3 {
-        let white = match self {
-            Self::Aces2065 => named_spectrum("illum-acesD60").unwrap_or(Spectrum::Constant(1.0)),
-            _ => d65(),
-        };
-        let xyz = DVec3::from_array(white.to_xyz());
+    pub(super) fn white(self) -> DVec3 {
+        let xyz = DVec3::from_array(self.illuminant().to_xyz());
         xyz / xyz.y
     }
 
-    /// Returns the matrix from RGB to XYZ: the primaries, scaled so that their sum is white.
-    fn to_xyz(self) -> DMat3 {
-        let columns =
-            self.primaries().map(|[x, y]| DVec3::new(x / y, 1.0, (1.0 - x - y) / y).to_array());
-        let primaries = DMat3::from_cols_array_2d(&columns);
-        primaries * DMat3::from_diagonal(primaries.inverse() * self.white())
+    /// Returns the spectrum of the white.
+    pub(super) fn illuminant(self) -> Spectrum {
+        match self {
+            Self::Aces2065 => named_spectrum("illum-acesD60").unwrap_or(Spectrum::Constant(1.0)),
+            _ => d65(),
+        }
     }
 
     fn conversion(self) -> Conversion {
         let to_srgb = *SRGB_FROM_XYZ;
         let adapt = adapt(self.white(), Self::Srgb.white());
-        let light = to_srgb * self.to_xyz();
-        Conversion { light, surface: to_srgb * adapt * self.to_xyz() }
+        let to_xyz = self.to_xyz();
+        Conversion { light: to_srgb * to_xyz, surface: to_srgb * adapt * to_xyz }
     }
 }
 
@@ -189,6 +183,15 @@ mod tests {
             let srgb = DVec3::new(0.7, 0.4, 0.2);
             let there = space.to_xyz().inverse() * ColourSpace::Srgb.to_xyz() * srgb;
             assert_near(space.light(there.to_array()), srgb.to_array(), 1e-12, "a round trip");
+        }
+    }
+
+    #[test]
+    fn the_constant_of_srgb_is_this_space() {
+        let found = ColourSpace::Srgb.primaries();
+        let pairs = found.coordinates().into_iter().zip(Primaries::SRGB.coordinates());
+        for (found, expected) in pairs {
+            assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 2e-6), "{found:?}");
         }
     }
 

@@ -6,6 +6,8 @@
 
 mod bands;
 mod blackbody;
+mod camera_sensor;
+mod camera_tables;
 mod colour_space;
 mod fluorescent;
 pub(crate) mod glass;
@@ -21,6 +23,7 @@ pub use bands::{
     BAND_RANGE, BANDS, BANDS_PER_RAY, LightBand, Passband, bands, bands_of_ray, hero_band,
 };
 pub use blackbody::blackbody;
+pub use camera_sensor::{CameraResponse, CameraSensor};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fit_metal, fresnel, metal_reflectance};

@@ -51,7 +51,7 @@ fn a_uniform_sky_is_not_sampled() {
     let from = at([0.0; 3], [0.0, 0.0, 1.0]);
     let sky = scene("LightSource \"infinite\" \"rgb L\" [2 2 2]");
     assert!(sample(&sky, &from, &mut Random::new(1)).is_none());
-    assert_eq!(sky.sky_density(0, Vec3::Z, SkySampling::Complete), 0.0);
+    assert_eq!(sky.sky_density(0, Vec3::ZERO, Vec3::Z, SkySampling::Complete), 0.0);
     // Other lights get all samples.
     let both = scene("LightSource \"infinite\" LightSource \"distant\"");
     let sample = sample(&both, &from, &mut Random::new(1)).expect("the distant light");
@@ -146,7 +146,8 @@ fn sky_pictures_have_the_irradiance_of_their_integral() {
                 let direction = DVec3::new(x * sin, y * sin, z).as_vec3();
                 let cos = f64::from(from.normal.dot(direction));
                 if cos > 0.0 {
-                    expected += f64::from(scene.sky_radiance(0, direction)[0]) * cos * sin;
+                    expected +=
+                        f64::from(scene.sky_radiance(0, Vec3::ZERO, direction)[0]) * cos * sin;
                 }
             }
         }
@@ -186,7 +187,12 @@ fn the_density_of_a_hit_equals_that_of_the_sample() {
             let mut grazing = 0.0;
             let density = if sample.t_max.is_infinite() {
                 // Skies with the same picture have different numbers.
-                scene.sky_density(scene.lights.skies[0], direction, SkySampling::Complete)
+                scene.sky_density(
+                    scene.lights.skies[0],
+                    Vec3::ZERO,
+                    direction,
+                    SkySampling::Complete,
+                )
             } else {
                 let (ray, hit) = closest(&scene, from.position, direction);
                 if hit.shape == NO_INDEX {

@@ -105,13 +105,13 @@ fn illuminance_is_that_of_a_patch_facing_the_light() {
     Mean::irradiance(&sun, &up, 100).assert_is(700.0);
     for more in ["\"rgb L\" [1 1 1]", ""] {
         let sky = scene(&format!("LightSource \"infinite\" \"float illuminance\" 700 {more}"));
-        assert_near(f64::from(sky.sky_radiance(0, Vec3::Y)[0]) * PI, 700.0, 1e-5);
+        assert_near(f64::from(sky.sky_radiance(0, Vec3::ZERO, Vec3::Y)[0]) * PI, 700.0, 1e-5);
     }
     // As in pbrt-v4, pixels of a picture count with half their solid angle.
     let grey = Picture { size: [64, 64], pixels: vec![[0.25; 3]; 4096] };
     let world = "LightSource \"infinite\" \"string filename\" \"it.exr\" \"float illuminance\" 700";
     let sky = read(&[("it.exr", &grey)], world).expect("a sky");
-    assert_near(f64::from(sky.sky_radiance(0, Vec3::Y)[0]) * PI, 1400.0, 2e-3);
+    assert_near(f64::from(sky.sky_radiance(0, Vec3::ZERO, Vec3::Y)[0]) * PI, 1400.0, 2e-3);
 }
 
 #[test]

@@ -7,7 +7,8 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-use petzval::io::image::Picture;
+use glam::Vec3;
+use petzval::io::image::{DisplayExposure, Picture, Primaries};
 use petzval::prepare::prepare;
 use petzval::render::Backend;
 use serde_json::Value;
@@ -96,7 +97,14 @@ fn check(row: &Row) -> Option<String> {
         Ok(job) => job,
         Err(error) => return Some(error.to_string()),
     };
-    let found = picture(&job, Backend::Simd, 1);
+    let mut found = picture(&job, Backend::Simd, 1);
+    if let Some(space) = job.encoding(DisplayExposure::default()).space {
+        // The file has the colours of the scene's space.
+        let matrix = Primaries::SRGB.to(&space).expect("a space");
+        for pixel in &mut found.pixels {
+            *pixel = (matrix.as_mat3() * Vec3::from_array(*pixel)).to_array();
+        }
+    }
     let ours = mean(&found);
     for channel in 0..3 {
         // The noise of both pictures: the variance of a sample is at most that of pbrt.

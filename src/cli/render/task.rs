@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use petzval::io::Warning;
-use petzval::io::image::{EncodingOptions, ImageError, ImageFormat, Notes};
+use petzval::io::image::{ImageError, ImageFormat, Notes};
 use petzval::job::{Job, StopCriteria};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::checkpoint::{CheckpointError, Inputs};
@@ -137,7 +137,8 @@ impl<'a> RenderTask<'a> {
             true => partial_name(&output),
             false => output,
         };
-        let encoding = EncodingOptions { half: arguments.half, exposure: arguments.exposure };
+        let mut encoding = job.encoding(arguments.exposure);
+        encoding.half |= arguments.half;
         let (output, argv, label) = (&output, &argv, item.map(|item| item.label));
         let alone = label.is_none();
         let picture = PictureOutput {

@@ -241,5 +241,6 @@ fn kind(light: &Light) -> &'static str {
         Light::Point(_) => "point",
         Light::Distant { .. } => "distant",
         Light::Infinite(_) => "infinite",
+        Light::Portal(_) => "portal",
     }
 }

@@ -8,12 +8,16 @@ use exr::block::lines::LineRefMut;
 use exr::image::write::samples::{SamplesWriter, WritableSamples};
 use exr::math::RoundingMode;
 use exr::meta::MetaData;
-use exr::meta::attribute::LevelMode;
+use exr::meta::attribute::{Chromaticities, LevelMode};
 use exr::meta::header::Header;
 use exr::prelude::*;
+use glam::{DMat3, DVec3};
 
 use super::declared::{check_block, claim_picture};
-use super::{ImageError, ImageSamples, Note, Notes, Picture, PictureWindow, Raster};
+use super::{
+    EncodingOptions, ImageError, ImageSamples, Note, Notes, Picture, PictureWindow, Primaries,
+    Raster,
+};
 use crate::io::ReadContext;
 
 /// Largest finite 16-bit float.
@@ -42,7 +46,13 @@ pub(super) fn read(path: &Path, context: &ReadContext) -> std::result::Result<Pi
         .all_attributes()
         .from_file(path);
     match rgb {
-        Ok(image) => return Ok(image.layer_data.channel_data.pixels),
+        Ok(image) => {
+            let mut picture = image.layer_data.channel_data.pixels;
+            if let Some(matrix) = to_srgb(&image.attributes, Primaries::to) {
+                picture.pixels.iter_mut().for_each(|pixel| *pixel = convert(&matrix, *pixel));
+            }
+            return Ok(picture);
+        }
         Err(Error::Io(source)) => {
             return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
         }
@@ -110,7 +120,12 @@ pub(super) fn read_raster(
         .from_file(path);
     match rgba {
         Ok(image) => {
-            let (size, floats) = image.layer_data.channel_data.pixels;
+            let (size, mut floats) = image.layer_data.channel_data.pixels;
+            if let Some(matrix) = to_srgb(&image.attributes, Primaries::adapted_to) {
+                for [r, g, b, _] in floats.as_chunks_mut::<4>().0 {
+                    [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
+                }
+            }
             let size = [size.width(), size.height()];
             return Ok(Raster { size, channels: 4, samples: ImageSamples::Floats(floats) });
         }
@@ -124,23 +139,48 @@ pub(super) fn read_raster(
     Ok(Raster { size, channels: 1, samples })
 }
 
+/// Returns the matrix from the space of a file to sRGB, if the file declares another.
+fn to_srgb(
+    attributes: &ImageAttributes,
+    matrix: fn(&Primaries, &Primaries) -> Option<DMat3>,
+) -> Option<DMat3> {
+    let found = attributes.chromaticities?;
+    let point = |Vec2(x, y): Vec2<f32>| [f64::from(x), f64::from(y)];
+    let space = Primaries {
+        red: point(found.red),
+        green: point(found.green),
+        blue: point(found.blue),
+        white: point(found.white),
+    };
+    matrix(&space, &Primaries::SRGB).filter(|_| !space.is_near(&Primaries::SRGB))
+}
+
+fn convert(matrix: &DMat3, pixel: [f32; 3]) -> [f32; 3] {
+    (*matrix * DVec3::from_array(pixel.map(f64::from))).to_array().map(|c| c as f32)
+}
+
 /// Writes one part: R, G and B, and the channels of layers as `layer.channel`, where compositors
 /// look for layers. Layers always have 32-bit floats, as they may hold counts.
 pub(super) fn write(
     picture: &Picture,
     layers: &[super::ImageLayer],
     window: PictureWindow,
-    half: bool,
+    EncodingOptions { half, space, .. }: EncodingOptions,
     notes: &Notes,
     file: &mut File,
 ) -> io::Result<()> {
     let [width, height] = picture.size;
+    let matrix = space.and_then(|space| Primaries::SRGB.to(&space));
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
     let (mut layer, mut image) = attributes(notes);
+    if let (Some(space), Some(_)) = (space, &matrix) {
+        let [red, green, blue, white] = space.coordinates().map(|[x, y]| Vec2(x as f32, y as f32));
+        image.chromaticities = Some(Chromaticities { red, green, blue, white });
+    }
     let [x, y] = window.origin.map(|v| v as i32);
     layer.layer_position = Vec2(x, y);
     image.display_window = IntegerBounds::from_dimensions(Vec2::from((
@@ -153,7 +193,8 @@ pub(super) fn write(
         other => io::Error::other(other.to_string()),
     };
     let colour = |(name, channel)| {
-        AnyChannel::new(name, Values::Colour { pixels: &picture.pixels, channel, half })
+        let row = matrix.map(|matrix| matrix.row(channel));
+        AnyChannel::new(name, Values::Colour { pixels: &picture.pixels, channel, row, half })
     };
     let mut list: SmallVec<[_; 4]> = ["R", "G", "B"].into_iter().zip(0..).map(colour).collect();
     for extra in layers {
@@ -175,7 +216,13 @@ pub(super) fn write(
 /// Values of a channel, borrowed, as copies would double the memory of the picture and its layers.
 #[derive(Clone, Copy, Debug)]
 enum Values<'a> {
-    Colour { pixels: &'a [[f32; 3]], channel: usize, half: bool },
+    /// Linear sRGB, or its product with a row of the matrix to another space.
+    Colour {
+        pixels: &'a [[f32; 3]],
+        channel: usize,
+        row: Option<DVec3>,
+        half: bool,
+    },
     Layer(&'a [f32]),
 }
 
@@ -208,12 +255,23 @@ impl SamplesWriter for Lines<'_> {
     fn extract_line(&self, line: LineRefMut<'_>) {
         let first = line.location.position.y() * self.width + line.location.position.x();
         let written = match self.values {
-            Values::Colour { pixels, channel, half: false } => {
+            Values::Colour { pixels, channel, row: None, half: false } => {
                 line.write_samples(|i| pixels[first + i][channel])
             }
-            Values::Colour { pixels, channel, half: true } => line.write_samples(|i| {
-                f16::from_f32(pixels[first + i][channel].clamp(-HALF_MAX, HALF_MAX))
-            }),
+            Values::Colour { pixels, channel, row, half } => {
+                let value = |i: usize| match row {
+                    Some(row) => {
+                        row.dot(DVec3::from_array(pixels[first + i].map(f64::from))) as f32
+                    }
+                    None => pixels[first + i][channel],
+                };
+                match half {
+                    true => {
+                        line.write_samples(|i| f16::from_f32(value(i).clamp(-HALF_MAX, HALF_MAX)))
+                    }
+                    false => line.write_samples(value),
+                }
+            }
             Values::Layer(values) => line.write_samples(|i| values[first + i]),
         };
         debug_assert!(written.is_ok(), "a line has room for its own samples");
@@ -246,4 +304,64 @@ fn attributes(notes: &Notes) -> (LayerAttributes, ImageAttributes) {
 fn ascii(text: &str) -> Text {
     let plain: String = text.chars().map(|c| if c.is_ascii() { c } else { '?' }).collect();
     Text::from(plain.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::ReadContext;
+
+    /// ACES2065-1 (SMPTE ST 2065-1).
+    const ACES: Primaries = Primaries {
+        red: [0.7347, 0.2653],
+        green: [0.0, 1.0],
+        blue: [0.0001, -0.077],
+        white: [0.32168, 0.33767],
+    };
+
+    fn written(space: Option<Primaries>, half: bool) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let picture = Picture { size: [2, 1], pixels: vec![[1.0; 3], [0.6, 0.3, 0.1]] };
+        let window = PictureWindow { origin: [0, 0], frame: [2, 1] };
+        let encoding = EncodingOptions { space, half, ..EncodingOptions::default() };
+        picture.write(&path, window, encoding, &Vec::new()).unwrap();
+        (folder, path)
+    }
+
+    #[test]
+    fn a_file_in_another_space_says_so_and_is_read_back_as_srgb() {
+        for half in [false, true] {
+            let (_folder, path) = written(Some(ACES), half);
+            let meta = MetaData::read_from_file(&path, false).unwrap();
+            let found = meta.headers[0].shared_attributes.chromaticities.expect("an attribute");
+            assert_eq!(found.white, Vec2(0.32168, 0.33767));
+            let picture = Picture::read(&path).unwrap();
+            for (found, expected) in picture.pixels.iter().zip([[1.0; 3], [0.6, 0.3, 0.1]]) {
+                let off = (0..3).map(|i| (found[i] - expected[i]).abs()).fold(0.0, f32::max);
+                assert!(off < if half { 2e-3 } else { 1e-5 }, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_texture_of_another_space_is_adapted_from_white_to_white() {
+        let (_folder, path) = written(Some(ACES), false);
+        let raster = Raster::read(&path, Default::default(), &ReadContext::default()).unwrap();
+        let found = raster.into_picture().pixels[1];
+        let to_file = Primaries::SRGB.to(&ACES).unwrap();
+        let matrix = ACES.adapted_to(&Primaries::SRGB).unwrap() * to_file;
+        let expected = convert(&matrix, [0.6, 0.3, 0.1]);
+        let off = (0..3).map(|i| (found[i] - expected[i]).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-5, "{found:?}, expected {expected:?}");
+        assert!((found[2] / 0.1 - 1.0).abs() > 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn a_file_in_srgb_has_no_attribute() {
+        let (_folder, path) = written(None, false);
+        let meta = MetaData::read_from_file(&path, false).unwrap();
+        assert!(meta.headers[0].shared_attributes.chromaticities.is_none());
+        assert_eq!(Picture::read(&path).unwrap().pixels[1], [0.6, 0.3, 0.1]);
+    }
 }

@@ -16,9 +16,11 @@ use std::path::{Path, PathBuf};
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use raster::{ImageSamples, Raster, Transfer};
 
+pub use crate::primaries::Primaries;
+
 use crate::io::{ReadContext, path_excerpt, replace_file};
 
-/// Linear RGB pixels, row 0 at the top.
+/// Pixels in linear sRGB, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
     /// Width and height (pixels).
@@ -65,6 +67,9 @@ pub struct EncodingOptions {
     pub half: bool,
     /// Exposure of 8-bit formats.
     pub exposure: DisplayExposure,
+    /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. 8-bit
+    /// files are always sRGB.
+    pub space: Option<Primaries>,
 }
 
 /// File formats that can be written.
@@ -159,7 +164,8 @@ impl ImageFormat {
 }
 
 impl Picture {
-    /// Reads a picture. Pixels of 8-bit formats are decoded from sRGB.
+    /// Reads a picture. Pixels of 8-bit formats are decoded from sRGB. EXR files with
+    /// `chromaticities` are converted to sRGB, with the same X, Y and Z.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read or is not a picture.
@@ -249,7 +255,7 @@ impl Picture {
         }
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
         replace_file(path, |file| match format {
-            ImageFormat::Exr => exr::write(self, layers, window, encoding.half, notes, file),
+            ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
             ImageFormat::Png => {
                 display::write_png(self, encoding.exposure, notes, BufWriter::new(file))
             }

@@ -65,7 +65,7 @@ impl Raster {
     /// Reads a picture. `transfer` applies to PNG files of 8 or 16 bits; other 8-bit formats hold
     /// sRGB, unless a QOI declares that it is linear, and formats of floats hold linear light. Alpha
     /// is read from PNG, QOI and EXR; as in pbrt-v4, a 16-bit PNG's alpha has the curve of its
-    /// colours.
+    /// colours. EXR files with `chromaticities` are converted to sRGB, white to white.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, is not a picture, has no pixels, or has a

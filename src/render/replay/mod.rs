@@ -126,11 +126,11 @@ impl Probe {
         let inputs = ShadeInputs { scene, vertex, rays, hits };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
-        let direction = Vec3::from(ray.direction);
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
         let (surface, emitted_radiance) = match hit.shape {
             NO_INDEX => {
                 let skies = scene.lights.skies.iter();
-                let skies = skies.map(|&sky| scene.sky_radiance(sky, direction));
+                let skies = skies.map(|&sky| scene.sky_radiance(sky, origin, direction));
                 (None, skies.fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c])))
             }
             _ => {

@@ -4,6 +4,7 @@ mod area;
 mod area_sampling;
 mod choose;
 mod point;
+mod portal;
 mod sampler;
 mod sky;
 mod spherical_triangle;
@@ -13,6 +14,7 @@ mod visible_cap;
 
 pub use area::{AreaLight, Emission};
 pub use point::{IntensityDistribution, PointLight, luminance};
+pub use portal::{NoRectangle, Portal};
 pub use sampler::Lights;
 pub use sky::{Sky, SkyImage, SkyLayout, SkySampling};
 pub use stage::{LightColumns, LightInputs, LightSamples};
@@ -40,6 +42,8 @@ pub enum Light {
     },
     /// Light from infinitely far away in all directions.
     Infinite(Sky),
+    /// Light from infinitely far away through a portal.
+    Portal(Box<Portal>),
 }
 
 /// A sampled direction from a point of a surface to a light.
@@ -113,8 +117,12 @@ impl Scene {
                 density: 1.0,
                 singular: true,
             },
-            Light::Infinite(sky) => {
-                let sample = sky.sample(u, sampling)?;
+            Light::Infinite(_) | Light::Portal(_) => {
+                let sample = match &self.lights.all[light as usize] {
+                    Light::Portal(portal) => portal.sample(from.position, u)?,
+                    Light::Infinite(sky) => sky.sample(u, sampling)?,
+                    _ => return None,
+                };
                 LightSample {
                     direction: sample.direction,
                     t_max: f32::INFINITY,
@@ -151,11 +159,14 @@ impl Scene {
         probability * light.density(geometry, hit.primitive, from, point, direction)
     }
 
-    /// Returns the density (1/sr) with which a unit direction of a sky is sampled: by
+    /// Returns the density (1/sr) with which a unit direction of a sky is sampled from a point: by
     /// [`Self::sample_light`] if `sampling` is complete, by the stage [`Self::sample_lights`] if it
     /// is compensated.
-    pub fn sky_density(&self, sky: u32, direction: Vec3, sampling: SkySampling) -> f32 {
+    pub fn sky_density(&self, sky: u32, from: Vec3, direction: Vec3, sampling: SkySampling) -> f32 {
         match &self.lights.all[sky as usize] {
+            Light::Portal(portal) => {
+                self.lights.distant_probability(sky) * portal.density(from, direction)
+            }
             Light::Infinite(light) => {
                 self.lights.distant_probability(sky) * light.density(direction, sampling)
             }
@@ -163,10 +174,11 @@ impl Scene {
         }
     }
 
-    /// Returns the radiance of a sky from a unit direction, away from the scene.
-    pub fn sky_radiance(&self, light: u32, direction: Vec3) -> [f32; 3] {
+    /// Returns the radiance of a sky at a point from a unit direction, away from the scene.
+    pub fn sky_radiance(&self, light: u32, from: Vec3, direction: Vec3) -> [f32; 3] {
         match &self.lights.all[light as usize] {
             Light::Infinite(sky) => sky.radiance(direction),
+            Light::Portal(portal) => portal.radiance(from, direction),
             _ => [0.0; 3],
         }
     }

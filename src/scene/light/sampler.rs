@@ -104,6 +104,11 @@ impl Lights {
                         far.push(light);
                     }
                 }
+                Light::Portal(portal) => {
+                    if !portal.is_dark() {
+                        far.push(light);
+                    }
+                }
             }
         }
         // Normalized to a sum of 1, so that no unit of radiance overflows.
@@ -113,7 +118,7 @@ impl Lights {
             emitter.bounds.intensity = (fraction as f32).max(f32::MIN_POSITIVE);
         }
         let skies = (0..all.len() as u32)
-            .filter(|&i| matches!(all[i as usize], Light::Infinite(_)))
+            .filter(|&i| matches!(all[i as usize], Light::Infinite(_) | Light::Portal(_)))
             .collect();
         let tree = LightTree::new(near, emitters.len());
         Self { all, skies, distant: far, tree, emitters }

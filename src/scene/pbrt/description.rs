@@ -10,6 +10,7 @@ use crate::lens::{Pose, SphericalMapping};
 use crate::motion::Motion;
 use crate::scene::{PathLimits, Scene};
 use crate::shutter::Shutter;
+use crate::spectrum::{CameraSensor, ColourSpace};
 
 /// The contents of a scene file. Clones share all large data, so that one may become many jobs.
 #[derive(Clone, Debug)]
@@ -65,6 +66,12 @@ pub struct FilmSpec {
     pub max_component: Option<f64>,
     /// Colour temperature (K) of the daylight that becomes white.
     pub white_balance: Option<f64>,
+    /// The camera whose sensor is simulated; `None` is an ideal sensor.
+    pub camera_sensor: Option<CameraSensor>,
+    /// The colour space of the picture.
+    pub colour_space: ColourSpace,
+    /// Whether the file asks for 16-bit floats.
+    pub half: bool,
     /// Whether the file asks for layers of geometry beside the picture.
     pub gbuffer: bool,
 }

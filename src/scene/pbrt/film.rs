@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use super::SceneError;
 use super::description::{FilmSpec, FilterSpec};
 use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar};
-use super::params::{Params, Values};
+use super::params::Params;
 use super::reader::SceneReader;
 use crate::film::filter::Profile;
+use crate::io::hint;
+use crate::spectrum::{CameraSensor, ColourSpace};
 
 /// The kinds of films.
 #[derive(Clone, Copy, PartialEq)]
@@ -16,6 +18,9 @@ pub(super) enum FilmKind {
     /// A picture and layers of geometry.
     Gbuffer,
 }
+
+/// pbrt-v4's name of the sensor that sees X, Y and Z.
+const IDEAL_SENSOR: &str = "cie1931";
 
 const FILM_READS: &[&str] = &[
     "xresolution",
@@ -27,13 +32,13 @@ const FILM_READS: &[&str] = &[
     "iso",
     "maxcomponentvalue",
     "whitebalance",
+    "sensor",
+    "savefp16",
     // Parameters of pbrt-v3.
     "scale",
     "maxsampleluminance",
 ];
 const FILM_IGNORES: &[Ignored] = &[
-    ("sensor", "the sensor is ideal: pixels are linear RGB"),
-    ("savefp16", SILENT),
     ("display", SILENT),
     ("coordinatesystem", "layers of geometry are in the camera's frame"),
     ("nbuckets", SILENT),
@@ -84,10 +89,7 @@ impl SceneReader {
     pub(super) fn film(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Film")?;
         let name = self.string()?;
-        let mut params = self.params()?;
-        // This sensor of pbrt-v4, its default, is the one that is simulated.
-        let ideal = Values::Texts(vec!["cie1931".to_owned()]);
-        params.all.retain(|param| param.name != "sensor" || param.values != ideal);
+        let params = self.params()?;
         let Selected { kind, params, .. } = self.check_kind(&FILM, &name, params)?;
         self.film = kind.map(|kind| (kind, params));
         Ok(())
@@ -142,6 +144,9 @@ impl Default for FilmSpec {
             iso: 100.0,
             max_component: None,
             white_balance: None,
+            camera_sensor: None,
+            colour_space: ColourSpace::default(),
+            half: false,
             gbuffer: false,
         }
     }
@@ -154,6 +159,18 @@ fn max_component(params: &Params) -> Result<Option<f64>, SceneError> {
         Some(name) => params.positive(name, f64::INFINITY).map(Some),
         None => Ok(None),
     }
+}
+
+/// Reads the name of a camera. The default of pbrt-v4 is the ideal sensor.
+fn camera_sensor(params: &Params) -> Result<Option<CameraSensor>, SceneError> {
+    let Some(name) = params.text("sensor")?.filter(|name| *name != IDEAL_SENSOR) else {
+        return Ok(None);
+    };
+    CameraSensor::from_name(name).map(Some).ok_or_else(|| {
+        let names: Vec<&str> = [IDEAL_SENSOR].into_iter().chain(CameraSensor::names()).collect();
+        let found = format!("unknown sensor \"{name}\"{}", hint(name, names.iter().copied()));
+        params.refuse("sensor", found, format!("expected one of {}", names.join(", ")))
+    })
 }
 
 pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, SceneError> {
@@ -193,6 +210,9 @@ pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, Sce
         max_component: max_component(params)?,
         // As in pbrt-v4, 0 is none.
         white_balance: params.maybe_float("whitebalance")?.filter(|&kelvin| kelvin != 0.0),
+        camera_sensor: camera_sensor(params)?,
+        colour_space: params.space,
+        half: params.boolean("savefp16")?.unwrap_or(false),
         gbuffer: kind == FilmKind::Gbuffer,
     })
 }

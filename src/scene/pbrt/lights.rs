@@ -10,6 +10,7 @@ use super::attributes::Target;
 use super::colour::ColourRole;
 use super::directive_kinds::{Directive, SILENT, Selected, known};
 use super::params::Params;
+use super::portals::{portal, portal_corners};
 use super::reader::SceneReader;
 use super::{Dialect, SceneError};
 use crate::io::image::{Picture, Transfer};
@@ -42,8 +43,8 @@ static LIGHT_SOURCE: Directive<LightKind> = Directive {
         known(
             "infinite",
             LightKind::Infinite,
-            &["L", "scale", "filename", "mapname", "illuminance"],
-            &[("nsamples", SILENT), ("samples", SILENT), ("portal", "the whole sky emits light")],
+            &["L", "scale", "filename", "mapname", "illuminance", "portal"],
+            &[("nsamples", SILENT), ("samples", SILENT)],
         ),
         known("distant", LightKind::Distant, &["L", "from", "to", "scale", "illuminance"], &[]),
         known("point", LightKind::Local(LocalLight::Point), &["I", "from", "scale", "power"], &[]),
@@ -112,7 +113,11 @@ impl SceneReader {
         light_from_world: DMat3,
         strength: [f32; 3],
     ) -> Result<Light, SceneError> {
-        let image = match self.light_image(params)? {
+        let picture = self.light_image(params)?;
+        if let Some(corners) = portal_corners(params)? {
+            return portal(params, corners, picture, light_from_world.as_mat3(), strength);
+        }
+        let image = match picture {
             None => None,
             Some(picture) => {
                 let square = picture.size[0] == picture.size[1];
@@ -128,15 +133,8 @@ impl SceneReader {
                 })?)
             }
         };
-        let factor = match requested(params, "illuminance")? {
-            Some(illuminance) => illuminance / image.as_ref().map_or(PI, SkyImage::illuminance),
-            None => 1.0,
-        };
-        if !factor.is_finite() {
-            let found = "an illuminance for an image that is black above the horizon";
-            return Err(params.refuse("illuminance", found, "leave it out"));
-        }
-        let radiance = scaled(params, strength, factor, "illuminance")?;
+        let illuminance = || image.as_ref().map_or(PI, SkyImage::illuminance);
+        let radiance = sky_radiance(params, strength, illuminance)?;
         Ok(Light::Infinite(Sky { radiance, image }))
     }
 
@@ -250,6 +248,24 @@ pub(super) fn requested(params: &Params, name: &str) -> Result<Option<f32>, Scen
         Some(value) if value > f64::from(f32::MAX) => Err(too_strong(params, name)),
         value => Ok(value.map(|value| value as f32)),
     }
+}
+
+/// Returns the radiance of an infinite light, or the factor of its image, scaled to the illuminance
+/// that a scene requests. `illuminance` is that of the light with a factor of 1.
+pub(super) fn sky_radiance(
+    params: &Params,
+    strength: [f32; 3],
+    illuminance: impl FnOnce() -> f32,
+) -> Result<[f32; 3], SceneError> {
+    let factor = match requested(params, "illuminance")? {
+        Some(wanted) => wanted / illuminance(),
+        None => 1.0,
+    };
+    if !factor.is_finite() {
+        let found = "an illuminance for an image that is black above the horizon";
+        return Err(params.refuse("illuminance", found, "leave it out"));
+    }
+    scaled(params, strength, factor, "illuminance")
 }
 
 /// Returns the emission of a light times the factor that the parameter `request` causes.

@@ -34,6 +34,7 @@ mod objects;
 mod options;
 mod params;
 mod parser;
+mod portals;
 mod reader;
 mod recovery;
 mod refractive_index;
