@@ -3,11 +3,11 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use crate::aov::{Aov, LayerRequest};
+use crate::aov::{self, Aov, LayerRequest};
 use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::{GhostInput, Ghosts};
 use crate::io::FileLog;
-use crate::io::image::{DisplayExposure, EncodingOptions};
+use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
 use crate::lens::Camera;
 use crate::plan::Plan;
 use crate::scene::{PathLimits, Scene};
@@ -45,6 +45,8 @@ pub struct Job {
     pub path_limits: PathLimits,
     /// The layers to compute besides the colours.
     pub layers: Vec<Aov>,
+    /// Whether layers of positions and normals are in camera space instead of world space.
+    pub camera_layers: bool,
     /// The spectral bands that light is split into, with the film's response to each.
     pub bands: [LightBand; BANDS],
     /// The ghosts of the lens, if they are simulated.
@@ -79,6 +81,19 @@ impl Job {
             let high = [0, 1].map(|i| f64::from(high[i]) + margin[i]);
             self.camera.sees_light(low, high, self.frame.resolution)
         })
+    }
+
+    /// Converts layers to the frame and the colour space that the scene asks for.
+    pub fn convert_layers(&self, layers: &mut [ImageLayer]) {
+        if self.camera_layers {
+            aov::to_camera(layers, &self.camera.world_from_camera.inverse());
+        }
+        if self.colour_space != ColourSpace::Srgb {
+            let space = self.colour_space.primaries();
+            if let Some(matrix) = Primaries::SRGB.adapted_to(&space) {
+                aov::convert_albedo(layers, &matrix);
+            }
+        }
     }
 
     /// Returns the layers of this picture and the parts that they depend on.

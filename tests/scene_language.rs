@@ -219,8 +219,8 @@ fn integrators_and_films_are_read_by_name() {
     let bidirectional = of("Integrator \"bdpt\" \"integer maxdepth\" 7");
     assert_eq!((bidirectional.path_limits.max_depth, bidirectional.warnings.len()), (7, 1));
     let regular = of("Integrator \"path\" \"bool regularize\" true");
-    assert!(regular.regularize && regular.warnings.len() == 1);
-    assert!(!of("Integrator \"path\"").regularize);
+    assert!(regular.path_limits.regularize && regular.warnings.is_empty());
+    assert!(!of("Integrator \"path\"").path_limits.regularize);
     assert!(of("Film \"gbuffer\" \"integer xresolution\" 9").film.gbuffer);
     assert!(!of("Film \"rgb\"").film.gbuffer);
     assert_eq!(of("Film \"spectral\" \"integer nbuckets\" 16").warnings.len(), 1);

@@ -3,10 +3,12 @@
 //! A layer costs time only if it is requested.
 
 mod circle_of_confusion;
+mod convert;
 mod feature_film;
 mod features;
 mod vignetting;
 
+pub use convert::{convert_albedo, to_camera};
 pub use feature_film::FeatureFilm;
 pub(crate) use feature_film::FeatureSums;
 pub use features::TileFeatures;

@@ -91,6 +91,7 @@ pub(super) fn draft(
         seed,
         path_limits: description.path_limits,
         layers: film::layers(&film, changes),
+        camera_layers: film.camera_layers,
         bands: changes.passband.map_or_else(bands, |passband| passband.bands()),
         ghosts: None,
         sensor,

@@ -112,7 +112,10 @@ impl RenderOutput {
     /// sensor.
     pub fn layers(&self, job: &Job) -> Vec<ImageLayer> {
         let samples = job.samples.end - job.samples.start;
-        aov::layers(&job.layer_request(), samples, &self.film, self.features.as_ref())
+        let request = job.layer_request();
+        let mut layers = aov::layers(&request, samples, &self.film, self.features.as_ref());
+        job.convert_layers(&mut layers);
+        layers
     }
 }
 

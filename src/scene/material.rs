@@ -3,6 +3,9 @@
 //! The shading stage evaluates the textures at a point and makes a BSDF of the model.
 //! [`MaterialModel`] is the list of all models.
 
+use std::sync::Arc;
+
+use super::measured::MeasuredSurface;
 use super::texture::{ImageMap, Texture};
 
 /// Scattering model of a surface, and changes of its shading normal.
@@ -71,6 +74,8 @@ pub enum MaterialModel {
         /// Coat.
         coat: Box<DielectricCoat>,
     },
+    /// A measured surface.
+    Measured(Arc<MeasuredSurface>),
     /// One of two materials, chosen at random at every point.
     Mix {
         /// Indices of the materials.
@@ -155,7 +160,8 @@ impl Material {
     /// Returns whether scattering depends on the direction of u and v, so that the shading frame
     /// must follow the texture coordinates.
     pub fn is_anisotropic(&self) -> bool {
-        self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
+        matches!(self.model, MaterialModel::Measured(_))
+            || self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
     }
 
     /// Returns a Lambertian surface of one colour.
@@ -168,7 +174,10 @@ impl MaterialModel {
     /// Returns all textures of the model.
     fn textures(&self) -> Vec<&Texture> {
         let own = match self {
-            Self::Interface | Self::ThinDielectric { .. } | Self::Dielectric { .. } => Vec::new(),
+            Self::Interface
+            | Self::Measured(_)
+            | Self::ThinDielectric { .. }
+            | Self::Dielectric { .. } => Vec::new(),
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmission { reflectance, transmittance, .. } => {
                 vec![reflectance, transmittance]
@@ -192,6 +201,7 @@ impl MaterialModel {
             Self::Interface
             | Self::Diffuse { .. }
             | Self::DiffuseTransmission { .. }
+            | Self::Measured(_)
             | Self::ThinDielectric { .. }
             | Self::Mix { .. } => [None, None],
             Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => {

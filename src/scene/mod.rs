@@ -11,6 +11,7 @@ mod geometry;
 mod intersect;
 mod light;
 mod material;
+mod measured;
 mod path_limits;
 pub mod pbrt;
 pub mod ply;
@@ -33,6 +34,7 @@ pub use light::{
     cosine_hemisphere, luminance,
 };
 pub use material::{DielectricCoat, Material, MaterialModel, Metal, Roughness};
+pub use measured::{MeasuredSample, MeasuredSurface};
 pub use path_limits::PathLimits;
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{

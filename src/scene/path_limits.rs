@@ -1,6 +1,6 @@
 //! Limits of light paths, as a scene sets them.
 
-/// Length and kind of the light paths of a picture.
+/// Length and kind of the light paths of a picture, and what they may see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathLimits {
     /// Largest number of surfaces that scatter light. A path collects only emission beyond them.
@@ -8,4 +8,7 @@ pub struct PathLimits {
     /// Whether paths continue only from mirrors and clear glass, so that other surfaces receive
     /// direct light alone.
     pub direct_only: bool,
+    /// Whether surfaces behind others that scatter are rougher than they are, which removes
+    /// caustics and their noise (pbrt-v4's `regularize`).
+    pub regularize: bool,
 }

@@ -20,6 +20,7 @@ pub(super) enum BsdfKind {
     ThinDielectric,
     CoatedDiffuse,
     CoatedConductor,
+    Measured,
     /// Not shaded: rays pass straight through.
     Interface,
 }
@@ -37,6 +38,7 @@ impl BsdfKind {
         Self::ThinDielectric,
         Self::CoatedDiffuse,
         Self::CoatedConductor,
+        Self::Measured,
         Self::Interface,
     ];
 
@@ -50,6 +52,7 @@ impl BsdfKind {
             Self::ThinDielectric => "thindielectric",
             Self::CoatedDiffuse => "coateddiffuse",
             Self::CoatedConductor => "coatedconductor",
+            Self::Measured => "measured",
             Self::Interface => "interface",
         }
     }
@@ -57,12 +60,23 @@ impl BsdfKind {
     /// Returns the number of its BSDF's parameters.
     pub(super) fn parameter_count(self) -> usize {
         match self {
-            Self::Interface => 0,
+            Self::Measured | Self::Interface => 0,
             Self::ThinDielectric => 1,
             Self::Diffuse | Self::Dielectric => 3,
             Self::DiffuseTransmission => 6,
             Self::Conductor => PARAMETER_COUNT - COAT_PARAMETER_COUNT,
             Self::CoatedDiffuse | Self::CoatedConductor => PARAMETER_COUNT,
+        }
+    }
+
+    /// Returns the indices of the parameters that are the width alpha of microfacets.
+    pub(super) fn widths(self) -> &'static [usize] {
+        const COAT: usize = PARAMETER_COUNT - COAT_PARAMETER_COUNT;
+        match self {
+            Self::Conductor | Self::Dielectric => &[0, 1],
+            Self::CoatedDiffuse => &[COAT, COAT + 1],
+            Self::CoatedConductor => &[0, 1, COAT, COAT + 1],
+            _ => &[],
         }
     }
 
@@ -81,7 +95,11 @@ impl BsdfKind {
     #[inline(always)]
     pub(super) fn facing<R: Real<Scalar = f32>>(self, normal: [R; 3], wo: [R; 3]) -> [R; 3] {
         match self {
-            Self::Diffuse | Self::Conductor | Self::CoatedDiffuse | Self::CoatedConductor => {
+            Self::Diffuse
+            | Self::Conductor
+            | Self::CoatedDiffuse
+            | Self::CoatedConductor
+            | Self::Measured => {
                 let back = dot(normal, wo).lt(R::splat(0.0));
                 select(back, negate(normal), normal)
             }
@@ -104,6 +122,7 @@ impl BsdfKind {
             MaterialModel::ThinDielectric { .. } => Self::ThinDielectric,
             MaterialModel::CoatedDiffuse { .. } => Self::CoatedDiffuse,
             MaterialModel::CoatedConductor { .. } => Self::CoatedConductor,
+            MaterialModel::Measured(_) => Self::Measured,
             MaterialModel::Mix { .. } => return None,
         })
     }

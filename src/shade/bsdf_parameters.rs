@@ -1,8 +1,8 @@
 //! BSDF parameters of a surface point, from its material and textures.
 
 use super::bsdf::{
-    Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, MisWeights,
-    ThinDielectric, conductor_reflectance,
+    Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Measured,
+    MisWeights, ThinDielectric, conductor_reflectance,
 };
 use super::bsdf_kind::resolve_mixture;
 use super::footprint::PixelFootprint;
@@ -61,7 +61,7 @@ pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
             put(0, &base);
             put(BASE_PARAMETER_COUNT, &coat_parameters(coat, context));
         }
-        MaterialModel::Interface | MaterialModel::Mix { .. } => {}
+        MaterialModel::Measured(_) | MaterialModel::Interface | MaterialModel::Mix { .. } => {}
     }
     parameters
 }
@@ -213,6 +213,7 @@ pub fn albedo(scene: &Scene, footprint: &PixelFootprint, ray: Ray, hit: Hit) -> 
             let (eta, k, tint) = ([r, g, b], [kr, kg, kb], [tr, tg, tb]);
             [0, 1, 2].map(|c| conductor_reflectance(1.0, eta[c], k[c]) * tint[c])
         }
+        MaterialModel::Measured(surface) => clamp_to_unit(Measured { surface }.albedo()),
         MaterialModel::Dielectric { .. }
         | MaterialModel::ThinDielectric { .. }
         | MaterialModel::Interface

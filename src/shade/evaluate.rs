@@ -1,7 +1,8 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
 use super::bsdf::{
-    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, ShadingFrame, ThinDielectric,
+    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Measured, ShadingFrame,
+    ThinDielectric,
 };
 use super::bsdf_kind::BsdfKind;
 use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
@@ -10,7 +11,7 @@ use super::random::RandomColumns;
 use super::vertices::Vertices;
 use crate::lanes::Real;
 use crate::lanes::vector::select;
-use crate::scene::{load_vector as load, store_vector as store};
+use crate::scene::{MaterialModel, Scene, load_vector as load, store_vector as store};
 
 /// Results of a packet: the contribution of the sampled light, and the next ray.
 struct Scattered<R> {
@@ -72,6 +73,7 @@ impl Vertices {
     /// With `skip_mis`, diffuse surfaces take light from shadow rays only and end their paths.
     pub(super) fn evaluate<R: Real<Scalar = f32>>(
         &mut self,
+        scene: &Scene,
         random: &RandomColumns,
         skip_mis: bool,
     ) {
@@ -92,6 +94,7 @@ impl Vertices {
                 }
                 BsdfKind::CoatedDiffuse => self.evaluate_coated::<R, Diffuse<R>>(kind, random),
                 BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
+                BsdfKind::Measured => self.evaluate_measured(scene, random),
                 BsdfKind::Interface => {}
             }
         }
@@ -153,6 +156,27 @@ impl Vertices {
             }
             let sample = bsdf.sample(wo, random.bounce(at), R::load(&random.roulette[1][at..]));
             self.store_packet(at, packet.scattered(&frame, contribution, &sample));
+        }
+    }
+
+    /// Evaluates measured surfaces, one at a time.
+    fn evaluate_measured(&mut self, scene: &Scene, random: &RandomColumns) {
+        for run in 0..self.runs.len() {
+            let material = &scene.materials[self.runs[run].material as usize];
+            let (BsdfKind::Measured, MaterialModel::Measured(surface)) =
+                (self.runs[run].kind, &material.model)
+            else {
+                continue;
+            };
+            let bsdf = Measured { surface };
+            for at in self.runs[run].range.clone() {
+                let packet = self.packet::<f32>(at);
+                let frame = ShadingFrame::about(packet.normal, packet.tangent);
+                let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
+                let contribution = packet.contribution(bsdf.evaluate(wo, wi), false);
+                let sample = bsdf.sample(wo, random.bounce(at));
+                self.store_packet(at, packet.scattered(&frame, contribution, &sample));
+            }
         }
     }
 

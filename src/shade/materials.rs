@@ -87,6 +87,21 @@ impl Vertices {
         self.runs = runs;
     }
 
+    /// Makes smooth surfaces rougher on paths that have scattered before, as pbrt-v4 does: a width
+    /// alpha below 0.3 is doubled, to 0.1 at least and 0.3 at most.
+    pub(super) fn regularize(&mut self, inputs: &ShadeInputs) {
+        for (range, kind) in self.shaded_ranges() {
+            for at in range.filter(|&at| inputs.has_scattered(self.order[at] as usize)) {
+                for &width in kind.widths() {
+                    let alpha = &mut self.parameters[width][at];
+                    if *alpha < 0.3 {
+                        *alpha = (2.0 * *alpha).clamp(0.1, 0.3);
+                    }
+                }
+            }
+        }
+    }
+
     /// Sets the shading frames and the parameters of a material.
     fn load_material<R: Real<Scalar = f32>>(&mut self, inputs: &ShadeInputs, run: &MaterialRun) {
         let material = &inputs.scene.materials[run.material as usize];

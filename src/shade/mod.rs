@@ -48,7 +48,7 @@ impl PathVertex {
     /// Returns whether a path ends at this vertex, given the density with which its last direction
     /// was sampled (infinite after specular reflection or refraction).
     fn ends_path(&self, pdf: f32) -> bool {
-        let PathLimits { max_depth, direct_only } = self.limits;
+        let PathLimits { max_depth, direct_only, .. } = self.limits;
         self.depth >= max_depth || direct_only && self.depth > 0 && pdf.is_finite()
     }
 
@@ -72,6 +72,18 @@ pub struct ShadeInputs<'a> {
     pub rays: &'a RayBatch,
     /// The nearest hit of each ray.
     pub hits: &'a HitBatch,
+}
+
+/// Density of the direction of a ray that left a mirror or clear glass after another surface. It is
+/// infinite as well, but negative, which tells such rays apart if the scene asks for `regularize`.
+const SPECULAR_AFTER_OTHERS: f32 = f32::NEG_INFINITY;
+
+impl ShadeInputs<'_> {
+    /// Returns whether the path of the i-th ray has met a surface that scatters other than a mirror
+    /// or clear glass does. Rays know it only if the scene asks for `regularize`.
+    fn has_scattered(&self, i: usize) -> bool {
+        self.vertex.depth > 0 && self.rays.pdf[i] < f32::INFINITY
+    }
 }
 
 /// Work columns of the stage.
@@ -107,9 +119,12 @@ pub fn shade<R: Real<Scalar = f32>>(
     vertices.load_surfaces::<R>(inputs);
     vertices.load_paths(inputs);
     vertices.load_materials::<R>(inputs);
+    if vertex.limits.regularize {
+        vertices.regularize(inputs);
+    }
     random.fill(&vertex, vertices, vertices.first_spawning(skip_mis), samples);
     vertices.sample_lights::<R>(scene, random);
-    vertices.evaluate::<R>(random, skip_mis);
+    vertices.evaluate::<R>(inputs.scene, random, skip_mis);
     vertices.spawn::<R>(inputs, random, shadows, next);
     vertices.occupancy()
 }

@@ -4,7 +4,7 @@ use super::bsdf_kind::BsdfKind;
 use super::neighbour_ray::SpecularBounce;
 use super::random::RandomColumns;
 use super::vertices::{Vertices, vector};
-use super::{PathVertex, ShadeInputs};
+use super::{PathVertex, SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::lanes::Real;
 use crate::lanes::vector::scale;
 use crate::rays::{Ray, RayBatch, RayDifferential, SpawnedRays};
@@ -106,6 +106,14 @@ impl Vertices {
         for axis in 0..3 {
             next.facing[axis].pack(first, lanes, R::load(&self.facing[axis][at..]));
         }
+        if inputs.vertex.limits.regularize {
+            for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
+                let scattered = inputs.has_scattered(self.order[at + lane] as usize);
+                if scattered && next.pdf[to] == f32::INFINITY {
+                    next.pdf[to] = SPECULAR_AFTER_OTHERS;
+                }
+            }
+        }
         if inputs.scene.is_textured() {
             for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
                 next.differential[to] = self.next_differential(inputs, at + lane);
@@ -123,7 +131,8 @@ impl Vertices {
             let ray = Ray { origin, direction: ray.direction, t_max: f32::INFINITY };
             next.push(ray, rays.throughput(i), rays.slot[i]);
             let last = next.len - 1;
-            next.pdf[last] = f32::INFINITY;
+            let scattered = inputs.vertex.limits.regularize && inputs.has_scattered(i);
+            next.pdf[last] = if scattered { SPECULAR_AFTER_OTHERS } else { f32::INFINITY };
             next.roulette_scale[last] = inputs.roulette_scale(i);
             next.set_facing(last, [0.0; 3]);
             if inputs.scene.is_textured() {

@@ -156,6 +156,32 @@ impl Spectrum {
     }
 }
 
+/// Returns the linear sRGB of one unit of reflectance at each of some ascending wavelengths (nm),
+/// linear between them and constant beyond, in daylight (D65). Their sum is white.
+pub fn daylight_weights(wavelengths: &[f64]) -> Vec<[f64; 3]> {
+    let mut weights = vec![[0.0; 3]; wavelengths.len()];
+    for nm in (VISIBLE[0]..=VISIBLE[1]).map(f64::from) {
+        let after = wavelengths.partition_point(|&wavelength| wavelength <= nm);
+        let daylight = daylight_at(nm);
+        let light = srgb_from_xyz(colour_matching(nm).map(|v| v * daylight));
+        let mut add = |i: usize, share: f64| {
+            if let Some(weight) = weights.get_mut(i) {
+                (0..3).for_each(|c| weight[c] += share * light[c]);
+            }
+        };
+        match (after.checked_sub(1), wavelengths.get(after)) {
+            (Some(before), Some(next)) => {
+                let share = (nm - wavelengths[before]) / (next - wavelengths[before]);
+                add(before, 1.0 - share);
+                add(after, share);
+            }
+            (Some(last), None) => add(last, 1.0),
+            (None, _) => add(0, 1.0),
+        }
+    }
+    weights
+}
+
 fn interpolate(samples: &[[f64; 2]], nm: f64) -> f64 {
     let after = samples.partition_point(|[wavelength, _]| *wavelength <= nm);
     match (samples.get(after.wrapping_sub(1)), samples.get(after)) {
@@ -193,6 +219,24 @@ mod tests {
         assert!((strong[0] - r).abs() < 1e-5 && (strong[2] - b).abs() < 1e-5);
         assert_eq!(Spectrum::Constant(0.0).light(), [0.0; 3]);
         assert_eq!(blackbody(1.0).light(), [0.0; 3]);
+    }
+
+    #[test]
+    fn the_weights_of_wavelengths_are_those_of_a_spectrum() {
+        let (wavelengths, values) = ([420.0, 500.0, 610.0, 700.0], [0.2, 0.9, 0.4, 0.6]);
+        let weights = daylight_weights(&wavelengths);
+        let sum = |values: &[f64]| {
+            [0, 1, 2].map(|c| weights.iter().zip(values).map(|(w, v)| w[c] * v).sum::<f64>())
+        };
+        for channel in sum(&[1.0; 4]) {
+            assert!((channel - 1.0).abs() < 1e-9);
+        }
+        let pairs = wavelengths.into_iter().zip(values);
+        let ends = [[360.0, 0.2]].into_iter().chain(pairs.map(|(nm, v)| [nm, v]));
+        let spectrum = Spectrum::tabulated(ends.chain([[830.0, 0.6]]));
+        for (found, expected) in sum(&values).into_iter().zip(spectrum.reflectance()) {
+            assert!((found - f64::from(expected)).abs() < 1e-5);
+        }
     }
 
     #[test]

@@ -39,8 +39,6 @@ pub struct Description {
     pub shutter: Shutter,
     /// The times at which motions begin and end (s).
     pub transform_times: [f64; 2],
-    /// Whether the file asks for rougher surfaces behind diffuse ones, which is not supported.
-    pub regularize: bool,
     /// The warnings of the reader.
     pub warnings: Vec<Warning>,
     /// The files that were read.
@@ -74,6 +72,8 @@ pub struct FilmSpec {
     pub half: bool,
     /// Whether the file asks for layers of geometry beside the picture.
     pub gbuffer: bool,
+    /// Whether these layers are in camera space instead of world space.
+    pub camera_layers: bool,
 }
 
 /// The pixel filter: a product of one function of x and one of y.

@@ -34,13 +34,13 @@ const FILM_READS: &[&str] = &[
     "whitebalance",
     "sensor",
     "savefp16",
+    "coordinatesystem",
     // Parameters of pbrt-v3.
     "scale",
     "maxsampleluminance",
 ];
 const FILM_IGNORES: &[Ignored] = &[
     ("display", SILENT),
-    ("coordinatesystem", "layers of geometry are in the camera's frame"),
     ("nbuckets", SILENT),
     ("lambdamin", SILENT),
     ("lambdamax", SILENT),
@@ -55,7 +55,13 @@ static FILM: Directive<FilmKind> = Directive {
         known("image", FilmKind::Rgb, FILM_READS, FILM_IGNORES),
         known("rgb", FilmKind::Rgb, FILM_READS, FILM_IGNORES),
         known("gbuffer", FilmKind::Gbuffer, FILM_READS, FILM_IGNORES),
-        similar("spectral", FilmKind::Rgb, FILM_READS, FILM_IGNORES, "film rgb is used"),
+        similar(
+            "spectral",
+            FilmKind::Rgb,
+            FILM_READS,
+            FILM_IGNORES,
+            "the picture is RGB, without buckets of wavelengths",
+        ),
     ],
 };
 
@@ -148,6 +154,7 @@ impl Default for FilmSpec {
             colour_space: ColourSpace::default(),
             half: false,
             gbuffer: false,
+            camera_layers: false,
         }
     }
 }
@@ -158,6 +165,18 @@ fn max_component(params: &Params) -> Result<Option<f64>, SceneError> {
     match names.into_iter().find(|name| params.find(name).is_some()) {
         Some(name) => params.positive(name, f64::INFINITY).map(Some),
         None => Ok(None),
+    }
+}
+
+/// Reads whether layers of geometry are in camera space, the default of pbrt-v4.
+fn camera_layers(params: &Params) -> Result<bool, SceneError> {
+    match params.text("coordinatesystem")? {
+        None | Some("camera") => Ok(true),
+        Some("world") => Ok(false),
+        Some(other) => {
+            let found = format!("the coordinate system \"{other}\"");
+            Err(params.refuse("coordinatesystem", found, "expected camera or world"))
+        }
     }
 }
 
@@ -214,5 +233,6 @@ pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, Sce
         colour_space: params.space,
         half: params.boolean("savefp16")?.unwrap_or(false),
         gbuffer: kind == FilmKind::Gbuffer,
+        camera_layers: kind == FilmKind::Gbuffer && camera_layers(params)?,
     })
 }

@@ -8,8 +8,9 @@ use super::colour::ColourRole;
 use super::directive_kinds::{Directive, Ignored, SILENT, known, unsupported};
 use super::params::{Params, Values};
 use super::texture_library::{TextureLibrary, TextureType};
-use super::{SceneError, WarningLog};
-use crate::scene::{DielectricCoat, MaterialModel, Metal, Roughness, Texture};
+use super::{SceneError, WarningLog, resolve};
+use crate::io::path_excerpt;
+use crate::scene::{DielectricCoat, MaterialModel, MeasuredSurface, Metal, Roughness, Texture};
 
 /// The kinds of materials.
 #[derive(Clone, Copy, PartialEq)]
@@ -22,6 +23,7 @@ pub(super) enum MaterialKind {
     ThinDielectric,
     CoatedDiffuse,
     CoatedConductor,
+    Measured,
     Mix,
     // Kinds of pbrt-v2 and v3.
     Matte,
@@ -122,7 +124,7 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
         ),
         unsupported("subsurface", UNSUPPORTED),
         unsupported("hair", UNSUPPORTED),
-        unsupported("measured", UNSUPPORTED),
+        known("measured", MaterialKind::Measured, &["filename"], &[]),
         known("matte", MaterialKind::Matte, &["Kd"], LAMBERTIAN),
         known("plastic", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
         known("uber", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
@@ -238,6 +240,7 @@ impl MaterialBuilder<'_> {
                 reflectance: self.colour("Kd", 0.25)?,
                 coat: self.coat("", &["eta", "index"], 0.1)?,
             },
+            MaterialKind::Measured => MaterialModel::Measured(self.measured()?),
             MaterialKind::CoatedConductor => MaterialModel::CoatedConductor {
                 metal: self.metal("conductor.eta", "conductor.k")?,
                 roughness: self.roughness("conductor.", 0.0)?,
@@ -245,6 +248,22 @@ impl MaterialBuilder<'_> {
             },
             MaterialKind::Mix => MaterialModel::Mix { materials, amount: self.amount()? },
         })
+    }
+
+    /// Reads the file of a measured surface.
+    fn measured(&self) -> Result<Arc<MeasuredSurface>, SceneError> {
+        let Some(file) = self.params.text("filename")? else {
+            let found = "a measured material without \"string filename\"";
+            return Err(self.params.refuse("filename", found, "expected the name of a .bsdf file"));
+        };
+        let path = resolve(&self.params.folder, file);
+        let refuse = |found: String| {
+            let expected = "expected a .bsdf file of the RGL's material database";
+            self.params.refuse("filename", found, expected)
+        };
+        let bytes = self.params.context.bytes(&path).map_err(|error| refuse(error.to_string()))?;
+        let read = MeasuredSurface::read(&bytes);
+        read.map(Arc::new).map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))
     }
 
     /// Returns whether a colour is 0 in all channels.

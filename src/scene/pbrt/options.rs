@@ -167,10 +167,7 @@ impl SceneReader {
         let params = selected.params;
         let supported = selected.kind.is_some();
         let given = if supported { params.maybe_float("maxdepth")? } else { None };
-        if supported && params.boolean("regularize")?.unwrap_or(false) {
-            self.regularize = true;
-            self.warn_unsupported("regularize", "every surface is as smooth as the scene says");
-        }
+        let regularize = supported && params.boolean("regularize")?.unwrap_or(false);
         let depth = given.unwrap_or(5.0);
         if !(0.0..=1e6).contains(&depth) || depth.fract() != 0.0 {
             let found = format!("\"maxdepth\" is {depth}");
@@ -178,7 +175,7 @@ impl SceneReader {
             return Err(params.refuse("maxdepth", found, expected));
         }
         let direct_only = selected.kind == Some(IntegratorKind::DirectLighting);
-        self.path_limits = Some(PathLimits { max_depth: depth as u32, direct_only });
+        self.path_limits = Some(PathLimits { max_depth: depth as u32, direct_only, regularize });
         Ok(())
     }
 

@@ -73,7 +73,6 @@ pub(super) struct SceneReader {
     pub(super) option_seed: Option<u32>,
     pub(super) filter: Option<FilterSpec>,
     pub(super) path_limits: Option<PathLimits>,
-    pub(super) regularize: bool,
     /// The times of the start and the end transform (s).
     pub(super) transform_times: [f64; 2],
 
@@ -127,7 +126,6 @@ impl SceneReader {
             option_seed: None,
             filter: None,
             path_limits: None,
-            regularize: false,
             transform_times: [0.0, 1.0],
             library: TextureLibrary::default(),
             deferred: Vec::new(),
@@ -241,7 +239,8 @@ impl SceneReader {
             return Err(errors.unwrap_or_default());
         };
         // pbrt-v2 computes direct light only unless told otherwise, pbrt-v4 traces paths.
-        let path_limits = PathLimits { max_depth: 5, direct_only: self.dialect == Dialect::V2 };
+        let direct_only = self.dialect == Dialect::V2;
+        let path_limits = PathLimits { max_depth: 5, direct_only, regularize: false };
         let CameraDirective { params, motion, .. } = self.camera;
         Ok(Description {
             camera,
@@ -259,7 +258,6 @@ impl SceneReader {
                 }
                 Dialect::V2 => FilterSpec { profile: Profile::Box, radius: [0.5; 2] },
             }),
-            regularize: self.regularize,
             path_limits: self.path_limits.unwrap_or(path_limits),
             scene,
             warnings: self.warnings.into_warnings(),

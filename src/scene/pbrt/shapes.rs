@@ -31,7 +31,7 @@ enum QuadricKind {
 }
 
 const UNSUPPORTED: &str = "the shape is left out";
-const UNDISPLACED: &str = "the surface is not displaced";
+const UNDISPLACED: &str = "the surface is not displaced; displace the mesh where it is made";
 const SHADOW_ALPHA: Ignored = ("shadowalpha", "alpha alone decides");
 const MESH_IGNORES: &[Ignored] = &[
     ("S", "tangents follow the texture coordinates"),

@@ -101,7 +101,7 @@ static TEXTURE: Directive<TextureKind> = Directive {
         known("windy", TextureKind::Windy, &[], &[]),
         known("marble", TextureKind::Marble, &["octaves", "roughness", "scale", "variation"], &[]),
         unsupported("uv", UNSUPPORTED),
-        unsupported("ptex", UNSUPPORTED),
+        unsupported("ptex", "the constant 0.5 is used; bake it into an image and use an imagemap"),
     ],
 };
 
