@@ -107,6 +107,10 @@ material("mix", 'MakeNamedMaterial "a" "string type" "diffuse" "rgb reflectance"
 material("interface", 'Material "interface"')
 material("displacement", 'Texture "bumps" "float" "checkerboard" "float uscale" 8 "float vscale" 8 "float tex1" 0 "float tex2" 0.01\nMaterial "diffuse" "rgb reflectance" [0.6 0.6 0.6] "texture displacement" "bumps"')
 material("normalmap", f'Material "diffuse" "rgb reflectance" [0.6 0.6 0.6] "string normalmap" "@ROOT@/scenes/atelier/knurl.png"')
+MEASURED = "@ROOT@/tests/pbrt_language"
+material("measured, isotropic", f'Material "measured" "string filename" "{MEASURED}/isotropic.bsdf"')
+material("measured, anisotropic", f'Material "measured" "string filename" "{MEASURED}/anisotropic.bsdf"')
+material("measured, normalmap", f'Material "measured" "string filename" "{MEASURED}/isotropic.bsdf" "string normalmap" "@ROOT@/scenes/atelier/knurl.png"')
 material("hair", 'Material "hair" "float eumelanin" 1.3', missing="hair")
 material("subsurface", 'Material "subsurface" "rgb reflectance" [0.5 0.5 0.5] "rgb mfp" [0.1 0.1 0.1]', missing="subsurface scattering")
 
@@ -124,7 +128,7 @@ texture("imagemap, coloured", 'Texture "t" "spectrum" "imagemap" "string filenam
 texture("imagemap, scale invert", f'Texture "t" "spectrum" "imagemap" {IMAGE} "float scale" 0.6 "bool invert" true "float uscale" 3 "float vscale" 2')
 texture("imagemap, linear clamp", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string encoding" "linear" "string wrap" "clamp" "float udelta" 0.3')
 texture("imagemap, trilinear", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string filter" "trilinear" "float uscale" 4')
-texture("imagemap, ewa", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string filter" "ewa" "float uscale" 4')
+texture("imagemap, ewa", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string filter" "ewa" "float uscale" 4', missing="anisotropic filters: trilinear is used")
 texture("imagemap, planar", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string mapping" "planar" "vector3 v1" [1 0 0] "vector3 v2" [0 0 1]')
 texture("imagemap, spherical", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string mapping" "spherical"')
 texture("imagemap, cylindrical", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string mapping" "cylindrical"')
@@ -233,3 +237,5 @@ for name, text in [
 row("structure", "Attribute", 'Attribute "shape" "float radius" 0.6\nMaterial "diffuse" "rgb reflectance" [0.6 0.6 0.6]\nTranslate 0 0 0.6\nShape "sphere"\n')
 row("structure", "NamedMaterial", f'MakeNamedMaterial "m" "string type" "diffuse" "rgb reflectance" [0.6 0.6 0.6]\nNamedMaterial "m"\n{BALL}')
 row("structure", "ColorSpace", f'ColorSpace "rec2020"\nMaterial "diffuse" "rgb reflectance" [0.5 0.3 0.2]\n{BALL}')
+
+import more_rows  # noqa: E402, F401
