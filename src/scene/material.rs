@@ -3,6 +3,7 @@
 //! The shading stage evaluates the textures at a point and makes a BSDF of the model.
 //! [`MaterialModel`] is the list of all models.
 
+use super::hair::HairFibre;
 use super::texture::{ImageMap, Texture};
 
 /// Scattering model of a surface, and changes of its shading normal.
@@ -71,6 +72,8 @@ pub enum MaterialModel {
         /// Coat.
         coat: Box<DielectricCoat>,
     },
+    /// A hair or fur.
+    Hair(Box<HairFibre>),
     /// One of two materials, chosen at random at every point.
     Mix {
         /// Indices of the materials.
@@ -149,13 +152,15 @@ impl Material {
         self.bump.is_some()
             || self.normal_map.is_some()
             || self.is_anisotropic()
+            || matches!(self.model, MaterialModel::Hair(_))
             || !self.model.textures().iter().all(constant)
     }
 
     /// Returns whether scattering depends on the direction of u and v, so that the shading frame
     /// must follow the texture coordinates.
     pub fn is_anisotropic(&self) -> bool {
-        self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
+        matches!(self.model, MaterialModel::Hair(_))
+            || self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
     }
 
     /// Returns a Lambertian surface of one colour.
@@ -180,6 +185,7 @@ impl MaterialModel {
             Self::CoatedConductor { metal, coat, .. } => {
                 coat.textures().into_iter().chain(metal.textures()).collect()
             }
+            Self::Hair(fibre) => fibre.textures(),
             Self::Mix { amount, .. } => vec![amount],
         };
         let roughnesses = self.roughnesses().into_iter().flatten();
@@ -193,6 +199,7 @@ impl MaterialModel {
             | Self::Diffuse { .. }
             | Self::DiffuseTransmission { .. }
             | Self::ThinDielectric { .. }
+            | Self::Hair(_)
             | Self::Mix { .. } => [None, None],
             Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => {
                 [Some(roughness), None]

@@ -8,6 +8,7 @@ mod animated;
 mod builder;
 mod bvh;
 mod geometry;
+mod hair;
 mod intersect;
 mod light;
 mod material;
@@ -28,6 +29,7 @@ pub use geometry::{
     SurfaceDerivatives, SurfaceDerivativesPacket, SurfacePacket, SurfacePoint, gamma,
     split_patches, subdivide, tessellate_curve,
 };
+pub use hair::{HairColour, HairFibre};
 pub use light::{
     AreaLight, Emission, IntensityDistribution, Light, LightColumns, LightInputs, LightSample,
     LightSamples, Lights, PointLight, Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere,

@@ -20,6 +20,7 @@ pub(super) enum BsdfKind {
     ThinDielectric,
     CoatedDiffuse,
     CoatedConductor,
+    Hair,
     /// Not shaded: rays pass straight through.
     Interface,
 }
@@ -37,6 +38,7 @@ impl BsdfKind {
         Self::ThinDielectric,
         Self::CoatedDiffuse,
         Self::CoatedConductor,
+        Self::Hair,
         Self::Interface,
     ];
 
@@ -50,6 +52,7 @@ impl BsdfKind {
             Self::ThinDielectric => "thindielectric",
             Self::CoatedDiffuse => "coateddiffuse",
             Self::CoatedConductor => "coatedconductor",
+            Self::Hair => "hair",
             Self::Interface => "interface",
         }
     }
@@ -61,6 +64,7 @@ impl BsdfKind {
             Self::ThinDielectric => 1,
             Self::Diffuse | Self::Dielectric => 3,
             Self::DiffuseTransmission => 6,
+            Self::Hair => 8,
             Self::Conductor => PARAMETER_COUNT - COAT_PARAMETER_COUNT,
             Self::CoatedDiffuse | Self::CoatedConductor => PARAMETER_COUNT,
         }
@@ -88,6 +92,7 @@ impl BsdfKind {
             Self::DiffuseTransmission
             | Self::Dielectric
             | Self::ThinDielectric
+            | Self::Hair
             | Self::Interface => [R::splat(0.0); 3],
         }
     }
@@ -104,6 +109,7 @@ impl BsdfKind {
             MaterialModel::ThinDielectric { .. } => Self::ThinDielectric,
             MaterialModel::CoatedDiffuse { .. } => Self::CoatedDiffuse,
             MaterialModel::CoatedConductor { .. } => Self::CoatedConductor,
+            MaterialModel::Hair(_) => Self::Hair,
             MaterialModel::Mix { .. } => return None,
         })
     }

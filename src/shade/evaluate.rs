@@ -1,7 +1,8 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
 use super::bsdf::{
-    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, ShadingFrame, ThinDielectric,
+    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, ShadingFrame,
+    ThinDielectric,
 };
 use super::bsdf_kind::BsdfKind;
 use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
@@ -92,6 +93,7 @@ impl Vertices {
                 }
                 BsdfKind::CoatedDiffuse => self.evaluate_coated::<R, Diffuse<R>>(kind, random),
                 BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
+                BsdfKind::Hair => self.evaluate_packets::<R, Hair<R>>(kind, random, false),
                 BsdfKind::Interface => {}
             }
         }
