@@ -3,6 +3,10 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+#[path = "../support/naive_hair.rs"]
+mod naive_hair;
+
 mod crossing;
+mod lenses;
 mod naive;
 mod surface;

@@ -45,6 +45,18 @@ fn ribbon_normal([from, to]: [DVec3; 2], u: f64) -> DVec3 {
 
 /// Returns the hits of a ray of unit direction with a segment.
 pub fn hits(kind: CurveKind, segment: &CurveSegment, origin: DVec3, along: DVec3) -> Vec<NaiveHit> {
+    hits_between(kind, segment, [0.0, 1.0], STEPS, origin, along)
+}
+
+/// Returns the hits of a ray of unit direction with a part of a segment, by `steps` points.
+pub fn hits_between(
+    kind: CurveKind,
+    segment: &CurveSegment,
+    [low, high]: [f64; 2],
+    steps: usize,
+    origin: DVec3,
+    along: DVec3,
+) -> Vec<NaiveHit> {
     // The distance of the sampled point from the ray, before and beyond its perpendicular.
     let ahead = |u: f64| {
         let offset = point(segment, u) - origin;
@@ -52,9 +64,9 @@ pub fn hits(kind: CurveKind, segment: &CurveSegment, origin: DVec3, along: DVec3
         across.dot(slope(segment, u))
     };
     let mut found = Vec::new();
-    let mut last = ahead(0.0);
-    for step in 0..STEPS {
-        let [start, end] = [step, step + 1].map(|i| i as f64 / STEPS as f64);
+    let mut last = ahead(low);
+    for step in 0..steps {
+        let [start, end] = [step, step + 1].map(|i| low + (high - low) * i as f64 / steps as f64);
         let next = ahead(end);
         if last <= 0.0 && next >= 0.0 {
             let u = start + (end - start) * last / (last - next).min(-1e-300);
