@@ -33,7 +33,7 @@ pub struct HairParameters<R> {
     pub beta_n: R,
     /// Angle of the scales (degrees).
     pub tilt: R,
-    /// Offset from the axis as the ray sees it, clamped to -1 to 1 [radii].
+    /// Offset from the axis as the ray sees it, clamped to -1 to 1 (radii).
     pub offset: R,
 }
 
