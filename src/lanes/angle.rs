@@ -119,7 +119,7 @@ mod tests {
     #[test]
     fn signed_angles_are_those_of_all_quadrants() {
         for step in 0..=400 {
-            let (sin, cos) = (f64::from(step) * 0.0157 - 3.14).sin_cos();
+            let (sin, cos) = (f64::from(step) * 0.0155 - 3.1).sin_cos();
             let (y, x) = (sin as f32, cos as f32);
             let expected = f64::from(y).atan2(f64::from(x));
             let found = signed_angle(y, x);
