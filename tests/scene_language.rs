@@ -38,7 +38,7 @@ fn alpha_of_1_is_dropped() {
 fn triangles(world: &str) -> usize {
     let count = |shape: &Shape| match &shape.geometry {
         Geometry::Mesh(mesh) => mesh.triangles.len(),
-        Geometry::Patches(_) | Geometry::Quadric(_) => panic!("not a mesh"),
+        Geometry::Patches(_) | Geometry::Curves(_) | Geometry::Quadric(_) => panic!("not a mesh"),
     };
     shapes(world).iter().map(count).sum()
 }
@@ -70,7 +70,7 @@ fn curves_of_both_bases_and_degrees_are_read() {
     let ends = |given: &str| {
         let description =
             read_world_with_warnings(&format!("Shape \"curve\" \"float width\" 0.001 {given}"));
-        assert_eq!(description.warnings.len(), 1, "{:#?}", description.warnings);
+        assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
         description.scene.bounds().unwrap().map(|p| (p.x * 100.0).round() / 100.0)
     };
     let line = "\"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]";
@@ -90,6 +90,46 @@ fn curves_of_both_bases_and_degrees_are_read() {
         let message = error(&format!("Shape \"curve\" {given}"));
         assert!(message.starts_with(expected), "{message}");
     }
+}
+
+/// Returns the number of segments of each shape of curves in a world.
+fn segments(world: &str) -> Vec<usize> {
+    let count = |shape: &Shape| match &shape.geometry {
+        Geometry::Curves(curves) => curves.segments().len(),
+        Geometry::Mesh(_) | Geometry::Patches(_) | Geometry::Quadric(_) => 0,
+    };
+    shapes(world).iter().map(count).collect()
+}
+
+#[test]
+fn consecutive_curves_of_one_material_are_one_shape() {
+    let curve = "Shape \"curve\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]\n";
+    assert_eq!(segments(&curve.repeat(3)), [3]);
+    let cylinder = curve.replace("\"curve\"", "\"curve\" \"string type\" \"cylinder\"");
+    assert_eq!(segments(&format!("{curve}{cylinder}{cylinder}")), [1, 2]);
+    let moved = format!("{curve}Translate 1 0 0\nRotate 30 1 2 3\nScale 2 2 2\n{curve}");
+    assert_eq!(segments(&moved), [2]);
+    // The kind, the material, the object, the side, an alpha and a light keep curves apart.
+    for between in ["Material \"diffuse\"", "ReverseOrientation", "ObjectBegin \"a\""] {
+        let end = if between.contains("Object") { "ObjectEnd" } else { "" };
+        assert_eq!(segments(&format!("{curve}{between}\n{curve}{end}")), [1, 1], "{between}");
+    }
+    let thin = curve.replace("\"curve\"", "\"curve\" \"float alpha\" 0.5");
+    assert_eq!(segments(&format!("{curve}{thin}{thin}{curve}")), [2, 1, 1]);
+    assert_eq!(segments(&format!("{curve}AreaLightSource \"diffuse\"\n{curve}")), [1, 0]);
+}
+
+#[test]
+fn curves_that_a_transform_stretches_are_in_an_object() {
+    let curve = "Shape \"curve\" \"float width\" 0.2 \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0]\n";
+    for (transform, height) in [("Scale 1 1 3", 0.3), ("Scale 1 1 -1", 0.1), ("Scale 3 3 3", 0.3)] {
+        let scene = read_world(&format!("{transform}\n{curve}")).scene;
+        let [low, high] = scene.bounds().unwrap();
+        assert!((high.z - height).abs() < 1e-5 && (low.z + height).abs() < 1e-5, "{transform}");
+    }
+    let infinite = curve.replace("0.2", "1e300");
+    let message = read_world_with_warnings(&infinite).warnings[0].to_string();
+    assert!(message.contains("1 of the 1 segments of a curve"), "{message}");
 }
 
 #[test]

@@ -62,9 +62,12 @@ fn shapes_that_exceed_the_memory_are_refused_quickly() {
         copies(3000)
     );
     let blocks = "AttributeBegin\n".repeat(500_000);
-    let curve = format!("Shape \"curve\" \"float width\" 0.01 \"point3 P\" [{}]", zigzag(90_001));
+    let curve = format!(
+        "AreaLightSource \"diffuse\" Shape \"curve\" \"float width\" 0.01 \"point3 P\" [{}]",
+        zigzag(90_001)
+    );
     for (name, world, refused) in [
-        ("curve", curve, "3:1: a curve of 30000 segments: it takes 2.4"),
+        ("curve", curve, "3:27: a curve of 30000 segments: it takes 2.4"),
         ("level", format!("{triangle} 11"), "3:1: 4194304 triangles: it takes 1."),
         ("levels", format!("{triangle} 8\n").repeat(20), "a loopsubdiv: it takes"),
         ("copies", thousands, "an instance of an object: it takes"),

@@ -178,7 +178,7 @@ fn old_materials_are_converted_as_in_pbrt_and_others_warn() {
         ("\"uber\" \"rgb Kt\" [0 0 0]", "CoatedDiffuse"),
         ("\"translucent\" \"rgb reflect\" [1 1 1]", "DiffuseTransmission"),
         ("\"shinymetal\" \"float roughness\" 0.2", "Conductor"),
-        ("\"hair\" \"float beta_m\" 0.2", "Diffuse"),
+        ("\"measured\"", "Diffuse"),
         ("\"subsurface\" \"rgb reflectance\" [0.1 0.2 0.3]", "Diffuse"),
     ] {
         let description = read_world_with_warnings(&format!("Material {world} Shape \"sphere\""));
@@ -188,6 +188,29 @@ fn old_materials_are_converted_as_in_pbrt_and_others_warn() {
         let message = usize::from(kind == "Diffuse");
         assert_eq!(description.warnings.len(), message, "{world}: {:#?}", description.warnings);
     }
+}
+
+#[test]
+fn the_first_colour_of_a_hair_counts() {
+    let colour = |given: &str| {
+        let scene = read_world(&format!("Material \"hair\" {given} Shape \"sphere\"")).scene;
+        let material = &scene.materials[scene.shapes[0].material as usize];
+        let MaterialModel::Hair(fibre) = &material.model else { panic!("{material:?}") };
+        assert!(material.bump.is_none() && material.needs_derivatives());
+        format!("{:?}", fibre.colour)
+    };
+    let number = |value: f32| format!("Constant([{value:?}, {value:?}, {value:?}])");
+    let melanin =
+        |e, p| format!("Melanin {{ eumelanin: {}, pheomelanin: {} }}", number(e), number(p));
+    assert_eq!(colour(""), melanin(1.3, 0.0));
+    assert_eq!(colour("\"float displacement\" 0.1"), melanin(1.3, 0.0));
+    assert_eq!(colour("\"float pheomelanin\" 2"), melanin(0.0, 2.0));
+    let both = "\"float eumelanin\" 0.5 \"float pheomelanin\" 2";
+    assert_eq!(colour(both), melanin(0.5, 2.0));
+    let white = format!("{both} \"rgb color\" [1 1 1]");
+    assert_eq!(colour(&white), format!("Reflectance({})", number(1.0)));
+    let dark = format!("{white} \"rgb sigma_a\" [3 3 3]");
+    assert_eq!(colour(&dark), format!("Absorption({})", number(3.0)));
 }
 
 #[test]

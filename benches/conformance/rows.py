@@ -80,9 +80,17 @@ shape("bilinearmesh, twisted", 'Shape "bilinearmesh" "point3 P" [-0.8 0 0.1  0.8
 shape("bilinearmesh, N", 'Shape "bilinearmesh" "point3 P" [-0.8 0 0.1  0.8 0.6 0.1  -0.8 0.7 1  0.8 -0.8 1.2] "normal N" [-0.5 -1 0  0.5 -1 0  -0.5 -1 0.3  0.5 -1 0.3]')
 shape("loopsubdiv", 'Translate 0 0 0.5\nShape "loopsubdiv" "integer levels" 3 "point3 P" [0 0 0.8  -0.8 -0.5 -0.3  0.8 -0.5 -0.3  0 0.8 -0.3] "integer indices" [0 1 2  0 2 3  0 3 1  1 3 2]')
 CURVE = '"point3 P" [-0.9 0 0.2  -0.3 -0.5 1.3  0.4 0.5 -0.1  0.9 0 0.9]'
-shape("curve, flat", f'Shape "curve" {CURVE} "float width" 0.3', differs="a flat curve is a tube", tolerance=0.03)
-shape("curve, cylinder", f'Shape "curve" {CURVE} "string type" "cylinder" "float width0" 0.3 "float width1" 0.1', differs="a tube of six sides", tolerance=0.03)
-shape("curve, ribbon", f'Shape "curve" {CURVE} "string type" "ribbon" "float width" 0.3 "normal N" [0 -1 0  0.3 -1 0]', differs="a strip of flat pieces", tolerance=0.03)
+shape("curve, flat", f'Shape "curve" {CURVE} "float width" 0.3')
+shape("curve, cylinder", f'Shape "curve" {CURVE} "string type" "cylinder" "float width0" 0.3 "float width1" 0.1')
+shape("curve, ribbon", f'Shape "curve" {CURVE} "string type" "ribbon" "float width" 0.3 "normal N" [0 -1 0  0.3 -1 0]')
+SPLINE = '"string basis" "bspline" "point3 P" [-1.9 0 0.2  -0.9 -0.5 1  -0.3 0.3 0.4  0.4 0.2 1.2  0.8 0 0.3  1.6 0 0.9]'
+shape("curve, bspline", f'Shape "curve" {SPLINE} "float width" 0.2')
+shape("curve, quadratic bspline", f'Shape "curve" {SPLINE} "integer degree" 2 "string type" "cylinder" "float width" 0.2')
+shape("curve, quadratic bezier", 'Shape "curve" "integer degree" 2 "point3 P" [-0.9 0 0.2  -0.5 -0.5 1.3  0 0 0.6  0.4 0.5 -0.1  0.9 0 0.9] "float width" 0.2')
+shape("curve, Scale", f'Scale 1 1.5 0.6\nShape "curve" {CURVE} "string type" "cylinder" "float width" 0.3')
+shape("curve, mirrored", f'Scale -1 1 1\nShape "curve" {CURVE} "string type" "cylinder" "float width" 0.3')
+shape("curve, ObjectInstance", f'ObjectBegin "o"\nShape "curve" {SPLINE} "string type" "cylinder" "float width" 0.2\nObjectEnd\nObjectInstance "o"\nRotate 40 0 0 1\nScale 0.7 1.2 1.2\nObjectInstance "o"')
+shape("curve, alpha", f'Shape "curve" {CURVE} "float width" 0.3 "float alpha" 0.5')
 shape("ReverseOrientation", f"ReverseOrientation\n{BALL}")
 shape("alpha", 'Translate 0 0 0.6\nShape "sphere" "float radius" 0.6 "float alpha" 0.5')
 shape("ObjectInstance", f'ObjectBegin "o"\n{BALL}ObjectEnd\nScale 0.5 0.5 0.5\nObjectInstance "o"\nTranslate 1.4 0 0\nScale 1 0.6 1.5\nObjectInstance "o"')
@@ -111,7 +119,25 @@ MEASURED = "@ROOT@/tests/pbrt_language"
 material("measured, isotropic", f'Material "measured" "string filename" "{MEASURED}/isotropic.bsdf"')
 material("measured, anisotropic", f'Material "measured" "string filename" "{MEASURED}/anisotropic.bsdf"')
 material("measured, normalmap", f'Material "measured" "string filename" "{MEASURED}/isotropic.bsdf" "string normalmap" "@ROOT@/scenes/atelier/knurl.png"')
-material("hair", 'Material "hair" "float eumelanin" 1.3', missing="hair")
+material("hair", 'Material "hair"')
+# Hairs thick enough for a few pixels.
+LOCK = "".join(
+    f'Shape "curve" "string type" "{("flat", "cylinder")[i % 2]}" "float width0" 0.12 "float width1" 0.06 '
+    f'"point3 P" [{x:.2f} 0 1.3  {x - 0.2:.2f} -0.4 0.9  {x + 0.3:.2f} {-0.3 + 0.05 * i:.2f} 0.5  {x:.2f} 0.2 0.1]\n'
+    for i, x in enumerate(k * 0.18 - 0.8 for k in range(10))
+)
+
+
+def hair(name, text, **more):
+    row("materials", f"hair, {name}", f'Material "hair" {text}\n{LOCK}', **more)
+
+
+hair("eumelanin", '"float eumelanin" 0.3')
+hair("pheomelanin", '"float pheomelanin" 0.8 "float eumelanin" 0.1')
+hair("reflectance", '"rgb reflectance" [0.7 0.5 0.3]')
+hair("sigma_a", '"rgb sigma_a" [0.05 0.1 0.3] "float eta" 1.4')
+hair("smooth", '"rgb sigma_a" [0.1 0.1 0.1] "float beta_m" 0.1 "float beta_n" 0.15 "float alpha" 4')
+hair("rough", '"rgb sigma_a" [0 0 0] "float beta_m" 0.8 "float beta_n" 0.9 "float alpha" 0')
 material("subsurface", 'Material "subsurface" "rgb reflectance" [0.5 0.5 0.5] "rgb mfp" [0.1 0.1 0.1]', missing="subsurface scattering")
 
 # Textures
@@ -140,6 +166,7 @@ for name, settings in [
 for name in ["fbm", "wrinkled", "windy"]:
     texture(name, f'Texture "f" "float" "{name}"\nTexture "t" "spectrum" "scale" "texture scale" "f" "rgb tex" [0.5 0.5 0.5]')
 
+texture("hair, eumelanin", 'Texture "t" "float" "checkerboard" "float uscale" 6 "float vscale" 5 "float tex1" 0 "float tex2" 2', use='Material "hair" "texture eumelanin" "t"')
 # Lights
 light("infinite", 'LightSource "infinite" "rgb L" [0.8 0.8 0.8]')
 light("infinite, illuminance", 'LightSource "infinite" "rgb L" [1 1 1] "float illuminance" 2')

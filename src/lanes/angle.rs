@@ -66,6 +66,16 @@ pub fn angle_above_axis<R: Real>(y: R, x: R) -> R {
     R::select(x.lt(R::constant(0.0)), R::constant(std::f64::consts::PI) - angle, angle)
 }
 
+/// Returns the angle of the point (x, y) from the x axis, -pi to pi (rad), and 0 for the origin. The
+/// relative error is that of [`angle_above_axis`].
+#[inline(always)]
+pub fn signed_angle<R: Real>(y: R, x: R) -> R {
+    let zero = R::constant(0.0);
+    let none = x.equals(zero) & y.equals(zero);
+    let angle = angle_above_axis(y.abs(), R::select(none, R::constant(1.0), x));
+    R::select(y.lt(zero), -angle, angle)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,5 +114,19 @@ mod tests {
             }
         }
         assert!((angle_above_axis(1e-6f32, 1.0) - 1e-6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn signed_angles_are_those_of_all_quadrants() {
+        for step in 0..=400 {
+            let (sin, cos) = (f64::from(step) * 0.0155 - 3.1).sin_cos();
+            let (y, x) = (sin as f32, cos as f32);
+            let expected = f64::from(y).atan2(f64::from(x));
+            let found = signed_angle(y, x);
+            assert!((f64::from(found) - expected).abs() < 2e-6, "{found}, not {expected}");
+            let eight = signed_angle(f32x8::splat(y), f32x8::splat(x)).to_array();
+            assert_eq!(eight.map(f32::to_bits), [found.to_bits(); 8]);
+        }
+        assert_eq!(signed_angle(0.0f32, 0.0), 0.0);
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec2};
 
 use super::texture::{Texture, TexturePoint};
-use super::{Shape, SurfacePoint};
+use super::{RayPoint, Shape, SurfacePoint};
 use crate::rays::Hit;
 
 impl Shape {
@@ -38,7 +38,7 @@ impl Shape {
         }
         let near = || {
             let [o, d] = [origin, direction].map(|v| DVec3::from_array(v.map(f64::from)));
-            o + d * f64::from(hit.t)
+            RayPoint { position: o + d * f64::from(hit.t), direction: d }
         };
         let uv = self.geometry.derivatives(hit, near).uv;
         let point = self.geometry.point(hit, near);

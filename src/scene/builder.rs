@@ -7,8 +7,8 @@ use glam::DAffine3;
 use super::animated::AnimatedInstances;
 use super::world::{build_object, build_world};
 use super::{
-    AnimatedInstance, AreaLight, Bvh, Emission, Geometry, Instance, InstancePose, Light, Lights,
-    Material, MaterialModel, Scene, Shape, Texture,
+    AnimatedInstance, AreaLight, Bvh, CurveSet, Emission, Geometry, Instance, InstancePose, Light,
+    Lights, Material, MaterialModel, Scene, Shape, Texture,
 };
 use crate::motion::Motion;
 use crate::rays::NO_INDEX;
@@ -35,8 +35,8 @@ impl ShapeSpec {
     }
 }
 
-/// Reason why a scene does not fit into the hierarchies. Primitives are triangles, patches,
-/// quadrics and instances.
+/// Reason why a scene does not fit into the hierarchies. Primitives are triangles, patches, pieces of
+/// curves, quadrics and instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneTooLarge {
     /// More shapes than indices.
@@ -123,7 +123,7 @@ impl SceneBuilder {
     }
 
     /// Adds a shape to the world or to an object, and returns its index. Shapes of objects emit
-    /// nothing. Patches that emit light become triangles.
+    /// nothing. Patches and curves that emit light become triangles.
     pub fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
         let ShapeSpec { mut geometry, material, emission, alpha, object } = spec;
         let shape = self.shapes.len() as u32;
@@ -140,6 +140,15 @@ impl SceneBuilder {
             None => self.world.push(shape),
         }
         shape
+    }
+
+    /// Appends curves to a shape of curves. Returns them if the shape is none, or if their normals
+    /// differ in kind or side.
+    pub fn append_curves(&mut self, shape: u32, curves: CurveSet) -> Result<(), CurveSet> {
+        match &mut self.shapes[shape as usize].geometry {
+            Geometry::Curves(all) => all.append(curves),
+            Geometry::Mesh(_) | Geometry::Patches(_) | Geometry::Quadric(_) => Err(curves),
+        }
     }
 
     /// Sets the alpha of a shape.
@@ -167,8 +176,13 @@ impl SceneBuilder {
     ///
     /// # Errors
     /// Returns an error if the world or an object holds more primitives than a hierarchy can index.
-    pub fn build(self) -> Result<Scene, SceneTooLarge> {
+    pub fn build(mut self) -> Result<Scene, SceneTooLarge> {
         self.check_size(Bvh::MAX_PRIMITIVES)?;
+        for shape in &mut self.shapes {
+            if let Geometry::Curves(curves) = &mut shape.geometry {
+                curves.shrink_to_fit();
+            }
+        }
         let Self { shapes, materials, .. } = &self;
         // Shapes that neither block nor emit light are left out.
         let visible = |shape: &u32| {
@@ -223,6 +237,7 @@ impl SceneBuilder {
             let primitives = |shape: &u32| match &self.shapes[*shape as usize].geometry {
                 Geometry::Mesh(mesh) => mesh.triangles.len() as u64,
                 Geometry::Patches(patches) => patches.patches.len() as u64,
+                Geometry::Curves(curves) => u64::from(curves.piece_count()),
                 Geometry::Quadric(_) => 1,
             };
             all.iter().map(primitives).sum()

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use super::hair::HairFibre;
 use super::measured::MeasuredSurface;
 use super::texture::{ImageMap, Texture};
 
@@ -76,6 +77,8 @@ pub enum MaterialModel {
     },
     /// A measured surface.
     Measured(Arc<MeasuredSurface>),
+    /// A hair or fur.
+    Hair(Box<HairFibre>),
     /// One of two materials, chosen at random at every point.
     Mix {
         /// Indices of the materials.
@@ -154,13 +157,14 @@ impl Material {
         self.bump.is_some()
             || self.normal_map.is_some()
             || self.is_anisotropic()
+            || matches!(self.model, MaterialModel::Hair(_))
             || !self.model.textures().iter().all(constant)
     }
 
     /// Returns whether scattering depends on the direction of u and v, so that the shading frame
     /// must follow the texture coordinates.
     pub fn is_anisotropic(&self) -> bool {
-        matches!(self.model, MaterialModel::Measured(_))
+        matches!(self.model, MaterialModel::Measured(_) | MaterialModel::Hair(_))
             || self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
     }
 
@@ -189,6 +193,7 @@ impl MaterialModel {
             Self::CoatedConductor { metal, coat, .. } => {
                 coat.textures().into_iter().chain(metal.textures()).collect()
             }
+            Self::Hair(fibre) => fibre.textures(),
             Self::Mix { amount, .. } => vec![amount],
         };
         let roughnesses = self.roughnesses().into_iter().flatten();
@@ -203,6 +208,7 @@ impl MaterialModel {
             | Self::DiffuseTransmission { .. }
             | Self::Measured(_)
             | Self::ThinDielectric { .. }
+            | Self::Hair(_)
             | Self::Mix { .. } => [None, None],
             Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => {
                 [Some(roughness), None]

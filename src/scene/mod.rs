@@ -8,6 +8,7 @@ mod animated;
 mod builder;
 mod bvh;
 mod geometry;
+mod hair;
 mod intersect;
 mod light;
 mod material;
@@ -24,10 +25,12 @@ pub use animated::AnimatedInstance;
 pub use builder::{SceneBuilder, SceneTooLarge, ShapeSpec};
 pub use bvh::{Bvh, TraversalStack};
 pub use geometry::{
-    CurveSegment, Geometry, Mesh, PatchMesh, Quadric, QuadricForm, Sphere, SubdivisionError,
+    CubicPoints, CurveCrossing, CurveKind, CurvePiece, CurveRay, CurveSegment, CurveSet, Geometry,
+    Mesh, PatchMesh, PieceBounds, Quadric, QuadricForm, RayPoint, Sphere, SubdivisionError,
     SurfaceDerivatives, SurfaceDerivativesPacket, SurfacePacket, SurfacePoint, gamma,
     split_patches, subdivide, tessellate_curve,
 };
+pub use hair::{HairColour, HairFibre};
 pub use light::{
     AreaLight, Emission, IntensityDistribution, Light, LightColumns, LightInputs, LightSample,
     LightSamples, Lights, NoRectangle, PointLight, Portal, Sky, SkyImage, SkyLayout, SkySampling,
@@ -72,7 +75,7 @@ impl Shape {
     fn quadric(&self) -> Option<&Quadric> {
         match &self.geometry {
             Geometry::Quadric(quadric) => Some(quadric),
-            Geometry::Mesh(_) | Geometry::Patches(_) => None,
+            Geometry::Mesh(_) | Geometry::Patches(_) | Geometry::Curves(_) => None,
         }
     }
 }
@@ -184,14 +187,20 @@ impl Scene {
     }
 }
 
-/// Returns the point of a hit in object space. `pose` is that of the instance, if it is one.
-fn object_point(ray: &Ray, hit: &Hit, pose: &Option<InstancePose>) -> DVec3 {
+/// Returns the point of a hit and the ray's direction in object space. `pose` is that of the
+/// instance, if it is one.
+fn object_point(ray: &Ray, hit: &Hit, pose: &Option<InstancePose>) -> RayPoint {
     let double = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let world = double(ray.origin) + double(ray.direction) * f64::from(hit.t);
+    let direction = double(ray.direction);
+    let position = double(ray.origin) + direction * f64::from(hit.t);
     match pose {
-        None => world,
+        None => RayPoint { position, direction },
         Some(InstancePose { object_from_world, .. }) => {
-            to_f64(object_from_world).transform_point3(world)
+            let matrix = to_f64(object_from_world);
+            RayPoint {
+                position: matrix.transform_point3(position),
+                direction: matrix.transform_vector3(direction),
+            }
         }
     }
 }

@@ -137,7 +137,7 @@ pub struct SurfaceInputs<'a> {
 /// Lanes of a packet that triangles do not fill alone.
 #[derive(Default)]
 struct Exceptions {
-    /// Patches and quadrics.
+    /// Patches, curves and quadrics.
     others: u32,
     instances: u32,
 }
@@ -164,7 +164,9 @@ impl Scene {
                         triangles.set(lane, &mesh.triangle(hit.primitive));
                         smooth[lane] = f32::from(mesh.is_smooth());
                     }
-                    Geometry::Patches(_) | Geometry::Quadric(_) => exceptions.others |= 1 << lane,
+                    Geometry::Patches(_) | Geometry::Curves(_) | Geometry::Quadric(_) => {
+                        exceptions.others |= 1 << lane;
+                    }
                 }
             }
             if exceptions.others.count_ones() as usize != order.len() {
@@ -209,7 +211,7 @@ impl Scene {
         true
     }
 
-    /// Loads patches and quadrics, and moves instances to world space.
+    /// Loads patches, curves and quadrics, and moves instances to world space.
     #[inline(always)]
     fn load_exceptions(
         &self,

@@ -52,6 +52,9 @@ fn build<'a>(shapes: &'a [Shape], included: &[u32], mut primitives: PrimitiveLis
             Geometry::Patches(patches) => {
                 primitives.push(PrimitiveGroup::Patches { shape, patches, alpha_tested });
             }
+            Geometry::Curves(curves) => {
+                primitives.push(PrimitiveGroup::Curves { shape, curves, alpha_tested });
+            }
             Geometry::Quadric(quadric) => {
                 let (surface, instance) = (quadric.surface(), NO_INDEX);
                 let placed = PlacedQuadric { surface, shape, instance, alpha_tested };

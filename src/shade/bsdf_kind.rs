@@ -21,6 +21,7 @@ pub(super) enum BsdfKind {
     CoatedDiffuse,
     CoatedConductor,
     Measured,
+    Hair,
     /// Not shaded: rays pass straight through.
     Interface,
 }
@@ -39,6 +40,7 @@ impl BsdfKind {
         Self::CoatedDiffuse,
         Self::CoatedConductor,
         Self::Measured,
+        Self::Hair,
         Self::Interface,
     ];
 
@@ -53,6 +55,7 @@ impl BsdfKind {
             Self::CoatedDiffuse => "coateddiffuse",
             Self::CoatedConductor => "coatedconductor",
             Self::Measured => "measured",
+            Self::Hair => "hair",
             Self::Interface => "interface",
         }
     }
@@ -64,6 +67,7 @@ impl BsdfKind {
             Self::ThinDielectric => 1,
             Self::Diffuse | Self::Dielectric => 3,
             Self::DiffuseTransmission => 6,
+            Self::Hair => 8,
             Self::Conductor => PARAMETER_COUNT - COAT_PARAMETER_COUNT,
             Self::CoatedDiffuse | Self::CoatedConductor => PARAMETER_COUNT,
         }
@@ -106,6 +110,7 @@ impl BsdfKind {
             Self::DiffuseTransmission
             | Self::Dielectric
             | Self::ThinDielectric
+            | Self::Hair
             | Self::Interface => [R::splat(0.0); 3],
         }
     }
@@ -123,6 +128,7 @@ impl BsdfKind {
             MaterialModel::CoatedDiffuse { .. } => Self::CoatedDiffuse,
             MaterialModel::CoatedConductor { .. } => Self::CoatedConductor,
             MaterialModel::Measured(_) => Self::Measured,
+            MaterialModel::Hair(_) => Self::Hair,
             MaterialModel::Mix { .. } => return None,
         })
     }

@@ -1,11 +1,12 @@
 //! BSDF parameters of a surface point, from its material and textures.
 
 use super::bsdf::{
-    Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Measured,
-    MisWeights, ThinDielectric, conductor_reflectance,
+    Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair,
+    HairParameters, Measured, MisWeights, ThinDielectric, conductor_reflectance,
 };
 use super::bsdf_kind::resolve_mixture;
 use super::footprint::PixelFootprint;
+use super::hair_parameters::{hair_albedo, hair_parameters};
 use super::shading_context::ShadingContext;
 use crate::lanes::Real;
 use crate::lanes::vector::{scale, splat};
@@ -61,6 +62,7 @@ pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
             put(0, &base);
             put(BASE_PARAMETER_COUNT, &coat_parameters(coat, context));
         }
+        MaterialModel::Hair(fibre) => put(0, &hair_parameters(fibre, context)),
         MaterialModel::Measured(_) | MaterialModel::Interface | MaterialModel::Mix { .. } => {}
     }
     parameters
@@ -172,6 +174,15 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for ThinDielectric<R> {
     }
 }
 
+impl<R: Real<Scalar = f32>> FromParameters<R> for Hair<R> {
+    #[inline(always)]
+    fn from_parameters(
+        [r, g, b, eta, beta_m, beta_n, tilt, offset, ..]: [R; PARAMETER_COUNT],
+    ) -> Self {
+        Self::new(HairParameters { absorption: [r, g, b], eta, beta_m, beta_n, tilt, offset })
+    }
+}
+
 /// Builds the BSDF of coated surfaces from their parameters.
 #[inline(always)]
 pub(super) fn coated<R: Real<Scalar = f32>, B: FromParameters<R>>(
@@ -214,6 +225,7 @@ pub fn albedo(scene: &Scene, footprint: &PixelFootprint, ray: Ray, hit: Hit) -> 
             [0, 1, 2].map(|c| conductor_reflectance(1.0, eta[c], k[c]) * tint[c])
         }
         MaterialModel::Measured(surface) => clamp_to_unit(Measured { surface }.albedo()),
+        MaterialModel::Hair(fibre) => hair_albedo(fibre, &context),
         MaterialModel::Dielectric { .. }
         | MaterialModel::ThinDielectric { .. }
         | MaterialModel::Interface

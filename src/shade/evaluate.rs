@@ -1,7 +1,7 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
 use super::bsdf::{
-    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Measured, ShadingFrame,
+    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Measured, ShadingFrame,
     ThinDielectric,
 };
 use super::bsdf_kind::BsdfKind;
@@ -95,6 +95,7 @@ impl Vertices {
                 BsdfKind::CoatedDiffuse => self.evaluate_coated::<R, Diffuse<R>>(kind, random),
                 BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
                 BsdfKind::Measured => self.evaluate_measured(scene, random),
+                BsdfKind::Hair => self.evaluate_packets::<R, Hair<R>>(kind, random, false),
                 BsdfKind::Interface => {}
             }
         }

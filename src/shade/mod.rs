@@ -11,6 +11,7 @@ mod bsdf_parameters;
 mod emission;
 mod evaluate;
 mod footprint;
+mod hair_parameters;
 mod light_sampling;
 mod materials;
 mod mis;

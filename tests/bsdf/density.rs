@@ -13,7 +13,7 @@ const COLUMNS: usize = 24;
 const FINE: usize = 48;
 
 /// Integrates the density over each cell of cosine and azimuth.
-fn expected(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3]) -> Vec<f64> {
+pub fn expected(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3]) -> Vec<f64> {
     let mut cells = vec![0.0; ROWS * COLUMNS];
     let point = 4.0 * PI / (ROWS * COLUMNS * FINE * FINE) as f64;
     for row in 0..ROWS * FINE {
@@ -36,7 +36,7 @@ fn expected(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3]) -> Vec<f64> {
 }
 
 /// Counts the samples in each cell.
-fn counts(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3], packets: usize, seed: u64) -> Vec<f64> {
+pub fn counts(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3], packets: usize, seed: u64) -> Vec<f64> {
     let mut random = Random::new(seed);
     let mut cells = vec![0.0; ROWS * COLUMNS];
     for _ in 0..packets {
@@ -56,7 +56,7 @@ fn counts(bsdf: &dyn Bsdf<f32x8>, wo: [f32; 3], packets: usize, seed: u64) -> Ve
 
 /// Returns Pearson's statistic and its degrees of freedom. Cells with few expected samples are
 /// pooled, and failed samples form a cell of their own.
-fn chi_squared(expected: &[f64], counts: &[f64], n: f64) -> (f64, f64) {
+pub fn chi_squared(expected: &[f64], counts: &[f64], n: f64) -> (f64, f64) {
     let (mut statistic, mut cells, mut pool) = (0.0, 0.0, [0.0; 2]);
     let mut add = |e: f64, d: f64| {
         statistic += (d - e) * (d - e) / e;
@@ -82,7 +82,7 @@ fn chi_squared(expected: &[f64], counts: &[f64], n: f64) -> (f64, f64) {
 
 /// Returns a bound that a chi-squared variable exceeds once in ten million (Laurent & Massart 2000,
 /// Lemma 1).
-fn bound(degrees: f64) -> f64 {
+pub fn bound(degrees: f64) -> f64 {
     let x = 1e7f64.ln();
     degrees + 2.0 * (degrees * x).sqrt() + 2.0 * x
 }

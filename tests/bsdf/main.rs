@@ -1,8 +1,14 @@
-//! BSDFs: energy, reciprocity, densities, agreement of lanes, and the random walks of coats.
+//! BSDFs: energy, reciprocity, densities, agreement of lanes, hairs, and the random walks of coats.
+
+#[path = "../support/naive_hair.rs"]
+mod naive_hair;
 
 mod coat;
 mod density;
 mod furnace;
+mod hair;
 mod lanes;
 mod scene;
 mod twin;
+
+use naive_hair::NaiveHair;

@@ -2,7 +2,7 @@
 
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
+    Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairParameters, ThinDielectric,
 };
 
 /// The PCG of O'Neill 2014, a different generator from the program's.
@@ -59,6 +59,7 @@ pub enum Kind {
     /// Alphas along x and y, and refractive index.
     Dielectric([f32; 2], f32),
     Thin,
+    Hair(HairParameters<f32>),
 }
 
 pub const REFLECTANCE: [f32; 3] = [0.2, 0.5, 0.8];
@@ -81,6 +82,14 @@ impl Kind {
             }
             Self::Dielectric(alpha, eta) => Box::new(Dielectric::new(splat(alpha), R::splat(eta))),
             Self::Thin => Box::new(ThinDielectric::new(R::splat(1.5))),
+            Self::Hair(hair) => Box::new(Hair::new(HairParameters {
+                absorption: splat(hair.absorption),
+                eta: R::splat(hair.eta),
+                beta_m: R::splat(hair.beta_m),
+                beta_n: R::splat(hair.beta_n),
+                tilt: R::splat(hair.tilt),
+                offset: R::splat(hair.offset),
+            })),
         }
     }
 

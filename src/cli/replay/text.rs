@@ -181,6 +181,7 @@ impl Text {
         let form = match &job.scene.shapes[hit.shape as usize].geometry {
             Geometry::Mesh(_) => format!("triangle {} of shape", hit.primitive),
             Geometry::Patches(_) => format!("patch {} of shape", hit.primitive),
+            Geometry::Curves(_) => format!("curve segment {} of shape", hit.primitive),
             Geometry::Quadric(quadric) => format!("{}, shape", quadric.name()),
         };
         let material = match record.material {

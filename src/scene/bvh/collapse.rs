@@ -5,9 +5,10 @@
 use super::build::{BinaryBvh, BinaryNode};
 use super::primitives::PacketKind;
 use super::{
-    Bvh, Child, Node, PackedChild, PatchPacket, PrimitiveGroup, PrimitiveId, PrimitiveIds,
-    PrimitiveList, TrianglePacket,
+    Bvh, Child, CurvePacket, Node, PackedChild, PatchPacket, PrimitiveGroup, PrimitiveId,
+    PrimitiveIds, PrimitiveList, TrianglePacket,
 };
+use crate::scene::geometry::PieceBounds;
 
 /// Cost of a test of eight boxes over that of eight triangles, measured on the benches' scenes.
 const NODE_COST: f32 = 1.5;
@@ -50,6 +51,7 @@ pub(super) fn collapse(binary: &BinaryBvh, primitives: &PrimitiveList) -> Bvh {
     bvh.packets.shrink_to_fit();
     bvh.primitive_ids.shrink_to_fit();
     bvh.patches.shrink_to_fit();
+    bvh.curves.shrink_to_fit();
     collapse.bvh
 }
 
@@ -189,12 +191,22 @@ impl Collapse<'_> {
             match *self.primitives.locate(primitive).0 {
                 PrimitiveGroup::Quadric(quadric, _) => return Child::Quadric(quadric),
                 PrimitiveGroup::Instance(instance, _) => return Child::Instance(instance),
-                PrimitiveGroup::Mesh { .. } | PrimitiveGroup::Patches { .. } => {}
+                PrimitiveGroup::Mesh { .. }
+                | PrimitiveGroup::Patches { .. }
+                | PrimitiveGroup::Curves { .. } => {}
             }
         }
-        if self.first_kind(binary) == Some(PacketKind::Patches) {
-            self.pack_patches(binary);
-            return Child::Patches(self.bvh.patches.len() as u32 - 1);
+        match self.first_kind(binary) {
+            Some(PacketKind::Patches) => {
+                self.pack_patches(binary);
+                return Child::Patches(self.bvh.patches.len() as u32 - 1);
+            }
+            Some(PacketKind::Curves) => {
+                let packet = self.pack_curves(binary);
+                self.bvh.curves.push(packet);
+                return Child::Curves(self.bvh.curves.len() as u32 - 1);
+            }
+            Some(PacketKind::Triangles) | None => {}
         }
         let packet = self.bvh.packets.len() as u32;
         if self.pack_triangles(binary) {
@@ -271,5 +283,35 @@ impl Collapse<'_> {
             packet.alpha_tested |= alpha_tested;
         }
         self.bvh.patches.push(packet);
+    }
+    /// Packs the pieces of curves below a binary node.
+    fn pack_curves(&self, binary: usize) -> CurvePacket {
+        let mut packet = CurvePacket {
+            start: [[f32::NAN; 8]; 3],
+            chord: [[f32::NAN; 8]; 3],
+            radius: [f32::NAN; 8],
+            ids: PrimitiveIds([PrimitiveId::default(); 8]),
+            parts: [[0, 1]; 8],
+            alpha_tested: false,
+        };
+        for (slot, primitive) in self.primitives_below(binary).enumerate() {
+            let (&PrimitiveGroup::Curves { shape, curves, alpha_tested }, number) =
+                self.primitives.locate(primitive)
+            else {
+                unreachable!("packets of curves hold nothing else")
+            };
+            let piece = curves.piece(number);
+            let PieceBounds { ends: [start, end], radius, .. } = curves.piece_bounds(piece);
+            let chord = end - start;
+            for axis in 0..3 {
+                packet.start[axis][slot] = start[axis] as f32;
+                packet.chord[axis][slot] = chord[axis] as f32;
+            }
+            packet.radius[slot] = (radius as f32).next_up();
+            packet.ids.0[slot] = PrimitiveId { shape, triangle: piece.segment };
+            packet.parts[slot] = [piece.part, piece.parts];
+            packet.alpha_tested |= alpha_tested;
+        }
+        packet
     }
 }

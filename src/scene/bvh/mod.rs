@@ -5,7 +5,8 @@
 //!
 //! A node takes 256 bytes and a packet of triangles 352. Packets hold five to eight triangles,
 //! so a large mesh takes 50 to 90 bytes a triangle, without its vertices and indices
-//! ([`Bvh::bytes`]). A packet of patches takes 512 bytes, a quadric 250. The build takes about 300 bytes a triangle in addition.
+//! ([`Bvh::bytes`]). A packet of patches takes 512 bytes, a packet
+//! of pieces of curves 320, a quadric 250. The build takes about 300 bytes a triangle in addition.
 
 mod build;
 mod collapse;
@@ -37,6 +38,8 @@ pub(super) enum Child {
     Instance(u32),
     /// A packet of up to eight bilinear patches.
     Patches(u32),
+    /// A packet of up to eight pieces of curves.
+    Curves(u32),
 }
 
 /// A [`Child`] in 32 bits: the kind in the top three, the index below.
@@ -59,6 +62,7 @@ impl PackedChild {
             Child::Quadric(i) => (3, i),
             Child::Instance(i) => (4, i),
             Child::Patches(i) => (5, i),
+            Child::Curves(i) => (6, i),
         };
         debug_assert!(index <= Self::INDEX_MASK, "index {index} does not fit into 29 bits");
         Self(kind << Self::KIND_SHIFT | index)
@@ -93,7 +97,8 @@ impl PackedChild {
             2 => Child::AlphaTestedTriangles(index),
             3 => Child::Quadric(index),
             4 => Child::Instance(index),
-            _ => Child::Patches(index),
+            5 => Child::Patches(index),
+            _ => Child::Curves(index),
         }
     }
 }
@@ -125,7 +130,7 @@ pub(super) struct TrianglePacket {
     pub(super) corners: [[[f32; 8]; 3]; 3],
 }
 
-/// Shape of a scene, and triangle or patch of its mesh. Ids sort by shape first.
+/// Shape of a scene, and triangle, patch or segment of it. Ids sort by shape first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(C)]
 pub(super) struct PrimitiveId {
@@ -150,6 +155,24 @@ pub(super) struct PatchPacket {
     pub(super) alpha_tested: bool,
 }
 
+/// Capsules around up to eight pieces of curves, and their ids. Missing pieces are NaN, which no ray
+/// hits. The segments of the curves stay in their shapes.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(super) struct CurvePacket {
+    /// One end of the chord of each piece, by axis and lane.
+    pub(super) start: [[f32; 8]; 3],
+    /// The other end minus the first, by axis and lane.
+    pub(super) chord: [[f32; 8]; 3],
+    /// Largest distance of a point of the piece from its chord.
+    pub(super) radius: [f32; 8],
+    /// Number of the piece in its segment, and number of the segment's pieces.
+    pub(super) parts: [[u8; 2]; 8],
+    /// Whether a curve has an alpha texture.
+    pub(super) alpha_tested: bool,
+    pub(super) ids: PrimitiveIds,
+}
+
 /// A quadric in the space of a hierarchy: a shape, or the only shape of an instanced object.
 #[derive(Clone, Debug)]
 pub(super) struct PlacedQuadric {
@@ -161,7 +184,7 @@ pub(super) struct PlacedQuadric {
     pub(super) alpha_tested: bool,
 }
 
-/// Bounding volume hierarchy over triangles, patches, quadrics and instances.
+/// Bounding volume hierarchy over triangles, patches, curves, quadrics and instances.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// Nodes, the root first. The root of an empty hierarchy has no children.
@@ -170,6 +193,7 @@ pub struct Bvh {
     /// Ids of the triangles, by packet.
     pub(super) primitive_ids: Vec<PrimitiveIds>,
     pub(super) patches: Vec<PatchPacket>,
+    pub(super) curves: Vec<CurvePacket>,
     pub(super) quadrics: Vec<PlacedQuadric>,
     /// Most children that wait on the traversal stack at once.
     pub(super) stack_size: usize,
@@ -184,6 +208,7 @@ impl Default for Bvh {
             packets: Vec::new(),
             primitive_ids: Vec::new(),
             patches: Vec::new(),
+            curves: Vec::new(),
             quadrics: Vec::new(),
             stack_size: 8,
             bounds: None,
@@ -208,7 +233,7 @@ impl Bvh {
 
     /// Returns the shape of the only primitive, if that is an opaque quadric.
     pub(super) fn only_quadric(&self) -> Option<u32> {
-        let alone = self.packets.is_empty() && self.patches.is_empty();
+        let alone = self.packets.is_empty() && self.patches.is_empty() && self.curves.is_empty();
         match &self.quadrics[..] {
             [quadric] if alone && !quadric.alpha_tested => Some(quadric.shape),
             _ => None,
@@ -221,10 +246,12 @@ impl Bvh {
             + size_of_val(&self.packets[..])
             + size_of_val(&self.primitive_ids[..])
             + size_of_val(&self.patches[..])
+            + size_of_val(&self.curves[..])
             + size_of_val(&self.quadrics[..])
     }
 }
 
 const _: () = assert!(size_of::<Node>() == 256, "four cache lines");
+const _: () = assert!(size_of::<CurvePacket>() == 320, "as the docs say");
 const _: () =
     assert!(size_of::<TrianglePacket>() + size_of::<PrimitiveIds>() == 352, "as the docs say");

@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use super::PlacedQuadric;
-use crate::scene::geometry::{Mesh, PatchMesh};
+use crate::scene::geometry::{CurvePiece, CurveSet, Mesh, PatchMesh};
+use crate::scene::transform::round_outward;
 
-/// The triangles or patches of a mesh, or one other primitive.
+/// The triangles or patches of a mesh, the pieces of curves, or one other primitive.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) enum PrimitiveGroup<'a> {
     /// The triangles of a mesh.
@@ -26,6 +27,15 @@ pub(in crate::scene) enum PrimitiveGroup<'a> {
         /// Whether the shape has an alpha texture.
         alpha_tested: bool,
     },
+    /// Curves.
+    Curves {
+        /// Index of the shape in the scene.
+        shape: u32,
+        /// Its curves.
+        curves: &'a CurveSet,
+        /// Whether the shape has an alpha texture.
+        alpha_tested: bool,
+    },
     /// A quadric: its index in [`PrimitiveList::quadrics`], and its box.
     Quadric(u32, [Vec3; 2]),
     /// An instance: its index, and its box.
@@ -37,10 +47,11 @@ pub(in crate::scene) enum PrimitiveGroup<'a> {
 pub(super) enum PacketKind {
     Triangles,
     Patches,
+    Curves,
 }
 
 /// All primitives of a hierarchy, numbered in order: each triangle of a mesh is a
-/// primitive, and so is each patch.
+/// primitive, and so is each patch and each piece of a curve.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct PrimitiveList<'a> {
     groups: Vec<PrimitiveGroup<'a>>,
@@ -56,6 +67,7 @@ impl<'a> PrimitiveList<'a> {
         let count = match group {
             PrimitiveGroup::Mesh { mesh, .. } => mesh.triangles.len(),
             PrimitiveGroup::Patches { patches, .. } => patches.patches.len(),
+            PrimitiveGroup::Curves { curves, .. } => curves.piece_count() as usize,
             PrimitiveGroup::Quadric(..) | PrimitiveGroup::Instance(..) => 1,
         };
         self.ends.push(self.len() + count);
@@ -85,6 +97,7 @@ impl<'a> PrimitiveList<'a> {
         match self.locate(primitive).0 {
             PrimitiveGroup::Mesh { .. } => Some(PacketKind::Triangles),
             PrimitiveGroup::Patches { .. } => Some(PacketKind::Patches),
+            PrimitiveGroup::Curves { .. } => Some(PacketKind::Curves),
             PrimitiveGroup::Quadric(..) | PrimitiveGroup::Instance(..) => None,
         }
     }
@@ -93,10 +106,11 @@ impl<'a> PrimitiveList<'a> {
     pub(super) fn finite_bounds(&self) -> impl Iterator<Item = (u32, [Vec3; 2])> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let bounds = self.groups.iter().zip(starts).flat_map(|(group, start)| {
-            let (mut mesh, mut patches, mut single) = (None, None, None);
+            let (mut mesh, mut patches, mut curves, mut single) = (None, None, None, None);
             match *group {
                 PrimitiveGroup::Mesh { mesh: found, .. } => mesh = Some(found),
                 PrimitiveGroup::Patches { patches: found, .. } => patches = Some(found),
+                PrimitiveGroup::Curves { curves: found, .. } => curves = Some(found),
                 PrimitiveGroup::Quadric(_, bounds) | PrimitiveGroup::Instance(_, bounds) => {
                     single = Some(bounds);
                 }
@@ -107,10 +121,18 @@ impl<'a> PrimitiveList<'a> {
             let patches = patches.into_iter().flat_map(|mesh| {
                 (0..mesh.patches.len() as u32).map(|patch| bounds_of(mesh.corners(patch)))
             });
-            (start as u32..).zip(single.into_iter().chain(triangles).chain(patches))
+            let pieces = curves
+                .into_iter()
+                .flat_map(|curves| curves.pieces().map(|piece| piece_box(curves, piece)));
+            (start as u32..).zip(single.into_iter().chain(triangles).chain(patches).chain(pieces))
         });
         bounds.filter(|(_, [low, high])| low.is_finite() && high.is_finite())
     }
+}
+
+/// Returns the box around a piece of a curve.
+fn piece_box(curves: &CurveSet, piece: CurvePiece) -> [Vec3; 2] {
+    round_outward(curves.piece_bounds(piece).corners)
 }
 
 /// Returns the box around corners, or NaN if one is not finite.

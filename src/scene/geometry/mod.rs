@@ -1,5 +1,5 @@
-//! Geometry of shapes: triangle meshes, bilinear patches and quadrics, and the tessellation of other
-//! shapes into meshes.
+//! Geometry of shapes: triangle meshes, bilinear patches, curves and quadrics, and the tessellation
+//! of other shapes into meshes.
 
 mod bilinear;
 mod curve;
@@ -13,7 +13,10 @@ mod surface_point;
 mod triangle;
 
 pub use bilinear::split_patches;
-pub use curve::{CurveSegment, tessellate_curve};
+pub use curve::{
+    CubicPoints, CurveCrossing, CurveKind, CurvePiece, CurveRay, CurveSegment, CurveSet,
+    PieceBounds, tessellate_curve,
+};
 pub use mesh::Mesh;
 pub use patch_mesh::PatchMesh;
 pub(super) use quadric::{DiskPacket, QuadricSurface};
@@ -27,13 +30,24 @@ use glam::DVec3;
 
 use crate::rays::Hit;
 
-/// Triangles, bilinear patches or a quadric.
+/// A point of a ray, and the ray's direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayPoint {
+    /// Position.
+    pub position: DVec3,
+    /// Direction, of any length.
+    pub direction: DVec3,
+}
+
+/// Triangles, bilinear patches, curves or a quadric.
 #[derive(Clone, Debug)]
 pub enum Geometry {
     /// Triangles.
     Mesh(Mesh),
     /// Bilinear patches.
     Patches(PatchMesh),
+    /// Curves with a width.
+    Curves(CurveSet),
     /// A sphere, cylinder, disk or cone.
     Quadric(Quadric),
 }
@@ -42,10 +56,11 @@ pub enum Geometry {
 const MAX_EMITTERS: u64 = 1 << 20;
 
 impl Geometry {
-    /// Returns a shape that can emit light: patches become triangles.
+    /// Returns a shape that can emit light: patches and curves become triangles.
     pub fn into_emitter(self) -> Self {
         match self {
             Self::Patches(patches) => Self::Mesh(patches.tessellate(MAX_EMITTERS)),
+            Self::Curves(curves) => Self::Mesh(curves.tessellate()),
             Self::Mesh(_) | Self::Quadric(_) => self,
         }
     }
@@ -54,17 +69,18 @@ impl Geometry {
     pub fn is_smooth(&self) -> bool {
         match self {
             Self::Mesh(mesh) => mesh.is_smooth(),
-            Self::Patches(_) | Self::Quadric(_) => false,
+            Self::Patches(_) | Self::Curves(_) | Self::Quadric(_) => false,
         }
     }
 
-    /// Returns the surface point at a hit, object space. Only quadrics call `near`, which returns
-    /// the point that was hit to rounding, object space.
-    pub(super) fn point(&self, hit: &Hit, near: impl FnOnce() -> DVec3) -> SurfacePoint {
+    /// Returns the surface point at a hit, object space. Only quadrics and curves call `near`,
+    /// which returns the point that was hit to rounding, and the ray's direction, object space.
+    pub(super) fn point(&self, hit: &Hit, near: impl FnOnce() -> RayPoint) -> SurfacePoint {
         match self {
             Self::Mesh(mesh) => mesh.point(hit),
             Self::Patches(patches) => patches.point(hit),
-            Self::Quadric(quadric) => quadric.point(near()),
+            Self::Curves(curves) => curves.point(hit, &near()),
+            Self::Quadric(quadric) => quadric.point(near().position),
         }
     }
 
@@ -72,12 +88,13 @@ impl Geometry {
     pub(super) fn derivatives(
         &self,
         hit: &Hit,
-        near: impl FnOnce() -> DVec3,
+        near: impl FnOnce() -> RayPoint,
     ) -> SurfaceDerivatives {
         match self {
             Self::Mesh(mesh) => mesh.derivatives(hit),
             Self::Patches(patches) => patches.derivatives(hit),
-            Self::Quadric(quadric) => quadric.derivatives(near()),
+            Self::Curves(curves) => curves.derivatives(hit, &near()),
+            Self::Quadric(quadric) => quadric.derivatives(near().position),
         }
     }
 }

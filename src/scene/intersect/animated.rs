@@ -8,6 +8,7 @@ use crate::scene::bvh::{
     Bvh, LeafIntersector, NearestHit, PackedChild, TraversalRay, TraversalStack, may_hit_box,
     traverse,
 };
+use crate::scene::geometry::CurveSet;
 use crate::scene::transform::to_f32;
 
 impl Scene {
@@ -130,6 +131,11 @@ impl LeafIntersector for SceneAtTime<'_> {
             nearest.replace(&Hit { instance, ..inner.hit(bvh) });
         }
         is_hit
+    }
+
+    fn curves(&self, _: u32) -> Option<&CurveSet> {
+        // The hierarchy holds instances only.
+        None
     }
 
     fn passes_alpha_test(&self, _: &TraversalRay, _: &Hit) -> bool {

@@ -7,11 +7,12 @@ mod animated;
 
 use glam::{Affine3A, Vec3};
 
-use super::Scene;
 use super::bvh::{
     Bvh, LeafIntersector, NearestHit, PackedChild, RayPacket, RayQueue, TraversalRay,
     TraversalStack, traverse,
 };
+use super::geometry::CurveSet;
+use super::{Geometry, Scene};
 use crate::lanes::Real;
 use crate::rays::{Column, Hit, HitBatch, Ray, RayBatch};
 use crate::stats::LaneOccupancy;
@@ -145,6 +146,13 @@ impl LeafIntersector for Scene {
             nearest.replace(&Hit { instance: number, ..inner.hit(bvh) });
         }
         is_hit
+    }
+
+    fn curves(&self, shape: u32) -> Option<&CurveSet> {
+        match &self.shapes[shape as usize].geometry {
+            Geometry::Curves(curves) => Some(curves),
+            Geometry::Mesh(_) | Geometry::Patches(_) | Geometry::Quadric(_) => None,
+        }
     }
 
     fn passes_alpha_test(&self, ray: &TraversalRay, hit: &Hit) -> bool {

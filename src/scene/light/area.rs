@@ -66,18 +66,18 @@ impl AreaLight {
         let mean = emission.image.as_ref().map_or([1.0; 3], image_mean);
         let (sphere, disk) = match geometry {
             Geometry::Quadric(quadric) => (quadric.whole_sphere(), quadric.whole_disk()),
-            Geometry::Mesh(_) | Geometry::Patches(_) => (None, None),
+            Geometry::Mesh(_) | Geometry::Patches(_) | Geometry::Curves(_) => (None, None),
         };
         let sphere = sphere.as_ref().map(SpherePacket::from);
         Self { shape, emission, first_emitter: 0, emitter_areas, mean, sphere, disk }
     }
 
     /// Returns the number of emitters: its triangles, or 1 for a quadric. `SceneBuilder::add_shape`
-    /// turns patches that emit into triangles.
+    /// turns patches and curves that emit into triangles.
     pub(super) fn emitter_count(&self, geometry: &Geometry) -> usize {
         match geometry {
             Geometry::Mesh(mesh) => mesh.triangles.len(),
-            Geometry::Patches(_) => 0,
+            Geometry::Patches(_) | Geometry::Curves(_) => 0,
             Geometry::Quadric(_) => 1,
         }
     }
@@ -117,7 +117,7 @@ impl AreaLight {
                 };
                 (a.min(b).min(c), a.max(b).max(c), f64::from(area), normals)
             }
-            Geometry::Patches(_) => return None,
+            Geometry::Patches(_) | Geometry::Curves(_) => return None,
             Geometry::Quadric(quadric) => {
                 let [low, high] = quadric.bounds().map(|corner| corner.as_vec3());
                 let area = quadric.area();

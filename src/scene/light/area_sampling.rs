@@ -140,7 +140,7 @@ impl AreaLight {
                 }
                 points
             }
-            Geometry::Patches(_) => return None,
+            Geometry::Patches(_) | Geometry::Curves(_) => return None,
             Geometry::Quadric(quadric) => {
                 let points = self.sample_quadric(quadric, from.position, u);
                 if textured {
@@ -198,7 +198,7 @@ impl AreaLight {
                 }
                 density
             }
-            Geometry::Patches(_) => 0.0,
+            Geometry::Patches(_) | Geometry::Curves(_) => 0.0,
             Geometry::Quadric(quadric) => {
                 if let Some(sphere) = &self.sphere {
                     let cap = VisibleCap::new(sphere, from.to_array());

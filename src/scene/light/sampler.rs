@@ -48,7 +48,7 @@ impl EmitterClass {
             Geometry::Mesh(_) => Self::Triangle,
             Geometry::Quadric(_) if light.disk.is_some() => Self::Disk,
             Geometry::Quadric(_) if light.sphere.is_some() => Self::Sphere,
-            Geometry::Patches(_) | Geometry::Quadric(_) => Self::General,
+            Geometry::Patches(_) | Geometry::Curves(_) | Geometry::Quadric(_) => Self::General,
         }
     }
 }

@@ -1,11 +1,14 @@
 //! Curves: Bezier and B-spline, quadratic and cubic.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::SceneError;
 use super::memory::{MeshSize, require_memory};
 use super::params::Params;
-use crate::scene::{CurveSegment, Mesh, tessellate_curve};
+use super::reader::SceneReader;
+use crate::scene::{
+    CurveKind, CurveSegment, CurveSet, Geometry, Mesh, ShapeSpec, tessellate_curve,
+};
 
 #[derive(Clone, Copy, PartialEq)]
 enum Basis {
@@ -13,8 +16,8 @@ enum Basis {
     BSpline,
 }
 
-/// Makes the mesh of a curve.
-pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
+/// Reads the kind and the segments of a curve.
+fn segments(params: &Params) -> Result<(CurveKind, Vec<CurveSegment>), SceneError> {
     let Some(numbers) = params.numbers("P", &["point3"])? else {
         return Err(params.refuse("P", "a curve without \"point3 P\"", "expected control points"));
     };
@@ -49,7 +52,7 @@ pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
     };
     let windows = points.windows(degree + 1).step_by(step);
     let controls: Vec<[DVec3; 4]> = windows.map(|window| control(window, basis)).collect();
-    let facing = facing(params, controls.len())?;
+    let (kind, facing) = facing(params, controls.len())?;
     let width = params.float("width", 1.0)?;
     let ends = [params.float("width0", width)?, params.float("width1", width)?];
     if ends.iter().any(|&width| width < 0.0) {
@@ -58,15 +61,18 @@ pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
     }
     let count = controls.len() as f64;
     let width = |i: usize| ends[0] + (ends[1] - ends[0]) * i as f64 / count;
-    let segments: Vec<CurveSegment> = controls
-        .into_iter()
-        .enumerate()
-        .map(|(i, control)| CurveSegment {
-            control,
-            width: [width(i), width(i + 1)],
-            normals: facing.as_ref().map(|facing| [facing[i], facing[i + 1]]),
-        })
-        .collect();
+    let segments = controls.into_iter().enumerate().map(|(i, control)| CurveSegment {
+        control,
+        width: [width(i), width(i + 1)],
+        normals: facing.as_ref().map(|facing| [facing[i], facing[i + 1]]),
+    });
+    Ok((kind, segments.collect()))
+}
+
+/// Makes the mesh of a curve that emits light.
+pub(super) fn mesh(params: &Params) -> Result<Mesh, SceneError> {
+    let (_, mut segments) = segments(params)?;
+    segments.retain(CurveSegment::is_finite);
     let what = format!("a curve of {} segments", segments.len());
     let mut size = MeshSize { vertices: 0, triangles: 0 };
     for segment in &segments {
@@ -78,11 +84,61 @@ pub(super) fn make(params: &Params) -> Result<Mesh, SceneError> {
     Ok(tessellate_curve(&segments))
 }
 
-/// Returns the normals of a ribbon, one more than it has segments, or `None` for another type of
-/// curve.
-fn facing(params: &Params, segments: usize) -> Result<Option<Vec<DVec3>>, SceneError> {
+/// The shape that collects consecutive curves, so that a million hairs are not a million shapes.
+pub(super) struct OpenCurves {
+    shape: u32,
+    material: u32,
+    object: Option<u32>,
+}
+
+impl SceneReader {
+    /// Makes a curve, or returns `None` if none of its segments is finite.
+    pub(super) fn curve_set(
+        &mut self,
+        params: &Params,
+        ctm: &DAffine3,
+        reverse_orientation: bool,
+    ) -> Result<Option<CurveSet>, SceneError> {
+        let (kind, segments) = segments(params)?;
+        let flipped = reverse_orientation ^ (self.state.ctm[0].matrix3.determinant() < 0.0);
+        let mut curves = CurveSet::new(kind, flipped);
+        let dropped = segments.iter().filter(|segment| !curves.push(segment, ctm)).count();
+        if dropped > 0 {
+            let why = "have points or widths that are not finite numbers: they are left out";
+            self.warnings.warn(&params.at, why, || {
+                format!("{dropped} of the {} segments of a curve {why}", segments.len())
+            });
+        }
+        Ok((dropped < segments.len()).then_some(curves))
+    }
+
+    /// Adds a shape without alpha. Curves join the last shape of curves, if that has the same
+    /// material and is in the same object.
+    pub(super) fn add_or_append(&mut self, mut spec: ShapeSpec) {
+        let object = spec.object.or(self.open_object_index());
+        let material = spec.material;
+        let Geometry::Curves(mut curves) = spec.geometry else {
+            self.add_shape(spec);
+            return;
+        };
+        let open = self.open_curves.as_ref();
+        if let Some(open) = open.filter(|open| (open.material, open.object) == (material, object)) {
+            match self.builder.append_curves(open.shape, curves) {
+                Ok(()) => return,
+                Err(returned) => curves = returned,
+            }
+        }
+        spec.geometry = Geometry::Curves(curves);
+        let shape = self.add_shape(spec);
+        self.open_curves = Some(OpenCurves { shape, material, object });
+    }
+}
+
+/// Returns the kind of a curve, and the normals of a ribbon, one more than it has segments.
+fn facing(params: &Params, segments: usize) -> Result<(CurveKind, Option<Vec<DVec3>>), SceneError> {
     match params.text("type")?.unwrap_or("flat") {
-        "flat" | "cylinder" => return Ok(None),
+        "flat" => return Ok((CurveKind::Flat, None)),
+        "cylinder" => return Ok((CurveKind::Cylinder, None)),
         "ribbon" => {}
         other => {
             let found = format!("the curve type \"{other}\"");
@@ -93,7 +149,7 @@ fn facing(params: &Params, segments: usize) -> Result<Option<Vec<DVec3>>, SceneE
     let unit: Option<Vec<DVec3>> =
         normals.iter().map(|n| DVec3::from_array(*n).try_normalize()).collect();
     match unit {
-        Some(unit) if unit.len() == segments + 1 => Ok(Some(unit)),
+        Some(unit) if unit.len() == segments + 1 => Ok((CurveKind::Ribbon, Some(unit))),
         _ => {
             let found = format!("{} normals of a ribbon", normals.len());
             let expected = format!("expected {} that are not zero", segments + 1);

@@ -10,7 +10,10 @@ use super::params::{Params, Values};
 use super::texture_library::{TextureLibrary, TextureType};
 use super::{SceneError, WarningLog, resolve};
 use crate::io::path_excerpt;
-use crate::scene::{DielectricCoat, MaterialModel, MeasuredSurface, Metal, Roughness, Texture};
+use crate::scene::{
+    DielectricCoat, HairColour, HairFibre, MaterialModel, MeasuredSurface, Metal, Roughness,
+    Texture,
+};
 
 /// The kinds of materials.
 #[derive(Clone, Copy, PartialEq)]
@@ -24,6 +27,7 @@ pub(super) enum MaterialKind {
     CoatedDiffuse,
     CoatedConductor,
     Measured,
+    Hair,
     Mix,
     // Kinds of pbrt-v2 and v3.
     Matte,
@@ -123,7 +127,22 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
             &[],
         ),
         unsupported("subsurface", UNSUPPORTED),
-        unsupported("hair", UNSUPPORTED),
+        known(
+            "hair",
+            MaterialKind::Hair,
+            &[
+                "sigma_a",
+                "reflectance",
+                "color",
+                "eumelanin",
+                "pheomelanin",
+                "eta",
+                "beta_m",
+                "beta_n",
+                "alpha",
+            ],
+            &[],
+        ),
         known("measured", MaterialKind::Measured, &["filename"], &[]),
         known("matte", MaterialKind::Matte, &["Kd"], LAMBERTIAN),
         known("plastic", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
@@ -246,6 +265,7 @@ impl MaterialBuilder<'_> {
                 roughness: self.roughness("conductor.", 0.0)?,
                 coat: self.coat("interface.", &["interface.eta"], 0.0)?,
             },
+            MaterialKind::Hair => MaterialModel::Hair(Box::new(self.hair()?)),
             MaterialKind::Mix => MaterialModel::Mix { materials, amount: self.amount()? },
         })
     }
@@ -298,6 +318,37 @@ impl MaterialBuilder<'_> {
             reflectance = reflectance.or(colour.unwrap_or(None));
         }
         MaterialModel::Diffuse { reflectance: reflectance.unwrap_or_else(|| grey(0.5)) }
+    }
+
+    /// Reads a hair. Of several colours, the first in pbrt-v4's order counts.
+    fn hair(&mut self) -> Result<HairFibre, SceneError> {
+        let colour = |name: &str, role| self.library.colour_or_texture(self.params, name, role);
+        let absorption = colour("sigma_a", ColourRole::Unbounded)?;
+        let reflectance = match colour("reflectance", ColourRole::Albedo)? {
+            None => colour("color", ColourRole::Albedo)?,
+            some => some,
+        };
+        let [eumelanin, pheomelanin] =
+            [self.maybe_number("eumelanin")?, self.maybe_number("pheomelanin")?];
+        let colour = match (absorption, reflectance) {
+            (Some(absorption), _) => HairColour::Absorption(absorption),
+            (None, Some(reflectance)) => HairColour::Reflectance(reflectance),
+            (None, None) => {
+                // Brown if nothing is given.
+                let default = if pheomelanin.is_some() { 0.0 } else { 1.3 };
+                HairColour::Melanin {
+                    eumelanin: eumelanin.unwrap_or_else(|| grey(default)),
+                    pheomelanin: pheomelanin.unwrap_or_else(|| grey(0.0)),
+                }
+            }
+        };
+        Ok(HairFibre {
+            colour,
+            eta: self.number("eta", 1.55)?,
+            beta_m: self.number("beta_m", 0.3)?,
+            beta_n: self.number("beta_n", 0.3)?,
+            alpha: self.number("alpha", 2.0)?,
+        })
     }
 
     /// Reads the layer over a coated surface, whose roughness has the given prefix and default.

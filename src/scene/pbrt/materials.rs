@@ -155,7 +155,12 @@ impl SceneReader {
             Some(bump) => Some(bump),
             None => builder.maybe_number("bumpmap")?,
         };
-        Ok(Material { model, bump, normal_map: draft.normal_map.clone() })
+        // As in pbrt-v4, hairs have neither bumps nor a normal map.
+        let (bump, normal_map) = match model {
+            MaterialModel::Hair(_) => (None, None),
+            _ => (bump, draft.normal_map.clone()),
+        };
+        Ok(Material { model, bump, normal_map })
     }
 
     /// Reads the materials of a mix. As in pbrt-v4, those of a named mix must be defined before it,

@@ -53,6 +53,7 @@ impl SceneReader {
                 let count = mesh.patches.len() as u64;
                 (count, mesh.bytes() + count * Bvh::BYTES_PER_PATCH)
             }
+            Geometry::Curves(curves) => (u64::from(curves.piece_count()), curves.bytes()),
             Geometry::Quadric(quadric) => (1, size_of_val(quadric) as u64 + Bvh::BYTES_PER_QUADRIC),
         };
         self.claim(&format!("a {name}"), object, items, bytes)

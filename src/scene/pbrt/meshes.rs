@@ -1,9 +1,8 @@
-//! Shapes that become meshes: triangle meshes, bilinear patches, subdivision surfaces, curves, PLY
-//! files.
+//! Shapes that become meshes: triangle meshes, bilinear patches, subdivision surfaces, PLY files.
 
 use super::memory::{MeshSize, require_memory};
 use super::params::Params;
-use super::{SceneError, WarningLog, curves, resolve};
+use super::{SceneError, WarningLog, resolve};
 use crate::scene::ply::{self, PlyMeshes};
 use crate::scene::{Mesh, PatchMesh, split_patches, subdivide};
 
@@ -13,7 +12,6 @@ pub(super) enum MeshKind {
     Triangles,
     Ply,
     BilinearPatches,
-    Curve,
     LoopSubdivision,
 }
 
@@ -33,7 +31,6 @@ pub(super) fn make(
             return Ok((flat, curved));
         }
         MeshKind::BilinearPatches => return bilinear_patches(params),
-        MeshKind::Curve => curves::make(params)?,
         MeshKind::LoopSubdivision => subdivision(params, warnings)?,
     };
     Ok((triangles, PatchMesh::default()))

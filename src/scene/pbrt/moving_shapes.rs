@@ -1,11 +1,12 @@
-//! Moving shapes: an unnamed object holds them, and its one instance moves.
+//! Moving shapes, and curves whose transform changes their cross-section: an unnamed object holds
+//! them, and its one instance moves or deforms them.
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3};
 
 use super::objects::Nested;
 use super::reader::SceneReader;
 
-/// An unnamed object of moving shapes. Consecutive shapes with the same motion share it.
+/// An unnamed object of such shapes. Consecutive shapes with the same motion share it.
 pub(super) struct MovingObject {
     /// The open object in which it was made.
     parent: Option<String>,
@@ -22,14 +23,16 @@ pub(super) struct ShapeSpace {
 }
 
 impl SceneReader {
-    /// Returns the space of a shape: that of a moving object if its transform changes. Returns
-    /// `None` if the transform flattens the shape. A shape with an area light cannot move.
-    pub(super) fn shape_space(&mut self, name: &str) -> Option<ShapeSpace> {
+    /// Returns the space of a shape: that of a moving object if its transform changes, or if it is
+    /// no similarity but must be one. Returns `None` if the transform flattens the shape. A shape
+    /// with an area light cannot move.
+    pub(super) fn shape_space(&mut self, name: &str, similar: bool) -> Option<ShapeSpace> {
         let transforms = self.state.ctm;
-        if transforms[0] == transforms[1] {
+        let emits = self.state.area_light.is_some();
+        if transforms[0] == transforms[1] && (!similar || emits || is_similarity(&transforms[0])) {
             return Some(ShapeSpace { object: None, transform: transforms[0] });
         }
-        if self.state.area_light.is_some() {
+        if emits {
             let transform = self.fixed_transform(&format!("a {name} with an area light"));
             return Some(ShapeSpace { object: None, transform });
         }
@@ -59,4 +62,14 @@ impl SceneReader {
         self.moving_object = Some(MovingObject { parent, transforms, object });
         Some(ShapeSpace { object: Some(object), transform: DAffine3::IDENTITY })
     }
+}
+
+/// Returns whether a transform rotates, moves and scales all directions alike, without mirroring.
+fn is_similarity(transform: &DAffine3) -> bool {
+    // Far above the rounding of rotations that a file states with six digits.
+    const TOLERANCE: f64 = 1e-4;
+    let matrix = transform.matrix3;
+    let scale = matrix.determinant().cbrt();
+    let square = matrix.transpose() * matrix * (scale * scale).recip();
+    scale > 0.0 && square.abs_diff_eq(DMat3::IDENTITY, TOLERANCE)
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::camera::CameraDirective;
+use super::curves::OpenCurves;
 use super::description::{Description, FilmSpec, FilterSpec};
 use super::film::{FilmKind, film_spec};
 use super::forward_references::Deferred;
@@ -90,6 +91,7 @@ pub(super) struct SceneReader {
     pub(super) primitive_counts: HashMap<Option<u32>, u64>,
     pub(super) included: Included,
     pub(super) moving_object: Option<MovingObject>,
+    pub(super) open_curves: Option<OpenCurves>,
     /// The shapes with an area light, and their locations.
     pub(super) emitters: Vec<(u32, Location)>,
     pub(super) builder: SceneBuilder,
@@ -136,6 +138,7 @@ impl SceneReader {
             primitive_counts: HashMap::new(),
             included: Included::default(),
             moving_object: None,
+            open_curves: None,
             emitters: Vec::new(),
             builder,
             warnings: WarningLog::default(),

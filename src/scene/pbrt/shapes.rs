@@ -1,24 +1,25 @@
-//! The Shape directive: quadrics, and the dispatch to meshes.
+//! The Shape directive: quadrics, and the dispatch to meshes and curves.
 
 use std::f64::consts::TAU;
 
 use glam::DAffine3;
 
 use super::attributes::Target;
-use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar, unsupported};
+use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, unsupported};
 use super::forward_references::Deferred;
 use super::graphics_state::GraphicsState;
 use super::meshes::{self, MeshKind};
 use super::moving_shapes::ShapeSpace;
 use super::params::Params;
 use super::reader::SceneReader;
-use super::{SceneError, WarningLog};
+use super::{SceneError, WarningLog, curves};
 use crate::scene::{Geometry, Mesh, PatchMesh, Quadric, QuadricForm, ShapeSpec};
 
 /// The kinds of shapes.
 #[derive(Clone, Copy)]
 enum ShapeKind {
     Mesh(MeshKind),
+    Curve,
     Quadric(QuadricKind),
 }
 
@@ -94,12 +95,11 @@ static SHAPE: Directive<ShapeKind> = Directive {
             &["P", "indices", "levels", "nlevels"],
             &[SHADOW_ALPHA, ("scheme", SILENT)],
         ),
-        similar(
+        known(
             "curve",
-            ShapeKind::Mesh(MeshKind::Curve),
+            ShapeKind::Curve,
             &["P", "N", "basis", "degree", "type", "width", "width0", "width1"],
             &[SHADOW_ALPHA, ("splitdepth", SILENT)],
-            "it is a tube of six sides, or a strip",
         ),
         unsupported("nurbs", UNSUPPORTED),
         unsupported("heightfield", UNSUPPORTED),
@@ -112,7 +112,9 @@ impl SceneReader {
         let Selected { name, kind: Some(kind), mut params } = self.select(&SHAPE)? else {
             return Ok(());
         };
-        let Some(ShapeSpace { object, transform: ctm }) = self.shape_space(name) else {
+        let Some(ShapeSpace { object, transform: ctm }) =
+            self.shape_space(name, matches!(kind, ShapeKind::Curve))
+        else {
             return Ok(());
         };
         let GraphicsState { reverse_orientation, material, area_light, .. } = self.state.clone();
@@ -124,6 +126,15 @@ impl SceneReader {
                     self.warnings.unsupported(&params.at, &feature, "it is left out");
                 }
                 quadric.into_iter().map(Geometry::Quadric).collect()
+            }
+            ShapeKind::Curve if area_light.is_none() => {
+                let curves = self.curve_set(&params, &ctm, reverse_orientation)?;
+                curves.into_iter().map(Geometry::Curves).collect()
+            }
+            ShapeKind::Curve => {
+                let (mut mesh, mut patches) = (curves::mesh(&params)?, PatchMesh::default());
+                transform(&params, &mut mesh, &mut patches, &ctm, reverse_orientation)?;
+                vec![Geometry::Mesh(mesh)]
             }
             ShapeKind::Mesh(kind) => {
                 let (mut triangles, mut patches) = meshes::make(kind, &params, &mut self.warnings)?;
@@ -146,11 +157,15 @@ impl SceneReader {
                 geometry = geometry.into_emitter();
             }
             self.claim_shape(name, object.or(self.open_object_index()), &geometry)?;
-            shapes.push(self.add_shape(ShapeSpec {
+            let spec = ShapeSpec {
                 emission: area_light.clone(),
                 object,
                 ..ShapeSpec::new(geometry, material)
-            }));
+            };
+            match params.find("alpha") {
+                None => self.add_or_append(spec),
+                Some(_) => shapes.push(self.add_shape(spec)),
+            }
         }
         // Only alpha is deferred, without the large arrays of a mesh.
         params.all.retain(|param| param.name == "alpha");
@@ -160,7 +175,7 @@ impl SceneReader {
         }
     }
 
-    fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
+    pub(super) fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
         let object = spec.object.or(self.open_object_index());
         if object.is_some() && spec.emission.is_some() {
             self.warn_unsupported("an area light inside an object", "the shape emits no light");

@@ -1,7 +1,8 @@
 //! BSDF of any kind, for one lane.
 
 use super::{
-    Bsdf, BsdfSample, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, ThinDielectric,
+    Bsdf, BsdfSample, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair,
+    ThinDielectric,
 };
 
 /// A BSDF of any kind, for one lane.
@@ -17,6 +18,8 @@ pub enum AnyBsdf {
     Dielectric(Dielectric<f32>),
     /// A thin sheet of glass.
     ThinDielectric(ThinDielectric<f32>),
+    /// A hair.
+    Hair(Hair<f32>),
     /// A diffuse surface under a coat.
     CoatedDiffuse(Coated<f32, Diffuse<f32>>),
     /// A metal under a coat.
@@ -33,6 +36,7 @@ impl AnyBsdf {
             Self::Conductor(bsdf) => bsdf.evaluate(wo, wi),
             Self::Dielectric(bsdf) => bsdf.evaluate(wo, wi),
             Self::ThinDielectric(bsdf) => bsdf.evaluate(wo, wi),
+            Self::Hair(bsdf) => bsdf.evaluate(wo, wi),
             Self::CoatedDiffuse(bsdf) => bsdf.evaluate(wo, wi, seed),
             Self::CoatedConductor(bsdf) => bsdf.evaluate(wo, wi, seed),
         }
@@ -46,6 +50,7 @@ impl AnyBsdf {
             Self::Conductor(bsdf) => bsdf.sample(wo, u, choice),
             Self::Dielectric(bsdf) => bsdf.sample(wo, u, choice),
             Self::ThinDielectric(bsdf) => bsdf.sample(wo, u, choice),
+            Self::Hair(bsdf) => bsdf.sample(wo, u, choice),
             Self::CoatedDiffuse(bsdf) => bsdf.sample(wo, u, choice, seed),
             Self::CoatedConductor(bsdf) => bsdf.sample(wo, u, choice, seed),
         }
@@ -60,6 +65,7 @@ impl AnyBsdf {
             Self::Conductor(bsdf) => bsdf.singular(),
             Self::Dielectric(bsdf) => bsdf.singular(),
             Self::ThinDielectric(bsdf) => bsdf.singular(),
+            Self::Hair(bsdf) => bsdf.singular(),
             Self::CoatedDiffuse(bsdf) => bsdf.is_singular(),
             Self::CoatedConductor(bsdf) => bsdf.is_singular(),
         }

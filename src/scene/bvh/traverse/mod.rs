@@ -4,6 +4,7 @@
 //! rays tests one box at a time ([`RayPacket`]).
 
 mod boxes;
+mod curves;
 mod nearest;
 mod patches;
 mod quadrics;

@@ -17,8 +17,8 @@ pub(in crate::scene) struct NearestHit {
     /// Eight times the index of the triangle's packet, plus its lane; [`NO_INDEX`] if no triangle
     /// of this hierarchy was hit.
     pub(super) triangle_slot: u32,
-    /// Shape, primitive and instance of a hit on a patch, on a quadric or in an instance; otherwise
-    /// [`NO_INDEX`].
+    /// Shape, primitive and instance of a hit on a patch, on a curve, on a quadric or in an
+    /// instance; otherwise [`NO_INDEX`].
     non_triangle: [u32; 3],
 }
 
@@ -43,15 +43,15 @@ impl NearestHit {
         Hit { t: self.t, u, v, shape, primitive, instance, ..Hit::MISS }
     }
 
-    /// Returns whether a patch is nearer. At equal distances the patch with the lower id wins, as for
-    /// triangles.
+    /// Returns whether a patch or a segment of a curve is nearer. At equal distances the one with the
+    /// lower id wins, as for triangles.
     #[inline(always)]
     pub(super) fn is_beyond_patch(&self, t: f32, id: PrimitiveId) -> bool {
         let [shape, triangle, _] = self.non_triangle;
         t < self.t || t == self.t && shape != NO_INDEX && id < PrimitiveId { shape, triangle }
     }
 
-    /// Takes over a hit on a patch, on a quadric or in an instance.
+    /// Takes over a hit on a patch, on a curve, on a quadric or in an instance.
     #[inline(always)]
     pub(in crate::scene) fn replace(&mut self, hit: &Hit) {
         self.t = hit.t;

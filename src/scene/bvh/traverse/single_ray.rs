@@ -1,6 +1,7 @@
 //! Traversal by a single ray.
 
 use super::boxes::intersect_boxes;
+use super::curves::intersect_curves;
 use super::nearest::{NearestHit, intersect_alpha_tested, intersect_packet};
 use super::patches::intersect_patches;
 use super::quadrics::intersect_quadric;
@@ -8,6 +9,7 @@ use super::ray::TraversalRay;
 use crate::lanes::Real;
 use crate::rays::Hit;
 use crate::scene::bvh::{Bvh, Child, Node, PackedChild};
+use crate::scene::geometry::CurveSet;
 
 /// Stack of the children that a ray has yet to visit. Each worker reuses one.
 #[derive(Clone, Debug, Default)]
@@ -35,6 +37,9 @@ pub(in crate::scene) trait LeafIntersector {
         nearest: &mut NearestHit,
         pending: &mut [u64],
     ) -> bool;
+
+    /// Returns the curves of a shape, if it has any.
+    fn curves(&self, shape: u32) -> Option<&CurveSet>;
 
     /// Returns whether the alpha test keeps a hit.
     fn passes_alpha_test(&self, ray: &TraversalRay, hit: &Hit) -> bool;
@@ -70,6 +75,7 @@ pub(in crate::scene) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
                         leaves.intersect_instance::<R, ANY>(i, ray, nearest, &mut pending[top..])
                     }
                     Child::Patches(i) => intersect_patches::<R, ANY>(bvh, i, leaves, ray, nearest),
+                    Child::Curves(i) => intersect_curves::<R, ANY>(bvh, i, leaves, ray, nearest),
                     // Found above.
                     Child::Node(_) => false,
                 };

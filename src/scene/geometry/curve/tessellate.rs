@@ -1,4 +1,4 @@
-//! Tessellation of curves with a width, such as hairs and blades of grass.
+//! Tessellation of curves that emit light.
 //!
 //! A round or flat curve becomes a tube of six sides with the circumference of a round tube, so
 //! that its mean width over all directions is right (Cauchy 1832). A ribbon becomes a strip
@@ -8,7 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::mesh::Mesh;
+use super::slerp;
+use crate::scene::geometry::Mesh;
 
 /// Number of sides of a tube.
 const SIDES: u32 = 6;
@@ -54,6 +55,11 @@ impl CurveSegment {
     /// Returns the number of vertices around one point of the curve.
     fn ring_vertices(&self) -> u32 {
         if self.normals.is_some() { 2 } else { SIDES + 1 }
+    }
+
+    /// Returns whether its points and widths are finite numbers.
+    pub fn is_finite(&self) -> bool {
+        self.control.iter().all(|p| p.is_finite()) && self.width.iter().all(|w| w.is_finite())
     }
 
     /// Returns the numbers of vertices and triangles of the tessellation.
@@ -120,14 +126,4 @@ impl CurveSegment {
             add(normal * radius, normal, v);
         }
     }
-}
-
-/// Interpolates between two directions at a constant angular rate (Shoemake 1985).
-fn slerp(from: DVec3, to: DVec3, t: f64) -> DVec3 {
-    let angle = from.angle_between(to);
-    let sin = angle.sin();
-    if sin < 1e-6 {
-        return from.lerp(to, t);
-    }
-    (from * ((1.0 - t) * angle).sin() + to * (t * angle).sin()) / sin
 }
