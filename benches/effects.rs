@@ -335,9 +335,57 @@ fn tilt_shift(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Measures a picture of a ball over a floor without media, with a homogeneous medium, with a cloud, and
+/// with subsurface scattering.
+fn media(criterion: &mut Criterion) {
+    const COEFFICIENTS: &str = "\"rgb sigma_a\" [.1 .1 .1] \"rgb sigma_s\" [1 1 1]";
+    let scene = |medium: &str, material: &str| {
+        let text = format!(
+            "Film \"rgb\" \"integer xresolution\" 128 \"integer yresolution\" 128\n\
+             Sampler \"zsobol\" \"integer pixelsamples\" 16\n\
+             Camera \"perspective\" \"float fov\" 50 WorldBegin\n\
+             LightSource \"distant\" \"point3 from\" [1 3 -1] \"point3 to\" [0 0 0]\n\
+             LightSource \"infinite\"\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+             \"point3 P\" [-9 -1 -9  9 -1 -9  9 -1 9  -9 -1 9]\n\
+             Translate 0 0 3 {medium} {material} Shape \"sphere\""
+        );
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("media.pbrt");
+        std::fs::write(&path, text).expect("a file in it");
+        pbrt::read(&path).expect("a scene")
+    };
+    let inside = |kind: &str| {
+        let named = format!("MakeNamedMedium \"m\" \"string type\" {kind} {COEFFICIENTS}");
+        scene(&format!("{named} MediumInterface \"m\" \"\""), "Material \"interface\"")
+    };
+    let cloud = "\"cloud\" \"point3 p0\" [-1 -1 -1] \"point3 p1\" [1 1 1]";
+    let skin = format!("Material \"subsurface\" {COEFFICIENTS} \"float scale\" 10");
+    let mut group = criterion.benchmark_group("effect/media");
+    group.throughput(Throughput::Elements(128 * 128 * 16));
+    for (name, scene, effects) in [
+        ("without", scene("", "Material \"interface\""), "auto"),
+        ("off", inside("\"homogeneous\""), "none"),
+        ("homogeneous", inside("\"homogeneous\""), "auto"),
+        ("cloud", inside(cloud), "auto"),
+        ("subsurface", scene("", &skin), "auto"),
+    ] {
+        let effects: EffectSelection = effects.parse().expect("effects");
+        let job = prepare(scene, &Changes { effects, ..Changes::default() }).expect("a job").0;
+        print_estimate(&job, Effect::Media);
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
+                    .expect("a render")
+            });
+        });
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = diffraction, dispersion, fresnel, ghosts, motion, sensor, tilt_shift
+    targets = diffraction, dispersion, fresnel, ghosts, media, motion, sensor, tilt_shift
 }
 criterion_main!(benches);

@@ -112,7 +112,7 @@ fn missing_parts_of_a_scene_are_errors() {
 #[test]
 fn unsupported_features_are_warnings_that_name_the_replacement() {
     let description = read(&format!(
-        "{HEAD}Material \"measured\" \"string filename\" \"a\"\nMaterial \"measured\"\n\
+        "{HEAD}Material \"kdsubsurface\" \"rgb mfp\" [1 1 1]\nMaterial \"kdsubsurface\"\n\
          Shape \"nurbs\"\nMaterial \"uber\" \"rgb opacity\" [0 0 0]\n\
          Shape \"sphere\" \"texture shadowalpha\" \"holes\"\nLightSource \"infinite\"\n"
     ))
@@ -120,7 +120,7 @@ fn unsupported_features_are_warnings_that_name_the_replacement() {
     let messages: Vec<String> = description.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(messages.len(), 4, "each feature has one warning: {messages:#?}");
     for (message, (line, expected)) in messages.iter().zip([
-        ("3:1", "Material \"measured\" is not supported yet: a diffuse surface"),
+        ("3:1", "Material \"kdsubsurface\" is not supported yet: a diffuse surface"),
         ("5:1", "Shape \"nurbs\" is not supported yet: the shape is left out"),
         ("6:17", "\"opacity\" of Material \"uber\" is not supported yet: the surface is opaque"),
         ("7:16", "\"shadowalpha\" of Shape \"sphere\" is not supported yet: alpha alone decides"),
@@ -370,9 +370,8 @@ fn nesting_is_limited() {
 #[test]
 fn features_that_pbrt_knows_are_never_errors() {
     for world in [
-        "Material \"subsurface\"",
-        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"",
-        "MediumInterface \"fog\" \"\"",
+        "Material \"kdsubsurface\"",
+        "Volume \"homogeneous\"",
         "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd\n\
          ConcatTransform [1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1] ObjectInstance \"a\"",
         "WorldEnd\nWorldBegin",

@@ -7,6 +7,7 @@ Camera "perspective" "float fov" 36
 """
 FILM = 'Film "rgb" "integer xresolution" 32 "integer yresolution" 32\n'
 INTEGRATOR = 'Integrator "path" "integer maxdepth" 6\n'
+VOLUME_INTEGRATOR = 'Integrator "volpath" "integer maxdepth" 6\n'
 GROUND = """AttributeBegin
 Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
 Shape "bilinearmesh" "point3 P" [-4 -4 0  4 -4 0  -4 4 0  4 4 0]
@@ -40,9 +41,9 @@ class Row:
 ROWS = []
 
 
-def row(group, name, world, camera=CAMERA, film=FILM, settings="", lights=LIGHTS, ground=GROUND, **more):
+def row(group, name, world, camera=CAMERA, film=FILM, integrator=INTEGRATOR, settings="", lights=LIGHTS, ground=GROUND, **more):
     """Adds a row. `settings` are directives before WorldBegin that come after the film."""
-    scene = camera + film + INTEGRATOR + settings + "WorldBegin\n" + lights + ground + world
+    scene = camera + film + integrator + settings + "WorldBegin\n" + lights + ground + world
     ROWS.append(Row(group, name, scene, **more))
 
 
@@ -63,7 +64,7 @@ def light(name, text, **more):
 
 
 def media(name, text, **more):
-    row("media", name, text, missing="participating media: light passes unchanged", **more)
+    row("media", name, text, **({"integrator": VOLUME_INTEGRATOR} | more))
 
 
 # Shapes
@@ -138,7 +139,9 @@ hair("reflectance", '"rgb reflectance" [0.7 0.5 0.3]')
 hair("sigma_a", '"rgb sigma_a" [0.05 0.1 0.3] "float eta" 1.4')
 hair("smooth", '"rgb sigma_a" [0.1 0.1 0.1] "float beta_m" 0.1 "float beta_n" 0.15 "float alpha" 4')
 hair("rough", '"rgb sigma_a" [0 0 0] "float beta_m" 0.8 "float beta_n" 0.9 "float alpha" 0')
-material("subsurface", 'Material "subsurface" "rgb reflectance" [0.5 0.5 0.5] "rgb mfp" [0.1 0.1 0.1]', missing="subsurface scattering")
+PROBES = "a random walk keeps light that the probe rays of pbrt lose"
+material("subsurface", 'Material "subsurface" "rgb reflectance" [0.5 0.5 0.5] "rgb mfp" [0.1 0.1 0.1]', integrator=VOLUME_INTEGRATOR, differs=PROBES, tolerance=0.2)
+material("subsurface, sigma", 'Material "subsurface" "rgb sigma_a" [0.5 1 2] "rgb sigma_s" [20 20 20] "float eta" 1.4', integrator=VOLUME_INTEGRATOR, differs=PROBES, tolerance=0.2)
 
 # Textures
 IMAGE = f'"string filename" "{PICTURE}"'
@@ -195,9 +198,69 @@ light("diffuse, cylinder", 'AttributeBegin\nTranslate 0 0 2.5\nRotate 90 0 1 0\n
 light("spectrum stdillum-D65", 'LightSource "infinite" "spectrum L" "stdillum-D65"')
 
 # Media
-INSIDE = '"spectrum sigma_a" [200 0.5 900 0.5] "spectrum sigma_s" [200 2 900 2]'
-media("homogeneous", f'MakeNamedMedium "m" "string type" "homogeneous" {INSIDE}\nMediumInterface "m" ""\nMaterial "interface"\n{BALL}')
-media("homogeneous in glass", f'MakeNamedMedium "m" "string type" "homogeneous" {INSIDE}\nMediumInterface "m" ""\nMaterial "dielectric"\n{BALL}')
+def grid(values, scale):
+    """Voxels of a cube: a pattern without symmetry."""
+    return " ".join(f"{scale * ((7 * i + i * i // 3) % 11) / 11:.3g}" for i in range(values))
+
+
+MEDIUM = 'MakeNamedMedium "m" "string type"'
+SIDE = '"integer nx" 4 "integer ny" 4 "integer nz" 4'
+CUBE = f'"point3 p0" [-0.6 -0.6 0] "point3 p1" [0.6 0.6 1.2] {SIDE}'
+CHROMATIC = '"rgb sigma_a" [0.2 0.3 0.4] "rgb sigma_s" [3 2 1]'
+BOUNDARY = 'Material "interface"\nMediumInterface "m" ""\n' + BALL
+COLOURED = "coefficients by channel in place of spectra"
+media("homogeneous", f'{MEDIUM} "homogeneous" {CHROMATIC}\n{BOUNDARY}')
+media("homogeneous, g 0.7", f'{MEDIUM} "homogeneous" {CHROMATIC} "float g" 0.7\n{BOUNDARY}')
+media("homogeneous, g -0.5, scale", f'{MEDIUM} "homogeneous" {CHROMATIC} "float g" -0.5 "float scale" 2\n{BOUNDARY}')
+media("homogeneous, preset", f'{MEDIUM} "homogeneous" "string preset" "Wholemilk"\n{BOUNDARY}')
+media(
+    "homogeneous, Le",
+    f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.5 0.5 0.5] "rgb sigma_s" [0.5 0.5 0.5] "rgb Le" [1 1 1] "float Lescale" 0.5\n{BOUNDARY}',
+)
+media("homogeneous, absorption only", f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.2 1 2] "rgb sigma_s" [0 0 0]\n{BOUNDARY}', differs=COLOURED, tolerance=0.02)
+media("homogeneous in glass", f'{MEDIUM} "homogeneous" {CHROMATIC}\nMaterial "dielectric"\nMediumInterface "m" ""\n{BALL}')
+media("uniformgrid", f'{MEDIUM} "uniformgrid" {CUBE} "float density" [{grid(64, 3)}] {CHROMATIC}\n{BOUNDARY}')
+media(
+    "uniformgrid, Le",
+    f'{MEDIUM} "uniformgrid" {CUBE} "float density" [{grid(64, 3)}] "rgb sigma_a" [1 1 1] "rgb sigma_s" [1 1 1] "rgb Le" [2 2 2]\n{BOUNDARY}',
+)
+media(
+    "uniformgrid, Lescale",
+    f'{MEDIUM} "uniformgrid" {CUBE} "float density" [{grid(64, 3)}] "float Lescale" [{grid(64, 2)}] "rgb Le" [1 1 1]\n{BOUNDARY}',
+)
+media(
+    "uniformgrid, temperature",
+    f'{MEDIUM} "uniformgrid" {CUBE} "float density" [{grid(64, 3)}] "float temperature" [{grid(64, 3000)}] "float temperatureoffset" 100\n{BOUNDARY}',
+    differs=COLOURED,
+    tolerance=0.04,
+)
+media("rgbgrid", f'{MEDIUM} "rgbgrid" {CUBE} "rgb sigma_a" [{grid(192, 0.5)}] "rgb sigma_s" [{grid(192, 4)}]\n{BOUNDARY}')
+media(
+    "rgbgrid, Le",
+    f'{MEDIUM} "rgbgrid" {CUBE} "rgb sigma_a" [{grid(192, 0.5)}] "rgb Le" [{grid(192, 0.03)}] "float scale" 0.5\n{BOUNDARY}',
+    differs=COLOURED,
+    tolerance=0.02,
+)
+media(
+    "cloud",
+    f'{MEDIUM} "cloud" "float density" 2 "float frequency" 4 "point3 p0" [-1 -1 0] "point3 p1" [1 1 1.2] "rgb sigma_a" [0.1 0.1 0.1] "rgb sigma_s" [6 6 6]\n{BOUNDARY}',
+)
+NANOVDB = '"string filename" "@ROOT@/tests/pbrt_language/smoke.nvdb" "rgb sigma_a" [0.2 0.2 0.2] "rgb sigma_s" [1 1 1]'
+media("nanovdb", f'{MEDIUM} "nanovdb" {NANOVDB} "float Lescale" 0\n{BOUNDARY}')
+media(
+    "nanovdb, temperature",
+    f'{MEDIUM} "nanovdb" {NANOVDB} "float Lescale" 0.1\n{BOUNDARY}',
+    differs=COLOURED,
+    tolerance=0.04,
+)
+FOG = f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.01 0.01 0.01] "rgb sigma_s" [0.05 0.05 0.05]\nMediumInterface "" "m"\n'
+media("around the camera", "Material \"diffuse\"\n" + BALL, camera=FOG + CAMERA)
+media(
+    "nested",
+    f'{MEDIUM} "homogeneous" {CHROMATIC}\nAttributeBegin\n{BOUNDARY}AttributeEnd\nMakeNamedMedium "n" "string type" "homogeneous"\n'
+    'Material "interface"\nMediumInterface "n" "m"\nTranslate 0 0 0.6\nShape "sphere" "float radius" 0.3\n',
+)
+media("with the integrator path", f'{MEDIUM} "homogeneous" {CHROMATIC}\n{BOUNDARY}', integrator=INTEGRATOR, missing="the integrator path ignores media")
 
 # Cameras
 WORLD = GREY + BALL

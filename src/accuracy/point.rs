@@ -22,7 +22,7 @@ pub struct Point {
     /// Time of each quarter without the first pass (s). Rungs rendered these in turns.
     pub turns: [f64; 4],
     /// CPU time by stage, summed over cores (s), in the order of [`Stage::ALL`].
-    pub stages: [f64; 8],
+    pub stages: [f64; Stage::ALL.len()],
     /// Rays through the lens and the scene per second.
     pub rays: f64,
     /// Mean squared error including noise, weighted as [`Reference`] says.

@@ -13,7 +13,7 @@ use super::{Aov, LayerRequest};
 use crate::film::Tile;
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::motion::Motion;
-use crate::rays::{HitBatch, NO_INDEX, RayBatch, SampleBatch};
+use crate::rays::{Hit, HitBatch, NO_INDEX, RayBatch, SampleBatch};
 use crate::scene::Scene;
 use crate::shade::{PixelFootprint, albedo};
 
@@ -82,7 +82,7 @@ impl TileFeatures {
                 continue;
             }
             sum.weight[0] += weight;
-            if hit.shape == NO_INDEX {
+            if matches!(hit.shape, NO_INDEX | Hit::IN_MEDIUM) {
                 sum.ids.get_or_insert([0; 3]);
                 continue;
             }

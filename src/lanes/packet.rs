@@ -178,6 +178,10 @@ impl Word for u32x8 {
         u32x8::new(lanes)
     }
     #[inline(always)]
+    fn store(self, to: &mut [u32]) {
+        to[..8].copy_from_slice(&self.to_array());
+    }
+    #[inline(always)]
     fn wrapping_add(self, other: Self) -> Self {
         self + other
     }

@@ -9,6 +9,8 @@ pub trait Word: Copy + Debug + Send + Sync + BitAnd<Output = Self> + BitXor<Outp
     fn splat(value: u32) -> Self;
     /// Loads the first words of a slice, as many as there are lanes.
     fn load(from: &[u32]) -> Self;
+    /// Stores the words in the first entries of a slice, as many as there are lanes.
+    fn store(self, to: &mut [u32]);
     /// Returns the sum.
     fn wrapping_add(self, other: Self) -> Self;
     /// Returns the lower 32 bits of the product.
@@ -27,6 +29,10 @@ impl Word for u32 {
     #[inline(always)]
     fn load(from: &[u32]) -> Self {
         from[0]
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [u32]) {
+        to[0] = self;
     }
     #[inline(always)]
     fn wrapping_add(self, other: Self) -> Self {
@@ -60,6 +66,9 @@ mod tests {
     #[test]
     fn a_word_of_eight_equals_a_single_word() {
         let eight = u32x8::load(&WORDS);
+        let mut stored = [0; 8];
+        eight.store(&mut stored);
+        assert_eq!(stored, WORDS);
         for b in WORDS {
             let splat = <u32x8 as Word>::splat(b);
             let check = |packet: u32x8, one: fn(u32, u32) -> u32| {

@@ -25,11 +25,13 @@ pub enum Effect {
     Sensor,
     /// Tilt and shift of the film, and decentred or tilted lens elements.
     TiltShift,
+    /// Participating media, such as fog, smoke and clouds.
+    Media,
 }
 
 impl Effect {
     /// All effects.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Dispersion,
         Self::Fresnel,
         Self::Ghosts,
@@ -39,6 +41,7 @@ impl Effect {
         Self::RollingShutter,
         Self::Sensor,
         Self::TiltShift,
+        Self::Media,
     ];
 
     /// Returns the name on the command line and in reports.
@@ -53,6 +56,7 @@ impl Effect {
             Self::RollingShutter => "rolling_shutter",
             Self::Sensor => "sensor",
             Self::TiltShift => "tilt_shift",
+            Self::Media => "media",
         }
     }
 }

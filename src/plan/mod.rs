@@ -11,6 +11,7 @@ mod fresnel;
 mod ghosts;
 mod image_motion;
 mod iris;
+mod media;
 mod motion;
 mod projection;
 mod rolling_shutter;
@@ -141,6 +142,7 @@ fn find(effect: Effect, input: &PlanInput) -> Finding {
             Effect::Sensor => sensor::find(input),
             Effect::RollingShutter => rolling_shutter::find(input),
             Effect::TiltShift => tilt_shift::aligned(),
+            Effect::Media => media::find(input),
             _ => Finding::unavailable(DecidedBy::Scene, "the camera has no lens of glass"),
         };
     };
@@ -154,6 +156,7 @@ fn find(effect: Effect, input: &PlanInput) -> Finding {
         Effect::Sensor => sensor::find(input),
         Effect::RollingShutter => rolling_shutter::find(input),
         Effect::TiltShift => tilt_shift::find(input, lens),
+        Effect::Media => media::find(input),
     }
 }
 

@@ -162,6 +162,9 @@ fn apply_plan(
     exposure: Exposure,
     ghost_estimate: Option<&GhostEstimate>,
 ) -> Result<(), PrepareError> {
+    if !job.plan.has(Effect::Media) {
+        job.scene.remove_media();
+    }
     job.timing = exposure.timing(&job.plan, &mut job.scene)?;
     let LensModel::Real(lens) = &mut job.camera.model else { return Ok(()) };
     lens.fresnel = job.plan.has(Effect::Fresnel);

@@ -7,7 +7,7 @@ use super::WAVE_SIZE;
 /// [`Hit::shape`] of a miss, and [`Hit::instance`] of a shape that is not instanced.
 pub const NO_INDEX: u32 = u32::MAX;
 
-/// Nearest intersection of a ray.
+/// End of a ray: its nearest intersection, or a collision in a medium before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Hit {
@@ -29,6 +29,12 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// [`Self::shape`] of a ray that scatters in a medium, whose index is [`Self::primitive`].
+    pub const IN_MEDIUM: u32 = NO_INDEX - 1;
+
+    /// End of a ray that a medium absorbs.
+    pub const ABSORBED: Self = Self { shape: Self::IN_MEDIUM, ..Self::MISS };
+
     /// No intersection.
     pub const MISS: Self = Self {
         t: f32::INFINITY,

@@ -31,6 +31,8 @@ pub struct RayBatch {
     /// For bounces: the unit normal of the surface that the ray left, on the side from which light
     /// counts; 0 if it counts from both sides.
     pub facing: [Column<f32>; 3],
+    /// In scenes with media: the index of the medium at the origin, or [`NO_INDEX`](super::NO_INDEX).
+    pub medium: Column<u32>,
     /// For bounces: the ray differential, in scenes with filtered textures.
     pub differential: Column<RayDifferential>,
 }

@@ -30,7 +30,7 @@ use workers::Workers;
 
 pub use checkpointer::Checkpointer;
 pub use disperse::{DisperseColumns, disperse};
-pub use replay::{PathStage, PathStep, Replay, ShadowRay, SharedBand, replay};
+pub use replay::{Collision, PathStage, PathStep, Replay, ShadowRay, SharedBand, replay};
 
 /// Number of rays that a kernel takes at a time. The picture is the same bit for bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

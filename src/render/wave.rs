@@ -13,7 +13,7 @@ use crate::job::Job;
 use crate::lanes::Real;
 use crate::lens::{LensColumns, LensModel};
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
-use crate::scene::TraversalStack;
+use crate::scene::{MediumColumns, Surroundings, TraversalStack};
 use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
 use crate::stats::{BounceOccupancy, LensStats, Stage, StageClock, Stats};
 
@@ -51,13 +51,18 @@ pub(super) struct Wave {
     shadows: RayBatch,
     pub hits: HitBatch,
     stack: TraversalStack,
-    columns: ShadeColumns,
+    columns: Box<ShadeColumns>,
+    media: Box<MediumColumns>,
     pub radiance: [Column<f32>; 3],
     deferred: DeferredPaths,
     pub stats: Stats,
 }
 
 impl Wave {
+    /// Memory of a wave (bytes).
+    pub const BYTES: u64 =
+        (size_of::<Self>() + size_of::<ShadeColumns>() + MediumColumns::BYTES) as u64;
+
     pub fn new(job: &Job) -> Box<Self> {
         let mut wave = Box::<Self>::default();
         if let LensModel::Real(lens) = &job.camera.model {
@@ -127,6 +132,9 @@ impl Wave {
         if let Some(ride) = timing.and_then(|timing| timing.camera_motion.as_ref()) {
             ride.transform_rays(&samples.time, rays);
         }
+        if EFFECTS && job.scene.has_media() {
+            rays.medium[..rays.len].fill(job.scene.camera_medium);
+        }
         clock.lap(stats, Stage::Lens, samples.len);
         stats.add_camera_packets(samples.len, rays.len);
         radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
@@ -163,14 +171,15 @@ impl Wave {
         features: Option<&mut TileFeatures>,
         clock: &mut StageClock,
     ) {
-        let Self { samples, rays, next, shadows, hits, stack, columns, radiance, .. } = self;
+        let Self { samples, rays, next, shadows, hits, stack, columns, media, radiance, .. } = self;
         let (stats, scene) = (&mut self.stats, &job.scene);
-        let moves = EFFECTS && !scene.animated_instances().is_empty();
-        let intersect = scene.intersect::<R>(rays, hits, stack);
-        if moves {
-            scene.intersect_animated::<R>(rays, &samples.time, hits, stack);
-        }
+        let surroundings = Surroundings::of(scene, samples, vertex.depth);
+        let intersect = scene.intersect_all::<R>(&surroundings, rays, hits, stack);
         clock.lap(stats, Stage::Intersect, rays.len);
+        if surroundings.media {
+            scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
+            clock.lap(stats, Stage::Media, rays.len);
+        }
         if let (0, Some(features)) = (vertex.depth, features) {
             features.record(scene, rays, hits, samples);
             clock.lap(stats, Stage::Record, rays.len);
@@ -179,10 +188,7 @@ impl Wave {
         let shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         clock.lap(stats, Stage::Shade, rays.len);
         let shaded = shadows.len;
-        if moves {
-            scene.occlude_animated::<R>(shadows, &samples.time, stack);
-        }
-        let occlude = scene.occlude::<R>(shadows, stack, radiance);
+        let occlude = scene.receive::<R>(&surroundings, shadows, radiance, media, stack);
         clock.lap(stats, Stage::Occlude, shaded);
         stats.add_bounce(vertex.depth, BounceOccupancy { intersect, shade, occlude });
         std::mem::swap(rays, next);

@@ -7,8 +7,9 @@ use glam::DAffine3;
 use super::animated::AnimatedInstances;
 use super::world::{build_object, build_world};
 use super::{
-    AnimatedInstance, AreaLight, Bvh, CurveSet, Emission, Geometry, Instance, InstancePose, Light,
-    Lights, Material, MaterialModel, Scene, Shape, Texture,
+    AnimatedInstance, AreaLight, Bvh, CurveSet, DiffuseBoundary, Emission, Geometry, Instance,
+    InstancePose, Light, Lights, Material, MaterialModel, Medium, MediumInterface, Scene, Shape,
+    Texture, VACUUM,
 };
 use crate::motion::Motion;
 use crate::rays::NO_INDEX;
@@ -24,6 +25,8 @@ pub struct ShapeSpec {
     pub emission: Option<Emission>,
     /// Probability that a ray hits the shape; `None` is 1.
     pub alpha: Option<Texture>,
+    /// The media on its sides; `None` if it does not separate media.
+    pub interface: Option<MediumInterface>,
     /// Index of the object that it belongs to; `None` is the world.
     pub object: Option<u32>,
 }
@@ -31,7 +34,7 @@ pub struct ShapeSpec {
 impl ShapeSpec {
     /// Returns an opaque shape in the world that emits nothing.
     pub fn new(geometry: Geometry, material: u32) -> Self {
-        Self { geometry, material, emission: None, alpha: None, object: None }
+        Self { geometry, material, emission: None, alpha: None, interface: None, object: None }
     }
 }
 
@@ -77,6 +80,11 @@ pub struct SceneBuilder {
     pub(super) shapes: Vec<Shape>,
     materials: Vec<Material>,
     lights: Vec<Light>,
+    media: Vec<Medium>,
+    /// Index of the medium around the camera; `None` is vacuum.
+    camera_medium: Option<u32>,
+    /// Whether the media below surfaces are left out.
+    without_media: bool,
     /// Indices of the shapes of each object.
     objects: Vec<Vec<u32>>,
     /// Object, and its transform to world space.
@@ -103,6 +111,34 @@ impl SceneBuilder {
         self.lights.push(light);
     }
 
+    /// Adds a medium and returns its index.
+    pub fn add_medium(&mut self, medium: Medium) -> u32 {
+        self.media.push(medium);
+        (self.media.len() - 1) as u32
+    }
+
+    /// Replaces a medium.
+    pub fn replace_medium(&mut self, index: u32, medium: Medium) {
+        self.media[index as usize] = medium;
+    }
+
+    /// Removes all media: surfaces separate nothing. Returns whether there were any.
+    pub fn remove_media(&mut self) -> bool {
+        let subsurface =
+            |material: &Material| matches!(material.model, MaterialModel::Subsurface { .. });
+        let any = !self.media.is_empty() || self.materials.iter().any(subsurface);
+        self.media.clear();
+        self.without_media = true;
+        self.camera_medium = None;
+        self.shapes.iter_mut().for_each(|shape| shape.interface = None);
+        any
+    }
+
+    /// Sets the medium around the camera.
+    pub fn set_camera_medium(&mut self, medium: u32) {
+        self.camera_medium = Some(medium);
+    }
+
     /// Adds an empty object and returns its index.
     pub fn add_object(&mut self) -> u32 {
         self.objects.push(Vec::new());
@@ -125,7 +161,7 @@ impl SceneBuilder {
     /// Adds a shape to the world or to an object, and returns its index. Shapes of objects emit
     /// nothing. Patches and curves that emit light become triangles.
     pub fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
-        let ShapeSpec { mut geometry, material, emission, alpha, object } = spec;
+        let ShapeSpec { mut geometry, material, emission, alpha, interface, object } = spec;
         let shape = self.shapes.len() as u32;
         let mut light = NO_INDEX;
         if let (Some(emission), None) = (emission, object) {
@@ -134,7 +170,7 @@ impl SceneBuilder {
             self.lights.push(Light::Area(AreaLight::new(shape, emission, &geometry)));
         }
         let alpha = alpha.filter(|alpha| !is_opaque(alpha));
-        self.shapes.push(Shape { geometry, material, light, alpha });
+        self.shapes.push(Shape { geometry, material, light, alpha, interface });
         match object {
             Some(object) => self.objects[object as usize].push(shape),
             None => self.world.push(shape),
@@ -178,17 +214,20 @@ impl SceneBuilder {
     /// Returns an error if the world or an object holds more primitives than a hierarchy can index.
     pub fn build(mut self) -> Result<Scene, SceneTooLarge> {
         self.check_size(Bvh::MAX_PRIMITIVES)?;
+        self.add_interiors();
         for shape in &mut self.shapes {
             if let Geometry::Curves(curves) = &mut shape.geometry {
                 curves.shrink_to_fit();
             }
         }
         let Self { shapes, materials, .. } = &self;
-        // Shapes that neither block nor emit light are left out.
+        // Shapes that neither block nor emit light nor separate media are left out.
         let visible = |shape: &u32| {
             let shape = &shapes[*shape as usize];
             let model = &materials[shape.material as usize].model;
-            let dark = matches!(model, MaterialModel::Interface) && shape.light == NO_INDEX;
+            let dark = matches!(model, MaterialModel::Interface)
+                && shape.light == NO_INDEX
+                && shape.interface.is_none();
             !shape.is_invisible() && !dark
         };
         let visible = |all: &[u32]| all.iter().copied().filter(visible).collect::<Vec<u32>>();
@@ -209,11 +248,16 @@ impl SceneBuilder {
         let textured = self.materials.iter().any(Material::is_textured);
         let solid = self.materials.iter().any(Material::has_solid_texture);
         let derivatives = self.materials.iter().map(Material::needs_derivatives).collect();
-        let Self { shapes, materials, .. } = self;
+        let Self { shapes, materials, mut media, camera_medium, .. } = self;
+        if camera_medium.is_none() && shapes.iter().all(|shape| shape.interface.is_none()) {
+            media.clear();
+        }
         Ok(Scene {
             shapes: shapes.into(),
             materials: materials.into(),
             lights: Arc::new(lights),
+            media: media.into(),
+            camera_medium: camera_medium.unwrap_or(VACUUM),
             instances: instances.into(),
             objects: objects.into(),
             static_shapes: static_shapes.into(),
@@ -224,6 +268,24 @@ impl SceneBuilder {
             derivatives,
             frozen: Arc::default(),
         })
+    }
+
+    /// Adds the media below surfaces, one for each material, as the inside of their shapes.
+    fn add_interiors(&mut self) {
+        for (material, Material { model, .. }) in (0..).zip(&self.materials) {
+            let MaterialModel::Subsurface { interior, .. } = model else { continue };
+            if self.without_media {
+                continue;
+            }
+            let inside = self.media.len() as u32;
+            let boundary = Some(DiffuseBoundary::new(interior.eta));
+            let medium = Medium { boundary, ..Medium::homogeneous(interior.medium, interior.g) };
+            self.media.push(medium);
+            for shape in self.shapes.iter_mut().filter(|shape| shape.material == material) {
+                let outside = shape.interface.map_or(VACUUM, |sides| sides.outside);
+                shape.interface = Some(MediumInterface { inside, outside });
+            }
+        }
     }
 
     /// Checks the numbers of shapes and primitives. The world counts its animated instances too,

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::hair::HairFibre;
 use super::measured::MeasuredSurface;
+use super::medium::Subsurface;
 use super::texture::{ImageMap, Texture};
 
 /// Scattering model of a surface, and changes of its shading normal.
@@ -39,6 +40,13 @@ pub enum MaterialModel {
         transmittance: Texture,
         /// Factor of both fractions.
         scale: f32,
+    },
+    /// A dielectric interface over a medium in which light scatters.
+    Subsurface {
+        /// The medium.
+        interior: Subsurface,
+        /// Roughness of the interface.
+        roughness: Roughness,
     },
     /// A metal.
     Conductor {
@@ -181,7 +189,8 @@ impl MaterialModel {
             Self::Interface
             | Self::Measured(_)
             | Self::ThinDielectric { .. }
-            | Self::Dielectric { .. } => Vec::new(),
+            | Self::Dielectric { .. }
+            | Self::Subsurface { .. } => Vec::new(),
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmission { reflectance, transmittance, .. } => {
                 vec![reflectance, transmittance]
@@ -210,9 +219,9 @@ impl MaterialModel {
             | Self::ThinDielectric { .. }
             | Self::Hair(_)
             | Self::Mix { .. } => [None, None],
-            Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => {
-                [Some(roughness), None]
-            }
+            Self::Conductor { roughness, .. }
+            | Self::Dielectric { roughness, .. }
+            | Self::Subsurface { roughness, .. } => [Some(roughness), None],
             Self::CoatedDiffuse { coat, .. } => [Some(&coat.roughness), None],
             Self::CoatedConductor { roughness, coat, .. } => {
                 [Some(roughness), Some(&coat.roughness)]

@@ -13,6 +13,8 @@ mod intersect;
 mod light;
 mod material;
 mod measured;
+mod medium;
+pub mod nanovdb;
 mod path_limits;
 pub mod pbrt;
 pub mod ply;
@@ -38,6 +40,12 @@ pub use light::{
 };
 pub use material::{DielectricCoat, Material, MaterialModel, Metal, Roughness};
 pub use measured::{MeasuredSample, MeasuredSurface};
+pub use medium::{
+    Blackbodies, BrickGrid, CloudPattern, Coefficients, DensityField, DiffuseBoundary, Field,
+    FieldEmission, Homogeneous, MajorantGrid, MeasuredMedium, Medium, MediumColumns,
+    MediumInterface, MediumModel, PlacedGrid, ScalarGrid, Subsurface, Surroundings, VACUUM,
+    VaryingMedium, VoxelGrid, Voxels, albedo_of_reflectance,
+};
 pub use path_limits::PathLimits;
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{
@@ -64,6 +72,8 @@ pub struct Shape {
     pub light: u32,
     /// Probability that a ray hits it; `None` is 1 everywhere, and values below 0 count as 0.
     pub alpha: Option<Texture>,
+    /// The media on its sides; `None` if the surface does not separate media.
+    pub interface: Option<MediumInterface>,
 }
 
 impl Shape {
@@ -117,6 +127,10 @@ pub struct Scene {
     pub materials: Arc<[Material]>,
     /// Lights, including the area lights of shapes.
     pub lights: Arc<Lights>,
+    /// Participating media.
+    pub media: Arc<[Medium]>,
+    /// Index of the medium around the camera, or [`VACUUM`].
+    pub camera_medium: u32,
     instances: Arc<[Instance]>,
     /// One hierarchy for each object.
     objects: Arc<[Bvh]>,

@@ -99,6 +99,31 @@ impl SurfaceColumns {
         R::splat(0.0).lt(R::load(&self.smooth[at..]))
     }
 
+    /// Loads the points where rays scatter in media, from the entry `first` on. They have no normal;
+    /// the direction to where the ray came from takes its place.
+    pub fn load_collisions(
+        &mut self,
+        rays: &RayBatch,
+        hits: &HitBatch,
+        order: &[u32],
+        first: usize,
+    ) {
+        for (at, &ray) in (first..).zip(order) {
+            let i = ray as usize;
+            let (ray, t) = (rays.ray(i), hits[i].t);
+            let mut point = SurfacePacket::<f32> {
+                position: ray.origin,
+                error: [0.0; 3],
+                normal: ray.direction.map(|axis| -axis),
+                shading_normal: ray.direction.map(|axis| -axis),
+            };
+            for axis in 0..3 {
+                point.position[axis] += t * ray.direction[axis];
+            }
+            self.set_points(at, &point);
+        }
+    }
+
     #[inline(always)]
     fn set_points<R: Real<Scalar = f32>>(&mut self, at: usize, points: &SurfacePacket<R>) {
         store_vector(&mut self.position, at, points.position);

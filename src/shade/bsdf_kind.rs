@@ -22,6 +22,10 @@ pub(super) enum BsdfKind {
     CoatedConductor,
     Measured,
     Hair,
+    /// Scattering in a medium.
+    Medium,
+    /// The surface through which a path leaves a medium that it has walked through.
+    SubsurfaceExit,
     /// Not shaded: rays pass straight through.
     Interface,
 }
@@ -41,6 +45,8 @@ impl BsdfKind {
         Self::CoatedConductor,
         Self::Measured,
         Self::Hair,
+        Self::Medium,
+        Self::SubsurfaceExit,
         Self::Interface,
     ];
 
@@ -56,6 +62,8 @@ impl BsdfKind {
             Self::CoatedConductor => "coatedconductor",
             Self::Measured => "measured",
             Self::Hair => "hair",
+            Self::Medium => "medium",
+            Self::SubsurfaceExit => "subsurface",
             Self::Interface => "interface",
         }
     }
@@ -64,7 +72,8 @@ impl BsdfKind {
     pub(super) fn parameter_count(self) -> usize {
         match self {
             Self::Measured | Self::Interface => 0,
-            Self::ThinDielectric => 1,
+            Self::ThinDielectric | Self::Medium => 1,
+            Self::SubsurfaceExit => 2,
             Self::Diffuse | Self::Dielectric => 3,
             Self::DiffuseTransmission => 6,
             Self::Hair => 8,
@@ -111,6 +120,8 @@ impl BsdfKind {
             | Self::Dielectric
             | Self::ThinDielectric
             | Self::Hair
+            | Self::Medium
+            | Self::SubsurfaceExit
             | Self::Interface => [R::splat(0.0); 3],
         }
     }
@@ -123,7 +134,7 @@ impl BsdfKind {
             MaterialModel::Diffuse { .. } => Self::Diffuse,
             MaterialModel::DiffuseTransmission { .. } => Self::DiffuseTransmission,
             MaterialModel::Conductor { .. } => Self::Conductor,
-            MaterialModel::Dielectric { .. } => Self::Dielectric,
+            MaterialModel::Dielectric { .. } | MaterialModel::Subsurface { .. } => Self::Dielectric,
             MaterialModel::ThinDielectric { .. } => Self::ThinDielectric,
             MaterialModel::CoatedDiffuse { .. } => Self::CoatedDiffuse,
             MaterialModel::CoatedConductor { .. } => Self::CoatedConductor,

@@ -2,7 +2,8 @@
 
 use super::bsdf::{
     Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair,
-    HairParameters, Measured, MisWeights, ThinDielectric, conductor_reflectance,
+    HairParameters, Measured, MediumScattering, MisWeights, SubsurfaceExit, ThinDielectric,
+    conductor_reflectance,
 };
 use super::bsdf_kind::resolve_mixture;
 use super::footprint::PixelFootprint;
@@ -47,6 +48,10 @@ pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
         MaterialModel::Dielectric { eta, roughness } => {
             put(0, &alpha(roughness, context));
             put(2, &[R::splat(*eta)]);
+        }
+        MaterialModel::Subsurface { interior, roughness } => {
+            put(0, &alpha(roughness, context));
+            put(2, &[R::splat(interior.eta)]);
         }
         MaterialModel::ThinDielectric { eta } => put(0, &[R::splat(*eta)]),
         MaterialModel::CoatedDiffuse { reflectance, coat } => {
@@ -167,6 +172,20 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for Dielectric<R> {
     }
 }
 
+impl<R: Real<Scalar = f32>> FromParameters<R> for MediumScattering<R> {
+    #[inline(always)]
+    fn from_parameters([g, ..]: [R; PARAMETER_COUNT]) -> Self {
+        Self { g }
+    }
+}
+
+impl<R: Real<Scalar = f32>> FromParameters<R> for SubsurfaceExit<R> {
+    #[inline(always)]
+    fn from_parameters([eta, entering, ..]: [R; PARAMETER_COUNT]) -> Self {
+        Self { eta, entering }
+    }
+}
+
 impl<R: Real<Scalar = f32>> FromParameters<R> for ThinDielectric<R> {
     #[inline(always)]
     fn from_parameters([eta, ..]: [R; PARAMETER_COUNT]) -> Self {
@@ -226,7 +245,8 @@ pub fn albedo(scene: &Scene, footprint: &PixelFootprint, ray: Ray, hit: Hit) -> 
         }
         MaterialModel::Measured(surface) => clamp_to_unit(Measured { surface }.albedo()),
         MaterialModel::Hair(fibre) => hair_albedo(fibre, &context),
-        MaterialModel::Dielectric { .. }
+        MaterialModel::Subsurface { .. }
+        | MaterialModel::Dielectric { .. }
         | MaterialModel::ThinDielectric { .. }
         | MaterialModel::Interface
         | MaterialModel::Mix { .. } => [1.0; 3],

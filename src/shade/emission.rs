@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::ShadeInputs;
 use super::mis::power_heuristic;
 use super::spawn::max_component;
-use crate::rays::{Column, NO_INDEX};
+use crate::rays::{Column, Hit, NO_INDEX};
 use crate::scene::SkySampling;
 
 impl ShadeInputs<'_> {
@@ -24,7 +24,9 @@ impl ShadeInputs<'_> {
                     let pdf = || scene.sky_density(sky, origin, direction, compensated);
                     self.add(i, light, pdf, radiance);
                 }
-            } else if scene.shapes[hit.shape as usize].light != NO_INDEX {
+            } else if hit.shape != Hit::IN_MEDIUM
+                && scene.shapes[hit.shape as usize].light != NO_INDEX
+            {
                 let ray = rays.ray(i);
                 let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
                 let (_, point) = scene.surface(&ray, hit);

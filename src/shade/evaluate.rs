@@ -1,8 +1,8 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
 use super::bsdf::{
-    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Measured, ShadingFrame,
-    ThinDielectric,
+    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Measured,
+    MediumScattering, ShadingFrame, SubsurfaceExit, ThinDielectric,
 };
 use super::bsdf_kind::BsdfKind;
 use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
@@ -96,6 +96,12 @@ impl Vertices {
                 BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
                 BsdfKind::Measured => self.evaluate_measured(scene, random),
                 BsdfKind::Hair => self.evaluate_packets::<R, Hair<R>>(kind, random, false),
+                BsdfKind::SubsurfaceExit => {
+                    self.evaluate_packets::<R, SubsurfaceExit<R>>(kind, random, false);
+                }
+                BsdfKind::Medium => {
+                    self.evaluate_packets::<R, MediumScattering<R>>(kind, random, false)
+                }
                 BsdfKind::Interface => {}
             }
         }
@@ -163,9 +169,9 @@ impl Vertices {
     /// Evaluates measured surfaces, one at a time.
     fn evaluate_measured(&mut self, scene: &Scene, random: &RandomColumns) {
         for run in 0..self.runs.len() {
-            let material = &scene.materials[self.runs[run].material as usize];
-            let (BsdfKind::Measured, MaterialModel::Measured(surface)) =
-                (self.runs[run].kind, &material.model)
+            // Runs of media have no material.
+            let material = scene.materials.get(self.runs[run].material as usize);
+            let Some(MaterialModel::Measured(surface)) = material.map(|material| &material.model)
             else {
                 continue;
             };

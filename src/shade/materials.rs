@@ -11,7 +11,7 @@ use super::vertices::Vertices;
 use super::{PixelFootprint, ShadeInputs};
 use crate::lanes::Real;
 use crate::rays::{Hit, Ray, RayBatch, RayDifferential};
-use crate::scene::{Material, Scene, load_vector, store_vector};
+use crate::scene::{DiffuseBoundary, Material, Medium, Scene, load_vector, store_vector};
 
 impl ShadingContext {
     /// The context of one hit, as seen by the camera itself.
@@ -104,7 +104,12 @@ impl Vertices {
 
     /// Sets the shading frames and the parameters of a material.
     fn load_material<R: Real<Scalar = f32>>(&mut self, inputs: &ShadeInputs, run: &MaterialRun) {
-        let material = &inputs.scene.materials[run.material as usize];
+        let scene = inputs.scene;
+        if matches!(run.kind, BsdfKind::Medium | BsdfKind::SubsurfaceExit) {
+            let medium = &scene.media[run.material as usize - scene.materials.len()];
+            return self.load_medium::<R>(run, medium);
+        }
+        let material = &scene.materials[run.material as usize];
         if run.derivatives {
             return self.load_textured::<R>(inputs, run, material);
         }
@@ -120,6 +125,27 @@ impl Vertices {
         let parameters = bsdf_parameters(material, &ShadingContext::anywhere());
         let columns = &mut self.parameters[..run.kind.parameter_count()];
         for (column, parameter) in columns.iter_mut().zip(parameters) {
+            column[run.range.clone()].fill(parameter);
+        }
+    }
+
+    /// Sets the shading frames and the parameters of collisions in a medium, to which light comes
+    /// from all sides, or of its boundary, to which it comes from the outside.
+    fn load_medium<R: Real<Scalar = f32>>(&mut self, run: &MaterialRun, medium: &Medium) {
+        let zero = [R::splat(0.0); 3];
+        for at in run.range.clone().step_by(R::LANES) {
+            let normal = self.surfaces.shading_normals::<R>(at);
+            store_vector(&mut self.normal, at, normal);
+            let facing = if medium.boundary.is_some() { normal } else { zero };
+            store_vector(&mut self.facing, at, facing);
+            store_vector(&mut self.tangent, at, zero);
+        }
+        let parameters = match medium.boundary {
+            Some(DiffuseBoundary { eta, entering, .. }) => [eta, entering],
+            None => [medium.g, 0.0],
+        };
+        let count = run.kind.parameter_count();
+        for (column, parameter) in self.parameters[..count].iter_mut().zip(parameters) {
             column[run.range.clone()].fill(parameter);
         }
     }

@@ -6,7 +6,7 @@ use super::ShadeInputs;
 use super::bsdf_kind::{BsdfKind, KIND_COUNT, resolve_mixture};
 use super::vertices::Vertices;
 use crate::lanes::Real;
-use crate::rays::NO_INDEX;
+use crate::rays::{Hit, NO_INDEX};
 use crate::scene::SurfaceInputs;
 
 /// Vertices of one material.
@@ -28,21 +28,38 @@ impl Vertices {
         let ShadeInputs { scene, vertex, rays, hits } = inputs;
         self.kinds.clear();
         self.runs.clear();
-        self.counts.resize(scene.materials.len(), 0);
+        self.counts.resize(scene.materials.len() + scene.media.len(), 0);
         for i in 0..rays.len {
             let hit = &hits[i];
             if hit.shape == NO_INDEX || vertex.ends_path(rays.pdf[i]) {
                 self.kinds.push((BsdfKind::Interface, NO_INDEX));
                 continue;
             }
-            let material = scene.shapes[hit.shape as usize].material;
-            let (material, kind) =
-                resolve_mixture(scene, material, || rays.ray(i), || inputs.single_context(i));
+            let (material, kind) = match hit.shape {
+                // Media follow the materials.
+                Hit::IN_MEDIUM => match hit.primitive {
+                    NO_INDEX => (NO_INDEX, BsdfKind::Interface),
+                    medium => (scene.materials.len() as u32 + medium, BsdfKind::Medium),
+                },
+                _ if scene.leaves_subsurface(hit, rays.medium[i]) => {
+                    let medium = scene.materials.len() as u32 + rays.medium[i];
+                    (medium, BsdfKind::SubsurfaceExit)
+                }
+                shape => {
+                    let material = scene.shapes[shape as usize].material;
+                    let (ray, context) = (|| rays.ray(i), || inputs.single_context(i));
+                    resolve_mixture(scene, material, ray, context)
+                }
+            };
             self.kinds.push((kind, material));
+            if material == NO_INDEX {
+                continue;
+            }
             let count = &mut self.counts[material as usize];
             *count += 1;
             if *count == 1 {
-                let derivatives = scene.needs_derivatives(material);
+                let derivatives = (material as usize) < scene.materials.len()
+                    && scene.needs_derivatives(material);
                 self.runs.push(MaterialRun { kind, derivatives, material, range: 0..0 });
             }
         }
@@ -92,6 +109,10 @@ impl Vertices {
                 end = more.range.end;
             }
             let order = &self.order[range.start..end];
+            if *kind == BsdfKind::Medium {
+                self.surfaces.load_collisions(rays, hits, order, range.start);
+                continue;
+            }
             let inputs = SurfaceInputs { rays, hits, order, derivatives: *derivatives };
             scene.load_surfaces::<R>(&inputs, range.start, &mut self.surfaces);
         }

@@ -7,7 +7,7 @@ use super::vertices::{Vertices, vector};
 use super::{PathVertex, SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::lanes::Real;
 use crate::lanes::vector::scale;
-use crate::rays::{Ray, RayBatch, RayDifferential, SpawnedRays};
+use crate::rays::{Hit, Ray, RayBatch, RayDifferential, SpawnedRays};
 use crate::scene::load_vector;
 
 /// Returns the largest channel of a throughput.
@@ -42,7 +42,7 @@ impl Vertices {
         for (range, _) in self.shaded_ranges() {
             for at in range.clone().step_by(R::LANES) {
                 let lanes = (1 << R::LANES.min(range.end - at)) - 1;
-                self.spawn_shadows::<R>(at, lanes, shadows);
+                self.spawn_shadows::<R>(inputs, at, lanes, shadows);
                 self.spawn_next::<R>(inputs, random, at, lanes, next);
             }
         }
@@ -50,7 +50,13 @@ impl Vertices {
 
     /// Writes the shadow rays of a packet. `lanes` are its vertices, as bits.
     #[inline(always)]
-    fn spawn_shadows<R: Real<Scalar = f32>>(&self, at: usize, lanes: u32, shadows: &mut RayBatch) {
+    fn spawn_shadows<R: Real<Scalar = f32>>(
+        &self,
+        inputs: &ShadeInputs,
+        at: usize,
+        lanes: u32,
+        shadows: &mut RayBatch,
+    ) {
         let contribution = load_vector::<R>(&self.contribution, at);
         let lanes = lanes & R::bits(R::splat(0.0).lt(max_channel(contribution)));
         if lanes == 0 {
@@ -64,7 +70,11 @@ impl Vertices {
             t_max: R::load(&self.lights.shadow_end[at..]),
             throughput: contribution,
         };
+        let first = shadows.len;
         shadows.append(lanes, &rays, &self.slot[at..]);
+        if inputs.scene.has_media() {
+            self.set_media::<R>(inputs, at, lanes, first, shadows);
+        }
     }
 
     /// Writes the next rays of a packet. `lanes` are its vertices, as bits.
@@ -114,11 +124,41 @@ impl Vertices {
                 }
             }
         }
+        if inputs.scene.has_media() {
+            self.set_media::<R>(inputs, at, lanes, first, next);
+        }
         if inputs.scene.is_textured() {
             for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
                 next.differential[to] = self.next_differential(inputs, at + lane);
             }
         }
+    }
+
+    /// Sets the media of rays that leave the vertices of a packet: of the lanes of a set, given as
+    /// bits, from the ray `first` on.
+    #[inline(never)]
+    fn set_media<R: Real<Scalar = f32>>(
+        &self,
+        inputs: &ShadeInputs,
+        at: usize,
+        lanes: u32,
+        first: usize,
+        rays: &mut RayBatch,
+    ) {
+        for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
+            rays.medium[to] = self.medium_towards(inputs, at + lane, rays.ray(to).direction);
+        }
+    }
+
+    /// Returns the medium of a ray that leaves a vertex in a direction.
+    fn medium_towards(&self, inputs: &ShadeInputs, at: usize, direction: [f32; 3]) -> u32 {
+        let i = self.order[at] as usize;
+        let (hit, current) = (&inputs.hits[i], inputs.rays.medium[i]);
+        if hit.shape == Hit::IN_MEDIUM {
+            return current;
+        }
+        let normal = self.surfaces.points::<f32>(at).normal.into();
+        inputs.scene.medium_beyond(hit, current, normal, direction.into())
     }
 
     /// Continues rays straight on through surfaces that do not scatter.
@@ -135,6 +175,9 @@ impl Vertices {
             next.pdf[last] = if scattered { SPECULAR_AFTER_OTHERS } else { f32::INFINITY };
             next.roulette_scale[last] = inputs.roulette_scale(i);
             next.set_facing(last, [0.0; 3]);
+            if inputs.scene.has_media() {
+                next.medium[last] = self.medium_towards(inputs, at, ray.direction);
+            }
             if inputs.scene.is_textured() {
                 let (normal, next_direction) = (point.normal.into(), ray.direction.into());
                 let straight = SpecularBounce { normal, next: next_direction, eta2: 1.0 };

@@ -4,7 +4,7 @@ use super::bsdf_kind::BsdfKind;
 use super::random::pair;
 use super::vertices::vector;
 use super::{ShadeColumns, ShadeInputs};
-use crate::rays::NO_INDEX;
+use crate::rays::{Hit, NO_INDEX};
 
 /// Outcome of a path at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,16 +62,20 @@ impl ShadeColumns {
         if hits[0].shape == NO_INDEX {
             return VertexRecord { outcome: PathOutcome::Escapes, ..record };
         }
+        if hits[0] == Hit::ABSORBED {
+            return VertexRecord { outcome: PathOutcome::Absorbed, ..record };
+        }
         if vertex.ends_path(rays.pdf[0]) {
             return record;
         }
         let Self { random, vertices } = self;
         let (kind, material) = vertices.kinds[0];
-        (record.kind, record.material) = (kind.name(), Some(material));
+        record.kind = kind.name();
+        record.material = (kind != BsdfKind::Medium).then_some(material);
         let Some(at) = vertices.indices().next() else {
             return VertexRecord { outcome: PathOutcome::Continues, ..record };
         };
-        record.normal = Some(vector(&vertices.normal, at));
+        record.normal = (kind != BsdfKind::Medium).then(|| vector(&vertices.normal, at));
         let position = vertices.surfaces.points::<f32>(at).position.into();
         let facing = vector(&vertices.facing, at).into();
         let radiance = vector(&vertices.lights.radiance, at);

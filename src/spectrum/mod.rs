@@ -56,6 +56,11 @@ pub struct UnorderedWavelengths {
     pub after: f64,
 }
 
+/// Returns the integral of the luminosity function over the wavelength (nm).
+pub fn luminosity_integral() -> f64 {
+    *LUMINOSITY
+}
+
 impl Spectrum {
     /// Creates a spectrum from pairs of a wavelength (nm) and a value.
     ///
@@ -101,6 +106,12 @@ impl Spectrum {
     /// Returns the tristimulus values X, Y, Z; the constant 1 has Y = 1.
     pub fn to_xyz(&self) -> [f64; 3] {
         integrate(|nm| self.at(nm)).map(|sum| sum / *LUMINOSITY)
+    }
+
+    /// Returns linear sRGB of the integral over wavelengths in nm, weighted by the colour-matching
+    /// functions: that of [`Self::to_xyz`] times [`luminosity_integral`].
+    pub fn integrated_rgb(&self) -> [f64; 3] {
+        srgb_from_xyz(integrate(|nm| self.at(nm)))
     }
 
     /// Returns the linear sRGB of a surface with this reflectance, in daylight (D65): a constant

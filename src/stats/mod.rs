@@ -16,6 +16,8 @@ pub enum Stage {
     Lens,
     /// Finds the nearest surfaces.
     Intersect,
+    /// Moves rays through media.
+    Media,
     /// Records the features of first surfaces, for layers of the picture.
     Record,
     /// Evaluates materials and samples lights.
@@ -30,10 +32,11 @@ pub enum Stage {
 
 impl Stage {
     /// All stages, in the order in which a wave passes them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Sample,
         Self::Lens,
         Self::Intersect,
+        Self::Media,
         Self::Record,
         Self::Shade,
         Self::Occlude,
@@ -47,6 +50,7 @@ impl Stage {
             Self::Sample => "sample",
             Self::Lens => "lens",
             Self::Intersect => "intersect",
+            Self::Media => "media",
             Self::Record => "record",
             Self::Shade => "shade",
             Self::Occlude => "occlude",
@@ -109,7 +113,7 @@ pub struct StageStats {
 #[derive(Clone, Debug, Default)]
 pub struct Stats {
     /// Statistics by stage, in the order of [`Stage::ALL`].
-    pub stages: [StageStats; 8],
+    pub stages: [StageStats; Stage::ALL.len()],
     /// Statistics of the rays in the lens.
     pub lens: LensStats,
     /// Lane occupancy by the number of surfaces that the path had met before. The last of at most

@@ -29,25 +29,38 @@ const SIDE: u32 = 64;
 
 /// Returns the job of a scene file's world, with an optional picture of the sky.
 pub fn job(text: &str, sky: Option<Vec<u8>>, depth: u32) -> Job {
+    job_around("", text, sky, depth)
+}
+
+/// Returns the same job with directives before the camera.
+pub fn job_around(before: &str, text: &str, sky: Option<Vec<u8>>, depth: u32) -> Job {
     let text = format!(
         r#"Film "rgb" "integer xresolution" {SIDE} "integer yresolution" {SIDE}
            PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
            Sampler "independent" "integer pixelsamples" 4
-           Integrator "path" "integer maxdepth" {depth}
+           Integrator "volpath" "integer maxdepth" {depth}
+           {before}
            Camera "perspective" "float fov" {FIELD}
            WorldBegin
            {text}"#
     );
+    job_of(&text, sky)
+}
+
+/// Returns the job of a scene file, with an optional picture of the sky.
+pub fn job_of(text: &str, sky: Option<Vec<u8>>) -> Job {
     let folder = folder();
     if let Some(sky) = sky {
         write(&folder, "sky.pfm", sky);
     }
-    let description = match pbrt::read(&write(&folder, "scene.pbrt", &text)) {
+    let description = match pbrt::read(&write(&folder, "scene.pbrt", text)) {
         Ok(description) => description,
         Err(error) => panic!("{error}\n{text}"),
     };
     let layers = vec![Aov::Variance];
-    prepare(description, &Changes { layers, ..Changes::default() }).expect("a job").0
+    // The naive path tracer follows rays of one wavelength; media are left as they are.
+    let effects = "-dispersion,-fresnel,-ghosts,-iris,-diffraction".parse().expect("effects");
+    prepare(description, &Changes { layers, effects, ..Changes::default() }).expect("a job").0
 }
 
 /// Returns the estimate of the real path tracer.
@@ -95,7 +108,26 @@ pub fn expected(world: &World, depth: u32) -> Estimate {
         }
         n += f64::from(2 * CELLS * CELLS);
         let (mean, error) = (sum.map(|s| s / n), squares.map(|s| s.sqrt() / n));
-        if n > 4e6 || (0..3).all(|c| SIGMAS * error[c] <= PRECISION[1] * mean[c]) {
+        if n > 1.2e7 || (0..3).all(|c| SIGMAS * error[c] <= PRECISION[1] * mean[c]) {
+            println!("{n} naive rays");
+            return Estimate { mean, error };
+        }
+    }
+}
+
+/// Returns the estimate from batches of independent values, as many as its precision needs.
+pub fn expected_by(mut batch: impl FnMut() -> Vec<Colour>) -> Estimate {
+    let (mut n, mut sum, mut squares) = (0.0, [0.0; 3], [0.0; 3]);
+    loop {
+        for value in batch() {
+            n += 1.0;
+            sum = [0, 1, 2].map(|c| sum[c] + value[c]);
+            squares = [0, 1, 2].map(|c| squares[c] + value[c] * value[c]);
+        }
+        let mean = sum.map(|sum| sum / n);
+        let error = [0, 1, 2].map(|c| ((squares[c] / n - mean[c] * mean[c]).max(0.0) / n).sqrt());
+        let precise = (0..3).all(|c| SIGMAS * error[c] <= PRECISION[1] * mean[c]);
+        if n > 2e7 || n > 1e5 && precise {
             println!("{n} naive rays");
             return Estimate { mean, error };
         }
@@ -127,7 +159,7 @@ pub fn agree(world: &World, depth: u32) {
 
 /// Checks that the real path tracer with a scene file agrees with the naive one with a world.
 pub fn agree_with(text: &str, world: &World, depth: u32) {
-    let found = well_known(job(text, world.pfm(), depth));
+    let found = well_known(job_around(&world.prelude(), text, world.pfm(), depth));
     let expected = expected(world, depth);
     assert_same(found, expected);
 }

@@ -9,6 +9,8 @@ mod depth;
 mod furnace;
 mod language;
 mod material;
+mod matter;
+mod media;
 mod naive;
 mod outdoors;
 mod rooms;

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use petzval::shade::bsdf::{CoatLayer, Coated, Dielectric, Diffuse, MisWeights};
 
+use crate::matter::Matter;
 use crate::support::Random;
 
 pub type Colour = [f64; 3];
@@ -36,6 +37,10 @@ pub enum NaiveMaterial {
     },
     /// A mixture, of which the second has this probability.
     Mix(f64, Box<[NaiveMaterial; 2]>),
+    /// Separates media and does nothing else.
+    Interface,
+    /// Smooth glass of this index over a medium, of which the inside of the surface reflects diffusely.
+    Below(f64, Box<Matter>),
     /// Bump mapped with a height that is linear in u and v, with these slopes.
     Bumped([f64; 2], Box<NaiveMaterial>),
 }
@@ -51,7 +56,7 @@ pub fn cosine(random: &mut Random) -> DVec3 {
 
 /// Returns the Fresnel reflectance for unpolarised light; `eta` is the index beyond over that
 /// before.
-fn fresnel(cos: f64, eta: f64) -> f64 {
+pub fn fresnel(cos: f64, eta: f64) -> f64 {
     let sin2 = (1.0 - cos * cos) / (eta * eta);
     if sin2 >= 1.0 {
         return 1.0;

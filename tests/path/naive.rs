@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::material::{Colour, NaiveMaterial, by};
+use crate::material::{Colour, NaiveMaterial, by, cosine, fresnel};
+use crate::matter::Matter;
 use crate::support::Random;
 use crate::world::{FIELD, Form, PointLike, Shape, World};
 
@@ -46,6 +47,29 @@ fn intersections(form: &Form, origin: DVec3, direction: DVec3) -> [Option<(f64, 
             })
         }
     }
+}
+
+/// Returns the share of diffuse light that enters a surface of relative index `eta`.
+fn entering(eta: f64) -> f64 {
+    const STEPS: u32 = 200;
+    let cos = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
+    let sum: f64 = (0..STEPS).map(|i| 2.0 * cos(i) * (1.0 - fresnel(cos(i), eta))).sum();
+    sum / f64::from(STEPS)
+}
+
+/// Returns the direction of light behind a surface, whose normal it comes from.
+fn refract(direction: DVec3, normal: DVec3, eta: f64) -> DVec3 {
+    let cos = -normal.dot(direction);
+    let inside = (1.0 - (1.0 - cos * cos) / (eta * eta)).sqrt();
+    (direction / eta + normal * (cos / eta - inside)).normalize()
+}
+
+/// Returns a direction of uniform density.
+fn uniform_direction(random: &mut Random) -> DVec3 {
+    let z = random.between(-1.0, 1.0);
+    let (sin, cos) = (2.0 * PI * random.next()).sin_cos();
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    DVec3::new(r * cos, r * sin, z)
 }
 
 /// Returns whether the checkerboard has its first value here.
@@ -92,34 +116,108 @@ impl World {
         [0, 1, 2].map(|c| pixel[c] * sky[c])
     }
 
-    /// Returns the radiance that arrives at a point against the direction `along`.
+    /// Returns the radiance that arrives at a point against the direction `along`. In a world with
+    /// media that are not grey, a path carries one channel.
     pub fn radiance(&self, from: DVec3, along: DVec3, depth: u32, random: &mut Random) -> Colour {
         let (mut origin, mut direction) = (from, along);
         let (mut sum, mut left) = ([0.0; 3], [1.0; 3]);
+        let grey = self.media.iter().all(Matter::is_grey);
+        let channel = if grey { 0 } else { (random.next() * 3.0) as usize };
+        if !grey {
+            left = [0, 1, 2].map(|c| if c == channel { 3.0 } else { 0.0 });
+        }
+        let mut medium = self.around;
         let add = |sum: &mut Colour, left: Colour, light: Colour| {
             *sum = [0, 1, 2].map(|c| sum[c] + left[c] * light[c]);
         };
-        for vertex in 0..=depth {
-            let Some(hit) = self.nearest(origin, direction, random) else {
+        let mut vertex = 0;
+        while vertex <= depth {
+            let hit = self.nearest(origin, direction, random);
+            let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
+            let matter = medium.map(|index| &self.media[index]);
+            let collision = matter.and_then(|matter| {
+                Some((matter, matter.collide(origin, direction, end, channel, random)?))
+            });
+            if let Some((matter, t)) = collision {
+                if vertex == depth {
+                    break;
+                }
+                let point = origin + direction * t;
+                let [absorbed, scattered] = matter.shares();
+                add(&mut sum, left, [0, 1, 2].map(|c| absorbed[c] * matter.emits[c]));
+                left = [0, 1, 2].map(|c| left[c] * scattered[c]);
+                for source in &self.lights {
+                    let (towards, distance, light) = source.at(point);
+                    let passes = self.passes(point, towards, distance, medium, channel, random);
+                    if passes {
+                        let value = matter.phase(direction.dot(towards));
+                        add(&mut sum, by(left, value), light);
+                    }
+                }
+                let next = uniform_direction(random);
+                left = by(left, 4.0 * PI * matter.phase(direction.dot(next)));
+                (origin, direction) = (point, next);
+                vertex += 1;
+                continue;
+            }
+            let Some(hit) = hit else {
                 add(&mut sum, left, self.sky(direction));
                 break;
             };
             if hit.shape.two_sided || hit.normal.dot(direction) < 0.0 {
                 add(&mut sum, left, hit.shape.emits);
             }
+            let point = origin + direction * hit.t;
+            let (normal, material) = hit.surface(random);
+            if let NaiveMaterial::Interface = material {
+                (origin, medium) = (point, hit.beyond(medium, direction));
+                continue;
+            }
             if vertex == depth {
                 break;
             }
-            let point = origin + direction * hit.t;
-            let (normal, material) = hit.surface(random);
+            if let NaiveMaterial::Below(eta, matter) = &material
+                && random.next() >= fresnel(normal.dot(-direction), *eta)
+            {
+                // The radiance of the path is that of the outside over eta^2, until it leaves.
+                let bent = refract(direction, normal, *eta);
+                let Some((end, outwards, kept)) = self.walk(matter, *eta, point, bent, random)
+                else {
+                    break;
+                };
+                left = [0, 1, 2].map(|c| left[c] * kept[c]);
+                vertex += 1;
+                if vertex == depth {
+                    break;
+                }
+                let leaving = |cos: f64| (1.0 - fresnel(cos, *eta)) / entering(*eta);
+                for source in &self.lights {
+                    let (towards, distance, light) = source.at(end);
+                    let cos = outwards.dot(towards);
+                    if cos > 0.0 && self.passes(end, towards, distance, medium, channel, random) {
+                        add(&mut sum, by(left, leaving(cos) * cos / PI), light);
+                    }
+                }
+                let (x, y) = outwards.any_orthonormal_pair();
+                let next = cosine(random);
+                left = by(left, leaving(next.z));
+                (origin, direction) = (end, x * next.x + y * next.y + outwards * next.z);
+                vertex += 1;
+                continue;
+            }
+            if let NaiveMaterial::Below(..) = material {
+                (origin, direction) = (point, direction - normal * (2.0 * normal.dot(direction)));
+                vertex += 1;
+                continue;
+            }
             let (x, y) = normal.any_orthonormal_pair();
             let local = |w: DVec3| DVec3::new(w.dot(x), w.dot(y), w.dot(normal));
             let wo = local(-direction);
             for source in &self.lights {
                 let (towards, distance, light) = source.at(point);
                 let value = material.value(wo, local(towards), random);
-                let blocked = self.nearest(point, towards, random).is_some_and(|m| m.t < distance);
-                if !blocked {
+                let around = hit.beyond(medium, towards);
+                if self.passes(point, towards, distance, around, channel, random) {
                     add(&mut sum, [0, 1, 2].map(|c| left[c] * value[c]), light);
                 }
             }
@@ -128,9 +226,71 @@ impl World {
             if left == [0.0; 3] {
                 break;
             }
-            (origin, direction) = (point, (x * wi.x + y * wi.y + normal * wi.z).normalize());
+            direction = (x * wi.x + y * wi.y + normal * wi.z).normalize();
+            (origin, medium) = (point, hit.beyond(medium, direction));
+            vertex += 1;
         }
         sum
+    }
+
+    /// Walks through a grey medium until light leaves. Returns the point, the normal there, and the
+    /// share of light that is left.
+    fn walk(
+        &self,
+        matter: &Matter,
+        eta: f64,
+        from: DVec3,
+        along: DVec3,
+        random: &mut Random,
+    ) -> Option<(DVec3, DVec3, Colour)> {
+        let (mut origin, mut direction, mut left) = (from, along, [1.0; 3]);
+        let [_, scattered] = matter.shares();
+        let reflected_inside = 1.0 - entering(eta) / (eta * eta);
+        for _ in 0..10_000 {
+            let hit = self.nearest(origin, direction, random)?;
+            if let Some(t) = matter.collide(origin, direction, hit.t, 0, random) {
+                left = [0, 1, 2].map(|c| left[c] * scattered[c]);
+                let next = uniform_direction(random);
+                left = by(left, 4.0 * PI * matter.phase(direction.dot(next)));
+                (origin, direction) = (origin + direction * t, next);
+                continue;
+            }
+            let (end, inwards) = (origin + direction * hit.t, -hit.normal);
+            if random.next() >= reflected_inside {
+                return Some((end, hit.normal, left));
+            }
+            let ((x, y), next) = (inwards.any_orthonormal_pair(), cosine(random));
+            (origin, direction) = (end, x * next.x + y * next.y + inwards * next.z);
+        }
+        None
+    }
+
+    /// Returns whether light of a channel passes media and interfaces up to a distance.
+    fn passes(
+        &self,
+        from: DVec3,
+        along: DVec3,
+        distance: f64,
+        mut medium: Option<usize>,
+        channel: usize,
+        random: &mut Random,
+    ) -> bool {
+        let (mut origin, mut left) = (from, distance);
+        loop {
+            let hit = self.nearest(origin, along, random).filter(|hit| hit.t < left);
+            let end = hit.as_ref().map_or(left, |hit| hit.t);
+            if let Some(index) = medium
+                && self.media[index].collide(origin, along, end, channel, random).is_some()
+            {
+                return false;
+            }
+            let Some(hit) = hit else { return true };
+            if !matches!(hit.shape.material, NaiveMaterial::Interface) {
+                return false;
+            }
+            medium = hit.beyond(medium, along);
+            (origin, left) = (origin + along * hit.t, left - hit.t);
+        }
     }
 
     /// Returns the radiance along a random camera ray in a cell of a grid of `of` x `of` cells.
@@ -143,6 +303,12 @@ impl World {
 }
 
 impl Hit<'_> {
+    /// Returns the medium of light that leaves the surface in a direction.
+    fn beyond(&self, current: Option<usize>, direction: DVec3) -> Option<usize> {
+        let Some([inside, outside]) = self.shape.sides else { return current };
+        if self.normal.dot(direction) > 0.0 { outside } else { inside }
+    }
+
     /// Returns the shading normal, and the material, the chosen one of a mixture.
     fn surface(&self, random: &mut Random) -> (DVec3, NaiveMaterial) {
         let (mut normal, mut material) = (self.normal, &self.shape.material);

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use glam::DVec3;
 
 use crate::material::{Colour, NaiveMaterial};
+use crate::matter::Matter;
 
 /// Geometry of a shape.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +24,8 @@ pub struct Shape {
     pub two_sided: bool,
     /// Whether the normal is flipped.
     pub reversed: bool,
+    /// Indices of the media inside and outside, if they differ.
+    pub sides: Option<[Option<usize>; 2]>,
     /// Alphas of a checkerboard with squares of 1/4 in u and v; balls use the first only.
     pub alpha: [f64; 2],
 }
@@ -53,6 +56,9 @@ pub enum PointLike {
 pub struct World {
     pub shapes: Vec<Shape>,
     pub lights: Vec<PointLike>,
+    pub media: Vec<Matter>,
+    /// Index of the medium around the camera.
+    pub around: Option<usize>,
     pub sky: Option<Colour>,
     /// Picture that multiplies the sky, an equal-area square of all directions, row 0 at the top.
     pub picture: Option<Vec<Vec<Colour>>>,
@@ -71,11 +77,24 @@ impl Shape {
 
     fn new(form: Form, material: NaiveMaterial) -> Self {
         let emits = [0.0; 3];
-        Self { form, material, emits, two_sided: false, reversed: false, alpha: [1.0; 2] }
+        Self {
+            form,
+            material,
+            emits,
+            two_sided: false,
+            reversed: false,
+            sides: None,
+            alpha: [1.0; 2],
+        }
     }
 
     pub fn emitting(self, emits: Colour) -> Self {
         Self { emits, ..self }
+    }
+
+    /// The same shape between two media, inside and outside.
+    pub fn between(self, inside: Option<usize>, outside: Option<usize>) -> Self {
+        Self { sides: Some([inside, outside]), ..self }
     }
 
     pub fn text(&self, name: usize) -> String {
@@ -84,6 +103,9 @@ impl Shape {
             let (l, both) = (list(&self.emits), self.two_sided);
             writeln!(text, r#"AreaLightSource "diffuse" "rgb L" {l} "bool twosided" {both}"#)
                 .unwrap();
+        }
+        if let Some([inside, outside]) = self.sides {
+            writeln!(text, "MediumInterface {} {}", medium(inside), medium(outside)).unwrap();
         }
         if self.reversed {
             text += "ReverseOrientation\n";
@@ -115,6 +137,11 @@ impl Shape {
         .unwrap();
         format!("AttributeBegin\n{text}AttributeEnd\n")
     }
+}
+
+/// Returns the name of a medium, in quotes.
+fn medium(index: Option<usize>) -> String {
+    index.map_or("\"\"".to_owned(), |index| format!("\"{index}\""))
 }
 
 fn list(numbers: &[f64]) -> String {
@@ -158,6 +185,13 @@ fn parameters(material: &NaiveMaterial, name: &str) -> (String, String) {
         NaiveMaterial::Glass { alpha, eta } => format!(
             r#""dielectric" "float eta" {eta} "float roughness" {alpha} "bool remaproughness" false"#
         ),
+        NaiveMaterial::Below(eta, matter) => format!(
+            r#""subsurface" "rgb sigma_a" {} "rgb sigma_s" {} "float g" {} "float eta" {eta}"#,
+            list(&matter.absorbs),
+            list(&matter.scatters),
+            matter.g
+        ),
+        NaiveMaterial::Interface => r#""interface""#.to_owned(),
         NaiveMaterial::ThinSheet(eta) => format!(r#""thindielectric" "float eta" {eta}"#),
         NaiveMaterial::Coated { alpha, reflectance } => format!(
             r#""coateddiffuse" "rgb reflectance" {} "float roughness" {alpha} "bool remaproughness" false"#,
@@ -223,10 +257,29 @@ impl World {
     /// Returns the part of the scene file after WorldBegin.
     pub fn text(&self) -> String {
         let mut text = self.light_directives();
+        if self.around.is_none() {
+            text += &self.media_directives();
+        }
         for (name, shape) in self.shapes.iter().enumerate() {
             text += &shape.text(name);
         }
         text
+    }
+
+    /// Returns the directives before the camera: those of the medium around it.
+    pub fn prelude(&self) -> String {
+        match self.around {
+            Some(_) => {
+                let media = self.media_directives();
+                format!("{media}MediumInterface \"\" {}", medium(self.around))
+            }
+            None => String::new(),
+        }
+    }
+
+    fn media_directives(&self) -> String {
+        let media = self.media.iter().enumerate();
+        media.map(|(name, matter)| matter.text(name)).collect()
     }
 
     /// Returns the directives of the lights that are not shapes. The sky's picture is sky.pfm.

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use petzval::job::Job;
 use petzval::lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
-use petzval::render::{PathStage, PathStep, Replay, ShadowRay};
+use petzval::rays::Hit;
+use petzval::render::{Collision, PathStage, PathStep, Replay, ShadowRay};
 use petzval::scene::{Geometry, Light};
 use petzval::shade::{PathOutcome, SampledLight};
 
@@ -175,8 +176,17 @@ impl Text {
     }
 
     fn hit(&mut self, job: &Job, i: usize, step: &PathStep) {
-        let PathStep { hit, surface, record, .. } = step;
+        let PathStep { hit, surface, collision, record, .. } = step;
         let label = (i + 1).to_string();
+        if let Some(Collision { medium, at }) = collision {
+            let kind = job.scene.media[*medium as usize].kind();
+            let distance = number(hit.t);
+            self.line(&label, format!("scatters in medium {medium}, {kind}, distance {distance}"));
+            return self.line("", format!("at {}", row(at)));
+        }
+        if *hit == Hit::ABSORBED {
+            return self.line(&label, "is absorbed in a medium");
+        }
         let Some([point, normal]) = surface else { return self.line(&label, "hits nothing") };
         let form = match &job.scene.shapes[hit.shape as usize].geometry {
             Geometry::Mesh(_) => format!("triangle {} of shape", hit.primitive),

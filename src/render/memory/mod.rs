@@ -153,7 +153,7 @@ const MAX_DEFERRED_DEPTHS: u64 = 100;
 /// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
 fn thread_bytes(job: &Job) -> u64 {
     let depths = u64::from(job.path_limits.max_depth).min(MAX_DEFERRED_DEPTHS) + 1;
-    size_of::<Wave>() as u64 + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
+    Wave::BYTES + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
 }
 
 /// Returns the largest memory of a pixel in adaptive rounds: its four quarters, and the results of a

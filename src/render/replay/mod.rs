@@ -6,7 +6,7 @@
 
 mod record;
 
-pub use record::{PathStage, PathStep, Replay, ShadowRay, SharedBand};
+pub use record::{Collision, PathStage, PathStep, Replay, ShadowRay, SharedBand};
 
 use super::Backend;
 use super::wave::{Wave, WorkItem};
@@ -14,8 +14,8 @@ use crate::film::{SampleId, Tile};
 use crate::job::Job;
 use crate::lanes::{Real, f32x8};
 use crate::lens::{LensColumns, LensModel};
-use crate::rays::{Column, NO_INDEX, RayBatch, ReprojectionBatch, SampleBatch};
-use crate::scene::TraversalStack;
+use crate::rays::{Column, Hit, HitBatch, NO_INDEX, RayBatch, ReprojectionBatch, SampleBatch};
+use crate::scene::{MediumColumns, Surroundings, TraversalStack};
 use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
 use crate::spectrum::bands_of_ray;
 use crate::stats::{LensStats, StageClock};
@@ -109,6 +109,8 @@ struct Probe {
     radiance: [Column<f32>; 3],
     shadows: RayBatch,
     next: RayBatch,
+    hits: HitBatch,
+    media: MediumColumns,
     stack: TraversalStack,
 }
 
@@ -120,12 +122,22 @@ impl Probe {
         vertex: PathVertex,
         wave: &Wave,
     ) -> PathStep {
-        let Self { rays, columns, radiance, shadows, next, .. } = self;
-        let (scene, hits, samples) = (&job.scene, &wave.hits, &wave.samples);
+        let Self { rays, columns, radiance, shadows, next, hits, media, stack } = self;
+        let (scene, samples) = (&job.scene, &wave.samples);
         radiance.iter_mut().for_each(|column| column[0] = 0.0);
+        let start = rays.throughput(0);
+        let surroundings = Surroundings::of(scene, samples, vertex.depth);
+        scene.intersect_all::<R>(&surroundings, rays, hits, stack);
+        if surroundings.media {
+            scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
+        }
         let inputs = ShadeInputs { scene, vertex, rays, hits };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
+        let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {
+            medium: hit.primitive,
+            at: (Vec3::from(ray.origin) + hit.t * Vec3::from(ray.direction)).into(),
+        });
         let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
         let (surface, emitted_radiance) = match hit.shape {
             NO_INDEX => {
@@ -133,13 +145,14 @@ impl Probe {
                 let skies = skies.map(|&sky| scene.sky_radiance(sky, origin, direction));
                 (None, skies.fold([0.0; 3], |sum, light| [0, 1, 2].map(|c| sum[c] + light[c])))
             }
+            Hit::IN_MEDIUM => (None, [0.0; 3]),
             _ => {
                 let (_, point) = scene.surface(&ray, &hit);
                 let surface = [point.position, point.normal].map(|v| v.to_array());
                 (Some(surface), scene.emitted_radiance(&ray, &hit, point.normal, -direction))
             }
         };
-        let (throughput, emission) = (rays.throughput(0), first(radiance));
+        let (throughput, emission) = (start, first(radiance));
         let record = columns.record(&inputs);
         let next_rays = &wave.rays;
         PathStep {
@@ -147,10 +160,11 @@ impl Probe {
             throughput,
             hit,
             surface,
+            collision,
             emitted_radiance,
             emission,
             record,
-            shadow: self.shadow::<R>(job, samples),
+            shadow: self.shadow::<R>(job, &surroundings),
             next: (next_rays.len > 0)
                 .then(|| (next_rays.ray(0), next_rays.throughput(0), next_rays.pdf[0])),
             radiance: first(&wave.radiance),
@@ -161,16 +175,15 @@ impl Probe {
     fn shadow<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
-        samples: &SampleBatch,
+        surroundings: &Surroundings,
     ) -> Option<ShadowRay> {
-        let Self { shadows, radiance, stack, .. } = self;
+        let Self { shadows, radiance, media, stack, .. } = self;
         if shadows.len == 0 {
             return None;
         }
         let (ray, contribution) = (shadows.ray(0), shadows.throughput(0));
         radiance.iter_mut().for_each(|column| column[0] = 0.0);
-        job.scene.occlude_animated::<R>(shadows, &samples.time, stack);
-        job.scene.occlude::<R>(shadows, stack, radiance);
+        job.scene.receive::<R>(surroundings, shadows, radiance, media, stack);
         // A shadow ray without any contribution is never sent.
         Some(ShadowRay { ray, contribution, unoccluded: first(radiance) != [0.0; 3] })
     }

@@ -52,9 +52,11 @@ pub struct PathStep {
     pub hit: Hit,
     /// The point and the geometric normal of the surface, world space; `None` if the ray hits none.
     pub surface: Option<[[f32; 3]; 2]>,
+    /// The collision in a medium before a surface, if there is one.
+    pub collision: Option<Collision>,
     /// The radiance that the surface or the sky emits.
     pub emitted_radiance: [f32; 3],
-    /// The contribution of that emission to the radiance of the sample.
+    /// The contribution of that emission, and of media on the way, to the radiance of the sample.
     pub emission: [f32; 3],
     /// The record of shading.
     pub record: VertexRecord,
@@ -65,6 +67,15 @@ pub struct PathStep {
     pub next: Option<(Ray, [f32; 3], f32)>,
     /// The radiance of the sample after this step.
     pub radiance: [f32; 3],
+}
+
+/// Collision of a ray in a medium, where it scatters.
+#[derive(Clone, Copy, Debug)]
+pub struct Collision {
+    /// The index of the medium.
+    pub medium: u32,
+    /// The point, world space.
+    pub at: [f32; 3],
 }
 
 /// Shadow ray of a step.

@@ -14,6 +14,7 @@ use super::{Dialect, SceneError, resolve};
 use crate::io::{Location, ReadContext};
 use crate::lens::{MAX_DECENTRE, MAX_TILT, Pose, SphericalMapping};
 use crate::motion::Motion;
+use crate::scene::VACUUM;
 use crate::shutter::Shutter;
 use crate::spectrum::ColourSpace;
 
@@ -159,6 +160,9 @@ impl SceneReader {
             self.dialect = Dialect::V2;
         }
         self.coordinate_systems.insert("camera".to_owned(), world_from_camera);
+        if self.state.media.outside != VACUUM {
+            self.builder.set_camera_medium(self.state.media.outside);
+        }
         self.camera = CameraDirective { kind, params, motion };
         Ok(())
     }

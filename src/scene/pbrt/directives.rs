@@ -2,7 +2,6 @@
 
 use super::directive_kinds::SILENT;
 use super::graphics_state::Block;
-use super::lexer::TokenKind;
 use super::options::{ACCELERATOR, RENDERER, VOLUME_INTEGRATOR};
 use super::reader::SceneReader;
 use super::transforms::MatrixUse;
@@ -68,27 +67,13 @@ pub(super) const DIRECTIVES: &[(&str, Action)] = &[
     ("MakeNamedMaterial", SceneReader::make_named_material),
     ("NamedMaterial", SceneReader::named_material),
     ("Shape", SceneReader::shape),
-    ("MakeNamedMedium", |r| {
-        r.string()?;
-        r.params()?;
-        r.warn_unsupported("MakeNamedMedium", "there are no media");
-        Ok(())
-    }),
+    ("MakeNamedMedium", SceneReader::make_named_medium),
+    ("MediumInterface", SceneReader::medium_interface),
     // The media of pbrt-v2.
     ("Volume", |r| {
         r.string()?;
         r.params()?;
         r.warn_unsupported("Volume", "there are no media");
-        Ok(())
-    }),
-    ("MediumInterface", |r| {
-        let mut media = !r.string()?.is_empty();
-        if matches!(r.peek()?, Some(TokenKind::Text(_))) {
-            media |= !r.string()?.is_empty();
-        }
-        if media {
-            r.warn_unsupported("MediumInterface", "there are no media");
-        }
         Ok(())
     }),
     ("ColorSpace", SceneReader::colour_space),

@@ -10,7 +10,7 @@ use super::memory::granted;
 use super::params::Param;
 use super::reader::SceneReader;
 use crate::io::Location;
-use crate::scene::Emission;
+use crate::scene::{Emission, MediumInterface, VACUUM};
 use crate::spectrum::ColourSpace;
 
 /// The state that `AttributeBegin` saves.
@@ -24,6 +24,8 @@ pub(super) struct GraphicsState {
     /// Index of the current material.
     pub(super) material: u32,
     pub(super) area_light: Option<Emission>,
+    /// The media on the sides of shapes.
+    pub(super) media: MediumInterface,
     /// The space of `rgb` colours.
     pub(super) colour_space: ColourSpace,
     /// The defaults that `Attribute` set, by [`Target`].
@@ -38,6 +40,7 @@ impl GraphicsState {
             reverse_orientation: false,
             material,
             area_light: None,
+            media: MediumInterface { inside: VACUUM, outside: VACUUM },
             colour_space: ColourSpace::default(),
             attributes: Default::default(),
         }

@@ -8,7 +8,7 @@ use super::colour::ColourRole;
 use super::directive_kinds::{Directive, Ignored, SILENT, known, unsupported};
 use super::params::{Params, Values};
 use super::texture_library::{TextureLibrary, TextureType};
-use super::{SceneError, WarningLog, resolve};
+use super::{SceneError, WarningLog, media, resolve};
 use crate::io::path_excerpt;
 use crate::scene::{
     DielectricCoat, HairColour, HairFibre, MaterialModel, MeasuredSurface, Metal, Roughness,
@@ -23,6 +23,7 @@ pub(super) enum MaterialKind {
     DiffuseTransmission,
     Conductor,
     Dielectric,
+    Subsurface,
     ThinDielectric,
     CoatedDiffuse,
     CoatedConductor,
@@ -126,7 +127,25 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
             &["materials", "namedmaterial1", "namedmaterial2", "amount"],
             &[],
         ),
-        unsupported("subsurface", UNSUPPORTED),
+        known(
+            "subsurface",
+            MaterialKind::Subsurface,
+            &[
+                "sigma_a",
+                "sigma_s",
+                "reflectance",
+                "mfp",
+                "name",
+                "scale",
+                "g",
+                "eta",
+                "roughness",
+                "uroughness",
+                "vroughness",
+                "remaproughness",
+            ],
+            &[],
+        ),
         known(
             "hair",
             MaterialKind::Hair,
@@ -237,6 +256,16 @@ impl MaterialBuilder<'_> {
                 eta: self.index(&["eta"])?,
                 roughness: self.roughness("", 0.0)?,
             },
+            MaterialKind::Subsurface => {
+                let eta = match self.params.find("eta") {
+                    Some(_) => self.index(&["eta"])?,
+                    None => 1.33,
+                };
+                MaterialModel::Subsurface {
+                    interior: media::subsurface(self.params, eta)?,
+                    roughness: self.roughness("", 0.0)?,
+                }
+            }
             MaterialKind::Glass => MaterialModel::Dielectric {
                 eta: self.index(&["eta", "index"])?,
                 roughness: self.roughness("", 0.0)?,

@@ -26,6 +26,7 @@ mod lexer;
 mod lights;
 mod material_kinds;
 mod materials;
+mod media;
 mod memory;
 mod meshes;
 mod moving_shapes;
@@ -59,6 +60,7 @@ use std::path::{Path, PathBuf};
 use crate::io::image::ImageError;
 use crate::io::{Location, ReadError, Warning, excerpt_words};
 use crate::scene::SceneTooLarge;
+use crate::scene::nanovdb::NanoVdbError;
 use crate::scene::ply::PlyError;
 
 /// An error in a scene.
@@ -115,6 +117,14 @@ pub enum SceneError {
         at: Location,
         /// The mesh reader's error.
         source: PlyError,
+    },
+    /// The volume file of a medium is not valid.
+    #[error("{at}: {source}")]
+    Volume {
+        /// Location of the parameter that names it.
+        at: Location,
+        /// The volume reader's error.
+        source: NanoVdbError,
     },
     /// The scene has more shapes or primitives than the renderer can index.
     #[error("{at}: {source}")]
@@ -216,6 +226,7 @@ impl SceneError {
             | Self::Limit { at, .. }
             | Self::Image { at, .. }
             | Self::Mesh { at, .. }
+            | Self::Volume { at, .. }
             | Self::TooLarge { at, .. } => Some(at),
         }
     }
@@ -229,6 +240,7 @@ impl SceneError {
             | Self::Limit { message, .. } => message.clone(),
             Self::Image { source, .. } => source.to_string(),
             Self::Mesh { source, .. } => source.to_string(),
+            Self::Volume { source, .. } => source.to_string(),
             Self::TooLarge { source, .. } => source.to_string(),
         }
     }

@@ -48,6 +48,8 @@ static SAMPLER: Directive<()> = Directive {
 enum IntegratorKind {
     DirectLighting,
     Path,
+    /// Paths that scatter in media.
+    VolumePath,
 }
 
 const PATH_READS: &[&str] = &["maxdepth", "regularize"];
@@ -82,13 +84,13 @@ static INTEGRATOR: Directive<IntegratorKind> = Directive {
     kinds: &[
         known("directlighting", IntegratorKind::DirectLighting, PATH_READS, PATH_IGNORES),
         known("path", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
-        known("volpath", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        known("volpath", IntegratorKind::VolumePath, PATH_READS, PATH_IGNORES),
         known("simplepath", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
-        known("simplevolpath", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
+        known("simplevolpath", IntegratorKind::VolumePath, PATH_READS, PATH_IGNORES),
         known("randomwalk", IntegratorKind::Path, PATH_READS, PATH_IGNORES),
         similar("lightpath", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
-        similar("bdpt", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
-        similar("mlt", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
+        similar("bdpt", IntegratorKind::VolumePath, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
+        similar("mlt", IntegratorKind::VolumePath, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
         similar("sppm", IntegratorKind::Path, PATH_READS, PATH_IGNORES, PATH_INSTEAD),
         unsupported("whitted", PATH_INSTEAD),
         unsupported("function", PATH_INSTEAD),
@@ -166,6 +168,8 @@ impl SceneReader {
         let selected = self.select_or(&INTEGRATOR, PATH_INSTEAD)?;
         let params = selected.params;
         let supported = selected.kind.is_some();
+        self.ignores_media =
+            matches!(selected.kind, Some(IntegratorKind::Path | IntegratorKind::DirectLighting));
         let given = if supported { params.maybe_float("maxdepth")? } else { None };
         let regularize = supported && params.boolean("regularize")?.unwrap_or(false);
         let depth = given.unwrap_or(5.0);

@@ -15,6 +15,7 @@ use super::graphics_state::{GraphicsState, OpenBlock};
 use super::include::Included;
 use super::lexer::{Lexer, Token, TokenKind};
 use super::materials::NamedMaterial;
+use super::media::NamedMedia;
 use super::moving_shapes::MovingObject;
 use super::objects::Object;
 use super::params::Params;
@@ -81,6 +82,9 @@ pub(super) struct SceneReader {
     /// Textures, materials and alphas that name a texture that is not defined yet.
     pub(super) deferred: Vec<Deferred>,
     pub(super) materials: HashMap<String, NamedMaterial>,
+    pub(super) media: NamedMedia,
+    /// Whether the integrator of the scene ignores media.
+    pub(super) ignores_media: bool,
     pub(super) objects: HashMap<String, Object>,
     /// The name of the object between `ObjectBegin` and `ObjectEnd`.
     pub(super) open_object: Option<String>,
@@ -132,6 +136,8 @@ impl SceneReader {
             library: TextureLibrary::default(),
             deferred: Vec::new(),
             materials: HashMap::new(),
+            media: NamedMedia::default(),
+            ignores_media: false,
             objects: HashMap::new(),
             open_object: None,
             instance_count: 0,
@@ -209,6 +215,7 @@ impl SceneReader {
             self.report(SceneError::at(here, found, expected));
         }
         self.require_named_materials();
+        self.require_named_media();
         self.resolve_forward_references();
         for error in self.library.image_files.read(&self.context) {
             self.report(error);
@@ -224,6 +231,10 @@ impl SceneReader {
                 let feature = "an area light on an interface";
                 self.warnings.unsupported(&at, feature, "the shape emits no light");
             }
+        }
+        if self.ignores_media && self.builder.remove_media() {
+            let instead = "pbrt-v4's does not scatter in media either; use \"volpath\"";
+            self.warnings.unsupported(&self.at, "a medium in a scene of this integrator", instead);
         }
         let film = match &self.film {
             Some((kind, params)) => film_spec(*kind, params),

@@ -159,6 +159,7 @@ impl SceneReader {
             self.claim_shape(name, object.or(self.open_object_index()), &geometry)?;
             let spec = ShapeSpec {
                 emission: area_light.clone(),
+                interface: self.shape_interface(),
                 object,
                 ..ShapeSpec::new(geometry, material)
             };

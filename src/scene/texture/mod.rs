@@ -23,6 +23,7 @@ pub use image_texture::{ImageTexture, PendingImage};
 pub use mapping::Mapping;
 pub use mipmap::{MipMap, TextureFilter};
 pub use noise::Octaves;
+pub(super) use noise::noise;
 pub use solid::{SolidPattern, SolidTexture};
 pub use texel::Wrap;
 

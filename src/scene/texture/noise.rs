@@ -56,7 +56,7 @@ const LACUNARITY: f32 = 1.99;
 const MEAN_ABSOLUTE: f32 = 0.2;
 
 /// Returns the noise at a point: -1 to 1, and 0 at points with integer coordinates.
-pub(super) fn noise(at: Vec3) -> f32 {
+pub(in crate::scene) fn noise(at: Vec3) -> f32 {
     let at = Vec3::new(at.x % REPEAT, at.y % REPEAT, at.z % REPEAT);
     let whole = at.floor();
     let [x, y, z] = whole.to_array().map(|v| v as i32);

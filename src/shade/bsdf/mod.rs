@@ -20,8 +20,8 @@ mod hair;
 mod measured;
 mod microfacet;
 mod phase_function;
-mod random_stream;
 mod shading_frame;
+mod subsurface_exit;
 mod thin_dielectric;
 
 pub use any_bsdf::AnyBsdf;
@@ -33,9 +33,9 @@ pub use fresnel::{Refraction, conductor_reflectance};
 pub use hair::{Hair, HairParameters};
 pub use measured::Measured;
 pub use microfacet::Microfacets;
-pub use phase_function::{henyey_greenstein, sample_henyey_greenstein};
-pub use random_stream::RandomStream;
+pub use phase_function::{MediumScattering, henyey_greenstein, sample_henyey_greenstein};
 pub use shading_frame::ShadingFrame;
+pub use subsurface_exit::SubsurfaceExit;
 pub use thin_dielectric::ThinDielectric;
 
 use crate::lanes::Real;

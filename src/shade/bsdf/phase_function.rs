@@ -3,8 +3,10 @@
 use std::f64::consts::PI;
 
 use super::shading_frame::ShadingFrame;
+use super::{Bsdf, BsdfSample};
 use crate::lanes::Real;
 use crate::lanes::math::sin_cos_turns;
+use crate::lanes::vector::dot;
 
 /// Largest magnitude of the asymmetry, as in pbrt-v4.
 const MAX_G: f32 = 0.99;
@@ -12,6 +14,40 @@ const MAX_G: f32 = 0.99;
 #[inline(always)]
 fn clamp<R: Real<Scalar = f32>>(x: R, limit: f32) -> R {
     x.max(R::splat(-limit)).min(R::splat(limit))
+}
+
+/// Scattering in a medium, by the phase function of Henyey & Greenstein.
+#[derive(Clone, Copy, Debug)]
+pub struct MediumScattering<R> {
+    /// Asymmetry, -1 to 1.
+    pub g: R,
+}
+
+impl<R: Real<Scalar = f32>> Bsdf<R> for MediumScattering<R> {
+    #[inline(always)]
+    fn evaluate(&self, wo: [R; 3], wi: [R; 3]) -> ([R; 3], R) {
+        let phase = henyey_greenstein(dot(wo, wi), self.g);
+        ([phase; 3], phase)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: [R; 3], u: [R; 2], _: R) -> BsdfSample<R> {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let wi = sample_henyey_greenstein(wo, self.g, u);
+        BsdfSample {
+            wi,
+            weight: [one; 3],
+            pdf: henyey_greenstein(dot(wo, wi), self.g),
+            singular: one.lt(zero),
+            valid: zero.lt(one),
+            eta2: one,
+        }
+    }
+
+    #[inline(always)]
+    fn singular(&self) -> R::Mask {
+        R::splat(1.0).lt(R::splat(0.0))
+    }
 }
 
 /// Returns the phase function of Henyey & Greenstein 1941, by solid angle. `cos` is the cosine

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use super::super::Bsdf;
 use super::super::dielectric::{Lobes, Transport};
-use super::super::random_stream::RandomStream;
 use super::Coated;
 use super::walk::{any, continues, draw, upright};
 use crate::lanes::vector::negate;
 use crate::lanes::{Real, Word};
+use crate::sampler::RandomStream;
 use crate::shade::mis::power_heuristic;
 
 /// Separates the random numbers of densities from those of values and samples of the same seed.

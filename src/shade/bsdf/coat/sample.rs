@@ -2,12 +2,12 @@
 
 use super::super::dielectric::{Lobes, Transport};
 use super::super::phase_function::sample_henyey_greenstein;
-use super::super::random_stream::RandomStream;
 use super::super::{Bsdf, BsdfSample};
 use super::Coated;
 use super::walk::{Walk, any, continues, draw};
 use crate::lanes::vector::{negate, select};
 use crate::lanes::{Real, Word};
+use crate::sampler::RandomStream;
 
 /// Separates the random numbers of samples from those of values and densities of the same seed.
 const SAMPLE_STREAM: u32 = 0x5eed_0003;

@@ -2,12 +2,12 @@
 
 use super::super::dielectric::{Lobes, Transport};
 use super::super::phase_function::{henyey_greenstein, sample_henyey_greenstein};
-use super::super::random_stream::RandomStream;
 use super::super::{Bsdf, BsdfSample};
 use super::walk::{Walk, any, continues, draw, transmittance, upright};
 use super::{Coated, MisWeights};
 use crate::lanes::vector::{dot, negate};
 use crate::lanes::{Real, Word};
+use crate::sampler::RandomStream;
 use crate::shade::mis::power_heuristic;
 
 /// Separates the random numbers of values from those of densities and samples of the same seed.

@@ -1,12 +1,12 @@
 //! Random walk between the interface and the base of a coat.
 
 use super::super::dielectric::{Lobes, Transport};
-use super::super::random_stream::RandomStream;
 use super::super::{Bsdf, BsdfSample};
 use super::Coated;
 use crate::lanes::Real;
 use crate::lanes::math::{exp_negative, ln};
 use crate::lanes::vector::{max_component, negate, scale, select};
+use crate::sampler::RandomStream;
 
 /// Indices of the random numbers of an event.
 pub(super) mod draw {

@@ -1,7 +1,7 @@
 //! Random numbers of walks whose length is not known beforehand.
 
+use super::hash;
 use crate::lanes::{Real, Word};
-use crate::sampler::hash;
 
 /// Random numbers in [0, 1), one sequence per lane, each a pure function of its seed and keys.
 ///
@@ -24,6 +24,18 @@ impl<R: Real> RandomStream<R> {
             state = hash(state.wrapping_add(R::Word::splat(NUMBER_STEP)) ^ key.to_word());
         }
         Self(state)
+    }
+
+    /// The sequence whose state is known.
+    #[inline(always)]
+    pub fn resumed(state: R::Word) -> Self {
+        Self(state)
+    }
+
+    /// Returns the state of the sequence.
+    #[inline(always)]
+    pub fn state(&self) -> R::Word {
+        self.0
     }
 
     /// Returns the sequence of one part of a walk, counted from 0.

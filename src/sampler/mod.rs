@@ -6,6 +6,10 @@
 //! 9(4)), with the mixing constants of Vegdahl (2021). The compiler vectorises the loops over
 //! columns.
 
+mod random_stream;
+
+pub use random_stream::RandomStream;
+
 use crate::lanes::{Real, Word};
 
 /// Pair of dimensions of a sample. No two random decisions share one.
@@ -23,6 +27,8 @@ pub enum Dimension {
     Bounce(u32),
     /// Russian roulette, at a given bounce.
     Roulette(u32),
+    /// Choice of a channel and of the distance to a collision in a medium, at a given bounce.
+    Medium(u32),
     /// Wavelength.
     Wavelength,
     /// Time.
@@ -40,8 +46,9 @@ impl Dimension {
             Self::LightChoice(bounce) => 3 + 4 * bounce,
             Self::Bounce(bounce) => 4 + 4 * bounce,
             Self::Roulette(bounce) => 5 + 4 * bounce,
+            // Bounces count up from 0: those above never reach these, and these never the others.
+            Self::Medium(bounce) => (1 << 31) + bounce,
             Self::Wavelength => u32::MAX,
-            // Bounces count up from 0 and never reach these.
             Self::Time => u32::MAX - 1,
         };
         index.wrapping_mul(0x9e37_79b9)

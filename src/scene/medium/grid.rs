@@ -1,0 +1,81 @@
+//! Grids of voxels, and trilinear interpolation between their centres.
+
+use std::ops::{Add, Mul};
+
+use glam::Vec3;
+
+/// Values at points with integer coordinates; 0 outside a box that begins at the origin.
+pub trait Voxels {
+    /// Type of the values.
+    type Value: Copy + Default + Add<Output = Self::Value> + Mul<f32, Output = Self::Value>;
+
+    /// Returns the numbers of voxels along the axes.
+    fn resolution(&self) -> [u32; 3];
+
+    /// Returns the value of a voxel inside the box.
+    fn value(&self, voxel: [u32; 3]) -> Self::Value;
+
+    /// Returns the value at a point between voxels.
+    #[inline]
+    fn interpolate(&self, at: Vec3) -> Self::Value {
+        let low = at.floor();
+        let offset = at - low;
+        let [x, y, z] = low.to_array().map(|v| v as i64);
+        let resolution = self.resolution().map(i64::from);
+        let corner = |i: i64, j: i64, k: i64| {
+            let inside = [i, j, k].iter().zip(resolution).all(|(&v, end)| v >= 0 && v < end);
+            if inside { self.value([i, j, k].map(|v| v as u32)) } else { Self::Value::default() }
+        };
+        let along_x = |j, k| lerp(offset.x, corner(x, j, k), corner(x + 1, j, k));
+        let in_plane = |k| lerp(offset.y, along_x(y, k), along_x(y + 1, k));
+        lerp(offset.z, in_plane(z), in_plane(z + 1))
+    }
+}
+
+#[inline(always)]
+fn lerp<T: Add<Output = T> + Mul<f32, Output = T>>(t: f32, a: T, b: T) -> T {
+    a * (1.0 - t) + b * t
+}
+
+/// A grid that stores the value of every voxel, x fastest.
+#[derive(Clone, Debug)]
+pub struct VoxelGrid<T> {
+    resolution: [u32; 3],
+    values: Box<[T]>,
+}
+
+impl<T: Copy> VoxelGrid<T> {
+    /// Makes a grid. Returns `None` if the number of values is not the product of the resolution.
+    pub fn new(resolution: [u32; 3], values: Vec<T>) -> Option<Self> {
+        let voxels = resolution.iter().try_fold(1u64, |all, &n| all.checked_mul(u64::from(n)))?;
+        let complete = voxels > 0 && voxels == values.len() as u64;
+        complete.then(|| Self { resolution, values: values.into() })
+    }
+
+    /// The grid of one voxel.
+    pub fn one(value: T) -> Self {
+        Self { resolution: [1; 3], values: [value].into() }
+    }
+
+    /// Returns its memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.values[..])
+    }
+}
+
+impl<T> Voxels for VoxelGrid<T>
+where
+    T: Copy + Default + Add<Output = T> + Mul<f32, Output = T>,
+{
+    type Value = T;
+
+    fn resolution(&self) -> [u32; 3] {
+        self.resolution
+    }
+
+    #[inline(always)]
+    fn value(&self, [x, y, z]: [u32; 3]) -> T {
+        let [nx, ny, _] = self.resolution.map(|n| n as usize);
+        self.values[(z as usize * ny + y as usize) * nx + x as usize]
+    }
+}
