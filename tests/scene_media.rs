@@ -127,3 +127,27 @@ fn replays_in_media_have_the_bits_of_the_picture() {
         assert!(collisions > 0 || world.contains("subsurface"), "{world}");
     }
 }
+
+#[test]
+fn a_texture_below_a_surface_is_a_warning_unless_it_is_constant() {
+    let world = |texture: &str| {
+        format!(
+            "Texture \"t\" \"spectrum\" {texture} Material \"subsurface\" \"texture reflectance\" \"t\"
+             Shape \"sphere\""
+        )
+    };
+    let read = |world: &str| read(&text("", world)).expect("a scene");
+    let constant = read(&world("\"constant\" \"rgb value\" [0.2 0.3 0.4]"));
+    assert!(constant.scene.has_media() && constant.warnings.is_empty());
+    let varies = read(&world("\"checkerboard\""));
+    let [warning] = &varies.warnings[..] else { panic!("{:?}", varies.warnings) };
+    assert!(warning.message.contains("a texture in a subsurface material"), "{}", warning.message);
+    assert!(!varies.scene.has_media());
+}
+
+#[test]
+fn coefficients_beyond_the_range_are_refused() {
+    let fault = read(&text("", &format!("{FOG} \"float scale\" 1e38 \"rgb sigma_a\" [9 9 9]")));
+    let fault = fault.expect_err("too large").to_string();
+    assert!(fault.contains("expected at most 1e9"), "{fault}");
+}

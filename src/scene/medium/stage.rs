@@ -169,7 +169,7 @@ impl Scene {
             }
             for (index, medium) in self.media.iter().enumerate() {
                 let group = std::mem::take(&mut columns.groups[index]);
-                let mut stage = Stage::<SHADOW> {
+                let mut pass = MediumPass::<SHADOW> {
                     inputs,
                     crossing,
                     scene: self,
@@ -180,7 +180,7 @@ impl Scene {
                     columns,
                     radiance,
                 };
-                stage.pass::<R>(medium);
+                pass.follow::<R>(medium);
                 columns.groups[index] = group;
             }
             self.cross_interfaces(rays, hits, columns);
@@ -241,7 +241,7 @@ impl Scene {
 }
 
 /// Rays that travel in one medium.
-struct Stage<'a, const SHADOW: bool> {
+struct MediumPass<'a, const SHADOW: bool> {
     scene: &'a Scene,
     inputs: &'a Surroundings<'a>,
     /// Number of interfaces crossed since the last scattering.
@@ -254,9 +254,9 @@ struct Stage<'a, const SHADOW: bool> {
     radiance: &'a mut [Column<f32>; 3],
 }
 
-impl<const SHADOW: bool> Stage<'_, SHADOW> {
+impl<const SHADOW: bool> MediumPass<'_, SHADOW> {
     /// Moves the rays to their collisions or to the ends of their ways.
-    fn pass<R: Real<Scalar = f32>>(&mut self, medium: &Medium) {
+    fn follow<R: Real<Scalar = f32>>(&mut self, medium: &Medium) {
         match &medium.model {
             MediumModel::Varying(varying) => {
                 let mut ends = Vec::with_capacity(self.group.len());

@@ -256,16 +256,7 @@ impl MaterialBuilder<'_> {
                 eta: self.index(&["eta"])?,
                 roughness: self.roughness("", 0.0)?,
             },
-            MaterialKind::Subsurface => {
-                let eta = match self.params.find("eta") {
-                    Some(_) => self.index(&["eta"])?,
-                    None => 1.33,
-                };
-                MaterialModel::Subsurface {
-                    interior: media::subsurface(self.params, eta)?,
-                    roughness: self.roughness("", 0.0)?,
-                }
-            }
+            MaterialKind::Subsurface => self.subsurface()?,
             MaterialKind::Glass => MaterialModel::Dielectric {
                 eta: self.index(&["eta", "index"])?,
                 roughness: self.roughness("", 0.0)?,
@@ -313,6 +304,32 @@ impl MaterialBuilder<'_> {
         let bytes = self.params.context.bytes(&path).map_err(|error| refuse(error.to_string()))?;
         let read = MeasuredSurface::read(&bytes);
         read.map(Arc::new).map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))
+    }
+
+    /// Reads a surface over a medium, whose coefficients must be the same everywhere.
+    fn subsurface(&mut self) -> Result<MaterialModel, SceneError> {
+        let eta = match self.params.find("eta") {
+            Some(_) => self.index(&["eta"])?,
+            None => 1.33,
+        };
+        let (library, params) = (&self.library, self.params);
+        let texture = |name: &str, role| library.colour_or_texture(params, name, role);
+        for name in ["sigma_a", "sigma_s", "reflectance", "mfp"] {
+            if !matches!(texture(name, ColourRole::Unbounded)?, None | Some(Texture::Constant(_))) {
+                let feature = "a texture in a subsurface material";
+                let instead = "a diffuse surface of its reflectance, or of 0.5, is used";
+                self.warnings.unsupported(&params.location(name), feature, instead);
+                return Ok(self.substitute());
+            }
+        }
+        let colour = |name: &str, role| {
+            Ok(match texture(name, role)? {
+                Some(Texture::Constant(colour)) => Some(colour),
+                _ => None,
+            })
+        };
+        let interior = media::subsurface(params, eta, colour)?;
+        Ok(MaterialModel::Subsurface { interior, roughness: self.roughness("", 0.0)? })
     }
 
     /// Returns whether a colour is 0 in all channels.

@@ -250,18 +250,30 @@ fn coefficients(params: &Params) -> Result<[[f32; 3]; 2], SceneError> {
         None | Some("") => None,
         Some(name) => Some(measured(params, "preset", name)?),
     };
-    let scale = non_negative(params, "scale", 1.0)?;
     let of = |name: &str, measured: Option<[f32; 3]>| -> Result<[f32; 3], SceneError> {
         let given = match measured {
             Some(measured) => Some(measured),
             None => params.colour(name, ColourRole::Unbounded)?,
         };
-        Ok(given.unwrap_or([1.0; 3]).map(|channel| channel * scale))
+        scaled(params, given.unwrap_or([1.0; 3]))
     };
     Ok([
         of("sigma_a", preset.map(|medium| medium.absorption))?,
         of("sigma_s", preset.map(|medium| medium.scattering))?,
     ])
+}
+
+/// Returns coefficients times the parameter `scale`.
+fn scaled(params: &Params, coefficients: [f32; 3]) -> Result<[f32; 3], SceneError> {
+    let scale = non_negative(params, "scale", 1.0)?;
+    let scaled = coefficients.map(|channel| channel * scale);
+    match scaled.iter().all(|channel| *channel <= MAX_EXTINCTION) {
+        true => Ok(scaled),
+        false => {
+            let found = format!("a coefficient of {:e}", scaled.into_iter().fold(0.0, f32::max));
+            Err(params.refuse("scale", found, format!("expected at most {MAX_EXTINCTION:e}")))
+        }
+    }
 }
 
 /// Returns the emitted radiance, if there is any.
@@ -447,47 +459,47 @@ fn placed_in(grid: NanoGrid, medium_from_unit: &DAffine3) -> ScalarGrid {
     ScalarGrid::Sparse(PlacedGrid { grid: grid.voxels, voxel_from_unit })
 }
 
-/// Returns the medium below a surface, from the parameters of its material.
-pub(super) fn subsurface(params: &Params, eta: f32) -> Result<Subsurface, SceneError> {
-    let scale = non_negative(params, "scale", 1.0)?;
-    let given = |name: &str| params.colour(name, ColourRole::Unbounded);
+/// Returns the medium below a surface, from the parameters of its material and a function that reads
+/// its colours.
+pub(super) fn subsurface(
+    params: &Params,
+    eta: f32,
+    colour: impl Fn(&str, ColourRole) -> Result<Option<[f32; 3]>, SceneError>,
+) -> Result<Subsurface, SceneError> {
+    let given = |name: &str| colour(name, ColourRole::Unbounded);
     let named = params.text("name")?.filter(|name| !name.is_empty());
     let [absorption, scattering] = match (named, given("sigma_a")?, given("sigma_s")?) {
-        (Some(name), ..) => {
-            let medium = measured(params, "name", name)?;
-            [medium.absorption, medium.scattering].map(|c| c.map(|channel| channel * scale))
-        }
         (None, Some(absorption), Some(scattering)) => {
-            [absorption, scattering].map(|c| c.map(|channel| channel * scale))
+            [scaled(params, absorption)?, scaled(params, scattering)?]
         }
-        (None, None, None) => match params.colour("reflectance", ColourRole::Albedo)? {
-            None => {
-                let medium = measured(params, "name", "Wholemilk")?;
-                [medium.absorption, medium.scattering].map(|c| c.map(|channel| channel * scale))
-            }
-            Some(reflectance) => {
-                let path = given("mfp")?.unwrap_or([1.0; 3]);
-                let mut coefficients = [[0.0; 3]; 2];
-                for channel in 0..3 {
-                    let albedo = albedo_of_reflectance(reflectance[channel], eta);
-                    let extinction = (1.0 / (path[channel] * scale)).min(MAX_EXTINCTION);
-                    coefficients[0][channel] = (1.0 - albedo) * extinction;
-                    coefficients[1][channel] = albedo * extinction;
-                }
-                coefficients
-            }
-        },
         (None, Some(_), None) => {
             return Err(params.refuse("sigma_a", "\"sigma_a\" without \"sigma_s\"", "give both"));
         }
         (None, None, Some(_)) => {
             return Err(params.refuse("sigma_s", "\"sigma_s\" without \"sigma_a\"", "give both"));
         }
+        (named, ..) => match (named, colour("reflectance", ColourRole::Albedo)?) {
+            (None, Some(reflectance)) => {
+                let path = scaled(params, given("mfp")?.unwrap_or([1.0; 3]))?;
+                let mut coefficients = [[0.0; 3]; 2];
+                for channel in 0..3 {
+                    let albedo = albedo_of_reflectance(reflectance[channel], eta);
+                    let extinction = (1.0 / path[channel]).min(MAX_EXTINCTION);
+                    coefficients[0][channel] = (1.0 - albedo) * extinction;
+                    coefficients[1][channel] = albedo * extinction;
+                }
+                coefficients
+            }
+            (named, _) => {
+                let medium = measured(params, "name", named.unwrap_or("Wholemilk"))?;
+                [scaled(params, medium.absorption)?, scaled(params, medium.scattering)?]
+            }
+        },
     };
     let g = if named.is_some() { 0.0 } else { asymmetry(params)? };
     let medium = Homogeneous { absorption, scattering, emission: [0.0; 3] };
     Ok(Subsurface { medium, g, eta })
 }
 
-/// Largest extinction coefficient of a medium below a surface, for a mean free path of 0.
-const MAX_EXTINCTION: f32 = 1e6;
+/// Largest absorption or scattering coefficient.
+const MAX_EXTINCTION: f32 = 1e9;
