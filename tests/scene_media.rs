@@ -9,7 +9,7 @@ use petzval::plan::Effect;
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{Backend, replay};
 use petzval::scene::pbrt;
-use support::{folder, picture, write};
+use support::{folder, mean, picture, write};
 
 const BALL: &str = "Material \"interface\" Translate 0 0 4 Shape \"sphere\"";
 const FOG: &str = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"";
@@ -150,4 +150,37 @@ fn coefficients_beyond_the_range_are_refused() {
     let fault = read(&text("", &format!("{FOG} \"float scale\" 1e38 \"rgb sigma_a\" [9 9 9]")));
     let fault = fault.expect_err("too large").to_string();
     assert!(fault.contains("expected at most 1e9"), "{fault}");
+}
+
+/// Shadow rays end just before the light, also those that have crossed interfaces on the way.
+#[test]
+fn a_clear_medium_between_a_light_and_a_floor_takes_no_light() {
+    let scene = |inside: &str| {
+        format!(
+            "Film \"rgb\" \"integer xresolution\" 32 \"integer yresolution\" 32
+             Sampler \"independent\" \"integer pixelsamples\" 16
+             Integrator \"volpath\" \"integer maxdepth\" 1
+             LookAt 0 -3.4 1.2  0 0 0.3  0 0 1 Camera \"perspective\" \"float fov\" 40
+             WorldBegin
+             AttributeBegin AreaLightSource \"diffuse\" Shape \"bilinearmesh\" \"point3 P\"
+             [-0.6 -0.6 2.48  -0.6 0.6 2.48  0.6 -0.6 2.48  0.6 0.6 2.48] AttributeEnd
+             Shape \"bilinearmesh\" \"point3 P\" [-2 -2 0  2 -2 0  -2 2 0  2 2 0]
+             {inside}"
+        )
+    };
+    let sheets: String = [0.7, 1.1, 1.4, 1.9]
+        .map(|z| {
+            format!("Shape \"bilinearmesh\" \"point3 P\" [-3 -3 {z} 3 -3 {z} -3 3 {z} 3 3 {z}]\n")
+        })
+        .concat();
+    let clear = format!(
+        "{FOG} \"rgb sigma_a\" [0 0 0] \"rgb sigma_s\" [0 0 0] MediumInterface \"fog\" \"\"
+         Material \"interface\" {sheets}"
+    );
+    let [without, with] = ["", &clear].map(|inside| {
+        let job = job(&scene(inside), &Changes::default());
+        assert_eq!(job.scene.has_media(), !inside.is_empty());
+        mean(&picture(&job, Backend::Simd, 1))[0]
+    });
+    assert!(without > 0.01 && (with / without - 1.0).abs() < 1e-4, "{with}, not {without}");
 }

@@ -60,6 +60,9 @@ impl MediumColumns {
         size_of::<Self>() + size_of::<RayBatch>() + 2 * WAVE_SIZE * size_of::<Hit>();
 }
 
+/// Share of the way behind an interface to a light on which other surfaces block it.
+const BEFORE_END: f32 = 1.0 - 1e-5;
+
 /// Most interfaces that a ray crosses without scattering; it counts as absorbed there. Rays do not
 /// meet a surface twice at a point, so that only scenes of as many surfaces reach it.
 const MAX_CROSSINGS: u32 = 10_000;
@@ -195,9 +198,10 @@ impl Scene {
             self.intersect_all::<R>(inputs, beyond, beyond_hits, stack);
             for (k, &i) in columns.active.iter().enumerate() {
                 let (i, mut hit) = (i as usize, columns.beyond_hits[k]);
-                let start = hits[i].t;
+                let (start, end) = (hits[i].t, rays.t_max[i]);
                 columns.start[i] = start;
-                hit.t += start;
+                // A ray with an end is behind the interface as long as the rest of its way.
+                hit.t = start + if end < f32::INFINITY { hit.t * (end - start) } else { hit.t };
                 hits[i] = hit;
             }
         }
@@ -221,8 +225,20 @@ impl Scene {
             let (_, point) = self.surface(&ray, hit);
             let direction = Vec3::from(ray.direction);
             rays.medium[i] = self.medium_beyond(hit, rays.medium[i], point.normal, direction);
-            let origin = point.offset_origin(direction).into();
-            let way = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
+            let origin = point.offset_origin(direction);
+            let way = match ray.t_max < f32::INFINITY {
+                // The origin is beside the line, from which a ray of the same direction could end
+                // behind the surface of the light instead of before it.
+                true => {
+                    let end = Vec3::from(ray.origin) + ray.t_max * direction;
+                    Ray {
+                        origin: origin.into(),
+                        direction: (end - origin).into(),
+                        t_max: BEFORE_END,
+                    }
+                }
+                false => Ray { origin: origin.into(), ..ray },
+            };
             beyond.push(way, [0.0; 3], rays.slot[i]);
             true
         });
