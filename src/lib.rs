@@ -206,7 +206,6 @@ pub mod shutter;
 pub mod spectrum;
 #[doc(hidden)]
 pub mod stats;
-mod windowed_distribution;
 
 pub use aov::Aov;
 pub use io::ReadContext;

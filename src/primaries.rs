@@ -91,10 +91,11 @@ pub(crate) fn adapt(from: DVec3, to: DVec3) -> DMat3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    const ACES: Primaries = Primaries {
+    /// ACES2065-1 (SMPTE ST 2065-1).
+    pub(crate) const ACES: Primaries = Primaries {
         red: [0.7347, 0.2653],
         green: [0.0, 1.0],
         blue: [0.0001, -0.077],

@@ -184,3 +184,28 @@ fn a_clear_medium_between_a_light_and_a_floor_takes_no_light() {
     });
     assert!(without > 0.01 && (with / without - 1.0).abs() < 1e-4, "{with}, not {without}");
 }
+
+/// Emission and absorption of a homogeneous medium are integrated, not sampled.
+#[test]
+fn a_glowing_ball_has_the_radiance_of_its_chord() {
+    let scene = |depth: u32| {
+        format!(
+            "Film \"rgb\" \"integer xresolution\" 1 \"integer yresolution\" 1
+             PixelFilter \"box\" \"float xradius\" 0.5 \"float yradius\" 0.5
+             Integrator \"volpath\" \"integer maxdepth\" {depth}
+             Camera \"perspective\" \"float fov\" 0.1 WorldBegin
+             {FOG} \"rgb Le\" [1 2 3] \"rgb sigma_a\" [0.7 0.001 4] \"rgb sigma_s\" [0 0 0]
+             MediumInterface \"fog\" \"\" {BALL}"
+        )
+    };
+    let [pixel] = picture(&job(&scene(1), &Changes::default()), Backend::Simd, 1).pixels[..] else {
+        panic!("one pixel")
+    };
+    for (found, (light, absorbs)) in pixel.into_iter().zip([(1.0, 0.7), (2.0, 0.001), (3.0, 4.0)]) {
+        let expected = light * -(-2.0f64 * absorbs).exp_m1();
+        assert!((f64::from(found) / expected - 1.0).abs() < 1e-4, "{found}, not {expected}");
+    }
+    // As in pbrt-v4, paths that may not scatter see no glow.
+    let dark = picture(&job(&scene(0), &Changes::default()), Backend::Simd, 1);
+    assert_eq!(dark.pixels, [[0.0; 3]]);
+}

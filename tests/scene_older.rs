@@ -161,7 +161,7 @@ fn types_and_shapes_of_older_scenes_are_read() {
     );
     let volume = "Volume \"homogeneous\" \"color sigma_a\" [1 1 1] \"point p0\" [0 0 0]";
     let warnings = read_world_with_warnings(volume).warnings;
-    assert!(warnings[0].message.ends_with("there are no media"), "{warnings:#?}");
+    assert!(warnings[0].message.ends_with("the medium is left out"), "{warnings:#?}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn warnings_of_one_kind_are_counted() {
     let media: String = (0..172).map(|i| format!("Volume \"m{i}\"\n")).collect();
     let found = warnings(&format!("{media}Shape \"nurbs\""));
     assert_eq!(found.len(), 2, "{found:#?}");
-    let expected = "Volume is not supported yet: there are no media (and 171 more like this)";
+    let expected = "Volume is not supported yet: the medium is left out (and 171 more like this)";
     assert_eq!(found[0], expected);
     assert!(found[1].ends_with("the shape is left out"), "{found:#?}");
 }

@@ -173,7 +173,7 @@ impl Wave {
     ) {
         let Self { samples, rays, next, shadows, hits, stack, columns, media, radiance, .. } = self;
         let (stats, scene) = (&mut self.stats, &job.scene);
-        let surroundings = Surroundings::of(scene, samples, vertex.depth);
+        let surroundings = Surroundings::of(scene, samples, vertex.depth, vertex.limits.max_depth);
         let intersect = scene.intersect_all::<R>(&surroundings, rays, hits, stack);
         clock.lap(stats, Stage::Intersect, rays.len);
         if surroundings.media {

@@ -44,7 +44,8 @@ pub use medium::{
     Blackbodies, BrickGrid, CloudPattern, Coefficients, DensityField, DiffuseBoundary, Field,
     FieldEmission, Homogeneous, MajorantGrid, MeasuredMedium, Medium, MediumColumns,
     MediumInterface, MediumModel, PlacedGrid, ScalarGrid, Subsurface, Surroundings, VACUUM,
-    VaryingMedium, VoxelGrid, Voxels, albedo_of_reflectance,
+    VaryingMedium, VoxelGrid, Voxels, albedo_of_reflectance, henyey_greenstein,
+    sample_henyey_greenstein_cosine,
 };
 pub use path_limits::PathLimits;
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};

@@ -310,14 +310,7 @@ fn ascii(text: &str) -> Text {
 mod tests {
     use super::*;
     use crate::io::ReadContext;
-
-    /// ACES2065-1 (SMPTE ST 2065-1).
-    const ACES: Primaries = Primaries {
-        red: [0.7347, 0.2653],
-        green: [0.0, 1.0],
-        blue: [0.0001, -0.077],
-        white: [0.32168, 0.33767],
-    };
+    use crate::primaries::tests::ACES;
 
     fn written(space: Option<Primaries>, half: bool) -> (tempfile::TempDir, std::path::PathBuf) {
         let folder = tempfile::tempdir().unwrap();

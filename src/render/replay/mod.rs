@@ -126,7 +126,7 @@ impl Probe {
         let (scene, samples) = (&job.scene, &wave.samples);
         radiance.iter_mut().for_each(|column| column[0] = 0.0);
         let start = rays.throughput(0);
-        let surroundings = Surroundings::of(scene, samples, vertex.depth);
+        let surroundings = Surroundings::of(scene, samples, vertex.depth, vertex.limits.max_depth);
         scene.intersect_all::<R>(&surroundings, rays, hits, stack);
         if surroundings.media {
             scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);

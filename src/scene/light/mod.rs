@@ -11,6 +11,7 @@ mod spherical_triangle;
 mod stage;
 mod tree;
 mod visible_cap;
+mod windowed_distribution;
 
 pub use area::{AreaLight, Emission};
 pub use point::{IntensityDistribution, PointLight, luminance};

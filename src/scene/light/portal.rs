@@ -10,9 +10,9 @@ use glam::{Mat3, Vec2, Vec3};
 
 use super::mean;
 use super::sky::SkySample;
+use super::windowed_distribution::{Window, WindowedDistribution};
 use crate::equal_area;
 use crate::io::image::Picture;
-use crate::windowed_distribution::{Window, WindowedDistribution};
 
 /// A light at infinite distance that is seen through a rectangle alone.
 ///

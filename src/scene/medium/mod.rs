@@ -11,9 +11,13 @@ mod grid;
 mod homogeneous;
 mod majorant;
 mod measured;
+mod medium_pass;
+mod phase_function;
 mod stage;
 mod subsurface;
+mod subsurface_walk;
 mod track;
+mod walk;
 
 pub use bricks::BrickGrid;
 pub use cloud::CloudPattern;
@@ -23,6 +27,7 @@ pub use grid::{VoxelGrid, Voxels};
 pub use homogeneous::Homogeneous;
 pub use majorant::MajorantGrid;
 pub use measured::MeasuredMedium;
+pub use phase_function::{henyey_greenstein, sample_henyey_greenstein_cosine};
 pub use stage::{MediumColumns, Surroundings};
 pub use subsurface::{DiffuseBoundary, Subsurface, albedo_of_reflectance};
 pub use track::VaryingMedium;
@@ -72,15 +77,6 @@ impl Medium {
             MediumModel::Homogeneous(_) => "homogeneous",
             MediumModel::Varying(varying) => varying.field.kind(),
         }
-    }
-
-    /// Returns its memory (bytes).
-    pub fn bytes(&self) -> usize {
-        size_of::<Self>()
-            + match &self.model {
-                MediumModel::Homogeneous(_) => 0,
-                MediumModel::Varying(varying) => varying.bytes(),
-            }
     }
 }
 

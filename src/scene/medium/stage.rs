@@ -3,25 +3,24 @@
 
 use glam::Vec3;
 
-use super::track::{Way, WayEnd};
-use super::{DiffuseBoundary, Medium, MediumModel, VACUUM};
+use super::VACUUM;
+use super::medium_pass::MediumPass;
 use crate::effects::EFFECTS;
-use crate::lanes::math::sin_cos_turns;
-use crate::lanes::{LaneIndices, Real};
-use crate::rays::{
-    Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, RayDifferential, SampleBatch, WAVE_SIZE,
-};
-use crate::sampler::{Dimension, RandomStream, hash, sample_2d};
-use crate::scene::{MaterialModel, Scene, TraversalStack, cosine_hemisphere};
+use crate::lanes::Real;
+use crate::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch, WAVE_SIZE};
+use crate::scene::{MaterialModel, Scene, TraversalStack};
 use crate::stats::LaneOccupancy;
 
-/// What the stages of a wave's rays need beside the rays.
+/// Samples and depth of a wave, and the kinds of work that its scene calls for.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// The samples of the rays.
     pub samples: &'a SampleBatch,
     /// Number of scatterings before.
     pub depth: u32,
+    /// Whether paths end at their next vertex. Then they collect the light of surfaces and skies, but
+    /// none of media, as in pbrt-v4.
+    pub last: bool,
     /// Whether shapes move.
     pub moves: bool,
     /// Whether there are media.
@@ -29,23 +28,24 @@ pub struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    /// The surroundings of paths that have scattered so many times.
-    pub fn of(scene: &Scene, samples: &'a SampleBatch, depth: u32) -> Self {
+    /// The surroundings of paths that have scattered `depth` times, of `max_depth`.
+    pub fn of(scene: &Scene, samples: &'a SampleBatch, depth: u32, max_depth: u32) -> Self {
         let moves = EFFECTS && !scene.animated_instances().is_empty();
-        Self { samples, depth, moves, media: EFFECTS && scene.has_media() }
+        let media = EFFECTS && scene.has_media();
+        Self { samples, depth, last: depth >= max_depth, moves, media }
     }
 }
 
 /// Work columns of the stage.
 #[derive(Clone, Debug, Default)]
 pub struct MediumColumns {
-    /// Where the part of every ray's way begins that is not done, in multiples of its direction.
-    start: Column<f32>,
+    /// Point up to which each ray has travelled, in multiples of its direction.
+    pub(super) start: Column<f32>,
     /// Transmittance of shadow rays.
-    transmittance: [Column<f32>; 3],
-    /// Rays whose ways are not done.
+    pub(super) transmittance: [Column<f32>; 3],
+    /// Active rays: those that have not reached their end.
     active: Vec<u32>,
-    /// Those of them that travel in each medium.
+    /// Active rays by medium.
     groups: Vec<Vec<u32>>,
     /// Ways behind an interface, and their hits.
     beyond: Box<RayBatch>,
@@ -74,31 +74,31 @@ impl Scene {
     /// adds the light of the media to `radiance`.
     pub fn travel<R: Real<Scalar = f32>>(
         &self,
-        inputs: &Surroundings,
+        surroundings: &Surroundings,
         rays: &mut RayBatch,
         hits: &mut HitBatch,
         radiance: &mut [Column<f32>; 3],
         columns: &mut MediumColumns,
         stack: &mut TraversalStack,
     ) {
-        self.pass_media::<R, false>(inputs, rays, hits, columns, stack, radiance);
+        self.pass_media::<R, false>(surroundings, rays, hits, columns, stack, radiance);
     }
 
     /// Adds the contribution of each shadow ray that reaches its light to the radiance of its
     /// sample: a stage. Returns how full the packets were.
     pub fn receive<R: Real<Scalar = f32>>(
         &self,
-        inputs: &Surroundings,
+        surroundings: &Surroundings,
         rays: &mut RayBatch,
         radiance: &mut [Column<f32>; 3],
         columns: &mut MediumColumns,
         stack: &mut TraversalStack,
     ) -> LaneOccupancy {
-        if inputs.media {
-            return self.transmit::<R>(inputs, rays, radiance, columns, stack);
+        if surroundings.media {
+            return self.transmit::<R>(surroundings, rays, radiance, columns, stack);
         }
-        if inputs.moves {
-            self.occlude_animated::<R>(rays, &inputs.samples.time, stack);
+        if surroundings.moves {
+            self.occlude_animated::<R>(rays, &surroundings.samples.time, stack);
         }
         self.occlude::<R>(rays, stack, radiance)
     }
@@ -108,18 +108,18 @@ impl Scene {
     /// Returns how full the packets of the first intersection were.
     fn transmit<R: Real<Scalar = f32>>(
         &self,
-        inputs: &Surroundings,
+        surroundings: &Surroundings,
         rays: &mut RayBatch,
         radiance: &mut [Column<f32>; 3],
         columns: &mut MediumColumns,
         stack: &mut TraversalStack,
     ) -> LaneOccupancy {
         let mut hits = std::mem::take(&mut columns.hits);
-        let lanes = self.intersect_all::<R>(inputs, rays, &mut hits, stack);
+        let lanes = self.intersect_all::<R>(surroundings, rays, &mut hits, stack);
         for channel in &mut columns.transmittance {
             channel[..rays.len].fill(1.0);
         }
-        self.pass_media::<R, true>(inputs, rays, &mut hits, columns, stack, radiance);
+        self.pass_media::<R, true>(surroundings, rays, &mut hits, columns, stack, radiance);
         for i in 0..rays.len {
             if hits[i].shape == NO_INDEX {
                 let slot = rays.slot[i] as usize;
@@ -136,14 +136,14 @@ impl Scene {
     /// the packets were.
     pub fn intersect_all<R: Real<Scalar = f32>>(
         &self,
-        inputs: &Surroundings,
+        surroundings: &Surroundings,
         rays: &RayBatch,
         hits: &mut HitBatch,
         stack: &mut TraversalStack,
     ) -> LaneOccupancy {
         let lanes = self.intersect::<R>(rays, hits, stack);
-        if inputs.moves {
-            self.intersect_animated::<R>(rays, &inputs.samples.time, hits, stack);
+        if surroundings.moves {
+            self.intersect_animated::<R>(rays, &surroundings.samples.time, hits, stack);
         }
         lanes
     }
@@ -151,7 +151,7 @@ impl Scene {
     /// Follows rays through media and across interfaces.
     fn pass_media<R: Real<Scalar = f32>, const SHADOW: bool>(
         &self,
-        inputs: &Surroundings,
+        surroundings: &Surroundings,
         rays: &mut RayBatch,
         hits: &mut HitBatch,
         columns: &mut MediumColumns,
@@ -163,9 +163,9 @@ impl Scene {
         columns.active.extend(0..rays.len as u32);
         columns.groups.resize(self.media.len(), Vec::new());
         for crossing in 0..=MAX_CROSSINGS {
-            let groups = &mut columns.groups;
+            let MediumColumns { groups, active, .. } = columns;
             groups.iter_mut().for_each(Vec::clear);
-            for &i in &columns.active {
+            for &i in &*active {
                 if rays.medium[i as usize] != VACUUM {
                     groups[rays.medium[i as usize] as usize].push(i);
                 }
@@ -173,7 +173,7 @@ impl Scene {
             for (index, medium) in self.media.iter().enumerate() {
                 let group = std::mem::take(&mut columns.groups[index]);
                 let mut pass = MediumPass::<SHADOW> {
-                    inputs,
+                    surroundings,
                     crossing,
                     scene: self,
                     medium: index as u32,
@@ -195,7 +195,7 @@ impl Scene {
                 return;
             }
             let MediumColumns { beyond, beyond_hits, .. } = columns;
-            self.intersect_all::<R>(inputs, beyond, beyond_hits, stack);
+            self.intersect_all::<R>(surroundings, beyond, beyond_hits, stack);
             for (k, &i) in columns.active.iter().enumerate() {
                 let (i, mut hit) = (i as usize, columns.beyond_hits[k]);
                 let (start, end) = (hits[i].t, rays.t_max[i]);
@@ -254,215 +254,4 @@ impl Scene {
         let Some(shape) = self.shapes.get(hit.shape as usize) else { return false };
         matches!(self.materials[shape.material as usize].model, MaterialModel::Interface)
     }
-}
-
-/// Rays that travel in one medium.
-struct MediumPass<'a, const SHADOW: bool> {
-    scene: &'a Scene,
-    inputs: &'a Surroundings<'a>,
-    /// Number of interfaces crossed since the last scattering.
-    crossing: u32,
-    medium: u32,
-    group: &'a [u32],
-    rays: &'a mut RayBatch,
-    hits: &'a mut HitBatch,
-    columns: &'a mut MediumColumns,
-    radiance: &'a mut [Column<f32>; 3],
-}
-
-impl<const SHADOW: bool> MediumPass<'_, SHADOW> {
-    /// Moves the rays to their collisions or to the ends of their ways.
-    fn follow<R: Real<Scalar = f32>>(&mut self, medium: &Medium) {
-        match &medium.model {
-            MediumModel::Varying(varying) => {
-                let mut ends = Vec::with_capacity(self.group.len());
-                let next = |k: usize| self.way(self.group[k] as usize);
-                varying.track::<R, SHADOW>(self.group.len(), next, |k, end| ends.push((k, end)));
-                for (k, end) in ends {
-                    self.finish(self.group[k] as usize, &end);
-                }
-            }
-            MediumModel::Homogeneous(homogeneous) => {
-                for chunk in self.group.chunks(R::LANES) {
-                    let lanes = LaneIndices::new::<R>(chunk);
-                    let (mut length, mut speed) = ([0.0; 8], [0.0; 8]);
-                    let mut u = [[0.0; 8]; 2];
-                    for (lane, &i) in chunk.iter().enumerate() {
-                        let i = i as usize;
-                        let [start, end] = self.range(i);
-                        speed[lane] = Vec3::from(self.rays.ray(i).direction).length();
-                        length[lane] = (end - start).max(0.0) * speed[lane];
-                        if !SHADOW {
-                            [u[0][lane], u[1][lane]] = self.numbers(i);
-                        }
-                    }
-                    let length = R::load(&length);
-                    if SHADOW {
-                        let passed = homogeneous.transmittance(length);
-                        let columns = &mut self.columns.transmittance;
-                        let before = lanes.load_vector::<R, _>(columns);
-                        let mut after = before;
-                        for channel in 0..3 {
-                            after[channel] = before[channel] * passed[channel];
-                        }
-                        lanes.store_vector(after, columns);
-                        continue;
-                    }
-                    let throughput = lanes.load_vector::<R, _>(&self.rays.throughput);
-                    let u = [R::load(&u[0]), R::load(&u[1])];
-                    let passage = homogeneous.sample(length, throughput, u);
-                    let along = passage.distance / R::load(&speed);
-                    let mut distances = [0.0; 8];
-                    along.store(&mut distances);
-                    let scatters = R::bits(passage.scatters);
-                    for (lane, &i) in chunk.iter().enumerate() {
-                        let of = |v: [R; 3]| v.map(|channel| lane_of(channel, lane));
-                        let start = self.columns.start[i as usize];
-                        let end = WayEnd {
-                            scatters: (scatters >> lane & 1 == 1)
-                                .then_some(start + distances[lane]),
-                            throughput: of(passage.throughput),
-                            emitted: of(passage.emitted),
-                        };
-                        self.finish(i as usize, &end);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Returns where the way of a ray begins and ends, in multiples of its direction.
-    fn range(&self, i: usize) -> [f32; 2] {
-        let hit = &self.hits[i];
-        let end = if hit.shape == NO_INDEX { self.rays.t_max[i] } else { hit.t };
-        [self.columns.start[i], end]
-    }
-
-    /// Returns the way of a ray through a medium that varies.
-    fn way(&self, i: usize) -> Way {
-        let ray = self.rays.ray(i);
-        Way {
-            origin: ray.origin,
-            direction: ray.direction,
-            range: self.range(i),
-            throughput: if SHADOW { [1.0; 3] } else { self.rays.throughput(i) },
-            seed: self.seed(i),
-        }
-    }
-
-    /// Returns the seed of a ray's random numbers.
-    fn seed(&self, i: usize) -> u32 {
-        let samples = self.inputs.samples;
-        let slot = self.rays.slot[i] as usize;
-        let ray = hash(samples.key[slot] ^ hash(samples.sample[slot]));
-        let part = (self.inputs.depth << 1 | u32::from(SHADOW)).wrapping_mul(0x85eb_ca6b);
-        hash(hash(ray ^ part).wrapping_add(self.crossing))
-    }
-
-    /// Returns two numbers in [0, 1) for a ray's way through a homogeneous medium.
-    fn numbers(&self, i: usize) -> [f32; 2] {
-        if self.crossing > 0 {
-            return RandomStream::<f32>::new(self.seed(i), []).pair(0);
-        }
-        let samples = self.inputs.samples;
-        let slot = self.rays.slot[i] as usize;
-        let dimension = Dimension::Medium(self.inputs.depth);
-        sample_2d(samples.key[slot], samples.sample[slot], dimension)
-    }
-
-    /// Takes over the end of a ray's way.
-    fn finish(&mut self, i: usize, end: &WayEnd) {
-        let WayEnd { scatters, throughput, emitted } = end;
-        let before = max_component(self.rays.throughput(i));
-        let absorbed = !throughput.iter().any(|&channel| channel > 0.0);
-        if SHADOW {
-            for channel in 0..3 {
-                self.columns.transmittance[channel][i] *= throughput[channel];
-            }
-        } else {
-            let slot = self.rays.slot[i] as usize;
-            for channel in 0..3 {
-                self.rays.throughput[channel][i] = throughput[channel];
-                self.radiance[channel][slot] += emitted[channel];
-            }
-        }
-        if absorbed {
-            self.hits[i] = Hit::ABSORBED;
-        } else if let Some(t) = *scatters {
-            self.hits[i] = Hit { t, shape: Hit::IN_MEDIUM, primitive: self.medium, ..Hit::MISS };
-        }
-        let Medium { g, boundary, .. } = self.scene.media[self.medium as usize];
-        if let (Some(boundary), false) = (boundary, SHADOW) {
-            self.walk(i, g, &boundary, before);
-        }
-    }
-
-    /// Turns a ray that walks through the medium where it scatters, or where the boundary reflects
-    /// it. `before` is its throughput at the start of the way, of which Russian roulette keeps the
-    /// size.
-    fn walk(&mut self, i: usize, g: f32, boundary: &DiffuseBoundary, before: f32) {
-        let (hit, ray) = (self.hits[i], self.rays.ray(i));
-        let random = RandomStream::<f32>::new(self.seed(i), []).substream(1);
-        let (u, roulette) = (random.pair(0), random.number(2));
-        let direction = Vec3::from(ray.direction);
-        let (origin, direction) = if hit == Hit::ABSORBED {
-            return;
-        } else if hit.shape == Hit::IN_MEDIUM {
-            let throughput = self.rays.throughput(i);
-            let left = max_component(throughput) / before;
-            if roulette >= left {
-                self.hits[i] = Hit::ABSORBED;
-                return;
-            }
-            for channel in 0..3 {
-                self.rays.throughput[channel][i] = throughput[channel] / left.min(1.0);
-            }
-            let next = deflected(direction, g, u);
-            (Vec3::from(ray.origin) + hit.t * direction, next)
-        } else if self.scene.is_boundary_of(&hit, self.medium)
-            && roulette < boundary.internal_reflectance
-        {
-            let (_, point) = self.scene.surface(&ray, &hit);
-            let inwards =
-                if point.normal.dot(direction) > 0.0 { -point.normal } else { point.normal };
-            let (next, _) = cosine_hemisphere(inwards, u);
-            (point.offset_origin(next), next)
-        } else {
-            return;
-        };
-        for axis in 0..3 {
-            self.rays.origin[axis][i] = origin[axis];
-            self.rays.direction[axis][i] = direction[axis];
-        }
-        // No other technique finds the light that such a ray may hit.
-        self.rays.pdf[i] = f32::INFINITY;
-        self.rays.differential[i] = RayDifferential::UNKNOWN;
-        self.hits[i] = Hit { t: 0.0, shape: Hit::IN_MEDIUM, primitive: self.medium, ..Hit::MISS };
-    }
-}
-
-/// Returns the largest channel of a throughput.
-fn max_component(throughput: [f32; 3]) -> f32 {
-    throughput.into_iter().fold(0.0, f32::max)
-}
-
-/// Returns a direction after scattering by the phase function of Henyey & Greenstein 1941.
-fn deflected(along: Vec3, g: f32, u: [f32; 2]) -> Vec3 {
-    let cos = if g.abs() < 1e-3 {
-        1.0 - 2.0 * u[0]
-    } else {
-        let quotient = (1.0 - g * g) / (1.0 - g + 2.0 * g * u[0]);
-        ((1.0 + g * g - quotient * quotient) / (2.0 * g)).clamp(-1.0, 1.0)
-    };
-    let sin = (1.0 - cos * cos).max(0.0).sqrt();
-    let [y, x] = sin_cos_turns(u[1]);
-    let (tangent, bitangent) = along.any_orthonormal_pair();
-    (tangent * (sin * x) + bitangent * (sin * y) + along * cos).normalize()
-}
-
-/// Returns one lane of a packet.
-fn lane_of<R: Real<Scalar = f32>>(packet: R, lane: usize) -> f32 {
-    let mut lanes = [0.0; 8];
-    packet.store(&mut lanes);
-    lanes[lane]
 }

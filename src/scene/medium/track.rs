@@ -11,6 +11,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use super::field::{Coefficients, Field};
 use super::majorant::MajorantGrid;
+use super::walk::{CoefficientLanes, MediumWalk, WalkLanes, WalkStart};
 use crate::lanes::math::ln;
 use crate::lanes::{Real, Word};
 use crate::sampler::RandomStream;
@@ -152,7 +153,7 @@ impl VaryingMedium {
     #[inline(always)]
     fn step<R: Real<Scalar = f32>, const SHADOW: bool>(
         &self,
-        walk: &mut Walk<R>,
+        walk: &mut MediumWalk<R>,
         busy: u32,
     ) -> (u32, u32) {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
@@ -199,7 +200,7 @@ impl VaryingMedium {
 
     /// Returns the majorants of the cells of lanes, given as bits; others keep theirs.
     #[inline(always)]
-    fn majorants_at<R: Real<Scalar = f32>>(&self, walk: &Walk<R>, lanes: u32) -> R {
+    fn majorants_at<R: Real<Scalar = f32>>(&self, walk: &MediumWalk<R>, lanes: u32) -> R {
         let (mut cells, mut majorants) = ([[0.0; 8]; 3], [0.0; 8]);
         for axis in 0..3 {
             walk.cell[axis].store(&mut cells[axis]);
@@ -218,7 +219,7 @@ impl VaryingMedium {
     #[inline(always)]
     fn coefficients<R: Real<Scalar = f32>>(
         &self,
-        walk: &Walk<R>,
+        walk: &MediumWalk<R>,
         lanes: u32,
     ) -> CoefficientLanes<R> {
         let (mut points, mut found) = ([[0.0; 8]; 3], [[[0.0; 8]; 3]; 3]);
@@ -244,181 +245,5 @@ impl VaryingMedium {
             [R::load(r), R::load(g), R::load(b)]
         };
         CoefficientLanes { absorption: load(0), scattering: load(1), emission: load(2) }
-    }
-}
-
-/// State of a ray where it enters the box.
-struct WalkStart {
-    origin: [f32; 3],
-    direction: [f32; 3],
-    speed: f32,
-    range: [f32; 2],
-    cell: [f32; 3],
-    next: [f32; 3],
-    delta: [f32; 3],
-    majorant: f32,
-}
-
-/// [`Coefficients`] lane by lane.
-struct CoefficientLanes<R> {
-    absorption: [R; 3],
-    scattering: [R; 3],
-    emission: [R; 3],
-}
-
-/// Rays inside the box, lane by lane. Points are in coordinates of cells.
-struct Walk<R: Real> {
-    origin: [R; 3],
-    direction: [R; 3],
-    /// World units per multiple of the direction.
-    speed: R,
-    /// Position and end, in multiples of the direction.
-    t: R,
-    end: R,
-    /// Optical depth that is left to the next tentative collision.
-    depth: R,
-    cell: [R; 3],
-    /// Multiples of the direction at which the ray leaves the cell, by axis.
-    next: [R; 3],
-    /// Multiples of the direction between the borders of cells, by axis.
-    delta: [R; 3],
-    /// Majorant of the cell.
-    majorant: R,
-    throughput: [R; 3],
-    /// Radiance so far.
-    emitted: [R; 3],
-    /// State of the random numbers.
-    random: R::Word,
-}
-
-impl<R: Real<Scalar = f32>> Walk<R> {
-    /// Decides whether rays scatter in the lanes that collide, and weights them. Adds the emission.
-    #[inline(always)]
-    fn collide(&mut self, at: &CoefficientLanes<R>, choice: R, collides: R::Mask) -> R::Mask {
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let inverse = one / self.majorant;
-        let (mut real, mut all) = (zero, zero);
-        let mut null = [zero; 3];
-        for channel in 0..3 {
-            let throughput = self.throughput[channel];
-            let extinction = (at.absorption[channel] + at.scattering[channel]) * inverse;
-            null[channel] = (one - extinction).max(zero);
-            real = real + throughput * extinction;
-            all = all + throughput;
-            let emitted = throughput * at.absorption[channel] * inverse * at.emission[channel];
-            self.emitted[channel] = self.emitted[channel] + R::select(collides, emitted, zero);
-        }
-        // Rounding may put the coefficients of a border above the majorant of the cell.
-        let probability = R::select(zero.lt(all), (real / all).min(one), one);
-        let scatters = choice.lt(probability);
-        let none = one / (one - probability);
-        let some = inverse / probability;
-        for channel in 0..3 {
-            let weight = R::select(scatters, at.scattering[channel] * some, null[channel] * none);
-            let after = self.throughput[channel] * weight;
-            self.throughput[channel] = R::select(collides, after, self.throughput[channel]);
-        }
-        scatters & collides
-    }
-
-    /// Multiplies the throughput of the lanes that collide by the probability that they do not, and
-    /// ends most rays of a small throughput. Returns no lanes.
-    #[inline(always)]
-    fn attenuate(&mut self, at: &CoefficientLanes<R>, choice: R, collides: R::Mask) -> R::Mask {
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let inverse = one / self.majorant;
-        let mut after = [zero; 3];
-        for channel in 0..3 {
-            let extinction = (at.absorption[channel] + at.scattering[channel]) * inverse;
-            after[channel] = self.throughput[channel] * (one - extinction).max(zero);
-        }
-        // Shadow rays start with a throughput of 1.
-        let left = after[0].max(after[1].max(after[2]));
-        let survival = R::select(left.lt(R::splat(ROULETTE_BELOW)), R::splat(SURVIVAL), one);
-        let factor = R::select(choice.lt(survival), one / survival, zero);
-        for channel in 0..3 {
-            let after = after[channel] * factor;
-            self.throughput[channel] = R::select(collides, after, self.throughput[channel]);
-        }
-        zero.lt(zero)
-    }
-}
-
-/// Transmittance below which shadow rays end at most tentative collisions, and the probability that
-/// one does not.
-const ROULETTE_BELOW: f32 = 0.05;
-const SURVIVAL: f32 = 0.25;
-
-/// Number of columns of [`WalkLanes`].
-const COLUMNS: usize = 26;
-
-/// The rays of a [`Walk`], one after the other.
-#[derive(Default)]
-struct WalkLanes {
-    columns: [[f32; 8]; COLUMNS],
-    random: [u32; 8],
-    /// Number of each lane's way.
-    way: [usize; 8],
-}
-
-impl WalkLanes {
-    /// Puts a ray into a lane.
-    fn set(&mut self, lane: usize, number: usize, way: &Way, start: &WalkStart) {
-        self.way[lane] = number;
-        let random = RandomStream::<f32>::new(way.seed, []);
-        self.random[lane] = random.state();
-        let depth = -ln(1.0 - random.substream(0).number(0));
-        let [enter, exit] = start.range;
-        let WalkStart { origin, direction, cell, next, delta, .. } = start;
-        let numbers = [enter, depth, start.majorant, start.speed, exit];
-        let vectors = [cell, next, &way.throughput, &[0.0; 3], origin, direction, delta];
-        let numbers = numbers.iter().chain(vectors.into_iter().flatten());
-        for (column, &number) in self.columns.iter_mut().zip(numbers) {
-            column[lane] = number;
-        }
-    }
-
-    fn load<R: Real<Scalar = f32>>(&self) -> Walk<R> {
-        let number = |i: usize| R::load(&self.columns[i]);
-        let vector = |i: usize| [number(i), number(i + 1), number(i + 2)];
-        Walk {
-            t: number(0),
-            depth: number(1),
-            majorant: number(2),
-            speed: number(3),
-            end: number(4),
-            cell: vector(5),
-            next: vector(8),
-            throughput: vector(11),
-            emitted: vector(14),
-            origin: vector(17),
-            direction: vector(20),
-            delta: vector(23),
-            random: R::Word::load(&self.random),
-        }
-    }
-
-    /// Stores what changes on the way.
-    fn store<R: Real<Scalar = f32>>(&mut self, walk: &Walk<R>) {
-        for (i, number) in [walk.t, walk.depth, walk.majorant].into_iter().enumerate() {
-            number.store(&mut self.columns[i]);
-        }
-        let vectors = [(5, walk.cell), (8, walk.next), (11, walk.throughput), (14, walk.emitted)];
-        for (first, vector) in vectors {
-            for axis in 0..3 {
-                vector[axis].store(&mut self.columns[first + axis]);
-            }
-        }
-        walk.random.store(&mut self.random);
-    }
-
-    /// Returns the end of a lane's way.
-    fn end(&self, lane: usize, scatters: bool) -> WayEnd {
-        let vector = |i: usize| [0, 1, 2].map(|axis| self.columns[i + axis][lane]);
-        WayEnd {
-            scatters: scatters.then_some(self.columns[0][lane]),
-            throughput: vector(11),
-            emitted: vector(14),
-        }
     }
 }

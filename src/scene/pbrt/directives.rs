@@ -22,7 +22,9 @@ pub(super) const DIRECTIVES: &[(&str, Action)] = &[
         r.dialect = Dialect::V2;
         r.integrator()
     }),
-    ("VolumeIntegrator", |r| r.select_or(&VOLUME_INTEGRATOR, "there are no media").map(drop)),
+    ("VolumeIntegrator", |r| {
+        r.select_or(&VOLUME_INTEGRATOR, "media of pbrt-v2 are left out").map(drop)
+    }),
     ("Renderer", |r| r.select_or(&RENDERER, "there is one renderer").map(drop)),
     ("Accelerator", |r| r.select_or(&ACCELERATOR, SILENT).map(drop)),
     ("Identity", |r| {
@@ -73,7 +75,7 @@ pub(super) const DIRECTIVES: &[(&str, Action)] = &[
     ("Volume", |r| {
         r.string()?;
         r.params()?;
-        r.warn_unsupported("Volume", "there are no media");
+        r.warn_unsupported("Volume", "the medium is left out");
         Ok(())
     }),
     ("ColorSpace", SceneReader::colour_space),

@@ -2,7 +2,8 @@
 
 use super::directive_kinds::Selected;
 use super::forward_references::Deferred;
-use super::material_kinds::{MATERIAL, MaterialBuilder, MaterialKind};
+use super::material_builder::MaterialBuilder;
+use super::material_kinds::{MATERIAL, MaterialKind};
 use super::params::{Params, Values};
 use super::reader::SceneReader;
 use super::{SceneError, suggestion_or};

@@ -1,7 +1,7 @@
 //! Refractive indices of metals and glasses, from names, spectra, colours or numbers.
 
 use super::colour::ColourRole;
-use super::material_kinds::MaterialBuilder;
+use super::material_builder::MaterialBuilder;
 use super::params::Params;
 use super::{SceneError, WarningLog};
 use crate::lens::D_LINE;

@@ -24,6 +24,7 @@ mod shading_frame;
 mod subsurface_exit;
 mod thin_dielectric;
 
+pub use crate::scene::henyey_greenstein;
 pub use any_bsdf::AnyBsdf;
 pub use coat::{CoatLayer, Coated, MisWeights};
 pub use conductor::Conductor;
@@ -33,7 +34,7 @@ pub use fresnel::{Refraction, conductor_reflectance};
 pub use hair::{Hair, HairParameters};
 pub use measured::Measured;
 pub use microfacet::Microfacets;
-pub use phase_function::{MediumScattering, henyey_greenstein, sample_henyey_greenstein};
+pub use phase_function::{MediumScattering, sample_henyey_greenstein};
 pub use shading_frame::ShadingFrame;
 pub use subsurface_exit::SubsurfaceExit;
 pub use thin_dielectric::ThinDielectric;

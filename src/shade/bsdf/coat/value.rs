@@ -1,8 +1,8 @@
 //! Estimate of a coat's BSDF value.
 
 use super::super::dielectric::{Lobes, Transport};
-use super::super::phase_function::{henyey_greenstein, sample_henyey_greenstein};
 use super::super::{Bsdf, BsdfSample};
+use super::super::{henyey_greenstein, sample_henyey_greenstein};
 use super::walk::{Walk, any, continues, draw, transmittance, upright};
 use super::{Coated, MisWeights};
 use crate::lanes::vector::{dot, negate};

@@ -1,0 +1,264 @@
+//! Makes scattering models from the parameters of materials.
+
+use std::sync::Arc;
+
+use super::colour::ColourRole;
+use super::material_kinds::MaterialKind;
+use super::params::{Params, Values};
+use super::subsurface::subsurface;
+use super::texture_library::{TextureLibrary, TextureType};
+use super::{SceneError, WarningLog, resolve};
+use crate::io::path_excerpt;
+use crate::scene::{
+    DielectricCoat, HairColour, HairFibre, MaterialModel, MeasuredSurface, Metal, Roughness,
+    Texture,
+};
+
+/// The parameters of a material and the textures that they name.
+pub(super) struct MaterialBuilder<'a> {
+    pub(super) params: &'a Params,
+    pub(super) library: &'a TextureLibrary,
+    pub(super) warnings: &'a mut WarningLog,
+}
+
+/// Returns a texture of the same number in every channel.
+fn grey(value: f32) -> Texture {
+    Texture::Constant([value; 3])
+}
+
+impl MaterialBuilder<'_> {
+    /// Reads how a kind of material scatters. `materials` are the indices of those that a mix
+    /// selects from.
+    pub(super) fn model(
+        &mut self,
+        kind: MaterialKind,
+        materials: [u32; 2],
+    ) -> Result<MaterialModel, SceneError> {
+        Ok(match kind {
+            MaterialKind::Interface => MaterialModel::Interface,
+            MaterialKind::Diffuse => {
+                MaterialModel::Diffuse { reflectance: self.colour("reflectance", 0.5)? }
+            }
+            MaterialKind::Matte => MaterialModel::Diffuse { reflectance: self.colour("Kd", 0.5)? },
+            MaterialKind::DiffuseTransmission => MaterialModel::DiffuseTransmission {
+                reflectance: self.colour("reflectance", 0.25)?,
+                transmittance: self.colour("transmittance", 0.25)?,
+                scale: self.params.float("scale", 1.0)? as f32,
+            },
+            MaterialKind::Translucent => {
+                let kd = Arc::new(self.colour("Kd", 0.25)?);
+                let mut fraction = |name: &str| {
+                    let fraction = Arc::new(self.colour(name, 0.5)?);
+                    Ok::<_, SceneError>(Texture::Scale(kd.clone(), fraction))
+                };
+                MaterialModel::DiffuseTransmission {
+                    reflectance: fraction("reflect")?,
+                    transmittance: fraction("transmit")?,
+                    scale: 1.0,
+                }
+            }
+            MaterialKind::Conductor => MaterialModel::Conductor {
+                metal: self.metal("eta", "k")?,
+                roughness: self.roughness("", 0.0)?,
+            },
+            MaterialKind::Metal => MaterialModel::Conductor {
+                metal: self.metal("eta", "k")?,
+                roughness: self.roughness("", 0.01)?,
+            },
+            MaterialKind::Mirror => MaterialModel::Conductor {
+                metal: Metal::Reflectance(self.colour("Kr", 0.9)?),
+                roughness: Roughness::smooth(),
+            },
+            MaterialKind::ShinyMetal => MaterialModel::Conductor {
+                metal: Metal::Reflectance(self.colour("Kr", 1.0)?),
+                roughness: self.roughness("", 0.1)?,
+            },
+            MaterialKind::Dielectric => MaterialModel::Dielectric {
+                eta: self.index(&["eta"])?,
+                roughness: self.roughness("", 0.0)?,
+            },
+            MaterialKind::Subsurface => self.subsurface()?,
+            MaterialKind::Glass => MaterialModel::Dielectric {
+                eta: self.index(&["eta", "index"])?,
+                roughness: self.roughness("", 0.0)?,
+            },
+            MaterialKind::ThinDielectric => {
+                MaterialModel::ThinDielectric { eta: self.index(&["eta"])? }
+            }
+            MaterialKind::CoatedDiffuse => MaterialModel::CoatedDiffuse {
+                reflectance: self.colour("reflectance", 0.5)?,
+                coat: self.coat("", &["eta"], 0.0)?,
+            },
+            MaterialKind::Substrate => MaterialModel::CoatedDiffuse {
+                reflectance: self.colour("Kd", 0.5)?,
+                coat: self.coat("", &[], 0.1)?,
+            },
+            MaterialKind::Plastic if self.is_black("Ks") => {
+                MaterialModel::Diffuse { reflectance: self.colour("Kd", 0.25)? }
+            }
+            MaterialKind::Plastic => MaterialModel::CoatedDiffuse {
+                reflectance: self.colour("Kd", 0.25)?,
+                coat: self.coat("", &["eta", "index"], 0.1)?,
+            },
+            MaterialKind::Measured => MaterialModel::Measured(self.measured()?),
+            MaterialKind::CoatedConductor => MaterialModel::CoatedConductor {
+                metal: self.metal("conductor.eta", "conductor.k")?,
+                roughness: self.roughness("conductor.", 0.0)?,
+                coat: self.coat("interface.", &["interface.eta"], 0.0)?,
+            },
+            MaterialKind::Hair => MaterialModel::Hair(Box::new(self.hair()?)),
+            MaterialKind::Mix => MaterialModel::Mix { materials, amount: self.amount()? },
+        })
+    }
+
+    /// Reads the file of a measured surface.
+    fn measured(&self) -> Result<Arc<MeasuredSurface>, SceneError> {
+        let Some(file) = self.params.text("filename")? else {
+            let found = "a measured material without \"string filename\"";
+            return Err(self.params.refuse("filename", found, "expected the name of a .bsdf file"));
+        };
+        let path = resolve(&self.params.folder, file);
+        let refuse = |found: String| {
+            let expected = "expected a .bsdf file of the RGL's material database";
+            self.params.refuse("filename", found, expected)
+        };
+        let bytes = self.params.context.bytes(&path).map_err(|error| refuse(error.to_string()))?;
+        let read = MeasuredSurface::read(&bytes);
+        read.map(Arc::new).map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))
+    }
+
+    /// Reads a surface over a medium, whose coefficients must be the same everywhere.
+    fn subsurface(&mut self) -> Result<MaterialModel, SceneError> {
+        let eta = match self.params.find("eta") {
+            Some(_) => self.index(&["eta"])?,
+            None => 1.33,
+        };
+        let (library, params) = (&self.library, self.params);
+        let texture = |name: &str, role| library.colour_or_texture(params, name, role);
+        for name in ["sigma_a", "sigma_s", "reflectance", "mfp"] {
+            if !matches!(texture(name, ColourRole::Unbounded)?, None | Some(Texture::Constant(_))) {
+                let feature = "a texture in a subsurface material";
+                let instead = "a diffuse surface of its reflectance, or of 0.5, is used";
+                self.warnings.unsupported(&params.location(name), feature, instead);
+                return Ok(self.substitute());
+            }
+        }
+        let colour = |name: &str, role| {
+            Ok(match texture(name, role)? {
+                Some(Texture::Constant(colour)) => Some(colour),
+                _ => None,
+            })
+        };
+        let interior = subsurface(params, eta, colour)?;
+        Ok(MaterialModel::Subsurface { interior, roughness: self.roughness("", 0.0)? })
+    }
+
+    /// Returns whether a colour is 0 in all channels.
+    fn is_black(&self, name: &str) -> bool {
+        let values = self.params.find(name).map(|param| &param.values);
+        matches!(values, Some(Values::Numbers(v)) if !v.is_empty() && v.iter().all(|&c| c == 0.0))
+    }
+
+    /// Returns the amount of a mix: a number, or before pbrt-v4 a colour, which counts by its mean.
+    fn amount(&mut self) -> Result<Texture, SceneError> {
+        let given = self.params.find("amount").map(|param| param.kind.as_str());
+        let old = self.params.find("namedmaterial1").is_some();
+        if !matches!(given, None | Some("float" | "integer" | "texture")) {
+            let rgb = self.params.colour("amount", ColourRole::Unbounded)?.unwrap_or([0.5; 3]);
+            return Ok(grey(rgb.iter().sum::<f32>() / 3.0));
+        }
+        if old && let Some(name) = self.params.texture("amount")? {
+            let key = (TextureType::Spectrum, name.to_owned());
+            if let Some(texture) = self.library.textures.get(&key) {
+                return Ok(texture.clone());
+            }
+        }
+        self.number("amount", 0.5)
+    }
+
+    /// Returns the substitute for a kind that is not supported. A parameter that is not a colour is
+    /// not an error: its name may have another meaning there.
+    pub(super) fn substitute(&self) -> MaterialModel {
+        let mut reflectance = None;
+        for name in ["Kd", "reflectance", "color"] {
+            let colour = self.library.colour_or_texture(self.params, name, ColourRole::Albedo);
+            reflectance = reflectance.or(colour.unwrap_or(None));
+        }
+        MaterialModel::Diffuse { reflectance: reflectance.unwrap_or_else(|| grey(0.5)) }
+    }
+
+    /// Reads a hair. Of several colours, the first in pbrt-v4's order counts.
+    fn hair(&mut self) -> Result<HairFibre, SceneError> {
+        let colour = |name: &str, role| self.library.colour_or_texture(self.params, name, role);
+        let absorption = colour("sigma_a", ColourRole::Unbounded)?;
+        let reflectance = match colour("reflectance", ColourRole::Albedo)? {
+            None => colour("color", ColourRole::Albedo)?,
+            some => some,
+        };
+        let [eumelanin, pheomelanin] =
+            [self.maybe_number("eumelanin")?, self.maybe_number("pheomelanin")?];
+        let colour = match (absorption, reflectance) {
+            (Some(absorption), _) => HairColour::Absorption(absorption),
+            (None, Some(reflectance)) => HairColour::Reflectance(reflectance),
+            (None, None) => {
+                // Brown if nothing is given.
+                let default = if pheomelanin.is_some() { 0.0 } else { 1.3 };
+                HairColour::Melanin {
+                    eumelanin: eumelanin.unwrap_or_else(|| grey(default)),
+                    pheomelanin: pheomelanin.unwrap_or_else(|| grey(0.0)),
+                }
+            }
+        };
+        Ok(HairFibre {
+            colour,
+            eta: self.number("eta", 1.55)?,
+            beta_m: self.number("beta_m", 0.3)?,
+            beta_n: self.number("beta_n", 0.3)?,
+            alpha: self.number("alpha", 2.0)?,
+        })
+    }
+
+    /// Reads the layer over a coated surface, whose roughness has the given prefix and default.
+    fn coat(
+        &mut self,
+        prefix: &str,
+        eta: &[&str],
+        roughness: f32,
+    ) -> Result<Box<DielectricCoat>, SceneError> {
+        Ok(Box::new(DielectricCoat {
+            eta: self.index(eta)?,
+            roughness: self.roughness(prefix, roughness)?,
+            thickness: self.number("thickness", 0.01)?,
+            albedo: self.colour("albedo", 0.0)?,
+            g: self.number("g", 0.0)?,
+            max_depth: self.params.count("maxdepth", 10_000)?.unwrap_or(10),
+            samples: self.params.count("nsamples", 10_000)?.unwrap_or(1),
+        }))
+    }
+
+    fn roughness(&mut self, prefix: &str, default: f32) -> Result<Roughness, SceneError> {
+        let both = self.number(&format!("{prefix}roughness"), default)?;
+        let mut along = |axis: &str| -> Result<Texture, SceneError> {
+            let own = self.maybe_number(&format!("{prefix}{axis}roughness"))?;
+            Ok(own.unwrap_or_else(|| both.clone()))
+        };
+        let uv = [along("u")?, along("v")?];
+        Ok(Roughness { uv, remap: self.params.boolean("remaproughness")?.unwrap_or(true) })
+    }
+
+    /// Returns a colour or a texture of colours.
+    fn colour(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
+        let found = self.library.colour_or_texture(self.params, name, ColourRole::Albedo)?;
+        Ok(found.unwrap_or_else(|| grey(default)))
+    }
+
+    /// Returns a number or a texture of numbers.
+    fn number(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
+        Ok(self.maybe_number(name)?.unwrap_or_else(|| grey(default)))
+    }
+
+    /// Returns a number or a texture of numbers, if it is given.
+    pub(super) fn maybe_number(&mut self, name: &str) -> Result<Option<Texture>, SceneError> {
+        self.library.number_or_texture(self.params, name)
+    }
+}
