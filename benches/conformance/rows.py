@@ -157,7 +157,7 @@ texture("imagemap, coloured", 'Texture "t" "spectrum" "imagemap" "string filenam
 texture("imagemap, scale invert", f'Texture "t" "spectrum" "imagemap" {IMAGE} "float scale" 0.6 "bool invert" true "float uscale" 3 "float vscale" 2')
 texture("imagemap, linear clamp", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string encoding" "linear" "string wrap" "clamp" "float udelta" 0.3')
 texture("imagemap, trilinear", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string filter" "trilinear" "float uscale" 4')
-texture("imagemap, ewa", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string filter" "ewa" "float uscale" 4', missing="anisotropic filters: trilinear is used")
+texture("imagemap, ewa", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string filter" "ewa" "float uscale" 4')
 texture("imagemap, planar", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string mapping" "planar" "vector3 v1" [1 0 0] "vector3 v2" [0 0 1]')
 texture("imagemap, spherical", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string mapping" "spherical"')
 texture("imagemap, cylindrical", f'Texture "t" "spectrum" "imagemap" {IMAGE} "string mapping" "cylindrical"')

@@ -20,6 +20,7 @@ impl Shape {
             position: point.position.to_array(),
             normal: point.normal.to_array(),
             footprint: 0.0,
+            uv_steps: [[0.0; 2]; 2],
             position_steps: [[0.0; 3]; 2],
         };
         alpha.scalar(&at).clamp(0.0, 1.0)

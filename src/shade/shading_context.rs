@@ -51,13 +51,15 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
 
     fn texture_point(&self) -> &TexturePoint<R> {
         self.texture_point.get_or_init(|| {
-            let [[a, b], [c, d]] = self.texture_steps();
+            let uv_steps = self.texture_steps();
+            let [[a, b], [c, d]] = uv_steps;
             let none = [[R::splat(0.0); 3]; 2];
             TexturePoint {
                 uv: self.patch.uv,
                 position: self.points.position,
                 normal: self.points.normal,
                 footprint: a.abs().max(b.abs()).max(c.abs()).max(d.abs()),
+                uv_steps,
                 position_steps: if self.solid { self.position_steps() } else { none },
             }
         })

@@ -45,7 +45,7 @@ impl SceneReader {
     fn define(&mut self, definition: &Deferred) -> Result<Option<MissingTexture>, SceneError> {
         match definition {
             Deferred::Texture(directive) => {
-                let texture = self.library.texture(directive, &mut self.warnings)?;
+                let texture = self.library.texture(directive)?;
                 if let Some(missing) = self.library.missing.take() {
                     return Ok(Some(missing));
                 }

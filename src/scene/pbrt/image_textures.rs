@@ -3,7 +3,7 @@
 use super::params::Params;
 use super::texture_library::TextureLibrary;
 use super::textures::TextureDirective;
-use super::{Dialect, SceneError, WarningLog};
+use super::{Dialect, SceneError};
 use crate::io::image::Transfer;
 use crate::scene::{ImageTexture, TextureFilter, Wrap};
 
@@ -11,7 +11,6 @@ impl TextureLibrary {
     pub(super) fn image_texture(
         &mut self,
         directive: &TextureDirective,
-        warnings: &mut WarningLog,
     ) -> Result<ImageTexture, SceneError> {
         let params = &directive.params;
         let transfer = transfer_function(params)?;
@@ -32,34 +31,54 @@ impl TextureLibrary {
         };
         let trilinear = params.boolean("trilinear")?;
         let filter = match params.text("filter")? {
-            // EWA is the default of pbrt-v2; the trilinear filter is its substitute.
+            // EWA is the default of pbrt-v2. The trilinear filter is its substitute, unless
+            // `maxanisotropy` is given.
             None if directive.dialect == Dialect::V2 || trilinear == Some(true) => {
                 TextureFilter::Trilinear
             }
             None | Some("bilinear") => TextureFilter::Bilinear,
             Some("point") => TextureFilter::Point,
             Some("trilinear") => TextureFilter::Trilinear,
-            Some("EWA" | "ewa") => {
-                let at = params.location("filter");
-                warnings.unsupported(&at, "the texture filter EWA", "trilinear is used");
-                TextureFilter::Trilinear
-            }
+            Some("EWA" | "ewa") => TextureFilter::Trilinear,
             Some(other) => {
                 let found = format!("the filter \"{other}\"");
                 let expected = "expected point, bilinear, trilinear or EWA";
                 return Err(params.refuse("filter", found, expected));
             }
         };
+        let ewa = match params.text("filter")? {
+            Some(name) => matches!(name, "EWA" | "ewa"),
+            None => {
+                directive.dialect == Dialect::V2
+                    && trilinear != Some(true)
+                    && params.find("maxanisotropy").is_some()
+            }
+        };
+        let max_anisotropy = if ewa { Some(max_anisotropy(params)?) } else { None };
         Ok(ImageTexture {
             picture,
             mapping: directive.mapping()?,
             wrap,
             filter,
+            max_anisotropy,
             top_down: directive.dialect == Dialect::V2,
             scale: params.float("scale", 1.0)? as f32,
             invert: params.boolean("invert")?.unwrap_or(false),
         })
     }
+}
+
+/// Reads the largest anisotropy of the filter EWA.
+fn max_anisotropy(params: &Params) -> Result<f32, SceneError> {
+    // An ellipse has four texels for each unit of anisotropy, or more.
+    const LARGEST: f64 = 1024.0;
+    let value = params.float("maxanisotropy", 8.0)?;
+    if !(1.0..=LARGEST).contains(&value) {
+        let found = format!("a ratio of {value}");
+        let expected = format!("expected 1 to {LARGEST}");
+        return Err(params.refuse("maxanisotropy", found, expected));
+    }
+    Ok(value as f32)
 }
 
 /// Reads the transfer function of a PNG.

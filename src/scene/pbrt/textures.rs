@@ -11,7 +11,7 @@ use super::forward_references::Deferred;
 use super::params::Params;
 use super::reader::SceneReader;
 use super::texture_library::{TextureKey, TextureLibrary, TextureType};
-use super::{Dialect, SceneError, WarningLog};
+use super::{Dialect, SceneError};
 use crate::scene::{CheckerPattern, DotPattern, ImageTexture, SolidPattern, Texture};
 
 /// The kinds of textures.
@@ -87,8 +87,9 @@ static TEXTURE: Directive<TextureKind> = Directive {
                 "vdelta",
                 "v1",
                 "v2",
+                "maxanisotropy",
             ],
-            &[("maxanisotropy", "filters are isotropic")],
+            &[],
         ),
         known(
             "dots",
@@ -150,11 +151,7 @@ impl SceneReader {
 
 impl TextureLibrary {
     /// Makes a texture.
-    pub(super) fn texture(
-        &mut self,
-        directive: &TextureDirective,
-        warnings: &mut WarningLog,
-    ) -> Result<Texture, SceneError> {
+    pub(super) fn texture(&mut self, directive: &TextureDirective) -> Result<Texture, SceneError> {
         let TextureDirective { kind, texture_type, params, .. } = directive;
         let texture_type = *texture_type;
         let one = |name: &str, default: f32, texture_type: TextureType| {
@@ -233,9 +230,7 @@ impl TextureLibrary {
                 };
                 Texture::Checkerboard { pattern: Arc::new(pattern), textures: pair([1.0, 0.0])? }
             }
-            TextureKind::ImageMap => {
-                Texture::Image(Arc::new(self.image_texture(directive, warnings)?))
-            }
+            TextureKind::ImageMap => Texture::Image(Arc::new(self.image_texture(directive)?)),
             TextureKind::Dots => {
                 let pattern = Arc::new(DotPattern { mapping: directive.mapping()? });
                 // pbrt gives the dots the texture "outside", in all versions.

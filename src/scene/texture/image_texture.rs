@@ -36,8 +36,11 @@ pub struct ImageTexture {
     pub mapping: Mapping,
     /// Wrap mode beyond the edges.
     pub wrap: Wrap,
-    /// Filter.
+    /// Filter, unless `max_anisotropy` is given.
     pub filter: TextureFilter,
+    /// Largest ratio of the axes of the ellipse over which the image is averaged, at least 1: the
+    /// filter EWA.
+    pub max_anisotropy: Option<f32>,
     /// Whether t = 0 is the top of the image (pbrt-v2) or the bottom (pbrt-v4).
     pub top_down: bool,
     /// Factor of the colours.
@@ -74,7 +77,13 @@ impl ImageTexture {
         let Some(picture) = self.picture.get() else { return [R::splat(0.0); 4] };
         let ([s, t], radius) = self.mapping.at(at);
         let t = if self.top_down { t } else { R::splat(1.0) - t };
-        picture.sample([s, t], radius, self.wrap, self.filter)
+        let Some(max_anisotropy) = self.max_anisotropy else {
+            return picture.sample([s, t], radius, self.wrap, self.filter);
+        };
+        // pbrt-v4 leaves out the sign: its slanted ellipses are mirrored.
+        let sign = R::splat(if self.top_down { 1.0 } else { -1.0 });
+        let steps = self.mapping.steps(at).map(|[s, t]| [s, sign * t]);
+        picture.sample_ellipse([s, t], steps, self.wrap, max_anisotropy)
     }
 }
 
@@ -89,6 +98,7 @@ mod tests {
             mapping: Mapping::default(),
             wrap: Wrap::Clamp,
             filter: TextureFilter::Bilinear,
+            max_anisotropy: None,
             top_down: true,
             scale: 1.0,
             invert: false,

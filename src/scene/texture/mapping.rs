@@ -61,6 +61,19 @@ impl Mapping {
         }
     }
 
+    /// Returns the change of the texture coordinates to each of the two neighbouring samples; 0 for
+    /// all mappings except [`Self::Uv`].
+    #[inline(always)]
+    pub fn steps<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> [[R; 2]; 2] {
+        match self {
+            Self::Uv { scale, .. } => {
+                let [su, sv] = [scale.x, scale.y].map(R::splat);
+                at.uv_steps.map(|[u, v]| [u * su, v * sv])
+            }
+            _ => [[R::splat(0.0); 2]; 2],
+        }
+    }
+
     /// Returns the texture coordinates of positions, world space.
     #[inline(never)]
     fn by_position<R: Real<Scalar = f32>>(&self, position: [R; 3]) -> [R; 2] {

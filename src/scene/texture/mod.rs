@@ -2,6 +2,7 @@
 
 mod checkerboard;
 mod dots;
+mod ewa;
 mod filter;
 mod image_map;
 mod image_texture;
@@ -42,6 +43,8 @@ pub struct TexturePoint<R = f32> {
     pub normal: [R; 3],
     /// Approximate radius of the pixel's footprint in u and v; 0 is a point.
     pub footprint: R,
+    /// Change of u and v to each of the two neighbouring samples; 0 is a point.
+    pub uv_steps: [[R; 2]; 2],
     /// Change of the position to each of the two neighbouring samples, world space; 0 is a point.
     /// It is set only in scenes with a [`SolidTexture`].
     pub position_steps: [[R; 3]; 2],
