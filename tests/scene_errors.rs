@@ -3,8 +3,8 @@
 mod support;
 
 use petzval::scene::pbrt::{SceneError, SceneErrors};
-use support::world::read;
-use support::{folder, petzval, write};
+use support::world::{error, read};
+use support::{folder, petzval, root, write};
 
 /// Returns the errors of the world part of a scene. Its first line is line 3.
 fn errors(world: &str) -> SceneErrors {
@@ -230,5 +230,39 @@ fn an_unknown_name_comes_with_a_suggestion_or_with_what_is_expected() {
     ] {
         let message = &found(world)[0].2;
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_mesh_that_cannot_be_displaced_and_a_filter_without_a_width_say_why() {
+    let folder = folder();
+    let plain = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                 property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+                 end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let plain = write(&folder, "plain.ply", plain);
+    let sheet = root().join("tests/pbrt_language/sheet.ply");
+    let texture = "Texture \"h\" \"float\" \"bilerp\"\n";
+    let mesh = |path: &std::path::Path, more: &str| {
+        let name = path.display();
+        format!(
+            "Shape \"plymesh\" \"string filename\" \"{name}\" \"texture displacement\" \"h\" {more}\n"
+        )
+    };
+    for (world, expected) in [
+        (format!("{texture}{}", mesh(&plain, "")), "without texture coordinates"),
+        (format!("{}{texture}", mesh(&sheet, "")), "define it before this Shape"),
+        (
+            format!("{texture}{}", mesh(&sheet, "\"float edgelength\" 0")),
+            "\"edgelength\" is 0; expected more than 0",
+        ),
+        (
+            "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"a.png\" \"string filter\" \"EWA\" \
+             \"float maxanisotropy\" 0.5"
+                .to_owned(),
+            "a ratio of 0.5; expected 1 to 1024",
+        ),
+    ] {
+        let message = error(&world);
+        assert!(message.contains(expected), "{world}: {message}");
     }
 }

@@ -10,7 +10,7 @@ use petzval::scene::{
     Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack, split_patches,
 };
 use support::world::{error, read, read_world};
-use support::{Random, folder, petzval, promptly, write};
+use support::{Random, folder, petzval, promptly, root, write};
 use wide::f32x8;
 
 #[test]
@@ -66,7 +66,14 @@ fn shapes_that_exceed_the_memory_are_refused_quickly() {
         "AreaLightSource \"diffuse\" Shape \"curve\" \"float width\" 0.01 \"point3 P\" [{}]",
         zigzag(90_001)
     );
+    let sheet = root().join("tests/pbrt_language/sheet.ply");
+    let displaced = format!(
+        "Texture \"h\" \"float\" \"bilerp\"\nShape \"plymesh\" \"string filename\" \"{}\" \
+         \"texture displacement\" \"h\" \"float edgelength\" 1e-30",
+        sheet.display()
+    );
     for (name, world, refused) in [
+        ("displaced", displaced, "4:1: a displaced mesh of"),
         ("curve", curve, "3:27: a curve of 30000 segments: it takes 2.4"),
         ("level", format!("{triangle} 11"), "3:1: 4194304 triangles: it takes 1."),
         ("levels", format!("{triangle} 8\n").repeat(20), "a loopsubdiv: it takes"),

@@ -51,7 +51,29 @@ for name, text in [
 ]:
     row("shapes", name, GRID + text)
 SILVER = 'Material "conductor" "rgb reflectance" [0.8 0.8 0.8] "float uroughness" 0.05 "float vroughness" 0.4\n'
-row("shapes", "trianglemesh, S", SILVER + f'Shape "trianglemesh" {TETRAHEDRON} "normal N" [0 0 1  -0.7 -0.5 0.5  0.7 -0.5 0.5  0 0.7 0.7] "vector3 S" [1 0 0  0 1 0  0 1 0  1 0 0]', missing="tangents follow the texture coordinates")
+row("shapes", "trianglemesh, S", SILVER + f'Shape "trianglemesh" {TETRAHEDRON} "normal N" [0 0 1  -0.7 -0.5 0.5  0.7 -0.5 0.5  0 0.7 0.7] "vector3 S" [1 0 0  0 1 0  0 1 0  1 0 0]')
+LEANING = '"vector3 S" [1 0 0  1 1 0  0.2 1 0.5  1 0 0.3]'
+WITH_S = f'Shape "trianglemesh" {TETRAHEDRON} {LEANING}\n'
+ACROSS = '"vector3 S" [0 0 1  0 0 1  0 0 1  0 0 1]'
+row("shapes", "trianglemesh, S without N", SILVER + WITH_S)
+row("shapes", "trianglemesh, S along z", SILVER + f'Shape "trianglemesh" {TETRAHEDRON} {ACROSS}')
+row("shapes", "trianglemesh, S, ObjectInstance", SILVER + f'ObjectBegin "o"\n{WITH_S}ObjectEnd\nRotate 130 0 0 1\nScale 1 0.7 1.2\nObjectInstance "o"')
+row("shapes", "trianglemesh, S, mirrored", SILVER + f"Scale -1 1 1\n{WITH_S}")
+row("shapes", "trianglemesh, S, isotropic", GREY + WITH_S)
+row("shapes", "trianglemesh, S, normalmap", 'Material "conductor" "rgb reflectance" [0.8 0.8 0.8] "float roughness" 0.2 "string normalmap" "@ROOT@/scenes/atelier/knurl.png"\n' + WITH_S)
+row("shapes", "trianglemesh, S, displacement", 'Texture "bumps" "float" "wrinkled"\nMaterial "conductor" "rgb reflectance" [0.8 0.8 0.8] "float roughness" 0.2 "texture displacement" "bumps"\n' + WITH_S)
+
+DISPLACED = 'Texture "h" "float" "imagemap" "string filename" "@ROOT@/tests/pbrt_language/colours.png" "float scale" 0.4\n'
+SHEET = 'Shape "plymesh" "string filename" "@ROOT@/tests/pbrt_language/sheet.ply"'
+for name, text, settings in [
+    ("", f'{SHEET} "texture displacement" "h" "float edgelength" 0.02', ""),
+    (", coarse", f'{SHEET} "texture displacement" "h" "float edgelength" 0.3', ""),
+    (", scaled and mirrored", f'Scale -1.4 1.2 0.8\n{SHEET} "texture displacement" "h" "float edgelength" 0.05', ""),
+    (", default edgelength", f'{SHEET} "texture displacement" "h"', ""),
+    (", displacementedgescale", f'{SHEET} "texture displacement" "h" "float edgelength" 0.4', 'Option "displacementedgescale" 0.1\n'),
+]:
+    row("shapes", f"plymesh, displacement{name}", DISPLACED + GREY + text, settings=settings)
+row("shapes", "plymesh, displacement, AreaLightSource", f'{DISPLACED}{GREY}AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" true\n{SHEET} "texture displacement" "h" "float edgelength" 0.1')
 
 # Materials
 for name, text in [

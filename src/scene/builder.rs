@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::animated::AnimatedInstances;
+use super::tangents::drop_unused_tangents;
 use super::world::{build_object, build_world};
 use super::{
     AnimatedInstance, AreaLight, Bvh, CurveSet, DiffuseBoundary, Emission, Geometry, Instance,
@@ -220,6 +221,7 @@ impl SceneBuilder {
                 curves.shrink_to_fit();
             }
         }
+        let tangents = drop_unused_tangents(&mut self.shapes, &self.materials);
         let Self { shapes, materials, .. } = &self;
         // Shapes that neither block nor emit light nor separate media are left out.
         let visible = |shape: &u32| {
@@ -265,6 +267,7 @@ impl SceneBuilder {
             animated: movers,
             textured,
             solid,
+            tangents,
             derivatives,
             frozen: Arc::default(),
         })

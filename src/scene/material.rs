@@ -169,6 +169,12 @@ impl Material {
             || !self.model.textures().iter().all(constant)
     }
 
+    /// Returns whether the direction of the shading frame matters: to bump maps, normal maps or
+    /// scattering.
+    pub fn needs_shading_tangent(&self) -> bool {
+        self.bump.is_some() || self.normal_map.is_some() || self.is_anisotropic()
+    }
+
     /// Returns whether scattering depends on the direction of u and v, so that the shading frame
     /// must follow the texture coordinates.
     pub fn is_anisotropic(&self) -> bool {

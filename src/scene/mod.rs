@@ -19,6 +19,7 @@ mod path_limits;
 pub mod pbrt;
 pub mod ply;
 mod surfaces;
+mod tangents;
 mod texture;
 mod transform;
 mod world;
@@ -142,6 +143,8 @@ pub struct Scene {
     animated: AnimatedInstances,
     textured: bool,
     solid: bool,
+    /// Whether a mesh has tangents of its own.
+    tangents: bool,
     /// Whether a material needs texture coordinates and surface derivatives, by material.
     derivatives: Arc<[bool]>,
     /// Result of the last [`Self::freeze`], which clones usually repeat for the same time.

@@ -10,6 +10,7 @@ use super::sort::MaterialRun;
 use super::vertices::Vertices;
 use super::{PixelFootprint, ShadeInputs};
 use crate::lanes::Real;
+use crate::lanes::vector::{select, splat};
 use crate::rays::{Hit, Ray, RayBatch, RayDifferential};
 use crate::scene::{DiffuseBoundary, Material, Medium, Scene, load_vector, store_vector};
 
@@ -158,12 +159,20 @@ impl Vertices {
         run: &MaterialRun,
         material: &Material,
     ) {
-        let perturbed =
-            material.bump.is_some() || material.normal_map.is_some() || material.is_anisotropic();
+        let perturbed = material.needs_shading_tangent();
+        let own_tangents = perturbed && inputs.scene.has_tangents();
         let count = run.kind.parameter_count();
         for at in run.range.clone().step_by(R::LANES) {
             let lanes = R::LANES.min(run.range.end - at);
-            let context = self.context::<R>(inputs, at, lanes);
+            let mut context = self.context::<R>(inputs, at, lanes);
+            if own_tangents {
+                for lane in 0..lanes {
+                    let hit = &inputs.hits[self.order[at + lane] as usize];
+                    if let Some(tangent) = inputs.scene.tangent(hit) {
+                        context.set_tangent(lane, tangent);
+                    }
+                }
+            }
             let [normal, tangent] = match perturbed {
                 true => context.perturbed_normal(material),
                 false => [context.points.shading_normal, [R::splat(0.0); 3]],
@@ -204,11 +213,23 @@ impl Vertices {
 }
 
 impl<R: Real<Scalar = f32>> ShadingContext<R> {
-    /// Replaces the rays of the neighbouring samples in a lane.
-    fn set_neighbours(&mut self, lane: usize, known: &[NeighbourRay; 2]) {
+    /// Sets the direction of the shading frame in a lane to that of its mesh.
+    fn set_tangent(&mut self, lane: usize, tangent: Vec3) {
+        let mask = Self::only(lane);
+        self.tangent = select(mask, splat(tangent.to_array()), self.tangent);
+        self.smooth = self.smooth | mask;
+    }
+
+    /// Returns the mask of one lane.
+    fn only(lane: usize) -> R::Mask {
         let mut mask = [0.0; 8];
         mask[lane] = 1.0;
-        let mask = R::splat(0.0).lt(R::load(&mask));
+        R::splat(0.0).lt(R::load(&mask))
+    }
+
+    /// Replaces the rays of the neighbouring samples in a lane.
+    fn set_neighbours(&mut self, lane: usize, known: &[NeighbourRay; 2]) {
+        let mask = Self::only(lane);
         for (ray, known) in self.neighbours.iter_mut().zip(known) {
             *ray = ray.or(mask, &known.splat());
         }

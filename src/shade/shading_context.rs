@@ -20,7 +20,9 @@ use crate::scene::{
 pub(super) struct ShadingContext<R: Real = f32> {
     pub(super) points: SurfacePacket<R>,
     pub(super) patch: SurfaceDerivativesPacket<R>,
-    /// Lanes whose meshes bump maps displace along the vertex normals.
+    /// Direction of the shading frame, of any length: along u, or that of the mesh.
+    pub(super) tangent: [R; 3],
+    /// Lanes whose meshes bump maps displace along the vertex normals or tangents.
     pub(super) smooth: R::Mask,
     /// Rays of the neighbouring samples.
     pub(super) neighbours: [NeighbourRay<R>; 2],
@@ -46,7 +48,8 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
         solid: bool,
     ) -> Self {
         let neighbours = footprint.neighbour_rays(points.position);
-        Self { points, patch, smooth, neighbours, solid, texture_point: OnceCell::new() }
+        let tangent = patch.dp[0];
+        Self { points, patch, tangent, smooth, neighbours, solid, texture_point: OnceCell::new() }
     }
 
     fn texture_point(&self) -> &TexturePoint<R> {
@@ -103,15 +106,15 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
     pub(super) fn perturbed_normal(&self, material: &Material) -> [[R; 3]; 2] {
         let (normal, patch) = (self.points.shading_normal, &self.patch);
         if let Some(map) = &material.normal_map {
-            // The map is relative to the frame whose x axis is along u.
+            // The map is relative to the frame whose x axis is along the tangent.
             let [x, y, z] = mapped_normal(map, patch.uv);
-            let along = scale_add(normal, -dot(normal, patch.dp[0]), patch.dp[0]);
+            let along = scale_add(normal, -dot(normal, self.tangent), self.tangent);
             let (tangent, _) = normalize(along);
             let across = cross(normal, tangent);
             let tilted = scale_add(tangent, x, scale_add(across, y, scale(normal, z)));
-            return [self.face_outward(tilted), patch.dp[0]];
+            return [self.face_outward(tilted), self.tangent];
         }
-        let Some(bump) = &material.bump else { return [normal, patch.dp[0]] };
+        let Some(bump) = &material.bump else { return [normal, self.tangent] };
         let (at, steps) = (self.texture_point(), self.texture_steps());
         let tangents = self.displacement_tangents();
         let height = bump.scalar(at);
@@ -142,11 +145,12 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
 
     /// Returns the tangents that a bump map displaces, as pbrt-v4 does. They are the derivatives of
     /// the position by u and v, except on meshes with vertex normals. There both are orthogonal to
-    /// the shading normal: the first is as close to u as possible, the second has the same length.
+    /// the shading normal: the first is as close to u, or to the mesh's own tangent, as possible,
+    /// and the second has the same length.
     #[inline(always)]
     fn displacement_tangents(&self) -> [[R; 3]; 2] {
         let (normal, patch) = (self.points.shading_normal, &self.patch);
-        let across = cross(normal, patch.dp[0]);
+        let across = cross(normal, self.tangent);
         let some = R::splat(0.0).lt(dot(across, across));
         let [x, y] = orthonormal_pair(normal);
         let (along, across) = (select(some, cross(across, normal), x), select(some, across, y));
@@ -166,6 +170,7 @@ impl ShadingContext {
                 shading_normal: none,
             },
             patch: SurfaceDerivativesPacket { uv: [0.0; 2], dp: [none; 2], dn: [none; 2] },
+            tangent: none,
             smooth: false,
             neighbours: [NeighbourRay::NONE; 2],
             solid: false,

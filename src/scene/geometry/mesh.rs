@@ -15,6 +15,9 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Unit shading normals by vertex; empty if there are none.
     pub normals: Vec<[f32; 3]>,
+    /// Tangents of the shading frame by vertex, of any length; empty if they follow the texture
+    /// coordinates.
+    pub tangents: Vec<[f32; 3]>,
     /// Texture coordinates by vertex; empty if there are none.
     pub uvs: Vec<[f32; 2]>,
     /// Index of the first triangle of its bilinear patch, by triangle; empty without patches.
@@ -33,6 +36,9 @@ impl Mesh {
         for p in &mut self.positions {
             *p = single(matrix.transform_point3(double(*p)));
         }
+        for tangent in &mut self.tangents {
+            *tangent = single(matrix.transform_vector3(double(*tangent)));
+        }
         let to_normal = matrix.matrix3.inverse().transpose();
         let sign = if reversed { -1.0 } else { 1.0 };
         for n in &mut self.normals {
@@ -42,10 +48,12 @@ impl Mesh {
     }
 
     /// Removes the triangles that have a vertex that is not finite, together with their whole
-    /// patches, and returns their number. Such vertices, normals and texture coordinates become 0.
+    /// patches, and returns their number. Such vertices, normals, tangents and texture coordinates
+    /// become 0.
     pub fn drop_non_finite(&mut self) -> usize {
         let finite = |values: &[f32]| values.iter().all(|v| v.is_finite());
-        self.normals.iter_mut().filter(|n| !finite(*n)).for_each(|n| *n = [0.0; 3]);
+        let vectors = self.normals.iter_mut().chain(&mut self.tangents);
+        vectors.filter(|v| !finite(*v)).for_each(|v| *v = [0.0; 3]);
         self.uvs.iter_mut().filter(|uv| !finite(*uv)).for_each(|uv| *uv = [0.0; 2]);
         let bad: Vec<bool> = self.positions.iter().map(|p| !finite(p)).collect();
         if !bad.contains(&true) {
@@ -78,10 +86,19 @@ impl Mesh {
 
     /// Returns the memory of vertices and indices (bytes).
     pub fn bytes(&self) -> u64 {
-        let Self { positions, triangles, normals, uvs, patch_starts: patches, flipped: _ } = self;
-        let [positions, normals] = [positions, normals].map(|column| size_of_val(&column[..]));
+        let Self {
+            positions,
+            triangles,
+            normals,
+            tangents,
+            uvs,
+            patch_starts: patches,
+            flipped: _,
+        } = self;
+        let vectors: usize =
+            [positions, normals, tangents].iter().map(|column| size_of_val(&column[..])).sum();
         let indices = size_of_val(&triangles[..]) + size_of_val(&patches[..]);
-        (positions + normals + size_of_val(&uvs[..]) + indices) as u64
+        (vectors + size_of_val(&uvs[..]) + indices) as u64
     }
 
     /// Returns the corners of a triangle.
@@ -126,6 +143,16 @@ impl Mesh {
             triangle.uvs = corners.map(|i| self.uvs[i as usize]);
         }
         triangle
+    }
+
+    /// Returns the tangent of the shading frame at a hit, of any length, or `None` if it follows the
+    /// texture coordinates.
+    pub fn tangent(&self, hit: &Hit) -> Option<Vec3> {
+        let corners = self.triangles[hit.primitive as usize];
+        let at =
+            |corner: usize| self.tangents.get(corners[corner] as usize).map(|&t| Vec3::from(t));
+        let along = at(0)? * (1.0 - hit.u - hit.v) + at(1)? * hit.u + at(2)? * hit.v;
+        (along.length_squared() > 0.0).then_some(along)
     }
 
     /// Returns whether bump maps displace the mesh along tangents that follow its vertex normals.

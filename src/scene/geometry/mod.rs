@@ -3,6 +3,7 @@
 
 mod bilinear;
 mod curve;
+mod displacement;
 mod mesh;
 mod patch;
 mod patch_mesh;

@@ -1,16 +1,18 @@
 //! Shapes that become meshes: triangle meshes, bilinear patches, subdivision surfaces, PLY files.
 
+use std::path::Path;
+
 use super::memory::{MeshSize, require_memory};
 use super::params::Params;
 use super::{SceneError, WarningLog, resolve};
-use crate::scene::ply::{self, PlyMeshes};
+use crate::io::ReadContext;
+use crate::scene::ply::{self, PlyError, PlyMeshes};
 use crate::scene::{Mesh, PatchMesh, split_patches, subdivide};
 
 /// The kinds of meshes.
 #[derive(Clone, Copy)]
 pub(super) enum MeshKind {
     Triangles,
-    Ply,
     BilinearPatches,
     LoopSubdivision,
 }
@@ -26,10 +28,6 @@ pub(super) fn make(
 ) -> Result<(Mesh, PatchMesh), SceneError> {
     let triangles = match kind {
         MeshKind::Triangles => triangle_mesh(params)?,
-        MeshKind::Ply => {
-            let PlyMeshes { flat, curved } = ply_mesh(params)?;
-            return Ok((flat, curved));
-        }
         MeshKind::BilinearPatches => return bilinear_patches(params),
         MeshKind::LoopSubdivision => subdivision(params, warnings)?,
     };
@@ -40,9 +38,6 @@ pub(super) fn make(
 fn vertices<const N: usize>(params: &Params) -> Result<(Mesh, Vec<[u32; N]>), SceneError> {
     let Some(points) = params.numbers("P", &["point3"])? else {
         return Err(params.refuse("P", "a mesh without \"point3 P\"", "expected its vertices"));
-    };
-    let triples = |numbers: &[f64]| -> Vec<[f32; 3]> {
-        numbers.as_chunks::<3>().0.iter().map(|p| p.map(|v| v as f32)).collect()
     };
     let mut mesh = Mesh { positions: triples(points), ..Mesh::default() };
     let count = mesh.positions.len();
@@ -57,24 +52,30 @@ fn vertices<const N: usize>(params: &Params) -> Result<(Mesh, Vec<[u32; N]>), Sc
             ));
         }
     };
-    let matching = |name: &str, found: usize| {
-        if found == count {
-            return Ok(());
-        }
-        let found = format!("{found} values of \"{name}\" for {count} points");
-        Err(params.refuse(name, found, "expected one for each point"))
-    };
     if let Some(normals) = params.numbers("N", &["normal"])? {
         mesh.normals = triples(normals);
-        matching("N", mesh.normals.len())?;
+        require_each(params, "N", mesh.normals.len(), count)?;
     }
     for name in ["uv", "st"] {
         if let Some(uvs) = params.numbers(name, &["point2", "float"])? {
             mesh.uvs = uvs.as_chunks::<2>().0.iter().map(|uv| uv.map(|v| v as f32)).collect();
-            matching(name, mesh.uvs.len())?;
+            require_each(params, name, mesh.uvs.len(), count)?;
         }
     }
     Ok((mesh, faces))
+}
+
+fn triples(numbers: &[f64]) -> Vec<[f32; 3]> {
+    numbers.as_chunks::<3>().0.iter().map(|p| p.map(|v| v as f32)).collect()
+}
+
+/// Requires that a parameter has one value for each of `count` points.
+fn require_each(params: &Params, name: &str, found: usize, count: usize) -> Result<(), SceneError> {
+    if found == count {
+        return Ok(());
+    }
+    let found = format!("{found} values of \"{name}\" for {count} points");
+    Err(params.refuse(name, found, "expected one for each point"))
 }
 
 fn faces<const N: usize>(
@@ -99,7 +100,11 @@ fn faces<const N: usize>(
 }
 
 fn triangle_mesh(params: &Params) -> Result<Mesh, SceneError> {
-    let (mesh, triangles) = vertices(params)?;
+    let (mut mesh, triangles) = vertices(params)?;
+    if let Some(tangents) = params.numbers("S", &["vector3", "vector"])? {
+        mesh.tangents = triples(tangents);
+        require_each(params, "S", mesh.tangents.len(), mesh.positions.len())?;
+    }
     Ok(Mesh { triangles, ..mesh })
 }
 
@@ -147,7 +152,20 @@ fn subdivision(params: &Params, warnings: &mut WarningLog) -> Result<Mesh, Scene
     })
 }
 
-fn ply_mesh(params: &Params) -> Result<PlyMeshes, SceneError> {
+/// Reads the triangles and patches of a PLY file.
+pub(super) fn ply_mesh(params: &Params) -> Result<PlyMeshes, SceneError> {
+    read_ply(params, ply::read)
+}
+
+/// Reads a PLY file as triangles.
+pub(super) fn ply_triangles(params: &Params) -> Result<Mesh, SceneError> {
+    read_ply(params, ply::read_triangles)
+}
+
+fn read_ply<T>(
+    params: &Params,
+    read: impl FnOnce(&Path, &ReadContext) -> Result<T, PlyError>,
+) -> Result<T, SceneError> {
     let Some(name) = params.text("filename")? else {
         return Err(params.refuse(
             "filename",
@@ -155,7 +173,7 @@ fn ply_mesh(params: &Params) -> Result<PlyMeshes, SceneError> {
             "expected the name of a file",
         ));
     };
-    ply::read(&resolve(&params.folder, name), &params.context).map_err(|source| {
+    read(&resolve(&params.folder, name), &params.context).map_err(|source| {
         let at = params.location("filename");
         SceneError::Mesh { at, source }
     })

@@ -16,6 +16,7 @@ mod curves;
 mod description;
 mod directive_kinds;
 mod directives;
+mod displaced_meshes;
 mod film;
 mod forward_references;
 mod graphics_state;

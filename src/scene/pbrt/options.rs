@@ -131,7 +131,6 @@ pub(super) static ACCELERATOR: Directive<()> = Directive {
 /// Options of pbrt-v4 that cannot change the mean of any pixel here.
 const OPTIONS_WITHOUT_EFFECT: &[&str] = &[
     "rendercoordsys",
-    "displacementedgescale",
     "msereferenceimage",
     "msereferenceout",
     "pixelstats",
@@ -194,6 +193,8 @@ impl SceneReader {
             let unsupported = UNSUPPORTED_OPTIONS.iter().find(|(known, _)| *known == name);
             if name == "seed" {
                 self.option_seed = params.seed(name)?;
+            } else if name == "displacementedgescale" {
+                self.displacement_edge_scale = params.positive(name, 1.0)?;
             } else if let Some((_, instead)) = unsupported {
                 if params.boolean(name)? == Some(true) {
                     let feature = format!("the option \"{name}\"");
@@ -202,7 +203,7 @@ impl SceneReader {
             } else if !OPTIONS_WITHOUT_EFFECT.contains(&name) {
                 let unsupported = UNSUPPORTED_OPTIONS.iter().map(|(known, _)| *known);
                 let names = OPTIONS_WITHOUT_EFFECT.iter().copied().chain(unsupported);
-                let names: Vec<&str> = names.chain(["seed"]).collect();
+                let names: Vec<&str> = names.chain(["seed", "displacementedgescale"]).collect();
                 let hint = hint(name, names.iter().copied());
                 let behind = suggestion_or(hint, &format!("known are {}", names.join(", ")));
                 let found = format!("unknown option \"{name}\"{behind}");

@@ -73,6 +73,8 @@ pub(super) struct SceneReader {
     pub(super) sampler_seed: Option<u32>,
     /// The seed of `Option`, which counts if the sampler has none.
     pub(super) option_seed: Option<u32>,
+    /// Factor of the edge lengths of displaced meshes.
+    pub(super) displacement_edge_scale: f64,
     pub(super) filter: Option<FilterSpec>,
     pub(super) path_limits: Option<PathLimits>,
     /// The times of the start and the end transform (s).
@@ -130,6 +132,7 @@ impl SceneReader {
             samples: None,
             sampler_seed: None,
             option_seed: None,
+            displacement_edge_scale: 1.0,
             filter: None,
             path_limits: None,
             transform_times: [0.0, 1.0],

@@ -12,13 +12,14 @@ use super::meshes::{self, MeshKind};
 use super::moving_shapes::ShapeSpace;
 use super::params::Params;
 use super::reader::SceneReader;
-use super::{SceneError, WarningLog, curves};
+use super::{SceneError, curves};
 use crate::scene::{Geometry, Mesh, PatchMesh, Quadric, QuadricForm, ShapeSpec};
 
 /// The kinds of shapes.
 #[derive(Clone, Copy)]
 enum ShapeKind {
     Mesh(MeshKind),
+    Ply,
     Curve,
     Quadric(QuadricKind),
 }
@@ -32,8 +33,13 @@ enum QuadricKind {
 }
 
 const UNSUPPORTED: &str = "the shape is left out";
-const UNDISPLACED: &str = "the surface is not displaced; displace the mesh where it is made";
+const UNDISPLACED: &str = "the surface is not displaced; write it as a plymesh";
 const SHADOW_ALPHA: Ignored = ("shadowalpha", "alpha alone decides");
+const PLY_IGNORES: &[Ignored] = &[
+    ("emissionfilename", "the light is of one colour"),
+    SHADOW_ALPHA,
+    ("discarddegenerateUVs", SILENT),
+];
 const MESH_IGNORES: &[Ignored] = &[
     ("S", "tangents follow the texture coordinates"),
     ("faceIndices", SILENT),
@@ -53,10 +59,15 @@ static SHAPE: Directive<ShapeKind> = Directive {
         known(
             "trianglemesh",
             ShapeKind::Mesh(MeshKind::Triangles),
-            &["P", "indices", "N", "uv", "st"],
+            &["P", "indices", "N", "S", "uv", "st"],
             MESH_IGNORES,
         ),
-        known("plymesh", ShapeKind::Mesh(MeshKind::Ply), &["filename"], MESH_IGNORES),
+        known(
+            "plymesh",
+            ShapeKind::Ply,
+            &["filename", "displacement", "edgelength", "displacement.edgelength"],
+            PLY_IGNORES,
+        ),
         known(
             "sphere",
             ShapeKind::Quadric(QuadricKind::Sphere),
@@ -136,10 +147,11 @@ impl SceneReader {
                 transform(&params, &mut mesh, &mut patches, &ctm, reverse_orientation)?;
                 vec![Geometry::Mesh(mesh)]
             }
-            ShapeKind::Mesh(kind) => {
-                let (mut triangles, mut patches) = meshes::make(kind, &params, &mut self.warnings)?;
-                let warnings = &mut self.warnings;
-                drop_non_finite(name, &params, &mut triangles, &mut patches, warnings);
+            ShapeKind::Mesh(_) | ShapeKind::Ply => {
+                let (mut triangles, mut patches) = match kind {
+                    ShapeKind::Mesh(kind) => self.mesh_shape(name, kind, &params)?,
+                    _ => self.ply_shape(name, &params)?,
+                };
                 transform(&params, &mut triangles, &mut patches, &ctm, reverse_orientation)?;
                 let mut geometries = Vec::new();
                 if !triangles.triangles.is_empty() {
@@ -176,6 +188,36 @@ impl SceneReader {
         }
     }
 
+    /// Makes the triangles and patches of a mesh, without those that are not finite.
+    fn mesh_shape(
+        &mut self,
+        name: &str,
+        kind: MeshKind,
+        params: &Params,
+    ) -> Result<(Mesh, PatchMesh), SceneError> {
+        let (mut triangles, mut patches) = meshes::make(kind, params, &mut self.warnings)?;
+        self.drop_non_finite(name, params, &mut triangles, &mut patches);
+        Ok((triangles, patches))
+    }
+
+    /// Drops triangles and patches with vertices that are not finite, with a warning.
+    pub(super) fn drop_non_finite(
+        &mut self,
+        name: &str,
+        params: &Params,
+        triangles: &mut Mesh,
+        patches: &mut PatchMesh,
+    ) {
+        let all = triangles.triangles.len() + patches.patches.len();
+        let dropped = triangles.drop_non_finite() + patches.drop_non_finite();
+        if dropped > 0 {
+            let why = "have vertices that are not finite numbers: they are left out";
+            self.warnings.warn(&params.at, why, || {
+                format!("{dropped} of the {all} triangles of a {name} {why}")
+            });
+        }
+    }
+
     pub(super) fn add_shape(&mut self, spec: ShapeSpec) -> u32 {
         let object = spec.object.or(self.open_object_index());
         if object.is_some() && spec.emission.is_some() {
@@ -187,24 +229,6 @@ impl SceneReader {
             self.emitters.push((shape, self.at.clone()));
         }
         shape
-    }
-}
-
-/// Drops triangles and patches with vertices that are not finite, with a warning.
-fn drop_non_finite(
-    name: &str,
-    params: &Params,
-    triangles: &mut Mesh,
-    patches: &mut PatchMesh,
-    warnings: &mut WarningLog,
-) {
-    let all = triangles.triangles.len() + patches.patches.len();
-    let dropped = triangles.drop_non_finite() + patches.drop_non_finite();
-    if dropped > 0 {
-        let why = "have vertices that are not finite numbers: they are left out";
-        warnings.warn(&params.at, why, || {
-            format!("{dropped} of the {all} triangles of a {name} {why}")
-        });
     }
 }
 

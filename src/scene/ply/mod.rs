@@ -37,13 +37,30 @@ pub struct PlyMeshes {
 /// # Errors
 /// Returns an error if the file cannot be read, is not a PLY file or has no faces.
 pub fn read(path: &Path, context: &ReadContext) -> Result<PlyMeshes, PlyError> {
+    let (mut mesh, quads) = read_faces_of(path, context)?;
+    let curved = split_patches(&mut mesh, &quads);
+    Ok(PlyMeshes { flat: mesh, curved })
+}
+
+/// Reads a PLY file like [`read`], with two triangles in place of each quad.
+///
+/// # Errors
+/// Returns an error like [`read`].
+pub fn read_triangles(path: &Path, context: &ReadContext) -> Result<Mesh, PlyError> {
+    let (mut mesh, quads) = read_faces_of(path, context)?;
+    mesh.triangles.extend(quads.iter().flat_map(|&[a, b, c, d]| [[a, b, d], [a, d, c]]));
+    Ok(mesh)
+}
+
+/// Returns the vertices and triangles of a PLY file, and its quads.
+fn read_faces_of(path: &Path, context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), PlyError> {
     let refuse = |found: String| PlyError { path: path.to_owned(), found };
     let bytes =
         context.bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
     parse(&bytes, context).map_err(refuse)
 }
 
-fn parse(bytes: &[u8], context: &ReadContext) -> Result<PlyMeshes, String> {
+fn parse(bytes: &[u8], context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), String> {
     let Header { encoding, elements, size } = parse_header(bytes)?;
     let mut values = ValueReader::new(encoding, bytes, size);
     let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
@@ -88,8 +105,7 @@ fn parse(bytes: &[u8], context: &ReadContext) -> Result<PlyMeshes, String> {
     if quads.iter().flatten().any(|&v| v >= count) {
         return Err("a quad names a vertex that does not exist".to_owned());
     }
-    let curved = split_patches(&mut mesh, &quads);
-    Ok(PlyMeshes { flat: mesh, curved })
+    Ok((mesh, quads))
 }
 
 #[cfg(test)]
@@ -98,7 +114,9 @@ mod tests {
     use super::{Mesh, PatchMesh, ReadContext};
 
     fn parse(bytes: &[u8]) -> Result<(Mesh, PatchMesh), String> {
-        super::parse(bytes, &ReadContext::default()).map(|meshes| (meshes.flat, meshes.curved))
+        let (mut mesh, quads) = super::parse(bytes, &ReadContext::default())?;
+        let curved = super::split_patches(&mut mesh, &quads);
+        Ok((mesh, curved))
     }
 
     const ASCII: &str = "ply\nformat ascii 1.0\ncomment a square\nelement vertex 4\n\
