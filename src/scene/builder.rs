@@ -218,7 +218,7 @@ impl SceneBuilder {
         self.add_interiors();
         for shape in &mut self.shapes {
             if let Geometry::Curves(curves) = &mut shape.geometry {
-                curves.shrink_to_fit();
+                curves.finish();
             }
         }
         let tangents = drop_unused_tangents(&mut self.shapes, &self.materials);

@@ -85,6 +85,15 @@ impl<'a> PrimitiveList<'a> {
         self.ends.last().copied().unwrap_or(0)
     }
 
+    /// Returns the number of pieces of curves.
+    pub(super) fn curve_piece_count(&self) -> usize {
+        let count = |group: &PrimitiveGroup| match group {
+            PrimitiveGroup::Curves { curves, .. } => curves.piece_count() as usize,
+            _ => 0,
+        };
+        self.groups.iter().map(count).sum()
+    }
+
     /// Returns the group of a primitive, and the primitive's index in it.
     pub(super) fn locate(&self, primitive: usize) -> (&PrimitiveGroup<'a>, u32) {
         let i = self.ends.partition_point(|&end| end <= primitive);

@@ -143,8 +143,17 @@ mod tests {
         let pieces: Vec<CurvePiece> = set.pieces().collect();
         assert_eq!(pieces.len(), set.piece_count() as usize);
         assert!(pieces[0].parts > 8, "the bent segment has {} pieces", pieces[0].parts);
-        for (number, piece) in pieces.iter().enumerate() {
-            assert_eq!(set.piece(number as u32), *piece);
+        let mut many = set.clone();
+        for _ in 0..100 {
+            many.append(set.clone()).unwrap();
+        }
+        let mut marked = many.clone();
+        marked.finish();
+        for set in [set, many, marked] {
+            assert_eq!(set.pieces().count(), set.piece_count() as usize);
+            for (number, piece) in set.pieces().enumerate() {
+                assert_eq!(set.piece(number as u32), piece);
+            }
         }
         assert_eq!(pieces.last().map(|piece| piece.parts), Some(1));
     }

@@ -38,13 +38,20 @@ pub struct CurveSet {
     normals: Vec<[[f32; 3]; 2]>,
     /// Number of pieces up to the end of each segment; see [`super::CurvePiece`].
     piece_ends: Vec<u32>,
+    /// Segment of every [`PIECE_STEP`]-th piece; empty before [`CurveSet::finish`]. A search
+    /// among all of `piece_ends` misses the cache at each step.
+    piece_marks: Vec<u32>,
 }
+
+/// Number of pieces between two marks.
+const PIECE_STEP: u32 = 64;
 
 impl CurveSet {
     /// Returns an empty set.
     pub fn new(kind: CurveKind, flipped: bool) -> Self {
-        let (segments, normals, piece_ends) = (Vec::new(), Vec::new(), Vec::new());
-        Self { kind, flipped, segments, normals, piece_ends }
+        let (segments, normals) = (Vec::new(), Vec::new());
+        let (piece_ends, piece_marks) = (Vec::new(), Vec::new());
+        Self { kind, flipped, segments, normals, piece_ends, piece_marks }
     }
 
     /// Adds a segment after it was transformed by a similarity that mirrors nothing. Normals of
@@ -60,6 +67,7 @@ impl CurveSet {
         if !numbers.fold(0.0, |sum, v| sum + v * 0.0).eq(&0.0) {
             return false;
         }
+        self.piece_marks.clear();
         self.segments.push(CubicPoints { control, width });
         if self.kind == CurveKind::Ribbon {
             self.normals.push(normals);
@@ -77,14 +85,21 @@ impl CurveSet {
         if !fits || (self.kind, self.flipped) != (other.kind, other.flipped) {
             return Err(other);
         }
+        self.piece_marks.clear();
         self.segments.extend(other.segments);
         self.normals.extend(other.normals);
         self.piece_ends.extend(other.piece_ends.iter().map(|end| first + end));
         Ok(())
     }
 
-    /// Returns unused memory to the allocator.
-    pub fn shrink_to_fit(&mut self) {
+    /// Marks the pieces, so that they are found fast, and returns unused memory to the allocator.
+    pub fn finish(&mut self) {
+        self.piece_marks = Vec::with_capacity(self.piece_count().div_ceil(PIECE_STEP) as usize);
+        for (segment, &end) in (0..).zip(&self.piece_ends) {
+            while (self.piece_marks.len() as u64 * u64::from(PIECE_STEP)) < u64::from(end) {
+                self.piece_marks.push(segment);
+            }
+        }
         self.segments.shrink_to_fit();
         self.normals.shrink_to_fit();
         self.piece_ends.shrink_to_fit();
@@ -115,16 +130,22 @@ impl CurveSet {
 
     /// Returns the segment of a piece, the piece's number in it, and the number of its pieces.
     pub(super) fn locate(&self, piece: u32) -> [u32; 3] {
-        let segment = self.piece_ends.partition_point(|&end| end <= piece);
+        let mark = (piece / PIECE_STEP) as usize;
+        let first = self.piece_marks.get(mark).map_or(0, |&segment| segment as usize);
+        // A segment has one piece or more.
+        let last =
+            self.piece_marks.get(mark + 1).map_or(self.piece_ends.len(), |&next| next as usize + 1);
+        let segment = first + self.piece_ends[first..last].partition_point(|&end| end <= piece);
         let start = if segment == 0 { 0 } else { self.piece_ends[segment - 1] };
         [segment as u32, piece - start, self.piece_ends[segment] - start]
     }
 
     /// Returns the memory of the segments (bytes).
     pub fn bytes(&self) -> u64 {
-        let Self { segments, normals, piece_ends, .. } = self;
+        let Self { segments, normals, piece_ends, piece_marks, .. } = self;
         let columns = [size_of_val(&segments[..]), size_of_val(&normals[..])];
-        (columns.iter().sum::<usize>() + size_of_val(&piece_ends[..])) as u64
+        let pieces = size_of_val(&piece_ends[..]) + size_of_val(&piece_marks[..]);
+        (columns.iter().sum::<usize>() + pieces) as u64
     }
 
     /// Returns the normal of a ribbon at `u`; its length is close to 1. Returns `None` for other
