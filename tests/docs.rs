@@ -12,7 +12,7 @@ use std::process::Command;
 use support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 18] = [
+const NOT_RUN: [(&str, &str); 19] = [
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
     ("cargo bench -- --save-baseline before", "takes many minutes"),
@@ -27,6 +27,7 @@ const NOT_RUN: [(&str, &str); 18] = [
         "needs hyperfine",
     ),
     ("python3 benches/conformance/conformance.py --pbrt pbrt", "needs pbrt-v4"),
+    ("python3 benches/spectral/colours.py --pbrt pbrt", "needs pbrt-v4"),
     (
         "python3 benches/scoreboard/scoreboard.py",
         "takes hours, and renderers that are not installed",

@@ -250,6 +250,8 @@ SENSOR = 'Film "rgb" "integer xresolution" 32 "integer yresolution" 32 "float di
 for name in ["gaussian", "pentagon", "star"]:
     camera = REALISTIC % ("dgauss.50mm.dat", "14")
     row("cameras", f"realistic, aperture {name}", WORLD, camera=camera.rstrip() + f' "string aperture" "{name}"\n', film=SENSOR % 40)
+SQUARE_STOP = (REALISTIC % ("dgauss.50mm.dat", "14")).rstrip() + ' "string aperture" "square"\n'
+row("cameras", "realistic, aperture square", WORLD, camera=SQUARE_STOP, film=SENSOR % 40, differs="pbrt samples the pupil in bounds that turn with the film point, and loses the corners of the square", tolerance=0.12)
 for lens, diameter, diagonal in [("wide.22mm.dat", "5", 30), ("telephoto.250mm.dat", "20", 40), ("fisheye.10mm.dat", "4", 12)]:
     row("cameras", f"realistic, {lens}", WORLD, camera=REALISTIC % (lens, diameter), film=SENSOR % diagonal)
 row("cameras", "perspective, wide picture", WORLD, film='Film "rgb" "integer xresolution" 48 "integer yresolution" 16\n')

@@ -112,3 +112,27 @@ fn an_interface_material_is_invisible() {
     let dark = World { shapes: room(WALLS), ..World::default() };
     assert_eq!(mean_of(&(dark.text() + shell)), [0.0; 3]);
 }
+
+/// A path finds a point light by way of a smooth mirror only if the mirror is rougher after the
+/// wall, as `regularize` makes it.
+#[test]
+fn regularize_finds_the_light_that_a_mirror_throws_on_a_wall() {
+    let mean_with = |regularize: bool| {
+        let text = format!(
+            r#"Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+               Sampler "independent" "integer pixelsamples" 256
+               Integrator "path" "integer maxdepth" 2 "bool regularize" {regularize}
+               Camera "perspective" "float fov" 40
+               WorldBegin
+               LightSource "point" "point3 from" [0 0 1]
+               Material "diffuse" "rgb reflectance" [0.8 0.8 0.8]
+               Shape "bilinearmesh" "point3 P" [-3 -3 4  3 -3 4  -3 3 4  3 3 4]
+               Material "conductor" "rgb reflectance" [0.9 0.9 0.9]
+               Shape "bilinearmesh" "point3 P" [2 -3 0  2 -3 4  2 3 0  2 3 4]"#
+        );
+        crate::compare::found(&crate::compare::job_of(&text, None)).mean[1]
+    };
+    let [without, with] = [false, true].map(mean_with);
+    let ratio = with / without;
+    assert!((1.02..1.5).contains(&ratio), "{with}, without regularize {without}");
+}

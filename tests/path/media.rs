@@ -15,7 +15,7 @@ use crate::compare::{
 use crate::material::NaiveMaterial;
 use crate::matter::{Cube, Matter};
 use crate::rooms::{glass, lit_room};
-use crate::support::{LENSES, Random, picture, root, sampling::random_samples};
+use crate::support::{LENSES, Random, in_parallel, picture, root, sampling::random_samples};
 use crate::world::{PointLike, Shape, World};
 
 /// Voxels of random densities up to 4, in a cube of side 1.6 around the centre of the room.
@@ -173,6 +173,26 @@ fn media_agree_through_the_four_lenses() {
         let found = well_known(job.clone());
         assert_same(found, through(&job, world, 4));
     }
+}
+
+/// A ball that fills most of the field of each lens, under a sky and a sun. Most of its light has
+/// walked below its surface, and half the field of the fisheye lens sees its limb.
+fn before_the_lens() -> World {
+    let matter = Matter::uniform([0.03, 0.08, 0.2], [2.97, 2.92, 2.8], 0.3);
+    let material = NaiveMaterial::Below(1.33, Box::new(matter));
+    let sun = PointLike::Distant { from: [2.0, 1.5, -2.0], irradiance: [1.0, 0.9, 0.8] };
+    let shapes = vec![Shape::ball([0.1, -0.1, 1.5], 1.1, material)];
+    World { shapes, lights: vec![sun], sky: Some([0.4, 0.5, 0.6]), ..World::default() }
+}
+
+#[test]
+fn subsurface_scattering_agrees_through_the_four_lenses() {
+    let world = before_the_lens();
+    in_parallel(&LENSES, |(lens, _)| {
+        let job = job_through(lens, &world, 3);
+        let found = well_known(job.clone());
+        assert_same(found, through(&job, &world, 3));
+    });
 }
 
 #[test]

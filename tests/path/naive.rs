@@ -250,8 +250,14 @@ impl World {
             let hit = self.nearest(origin, direction, random)?;
             if let Some(t) = matter.collide(origin, direction, hit.t, 0, random) {
                 left = [0, 1, 2].map(|c| left[c] * scattered[c]);
-                let next = uniform_direction(random);
-                left = by(left, 4.0 * PI * matter.phase(direction.dot(next)));
+                // The product of weights of a long walk would have an infinite variance.
+                let most = matter.phase(matter.g.signum());
+                let next = loop {
+                    let next = uniform_direction(random);
+                    if random.next() * most < matter.phase(direction.dot(next)) {
+                        break next;
+                    }
+                };
                 (origin, direction) = (origin + direction * t, next);
                 continue;
             }

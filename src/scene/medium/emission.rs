@@ -47,9 +47,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn radiances_between_the_entries_are_those_of_black_bodies() {
+    fn radiances_at_and_between_all_entries_are_those_of_black_bodies() {
         let table = Blackbodies::new(2.0);
-        for kelvin in [1003.0, 1500.0, 2856.0, 6504.0, 20_000.0] {
+        let step = (RANGE[1] / RANGE[0]).ln() / (ENTRIES - 1) as f32;
+        let entries = (0..2 * ENTRIES - 1).map(|i| RANGE[0] * (step * i as f32 / 2.0).exp());
+        for kelvin in entries.filter(|kelvin| *kelvin > 1000.0) {
             let exact = blackbody(f64::from(kelvin)).integrated_rgb();
             let sum = exact.iter().sum::<f64>();
             for (found, exact) in table.at(kelvin).into_iter().zip(exact) {

@@ -115,3 +115,60 @@ impl Homogeneous {
 pub(super) fn finite<R: Real<Scalar = f32>>(x: R) -> R {
     x.min(R::splat(f32::MAX))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light of each channel goes a different distance.
+    const AMBER: Homogeneous = Homogeneous {
+        absorption: [0.1, 0.5, 1.5],
+        scattering: [1.8, 1.0, 0.2],
+        emission: [0.0; 3],
+    };
+    const BEFORE: [f32; 3] = [0.2, 1.0, 0.5];
+    const LENGTHS: [f32; 3] = [0.3, 1.0, 4.0];
+
+    /// Returns the outcomes for random numbers that cover the square evenly.
+    fn passages(length: f32) -> impl Iterator<Item = Passage<f32>> {
+        const N: usize = 300;
+        (0..N * N).map(move |i| {
+            let u = [i % N, i / N].map(|i| (i as f32 + 0.5) / N as f32);
+            AMBER.sample(length, BEFORE, u)
+        })
+    }
+
+    /// Distances that one channel alone decides would weight the others by ratios without a bound.
+    #[test]
+    fn no_throughput_exceeds_the_sum_of_the_channels_before() {
+        let bound = BEFORE.iter().sum::<f32>() * (1.0 + 1e-5);
+        for length in LENGTHS {
+            for passage in passages(length) {
+                assert!(passage.throughput.iter().all(|t| *t <= bound), "{passage:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn light_passes_and_scatters_as_in_closed_form() {
+        for length in LENGTHS {
+            let (mut passed, mut scattered, mut count) = ([0.0; 3], [0.0; 3], 0.0);
+            for passage in passages(length) {
+                let sum = if passage.scatters { &mut scattered } else { &mut passed };
+                (0..3).for_each(|c| sum[c] += f64::from(passage.throughput[c]));
+                count += 1.0;
+            }
+            for c in 0..3 {
+                let extinction = f64::from(AMBER.absorption[c] + AMBER.scattering[c]);
+                let before = f64::from(BEFORE[c]);
+                let share = (-extinction * f64::from(length)).exp();
+                let albedo = f64::from(AMBER.scattering[c]) / extinction;
+                let expected = [share, (1.0 - share) * albedo].map(|part| part * before);
+                for (found, expected) in [passed[c], scattered[c]].into_iter().zip(expected) {
+                    let off = found / count - expected;
+                    assert!(off.abs() < 4e-3 * before, "{c} over {length}: {off} off {expected}");
+                }
+            }
+        }
+    }
+}
