@@ -85,7 +85,7 @@ fn the_blur_of_colours_follows_their_focal_lengths() {
     let mut expected = [0.0; 3];
     let mut weights = [0.0; 3];
     for band in bands() {
-        let paraxial = Paraxial::new(&file.at_wavelength(band.wavelength));
+        let paraxial = Paraxial::new(&file.at_wavelength(band.wavelength).unwrap());
         // Distance of the image of the star behind the rear vertex.
         let f = paraxial.focal_length;
         let image = paraxial.back_focal_distance + f * f / (1e6 - f);
@@ -161,7 +161,7 @@ fn the_magnification_of_colours_follows_their_chief_rays() {
         let LensModel::Real(lens) = &job.camera.model else { panic!() };
         // The paraxial chief ray: y and n u from surface to surface.
         let row = &lens.prescription.rows[1];
-        let n = row.glass.index(row.index, (range[0] + range[1]) / 2.0);
+        let n = row.glass.index(row.index, (range[0] + range[1]) / 2.0).unwrap();
         let (mut y, mut nu) = (30.0 * tangent, tangent);
         nu -= y * (n - 1.0) / 120.0;
         y += nu / n * 2.0;

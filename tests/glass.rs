@@ -63,10 +63,11 @@ fn of_index(index: f64) -> Prescription {
 fn glasses_have_their_published_indices_at_four_lines() {
     for &(name, indices) in PUBLISHED {
         for (nm, index) in [G_LINE, F_LINE, D_LINE, C_LINE].into_iter().zip(indices) {
-            let found = of_glass(name).at_wavelength(nm).rows[1].index;
+            let found = of_glass(name).at_wavelength(nm).unwrap().rows[1].index;
             assert!((found - index).abs() < ROUNDING, "{name} at {nm} nm: {found}, not {index}");
         }
-        let [blue, red] = [F_LINE, C_LINE].map(|nm| of_glass(name).at_wavelength(nm).rows[1].index);
+        let [blue, red] =
+            [F_LINE, C_LINE].map(|nm| of_glass(name).at_wavelength(nm).unwrap().rows[1].index);
         let spread = indices[1] - indices[3];
         assert!((blue - red - spread).abs() < 2.0 * ROUNDING, "{name}: {} {spread}", blue - red);
     }
@@ -77,7 +78,7 @@ fn glasses_have_their_published_indices_in_the_near_ultraviolet_and_infrared() {
     // The i and t lines of the data sheets, where terms matter that are negligible in the visible.
     for (name, i, t) in [("N-BK7", 1.53627, 1.50731), ("F2", 1.66623, 1.60279)] {
         for (nm, index) in [(365.0146, i), (1013.98, t)] {
-            let found = of_glass(name).at_wavelength(nm).rows[1].index;
+            let found = of_glass(name).at_wavelength(nm).unwrap().rows[1].index;
             assert!((found - index).abs() < ROUNDING, "{name} at {nm} nm: {found}, not {index}");
         }
     }
@@ -86,12 +87,12 @@ fn glasses_have_their_published_indices_in_the_near_ultraviolet_and_infrared() {
 #[test]
 fn abbe_numbers_tables_and_guesses_give_their_dispersion() {
     let spread = |lens: &Prescription| {
-        let [blue, red] = [F_LINE, C_LINE].map(|nm| lens.at_wavelength(nm).rows[1].index);
+        let [blue, red] = [F_LINE, C_LINE].map(|nm| lens.at_wavelength(nm).unwrap().rows[1].index);
         blue - red
     };
     for &(name, [_, blue, green, red]) in PUBLISHED {
         let vd = (green - 1.0) / (blue - red);
-        let by_abbe = spread(&singlet(green, Glass::Abbe { vd }));
+        let by_abbe = spread(&singlet(green, Glass::Abbe { nd: green, vd }));
         assert!((by_abbe - (blue - red)).abs() < 1e-12, "{name}: {by_abbe}");
         let table = [[C_LINE, red], [D_LINE, green], [F_LINE, blue]];
         let mut table = table.to_vec();
@@ -100,13 +101,13 @@ fn abbe_numbers_tables_and_guesses_give_their_dispersion() {
         assert!((spread(&tabled) - (blue - red)).abs() < 1e-12, "{name}");
         // Interpolated indices follow the glass to a fiftieth of its dispersion.
         for nm in [510.0, 546.074, 620.0] {
-            let [found, exact] =
-                [&tabled, &of_glass(name)].map(|lens| lens.at_wavelength(nm).rows[1].index);
+            let [found, exact] = [&tabled, &of_glass(name)]
+                .map(|lens| lens.at_wavelength(nm).unwrap().rows[1].index);
             assert!((found - exact).abs() < 0.02 * (blue - red), "{name} at {nm}: {found} {exact}");
         }
         let mut guessed = of_index(green);
-        let glass = guessed.assume_dispersion()[0];
-        let [_, vd] = glass.published;
+        let glass = guessed.assume_dispersion()[0].clone();
+        let [_, vd] = glass.published.unwrap();
         let estimate = (green - 1.0) / vd;
         assert!((spread(&guessed) / estimate - 1.0).abs() < 2e-3, "{name}: {}", glass.name);
     }
@@ -116,7 +117,8 @@ fn abbe_numbers_tables_and_guesses_give_their_dispersion() {
 fn chromatic_focal_shift_follows_the_published_indices() {
     for &(name, indices) in PUBLISHED {
         let focal = |lens: &Prescription| Paraxial::new(lens).focal_length;
-        let [blue, red] = [F_LINE, C_LINE].map(|nm| focal(&of_glass(name).at_wavelength(nm)));
+        let [blue, red] =
+            [F_LINE, C_LINE].map(|nm| focal(&of_glass(name).at_wavelength(nm).unwrap()));
         // The lensmaker's equation for a thick lens.
         let [expected_blue, expected_red] = [indices[1], indices[3]].map(|n| {
             let power: f64 = (n - 1.0) * (2.0 / 50.0 - (n - 1.0) * 5.0 / (n * 50.0 * 50.0));
@@ -224,6 +226,46 @@ fn a_guess_is_a_crown_for_positive_and_a_flint_for_negative_elements() {
         (lens.rows[1].radius, lens.rows[2].radius) = (radius, -radius);
         lens.assume_dispersion()[0].published
     };
-    let ([_, crown], [_, flint]) = (of(50.0), of(-50.0));
+    let [[_, crown], [_, flint]] = [50.0, -50.0].map(|radius| of(radius).unwrap());
     assert!(crown > 55.0 && flint < 40.0, "{crown} and {flint}");
+}
+
+/// A glass that no maker has, and a lens of it.
+const CROWN: &str = "NM CROWN-1 2 0 1.5 60\nCD 1.2245 0.0105\nLD 0.35 2.0\n";
+const CROWN_LENS: &str = "[[surface]]\nradius = 50\nthickness = 5\ndiameter = 20\nglass = \"crown1\"\n\
+    [[surface]]\nradius = -50\nthickness = 1\ndiameter = 20\n[[surface]]\ndiameter = 10\nstop = true\n";
+
+#[test]
+fn a_catalogue_of_the_user_gives_its_glass_to_every_command_that_opens_a_lens() {
+    let folder = folder();
+    write(&folder, "own.agf", CROWN);
+    write(&folder, "lens.toml", CROWN_LENS);
+    write(&folder, "rays.csv", "0,0,60,0,0,-1\n");
+    write(
+        &folder,
+        "scene.pbrt",
+        "Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
+         Camera \"realistic\" \"string lensfile\" \"lens.toml\" \"float aperturediameter\" 5 \
+         \"float focusdistance\" 2\nSampler \"independent\" \"integer pixelsamples\" 1\n\
+         WorldBegin\nLightSource \"infinite\"\n",
+    );
+    let commands: [&[&str]; 4] = [
+        &["lens", "lens.toml"],
+        &["lens", "trace", "lens.toml", "--rays", "rays.csv"],
+        &["plan", "scene.pbrt"],
+        &["render", "scene.pbrt", "-o", "out.exr"],
+    ];
+    for command in commands {
+        let (code, _, stderr) = petzval(folder.path(), command);
+        assert!(code == 2 && stderr.contains("no glass \"crown1\""), "{command:?}: {stderr}");
+        for catalogue in ["own.agf", "."] {
+            let with = [command, &["--catalogue", catalogue]].concat();
+            let (code, _, stderr) = petzval(folder.path(), &with);
+            assert_eq!(code, 0, "{with:?}: {stderr}");
+        }
+        let with = [command, &["--catalogue", "lens.toml"]].concat();
+        let (code, _, stderr) = petzval(folder.path(), &with);
+        let error = "lens.toml:1: no glass in the file; expected an AGF catalogue";
+        assert!(code == 2 && stderr.contains(error), "{with:?}: {stderr}");
+    }
 }

@@ -51,7 +51,6 @@ fn malformed_rows_are_refused_with_their_line() {
         ("10 2 0.9 8\n0 1 0 6\n-30 0 1 8", "test.dat:1: index 0.9"),
         ("10 2 1.5 8\n-30 1 0 8\n0 1 0 6", "test.dat:2: index 0"),
         ("10 2 1.5 8\n-3 1 1 6.1\n0 0 0 6", "test.dat:2: diameter 6.1 on a sphere of radius -3"),
-        ("10 2 1.5 8\n0 1 0 6\n-30 0 1 8", "test.dat:2: the stop changes the index from 1.5"),
         ("", "test.dat:1: no surface in the file"),
         ("# only words\n", "test.dat:1: no surface in the file"),
         ("0 0 0 5", "test.dat:1: a stop without any glass"),
@@ -151,28 +150,12 @@ fn a_byte_order_mark_is_skipped() {
 
 #[test]
 fn foreign_files_are_recognised_and_the_error_says_what_to_do() {
-    let wide = |text: &str| -> Vec<u8> {
-        let units = std::iter::once(0xfeff).chain(text.encode_utf16());
-        units.flat_map(u16::to_le_bytes).collect()
-    };
-    let zemax = "VERS 161019 507 33785\nMODE SEQ\nNAME a lens\n";
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n";
-    let cases: [(&str, Vec<u8>, &str, &str); 12] = [
+    let cases: [(&str, Vec<u8>, &str, &str); 6] = [
         ("a.dat", pointer.into(), ":1:1: a Git LFS pointer", "git lfs pull"),
         ("a.toml", pointer.into(), ":1:1: a Git LFS pointer", "git lfs pull"),
-        ("a.zmx", zemax.into(), ":1:1: a Zemax lens", "[[surface]]"),
-        ("a.ZMX", wide(zemax), ":1:1: a Zemax lens", "[[surface]]"),
-        ("a.dat", "! old\nMODE SEQ\n".into(), ":2:1: a Zemax lens", "[[surface]]"),
-        ("a.json", "\n {\"surfaces\": [1, 2]}".into(), ":2:2: JSON", "[[surface]]"),
-        ("a.dat", "[\n  {\"radius\": 3}\n]".into(), ":1:1: JSON", "[[surface]]"),
-        ("a.toml", "{\"radius\": 3}".into(), ":1:1: JSON", "[[surface]]"),
-        (
-            "a.seq",
-            "RDM;LEN \"VERSION: 11\"\nTITLE 'x'\n".into(),
-            ":1:1: a CODE V lens",
-            "[[surface]]",
-        ),
-        ("a.len", "// OSLO 6.6\nLEN NEW \"\" 4.5 22\n".into(), ":1:1: an OSLO lens", "[[surface]]"),
+        ("a.json", "\n {\"surfaces\": [1, 2]}".into(), ":2:16: no \"radius\"", "expected a member"),
+        ("a.dat", "[\n  {\"radius\": 3}\n]".into(), ":1:1: JSON without a lens", "ISET"),
         ("a.dat", "<!DOCTYPE html>\n<html>".into(), ":1:1: a web page", "download"),
         ("a.dat", "# mine\n[[surface]]\nradius = 3\n".into(), ":2:1: a lens in TOML", "a.toml"),
     ];

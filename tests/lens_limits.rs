@@ -119,7 +119,7 @@ fn a_glass_outside_its_wavelengths_is_named_with_both_ranges() {
 }
 
 #[test]
-fn lens_trace_plan_and_render_warn_once_about_wavelengths() {
+fn a_wavelength_outside_a_glass_is_an_error_where_light_is_traced() {
     let folder = folder();
     write(&folder, "ge.toml", biconvex(GERMANIUM, ""));
     write(&folder, "rays.csv", "0,0,60,0,0,-1,9000\n0,0,60,0,0,-1,587.56\n");
@@ -132,18 +132,21 @@ fn lens_trace_plan_and_render_warn_once_about_wavelengths() {
          WorldBegin\nLightSource \"infinite\"\n"
     );
     write(&folder, "scene.pbrt", scene);
-    let runs: [&[&str]; 4] = [
-        &["lens", "ge.toml"],
+    let runs: [&[&str]; 3] = [
         &["lens", "trace", "ge.toml", "--rays", "rays.csv"],
         &["plan", "scene.pbrt"],
         &["render", "scene.pbrt", "-o", "out.exr"],
     ];
     for arguments in runs {
         let (code, _, stderr) = petzval(folder.path(), arguments);
-        let warning = "behind surface 2 the table of indices covers 8000 to 12000 nm; at 587.6 ";
-        assert!(code == 0 && stderr.contains(warning), "{arguments:?}: {stderr}");
-        assert_eq!(stderr.matches(warning).count(), 1, "{arguments:?}: {stderr}");
+        let error = "behind surface 2: the medium given by a table of indices is known from 8000 to \
+                     12000 nm, not at 587.6 nm; choose a wavelength in this range";
+        assert!(code == 2 && stderr.contains(error), "{arguments:?}: {stderr}");
     }
+    // The summary shows the indices of the file.
+    let (code, _, stderr) = petzval(folder.path(), &["lens", "ge.toml"]);
+    let warning = "behind surface 2 the table of indices covers 8000 to 12000 nm; at 587.6 ";
+    assert!(code == 0 && stderr.matches(warning).count() == 1, "{stderr}");
 }
 
 #[test]
@@ -154,5 +157,33 @@ fn lenses_of_the_repository_cover_the_visible_wavelengths() {
         let line = stdout.lines().find(|line| line.starts_with("wavelength")).expect("one");
         let constant = lens.ends_with(".dat");
         assert_eq!(line.contains("states no dispersion"), constant, "{line}");
+    }
+}
+
+#[test]
+fn eyes_afocal_lenses_and_films_inside_the_lens_have_a_useful_report() {
+    let surface = |keys: &str| format!("[[surface]]\n{keys}\n");
+    let stop = surface("stop = true\ndiameter = 4\nthickness = 2");
+    let eye = stop.clone() + &surface("radius = 5.6\ndiameter = 8\nindex = 1.336");
+    let afocal = stop.clone()
+        + &surface("radius = 20\ndiameter = 8\nindex = 1.5\nthickness = 90")
+        + &surface("radius = -10\ndiameter = 8");
+    let inside = stop
+        + &surface("radius = 10\ndiameter = 8\nindex = 1.5\nthickness = 35")
+        + &surface("diameter = 8");
+    // f = n R / (n - 1) behind and R / (n - 1) before; a rod of n (R1 - R2) / (n - 1) is afocal.
+    for (text, expected) in [
+        (&eye, &["index of the image space          1.3360", "22.2667 mm", "16.6667 mm"][..]),
+        (
+            &afocal,
+            &["focal length                      afocal", "angular magnification", "not known: "],
+        ),
+        (&inside, &["20.0000 mm", "not known: ", "no real image"]),
+    ] {
+        let (code, stdout, stderr) = report(text, &["--focus", "inf"]);
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        for words in expected {
+            assert!(stdout.contains(words), "no {words} in {stdout}");
+        }
     }
 }

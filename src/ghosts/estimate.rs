@@ -5,9 +5,7 @@ use super::light_paths::{FilmArrival, LightPaths};
 use super::{GhostInput, GhostPair, Ghosts, pairs, sequences};
 use crate::distribution::Distribution;
 use crate::lanes::f32x8;
-use crate::lens::{
-    Coating, D_LINE, LensModel, Prescription, RealLens, Side, ghost_sequence, sequence,
-};
+use crate::lens::{Coating, LensModel, Prescription, RealLens, Side, ghost_sequence, sequence};
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
 use crate::spectrum::LightBand;
@@ -80,6 +78,10 @@ impl FilmCells {
 /// surface, as nearly all lenses since the middle of the twentieth century.
 pub fn estimate(input: &GhostInput<'_>) -> Option<GhostEstimate> {
     let LensModel::Real(lens) = &input.camera.model else { return None };
+    // A sequence of a pair reflects at its two rows only.
+    if lens.prescription.has_mirrors() {
+        return None;
+    }
     let mut coated = lens.prescription.clone();
     let known = coated.rows.iter().any(|row| row.coating.is_some());
     if !known {
@@ -92,7 +94,7 @@ pub fn estimate(input: &GhostInput<'_>) -> Option<GhostEstimate> {
     let mut all = FilmCells::new();
     let mut seen = Vec::new();
     for rows in pairs(&coated) {
-        let surfaces = ghost_sequence::<f32>(&coated, rows, D_LINE);
+        let surfaces = ghost_sequence::<f32>(&coated, rows, coated.design.primary_wavelength());
         let mut cells = FilmCells::new();
         let mut entry = vec![0.0; ENTRY_CELLS * ENTRY_CELLS];
         for wave_paths in &mut waves {
@@ -240,7 +242,8 @@ impl GhostEstimate {
         let rows = &self.lens.rows;
         let coloured =
             lens.bands.len() > 1 || rows.iter().any(|row| row.coating == Some(Coating::Mgf2));
-        let whole = [LightBand { wavelength: D_LINE, response: [1.0; 3] }];
+        let wavelength = self.lens.design.primary_wavelength();
+        let whole = [LightBand { wavelength, response: [1.0; 3] }];
         let bands = if coloured { bands } else { &whole };
         let total: f64 = kept.iter().map(|seen| seen.mean).sum();
         let count = kept.len() as f64;

@@ -77,7 +77,7 @@ fn sequences(
     bands: &[LightBand],
 ) -> Vec<(Vec<Surface<f32>>, [f64; 3])> {
     let one = |band: &LightBand| {
-        let lens = lens.at_wavelength(band.wavelength);
+        let lens = lens.at_checked_wavelength(band.wavelength);
         (ghost_sequence::<f32>(&lens, rows, band.wavelength), band.response)
     };
     bands.iter().map(one).collect()

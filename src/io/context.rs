@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -24,11 +24,15 @@ const MAX_UNPACKED_RATIO: u64 = 100;
 /// budget before it allocates, so that a scene that is too large is refused early, even if only the
 /// sum of many files is too large. The log is the list of inputs on which a picture depends.
 ///
-/// Clones share both. The default has no limit.
+/// It also carries the paths of the glass catalogues that the user names, which readers of lenses need.
+///
+/// Clones share all. The default has no limit and no catalogue.
 #[derive(Clone, Debug, Default)]
 pub struct ReadContext {
     budget: Arc<Budget>,
     files: Arc<Mutex<FileLog>>,
+    approximate: bool,
+    catalogues: Arc<[PathBuf]>,
 }
 
 /// Bytes that readers may claim in all, and bytes that they have claimed.
@@ -62,7 +66,30 @@ impl ReadContext {
     /// Creates a context whose readers may claim this many bytes in all.
     pub fn with_memory(limit: u64) -> Self {
         let budget = Budget { limit, ..Budget::default() };
-        Self { budget: Arc::new(budget), files: Arc::default() }
+        Self { budget: Arc::new(budget), ..Self::default() }
+    }
+
+    /// Returns the context with leave to replace what cannot be simulated by something near, with a
+    /// warning, where readers otherwise return an error.
+    #[must_use]
+    pub fn approximating(self, approximate: bool) -> Self {
+        Self { approximate, ..self }
+    }
+
+    /// Returns whether readers may replace what cannot be simulated.
+    pub fn approximates(&self) -> bool {
+        self.approximate
+    }
+
+    /// Returns the context with glass catalogues: AGF files, or folders of them.
+    #[must_use]
+    pub fn with_catalogues(self, paths: impl IntoIterator<Item = PathBuf>) -> Self {
+        Self { catalogues: paths.into_iter().collect(), ..self }
+    }
+
+    /// Returns the paths of the glass catalogues.
+    pub fn catalogues(&self) -> &[PathBuf] {
+        &self.catalogues
     }
 
     /// Returns a context for data that is dropped after use: its readers may claim what is left of
@@ -71,7 +98,8 @@ impl ReadContext {
     pub fn temporary(&self) -> Self {
         let claimed = AtomicU64::new(self.budget.claimed.load(Ordering::Relaxed));
         let budget = Budget { limit: self.budget.limit, claimed };
-        Self { budget: Arc::new(budget), files: Arc::default() }
+        let (catalogues, approximate) = (self.catalogues.clone(), self.approximate);
+        Self { budget: Arc::new(budget), files: Arc::default(), catalogues, approximate }
     }
 
     /// Returns the files read so far.

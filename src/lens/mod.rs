@@ -11,7 +11,8 @@ pub(crate) mod pupil;
 pub(crate) mod trace;
 
 pub use crate::spectrum::glass::{
-    C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, find_glass, suggest_glass,
+    C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary, GlassMatch,
+    IndexRangeError, find_glass, parse_agf, suggest_glass,
 };
 pub use analysis::exit_pupil::{ExitPupil, PupilEdge};
 pub use analysis::film_error::{FilmError, film_error};
@@ -32,17 +33,26 @@ pub use prescription::coating::{
     BROADBAND_REFLECTANCE, BareInterface, Coating, CoatingModel, DESIGN_WAVELENGTH, MGF2_INDEX,
     QuarterWaveLayer,
 };
+pub use prescription::configuration::{Zoom, ZoomError};
+pub use prescription::design::{
+    Configuration, Design, FieldKind, Fields, Quantity, Setting, SpectralLine,
+};
 pub use prescription::error::LensError;
 pub use prescription::formats::dat::parse as parse_dat;
 pub use prescription::formats::toml::parse as parse_toml;
+pub use prescription::formats::write::write_lens;
 pub use prescription::formats::{read, read_with};
 pub use prescription::iris::{ApertureMask, Iris, MaskConvention};
 pub use prescription::named_mask::MASK_NAMES;
-pub use prescription::pose::{FilmPlane, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter};
-pub use prescription::{Prescription, Row, Rows, TransverseAxis};
+pub use prescription::options::LensOptions;
+pub use prescription::pose::{
+    CoordinateBreak, FilmPlane, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter,
+};
+pub use prescription::{CrossSection, Prescription, Row, Rows, TransverseAxis};
 pub use pupil::fan::Fan;
 pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE};
 pub use trace::asphere::Asphere;
+pub use trace::biradial::Biradial;
 pub use trace::frame_transform::FrameTransform;
 pub use trace::kernel::LensRay;
 pub use trace::stop::ApertureShape;

@@ -7,6 +7,7 @@ use crate::lanes::f32x8;
 use crate::lens::{Camera, LensColumns, LensModel, RealLens, RealRayFocus, Row};
 use crate::rays::{RayBatch, SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
+use crate::spectrum::BAND_RANGE;
 use crate::stats::LensStats;
 
 /// Number of film samples of the estimate.
@@ -20,6 +21,10 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
         let reason = "the lens file does not say how its glass depends on the wavelength \
                       (--assume-vd guesses)";
         return Finding::unavailable(DecidedBy::Lens, reason);
+    }
+    if let Err(error) = lens.prescription.check_wavelengths(BAND_RANGE) {
+        let reason = format!("the lens is not for visible light: {error}");
+        return Finding::unavailable(DecidedBy::Lens, &reason);
     }
     let um = displacement(input, lens);
     let pixels = um * pixels_per_um(input);
@@ -45,7 +50,7 @@ const SORTING: f64 = 40.0;
 /// --bench effects -- dispersion` for spheres, and by renders through lenses/anamorphic.toml and
 /// phone.toml (119 and 409 ns in total) for cylinders and aspheres.
 fn crossing(row: &Row) -> f64 {
-    match (row.asphere.is_empty(), row.conic == 0.0 && row.axis.is_none()) {
+    match (row.asphere.is_empty() && row.across.is_none(), row.conic == 0.0 && row.axis.is_none()) {
         (true, true) => 6.0,
         (true, false) => 12.0,
         (false, _) => 44.0,

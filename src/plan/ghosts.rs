@@ -1,15 +1,28 @@
 //! Decision about ghosts: light that is reflected twice inside the lens.
 
+use crate::lens::LensModel;
+
 use super::{DecidedBy, Effect, Finding, OmissionError, PlanInput, VEIL_THRESHOLD, cost};
 
 /// Cost [ns per film sample] of a quarter of a light path through the lens and of its shadow ray.
 /// Measured by `cargo bench --bench effects -- ghosts`.
 const NS: f64 = 110.0;
 
+/// Returns whether the camera has a real lens with mirrors.
+fn has_mirrors(input: &PlanInput) -> bool {
+    match &input.camera.model {
+        LensModel::Real(lens) => lens.prescription.has_mirrors(),
+        _ => false,
+    }
+}
+
 pub(super) fn find(input: &PlanInput) -> Finding {
     let Some(estimate) = input.ghosts else {
         let reason = match input.selection.of(Effect::Ghosts) {
             Some(false) => "not wanted, so not estimated",
+            _ if has_mirrors(input) => {
+                "the lens has mirrors: light that its glass reflects twice is not simulated"
+            }
             _ => "no direct light reaches the film by two reflections",
         };
         return Finding::unavailable(DecidedBy::Scene, reason);

@@ -171,14 +171,18 @@ impl CameraInput<'_> {
         };
         let lens = placer.focus(placement)?;
         let film_distance = lens.film_distance;
-        let object_distance =
-            RealRayFocus::new(&prescription).object_distance(film_distance).unwrap_or(f64::NAN);
+        let object_distance = RealRayFocus::new(&lens.prescription)
+            .object_distance(film_distance)
+            .unwrap_or(f64::NAN);
         report.text("lensModel", lens.prescription.name.clone());
         if !lens.paraxial.is_afocal() {
             report.number("effectiveFocalLength", lens.paraxial.focal_length);
             report.number("aperture", lens.paraxial.f_number());
         }
-        report.number("focus", (object_distance + lens.paraxial.length + film_distance) * 1e-3);
+        report.number(
+            "focus",
+            (object_distance + lens.prescription.film_position(film_distance)) * 1e-3,
+        );
         if focused && pbrt_focus {
             report.text("focusModel", "pbrt".to_owned());
         }

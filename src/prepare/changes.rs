@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::aov::Aov;
 use crate::job::StopCriteria;
-use crate::lens::{Coating, FocusModel, PupilSampling};
+use crate::lens::{Coating, FocusModel, LensOptions, PupilSampling};
 use crate::plan::{EffectSelection, VisibilityThreshold};
 use crate::scene::pbrt::FilmSpec;
 use crate::sensor;
@@ -26,6 +26,8 @@ pub enum FocusOn {
 pub struct Changes {
     /// The lens file.
     pub lens: Option<PathBuf>,
+    /// Choices for the lens file.
+    pub lens_options: LensOptions,
     /// The object in focus.
     pub focus: Option<FocusOn>,
     /// The model that places the film for the distance in focus.
@@ -83,6 +85,8 @@ impl Changes {
     pub(super) fn needs_lens(&self) -> Option<&'static str> {
         let given = [
             (self.lens.is_some(), "--lens"),
+            (self.lens_options.zoom.is_some(), "--zoom"),
+            (!self.lens_options.wavelengths.is_empty(), "--wavelengths"),
             (self.focus.is_some(), "--focus"),
             (self.focus_model != FocusModel::default(), "--focus-model"),
             (self.f_number.is_some(), "--fstop"),

@@ -5,7 +5,7 @@ use glam::DAffine3;
 use super::{Changes, FocusOn, PrepareError};
 use crate::film::Frame;
 use crate::io::Location;
-use crate::lens::{Camera, FilmPlane, LensModel, Pose, Prescription, RealLens};
+use crate::lens::{Camera, FilmPlane, FocusError, LensModel, Pose, Prescription, RealLens};
 use crate::rays::{NO_INDEX, RayBatch};
 use crate::scene::{Scene, TraversalStack};
 
@@ -45,14 +45,14 @@ impl FilmPlacer<'_> {
     /// Returns an error if the lens cannot focus there or the film would stand inside the lens.
     pub fn focus(&self, placement: FilmPlacement) -> Result<RealLens, PrepareError> {
         let unchanged = || match placement {
-            FilmPlacement::FocusedAt(metres) => self.film_distance(metres),
-            FilmPlacement::Distance(film_distance) => Ok(film_distance),
+            FilmPlacement::FocusedAt(metres) => self.focused_at(metres),
+            FilmPlacement::Distance(film) => self.lens_at(self.prescription, film),
         };
         match self.changes.focus {
-            None => self.lens_at(unchanged()?),
-            Some(FocusOn::Distance(metres)) => self.lens_at(self.film_distance(metres)?),
+            None => unchanged(),
+            Some(FocusOn::Distance(metres)) => self.focused_at(metres),
             Some(FocusOn::Pixel(pixel)) => {
-                let mut lens = self.lens_at(unchanged()?)?;
+                let mut lens = unchanged()?;
                 // The view changes a little with the focus, so the second step looks from the film
                 // of the first.
                 for _ in 0..2 {
@@ -64,22 +64,37 @@ impl FilmPlacer<'_> {
                         depth: self.depth,
                     };
                     let depth = self.view.depth(&camera, pixel)?;
-                    lens = self.lens_at(self.film_distance(depth * 1e-3 / self.unit)?)?;
+                    lens = self.focused_at(depth * 1e-3 / self.unit)?;
                 }
                 Ok(lens)
             }
         }
     }
 
-    /// Returns the distance from the rear vertex to the film (mm) that focuses on a plane at a
-    /// distance from the film (m).
-    fn film_distance(&self, metres: f64) -> Result<f64, PrepareError> {
-        let found = self.changes.focus_model.film(self.prescription, metres * 1e3, self.diagonal);
-        found.map_err(|error| self.error(error.to_string()))
+    /// Returns the lens focused on a plane at a distance from the film (m): by the groups that its
+    /// file moves, otherwise by the film.
+    fn focused_at(&self, metres: f64) -> Result<RealLens, PrepareError> {
+        let Self { prescription, diagonal, .. } = *self;
+        let (focus, model) = (metres * 1e3, self.changes.focus_model);
+        let refused = |error: FocusError| self.error(error.to_string());
+        match prescription.focus_by_groups(focus, model, diagonal) {
+            Some(focused) => {
+                let (moved, film_distance) = focused.map_err(refused)?;
+                self.lens_at(&moved, film_distance)
+            }
+            None => {
+                let film_distance = model.film(prescription, focus, diagonal).map_err(refused)?;
+                self.lens_at(prescription, film_distance)
+            }
+        }
     }
 
-    fn lens_at(&self, film_distance: f64) -> Result<RealLens, PrepareError> {
-        let Self { prescription, film_pose, film_size: size, diagonal, unit, .. } = *self;
+    fn lens_at(
+        &self,
+        prescription: &Prescription,
+        film_distance: f64,
+    ) -> Result<RealLens, PrepareError> {
+        let Self { film_pose, film_size: size, diagonal, unit, .. } = *self;
         let rim = prescription.rear_reach();
         let corner = |x: f64, y: f64| film_pose.film_point([x * size[0], y * size[1]])[2];
         let ahead = corner(0.5, 0.5).abs().max(corner(0.5, -0.5).abs());
@@ -92,7 +107,7 @@ impl FilmPlacer<'_> {
             )));
         }
         let front = match self.origin_at_film {
-            true => (film_distance + prescription.length()) * unit,
+            true => prescription.film_position(film_distance) * unit,
             false => 0.0,
         };
         let View { frame, filter_reach, .. } = self.view;

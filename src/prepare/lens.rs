@@ -4,9 +4,7 @@ use super::camera::CameraInput;
 use super::report::Report;
 use super::{Changes, PrepareError};
 use crate::io::{Location, ReadContext};
-use crate::lens::{
-    ApertureMask, Iris, LensError, MASK_NAMES, Pose, Prescription, RealRayFocus, read_with,
-};
+use crate::lens::{ApertureMask, Iris, LensError, MASK_NAMES, Pose, Prescription, RealRayFocus};
 use crate::plan::{DecidedBy, Misalignment};
 use crate::scene::pbrt::{IrisSpec, RealisticSpec};
 
@@ -23,22 +21,23 @@ pub(super) fn read_lens(
     let (RealisticSpec::V4 { lens: file, lens_at, .. }
     | RealisticSpec::V2 { lens: file, lens_at, .. }) = spec;
     let mut prescription = match &changes.lens {
-        Some(other) => read_with(other, context)?,
-        None => read_with(file, context).map_err(|source| match source {
+        Some(other) => changes.lens_options.read(other, context)?,
+        None => changes.lens_options.read(file, context).map_err(|source| match source {
             LensError::Io { .. } => PrepareError::Unreadable { at: lens_at.clone(), source },
             // These errors name the line in the lens file.
-            LensError::Malformed { .. } | LensError::NoSurface | LensError::StopCount(_) => {
-                source.into()
-            }
+            other => other.into(),
         })?,
     };
+    for note in &prescription.design.notes {
+        report.warn(format!("lens {}: {note}", prescription.name));
+    }
     if let Some(coating) = changes.coating {
         prescription.coat(coating);
     }
     if changes.assume_vd {
-        let guessed: Vec<&str> =
-            prescription.assume_dispersion().iter().map(|glass| glass.name).collect();
-        report.text("assumedGlass", guessed.join(" "));
+        let guessed = prescription.assume_dispersion();
+        let names: Vec<&str> = guessed.iter().map(|glass| &*glass.name).collect();
+        report.text("assumedGlass", names.join(" "));
     }
     if let RealisticSpec::V4 { iris: Some(iris), .. } = spec {
         let stop = prescription.stop();

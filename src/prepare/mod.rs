@@ -140,7 +140,8 @@ fn plan_job(
     apply_plan(&mut job, exposure, ghost_estimate.as_ref())?;
     report.warn_unavailable(&changes.effects, &job.plan);
     if let LensModel::Real(lens) = &job.camera.model {
-        report.warn_extrapolated_indices(lens);
+        let ghosts = if job.ghosts.is_some() { &job.bands[..] } else { &[] };
+        report.check_indices(lens, ghosts)?;
     }
     report.warn_crop(&job.frame, &job.plan);
     if !changes.stop_criteria.count_only() {

@@ -1,10 +1,12 @@
 //! Notes for the metadata of a picture and warnings, collected during preparation.
 
+use super::PrepareError;
 use crate::film::Frame;
 use crate::io::image::{Note, Notes};
 use crate::io::{Location, Warning};
-use crate::lens::{D_LINE, RealLens};
+use crate::lens::RealLens;
 use crate::plan::{Decision, Effect, EffectSelection, Plan};
+use crate::spectrum::LightBand;
 
 /// Notes and warnings of a preparation.
 pub(super) struct Report {
@@ -41,15 +43,33 @@ impl Report {
         }
     }
 
-    /// Warns of glass whose data do not cover the wavelengths in use: that of the d line, by which
-    /// the lens is focused, and those of the traced bands.
-    pub fn warn_extrapolated_indices(&mut self, lens: &RealLens) {
-        let used = lens.bands.iter().map(|band| band.wavelength);
+    /// Checks that the data of the glass cover the wavelengths in use: that of the primary one, by which
+    /// the lens is focused, and those of the traced bands and of the ghosts. Warns where they nearly do, and of indices
+    /// that are taken to be constant.
+    ///
+    /// # Errors
+    /// Returns an error for the first medium whose data do not.
+    pub fn check_indices(
+        &mut self,
+        lens: &RealLens,
+        ghosts: &[LightBand],
+    ) -> Result<(), PrepareError> {
+        let prescription = &lens.prescription;
+        let primary = prescription.design.primary_wavelength();
+        let bands = if lens.bands.len() > 1 { &lens.bands[..] } else { &[] };
+        let traced = bands.iter().map(|band| band.wavelength);
+        // One band of ghosts stands for all light, at the primary wavelength.
+        let ghosts = if ghosts.len() > 1 { ghosts } else { &[] };
+        let used = traced.chain(ghosts.iter().map(|band| band.wavelength));
         let (low, high) =
-            used.fold((D_LINE, D_LINE), |(low, high), nm| (low.min(nm), high.max(nm)));
-        for doubt in lens.prescription.index_warnings([low, high]) {
-            self.warn(format!("lens {}: {doubt}", lens.prescription.name));
+            used.fold((primary, primary), |(low, high), nm| (low.min(nm), high.max(nm)));
+        prescription.check_wavelengths([low, high]).map_err(|error| {
+            PrepareError::Request(format!("lens {}: {error}", prescription.name))
+        })?;
+        for doubt in prescription.index_warnings([low, high]) {
+            self.warn(format!("lens {}: {doubt}", prescription.name));
         }
+        Ok(())
     }
 
     /// Warns if diffraction would need the light around a cropped picture.

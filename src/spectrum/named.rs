@@ -38,7 +38,7 @@ fn glass(name: &str) -> Option<Spectrum> {
     let (_, listed) = GLASSES.iter().find(|(known, _)| *known == name)?;
     let glass = find_glass(listed)?;
     let nms = (VISIBLE[0]..=VISIBLE[1]).step_by(2).map(f64::from);
-    Some(Spectrum::tabulated(nms.map(|nm| [nm, glass.index(nm)])))
+    Some(Spectrum::tabulated(nms.map(|nm| [nm, glass.formula.index(nm)])))
 }
 
 fn tabulated_index(name: &str) -> Option<Spectrum> {

@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 use petzval::io::ReadContext;
 use petzval::io::image::{Picture, Raster, Transfer};
 use petzval::job::{Job, StopCriteria};
-use petzval::lens::{self, Paraxial, Side};
+use petzval::lens::{self, GlassLibrary, Paraxial, Side};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::checkpoint::SavedRender;
 use petzval::render::{Progress, RenderOptions, merge, render_resumable};
@@ -20,8 +20,14 @@ use petzval::scene::{pbrt, ply};
 pub type Reader = fn(&Path, &[u8]);
 
 /// All readers, by the folder of their corpus.
-pub const READERS: [(&str, Reader); 5] =
-    [("scene", scene), ("lens", lens), ("ply", ply), ("image", image), ("checkpoint", checkpoint)];
+pub const READERS: [(&str, Reader); 6] = [
+    ("scene", scene),
+    ("lens", lens),
+    ("glass", glass),
+    ("ply", ply),
+    ("image", image),
+    ("checkpoint", checkpoint),
+];
 
 fn write(folder: &Path, name: &str, bytes: &[u8]) -> std::path::PathBuf {
     let path = folder.join(name);
@@ -36,13 +42,25 @@ pub fn scene(folder: &Path, bytes: &[u8]) {
     let _ = pbrt::read(&write(folder, "scene.pbrt", bytes));
 }
 
-/// Reads a lens in both formats, to the surfaces of a trace.
+/// Reads a lens by its content and by the extensions, to the surfaces of a trace.
 pub fn lens(folder: &Path, bytes: &[u8]) {
-    for name in ["lens.dat", "lens.toml"] {
+    for name in ["lens.dat", "lens.toml", "lens.zmx", "lens.seq", "lens.len"] {
         if let Ok(lens) = lens::read(&write(folder, name, bytes)) {
             let _ = Paraxial::new(&lens);
             let _ = lens::sequence::<f32>(&lens, Side::Film(30.0));
         }
+    }
+}
+
+/// Reads a glass catalogue, and computes, finds and converts its glasses.
+pub fn glass(folder: &Path, bytes: &[u8]) {
+    let path = write(folder, "catalogue.agf", bytes);
+    let library = GlassLibrary::built_in();
+    let Ok(library) = library.with_catalogue(&path, &ReadContext::default()) else { return };
+    for glass in library.glasses().take_while(|glass| glass.maker == "catalogue").take(100) {
+        let _ = [glass.nd(), glass.vd(), glass.index(0.0), glass.index(f64::INFINITY)];
+        let _ =
+            library.resolve(&glass.name, &["catalogue"]).map(|found| found.glass.index(1.0, 550.0));
     }
 }
 

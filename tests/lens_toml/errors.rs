@@ -88,8 +88,8 @@ fn malformed_keys_are_refused_with_their_line() {
         ("diameter = 8\nabbe = 50", "3: abbe without index"),
         ("diameter = 8\nglass = 'F2'\nindex = 1.5", "4: index beside glass"),
         (
-            "diameter = 8\nglass = 'BK7'",
-            "3: no glass \"BK7\" in the catalogue; did you mean \"N-BK7\"",
+            "diameter = 8\nglass = 'LAK22'",
+            "3: no glass \"LAK22\" in the catalogue; did you mean \"N-LAK22\"",
         ),
         ("diameter = 8\nglass = 1.5", "3: glass is a number; expected a string"),
         ("diameter = 8\nasphere = [[4, 1e-5], [4.5, 1]]", "3: power 4.5; expected a whole"),

@@ -2,6 +2,7 @@
 
 pub(super) mod argv;
 pub(super) mod layer;
+pub(super) mod lens_file;
 pub(super) mod option_roles;
 pub(super) mod picture;
 pub(super) mod values;

@@ -9,6 +9,7 @@ use petzval::sensor::{Bayer, SensorSettings};
 use petzval::shutter;
 use petzval::spectrum::Passband;
 
+use super::lens_file::LensFileArguments;
 use super::values::{coating, f_number, focus, focus_model, passband, sensor, shift, size, tilt};
 
 /// A scene, and changes to it.
@@ -29,6 +30,8 @@ pub(in crate::cli) struct PictureArguments {
     /// stay
     #[arg(long, value_name = "FILE")]
     pub lens: Option<PathBuf>,
+    #[command(flatten)]
+    pub lens_file: LensFileArguments,
     /// Distance in focus: metres from the film, or inf, or auto for the surface in the middle of
     /// the picture, or auto@X,Y for the surface in that pixel
     #[arg(long, value_name = "M|inf|auto[@X,Y]", value_parser = focus, allow_hyphen_values = true)]
@@ -103,6 +106,7 @@ impl PictureArguments {
     pub fn changes(&self) -> Changes {
         Changes {
             lens: self.lens.clone(),
+            lens_options: self.lens_file.options(),
             focus: self.focus,
             focus_model: self.focus_model,
             f_number: self.fstop,

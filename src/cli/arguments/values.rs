@@ -1,9 +1,10 @@
 //! Parsers of option values.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
-use petzval::lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT};
+use petzval::lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT, Zoom};
 use petzval::prepare::FocusOn;
 use petzval::sensor::SensorSettings;
 use petzval::shutter::parse_seconds;
@@ -176,6 +177,29 @@ pub(in crate::cli) fn tilt(text: &str) -> Result<[f64; 2], String> {
 
 pub(in crate::cli) fn coating(text: &str) -> Result<Coating, String> {
     Coating::named(text).ok_or_else(|| format!("expected one of {}", Coating::NAMES.join(", ")))
+}
+
+/// Parses a zoom setting: a focal length such as 70 or 70mm, or the name or number (#2) of a state.
+pub(in crate::cli) fn zoom(text: &str) -> Result<Zoom, String> {
+    let text = text.trim();
+    if let Some(number) = text.strip_prefix('#') {
+        return Ok(Zoom::State(number.to_owned()));
+    }
+    match text.strip_suffix("mm").unwrap_or(text).trim().parse::<f64>() {
+        Ok(mm) if mm.is_finite() && mm > 0.0 => Ok(Zoom::FocalLength(mm)),
+        Err(_) if !text.is_empty() => Ok(Zoom::State(text.to_owned())),
+        _ => Err("expected a focal length above 0 in mm, or a state such as #2".to_owned()),
+    }
+}
+
+/// Parses wavelengths (nm).
+pub(in crate::cli) fn wavelengths(text: &str) -> Result<Arc<[f64]>, String> {
+    let one = |part: &str| part.trim().parse().ok().filter(|nm| (100.0..=1e5).contains(nm));
+    let all: Option<Arc<[f64]>> = text.split(',').map(one).collect();
+    all.ok_or_else(|| {
+        "expected wavelengths from 100 to 100000 nm with commas between, such as 486.1,587.6,656.3"
+            .to_owned()
+    })
 }
 
 pub(in crate::cli) fn length_or_inf(text: &str) -> Result<f64, String> {

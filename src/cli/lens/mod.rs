@@ -1,5 +1,7 @@
 //! `petzval lens`: shows, draws and traces a lens file.
 
+mod convert;
+mod json;
 mod psf;
 mod summary;
 mod trace;
@@ -10,12 +12,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use petzval::io::{ReadContext, replace_file};
-use petzval::lens::{Coating, D_LINE, FocusModel, Prescription, read_with};
+use petzval::lens::{Coating, FocusModel, Prescription};
 
+use super::arguments::lens_file::LensFileArguments;
 use super::arguments::values::{coating, focus_model, length, length_or_inf, point};
 use super::outputs::{check_distinct, check_writable};
 use super::report::lens_drawing::draw;
 use super::{Failure, Outcome};
+use convert::ConvertArguments;
 use summary::{Summary, summary};
 use trace::TraceArguments;
 
@@ -28,12 +32,17 @@ pub(super) struct LensArguments {
     /// Lens file
     #[arg(required = true)]
     lens: Option<PathBuf>,
+    #[command(flatten)]
+    file: LensFileArguments,
     /// Show the distance in focus on a film at this distance behind the rear vertex, mm
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     film_distance: Option<f64>,
     /// Show the film position that focuses at this distance from the film, mm (or inf)
     #[arg(long, value_name = "MM", value_parser = length_or_inf, allow_hyphen_values = true)]
     focus: Option<f64>,
+    /// Print surfaces and first-order data as JSON, with every digit
+    #[arg(long, conflicts_with_all = ["pictured", "psf", "film_distance", "focus"])]
+    json: bool,
     /// Film position for --draw, --vignetting and --psf: sharpest, where the rays of the whole
     /// aperture make the smallest spot, or pbrt, by the thick-lens formula of pbrt-v4
     #[arg(
@@ -89,20 +98,25 @@ pub(super) struct LensArguments {
 enum LensCommand {
     /// Trace rays from a CSV file through a lens, for checks against other tools
     Trace(TraceArguments),
+    /// Write a lens file in another format
+    Convert(ConvertArguments),
 }
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
-    if let Some(LensCommand::Trace(arguments)) = &arguments.command {
-        return trace::run(arguments);
+    match &arguments.command {
+        Some(LensCommand::Trace(arguments)) => return trace::run(arguments),
+        Some(LensCommand::Convert(arguments)) => return convert::run(arguments),
+        None => {}
     }
     let file = arguments.lens.as_deref().ok_or("name a lens file")?;
     if let Some(drawing) = &arguments.draw {
         check_svg(drawing)?;
     }
     let context = ReadContext::default();
-    let mut lens = read_with(file, &context)?;
+    let mut lens = arguments.file.options().read(file, &context)?;
     let files = context.files();
-    warn_indices(file, &lens, [D_LINE; 2]);
+    warn_of_notes(file, &lens);
+    warn_indices(file, &lens, [lens.design.primary_wavelength(); 2]);
     for (option, output) in [("--draw", &arguments.draw), ("--psf", &arguments.psf)] {
         if let Some(output) = output {
             check_distinct([output], option, &files)?;
@@ -117,6 +131,9 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         }
         lens.stop_down(stop);
     }
+    if arguments.json {
+        return super::print(&json::describe(&lens));
+    }
     let Summary { mut text, film } = summary(&lens, arguments)?;
     if let Some(drawing) = &arguments.draw {
         write_drawing(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
@@ -130,6 +147,13 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         text += &psf::draw(path, &lens, film, arguments.at)?;
     }
     super::print(&text)
+}
+
+/// Shows what the reader of a lens file assumed or left out.
+fn warn_of_notes(file: &Path, lens: &Prescription) {
+    for note in &lens.design.notes {
+        say!("petzval: warning: {}: {note}", file.display());
+    }
 }
 
 /// Warns of glass whose data do not cover the wavelengths from `range[0]` to `range[1]` (nm).

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use petzval::lens::{
     Coating, D_LINE, FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens,
-    RealRayFocus, TransverseAxis,
+    RealRayFocus, Row, TransverseAxis,
 };
 
 use super::LensArguments;
@@ -39,16 +39,31 @@ pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<
             None => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
         };
     };
-    let unit = match lens.is_monochromatic() {
-        true => " nm  (all indices; the file states no dispersion)",
-        false => " nm  (the d line, for which all figures hold)",
+    let wavelength = lens.design.primary_wavelength();
+    let unit = match (lens.is_monochromatic(), wavelength == D_LINE) {
+        (true, _) => " nm  (all indices; the file states no dispersion)",
+        (false, true) => " nm  (the d line, for which all figures hold)",
+        (false, false) => " nm  (the primary one, for which all figures hold)",
     };
-    line("wavelength", D_LINE, unit);
+    line("wavelength", wavelength, unit);
     line("focal length", paraxial.focal_length, " mm");
+    if paraxial.film_index != 1.0 {
+        let index = paraxial.film_index;
+        line("index of the image space", index, "");
+        line(
+            "front focal length",
+            paraxial.focal_length / index,
+            " mm  (on the side of the scene)",
+        );
+    }
+    if paraxial.is_afocal() {
+        let magnification = paraxial.whole.d / paraxial.film_index;
+        line("angular magnification", magnification, "     (slope behind the lens / before it)");
+    }
     if let Some(stated) = lens.stated_focal_length {
         line("", stated, " mm  (as the file states)");
     }
-    if lens.rows.iter().any(|row| row.axis.is_some()) {
+    if lens.rows.iter().any(Row::is_anamorphic) {
         let along_y = Paraxial::in_plane(lens, TransverseAxis::Y).focal_length;
         line("focal length along y", along_y, " mm  (all other figures are along x)");
     }
@@ -86,10 +101,10 @@ pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<
         line("film distance", distance, " mm  (behind rear vertex)");
         if focus > 0.0 && focus.is_finite() {
             line("in focus", focus, " mm  (before front vertex)");
-            line("", focus + paraxial.length + distance, " mm  (from the film)");
+            line("", focus + lens.film_position(distance), " mm  (from the film)");
             if let Some(focus) = RealRayFocus::new(lens).object_distance(distance) {
                 line("in focus, real rays", focus, " mm  (before front vertex)");
-                line("", focus + paraxial.length + distance, " mm  (from the film)");
+                line("", focus + lens.film_position(distance), " mm  (from the film)");
             }
         } else {
             line("in focus", f64::NAN, "");

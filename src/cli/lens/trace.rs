@@ -4,13 +4,15 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use petzval::io::excerpt;
+use glam::{DAffine3, DVec3};
+use petzval::io::{ReadContext, excerpt};
 use petzval::lanes::{Real, f32x8};
-use petzval::lens::{BlockReason, Blocked, D_LINE, LensRay, Prescription, Side, Surface};
-use petzval::lens::{read, sequence, trace, trace_one};
+use petzval::lens::{BlockReason, Blocked, IndexRangeError, LensRay, Prescription, Side, Surface};
+use petzval::lens::{sequence, trace, trace_one};
 use petzval::rays::{LensBatch, WAVE_SIZE};
 
 use crate::cli::arguments::BackendArgument;
+use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::{Failure, Outcome};
 
 /// Arguments of `petzval lens trace`.
@@ -18,8 +20,10 @@ use crate::cli::{Failure, Outcome};
 pub(super) struct TraceArguments {
     /// Lens file
     lens: PathBuf,
+    #[command(flatten)]
+    file: LensFileArguments,
     /// CSV of rays: x,y,z,dx,dy,dz[,wavelength_nm]; mm; the front vertex at z = 0, the film at +z;
-    /// rays start on the film side and travel towards -z
+    /// rays start on the film side and travel towards -z (towards the last surface behind mirrors)
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,
     /// Floating-point precision of the trace
@@ -46,8 +50,9 @@ struct RayRow {
 }
 
 pub(super) fn run(arguments: &TraceArguments) -> Result<Outcome, Failure> {
-    let lens = read(&arguments.lens)?;
-    let (header, rows) = rows(&arguments.rays)?;
+    let lens = arguments.file.options().read(&arguments.lens, &ReadContext::default())?;
+    super::warn_of_notes(&arguments.lens, &lens);
+    let (header, rows) = rows(&arguments.rays, lens.design.primary_wavelength())?;
     let wavelengths = rows.iter().map(|row| row.wavelength);
     if let Some(shortest) = wavelengths.clone().reduce(f64::min)
         && let Some(longest) = wavelengths.reduce(f64::max)
@@ -67,11 +72,13 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<Outcome, Failure> {
         }
         (PrecisionArgument::F64, _) => trace_all::<f64>(&lens, &rows, 16, &mut text),
     }
+    .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
     crate::cli::print(&text)
 }
 
-/// Reads the rays of a CSV file. Returns also whether it has a header.
-fn rows(path: &Path) -> Result<(bool, Vec<RayRow>), Failure> {
+/// Reads the rays of a CSV file; those without a wavelength get that of the lens (nm). Returns also
+/// whether the file has a header.
+fn rows(path: &Path, primary: f64) -> Result<(bool, Vec<RayRow>), Failure> {
     let name = path.display();
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -93,7 +100,7 @@ fn rows(path: &Path) -> Result<(bool, Vec<RayRow>), Failure> {
             let expected = "expected x,y,z,dx,dy,dz and perhaps wavelength_nm";
             return Err(format!("{name}:{line}: {found} columns; {expected}").into());
         }
-        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, D_LINE];
+        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, primary];
         for (number, word) in numbers.iter_mut().zip(&record) {
             *number = word.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
                 format!("{name}:{line}: \"{}\" is not a finite number", excerpt(word))
@@ -115,8 +122,10 @@ fn rows(path: &Path) -> Result<(bool, Vec<RayRow>), Failure> {
 /// A lens at one wavelength, ready to trace.
 struct Tracer<R: Real> {
     wavelength: f64,
-    /// Distance from the front to the rear vertex (mm).
-    length: f64,
+    /// From lens space to the axis of the film, with its origin at the rear vertex.
+    to_film_axis: DAffine3,
+    /// Direction of travel behind the lens along that axis: -1 after an odd number of mirrors.
+    travel: f64,
     /// Refractive index in front of the film.
     index: f64,
     surfaces: Vec<Surface<R::Scalar>>,
@@ -124,15 +133,16 @@ struct Tracer<R: Real> {
 }
 
 impl<R: Real> Tracer<R> {
-    fn new(lens: &Prescription, wavelength: f64) -> Self {
-        let lens = lens.at_wavelength(wavelength);
-        Self {
+    fn new(lens: &Prescription, wavelength: f64) -> Result<Self, IndexRangeError> {
+        let lens = lens.at_wavelength(wavelength)?;
+        Ok(Self {
             wavelength,
-            length: lens.length(),
+            to_film_axis: lens.film_axis().inverse(),
+            travel: lens.travel_before(lens.rows.len()),
             index: lens.rear().index,
             surfaces: sequence::<R>(&lens, Side::Film(0.0)),
             exact: sequence::<f64>(&lens, Side::Film(0.0)),
-        }
+        })
     }
 
     /// Returns a ray in the frame of the trace: +z towards the scene, relative to the rear vertex,
@@ -142,7 +152,10 @@ impl<R: Real> Tracer<R> {
         let [x, y, z] = row.start;
         let [dx, dy, dz] = row.towards;
         let scale = self.index / dx.hypot(dy).hypot(dz);
-        let (p, t) = ([x, y, self.length - z], [dx * scale, dy * scale, -dz * scale]);
+        let start = self.to_film_axis.transform_point3(DVec3::new(x, y, z));
+        let towards = self.to_film_axis.transform_vector3(DVec3::new(dx, dy, dz) * scale);
+        let p = [start.x, start.y, -self.travel * start.z];
+        let t = [towards.x, towards.y, -self.travel * towards.z];
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let back = dot(p, t) / dot(t, t);
         LensRay::new([0, 1, 2].map(|i| p[i] - back * t[i]), t)
@@ -150,17 +163,25 @@ impl<R: Real> Tracer<R> {
 }
 
 /// Traces all rays, wave by wave, and writes a line for each.
-fn trace_all<R: Real>(lens: &Prescription, rows: &[RayRow], digits: usize, text: &mut String) {
+fn trace_all<R: Real>(
+    lens: &Prescription,
+    rows: &[RayRow],
+    digits: usize,
+    text: &mut String,
+) -> Result<(), IndexRangeError> {
     let mut tracers: Vec<Tracer<R>> = Vec::new();
     let mut batch = Box::<LensBatch<R::Scalar>>::default();
     let mut counts = vec![0; lens.rows.len()];
     for rows in rows.chunk_by(|one, next| one.wavelength == next.wavelength) {
         let wavelength = rows[0].wavelength;
         let known = tracers.iter().position(|tracer| tracer.wavelength == wavelength);
-        let place = known.unwrap_or_else(|| {
-            tracers.push(Tracer::new(lens, wavelength));
-            tracers.len() - 1
-        });
+        let place = match known {
+            Some(place) => place,
+            None => {
+                tracers.push(Tracer::new(lens, wavelength)?);
+                tracers.len() - 1
+            }
+        };
         let tracer = &tracers[place];
         for wave in rows.chunks(WAVE_SIZE) {
             for (i, row) in wave.iter().enumerate() {
@@ -179,6 +200,7 @@ fn trace_all<R: Real>(lens: &Prescription, rows: &[RayRow], digits: usize, text:
             }
         }
     }
+    Ok(())
 }
 
 /// Returns where the i-th ray of a traced batch leaves the lens, or where it is blocked.

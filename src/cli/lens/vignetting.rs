@@ -28,7 +28,7 @@ struct Zone {
 /// # Errors
 /// Returns an error if the film would stand inside the lens.
 pub(super) fn table(lens: &Prescription, distance: f64, diagonal: f64) -> Result<String, Failure> {
-    let rim = lens.rear().sag(lens.rear().diameter / 2.0).max(0.0);
+    let rim = lens.rear_reach();
     if distance <= rim {
         return Err(format!(
             "the film, {distance:.4} mm behind the rear vertex, would stand inside the lens, which \
@@ -43,10 +43,15 @@ pub(super) fn table(lens: &Prescription, distance: f64, diagonal: f64) -> Result
         budget: vignetting.budget([height, 0.0], Normalization::Stop),
     };
     let half = diagonal / 2.0;
-    let zones: Vec<Zone> =
-        (0..=ZONES).map(|i| zone(half * f64::from(i) / f64::from(ZONES))).collect();
+    // Beyond the end of the light there is nothing to tell.
+    let end = vignetting.light_radius(half);
+    let reach = end.unwrap_or(half);
+    let zones: Vec<Zone> = (0..=ZONES)
+        .filter(|&i| i == 0 || i < ZONES || end.is_none())
+        .map(|i| zone(reach * f64::from(i) / f64::from(ZONES)))
+        .collect();
     let mut text = heading(lens, distance, diagonal);
-    body(lens, &zones, vignetting.light_radius(half), &mut text);
+    body(lens, &zones, end, &mut text);
     Ok(text)
 }
 
@@ -66,7 +71,8 @@ fn heading(lens: &Prescription, distance: f64, diagonal: f64) -> String {
          surfaces under their numbers; a ray counts at the first that blocks it on its\n\
          way from the film, from surface {last} to 1. \"light\" is the illumination relative\n\
          to the middle of the film; \"cos^4\" is what the field angle alone would leave.\n\
-         The field angle is that of the chief ray.\n\n",
+         The field angle is that of the chief ray, or of the ray in the middle of the\n\
+         light where rims leave no chief ray.\n\n",
         lens.name
     )
 }
@@ -103,11 +109,7 @@ fn body(lens: &Prescription, zones: &[Zone], end: Option<f64>, text: &mut String
     let irradiance = |zone: &Zone| zone.budget.as_ref().map_or(0.0, |budget| budget.irradiance);
     let centre = irradiance(&zones[0]);
     let percent = |share: f64| format!("{:.1}", 100.0 * share);
-    let mut end = end;
     for zone in zones {
-        if let Some(radius) = end.take_if(|radius| *radius < zone.height) {
-            line(&[format!("{radius:.2}"), "  the light ends here".to_owned()]);
-        }
         let mut cells = vec![format!("{:.2}", zone.height)];
         cells.push(zone.angle.map_or_else(none, |angle| format!("{angle:.1}")));
         cells.push(if centre > 0.0 { percent(irradiance(zone) / centre) } else { none() });
@@ -125,6 +127,9 @@ fn body(lens: &Prescription, zones: &[Zone], end: Option<f64>, text: &mut String
             }
         }
         line(&cells);
+    }
+    if let Some(radius) = end {
+        line(&[format!("{radius:.2}"), "  the light ends here".to_owned()]);
     }
 }
 

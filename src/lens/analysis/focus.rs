@@ -8,7 +8,7 @@
 
 use std::borrow::Cow;
 
-use super::paraxial::{FocusError, Paraxial};
+use super::paraxial::{FocusError, Paraxial, RayTransferMatrix};
 use crate::lens::prescription::Prescription;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence};
@@ -125,7 +125,11 @@ impl<'a> RealRayFocus<'a> {
         if focus.is_infinite() {
             return self.sharpest(focus);
         }
-        let apart = |object: f64| Some(object + length + self.image_distance(object)?);
+        let travel = self.paraxial.travel;
+        let apart = |object: f64| Some(object + length + travel * self.image_distance(object)?);
+        if travel < 0.0 {
+            return self.film_before_mirror(focus).ok_or(no_image);
+        }
         let nearest = self.nearest().ok_or(no_image)?;
         let least = apart(nearest).ok_or(no_image)?;
         if focus < least {
@@ -142,6 +146,27 @@ impl<'a> RealRayFocus<'a> {
             }
         }
         self.image_distance(far).ok_or(no_image)
+    }
+
+    /// Returns the distance of a film that stands on the scene side of the last mirror: the object
+    /// at the focal point has its image infinitely far on the side of the scene, and the distance
+    /// between both grows with that of the object.
+    fn film_before_mirror(&self, focus: f64) -> Option<f64> {
+        let RayTransferMatrix { c, d, .. } = self.paraxial.whole;
+        let apart =
+            |object: f64| Some(object + self.paraxial.length - self.image_distance(object)?);
+        let (mut near, mut far) =
+            ((-d / c).max(0.0), focus.abs() + 1e3 * self.paraxial.focal_length);
+        for _ in 0..HALVINGS + 8 {
+            let middle = (near + far) / 2.0;
+            // Next to the focal point no image is found.
+            if apart(middle).is_none_or(|apart| apart < focus) {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        self.image_distance(far)
     }
 
     /// Returns the object distance before the front vertex (mm) at which object and film are

@@ -36,7 +36,7 @@ pub(crate) fn open_rims(lens: &Prescription, keep: KeptRims) -> Prescription {
 
 /// Returns the diameter at which a surface ends, at most `most`.
 fn max_diameter(row: &Row, most: f64) -> f64 {
-    if !row.asphere.is_empty() {
+    if !row.asphere.is_empty() || row.across.is_some() {
         return max_asphere_diameter(row);
     }
     // A cylinder ends in its curved direction; a circle of this diameter is inside.

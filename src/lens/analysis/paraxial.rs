@@ -35,7 +35,7 @@ impl RayTransferMatrix {
         match row.ideal {
             Some(ideal) => self.then(ideal[plane as usize]),
             None => {
-                let [n, n_after] = lens.indices(i);
+                let [n, n_after] = lens.signed_indices(i);
                 self.refract(row.curvatures()[plane as usize], n, n_after)
             }
         }
@@ -50,7 +50,7 @@ impl RayTransferMatrix {
     ) -> Self {
         rows.fold(self, |m, i| {
             let row = &lens.rows[i];
-            m.through_row(lens, i, plane).transfer(row.thickness, row.index)
+            m.through_row(lens, i, plane).transfer(row.thickness, lens.signed_indices(i)[1])
         })
     }
 
@@ -89,6 +89,8 @@ pub struct Paraxial {
     pub film_index: f64,
     /// Distance from the front vertex to the rear vertex.
     pub length: f64,
+    /// Direction of travel behind the lens: -1 after an odd number of mirrors, otherwise 1.
+    pub travel: f64,
     /// Effective focal length, on the film side.
     pub focal_length: f64,
     /// Distance from the rear vertex to the rear focal point.
@@ -180,6 +182,7 @@ impl Paraxial {
             whole,
             film_index,
             length: lens.length(),
+            travel: lens.travel_before(lens.rows.len()),
             focal_length: -film_index / whole.c,
             back_focal_distance: -whole.a * film_index / whole.c,
             entrance_pupil: Pupil {
@@ -240,7 +243,8 @@ impl Paraxial {
     /// Returns an error if the lens cannot focus so near, or forms no image.
     pub fn film_for_focus(&self, focus: f64) -> Result<f64, FocusError> {
         let (focal_length, back_focal_distance) = (self.focal_length, self.back_focal_distance);
-        if self.is_afocal() || focal_length <= 0.0 {
+        // Behind an intermediate image the focal length is negative, and the image is real.
+        if self.is_afocal() || (focal_length <= 0.0 && back_focal_distance <= 0.0) {
             return Err(FocusError::NoImage { focal_length, back_focal_distance });
         }
         let real = |film: f64| match film > 0.0 {
@@ -250,24 +254,28 @@ impl Paraxial {
         if focus.is_infinite() {
             return real(back_focal_distance);
         }
-        // With the object at s = focus - length - x before the front vertex and the reduced film
-        // distance x: x (c s + d) + a s + b = 0, a quadratic in x. The root next to the focal point
-        // belongs to distant objects.
+        // With the object at s = focus - length - p x before the front vertex, p the direction of
+        // travel behind the lens, and the reduced film distance x: x (c s + d) + a s + b = 0, a
+        // quadratic in x. The root next to the focal point belongs to distant objects.
         let RayTransferMatrix { a, b, c, d } = self.whole;
         let n = self.film_index;
-        let half = |k: f64| (c * k + d - a * n) / 2.0;
-        let discriminant = |k: f64| half(k) * half(k) + c * n * (a * k + b);
+        let signed = self.travel * n;
+        let half = |k: f64| (c * k + d - a * signed) / 2.0;
+        let discriminant = |k: f64| half(k) * half(k) + c * signed * (a * k + b);
         let k = focus - self.length;
         let roots = discriminant(k);
         // discriminant(k) is a parabola in k with its larger zero at the nearest focus.
-        let (p, q) = (c * c / 4.0, (c * (d - a * n) / 2.0) + c * n * a);
-        let r = (d - a * n) * (d - a * n) / 4.0 + c * n * b;
+        let free = d - a * signed;
+        let (p, q) = (c * c / 4.0, c * free / 2.0 + c * signed * a);
+        let r = free * free / 4.0 + c * signed * b;
         let nearest = (-q + (q * q - 4.0 * p * r).max(0.0).sqrt()) / (2.0 * p);
-        if roots < 0.0 || k < nearest {
+        // With the film on the scene side of a mirror any distance may be in focus.
+        let too_near = self.travel > 0.0 && focal_length > 0.0 && k < nearest;
+        if roots < 0.0 || too_near {
             return Err(FocusError::TooNear { asked: focus, nearest: nearest + self.length });
         }
         let root = roots.sqrt();
-        let near = |sign: f64| (half(k) + sign * root) / (c * n) * n;
+        let near = |sign: f64| (half(k) + sign * root) / (c * signed) * n;
         let film = |x: f64| (x - self.back_focal_distance).abs();
         let (one, other) = (near(1.0), near(-1.0));
         real(if film(one) < film(other) { one } else { other })

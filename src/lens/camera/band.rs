@@ -3,7 +3,6 @@
 use crate::lens::prescription::Prescription;
 use crate::lens::trace::sequence::{Side, sequence, sequence_at};
 use crate::lens::trace::surface::Surface;
-use crate::spectrum::glass::D_LINE;
 
 /// Part of the visible light, traced at one wavelength, with its contribution to the picture.
 #[derive(Clone, Debug)]
@@ -24,14 +23,14 @@ pub struct Band {
 
 impl Band {
     /// Prepares a lens for one wavelength (nm), with its film at this distance behind the rear
-    /// vertex (mm).
+    /// vertex (mm). [`Prescription::check_wavelengths`] tells whether the data of its glass cover it.
     pub fn new(
         lens: &Prescription,
         film_distance: f64,
         wavelength: f64,
         response: [f64; 3],
     ) -> Self {
-        let lens = lens.at_wavelength(wavelength);
+        let lens = lens.at_checked_wavelength(wavelength);
         Self {
             wavelength,
             response,
@@ -42,10 +41,11 @@ impl Band {
         }
     }
 
-    /// Prepares one band for all light, traced at the d line with the indices of the file.
+    /// Prepares one band for all light, traced at the primary wavelength with the indices of
+    /// the file.
     pub fn all_light(lens: &Prescription, film_distance: f64) -> Self {
         Self {
-            wavelength: D_LINE,
+            wavelength: lens.design.primary_wavelength(),
             response: [1.0; 3],
             to_scene: sequence::<f32>(lens, Side::Film(film_distance)),
             to_scene_f64: sequence::<f64>(lens, Side::Film(film_distance)),

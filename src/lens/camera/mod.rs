@@ -83,7 +83,7 @@ impl Camera {
     pub fn film_depth(&self) -> f64 {
         match &self.model {
             LensModel::Real(lens) => {
-                let front = (lens.film_distance + lens.paraxial.length) * lens.units_per_mm;
+                let front = lens.prescription.film_position(lens.film_distance) * lens.units_per_mm;
                 front - lens.front_depth
             }
             _ => 0.0,

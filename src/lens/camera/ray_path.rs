@@ -85,22 +85,20 @@ impl Camera {
             true => recorder.trace::<f64>(again, &band.to_scene_f64, &band.to_scene_f64),
             false => recorder.trace::<f32>(launched, &band.to_scene, &band.to_scene_f64),
         };
-        let middle = lens.prescription.length() + lens.film_distance;
-        let [x, y, z] = again.p;
+        let ([x, y, z], [tx, ty, tz]) = (again.p, again.t);
+        let axis = lens.prescription.film_axis();
+        let travel = lens.prescription.travel_before(lens.prescription.rows.len());
+        let start = DVec3::new(x, y, travel * (lens.film_distance - z));
+        let direction = DVec3::new(tx, ty, -travel * tz);
         Some(RayPath {
-            start: [x, y, middle - z],
-            direction: outward(again.t),
+            start: axis.transform_point3(start).to_array(),
+            direction: axis.transform_vector3(direction).normalize().to_array(),
             weight: f64::from(launched.weight),
             retraced: redone,
             crossings: recorder.crossings,
             end,
         })
     }
-}
-
-/// Returns a direction of the trace as a unit vector in the lens frame.
-fn outward([x, y, z]: [f64; 3]) -> [f64; 3] {
-    DVec3::new(x, y, -z).normalize().to_array()
 }
 
 /// Traces a ray and records the surfaces that it meets.
@@ -138,19 +136,28 @@ impl PathRecorder<'_> {
         behind: Option<&LensRay<f64>>,
         surface: &Surface<f64>,
     ) {
-        let Some(kind) = name(&surface.kind, surface.curvature) else { return };
+        let Some(kind) = name(surface) else { return };
         // The normal is the direction in which a refraction changes the ray: without a rim, and
         // with a step of the index that causes no total reflection.
         let open = Surface {
             aperture2: f64::INFINITY,
             limit: 0.0,
             n2_step: 3.0 * surface.n2,
+            mirror: false,
             ..surface.clone()
         };
         let probe = trace_one(*before, std::slice::from_ref(&open)).ok();
-        let p = behind.or(probe.as_ref()).map(|ray| ray.p);
+        // Behind a mirror, +z of the trace is the direction after the reflection.
+        let lens = self.prescription();
+        let place = |ray: &LensRay<f64>, row: usize| {
+            let [x, y, z] = ray.p;
+            [x, y, -lens.travel_before(row) * z]
+        };
+        let p = behind.map(|ray| place(ray, surface.row));
+        let p = p.or(probe.as_ref().map(|ray| place(ray, surface.row + 1)));
         let placed = &self.placed[surface.row];
-        let index = [surface.n2, surface.n2 + surface.n2_step].map(f64::sqrt);
+        let step = if surface.mirror { 0.0 } else { surface.n2_step };
+        let index = [surface.n2, surface.n2 + step].map(f64::sqrt);
         let angle = |probe: &LensRay<f64>| {
             let (from, to) = (DVec3::from_array(before.t), DVec3::from_array(probe.t));
             let normal = if has_normal(&surface.kind) { to - from } else { DVec3::Z };
@@ -159,7 +166,7 @@ impl PathRecorder<'_> {
         self.crossings.push(SurfaceCrossing {
             row: surface.row,
             kind,
-            point: p.map(|[x, y, z]| placed.transform_point3(DVec3::new(x, y, -z)).to_array()),
+            point: p.map(|p| placed.transform_point3(p.into()).to_array()),
             height: p.map(|[x, y, _]| x.hypot(y)),
             semi_diameter: self.prescription().rows[surface.row].diameter / 2.0,
             incidence: probe.as_ref().map(angle),
@@ -179,14 +186,17 @@ fn to_f64_ray<R: Real<Scalar = R>>(ray: &LensRay<R>) -> LensRay<f64> {
 }
 
 /// Returns the name of a kind of surface; `None` for frame transforms.
-fn name(kind: &SurfaceKind<f64>, curvature: f64) -> Option<&'static str> {
-    Some(match kind {
+fn name(surface: &Surface<f64>) -> Option<&'static str> {
+    Some(match &surface.kind {
+        _ if surface.mirror => "mirror",
         SurfaceKind::Stop => "stop",
-        SurfaceKind::Sphere if curvature == 0.0 => "plane",
+        SurfaceKind::Sphere if surface.curvature == 0.0 => "plane",
         SurfaceKind::Sphere => "sphere",
         SurfaceKind::Conic(_) => "conic",
         SurfaceKind::Cylinder(_) => "cylinder",
         SurfaceKind::Asphere(_) => "asphere",
+        SurfaceKind::Biradial(surface) if surface.toroid => "toroid",
+        SurfaceKind::Biradial(_) => "biconic",
         SurfaceKind::Ideal(_) => "ideal lens",
         SurfaceKind::Polynomial(_) => "polynomial",
         SurfaceKind::Iris(_) => "iris",
@@ -203,5 +213,6 @@ fn has_normal(kind: &SurfaceKind<f64>) -> bool {
             | SurfaceKind::Conic(_)
             | SurfaceKind::Cylinder(_)
             | SurfaceKind::Asphere(_)
+            | SurfaceKind::Biradial(_)
     )
 }

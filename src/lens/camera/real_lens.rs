@@ -99,7 +99,7 @@ impl RealLens {
     pub fn bound_all_bands(&mut self) {
         let ends = [self.bands.first(), self.bands.last()].into_iter().flatten();
         let others: Vec<Prescription> =
-            ends.map(|band| self.prescription.at_wavelength(band.wavelength)).collect();
+            ends.map(|band| self.prescription.at_checked_wavelength(band.wavelength)).collect();
         self.pupil_bounds = PupilBounds::for_wavelengths(
             &self.prescription,
             &others,

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use super::configuration::ZoomError;
 use crate::io::path_excerpt;
+use crate::spectrum::glass::{GlassError, IndexRangeError};
 
 /// An error of a lens file or a prescription.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +32,35 @@ pub enum LensError {
         /// Expected content, or a remedy.
         expected: String,
     },
+    /// The lens has no such zoom setting.
+    #[error("--zoom: {}: {source}", path_excerpt(path))]
+    Zoom {
+        /// Path of the file.
+        path: PathBuf,
+        /// Setting that is asked for, and those of the file.
+        source: ZoomError,
+    },
+    /// A medium has no index at a wavelength in use.
+    #[error("{}: {source}", path_excerpt(path))]
+    Wavelength {
+        /// Path of the file.
+        path: PathBuf,
+        /// MediumBehind, and the range of its data.
+        source: IndexRangeError,
+    },
+    /// A format cannot hold the lens.
+    #[error("{}: {found}; {expected}", path_excerpt(path))]
+    Unwritable {
+        /// Path of the file to write.
+        path: PathBuf,
+        /// Property of the lens that the format does not have.
+        found: String,
+        /// Remedy.
+        expected: String,
+    },
+    /// A glass catalogue cannot be read.
+    #[error(transparent)]
+    Glass(#[from] GlassError),
     /// A prescription has no rows.
     #[error("the lens has no surface; expected at least one row")]
     NoSurface,

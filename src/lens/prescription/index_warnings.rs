@@ -1,7 +1,7 @@
 //! Warnings about refractive indices that are used outside the range of their data.
 
 use super::{Prescription, Row};
-use crate::spectrum::glass::{D_LINE, Glass};
+use crate::spectrum::glass::{D_LINE, Glass, IndexRangeError};
 
 /// Tolerance of a range, because a line may be rounded to a nanometre (nm).
 const ROUNDING: f64 = 1.0;
@@ -35,6 +35,21 @@ impl std::fmt::Display for Range {
 }
 
 impl Prescription {
+    /// Checks that the data of every medium cover the wavelengths from `used[0]` to `used[1]` (nm),
+    /// but for a small tolerance of which [`Self::index_warnings`] warns.
+    ///
+    /// # Errors
+    /// Returns an error for the first medium whose data do not.
+    pub fn check_wavelengths(&self, used: [f64; 2]) -> Result<(), IndexRangeError> {
+        for (number, row) in (1..).zip(&self.rows) {
+            for nm in used {
+                let surface = Some(number);
+                row.glass.check(nm).map_err(|error| IndexRangeError { surface, ..error })?;
+            }
+        }
+        Ok(())
+    }
+
     /// Returns warnings about the indices of the lens for light from `used[0]` to `used[1]` (nm):
     /// one sentence for each kind of data that does not cover it, with the surfaces, the range of
     /// the data and the index that is used instead.

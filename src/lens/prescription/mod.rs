@@ -1,24 +1,30 @@
 //! The prescription of a lens: its surfaces, media, stop and alignment.
 
 pub(crate) mod coating;
+pub(crate) mod configuration;
+pub(crate) mod design;
 pub(crate) mod error;
 pub(crate) mod formats;
 pub(crate) mod index_warnings;
 pub(crate) mod iris;
 pub(crate) mod named_mask;
+pub(crate) mod options;
 pub(crate) mod pose;
 pub(crate) mod row;
 pub(crate) mod rows;
+pub(crate) mod system;
 
 use std::fmt;
+use std::sync::Arc;
 
 use coating::Coating;
+use design::Design;
 use error::LensError;
-use pose::TiltDecenter;
-pub use row::{Row, TransverseAxis};
+use pose::{CoordinateBreak, TiltDecenter};
+pub use row::{CrossSection, Row, TransverseAxis};
 pub use rows::Rows;
 
-use crate::spectrum::glass::{CatalogueGlass, D_LINE, Glass, likely_glass};
+use crate::spectrum::glass::{CatalogueGlass, D_LINE, Glass, IndexRangeError, likely_glass};
 
 /// A lens: its surfaces from the scene to the film. Lengths are in millimetres.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +41,10 @@ pub struct Prescription {
     pub rows: Rows,
     /// Tilted or decentred elements and groups, inner ones before those that contain them.
     pub tilt_decenters: Vec<TiltDecenter>,
+    /// Changes of the axis for all that follows, in the order of the rows.
+    pub breaks: Vec<CoordinateBreak>,
+    /// What the file states about the use of the lens.
+    pub design: Design,
 }
 
 impl Prescription {
@@ -50,6 +60,8 @@ impl Prescription {
             stated_f_number: None,
             rows: Rows::new(rows)?,
             tilt_decenters: Vec::new(),
+            breaks: Vec::new(),
+            design: Design::default(),
         })
     }
 
@@ -59,17 +71,28 @@ impl Prescription {
     }
 
     /// Returns the lens with its refractive indices at one wavelength (nm).
-    pub fn at_wavelength(&self, nm: f64) -> Self {
+    ///
+    /// # Errors
+    /// Returns an error if the data of a medium do not cover the wavelength.
+    pub fn at_wavelength(&self, nm: f64) -> Result<Self, IndexRangeError> {
+        self.check_wavelengths([nm; 2])?;
+        Ok(self.at_checked_wavelength(nm))
+    }
+
+    /// As [`Self::at_wavelength`], for a wavelength in a range that
+    /// [`Self::check_wavelengths`] has passed. Beyond it the indices are those of the ends of the
+    /// data.
+    pub(crate) fn at_checked_wavelength(&self, nm: f64) -> Self {
         let mut lens = self.clone();
         for row in &mut lens.rows {
-            row.index = row.glass.index(row.index, nm);
+            row.index = row.glass.nearest_index(row.index, nm);
         }
         lens
     }
 
     /// Gives every medium without stated dispersion the Abbe number of the most likely catalogue
     /// glass, and returns those glasses in the order of the rows.
-    pub fn assume_dispersion(&mut self) -> Vec<&'static CatalogueGlass> {
+    pub fn assume_dispersion(&mut self) -> Vec<Arc<CatalogueGlass>> {
         let mut glasses = Vec::new();
         for i in 0..self.rows.len() {
             let row = &self.rows[i];
@@ -79,7 +102,7 @@ impl Prescription {
             let bend = |row: &Row| row.curvatures().iter().sum::<f64>();
             let converging = bend(row) >= self.rows.get(i + 1).map_or(0.0, bend);
             if let Some(glass) = likely_glass(row.index, converging) {
-                self.rows[i].glass = Glass::Abbe { vd: glass.vd() };
+                self.rows[i].glass = Glass::Abbe { nd: row.index, vd: glass.vd() };
                 glasses.push(glass);
             }
         }
@@ -96,6 +119,26 @@ impl Prescription {
         self.rows[..self.rows.len() - 1].iter().map(|row| row.thickness).sum()
     }
 
+    /// Returns whether any surface reflects.
+    pub fn has_mirrors(&self) -> bool {
+        self.rows.iter().any(|row| row.mirror)
+    }
+
+    /// Returns the direction of travel before row `i`, or behind the lens if `i` is the number of
+    /// rows: 1 along +z, -1 after an odd number of mirrors.
+    pub fn travel_before(&self, i: usize) -> f64 {
+        match self.rows[..i].iter().filter(|row| row.mirror).count() % 2 {
+            0 => 1.0,
+            _ => -1.0,
+        }
+    }
+
+    /// Returns the position of a film (mm behind the front vertex of the centred lens), by its
+    /// distance from the rear vertex along the way of the light (mm).
+    pub fn film_position(&self, distance: f64) -> f64 {
+        self.length() + self.travel_before(self.rows.len()) * distance
+    }
+
     /// Returns the index of the medium on the scene side of row `i`.
     pub fn index_before(&self, i: usize) -> f64 {
         if i == 0 { 1.0 } else { self.rows[i - 1].index }
@@ -104,6 +147,12 @@ impl Prescription {
     /// Returns the indices before and behind row `i`, in the direction of light from the scene.
     pub fn indices(&self, i: usize) -> [f64; 2] {
         [self.index_before(i), self.rows[i].index]
+    }
+
+    /// Returns the indices before and behind row `i`, negative where light travels along -z.
+    pub(crate) fn signed_indices(&self, i: usize) -> [f64; 2] {
+        let [before, behind] = self.indices(i);
+        [self.travel_before(i) * before, self.travel_before(i + 1) * behind]
     }
 
     /// Coats all glass-air surfaces that have no coating of their own.

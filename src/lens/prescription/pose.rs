@@ -121,9 +121,31 @@ impl TiltDecenter {
     }
 }
 
+/// End of the way through a lens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outside {
+    /// Before the first row.
+    Scene,
+    /// Behind the last row.
+    Film,
+}
+
+/// Change of the axis before a row: a fold, or a lens that goes on tilted or decentred.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoordinateBreak {
+    /// First row that follows the new axis; the number of rows for a break before the film.
+    pub row: usize,
+    /// Position and directions of the new axes in the old ones (mm), both with their origin where
+    /// the vertex of that row is without the break.
+    pub transform: DAffine3,
+}
+
 impl Prescription {
-    /// Returns whether any surface or group is tilted or decentred.
+    /// Returns whether any surface or group is tilted or decentred, or any axis broken.
     pub fn is_misaligned(&self) -> bool {
+        if !self.breaks.is_empty() {
+            return true;
+        }
         let bodies = self.tilt_decenters.iter().any(|body| !body.pose.is_aligned());
         bodies || self.rows.iter().any(|row| !row.pose.is_aligned())
     }
@@ -138,6 +160,7 @@ impl Prescription {
     /// Removes all tilts and decentres.
     pub fn centre(&mut self) {
         self.tilt_decenters.clear();
+        self.breaks.clear();
         self.rows.iter_mut().for_each(|row| row.pose = Pose::ALIGNED);
     }
 
@@ -146,10 +169,13 @@ impl Prescription {
         let (rear, last) = (self.rear(), self.rows.len() - 1);
         let half = rear.diameter / 2.0;
         if !self.is_misaligned() {
-            return rear.sag_at(half, 0.0).max(rear.sag_at(0.0, half)).max(0.0);
+            let travel = self.travel_before(self.rows.len());
+            let [along_x, along_y] = [rear.sag_at(half, 0.0), rear.sag_at(0.0, half)];
+            return (travel * along_x).max(travel * along_y).max(0.0);
         }
-        let placed = self.surface_transforms()[last];
-        let behind = |point: [f64; 3]| placed.transform_point3(point.into()).z - self.length();
+        let placed = self.film_axis().inverse() * self.surface_transforms()[last];
+        let travel = self.travel_before(self.rows.len());
+        let behind = |point: [f64; 3]| travel * placed.transform_point3(point.into()).z;
         let rim = (0..64).map(|step| {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / 64.0).sin_cos();
             let [x, y] = [half * cos, half * sin];
@@ -179,17 +205,51 @@ impl Prescription {
         let placed = |row: usize| {
             let own = at(row) * self.rows[row].pose.transform();
             let bodies = self.tilt_decenters.iter().filter(|body| body.contains(row));
-            bodies.fold(own, |placed, body| {
+            let placed = bodies.fold(own, |placed, body| {
                 let pivot = at(body.rows[0]);
                 pivot * body.pose.transform() * pivot.inverse() * placed
-            })
+            });
+            self.broken_axis(row, &vertices) * placed
         };
         (0..self.rows.len()).map(placed).collect()
     }
 
+    /// Returns the effect of all breaks up to a row on a point of the unbroken lens.
+    fn broken_axis(&self, row: usize, vertices: &[f64]) -> DAffine3 {
+        let along = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
+        self.breaks.iter().filter(|axis| axis.row <= row).fold(DAffine3::IDENTITY, |all, axis| {
+            let vertex = vertices
+                .get(axis.row)
+                .copied()
+                .unwrap_or_else(|| self.film_position(self.design.film_distance.unwrap_or(0.0)));
+            all * along(vertex) * axis.transform * along(-vertex)
+        })
+    }
+
+    /// Returns the transform from the axis on which the film stands (origin where the rear vertex
+    /// is in the unbroken lens) to the frame of the front vertex (mm).
+    pub fn film_axis(&self) -> DAffine3 {
+        let rear = DAffine3::from_translation(DVec3::new(0.0, 0.0, self.length()));
+        self.broken_axis(self.rows.len(), &self.vertex_positions()) * rear
+    }
+
     /// Returns whether two rows have the same relative position as in the centred lens. `None`
-    /// stands for the film or the scene.
-    pub(crate) fn aligned(&self, one: Option<usize>, other: Option<usize>) -> bool {
+    /// stands for the place outside.
+    pub(crate) fn aligned(
+        &self,
+        one: Option<usize>,
+        other: Option<usize>,
+        outside: Outside,
+    ) -> bool {
+        let place = |row: Option<usize>| match (row, outside) {
+            (Some(row), _) => row + 1,
+            (None, Outside::Scene) => 0,
+            (None, Outside::Film) => self.rows.len() + 1,
+        };
+        let (low, high) = (place(one).min(place(other)), place(one).max(place(other)));
+        if self.breaks.iter().any(|axis| (low + 1..=high).contains(&(axis.row + 1))) {
+            return false;
+        }
         let level = |row: Option<usize>| row.is_none_or(|row| self.rows[row].pose.is_aligned());
         let contains =
             |body: &TiltDecenter, row: Option<usize>| row.is_some_and(|row| body.contains(row));

@@ -15,6 +15,41 @@ pub enum TransverseAxis {
     Y,
 }
 
+/// Section along x of a surface that differs from that along y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CrossSection {
+    /// A biconic: z = (cx x^2 + cy y^2) / (1 + sqrt(1 - (1 + kx) cx^2 x^2 - (1 + ky) cy^2 y^2)),
+    /// plus the asphere's polynomial in the distance from the axis (Zemax, surface type Biconic).
+    Biconic {
+        /// Radius of curvature along x (mm), infinite for none.
+        radius: f64,
+        /// Conic constant along x.
+        conic: f64,
+    },
+    /// A toroid: the section along y, a conic plus the polynomial in |y|, rotated about an axis
+    /// parallel to y (Zemax, surface type Toroidal).
+    Toroid {
+        /// Distance of that axis behind the vertex (mm), infinite for a cylinder.
+        radius: f64,
+    },
+}
+
+impl CrossSection {
+    /// Returns the curvature along x at the vertex (1/mm).
+    pub fn curvature(&self) -> f64 {
+        let (Self::Biconic { radius, .. } | Self::Toroid { radius }) = self;
+        radius.recip()
+    }
+
+    /// Returns the conic constant along x.
+    pub fn conic(&self) -> f64 {
+        match self {
+            Self::Biconic { conic, .. } => *conic,
+            Self::Toroid { .. } => 0.0,
+        }
+    }
+}
+
 /// One row of a lens table: a surface and the medium behind it.
 ///
 /// The surface has the sag z = c h^2 / (1 + sqrt(1 - (1 + k) c^2 h^2)) + sum of a_p h^p, with h the
@@ -28,9 +63,12 @@ pub struct Row {
     pub conic: f64,
     /// Powers p from 2 to 20, each at most once, and their coefficients a_p [mm^(1 - p)].
     pub asphere: Vec<(u32, f64)>,
+    /// Section along x, if it differs from that along y: radius, conic constant and asphere are
+    /// then those along y. Not together with `axis`.
+    pub across: Option<CrossSection>,
     /// Axis along which a cylinder is straight; none for a surface of revolution.
     pub axis: Option<TransverseAxis>,
-    /// Distance to the next vertex (mm); unused in the last row.
+    /// Distance to the next vertex along +z (mm); unused in the last row.
     pub thickness: f64,
     /// Refractive index of the medium on the film side of the surface, at the d line.
     pub index: f64,
@@ -44,6 +82,9 @@ pub struct Row {
     pub stop: bool,
     /// Shape of the opening, inside the clear diameter.
     pub iris: Iris,
+    /// Whether the surface reflects; the media before and behind it are then the same, and the
+    /// thicknesses of the rows behind it are negative up to the next mirror.
+    pub mirror: bool,
     /// Coating, if the file states one; otherwise the surface is bare.
     pub coating: Option<Coating>,
     /// Tilt and decentre of this surface alone.
@@ -60,6 +101,7 @@ impl Default for Row {
             radius: f64::INFINITY,
             conic: 0.0,
             asphere: Vec::new(),
+            across: None,
             axis: None,
             thickness: 0.0,
             index: 1.0,
@@ -68,6 +110,7 @@ impl Default for Row {
             obstruction: 0.0,
             stop: false,
             iris: Iris::Round,
+            mirror: false,
             coating: None,
             pose: Pose::ALIGNED,
             ideal: None,
@@ -86,53 +129,135 @@ impl Row {
     pub fn curvatures(&self) -> [f64; 2] {
         let square: f64 = self.asphere.iter().filter(|(p, _)| *p == 2).map(|(_, a)| 2.0 * a).sum();
         let c = self.curvature() + square;
-        match self.axis {
-            None => [c, c],
-            Some(TransverseAxis::X) => [0.0, c],
-            Some(TransverseAxis::Y) => [c, 0.0],
+        match (self.axis, self.across) {
+            (_, Some(CrossSection::Toroid { radius })) => [radius.recip(), c],
+            (_, Some(CrossSection::Biconic { radius, .. })) => [radius.recip() + square, c],
+            (None, None) => [c, c],
+            (Some(TransverseAxis::X), None) => [0.0, c],
+            (Some(TransverseAxis::Y), None) => [c, 0.0],
         }
+    }
+
+    /// Returns whether the surface is a plane.
+    pub fn is_plane(&self) -> bool {
+        let level = self.across.is_none_or(|across| across.curvature() == 0.0);
+        self.radius.is_infinite() && self.asphere.is_empty() && level
     }
 
     /// Returns whether the surface is rotationally symmetric.
     pub fn is_round(&self) -> bool {
         let even = self.ideal.is_none_or(|[x, y]| x == y);
-        self.axis.is_none() && self.iris == Iris::Round && even
+        self.axis.is_none() && self.across.is_none() && self.iris == Iris::Round && even
     }
 
-    /// Returns the sag (mm) at a height `h` (mm); for a cylinder the height along its curved
-    /// direction. Beyond the edge of a conic the sag is that of its edge.
+    /// Returns whether the surface differs along x and y.
+    pub fn is_anamorphic(&self) -> bool {
+        self.axis.is_some() || self.across.is_some()
+    }
+
+    /// Returns the diameter at which the surface is vertical (mm); infinite if it never is. Terms of
+    /// an asphere are left out.
+    pub fn edge(&self) -> f64 {
+        let reach = |steep: f64| if steep > 0.0 { 2.0 / steep.sqrt() } else { f64::INFINITY };
+        let along_y = reach((1.0 + self.conic) * self.curvature().powi(2));
+        let along_x = self.across.map_or(f64::INFINITY, |across| {
+            reach((1.0 + across.conic()) * across.curvature().powi(2))
+        });
+        along_y.min(along_x)
+    }
+
+    /// Returns the sag (mm) at a height `h` (mm): for a cylinder the height along its curved
+    /// direction, for other surfaces that differ along x and y that of the two with the larger sag.
+    /// Beyond the edge of a conic the sag is that of its edge.
     pub fn sag(&self, h: f64) -> f64 {
-        let c = self.curvature();
-        let root = (1.0 - (1.0 + self.conic) * c * c * h * h).max(0.0).sqrt();
-        let terms: f64 = self.asphere.iter().map(|&(p, a)| a * h.powi(p as i32)).sum();
-        c * h * h / (1.0 + root) + terms
+        let (along_x, along_y) = (self.sag_along_x(h), self.profile(h));
+        if along_x.abs() > along_y.abs() { along_x } else { along_y }
     }
 
-    /// Returns the derivative of the sag at height `h`; infinite at the edge of a conic and beyond.
+    /// Returns the derivative of the sag at height `h`, where it is largest around the axis;
+    /// infinite at the edge of a conic and beyond.
     pub fn slope(&self, h: f64) -> f64 {
+        let along_y = self.profile_slope(h);
+        let along_x = if self.across.is_some() { self.gradient(h, 0.0)[0] } else { 0.0 };
+        if along_x.abs() > along_y.abs() { along_x } else { along_y }
+    }
+
+    /// Returns the sag along x of a surface with a section of its own there, otherwise 0.
+    fn sag_along_x(&self, h: f64) -> f64 {
+        if self.across.is_some() { self.sag_at(h, 0.0) } else { 0.0 }
+    }
+
+    /// Returns the sag of the section along y.
+    fn profile(&self, h: f64) -> f64 {
         let c = self.curvature();
         let root = (1.0 - (1.0 + self.conic) * c * c * h * h).max(0.0).sqrt();
+        c * h * h / (1.0 + root) + self.polynomial(h)
+    }
+
+    /// Returns the derivative of the section along y.
+    fn profile_slope(&self, h: f64) -> f64 {
+        let c = self.curvature();
+        let root = (1.0 - (1.0 + self.conic) * c * c * h * h).max(0.0).sqrt();
+        c * h / root + self.polynomial_slope(h)
+    }
+
+    fn polynomial(&self, h: f64) -> f64 {
+        self.asphere.iter().map(|&(p, a)| a * h.powi(p as i32)).sum()
+    }
+
+    fn polynomial_slope(&self, h: f64) -> f64 {
         let term = |&(p, a): &(u32, f64)| f64::from(p) * a * h.powi(p as i32 - 1);
-        c * h / root + self.asphere.iter().map(term).sum::<f64>()
+        self.asphere.iter().map(term).sum()
     }
 
     /// Returns the sag (mm) at a point (mm).
     pub fn sag_at(&self, x: f64, y: f64) -> f64 {
-        match self.axis {
-            None => self.sag(x.hypot(y)),
-            Some(TransverseAxis::X) => self.sag(y),
-            Some(TransverseAxis::Y) => self.sag(x),
+        match (self.axis, self.across) {
+            (_, Some(CrossSection::Biconic { radius, conic })) => {
+                let [cx, cy] = [radius.recip(), self.curvature()];
+                let across =
+                    (1.0 + conic) * (cx * x).powi(2) + (1.0 + self.conic) * (cy * y).powi(2);
+                let root = (1.0 - across).max(0.0).sqrt();
+                (cx * x * x + cy * y * y) / (1.0 + root) + self.polynomial(x.hypot(y))
+            }
+            (_, Some(CrossSection::Toroid { radius })) => {
+                let (c, curve) = (radius.recip(), self.profile(y.abs()));
+                let arm = 1.0 - c * curve;
+                let root = (arm * arm - (c * x).powi(2)).max(0.0).sqrt();
+                // At x = 0 the sag is that of the curve, even at its centre of rotation.
+                if x == 0.0 { curve } else { curve + c * x * x / (arm + root) }
+            }
+            (None, None) => self.profile(x.hypot(y)),
+            (Some(TransverseAxis::X), None) => self.profile(y),
+            (Some(TransverseAxis::Y), None) => self.profile(x),
         }
     }
 
     /// Returns the derivatives of [`Self::sag_at`] with respect to x and y.
     pub fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
         let h = x.hypot(y);
-        match self.axis {
-            None if h > 0.0 => [x, y].map(|v| self.slope(h) * v / h),
-            None => [0.0; 2],
-            Some(TransverseAxis::X) => [0.0, self.slope(y)],
-            Some(TransverseAxis::Y) => [self.slope(x), 0.0],
+        match (self.axis, self.across) {
+            (_, Some(CrossSection::Biconic { radius, conic })) => {
+                let [cx, cy] = [radius.recip(), self.curvature()];
+                let [ex, ey] = [(1.0 + conic) * cx, (1.0 + self.conic) * cy];
+                let root = (1.0 - ex * cx * x * x - ey * cy * y * y).max(0.0).sqrt();
+                let base = (cx * x * x + cy * y * y) / (1.0 + root);
+                let terms = if h > 0.0 { self.polynomial_slope(h) / h } else { 0.0 };
+                let along = |v: f64, c: f64, e: f64| {
+                    v * (c * (2.0 + base * e / root) / (1.0 + root) + terms)
+                };
+                [along(x, cx, ex), along(y, cy, ey)]
+            }
+            (_, Some(CrossSection::Toroid { radius })) => {
+                let (c, curve) = (radius.recip(), self.profile(y.abs()));
+                let arm = 1.0 - c * curve;
+                let root = (arm * arm - (c * x).powi(2)).max(0.0).sqrt();
+                [c * x / root, y.signum() * arm * self.profile_slope(y.abs()) / root]
+            }
+            (None, None) if h > 0.0 => [x, y].map(|v| self.profile_slope(h) * v / h),
+            (None, None) => [0.0; 2],
+            (Some(TransverseAxis::X), None) => [0.0, self.profile_slope(y)],
+            (Some(TransverseAxis::Y), None) => [self.profile_slope(x), 0.0],
         }
     }
 }

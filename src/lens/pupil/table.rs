@@ -199,18 +199,21 @@ impl TableBuilder<'_> {
         let rear = self.lens.rear();
         let placed = self.rear_placement();
         let ahead = self.distance - z;
+        let travel = self.lens.travel_before(self.lens.rows.len());
         let mut points = Vec::new();
         for ring in 0..=8 {
             let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
-            // A cylinder has no sag along one of its axes.
-            let sags: &[f64] =
-                if rear.axis.is_some() { &[0.0, rear.sag(h)] } else { &[rear.sag(h)] };
+            // The sag of a cylinder or a biconic differs along x and y.
+            let sags: &[f64] = match rear.is_anamorphic() {
+                true => &[rear.sag_at(h, 0.0), rear.sag_at(0.0, h)],
+                false => &[rear.sag(h)],
+            };
             for sag in sags {
                 for step in 0..64 {
                     let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
                     let rim = placed.transform_point3(DVec3::new(h * cos, h * sin, *sag));
-                    // z of the lens points towards the film, which lies behind all of it.
-                    let scale = ahead / (ahead - rim.z).max(1e-3 * ahead);
+                    // The way of the light leads towards the film, which lies behind all of it.
+                    let scale = ahead / (ahead - travel * rim.z).max(1e-3 * ahead);
                     points.push([x + (rim.x - x) * scale, y + (rim.y - y) * scale]);
                 }
             }
@@ -225,7 +228,7 @@ impl TableBuilder<'_> {
             return DAffine3::IDENTITY;
         }
         let placed = self.lens.surface_transforms()[self.lens.rows.len() - 1];
-        DAffine3::from_translation(DVec3::new(0.0, 0.0, -self.lens.length())) * placed
+        self.lens.film_axis().inverse() * placed
     }
 
     /// Returns an ellipse around the rear element as seen from film radii between two.

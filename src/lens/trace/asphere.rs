@@ -2,13 +2,14 @@
 //!
 //! With P(h) the polynomial and w = z - P(h), a point lies on the surface if
 //! c (h^2 + (1 + k) w^2) = 2 w on the sheet 1 - c (1 + k) w > 0. This equation has no square root,
-//! and a step of Newton's iteration costs one division. The iteration starts from the conic. Its
-//! result is accepted if the ray is steeper than the surface everywhere, so that there is only one
-//! crossing. For every other ray the first crossing is searched by bisection inside the slab that
-//! contains the surface. A ray without a crossing misses.
+//! and a step of Newton's iteration costs one division. The iteration starts from the conic;
+//! [`super::crossing`] has the rest.
 
+use super::crossing::{
+    ImplicitSurface, Local, SurfaceBounds, cross_implicit, newton_pass, newton_passes,
+    start_on_conic,
+};
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
-use super::refract::{meet_conic, refracted};
 use crate::lanes::Real;
 use crate::lens::prescription::Row;
 
@@ -21,14 +22,8 @@ pub struct Asphere<T> {
     k1: T,
     /// a_p and p a_p, from the highest power to the square.
     terms: Vec<[T; 2]>,
-    /// Lowest and highest sag inside the clear diameter, with a margin (mm).
-    slab: [T; 2],
-    /// Square of the steepest slope inside the clear diameter, with a margin.
-    slope2: T,
-    /// Semi-diameter (mm).
-    half: T,
-    /// Length of a step below which the iteration ends (mm).
-    tolerance: T,
+    /// Bounds of the surface.
+    bounds: SurfaceBounds<T>,
     /// Number of steps that almost every ray needs.
     passes: usize,
 }
@@ -59,45 +54,24 @@ impl<T: Copy> Asphere<T> {
         }
         // Between two samples the sag may exceed them by half a step at the steepest slope.
         let margin = half / f64::from(SAMPLES) * slope.min(1e3) + 1e-6 * half;
-        let slope = slope * 1.01 + 1e-6;
-        // The error of the start, in units of the aperture, is squared by every step.
-        let tolerance = 16.0 * R::EPSILON;
-        let error = |steps: usize| departure.min(0.5).powi(1 << steps);
-        let passes = 1 + (1..4).find(|&steps| error(steps) <= tolerance).unwrap_or(4);
         Self {
             odd,
             k1: R::from_f64(1.0 + row.conic),
             terms,
-            slab: [R::from_f64(low - margin), R::from_f64(high + margin)],
-            slope2: R::from_f64((slope * slope).min(1e30)),
-            half: R::from_f64(half),
-            tolerance: R::from_f64(half * tolerance),
-            passes,
+            bounds: SurfaceBounds::new::<R>([low - margin, high + margin], slope, half),
+            passes: newton_passes::<R>(departure),
         }
     }
 }
 
 /// Number of heights at which a surface is sampled for its bounds.
 const SAMPLES: u32 = 512;
-/// Greatest number of Newton steps, each of which doubles the digits; rays that need more are
-/// searched.
-const STEPS: usize = 8;
-/// Greatest number of steps through the slab to a first crossing.
-const PARTS: usize = 1024;
 
 /// Kernel of an asphere.
 pub(crate) struct AsphereKernel<'a, R: Real, const ODD: bool, const FAR: bool>(
     pub SurfaceLanes<R>,
     pub &'a Asphere<R::Scalar>,
 );
-
-/// The implicit function at a point.
-struct Local<R> {
-    /// w - c (h^2 + (1 + k) w^2) / 2: about the height of the point over the surface.
-    over: R,
-    /// Normal of any length, forward: the negative gradient of the function.
-    normal: [R; 3],
-}
 
 impl<R: Real, const ODD: bool, const FAR: bool> AsphereKernel<'_, R, ODD, FAR> {
     /// Returns P(h) and P'(h) / h.
@@ -112,7 +86,22 @@ impl<R: Real, const ODD: bool, const FAR: bool> AsphereKernel<'_, R, ODD, FAR> {
         }
         (value * h2, slope)
     }
+}
 
+impl<R: Real, const ODD: bool, const FAR: bool> ImplicitSurface<R>
+    for AsphereKernel<'_, R, ODD, FAR>
+{
+    #[inline(always)]
+    fn lanes(&self) -> &SurfaceLanes<R> {
+        &self.0
+    }
+
+    #[inline(always)]
+    fn bounds(&self) -> &SurfaceBounds<R::Scalar> {
+        &self.1.bounds
+    }
+
+    /// The function is w - c (h^2 + (1 + k) w^2) / 2.
     #[inline(always)]
     fn local(&self, [x, y, z]: [R; 3]) -> Local<R> {
         let (c, k1) = (self.0.c, R::splat(self.1.k1));
@@ -126,130 +115,16 @@ impl<R: Real, const ODD: bool, const FAR: bool> AsphereKernel<'_, R, ODD, FAR> {
         Local { over, normal: [across * x, across * y, normal_z] }
     }
 
-    /// Returns Newton's step from a point of the ray, in units of T, and the normal there.
-    #[inline(always)]
-    fn step(&self, p: [R; 3], [tx, ty, tz]: [R; 3]) -> (R, [R; 3]) {
-        let Local { over, normal: [nx, ny, nz] } = self.local(p);
-        let fall = tx.mul_add(nx, ty.mul_add(ny, tz * nz));
-        (-(over / fall), [nx, ny, nz])
-    }
-
-    /// Returns points and normals of a packet in which not all lanes have converged: first by more
-    /// of Newton's steps, then by a search. Lanes that have converged do not move, so that a result
-    /// does not depend on its neighbours.
-    #[cold]
-    #[inline(never)]
-    fn converge(
-        &self,
-        ray: &LensRay<R>,
-        crosses_once: R::Mask,
-        converged: R::Mask,
-        p: [R; 3],
-        normal: [R; 3],
-    ) -> ([R; 3], [R; 3]) {
-        let mut end = p;
-        let mut done = converged | !ray.p[0].equals(ray.p[0]);
-        for _ in 0..STEPS {
-            let (step, _) = self.step(end, ray.t);
-            let next = advanced(end, step, ray.t);
-            end = [0, 1, 2].map(|i| R::select(done, end[i], next[i]));
-            done = done | self.is_final(step, ray.t[2]);
-            if R::bits(!done) == 0 {
-                break;
-            }
-        }
-        let there = self.local(end).normal;
-        let late = done & self.is_crossing(end, there, ray.t[2], crosses_once);
-        let found = self.search(ray, crosses_once);
-        let end = [0, 1, 2].map(|i| R::select(late, end[i], found[i]));
-        // A point beyond the clear diameter is on the level part, whatever the polynomial is there:
-        // the ray is clipped and does not miss.
-        let there = self.local(end).normal;
-        let clear = self.0.clear(end[0], end[1]);
-        let level = [R::constant(0.0), R::constant(0.0), R::constant(1.0)];
-        let there = [0, 1, 2].map(|i| R::select(clear, there[i], level[i]));
-        (
-            [0, 1, 2].map(|i| R::select(converged, p[i], end[i])),
-            [0, 1, 2].map(|i| R::select(converged, normal[i], there[i])),
-        )
-    }
-
-    /// Returns whether a step is short enough to be the last.
-    #[inline(always)]
-    fn is_final(&self, step: R, tz: R) -> R::Mask {
-        (step * tz).abs().le(R::splat(self.1.tolerance))
-    }
-
-    /// Returns whether the end of an iteration is the crossing with the surface. Beyond the clear
-    /// diameter the polynomial may have a crossing of its own, and the conic has another sheet.
-    #[inline(always)]
-    fn is_crossing(&self, p: [R; 3], normal: [R; 3], tz: R, crosses_once: R::Mask) -> R::Mask {
-        let zero = R::constant(0.0);
-        crosses_once & self.0.clear(p[0], p[1]) & zero.lt(normal[2]) & zero.lt(tz)
-    }
-
-    /// Returns the height of a point over the surface along z. Beyond the clear diameter the
-    /// surface is taken to be level.
     #[inline(always)]
     fn height_over(&self, [x, y, z]: [R; 3]) -> R {
         let (c, k1) = (self.0.c, R::splat(self.1.k1));
-        let half = R::splat(self.1.half);
+        let half = R::splat(self.1.bounds.half);
         let h2 = x.mul_add(x, y * y).min(half * half);
         let (p, _) = self.polynomial(h2);
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let root = (-(k1 * c * c)).mul_add(h2, one).max(zero).sqrt();
         z - p - c * h2 / (one + root)
     }
-
-    /// Returns the first crossing inside the slab, by bisection. Lanes in `crosses_once` have
-    /// exactly one crossing; lanes without a crossing become NaN.
-    #[cold]
-    #[inline(never)]
-    fn search(&self, ray: &LensRay<R>, crosses_once: R::Mask) -> [R; 3] {
-        let per_tz = R::constant(1.0) / ray.t[2];
-        let [low, high] = self.1.slab.map(|z| (R::splat(z) - ray.p[2]) * per_tz);
-        let zero = R::constant(0.0);
-        let above = |s: R| zero.le(self.height_over(advanced(ray.p, s, ray.t)));
-        // The near face of the slab is under the surface, the far face over it.
-        let (mut under, mut over, mut found) = (low, high, crosses_once);
-        if R::bits(!crosses_once) != 0 {
-            // A step never overshoots a surface of the steepest slope.
-            let [tx, ty, tz] = ray.t;
-            let across = tx.mul_add(tx, ty * ty).sqrt();
-            let quickest = across.mul_add(R::splat(self.1.slope2).sqrt(), tz);
-            let part = (high - low) * R::constant(1.0 / PARTS as f64);
-            let mut s = low;
-            let mut going = s.lt(high) & !found;
-            for _ in 0..=PARTS {
-                if R::bits(going) == 0 {
-                    break;
-                }
-                under = R::select(going, s, under);
-                let below = -self.height_over(advanced(ray.p, s, ray.t));
-                s = s + (below / quickest).max(part);
-                let crossing = above(s) & going;
-                over = R::select(crossing, s, over);
-                found = found | crossing;
-                going = going & s.lt(high) & !crossing;
-            }
-        }
-        // As many bisections as a number has digits, and some for the size of the slab.
-        for _ in 0..(8.0 - R::EPSILON.log2()) as usize {
-            let middle = (under + over) * R::constant(0.5);
-            let above = above(middle);
-            over = R::select(above, middle, over);
-            under = R::select(above, under, middle);
-        }
-        let p = advanced(ray.p, over, ray.t);
-        let forward = found & zero.lt(ray.t[2]);
-        [R::select(forward, p[0], R::constant(f64::NAN)), p[1], p[2]]
-    }
-}
-
-/// Returns the point at a distance `s` along T.
-#[inline(always)]
-fn advanced<R: Real>(p: [R; 3], s: R, t: [R; 3]) -> [R; 3] {
-    [s.mul_add(t[0], p[0]), s.mul_add(t[1], p[1]), s.mul_add(t[2], p[2])]
 }
 
 impl<R: Real, const ODD: bool, const FAR: bool> SurfaceKernel<R>
@@ -263,42 +138,15 @@ impl<R: Real, const ODD: bool, const FAR: bool> SurfaceKernel<R>
     /// Moves the ray to the conic in the first pass, and by a Newton step in each later one.
     #[inline(always)]
     fn approach(&self, ray: LensRay<R>, pass: usize) -> LensRay<R> {
-        let zero = R::constant(0.0);
-        let (ray, s) = if pass == 0 {
-            let ray = self.0.arrive::<FAR>(ray);
-            let ([over, under], disc) = meet_conic(&ray, self.0.c, R::splat(self.1.k1));
-            let met = zero.le(disc) & zero.lt(under.abs());
-            // A ray that misses the conic goes to the plane of the vertex.
-            let (z, tz) = (-ray.p[2], ray.t[2]);
-            (ray, R::select(met, over, z) / R::select(met, under, tz))
+        if pass == 0 {
+            start_on_conic(self.0.arrive::<FAR>(ray), self.0.c, R::splat(self.1.k1))
         } else {
-            let (step, _) = self.step(ray.p, ray.t);
-            // A step that leads far away, near a point of zero slope, is not taken.
-            let away = R::constant(4.0) * R::splat(self.1.half);
-            let near = (step * ray.t[2]).abs().le(away);
-            (ray, R::select(near, step, zero))
-        };
-        LensRay { p: advanced(ray.p, s, ray.t), ..ray }
+            newton_pass(self, ray)
+        }
     }
 
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> KernelOutput<R> {
-        let [tx, ty, tz] = ray.t;
-        let (step, mut normal) = self.step(ray.p, ray.t);
-        let mut p = advanced(ray.p, step, ray.t);
-        // A ray that is steeper than the surface everywhere crosses it once.
-        let across2 = tx.mul_add(tx, ty * ty);
-        let crosses_once = (across2 * R::splat(self.1.slope2)).lt(tz * tz);
-        let converged = self.is_final(step, tz) & self.is_crossing(p, normal, tz, crosses_once);
-        let living = ray.p[0].equals(ray.p[0]);
-        if R::bits(living & !converged) != 0 {
-            // Copies, so that the values passed to the cold call by reference stay in registers
-            // elsewhere.
-            let ([x, y, z], [u, v, w], [nx, ny, nz]) = (p, ray.t, normal);
-            let [from_x, from_y, from_z] = ray.p;
-            let ray = LensRay { p: [from_x, from_y, from_z], t: [u, v, w], weight: ray.weight };
-            (p, normal) = self.converge(&ray, crosses_once, converged, [x, y, z], [nx, ny, nz]);
-        }
-        refracted(&self.0, LensRay { p, ..ray }, normal)
+        cross_implicit(self, ray)
     }
 }

@@ -42,7 +42,10 @@ fn trace_batch<R: Real, const LOSSY: bool>(
     batch.needs_f64.clear();
     let (mut alive, mut uncertain) = (batch.live as u64, 0);
     for surface in surfaces {
-        let behind = dispatch::<R, _>(surface, Stage::<R, LOSSY, false> { batch, surface });
+        let behind = match surface.mirror {
+            true => dispatch::<R, _>(surface, Stage::<R, false, true> { batch, surface }),
+            false => dispatch::<R, _>(surface, Stage::<R, LOSSY, false> { batch, surface }),
+        };
         let newly = batch.needs_f64.len() as u64 - uncertain;
         blocked[surface.row] += alive - behind - newly;
         (alive, uncertain) = (behind, uncertain + newly);
@@ -185,7 +188,9 @@ fn cross<R: Real, K: SurfaceKernel<R>, const LOSSY: bool, const MIRROR: bool>(
         if MIRROR {
             [tx[i], ty[i], tz[i]] = reflected(before.t, ray.t, xi2, R::splat(surface.n2_step));
             z[i] = -z[i];
-            weight[i] = weight[i] * surface.coating.reflectance::<R>(xi2);
+            if LOSSY {
+                weight[i] = weight[i] * surface.coating.reflectance::<R>(xi2);
+            }
         } else if LOSSY && K::REFRACTS {
             weight[i] = weight[i] * surface.coating.transmittance::<R>(xi2);
         }
@@ -199,7 +204,7 @@ fn cross<R: Real, K: SurfaceKernel<R>, const LOSSY: bool, const MIRROR: bool>(
 /// Kernels only refract. The directions before and behind a refraction with any step of n^2 give
 /// the normal, T' - T = (sqrt(xi^2 + step) - xi) N, and with it the reflection T - 2 xi N.
 #[inline(always)]
-fn reflected<R: Real>(before: [R; 3], behind: [R; 3], xi2: R, step: R) -> [R; 3] {
+pub(super) fn reflected<R: Real>(before: [R; 3], behind: [R; 3], xi2: R, step: R) -> [R; 3] {
     let xi = xi2.sqrt();
     let share = -(xi + xi) / ((xi2 + step).sqrt() - xi);
     let [x, y, z] = [0, 1, 2].map(|i| share.mul_add(behind[i] - before[i], before[i]));

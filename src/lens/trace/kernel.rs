@@ -1,6 +1,7 @@
 //! Interface of the kernels that take a ray to a surface and through it, and their selection.
 
 use super::asphere::AsphereKernel;
+use super::biradial::BiradialKernel;
 use super::frame_transform::FrameTransformKernel;
 use super::ideal::IdealKernel;
 use super::polynomial::PolynomialKernel;
@@ -144,6 +145,12 @@ pub(super) fn dispatch<R: Real, V: KernelVisitor<R>>(
             (false, true) => visitor.visit(AsphereKernel::<R, false, true>(lanes, asphere)),
             (true, false) => visitor.visit(AsphereKernel::<R, true, false>(lanes, asphere)),
             (true, true) => visitor.visit(AsphereKernel::<R, true, true>(lanes, asphere)),
+        },
+        (SurfaceKind::Biradial(surface), far) => match (surface.toroid, far) {
+            (false, false) => visitor.visit(BiradialKernel::<R, false, false>(lanes, surface)),
+            (false, true) => visitor.visit(BiradialKernel::<R, false, true>(lanes, surface)),
+            (true, false) => visitor.visit(BiradialKernel::<R, true, false>(lanes, surface)),
+            (true, true) => visitor.visit(BiradialKernel::<R, true, true>(lanes, surface)),
         },
         (SurfaceKind::Ideal(ideal), _) => visitor.visit(IdealKernel::<R>::of(lanes, ideal)),
         (SurfaceKind::Polynomial(part), _) => match part.round {

@@ -8,6 +8,8 @@
 
 pub(crate) mod asphere;
 pub(crate) mod batch;
+pub(crate) mod biradial;
+pub(crate) mod crossing;
 pub(crate) mod frame_transform;
 pub(crate) mod ideal;
 pub(crate) mod kernel;

@@ -9,6 +9,7 @@ use super::surface::{Approach, Surface, SurfaceKind, push};
 use crate::lanes::Real;
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::coating::{Coating, CoatingModel};
+use crate::lens::prescription::pose::Outside;
 use crate::spectrum::glass::D_LINE;
 
 /// Side of the lens that rays come from.
@@ -95,6 +96,16 @@ struct Builder<'a, R: Real> {
     surfaces: Vec<Surface<R::Scalar>>,
 }
 
+impl Travel {
+    /// Returns the direction of travel along z in a lens without mirrors.
+    fn sign(self) -> f64 {
+        match self {
+            Self::ToFilm => 1.0,
+            Self::ToScene => -1.0,
+        }
+    }
+}
+
 impl<'a, R: Real> Builder<'a, R> {
     fn new(lens: &'a Prescription, nm: f64) -> Self {
         let placements = if lens.is_misaligned() { lens.surface_transforms() } else { Vec::new() };
@@ -116,12 +127,15 @@ impl<'a, R: Real> Builder<'a, R> {
         let Self { lens, nm, .. } = *self;
         let rows = &lens.rows;
         let between = if travel == Travel::ToFilm { row.wrapping_sub(1) } else { row };
-        let advance = distance.unwrap_or_else(|| rows[between].thickness);
         let [before, behind] = lens.indices(row);
         let (sign, n, n_after) = match travel {
-            Travel::ToFilm => (1.0, before, behind),
-            Travel::ToScene => (-1.0, behind, before),
+            Travel::ToFilm => (lens.travel_before(row), before, behind),
+            Travel::ToScene => (-lens.travel_before(row + 1), behind, before),
         };
+        // Behind an odd number of mirrors thicknesses are negative.
+        let unfolded = sign * travel.sign();
+        let advance = distance.unwrap_or_else(|| unfolded * rows[between].thickness);
+        let mirror = mirror || rows[row].mirror;
         let half = rows[row].diameter / 2.0;
         let sag = rows[row].sag(half);
         let spread = match self.crossed {
@@ -132,9 +146,9 @@ impl<'a, R: Real> Builder<'a, R> {
         let mut approach = Approach { row, advance, sign, n, n_after, spread, first, mirror, nm };
         let start = distance.map_or(0.0, |distance| match travel {
             Travel::ToFilm => -distance,
-            Travel::ToScene => lens.length() + distance,
+            Travel::ToScene => unfolded * distance,
         });
-        if let Some(mut motion) = self.transform_to(Some(row), start, travel) {
+        if let Some(mut motion) = self.transform_to(Some(row), start, travel, sign) {
             // The translation along z stays with the surface, as in a centred lens.
             approach.advance = -motion.translation.z;
             motion.translation.z = 0.0;
@@ -146,7 +160,11 @@ impl<'a, R: Real> Builder<'a, R> {
 
     /// Returns the surfaces, for rays that come out in this direction.
     fn finish(mut self, travel: Travel) -> Vec<Surface<R::Scalar>> {
-        if let Some(motion) = self.transform_to(None, 0.0, travel) {
+        let sign = match travel {
+            Travel::ToFilm => self.lens.travel_before(self.lens.rows.len()),
+            Travel::ToScene => -1.0,
+        };
+        if let Some(motion) = self.transform_to(None, 0.0, travel, sign) {
             self.push_transform(self.crossed.unwrap_or(0), &motion);
         }
         self.surfaces
@@ -154,19 +172,31 @@ impl<'a, R: Real> Builder<'a, R> {
 
     /// Returns the transform from the frame of the row crossed before to that of the next, +z along
     /// the way, unless they are aligned. Before the first row the frame is that of a plane at
-    /// `start` (mm) from the front vertex; behind the last it is that of the last vertex of the
-    /// centred lens.
-    fn transform_to(&self, next: Option<usize>, start: f64, travel: Travel) -> Option<DAffine3> {
-        if self.placements.is_empty() || self.lens.aligned(self.crossed, next) {
+    /// `start`: mm from the front vertex, or from the rear vertex along the film's axis. Behind the
+    /// last row it is that of the last vertex of the centred lens. `sign` is 1 where the way leads
+    /// along +z of lens space.
+    fn transform_to(
+        &self,
+        next: Option<usize>,
+        start: f64,
+        travel: Travel,
+        sign: f64,
+    ) -> Option<DAffine3> {
+        // A row of a lens is crossed before or next, so that one end at most is outside.
+        let outside = match (travel, self.crossed) {
+            (Travel::ToFilm, None) | (Travel::ToScene, Some(_)) => Outside::Scene,
+            (Travel::ToScene, None) | (Travel::ToFilm, Some(_)) => Outside::Film,
+        };
+        if self.placements.is_empty() || self.lens.aligned(self.crossed, next, outside) {
             return None;
         }
         let at = |z: f64| DAffine3::from_translation(DVec3::new(0.0, 0.0, z));
-        let from = self.crossed.map_or(at(start), |row| self.placements[row]);
-        let (end, sign) = match travel {
-            Travel::ToFilm => (self.lens.length(), 1.0),
-            Travel::ToScene => (0.0, -1.0),
+        let end = |z: f64| match outside {
+            Outside::Scene => at(z),
+            Outside::Film => self.lens.film_axis() * at(z),
         };
-        let to = next.map_or(at(end), |row| self.placements[row]);
+        let from = self.crossed.map_or_else(|| end(start), |row| self.placements[row]);
+        let to = next.map_or_else(|| end(0.0), |row| self.placements[row]);
         let flip = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, 1.0, sign)));
         Some(flip * to.inverse() * from * flip)
     }

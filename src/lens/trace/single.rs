@@ -1,5 +1,6 @@
 //! Tracing of one ray, with the reason for which it ends.
 
+use super::batch::reflected;
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
 use super::surface::Surface;
 use crate::lanes::Real;
@@ -90,6 +91,10 @@ fn cross<R: Real, K: SurfaceKernel<R>, const LOSSY: bool>(
         end(if surface.stop { BlockReason::Stop } else { BlockReason::Clip })
     } else if K::REFRACTS && !holds(R::splat(surface.limit).le(xi2)) {
         end(BlockReason::Tir)
+    } else if K::REFRACTS && surface.mirror {
+        let [x, y, z] = ray.p;
+        let t = reflected(near.t, ray.t, xi2, R::splat(surface.n2_step));
+        Ok(LensRay { p: [x, y, -z], t, ..ray })
     } else if LOSSY && K::REFRACTS {
         Ok(LensRay { weight: ray.weight * surface.coating.transmittance::<R>(xi2), ..ray })
     } else {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::asphere::Asphere;
+use super::biradial::Biradial;
 use super::frame_transform::FrameTransform;
 use super::ideal::Ideal;
 use super::polynomial::Polynomial;
@@ -25,6 +26,8 @@ pub enum SurfaceKind<T> {
     Cylinder(TransverseAxis),
     /// A conic of revolution plus a polynomial.
     Asphere(Arc<Asphere<T>>),
+    /// A biconic or a toroid, plus a polynomial.
+    Biradial(Arc<Biradial<T>>),
     /// A plane at which rays change by first-order optics.
     Ideal(Arc<Ideal<T>>),
     /// All surfaces since the previous entry, as polynomials.
@@ -114,10 +117,12 @@ pub(super) fn push<R: Real>(
     let &Approach { row: index, advance, sign, n, n_after, spread, first, mirror, nm } = approach;
     let curvature = sign * row.curvature();
     let n2_step = if mirror { 3.0 * n * n } else { n_after * n_after - n * n };
-    let plain_stop = row.stop && row.curvature() == 0.0 && row.asphere.is_empty() && n2_step == 0.0;
+    let plain_stop = row.stop && row.is_plane() && n2_step == 0.0;
     // The centre of a conic is nearer to its vertex than that of a sphere by this factor.
-    let bulge = if row.asphere.is_empty() { (1.0 + row.conic).abs().max(1.0) } else { 1.0 };
-    let far = bulge * (curvature * advance).abs() > FAR;
+    let quadric = row.asphere.is_empty() && row.across.is_none();
+    let bulge = if quadric { (1.0 + row.conic).abs().max(1.0) } else { 1.0 };
+    let bend = row.across.map_or(0.0, |across| across.curvature().abs()).max(curvature.abs());
+    let far = bulge * (bend * advance).abs() > FAR;
     // Distance from the vertex at which rays enter the formula.
     let half = row.diameter / 2.0;
     let from = match far {
@@ -130,7 +135,7 @@ pub(super) fn push<R: Real>(
     };
     // xi^2 is a difference of G^2 and A F, which have this size; the error of xi^2 becomes one of
     // its root behind the surface.
-    let size = n * n * (1.0 + bulge * curvature.abs() * from).powi(2);
+    let size = n * n * (1.0 + bulge * bend * from).powi(2);
     let steep = first && row.slope(half).abs() > STEEP_SLOPE;
     let direction =
         if steep { MAX_DIRECTION_ERROR / GRAZING_MAGNIFICATION } else { MAX_DIRECTION_ERROR };
@@ -142,6 +147,9 @@ pub(super) fn push<R: Real>(
                 SurfaceKind::Ideal(Arc::new(Ideal::new::<R>(*planes, sign > 0.0, [n, n_after])))
             }
             _ if plain_stop => SurfaceKind::Stop,
+            Row { across: Some(across), .. } => {
+                SurfaceKind::Biradial(Arc::new(Biradial::new::<R>(row, *across, sign)))
+            }
             Row { axis: Some(axis), .. } => SurfaceKind::Cylinder(*axis),
             _ if !row.asphere.is_empty() => {
                 SurfaceKind::Asphere(Arc::new(Asphere::new::<R>(row, sign)))

@@ -65,7 +65,7 @@ impl<'a> Tracer<'a> {
         let mut wide = lens.clone();
         for row in &mut wide.rows {
             // An aspheric polynomial is not valid far beyond its rim.
-            let wider = if row.asphere.is_empty() { 4.0 } else { 1.25 };
+            let wider = if row.asphere.is_empty() && row.across.is_none() { 4.0 } else { 1.25 };
             *row = Row {
                 diameter: wider * row.diameter,
                 obstruction: 0.0,
@@ -84,7 +84,8 @@ impl<'a> Tracer<'a> {
         let (dy, dz) = (aim - height, self.distance);
         let scale = self.lens.rear().index / dy.hypot(dz);
         let mut ray = LensRay::new([0.0, height, 0.0], [0.0, dy * scale, dz * scale]);
-        let mut points = vec![[self.lens.length() + self.distance, height]];
+        let travel = self.lens.travel_before(self.lens.rows.len());
+        let mut points = vec![drawn(&self.lens.film_axis(), [0.0, height, travel * self.distance])];
         let mut stop = f64::NAN;
         for surface in surfaces {
             ray = trace_one::<f64>(ray, slice::from_ref(surface)).ok()?;
@@ -93,7 +94,7 @@ impl<'a> Tracer<'a> {
                 continue;
             }
             let [x, y, z] = ray.p;
-            points.push(drawn(&self.placed[row], [x, y, -z]));
+            points.push(drawn(&self.placed[row], [x, y, -self.lens.travel_before(row) * z]));
             if self.lens.rows[row].stop {
                 stop = ray.p[1];
             }
@@ -108,7 +109,8 @@ impl<'a> Tracer<'a> {
     fn aims(&self, height: f64) -> Vec<f64> {
         let rear = self.lens.rear();
         let half = rear.diameter / 2.0;
-        let ahead = self.distance - rear.sag_at(0.0, half);
+        let travel = self.lens.travel_before(self.lens.rows.len());
+        let ahead = self.distance - travel * rear.sag_at(0.0, half);
         let spread = if ahead > 0.0 { (self.distance / ahead).min(10.0) } else { 10.0 };
         let seen = |rim: f64| height + (rim - height) * spread;
         let low = seen(-half).min(-half) - 0.02 * half;

@@ -170,7 +170,7 @@ fn description(lens: &Prescription, distance: Option<f64>) -> String {
     let bends = !paraxial.is_afocal();
     let mut words =
         if bends { format!("f = {}", length(focal_length)) } else { "afocal".to_owned() };
-    if lens.rows.iter().any(|row| row.axis.is_some()) {
+    if lens.rows.iter().any(|row| row.is_anamorphic()) {
         let drawn = Paraxial::in_plane(lens, TransverseAxis::Y).focal_length;
         words = format!("{words} along x, {} along y (drawn)", length(drawn));
     }
@@ -187,8 +187,10 @@ fn description(lens: &Prescription, distance: Option<f64>) -> String {
     match RealRayFocus::new(lens).object_distance(distance) {
         Some(focus) if focus.is_infinite() => words += ", focused at infinity",
         Some(focus) => {
-            words +=
-                &format!(", focused at {} from the film", length(focus + lens.length() + distance));
+            words += &format!(
+                ", focused at {} from the film",
+                length(focus + lens.film_position(distance))
+            );
         }
         None => {}
     }

@@ -27,6 +27,8 @@ struct Face<'a> {
     row: &'a Row,
     /// z of the vertex without tilt and decentre (mm).
     vertex: f64,
+    /// Direction of travel of the light before it: -1 after an odd number of mirrors.
+    travel: f64,
     placed: DAffine3,
     half: f64,
 }
@@ -69,11 +71,15 @@ pub(super) fn elements(lens: &Prescription, placed: &[DAffine3]) -> Vec<Element>
     let vertices = lens.vertex_positions();
     let face = |i: usize| {
         let row = &lens.rows[i];
-        Face { row, vertex: vertices[i], placed: placed[i], half: row.diameter / 2.0 }
+        let travel = lens.travel_before(i);
+        Face { row, vertex: vertices[i], travel, placed: placed[i], half: row.diameter / 2.0 }
     };
     // A stop inside an element does not divide it.
     let faces: Vec<Face> = (0..lens.rows.len())
-        .filter(|&i| lens.index_before(i) != lens.rows[i].index)
+        .filter(|&i| {
+            let glass = lens.rows[i].index;
+            lens.index_before(i) != glass || (lens.rows[i].mirror && glass > AIR)
+        })
         .map(face)
         .collect();
     let glass = |k: usize| k + 1 < faces.len() && faces[k].row.index > AIR;
@@ -97,7 +103,9 @@ pub(super) fn elements(lens: &Prescription, placed: &[DAffine3]) -> Vec<Element>
 fn apart(front: &Face, back: &Face, rim: f64) -> bool {
     (0..=STEPS).all(|i| {
         let h = rim * f64::from(i) / f64::from(STEPS);
-        front.at(h) <= back.at(h)
+        // A face at which light turns back is the end of the element before it.
+        let way = if front.row.mirror { -front.travel } else { front.travel };
+        way * front.at(h) <= way * back.at(h)
     })
 }
 

@@ -65,6 +65,8 @@ struct Section {
     elements: Vec<Element>,
     /// Obstructions.
     disks: Vec<Line>,
+    /// Mirrors.
+    mirrors: Vec<Line>,
     /// The edges of the stop's opening, each with the outer end of its mark.
     stop: [[Position; 2]; 2],
     film: Option<[Position; 2]>,
@@ -81,10 +83,15 @@ impl Section {
             (row.obstruction > 0.0).then(|| arc(row, placed, row.obstruction / 2.0))
         };
         let disks = lens.rows.iter().zip(&placed).filter_map(disk).collect();
-        let mut section =
-            Self { elements, disks, stop: Default::default(), film: None, bundles: Vec::new() };
+        let mirrors: Vec<Line> = (0..lens.rows.len())
+            .filter(|&i| lens.rows[i].mirror)
+            .map(|i| arc(&lens.rows[i], &placed[i], lens.rows[i].diameter / 2.0))
+            .collect();
+        let (stop_marks, film, bundles) = Default::default();
+        let mut section = Self { elements, disks, mirrors, stop: stop_marks, film, bundles };
 
         let glass = section.elements.iter().flat_map(|element| &element.outline);
+        let glass = glass.chain(section.mirrors.iter().flatten());
         let mut height = glass.fold(0.0, |height: f64, point| height.max(point[1]));
         let mut bundles = Vec::new();
         if let Some(distance) = distance {
@@ -94,8 +101,8 @@ impl Section {
             let bundle = |&(share, style)| Some((tracer.bundle(share * field)?, style));
             bundles.extend(fields.iter().filter_map(bundle));
             let half = if field > 0.0 { field } else { film_radius.min(height) };
-            let z = lens.length() + distance;
-            section.film = Some([[z, -half], [z, half]]);
+            let z = lens.travel_before(lens.rows.len()) * distance;
+            section.film = Some([-half, half].map(|h| drawn(&lens.film_axis(), [0.0, h, z])));
             height = height.max(half);
         }
         let [left, right, ..] = section.bounds();
@@ -117,6 +124,7 @@ impl Section {
         let glass = self.elements.iter().flat_map(|element| &element.outline);
         let rays = self.bundles.iter().flat_map(|(_, _, lines)| lines).flatten();
         let marks = self.stop.iter().chain(&self.film).flatten();
+        let glass = glass.chain(self.mirrors.iter().flatten());
         for &[z, y] in glass.chain(rays).chain(marks).chain(self.disks.iter().flatten()) {
             if z.is_finite() && y.is_finite() {
                 bounds = [bounds[0].min(z), bounds[1].max(z), bounds[2].min(y), bounds[3].max(y)];
@@ -158,6 +166,13 @@ impl Section {
                 &on_sheet(disk),
                 false,
                 "class=\"disk\" fill=\"none\" stroke=\"#000\" stroke-width=\"3\"",
+            );
+        }
+        for mirror in &self.mirrors {
+            sheet.path(
+                &on_sheet(mirror),
+                false,
+                "class=\"mirror\" fill=\"none\" stroke=\"#2b3a4a\" stroke-width=\"2.5\"",
             );
         }
         for &[edge, end] in &self.stop {

@@ -133,12 +133,38 @@ impl Vignetting {
     }
 
     /// Returns the angle to the axis (degrees) of the chief ray of the film point (x, 0): the ray
-    /// through the centre of the stop, even if rims block it. `None` if there is no such ray, or if
-    /// it does not leave the lens.
+    /// through the centre of the stop, even if rims block it. If there is no such ray, or if it does
+    /// not leave the lens, the ray in the middle of the light that does takes its place. `None` if
+    /// no light of the point leaves the lens.
     pub fn field_angle(&self, x: f64) -> Option<f64> {
-        let start = self.start([x, 0.0]);
-        let pupil_box = self.stop_finder.find(start, &mut RayEndTracer::default())?;
-        self.stop_finder.chief_angle(start, pupil_box)
+        let (start, mut tracer) = (self.start([x, 0.0]), RayEndTracer::default());
+        let pupil_box = self.stop_finder.find(start, &mut tracer)?;
+        let chief = self.stop_finder.chief_angle(start, pupil_box);
+        chief.or_else(|| self.stop_finder.leave(start, self.middle(start, pupil_box, &mut tracer)?))
+    }
+
+    /// Returns the point, of those in the plane of the rear vertex whose rays leave the lens, that
+    /// is nearest to their mean.
+    fn middle(
+        &self,
+        start: FilmPoint,
+        pupil_box: PupilBox,
+        tracer: &mut RayEndTracer,
+    ) -> Option<[f64; 2]> {
+        let (middle, size) = (pupil_box.centre(), pupil_box.size());
+        let mut passed = Vec::new();
+        for wave in self.points.chunks(WAVE_SIZE) {
+            let at = |i: usize| {
+                [0, 1].map(|axis| middle[axis] + (f64::from(wave[i][axis]) - 0.5) * size[axis])
+            };
+            let ends = tracer.trace(start, wave.len(), at, &self.itself);
+            passed.extend((0..wave.len()).filter(|&i| ends[i].passes()).map(at));
+        }
+        let count = passed.len() as f64;
+        let mean =
+            [0, 1].map(|axis| passed.iter().map(|p: &[f64; 2]| p[axis]).sum::<f64>() / count);
+        let off = |p: &[f64; 2]| (p[0] - mean[0]).hypot(p[1] - mean[1]);
+        passed.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
     /// Returns the distance from the axis along x at which the light ends (mm), if that is before

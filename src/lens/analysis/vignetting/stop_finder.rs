@@ -15,6 +15,8 @@ use crate::rays::WAVE_SIZE;
 const GRID: usize = 48;
 /// Steps across the box in which the centre of the stop is searched.
 const SCAN: u32 = 64;
+/// Rounds of the search for the centre of the stop, each in a window of 8 steps of the one before.
+const WINDOWS: u32 = 6;
 /// Most rounds of the search for the stop.
 const ROUNDS: usize = 24;
 /// Tangent of the steepest direction from the film in which the stop is searched.
@@ -108,32 +110,70 @@ impl StopFinder {
 
     /// Returns the angle to the axis (degrees) at which the ray of a point on the film's x axis
     /// through the centre of the stop leaves for the scene; `pupil_box` is around the stop.
+    ///
+    /// Surfaces may cut rays anywhere before the stop, so the search takes only neighbours that
+    /// both arrive, and halves the interval between them only where rays arrive. If no neighbours
+    /// enclose the centre, the search goes on around the ray that comes nearest to it.
     pub fn chief_angle(&self, start: FilmPoint, pupil_box: PupilBox) -> Option<f64> {
-        let ray = |u: f64| LensRay::new(start.film, start.direction([u, pupil_box.centre()[1]]));
-        let to_stop = &self.unobstructed[..self.to_stop];
-        let met = |u: f64| trace_one::<f64>(ray(u), to_stop).map(|ray| ray.p[0]).ok();
-        // Rays at the edges of the box may miss the stop, or reach it on stray paths.
-        let (middle, size) = (pupil_box.centre()[0], pupil_box.size()[0]);
-        let place = |i: u32| middle + size * (f64::from(i) / f64::from(SCAN) - 0.5);
-        let across = |i: u32| {
-            let (low, high) = (met(place(i))?, met(place(i + 1))?);
-            ((low > 0.0) != (high > 0.0)).then_some((low.abs() + high.abs(), i))
-        };
-        let mut steps: Vec<(f64, u32)> = (0..SCAN).filter_map(across).collect();
-        steps.sort_by(|one, other| one.0.total_cmp(&other.0));
-        steps.into_iter().find_map(|(_, i)| {
-            let (mut low, mut high) = (place(i), place(i + 1));
-            let side = met(low)? > 0.0;
-            // Fifty bisections reach the precision of f64.
-            for _ in 0..50 {
-                let middle = (low + high) / 2.0;
-                match (met(middle)? > 0.0) == side {
-                    true => low = middle,
-                    false => high = middle,
-                }
+        let (mut middle, mut size) = (pupil_box.centre()[0], pupil_box.size()[0]);
+        for _ in 0..WINDOWS {
+            let place = |i: u32| middle + size * (f64::from(i) / f64::from(SCAN) - 0.5);
+            let met: Vec<Option<f64>> =
+                (0..=SCAN).map(|i| self.at_stop(start, pupil_box, place(i))).collect();
+            let across = |i: u32| {
+                let (low, high) = (met[i as usize]?, met[i as usize + 1]?);
+                ((low > 0.0) != (high > 0.0)).then_some((low.abs() + high.abs(), i))
+            };
+            let mut steps: Vec<(f64, u32)> = (0..SCAN).filter_map(across).collect();
+            // A stray path jumps from one side to the other; the true one is continuous.
+            steps.sort_by(|one, other| one.0.total_cmp(&other.0));
+            let centre =
+                |&(_, i): &(f64, u32)| self.centre(start, pupil_box, [place(i), place(i + 1)]);
+            if let Some(angle) = steps.iter().filter_map(centre).find_map(|u| self.leave(start, u))
+            {
+                return Some(angle);
             }
-            let [tx, ty, tz] = trace_one::<f64>(ray(low), &self.unobstructed).ok()?.t;
-            Some(tx.hypot(ty).atan2(tz).to_degrees())
-        })
+            let off = |i: &u32| met[*i as usize].map_or(f64::INFINITY, f64::abs);
+            let nearest = (0..=SCAN).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+            met[nearest as usize]?;
+            (middle, size) = (place(nearest), size * 8.0 / f64::from(SCAN));
+        }
+        None
+    }
+
+    /// Returns where the ray to a point `u` of the middle row of the box meets the stop, along x
+    /// from its centre (mm); none if a surface cuts it before.
+    fn at_stop(&self, start: FilmPoint, pupil_box: PupilBox, u: f64) -> Option<f64> {
+        let ray = LensRay::new(start.film, start.direction([u, pupil_box.centre()[1]]));
+        trace_one::<f64>(ray, &self.unobstructed[..self.to_stop]).map(|ray| ray.p[0]).ok()
+    }
+
+    /// Returns the point whose ray meets the centre of the stop, between two that meet it on
+    /// either side.
+    fn centre(
+        &self,
+        start: FilmPoint,
+        pupil_box: PupilBox,
+        [low, high]: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let (mut low, mut high) = (low, high);
+        let side = self.at_stop(start, pupil_box, low)? > 0.0;
+        // Fifty bisections reach the precision of f64.
+        for _ in 0..50 {
+            let middle = (low + high) / 2.0;
+            match (self.at_stop(start, pupil_box, middle)? > 0.0) == side {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        Some([low, pupil_box.centre()[1]])
+    }
+
+    /// Returns the angle to the axis (degrees) at which the ray to a point of the plane of the rear
+    /// vertex leaves the lens with all rims open; more than 90 if it goes backwards.
+    pub fn leave(&self, start: FilmPoint, point: [f64; 2]) -> Option<f64> {
+        let ray = LensRay::new(start.film, start.direction(point));
+        let [tx, ty, tz] = trace_one::<f64>(ray, &self.unobstructed).ok()?.t;
+        Some(tx.hypot(ty).atan2(tz).to_degrees())
     }
 }

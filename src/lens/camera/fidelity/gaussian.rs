@@ -27,6 +27,7 @@ fn ideal(row: &Row, planes: [RayTransferMatrix; 2]) -> Row {
         radius: f64::INFINITY,
         conic: 0.0,
         asphere: Vec::new(),
+        across: None,
         axis: None,
         ideal: Some(planes),
         ..row.clone()

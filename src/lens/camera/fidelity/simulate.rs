@@ -8,7 +8,6 @@ use crate::lens::prescription::Prescription;
 use crate::lens::prescription::pose::FilmPlane;
 use crate::rays::{SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
-use crate::spectrum::glass::D_LINE;
 use crate::stats::LensStats;
 
 impl Camera {
@@ -69,11 +68,13 @@ impl RealLens {
         lens
     }
 
-    /// Returns the prescription at the wavelength of its only band, or at the d line if it has
-    /// several.
+    /// Returns the prescription at the wavelength of its only band, or at the primary one if it
+    /// has several.
     pub(super) fn monochromatic(&self) -> Prescription {
         match &self.bands[..] {
-            [band] if band.wavelength != D_LINE => self.prescription.at_wavelength(band.wavelength),
+            [band] if band.wavelength != self.prescription.design.primary_wavelength() => {
+                self.prescription.at_checked_wavelength(band.wavelength)
+            }
             _ => self.prescription.clone(),
         }
     }

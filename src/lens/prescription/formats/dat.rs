@@ -1,10 +1,13 @@
 //! Reader of the `.dat` lens tables of pbrt: four columns, millimetres, scene side first.
 //!
-//! The columns are `radius  thickness  index  diameter`. Radius 0 marks the stop, and `#` starts a
-//! comment. Index 0 at the stop means air; a stop whose index differs from that of the medium
-//! before it is a plane that refracts. Two conventions share the format: the thickness is the
-//! distance AFTER the surface (pbrt's own files, with any number in the last row) or the distance
-//! BEFORE it (first row 0, last row not 0).
+//! The columns are `radius  thickness  index  diameter`; a word may follow that tells a cylinder:
+//! CYLINDER_X or CYLINDER_Y, by its axis. `#`, `%` and `//` start a comment. Radius 0 marks the stop;
+//! of several such rows it is the one that does not refract, and the others are planes. Index 0 at
+//! the stop means air, and a stop whose medium differs from that before it is a plane that refracts;
+//! it is the medium of before if the next vertex is at the stop, or if the focal length is then nearer
+//! to the one that the file states.
+//! Two conventions share the format: the thickness is the distance AFTER the surface (pbrt's own
+//! files, with any number in the last row) or the distance BEFORE it (first row 0, last row not 0).
 //!
 //! A single number before the rows is the focal length (files of ISET) or, if it equals the number
 //! of rows, that number (files of crayg).
@@ -13,8 +16,9 @@ use std::path::Path;
 
 use super::{MAX_INDEX, MIN_RADIUS};
 use crate::io::excerpt;
+use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::{Prescription, Row};
+use crate::lens::prescription::{Prescription, Row, TransverseAxis};
 
 /// Parses the lines of a lens table. The path names the lens and appears in errors.
 ///
@@ -29,16 +33,21 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         expected: expected.to_owned(),
     };
 
-    let mut table: Vec<(usize, [f64; 4])> = Vec::new();
+    let mut table: Vec<(usize, [f64; 4], Option<TransverseAxis>)> = Vec::new();
     let mut single: Option<(usize, f64)> = None;
     for (i, text) in lines.iter().enumerate() {
         let text = text.as_ref();
         let line = i + 1;
-        let data = text.split('#').next().unwrap_or_default();
+        let data = text.split(['#', '%']).next().unwrap_or_default();
+        let data = data.split("//").next().unwrap_or_default();
         let mut numbers = Vec::with_capacity(4);
+        let mut axis = None;
         for word in data.split_whitespace() {
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() => numbers.push(number),
+                _ if numbers.len() == 4 && axis_of(word).is_some() => {
+                    axis = axis_of(word).flatten();
+                }
                 _ => {
                     let found = format!("\"{}\" is not a finite number", excerpt(word));
                     let expected = "expected radius thickness index diameter; # starts a comment";
@@ -50,7 +59,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             [] => {}
             [number] if table.is_empty() && single.is_none() => single = Some((line, number)),
             [radius, thickness, index, diameter] => {
-                table.push((line, [radius, thickness, index, diameter]));
+                table.push((line, [radius, thickness, index, diameter], axis));
             }
             _ => {
                 let found = match numbers.len() {
@@ -78,47 +87,52 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         _ => None,
     };
     let thickness_is_before = first.1[1] == 0.0 && last.1[1] != 0.0;
-    let distances: Vec<f64> = table.iter().map(|(_, row)| row[1]).collect();
+    let distances: Vec<f64> = table.iter().map(|(_, row, _)| row[1]).collect();
     let mut rows: Vec<Row> = Vec::with_capacity(table.len());
+    let is_stop = stops(&table);
     let mut stop_line = None;
-    for (i, &(line, [radius, _, index, diameter])) in table.iter().enumerate() {
+    // The row of a stop of index 0 behind a medium that may go on behind it.
+    let mut ambiguous = None;
+    for (i, &(line, [radius, _, index, diameter], axis)) in table.iter().enumerate() {
         let thickness = match thickness_is_before {
             true => distances.get(i + 1).copied().unwrap_or(0.0),
             false => distances[i],
         };
-        let stop = radius == 0.0;
+        let plane = radius == 0.0;
+        let stop = is_stop[i];
         if stop && let Some(earlier) = stop_line.replace(line) {
             let found = format!("a second stop (radius 0), after the one in line {earlier}");
             return Err(error(line, found, "a lens has one"));
         }
-        if !stop && radius.abs() < MIN_RADIUS {
+        if !plane && radius.abs() < MIN_RADIUS {
             let found = format!("radius {radius:e}");
             return Err(error(line, found, "expected 1e-6 mm or more, or 0 at the stop"));
         }
-        let medium = if stop && index == 0.0 { 1.0 } else { index };
         let index_before = rows.last().map_or(1.0, |row| row.index);
+        let medium = match stop && index == 0.0 {
+            // No room for air.
+            true if thickness == 0.0 && i + 1 < table.len() => index_before,
+            true => 1.0,
+            false => index,
+        };
         if !(1.0..=MAX_INDEX).contains(&medium) {
             let found = format!("index {index:?}");
             return Err(error(line, found, "expected 1 (air) to 10; 0 only at the stop"));
         }
-        // Behind the last row there is air. Elsewhere 0 is ambiguous.
-        if stop && index == 0.0 && index_before != 1.0 && i + 1 < table.len() {
-            let found = format!("the stop changes the index from {index_before} to 0");
-            let expected = format!(
-                "write {index_before} for a stop inside this medium, or 1 for a plane face to air"
-            );
-            return Err(error(line, found, &expected));
+        if medium == 1.0 && index == 0.0 && index_before != 1.0 {
+            ambiguous = Some((i, index_before));
         }
         if diameter <= 0.0 {
             let found = format!("diameter {diameter}");
             return Err(error(line, found, "expected the full clear diameter, above 0 mm"));
         }
-        if !stop && diameter / 2.0 > radius.abs() {
+        if !plane && diameter / 2.0 > radius.abs() {
             let found = format!("diameter {diameter} on a sphere of radius {radius}");
             return Err(error(line, found, "a clear diameter is at most twice the radius"));
         }
-        let radius = if stop { f64::INFINITY } else { radius };
-        rows.push(Row { radius, thickness, index: medium, diameter, stop, ..Row::default() });
+        let radius = if plane { f64::INFINITY } else { radius };
+        let axis = axis.filter(|_| !plane);
+        rows.push(Row { radius, thickness, index: medium, diameter, stop, axis, ..Row::default() });
     }
     if stop_line.is_none() {
         return Err(error(
@@ -132,5 +146,40 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         return Err(error(last.0, "a stop without any glass".into(), expected));
     }
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Prescription { stated_focal_length, ..Prescription::new(name, rows)? })
+    let mut lens = Prescription { stated_focal_length, ..Prescription::new(name, rows)? };
+    if let (Some((stop, index)), Some(stated)) = (ambiguous, stated_focal_length) {
+        let mut inside = lens.clone();
+        inside.rows[stop].index = index;
+        let distance = |lens: &Prescription| (Paraxial::new(lens).focal_length - stated).abs();
+        if distance(&inside) < distance(&lens) {
+            inside.design.notes.push(format!(
+                "the stop in line {} has the index 0; {index}, the medium before it, is used, with \
+                 which the focal length is nearer to the stated one",
+                table[stop].0
+            ));
+            lens = inside;
+        }
+    }
+    Ok(lens)
+}
+
+/// Returns for every row whether it is marked as the stop: of the rows of radius 0 those that do not
+/// refract, or all of them.
+fn stops(table: &[(usize, [f64; 4], Option<TransverseAxis>)]) -> Vec<bool> {
+    let medium = |i: usize| if table[i].1[2] == 0.0 { 1.0 } else { table[i].1[2] };
+    let before = |i: usize| i.checked_sub(1).map_or(1.0, medium);
+    let planes: Vec<bool> = table.iter().map(|(_, row, _)| row[0] == 0.0).collect();
+    let idle: Vec<bool> = (0..table.len()).map(|i| planes[i] && medium(i) == before(i)).collect();
+    let count = |marks: &[bool]| marks.iter().filter(|mark| **mark).count();
+    if count(&planes) > 1 && count(&idle) == 1 { idle } else { planes }
+}
+
+/// Returns the axis that a word behind the numbers gives the surface, if it is such a word.
+fn axis_of(word: &str) -> Option<Option<TransverseAxis>> {
+    match word.to_ascii_uppercase().as_str() {
+        "SPHERICAL" | "PLANAR" => Some(None),
+        "CYLINDER_X" => Some(Some(TransverseAxis::X)),
+        "CYLINDER_Y" => Some(Some(TransverseAxis::Y)),
+        _ => None,
+    }
 }

@@ -1,18 +1,41 @@
 //! Readers of lens files, chosen by extension and content.
 
+pub(crate) mod axis;
+mod checks;
+pub(crate) mod codev;
+mod csv;
 pub(crate) mod dat;
+mod diff_optics;
+pub(crate) mod format;
+mod fx;
+pub(crate) mod glass_name;
+mod json;
+mod optical_bench;
+pub(crate) mod oslo;
+pub(crate) mod report;
+pub(crate) mod text;
 pub(crate) mod toml;
 pub(crate) mod unsupported;
+pub(crate) mod write;
+pub(crate) mod zmx;
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Prescription;
 use super::error::LensError;
 use crate::io::{ReadContext, open};
+use format::LensFormat;
 
 /// Largest size of a lens file (bytes).
 const MAX_BYTES: usize = 1 << 20;
+
+/// Largest number of surfaces of a file.
+pub(crate) const MAX_SURFACES: usize = 1000;
+
+/// Distance (in units of the file) from which an object is at infinity: optical-design programs write
+/// 1e10 to 1e20.
+pub(crate) const INFINITE: f64 = 1e9;
 
 /// Largest refractive index. Germanium in the far infrared has 4.
 pub(crate) const MAX_INDEX: f64 = 10.0;
@@ -20,7 +43,8 @@ pub(crate) const MAX_INDEX: f64 = 10.0;
 /// Smallest radius of curvature [mm]: a nanometre. The power of a much smaller one overflows.
 pub(crate) const MIN_RADIUS: f64 = 1e-6;
 
-/// Reads a lens: petzval's own format from a `.toml` file, a `.dat` table from any other.
+/// Reads a lens: petzval's own format, or one of those that other programs write, told by its
+/// content. `FILE#ENTRY` names a lens of a file that holds many.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read or is not a lens, with the line.
@@ -33,6 +57,8 @@ pub fn read(path: &Path) -> Result<Prescription, LensError> {
 /// # Errors
 /// Returns an error if the file cannot be read or is not a lens, with the line.
 pub fn read_with(path: &Path, context: &ReadContext) -> Result<Prescription, LensError> {
+    let (path, entry) = file_and_entry(path);
+    let path = path.as_path();
     let io = |source| LensError::Io { path: path.to_owned(), source };
     let mut bytes = Vec::new();
     open(path)
@@ -51,10 +77,42 @@ pub fn read_with(path: &Path, context: &ReadContext) -> Result<Prescription, Len
     if let Some(error) = unsupported::reject(path, &bytes) {
         return Err(error);
     }
-    let text = String::from_utf8_lossy(&bytes);
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
-        return toml::parse_with(path, &text, context);
+    let text = text::decode(&bytes);
+    let format = LensFormat::detect(path, &text);
+    if let (Some(entry), false) = (&entry, format == LensFormat::Json) {
+        return Err(LensError::Malformed {
+            path: path.to_owned(),
+            line: 1,
+            column: None,
+            found: format!("\"{entry}\" is asked for, and the file holds one lens"),
+            expected: "leave out what follows the #".into(),
+        });
     }
-    let lines: Vec<&str> = text.trim_start_matches('\u{feff}').lines().collect();
-    dat::parse(path, &lines)
+    match format {
+        LensFormat::Toml => toml::parse_with(path, &text, context),
+        LensFormat::Dat => {
+            let lines: Vec<&str> = text.lines().collect();
+            dat::parse(path, &lines)
+        }
+        LensFormat::Zmx => zmx::parse(path, &text, context),
+        LensFormat::CodeV => codev::parse(path, &text, context),
+        LensFormat::Oslo => oslo::parse(path, &text, context),
+        LensFormat::OpticalBench => optical_bench::parse(path, &text),
+        LensFormat::Fx => fx::parse(path, &text, context),
+        LensFormat::Json => json::parse(path, &text, entry.as_deref(), context),
+        LensFormat::Csv => csv::parse(path, &text),
+        LensFormat::DiffOptics => diff_optics::parse(path, &text, context),
+    }
+}
+
+/// Splits "FILE#ENTRY", which names a lens in a file of many. A file whose own name has a # is not
+/// split.
+fn file_and_entry(path: &Path) -> (PathBuf, Option<String>) {
+    let text = path.to_string_lossy();
+    match text.rsplit_once('#') {
+        Some((file, entry)) if !path.exists() && Path::new(file).is_file() => {
+            (PathBuf::from(file), Some(entry.to_owned()))
+        }
+        _ => (path.to_owned(), None),
+    }
 }

@@ -7,9 +7,6 @@ use crate::lens::prescription::error::LensError;
 /// Number of bytes that are examined.
 const HEAD: usize = 4096;
 
-const CONVERT: &str = "petzval reads .dat tables and .toml: write its surfaces as [[surface]] with \
-                       radius, thickness, glass or index, and diameter, in mm";
-
 /// Returns an error that names the format of the file and advises, if it is a known unsupported
 /// one.
 pub(crate) fn reject(path: &Path, bytes: &[u8]) -> Option<LensError> {
@@ -22,14 +19,8 @@ pub(crate) fn reject(path: &Path, bytes: &[u8]) -> Option<LensError> {
     });
     let mut lines = lines.filter(|(_, _, line)| !line.is_empty() && !line.starts_with('#'));
     let first = lines.next()?;
-    let zemax = |&(_, _, line): &(usize, usize, &str)| {
-        ["MODE SEQ", "MODE NSC"].iter().any(|word| line.starts_with(word))
-    };
-    let (position, found, advice) = match detect_format(path, first.2) {
-        Some((found, advice)) => (first, found, advice),
-        None => (lines.take(8).find(zemax)?, "a Zemax lens (.zmx)", CONVERT.to_owned()),
-    };
-    let (line, column, _) = position;
+    let (found, advice) = detect_format(path, first.2)?;
+    let (line, column, _) = first;
     Some(LensError::Malformed {
         path: path.to_owned(),
         line,
@@ -58,27 +49,14 @@ fn detect_format(path: &Path, line: &str) -> Option<(&'static str, String)> {
         let advice = "download the file itself (the \"raw\" one), not the page that shows it";
         return Some(("a web page or XML", advice.to_owned()));
     }
-    let after_bracket = line.trim_start_matches(['[', ' ']).chars().next();
     let key = line.split_once('=').map_or("", |(key, _)| key.trim());
     let is_word = |word: &str| {
         !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c))
     };
-    let found = if begins(&["VERS ", "MODE SEQ", "MODE NSC"]) || named("zmx") {
-        "a Zemax lens (.zmx)"
-    } else if begins(&["RDM", "LEN;", "LEN \"VERSION"]) || named("seq") {
-        "a CODE V lens (.seq)"
-    } else if begins(&["// OSLO", "LEN NEW"]) || named("len") {
-        "an OSLO lens (.len)"
-    } else if line.starts_with('{')
-        || line.starts_with('[') && !after_bracket.is_some_and(|c| c.is_ascii_alphabetic())
-    {
-        "JSON"
-    } else if !named("toml") && (line.starts_with("[[") || is_word(key)) {
+    if !named("toml") && (line.starts_with("[[") || is_word(key)) {
         let name = path.with_extension("toml");
         let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
         return Some(("a lens in TOML", format!("its name has to end in .toml: rename it {name}")));
-    } else {
-        return None;
-    };
-    Some((found, CONVERT.to_owned()))
+    }
+    None
 }

@@ -47,7 +47,7 @@ pub(super) fn fitted(lens: &RealLens, plain: &Prescription, response: [f64; 3]) 
     if starts.len() < MIN_RAYS {
         return None;
     }
-    let round = plain.rows.iter().all(|row| row.axis.is_none()) && !plain.is_misaligned();
+    let round = plain.rows.iter().all(|row| !row.is_anamorphic()) && !plain.is_misaligned();
     let index = plain.index_before(plain.stop());
     let to_stop = Part { advance: lens.film_distance, round, index };
     let to_scene = Part { advance: 0.0, round, index: 1.0 };

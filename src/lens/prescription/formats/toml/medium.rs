@@ -1,11 +1,12 @@
-//! Medium behind a surface: `index`, `abbe`, `glass`.
+//! MediumBehind behind a surface: `index`, `abbe`, `glass`.
 
+use super::formula;
 use super::value::Section;
 use crate::io::excerpt;
 use crate::lens::prescription::Row;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::formats::MAX_INDEX;
-use crate::spectrum::glass::{D_LINE, Glass, find_glass, suggest_glass};
+use crate::spectrum::glass::{Glass, GlassMatch};
 
 /// Reads the index and the dispersion of the medium behind a surface; `previous` is the surface
 /// before it.
@@ -18,6 +19,9 @@ pub(super) fn read(
     previous: &Row,
     last: bool,
 ) -> Result<(f64, Glass), LensError> {
+    if let Some(glass) = formula::read(section)? {
+        return Ok((glass.nd(), glass));
+    }
     let stated = match section.has("glass") {
         true => by_name(section)?,
         false => by_index(section)?,
@@ -27,6 +31,17 @@ pub(super) fn read(
         None if row.stop && row.is_plane() && !last => (previous.index, previous.glass.clone()),
         None => (1.0, Glass::Constant),
     })
+}
+
+/// Returns the medium behind a mirror: that before it.
+pub(super) fn behind_mirror(section: &Section, previous: &Row) -> Result<(f64, Glass), LensError> {
+    for key in ["glass", "index", "abbe"] {
+        if section.has(key) {
+            let expected = "leave it out: the medium behind a mirror is that before it";
+            return Err(section.error(key, format!("{key} at a mirror"), expected));
+        }
+    }
+    Ok((previous.index, previous.glass.clone()))
 }
 
 /// Rejects a plane stop between two glasses that names no medium, because it may be inside the
@@ -57,14 +72,21 @@ fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
         }
     }
     let Some(name) = section.string("glass")? else { return Ok(None) };
-    let Some(glass) = find_glass(name) else {
-        let near = suggest_glass(name)
-            .map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
+    let library = section.source.glasses;
+    let found = library.find(name, &[]);
+    let Some(GlassMatch { glass, substitution: None }) = found else {
+        // A file of petzval's own names its glass exactly: a substitute is only suggested.
+        let near = match found {
+            Some(GlassMatch { glass: Glass::Catalogue(glass), .. }) => Some(glass.name.to_string()),
+            _ => library.suggest(name).map(str::to_owned),
+        };
+        let near = near.map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
         let found = format!("no glass \"{}\" in the catalogue{near}", excerpt(name));
-        let expected = "expected a listed name, or index and abbe as numbers";
+        let expected = "expected a listed name, one of a catalogue (--catalogue), or index and abbe as \
+                        numbers";
         return Err(section.error("glass", found, expected));
     };
-    Ok(Some((glass.nd(), Glass::Catalogue(glass))))
+    Ok(Some((glass.nd(), glass)))
 }
 
 fn by_index(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
@@ -86,7 +108,7 @@ fn by_index(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
             ));
         }
         let table = table(section, in_range)?;
-        return Ok(Some((table.index(1.0, D_LINE), table)));
+        return Ok(Some((table.nd(), table)));
     }
     let index = section
         .number("index")?
@@ -97,7 +119,7 @@ fn by_index(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
         (None, None) => Ok(None),
         (Some(index), None) => Ok(Some((index, Glass::Constant))),
         (Some(index), Some(vd)) if (5.0..=200.0).contains(&vd) => {
-            Ok(Some((index, Glass::Abbe { vd })))
+            Ok(Some((index, Glass::Abbe { nd: index, vd })))
         }
         (Some(_), Some(vd)) => {
             Err(section.error("abbe", format!("abbe is {vd}"), "expected 5 to 200"))

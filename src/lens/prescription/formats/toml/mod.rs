@@ -14,7 +14,9 @@
 //! | `stop` | `true` for exactly one surface | |
 //! | `conic` | conic constant k: 0 for a sphere, -1 for a paraboloid | 0 |
 //! | `asphere` | `[[power, coefficient], ...]`, powers 2 to 20, even or odd | |
+//! | `shape` | `"biconic"` or `"toroid"`: `radius_x` (and for a biconic `conic_x`) along x, all else along y | |
 //! | `axis` | `"x"` or `"y"`: a cylinder that is straight along it | |
+//! | `mirror` | `true` for a surface that reflects; the thicknesses behind it are then negative up to the next mirror | `false` |
 //! | `coating` | coating of a glass-air surface: `"none"`, `"mgf2"`, `"broadband"`, `"perfect"` | bare |
 //! | `obstruction` | diameter of an opaque disk around the axis | 0 |
 //! | `blades` | blades of the stop: 3 to 64, with `rotation` (degrees) and `curvature` (0 to 1) | round |
@@ -34,14 +36,32 @@
 //!
 //! A body may contain another; the inner one comes first in the file.
 //!
+//! The top level may also state the use of the lens: `wavelengths` (`[[nm, weight], ...]`),
+//! `primary` (the number of the primary one), `object_distance` (mm before the front vertex, or
+//! `inf`), `film_distance` (mm behind the rear vertex), and one `[[fields]]` with `kind` (`"angle"`,
+//! `"object height"`, `"image height"`) and `points` (`[[x, y], ...]`).
+//!
+//! A `[[break]]` changes the axis of all that follows: `surface` is the number of the first surface
+//! on the new axis (one more than there are for the film), `decentre` (`[x, y, z]`) and `tilt`
+//! (`[x, y, z]` degrees, about x, then the new y, then the new z) or `axes` (three unit vectors)
+//! place the new axes in the old ones.
+//!
+//! A `[[configuration]]` is a state of zoom and focus: `name`, `focal_length`, `f_number`,
+//! `object_distance`, `magnification`, `film_distance`, and `thickness`, `curvature` and `diameter`
+//! with `[[surface, value], ...]`. The first ones of a file that focus on distant objects are the
+//! zoom settings; the others are focused nearer, in the same order.
+//!
 //! The `toml` crate is used because it keeps the position of every value, so that each error can
 //! name its line and column.
 
+mod design;
+mod formula;
 mod iris;
 mod medium;
 mod pose;
 mod row;
 mod value;
+mod write;
 
 use std::path::Path;
 
@@ -49,10 +69,12 @@ use ::toml::de::{DeTable, DeValue};
 
 use crate::io::ReadContext;
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::{Prescription, Row, Rows};
+use crate::lens::prescription::{Prescription, Row};
+use crate::spectrum::glass::GlassLibrary;
 use value::{Section, Source};
+pub use write::to_toml;
 
-const TOP: &[&str] = &["name", "source", "focal_length", "f_number", "surface", "askew"];
+const TOP: [&str; 7] = ["name", "source", "focal_length", "f_number", "surface", "askew", "break"];
 
 /// Parses a lens in TOML. The path names the lens, locates pictures beside it and appears in
 /// errors.
@@ -69,14 +91,15 @@ pub(crate) fn parse_with(
     text: &str,
     context: &ReadContext,
 ) -> Result<Prescription, LensError> {
-    let source = Source { path, text, context };
+    let glasses = GlassLibrary::for_context(context)?;
+    let source = Source { path, text, context, glasses: &glasses };
     let table = DeTable::parse(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let found = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
         source.error_at(at, found, "expected TOML: key = value, one a line, under [[surface]]")
     })?;
     let top = Section { source, at: 0, table: table.get_ref() };
-    top.reject_unknown_keys(TOP)?;
+    top.reject_unknown_keys(&[&TOP[..], &design::KEYS[..]].concat())?;
 
     let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let positive = |key: &str| match top.finite(key)? {
@@ -119,14 +142,21 @@ pub(crate) fn parse_with(
             "expected at least one other surface",
         ));
     }
-    Ok(Prescription {
-        name,
+    let mut lens = Prescription {
         source: origin,
         stated_focal_length,
         stated_f_number,
         tilt_decenters: pose::tilt_decenters(&top, rows.len())?,
-        rows: Rows::new(rows)?,
-    })
+        breaks: pose::breaks(&top, rows.len())?,
+        design: design::read(&top, rows.len())?,
+        ..Prescription::new(name, rows)?
+    };
+    if !lens.design.wavelengths.is_empty() {
+        lens = lens.at_wavelength(lens.design.primary_wavelength()).map_err(|error| {
+            top.error("wavelengths", error.to_string(), "expected a range that the glasses have")
+        })?;
+    }
+    Ok(lens)
 }
 
 /// Returns the tables under `[[surface]]`; at least one.
@@ -154,10 +184,5 @@ impl Row {
     /// Returns whether this is a stop that does not refract.
     fn is_bare_stop(&self) -> bool {
         self.stop && self.is_plane() && self.index == 1.0
-    }
-
-    /// Returns whether the surface is a plane.
-    fn is_plane(&self) -> bool {
-        self.radius.is_infinite() && self.asphere.is_empty()
     }
 }

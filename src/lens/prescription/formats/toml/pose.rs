@@ -1,13 +1,12 @@
 //! Tilt and decentre: the keys `decentre` and `tilt`, and the tables under `[[askew]]`.
 
-use toml::de::DeValue;
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::value::Section;
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::pose::{MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter};
-
-/// Largest number of tilted or decentred groups.
-const MAX_GROUPS: usize = 256;
+use crate::lens::prescription::pose::{
+    CoordinateBreak, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter,
+};
 
 /// Reads the pose of a surface or of a group.
 pub(super) fn read(section: &Section) -> Result<Pose, LensError> {
@@ -29,27 +28,57 @@ pub(super) fn read(section: &Section) -> Result<Pose, LensError> {
 
 /// Reads the tilted or decentred groups of a lens with this number of surfaces.
 pub(super) fn tilt_decenters(top: &Section, count: usize) -> Result<Vec<TiltDecenter>, LensError> {
-    if !top.has("askew") {
-        return Ok(Vec::new());
-    }
     let expected = "expected [[askew]] with surfaces = [first, last] and decentre or tilt";
-    let Some(array) = top.array("askew") else {
-        return Err(top.error("askew", "askew is not a list", expected));
-    };
-    if array.len() > MAX_GROUPS {
-        let found = format!("{} entries of askew", array.len());
-        return Err(top.error("askew", found, format!("expected at most {MAX_GROUPS}")));
-    }
-    let body = |entry: &'_ toml::Spanned<DeValue<'_>>| -> Result<TiltDecenter, LensError> {
-        let at = entry.span().start;
-        let DeValue::Table(table) = entry.get_ref() else {
-            return Err(top.source.error_at(at, "an entry of askew without keys", expected));
-        };
-        let section = Section { source: top.source, at, table };
+    let body = |section: &Section| {
         section.reject_unknown_keys(&["surfaces", "decentre", "tilt"])?;
-        Ok(TiltDecenter { rows: rows(&section, count)?, pose: read(&section)? })
+        Ok(TiltDecenter { rows: rows(section, count)?, pose: read(section)? })
     };
-    array.iter().map(body).collect()
+    top.tables("askew", expected)?.iter().map(body).collect()
+}
+
+/// Reads the changes of the axis in a lens with this number of surfaces.
+pub(super) fn breaks(top: &Section, count: usize) -> Result<Vec<CoordinateBreak>, LensError> {
+    let expected = "expected [[break]] with surface = the first one that follows the new axis, and \
+                    decentre = [x, y, z], tilt = [x, y, z] or axes = [[x, y, z], ...]";
+    let one = |section: &Section| {
+        section.reject_unknown_keys(&["surface", "decentre", "tilt", "axes"])?;
+        let row = match section.finite("surface")? {
+            Some(row) if row.fract() == 0.0 && (1.0..=count as f64 + 1.0).contains(&row) => row,
+            _ => {
+                let found = "a break without the number of a surface";
+                let expected = format!("expected surface = 1 to {}", count + 1);
+                return Err(section.error("surface", found, expected));
+            }
+        };
+        let three = |key: &str| section.numbers(key, 3, &format!("expected {key} = [x, y, z]"));
+        let origin = three("decentre")?.map_or(DVec3::ZERO, |v| DVec3::from_slice(&v));
+        let axes = section.numbers("axes", 9, "expected three unit vectors across each other")?;
+        let tilt = three("tilt")?;
+        let rotation = match (axes, tilt) {
+            (Some(_), Some(_)) => {
+                return Err(section.error("tilt", "tilt beside axes", "expected one of them"));
+            }
+            (Some(axes), None) => {
+                let axes = DMat3::from_cols_slice(&axes);
+                let skew = axes.transpose() * axes - DMat3::IDENTITY;
+                if skew.to_cols_array().iter().any(|v| v.abs() > 1e-9) || axes.determinant() < 0.0 {
+                    let expected = "expected three unit vectors across each other, right-handed";
+                    return Err(section.error("axes", "axes that are no rotation", expected));
+                }
+                axes
+            }
+            (None, tilt) => {
+                let [x, y, z] = [0, 1, 2].map(|i| tilt.as_ref().map_or(0.0, |t| t[i].to_radians()));
+                DMat3::from_rotation_x(x) * DMat3::from_rotation_y(y) * DMat3::from_rotation_z(z)
+            }
+        };
+        let transform = DAffine3::from_mat3_translation(rotation, origin);
+        Ok(CoordinateBreak { row: row as usize - 1, transform })
+    };
+    let mut breaks: Vec<CoordinateBreak> =
+        top.tables("break", expected)?.iter().map(one).collect::<Result<_, _>>()?;
+    breaks.sort_by_key(|axis| axis.row);
+    Ok(breaks)
 }
 
 /// Reads the first and the last row of a group. The result counts from 0, the file from 1.

@@ -5,10 +5,11 @@ use super::medium;
 use super::pose;
 use super::value::Section;
 use crate::io::{excerpt, hint};
+use crate::lens::analysis::paraxial::RayTransferMatrix;
 use crate::lens::prescription::coating::Coating;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::formats::MIN_RADIUS;
-use crate::lens::prescription::{Row, TransverseAxis};
+use crate::lens::prescription::{CrossSection, Row, TransverseAxis};
 
 const KEYS: &[&str] = &[
     "radius",
@@ -19,10 +20,16 @@ const KEYS: &[&str] = &[
     "glass",
     "stop",
     "conic",
+    "shape",
+    "radius_x",
+    "conic_x",
     "asphere",
     "axis",
     "coating",
     "obstruction",
+    "mirror",
+    "formula",
+    "ideal",
     "blades",
     "rotation",
     "curvature",
@@ -35,10 +42,22 @@ const KEYS: &[&str] = &[
 pub(super) fn read(section: &Section, previous: &Row, last: bool) -> Result<Row, LensError> {
     section.reject_unknown_keys(KEYS)?;
     let row = Row { stop: section.boolean("stop")?, ..shape(section)? };
-    let (index, glass) = medium::read(section, &row, previous, last)?;
+    let mirror = section.boolean("mirror")?;
+    let (index, glass) = match mirror {
+        true => medium::behind_mirror(section, previous)?,
+        false => medium::read(section, &row, previous, last)?,
+    };
+    let ideal = section.numbers(
+        "ideal",
+        8,
+        "expected ideal = [[a, b, c, d], [a, b, c, d]], ray-transfer matrices along x and y",
+    )?;
+    let matrix = |v: &[f64]| RayTransferMatrix { a: v[0], b: v[1], c: v[2], d: v[3] };
     Ok(Row {
+        ideal: ideal.map(|v| [matrix(&v[..4]), matrix(&v[4..])]),
         index,
         glass,
+        mirror,
         iris: iris::read(section, row.stop)?,
         coating: coating(section, [previous.index, index])?,
         pose: pose::read(section)?,
@@ -47,32 +66,27 @@ pub(super) fn read(section: &Section, previous: &Row, last: bool) -> Result<Row,
 }
 
 fn shape(section: &Section) -> Result<Row, LensError> {
-    let radius = match section.number("radius")? {
-        Some(radius) if radius != 0.0 && radius.abs() < MIN_RADIUS => {
-            let found = format!("radius is {radius:e}");
-            return Err(section.error(
-                "radius",
-                found,
-                "expected 1e-6 mm or more, or 0 for a plane",
-            ));
-        }
-        Some(radius) if radius != 0.0 && radius.is_finite() => radius,
-        _ => f64::INFINITY,
-    };
+    let radius = radius(section, "radius")?;
     let row = Row {
         radius,
         conic: section.finite("conic")?.unwrap_or(0.0),
         asphere: asphere(section)?,
+        across: across(section)?,
         axis: axis(section)?,
         thickness: section.finite("thickness")?.unwrap_or(0.0),
         diameter: diameter(section)?,
         ..Row::default()
     };
     let half = row.diameter / 2.0;
-    let bend = row.curvature() * half;
-    if 1.0 - (1.0 + row.conic) * bend * bend < 0.0 {
-        let found = format!("diameter {} on a radius of {radius}", row.diameter);
+    if row.diameter > row.edge() {
+        let across =
+            row.across.map(|across| format!(" along y, {} along x", 1.0 / across.curvature()));
+        let across = across.unwrap_or_default();
+        let found = format!("diameter {} on a radius of {radius}{across}", row.diameter);
         let expected = match row.conic {
+            _ if row.across.is_some() => {
+                format!("the surface ends at a diameter of {:.6} mm", row.edge())
+            }
             0.0 => "a clear diameter is at most twice the radius".to_owned(),
             k => format!("a conic with k = {k} ends before this height"),
         };
@@ -87,6 +101,58 @@ fn shape(section: &Section) -> Result<Row, LensError> {
         ));
     }
     Ok(Row { obstruction: obstruction(section, row.diameter)?, ..row })
+}
+
+fn radius(section: &Section, key: &str) -> Result<f64, LensError> {
+    match section.number(key)? {
+        Some(radius) if radius != 0.0 && radius.abs() < MIN_RADIUS => {
+            let found = format!("{key} is {radius:e}");
+            Err(section.error(key, found, "expected 1e-6 mm or more, or 0 for a plane"))
+        }
+        Some(radius) if radius != 0.0 && radius.is_finite() => Ok(radius),
+        _ => Ok(f64::INFINITY),
+    }
+}
+
+/// Reads the section along x of a biconic or a toroid.
+fn across(section: &Section) -> Result<Option<CrossSection>, LensError> {
+    let Some(shape) = section.string("shape")? else {
+        for key in ["radius_x", "conic_x"] {
+            if section.has(key) {
+                let expected = "expected shape = \"biconic\" or \"toroid\" beside it";
+                return Err(section.error(key, format!("{key} without a shape"), expected));
+            }
+        }
+        return Ok(None);
+    };
+    if section.has("axis") {
+        let expected = "leave axis out: radius_x = 0 makes a toroid straight along x";
+        return Err(section.error("axis", "axis and shape on one surface", expected));
+    }
+    let radius = radius(section, "radius_x")?;
+    if !section.has("radius_x") {
+        let expected = "expected radius_x, the radius along x in mm, or 0 for none";
+        return Err(section.error(
+            "shape",
+            format!("a {} without radius_x", excerpt(shape)),
+            expected,
+        ));
+    }
+    match shape {
+        "biconic" => {
+            let conic = section.finite("conic_x")?.unwrap_or(0.0);
+            Ok(Some(CrossSection::Biconic { radius, conic }))
+        }
+        "toroid" if section.has("conic_x") => {
+            let expected = "leave it out: a toroid is circular along x";
+            Err(section.error("conic_x", "conic_x on a toroid", expected))
+        }
+        "toroid" => Ok(Some(CrossSection::Toroid { radius })),
+        other => {
+            let found = format!("shape is \"{}\"", excerpt(other));
+            Err(section.error("shape", found, "expected \"biconic\" or \"toroid\""))
+        }
+    }
 }
 
 fn diameter(section: &Section) -> Result<f64, LensError> {

@@ -7,6 +7,10 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::io::{ReadContext, excerpt, hint};
 use crate::lens::prescription::error::LensError;
+use crate::spectrum::glass::GlassLibrary;
+
+/// Largest number of tables of one kind.
+const MAX_TABLES: usize = 256;
 
 /// The file that is being read.
 #[derive(Clone, Copy)]
@@ -14,6 +18,7 @@ pub(super) struct Source<'a> {
     pub(super) path: &'a Path,
     pub(super) text: &'a str,
     pub(super) context: &'a ReadContext,
+    pub(super) glasses: &'a GlassLibrary,
 }
 
 impl Source<'_> {
@@ -147,6 +152,73 @@ impl<'a> Section<'a> {
     /// Returns the array of a key; `None` for a value of another type.
     pub(super) fn array(&self, key: &str) -> Option<&'a DeArray<'a>> {
         self.value(key).and_then(|value| value.get_ref().as_array())
+    }
+
+    /// Returns the finite numbers of an array, at most `most`; none if the key is missing.
+    pub(super) fn number_list(&self, key: &str, most: usize) -> Result<Vec<f64>, LensError> {
+        let Some(value) = self.value(key) else { return Ok(Vec::new()) };
+        let Some(array) = self.array(key) else {
+            return Err(self.wrong_type(key, value.get_ref(), "a list of numbers"));
+        };
+        let numbers: Option<Vec<f64>> =
+            array.iter().map(|v| number(v.get_ref()).filter(|v| v.is_finite())).collect();
+        match numbers {
+            Some(numbers) if numbers.len() <= most => Ok(numbers),
+            _ => Err(self.error(
+                key,
+                format!("{key} is not a list of finite numbers"),
+                format!("expected at most {most} numbers"),
+            )),
+        }
+    }
+
+    /// Returns the numbers of an array, which may be an array of arrays, if there are `count`.
+    pub(super) fn numbers(
+        &self,
+        key: &str,
+        count: usize,
+        expected: &str,
+    ) -> Result<Option<Vec<f64>>, LensError> {
+        fn collect(array: &DeArray, all: &mut Vec<f64>) -> bool {
+            array.iter().all(|value| match value.get_ref() {
+                DeValue::Array(inner) => collect(inner, all),
+                value => number(value).filter(|v| v.is_finite()).map(|v| all.push(v)).is_some(),
+            })
+        }
+        if !self.has(key) {
+            return Ok(None);
+        }
+        let mut all = Vec::new();
+        let numbers = self.array(key).is_some_and(|array| collect(array, &mut all));
+        if numbers && all.len() == count {
+            return Ok(Some(all));
+        }
+        Err(self.error(key, format!("{key} is not {count} finite numbers"), expected))
+    }
+
+    /// Returns the tables under a key such as `[[surface]]`; empty if the key is missing.
+    pub(super) fn tables(&self, key: &str, expected: &str) -> Result<Vec<Self>, LensError> {
+        if !self.has(key) {
+            return Ok(Vec::new());
+        }
+        let Some(array) = self.array(key) else {
+            return Err(self.error(key, format!("{key} is not a list"), expected));
+        };
+        if array.len() > MAX_TABLES {
+            let found = format!("{} entries of {key}", array.len());
+            return Err(self.error(key, found, format!("expected at most {MAX_TABLES}")));
+        }
+        let table = |entry: &'a Spanned<DeValue<'a>>| {
+            let at = entry.span().start;
+            match entry.get_ref() {
+                DeValue::Table(table) => Ok(Self { source: self.source, at, table }),
+                _ => {
+                    let found = format!("an entry of {key} without keys");
+                    Err(self.source.error_at(at, found, expected))
+                }
+            }
+        };
+        array.iter().map(table).collect()
     }
 
     /// Returns an array of two finite numbers, with its byte offset.

@@ -1,0 +1,39 @@
+//! Arguments of every command that opens a lens file.
+
+use std::path::PathBuf;
+
+use petzval::lens::{LensOptions, Zoom};
+
+use super::values::{wavelengths, zoom};
+
+/// Choices for a lens file.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(in crate::cli) struct LensFileArguments {
+    /// Zoom setting: a focal length between those of the lens file, or the name or number of one of
+    /// its states
+    #[arg(long, value_name = "MM|STATE", value_parser = zoom)]
+    pub zoom: Option<Zoom>,
+    /// Wavelengths of the lens, nm, instead of those of its file; figures are for the middle one
+    #[arg(long, value_name = "NM,...", value_parser = wavelengths)]
+    pub wavelengths: Option<std::sync::Arc<[f64]>>,
+    /// Glass catalogue for the lens: an AGF file (Zemax), or a folder of them; may be repeated, and
+    /// the first that has a glass gives it
+    #[arg(long, value_name = "PATH")]
+    pub catalogue: Vec<PathBuf>,
+    /// Leave out terms of the lens file that are not simulated (gratings, graded indices), with a
+    /// warning
+    #[arg(long)]
+    pub approximate: bool,
+}
+
+impl LensFileArguments {
+    /// Returns the choices.
+    pub fn options(&self) -> LensOptions {
+        LensOptions {
+            zoom: self.zoom.clone(),
+            wavelengths: self.wavelengths.as_deref().unwrap_or_default().to_vec(),
+            catalogues: self.catalogue.clone(),
+            approximate: self.approximate,
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! `petzval lens convert`: writes a lens file in another format.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use petzval::io::{ReadContext, replace_file};
+use petzval::lens::write_lens;
+
+use crate::cli::arguments::lens_file::LensFileArguments;
+use crate::cli::outputs::check_distinct;
+use crate::cli::{Failure, Outcome};
+
+/// Arguments of `petzval lens convert`.
+#[derive(Debug, clap::Args)]
+pub(super) struct ConvertArguments {
+    /// Lens file of any format that petzval reads
+    lens: PathBuf,
+    /// File to write: .toml holds everything, .dat centred spheres without dispersion
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    file: LensFileArguments,
+}
+
+pub(super) fn run(arguments: &ConvertArguments) -> Result<Outcome, Failure> {
+    let context = ReadContext::default();
+    let lens = arguments.file.options().read(&arguments.lens, &context)?;
+    super::warn_of_notes(&arguments.lens, &lens);
+    check_distinct([&arguments.output], "--output", &context.files())?;
+    let text = write_lens(&arguments.output, &lens)?;
+    let output = &arguments.output;
+    replace_file(output, |file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write the lens {}: {error}", output.display()))?;
+    Ok(Outcome::Done)
+}

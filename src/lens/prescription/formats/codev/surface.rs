@@ -1,0 +1,239 @@
+//! Surface of a CODE V file.
+
+use glam::{DAffine3, DVec3};
+
+use super::super::glass_name::GlassNames;
+use super::super::report::ReadReport;
+use super::super::text::Line;
+use super::super::{INFINITE, MIN_RADIUS};
+use super::decentre::{Decentre, Frames};
+use super::{CodeVWord, surface_place};
+use crate::lens::analysis::paraxial::RayTransferMatrix;
+use crate::lens::prescription::Row;
+use crate::lens::prescription::error::LensError;
+use crate::lens::prescription::system::{MediumBehind, SystemSurface};
+
+/// Coefficients of r^4 to r^20.
+const COEFFICIENTS: [&str; 9] = ["A", "B", "C", "D", "E", "F", "G", "H", "J"];
+
+/// Shapes and properties that are not simulated.
+const UNSIMULATED: [&str; 22] = [
+    "CYL", "XTO", "YTO", "AAS", "SPL", "ODD", "ZRN", "ZFR", "SCN", "ASC", "DIF", "DOE", "HOE",
+    "GRT", "GRS", "GRI", "UDS", "SPS", "XYP", "QBF", "QCN", "GLB",
+];
+
+/// Commands about one surface, in units of the file.
+pub(super) struct CodeVSurface<'a> {
+    line: Line<'a>,
+    curvature: f64,
+    pub thickness: f64,
+    pub medium: Option<CodeVWord<'a>>,
+    pub stop: bool,
+    conic: f64,
+    coefficients: [f64; 9],
+    /// Clear radius, radius of the edge, and obstruction.
+    clear: Option<f64>,
+    edge: Option<f64>,
+    obstruction: Option<f64>,
+    rectangle: [Option<CodeVWord<'a>>; 2],
+    decentred_aperture: [f64; 2],
+    decentre: Decentre,
+    module: Option<f64>,
+}
+
+/// Place of a surface in its file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub number: usize,
+    /// Whether it is the image.
+    pub image: bool,
+    /// Unit of lengths (mm).
+    pub unit: f64,
+}
+
+impl<'a> CodeVSurface<'a> {
+    pub fn new(
+        line: Line<'a>,
+        curvature: f64,
+        thickness: f64,
+        medium: Option<CodeVWord<'a>>,
+    ) -> Self {
+        Self {
+            line,
+            curvature,
+            thickness,
+            medium,
+            stop: false,
+            conic: 0.0,
+            coefficients: [0.0; 9],
+            clear: None,
+            edge: None,
+            obstruction: None,
+            rectangle: [None; 2],
+            decentred_aperture: [0.0; 2],
+            decentre: Decentre::default(),
+            module: None,
+        }
+    }
+
+    /// Reads a command; returns whether it belongs to a surface.
+    pub fn read(
+        &mut self,
+        command: &CodeVWord<'a>,
+        keyword: &str,
+        values: &[CodeVWord<'a>],
+        report: &mut ReadReport,
+    ) -> Result<bool, LensError> {
+        let last = || match values.last() {
+            Some(word) => word.number(),
+            None => Err(command.error(format!("{keyword} without a value"), "expected a number")),
+        };
+        let kind = || values.first().map_or("", |word| word.text).to_ascii_uppercase();
+        if let Some(i) = COEFFICIENTS.iter().position(|name| *name == keyword) {
+            self.coefficients[i] = last()?;
+            return Ok(true);
+        }
+        let target = values
+            .first()
+            .and_then(|word| surface_place(&word.text.to_ascii_uppercase()).flatten());
+        if self.decentre.read(command, keyword, values, target)? {
+            return Ok(true);
+        }
+        match keyword {
+            "RDY" => {
+                let radius = last()?;
+                self.curvature = if radius == 0.0 { 0.0 } else { radius.recip() };
+            }
+            "CUY" => self.curvature = last()?,
+            // Solves such as "THI HMY 0.0": the value is stored.
+            "THI" if values.len() == 1 => self.thickness = last()?,
+            "THI" => {}
+            "GLA" => self.medium = values.last().copied(),
+            "K" => self.conic = last()?,
+            "CIR" => match kind().as_str() {
+                "EDG" => self.edge = Some(last()?),
+                "OBS" => self.obstruction = Some(last()?),
+                "HOL" => self.obstruction = Some(last()?),
+                _ => self.clear = Some(last()?),
+            },
+            "REX" | "ELX" if kind() != "EDG" => self.rectangle[0] = values.last().copied(),
+            "REY" | "ELY" if kind() != "EDG" => self.rectangle[1] = values.last().copied(),
+            "REX" | "REY" | "ELX" | "ELY" => {}
+            "ADX" => self.decentred_aperture[0] = last()?,
+            "ADY" => self.decentred_aperture[1] = last()?,
+            "MFL" => self.module = Some(last()?),
+            "RMD" if kind() == "REFL" => self.medium = values.first().copied(),
+            "RMD" => {}
+            _ if UNSIMULATED.contains(&keyword) => {
+                let what = format!("the command {keyword} of a surface");
+                report.unsimulated(&command.line, command.text, what, "without it")?;
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// Appends the surface to a system, with the changes of the axis around it, and returns the
+    /// place of the surface that holds its thickness. The image has only a change of the axis.
+    pub fn append(
+        &self,
+        Place { number, image, unit }: Place,
+        glasses: &GlassNames,
+        frames: &mut Frames,
+        surfaces: &mut Vec<SystemSurface>,
+        report: &mut ReadReport,
+    ) -> Result<Option<usize>, LensError> {
+        let line = &self.line;
+        if self.thickness.abs() >= INFINITE && !image {
+            let found = format!("surface {number} has the thickness {}", self.thickness);
+            return Err(line.error("", found, "expected a distance below 1e9"));
+        }
+        let axis = |coordinate_break: DAffine3| SystemSurface {
+            line: line.number,
+            coordinate_break: Some(coordinate_break),
+            ..SystemSurface::default()
+        };
+        let [mut before, behind] = self.decentre.changes(unit);
+        if let Some(back) = self.decentre.back_to {
+            let Some(target) = back.checked_sub(1).and_then(|back| frames.surfaces.get(back))
+            else {
+                let found = format!("RET to surface {back}");
+                return Err(line.error("", found, "expected a surface before this one"));
+            };
+            let home = frames.next.inverse() * *target;
+            before = Some(before.map_or(home, |own| home * own));
+        }
+        let here = frames.next * before.unwrap_or(DAffine3::IDENTITY);
+        surfaces.extend(before.map(axis));
+        frames.surfaces.push(here);
+        if image {
+            return Ok(None);
+        }
+        let thickness = self.thickness * unit;
+        let onward = DAffine3::from_translation(DVec3::new(0.0, 0.0, thickness));
+        frames.next = here * behind.unwrap_or(DAffine3::IDENTITY) * onward;
+        surfaces.push(self.surface(number, unit, glasses, report)?);
+        surfaces.extend(behind.map(axis));
+        let last = surfaces.len() - 1;
+        surfaces[last].row.thickness = thickness;
+        Ok(Some(last))
+    }
+
+    fn surface(
+        &self,
+        number: usize,
+        unit: f64,
+        glasses: &GlassNames,
+        report: &mut ReadReport,
+    ) -> Result<SystemSurface, LensError> {
+        let line = &self.line;
+        let mut row = Row { stop: self.stop, conic: self.conic, ..Row::default() };
+        if self.curvature != 0.0 {
+            row.radius = unit / self.curvature;
+            if row.radius.abs() < MIN_RADIUS {
+                let found = format!("surface {number} has the radius {} mm", row.radius);
+                return Err(line.error("", found, "expected one above 1e-6 mm"));
+            }
+        }
+        for (i, coefficient) in (0u32..).zip(self.coefficients) {
+            if coefficient != 0.0 {
+                let power = 4 + 2 * i;
+                row.asphere.push((power, coefficient * unit.powi(1 - power as i32)));
+            }
+        }
+        if let Some(focal_length) = self.module.filter(|length| *length != 0.0) {
+            let c = -(focal_length * unit).recip();
+            row.ideal = Some([RayTransferMatrix { a: 1.0, b: 0.0, c, d: 1.0 }; 2]);
+        }
+        row.obstruction = self.obstruction.map_or(0.0, |radius| 2.0 * unit * radius.max(0.0));
+        let mut clear = self.clear.or(self.edge);
+        if let [Some(x), Some(y)] = self.rectangle {
+            let what = format!("the aperture {} of surface {number}", y.line.text.trim());
+            report.unsimulated(&y.line, y.text, what, "with the circle around it")?;
+            clear = Some(x.number()?.hypot(y.number()?));
+        }
+        let [x, y] = self.decentred_aperture;
+        if (x, y) != (0.0, 0.0) {
+            let what = format!("the decentred aperture of surface {number}");
+            report.unsimulated(line, "", what, "with it wider")?;
+            clear = clear.map(|radius| radius + x.hypot(y));
+        }
+        let medium = match self.medium {
+            None => MediumBehind::Air,
+            Some(word) => match word.text.to_ascii_uppercase().as_str() {
+                "AIR" => MediumBehind::Air,
+                "REFL" | "TIRO" => MediumBehind::Mirror,
+                "REFR" => MediumBehind::Air,
+                _ => glasses.resolve(&word.line, word.text, None, report)?,
+            },
+        };
+        Ok(SystemSurface {
+            line: line.number,
+            row,
+            medium,
+            semi_diameter: clear.filter(|&radius| radius > 0.0).map(|radius| radius * unit),
+            clips: clear.is_some_and(|radius| radius > 0.0),
+            coordinate_break: None,
+        })
+    }
+}
