@@ -1,4 +1,4 @@
-//! States of zoom and focus: the groups that a lens moves.
+//! States of a lens, and its zoom settings.
 //!
 //! A file gives a few states. A state between two of them is interpolated linearly: in the gaps and
 //! curvatures of the rows, until the focal length (zoom) or the sharp image (focus) is that which
@@ -6,12 +6,10 @@
 
 use super::Prescription;
 use super::design::{Configuration, Quantity, Setting};
-use crate::lens::analysis::focus::RealRayFocus;
-use crate::lens::analysis::focus_model::FocusModel;
-use crate::lens::analysis::paraxial::{FocusError, Paraxial};
+use crate::lens::analysis::paraxial::Paraxial;
 
 /// Steps of bisection: they reach the precision of f64.
-const HALVINGS: u32 = 60;
+pub(super) const HALVINGS: u32 = 60;
 
 /// Relative distance to a given state within which it is taken itself.
 const SAME: f64 = 5e-3;
@@ -41,7 +39,7 @@ impl Configuration {
     }
 
     /// Returns the state between this one (`t` = 0) and another (1).
-    fn between(&self, other: &Self, t: f64, lens: &Prescription) -> Self {
+    pub(super) fn between(&self, other: &Self, t: f64, lens: &Prescription) -> Self {
         let mix = |a: f64, b: f64| if t == 0.0 { a } else { a + t * (b - a) };
         let both = |a: Option<f64>, b: Option<f64>| match (a, b) {
             (Some(a), Some(b)) => Some(mix(a, b)),
@@ -89,7 +87,7 @@ impl Prescription {
     }
 
     /// Moves the rows to a state.
-    fn apply(&mut self, state: &Configuration) {
+    pub(super) fn apply(&mut self, state: &Configuration) {
         for &Setting { row, quantity, value } in &state.settings {
             let row = &mut self.rows[row];
             match quantity {
@@ -115,7 +113,7 @@ impl Prescription {
 
     /// Returns the states that focus on distant objects, each with the states that focus nearer at
     /// the same zoom setting, in the order of the file.
-    fn zoom_chains(&self) -> Vec<Vec<&Configuration>> {
+    pub(super) fn zoom_chains(&self) -> Vec<Vec<&Configuration>> {
         let states = &self.design.configurations;
         let distant: Vec<usize> = (0..states.len()).filter(|&i| states[i].is_distant()).collect();
         let Some(&first) = distant.first() else { return Vec::new() };
@@ -231,76 +229,10 @@ impl Prescription {
         lens.design.configurations = states;
         lens
     }
-
-    /// Focuses at a distance from the film (mm) by the groups that the file moves, with the film
-    /// where the file has it. Returns the lens and the distance of its film, or `None` if the file
-    /// moves no group for focus.
-    ///
-    /// # Errors
-    /// Returns an error if the lens cannot focus so near, or forms no image.
-    pub fn focus_by_groups(
-        &self,
-        focus: f64,
-        model: FocusModel,
-        diagonal: f64,
-    ) -> Option<Result<(Self, f64), FocusError>> {
-        let chains = self.zoom_chains();
-        let chain = chains.first()?;
-        if chain.len() < 2 || chain.iter().any(|state| state.film_distance.is_none()) {
-            return None;
-        }
-        Some(self.focus_along(chain, focus, model, diagonal))
-    }
-
-    fn focus_along(
-        &self,
-        chain: &[&Configuration],
-        focus: f64,
-        model: FocusModel,
-        diagonal: f64,
-    ) -> Result<(Self, f64), FocusError> {
-        let at = |s: f64| {
-            let i = (s as usize).min(chain.len() - 2);
-            let state = chain[i].between(chain[i + 1], s - i as f64, self);
-            let mut lens = self.clone();
-            lens.apply(&state);
-            (lens, state.film_distance.unwrap_or(0.0))
-        };
-        // Real rays are sharpest next to the film of the file; the difference stays.
-        let (distant, film) = at(0.0);
-        let shift = model.film(&distant, f64::INFINITY, diagonal)? - film;
-        if focus.is_infinite() {
-            return Ok((distant, film + shift));
-        }
-        let last = (chain.len() - 1) as f64;
-        // Positive while the image lies behind the film.
-        let behind = |s: f64| {
-            let (lens, film) = at(s);
-            model.film(&lens, focus, diagonal).map(|sharp| sharp - film - shift)
-        };
-        if behind(last).is_ok_and(|behind| behind > 0.0) {
-            let (lens, film) = at(last);
-            let paraxial = Paraxial::new(&lens);
-            let by_rays = RealRayFocus::new(&lens).object_distance(film + shift);
-            let object = by_rays.unwrap_or(paraxial.object_distance(film + shift));
-            let nearest = object + lens.film_position(film + shift);
-            return Err(match object > 0.0 {
-                true => FocusError::TooNear { asked: focus, nearest },
-                // The states of the file move the wrong way.
-                false => FocusError::NoImage {
-                    focal_length: paraxial.focal_length,
-                    back_focal_distance: paraxial.back_focal_distance,
-                },
-            });
-        }
-        let s = last * bisect(|share| behind(share * last).is_ok_and(|behind| behind <= 0.0));
-        let (lens, film) = at(s);
-        Ok((lens, film + shift))
-    }
 }
 
 /// Returns where a property that is false at 0 becomes true, up to 1.
-fn bisect(holds: impl Fn(f64) -> bool) -> f64 {
+pub(super) fn bisect(holds: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..HALVINGS {
         let middle = (low + high) / 2.0;

@@ -41,7 +41,7 @@ pub enum LensError {
         source: ZoomError,
     },
     /// A medium has no index at a wavelength in use.
-    #[error("{}: {source}", path_excerpt(path))]
+    #[error("{}: {source}; --wavelengths chooses others", path_excerpt(path))]
     Wavelength {
         /// Path of the file.
         path: PathBuf,

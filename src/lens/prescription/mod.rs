@@ -5,6 +5,7 @@ pub(crate) mod configuration;
 pub(crate) mod design;
 pub(crate) mod error;
 pub(crate) mod formats;
+pub(crate) mod group_focus;
 pub(crate) mod index_warnings;
 pub(crate) mod iris;
 pub(crate) mod named_mask;

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::Prescription;
 use super::configuration::Zoom;
-use super::design::SpectralLine;
 use super::error::LensError;
-use super::formats::read_with;
+use super::formats::read_at;
 use crate::io::ReadContext;
 
 /// Choices for a lens file. The default takes all from the file.
@@ -32,15 +31,7 @@ impl LensOptions {
             .clone()
             .approximating(self.approximate)
             .with_catalogues(self.catalogues.iter().cloned());
-        let mut lens = read_with(path, &context)?;
-        if !self.wavelengths.is_empty() {
-            let lines = self.wavelengths.iter().map(|&nm| SpectralLine { nm, weight: 1.0 });
-            lens.design.wavelengths = lines.collect();
-            lens.design.primary = self.wavelengths.len() / 2;
-            lens = lens
-                .at_wavelength(lens.design.primary_wavelength())
-                .map_err(|source| LensError::Wavelength { path: path.to_owned(), source })?;
-        }
+        let mut lens = read_at(path, &self.wavelengths, &context)?;
         if let Some(zoom) = &self.zoom {
             let (zoomed, note) = lens
                 .at_zoom(zoom)

@@ -23,6 +23,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::Prescription;
+use super::design::SpectralLine;
 use super::error::LensError;
 use crate::io::{ReadContext, open};
 use format::LensFormat;
@@ -57,6 +58,41 @@ pub fn read(path: &Path) -> Result<Prescription, LensError> {
 /// # Errors
 /// Returns an error if the file cannot be read or is not a lens, with the line.
 pub fn read_with(path: &Path, context: &ReadContext) -> Result<Prescription, LensError> {
+    read_at(path, &[], context)
+}
+
+/// Reads a lens for these wavelengths (nm), the middle one as the primary one, or for those of the
+/// file if there are none.
+///
+/// # Errors
+/// Returns an error if the file cannot be read or is not a lens, or if a medium has no index at the
+/// primary wavelength.
+pub(super) fn read_at(
+    path: &Path,
+    wavelengths: &[f64],
+    context: &ReadContext,
+) -> Result<Prescription, LensError> {
+    let (mut lens, format) = parse(path, context)?;
+    if !wavelengths.is_empty() {
+        let lines = wavelengths.iter().map(|&nm| SpectralLine { nm, weight: 1.0 });
+        lens.design.wavelengths = lines.collect();
+        lens.design.primary = wavelengths.len() / 2;
+    } else if format == LensFormat::Toml {
+        return Ok(lens);
+    }
+    let nm = lens.design.primary_wavelength();
+    match lens.at_wavelength(nm) {
+        Ok(lens) => Ok(lens),
+        Err(source) if context.approximates() => {
+            lens.design.notes.push(format!("{source}; the index of the nearest end is used"));
+            Ok(lens.at_checked_wavelength(nm))
+        }
+        Err(source) => Err(LensError::Wavelength { path: path.to_owned(), source }),
+    }
+}
+
+/// Reads a lens at the primary wavelength of its file.
+fn parse(path: &Path, context: &ReadContext) -> Result<(Prescription, LensFormat), LensError> {
     let (path, entry) = file_and_entry(path);
     let path = path.as_path();
     let io = |source| LensError::Io { path: path.to_owned(), source };
@@ -88,7 +124,7 @@ pub fn read_with(path: &Path, context: &ReadContext) -> Result<Prescription, Len
             expected: "leave out what follows the #".into(),
         });
     }
-    match format {
+    let lens = match format {
         LensFormat::Toml => toml::parse_with(path, &text, context),
         LensFormat::Dat => {
             let lines: Vec<&str> = text.lines().collect();
@@ -102,7 +138,8 @@ pub fn read_with(path: &Path, context: &ReadContext) -> Result<Prescription, Len
         LensFormat::Json => json::parse(path, &text, entry.as_deref(), context),
         LensFormat::Csv => csv::parse(path, &text),
         LensFormat::DiffOptics => diff_optics::parse(path, &text, context),
-    }
+    };
+    Ok((lens?, format))
 }
 
 /// Splits "FILE#ENTRY", which names a lens in a file of many. A file whose own name has a # is not

@@ -2,16 +2,14 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DVec3};
-
 use super::diameters::complete_diameters;
-use super::{MAX_SURFACES, MediumBehind, SequentialSystem, SystemAperture, SystemSurface};
+use super::join::{Joined, along};
+use super::{MAX_SURFACES, SequentialSystem, SystemAperture, SystemSurface};
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::design::{Configuration, Design, Quantity, Setting};
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::pose::CoordinateBreak;
 use crate::lens::prescription::{Prescription, Row, Rows};
-use crate::spectrum::glass::Glass;
 
 /// Largest share of the radius at which a conic is used; at 1 it is vertical.
 const EDGE: f64 = 0.9999;
@@ -43,6 +41,12 @@ impl SequentialSystem {
         let mut joined = Joined::default();
         for (i, surface) in self.surfaces.iter().enumerate() {
             joined.push(i, surface, self.design.primary_wavelength(), path)?;
+        }
+        if joined.let_film_touch_glass() {
+            self.design.notes.push(
+                "the last surface touches the film; the film stands inside the glass before it"
+                    .to_owned(),
+            );
         }
         let Joined {
             mut rows, mut breaks, gap, frame, broken, places, lines, unknown, front, ..
@@ -119,130 +123,10 @@ impl SequentialSystem {
     }
 }
 
-/// Returns the translation along z.
-fn along(z: f64) -> DAffine3 {
-    DAffine3::from_translation(DVec3::new(0.0, 0.0, z))
-}
-
 /// Returns the surface that is most likely the stop: the one of the smallest stated diameter.
 fn likely_stop(rows: &[Row]) -> usize {
     let stated = (0..rows.len()).filter(|&i| rows[i].diameter > 0.0);
     stated.min_by(|&i, &j| rows[i].diameter.total_cmp(&rows[j].diameter)).unwrap_or(0)
-}
-
-/// Rows under construction.
-struct Joined {
-    rows: Vec<Row>,
-    /// Line of each row.
-    lines: Vec<usize>,
-    /// Rows without a stated diameter.
-    unknown: Vec<usize>,
-    breaks: Vec<CoordinateBreak>,
-    /// For each surface of the system the row whose space contains its own; none before the first.
-    places: Vec<Option<usize>>,
-    /// Sum of the thicknesses since the last row.
-    gap: f64,
-    /// Axes at the end of that gap, relative to the last row.
-    frame: DAffine3,
-    /// Whether a coordinate break stands in that gap.
-    broken: bool,
-    /// Thickness of all before the first row.
-    front: f64,
-    index: f64,
-    glass: Glass,
-}
-
-impl Default for Joined {
-    fn default() -> Self {
-        Self {
-            rows: Vec::new(),
-            lines: Vec::new(),
-            unknown: Vec::new(),
-            breaks: Vec::new(),
-            places: Vec::new(),
-            gap: 0.0,
-            frame: DAffine3::IDENTITY,
-            broken: false,
-            front: 0.0,
-            index: 1.0,
-            glass: Glass::Constant,
-        }
-    }
-}
-
-impl Joined {
-    fn push(
-        &mut self,
-        _i: usize,
-        surface: &SystemSurface,
-        nm: f64,
-        path: &Path,
-    ) -> Result<(), LensError> {
-        let thickness = surface.row.thickness;
-        if let Some(transform) = surface.coordinate_break {
-            self.frame = self.frame * transform * along(thickness);
-            self.gap += thickness;
-            self.broken = true;
-            self.places.push(self.rows.len().checked_sub(1));
-            return Ok(());
-        }
-        let (index, glass) = match &surface.medium {
-            MediumBehind::Air => (1.0, Glass::Constant),
-            MediumBehind::Same | MediumBehind::Mirror => (self.index, self.glass.clone()),
-            &MediumBehind::Index(index) => (index, Glass::Constant),
-            MediumBehind::Glass(glass) => {
-                let index = glass.index(1.0, nm).map_err(|error| LensError::Malformed {
-                    path: path.to_owned(),
-                    line: surface.line,
-                    column: None,
-                    found: error.to_string(),
-                    expected: "expected a primary wavelength inside that range".to_owned(),
-                })?;
-                (index, glass.clone())
-            }
-        };
-        if !(1.0..crate::lens::prescription::formats::MAX_INDEX).contains(&index) {
-            return Err(LensError::Malformed {
-                path: path.to_owned(),
-                line: surface.line,
-                column: None,
-                found: format!("a medium of index {index}"),
-                expected: "expected 1 (air) to 10".to_owned(),
-            });
-        }
-        let row = &surface.row;
-        let mirror = matches!(surface.medium, MediumBehind::Mirror);
-        let changes = mirror || index != self.index || glass != self.glass;
-        let plane = row.is_plane() && row.ideal.is_none();
-        let blocks = row.stop || row.obstruction > 0.0 || surface.clips;
-        if !changes && !blocks && plane {
-            self.frame *= along(thickness);
-            self.gap += thickness;
-            self.places.push(self.rows.len().checked_sub(1));
-            return Ok(());
-        }
-        match self.rows.last_mut() {
-            Some(before) => before.thickness = self.gap,
-            None => self.front = self.gap,
-        }
-        if self.broken {
-            let transform = along(-self.gap) * self.frame;
-            self.breaks.push(CoordinateBreak { row: self.rows.len(), transform });
-        }
-        let diameter = match surface.semi_diameter {
-            Some(semi) if semi > 0.0 => 2.0 * semi,
-            _ => {
-                self.unknown.push(self.rows.len());
-                0.0
-            }
-        };
-        self.places.push(Some(self.rows.len()));
-        self.lines.push(surface.line);
-        self.rows.push(Row { index, glass: glass.clone(), mirror, diameter, ..row.clone() });
-        (self.index, self.glass) = (index, glass);
-        (self.gap, self.frame, self.broken) = (thickness, along(thickness), false);
-        Ok(())
-    }
 }
 
 /// Moves the settings of a configuration from the surfaces of the system to rows.

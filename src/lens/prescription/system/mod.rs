@@ -8,6 +8,7 @@
 mod build;
 mod choose_stop;
 mod diameters;
+mod join;
 
 pub(crate) use choose_stop::choose_stop;
 
