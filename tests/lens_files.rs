@@ -151,13 +151,12 @@ fn a_byte_order_mark_is_skipped() {
 #[test]
 fn foreign_files_are_recognised_and_the_error_says_what_to_do() {
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n";
-    let cases: [(&str, Vec<u8>, &str, &str); 6] = [
+    let cases: [(&str, Vec<u8>, &str, &str); 5] = [
         ("a.dat", pointer.into(), ":1:1: a Git LFS pointer", "git lfs pull"),
         ("a.toml", pointer.into(), ":1:1: a Git LFS pointer", "git lfs pull"),
         ("a.json", "\n {\"surfaces\": [1, 2]}".into(), ":2:16: no \"radius\"", "expected a member"),
         ("a.dat", "[\n  {\"radius\": 3}\n]".into(), ":1:1: JSON without a lens", "ISET"),
         ("a.dat", "<!DOCTYPE html>\n<html>".into(), ":1:1: a web page", "download"),
-        ("a.dat", "# mine\n[[surface]]\nradius = 3\n".into(), ":2:1: a lens in TOML", "a.toml"),
     ];
     for (name, bytes, found, advice) in cases {
         let folder = folder();
@@ -169,4 +168,18 @@ fn foreign_files_are_recognised_and_the_error_says_what_to_do() {
         let (code, _, _) = support::petzval(folder.path(), &["lens", name]);
         assert_eq!(code, 2, "{name}");
     }
+}
+
+#[test]
+fn a_lens_in_toml_is_read_by_its_content_whatever_its_name() {
+    let text = "# mine\n[[surface]]\nradius = 30\ndiameter = 8\nindex = 1.5\n[[surface]]\nstop = true\n\
+                diameter = 6\n";
+    let folder = folder();
+    let expected = read(&write(&folder, "a.toml", text)).expect("a lens");
+    for name in ["a.dat", "a.txt", "a"] {
+        assert_eq!(read(&write(&folder, name, text)).expect(name).rows, expected.rows, "{name}");
+    }
+    let wrong = text.replace("index = 1.5", "index = 0.5");
+    let error = read(&write(&folder, "b.dat", &wrong)).expect_err("no index").to_string();
+    assert!(error.contains("b.dat:5:9: index 0.5"), "{error}");
 }

@@ -45,7 +45,7 @@ pub enum LensError {
     Wavelength {
         /// Path of the file.
         path: PathBuf,
-        /// MediumBehind, and the range of its data.
+        /// Medium, and the range of its data.
         source: IndexRangeError,
     },
     /// A format cannot hold the lens.

@@ -44,7 +44,7 @@ pub struct Prescription {
     pub tilt_decenters: Vec<TiltDecenter>,
     /// Changes of the axis for all that follows, in the order of the rows.
     pub breaks: Vec<CoordinateBreak>,
-    /// What the file states about the use of the lens.
+    /// Use of the lens, as far as its file states it: wavelengths, fields, conjugates, states.
     pub design: Design,
 }
 

@@ -6,7 +6,7 @@
 //! [`super::crossing`] has the rest.
 
 use super::crossing::{
-    ImplicitSurface, Local, SurfaceBounds, cross_implicit, newton_pass, newton_passes,
+    ImplicitSurface, Local, SurfaceBounds, cross_implicit, newton_pass, newton_passes, polynomial,
     start_on_conic,
 };
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
@@ -73,21 +73,6 @@ pub(crate) struct AsphereKernel<'a, R: Real, const ODD: bool, const FAR: bool>(
     pub &'a Asphere<R::Scalar>,
 );
 
-impl<R: Real, const ODD: bool, const FAR: bool> AsphereKernel<'_, R, ODD, FAR> {
-    /// Returns P(h) and P'(h) / h.
-    #[inline(always)]
-    fn polynomial(&self, h2: R) -> (R, R) {
-        let v = if ODD { h2.sqrt() } else { h2 };
-        let zero = R::constant(0.0);
-        let (mut value, mut slope) = (zero, zero);
-        for &[a, pa] in &self.1.terms {
-            value = value.mul_add(v, R::splat(a));
-            slope = slope.mul_add(v, R::splat(pa));
-        }
-        (value * h2, slope)
-    }
-}
-
 impl<R: Real, const ODD: bool, const FAR: bool> ImplicitSurface<R>
     for AsphereKernel<'_, R, ODD, FAR>
 {
@@ -106,7 +91,7 @@ impl<R: Real, const ODD: bool, const FAR: bool> ImplicitSurface<R>
     fn local(&self, [x, y, z]: [R; 3]) -> Local<R> {
         let (c, k1) = (self.0.c, R::splat(self.1.k1));
         let h2 = x.mul_add(x, y * y);
-        let (p, q) = self.polynomial(h2);
+        let (p, q) = polynomial::<R>(&self.1.terms, ODD, h2);
         let w = z - p;
         let half_c = c * R::constant(0.5);
         let over = (-half_c).mul_add((k1 * w).mul_add(w, h2), w);
@@ -120,7 +105,7 @@ impl<R: Real, const ODD: bool, const FAR: bool> ImplicitSurface<R>
         let (c, k1) = (self.0.c, R::splat(self.1.k1));
         let half = R::splat(self.1.bounds.half);
         let h2 = x.mul_add(x, y * y).min(half * half);
-        let (p, _) = self.polynomial(h2);
+        let (p, _) = polynomial::<R>(&self.1.terms, ODD, h2);
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let root = (-(k1 * c * c)).mul_add(h2, one).max(zero).sqrt();
         z - p - c * h2 / (one + root)

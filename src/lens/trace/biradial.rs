@@ -9,7 +9,7 @@
 //! starts from the sphere of the mean curvature.
 
 use super::crossing::{
-    ImplicitSurface, Local, SurfaceBounds, cross_implicit, newton_pass, newton_passes,
+    ImplicitSurface, Local, SurfaceBounds, cross_implicit, newton_pass, newton_passes, polynomial,
     start_on_conic,
 };
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
@@ -100,19 +100,6 @@ pub(crate) struct BiradialKernel<'a, R: Real, const TOROID: bool, const FAR: boo
 );
 
 impl<R: Real, const TOROID: bool, const FAR: bool> BiradialKernel<'_, R, TOROID, FAR> {
-    /// Returns P(h) and P'(h) / h.
-    #[inline(always)]
-    fn polynomial(&self, h2: R) -> (R, R) {
-        let v = if self.1.odd { h2.sqrt() } else { h2 };
-        let zero = R::constant(0.0);
-        let (mut value, mut slope) = (zero, zero);
-        for &[a, pa] in &self.1.terms {
-            value = value.mul_add(v, R::splat(a));
-            slope = slope.mul_add(v, R::splat(pa));
-        }
-        (value * h2, slope)
-    }
-
     /// Returns the sag at a point, r, and -r times the gradient of the sag.
     #[inline(always)]
     fn sag(&self, x: R, y: R) -> (R, R, [R; 2]) {
@@ -121,7 +108,7 @@ impl<R: Real, const TOROID: bool, const FAR: bool> BiradialKernel<'_, R, TOROID,
         let (bx, by) = (cx * x, cy * y);
         let (x2, y2) = (x * x, y * y);
         if TOROID {
-            let (p, q) = self.polynomial(y2);
+            let (p, q) = polynomial::<R>(&self.1.terms, self.1.odd, y2);
             let root = (-(ky * by)).mul_add(by, one).max(floor).sqrt();
             let g = cy.mul_add(y2 / (one + root), p);
             let slope = y * (cy / root + q);
@@ -129,7 +116,7 @@ impl<R: Real, const TOROID: bool, const FAR: bool> BiradialKernel<'_, R, TOROID,
             let r = u.mul_add(u, -(bx * bx)).max(floor).sqrt();
             ((cx * x2 / (u + r)) + g, r, [-bx, -(u * slope)])
         } else {
-            let (p, q) = self.polynomial(x2 + y2);
+            let (p, q) = polynomial::<R>(&self.1.terms, self.1.odd, x2 + y2);
             let (ex, ey) = (kx * bx, ky * by);
             let r = (-ex).mul_add(bx, (-ey).mul_add(by, one)).max(floor).sqrt();
             let per = one / (one + r);

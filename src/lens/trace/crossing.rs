@@ -73,6 +73,20 @@ pub(super) trait ImplicitSurface<R: Real> {
     fn height_over(&self, p: [R; 3]) -> R;
 }
 
+/// Returns P(h) and P'(h) / h of a polynomial in the height, from h^2. `terms` are a_p and p a_p from
+/// the highest power to the square, without the odd powers unless `odd`.
+#[inline(always)]
+pub(super) fn polynomial<R: Real>(terms: &[[R::Scalar; 2]], odd: bool, h2: R) -> (R, R) {
+    let v = if odd { h2.sqrt() } else { h2 };
+    let zero = R::constant(0.0);
+    let (mut value, mut slope) = (zero, zero);
+    for &[a, pa] in terms {
+        value = value.mul_add(v, R::splat(a));
+        slope = slope.mul_add(v, R::splat(pa));
+    }
+    (value * h2, slope)
+}
+
 /// Moves a ray to a conic, the start of the iteration.
 #[inline(always)]
 pub(super) fn start_on_conic<R: Real>(ray: LensRay<R>, c: R, k1: R) -> LensRay<R> {

@@ -1,8 +1,9 @@
 //! Checks of the figures of a surface, shared by the readers of foreign formats.
 
+use super::report::ReadReport;
 use super::{MAX_INDEX, MIN_RADIUS};
 use crate::lens::prescription::system::MediumBehind;
-use crate::spectrum::glass::{Glass, GlassLibrary};
+use crate::spectrum::glass::Glass;
 
 /// Largest radius of a surface that is curved (mm): files write planes as 1e5 and more, and beyond
 /// 1e12 mm the sag of a metre is less than an atom.
@@ -56,9 +57,9 @@ pub(super) fn powers(
     }
 }
 
-/// MediumBehind of a stated index, Abbe number and glass name, as far as they are stated. The name counts
-/// if nothing else is stated, or if the glass has the stated index: catalogues know the dispersion
-/// better than one Abbe number. Index 0 means air.
+/// Medium of a stated index, Abbe number and glass name, as far as they are stated. The name counts if
+/// nothing else is stated, or if the glass has the stated index: catalogues know the dispersion better
+/// than one Abbe number. Index 0 means air.
 ///
 /// # Errors
 /// Returns a sentence if no index is stated and the glass is unknown, or if the index is not one.
@@ -66,7 +67,7 @@ pub(super) fn medium(
     index: Option<f64>,
     abbe: Option<f64>,
     name: &str,
-    notes: &mut Vec<String>,
+    report: &mut ReadReport<'_>,
 ) -> Result<MediumBehind, String> {
     let name = name.trim();
     let lower = name.to_ascii_lowercase();
@@ -80,13 +81,18 @@ pub(super) fn medium(
     if index.is_none()
         && let Some(model) = numbers_of(name)
     {
-        return medium(Some(model.0), model.1, "", notes);
+        return medium(Some(model.0), model.1, "", report);
     }
     let unnamed = ["", "unknown", "abbe", "air", "iris", "n/a", "-"].contains(&lower.as_str());
-    let found = if unnamed { None } else { GlassLibrary::built_in().resolve(name, &[]) };
+    let found = match unnamed {
+        true => None,
+        false => report.glasses().map_err(|error| error.to_string())?.resolve(name, &[]),
+    };
     let Some(index) = index else {
         let found = found.ok_or_else(|| format!("an unknown glass \"{name}\""))?;
-        notes.extend(found.substitution.filter(|sentence| !notes.contains(sentence)));
+        if let Some(substitution) = found.substitution {
+            report.note(substitution);
+        }
         return Ok(MediumBehind::Glass(found.glass));
     };
     // Three decimals are common in textbooks.
@@ -118,9 +124,10 @@ fn numbers_of(name: &str) -> Option<(f64, Option<f64>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::ReadContext;
 
     fn of(index: Option<f64>, abbe: Option<f64>, name: &str) -> Result<MediumBehind, String> {
-        medium(index, abbe, name, &mut Vec::new())
+        medium(index, abbe, name, &mut ReadReport::new(&ReadContext::default()))
     }
 
     #[test]

@@ -5,7 +5,9 @@
 use std::path::Path;
 
 use super::checks::{medium, radius};
+use super::report::ReadReport;
 use super::text::Line;
+use crate::io::ReadContext;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::system::{SequentialSystem, SystemSurface, choose_stop};
 use crate::lens::prescription::{Prescription, Row};
@@ -14,7 +16,12 @@ use crate::lens::prescription::{Prescription, Row};
 ///
 /// # Errors
 /// Returns an error with line and column if a line is invalid or the text describes no lens.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> {
+pub(super) fn parse(
+    path: &Path,
+    text: &str,
+    context: &ReadContext,
+) -> Result<Prescription, LensError> {
+    let mut report = ReadReport::new(context);
     let mut system =
         SequentialSystem { column_of_semi_diameters: true, ..SequentialSystem::default() };
     let mut columns: Option<(char, Vec<String>)> = None;
@@ -37,10 +44,11 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> 
             let found = format!("{} columns", cells.len());
             return Err(line.error(content, found, &format!("expected {}", names.join(" "))));
         }
-        let surface = surface(&line, names, &cells, &mut system.design.notes)?;
+        let surface = surface(&line, names, &cells, &mut report)?;
         system.surfaces.push(surface);
     }
     choose_stop(&mut system.surfaces);
+    system.design.notes.extend(report.finish());
     system.build(path)
 }
 
@@ -48,7 +56,7 @@ fn surface(
     line: &Line<'_>,
     names: &[String],
     cells: &[&str],
-    notes: &mut Vec<String>,
+    report: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let cell = |aliases: &[&str]| {
         let at = names.iter().position(|name| aliases.contains(&name.as_str()))?;
@@ -69,7 +77,7 @@ fn surface(
     }
     let name = cell(&["material", "glass"]).unwrap_or_default();
     let index = number(&["index", "ior", "n", "nd"])?;
-    let medium = medium(index, number(&["v-no", "vd", "abbe", "v"])?, name, notes)
+    let medium = medium(index, number(&["v-no", "vd", "abbe", "v"])?, name, report)
         .map_err(|found| line.error(line.text, found, "expected an index from 1 to 10, or air"))?;
     let full = number(&["diameter"])?.map(|diameter| diameter / 2.0);
     let semi = number(&["sa", "semi_aperture", "semi-aperture", "semi-diameter"])?;

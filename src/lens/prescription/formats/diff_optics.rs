@@ -49,7 +49,7 @@ pub(super) fn parse(
             "O" => {}
             "I" => break,
             _ => {
-                let surface = surface(&line, &words, &mut system.design.notes, &mut left_out)?;
+                let surface = surface(&line, &words, &mut left_out)?;
                 system.surfaces.push(surface);
             }
         }
@@ -61,7 +61,6 @@ pub(super) fn parse(
 fn surface(
     line: &Line<'_>,
     words: &[&str],
-    notes: &mut Vec<String>,
     left_out: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let mut row = Row { stop: words[0] == "A", ..Row::default() };
@@ -81,7 +80,7 @@ fn surface(
         .map_err(|found| line.error(words[0], found, "expected powers up to 20"))?;
     let medium = match row.stop {
         true => MediumBehind::Same,
-        false => medium(None, None, words[4], notes)
+        false => medium(None, None, words[4], left_out)
             .map_err(|found| line.error(words[4], found, "expected a glass, or index/Abbe"))?,
     };
     let semi_diameter = Some(diameter / 2.0).filter(|semi| *semi > 0.0);

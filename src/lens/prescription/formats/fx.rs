@@ -51,7 +51,7 @@ pub(super) fn parse(
                 None => columns = Some(content.split_whitespace().map(str::to_lowercase).collect()),
                 Some(names) => {
                     let words: Vec<&str> = content.split_whitespace().collect();
-                    let surface = surface(&line, names, &words, &mut system, &mut left_out)?;
+                    let surface = surface(&line, names, &words, &mut left_out)?;
                     system.surfaces.push(surface);
                 }
             },
@@ -96,7 +96,6 @@ fn surface(
     line: &Line<'_>,
     names: &[String],
     words: &[&str],
-    system: &mut SequentialSystem,
     left_out: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let place = |name: &str| names.iter().position(|column| column == name);
@@ -147,7 +146,7 @@ fn surface(
         row.axis = None;
     }
     let name = cell("material").unwrap_or_default();
-    let medium = medium(number("ior")?, number("abbe-no")?, name, &mut system.design.notes)
+    let medium = medium(number("ior")?, number("abbe-no")?, name, left_out)
         .map_err(|found| line.error(words[0], found, "expected an IOR from 1 to 10, or 0"))?;
     let semi_diameter = number("housing-radius")?.filter(|semi| *semi > 0.0);
     let line = line.number;

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use super::report::ReadReport;
 use super::text::Line;
-use crate::io::{ReadContext, excerpt};
+use crate::io::excerpt;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::system::MediumBehind;
-use crate::spectrum::glass::{Glass, GlassLibrary};
+use crate::spectrum::glass::Glass;
 
 /// Figures that a file states beside the name of a glass.
 #[derive(Clone, Copy, Debug)]
@@ -31,23 +31,13 @@ impl ModelFigures {
 }
 
 /// Glasses that a file may name.
+#[derive(Default)]
 pub(crate) struct GlassNames {
-    library: GlassLibrary,
     makers: Vec<String>,
     private: HashMap<String, Glass>,
 }
 
 impl GlassNames {
-    /// Returns the glasses of the library of a context.
-    ///
-    /// # Errors
-    /// Returns an error if a catalogue of the user cannot be read.
-    pub fn new(line: &Line, context: &ReadContext) -> Result<Self, LensError> {
-        let library = GlassLibrary::for_context(context)
-            .map_err(|error| line.error("", error.to_string(), "expected readable catalogues"))?;
-        Ok(Self { library, makers: Vec::new(), private: HashMap::new() })
-    }
-
     /// Sets the preferred makers, the first one before all others.
     pub fn prefer<'a>(&mut self, makers: impl Iterator<Item = &'a str>) {
         self.makers = makers.map(str::to_owned).collect();
@@ -62,7 +52,7 @@ impl GlassNames {
     ///
     /// # Errors
     /// Returns an error with a suggestion if it is not known and the reader may not replace it by
-    /// the figures beside it.
+    /// the figures beside it, or if a catalogue of the user cannot be read.
     pub fn resolve(
         &self,
         line: &Line,
@@ -75,13 +65,14 @@ impl GlassNames {
             return Ok(MediumBehind::Glass(glass.clone()));
         }
         let makers: Vec<&str> = self.makers.iter().map(String::as_str).collect();
-        if let Some(found) = self.library.resolve(name, &makers) {
+        let library = report.glasses()?.clone();
+        if let Some(found) = library.resolve(name, &makers) {
             if let Some(substitution) = found.substitution {
                 report.note(substitution);
             }
             return Ok(MediumBehind::Glass(found.glass));
         }
-        let near = self.library.suggest(name);
+        let near = library.suggest(name);
         let near = near.map_or_else(String::new, |near| format!(" (did you mean {near}?)"));
         let what = format!("the glass \"{}\"{near}", excerpt(name));
         let Some(figures) = figures else {

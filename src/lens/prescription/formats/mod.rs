@@ -1,4 +1,4 @@
-//! Readers of lens files, chosen by extension and content.
+//! Readers of lens files, chosen by content.
 
 pub(crate) mod axis;
 mod checks;
@@ -12,10 +12,10 @@ pub(crate) mod glass_name;
 mod json;
 mod optical_bench;
 pub(crate) mod oslo;
+mod placeholder;
 pub(crate) mod report;
 pub(crate) mod text;
 pub(crate) mod toml;
-pub(crate) mod unsupported;
 pub(crate) mod write;
 pub(crate) mod zmx;
 
@@ -110,10 +110,10 @@ fn parse(path: &Path, context: &ReadContext) -> Result<(Prescription, LensFormat
             expected: "expected a lens file of a few short lines".into(),
         });
     }
-    if let Some(error) = unsupported::reject(path, &bytes) {
+    let text = text::decode(&bytes);
+    if let Some(error) = placeholder::reject(path, &text) {
         return Err(error);
     }
-    let text = text::decode(&bytes);
     let format = LensFormat::detect(path, &text);
     if let (Some(entry), false) = (&entry, format == LensFormat::Json) {
         return Err(LensError::Malformed {
@@ -133,10 +133,10 @@ fn parse(path: &Path, context: &ReadContext) -> Result<(Prescription, LensFormat
         LensFormat::Zmx => zmx::parse(path, &text, context),
         LensFormat::CodeV => codev::parse(path, &text, context),
         LensFormat::Oslo => oslo::parse(path, &text, context),
-        LensFormat::OpticalBench => optical_bench::parse(path, &text),
+        LensFormat::OpticalBench => optical_bench::parse(path, &text, context),
         LensFormat::Fx => fx::parse(path, &text, context),
         LensFormat::Json => json::parse(path, &text, entry.as_deref(), context),
-        LensFormat::Csv => csv::parse(path, &text),
+        LensFormat::Csv => csv::parse(path, &text, context),
         LensFormat::DiffOptics => diff_optics::parse(path, &text, context),
     };
     Ok((lens?, format))

@@ -1,10 +1,12 @@
 //! Record of what a reader cannot simulate, does not know or assumes.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
 use super::text::Line;
 use crate::io::{ReadContext, excerpt};
 use crate::lens::prescription::error::LensError;
+use crate::spectrum::glass::{GlassError, GlassLibrary};
 
 /// Largest number of unknown keywords that a note names.
 const NAMED: usize = 12;
@@ -12,6 +14,8 @@ const NAMED: usize = 12;
 /// Notes of a reader for the user.
 pub(crate) struct ReadReport<'a> {
     context: &'a ReadContext,
+    /// Glasses of the library and of the user's catalogues, read when the first is asked for.
+    glasses: OnceCell<GlassLibrary>,
     notes: Vec<String>,
     unknown: BTreeMap<String, usize>,
 }
@@ -19,7 +23,19 @@ pub(crate) struct ReadReport<'a> {
 impl<'a> ReadReport<'a> {
     /// Creates an empty report.
     pub fn new(context: &'a ReadContext) -> Self {
-        Self { context, notes: Vec::new(), unknown: BTreeMap::new() }
+        Self { context, glasses: OnceCell::new(), notes: Vec::new(), unknown: BTreeMap::new() }
+    }
+
+    /// Returns the glasses of the library and of the user's catalogues.
+    ///
+    /// # Errors
+    /// Returns an error if a catalogue cannot be read.
+    pub fn glasses(&self) -> Result<&GlassLibrary, GlassError> {
+        if let Some(library) = self.glasses.get() {
+            return Ok(library);
+        }
+        let library = GlassLibrary::for_context(self.context)?;
+        Ok(self.glasses.get_or_init(|| library))
     }
 
     /// Adds a note once.

@@ -65,7 +65,7 @@ pub(crate) struct SystemSurface {
     /// Shape, thickness, stop, obstruction and pose. Index, glass, diameter and mirror are set by
     /// [`SequentialSystem::build`].
     pub row: Row,
-    /// MediumBehind behind the surface.
+    /// Medium behind the surface.
     pub medium: MediumBehind,
     /// Semi-diameter (mm), if the file states one.
     pub semi_diameter: Option<f64>,
@@ -89,7 +89,7 @@ impl Default for SystemSurface {
     }
 }
 
-/// MediumBehind behind a surface.
+/// Medium behind a surface.
 #[derive(Clone, Debug, Default)]
 pub(crate) enum MediumBehind {
     /// Air or vacuum.

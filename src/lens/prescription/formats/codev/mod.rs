@@ -59,7 +59,7 @@ pub(super) fn parse(
     let start = Line { path, number: 1, text: text.lines().next().unwrap_or_default() };
     let mut reader = Reader {
         report: ReadReport::new(context),
-        glasses: GlassNames::new(&start, context)?,
+        glasses: GlassNames::default(),
         name: String::new(),
         unit: 1.0,
         radii: true,

@@ -38,7 +38,7 @@ pub(super) fn read(
         if kind == "sensor" {
             break;
         }
-        let read = read_surface(surface, &kind, &mut system.design.notes, left_out)?;
+        let read = read_surface(surface, &kind, left_out)?;
         system.surfaces.push(read);
     }
     system.design.notes.extend(left_out.take_notes());
@@ -48,7 +48,6 @@ pub(super) fn read(
 fn read_surface(
     surface: &Json<'_>,
     kind: &str,
-    notes: &mut Vec<String>,
     left_out: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let place = surface.need("type")?;
@@ -102,7 +101,7 @@ fn read_surface(
         None => MediumBehind::Same,
         Some(material) => {
             let name = material.text().unwrap_or_default();
-            medium(None, None, name, notes)
+            medium(None, None, name, left_out)
                 .map_err(|found| material.error(found, "expected a glass, or \"index/Abbe\""))?
         }
     };

@@ -51,7 +51,7 @@ pub(super) fn read(
     system.design.object_distance =
         Some(if distance.abs() >= DISTANT { f64::INFINITY } else { distance });
     for &(number, surface) in lens {
-        let mut read = read_surface(surface, &mut system.design.notes, left_out)?;
+        let mut read = read_surface(surface, left_out)?;
         let label = surface.get("Label").and_then(Json::text).unwrap_or_default();
         read.row.stop = match stop {
             Some(stop) => stop == number as f64,
@@ -65,7 +65,6 @@ pub(super) fn read(
 
 fn read_surface(
     surface: &Json<'_>,
-    notes: &mut Vec<String>,
     left_out: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let curvature = surface.need("Curvature")?;
@@ -99,7 +98,7 @@ fn read_surface(
     }
     let material = surface.need("Material")?;
     let name = material.text().unwrap_or_default();
-    let medium = medium(None, None, name, notes)
+    let medium = medium(None, None, name, left_out)
         .map_err(|found| material.error(found, "expected a glass, or \"index:Abbe\""))?;
     let mut semi_diameter = None;
     if let Some(aperture) = surface.get("Aperture") {

@@ -11,7 +11,7 @@ use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::formats::checks::{medium, powers, radius};
 use crate::lens::prescription::system::{MediumBehind, SequentialSystem, SystemSurface};
-use crate::lens::prescription::{Prescription, Row};
+use crate::lens::prescription::{CrossSection, Prescription, Row};
 use crate::spectrum::glass::Glass;
 
 /// Members of a surface that are read, or that say nothing about rays.
@@ -103,7 +103,7 @@ fn read_surface(
     }
     let stated = surface.need("radius")?;
     let value = match &stated.content {
-        Content::List(_) => equal(stated, "a surface of two radii (biconic)", left_out)?,
+        Content::List(_) => pair(stated)?[1],
         _ => stated.number_or_infinity()?,
     };
     let mut row = Row {
@@ -113,8 +113,20 @@ fn read_surface(
         thickness: surface.need("thickness")?.number()?,
         ..Row::default()
     };
+    let mut conic_x = 0.0;
     if let Some(conic) = surface.get("conic_constant") {
-        row.conic = equal(conic, "a surface of two conic constants (biconic)", left_out)?;
+        let [x, y] = pair(conic)?;
+        conic_x = x;
+        row.conic = y;
+    }
+    let across = match &stated.content {
+        Content::List(_) => pair(stated)?[0],
+        _ => value,
+    };
+    if across != value || conic_x != row.conic {
+        let radius =
+            radius(across).map_err(|found| stated.error(found, "expected 1e-6 mm or more"))?;
+        row.across = Some(CrossSection::Biconic { radius, conic: conic_x });
     }
     if let Some(terms) = surface.get("aspheric_coefficients").filter(|value| !is_empty(value)) {
         row.asphere = asphere(terms, left_out)?;
@@ -126,7 +138,7 @@ fn read_surface(
     };
     let before = system.surfaces.last().map_or(MediumBehind::Air, |before| before.medium.clone());
     let stated = surface.need("ior")?;
-    let mut behind = index(stated, &mut system.design.notes)?;
+    let mut behind = index(stated, left_out)?;
     if row.stop && index_of(&behind) == index_of(&before) {
         behind = before;
     }
@@ -146,14 +158,12 @@ fn read_surface(
     })
 }
 
-/// The one number of a value that may be a list of two for x and y.
-fn equal(value: &Json<'_>, what: &str, left_out: &mut ReadReport<'_>) -> Result<f64, LensError> {
-    let numbers = value.numbers()?;
-    match numbers[..] {
-        [both] => Ok(both),
-        [x, y] if x == y => Ok(x),
-        [_, y] => left_out.leave_out(&value.line, value.word, what).map(|()| y),
-        _ => Err(value.error(format!("{} numbers", numbers.len()), "expected one, or [x, y]")),
+/// Numbers along x and y: a list of two, or one for both.
+fn pair(value: &Json<'_>) -> Result<[f64; 2], LensError> {
+    match value.numbers()?[..] {
+        [both] => Ok([both; 2]),
+        [x, y] => Ok([x, y]),
+        ref all => Err(value.error(format!("{} numbers", all.len()), "expected one, or [x, y]")),
     }
 }
 
@@ -176,10 +186,10 @@ fn asphere(terms: &Json<'_>, left_out: &mut ReadReport<'_>) -> Result<Vec<(u32, 
 }
 
 /// An index, or a table of wavelengths (nm) and indices.
-fn index(value: &Json<'_>, notes: &mut Vec<String>) -> Result<MediumBehind, LensError> {
+fn index(value: &Json<'_>, left_out: &mut ReadReport<'_>) -> Result<MediumBehind, LensError> {
     let bad = |found: String| value.error(found, "expected an index from 1 to 10");
     let Content::List(list) = &value.content else {
-        return medium(Some(value.number()?), None, "", notes).map_err(bad);
+        return medium(Some(value.number()?), None, "", left_out).map_err(bad);
     };
     let [wavelengths, indices] = &list[..] else {
         return Err(bad(format!("a list of {} values", list.len())));
@@ -196,7 +206,7 @@ fn index(value: &Json<'_>, notes: &mut Vec<String>) -> Result<MediumBehind, Lens
         return Err(bad(format!("an index of {index} at {nm} nm")));
     }
     match table[..] {
-        [[_, only]] => medium(Some(only), None, "", notes).map_err(bad),
+        [[_, only]] => medium(Some(only), None, "", left_out).map_err(bad),
         _ if table.iter().all(|[_, index]| *index == 1.0) => Ok(MediumBehind::Air),
         _ => Ok(MediumBehind::Glass(Glass::Table(std::mem::take(&mut table).into()))),
     }

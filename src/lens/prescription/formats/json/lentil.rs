@@ -86,7 +86,7 @@ pub(super) fn read_lens(
         ..SequentialSystem::default()
     };
     for element in list.list()? {
-        let surface = read_element(element, &mut system.design.notes, left_out)?;
+        let surface = read_element(element, left_out)?;
         system.surfaces.push(surface);
     }
     system.design.notes.extend(left_out.take_notes());
@@ -95,7 +95,6 @@ pub(super) fn read_lens(
 
 fn read_element(
     element: &Json<'_>,
-    notes: &mut Vec<String>,
     left_out: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let material = element.get("material").and_then(Json::text).unwrap_or_default();
@@ -124,7 +123,7 @@ fn read_element(
             .map_err(|found| terms.error(found, "expected powers up to 20"))?;
     }
     let number = |name: &str| element.get(name).map(Json::number).transpose();
-    let medium = medium(number("ior")?, number("abbe")?, material, notes)
+    let medium = medium(number("ior")?, number("abbe")?, material, left_out)
         .map_err(|found| element.error(found, "expected \"ior\" from 1 to 10"))?;
     let semi_diameter = number("housing-radius")?.filter(|semi| *semi > 0.0);
     let line = element.line.number;

@@ -39,7 +39,7 @@ pub(super) fn read(
     }
     let distance = positions.get(1).map_or(f64::INFINITY, |first| first - positions[0]);
     system.design.object_distance = Some(distance.abs());
-    if !matches!(material(object, "material_post", &mut Vec::new())?, MediumBehind::Air) {
+    if !matches!(material(object, "material_post", left_out)?, MediumBehind::Air) {
         left_out.leave_out(&object.line, object.word, "an object in another medium than air")?;
     }
     for (i, surface) in lens.iter().enumerate() {
@@ -47,7 +47,7 @@ pub(super) fn read(
         if !thickness.is_finite() {
             return Err(surface.error("an infinite thickness", "expected a finite position z"));
         }
-        let mut read = read_surface(surface, &mut system.design.notes, left_out)?;
+        let mut read = read_surface(surface, left_out)?;
         read.row.thickness = thickness;
         system.surfaces.push(read);
     }
@@ -73,7 +73,6 @@ fn position(surface: &Json<'_>, left_out: &mut ReadReport<'_>) -> Result<f64, Le
 
 fn read_surface(
     surface: &Json<'_>,
-    notes: &mut Vec<String>,
     left_out: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let is = |name: &str| surface.get(name).is_some_and(Json::is_true);
@@ -108,7 +107,7 @@ fn read_surface(
             .is_some_and(|model| model.get("is_reflective").is_some_and(Json::is_true));
     let medium = match reflects {
         true => MediumBehind::Mirror,
-        false => material(surface, "material_post", notes)?,
+        false => material(surface, "material_post", left_out)?,
     };
     let kind = surface.get("type").and_then(Json::text).unwrap_or("Surface");
     if kind == "ParaxialSurface" {
@@ -138,7 +137,7 @@ fn read_surface(
 fn material(
     surface: &Json<'_>,
     name: &str,
-    notes: &mut Vec<String>,
+    left_out: &mut ReadReport<'_>,
 ) -> Result<MediumBehind, LensError> {
     let Some(material) = surface.get(name) else { return Ok(MediumBehind::Same) };
     let bad =
@@ -162,7 +161,7 @@ fn material(
     if index.is_none() && glass.is_empty() {
         return Err(bad(format!("a material of the type \"{kind}\"")));
     }
-    medium(index, number("abbe")?, glass, notes).map_err(bad)
+    medium(index, number("abbe")?, glass, left_out).map_err(bad)
 }
 
 /// Reads aperture, fields and wavelengths.

@@ -15,7 +15,9 @@ use std::path::Path;
 use self::sections::{Cell, Sections};
 use self::states::States;
 use super::checks::{medium, radius};
+use super::report::ReadReport;
 use super::text::Line;
+use crate::io::ReadContext;
 use crate::lens::prescription::design::{FieldKind, Fields};
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::system::{
@@ -27,7 +29,12 @@ use crate::lens::prescription::{Prescription, Row};
 ///
 /// # Errors
 /// Returns an error with line and column if a line is invalid or the text describes no lens.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> {
+pub(super) fn parse(
+    path: &Path,
+    text: &str,
+    context: &ReadContext,
+) -> Result<Prescription, LensError> {
+    let mut report = ReadReport::new(context);
     let sections = Sections::read(path, text);
     let states = States::read(&sections)?;
     let mut system = SequentialSystem {
@@ -50,7 +57,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> 
             let found = format!("more than {MAX_SURFACES} surfaces");
             return Err(line.error(cells[0], found, "expected one lens"));
         }
-        let surface = surface(line, cells, &states, &mut system.design.notes)?;
+        let surface = surface(line, cells, &states, &mut report)?;
         system.surfaces.push(surface);
     }
     let numbers: Vec<&str> = sections
@@ -60,6 +67,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Prescription, LensError> 
         .collect();
     aspheres::read(&sections, &numbers, &mut system)?;
     states.configure(&sections, &mut system)?;
+    system.design.notes.extend(report.finish());
     system.build(path)
 }
 
@@ -68,7 +76,7 @@ fn surface(
     line: &Line<'_>,
     cells: &[Cell<'_>],
     states: &States<'_>,
-    notes: &mut Vec<String>,
+    report: &mut ReadReport<'_>,
 ) -> Result<SystemSurface, LensError> {
     let cell = |i: usize| cells.get(i).copied().unwrap_or_default();
     let optional = |i: usize| match cell(i) {
@@ -102,7 +110,7 @@ fn surface(
         None => Some(1.0),
         index => index,
     };
-    let medium = medium(index, optional(5)?, cell(6), notes)
+    let medium = medium(index, optional(5)?, cell(6), report)
         .map_err(|found| line.error(cell(3), found, "expected an index from 1 to 10"))?;
     let semi_diameter = diameter.map(|diameter| diameter / 2.0).filter(|semi| *semi > 0.0);
     Ok(SystemSurface { line: line.number, row, medium, semi_diameter, clips, ..Default::default() })

@@ -46,7 +46,7 @@ pub(super) fn parse(
     let start = Line { path, number: 1, text: text.lines().next().unwrap_or_default() };
     let mut reader = Reader {
         report: ReadReport::new(context),
-        glasses: GlassNames::new(&start, context)?,
+        glasses: GlassNames::default(),
         name: String::new(),
         focal_length: None,
         unit: 1.0,

@@ -37,7 +37,7 @@ pub(super) struct OsloSurface<'a> {
     focal_length: Option<f64>,
 }
 
-/// MediumBehind behind a surface.
+/// Medium behind a surface.
 enum OsloMedium<'a> {
     Air,
     Mirror,
