@@ -136,3 +136,22 @@ fn the_command_shows_and_converts_a_zoom_setting() {
     assert_eq!(code, 2);
     assert!(err.contains("--zoom: zoom.toml: two groups has no focal length of 10 mm"), "{err}");
 }
+
+#[test]
+fn the_f_number_of_a_picture_is_that_at_infinity_wherever_groups_move() {
+    let folder = folder();
+    write(&folder, "zoom.toml", ZOOM);
+    let scene = support::root().join("scenes/snowman.pbrt").display().to_string();
+    let exposure = |focus: &str| {
+        let options = ["--lens", "zoom.toml", "--zoom", "wide", "--fstop", "8", "--focus", focus];
+        let size = ["--resolution", "12x8", "--spp", "1", "--effects", "none", "-o", "a.exr"];
+        let arguments = [&["render", scene.as_str()][..], &options, &size].concat();
+        let (code, _, err) = petzval(folder.path(), &arguments);
+        assert_eq!(code, 0, "{err}");
+        let line = err.lines().find(|line| line.starts_with("exposure")).map(str::to_owned);
+        line.unwrap_or_else(|| panic!("no exposure: {err}"))
+    };
+    let distant = exposure("inf");
+    assert_eq!(exposure("3"), distant);
+    assert!(distant.contains("f/8") || distant.contains("f/7.9"), "{distant}");
+}

@@ -6,7 +6,9 @@ use super::lens::{align, f_number_diameter, read_lens};
 use super::report::Report;
 use super::{Changes, ExcludedEffects, PrepareError};
 use crate::io::ReadContext;
-use crate::lens::{FocusModel, LensModel, Orthographic, RealRayFocus, SphericalMapping, ThinLens};
+use crate::lens::{
+    FocusModel, LensModel, Orthographic, Paraxial, RealRayFocus, SphericalMapping, ThinLens,
+};
 use crate::plan::Misalignment;
 use crate::scene::pbrt::{CameraSpec, FilmSpec, RealisticSpec, SphericalSpec, ThinSpec};
 use crate::sensor::ev100;
@@ -170,6 +172,9 @@ impl CameraInput<'_> {
             camera_at: report.camera_at.clone(),
         };
         let lens = placer.focus(placement)?;
+        // Groups that move for focus change the focal length and the pupil; the f-number is that at
+        // infinity.
+        let f_number = Paraxial::new(&prescription).f_number();
         let film_distance = lens.film_distance;
         let object_distance = RealRayFocus::new(&lens.prescription)
             .object_distance(film_distance)
@@ -177,7 +182,7 @@ impl CameraInput<'_> {
         report.text("lensModel", lens.prescription.name.clone());
         if !lens.paraxial.is_afocal() {
             report.number("effectiveFocalLength", lens.paraxial.focal_length);
-            report.number("aperture", lens.paraxial.f_number());
+            report.number("aperture", f_number);
         }
         report.number(
             "focus",
@@ -197,7 +202,7 @@ impl CameraInput<'_> {
         report.number("expTime", time);
         // pbrt-v2's camera has no shutter.
         if time > 0.0 {
-            let ev = ev100(lens.paraxial.f_number(), time * self.efficiency, changes.iso(film));
+            let ev = ev100(f_number, time * self.efficiency, changes.iso(film));
             report.number("exposureValue", ev);
         }
         Ok(CameraSetup {
