@@ -3,6 +3,7 @@
 mod convert;
 mod json;
 mod psf;
+mod report;
 mod summary;
 mod trace;
 mod vignetting;
@@ -20,6 +21,7 @@ use super::outputs::{check_distinct, check_writable};
 use super::report::lens_drawing::draw;
 use super::{Failure, Outcome};
 use convert::ConvertArguments;
+use report::ReportArguments;
 use summary::{Summary, summary};
 use trace::TraceArguments;
 
@@ -100,12 +102,15 @@ enum LensCommand {
     Trace(TraceArguments),
     /// Write a lens file in another format
     Convert(ConvertArguments),
+    /// Analyse a lens by real rays: aberrations, spots, MTF, wavefronts, illumination, ghosts
+    Report(ReportArguments),
 }
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     match &arguments.command {
         Some(LensCommand::Trace(arguments)) => return trace::run(arguments),
         Some(LensCommand::Convert(arguments)) => return convert::run(arguments),
+        Some(LensCommand::Report(arguments)) => return report::run(arguments),
         None => {}
     }
     let file = arguments.lens.as_deref().ok_or("name a lens file")?;

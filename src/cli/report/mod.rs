@@ -3,4 +3,4 @@
 pub(super) mod accuracy;
 pub(super) mod contact_sheet;
 pub(super) mod lens_drawing;
-mod svg;
+pub(in crate::cli) mod svg;

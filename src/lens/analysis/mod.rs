@@ -5,6 +5,7 @@ pub(crate) mod exit_pupil;
 pub(crate) mod film_error;
 pub(crate) mod focus;
 pub(crate) mod focus_model;
+pub(crate) mod imaging;
 pub(crate) mod open_rims;
 pub(crate) mod paraxial;
 pub(crate) mod throughput;

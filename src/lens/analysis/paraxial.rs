@@ -227,6 +227,15 @@ impl Paraxial {
         reduced * self.film_index
     }
 
+    /// Returns the transverse magnification of an object `object` mm (or infinitely far) before the
+    /// front vertex.
+    pub fn magnification(&self, object: f64) -> f64 {
+        if object.is_infinite() {
+            return 0.0;
+        }
+        self.whole.a + self.whole.c * self.image_distance(object) / self.film_index
+    }
+
     /// Returns the slope in the scene, per mm of image height, of the chief ray [1/mm]: the ray
     /// through the centre of the entrance pupil, at `pupil` mm behind the front vertex, to a film
     /// `distance` mm behind the rear vertex.

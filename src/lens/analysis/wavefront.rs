@@ -4,9 +4,8 @@ use super::exit_pupil::ExitPupil;
 use crate::lens::camera::RealLens;
 use crate::lens::least_squares::least_squares;
 use crate::lens::trace::kernel::LensRay;
+use crate::lens::trace::path::trace_past_rims;
 use crate::lens::trace::sequence::{Side, sequence};
-use crate::lens::trace::surface::Surface;
-use crate::lens::trace::trace_one;
 
 /// Points along each side of the grid over the pupil.
 const GRID: usize = 48;
@@ -55,12 +54,9 @@ impl Wavefront {
             let at = [middle[0] + width * step(i % GRID), middle[1] + height * step(i / GRID)];
             let tz = (index * index - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
             let start = LensRay::new(place, [at[0], at[1], tz]);
-            rays.extend(trace_path(start, &surfaces).map(|(ray, path)| PupilRay {
-                at,
-                tz,
-                ray,
-                path,
-            }));
+            let path = trace_past_rims(start, &surfaces).ok();
+            let path = path.filter(|path| path.clipped.is_none());
+            rays.extend(path.map(|path| PupilRay { at, tz, ray: path.ray, path: path.length }));
         }
         let target = best_image_point(&rays)?;
         let mut points: Vec<WavefrontPoint> = rays
@@ -100,20 +96,6 @@ struct PupilRay {
     tz: f64,
     ray: LensRay<f64>,
     path: f64,
-}
-
-/// Traces a ray through all surfaces; returns it and its optical path to the last.
-fn trace_path(mut ray: LensRay<f64>, surfaces: &[Surface<f64>]) -> Option<(LensRay<f64>, f64)> {
-    let mut path = 0.0;
-    for surface in surfaces {
-        let next = trace_one::<f64>(ray, std::slice::from_ref(surface)).ok()?;
-        let [x, y, z] = [0, 1, 2].map(|i| next.p[i] - ray.p[i]);
-        let along = [x, y, z + surface.advance];
-        // The direction has the length of the index, which makes this an optical length.
-        path += along[0] * ray.t[0] + along[1] * ray.t[1] + along[2] * ray.t[2];
-        ray = next;
-    }
-    Some((ray, path))
 }
 
 /// The scene point that is closest to all rays.

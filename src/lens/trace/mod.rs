@@ -13,6 +13,7 @@ pub(crate) mod crossing;
 pub(crate) mod frame_transform;
 pub(crate) mod ideal;
 pub(crate) mod kernel;
+pub(crate) mod path;
 pub(crate) mod polynomial;
 pub(crate) mod refract;
 pub(crate) mod sequence;

@@ -1,0 +1,189 @@
+//! Prescription, first-order data and Seidel sums.
+
+use petzval::lens::{Paraxial, SeidelSums};
+
+use super::inputs::ReportInputs;
+use super::plot::{Plot, Series, Style};
+use super::section::{ReportSection, Table};
+use crate::cli::Failure;
+
+pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
+    let rows = inputs.lens.rows.iter().enumerate().map(|(i, row)| {
+        vec![
+            i as f64 + 1.0,
+            row.radius,
+            row.conic,
+            row.thickness,
+            row.index,
+            row.diameter / 2.0,
+            f64::from(u8::from(row.stop)),
+        ]
+    });
+    let columns = [
+        "surface",
+        "radius_mm",
+        "conic",
+        "thickness_mm",
+        "index_behind",
+        "semi_diameter_mm",
+        "stop",
+    ];
+    ReportSection {
+        name: "prescription",
+        title: "Prescription",
+        note: format!(
+            "Indices at {} nm. Thicknesses are those to the next vertex.",
+            inputs.quality.conditions.primary_line().nm
+        ),
+        tables: vec![Table::new("", &columns, rows.collect()).shown()],
+        ..ReportSection::default()
+    }
+}
+
+pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+    let conditions = &inputs.quality.conditions;
+    let data = conditions.first_order(&inputs.lens)?;
+    let primary = &data[conditions.primary];
+    let mut figures = Vec::new();
+    let mut add = |name: &str, value: f64, unit| figures.push((name.to_owned(), value, unit));
+    add("wavelength", conditions.primary_line().nm, "nm");
+    add("effective_focal_length", primary.focal_length / primary.film_index, "mm");
+    add("rear_focal_length", primary.focal_length, "mm");
+    add("back_focal_distance", primary.back_focal_distance, "mm");
+    add("front_focal_distance", -front_focus(primary), "mm");
+    add("object_distance", conditions.object_distance, "mm");
+    add("film_distance", conditions.film_distance, "mm");
+    add("total_track", primary.length + primary.travel * conditions.film_distance, "mm");
+    add("f_number", primary.f_number(), "");
+    add("paraxial_working_f_number", paraxial_working(inputs, primary), "");
+    let axis = inputs.quality.fields.first();
+    let grid = axis.and_then(|field| field.grids[conditions.primary].as_ref());
+    if let Some(grid) = grid {
+        add("working_f_number", grid.working_f_number(), "");
+        add("airy_radius", 1e3 * grid.airy_radius(), "um");
+    }
+    add("magnification", primary.magnification(conditions.object_distance), "");
+    add("stop_semi_diameter", inputs.lens.rows[inputs.lens.stop()].diameter / 2.0, "mm");
+    add("entrance_pupil_diameter", primary.entrance_pupil.diameter, "mm");
+    add("entrance_pupil_position", primary.entrance_pupil.position, "mm");
+    add("exit_pupil_diameter", primary.exit_pupil.diameter, "mm");
+    let exit = primary.exit_pupil.position * primary.travel - conditions.film_distance;
+    add("exit_pupil_position_from_film", exit, "mm");
+    add("largest_image_height", inputs.quality.largest_image_height(), "mm");
+    let rows = inputs
+        .wavelengths()
+        .map(|i| {
+            let paraxial = &data[i];
+            vec![
+                inputs.nm(i),
+                conditions.wavelengths[i].weight,
+                paraxial.focal_length / paraxial.film_index,
+                paraxial.back_focal_distance,
+                paraxial.image_distance(conditions.object_distance),
+                1e3 * inputs.quality.paraxial_focus(i),
+            ]
+        })
+        .collect();
+    let columns = [
+        "wavelength_nm",
+        "weight",
+        "effective_focal_length_mm",
+        "back_focal_distance_mm",
+        "image_distance_mm",
+        "focus_behind_film_um",
+    ];
+    Ok(ReportSection {
+        name: "first-order",
+        title: "First-order data",
+        note: "Positions are behind the rear vertex (film, back focal distance), behind the front \
+               vertex (entrance pupil) or behind the film (exit pupil). The working f-number is \
+               that of the real pupil on the axis."
+            .to_owned(),
+        figures,
+        tables: vec![Table::new("by-wavelength", &columns, rows).shown()],
+        ..ReportSection::default()
+    })
+}
+
+/// Returns the distance of the front focal point before the front vertex.
+fn front_focus(paraxial: &Paraxial) -> f64 {
+    -paraxial.whole.d / paraxial.whole.c
+}
+
+/// Returns the f-number of the marginal ray of first-order optics for the object of the conditions.
+fn paraxial_working(inputs: &ReportInputs, paraxial: &Paraxial) -> f64 {
+    let object = inputs.quality.conditions.object_distance;
+    if object.is_infinite() {
+        return paraxial.f_number() / paraxial.film_index;
+    }
+    let slope =
+        paraxial.entrance_pupil.diameter / 2.0 / (object + paraxial.entrance_pupil.position);
+    let m = paraxial.whole;
+    let nu = m.c * slope * object + m.d * slope;
+    1.0 / (2.0 * nu.abs())
+}
+
+pub(super) fn seidel(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+    let quality = &inputs.quality;
+    let seidel = quality.seidel(&inputs.lens)?;
+    let columns = ["surface", "s1_mm", "s2_mm", "s3_mm", "s4_mm", "s5_mm", "cl_mm", "ct_mm"];
+    let row = |surface: f64, sums: &SeidelSums| {
+        let mut row = vec![surface];
+        row.extend(sums.monochromatic);
+        row.extend(sums.chromatic);
+        row
+    };
+    let mut rows: Vec<Vec<f64>> =
+        seidel.rows.iter().enumerate().map(|(i, sums)| row(i as f64 + 1.0, sums)).collect();
+    rows.push(row(f64::NAN, &seidel.total));
+    let waves = quality.conditions.primary_line().nm * 1e-6;
+    let wave_columns = ["surface", "w040", "w131", "w222", "w220p", "w311", "w020", "w111"];
+    let wave_row = |surface: f64, sums: &SeidelSums| {
+        let mut row = vec![surface];
+        row.extend(sums.wavefront().map(|w| w / waves));
+        row
+    };
+    let mut wave_rows: Vec<Vec<f64>> =
+        seidel.rows.iter().enumerate().map(|(i, sums)| wave_row(i as f64 + 1.0, sums)).collect();
+    wave_rows.push(wave_row(f64::NAN, &seidel.total));
+    let names = ["S I", "S II", "S III", "S IV", "S V"];
+    // A group of bars for each surface.
+    let bar = |i: usize, k: usize| i as f64 + 1.0 + (k as f64 - 2.0) * 0.15;
+    let series = names.iter().enumerate().map(|(k, name)| Series {
+        name: (*name).to_owned(),
+        colour: k,
+        style: Style::Bars,
+        points: seidel
+            .rows
+            .iter()
+            .enumerate()
+            .flat_map(|(i, sums)| [[bar(i, k), 0.0], [bar(i, k), 1e3 * sums.monochromatic[k]]])
+            .collect(),
+    });
+    Ok(ReportSection {
+        name: "seidel",
+        title: "Seidel sums by surface",
+        note:
+            "S I to S V: spherical aberration, coma, astigmatism, Petzval curvature, distortion; \
+               C L and C T: axial and lateral colour between the shortest and the longest \
+               wavelength. The row without a number is the sum. For the edge of the field and \
+               the full stop."
+                .to_owned(),
+        figures: vec![
+            ("lagrange_invariant".to_owned(), seidel.invariant, "mm"),
+            ("petzval_radius".to_owned(), seidel.petzval_radius, "mm"),
+        ],
+        tables: vec![
+            Table::new("sums", &columns, rows).shown(),
+            Table::new("waves", &wave_columns, wave_rows),
+        ],
+        plots: vec![Plot {
+            name: "sums".to_owned(),
+            title: "Seidel sums".to_owned(),
+            axes: ["surface".to_owned(), "sum (µm)".to_owned()],
+            series: series.collect(),
+            ..Plot::default()
+        }],
+        ..ReportSection::default()
+    })
+}

@@ -1,0 +1,116 @@
+//! What all analyses of a report share: the lens, its traced fields, and names for both.
+
+use std::sync::OnceLock;
+
+use petzval::lens::{FieldKind, FieldRays, ImageQuality, Prescription};
+
+use super::curves::FieldCurves;
+use super::fans::Fans;
+use super::plot::colour;
+use super::wave::PointImages;
+
+/// A lens with its traced fields.
+pub(super) struct ReportInputs {
+    /// The lens at its primary wavelength.
+    pub lens: Prescription,
+    pub quality: ImageQuality,
+    /// Fields that are shown one by one.
+    pub shown: Vec<FieldRays>,
+    /// Largest frequency of the MTF that the user asks for (cycles / mm).
+    pub frequency: Option<f64>,
+    fans: OnceLock<Fans>,
+    field_curves: OnceLock<FieldCurves>,
+    point_images: OnceLock<PointImages>,
+}
+
+impl ReportInputs {
+    pub fn new(
+        lens: Prescription,
+        quality: ImageQuality,
+        shown: Vec<FieldRays>,
+        frequency: Option<f64>,
+    ) -> Self {
+        let (fans, field_curves, point_images) = Default::default();
+        Self { lens, quality, shown, frequency, fans, field_curves, point_images }
+    }
+
+    /// Returns the fans of the shown fields.
+    pub fn fans(&self) -> &Fans {
+        self.fans.get_or_init(|| Fans::new(self))
+    }
+
+    /// Returns the imagery next to the chief rays.
+    pub fn field_curves(&self) -> &FieldCurves {
+        self.field_curves.get_or_init(|| FieldCurves::new(self))
+    }
+
+    /// Returns the point images of the shown fields.
+    pub fn point_images(&self) -> &PointImages {
+        self.point_images.get_or_init(|| PointImages::new(self))
+    }
+
+    /// Returns the name of a field, such as "14 mm" or "20°".
+    pub fn field_name(&self, field: f64) -> String {
+        format!("{} {}", rounded(field), self.field_unit())
+    }
+
+    pub fn field_unit(&self) -> &'static str {
+        match self.quality.conditions.field_kind {
+            FieldKind::Angle => "deg",
+            FieldKind::ObjectHeight | FieldKind::ImageHeight => "mm",
+        }
+    }
+
+    /// Returns the name of the field axis.
+    pub fn field_axis(&self) -> String {
+        let what = match self.quality.conditions.field_kind {
+            FieldKind::Angle => "field angle",
+            FieldKind::ObjectHeight => "object height",
+            FieldKind::ImageHeight => "image height",
+        };
+        format!("{what} ({})", self.field_unit())
+    }
+
+    /// Returns the name of the column of the field.
+    pub fn field_column(&self) -> &'static str {
+        match self.quality.conditions.field_kind {
+            FieldKind::Angle => "field_deg",
+            FieldKind::ObjectHeight | FieldKind::ImageHeight => "field_mm",
+        }
+    }
+
+    /// Returns the name of a wavelength.
+    pub fn wavelength_name(&self, wavelength: usize) -> String {
+        format!("{} nm", rounded(self.quality.conditions.wavelengths[wavelength].nm))
+    }
+
+    /// Returns the colour of a wavelength.
+    pub fn wavelength_colour(&self, wavelength: usize) -> usize {
+        let lines = &self.quality.conditions.wavelengths;
+        let nm = lines[wavelength].nm;
+        colour(lines.iter().filter(|line| line.nm < nm).count(), lines.len())
+    }
+
+    pub fn wavelengths(&self) -> std::ops::Range<usize> {
+        0..self.quality.conditions.wavelengths.len()
+    }
+
+    pub fn nm(&self, wavelength: usize) -> f64 {
+        self.quality.conditions.wavelengths[wavelength].nm
+    }
+
+    /// Returns the colour of a shown field.
+    pub fn field_colour(&self, i: usize) -> usize {
+        colour(i, self.shown.len())
+    }
+}
+
+/// Returns a number with four digits at most, without trailing zeros.
+pub(super) fn rounded(value: f64) -> String {
+    let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
+    let text = format!("{value:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}

@@ -1,0 +1,187 @@
+//! `petzval lens report`: every analysis of a lens, as JSON, CSV, SVG and one page.
+
+mod curves;
+mod fans;
+mod files;
+mod first_order;
+mod inputs;
+mod light;
+mod page;
+mod picture;
+mod plot;
+mod section;
+mod spots;
+mod transfer;
+mod wave;
+
+use std::path::PathBuf;
+
+use petzval::io::ReadContext;
+use petzval::lens::{ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid, in_parallel};
+
+use crate::cli::arguments::lens_file::LensFileArguments;
+use crate::cli::arguments::values::{length, length_or_inf};
+use crate::cli::{Failure, Outcome};
+use inputs::ReportInputs;
+use section::ReportSection;
+
+/// Arguments of `petzval lens report`.
+#[derive(Debug, clap::Args)]
+pub(super) struct ReportArguments {
+    /// Lens file
+    lens: PathBuf,
+    #[command(flatten)]
+    file: LensFileArguments,
+    /// Folder for the page, index.html, and for JSON, CSV, SVG and PNG files
+    #[arg(short, long, value_name = "FOLDER", required_unless_present = "json")]
+    output: Option<PathBuf>,
+    /// Print one analysis as JSON instead of writing files; "all" prints every one
+    #[arg(long, value_name = "ANALYSIS", value_parser = analysis, conflicts_with = "output")]
+    json: Option<String>,
+    /// Stop the lens down to this diameter of the stop, mm
+    #[arg(long, value_name = "MM", value_parser = length)]
+    stop: Option<f64>,
+    /// Distance of the object from the film, mm (or inf), instead of that of the lens file
+    #[arg(long, value_name = "MM", value_parser = length_or_inf)]
+    focus: Option<f64>,
+    /// Distance of the film behind the rear vertex, mm, instead of that of the lens file, or of the
+    /// sharpest one
+    #[arg(long, value_name = "MM", value_parser = length)]
+    film_distance: Option<f64>,
+    /// Largest image height, mm, instead of the fields of the lens file; without either, 21.63 or
+    /// nearly the end of the light
+    #[arg(long, value_name = "MM", value_parser = length)]
+    image_height: Option<f64>,
+    /// Largest spatial frequency of the MTF, cycles/mm, instead of about half of the diffraction
+    /// limit and 200 at most
+    #[arg(long, value_name = "CYCLES/MM", value_parser = length)]
+    frequency: Option<f64>,
+    /// Fields from the axis to the edge
+    #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u16).range(2..=1001))]
+    fields: u16,
+    /// Rays along each side of the grid over the pupil
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(8..=512))]
+    pupil: u16,
+}
+
+/// Fields that are shown one by one without statements of the lens file, as shares of the largest.
+const SHOWN: [f64; 5] = [0.0, 0.5, 0.7, 0.85, 1.0];
+/// Most stated fields that are shown.
+const MOST_SHOWN: usize = 12;
+
+pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
+    let context = ReadContext::default();
+    let mut lens = arguments.file.options().read(&arguments.lens, &context)?;
+    super::warn_of_notes(&arguments.lens, &lens);
+    if let Some(stop) = arguments.stop {
+        lens.stop_down(stop);
+    }
+    let choices = ConditionChoices {
+        focus: arguments.focus,
+        film_distance: arguments.film_distance,
+        image_height: arguments.image_height,
+    };
+    let conditions = ImagingConditions::new(&lens, choices)
+        .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let grid = ImagingGrid {
+        fields: usize::from(arguments.fields),
+        pupil: usize::from(arguments.pupil),
+        threads,
+    };
+    let lens = lens.at_wavelength(conditions.primary_line().nm)?;
+    let quality = ImageQuality::new(&lens, conditions, grid)?;
+    let shown = shown_fields(&quality)
+        .into_iter()
+        .filter_map(|field| quality.field(field, grid.pupil))
+        .collect();
+    let inputs = ReportInputs::new(lens, quality, shown, arguments.frequency);
+    let wanted =
+        |name: &&str| arguments.json.as_deref().is_none_or(|asked| asked == ALL || asked == *name);
+    let names: Vec<&str> = ANALYSES.into_iter().filter(wanted).collect();
+    let sections = in_parallel(&names, threads, |name| {
+        section(name, &inputs).map_err(|error| error.to_string())
+    });
+    let sections = sections.into_iter().collect::<Result<Vec<_>, String>>()?;
+    let Some(folder) = &arguments.output else {
+        let values: Vec<_> = sections.iter().map(|section| section.json(true)).collect();
+        let text = match values.as_slice() {
+            [one] => format!("{one:#}\n"),
+            _ => format!("{:#}\n", serde_json::Value::Array(values)),
+        };
+        return super::super::print(&text);
+    };
+    let count = files::write(folder, &inputs, &sections)?;
+    let page = folder.join("index.html");
+    super::super::print(&format!("wrote {count} files; the page is {}\n", page.display()))
+}
+
+/// Name of all analyses together.
+const ALL: &str = "all";
+
+/// Checks the name of an analysis.
+fn analysis(name: &str) -> Result<String, String> {
+    match name == ALL || ANALYSES.contains(&name) {
+        true => Ok(name.to_owned()),
+        false => Err(format!("expected {ALL} or one of {}", ANALYSES.join(", "))),
+    }
+}
+
+/// Returns the fields that are shown one by one, in ascending order.
+fn shown_fields(quality: &ImageQuality) -> Vec<f64> {
+    let conditions = &quality.conditions;
+    let mut fields = conditions.stated_fields.clone();
+    fields.sort_by(f64::total_cmp);
+    fields.dedup();
+    if fields.is_empty() || fields.len() > MOST_SHOWN {
+        fields = SHOWN.map(|share| share * conditions.largest_field).to_vec();
+    }
+    fields
+}
+
+/// Names of the analyses, in the order of the page.
+const ANALYSES: [&str; 19] = [
+    "prescription",
+    "first-order",
+    "seidel",
+    "ray-fan",
+    "opd-fan",
+    "spot",
+    "field-curvature",
+    "distortion",
+    "lateral-colour",
+    "longitudinal",
+    "relative-illumination",
+    "vignetting",
+    "mtf",
+    "mtf-field",
+    "mtf-focus",
+    "wavefront",
+    "psf",
+    "encircled-energy",
+    "ghosts",
+];
+
+fn section(name: &str, inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+    Ok(match name {
+        "prescription" => first_order::prescription(inputs),
+        "first-order" => first_order::first_order(inputs)?,
+        "seidel" => first_order::seidel(inputs)?,
+        "ray-fan" => fans::rays(inputs),
+        "opd-fan" => fans::paths(inputs),
+        "spot" => spots::spots(inputs),
+        "field-curvature" => curves::curvature(inputs),
+        "distortion" => curves::distortion(inputs),
+        "lateral-colour" => curves::lateral_colour(inputs),
+        "longitudinal" => curves::longitudinal(inputs),
+        "relative-illumination" => light::relative_illumination(inputs),
+        "vignetting" => light::vignetting(inputs),
+        "mtf" => transfer::by_frequency(inputs),
+        "mtf-field" => transfer::by_field(inputs),
+        "mtf-focus" => transfer::by_focus(inputs),
+        "wavefront" => wave::wavefronts(inputs)?,
+        "psf" => wave::psf(inputs)?,
+        "encircled-energy" => wave::encircled_energy(inputs),
+        _ => light::ghosts(inputs),
+    })
+}

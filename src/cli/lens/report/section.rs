@@ -1,0 +1,98 @@
+//! Parts of a lens report: figures, tables and plots of an analysis.
+
+use serde_json::{Map, Value, json};
+
+use super::picture::SectionPicture;
+use super::plot::Plot;
+
+/// Rows from which a table is bulk: rays of spots, samples of images.
+const BULK: usize = 5000;
+
+/// Figures of an analysis.
+#[derive(Debug, Default)]
+pub(super) struct ReportSection {
+    /// Name on the command line and of the files.
+    pub name: &'static str,
+    pub title: &'static str,
+    /// What the figures mean: signs, references, units.
+    pub note: String,
+    /// Single figures: name, value and unit.
+    pub figures: Vec<(String, f64, &'static str)>,
+    pub tables: Vec<Table>,
+    pub plots: Vec<Plot>,
+    pub pictures: Vec<SectionPicture>,
+}
+
+/// A table of numbers.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    /// Name in files; the only table of a section has none.
+    pub name: String,
+    /// Names of the columns, with units.
+    pub columns: Vec<String>,
+    /// Rows; a number that does not exist is NaN.
+    pub rows: Vec<Vec<f64>>,
+    /// Whether the page shows the table; long ones are only in the files.
+    pub shown: bool,
+}
+
+impl Table {
+    pub fn new(name: impl Into<String>, columns: &[&str], rows: Vec<Vec<f64>>) -> Self {
+        let columns = columns.iter().map(|column| (*column).to_owned()).collect();
+        Self { name: name.into(), columns, rows, shown: false }
+    }
+
+    pub fn shown(self) -> Self {
+        Self { shown: true, ..self }
+    }
+
+    /// Returns the table as CSV, with all digits; cells of numbers that do not exist are empty.
+    ///
+    /// # Errors
+    /// Returns an error if a row has not as many cells as the table has columns.
+    pub fn csv(&self) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+        let mut file = csv::Writer::from_writer(Vec::new());
+        file.write_record(&self.columns)?;
+        let cell = |value: &f64| if value.is_nan() { String::new() } else { value.to_string() };
+        for row in &self.rows {
+            file.write_record(row.iter().map(cell))?;
+        }
+        Ok(file.into_inner()?)
+    }
+}
+
+/// Returns a JSON number, or null if it is not finite.
+pub(super) fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+impl ReportSection {
+    /// Returns the section as JSON: its figures by name, and its tables by columns and rows. Bulk
+    /// tables are there only if `bulk` is true.
+    pub fn json(&self, bulk: bool) -> Value {
+        let mut figures = Map::new();
+        for (name, value, unit) in &self.figures {
+            figures.insert(name.clone(), json!({ "value": number(*value), "unit": unit }));
+        }
+        let tables: Vec<Value> = self
+            .tables
+            .iter()
+            .filter(|table| bulk || table.rows.len() <= BULK)
+            .map(|table| {
+                let rows: Vec<Vec<Value>> = table
+                    .rows
+                    .iter()
+                    .map(|row| row.iter().copied().map(number).collect())
+                    .collect();
+                json!({ "name": table.name, "columns": table.columns, "rows": rows })
+            })
+            .collect();
+        json!({
+            "analysis": self.name,
+            "title": self.title,
+            "note": self.note,
+            "figures": figures,
+            "tables": tables,
+        })
+    }
+}

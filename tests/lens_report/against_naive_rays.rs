@@ -1,0 +1,110 @@
+//! Spots, illumination and ghosts against plain traces of evenly spaced rays.
+
+use petzval::lens::{
+    LensRay, Normalization, Paraxial, Prescription, SceneRay, Side, Vignetting, ghost_sequence,
+    sequence, trace_one,
+};
+
+use super::{conditions, lens, traced};
+
+/// Rays along each side of the naive grid over the front surface.
+const SIDE: usize = 500;
+
+/// Spot of a distant point by evenly spaced rays parallel to a chief ray, at the d line: centroid
+/// and root mean square radius.
+fn naive_spot(lens: &Prescription, chief: &SceneRay, film: f64) -> ([f64; 2], f64) {
+    let surfaces = sequence::<f64>(lens, Side::Scene(0.0));
+    let half = 0.65 * Paraxial::new(lens).entrance_pupil.diameter;
+    let direction = chief.direction;
+    let to_front = chief.point[2] / direction[2];
+    let middle = [0, 1].map(|k| chief.point[k] - to_front * direction[k]);
+    let place = |i: usize| half * (2.0 * (i as f64 + 0.5) / SIDE as f64 - 1.0);
+    let points: Vec<[f64; 2]> = (0..SIDE * SIDE)
+        .filter_map(|i| {
+            // Even in the plane of the front vertex, which parallel light fills evenly.
+            let at = [middle[0] + place(i % SIDE), middle[1] + place(i / SIDE)];
+            let start = [0, 1].map(|k| at[k] - 50.0 * direction[k] / direction[2]);
+            let ray = LensRay::new([start[0], start[1], -50.0], direction);
+            let ray = trace_one::<f64>(ray, &surfaces).ok()?;
+            let s = (film - ray.p[2]) / ray.t[2];
+            Some([0, 1].map(|k| ray.p[k] + s * ray.t[k]))
+        })
+        .collect();
+    let count = points.len() as f64;
+    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
+    let square =
+        points.iter().map(|p| (p[0] - mean[0]).powi(2) + (p[1] - mean[1]).powi(2)).sum::<f64>();
+    (mean, (square / count).sqrt())
+}
+
+#[test]
+fn spots_have_the_size_of_naive_ones() {
+    for name in ["triplet.toml", "dgauss.50mm.dat", "wide.22mm.dat"] {
+        let lens = lens(name);
+        let mut conditions = conditions(&lens, 18.0);
+        conditions.wavelengths = vec![conditions.primary_line()];
+        conditions.primary = 0;
+        let film = conditions.film_distance;
+        let quality = traced(&lens, conditions, 3);
+        for field in &quality.fields {
+            let chief = field.chief(0).expect("a chief ray");
+            let (centroid, rms) = naive_spot(&lens, &chief.scene, film);
+            let size = field.spot().size(0.0, None).expect("light");
+            let error = size.rms / rms - 1.0;
+            // A grid of 64 cells leaves out the spread within them.
+            assert!(error.abs() < 8e-3, "{name} {}: {} {rms}", field.field, size.rms);
+            let y = field.reference.point[1] + size.centroid[1];
+            assert!((y - centroid[1]).abs() < 8e-3 * rms.max(1e-3), "{name}: {y} {centroid:?}");
+        }
+    }
+}
+
+#[test]
+fn the_illumination_is_that_of_rays_from_the_film() {
+    // Farther out the image of the wide lens is curved by more than a millimetre, and the bundles of
+    // an object point and of a film point differ.
+    for (name, height) in
+        [("triplet.toml", 20.0), ("dgauss.50mm.dat", 20.0), ("wide.22mm.dat", 10.0)]
+    {
+        let lens = lens(name);
+        let mut conditions = conditions(&lens, height);
+        conditions.wavelengths = vec![conditions.primary_line()];
+        conditions.primary = 0;
+        let vignetting = Vignetting::new(&lens, conditions.film_distance, 1 << 18);
+        let quality = traced(&lens, conditions, 5);
+        let light = |i: usize| {
+            let field = &quality.fields[i];
+            let [x, y] = field.reference.point;
+            let budget = vignetting.budget([x, y], Normalization::Stop).expect("light");
+            [field.grids[0].as_ref().expect("light").area(), budget.irradiance]
+        };
+        let axis = light(0);
+        for i in 1..quality.fields.len() {
+            let here = light(i);
+            let [ours, film] = [0, 1].map(|k| here[k] / axis[k]);
+            assert!((ours - film).abs() < 6e-3, "{name} field {i}: {ours} {film}");
+        }
+    }
+}
+
+#[test]
+fn ghosts_focus_where_real_rays_near_the_axis_do() {
+    let lens = lens("dgauss.50mm.dat");
+    let conditions = conditions(&lens, 10.0);
+    let film = conditions.film_distance;
+    let lens = lens.at_wavelength(conditions.primary_line().nm).expect("glasses with data");
+    let quality = traced(&lens, conditions, 2);
+    let ghosts = quality.ghost_foci(&lens);
+    let surfaces = (0..lens.rows.len()).filter(|&row| lens.transmittance(row) < 1.0).count();
+    assert_eq!(ghosts.len(), surfaces * (surfaces - 1) / 2);
+    for ghost in &ghosts {
+        let [second, first] = ghost.rows;
+        let path = ghost_sequence::<f64>(&lens, [first, second], 587.5618);
+        let start = LensRay::new([0.0, 1e-5, -1.0], [0.0, 0.0, 1.0]);
+        let ray = trace_one::<f64>(start, &path).expect("a ray near the axis");
+        let focus = ray.p[2] - ray.p[1] * ray.t[2] / ray.t[1] - film;
+        let error = (focus - ghost.focus).abs() / focus.abs().max(1.0);
+        assert!(error < 1e-6, "{:?}: {focus} {}", ghost.rows, ghost.focus);
+        assert!(ghost.share > 0.0 && ghost.share < 0.05, "{ghost:?}");
+    }
+}

@@ -1,0 +1,106 @@
+//! `petzval lens report`: files, JSON and errors.
+
+use serde_json::Value;
+
+use super::support::{folder, petzval, root, write};
+
+fn lens(name: &str) -> String {
+    root().join("lenses").join(name).display().to_string()
+}
+
+const FEW: [&str; 4] = ["--fields", "5", "--pupil", "16"];
+
+fn report(lens: &str, rest: &[&str]) -> (i32, String, String) {
+    let folder = folder();
+    let mut arguments = vec!["lens", "report", lens];
+    arguments.extend(FEW);
+    arguments.extend(rest);
+    petzval(folder.path(), &arguments)
+}
+
+#[test]
+fn every_lens_gives_every_analysis() {
+    for entry in std::fs::read_dir(root().join("lenses")).expect("lenses") {
+        let path = entry.expect("an entry").path().display().to_string();
+        let (code, out, err) = report(&path, &["--json", "all"]);
+        assert_eq!(code, 0, "{path}: {err}");
+        let all: Value = serde_json::from_str(&out).expect("JSON");
+        let sections = all.as_array().expect("sections");
+        assert_eq!(sections.len(), 19, "{path}");
+        for section in sections {
+            for table in section["tables"].as_array().expect("tables") {
+                let columns = table["columns"].as_array().expect("columns").len();
+                let rows = table["rows"].as_array().expect("rows");
+                assert!(!rows.is_empty(), "{path}: {} {}", section["analysis"], table["name"]);
+                assert!(rows.iter().all(|row| row.as_array().is_some_and(|r| r.len() == columns)));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_report_is_a_page_with_its_files() {
+    let folder = folder();
+    let lens = lens("triplet.toml");
+    let mut arguments = vec!["lens", "report", &lens, "-o", "cooke"];
+    arguments.extend(FEW);
+    let (code, out, err) = petzval(folder.path(), &arguments);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("index.html"), "{out}");
+    let file = |name: &str| {
+        let path = folder.path().join("cooke").join(name);
+        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{name}: {error}"))
+    };
+    let page = file("index.html");
+    let body = page.strip_prefix("<!DOCTYPE html>\n").expect("a document type");
+    roxmltree::Document::parse(body).expect("well-formed XML");
+    assert!(!page.contains("http://") || page.contains("xmlns"), "no address outside");
+    assert!(!page.contains("<script") && !page.contains("src=\"http"));
+    for section in ["seidel", "spot", "mtf-focus", "wavefront", "ghosts"] {
+        assert!(page.contains(&format!("id=\"{section}\"")), "{section}");
+    }
+    let table = file("spot-size.csv");
+    assert!(table.starts_with("field_mm,wavelength_nm,rms_radius_um,"), "{table}");
+    assert!(file("mtf-diffraction.svg").starts_with("<svg"));
+    let all: Value = serde_json::from_str(&file("report.json")).expect("JSON");
+    assert_eq!(all.as_array().map(Vec::len), Some(19));
+}
+
+#[test]
+fn one_analysis_prints_alone() {
+    let (code, out, _) = report(&lens("triplet.toml"), &["--json", "first-order"]);
+    assert_eq!(code, 0);
+    let section: Value = serde_json::from_str(&out).expect("JSON");
+    let figure = |name: &str| section["figures"][name]["value"].as_f64().expect("a figure");
+    // Zemax's sample, as optiland 0.6 computes it.
+    assert!((figure("effective_focal_length") - 50.0).abs() < 0.05);
+    assert!((figure("f_number") - 5.0).abs() < 0.05);
+}
+
+#[test]
+fn wrong_arguments_say_what_to_do() {
+    let (code, _, err) = report(&lens("triplet.toml"), &["--json", "mtv"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("expected all or one of prescription"), "{err}");
+    let (code, _, err) = report(&lens("triplet.toml"), &[]);
+    assert_eq!(code, 2);
+    assert!(err.contains("--output"), "{err}");
+    let (code, _, err) = report("none.dat", &["--json", "all"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("none.dat"), "{err}");
+    let (code, _, err) = report(&lens("triplet.toml"), &["--json", "mtf", "--focus", "10"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("triplet.toml") && err.contains("nearest"), "{err}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_an_error() {
+    let folder = folder();
+    write(&folder, "taken", "a file");
+    let lens = lens("triplet.toml");
+    let mut arguments = vec!["lens", "report", &lens, "-o", "taken"];
+    arguments.extend(FEW);
+    let (code, _, err) = petzval(folder.path(), &arguments);
+    assert_eq!(code, 2);
+    assert!(err.contains("cannot create the folder taken"), "{err}");
+}
