@@ -115,6 +115,22 @@ fn focus_moves_the_group_and_leaves_the_film() {
 }
 
 #[test]
+fn the_command_focuses_by_groups() {
+    let folder = folder();
+    write(&folder, "zoom.toml", ZOOM);
+    for distance in [2000.0, 5000.0] {
+        let focused = zoom().focus_by_groups(distance, FocusModel::Sharpest, DIAGONAL);
+        let (moved, film) = focused.expect("moves groups").expect("in range");
+        let (code, out, err) =
+            petzval(folder.path(), &["lens", "zoom.toml", "--focus", &distance.to_string()]);
+        assert_eq!(code, 0, "{err}");
+        let focal = Paraxial::new(&moved).focal_length;
+        assert!(out.contains(&format!("{focal:.4} mm")), "{focal}: {out}");
+        assert!(out.contains(&format!("{film:.4} mm  (behind rear vertex; the file")), "{out}");
+    }
+}
+
+#[test]
 fn a_lens_without_focus_states_moves_its_film() {
     let lens = support::lens("dgauss.50mm");
     assert!(lens.focus_by_groups(1e3, FocusModel::Sharpest, DIAGONAL).is_none());

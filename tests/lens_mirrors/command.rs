@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn command(arguments: &[&str]) -> String {
+pub(super) fn command(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_petzval"))
         .current_dir(root())
         .args(arguments)

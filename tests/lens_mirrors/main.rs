@@ -4,6 +4,7 @@
 mod support;
 
 mod command;
+mod models;
 
 use std::f64::consts::FRAC_PI_4;
 use std::process::Command;

@@ -139,7 +139,16 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     if arguments.json {
         return super::print(&json::describe(&lens));
     }
-    let Summary { mut text, film } = summary(&lens, arguments)?;
+    // All data are those of the lens with its groups where this focus has them.
+    let by_groups = arguments.focus.and_then(|focus| {
+        lens.focus_by_groups(focus, arguments.focus_model, arguments.film_diagonal)
+    });
+    let mut groups_film = None;
+    if let Some(focused) = by_groups {
+        let (moved, film) = focused?;
+        (lens, groups_film) = (moved, Some(film));
+    }
+    let Summary { mut text, film } = summary(&lens, arguments, groups_film)?;
     if let Some(drawing) = &arguments.draw {
         write_drawing(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
     }

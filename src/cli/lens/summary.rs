@@ -17,11 +17,16 @@ pub(super) struct Summary {
     pub film: Option<f64>,
 }
 
-/// Describes a lens and its focus as the arguments ask for.
+/// Describes a lens and its focus as the arguments ask for. `groups_film` is the distance of the film
+/// behind the rear vertex (mm) if the groups of the lens stand where this focus has them.
 ///
 /// # Errors
 /// Returns an error if the lens cannot focus at the distance of --focus.
-pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<Summary, Failure> {
+pub(super) fn summary(
+    lens: &Prescription,
+    arguments: &LensArguments,
+    groups_film: Option<f64>,
+) -> Result<Summary, Failure> {
     let paraxial = Paraxial::new(lens);
     let mut text = format!("{}\n{lens}\n", lens.name);
     if lens.is_misaligned() {
@@ -73,9 +78,17 @@ pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<
     }
     if let Some(f_number) = RealRayFocus::new(lens).f_number() {
         line("f-number, marginal ray", f_number, "     (defines --fstop and the brightness)");
-        if let Some(share) = axial_transmittance(&lens.centred()) {
-            let by = format!("     ({:.1} % transmitted; {})", 100.0 * share, coatings(lens));
-            line("T-stop", f_number / share.sqrt(), &by);
+        if let Some(AxialLight { transmitted, unobstructed }) = axial_light(&lens.centred()) {
+            let behind = match unobstructed < 1.0 {
+                true => format!("{:.1} % obstructed; ", 100.0 * (1.0 - unobstructed)),
+                false => String::new(),
+            };
+            let by = format!(
+                "     ({behind}{:.1} % transmitted{})",
+                100.0 * transmitted,
+                coatings(lens)
+            );
+            line("T-stop", f_number / (transmitted * unobstructed).sqrt(), &by);
         }
     }
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
@@ -88,7 +101,7 @@ pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<
     let infinity = film_for(arguments.focus_model, f64::INFINITY);
     // Unknown figures are explained after the others.
     let mut missing = String::new();
-    if let Err(error) = &infinity {
+    if let (Err(error), None) = (&infinity, groups_film) {
         missing = format!(
             "\nnot known: f-number of the marginal ray, T-stop, film distance for infinity:\n\
              {error}\n"
@@ -111,7 +124,11 @@ pub(super) fn summary(lens: &Prescription, arguments: &LensArguments) -> Result<
             missing += "\nno real object is in focus: the film is too near to the lens\n";
         }
     }
-    if let Some(focus) = arguments.focus {
+    if let (Some(focus), Some(distance)) = (arguments.focus, groups_film) {
+        line("focus", focus, " mm  (from the film; all figures are for the gaps of this focus)");
+        line("film distance", distance, " mm  (behind rear vertex; the file moves groups instead)");
+        film = arguments.film_distance.or(groups_film);
+    } else if let Some(focus) = arguments.focus {
         line("focus", focus, " mm  (from the film)");
         let paraxial_film = paraxial.film_for_focus(focus);
         line("film distance", film_or_nan(paraxial_film)?, " mm  (behind rear vertex)");
@@ -149,19 +166,30 @@ fn film_or_nan(film: Result<f64, FocusError>) -> Result<f64, FocusError> {
     }
 }
 
-/// Returns the share of the light that surfaces transmit to the middle of the film, as a mean over
-/// the pupil; focused at infinity.
-fn axial_transmittance(lens: &Prescription) -> Option<f64> {
-    let film = RealRayFocus::new(lens).film_distance(f64::INFINITY).ok()?;
-    RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0).transmittance([0.0; 2])
+/// Shares of the light to the middle of the film, as means over the pupil.
+struct AxialLight {
+    /// Share that surfaces transmit.
+    transmitted: f64,
+    /// Share that central obstructions leave.
+    unobstructed: f64,
 }
 
-/// Lists the coatings of a lens's glass-air surfaces.
+/// Returns the losses of the light to the middle of the film, focused at infinity.
+fn axial_light(lens: &Prescription) -> Option<AxialLight> {
+    let film = RealRayFocus::new(lens).film_distance(f64::INFINITY).ok()?;
+    let lens = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0);
+    Some(AxialLight {
+        transmitted: lens.transmittance([0.0; 2])?,
+        unobstructed: lens.unobstructed_share([0.0; 2])?,
+    })
+}
+
+/// Lists the coatings of a lens's glass-air surfaces, if there are any.
 fn coatings(lens: &Prescription) -> String {
     let surfaces = (0..lens.rows.len()).filter(|&i| Coating::applies_to(lens.indices(i)));
     let mut counts = [0; Coating::NAMES.len()];
     surfaces.for_each(|i| counts[lens.rows[i].coating.unwrap_or_default() as usize] += 1);
     let used = counts.iter().zip(Coating::NAMES).filter(|(count, _)| **count > 0);
     let words: Vec<String> = used.map(|(count, name)| format!("{name} on {count}")).collect();
-    format!("coatings: {}", words.join(", "))
+    if words.is_empty() { String::new() } else { format!("; coatings: {}", words.join(", ")) }
 }

@@ -211,21 +211,19 @@ fn outcome<R: Real>(
     row: &RayRow,
 ) -> Result<LensRay<f64>, Blocked> {
     let start = tracer.start(row);
-    let ray = if batch.needs_f64.contains(&(i as u32)) {
-        trace_one::<f64>(start, &tracer.exact)?
-    } else if !R::to_f64(batch.x[i]).is_nan() {
-        LensRay::new(
+    if batch.needs_f64.contains(&(i as u32)) {
+        return trace_one::<f64>(start, &tracer.exact);
+    }
+    if !R::to_f64(batch.x[i]).is_nan() {
+        return Ok(LensRay::new(
             [batch.x[i], batch.y[i], batch.z[i]].map(R::to_f64),
             [batch.tx[i], batch.ty[i], batch.tz[i]].map(R::to_f64),
-        )
-    } else {
-        // A batch does not keep the reason: trace the ray again, by the same arithmetic.
-        let start = LensRay::new(start.p.map(R::constant), start.t.map(R::constant));
-        trace_one::<R>(start, &tracer.surfaces)?;
-        return Err(Blocked { row: tracer.surfaces[0].row, reason: BlockReason::Miss });
-    };
-    // A ray parallel to the plane of the exits never crosses it.
-    if ray.t[2] == 0.0 { Err(Blocked { row: 0, reason: BlockReason::Miss }) } else { Ok(ray) }
+        ));
+    }
+    // A batch does not keep the reason: trace the ray again, by the same arithmetic.
+    let start = LensRay::new(start.p.map(R::constant), start.t.map(R::constant));
+    trace_one::<R>(start, &tracer.surfaces)?;
+    Err(Blocked { row: tracer.surfaces[0].row, reason: BlockReason::Miss })
 }
 
 fn write_blocked(blocked: Blocked, text: &mut String) {
@@ -238,12 +236,18 @@ fn write_blocked(blocked: Blocked, text: &mut String) {
     let _ = writeln!(text, "blocked,{},{reason}", blocked.row + 1);
 }
 
-/// Writes where a ray crosses the plane through the front vertex, and its unit direction.
+/// Writes where a ray crosses the plane through the front vertex, and its unit direction. A ray that
+/// leaves at 90 degrees or more never crosses it: its point is that on the front surface.
 fn write_exit(LensRay { p, t, .. }: LensRay<f64>, digits: usize, text: &mut String) {
-    let s = -p[2] / t[2];
     let length = t[0].hypot(t[1]).hypot(t[2]);
-    let numbers =
-        [p[0] + s * t[0], p[1] + s * t[1], 0.0, t[0] / length, t[1] / length, -t[2] / length];
+    let [x, y, z] = match t[2] > 0.0 {
+        true => {
+            let s = -p[2] / t[2];
+            [p[0] + s * t[0], p[1] + s * t[1], 0.0]
+        }
+        false => [p[0], p[1], -p[2]],
+    };
+    let numbers = [x, y, z, t[0] / length, t[1] / length, -t[2] / length];
     for (i, number) in numbers.into_iter().enumerate() {
         let comma = if i == 0 { "" } else { "," };
         let _ = write!(text, "{comma}{number:.digits$e}");

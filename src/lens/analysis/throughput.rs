@@ -38,6 +38,26 @@ impl RealLens {
         FilmPointTracer::new(self).light(film).share()
     }
 
+    /// Returns the share of the light of a film point (mm, the film's frame) that the central
+    /// obstructions of the lens leave, as a mean over the pupil without them; 1 for a lens that has
+    /// none. `None` if the film point is dark.
+    pub fn unobstructed_share(&self, film: [f64; 2]) -> Option<f64> {
+        if self.prescription.rows.iter().all(|row| row.obstruction == 0.0) {
+            return Some(1.0);
+        }
+        let mut open = self.prescription.clone();
+        open.rows.iter_mut().for_each(|row| row.obstruction = 0.0);
+        let open = Self::with_film(
+            open,
+            &self.film,
+            self.pupil_sampling,
+            self.units_per_mm,
+            self.front_depth,
+        );
+        let [all, left] = [&open, self].map(|lens| FilmPointTracer::new(lens).light(film).all);
+        (all > 0.0).then(|| left / all)
+    }
+
     /// Returns the transmittance over a film of this radius (mm), from 33 points: the error of
     /// leaving out losses, and its variation. Takes some 2 ms for ten surfaces. `None` if all of
     /// the film is dark.

@@ -126,13 +126,17 @@ pub(super) fn dispatch<R: Real, V: KernelVisitor<R>>(
     let lanes = SurfaceLanes::of(surface);
     match (&surface.kind, surface.far) {
         (SurfaceKind::Stop, _) => visitor.visit(StopKernel(lanes)),
-        (SurfaceKind::Sphere, false) => visitor.visit(SphereKernel::<R, false>::of(surface)),
-        (SurfaceKind::Sphere, true) => visitor.visit(SphereKernel::<R, true>::of(surface)),
-        (SurfaceKind::Conic(k1), false) => {
-            visitor.visit(ConicKernel::<R, false>(lanes, R::splat(*k1)))
-        }
+        (SurfaceKind::Sphere, false) => match surface.entrance {
+            false => visitor.visit(SphereKernel::<R, false, false>::of(surface)),
+            true => visitor.visit(SphereKernel::<R, false, true>::of(surface)),
+        },
+        (SurfaceKind::Sphere, true) => visitor.visit(SphereKernel::<R, true, false>::of(surface)),
+        (SurfaceKind::Conic(k1), false) => match surface.entrance {
+            false => visitor.visit(ConicKernel::<R, false, false>(lanes, R::splat(*k1))),
+            true => visitor.visit(ConicKernel::<R, false, true>(lanes, R::splat(*k1))),
+        },
         (SurfaceKind::Conic(k1), true) => {
-            visitor.visit(ConicKernel::<R, true>(lanes, R::splat(*k1)))
+            visitor.visit(ConicKernel::<R, true, false>(lanes, R::splat(*k1)))
         }
         (SurfaceKind::Cylinder(X), false) => visitor.visit(CylinderKernel::<R, true, false>(lanes)),
         (SurfaceKind::Cylinder(X), true) => visitor.visit(CylinderKernel::<R, true, true>(lanes)),

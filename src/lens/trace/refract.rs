@@ -27,11 +27,15 @@ fn solve_quadric<R: Real>(f: R, g: R, a: R) -> (R, R, R) {
     (f / (g + t_n), t_n, disc)
 }
 
-/// Kernel of a sphere or plane; the second number is A = c n^2.
+/// Kernel of a sphere or plane; the second number is A = c n^2. Rays meet an `ENTRANCE` from any
+/// side of the plane of its vertex.
 #[derive(Clone, Copy)]
-pub(crate) struct SphereKernel<R, const FAR: bool>(pub SurfaceLanes<R>, pub R);
+pub(crate) struct SphereKernel<R, const FAR: bool, const ENTRANCE: bool>(
+    pub SurfaceLanes<R>,
+    pub R,
+);
 
-impl<R: Real, const FAR: bool> SphereKernel<R, FAR> {
+impl<R: Real, const FAR: bool, const ENTRANCE: bool> SphereKernel<R, FAR, ENTRANCE> {
     #[inline(always)]
     pub fn of(surface: &Surface<R::Scalar>) -> Self {
         let lanes = SurfaceLanes::of(surface);
@@ -39,7 +43,9 @@ impl<R: Real, const FAR: bool> SphereKernel<R, FAR> {
     }
 }
 
-impl<R: Real, const FAR: bool> SurfaceKernel<R> for SphereKernel<R, FAR> {
+impl<R: Real, const FAR: bool, const ENTRANCE: bool> SurfaceKernel<R>
+    for SphereKernel<R, FAR, ENTRANCE>
+{
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> KernelOutput<R> {
         let Self(surface, c_n2) = *self;
@@ -56,21 +62,32 @@ impl<R: Real, const FAR: bool> SurfaceKernel<R> for SphereKernel<R, FAR> {
         let bend_c = -(bend * c);
         let normal_z = (-c).mul_add(z, R::constant(1.0));
         let t = [bend_c.mul_add(x, tx), bend_c.mul_add(y, ty), bend.mul_add(normal_z, tz)];
-        let zero = R::constant(0.0);
         KernelOutput {
             ray: LensRay { p: [x, y, z], t, ..ray },
-            met: zero.lt(normal_z) & zero.lt(tz),
+            met: forward::<R, ENTRANCE>(normal_z, tz),
             inside: surface.clear(x, y),
             xi2: disc,
         }
     }
 }
 
-/// Kernel of a conic of revolution; the second number is 1 + k.
-#[derive(Clone, Copy)]
-pub(crate) struct ConicKernel<R, const FAR: bool>(pub SurfaceLanes<R>, pub R);
+/// Returns whether a ray meets the sheet at the vertex, going forward. Where it may come from
+/// behind the plane of the vertex, the sign of T.N alone tells forward from backward, and the
+/// kernels choose the root at which it is positive.
+#[inline(always)]
+fn forward<R: Real, const ENTRANCE: bool>(normal_z: R, tz: R) -> R::Mask {
+    let zero = R::constant(0.0);
+    if ENTRANCE { zero.lt(normal_z) } else { zero.lt(normal_z) & zero.lt(tz) }
+}
 
-impl<R: Real, const FAR: bool> SurfaceKernel<R> for ConicKernel<R, FAR> {
+/// Kernel of a conic of revolution; the second number is 1 + k. Rays meet an `ENTRANCE` from any
+/// side of the plane of its vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct ConicKernel<R, const FAR: bool, const ENTRANCE: bool>(pub SurfaceLanes<R>, pub R);
+
+impl<R: Real, const FAR: bool, const ENTRANCE: bool> SurfaceKernel<R>
+    for ConicKernel<R, FAR, ENTRANCE>
+{
     #[inline(always)]
     fn cross(&self, ray: LensRay<R>) -> KernelOutput<R> {
         let Self(surface, k1) = *self;
@@ -84,7 +101,14 @@ impl<R: Real, const FAR: bool> SurfaceKernel<R> for ConicKernel<R, FAR> {
         let crossed = refracted(&surface, LensRay { p: [x, y, z], ..ray }, normal);
         // A ray that misses by rounding alone is uncertain: its negative square decides.
         let missed = disc.lt(R::constant(0.0));
-        KernelOutput { xi2: R::select(missed, disc, crossed.xi2), ..crossed }
+        let xi2 = R::select(missed, disc, crossed.xi2);
+        match ENTRANCE {
+            true => {
+                let met = R::constant(0.0).lt(normal_z) & R::constant(0.0).lt(disc);
+                KernelOutput { met, xi2, ..crossed }
+            }
+            false => KernelOutput { xi2, ..crossed },
+        }
     }
 }
 

@@ -208,6 +208,7 @@ impl<'a, R: Real> Builder<'a, R> {
             row,
             kind: SurfaceKind::FrameTransform(Arc::new(FrameTransform::new::<R>(motion))),
             far: false,
+            entrance: false,
             stop: false,
             advance: zero,
             curvature: zero,

@@ -51,6 +51,9 @@ pub struct Surface<T> {
     /// Whether rays go to the plane of the vertex first, because they come from so far that G may
     /// change sign on the way (a ball lens) and its square would dwarf the normal component.
     pub far: bool,
+    /// Whether rays may come from behind the plane of the vertex: the front surface of a lens that
+    /// may see beyond 90 degrees, met from the scene.
+    pub entrance: bool,
     /// Whether the rim is that of the aperture stop.
     pub stop: bool,
     /// Distance from the vertex crossed before to this one.
@@ -160,6 +163,7 @@ pub(super) fn push<R: Real>(
             _ => SurfaceKind::Sphere,
         },
         far,
+        entrance: first && sign > 0.0 && curvature > 0.0 && !far && !mirror,
         stop: row.stop,
         advance: R::from_f64(advance),
         curvature: R::from_f64(curvature),

@@ -177,3 +177,58 @@ impl StopFinder {
         Some(tx.hypot(ty).atan2(tz).to_degrees())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::prescription::Row;
+
+    /// A ball of glass with a stop in its middle, 3 mm before the film: the ray to its centre is not
+    /// refracted.
+    fn finder() -> StopFinder {
+        let row = |radius: f64, diameter: f64, index: f64| Row {
+            radius,
+            diameter,
+            index,
+            thickness: 6.0,
+            ..Row::default()
+        };
+        let mut rows = vec![
+            row(6.0, 11.9, 1.5),
+            Row { stop: true, ..row(f64::INFINITY, 4.0, 1.5) },
+            row(-6.0, 11.9, 1.0),
+        ];
+        rows[2].thickness = 0.0;
+        let lens = Prescription::new("ball", rows).expect("one stop");
+        let open = open_rims(&lens, KeptRims::Stop);
+        StopFinder::new(&lens, 3.0, &sequence::<f32>(&open, Side::Film(3.0)))
+    }
+
+    #[test]
+    fn the_chief_ray_is_found_where_most_of_the_searched_rays_are_cut() {
+        let finder = finder();
+        let start = |x: f64| FilmPoint {
+            film: [x, 0.0, 0.0],
+            normal: [0.0, 0.0, 1.0],
+            distance: 3.0,
+            index: 1.0,
+        };
+        // Steps of the first search are up to 8 mm apart, where the ball takes rays over some 10 mm.
+        for (x, centre, size) in [(0.0, 0.3, 4.0), (1.0, 0.4, 60.0), (1.0, 0.9, 500.0)] {
+            let middle = PupilBox::around(&[[centre, 0.0]]);
+            let wide = middle.grown([size / 2.0, 2.0]);
+            let angle = finder.chief_angle(start(x), wide).expect("a chief ray");
+            let expected = (x / 9.0).atan().to_degrees();
+            assert!((angle - expected).abs() < 1e-6, "{angle} for {expected}, {size} mm wide");
+        }
+    }
+
+    #[test]
+    fn no_chief_ray_is_found_where_all_rays_miss_the_lens() {
+        let finder = finder();
+        let start =
+            FilmPoint { film: [0.0; 3], normal: [0.0, 0.0, 1.0], distance: 3.0, index: 1.0 };
+        let beside = PupilBox::around(&[[900.0, -1.0], [990.0, 1.0]]);
+        assert_eq!(finder.chief_angle(start, beside), None);
+    }
+}

@@ -40,10 +40,24 @@ fn row_matrices(lens: &Prescription, row: usize) -> [RayTransferMatrix; 2] {
 }
 
 /// Returns the lens with every surface replaced by a plane that refracts by first-order optics.
-/// Rims and openings stay.
+/// Rims and openings stay. Mirrors are unfolded, see [`unfolded`].
 pub(super) fn paraxial(lens: &Prescription) -> Prescription {
     let row = |i: usize| ideal(&lens.rows[i], row_matrices(lens, i));
-    Prescription { rows: lens.rows.map(row), ..lens.clone() }
+    let ideal = Prescription { rows: lens.rows.map(row), ..lens.clone() };
+    if lens.has_mirrors() { unfolded(lens, ideal) } else { ideal }
+}
+
+/// Unfolds the ideal rows of a lens with mirrors: all light travels along +z, through planes that
+/// refract as the mirrors reflect. A row's matrix holds for heights and index times slope along the
+/// way of the light, which are the same on the folded way. Folds and tilts are left out.
+fn unfolded(folded: &Prescription, mut ideal: Prescription) -> Prescription {
+    for i in 0..folded.rows.len() {
+        let row = &mut ideal.rows[i];
+        row.thickness *= folded.travel_before(i + 1);
+        row.mirror = false;
+    }
+    ideal.centre();
+    ideal
 }
 
 /// Returns the centred lens as its stop, with one ideal lens for the group before it and one for
@@ -52,6 +66,9 @@ pub(super) fn paraxial(lens: &Prescription) -> Prescription {
 /// This is equivalent to the exit pupil and the collineation of the principal planes. Because the
 /// opening has its shape in the plane of the stop, a pupil at infinity needs no special case.
 pub(super) fn thick(lens: &Prescription, film: &FilmPlane) -> Prescription {
+    if lens.has_mirrors() {
+        return thick(&paraxial(lens), film);
+    }
     let (stop, last) = (lens.stop(), lens.rows.len() - 1);
     let length = |rows: Range<usize>| lens.rows[rows].iter().map(|row| row.thickness).sum::<f64>();
     let [front, rear] = [length(0..stop), length(stop..last)];

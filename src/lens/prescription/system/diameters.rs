@@ -1,6 +1,7 @@
 //! Diameters that a file does not state: that of the stop, and those that its rays need.
 
 use super::SystemAperture;
+use super::wide_field::StopRays;
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::design::FieldKind;
@@ -14,8 +15,11 @@ const MARGIN: f64 = 1.02;
 /// Half field of a lens whose file states none (degrees).
 const UNKNOWN_FIELD: f64 = 10.0;
 
-/// Widest field that is traced to find diameters (degrees).
+/// Widest field that first-order optics aims at (degrees).
 const WIDEST_FIELD: f64 = 80.0;
+
+/// Half field from which rays are aimed from the stop (degrees), and the widest that is.
+const WIDE_FIELD: [f64; 2] = [60.0, 150.0];
 
 /// Sets the stop by the aperture of the system, and every unknown diameter so wide that no ray of
 /// the field points through the open stop is cut.
@@ -47,7 +51,7 @@ pub(super) fn complete_diameters(
     if unknown.is_empty() {
         return;
     }
-    let heights = heights(lens, &unknown, object);
+    let heights = heights(lens, &unknown, object, notes);
     for &row in &unknown {
         lens.rows[row].diameter = 2.0 * MARGIN * heights[row];
     }
@@ -59,7 +63,12 @@ pub(super) fn complete_diameters(
 }
 
 /// Returns the greatest height of the rays of the field points at every row (mm).
-fn heights(lens: &Prescription, unknown: &[usize], object: f64) -> Vec<f64> {
+fn heights(
+    lens: &Prescription,
+    unknown: &[usize],
+    object: f64,
+    notes: &mut Vec<String>,
+) -> Vec<f64> {
     let paraxial = Paraxial::new(lens);
     let field = half_field(lens, &paraxial, object);
     let mut open = lens.clone();
@@ -71,6 +80,9 @@ fn heights(lens: &Prescription, unknown: &[usize], object: f64) -> Vec<f64> {
         if !row.asphere.is_empty() || row.across.is_some() {
             row.diameter = row.diameter.min(20.0 * lens.rows[lens.stop()].diameter);
         }
+    }
+    if let Some(angle) = wide_field(lens, object) {
+        return wide_heights(lens, &open, angle, notes);
     }
     let pupil = paraxial.entrance_pupil;
     let start = (2.0 * pupil.diameter).max(1.0);
@@ -106,6 +118,45 @@ fn heights(lens: &Prescription, unknown: &[usize], object: f64) -> Vec<f64> {
     for (height, found) in heights.iter_mut().zip(found) {
         if found > 0.0 {
             *height = found;
+        }
+    }
+    heights
+}
+
+/// Returns the largest angle of a field that is too wide for first-order optics (degrees).
+fn wide_field(lens: &Prescription, object: f64) -> Option<f64> {
+    let fields = lens.design.fields.as_ref()?;
+    if fields.kind != FieldKind::Angle || object.is_finite() || lens.is_misaligned() {
+        return None;
+    }
+    let most = fields.points.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+    (most > WIDE_FIELD[0]).then(|| most.min(WIDE_FIELD[1]))
+}
+
+/// Returns the greatest height of the rays of a wide field at every row (mm). `open` is the lens
+/// with all unknown rims open.
+fn wide_heights(
+    lens: &Prescription,
+    open: &Prescription,
+    field: f64,
+    notes: &mut Vec<String>,
+) -> Vec<f64> {
+    let rays = StopRays::new(open);
+    let mut heights = vec![0.0; lens.rows.len()];
+    let reached = (0..=20)
+        .map(|i| field * f64::from(i) / 20.0)
+        .filter(|&angle| rays.raise(angle, &mut heights))
+        .fold(0.0, f64::max);
+    if reached < field {
+        notes.push(format!(
+            "no ray of the field reaches the stop beyond {reached:.1} of {field:.1} degrees; \
+             diameters are those of the narrower field"
+        ));
+    }
+    let paraxial = paraxial_heights(lens, WIDE_FIELD[0], f64::INFINITY);
+    for (height, paraxial) in heights.iter_mut().zip(paraxial) {
+        if *height == 0.0 {
+            *height = paraxial;
         }
     }
     heights

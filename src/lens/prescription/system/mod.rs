@@ -9,6 +9,7 @@ mod build;
 mod choose_stop;
 mod diameters;
 mod join;
+mod wide_field;
 
 pub(crate) use choose_stop::choose_stop;
 

@@ -134,6 +134,8 @@ impl Part {
         Surface {
             kind: SurfaceKind::Polynomial(Arc::new(polynomial)),
             advance: R::from_f64(self.advance),
+            // The polynomial contains the reflection.
+            mirror: false,
             ..rim.clone()
         }
     }
