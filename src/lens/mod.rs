@@ -54,7 +54,7 @@ pub use prescription::design::{
 pub use prescription::error::LensError;
 pub use prescription::formats::dat::parse as parse_dat;
 pub use prescription::formats::toml::parse as parse_toml;
-pub use prescription::formats::write::write_lens;
+pub use prescription::formats::write::{WrittenLens, write_lens};
 pub use prescription::formats::{read, read_with};
 pub use prescription::iris::{ApertureMask, Iris, MaskConvention};
 pub use prescription::named_mask::MASK_NAMES;

@@ -212,3 +212,29 @@ fn a_cover_glass_that_touches_the_film_holds_the_film() {
     let bare = Paraxial::new(&parsed("b.zmx", ZMX).expect("a lens")).back_focal_distance;
     assert!((behind - bare).abs() < 1e-9, "{behind} {bare}");
 }
+
+#[test]
+fn an_ignored_surface_is_left_out_with_its_space() {
+    let ignored =
+        "SURF 1\n  TYPE STANDARD\n  IGNR 1\n  CURV 0.1\n  DISZ 7\n  GLAS ___BLANK 1 0 1.7 30 0\n";
+    let text = ZMX.replacen("SURF 1\n", &format!("{ignored}SURF 2\n"), 1);
+    let lens = parsed("a.zmx", &text).expect("a lens");
+    assert_eq!(lens.rows.len(), 2);
+    assert!((focal_length(&lens) - lensmaker()).abs() < 1e-9);
+    assert_eq!(lens.design.notes, ["surface 1 is ignored, as the file says"]);
+    let kept = parsed("a.zmx", text.replace("IGNR 1", "IGNR 0")).expect("a lens");
+    assert_eq!(kept.rows.len(), 3);
+}
+
+#[test]
+fn special_surfaces_and_zoomed_glasses_of_code_v_are_refused_by_name() {
+    for (line, part) in [
+        ("SPS ODD", "the command SPS ODD of a surface is not simulated"),
+        ("GLA NBK7_SCHOTT NSF6_SCHOTT", "a zoomed glass is not simulated"),
+    ] {
+        let at = SEQ.find("\nSI ").expect("an image");
+        let text = format!("{}\n{line}{}", &SEQ[..at], &SEQ[at..]);
+        let error = parsed("a.seq", &text).expect_err(line).to_string();
+        assert!(error.contains(part), "{error}");
+    }
+}

@@ -15,7 +15,8 @@ use crate::cli::{Failure, Outcome};
 pub(super) struct ConvertArguments {
     /// Lens file of any format that petzval reads
     lens: PathBuf,
-    /// File to write: .toml holds everything, .dat centred spheres without dispersion
+    /// File to write: .toml holds everything, .zmx (Zemax) all but coatings and
+    /// some dispersion, .dat centred spheres without dispersion
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
@@ -27,9 +28,12 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<Outcome, Failure> {
     let lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
     check_distinct([&arguments.output], "--output", &context.files())?;
-    let text = write_lens(&arguments.output, &lens)?;
     let output = &arguments.output;
-    replace_file(output, |file| file.write_all(text.as_bytes()))
+    let written = write_lens(output, &lens)?;
+    for note in &written.notes {
+        say!("petzval: warning: {}: {note}", output.display());
+    }
+    replace_file(output, |file| file.write_all(written.text.as_bytes()))
         .map_err(|error| format!("cannot write the lens {}: {error}", output.display()))?;
     Ok(Outcome::Done)
 }

@@ -51,15 +51,14 @@ pub(super) fn summary(
         (false, false) => " nm  (the primary one, for which all figures hold)",
     };
     line("wavelength", wavelength, unit);
-    line("focal length", paraxial.focal_length, " mm");
-    if paraxial.film_index != 1.0 {
+    if paraxial.film_index == 1.0 {
+        line("focal length", paraxial.focal_length, " mm");
+    } else {
         let index = paraxial.film_index;
-        line("index of the image space", index, "");
-        line(
-            "front focal length",
-            paraxial.focal_length / index,
-            " mm  (on the side of the scene)",
-        );
+        line("index of the image space", index, "     (the medium in which the film stands)");
+        line("focal length in air", paraxial.focal_length / index, " mm  (1 / power)");
+        let times = format!(" mm  ({index:.4} times that in air)");
+        line("focal length at the film", paraxial.focal_length, &times);
     }
     if paraxial.is_afocal() {
         let magnification = paraxial.whole.d / paraxial.film_index;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{C_LINE, D_LINE, F_LINE, Formula};
+use super::{C_LINE, D_LINE, F_LINE, Formula, G_LINE};
 
 /// A glass (or crystal, plastic or liquid) whose dispersion is published.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +38,12 @@ impl CatalogueGlass {
     /// Returns the Abbe number (nd - 1) / (nF - nC), by the formula.
     pub fn vd(&self) -> f64 {
         (self.nd() - 1.0) / (self.index(F_LINE) - self.index(C_LINE))
+    }
+
+    /// Returns the partial dispersion PgF = (ng - nF) / (nF - nC), by the formula.
+    pub(crate) fn partial_dispersion(&self) -> f64 {
+        let [g, blue, red] = [G_LINE, F_LINE, C_LINE].map(|nm| self.index(nm));
+        (g - blue) / (blue - red)
     }
 
     /// Returns the maker and the name, as in "Schott N-BK7".

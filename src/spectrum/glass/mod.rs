@@ -30,6 +30,9 @@ pub const F_LINE: f64 = 486.1327;
 /// The C line of hydrogen (nm).
 pub const C_LINE: f64 = 656.2725;
 
+/// The g line of mercury (nm).
+const G_LINE: f64 = 435.8343;
+
 /// Range in which a model of the F, d and C lines stays within 1e-3 of real glass (nm).
 const VISIBLE: [f64; 2] = [380.0, 780.0];
 /// Range in which that model may be used, with a warning (nm): silicon sensors see no further.

@@ -3,10 +3,8 @@
 use std::sync::Arc;
 
 use super::formula::chromatic_coordinate;
-use super::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, MODEL};
+use super::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, G_LINE, Glass, MODEL};
 
-/// The g line of mercury (nm).
-const G_LINE: f64 = 435.8343;
 /// Range of model glasses (nm): from the i line to the t line of mercury.
 const RANGE: [f64; 2] = [365.0, 1014.0];
 

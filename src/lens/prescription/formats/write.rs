@@ -4,25 +4,36 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::toml::to_toml;
+use super::zmx::write::to_zmx;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::iris::Iris;
 use crate::lens::prescription::{Prescription, Row};
 use crate::spectrum::glass::Glass;
 
-/// Returns the text of a lens file of this name: `.toml` holds everything, `.dat` centred spheres
-/// of constant index.
+/// A lens as the text of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WrittenLens {
+    /// Content of the file.
+    pub text: String,
+    /// Sentences about properties of the lens that the file does not hold.
+    pub notes: Vec<String>,
+}
+
+/// Returns the text of a lens file of this name: `.toml` holds everything, `.zmx` (Zemax) nearly
+/// everything, `.dat` centred spheres of constant index.
 ///
 /// # Errors
 /// Returns an error if the extension is unknown or the format cannot hold the lens.
-pub fn write_lens(path: &Path, lens: &Prescription) -> Result<String, LensError> {
+pub fn write_lens(path: &Path, lens: &Prescription) -> Result<WrittenLens, LensError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
-        "toml" => Ok(to_toml(lens)),
-        "dat" => to_dat(path, lens),
+        "toml" => Ok(WrittenLens { text: to_toml(lens), notes: Vec::new() }),
+        "zmx" => to_zmx(path, lens),
+        "dat" => Ok(WrittenLens { text: to_dat(path, lens)?, notes: Vec::new() }),
         _ => Err(LensError::Unwritable {
             path: path.to_owned(),
             found: "the name says no format that can be written".to_owned(),
-            expected: "expected .toml or .dat".to_owned(),
+            expected: "expected .toml, .zmx or .dat".to_owned(),
         }),
     }
 }

@@ -150,7 +150,11 @@ fn place_settings(
         };
         match quantity {
             Quantity::Thickness => {
-                thickness[row] += value - stated[surface];
+                // Other parts of the space keep their thickness.
+                match thickness[row] == stated[surface] {
+                    true => thickness[row] = value,
+                    false => thickness[row] += value - stated[surface],
+                }
                 changed[row] = true;
             }
             _ => settings.push(Setting { row, quantity, value }),
@@ -187,7 +191,7 @@ fn limit_to_edges(lens: &mut Prescription, notes: &mut Vec<String>) {
 impl SystemAperture {
     /// Returns the diameter of the entrance pupil (mm) of a lens, for an object at a distance
     /// before its front vertex (mm).
-    pub(super) fn entrance_pupil(self, paraxial: &Paraxial, object: f64) -> f64 {
+    pub(crate) fn entrance_pupil(self, paraxial: &Paraxial, object: f64) -> f64 {
         let tangent = |na: f64| na / (1.0 - na * na).max(1e-6).sqrt();
         match self {
             Self::EntrancePupil(diameter) => diameter,

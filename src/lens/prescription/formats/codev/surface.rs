@@ -108,7 +108,14 @@ impl<'a> CodeVSurface<'a> {
             // Solves such as "THI HMY 0.0": the value is stored.
             "THI" if values.len() == 1 => self.thickness = last()?,
             "THI" => {}
-            "GLA" => self.medium = values.last().copied(),
+            "GLA" => {
+                let zoomed = values.windows(2).any(|pair| pair[0].text != pair[1].text);
+                if let (true, Some(word)) = (zoomed, values.get(1)) {
+                    let instead = "with the glass of the first position";
+                    report.unsimulated(&word.line, word.text, "a zoomed glass", instead)?;
+                }
+                self.medium = values.first().copied();
+            }
             "K" => self.conic = last()?,
             "CIR" => match kind().as_str() {
                 "EDG" => self.edge = Some(last()?),
@@ -125,7 +132,12 @@ impl<'a> CodeVSurface<'a> {
             "RMD" if kind() == "REFL" => self.medium = values.first().copied(),
             "RMD" => {}
             _ if UNSIMULATED.contains(&keyword) => {
-                let what = format!("the command {keyword} of a surface");
+                // The type of a special surface stands behind its keyword.
+                let subtype = match values.first() {
+                    Some(word) if word.text.parse::<f64>().is_err() => format!(" {}", kind()),
+                    _ => String::new(),
+                };
+                let what = format!("the command {keyword}{subtype} of a surface");
                 report.unsimulated(&command.line, command.text, what, "without it")?;
             }
             _ => return Ok(false),

@@ -10,6 +10,7 @@ mod configuration;
 mod keyword;
 mod surface;
 mod surface_type;
+pub(super) mod write;
 
 use std::path::Path;
 

@@ -132,10 +132,7 @@ impl<'a> ZemaxSurface<'a> {
             });
             return Ok(Some(surface));
         }
-        surface.row.radius = (self.curvature / unit).recip();
-        if self.curvature == 0.0 {
-            surface.row.radius = f64::INFINITY;
-        }
+        surface.row.radius = radius_of(self.curvature / unit);
         if surface.row.radius.abs() < MIN_RADIUS {
             let found = format!("surface {number} has the curvature {}", self.curvature);
             return Err(line.error("", found, "expected a radius above 1e-6 mm"));
@@ -171,6 +168,17 @@ impl<'a> ZemaxSurface<'a> {
             }
         })
     }
+}
+
+/// Returns the radius of a curvature, infinite for none: of all that have this curvature the one with
+/// the fewest digits, because programs store the curvature of a radius that was stated.
+fn radius_of(curvature: f64) -> f64 {
+    if curvature == 0.0 {
+        return f64::INFINITY;
+    }
+    let radius = curvature.recip();
+    let shorter = (0..16).filter_map(|digits| format!("{radius:.digits$e}").parse().ok());
+    shorter.into_iter().find(|shorter: &f64| shorter.recip() == curvature).unwrap_or(radius)
 }
 
 impl<'a> NamedGlass<'a> {
