@@ -1,5 +1,6 @@
 //! `petzval lens`: shows, draws and traces a lens file.
 
+mod calibrate;
 mod convert;
 mod json;
 mod psf;
@@ -19,6 +20,7 @@ use super::arguments::values::{coating, focus_model, length, length_or_inf, poin
 use super::outputs::{check_distinct, check_writable};
 use super::report::lens_drawing::draw;
 use super::{Failure, Outcome};
+use calibrate::CalibrateArguments;
 use convert::ConvertArguments;
 use summary::{Summary, summary};
 use trace::TraceArguments;
@@ -100,12 +102,16 @@ enum LensCommand {
     Trace(TraceArguments),
     /// Write a lens file in another format
     Convert(ConvertArguments),
+    /// Describe a lens by the camera models of OpenCV, COLMAP, Kalibr and lensfun, with maps of
+    /// distortion and illumination and point spreads
+    Calibrate(CalibrateArguments),
 }
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     match &arguments.command {
         Some(LensCommand::Trace(arguments)) => return trace::run(arguments),
         Some(LensCommand::Convert(arguments)) => return convert::run(arguments),
+        Some(LensCommand::Calibrate(arguments)) => return calibrate::run(arguments),
         None => {}
     }
     let file = arguments.lens.as_deref().ok_or("name a lens file")?;
