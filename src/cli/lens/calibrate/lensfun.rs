@@ -35,7 +35,8 @@ pub(super) fn text(report: &Report, photographic: &Photographic) -> Option<Strin
     let Photographic { distortions, colour, falloff } = photographic;
     let best = distortions.first()?;
     let pixels = report.calibration.pixels;
-    let focal = format!("focal=\"{:.2}\"", best.real_focal);
+    let nominal = nominal_focal(best);
+    let focal = format!("focal=\"{nominal:.4}\"");
     let mut calibration = String::new();
     for distortion in distortions.iter().skip(1) {
         let line = element(distortion, &focal);
@@ -64,12 +65,12 @@ pub(super) fn text(report: &Report, photographic: &Photographic) -> Option<Strin
     Some(format!(
         "<!DOCTYPE lensdatabase SYSTEM \"lensfun-database.dtd\">\n\
          <!-- {} -->\n\
-         <lensdatabase version=\"2\">\n\
+         <lensdatabase version=\"1\">\n\
          \x20   <lens>\n\
          \x20       <maker>petzval</maker>\n\
          \x20       <model>{}</model>\n\
          \x20       <mount>Generic</mount>\n\
-         \x20       <focal value=\"{:.2}\"/>\n\
+         \x20       <focal value=\"{nominal:.4}\"/>\n\
          \x20       <type>{kind}</type>\n\
          \x20       <cropfactor>{:.6}</cropfactor>\n\
          \x20       <aspect-ratio>{:.6}</aspect-ratio>\n\
@@ -80,21 +81,24 @@ pub(super) fn text(report: &Report, photographic: &Photographic) -> Option<Strin
         // A comment holds no two hyphens.
         escaped(&report.headline()).replace("--", "- -"),
         escaped(&report.setup.lens.name),
-        best.real_focal,
         FULL_FRAME / width.hypot(height),
         width.max(height) / width.min(height),
     ))
 }
 
+/// Returns the focal length (mm) from which lensfun derives the one near the axis.
+fn nominal_focal(distortion: &RadialDistortion) -> f64 {
+    let terms: f64 = distortion.terms.iter().map(|(_, value)| value).sum();
+    match distortion.model {
+        "poly5" => distortion.real_focal,
+        _ => distortion.real_focal / (1.0 - terms),
+    }
+}
+
 fn element(distortion: &RadialDistortion, focal: &str) -> String {
     let terms: Vec<String> =
         distortion.terms.iter().map(|(name, value)| format!("{name}=\"{value:.8}\"")).collect();
-    format!(
-        "<distortion model=\"{}\" {focal} real-focal=\"{:.6}\" {}/>",
-        distortion.model,
-        distortion.real_focal,
-        terms.join(" ")
-    )
+    format!("<distortion model=\"{}\" {focal} {}/>", distortion.model, terms.join(" "))
 }
 
 /// Escapes the characters that XML reserves, and drops control characters.
