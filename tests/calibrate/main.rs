@@ -449,7 +449,7 @@ fn a_render_states_the_camera_model_that_calibrate_exports() {
     let attribute = |name: &str| {
         let own = &image.layer_data[0].attributes.other;
         let mut all = image.attributes.other.iter().chain(own);
-        let found = all.find(|(found, _)| found.to_string() == name);
+        let found = all.find(|(found, _)| *found == name);
         format!("{:?}", found.unwrap_or_else(|| panic!("no attribute {name}")).1)
     };
     assert!(attribute("cameraModel").contains("brown-conrady"));

@@ -10,9 +10,9 @@ use crate::lens::camera::RealLens;
 /// Intervals of the radius of a round lens.
 const RINGS: usize = 64;
 /// Points of the grid over any other film, along its longer side.
-const COLUMNS: usize = 29;
-/// Rays of each bundle.
-const RAYS: usize = 1008;
+const COLUMNS: usize = 25;
+/// Rays of each bundle of a round lens, and of any other, which needs more bundles.
+const RAYS: [usize; 2] = [1008, 504];
 /// Irradiance below which a film point counts as dark, relative to the centre.
 const DARK: f64 = 1e-3;
 
@@ -87,7 +87,7 @@ impl Field {
         let before = if pupil.is_finite() { depth - pupil } else { depth };
         let reference = DVec3::new(0.0, 0.0, before);
         let mut tracer = FieldTracer {
-            bundles: BundleTracer::new(lens, RAYS),
+            bundles: BundleTracer::new(lens, RAYS[usize::from(round.is_none())]),
             chief: (ray == FieldRay::Chief).then(|| ChiefFinder::new(lens)),
             reference,
         };

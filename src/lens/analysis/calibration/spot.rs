@@ -14,8 +14,8 @@ use crate::sampler::{Dimension, sample_2d};
 use crate::spectrum::LightBand;
 use crate::spectrum::glass::IndexRangeError;
 
-/// Rays of each band and point.
-const RAYS: u32 = 1024;
+/// Rays of each point, in all bands together.
+const RAYS: u32 = 8192;
 /// Rays that find the entrance pupil.
 const PUPIL_RAYS: usize = 252;
 /// Margin around the entrance pupil, as a share of its size: nearer points see it larger.
@@ -191,7 +191,7 @@ impl<'a> SpotTracer<'a> {
             }
         }
         let mut landings = Vec::new();
-        for i in 0..RAYS {
+        for i in 0..RAYS / self.bands.len() as u32 {
             let numbers = sample_2d(0, i, Dimension::Pupil);
             let at = [0, 1].map(|k| {
                 let share = (1.0 + 2.0 * MARGIN) * f64::from(numbers[k]) - MARGIN;
