@@ -15,12 +15,12 @@ pub use crate::spectrum::glass::{
     IndexRangeError, find_glass, parse_agf, suggest_glass,
 };
 pub use analysis::calibration::channel::ChannelFields;
-pub use analysis::calibration::field::{Field, FieldRay};
 pub use analysis::calibration::fit::Residual;
 pub use analysis::calibration::model::{CameraMatrix, DistortionModel};
 pub use analysis::calibration::pixel_grid::{PixelGrid, SceneRay};
 pub use analysis::calibration::projection_centre::ProjectionCentre;
 pub use analysis::calibration::radial::{Falloff, LateralColour, RadialDistortion};
+pub use analysis::calibration::ray_field::{FieldRay, RayField};
 pub use analysis::calibration::spot::SpotGrid;
 pub use analysis::calibration::suitability::{FittedModel, Misfit};
 pub use analysis::calibration::{Calibration, CalibrationError, CalibrationSetup};

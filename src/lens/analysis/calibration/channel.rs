@@ -1,7 +1,7 @@
 //! Colour channels: the bands of white light that they see, and the field of each.
 
 use super::CalibrationSetup;
-use super::field::{Field, FieldBand};
+use super::ray_field::{FieldBand, RayField};
 use crate::spectrum::glass::IndexRangeError;
 use crate::spectrum::{BANDS, LightBand, bands};
 
@@ -10,7 +10,7 @@ pub(super) const COARSE_BANDS: usize = 8;
 
 /// The fields of red, green and blue in white light.
 #[derive(Clone, Debug)]
-pub struct ChannelFields(pub(super) [Field; 3]);
+pub struct ChannelFields(pub(super) [RayField; 3]);
 
 /// Returns bands of white light, each the mean of some of those that pictures are made of.
 pub(super) fn coarse_bands() -> Vec<LightBand> {

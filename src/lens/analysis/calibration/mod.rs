@@ -4,7 +4,7 @@
 //! and a polynomial of distortion. A photograph of a target gives estimates of them; here they are
 //! fitted to the rays that the lens really traces. The order of the steps:
 //!
-//! 1. [`field`]: one ray in the scene for each film point, its [`bundle`]'s centroid or the
+//! 1. [`ray_field`]: one ray in the scene for each film point, its [`bundle`]'s centroid or the
 //!    [`chief`] ray.
 //! 2. [`projection_centre`]: the point nearest to all these rays. The entrance pupil of a real lens
 //!    moves with the field, so they do not all pass through one point.
@@ -16,23 +16,23 @@
 pub(crate) mod bundle;
 pub(crate) mod channel;
 pub(crate) mod chief;
-pub(crate) mod field;
 pub(crate) mod fit;
 pub(crate) mod model;
 pub(crate) mod pixel_grid;
 pub(crate) mod projection_centre;
 pub(crate) mod radial;
+pub(crate) mod ray_field;
 pub(crate) mod spot;
 pub(crate) mod suitability;
 pub(crate) mod warp;
 
 use glam::DVec3;
 
-use self::field::{Field, FieldBand, FieldRay};
 use self::fit::{FitPoint, FitSymmetry};
 use self::model::DistortionModel;
 use self::pixel_grid::{PixelGrid, SceneRay};
 use self::projection_centre::ProjectionCentre;
+use self::ray_field::{FieldBand, FieldRay, RayField};
 use self::suitability::{FittedModel, Misfit, fit_model};
 use super::focus::RealRayFocus;
 use crate::lens::camera::RealLens;
@@ -105,7 +105,7 @@ pub struct Calibration {
     /// The models that were tried: their fits, or why they do not describe the lens, in the order of
     /// [`DistortionModel::ALL`].
     pub models: Vec<(DistortionModel, Result<FittedModel, Misfit>)>,
-    field: Field,
+    field: RayField,
 }
 
 impl CalibrationSetup<'_> {
@@ -214,7 +214,7 @@ impl CalibrationSetup<'_> {
         if x.abs() < width / 2.0 && y.abs() < height / 2.0 { [x, y] } else { [0.0; 2] }
     }
 
-    /// Returns the lens ready to trace in f64, with the film that [`Field::trace`] needs.
+    /// Returns the lens ready to trace in f64, with the film that [`RayField::trace`] needs.
     fn real_lens(&self) -> RealLens {
         let Self { lens, film_distance, film_pose, pixels, .. } = *self;
         let size = pixels.film_size();
@@ -235,8 +235,8 @@ impl CalibrationSetup<'_> {
         lens
     }
 
-    fn field(&self, lens: &RealLens, ray: FieldRay, band: FieldBand<'_>) -> Field {
-        Field::trace(lens, ray, band, self.pixels.film_size(), self.round())
+    fn field(&self, lens: &RealLens, ray: FieldRay, band: FieldBand<'_>) -> RayField {
+        RayField::trace(lens, ray, band, self.pixels.film_size(), self.round())
     }
 }
 

@@ -1,4 +1,4 @@
-//! Field: one ray in the scene for every point of the film, interpolated between traced ones.
+//! Ray field: one ray in the scene for every point of the film, interpolated between traced ones.
 
 use glam::{DVec2, DVec3};
 
@@ -49,7 +49,7 @@ struct Node {
 
 /// The rays of all points of a film.
 #[derive(Clone, Debug)]
-pub struct Field {
+pub struct RayField {
     /// The reference point for the feet of the rays: the paraxial entrance pupil.
     reference: DVec3,
     nodes: Nodes,
@@ -72,7 +72,7 @@ pub(super) enum FieldBand<'a> {
     Mean(&'a [f64]),
 }
 
-impl Field {
+impl RayField {
     /// Traces a field over a film (mm). A lens that is round gets its rays by radius, and then the
     /// lens must stand on an aligned film that reaches as far as the decentred one.
     pub(super) fn trace(
