@@ -311,9 +311,18 @@ fn options(text: &str) -> BTreeSet<String> {
 #[test]
 fn the_manual_describes_every_option_and_no_other() {
     let mut known = BTreeSet::new();
-    for command in
-        ["render", "merge", "lens", "lens trace", "replay", "plan", "accuracy", "compare", "bench"]
-    {
+    for command in [
+        "render",
+        "merge",
+        "lens",
+        "lens trace",
+        "lens calibrate",
+        "replay",
+        "plan",
+        "accuracy",
+        "compare",
+        "bench",
+    ] {
         let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
         let (code, stdout, stderr) = petzval(root(), &words);
         assert_eq!(code, 0, "{stderr}");

@@ -14,6 +14,16 @@ pub use crate::spectrum::glass::{
     C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary, GlassMatch,
     IndexRangeError, find_glass, parse_agf, suggest_glass,
 };
+pub use analysis::calibration::channel::ChannelFields;
+pub use analysis::calibration::fit::Residual;
+pub use analysis::calibration::model::{CameraMatrix, DistortionModel};
+pub use analysis::calibration::pixel_grid::{PixelGrid, SightLine};
+pub use analysis::calibration::projection_centre::ProjectionCentre;
+pub use analysis::calibration::radial::{Falloff, LateralColour, RadialDistortion};
+pub use analysis::calibration::ray_field::{FieldRay, RayField};
+pub use analysis::calibration::spot::SpotGrid;
+pub use analysis::calibration::suitability::{FittedModel, Misfit};
+pub use analysis::calibration::{Calibration, CalibrationError, CalibrationSetup};
 pub use analysis::exit_pupil::{ExitPupil, PupilEdge};
 pub use analysis::film_error::{FilmError, film_error};
 pub use analysis::focus::RealRayFocus;
@@ -33,6 +43,7 @@ pub use analysis::imaging::spot::{SpotDiagram, SpotRay, SpotSize};
 pub use analysis::imaging::transfer::{FrequencyAxis, TransferMethod};
 pub use analysis::imaging::zernike::{ZernikeFit, noll, zernike};
 pub use analysis::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};
+pub use analysis::stop_diameter::FNumberError;
 pub use analysis::throughput::Throughput;
 pub use analysis::vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
 pub use analysis::wavefront::{Wavefront, WavefrontPoint};

@@ -4,7 +4,7 @@ use super::camera::CameraInput;
 use super::report::Report;
 use super::{Changes, PrepareError};
 use crate::io::{Location, ReadContext};
-use crate::lens::{ApertureMask, Iris, LensError, MASK_NAMES, Pose, Prescription, RealRayFocus};
+use crate::lens::{ApertureMask, Iris, LensError, MASK_NAMES, Pose, Prescription};
 use crate::plan::{DecidedBy, Misalignment};
 use crate::scene::pbrt::{IrisSpec, RealisticSpec};
 
@@ -74,41 +74,13 @@ fn read_iris(
     })
 }
 
-/// Returns the diameter of the stop (mm) that gives an f-number, measured by a traced marginal ray.
-/// So the light on the film follows the f-number whatever the aberrations of the pupil.
+/// Returns the diameter of the stop (mm) that gives an f-number.
 ///
 /// # Errors
 /// Returns an error if the lens forms no image or does not open so wide.
 pub(super) fn f_number_diameter(lens: &Prescription, asked: f64) -> Result<f64, PrepareError> {
-    let f_number = |diameter: f64| {
-        let mut closed = lens.clone();
-        closed.stop_down(diameter);
-        RealRayFocus::new(&closed).f_number().unwrap_or(f64::INFINITY)
-    };
-    let (mut narrow, mut wide) = (0.0, lens.rows[lens.stop()].diameter);
-    let open = f_number(wide);
-    if open.is_infinite() {
-        return Err(PrepareError::Request(format!(
-            "--fstop {asked}: {} forms no image",
-            lens.name
-        )));
-    }
-    if asked >= open * (1.0 - 1e-3) {
-        // Fifty bisections reach the precision of f64.
-        for _ in 0..50 {
-            let middle = (narrow + wide) / 2.0;
-            if f_number(middle) > asked {
-                narrow = middle;
-            } else {
-                wide = middle;
-            }
-        }
-        return Ok(wide);
-    }
-    Err(PrepareError::Request(format!(
-        "--fstop {asked}: {} opens to f/{open:.2} and no wider; expected {open:.2} or more",
-        lens.name
-    )))
+    lens.f_number_diameter(asked)
+        .map_err(|error| PrepareError::Request(format!("--fstop {asked}: {} {error}", lens.name)))
 }
 
 /// Returns the pose of the film, and the misalignment that is asked for, if any. If it is excluded,

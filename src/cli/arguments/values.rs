@@ -202,6 +202,32 @@ pub(in crate::cli) fn wavelengths(text: &str) -> Result<Arc<[f64]>, String> {
     })
 }
 
+/// Parses the width and height of a sensor (mm).
+pub(in crate::cli) fn sensor_size(text: &str) -> Result<[f64; 2], String> {
+    let side = |part: &str| part.trim().parse().ok().filter(|mm| (1e-3..=1e4).contains(mm));
+    let sides = text.strip_suffix("mm").unwrap_or(text).split_once('x');
+    match sides.map(|(width, height)| [side(width), side(height)]) {
+        Some([Some(width), Some(height)]) => Ok([width, height]),
+        _ => Err("expected WxH in mm, such as 36x24".to_owned()),
+    }
+}
+
+/// Parses a distance with its unit (mm), or infinity.
+pub(in crate::cli) fn distance(text: &str) -> Result<f64, String> {
+    let expected = "expected a distance with its unit, such as 2m or 850mm, or inf";
+    let text = text.trim();
+    if text == "inf" {
+        return Ok(f64::INFINITY);
+    }
+    let (number, unit) = match (text.strip_suffix("mm"), text.strip_suffix('m')) {
+        (Some(number), _) => (number, 1.0),
+        (None, Some(number)) => (number, 1e3),
+        (None, None) => return Err(expected.to_owned()),
+    };
+    let number = number.trim().parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
+    number.map(|number| number * unit).ok_or_else(|| expected.to_owned())
+}
+
 pub(in crate::cli) fn length_or_inf(text: &str) -> Result<f64, String> {
     above_zero(text, "a length above 0, in mm")
 }

@@ -1,5 +1,6 @@
 //! `petzval lens`: shows, draws and traces a lens file.
 
+mod calibrate;
 mod convert;
 mod json;
 mod psf;
@@ -20,6 +21,7 @@ use super::arguments::values::{coating, focus_model, length, length_or_inf, poin
 use super::outputs::{check_distinct, check_writable};
 use super::report::lens_drawing::draw;
 use super::{Failure, Outcome};
+use calibrate::CalibrateArguments;
 use convert::ConvertArguments;
 use report::ReportArguments;
 use summary::{Summary, summary};
@@ -104,6 +106,9 @@ enum LensCommand {
     Convert(ConvertArguments),
     /// Analyse a lens by real rays: aberrations, spots, MTF, wavefronts, illumination, ghosts
     Report(ReportArguments),
+    /// Describe a lens by the camera models of OpenCV, COLMAP, Kalibr and lensfun, with maps of
+    /// distortion and illumination and point spreads
+    Calibrate(CalibrateArguments),
 }
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
@@ -111,6 +116,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         Some(LensCommand::Trace(arguments)) => return trace::run(arguments),
         Some(LensCommand::Convert(arguments)) => return convert::run(arguments),
         Some(LensCommand::Report(arguments)) => return report::run(arguments),
+        Some(LensCommand::Calibrate(arguments)) => return calibrate::run(arguments),
         None => {}
     }
     let file = arguments.lens.as_deref().ok_or("name a lens file")?;

@@ -1,5 +1,6 @@
 //! `petzval render`: one picture, or a part of its samples.
 
+mod camera_model;
 mod inputs;
 mod log;
 mod picture_output;

@@ -10,6 +10,7 @@ use petzval::job::Job;
 use petzval::plan::Effect;
 use petzval::render::{Convergence, RenderOutput};
 
+use super::camera_model;
 use super::log::{log_dropped, log_exposure, log_statistics, reason_for_black};
 use crate::cli::arguments::argv::shell_line;
 use crate::cli::{Failure, plan};
@@ -46,6 +47,9 @@ impl PictureOutput<'_> {
         notes.extend(dropped_notes(&exposed.film.dropped));
         notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
         notes.push(("commandLine", Note::Text(shell_line(argv))));
+        if ImageFormat::of(output)? == ImageFormat::Exr {
+            notes.extend(camera_model::notes(job));
+        }
         let window = job.frame.window();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let layers = match ImageFormat::of(output)? {

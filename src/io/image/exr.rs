@@ -213,6 +213,43 @@ pub(super) fn write(
     Image::new(image, layer).write().to_buffered(out).map_err(failed)
 }
 
+/// Writes channels of 32-bit floats whose pixels may lie beyond the frame, as overscan.
+pub(super) fn write_channels(
+    channels: &super::ChannelImage,
+    notes: &Notes,
+    file: &mut File,
+) -> io::Result<()> {
+    let super::ChannelImage { origin: [x, y], size: [width, height], frame, .. } = *channels;
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let (mut layer, mut image) = attributes(notes);
+    layer.layer_position = Vec2(x, y);
+    image.display_window =
+        IntegerBounds::from_dimensions(Vec2(frame[0] as usize, frame[1] as usize));
+    let channel = |(name, values): &'_ (&str, Vec<f32>)| match values.len() == width * height {
+        true => Ok(name.to_string()),
+        false => {
+            let problem = format!("channel {name} has {} values", values.len());
+            Err(io::Error::new(io::ErrorKind::InvalidInput, problem))
+        }
+    };
+    let names: Vec<String> = channels.channels.iter().map(channel).collect::<io::Result<_>>()?;
+    let list: SmallVec<[_; 4]> = names
+        .iter()
+        .zip(&channels.channels)
+        .map(|(name, (_, values))| AnyChannel::new(ascii(name), Values::Layer(values)))
+        .collect();
+    let layer = Layer::new((width, height), layer, encoding, AnyChannels::sort(list));
+    let written = Image::new(image, layer).write().to_buffered(BufWriter::new(file));
+    written.map_err(|error| match error {
+        Error::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    })
+}
+
 /// Values of a channel, borrowed, as copies would double the memory of the picture and its layers.
 #[derive(Clone, Copy, Debug)]
 enum Values<'a> {

@@ -3,6 +3,7 @@
 //! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
 //! holds either the complete new picture or the previous file.
 
+mod channels;
 mod declared;
 mod display;
 mod exr;
@@ -13,6 +14,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
+pub use channels::ChannelImage;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use raster::{ImageSamples, Raster, Transfer};
 

@@ -1,0 +1,271 @@
+//! `petzval lens calibrate`: describes a lens by the camera models of other programs.
+
+mod colmap;
+mod json;
+mod kalibr;
+mod lensfun;
+mod maps;
+mod npy;
+mod opencv;
+mod openlensio;
+mod psf;
+mod summary;
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use petzval::io::{ReadContext, replace_file};
+use petzval::lens::{
+    Calibration, CalibrationSetup, FieldRay, FocusModel, PixelGrid, Pose, Prescription,
+    RealRayFocus,
+};
+
+use crate::cli::arguments::lens_file::LensFileArguments;
+use crate::cli::arguments::values::{distance, f_number, sensor_size, size};
+use crate::cli::outputs::{CreatedFolders, check_distinct, check_writable};
+use crate::cli::{Failure, Outcome};
+
+/// Largest number of pixels: each map has an entry for every one.
+const MAX_PIXELS: u64 = 1 << 26;
+
+/// Arguments of `petzval lens calibrate`.
+#[derive(Debug, clap::Args)]
+pub(super) struct CalibrateArguments {
+    /// Lens file of any format that petzval reads
+    lens: PathBuf,
+    /// Size of the sensor, mm. The picture uses the largest part of it that has the aspect of
+    /// --resolution: pixels are square
+    #[arg(long, value_name = "WxH", value_parser = sensor_size, allow_hyphen_values = true)]
+    sensor: [f64; 2],
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    resolution: [u32; 2],
+    /// Distance in focus from the film plane, such as 2m, 850mm or inf
+    #[arg(long, value_name = "DISTANCE", value_parser = distance, allow_hyphen_values = true, default_value = "inf")]
+    focus: f64,
+    /// f-number; by default the lens is wide open
+    #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
+    fstop: Option<f64>,
+    /// Ray that stands for a pixel: the centroid of all rays that pass, where pictures show points,
+    /// or the chief ray through the centre of the stop
+    #[arg(long, value_enum, default_value_t)]
+    ray: RayArgument,
+    #[command(flatten)]
+    file: LensFileArguments,
+    /// Folder for the files; it is made if it is missing
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+}
+
+/// Argument of `--ray`.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum RayArgument {
+    #[default]
+    Centroid,
+    Chief,
+}
+
+impl From<RayArgument> for FieldRay {
+    fn from(argument: RayArgument) -> Self {
+        match argument {
+            RayArgument::Centroid => Self::Centroid,
+            RayArgument::Chief => Self::Chief,
+        }
+    }
+}
+
+/// A calibrated camera with the data that files name.
+struct Report<'a> {
+    setup: CalibrationSetup<'a>,
+    calibration: Calibration,
+    /// Largest distance between images by chief rays and by centroids (pixels).
+    chief_difference: Option<f64>,
+    /// The size of the whole sensor (mm).
+    sensor: [f64; 2],
+    f_number: Option<f64>,
+    stop_diameter: f64,
+}
+
+/// All names that the command may write.
+const NAMES: [&str; 15] = [
+    "calibration.json",
+    "opencv_brown_conrady.yaml",
+    "opencv_rational.yaml",
+    "opencv_thin_prism.yaml",
+    "opencv_fisheye.yaml",
+    "cameras.txt",
+    "kalibr_radtan.yaml",
+    "kalibr_equidistant.yaml",
+    "lensfun.xml",
+    "openlensio.json",
+    "st_undistort.exr",
+    "st_redistort.exr",
+    "illumination.exr",
+    "psf.exr",
+    "psf.npy",
+];
+
+pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
+    let CalibrateArguments { lens: file, sensor, resolution, output, .. } = arguments;
+    let pixels = u64::from(resolution[0]) * u64::from(resolution[1]);
+    if pixels > MAX_PIXELS {
+        return Err(format!(
+            "--resolution {}x{}: {pixels} pixels; expected at most {MAX_PIXELS}",
+            resolution[0], resolution[1]
+        )
+        .into());
+    }
+    let context = ReadContext::default();
+    let lens = arguments.file.options().read(file, &context)?;
+    super::warn_of_notes(file, &lens);
+    super::warn_indices(file, &lens, [lens.design.primary_wavelength(); 2]);
+    let mut folders = CreatedFolders::default();
+    folders
+        .create(output)
+        .map_err(|error| format!("cannot make the folder {}: {error}", output.display()))?;
+    let paths = NAMES.map(|name| output.join(name));
+    check_distinct(&paths, "-o", &context.files())?;
+    check_writable(&paths[0], "-o")?;
+
+    let used = PixelGrid::used_part(*resolution, *sensor);
+    let (lens, film_distance) = focused(file, lens, arguments, used)?;
+    let setup = CalibrationSetup {
+        lens: &lens,
+        film_distance,
+        film_pose: Pose::ALIGNED,
+        pixels: PixelGrid::new(*resolution, used[0]),
+        ray: arguments.ray.into(),
+    };
+    let named = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
+    let calibration = setup.calibrate().map_err(|error| named(&error))?;
+    let other = match setup.ray {
+        FieldRay::Centroid => FieldRay::Chief,
+        _ => FieldRay::Centroid,
+    };
+    let other = CalibrationSetup { ray: other, ..setup }.calibrate().ok();
+    let report = Report {
+        chief_difference: other.and_then(|other| calibration.largest_difference(&other)),
+        f_number: RealRayFocus::new(&lens).f_number(),
+        stop_diameter: lens.rows[lens.stop()].diameter,
+        sensor: *sensor,
+        setup,
+        calibration,
+    };
+    let written = report.write(output)?;
+    let stale = paths.iter().zip(NAMES).filter(|(_, name)| !written.contains(name));
+    for (path, _) in stale {
+        // A file of an earlier calibration does not describe this camera.
+        let _ = fs::remove_file(path);
+    }
+    crate::cli::print(&summary::text(&report, output, &written))
+}
+
+/// Returns the lens with its stop and its focus, and the distance of its film.
+fn focused(
+    file: &Path,
+    mut lens: Prescription,
+    arguments: &CalibrateArguments,
+    film: [f64; 2],
+) -> Result<(Prescription, f64), Failure> {
+    let named = |problem: String| Failure::from(format!("{}: {problem}", file.display()));
+    if let Some(f_number) = arguments.fstop {
+        let diameter = lens
+            .f_number_diameter(f_number)
+            .map_err(|error| format!("--fstop {f_number}: {} {error}", lens.name))?;
+        lens.stop_down(diameter);
+    }
+    let (focus, diagonal) = (arguments.focus, film[0].hypot(film[1]));
+    let refused = |error: petzval::lens::FocusError| named(error.to_string());
+    let model = FocusModel::Sharpest;
+    let (lens, distance) = match lens.focus_by_groups(focus, model, diagonal) {
+        Some(focused) => focused.map_err(refused)?,
+        None => {
+            let distance = model.film(&lens, focus, diagonal).map_err(refused)?;
+            (lens, distance)
+        }
+    };
+    let rim = lens.rear_reach();
+    match distance > rim {
+        true => Ok((lens, distance)),
+        false => Err(named(format!(
+            "the film, {distance:.4} mm behind the rear vertex, would stand inside the lens, which \
+             reaches {rim:.4} mm behind it; focus nearer"
+        ))),
+    }
+}
+
+impl Report<'_> {
+    /// Writes all files that describe this camera, and returns their names.
+    fn write(&self, folder: &Path) -> Result<Vec<&'static str>, Failure> {
+        let mut written = Vec::new();
+        let mut put = |name: &'static str, text: Option<String>| -> Result<(), Failure> {
+            let Some(text) = text else { return Ok(()) };
+            let path = folder.join(name);
+            replace_file(&path, |file| file.write_all(text.as_bytes()))
+                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+            written.push(name);
+            Ok(())
+        };
+        for (name, text) in opencv::files(self) {
+            put(name, Some(text))?;
+        }
+        put("cameras.txt", colmap::text(self))?;
+        for (name, text) in kalibr::files(self) {
+            put(name, Some(text))?;
+        }
+        let colour = self.setup.channel_fields();
+        if let Err(error) = &colour {
+            say!("petzval: warning: lateral colour and point spreads are left out: {error}");
+        }
+        let channels = colour.as_ref().ok().and_then(Option::as_ref);
+        let photographic = lensfun::Photographic::new(&self.calibration, channels);
+        put("lensfun.xml", lensfun::text(self, &photographic))?;
+        put("openlensio.json", openlensio::text(self))?;
+        let maps = maps::write(self, folder)?;
+        let spots = match colour {
+            Ok(_) => Some(psf::write(self, folder)?),
+            Err(_) => None,
+        };
+        let text = json::describe(self, &photographic, maps.as_ref(), spots.as_ref());
+        put("calibration.json", Some(text))?;
+        written.push("illumination.exr");
+        if maps.is_some() {
+            written.extend(["st_undistort.exr", "st_redistort.exr"]);
+        }
+        if spots.is_some() {
+            written.extend(["psf.exr", "psf.npy"]);
+        }
+        Ok(written)
+    }
+
+    /// Returns the distance in focus as words.
+    fn focus(&self) -> String {
+        match self.calibration.focus {
+            focus if focus.is_finite() => format!("{:.6} m", focus * 1e-3),
+            _ => "infinity".to_owned(),
+        }
+    }
+
+    /// Returns a line that says what a file describes.
+    fn headline(&self) -> String {
+        let name: String =
+            self.setup.lens.name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        let f_number = self.f_number.map_or_else(String::new, |n| format!(", f/{n:.3}"));
+        format!(
+            "{name}, focus {} from the film{f_number}, {} rays at {:.1} nm, by petzval {}",
+            self.focus(),
+            self.calibration.ray.name(),
+            self.calibration.wavelength,
+            env!("CARGO_PKG_VERSION"),
+        )
+    }
+}
+
+/// Returns numbers with every digit, with commas between.
+fn list(numbers: &[f64]) -> String {
+    // 0 has no sign.
+    let texts: Vec<String> = numbers.iter().map(|number| format!("{:?}", number + 0.0)).collect();
+    texts.join(", ")
+}

@@ -1,0 +1,55 @@
+//! Diameter of the stop for an f-number.
+
+use super::focus::RealRayFocus;
+use crate::lens::prescription::Prescription;
+
+/// Bisection steps: they reach the precision of f64.
+const HALVINGS: u32 = 50;
+
+/// Why a lens has no such f-number.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FNumberError {
+    /// The lens forms no image.
+    #[error("forms no image")]
+    NoImage,
+    /// The lens does not open so wide.
+    #[error("opens to f/{open:.2} and no wider; expected {open:.2} or more")]
+    TooFast {
+        /// Its f-number when open.
+        open: f64,
+    },
+}
+
+impl Prescription {
+    /// Returns the diameter of the stop (mm) that gives an f-number, measured by a traced marginal
+    /// ray ([`RealRayFocus::f_number`]). So the light on the film follows the f-number whatever the
+    /// aberrations of the pupil.
+    ///
+    /// # Errors
+    /// Returns an error if the lens forms no image or does not open so wide.
+    pub fn f_number_diameter(&self, asked: f64) -> Result<f64, FNumberError> {
+        let f_number = |diameter: f64| {
+            let mut closed = self.clone();
+            closed.stop_down(diameter);
+            RealRayFocus::new(&closed).f_number().unwrap_or(f64::INFINITY)
+        };
+        let (mut narrow, mut wide) = (0.0, self.rows[self.stop()].diameter);
+        let open = f_number(wide);
+        if open.is_infinite() {
+            return Err(FNumberError::NoImage);
+        }
+        if asked < open * (1.0 - 1e-3) {
+            return Err(FNumberError::TooFast { open });
+        }
+        for _ in 0..HALVINGS {
+            let middle = (narrow + wide) / 2.0;
+            if f_number(middle) > asked {
+                narrow = middle;
+            } else {
+                wide = middle;
+            }
+        }
+        Ok(wide)
+    }
+}
