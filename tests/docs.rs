@@ -317,6 +317,7 @@ fn the_manual_describes_every_option_and_no_other() {
         "lens",
         "lens trace",
         "lens calibrate",
+        "lens report",
         "replay",
         "plan",
         "accuracy",

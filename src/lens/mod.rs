@@ -38,6 +38,7 @@ pub use analysis::imaging::image_quality::{FieldRays, ImageQuality, ImagingGrid,
 pub use analysis::imaging::lens_at_wavelength::SceneRay;
 pub use analysis::imaging::point_image::PointImage;
 pub use analysis::imaging::pupil_grid::{PupilCell, PupilGrid};
+pub use analysis::imaging::reference_sphere::ReferenceSphere;
 pub use analysis::imaging::seidel::{Seidel, SeidelSums};
 pub use analysis::imaging::spot::{SpotDiagram, SpotRay, SpotSize};
 pub use analysis::imaging::transfer::{FrequencyAxis, TransferMethod};

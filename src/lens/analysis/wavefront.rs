@@ -4,7 +4,7 @@ use super::exit_pupil::ExitPupil;
 use crate::lens::camera::RealLens;
 use crate::lens::least_squares::least_squares;
 use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::path::trace_past_rims;
+use crate::lens::trace::path::{PASSES, trace_past_rims};
 use crate::lens::trace::sequence::{Side, sequence};
 
 /// Points along each side of the grid over the pupil.
@@ -54,9 +54,10 @@ impl Wavefront {
             let at = [middle[0] + width * step(i % GRID), middle[1] + height * step(i / GRID)];
             let tz = (index * index - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
             let start = LensRay::new(place, [at[0], at[1], tz]);
-            let path = trace_past_rims(start, &surfaces).ok();
-            let path = path.filter(|path| path.clipped.is_none());
-            rays.extend(path.map(|path| PupilRay { at, tz, ray: path.ray, path: path.length }));
+            let path = trace_past_rims::<f64>(start, &surfaces);
+            if path.length.is_finite() && path.clipped == PASSES {
+                rays.push(PupilRay { at, tz, ray: path.ray, path: path.length });
+            }
         }
         let target = best_image_point(&rays)?;
         let mut points: Vec<WavefrontPoint> = rays

@@ -1,93 +1,101 @@
-//! Trace of one ray past rims, with its optical path.
+//! Trace of rays past rims, with their optical paths.
 
 use super::batch::reflected;
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
-use super::single::{BlockReason, Blocked};
 use super::surface::{Surface, SurfaceKind};
+use crate::lanes::Real;
 
-/// A ray behind a sequence of surfaces, with what happened on its way.
+/// Value of [`OpticalPath::clipped`] for a ray that passes.
+pub(crate) const PASSES: f64 = -1.0;
+
+/// A ray, or a packet of rays, behind a sequence of surfaces, with what happened on the way.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OpticalPath {
+pub(crate) struct OpticalPath<R> {
     /// The ray in the frame of the last surface.
-    pub ray: LensRay<f64>,
-    /// Optical path length from the start of the ray to the last surface (mm); NaN behind an ideal
-    /// lens.
-    pub length: f64,
-    /// Point in the plane of the stop (mm), if the sequence contains it.
-    pub stop: Option<[f64; 2]>,
-    /// First row whose rim, stop or obstruction would have blocked the ray.
-    pub clipped: Option<usize>,
+    pub ray: LensRay<R>,
+    /// Optical path length from the start of the ray to the last surface (mm); NaN if the ray
+    /// misses a surface, is totally reflected or passes an ideal lens.
+    pub length: R,
+    /// Point in the plane of the stop (mm); NaN if the sequence does not contain it.
+    pub stop: [R; 2],
+    /// First row whose rim, stop or obstruction would have blocked the ray, or [`PASSES`].
+    pub clipped: R,
 }
 
-/// Traces a ray through a sequence of surfaces as if they had no rims.
-///
-/// # Errors
-/// Returns the place and the reason if the ray misses a surface or is totally reflected.
-pub(crate) fn trace_past_rims(
-    ray: LensRay<f64>,
-    surfaces: &[Surface<f64>],
-) -> Result<OpticalPath, Blocked> {
-    let mut path = OpticalPath { ray, length: 0.0, stop: None, clipped: None };
-    for surface in surfaces {
-        path = dispatch::<f64, _>(surface, PathCrossing { path, surface })?;
+impl<R: Real<Scalar = f64>> OpticalPath<R> {
+    fn new(ray: LensRay<R>) -> Self {
+        let nan = R::splat(f64::NAN);
+        Self { ray, length: R::splat(0.0), stop: [nan; 2], clipped: R::splat(PASSES) }
     }
-    Ok(path)
 }
 
-/// A ray with its path, at one surface.
-struct PathCrossing<'a> {
-    path: OpticalPath,
+/// Traces rays through a sequence of surfaces as if they had no rims.
+pub(crate) fn trace_past_rims<R: Real<Scalar = f64>>(
+    ray: LensRay<R>,
+    surfaces: &[Surface<f64>],
+) -> OpticalPath<R> {
+    surfaces.iter().fold(OpticalPath::new(ray), |path, surface| {
+        dispatch::<R, _>(surface, PathCrossing { path, surface })
+    })
+}
+
+/// Rays with their paths, at one surface.
+struct PathCrossing<'a, R> {
+    path: OpticalPath<R>,
     surface: &'a Surface<f64>,
 }
 
-impl KernelVisitor<f64> for PathCrossing<'_> {
-    type Output = Result<OpticalPath, Blocked>;
+impl<R: Real<Scalar = f64>> KernelVisitor<R> for PathCrossing<'_, R> {
+    type Output = OpticalPath<R>;
 
-    fn visit(self, kernel: impl SurfaceKernel<f64>) -> Self::Output {
+    fn visit(self, kernel: impl SurfaceKernel<R>) -> Self::Output {
         cross(self.path, self.surface, kernel)
     }
 }
 
-fn cross<K: SurfaceKernel<f64>>(
-    mut path: OpticalPath,
+fn cross<R: Real<Scalar = f64>, K: SurfaceKernel<R>>(
+    mut path: OpticalPath<R>,
     surface: &Surface<f64>,
     kernel: K,
-) -> Result<OpticalPath, Blocked> {
+) -> OpticalPath<R> {
     let start = path.ray;
     let near = (0..kernel.passes()).fold(start, |ray, pass| kernel.approach(ray, pass));
     let KernelOutput { ray, met, inside, xi2 } = kernel.cross(near);
-    let end = |reason| Err(Blocked { row: surface.row, reason });
-    if ray.p[0].is_nan() || !met {
-        return end(BlockReason::Miss);
-    }
-    let refracts = xi2 >= surface.limit;
-    if K::REFRACTS && !refracts {
-        return end(BlockReason::Tir);
-    }
-    match surface.kind {
+    let nan = R::splat(f64::NAN);
+    path.length = match surface.kind {
         // A frame transform moves the axes, not the ray.
-        SurfaceKind::FrameTransform(_) => {}
+        SurfaceKind::FrameTransform(_) => path.length,
         // First-order optics and fitted polynomials say nothing of the way inside.
-        SurfaceKind::Ideal(_) | SurfaceKind::Polynomial(_) => path.length = f64::NAN,
+        SurfaceKind::Ideal(_) | SurfaceKind::Polynomial(_) => nan,
         _ => {
-            let [x, y, z] = [0, 1, 2].map(|i| ray.p[i] - start.p[i]);
-            let along = [x, y, z + surface.advance];
+            let [x, y, z] = [
+                ray.p[0] - start.p[0],
+                ray.p[1] - start.p[1],
+                ray.p[2] - start.p[2] + R::splat(surface.advance),
+            ];
             // The direction has the length of the index, which makes this an optical length.
-            path.length += (0..3).map(|i| along[i] * start.t[i]).sum::<f64>();
+            let along = x.mul_add(start.t[0], y.mul_add(start.t[1], z * start.t[2]));
+            path.length + along
         }
+    };
+    path.length = R::select(met, path.length, nan);
+    if K::REFRACTS {
+        path.length = R::select(R::splat(surface.limit).le(xi2), path.length, nan);
     }
-    if !inside && path.clipped.is_none() {
-        path.clipped = Some(surface.row);
-    }
+    let passes = path.clipped.lt(R::splat(0.0));
+    let blocked = R::select(inside, path.clipped, R::splat(surface.row as f64));
+    path.clipped = R::select(passes, blocked, path.clipped);
     path.ray = if K::REFRACTS && surface.mirror {
         let [x, y, z] = ray.p;
-        let t = reflected(near.t, ray.t, xi2, surface.n2_step);
+        let t = reflected(near.t, ray.t, xi2, R::splat(surface.n2_step));
         LensRay { p: [x, y, -z], t, ..ray }
     } else {
         ray
     };
-    if surface.stop && path.stop.is_none() {
-        path.stop = Some([ray.p[0], ray.p[1]]);
+    if surface.stop {
+        let [x, y] = path.stop;
+        let first = x.equals(x);
+        path.stop = [R::select(first, x, ray.p[0]), R::select(first, y, ray.p[1])];
     }
-    Ok(path)
+    path
 }

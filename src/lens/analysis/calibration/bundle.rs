@@ -75,7 +75,10 @@ impl<'a> BundleTracer<'a> {
 /// Returns a ray that leaves the lens, relative to the front vertex with y up and z towards the
 /// scene, in the frame of the camera; `depth` is that of the front vertex before the film (mm).
 pub(super) fn to_camera([x, y, z]: [f64; 3], [tx, ty, tz]: [f64; 3], depth: f64) -> SightLine {
-    SightLine { point: DVec3::new(x, -y, z + depth), direction: DVec3::new(tx, -ty, tz).normalize() }
+    SightLine {
+        point: DVec3::new(x, -y, z + depth),
+        direction: DVec3::new(tx, -ty, tz).normalize(),
+    }
 }
 
 /// Returns the centroid ray of a bundle, and the irradiance.

@@ -3,7 +3,8 @@
 use super::chief::ChiefRay;
 use super::conditions::ImagingConditions;
 use super::lens_at_wavelength::LensAtWavelength;
-use super::pupil_grid::{PupilGrid, ReferenceSphere};
+use super::pupil_grid::PupilGrid;
+use super::reference_sphere::ReferenceSphere;
 use crate::lens::prescription::Prescription;
 use crate::spectrum::glass::IndexRangeError;
 

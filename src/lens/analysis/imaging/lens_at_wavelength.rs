@@ -1,13 +1,17 @@
 //! A lens at one wavelength, prepared for rays from an object, from the stop and to the film.
 
 use super::conditions::ImagingConditions;
+use crate::lanes::{Real, f32x8};
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::Prescription;
 use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::path::{OpticalPath, trace_past_rims};
+use crate::lens::trace::path::{OpticalPath, PASSES, trace_past_rims};
 use crate::lens::trace::sequence::{Side, sequence_at};
 use crate::lens::trace::surface::{Surface, SurfaceKind};
 use crate::spectrum::glass::IndexRangeError;
+
+/// Eight lanes of f64.
+type Packet = <f32x8 as Real>::Double;
 
 /// Distance before the front vertex at which rays start, relative to the size of the lens.
 const START: f64 = 2.0;
@@ -65,6 +69,44 @@ pub(super) struct FilmRay {
     pub clipped: Option<usize>,
 }
 
+/// Rays at the film, in lanes.
+struct FilmRays<R> {
+    point: [R; 2],
+    t: [R; 3],
+    length: R,
+    stop: [R; 2],
+    clipped: R,
+}
+
+impl<R: Real<Scalar = f64>> FilmRays<R> {
+    fn lane(&self, i: usize) -> FilmRays<f64> {
+        let one = |value: R| {
+            let mut lanes = [0.0; 8];
+            value.store(&mut lanes);
+            lanes[i]
+        };
+        FilmRays {
+            point: self.point.map(one),
+            t: self.t.map(one),
+            length: one(self.length),
+            stop: self.stop.map(one),
+            clipped: one(self.clipped),
+        }
+    }
+}
+
+impl FilmRays<f64> {
+    /// Returns the ray; `None` if it was lost, or leaves the film behind.
+    fn ray(self) -> Option<FilmRay> {
+        let Self { point, t, length, stop, clipped } = self;
+        // A chief ray starts in the stop; its own point there is the vertex.
+        let stop = if stop[0].is_nan() { [0.0; 2] } else { stop };
+        let valid = t[2] > 0.0 && length.is_finite() && point.iter().all(|x| x.is_finite());
+        let clipped = (clipped != PASSES).then_some(clipped as usize);
+        valid.then_some(FilmRay { point, t, length, stop, clipped })
+    }
+}
+
 impl LensAtWavelength {
     pub(super) fn new(
         lens: &Prescription,
@@ -117,24 +159,43 @@ impl LensAtWavelength {
     /// all rims. `None` if it misses a surface or is totally reflected.
     pub(super) fn to_film(&self, start: [f64; 3], direction: [f64; 3]) -> Option<FilmRay> {
         let t = direction.map(|d| d * self.scene_index);
-        let path = trace_past_rims(LensRay::new(start, t), &self.surfaces).ok()?;
-        self.at_film(&path)
+        self.at_film(trace_past_rims::<f64>(LensRay::new(start, t), &self.surfaces)).ray()
     }
 
-    fn at_film(&self, path: &OpticalPath) -> Option<FilmRay> {
-        let LensRay { p, t, .. } = path.ray;
-        let s = (self.film_distance - p[2]) / t[2];
-        let n2 = t.iter().map(|t| t * t).sum::<f64>();
-        let point = [0, 1].map(|i| p[i] + s * t[i]);
-        let stop = path.stop.unwrap_or([0.0; 2]).map(|x| x / self.stop_radius);
-        let valid = t[2] > 0.0 && point.iter().all(|x| x.is_finite());
-        valid.then_some(FilmRay {
-            point,
+    /// Does the same for many rays, given by start and direction, eight at a time.
+    pub(super) fn all_to_film(&self, rays: &[([f64; 3], [f64; 3])]) -> Vec<Option<FilmRay>> {
+        let mut found = Vec::with_capacity(rays.len());
+        for group in rays.chunks(Packet::LANES) {
+            // The last packet is filled up with its last ray.
+            let lane = |i: usize| group[i.min(group.len() - 1)];
+            let load = |of: &dyn Fn(usize) -> f64| {
+                let mut lanes = [0.0; Packet::LANES];
+                for (i, value) in lanes.iter_mut().enumerate() {
+                    *value = of(i);
+                }
+                Packet::load(&lanes)
+            };
+            let start = [0, 1, 2].map(|k| load(&|i| lane(i).0[k]));
+            let t = [0, 1, 2].map(|k| load(&|i| lane(i).1[k] * self.scene_index));
+            let path = trace_past_rims::<Packet>(LensRay::new(start, t), &self.surfaces);
+            let rays = self.at_film(path);
+            found.extend((0..group.len()).map(|i| rays.lane(i).ray()));
+        }
+        found
+    }
+
+    fn at_film<R: Real<Scalar = f64>>(&self, path: OpticalPath<R>) -> FilmRays<R> {
+        let LensRay { p: [x, y, z], t, .. } = path.ray;
+        let s = (R::splat(self.film_distance) - z) / t[2];
+        let n2 = t[0].mul_add(t[0], t[1].mul_add(t[1], t[2] * t[2]));
+        let radius = R::splat(self.stop_radius);
+        FilmRays {
+            point: [s.mul_add(t[0], x), s.mul_add(t[1], y)],
             t,
-            length: path.length + s * n2,
-            stop,
+            length: s.mul_add(n2, path.length),
+            stop: [path.stop[0] / radius, path.stop[1] / radius],
             clipped: path.clipped,
-        })
+        }
     }
 
     /// Traces the chief ray of a slope: through the vertex of the stop, with these direction
@@ -148,9 +209,13 @@ impl LensAtWavelength {
         let n = self.stop_index;
         let along = n * along.sqrt();
         let start = |t: [f64; 3]| LensRay::new([0.0; 3], t);
-        let to_film = trace_past_rims(start([n * a, n * b, along]), &self.behind_stop).ok()?;
-        let film = self.at_film(&to_film)?.point;
-        let back = trace_past_rims(start([-n * a, -n * b, along]), &self.before_stop).ok()?.ray;
+        let to_film = trace_past_rims::<f64>(start([n * a, n * b, along]), &self.behind_stop);
+        let film = self.at_film(to_film).ray()?.point;
+        let back = trace_past_rims::<f64>(start([-n * a, -n * b, along]), &self.before_stop);
+        if back.length.is_nan() {
+            return None;
+        }
+        let back = back.ray;
         let [x, y, z] = back.p;
         let [tx, ty, tz] = back.t.map(|t| t / self.scene_index);
         Some((SceneRay { point: [x, y, -z], direction: [-tx, -ty, tz] }, film))

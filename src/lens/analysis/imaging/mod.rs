@@ -2,6 +2,7 @@
 //! film.
 
 pub(crate) mod aberration_fan;
+mod aim;
 pub(crate) mod axial;
 pub(crate) mod chief;
 pub(crate) mod conditions;
@@ -12,6 +13,8 @@ pub(crate) mod lens_at_wavelength;
 pub(crate) mod point_image;
 mod polynomial_map;
 pub(crate) mod pupil_grid;
+mod pupil_search;
+pub(crate) mod reference_sphere;
 pub(crate) mod seidel;
 pub(crate) mod spot;
 pub(crate) mod transfer;

@@ -10,6 +10,11 @@ pub struct SpotRay {
     pub point: [f64; 2],
     /// Slopes of the ray, dx/dz and dy/dz.
     pub slope: [f64; 2],
+    /// Standard deviation of the points of the ray's cell of the pupil: of x and of y, each by T_x
+    /// and by T_y (mm).
+    pub(super) within: [[f64; 2]; 2],
+    /// Standard deviation of the slopes of the cell.
+    pub(super) slope_within: f64,
     /// Light of the ray: share of the light of all wavelengths.
     pub light: f64,
     /// Index of the wavelength.
@@ -46,7 +51,11 @@ impl FieldRays {
             let Some(grid) = grid else { continue };
             for (i, cell) in grid.open() {
                 let t = grid.direction(i);
+                // An even distribution over a square has the variance step^2 / 12.
+                let deviation = grid.step * (cell.share / 12.0).sqrt();
                 rays.push(SpotRay {
+                    within: grid.point_gradient(i).map(|row| row.map(|g| g * deviation)),
+                    slope_within: deviation / cell.t_z,
                     point: [0, 1].map(|i| cell.point[i] - self.reference.point[i]),
                     slope: t.map(|t| t / cell.t_z),
                     light: grid.weight * grid.step * grid.step * PupilGrid::light(cell) / whole,
@@ -59,6 +68,35 @@ impl FieldRays {
 }
 
 impl PupilGrid {
+    /// Returns the gradient of the point on the film, x and y by T_x and T_y (mm), between the
+    /// whole cells next to a cell; 0 where there are none.
+    fn point_gradient(&self, i: usize) -> [[f64; 2]; 2] {
+        let whole = |j: usize| self.cells.get(j)?.as_ref().filter(|cell| cell.share == 1.0);
+        let along = |stride: usize| -> [f64; 2] {
+            // Central, or to the side on which cells are whole.
+            let pairs = [
+                (i.wrapping_sub(stride), i + stride),
+                (i, i + stride),
+                (i.wrapping_sub(stride), i),
+            ];
+            let farther = [
+                (i + stride, i + 2 * stride),
+                (i.wrapping_sub(2 * stride), i.wrapping_sub(stride)),
+            ];
+            pairs
+                .into_iter()
+                .chain(farther)
+                .find_map(|(from, to)| {
+                    let (a, b) = (whole(from)?, whole(to)?);
+                    let distance = self.step * (to - from) as f64 / stride as f64;
+                    Some([0, 1].map(|k| (b.point[k] - a.point[k]) / distance))
+                })
+                .unwrap_or_default()
+        };
+        let [by_x, by_y] = [along(1), along(self.side)];
+        [[by_x[0], by_y[0]], [by_x[1], by_y[1]]]
+    }
+
     /// Returns the light of all cells, by the weight of the wavelength.
     pub(super) fn light_of_all(&self) -> f64 {
         let cells: f64 = self.open().map(|(_, cell)| Self::light(cell)).sum();
@@ -95,7 +133,15 @@ impl SpotDiagram {
         };
         let centroid = [mean(&|p| p[0]), mean(&|p| p[1])];
         let square = |i: usize| mean(&|p: [f64; 2]| (p[i] - centroid[i]) * (p[i] - centroid[i]));
-        let squares = [square(0), square(1)];
+        let within = |i: usize| {
+            let variance = |ray: &SpotRay| {
+                let own = ray.within[i][i] + defocus * ray.slope_within;
+                own * own + ray.within[i][1 - i] * ray.within[i][1 - i]
+            };
+            let of = |ray: &&SpotRay| wavelength.is_none_or(|w| w == ray.wavelength);
+            self.rays.iter().filter(of).map(|ray| ray.light * variance(ray)).sum::<f64>() / light
+        };
+        let squares = [0, 1].map(|i| square(i) + within(i));
         let largest =
             rays().map(|(p, _)| (p[0] - centroid[0]).hypot(p[1] - centroid[1])).fold(0.0, f64::max);
         Some(SpotSize {
