@@ -89,10 +89,14 @@ impl Plot {
             return [-1.0, 1.0];
         }
         let room = 0.05 * (high - low);
-        let least = 1e-9_f64.max(1e-6 * low.abs().max(high.abs()));
+        // Rounding is no range.
+        let least = 1e-6 * low.abs().max(high.abs());
+        if high.abs().max(low.abs()) < 1e-9 {
+            return [-1.0, 1.0];
+        }
         match high - low > least {
             true => [low - room, high + room],
-            false => [low - least.max(0.05 * low.abs()), high + least.max(0.05 * high.abs())],
+            false => [low - 0.05 * low.abs(), high + 0.05 * high.abs()],
         }
     }
 
