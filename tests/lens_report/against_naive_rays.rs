@@ -1,8 +1,8 @@
 //! Spots, illumination and ghosts against plain traces of evenly spaced rays.
 
 use petzval::lens::{
-    LensRay, Normalization, Paraxial, Prescription, SceneRay, Side, Vignetting, ghost_sequence,
-    sequence, trace_one,
+    FrequencyAxis, LensRay, Normalization, Paraxial, Prescription, SceneRay, Side, TransferMethod,
+    Vignetting, ghost_sequence, sequence, trace_one,
 };
 
 use super::{conditions, lens, traced};
@@ -111,5 +111,30 @@ fn ghosts_focus_where_real_rays_near_the_axis_do() {
         let error = (focus - ghost.focus).abs() / focus.abs().max(1.0);
         assert!(error < 1e-6, "{:?}: {focus} {}", ghost.rows, ghost.focus);
         assert!(ghost.share > 0.0 && ghost.share < 0.05, "{ghost:?}");
+    }
+}
+
+#[test]
+fn the_geometric_transfer_function_is_the_transform_of_the_spot() {
+    let lens = lens("triplet.toml");
+    let quality = traced(&lens, conditions(&lens, 18.0), 3);
+    for field in &quality.fields {
+        let spot = field.spot();
+        for frequency in [3.0, 17.0, 60.0] {
+            for (axis, k) in [(FrequencyAxis::X, 0), (FrequencyAxis::Y, 1)] {
+                for defocus in [0.0, 0.05] {
+                    let mut sum = [0.0; 2];
+                    for ray in &spot.rays {
+                        let at = ray.point[k] + defocus * ray.slope[k];
+                        let (sin, cos) = (std::f64::consts::TAU * frequency * at).sin_cos();
+                        sum = [sum[0] + ray.light * cos, sum[1] + ray.light * sin];
+                    }
+                    let method = TransferMethod::Geometric;
+                    let value = field.modulation(frequency, axis, method, defocus).expect("light");
+                    let error = (value - sum[0].hypot(sum[1])).abs();
+                    assert!(error < 1e-9, "{} {frequency} {axis:?}: {value}", field.field);
+                }
+            }
+        }
     }
 }
