@@ -83,6 +83,14 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     };
     let conditions = ImagingConditions::new(&lens, choices)
         .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
+    if conditions.fields_replaced {
+        say!(
+            "petzval: warning: {}: no light of the file's largest field reaches the film; image \
+             heights up to {:.2} mm are used (choose with --image-height)",
+            arguments.lens.display(),
+            conditions.largest_field
+        );
+    }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let grid = ImagingGrid {
         fields: usize::from(arguments.fields),

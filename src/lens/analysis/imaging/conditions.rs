@@ -1,8 +1,9 @@
 //! Conditions of an analysis: object, film, wavelengths and field.
 
+use super::lens_at_wavelength::LensAtWavelength;
 use crate::lens::analysis::focus::RealRayFocus;
 use crate::lens::analysis::paraxial::{FocusError, Paraxial};
-use crate::lens::analysis::vignetting::Vignetting;
+use crate::lens::analysis::vignetting::{Normalization, Vignetting};
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::design::{FieldKind, SpectralLine};
 use crate::spectrum::glass::IndexRangeError;
@@ -35,6 +36,9 @@ pub struct ImagingConditions {
     /// Field points of the lens file, as distances from the axis in the order of the file; empty
     /// if it states none.
     pub stated_fields: Vec<f64>,
+    /// Whether the lens file states fields from which no light reaches the film, so that others are
+    /// used.
+    pub fields_replaced: bool,
 }
 
 /// Choices of the user; what is not chosen comes from the lens file.
@@ -114,6 +118,7 @@ impl ImagingConditions {
             field_kind: FieldKind::ImageHeight,
             largest_field: Self::FULL_FRAME,
             stated_fields: Vec::new(),
+            fields_replaced: false,
         };
         conditions.choose_field(lens, choices.image_height);
         Ok(conditions)
@@ -140,22 +145,44 @@ impl ImagingConditions {
             self.largest_field = height;
             return;
         }
-        let Some(fields) = &lens.design.fields else {
-            // A lens for a smaller film is dark beyond it.
-            let light = Vignetting::new(lens, self.film_distance, LIGHT_RAYS);
-            if let Some(end) = light.light_radius(Self::FULL_FRAME).filter(|end| *end > 0.0) {
-                self.largest_field = LIT * end;
-            }
+        let light = Vignetting::new(lens, self.film_distance, LIGHT_RAYS);
+        if self.take_stated_fields(lens, &light) {
             return;
-        };
+        }
+        self.fields_replaced = lens.design.fields.is_some();
+        // A lens for a smaller film is dark beyond it.
+        if let Some(end) = light.light_radius(Self::FULL_FRAME).filter(|end| *end > 0.0) {
+            self.largest_field = LIT * end;
+        }
+    }
+
+    /// Takes the fields of the lens file, if it states any and light of all of them reaches the
+    /// film: those of a zoom lens may be of another state.
+    fn take_stated_fields(&mut self, lens: &Prescription, light: &Vignetting) -> bool {
+        let Some(fields) = &lens.design.fields else { return false };
         let radii: Vec<f64> = fields.points.iter().map(|[x, y]| x.hypot(*y)).collect();
         let largest = radii.iter().copied().fold(0.0, f64::max);
-        let finite_object = self.object_distance.is_finite();
-        if largest > 0.0 && (finite_object || fields.kind != FieldKind::ObjectHeight) {
-            self.field_kind = fields.kind;
-            self.largest_field = largest;
-            self.stated_fields = radii;
+        let near = self.object_distance.is_finite();
+        if largest == 0.0 || (!near && fields.kind == FieldKind::ObjectHeight) {
+            return false;
         }
+        let stated = Self {
+            field_kind: fields.kind,
+            largest_field: largest,
+            stated_fields: radii,
+            ..self.clone()
+        };
+        let chief = LensAtWavelength::new(lens, &stated, stated.primary)
+            .ok()
+            .and_then(|lens| lens.chief_of_field(&stated, [0.0, largest]));
+        let lit = chief.is_some_and(|chief| {
+            let budget = light.budget(chief.film, Normalization::Stop);
+            budget.is_some_and(|budget| budget.pass > 0.0)
+        });
+        if lit {
+            *self = stated;
+        }
+        lit
     }
 
     /// Returns the primary wavelength.
