@@ -129,7 +129,10 @@ def compare_fans(report, tracer, note):
     pupil = report.figure("exit_pupil_position_from_film")
     angles = {round(row["field_mm"], 9): row for row in report.rows("distortion")}
     foci = {round(row["field_mm"], 9): row for row in report.rows("field-curvature")}
-    efl = report.figure("effective_focal_length")
+    # The image scale on the film, which is not at the paraxial focus.
+    small = 1e-3 * math.radians(max(row["angle_deg"] for row in angles.values()))
+    paraxial = tracer.optiland(small, tracer.aim(small, np.zeros((1, 2))))[0][-1][0, 1]
+    scale = paraxial / math.tan(small)
     for axis, table in enumerate(["sagittal", "tangential"]):
         rays = report.rows("ray-fan", table)
         paths = report.rows("opd-fan", table)
@@ -149,7 +152,7 @@ def compare_fans(report, tracer, note):
                 film = points[-1]
                 note("chief ray", peer, 1e3 * abs(film[0, 1] - curve["height_mm"]))
                 if field and axis:
-                    percent = 100.0 * (film[0, 1] / (efl * math.tan(angle)) - 1.0)
+                    percent = 100.0 * (film[0, 1] / (scale * math.tan(angle)) - 1.0)
                     note("distortion", peer, abs(percent - curve["distortion_percent"]))
                 if chosen:
                     note("ray fan", peer, np.abs(1e3 * (film - film[0])[1:] - ours).max())
