@@ -33,6 +33,9 @@ pub use analysis::imaging::axial::ZoneFocus;
 pub use analysis::imaging::chief::{ChiefRay, ObjectPoint};
 pub use analysis::imaging::conditions::{ConditionChoices, ConditionsError, ImagingConditions};
 pub use analysis::imaging::field_curve::FieldCurvePoint;
+pub use analysis::imaging::frozen_imaging::{
+    FieldSpot, FrozenImaging, FrozenImagingError, RimPolicy,
+};
 pub use analysis::imaging::ghost_focus::GhostFocus;
 pub use analysis::imaging::image_quality::{FieldRays, ImageQuality, ImagingGrid, in_parallel};
 pub use analysis::imaging::lens_at_wavelength::SceneRay;
@@ -43,9 +46,24 @@ pub use analysis::imaging::seidel::{Seidel, SeidelSums};
 pub use analysis::imaging::spot::{SpotDiagram, SpotRay, SpotSize};
 pub use analysis::imaging::transfer::{FrequencyAxis, TransferMethod};
 pub use analysis::imaging::zernike::{ZernikeFit, noll, zernike};
+pub use analysis::optimize::damped_least_squares::StopReason;
+pub use analysis::optimize::design_optimization::{
+    DesignGoal, DesignState, OptimizationError, OptimizedDesign, optimize_design,
+};
+pub use analysis::optimize::target::{DesignTarget, TargetKind};
+pub use analysis::optimize::variable::{DesignVariable, VariableError, VariableKind};
 pub use analysis::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};
 pub use analysis::stop_diameter::FNumberError;
 pub use analysis::throughput::Throughput;
+pub use analysis::tolerance::distribution::{correlation, percentile};
+pub use analysis::tolerance::figure::{LensFigures, Refocus};
+pub use analysis::tolerance::grade::{
+    FRINGE_WAVELENGTH, RadiusLimit, ToleranceGrade, ToleranceLimits,
+};
+pub use analysis::tolerance::monte_carlo::{
+    DeviationShape, ToleranceAnalysis, ToleranceEffect, ToleranceSettings, ToleranceTrial,
+};
+pub use analysis::tolerance::parameter::{ToleranceKind, ToleranceParameter};
 pub use analysis::vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
 pub use analysis::wavefront::{Wavefront, WavefrontPoint};
 pub use camera::band::Band;

@@ -1,11 +1,14 @@
 //! `petzval lens`: shows, draws and traces a lens file.
 
 mod calibrate;
+mod conditions;
 mod convert;
 mod json;
+mod optimize;
 mod psf;
 mod report;
 mod summary;
+mod tolerance;
 mod trace;
 mod vignetting;
 
@@ -23,8 +26,10 @@ use super::report::lens_drawing::draw;
 use super::{Failure, Outcome};
 use calibrate::CalibrateArguments;
 use convert::ConvertArguments;
+use optimize::OptimizeArguments;
 use report::ReportArguments;
 use summary::{Summary, summary};
+use tolerance::ToleranceArguments;
 use trace::TraceArguments;
 
 /// Arguments of `petzval lens`.
@@ -109,6 +114,11 @@ enum LensCommand {
     /// Describe a lens by the camera models of OpenCV, COLMAP, Kalibr and lensfun, with maps of
     /// distortion and illumination and point spreads
     Calibrate(CalibrateArguments),
+    /// Show the image quality of a lens as it is made: random errors of radii, thicknesses, glasses,
+    /// tilts and decentres, and which of them cost most
+    Tolerance(Box<ToleranceArguments>),
+    /// Improve a lens by damped least squares over named variables
+    Optimize(Box<OptimizeArguments>),
 }
 
 pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
@@ -117,6 +127,8 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         Some(LensCommand::Convert(arguments)) => return convert::run(arguments),
         Some(LensCommand::Report(arguments)) => return report::run(arguments),
         Some(LensCommand::Calibrate(arguments)) => return calibrate::run(arguments),
+        Some(LensCommand::Tolerance(arguments)) => return tolerance::run(arguments),
+        Some(LensCommand::Optimize(arguments)) => return optimize::run(arguments),
         None => {}
     }
     let file = arguments.lens.as_deref().ok_or("name a lens file")?;

@@ -175,7 +175,7 @@ impl LensAtWavelength {
     }
 
     /// Returns the light per unit area of pupil coordinates, for an object that radiates evenly.
-    fn light_per_pupil(&self, chief: &ChiefRay, [u, v]: [f64; 2]) -> f64 {
+    pub(super) fn light_per_pupil(&self, chief: &ChiefRay, [u, v]: [f64; 2]) -> f64 {
         match chief.object {
             ObjectPoint::Distant(_) => 1.0,
             // cos(theta) dOmega, with dOmega = du dv / w.

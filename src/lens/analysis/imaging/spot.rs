@@ -154,6 +154,13 @@ impl SpotDiagram {
 
     /// Returns the defocus (mm) at which the spot is smallest.
     pub fn best_defocus(&self) -> f64 {
+        let [against, spread] = self.focus_moments();
+        -against / spread
+    }
+
+    /// Returns the covariance of points and slopes and the variance of the slopes: the mean square
+    /// radius grows by twice the first times the defocus plus the second times its square.
+    pub(crate) fn focus_moments(&self) -> [f64; 2] {
         let mean = |of: &dyn Fn(&SpotRay) -> f64| -> f64 {
             self.rays.iter().map(|ray| ray.light * of(ray)).sum()
         };
@@ -163,6 +170,6 @@ impl SpotDiagram {
             against += mean(&|ray| (ray.point[i] - point) * (ray.slope[i] - slope));
             spread += mean(&|ray| (ray.slope[i] - slope) * (ray.slope[i] - slope));
         }
-        -against / spread
+        [against, spread]
     }
 }

@@ -1,0 +1,95 @@
+//! Arguments and conditions that tolerance analysis and optimization share.
+
+use std::path::Path;
+
+use petzval::lens::{ConditionChoices, ImagingConditions, Prescription, Refocus};
+
+use crate::cli::Failure;
+use crate::cli::arguments::values::{length, length_or_inf};
+
+/// Object, film and fields.
+#[derive(Debug, clap::Args)]
+pub(super) struct ConditionArguments {
+    /// Stop the lens down to this diameter of the stop, mm
+    #[arg(long, value_name = "MM", value_parser = length)]
+    stop: Option<f64>,
+    /// Distance of the object from the film, mm (or inf), instead of that of the lens file
+    #[arg(long, value_name = "MM", value_parser = length_or_inf)]
+    focus: Option<f64>,
+    /// Distance of the film behind the rear vertex, mm, instead of that of the lens file, or of the
+    /// sharpest one
+    #[arg(long, value_name = "MM", value_parser = length)]
+    film_distance: Option<f64>,
+    /// Largest image height, mm, instead of the fields of the lens file; 21.63 without either
+    #[arg(long, value_name = "MM", value_parser = length)]
+    image_height: Option<f64>,
+    /// Fields as shares of the largest field angle or object height
+    #[arg(long, value_name = "SHARE,...", value_parser = shares, default_value = "0,0.7,1")]
+    fields: Shares,
+    /// Threads [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+/// Shares of the largest field, in the order of the user.
+#[derive(Clone, Debug)]
+struct Shares(Vec<f64>);
+
+fn shares(text: &str) -> Result<Shares, String> {
+    let one = |part: &str| part.trim().parse().ok().filter(|share| (0.0..=1.0).contains(share));
+    let all: Option<Vec<f64>> = text.split(',').map(one).collect();
+    all.map(Shares).ok_or_else(|| {
+        "expected shares from 0 to 1 with commas between, such as 0,0.7,1".to_owned()
+    })
+}
+
+impl ConditionArguments {
+    /// Stops the lens down, and returns its conditions.
+    pub fn conditions(
+        &self,
+        file: &Path,
+        lens: &mut Prescription,
+    ) -> Result<ImagingConditions, Failure> {
+        if let Some(stop) = self.stop {
+            let open = lens.rows[lens.stop()].diameter;
+            if stop > open {
+                return Err(format!("--stop {stop}: expected at most {open} mm").into());
+            }
+            lens.stop_down(stop);
+        }
+        let choices = ConditionChoices {
+            focus: self.focus,
+            film_distance: self.film_distance,
+            image_height: self.image_height,
+        };
+        let conditions = ImagingConditions::new(lens, choices);
+        Ok(conditions.map_err(|error| format!("{}: {error}", file.display()))?)
+    }
+
+    /// Returns the shares of the largest field.
+    pub fn shares(&self) -> Vec<f64> {
+        self.fields.0.clone()
+    }
+
+    /// Returns the shares of the largest field, of either sign: a decentred lens is not symmetric.
+    pub fn both_signs(&self) -> Vec<f64> {
+        let shares = &self.fields.0;
+        let negative = shares.iter().filter(|share| **share != 0.0).map(|share| -share);
+        shares.iter().copied().chain(negative).collect()
+    }
+
+    pub fn threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.map_or_else(all, usize::from)
+    }
+}
+
+/// Parses what is done to the film.
+pub(super) fn refocus(text: &str) -> Result<Refocus, String> {
+    match text {
+        "off" => Ok(Refocus::Off),
+        "axis" => Ok(Refocus::Axis),
+        "fields" => Ok(Refocus::Fields),
+        _ => Err("expected off, axis or fields".to_owned()),
+    }
+}
