@@ -318,6 +318,8 @@ fn the_manual_describes_every_option_and_no_other() {
         "lens trace",
         "lens calibrate",
         "lens report",
+        "lens tolerance",
+        "lens optimize",
         "replay",
         "plan",
         "accuracy",

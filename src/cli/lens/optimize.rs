@@ -1,18 +1,18 @@
 //! `petzval lens optimize`: improves a lens by damped least squares.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use petzval::io::{ReadContext, replace_file};
+use petzval::io::ReadContext;
 use petzval::lens::{
     DesignGoal, DesignTarget, DesignVariable, OptimizedDesign, Prescription, Refocus, StopReason,
-    TargetKind, VariableKind, optimize_design, write_lens,
+    TargetKind, VariableKind, optimize_design,
 };
 
 use super::conditions::{ConditionArguments, refocus};
+use super::convert::save;
 use super::tolerance::check_toml;
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::outputs::{check_distinct, check_writable};
@@ -116,10 +116,7 @@ pub(super) fn run(arguments: &OptimizeArguments) -> Result<Outcome, Failure> {
     signals::on_stop(move || !asked.swap(true, Ordering::Relaxed));
     let design = optimize_design(&lens, &conditions, &goal, |_, _| !stop.load(Ordering::Relaxed))
         .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
-    let text = write_lens(&arguments.output, &design.lens)?;
-    let output = &arguments.output;
-    replace_file(output, |file| file.write_all(text.as_bytes()))
-        .map_err(|error| format!("cannot write the lens {}: {error}", output.display()))?;
+    save(&arguments.output, &design.lens)?;
     let outcome = super::super::print(&describe(&goal, &design))?;
     match design.reason {
         StopReason::Interrupted => Ok(Outcome::Interrupted),

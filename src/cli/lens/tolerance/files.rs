@@ -4,8 +4,8 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::io::replace_file;
-use petzval::lens::write_lens as lens_text;
 
+use super::super::convert::save;
 use super::ToleranceArguments;
 use super::sample::ToleranceSample;
 use super::table::limits;
@@ -59,9 +59,7 @@ pub(super) fn write_lens(
         sample.trials.len(),
         limits(&arguments.limits())
     ));
-    let text = lens_text(path, &lens)?;
-    replace_file(path, |file| file.write_all(text.as_bytes()))
-        .map_err(|error| format!("cannot write the lens {}: {error}", path.display()))?;
+    save(path, &lens)?;
     say!(
         "petzval: {}: trial {number}, spot {:.2} um, MTF {:.3}, film {:.4} mm behind the rear vertex",
         path.display(),

@@ -27,11 +27,14 @@ impl HexapolarCell {
     }
 
     /// Returns the middle of part `i` of `side` x `side`. The parts of neighbours have other radii,
-    /// so that a round rim does not pass many at once as it grows.
+    /// so that a round rim does not pass many at once as it grows. Parts above and below the x axis
+    /// mirror each other.
     pub fn part(&self, i: usize, side: usize) -> [f64; 2] {
         let column = i / side;
+        let number = self.place as usize * side + column;
+        let mirrored = (6 * self.ring as usize).max(1) * side - 1 - number;
         // Multiples of the golden ratio are spread evenly.
-        let stagger = 0.618_033_988_75 * (f64::from(self.place) * side as f64 + column as f64);
+        let stagger = 0.618_033_988_75 * number.min(mirrored) as f64;
         let along = ((i % side) as f64 + stagger.fract()) / side as f64;
         self.point(along, (column as f64 + 0.5) / side as f64)
     }
