@@ -205,7 +205,7 @@ impl LensAtWavelength {
             let passing = || rays.iter().flatten().filter(|ray| ray.clipped.is_none());
             let count = passing().count() as f64;
             let mean = |i: usize| passing().map(|ray| ray.point[i]).sum::<f64>() / count;
-            let ray = *passing().last()?;
+            let ray = *passing().next_back()?;
             let share = count / (EDGE * EDGE) as f64;
             Some(CellEdge { share, point: [mean(0), mean(1)], ray })
         };
