@@ -26,6 +26,21 @@ fn every_lens_of_the_repository_survives() {
     }
 }
 
+/// Wavelengths, a field and conjugates with many digits.
+fn design(third: f64) -> Design {
+    Design {
+        wavelengths: vec![
+            SpectralLine { nm: 486.1, weight: 1.0 },
+            SpectralLine { nm: 550.0 + third, weight: third },
+        ],
+        primary: 1,
+        fields: Some(Fields { kind: FieldKind::ImageHeight, points: vec![[0.0, third]] }),
+        object_distance: Some(f64::INFINITY),
+        film_distance: Some(third),
+        ..Design::default()
+    }
+}
+
 #[test]
 fn every_property_survives_with_every_digit() {
     let third = 1.0 / 3.0;
@@ -54,14 +69,6 @@ fn every_property_survives_with_every_digit() {
     lens.breaks =
         vec![CoordinateBreak { row: 3, transform }, CoordinateBreak { row: 7, transform }];
     lens.design = Design {
-        wavelengths: vec![
-            SpectralLine { nm: 486.1, weight: 1.0 },
-            SpectralLine { nm: 550.0 + third, weight: third },
-        ],
-        primary: 1,
-        fields: Some(Fields { kind: FieldKind::ImageHeight, points: vec![[0.0, third]] }),
-        object_distance: Some(f64::INFINITY),
-        film_distance: Some(third),
         configurations: vec![Configuration {
             name: "near".into(),
             focal_length: Some(third),
@@ -75,7 +82,7 @@ fn every_property_survives_with_every_digit() {
                 Setting { row: 4, quantity: Quantity::Diameter, value: 3.0 },
             ],
         }],
-        notes: Vec::new(),
+        ..design(third)
     };
     let lens = lens.at_wavelength(550.0 + third).expect("in range");
     assert_eq!(again(&lens), lens);
@@ -181,18 +188,8 @@ fn a_zmx_file_holds_all_shapes_glasses_states_and_wavelengths() {
         ],
         ..Configuration::default()
     };
-    lens.design = Design {
-        wavelengths: vec![
-            SpectralLine { nm: 486.1, weight: 1.0 },
-            SpectralLine { nm: 550.0 + third, weight: third },
-        ],
-        primary: 1,
-        fields: Some(Fields { kind: FieldKind::ImageHeight, points: vec![[0.0, third]] }),
-        object_distance: Some(f64::INFINITY),
-        film_distance: Some(third),
-        configurations: vec![state("1", 1.0), state("2", 1.7)],
-        notes: Vec::new(),
-    };
+    lens.design =
+        Design { configurations: vec![state("1", 1.0), state("2", 1.7)], ..design(third) };
     let lens = lens.at_wavelength(550.0 + third).expect("in range");
     let (mut read, notes) = through_zmx(&lens);
     assert_eq!(notes, Vec::<String>::new());

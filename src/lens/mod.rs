@@ -6,6 +6,7 @@
 pub(crate) mod analysis;
 pub(crate) mod camera;
 mod least_squares;
+mod plane_newton;
 pub(crate) mod prescription;
 pub(crate) mod pupil;
 pub(crate) mod trace;

@@ -1,4 +1,4 @@
-//! Arguments and conditions that tolerance analysis and optimization share.
+//! Arguments and conditions that report, tolerance analysis and optimization share.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use petzval::lens::{ConditionChoices, ImagingConditions, Prescription, Refocus};
 use crate::cli::Failure;
 use crate::cli::arguments::values::{length, length_or_inf};
 
-/// Object, film and fields.
+/// Stop, object, film and largest field.
 #[derive(Debug, clap::Args)]
 pub(super) struct ConditionArguments {
     /// Stop the lens down to this diameter of the stop, mm
@@ -20,9 +20,17 @@ pub(super) struct ConditionArguments {
     /// sharpest one
     #[arg(long, value_name = "MM", value_parser = length)]
     film_distance: Option<f64>,
-    /// Largest image height, mm, instead of the fields of the lens file; 21.63 without either
+    /// Largest image height, mm, instead of the fields of the lens file; without either, 21.63 or
+    /// nearly the end of the light
     #[arg(long, value_name = "MM", value_parser = length)]
     image_height: Option<f64>,
+}
+
+/// Conditions, with fields by their shares of the largest.
+#[derive(Debug, clap::Args)]
+pub(super) struct FieldArguments {
+    #[command(flatten)]
+    conditions: ConditionArguments,
     /// Fields as shares of the largest field angle or object height
     #[arg(long, value_name = "SHARE,...", value_parser = shares, default_value = "0,0.7,1")]
     fields: Shares,
@@ -62,8 +70,28 @@ impl ConditionArguments {
             film_distance: self.film_distance,
             image_height: self.image_height,
         };
-        let conditions = ImagingConditions::new(lens, choices);
-        Ok(conditions.map_err(|error| format!("{}: {error}", file.display()))?)
+        let conditions = ImagingConditions::new(lens, choices)
+            .map_err(|error| format!("{}: {error}", file.display()))?;
+        if conditions.fields_replaced {
+            say!(
+                "petzval: warning: {}: no light of the file's largest field reaches the film; \
+                 image heights up to {:.2} mm are used (choose with --image-height)",
+                file.display(),
+                conditions.largest_field
+            );
+        }
+        Ok(conditions)
+    }
+}
+
+impl FieldArguments {
+    /// Stops the lens down, and returns its conditions.
+    pub fn conditions(
+        &self,
+        file: &Path,
+        lens: &mut Prescription,
+    ) -> Result<ImagingConditions, Failure> {
+        self.conditions.conditions(file, lens)
     }
 
     /// Returns the shares of the largest field.

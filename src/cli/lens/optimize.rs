@@ -11,7 +11,7 @@ use petzval::lens::{
     TargetKind, VariableKind, optimize_design,
 };
 
-use super::conditions::{ConditionArguments, refocus};
+use super::conditions::{FieldArguments, refocus};
 use super::convert::save;
 use super::tolerance::check_toml;
 use crate::cli::arguments::lens_file::LensFileArguments;
@@ -29,7 +29,7 @@ pub(super) struct OptimizeArguments {
     #[command(flatten)]
     file: LensFileArguments,
     #[command(flatten)]
-    conditions: ConditionArguments,
+    conditions: FieldArguments,
     /// Variables: r3 (radius of surface 3), c3 (its curvature), t3 (thickness behind it), k3
     /// (conic), a3_6 (asphere coefficient of power 6), n3 (index behind it), film (its distance)
     #[arg(long, value_name = "NAME,...", required = true, value_delimiter = ',')]

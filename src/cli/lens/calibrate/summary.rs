@@ -1,4 +1,4 @@
-//! What `petzval lens calibrate` prints.
+//! Printed summary of `petzval lens calibrate`.
 
 use std::fmt::Write as _;
 use std::path::Path;

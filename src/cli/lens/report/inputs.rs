@@ -1,4 +1,4 @@
-//! What all analyses of a report share: the lens, its traced fields, and names for both.
+//! Inputs of all analyses of a report: the lens, its traced fields, and names for both.
 
 use std::sync::OnceLock;
 

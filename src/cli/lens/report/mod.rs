@@ -17,10 +17,11 @@ mod wave;
 use std::path::PathBuf;
 
 use petzval::io::ReadContext;
-use petzval::lens::{ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid, in_parallel};
+use petzval::lens::{ImageQuality, ImagingGrid, in_parallel};
 
+use super::conditions::ConditionArguments;
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::arguments::values::{length, length_or_inf};
+use crate::cli::arguments::values::length;
 use crate::cli::{Failure, Outcome};
 use inputs::ReportInputs;
 use section::ReportSection;
@@ -38,20 +39,8 @@ pub(super) struct ReportArguments {
     /// Print one analysis as JSON instead of writing files; "all" prints every one
     #[arg(long, value_name = "ANALYSIS", value_parser = analysis, conflicts_with = "output")]
     json: Option<String>,
-    /// Stop the lens down to this diameter of the stop, mm
-    #[arg(long, value_name = "MM", value_parser = length)]
-    stop: Option<f64>,
-    /// Distance of the object from the film, mm (or inf), instead of that of the lens file
-    #[arg(long, value_name = "MM", value_parser = length_or_inf)]
-    focus: Option<f64>,
-    /// Distance of the film behind the rear vertex, mm, instead of that of the lens file, or of the
-    /// sharpest one
-    #[arg(long, value_name = "MM", value_parser = length)]
-    film_distance: Option<f64>,
-    /// Largest image height, mm, instead of the fields of the lens file; without either, 21.63 or
-    /// nearly the end of the light
-    #[arg(long, value_name = "MM", value_parser = length)]
-    image_height: Option<f64>,
+    #[command(flatten)]
+    conditions: ConditionArguments,
     /// Largest spatial frequency of the MTF, cycles/mm, instead of about half of the diffraction
     /// limit and 200 at most
     #[arg(long, value_name = "CYCLES/MM", value_parser = length)]
@@ -73,24 +62,7 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let mut lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
-    if let Some(stop) = arguments.stop {
-        lens.stop_down(stop);
-    }
-    let choices = ConditionChoices {
-        focus: arguments.focus,
-        film_distance: arguments.film_distance,
-        image_height: arguments.image_height,
-    };
-    let conditions = ImagingConditions::new(&lens, choices)
-        .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
-    if conditions.fields_replaced {
-        say!(
-            "petzval: warning: {}: no light of the file's largest field reaches the film; image \
-             heights up to {:.2} mm are used (choose with --image-height)",
-            arguments.lens.display(),
-            conditions.largest_field
-        );
-    }
+    let conditions = arguments.conditions.conditions(&arguments.lens, &mut lens)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let grid = ImagingGrid {
         fields: usize::from(arguments.fields),

@@ -14,7 +14,7 @@ pub(super) struct ReportSection {
     /// Name on the command line and of the files.
     pub name: &'static str,
     pub title: &'static str,
-    /// What the figures mean: signs, references, units.
+    /// Meaning of the figures: signs, references, units.
     pub note: String,
     /// Single figures: name, value and unit.
     pub figures: Vec<(String, f64, &'static str)>,

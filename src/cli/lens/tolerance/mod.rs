@@ -14,7 +14,7 @@ use petzval::lens::{
     ToleranceSettings,
 };
 
-use super::conditions::{ConditionArguments, refocus};
+use super::conditions::{FieldArguments, refocus};
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::arguments::values::length;
 use crate::cli::outputs::{check_distinct, check_writable};
@@ -30,7 +30,7 @@ pub(super) struct ToleranceArguments {
     #[command(flatten)]
     file: LensFileArguments,
     #[command(flatten)]
-    conditions: ConditionArguments,
+    conditions: FieldArguments,
     /// Lenses to make; 0 prints the nominal lens alone
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(0..=10_000_000))]
     trials: u32,

@@ -4,17 +4,14 @@ use super::bundle::to_camera;
 use super::pixel_grid::SightLine;
 use crate::lens::analysis::open_rims::{KeptRims, open_rims};
 use crate::lens::camera::RealLens;
+use crate::lens::plane_newton::PlaneNewton;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence};
 use crate::lens::trace::surface::Surface;
 use crate::lens::trace::trace_one;
 
-/// Most steps of the search.
-const STEPS: usize = 40;
-/// Distance from the centre of the stop at which a ray is a chief ray (mm).
-const PRECISION: f64 = 1e-9;
-/// Step of the derivatives (mm).
-const STEP: f64 = 1e-4;
+/// Search for the centre of the stop (mm).
+const NEWTON: PlaneNewton = PlaneNewton { difference: 1e-4, precision: 1e-9, acceptable: 1e-6 };
 
 /// Finds chief rays, in f64, with all rims open.
 pub(super) struct ChiefFinder<'a> {
@@ -45,32 +42,8 @@ impl<'a> ChiefFinder<'a> {
         let behind = -self.lens.paraxial.exit_pupil.position;
         let drift = if behind.is_finite() { behind / (distance + behind) } else { 1.0 };
         let expected = [0, 1].map(|i| place[i] * drift);
-        let mut at = [0, 1].map(|i| expected[i] + self.last[i]);
-        let mut off = self.at_stop(place, at)?;
-        for _ in 0..STEPS {
-            let size = off[0].hypot(off[1]);
-            if size < PRECISION {
-                break;
-            }
-            let [[a, c], [b, d]] = [[STEP, 0.0], [0.0, STEP]].map(|[x, y]| {
-                let moved = self.at_stop(place, [at[0] + x, at[1] + y]);
-                moved.map_or([f64::NAN; 2], |moved| [0, 1].map(|i| (moved[i] - off[i]) / STEP))
-            });
-            let determinant = a * d - b * c;
-            let step =
-                [(b * off[1] - d * off[0]) / determinant, (c * off[0] - a * off[1]) / determinant];
-            // Halve steps that lead away from the centre or out of the surfaces.
-            let (next, found) = (0..12).find_map(|halvings| {
-                let share = 0.5f64.powi(halvings);
-                let next = [0, 1].map(|i| at[i] + share * step[i]);
-                let found = self.at_stop(place, next)?;
-                (found[0].hypot(found[1]) < size).then_some((next, found))
-            })?;
-            (at, off) = (next, found);
-        }
-        if off[0].hypot(off[1]) > 1e3 * PRECISION {
-            return None;
-        }
+        let start = [0, 1].map(|i| expected[i] + self.last[i]);
+        let at = NEWTON.solve(start, |at| self.at_stop(place, at))?;
         self.last = [0, 1].map(|i| at[i] - expected[i]);
         let ray = trace_one::<f64>(self.towards(place, at), &self.surfaces).ok()?;
         let depth = self.lens.prescription.film_position(distance);

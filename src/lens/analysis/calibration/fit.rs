@@ -33,7 +33,7 @@ pub struct Residual {
     pub rms: f64,
 }
 
-/// What is free in a fit.
+/// Free parameters of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum FitSymmetry {
     /// One focal length and radial coefficients, about a known principal point (pixels).

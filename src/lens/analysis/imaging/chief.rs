@@ -6,11 +6,10 @@
 
 use super::conditions::ImagingConditions;
 use super::lens_at_wavelength::{LensAtWavelength, SceneRay};
-use super::vector::{along, cross, dot, solve2, unit};
+use super::vector::{along, cross, dot, unit};
+use crate::lens::plane_newton::PlaneNewton;
 use crate::lens::prescription::design::FieldKind;
 
-/// Iterations of Newton's method.
-const ITERATIONS: u32 = 40;
 /// Step of the finite differences, as a direction cosine.
 const DIFFERENCE: f64 = 1e-6;
 /// Relative precision of the field point.
@@ -148,39 +147,13 @@ impl LensAtWavelength {
 
     /// Solves for the direction cosines at the stop that belong to a share of the target.
     fn newton(&self, target: Target, share: f64, start: [f64; 2]) -> Option<[f64; 2]> {
-        let miss = |at: [f64; 2]| -> Option<([f64; 2], f64)> {
-            let (miss, scale) = target.miss(self, self.chief(at)?, share);
-            miss.iter().all(|x| x.is_finite()).then_some((miss, scale))
+        let (_, scale) = target.miss(self, self.chief(start)?, share);
+        let newton = PlaneNewton {
+            difference: DIFFERENCE,
+            precision: PRECISION * scale,
+            acceptable: 1e4 * PRECISION * scale,
         };
-        let mut at = start;
-        let (mut wrong, scale) = miss(at)?;
-        let size = |v: [f64; 2]| v[0].hypot(v[1]);
-        for _ in 0..ITERATIONS {
-            if size(wrong) <= PRECISION * scale {
-                return Some(at);
-            }
-            let column = |i: usize| -> Option<[f64; 2]> {
-                let mut near = at;
-                near[i] += DIFFERENCE;
-                let (other, _) = miss(near)?;
-                Some([0, 1].map(|j| (other[j] - wrong[j]) / DIFFERENCE))
-            };
-            let step = solve2([column(0)?, column(1)?], wrong)?;
-            // The step is halved until the ray exists and comes closer.
-            let closer = (0..12).find_map(|halving| {
-                let part = 0.5_f64.powi(halving);
-                let next = [0, 1].map(|i| at[i] - part * step[i]);
-                let (other, _) = miss(next)?;
-                (size(other) < size(wrong)).then_some((next, other))
-            });
-            match closer {
-                Some((next, other)) => (at, wrong) = (next, other),
-                // Rounding limits the precision.
-                None if size(wrong) <= 1e4 * PRECISION * scale => return Some(at),
-                None => return None,
-            }
-        }
-        (size(wrong) <= 1e4 * PRECISION * scale).then_some(at)
+        newton.solve(start, |at| Some(target.miss(self, self.chief(at)?, share).0))
     }
 
     /// Returns the start and direction of the ray from the object point of a chief ray with these

@@ -9,8 +9,8 @@
 use super::chief::ChiefRay;
 use super::hexapolar_cell::HexapolarCell;
 use super::lens_at_wavelength::LensAtWavelength;
-use super::vector::solve2;
 use crate::lanes::{Real, f32x8};
+use crate::lens::plane_newton::solve2;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::surface::Surface;
 use crate::lens::trace::trace;
@@ -171,32 +171,15 @@ impl LensAtWavelength {
         chief: &ChiefRay,
         stop: [f64; 2],
     ) -> Option<([f64; 2], [f64; 2], [[f64; 2]; 2])> {
-        let slopes = self.stop_slopes(chief)?;
-        let centre = self.traced(chief, [0.0; 2])?.stop;
-        let mut at = solve2(slopes, [0, 1].map(|i| stop[i] - centre[i]))?;
+        let at = self.aimed_pupil(chief, stop)?;
+        let ray = self.traced(chief, at)?;
         let unit = self.pupil_unit(chief) * 1e-5;
-        let mut found = None;
-        for _ in 0..8 {
-            let Some(ray) = self.traced(chief, at) else {
-                at = at.map(|x| 0.8 * x);
-                continue;
-            };
-            let slope = |d: [f64; 2]| -> Option<[f64; 2]> {
-                let near = self.traced(chief, [0, 1].map(|i| at[i] + d[i]))?;
-                Some([0, 1].map(|i| (near.stop[i] - ray.stop[i]) / unit))
-            };
-            let slopes = [slope([unit, 0.0])?, slope([0.0, unit])?];
-            let map = [solve2(slopes, [1.0, 0.0])?, solve2(slopes, [0.0, 1.0])?];
-            let miss = [0, 1].map(|i| stop[i] - ray.stop[i]);
-            found = Some((at, ray.stop, map));
-            if miss[0].hypot(miss[1]) < 1e-9 {
-                break;
-            }
-            at = [0, 1].map(|i| at[i] + map[0][i] * miss[0] + map[1][i] * miss[1]);
-        }
-        // A place that no ray meets is dark.
-        let (_, met, _) = found?;
-        ((met[0] - stop[0]).hypot(met[1] - stop[1]) < 1e-6).then_some(found?)
+        let slope = |d: [f64; 2]| -> Option<[f64; 2]> {
+            let near = self.traced(chief, [0, 1].map(|i| at[i] + d[i]))?;
+            Some([0, 1].map(|i| (near.stop[i] - ray.stop[i]) / unit))
+        };
+        let slopes = [slope([unit, 0.0])?, slope([0.0, unit])?];
+        Some((at, ray.stop, [solve2(slopes, [1.0, 0.0])?, solve2(slopes, [0.0, 1.0])?]))
     }
 }
 

@@ -20,11 +20,3 @@ pub(super) fn unit(a: [f64; 3]) -> [f64; 3] {
     let length = dot(a, a).sqrt();
     a.map(|x| x / length)
 }
-
-/// Solves the 2 x 2 system with these columns.
-pub(super) fn solve2([p, q]: [[f64; 2]; 2], r: [f64; 2]) -> Option<[f64; 2]> {
-    let determinant = p[0] * q[1] - p[1] * q[0];
-    let solution =
-        [(r[0] * q[1] - r[1] * q[0]) / determinant, (p[0] * r[1] - p[1] * r[0]) / determinant];
-    solution.iter().all(|x| x.is_finite()).then_some(solution)
-}

@@ -16,14 +16,14 @@ const ROUNDS: u32 = 5;
 /// Relative decrease of the merit by a round that calls for another one.
 const ROUND_DECREASE: f64 = 1e-4;
 
-/// What an optimization may change and wants to reach.
+/// Variables, targets and constraints of an optimization.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignGoal {
     /// Variables.
     pub variables: Vec<DesignVariable>,
     /// Targets.
     pub targets: Vec<DesignTarget>,
-    /// What is done to the film of each lens that is tried.
+    /// Adjustment of the film of each lens that is tried.
     pub refocus: Refocus,
     /// Least thickness at the rims of elements and gaps (mm).
     pub least_edge: f64,

@@ -46,9 +46,9 @@ pub struct DesignVariable {
 pub struct VariableError {
     /// Name of the variable.
     pub name: String,
-    /// What is wrong.
+    /// The problem.
     pub found: String,
-    /// What is expected.
+    /// The expectation, and the remedy.
     pub expected: String,
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::lens::analysis::imaging::frozen_imaging::FieldSpot;
 use crate::lens::analysis::imaging::spot::SpotDiagram;
 
-/// What is done to the film of each lens that is made.
+/// Adjustment of the film of each lens that is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refocus {
     /// It stays at its distance behind the rear vertex.

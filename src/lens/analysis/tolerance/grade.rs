@@ -38,7 +38,7 @@ pub struct ToleranceLimits {
 pub enum ToleranceGrade {
     /// No errors.
     None,
-    /// What a workshop makes without being asked for more.
+    /// The usual work of a workshop without special requirements.
     Commercial,
     /// Common for photographic and scientific lenses.
     Precision,
@@ -57,11 +57,11 @@ impl ToleranceGrade {
 
     /// Returns the limits of the grade.
     ///
-    /// Radii, thicknesses, indices and Abbe numbers are those of the columns Commercial, Precision
-    /// and High Precision of the manufacturing tolerance chart of Optimax Systems. High precision
-    /// glass is melt-controlled there, without a number: ours is step 1 of Schott's glass catalogue
-    /// (nd 2e-4, vd 0.2 %). The wedge is the chart's difference of edge thickness (0.05, 0.01 and
-    /// 0.002 mm) over a diameter of 25 mm. Tilt and decentre belong to the mount, of which the chart
+    /// Radii, thicknesses, indices and Abbe numbers are typical of the columns commercial, precision
+    /// and high precision of makers' charts, such as that of Optimax Systems, and were not checked
+    /// against its present edition. High precision glass is often melt-controlled, without a number:
+    /// ours is 2e-4 in nd and 0.2 % in vd. The wedge is a difference of edge thickness of 0.05, 0.01
+    /// and 0.002 mm over a diameter of 25 mm. Tilt and decentre belong to the mount, of which the chart
     /// says nothing: these are values of our own for loose, fitted and aligned seats.
     pub fn limits(self) -> ToleranceLimits {
         let (percent, thickness, index, abbe, tilt, decentre, wedge) = match self {

@@ -32,7 +32,7 @@ pub struct ToleranceSettings {
     pub limits: ToleranceLimits,
     /// Their distribution.
     pub shape: DeviationShape,
-    /// What is done to the film.
+    /// Adjustment of the film.
     pub refocus: Refocus,
     /// Fields as shares of the largest, of either sign.
     pub shares: Vec<f64>,
