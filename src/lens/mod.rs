@@ -93,6 +93,7 @@ pub use prescription::options::LensOptions;
 pub use prescription::pose::{
     CoordinateBreak, FilmPlane, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter,
 };
+pub use prescription::surface_aperture::{ApertureForm, SurfaceAperture};
 pub use prescription::{CrossSection, Prescription, Row, Rows, TransverseAxis};
 pub use pupil::fan::Fan;
 pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE};

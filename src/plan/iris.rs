@@ -1,7 +1,7 @@
 //! Decision about the iris, from the difference between its shape and a circle.
 
 use super::{DecidedBy, Effect, Finding, OmissionError, PlanInput};
-use crate::lens::{ApertureShape, Iris, RealLens, Row};
+use crate::lens::{ApertureShape, RealLens, Row};
 
 /// Points along each side of the grid over the stop that its light is integrated on.
 const GRID: i32 = 512;
@@ -10,8 +10,7 @@ const ROUNDING: f64 = 0.1;
 
 pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let rows = &lens.prescription.rows;
-    let shaped: Vec<&Row> =
-        rows.iter().filter(|row| row.iris != Iris::Round || row.obstruction > 0.0).collect();
+    let shaped: Vec<&Row> = rows.iter().filter(|row| !row.is_unobstructed()).collect();
     // If the effect is excluded, the camera already has a round stop.
     let possible = !shaped.is_empty() || input.selection.of(Effect::Iris) == Some(false);
     if shaped.is_empty() {
@@ -61,7 +60,9 @@ fn over_the_stop(row: &Row, count: impl Fn(f64, f64) -> f64) -> f64 {
         }
         let round = f64::from(h <= half);
         all += round;
-        let open = if h < row.obstruction / 2.0 { 0.0 } else { shape.transmission(x, y) };
+        let passes = row.apertures.iter().all(|aperture| aperture.transmits(x, y));
+        let blocked = h < row.obstruction / 2.0 || !passes;
+        let open = if blocked { 0.0 } else { shape.transmission(x, y) };
         light += count(open, round);
     }
     light / all

@@ -45,7 +45,7 @@ pub(super) fn read_lens(
     }
     if excluded.iris {
         for row in &mut prescription.rows {
-            (row.iris, row.obstruction) = (Iris::Round, 0.0);
+            row.open_all();
         }
     }
     Ok(prescription)

@@ -64,7 +64,7 @@ fn content_decides_and_units_scale_everything() {
 fn terms_that_are_not_simulated_are_named_and_noted_if_allowed() {
     let cases = [
         ("a.zmx", ZMX.replace("EVENASPH", "GRINSUR3"), ":15:8: surface 1 of the type GRINSUR3"),
-        ("a.zmx", ZMX.replace("  STOP", "  SQAP 3 4 0"), ":14:3: the aperture SQAP of surface 1"),
+        ("a.zmx", ZMX.replace("  STOP", "  SPID 3 4 0"), ":14:3: the aperture SPID of surface 1"),
         ("a.seq", SEQ.replace("  STO\n", "  STO\n  YTO\n"), ":16:3: the command YTO"),
         ("a.len", OSLO.replace("AST", "AST\nCVX 0.1"), ":15:5: the command CVX"),
     ];

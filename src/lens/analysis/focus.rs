@@ -5,11 +5,14 @@
 //! aberration, the more the larger the aperture.
 //!
 //! Tilt and decentre of elements are ignored: focus and f-number are those of the designer's lens.
+//! An off-axis lens, whose apertures leave out the vertices of its surfaces, is focused as the lens
+//! of which it is a part.
 
 use std::borrow::Cow;
 
 use super::paraxial::{FocusError, Paraxial, RayTransferMatrix};
 use crate::lens::prescription::Prescription;
+use crate::lens::prescription::surface_aperture::SurfaceAperture;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence};
 use crate::lens::trace::surface::Surface;
@@ -31,12 +34,29 @@ pub struct RealRayFocus<'a> {
     surfaces: Vec<Surface<f64>>,
 }
 
+/// Returns whether light through an aperture does not pass the vertex of its surface.
+fn leaves_out_vertex(aperture: &SurfaceAperture) -> bool {
+    !aperture.obscures && !aperture.transmits(0.0, 0.0)
+}
+
+/// Returns the lens of which an off-axis lens is a part.
+fn parent_lens(mut lens: Prescription) -> Prescription {
+    for row in &mut lens.rows {
+        row.apertures.retain(|aperture| !leaves_out_vertex(aperture));
+    }
+    lens
+}
+
 impl<'a> RealRayFocus<'a> {
     /// Prepares a lens, at its present aperture.
     pub fn new(lens: &'a Prescription) -> Self {
         let lens = match lens.is_misaligned() {
             true => Cow::Owned(lens.centred()),
             false => Cow::Borrowed(lens),
+        };
+        let lens = match lens.rows.iter().flat_map(|row| &row.apertures).any(leaves_out_vertex) {
+            true => Cow::Owned(parent_lens(lens.into_owned())),
+            false => lens,
         };
         let front = &lens.rows[0];
         let start = 2.0 * front.sag(front.diameter / 2.0).abs() + front.diameter;

@@ -3,7 +3,6 @@
 use super::focus::RealRayFocus;
 use super::paraxial::{FocusError, Paraxial};
 use crate::lens::prescription::Prescription;
-use crate::lens::prescription::iris::Iris;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence};
 use crate::lens::trace::trace_one;
@@ -62,7 +61,7 @@ impl ThickLens {
         let mut lens = lens.centred();
         let widest = lens.rows.iter().map(|row| row.diameter).fold(4.0 * height, f64::max);
         for row in &mut lens.rows {
-            (row.iris, row.obstruction) = (Iris::Round, 0.0);
+            row.open_all();
             if row.stop {
                 row.diameter = widest;
             }

@@ -1,6 +1,5 @@
 //! A lens with its rims opened.
 
-use crate::lens::prescription::iris::Iris;
 use crate::lens::prescription::{Prescription, Row};
 
 /// Largest diameter of an opened rim, relative to the largest clear diameter of the lens.
@@ -19,7 +18,7 @@ pub(crate) enum KeptRims {
 }
 
 /// Returns the lens with all other rims opened as far as their surfaces extend, and without
-/// obstructions.
+/// obstructions and other apertures.
 pub(crate) fn open_rims(lens: &Prescription, keep: KeptRims) -> Prescription {
     let mut lens = lens.clone();
     let most = WIDEST * lens.rows.iter().map(|row| row.diameter).fold(0.0, f64::max);
@@ -28,8 +27,7 @@ pub(crate) fn open_rims(lens: &Prescription, keep: KeptRims) -> Prescription {
             continue;
         }
         row.diameter = row.diameter.max(max_diameter(row, most));
-        row.obstruction = 0.0;
-        row.iris = Iris::Round;
+        row.open_all();
     }
     lens
 }

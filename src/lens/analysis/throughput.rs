@@ -2,6 +2,7 @@
 
 use crate::lanes::f32x8;
 use crate::lens::camera::{LensColumns, RealLens};
+use crate::lens::prescription::Row;
 use crate::rays::{SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
 use crate::stats::LensStats;
@@ -38,15 +39,18 @@ impl RealLens {
         FilmPointTracer::new(self).light(film).share()
     }
 
-    /// Returns the share of the light of a film point (mm, the film's frame) that the central
-    /// obstructions of the lens leave, as a mean over the pupil without them; 1 for a lens that has
+    /// Returns the share of the light of a film point (mm, the film's frame) that the
+    /// obstructions and obscurations of the lens leave, as a mean over the pupil without them; 1 for a lens that has
     /// none. `None` if the film point is dark.
     pub fn unobstructed_share(&self, film: [f64; 2]) -> Option<f64> {
-        if self.prescription.rows.iter().all(|row| row.obstruction == 0.0) {
+        if self.prescription.rows.iter().all(|row| !obstructs(row)) {
             return Some(1.0);
         }
         let mut open = self.prescription.clone();
-        open.rows.iter_mut().for_each(|row| row.obstruction = 0.0);
+        for row in &mut open.rows {
+            row.obstruction = 0.0;
+            row.apertures.retain(|aperture| !aperture.obscures);
+        }
         let open = Self::with_film(
             open,
             &self.film,
@@ -78,6 +82,11 @@ impl RealLens {
         let axis = probe.light([0.0; 2]).share().unwrap_or(mean);
         Some(Throughput { on_axis: axis, mean, range: [range[0].min(axis), range[1].max(axis)] })
     }
+}
+
+/// Returns whether the middle of a row or another part of it is opaque.
+fn obstructs(row: &Row) -> bool {
+    row.obstruction != 0.0 || row.apertures.iter().any(|aperture| aperture.obscures)
 }
 
 impl WeightSums {

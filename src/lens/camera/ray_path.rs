@@ -201,6 +201,7 @@ fn name(surface: &Surface<f64>) -> Option<&'static str> {
         SurfaceKind::Polynomial(_) => "polynomial",
         SurfaceKind::Iris(_) => "iris",
         SurfaceKind::Obstruction(_) => "obstruction",
+        SurfaceKind::Clip(_) => "aperture",
         SurfaceKind::FrameTransform(_) => return None,
     })
 }

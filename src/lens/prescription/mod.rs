@@ -13,6 +13,7 @@ pub(crate) mod options;
 pub(crate) mod pose;
 pub(crate) mod row;
 pub(crate) mod rows;
+pub(crate) mod surface_aperture;
 pub(crate) mod system;
 
 use std::fmt;
@@ -220,6 +221,11 @@ impl fmt::Display for Prescription {
         }
         for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| !row.pose.is_aligned()) {
             writeln!(f, "surface {}: {}", i + 1, row.pose)?;
+        }
+        for (i, row) in self.rows.iter().enumerate() {
+            for aperture in &row.apertures {
+                writeln!(f, "surface {}: {aperture}", i + 1)?;
+            }
         }
         for TiltDecenter { rows: [first, last], pose } in &self.tilt_decenters {
             writeln!(f, "surfaces {} to {}: {pose}", first + 1, last + 1)?;

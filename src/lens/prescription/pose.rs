@@ -168,7 +168,8 @@ impl Prescription {
     pub fn rear_reach(&self) -> f64 {
         let (rear, last) = (self.rear(), self.rows.len() - 1);
         let half = rear.diameter / 2.0;
-        if !self.is_misaligned() {
+        let opening = rear.opening_ellipse();
+        if !self.is_misaligned() && opening.is_none() {
             let travel = self.travel_before(self.rows.len());
             let [along_x, along_y] = [rear.sag_at(half, 0.0), rear.sag_at(0.0, half)];
             return (travel * along_x).max(travel * along_y).max(0.0);
@@ -178,10 +179,12 @@ impl Prescription {
         let behind = |point: [f64; 3]| travel * placed.transform_point3(point.into()).z;
         let rim = (0..64).map(|step| {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / 64.0).sin_cos();
-            let [x, y] = [half * cos, half * sin];
+            let [centre, half] = opening.unwrap_or([[0.0; 2], [half; 2]]);
+            let [x, y] = [centre[0] + half[0] * cos, centre[1] + half[1] * sin];
             behind([x, y, rear.sag_at(x, y)])
         });
-        rim.fold(behind([0.0; 3]), f64::max)
+        let [x, y] = opening.map_or([0.0; 2], |[centre, _]| centre);
+        rim.fold(behind([x, y, rear.sag_at(x, y)]), f64::max)
     }
 
     /// Returns the distances of the vertices of the centred lens from the front vertex (mm).

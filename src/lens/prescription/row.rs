@@ -3,6 +3,7 @@
 use super::coating::Coating;
 use super::iris::Iris;
 use super::pose::Pose;
+use super::surface_aperture::SurfaceAperture;
 use crate::lens::analysis::paraxial::RayTransferMatrix;
 use crate::spectrum::glass::Glass;
 
@@ -78,6 +79,9 @@ pub struct Row {
     pub diameter: f64,
     /// Diameter of an opaque disk around the axis (mm); 0 for none.
     pub obstruction: f64,
+    /// Rectangular, elliptical and decentred apertures and obscurations. Light passes all of them
+    /// and the clear diameter.
+    pub apertures: Vec<SurfaceAperture>,
     /// Whether this is the aperture stop.
     pub stop: bool,
     /// Shape of the opening, inside the clear diameter.
@@ -108,6 +112,7 @@ impl Default for Row {
             glass: Glass::Constant,
             diameter: 0.0,
             obstruction: 0.0,
+            apertures: Vec::new(),
             stop: false,
             iris: Iris::Round,
             mirror: false,
@@ -147,7 +152,30 @@ impl Row {
     /// Returns whether the surface is rotationally symmetric.
     pub fn is_round(&self) -> bool {
         let even = self.ideal.is_none_or(|[x, y]| x == y);
-        self.axis.is_none() && self.across.is_none() && self.iris == Iris::Round && even
+        self.axis.is_none() && self.across.is_none() && self.opening_is_round() && even
+    }
+
+    /// Returns whether the shape of the opening is rotationally symmetric.
+    fn opening_is_round(&self) -> bool {
+        self.iris == Iris::Round && self.apertures.is_empty()
+    }
+
+    /// Returns whether all of the clear diameter is open: no iris, obstruction or other aperture.
+    pub(crate) fn is_unobstructed(&self) -> bool {
+        self.opening_is_round() && self.obstruction == 0.0
+    }
+
+    /// Returns centre and half-widths (mm) of an ellipse around the open part of a surface, if an
+    /// aperture bounds it.
+    pub(crate) fn opening_ellipse(&self) -> Option<[[f64; 2]; 2]> {
+        let aperture = self.apertures.iter().find(|aperture| !aperture.obscures)?;
+        Some([aperture.centre, aperture.ellipse_around()])
+    }
+
+    /// Opens all of the clear diameter.
+    pub(crate) fn open_all(&mut self) {
+        (self.iris, self.obstruction) = (Iris::Round, 0.0);
+        self.apertures.clear();
     }
 
     /// Returns whether the surface differs along x and y.

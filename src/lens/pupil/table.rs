@@ -201,6 +201,22 @@ impl TableBuilder<'_> {
         let ahead = self.distance - z;
         let travel = self.lens.travel_before(self.lens.rows.len());
         let mut points = Vec::new();
+        let project = |rim: [f64; 3]| {
+            let rim = placed.transform_point3(DVec3::from_array(rim));
+            // The way of the light leads towards the film, which lies behind all of it.
+            let scale = ahead / (ahead - travel * rim.z).max(1e-3 * ahead);
+            [x + (rim.x - x) * scale, y + (rim.y - y) * scale]
+        };
+        if let Some([centre, half]) = rear.opening_ellipse() {
+            for i in 0..9 * 64 {
+                let (sin, cos) = (std::f64::consts::PI * f64::from(i % 64) / 32.0).sin_cos();
+                let share = f64::from(i / 64) / 8.0;
+                let u = centre[0] + share * half[0] * cos;
+                let v = centre[1] + share * half[1] * sin;
+                points.push(project([u, v, rear.sag_at(u, v)]));
+            }
+            return points;
+        }
         for ring in 0..=8 {
             let h = rear.diameter / 2.0 * f64::from(ring) / 8.0;
             // The sag of a cylinder or a biconic differs along x and y.
@@ -211,10 +227,7 @@ impl TableBuilder<'_> {
             for sag in sags {
                 for step in 0..64 {
                     let (sin, cos) = (std::f64::consts::PI * f64::from(step) / 32.0).sin_cos();
-                    let rim = placed.transform_point3(DVec3::new(h * cos, h * sin, *sag));
-                    // The way of the light leads towards the film, which lies behind all of it.
-                    let scale = ahead / (ahead - travel * rim.z).max(1e-3 * ahead);
-                    points.push([x + (rim.x - x) * scale, y + (rim.y - y) * scale]);
+                    points.push(project([h * cos, h * sin, *sag]));
                 }
             }
         }

@@ -6,7 +6,7 @@ use super::frame_transform::FrameTransformKernel;
 use super::ideal::IdealKernel;
 use super::polynomial::PolynomialKernel;
 use super::refract::{ConicKernel, CylinderKernel, SphereKernel};
-use super::stop::{ObstructionKernel, OpeningKernel, StopKernel};
+use super::stop::{ClipKernel, ObstructionKernel, OpeningKernel, StopKernel};
 use super::surface::{Surface, SurfaceKind};
 use crate::lanes::Real;
 use crate::lens::prescription::TransverseAxis;
@@ -165,6 +165,7 @@ pub(super) fn dispatch<R: Real, V: KernelVisitor<R>>(
         (SurfaceKind::Obstruction(radius2), _) => {
             visitor.visit(ObstructionKernel(R::splat(*radius2)))
         }
+        (SurfaceKind::Clip(shape), _) => visitor.visit(ClipKernel::<R>(shape)),
         (SurfaceKind::FrameTransform(transform), _) => {
             visitor.visit(FrameTransformKernel::<R>::of(transform))
         }

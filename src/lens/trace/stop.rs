@@ -3,6 +3,7 @@
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
 use crate::lanes::Real;
 use crate::lens::prescription::iris::{ApertureMask, Iris};
+use crate::lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
 
 /// Kernel of the plane of a stop.
 #[derive(Clone, Copy)]
@@ -61,6 +62,48 @@ impl<R: Real> SurfaceKernel<R> for ObstructionKernel<R> {
         let [x, y, _] = ray.p;
         let h2 = x.mul_add(x, y * y);
         KernelOutput { ray, met: x.equals(x), inside: self.0.le(h2), xi2: h2 }
+    }
+}
+
+/// A rectangle or ellipse that clips, ready for a kernel; mm.
+#[derive(Clone, Copy, Debug)]
+pub struct ClipShape<T> {
+    rectangle: bool,
+    obscures: bool,
+    centre: [T; 2],
+    per_half_width: [T; 2],
+}
+
+impl<T> ClipShape<T> {
+    /// Prepares an aperture.
+    pub fn new<R: Real<Scalar = T>>(aperture: &SurfaceAperture) -> Self {
+        Self {
+            rectangle: aperture.form == ApertureForm::Rectangle,
+            obscures: aperture.obscures,
+            centre: aperture.centre.map(R::from_f64),
+            per_half_width: aperture.half_widths.map(|half| R::from_f64(half.recip())),
+        }
+    }
+}
+
+/// Kernel of a rectangle or ellipse on the surface on which the ray is.
+#[derive(Clone, Copy)]
+pub(crate) struct ClipKernel<'a, R: Real>(pub &'a ClipShape<R::Scalar>);
+
+impl<R: Real> SurfaceKernel<R> for ClipKernel<'_, R> {
+    const REFRACTS: bool = false;
+
+    #[inline(always)]
+    fn cross(&self, ray: LensRay<R>) -> KernelOutput<R> {
+        let [x, y, _] = ray.p;
+        let shape = self.0;
+        let [u, v] = [(x, 0), (y, 1)]
+            .map(|(p, i)| (p - R::splat(shape.centre[i])) * R::splat(shape.per_half_width[i]));
+        // 1 on the edge, less inside.
+        let place = if shape.rectangle { u.abs().max(v.abs()) } else { u.mul_add(u, v * v) };
+        let one = R::constant(1.0);
+        let inside = if shape.obscures { one.le(place) } else { place.le(one) };
+        KernelOutput { ray, met: x.equals(x), inside: inside & x.equals(x), xi2: place }
     }
 }
 

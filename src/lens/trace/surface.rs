@@ -7,7 +7,7 @@ use super::biradial::Biradial;
 use super::frame_transform::FrameTransform;
 use super::ideal::Ideal;
 use super::polynomial::Polynomial;
-use super::stop::ApertureShape;
+use super::stop::{ApertureShape, ClipShape};
 use crate::lanes::Real;
 use crate::lens::prescription::coating::CoatingModel;
 use crate::lens::prescription::iris::Iris;
@@ -36,6 +36,8 @@ pub enum SurfaceKind<T> {
     Iris(Arc<ApertureShape<T>>),
     /// An opaque disk on the surface crossed before, with the square of its radius [mm^2].
     Obstruction(T),
+    /// A rectangle or ellipse on the surface crossed before.
+    Clip(Arc<ClipShape<T>>),
     /// No surface, but the change from the frame of the surface crossed before to that of the next,
     /// if they are tilted or decentred to each other.
     FrameTransform(Arc<FrameTransform<T>>),
@@ -111,7 +113,7 @@ const GRAZING_MAGNIFICATION: f64 = 3.0;
 /// costs a division.
 const FAR: f64 = 0.5;
 
-/// Appends a row to a sequence: its surface, then its iris and its obstruction, if any.
+/// Appends a row to a sequence: its surface, then its iris, its obstruction and its apertures, if any.
 pub(super) fn push<R: Real>(
     row: &Row,
     approach: &Approach,
@@ -189,7 +191,13 @@ pub(super) fn push<R: Real>(
         let radius2 = row.obstruction * row.obstruction / 4.0;
         at_same_place(SurfaceKind::Obstruction(R::from_f64(radius2)))
     });
+    let apertures: Vec<_> = row
+        .apertures
+        .iter()
+        .map(|aperture| at_same_place(SurfaceKind::Clip(Arc::new(ClipShape::new::<R>(aperture)))))
+        .collect();
     surfaces.push(surface);
     surfaces.extend(iris);
     surfaces.extend(obstruction);
+    surfaces.extend(apertures);
 }

@@ -70,6 +70,7 @@ impl<'a> Tracer<'a> {
                 diameter: wider * row.diameter,
                 obstruction: 0.0,
                 iris: Iris::Round,
+                apertures: Vec::new(),
                 ..row.clone()
             };
         }

@@ -66,6 +66,25 @@ pub(super) fn arc(row: &Row, placed: &DAffine3, half: f64) -> Vec<Position> {
     (-STEPS..=STEPS).step_by(step).map(|i| point(height(i))).collect()
 }
 
+/// Returns the section of a surface through its vertex between two heights (mm).
+pub(super) fn arc_between(row: &Row, placed: &DAffine3, [low, high]: [f64; 2]) -> Vec<Position> {
+    let height = |i: i32| low + (high - low) * f64::from(i) / f64::from(2 * STEPS);
+    let point = |h: f64| drawn(placed, [0.0, h, row.sag_at(0.0, h)]);
+    (0..=2 * STEPS).map(|i| point(height(i))).collect()
+}
+
+/// Returns the lowest and the highest point of the open part of a surface (mm).
+pub(super) fn opening(row: &Row) -> [f64; 2] {
+    let half = row.diameter / 2.0;
+    row.apertures.iter().filter(|aperture| !aperture.obscures).fold(
+        [-half, half],
+        |[low, high], aperture| {
+            let [bottom, top] = aperture.range_along_y();
+            [low.max(bottom), high.min(top)]
+        },
+    )
+}
+
 /// Returns the glass elements of a lens, from the scene to the film; cemented ones share a curve.
 pub(super) fn elements(lens: &Prescription, placed: &[DAffine3]) -> Vec<Element> {
     let vertices = lens.vertex_positions();

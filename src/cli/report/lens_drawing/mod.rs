@@ -12,7 +12,7 @@ mod tests;
 
 use bundle::{Bundle, DrawnRay, Tracer};
 use caption::{Figure, LegendEntry};
-use element::{Element, arc, drawn, elements};
+use element::{Element, arc, arc_between, drawn, elements, opening};
 
 use glam::DAffine3;
 
@@ -82,17 +82,27 @@ impl Section {
             let row: &Row = row;
             (row.obstruction > 0.0).then(|| arc(row, placed, row.obstruction / 2.0))
         };
-        let disks = lens.rows.iter().zip(&placed).filter_map(disk).collect();
+        let mut disks: Vec<Line> = lens.rows.iter().zip(&placed).filter_map(disk).collect();
+        for (row, placed) in lens.rows.iter().zip(&placed) {
+            let obscurations = row.apertures.iter().filter(|aperture| aperture.obscures);
+            disks.extend(obscurations.map(|one| arc_between(row, placed, one.range_along_y())));
+        }
         let mirrors: Vec<Line> = (0..lens.rows.len())
             .filter(|&i| lens.rows[i].mirror)
-            .map(|i| arc(&lens.rows[i], &placed[i], lens.rows[i].diameter / 2.0))
+            .map(|i| match &lens.rows[i] {
+                row if row.apertures.is_empty() => arc(row, &placed[i], row.diameter / 2.0),
+                row => arc_between(row, &placed[i], opening(row)),
+            })
             .collect();
         let (stop_marks, film, bundles) = Default::default();
         let mut section = Self { elements, disks, mirrors, stop: stop_marks, film, bundles };
 
         let glass = section.elements.iter().flat_map(|element| &element.outline);
         let glass = glass.chain(section.mirrors.iter().flatten());
-        let mut height = glass.fold(0.0, |height: f64, point| height.max(point[1]));
+        // Off-axis parts may lie below the axis.
+        let decentred = lens.rows.iter().any(|row| !row.apertures.is_empty());
+        let reach = |y: f64| if decentred { y.abs() } else { y };
+        let mut height = glass.fold(0.0, |height: f64, point| height.max(reach(point[1])));
         let mut bundles = Vec::new();
         if let Some(distance) = distance {
             let tracer = Tracer::new(lens, &placed, distance);
@@ -196,12 +206,15 @@ impl Section {
 fn stop(lens: &Prescription, placed: &[DAffine3], mark: f64) -> [[Position; 2]; 2] {
     let i = lens.stop();
     let row = &lens.rows[i];
-    let half = row.diameter / 2.0;
-    let z = row.sag_at(0.0, half);
+    let [low, high] = opening(row);
+    let half = high.abs().max(low.abs());
     let near = &lens.rows[i.saturating_sub(1)..lens.rows.len().min(i + 2)];
     let clear = near.iter().fold(0.0, |clear: f64, row| clear.max(row.diameter / 2.0));
     let end = clear.max(half + mark);
-    [1.0, -1.0].map(|side| [half, end].map(|h| drawn(&placed[i], [0.0, side * h, z])))
+    [[high, end], [low, -end]].map(|[edge, end]| {
+        let z = row.sag_at(0.0, edge);
+        [edge, end].map(|h| drawn(&placed[i], [0.0, h, z]))
+    })
 }
 
 /// Returns a ray from where it enters the window (least z, greatest z, greatest height) to the

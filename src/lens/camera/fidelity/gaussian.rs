@@ -6,7 +6,6 @@ use std::ops::Range;
 use super::thin::{in_focus, pupil_position};
 use crate::lens::analysis::paraxial::{Paraxial, RayTransferMatrix};
 use crate::lens::camera::RealLens;
-use crate::lens::prescription::iris::Iris;
 use crate::lens::prescription::pose::{FilmPlane, Pose};
 use crate::lens::prescription::{Prescription, Row, Rows, TransverseAxis};
 use crate::lens::trace::kernel::LensRay;
@@ -100,7 +99,8 @@ pub(super) fn thick(lens: &Prescription, film: &FilmPlane) -> Prescription {
 /// Returns a lens whose rims and openings block nothing.
 fn unclipped(mut lens: Prescription) -> Prescription {
     for row in &mut lens.rows {
-        (row.diameter, row.iris, row.obstruction) = (MAX_DIAMETER, Iris::Round, 0.0);
+        row.diameter = MAX_DIAMETER;
+        row.open_all();
     }
     lens
 }

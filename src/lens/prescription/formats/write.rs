@@ -81,6 +81,7 @@ fn beyond_dat(row: &Row) -> Option<&'static str> {
         (row.axis.is_some(), "a cylinder"),
         (row.glass != Glass::Constant, "dispersion"),
         (row.obstruction != 0.0, "an obstruction"),
+        (!row.apertures.is_empty(), "a rectangular, elliptical or decentred aperture"),
         (row.iris != Iris::Round, "the shape of an iris"),
         (row.mirror, "a mirror"),
         (row.coating.is_some(), "a coating"),

@@ -95,7 +95,8 @@ impl Joined {
         let mirror = matches!(surface.medium, MediumBehind::Mirror);
         let changes = mirror || index != self.index || glass != self.glass;
         let plane = row.is_plane() && row.ideal.is_none();
-        let blocks = row.stop || row.obstruction > 0.0 || surface.clips;
+        let blocks =
+            row.stop || row.obstruction > 0.0 || !row.apertures.is_empty() || surface.clips;
         if !changes && !blocks && plane {
             self.frame *= along(thickness);
             self.gap += thickness;
@@ -131,7 +132,7 @@ impl Joined {
     pub fn let_film_touch_glass(&mut self) -> bool {
         let [.., before, last] = &self.rows[..] else { return false };
         let removed = self.rows.len() - 1;
-        let bare = last.is_plane() && !last.stop && !last.mirror && last.obstruction == 0.0;
+        let bare = last.is_plane() && !last.stop && !last.mirror && last.is_unobstructed();
         let refracts = before.index != last.index;
         let moved = self.broken || self.breaks.iter().any(|axis| axis.row == removed);
         if !bare || !refracts || moved || before.ideal.is_some() || self.gap.abs() > CONTACT {

@@ -84,7 +84,11 @@ fn chain<R: Real>(
 ) -> Vec<Surface<R::Scalar>> {
     let real = sequence::<R>(plain, Side::Film(lens.film_distance));
     let opens = |surface: &&Surface<R::Scalar>| {
-        surface.stop && matches!(surface.kind, SurfaceKind::Iris(_) | SurfaceKind::Obstruction(_))
+        let shapes = |kind: &SurfaceKind<R::Scalar>| {
+            use SurfaceKind::{Clip, Iris, Obstruction};
+            matches!(kind, Iris(_) | Obstruction(_) | Clip(_))
+        };
+        surface.stop && shapes(&surface.kind)
     };
     let stop = real.iter().find(|surface| surface.stop);
     let glass = |surface: &&Surface<R::Scalar>| {

@@ -4,6 +4,7 @@
 //! commands behind them describe it. Values of solves are stored as they were when the file was
 //! written. Source: CODE V Reference Manual, "Lens Data Input".
 
+mod aperture;
 mod decentre;
 mod glass_table;
 mod keyword;

@@ -6,6 +6,7 @@ use super::super::glass_name::GlassNames;
 use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::super::{INFINITE, MIN_RADIUS};
+use super::aperture::Apertures;
 use super::decentre::{Decentre, Frames};
 use super::{CodeVWord, surface_place};
 use crate::lens::analysis::paraxial::RayTransferMatrix;
@@ -31,12 +32,7 @@ pub(super) struct CodeVSurface<'a> {
     pub stop: bool,
     conic: f64,
     coefficients: [f64; 9],
-    /// Clear radius, radius of the edge, and obstruction.
-    clear: Option<f64>,
-    edge: Option<f64>,
-    obstruction: Option<f64>,
-    rectangle: [Option<CodeVWord<'a>>; 2],
-    decentred_aperture: [f64; 2],
+    apertures: Apertures<'a>,
     decentre: Decentre,
     module: Option<f64>,
 }
@@ -66,11 +62,7 @@ impl<'a> CodeVSurface<'a> {
             stop: false,
             conic: 0.0,
             coefficients: [0.0; 9],
-            clear: None,
-            edge: None,
-            obstruction: None,
-            rectangle: [None; 2],
-            decentred_aperture: [0.0; 2],
+            apertures: Apertures::default(),
             decentre: Decentre::default(),
             module: None,
         }
@@ -117,17 +109,7 @@ impl<'a> CodeVSurface<'a> {
                 self.medium = values.first().copied();
             }
             "K" => self.conic = last()?,
-            "CIR" => match kind().as_str() {
-                "EDG" => self.edge = Some(last()?),
-                "OBS" => self.obstruction = Some(last()?),
-                "HOL" => self.obstruction = Some(last()?),
-                _ => self.clear = Some(last()?),
-            },
-            "REX" | "ELX" if kind() != "EDG" => self.rectangle[0] = values.last().copied(),
-            "REY" | "ELY" if kind() != "EDG" => self.rectangle[1] = values.last().copied(),
-            "REX" | "REY" | "ELX" | "ELY" => {}
-            "ADX" => self.decentred_aperture[0] = last()?,
-            "ADY" => self.decentred_aperture[1] = last()?,
+            _ if self.apertures.read(command, keyword, values)? => {}
             "MFL" => self.module = Some(last()?),
             "RMD" if kind() == "REFL" => self.medium = values.first().copied(),
             "RMD" => {}
@@ -217,19 +199,6 @@ impl<'a> CodeVSurface<'a> {
             let c = -(focal_length * unit).recip();
             row.ideal = Some([RayTransferMatrix { a: 1.0, b: 0.0, c, d: 1.0 }; 2]);
         }
-        row.obstruction = self.obstruction.map_or(0.0, |radius| 2.0 * unit * radius.max(0.0));
-        let mut clear = self.clear.or(self.edge);
-        if let [Some(x), Some(y)] = self.rectangle {
-            let what = format!("the aperture {} of surface {number}", y.line.text.trim());
-            report.unsimulated(&y.line, y.text, what, "with the circle around it")?;
-            clear = Some(x.number()?.hypot(y.number()?));
-        }
-        let [x, y] = self.decentred_aperture;
-        if (x, y) != (0.0, 0.0) {
-            let what = format!("the decentred aperture of surface {number}");
-            report.unsimulated(line, "", what, "with it wider")?;
-            clear = clear.map(|radius| radius + x.hypot(y));
-        }
         let medium = match self.medium {
             None => MediumBehind::Air,
             Some(word) => match word.text.to_ascii_uppercase().as_str() {
@@ -239,13 +208,9 @@ impl<'a> CodeVSurface<'a> {
                 _ => glasses.resolve(&word.line, word.text, None, report)?,
             },
         };
-        Ok(SystemSurface {
-            line: line.number,
-            row,
-            medium,
-            semi_diameter: clear.filter(|&radius| radius > 0.0).map(|radius| radius * unit),
-            clips: clear.is_some_and(|radius| radius > 0.0),
-            coordinate_break: None,
-        })
+        let mut surface =
+            SystemSurface { line: line.number, row, medium, ..SystemSurface::default() };
+        self.apertures.apply(number, unit, &mut surface, report)?;
+        Ok(surface)
     }
 }

@@ -1,5 +1,6 @@
 //! One `[[surface]]` table: its keys and its shape.
 
+use super::aperture;
 use super::iris;
 use super::medium;
 use super::pose;
@@ -27,6 +28,7 @@ const KEYS: &[&str] = &[
     "axis",
     "coating",
     "obstruction",
+    "apertures",
     "mirror",
     "formula",
     "ideal",
@@ -59,6 +61,7 @@ pub(super) fn read(section: &Section, previous: &Row, last: bool) -> Result<Row,
         glass,
         mirror,
         iris: iris::read(section, row.stop)?,
+        apertures: aperture::read(section)?,
         coating: coating(section, [previous.index, index])?,
         pose: pose::read(section)?,
         ..row

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::aperture;
 use super::design::{FIELD_KINDS, QUANTITIES};
 use super::formula;
 use crate::lens::prescription::design::Design;
@@ -132,6 +133,7 @@ fn surface(row: &Row, before: &Row, library: &GlassLibrary, text: &mut String) {
     unless(text, "thickness", row.thickness, 0.0);
     let _ = writeln!(text, "diameter = {:?}", row.diameter);
     unless(text, "obstruction", row.obstruction, 0.0);
+    aperture::write(&row.apertures, text);
     if row.stop {
         text.push_str("stop = true\n");
     }

@@ -4,6 +4,7 @@ use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::number_at;
 use crate::lens::prescription::error::LensError;
+use crate::lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
 use crate::lens::prescription::system::SystemSurface;
 
 /// Decentre of an aperture around the axis.
@@ -16,9 +17,11 @@ pub(super) struct Aperture<'a> {
     open: Option<[f64; 2]>,
     /// Smallest and largest blocked radius.
     blocked: Option<[f64; 2]>,
-    /// Another shape, by the line of its keyword, and the radius around it.
-    other: Option<(Line<'a>, &'a str, Option<f64>)>,
-    decentre: Option<(Line<'a>, [f64; 2])>,
+    /// Rectangle or ellipse around the origin.
+    shape: Option<SurfaceAperture>,
+    /// Another shape, by the line of its keyword.
+    other: Option<(Line<'a>, &'a str)>,
+    decentre: [f64; 2],
 }
 
 impl<'a> Aperture<'a> {
@@ -30,19 +33,30 @@ impl<'a> Aperture<'a> {
         values: &[&'a str],
     ) -> Result<bool, LensError> {
         let number = |i: usize| number_at(&line, keyword, values, i);
+        let half_widths = || -> Result<[f64; 2], LensError> {
+            let half_widths = [number(0)?, number(1)?];
+            match half_widths.iter().find(|half| !(1e-9..=1e9).contains(*half)) {
+                None => Ok(half_widths),
+                Some(half) => {
+                    let found = format!("{keyword} with a half-width of {half}");
+                    Err(line.error(keyword, found, "expected 1e-9 to 1e9"))
+                }
+            }
+        };
+        let shape = |form: ApertureForm, obscures: bool| -> Result<_, LensError> {
+            let half_widths = half_widths()?;
+            Ok(Some(SurfaceAperture { form, half_widths, centre: NO_DECENTRE, obscures }))
+        };
         match keyword {
             "CLAP" | "FLAP" => self.open = Some([number(0)?, number(1)?]),
             "OBSC" => self.blocked = Some([number(0)?, number(1)?]),
-            "OBDC" => self.decentre = Some((line, [number(0)?, number(1)?])),
-            "SQAP" | "ELAP" => {
-                let around = match keyword {
-                    "SQAP" => number(0)?.hypot(number(1)?),
-                    _ => number(0)?.max(number(1)?),
-                };
-                self.other = Some((line, keyword, Some(around)));
-            }
-            "SQOB" | "ELOB" | "SPID" | "UDAD" | "UDOB" | "USAP" | "USOB" | "UDAP" => {
-                self.other = Some((line, keyword, None));
+            "OBDC" => self.decentre = [number(0)?, number(1)?],
+            "SQAP" => self.shape = shape(ApertureForm::Rectangle, false)?,
+            "SQOB" => self.shape = shape(ApertureForm::Rectangle, true)?,
+            "ELAP" => self.shape = shape(ApertureForm::Ellipse, false)?,
+            "ELOB" => self.shape = shape(ApertureForm::Ellipse, true)?,
+            "SPID" | "UDAD" | "UDOB" | "USAP" | "USOB" | "UDAP" => {
+                self.other = Some((line, keyword));
             }
             _ => return Ok(false),
         }
@@ -57,6 +71,29 @@ impl<'a> Aperture<'a> {
         surface: &mut SystemSurface,
         report: &mut ReadReport,
     ) -> Result<(), LensError> {
+        if let Some((line, keyword)) = self.other {
+            let what = format!("the aperture {keyword} of surface {number}");
+            report.unsimulated(&line, keyword, what, "without it")?;
+        }
+        if self.decentre == NO_DECENTRE {
+            self.apply_centred_circles(unit, surface);
+        }
+        for aperture in self.shapes() {
+            let aperture = SurfaceAperture {
+                half_widths: aperture.half_widths.map(|half| half * unit),
+                centre: self.decentre.map(|place| place * unit),
+                ..aperture
+            };
+            if !aperture.obscures {
+                surface.semi_diameter = Some(aperture.reach());
+                surface.clips = true;
+            }
+            surface.row.apertures.push(aperture);
+        }
+        Ok(())
+    }
+
+    fn apply_centred_circles(&self, unit: f64, surface: &mut SystemSurface) {
         if let Some([inner, outer]) = self.open {
             surface.row.obstruction = 2.0 * unit * inner.max(0.0);
             if outer > 0.0 {
@@ -76,27 +113,28 @@ impl<'a> Aperture<'a> {
             }
             None => {}
         }
-        if let Some((line, keyword, around)) = self.other {
-            let what = format!("the aperture {keyword} of surface {number}");
-            let instead = match around {
-                Some(_) => "with the circle around it",
-                None => "without it",
-            };
-            report.unsimulated(&line, keyword, what, instead)?;
-            if let Some(around) = around.filter(|&around| around > 0.0) {
-                surface.semi_diameter = Some(around * unit);
-                surface.clips = true;
+    }
+
+    /// Returns the rectangle or ellipse, and circles that are decentred, around the origin.
+    fn shapes(&self) -> Vec<SurfaceAperture> {
+        let mut shapes: Vec<SurfaceAperture> = self.shape.into_iter().collect();
+        if self.decentre == NO_DECENTRE {
+            return shapes;
+        }
+        let circle =
+            |radius: f64| (radius > 0.0).then(|| SurfaceAperture::circle(radius, NO_DECENTRE));
+        if let Some([inner, outer]) = self.open {
+            shapes.extend(circle(outer));
+            shapes.extend(circle(inner).map(SurfaceAperture::obscuring));
+        }
+        match self.blocked {
+            Some([inner, outer]) if inner <= 0.0 => {
+                shapes.extend(circle(outer).map(SurfaceAperture::obscuring));
             }
+            // Light outside the opaque ring is left out, as in a centred one.
+            Some([inner, _]) => shapes.extend(circle(inner)),
+            None => {}
         }
-        if let Some((line, decentre)) = self.decentre
-            && decentre != NO_DECENTRE
-        {
-            let what = format!("the decentred aperture of surface {number}");
-            report.unsimulated(&line, line.words().next().unwrap_or(""), what, "with it wider")?;
-            let [x, y] = decentre;
-            surface.semi_diameter = surface.semi_diameter.map(|semi| semi + x.hypot(y) * unit);
-            surface.row.obstruction = 0.0;
-        }
-        Ok(())
+        shapes
     }
 }

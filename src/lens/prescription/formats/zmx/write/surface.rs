@@ -7,6 +7,7 @@ use super::glass::GlassWriter;
 use super::{Body, inverse};
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::iris::Iris;
+use crate::lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
 use crate::lens::prescription::{CrossSection, Prescription, Row, TransverseAxis};
 
 /// A surface type with its curvature (1/mm), conic constant, parameters and extra data.
@@ -52,12 +53,48 @@ pub(super) fn write(
     text.push_str(&glasses.line(i + 1, row));
     let (inner, outer) = (row.obstruction / 2.0, row.diameter / 2.0);
     if outer > 0.0 {
-        let _ = write!(text, "  DIAM {outer:?} 1 0 0 1 \"\"\n  CLAP {inner:?} {outer:?} 0\n");
+        let _ = writeln!(text, "  DIAM {outer:?} 1 0 0 1 \"\"");
+        match written_aperture(row) {
+            Some(aperture) => write_aperture(aperture, text),
+            None => {
+                let _ = writeln!(text, "  CLAP {inner:?} {outer:?} 0");
+            }
+        }
     }
     if row.stop {
         text.push_str("  STOP\n");
     }
     Ok(number)
+}
+
+/// Returns the aperture that stands in the file in place of the clear diameter and an obstruction: a
+/// surface of the format has one aperture.
+fn written_aperture(row: &Row) -> Option<&SurfaceAperture> {
+    row.apertures.iter().find(|aperture| !aperture.obscures).or(row.apertures.first())
+}
+
+/// Returns whether the one aperture of the file is not all that clips a row.
+fn loses_apertures(row: &Row) -> bool {
+    let outside = |aperture: &SurfaceAperture| {
+        !aperture.obscures && row.diameter / 2.0 < aperture.reach() * (1.0 - 1e-9)
+    };
+    row.apertures.len() > 1
+        || !row.apertures.is_empty() && row.obstruction > 0.0
+        || row.apertures.iter().any(outside)
+}
+
+fn write_aperture(aperture: &SurfaceAperture, text: &mut String) {
+    let keyword = match (aperture.form, aperture.obscures) {
+        (ApertureForm::Rectangle, false) => "SQAP",
+        (ApertureForm::Rectangle, true) => "SQOB",
+        (ApertureForm::Ellipse, false) => "ELAP",
+        (ApertureForm::Ellipse, true) => "ELOB",
+    };
+    let ([x, y], [w, h]) = (aperture.centre, aperture.half_widths);
+    let _ = writeln!(text, "  {keyword} {w:?} {h:?} 0");
+    if [x, y] != [0.0; 2] {
+        let _ = writeln!(text, "  OBDC {x:?} {y:?}");
+    }
 }
 
 impl Shape {
@@ -162,5 +199,6 @@ pub(super) fn note_losses(lens: &Prescription, notes: &mut Vec<String>) {
         }
     };
     note("the shape of an iris; the opening is round", |row| row.iris != Iris::Round);
+    note("more than one aperture of a surface", loses_apertures);
     note("our coatings", |row| row.coating.is_some());
 }
