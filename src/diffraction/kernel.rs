@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::aberrated_core::AberratedCore;
 use super::point_spread::PointSpread;
 
 /// Distance (pixels) up to which each number of sample points along a pixel's side is sufficient.
@@ -20,11 +21,19 @@ pub(super) struct PixelKernel {
     /// Rows from that of the pixel itself downwards. The upper half is the lower one rotated by 180
     /// degrees.
     half: Vec<[f32; 3]>,
+    /// What the wavefront changes.
+    core: Option<AberratedCore>,
 }
 
 impl PixelKernel {
-    /// Integrates a point spread over pixels of this width and height (um).
-    pub fn new(spread: &PointSpread, pitch: [f64; 2], reach: [usize; 2]) -> Self {
+    /// Integrates a point spread over pixels of this width and height (um), and adds what an
+    /// aberrated wavefront changes.
+    pub fn new(
+        spread: &PointSpread,
+        core: Option<AberratedCore>,
+        pitch: [f64; 2],
+        reach: [usize; 2],
+    ) -> Self {
         let width = 2 * reach[0] + 1;
         let mut half = vec![[0.0f32; 3]; width * (reach[1] + 1)];
         let area = pitch[0] * pitch[1];
@@ -46,7 +55,7 @@ impl PixelKernel {
                 *share = sum.map(|sum| (sum * area / (points * points) as f64) as f32);
             }
         });
-        let mut kernel = Self { reach, half };
+        let mut kernel = Self { reach, half, core };
         let extent = [0, 1].map(|i| (reach[i] as f64 + 0.5) * pitch[i]);
         let outside = spread.outside(extent);
         for (channel, outside) in outside.into_iter().enumerate() {
@@ -76,9 +85,11 @@ impl PixelKernel {
 
     /// Returns the share, by channel, of the pixel at this offset to the right and below.
     pub fn at(&self, [dx, dy]: [isize; 2]) -> [f32; 3] {
+        let change = self.core.as_ref().map_or([0.0; 3], |core| core.at([dx, dy]));
         let (dx, dy) = if dy < 0 { (-dx, -dy) } else { (dx, dy) };
         let width = 2 * self.reach[0] + 1;
-        self.half[dy as usize * width + (dx + self.reach[0] as isize) as usize]
+        let flat = self.half[dy as usize * width + (dx + self.reach[0] as isize) as usize];
+        [0, 1, 2].map(|c| flat[c] + change[c])
     }
 
     /// Writes a row of the kernel into a plane of this size, with its centre at (0, 0) and negative
@@ -126,7 +137,10 @@ impl PixelKernel {
                 let below = part([right - left, right + right_of + 1], [0, down.min(y) + 1]);
                 let last = down.min(height - 1 - y);
                 let above = part([right - right_of, right + left + 1], [1, last + 1]);
-                *inside = (below + above) as f32;
+                let change = self.core.as_ref().map_or(0.0, |core| {
+                    core.change_within(channel, [x, y], [width - 1 - x, height - 1 - y])
+                });
+                *inside = (below + above + change) as f32;
             }
         });
         inside

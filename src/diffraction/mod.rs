@@ -7,8 +7,10 @@
 //! with a flat wavefront ([`ExitPupil::density`](crate::lens::ExitPupil::density)); an aberrated
 //! wavefront would count blur twice. Both together give the point spread of the aberrated wavefront
 //! where the wavefront is good, below Marechal's limit of 1/14 of a wave rms (see
-//! [`Wavefront`](crate::lens::Wavefront)), and where it is so bad that geometrical optics suffices;
-//! in between the convolution is somewhat too wide.
+//! [`Wavefront`](crate::lens::Wavefront)), and where it is so bad that geometrical optics suffices.
+//! In between the convolution would be too wide, and the core of the kernel is the quotient of the
+//! traced wavefront's transfer function by that of the rays (`aberrated_core`). It is exact in the
+//! plane of focus.
 //!
 //! The pupil is the real one, traced with blades, masks, obstructions and vignetting, by field
 //! zone. Each zone spreads the light of its own part of the film, and neighbouring zones blend
@@ -29,6 +31,7 @@
 //! Some 200 bytes per pixel, and 15 MB for the table of a zone's spread. On one core about 0.35 s
 //! per zone for the table, and 0.9 us per pixel and zone.
 
+mod aberrated_core;
 mod band_integral;
 mod field_zone;
 mod fourier;
@@ -42,6 +45,7 @@ use crate::film::Frame;
 use crate::io::image::Picture;
 use crate::lens::{Camera, LensModel};
 use crate::spectrum::LightBand;
+use aberrated_core::AberratedCore;
 use field_zone::{FieldZone, field_zones};
 use fourier::{Complex, PlaneFft, PlaneSpectrum};
 use kernel::PixelKernel;
@@ -120,10 +124,13 @@ impl Diffraction {
         let mut received = [const { PlaneSpectrum::new() }; 3];
         let mut inside = [const { Vec::<f32>::new() }; 3];
         for zone in &self.zones {
+            let core = zone.wavefront.as_ref().and_then(|wavefront| {
+                AberratedCore::new(&zone.pupil, wavefront, &self.light, self.pitch)
+            });
             let far = (reach[0] as f64 * self.pitch[0]).hypot(reach[1] as f64 * self.pitch[1]);
             let spread =
                 PointSpread::new(&zone.pupil, &self.light, far, self.pitch[0].min(self.pitch[1]));
-            let kernel = PixelKernel::new(&spread, self.pitch, reach);
+            let kernel = PixelKernel::new(&spread, core, self.pitch, reach);
             drop(spread);
             for channel in 0..3 {
                 let shares = kernel.shares_inside(channel, size);

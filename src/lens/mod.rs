@@ -25,6 +25,7 @@ pub use analysis::calibration::ray_field::{FieldRay, RayField};
 pub use analysis::calibration::spot::SpotGrid;
 pub use analysis::calibration::suitability::{FittedModel, Misfit};
 pub use analysis::calibration::{Calibration, CalibrationError, CalibrationSetup};
+pub use analysis::exit_pupil::raster::PupilRaster;
 pub use analysis::exit_pupil::{ExitPupil, PupilEdge};
 pub use analysis::film_error::{FilmError, film_error};
 pub use analysis::focus::RealRayFocus;
@@ -67,6 +68,7 @@ pub use analysis::tolerance::monte_carlo::{
 pub use analysis::tolerance::parameter::{ToleranceKind, ToleranceParameter};
 pub use analysis::vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
 pub use analysis::wavefront::{Wavefront, WavefrontPoint};
+pub use analysis::wavefront_fit::WavefrontFit;
 pub use camera::band::Band;
 pub use camera::fidelity::Fidelity;
 pub use camera::orthographic::Orthographic;

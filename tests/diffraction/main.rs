@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod aberrations;
 mod pictures;
 mod plan;
 mod point_spread;

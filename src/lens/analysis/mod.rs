@@ -15,3 +15,4 @@ pub(crate) mod throughput;
 pub(crate) mod tolerance;
 pub(crate) mod vignetting;
 pub(crate) mod wavefront;
+pub(crate) mod wavefront_fit;

@@ -40,55 +40,101 @@ impl Wavefront {
     /// milliseconds. `None` if fewer rays pass than a sphere has parameters, or if film or elements
     /// are tilted or decentred.
     pub fn new(lens: &RealLens, film: [f64; 2], pupil: &ExitPupil) -> Option<Self> {
-        if lens.is_misaligned() {
-            return None;
-        }
-        let surfaces = sequence::<f64>(&lens.prescription, Side::Film(lens.film_distance));
-        let index = lens.prescription.rear().index;
-        let (width, height) = (pupil.width(0.0), pupil.width(std::f64::consts::FRAC_PI_2));
-        let middle = pupil.centre();
-        let step = |i: usize| (i as f64 + 0.5) / GRID as f64 - 0.5;
-        let place = lens.film_pose.film_point(film);
-        let mut rays = Vec::new();
-        for i in 0..GRID * GRID {
-            let at = [middle[0] + width * step(i % GRID), middle[1] + height * step(i / GRID)];
-            let tz = (index * index - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
-            let start = LensRay::new(place, [at[0], at[1], tz]);
-            let path = trace_past_rims::<f64>(start, &surfaces);
-            if path.length.is_finite() && path.clipped == PASSES {
-                rays.push(PupilRay { at, tz, ray: path.ray, path: path.length });
-            }
-        }
+        let (middle, rays) = pupil_rays(lens, film, pupil)?;
         let target = best_image_point(&rays)?;
-        let mut points: Vec<WavefrontPoint> = rays
-            .iter()
-            .map(|ray| WavefrontPoint {
-                pupil: ray.at,
-                path_difference: ray.path + target.from(ray),
-            })
-            .collect();
-        let unit = width.max(height);
+        let mut points = path_differences(&rays, &target);
+        let unit = pupil.width(0.0).max(pupil.width(std::f64::consts::FRAC_PI_2));
         let tz = rays.iter().map(|ray| ray.tz).sum::<f64>() / rays.len() as f64;
         let terms = |ray: &PupilRay| {
             let [x, y] = [0, 1].map(|i| (ray.at[i] - middle[i]) / unit);
             [1.0, x, y, (ray.tz - tz) / (unit * unit)]
         };
         let all: Vec<[f64; 4]> = rays.iter().map(terms).collect();
-        // Paths are metres long; without their mean the squares would lose all precision.
-        let mean =
-            points.iter().map(|point| point.path_difference).sum::<f64>() / points.len() as f64;
-        points.iter_mut().for_each(|point| point.path_difference -= mean);
         let columns = (0..4).map(|k| all.iter().map(|terms| terms[k]).collect()).collect();
         let paths = points.iter().map(|point| point.path_difference).collect();
         let fit = least_squares(columns, vec![paths]).pop()?;
         for (point, terms) in points.iter_mut().zip(&all) {
             point.path_difference -= terms.iter().zip(&fit).map(|(a, b)| a * b).sum::<f64>();
         }
+        Self::with_points(points)
+    }
+
+    /// Computes the wavefront of the light of a scene point at this distance (mm) before the front
+    /// vertex, or infinitely far, that comes to a film point. Piston alone is removed.
+    pub fn from_distance(
+        lens: &RealLens,
+        film: [f64; 2],
+        pupil: &ExitPupil,
+        distance: f64,
+    ) -> Option<Self> {
+        let (_, rays) = pupil_rays(lens, film, pupil)?;
+        let target = match distance < FAR {
+            true => ImagePoint::At(mean(&rays, |LensRay { p, t, .. }| {
+                let along = (distance - p[2]) / t[2];
+                [p[0] + along * t[0], p[1] + along * t[1], distance]
+            })),
+            false => {
+                let direction = mean(&rays, |ray| ray.t);
+                ImagePoint::Towards(direction.map(|d| d / dot(direction, direction).sqrt()))
+            }
+        };
+        Self::with_points(path_differences(&rays, &target))
+    }
+
+    fn with_points(points: Vec<WavefrontPoint>) -> Option<Self> {
         let squares: f64 =
             points.iter().map(|point| point.path_difference * point.path_difference).sum();
         let rms = (squares / points.len() as f64).sqrt();
         rms.is_finite().then_some(Self { points, rms })
     }
+}
+
+/// Traces rays from a film point over a grid on its pupil; returns its middle and the rays that
+/// pass. `None` if there are fewer than eight.
+fn pupil_rays(
+    lens: &RealLens,
+    film: [f64; 2],
+    pupil: &ExitPupil,
+) -> Option<([f64; 2], Vec<PupilRay>)> {
+    if lens.is_misaligned() {
+        return None;
+    }
+    let surfaces = sequence::<f64>(&lens.prescription, Side::Film(lens.film_distance));
+    let index = lens.prescription.rear().index;
+    let (width, height) = (pupil.width(0.0), pupil.width(std::f64::consts::FRAC_PI_2));
+    let middle = pupil.centre();
+    let step = |i: usize| (i as f64 + 0.5) / GRID as f64 - 0.5;
+    let place = lens.film_pose.film_point(film);
+    let mut rays = Vec::new();
+    for i in 0..GRID * GRID {
+        let at = [middle[0] + width * step(i % GRID), middle[1] + height * step(i / GRID)];
+        let tz = (index * index - at[0] * at[0] - at[1] * at[1]).max(0.0).sqrt();
+        let start = LensRay::new(place, [at[0], at[1], tz]);
+        let path = trace_past_rims::<f64>(start, &surfaces);
+        if path.length.is_finite() && path.clipped == PASSES {
+            rays.push(PupilRay { at, tz, ray: path.ray, path: path.length });
+        }
+    }
+    (rays.len() >= 8).then_some((middle, rays))
+}
+
+/// Returns the path differences of rays from a scene point, relative to their mean. Paths are
+/// metres long; without their mean the squares would lose all precision.
+fn path_differences(rays: &[PupilRay], target: &ImagePoint) -> Vec<WavefrontPoint> {
+    let paths: Vec<f64> = rays.iter().map(|ray| ray.path + target.from(ray)).collect();
+    let mean = paths.iter().sum::<f64>() / paths.len() as f64;
+    let point = |(ray, path): (&PupilRay, f64)| WavefrontPoint {
+        pupil: ray.at,
+        path_difference: path - mean,
+    };
+    rays.iter().zip(paths).map(point).collect()
+}
+
+/// Returns the mean of a vector over rays.
+fn mean(rays: &[PupilRay], of: impl Fn(&LensRay<f64>) -> [f64; 3]) -> [f64; 3] {
+    let sum =
+        rays.iter().map(|ray| of(&ray.ray)).fold([0.0; 3], |s, v| [0, 1, 2].map(|i| s[i] + v[i]));
+    sum.map(|s| s / rays.len() as f64)
 }
 
 /// A ray that left the lens, in the frame of the front vertex.
@@ -125,15 +171,8 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn best_image_point(rays: &[PupilRay]) -> Option<ImagePoint> {
-    if rays.len() < 8 {
-        return None;
-    }
-    let mean = |of: &dyn Fn(&PupilRay) -> [f64; 3]| {
-        let sum = rays.iter().map(of).fold([0.0; 3], |s, v| [0, 1, 2].map(|i| s[i] + v[i]));
-        sum.map(|s| s / rays.len() as f64)
-    };
-    let middle = mean(&|ray| ray.ray.p);
-    let direction = mean(&|ray| ray.ray.t);
+    let middle = mean(rays, |ray| ray.p);
+    let direction = mean(rays, |ray| ray.t);
     let direction = direction.map(|d| d / dot(direction, direction).sqrt());
     // The distance at which offsets and slopes across cancel best.
     let (mut against, mut spread) = (0.0, 0.0);

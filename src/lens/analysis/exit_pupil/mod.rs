@@ -13,6 +13,7 @@
 mod amplitude_grid;
 mod binary_outline;
 mod pupil_view;
+pub(crate) mod raster;
 
 use std::f64::consts::{PI, TAU};
 

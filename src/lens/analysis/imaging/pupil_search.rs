@@ -82,22 +82,26 @@ impl LensAtWavelength {
                 half = found.map(|found| if cut { 1.5 * found } else { found });
                 continue;
             }
-            let reach = |at: [f64; 2]| {
-                (0..2).all(|i| (low[i] - 1.6 * cell[i]..high[i] + 1.6 * cell[i]).contains(&at[i]))
-            };
-            return self.fit_pupil(&rays, reach);
+            return self.fit_pupil(&rays, cell);
         }
         None
     }
 
+    /// Fits the map to the rays that pass and to their neighbours in a grid with cells of this size.
+    /// Farther out strong aspheres may deviate rays anywhere.
     fn fit_pupil(
         &self,
         rays: &[([f64; 2], FilmRay)],
-        reach: impl Fn([f64; 2]) -> bool,
+        cell: [f64; 2],
     ) -> Option<(PolynomialMap, Extent)> {
         let cosines = |ray: &FilmRay| [ray.t[0], ray.t[1]];
-        let pairs: Vec<_> =
-            rays.iter().filter(|(at, _)| reach(*at)).map(|(at, ray)| (cosines(ray), *at)).collect();
+        let passing: Vec<[f64; 2]> =
+            rays.iter().filter(|(_, ray)| ray.clipped.is_none()).map(|(at, _)| *at).collect();
+        let is_near = |at: [f64; 2]| {
+            passing.iter().any(|near| (0..2).all(|i| (at[i] - near[i]).abs() < 1.1 * cell[i]))
+        };
+        let near = rays.iter().filter(|(at, _)| is_near(*at));
+        let pairs: Vec<_> = near.map(|(at, ray)| (cosines(ray), *at)).collect();
         let map = PolynomialMap::fit(&pairs)?;
         let mut extent = Extent { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         for (_, ray) in rays.iter().filter(|(_, ray)| ray.clipped.is_none()) {
