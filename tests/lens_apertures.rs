@@ -86,6 +86,22 @@ fn shapes_transmit_the_area_of_their_formula() {
 }
 
 #[test]
+fn the_t_stop_contains_the_shape_of_the_stop() {
+    let cases = [
+        ("rectangle", vec![rectangle([0.7, 0.3], [0.1, -0.2])], Iris::Round, 0.84 / PI),
+        ("square", Vec::new(), Iris::Blades { count: 4, rotation: 0.0, curvature: 0.0 }, 2.0 / PI),
+        ("circle", Vec::new(), Iris::Round, 1.0),
+    ];
+    for (name, apertures, iris, expected) in cases {
+        let mut lens = stop_with(&apertures);
+        lens.rows[0].iris = iris;
+        let lens = RealLens::new(lens, 200.0, 1.0, PupilSampling::Pupil, 1.0, 0.0);
+        let share = lens.unobstructed_share([0.0; 2]).expect("light");
+        assert!((share - expected).abs() < 4e-3, "{name}: {share}, expected {expected}");
+    }
+}
+
+#[test]
 fn both_directions_see_the_same_side_of_a_decentred_aperture() {
     let lens = stop_with(&[rectangle([0.2, 0.1], [0.5, -0.3])]);
     for from in [Side::Film(1.0), Side::Scene(1.0)] {

@@ -39,17 +39,22 @@ impl RealLens {
         FilmPointTracer::new(self).light(film).share()
     }
 
-    /// Returns the share of the light of a film point (mm, the film's frame) that the
-    /// obstructions and obscurations of the lens leave, as a mean over the pupil without them; 1 for a lens that has
-    /// none. `None` if the film point is dark.
+    /// Returns the share of the light of a film point (mm, the film's frame) that the shape of the
+    /// stop and the obstructions of the lens leave, as a mean over the pupil of a round stop without
+    /// obstructions; 1 for a lens that has both. `None` if the film point is dark.
     pub fn unobstructed_share(&self, film: [f64; 2]) -> Option<f64> {
         if self.prescription.rows.iter().all(|row| !obstructs(row)) {
             return Some(1.0);
         }
         let mut open = self.prescription.clone();
         for row in &mut open.rows {
-            row.obstruction = 0.0;
-            row.apertures.retain(|aperture| !aperture.obscures);
+            match row.stop {
+                true => row.open_all(),
+                false => {
+                    row.obstruction = 0.0;
+                    row.apertures.retain(|aperture| !aperture.obscures);
+                }
+            }
         }
         let open = Self::with_film(
             open,
@@ -84,9 +89,10 @@ impl RealLens {
     }
 }
 
-/// Returns whether the middle of a row or another part of it is opaque.
+/// Returns whether a row is a stop that is not round, or a part of it is opaque.
 fn obstructs(row: &Row) -> bool {
-    row.obstruction != 0.0 || row.apertures.iter().any(|aperture| aperture.obscures)
+    let obscured = row.obstruction != 0.0 || row.apertures.iter().any(|part| part.obscures);
+    obscured || row.stop && !row.is_unobstructed()
 }
 
 impl WeightSums {
