@@ -141,6 +141,38 @@ impl RealLens {
         }
     }
 
+    /// Returns the density with which the pupil sampler draws a ray, per steradian: for a point of
+    /// the film [mm from its centre] and a direction from it in the frame of the lens, z towards
+    /// the scene, of any length. It is 0 where the sampler draws nothing, or where its samples have
+    /// no weight. The lens may still block the ray.
+    ///
+    /// A density over the plane of the rear vertex becomes one over directions by dA = d^2 dw / cos:
+    /// d is the distance to the point in that plane, and cos the cosine to the axis.
+    pub fn sampling_density(&self, film: [f64; 2], direction: [f64; 3]) -> f64 {
+        let [x, y, z] = self.film_pose.film_point(film);
+        let [dx, dy, dz] = direction;
+        let ahead = self.film_distance - z;
+        let normal = self.film_pose.film_normal();
+        if !(dz > 0.0 && ahead > 0.0 && normal[0] * dx + normal[1] * dy + normal[2] * dz > 0.0) {
+            return 0.0;
+        }
+        let [u, v] = [x + dx / dz * ahead, y + dy / dz * ahead];
+        let lens_frame = self.pupil_bounds.uses_lens_frame();
+        let (known, point) = if lens_frame {
+            (film, [u, v])
+        } else if self.film_pose.is_untilted() {
+            let r = x.hypot(y);
+            let (cos, sin) = if r > 0.0 { (x / r, y / r) } else { (1.0, 0.0) };
+            ([x, y], [cos * u + sin * v, cos * v - sin * u])
+        } else {
+            ([x, y], [u, v])
+        };
+        let [known, point] = [known, point].map(|at| at.map(|v| v as f32));
+        let per_area = f64::from(self.pupil_bounds.density(known, point));
+        let d2 = (u - x).powi(2) + (v - y).powi(2) + ahead * ahead;
+        per_area * d2 * d2.sqrt() / ahead
+    }
+
     /// Returns the film as rays start from it.
     fn plane(&self) -> LaunchPlane {
         LaunchPlane {

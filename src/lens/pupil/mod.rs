@@ -16,6 +16,7 @@
 
 pub(crate) mod aim;
 pub(crate) mod bounds;
+mod density;
 pub(crate) mod ellipse;
 pub(crate) mod fan;
 pub(crate) mod film_grid;
