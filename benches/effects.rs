@@ -170,13 +170,13 @@ fn ghosts(criterion: &mut Criterion) {
             bencher.iter(|| {
                 pool.install(|| {
                     let (samples, mut stats) = (job.samples.clone(), Stats::default());
-                    ghosts.splat::<f32x8>(&job.ghost_input(), samples, &mut film, &mut stats);
+                    ghosts.splat::<f32x8>(&job.light_path_input(), samples, &mut film, &mut stats);
                 });
             });
         });
         group.throughput(Throughput::Elements(1));
         group.bench_function(format!("{name}/survey"), |bencher| {
-            bencher.iter(|| black_box(estimate(&job.ghost_input())));
+            bencher.iter(|| black_box(estimate(&job.light_path_input())));
         });
     }
     group.finish();

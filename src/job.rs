@@ -4,11 +4,13 @@ use std::ops::Range;
 use std::time::Duration;
 
 use crate::aov::{self, Aov, LayerRequest};
+use crate::direct_light::{DirectLight, DirectLightWeights};
 use crate::film::{Frame, Response, Tile, TileSampler};
-use crate::ghosts::{GhostInput, Ghosts};
+use crate::ghosts::Ghosts;
 use crate::io::FileLog;
 use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
 use crate::lens::Camera;
+use crate::light_paths::LightPathInput;
 use crate::plan::Plan;
 use crate::scene::{PathLimits, Scene};
 use crate::sensor::Sensor;
@@ -51,6 +53,8 @@ pub struct Job {
     pub bands: [LightBand; BANDS],
     /// The ghosts of the lens, if they are simulated.
     pub ghosts: Option<Ghosts>,
+    /// The lamps that light paths start from, if light paths find their direct light.
+    pub direct_light: Option<DirectLight>,
     /// The sensor that reads the finished picture out. Without one, the film is ideal.
     pub sensor: Option<Sensor>,
     /// The times of the samples, if anything depends on them.
@@ -106,9 +110,25 @@ impl Job {
         }
     }
 
-    /// Returns the parts of this job that ghosts depend on.
-    pub fn ghost_input(&self) -> GhostInput<'_> {
-        GhostInput {
+    /// Returns the parts of this job that the weights of camera paths depend on, if light paths find
+    /// direct light too.
+    pub fn direct_light_weights(&self) -> Option<DirectLightWeights<'_>> {
+        let Self { camera, frame, .. } = self;
+        self.direct_light.as_ref().map(|direct_light| DirectLightWeights {
+            direct_light,
+            camera,
+            frame,
+        })
+    }
+
+    /// Returns whether light paths add light to the picture.
+    pub fn has_light_paths(&self) -> bool {
+        self.ghosts.is_some() || self.direct_light.is_some()
+    }
+
+    /// Returns the parts of this job that light paths depend on.
+    pub fn light_path_input(&self) -> LightPathInput<'_> {
+        LightPathInput {
             scene: &self.scene,
             camera: &self.camera,
             frame: &self.frame,

@@ -164,6 +164,8 @@ pub mod aov;
 pub mod bench;
 #[doc(hidden)]
 pub mod diffraction;
+#[doc(hidden)]
+pub mod direct_light;
 mod distribution;
 mod effects;
 mod equal_area;
@@ -179,6 +181,8 @@ pub mod job;
 pub mod lanes;
 #[doc(hidden)]
 pub mod lens;
+#[doc(hidden)]
+pub mod light_paths;
 #[doc(hidden)]
 pub mod metric;
 #[doc(hidden)]

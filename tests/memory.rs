@@ -40,10 +40,13 @@ fn the_memory_of_a_render_is_close_to_its_estimate_and_not_above() {
         ("a.exr --spp 16 --noise 1 --effects none --resolution 500x400 --aov depth,albedo", 1.5),
         ("a.exr --spp 1 --effects +diffraction --resolution 700x500", 1.5),
         ("a.exr --spp 1 --effects +ghosts,-diffraction --resolution 900x600", 1.5),
+        // Lamps touch few pixels of the film of light paths.
+        ("a.exr --spp 4 --effects none --light-paths on --resolution 900x600", 2.0),
         ("a.exr --spp 1 --effects +sensor,-diffraction --sensor --resolution 1000x800", 1.5),
     ] {
         let threads = if arguments.contains("--threads") { "" } else { " --threads 2" };
-        let stderr = workspace.run_ok(&format!("render scene.pbrt -o {arguments}{threads}"));
+        let paths = if arguments.contains("--light-paths") { "" } else { " --light-paths off" };
+        let stderr = workspace.run_ok(&format!("render scene.pbrt -o {arguments}{threads}{paths}"));
         let [peak_and_estimate, expected] = peak_and_estimate(&stderr);
         println!("{arguments}: {} of {} MB", peak_and_estimate / 1e6, expected / 1e6);
         assert!(
@@ -136,7 +139,7 @@ fn the_memory_of_a_merge_does_not_grow_with_the_parts() {
 fn a_sweep_takes_the_memory_of_one_picture_and_the_sheet() {
     let workspace = Workspace::new();
     let sweep = "render scene.pbrt --spp 1 --effects none --resolution 1600x1000 --threads 2 \
-                 --sweep seed=1..6:6 -o {seed}.exr --memory";
+                 --light-paths off --sweep seed=1..6:6 -o {seed}.exr --memory";
     let stderr = workspace.run_ok(&format!("{sweep} 110MB"));
     assert!(!stderr.contains("warning"), "{stderr}");
     let sheet = image::open(workspace.path("sweep.png")).expect("a sheet").into_rgb8();

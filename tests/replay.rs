@@ -52,7 +52,8 @@ fn thin() -> Job {
 /// Returns options that turn on every effect on a sample through a real lens.
 fn all_options(effects: &str) -> Changes {
     let effects: EffectSelection = effects.parse().expect("effects");
-    Changes { effects, ..Changes::default() }
+    // Light paths belong to no sample.
+    Changes { effects, light_paths: Some(false), ..Changes::default() }
 }
 
 fn jobs() -> Vec<(&'static str, Job)> {

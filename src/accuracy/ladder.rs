@@ -128,6 +128,8 @@ impl Ladder {
         not_compared.extend(impossible.into_iter().map(|e| (e, "this scene cannot have it")));
 
         job.layers.clear();
+        // All cameras of the ladder take the same paths, those of the camera.
+        job.direct_light = None;
         job.sensor = None;
         job.stop_criteria = StopCriteria::default();
         let mut ladder = Self { job, rungs, lens, not_compared, warnings };

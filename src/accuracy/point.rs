@@ -85,7 +85,7 @@ impl RenderCost {
     }
 
     fn rays(&self) -> u64 {
-        let stages = [Stage::Lens, Stage::Intersect, Stage::Occlude, Stage::Ghosts];
+        let stages = [Stage::Lens, Stage::Intersect, Stage::Occlude, Stage::LightPaths];
         stages.iter().map(|&stage| self.stats.stage(stage).rays).sum()
     }
 }

@@ -1,6 +1,6 @@
 //! `petzval plan`: the effects of a picture, also in the log of a render.
 
-use petzval::plan::{Cost, Decision, OmissionError, Plan};
+use petzval::plan::{Cost, Decision, LightPathDecision, OmissionError, Plan};
 use petzval::prepare::prepare;
 use petzval::scene::pbrt;
 use serde_json::{Value, json};
@@ -46,10 +46,14 @@ fn json(plan: &Plan) -> Value {
             }),
         })
     };
-    json!({ "effects": plan.effects.iter().map(row).collect::<Vec<Value>>() })
+    let LightPathDecision { on, by, reason } = &plan.light_paths;
+    json!({
+        "effects": plan.effects.iter().map(row).collect::<Vec<Value>>(),
+        "light_paths": { "on": on, "by": by.name(), "reason": reason },
+    })
 }
 
-/// Formats the plan as a table, a line for each effect.
+/// Formats the plan as a table, a line for each effect, and a line for the light paths.
 pub(super) fn table(plan: &Plan) -> String {
     let mut text = format!(
         "{:<16}{:<5}{:<7}{:>18}{:>10}  {}\n",
@@ -66,5 +70,5 @@ pub(super) fn table(plan: &Plan) -> String {
             by.name()
         );
     }
-    text
+    text + &format!("light paths: {}\n", plan.light_paths)
 }

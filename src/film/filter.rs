@@ -78,6 +78,8 @@ struct FilterAxis {
     /// Filter at the edges of the steps from its centre to its radius, and the last value again;
     /// empty for a box.
     values: Vec<f32>,
+    /// Integral of the filter (pixels).
+    integral: f64,
 }
 
 impl FilterAxis {
@@ -88,6 +90,7 @@ impl FilterAxis {
                 inverse_cdf: Vec::new(),
                 weights: Vec::new(),
                 values: Vec::new(),
+                integral: 2.0 * radius,
             };
         }
         let cells = 16 * STEPS;
@@ -124,7 +127,8 @@ impl FilterAxis {
         };
         let values = (0..STEPS + 2).map(value).collect();
         let inverse_cdf = quantiles.iter().map(|quantile| quantile[0] as f32).collect();
-        Self { radius, inverse_cdf, weights, values }
+        let integral = sum[0] * 2.0 * radius / cells as f64;
+        Self { radius, inverse_cdf, weights, values, integral }
     }
 
     /// Multiplies each value by the filter at a position relative to the pixel's centre.
@@ -217,6 +221,28 @@ impl PixelFilter {
         }
     }
 
+    /// Calls `add` with each pixel whose filter contains a point of the picture [pixels from its top
+    /// left], and with the value of the filter there. The integral of the filter over the picture is
+    /// 1.
+    pub fn pixels_at(&self, at: [f64; 2], mut add: impl FnMut([i64; 2], f64)) {
+        let [columns, rows] = [0, 1].map(|i| {
+            let (middle, radius) = (at[i] - 0.5, self.axes[i].radius);
+            (middle - radius).ceil() as i64..=(middle + radius).floor() as i64
+        });
+        let value = |axis: usize, pixel: i64| {
+            let axis_filter = &self.axes[axis];
+            let mut value = [1.0];
+            axis_filter.multiply(&[(at[axis] - 0.5 - pixel as f64) as f32], &mut value);
+            f64::from(value[0]) / axis_filter.integral
+        };
+        for row in rows {
+            let along_y = value(1, row);
+            for column in columns.clone() {
+                add([column, row], along_y * value(0, column));
+            }
+        }
+    }
+
     /// Returns the weight of the sample whose position these random numbers choose; 1 on average.
     pub fn weight(&self, u: [f32; 2]) -> f32 {
         self.axes[0].weight(u[0]) * self.axes[1].weight(u[1])
@@ -279,6 +305,25 @@ mod tests {
             let mut none = [1.0];
             filter.multiply([&[f32::NAN], &[0.0]], &mut none);
             assert_eq!(none, [0.0], "{profile:?}");
+        }
+    }
+
+    #[test]
+    fn the_pixels_at_random_points_share_their_light_as_samples_of_the_pixels_do() {
+        for (profile, radius) in PROFILES {
+            let filter = PixelFilter::new(profile, [radius, 0.7 * radius]);
+            // The sum over points that are uniform over the picture is 1 in every pixel.
+            let (mut sum, side) = (0.0, 600);
+            for i in 0..side * side {
+                let at =
+                    [i % side, i / side].map(|k| 11.0 * (f64::from(k) + 0.5) / f64::from(side));
+                filter.pixels_at(at, |pixel, share| {
+                    if pixel == [5, 5] {
+                        sum += share * (11.0 / f64::from(side)).powi(2);
+                    }
+                });
+            }
+            assert!((sum - 1.0).abs() < 3e-2, "{profile:?}: {sum}");
         }
     }
 

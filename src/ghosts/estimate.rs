@@ -1,11 +1,11 @@
 //! Estimate of the ghosts in a picture and their brightness, from a few thousand light paths
 //! through every pair of surfaces.
 
-use super::light_paths::{FilmArrival, LightPaths};
-use super::{GhostInput, GhostPair, Ghosts, pairs, sequences};
+use super::{GhostPair, Ghosts, pairs, sequences};
 use crate::distribution::Distribution;
 use crate::lanes::f32x8;
 use crate::lens::{Coating, LensModel, Prescription, RealLens, Side, ghost_sequence, sequence};
+use crate::light_paths::{FilmArrival, LightPathInput, LightPaths};
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
 use crate::spectrum::LightBand;
@@ -76,7 +76,7 @@ impl FilmCells {
 ///
 /// A lens without any known coating is assumed to have a layer of magnesium fluoride on every
 /// surface, as nearly all lenses since the middle of the twentieth century.
-pub fn estimate(input: &GhostInput<'_>) -> Option<GhostEstimate> {
+pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
     let LensModel::Real(lens) = &input.camera.model else { return None };
     // A sequence of a pair reflects at its two rows only.
     if lens.prescription.has_mirrors() {
@@ -125,7 +125,7 @@ pub fn estimate(input: &GhostInput<'_>) -> Option<GhostEstimate> {
 
 /// Returns the waves of light paths that have at least one unoccluded path; occluded paths are
 /// discarded.
-fn unoccluded_waves(input: &GhostInput<'_>, lens: &RealLens) -> Vec<Box<LightPaths>> {
+fn unoccluded_waves(input: &LightPathInput<'_>, lens: &RealLens) -> Vec<Box<LightPaths>> {
     let mut waves = Vec::new();
     for wave in 0..WAVES {
         let mut wave_paths = Box::<LightPaths>::default();
@@ -149,7 +149,7 @@ fn unoccluded_waves(input: &GhostInput<'_>, lens: &RealLens) -> Vec<Box<LightPat
 /// Returns the brightest spot that the lights form on the film by direct light through the lens,
 /// however small it is: as the number of pixels of luminance 1 with the same light. A spot is a
 /// cell of a grid of 32 by 24.
-pub fn direct_peak(input: &GhostInput<'_>) -> f64 {
+pub fn direct_peak(input: &LightPathInput<'_>) -> f64 {
     const SPOTS: [usize; 2] = [32, 24];
     let LensModel::Real(lens) = &input.camera.model else { return 0.0 };
     let surfaces = sequence::<f32>(&lens.prescription, Side::Scene(0.0));
@@ -171,7 +171,7 @@ pub fn direct_peak(input: &GhostInput<'_>) -> f64 {
 
 /// Adds the arrivals on the film to their cells.
 fn add_arrivals(
-    input: &GhostInput<'_>,
+    input: &LightPathInput<'_>,
     wave_paths: &LightPaths,
     cells: &mut FilmCells,
     entry: &mut [f64],

@@ -12,35 +12,14 @@
 //! behind the plane of the front vertex.
 
 mod estimate;
-mod light_paths;
 mod splat;
 
 pub use estimate::{GhostEstimate, direct_peak, estimate};
 pub use splat::SAMPLES_PER_PATH;
 
 use crate::distribution::Distribution;
-use crate::film::{Frame, Response};
-use crate::lens::{Camera, Prescription, Surface, ghost_sequence};
-use crate::scene::Scene;
-use crate::shutter::Timing;
+use crate::lens::{Prescription, Surface, ghost_sequence};
 use crate::spectrum::LightBand;
-
-/// Parts of a job that ghosts depend on.
-#[derive(Clone, Copy, Debug)]
-pub struct GhostInput<'a> {
-    /// The scene, with its lights.
-    pub scene: &'a Scene,
-    /// The camera.
-    pub camera: &'a Camera,
-    /// The pixels of the picture.
-    pub frame: &'a Frame,
-    /// The filter and the colour response of the film.
-    pub response: &'a Response,
-    /// The times of the samples, if anything moves.
-    pub timing: Option<&'a Timing>,
-    /// The seed of all random numbers.
-    pub seed: u32,
-}
 
 /// The simulated ghosts of a picture.
 #[derive(Clone, Debug)]

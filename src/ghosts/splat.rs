@@ -1,22 +1,15 @@
 //! Ghost stage: splats light paths on the film, after all other stages.
 
 use std::ops::Range;
-use std::time::Duration;
 
-use rayon::prelude::*;
-
-use super::light_paths::LightPaths;
-use super::{GhostInput, GhostPair, Ghosts};
+use super::{GhostPair, Ghosts};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::rays::{LensBatch, WAVE_SIZE};
+use crate::light_paths::{LightPathInput, LightPaths, PathCount, Splat, add_splats, film_pixels};
+use crate::rays::LensBatch;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
-use crate::stats::thread_time;
-use crate::stats::{Stage, Stats};
-
-/// Waves that are traced before their splats are added to the film: 8 MB.
-const CHUNK: u32 = 512;
+use crate::stats::Stats;
 
 /// Samples of the picture per light path. Ghosts are unsharp and need few paths.
 pub const SAMPLES_PER_PATH: u64 = 4;
@@ -34,25 +27,16 @@ struct Arrival {
     share: [f32; 3],
 }
 
-/// A pixel of the picture and the light that is added to it.
-#[derive(Clone, Copy)]
-struct Splat {
-    pixel: [u32; 2],
-    light: [f32; 3],
-}
-
-/// Returns the number of waves of light paths per sample index, for a picture of this width and
-/// height.
-fn waves([width, height]: [u32; 2]) -> u32 {
-    (u64::from(width) * u64::from(height)).div_ceil(SAMPLES_PER_PATH * WAVE_SIZE as u64) as u32
+/// Returns the number of light paths per sample number, for a picture of this width and height.
+fn path_count(resolution: [u32; 2]) -> PathCount {
+    PathCount::new(resolution, SAMPLES_PER_PATH)
 }
 
 impl Ghosts {
     /// Returns the largest size of the splats that wait to be added to the film of a picture of
     /// this width and height (bytes).
     pub fn bytes_waiting(resolution: [u32; 2]) -> u64 {
-        let paths = u64::from(waves(resolution).min(CHUNK)) * (WAVE_SIZE * BANDS_PER_PATH) as u64;
-        paths * size_of::<Splat>() as u64
+        path_count(resolution).bytes_waiting(BANDS_PER_PATH as u64)
     }
 
     /// Traces one light path for every [`SAMPLES_PER_PATH`] samples of the picture and adds the
@@ -62,37 +46,24 @@ impl Ghosts {
     /// sum depends on seed and sample indices only, and the sums of disjoint sample ranges add up.
     pub fn splat<R: Real<Scalar = f32>>(
         &self,
-        input: &GhostInput<'_>,
+        input: &LightPathInput<'_>,
         samples: Range<u32>,
         film: &mut FilmSums,
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        let waves = waves(input.frame.resolution);
-        // Paths of one sample index. The film divides by the number of samples.
-        let paths = f64::from(waves) * WAVE_SIZE as f64;
-        let pitch = [0, 1].map(|i| input.camera.film[i] / f64::from(input.frame.resolution[i]));
-        let scale = input.camera.imaging_ratio / (pitch[0] * pitch[1] * paths);
+        let count = path_count(input.frame.resolution);
+        let scale = count.splat_scale(input);
         for sample in samples {
-            for first in (0..waves).step_by(CHUNK as usize) {
-                let one = |wave_paths: &mut Box<LightPaths>, wave| {
-                    let start = thread_time();
-                    let splats = self.wave::<R>(input, lens, wave_paths, [wave, sample], scale);
-                    (splats, thread_time().saturating_sub(start))
-                };
-                let chunk: Vec<(Vec<Splat>, Duration)> = (first..waves.min(first + CHUNK))
-                    .into_par_iter()
-                    .map_init(Box::default, one)
-                    .collect();
-                let stage = &mut stats.stages[Stage::Ghosts as usize];
-                for (splats, time) in chunk {
-                    stage.time += time;
-                    stage.rays += WAVE_SIZE as u64;
-                    for Splat { pixel, light } in splats {
-                        film.add_light(pixel, input.response.apply_colour(light.map(f64::from)));
-                    }
-                }
-            }
+            add_splats(
+                input,
+                (count, BANDS_PER_PATH as u64),
+                film,
+                stats,
+                |wave_paths: &mut Box<LightPaths>, wave| {
+                    self.wave::<R>(input, lens, wave_paths, [wave, sample], scale)
+                },
+            );
         }
     }
 
@@ -100,7 +71,7 @@ impl Ghosts {
     /// evenly spaced bands, so that few paths already have nearly the right hue.
     fn wave<R: Real<Scalar = f32>>(
         &self,
-        input: &GhostInput<'_>,
+        input: &LightPathInput<'_>,
         lens: &RealLens,
         wave_paths: &mut LightPaths,
         [wave, sample]: [u32; 2],
@@ -152,12 +123,9 @@ impl Ghosts {
 }
 
 /// Returns the rendered pixel that contains a film point (mm).
-fn film_pixel(input: &GhostInput<'_>, point: [f32; 2]) -> Option<[u32; 2]> {
+fn film_pixel(input: &LightPathInput<'_>, point: [f32; 2]) -> Option<[u32; 2]> {
     let frame = &input.frame;
-    let share = [0, 1].map(|i| f64::from(point[i]) / input.camera.film[i]);
-    // The picture is mirrored in x and upside down in y, as in the film stage.
-    let share = [0.5 - share[0], 0.5 + share[1]];
-    let pixel = [0, 1].map(|i| (share[i] * f64::from(frame.resolution[i])).floor());
+    let pixel = film_pixels(input, point).map(f64::floor);
     let inside =
         (0..2).all(|i| pixel[i] >= f64::from(frame.low[i]) && pixel[i] < f64::from(frame.high[i]));
     inside.then(|| pixel.map(|p| p as u32))

@@ -54,11 +54,38 @@ pub struct Decision {
     pub cost: Option<Cost>,
 }
 
+/// Decision about the light paths of direct light. They change the noise of the picture, not its
+/// light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightPathDecision {
+    /// Whether light paths are traced.
+    pub on: bool,
+    /// The source of the decision.
+    pub by: DecidedBy,
+    /// The reason, in a sentence.
+    pub reason: String,
+}
+
+impl Default for LightPathDecision {
+    fn default() -> Self {
+        Self { on: false, by: DecidedBy::Scene, reason: String::new() }
+    }
+}
+
+impl fmt::Display for LightPathDecision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let on = if self.on { "on" } else { "off" };
+        write!(f, "{on} ({}: {})", self.by.name(), self.reason)
+    }
+}
+
 /// Decisions about all effects.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
     /// One decision for each effect, in the order of [`Effect::ALL`].
     pub effects: Vec<Decision>,
+    /// The decision about the light paths of direct light.
+    pub light_paths: LightPathDecision,
 }
 
 impl Plan {

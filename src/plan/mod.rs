@@ -19,7 +19,7 @@ mod selection;
 mod sensor;
 mod tilt_shift;
 
-pub use decision::{Cost, Decision, OmissionError, Plan};
+pub use decision::{Cost, Decision, LightPathDecision, OmissionError, Plan};
 pub use effect::{DecidedBy, Effect};
 pub use image_motion::MotionInput;
 pub use selection::{EffectSelection, VisibilityThreshold};
@@ -121,7 +121,10 @@ impl Finding {
 
 /// Decides about all effects.
 pub fn plan(input: &PlanInput) -> Plan {
-    Plan { effects: Effect::ALL.map(|effect| decide(effect, input)).to_vec() }
+    Plan {
+        effects: Effect::ALL.map(|effect| decide(effect, input)).to_vec(),
+        light_paths: LightPathDecision::default(),
+    }
 }
 
 fn decide(effect: Effect, input: &PlanInput) -> Decision {

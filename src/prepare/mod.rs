@@ -12,12 +12,15 @@ mod report;
 
 pub use changes::{Changes, FocusOn};
 
+use crate::direct_light::{self, Lamps, Survey};
 use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lens::{LensError, LensModel};
-use crate::plan::{Effect, EffectSelection, MotionInput, PlanInput, plan};
+use crate::plan::{
+    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, PlanInput, plan,
+};
 use crate::render::RenderError;
 use crate::scene::pbrt::Description;
 
@@ -114,7 +117,7 @@ fn plan_job(
         draft(description, changes, context, excluded, &exposure, &mut report)?;
     let ghost_estimate = match excluded.ghosts {
         true => None,
-        false => ghosts::estimate(&job.ghost_input()),
+        false => ghosts::estimate(&job.light_path_input()),
     };
     let pilot = pilot::estimate(&mut job)?;
     job.plan = plan(&PlanInput {
@@ -138,6 +141,7 @@ fn plan_job(
         threshold: changes.threshold,
     });
     apply_plan(&mut job, exposure, ghost_estimate.as_ref())?;
+    plan_light_paths(&mut job, changes.light_paths, pilot.mean);
     report.warn_unavailable(&changes.effects, &job.plan);
     if let LensModel::Real(lens) = &job.camera.model {
         let ghosts = if job.ghosts.is_some() { &job.bands[..] } else { &[] };
@@ -149,12 +153,26 @@ fn plan_job(
         job.stop_criteria = changes.stop_criteria;
     }
     report.text("effects", job.plan.line());
+    report.text("lightPaths", job.plan.light_paths.to_string());
     let has_lens = matches!(job.camera.model, LensModel::Real(_));
     if let (Some(aov), false) = (job.layers.iter().find(|aov| aov.needs_lens()), has_lens) {
         let name = format!("{aov:?}").to_lowercase();
         return Err(PrepareError::Request(format!("--aov {name}: this camera has no lens file")));
     }
     Ok((job, report))
+}
+
+/// Decides whether light paths find the direct light of lamps. `mean` is the mean luminance of the
+/// picture.
+fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
+    let by = if wanted.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
+    let Survey { direct_light, reason } = match wanted {
+        Some(false) => Survey::unwanted(),
+        Some(true) => direct_light::survey(&job.light_path_input(), Lamps::All),
+        None => direct_light::survey(&job.light_path_input(), Lamps::WorthTheirTime { mean }),
+    };
+    job.plan.light_paths = LightPathDecision { on: direct_light.is_some(), by, reason };
+    job.direct_light = direct_light;
 }
 
 /// Turns on the effects that the plan of a job simulates.

@@ -63,7 +63,7 @@ pub(super) fn estimate(job: &mut Job) -> Result<PilotEstimate, PrepareError> {
     let excess = light.last().map_or(0.0, |light| light - mean);
     // A light may be so small that no sample meets it.
     let seen = excess * width * height / light.len() as f64;
-    let highlight = seen.max(ghosts::direct_peak(&job.ghost_input()));
+    let highlight = seen.max(ghosts::direct_peak(&job.light_path_input()));
     let rays = [Stage::Intersect, Stage::Shade, Stage::Occlude].map(rays);
     let whole = whole.max(highlight / (width * height));
     Ok(PilotEstimate {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::checkpoint::{CheckpointError, Head};
-use super::ghost_accumulator::GhostAccumulator;
+use super::splat_accumulator::SplatAccumulator;
 use super::wave::TileResult;
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 
@@ -35,7 +35,7 @@ pub(super) trait RenderState: Sync {
     /// Adds the result of a work item of the current pass.
     fn add_result(&self, item: usize, result: TileResult);
 
-    fn ghosts(&mut self) -> &mut GhostAccumulator;
+    fn splats(&mut self) -> &mut SplatAccumulator;
 
     fn save(&self, to: &mut ChecksumWriter) -> io::Result<()>;
 

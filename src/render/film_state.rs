@@ -1,7 +1,7 @@
 //! Film during a render whose tiles have different numbers of samples.
 
 use super::RenderOutput;
-use super::ghost_accumulator::GhostAccumulator;
+use super::splat_accumulator::SplatAccumulator;
 use super::wave::TileResult;
 use crate::aov::{Aov, FeatureFilm, FeatureSums};
 use crate::film::{DroppedSamples, FilmSums, Tile, TileSums};
@@ -75,11 +75,11 @@ pub(super) fn partial_output(
     tiles: &[Tile],
     samples: &[u32],
     (mut film, features): (FilmSums, Option<FeatureFilm>),
-    ghosts: &GhostAccumulator,
+    splats: &SplatAccumulator,
     stats: Stats,
 ) -> RenderOutput {
     film.normalize(tiles.iter().zip(samples.iter().copied()));
-    ghosts.add_mean_to(&mut film);
+    splats.add_mean_to(&mut film);
     let (mut taken, mut pixels) = (0.0, 0.0);
     for (tile, &samples) in tiles.iter().zip(samples) {
         let own = tile.size.map(f64::from).iter().product::<f64>();

@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use super::checkpoint::{CheckpointError, SavedRender};
 use super::checkpointer::RenderState;
 use super::film_state::{FilmState, partial_output};
-use super::ghost_accumulator::GhostAccumulator;
+use super::splat_accumulator::SplatAccumulator;
 use super::wave::{TileResult, WorkItem};
 use super::workers::{Workers, lock};
 use super::{RenderError, RenderOutput};
@@ -30,7 +30,7 @@ pub(super) struct Uniform<'a> {
     film_state: Mutex<FilmState>,
     /// The number of samples of every pixel before the current pass.
     done: u32,
-    ghosts: GhostAccumulator,
+    splats: SplatAccumulator,
 }
 
 /// Renders a job, or the rest of a resumed one.
@@ -45,7 +45,7 @@ pub(super) fn render<R: Real<Scalar = f32>>(
     }
     loop {
         let done = state.done;
-        workers.render_ghosts::<R>(&mut state, done);
+        workers.render_splats::<R>(&mut state, done);
         if workers.stopped() || state.complete() {
             break;
         }
@@ -88,7 +88,7 @@ impl<'a> Uniform<'a> {
             film_state: Mutex::new(FilmState::new(job, tiles.len())),
             tiles,
             done: 0,
-            ghosts: GhostAccumulator::new(job),
+            splats: SplatAccumulator::new(job),
         }
     }
 
@@ -96,10 +96,10 @@ impl<'a> Uniform<'a> {
         self.holds(self.job.samples.len() as u32)
     }
 
-    /// Returns whether this holds exactly so many samples of every pixel, with their ghosts.
+    /// Returns whether this holds exactly so many samples of every pixel, with their splats.
     fn holds(&self, samples: u32) -> bool {
         let between_passes = !lock(&self.film_state).done.contains(&true);
-        self.done == samples && self.ghosts.covers(samples) && between_passes
+        self.done == samples && self.splats.covers(samples) && between_passes
     }
 
     /// Returns the work items of the current pass, one for each tile.
@@ -123,15 +123,15 @@ impl<'a> Uniform<'a> {
     fn finish(self, stats: Stats) -> RenderOutput {
         let complete = self.complete();
         let counts = [self.done, self.done + samples_per_pixel(&self.items())];
-        let Self { tiles, film_state, ghosts, .. } = self;
+        let Self { tiles, film_state, splats, .. } = self;
         let film_state = film_state.into_inner().unwrap_or_else(PoisonError::into_inner);
         if !complete {
             let samples: Vec<u32> =
                 film_state.done.iter().map(|&done| counts[usize::from(done)]).collect();
-            return partial_output(&tiles, &samples, film_state.into_film(), &ghosts, stats);
+            return partial_output(&tiles, &samples, film_state.into_film(), &splats, stats);
         }
         let (mut film, features) = film_state.into_film();
-        ghosts.add_scaled_to(&mut film, 1.0);
+        splats.add_scaled_to(&mut film, 1.0);
         RenderOutput { film, features, stats, convergence: None, partial_mean_spp: None }
     }
 }
@@ -150,8 +150,8 @@ impl RenderState for Uniform<'_> {
         lock(&self.film_state).add_result(item, &self.tiles[item], &result);
     }
 
-    fn ghosts(&mut self) -> &mut GhostAccumulator {
-        &mut self.ghosts
+    fn splats(&mut self) -> &mut SplatAccumulator {
+        &mut self.splats
     }
 
     fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
@@ -168,7 +168,7 @@ impl RenderState for Uniform<'_> {
                 features.iter().try_for_each(|features| features.save(to))?;
             }
         }
-        self.ghosts.save(to)
+        self.splats.save(to)
     }
 
     fn add_saved(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
@@ -188,9 +188,9 @@ impl RenderState for Uniform<'_> {
                 film_state.set_tile(number, tile, &sums, features.as_ref());
             }
         }
-        self.ghosts.add_saved(from)?;
-        match self.ghosts.samples > self.done {
-            true => Err(invalid_data("it is damaged: it holds more ghosts than samples")),
+        self.splats.add_saved(from)?;
+        match self.splats.samples > self.done {
+            true => Err(invalid_data("it is damaged: it holds more splats than samples")),
             false => Ok(()),
         }
     }

@@ -28,7 +28,7 @@ pub(super) struct Workers<'a> {
     /// The number of film samples of all completed items, including those of the resumed render.
     samples_taken: AtomicU64,
     /// Statistics of each worker up to its last completed item. The last entry belongs to no worker:
-    /// it holds those of the resumed render and of ghosts.
+    /// it holds those of the resumed render and of splats.
     worker_stats: Vec<Mutex<Stats>>,
     start: Instant,
     /// The time of the last checkpoint, or of the last attempt.
@@ -107,11 +107,11 @@ impl<'a> Workers<'a> {
         });
     }
 
-    /// Adds ghosts until they cover this many samples or the render is stopped.
-    pub fn render_ghosts<R: Real<Scalar = f32>>(&self, state: &mut impl RenderState, samples: u32) {
-        while !state.ghosts().covers(samples) && !self.stopped() {
+    /// Adds splats until they cover this many samples or the render is stopped.
+    pub fn render_splats<R: Real<Scalar = f32>>(&self, state: &mut impl RenderState, samples: u32) {
+        while !state.splats().covers(samples) && !self.stopped() {
             let mut stats = Stats::default();
-            state.ghosts().add_sample::<R>(self.job, &mut stats);
+            state.splats().add_sample::<R>(self.job, &mut stats);
             if let Some(last) = self.worker_stats.last() {
                 lock(last).add(&stats);
             }

@@ -6,6 +6,7 @@
 //! 9(4)), with the mixing constants of Vegdahl (2021). The compiler vectorises the loops over
 //! columns.
 
+pub(crate) mod mis;
 mod random_stream;
 
 pub use random_stream::RandomStream;

@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use super::ShadeInputs;
-use super::mis::power_heuristic;
 use super::spawn::max_component;
+use crate::direct_light::FoundLight;
 use crate::rays::{Column, Hit, NO_INDEX};
+use crate::sampler::mis::power_heuristic;
 use crate::scene::SkySampling;
 
 impl ShadeInputs<'_> {
@@ -32,6 +33,14 @@ impl ShadeInputs<'_> {
                 let (_, point) = scene.surface(&ray, hit);
                 let light = scene.emitted_radiance(&ray, hit, point.normal, -direction);
                 if light != [0.0; 3] {
+                    if let (0, Some(weights)) = (self.vertex.depth, self.direct_light) {
+                        let throughput = max_component(rays.throughput(i));
+                        let found =
+                            FoundLight { origin, direction, hit, point: &point, throughput };
+                        let weight = weights.camera_weight(scene, &found);
+                        self.add(i, light.map(|l| l * weight), || 0.0, radiance);
+                        continue;
+                    }
                     let facing = rays.facing(i);
                     let pdf = || scene.area_light_density(origin, facing, hit, &point, direction);
                     self.add(i, light, pdf, radiance);

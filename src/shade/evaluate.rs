@@ -6,11 +6,11 @@ use super::bsdf::{
 };
 use super::bsdf_kind::BsdfKind;
 use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
-use super::mis::power_heuristic_fused;
 use super::random::RandomColumns;
 use super::vertices::Vertices;
 use crate::lanes::Real;
 use crate::lanes::vector::select;
+use crate::sampler::mis::power_heuristic_fused;
 use crate::scene::{MaterialModel, Scene, load_vector as load, store_vector as store};
 
 /// Results of a packet: the contribution of the sampled light, and the next ray.

@@ -32,7 +32,7 @@ impl ShadingContext {
 impl ShadeInputs<'_> {
     /// Returns the context of the i-th ray's hit.
     pub(super) fn single_context(&self, i: usize) -> ShadingContext {
-        let Self { scene, vertex, rays, hits } = self;
+        let Self { scene, vertex, rays, hits, .. } = self;
         let mut context = ShadingContext::of_hit(scene, &vertex.footprint, &rays.ray(i), &hits[i]);
         if let Some(known) = self.known_neighbours(i) {
             context.neighbours = known;
@@ -42,7 +42,7 @@ impl ShadeInputs<'_> {
 
     /// Returns the rays of the neighbouring samples of the i-th ray if its differential is known.
     fn known_neighbours(&self, i: usize) -> Option<[NeighbourRay; 2]> {
-        let Self { scene, vertex, rays, hits } = self;
+        let Self { scene, vertex, rays, hits, .. } = self;
         if vertex.depth == 0 || !scene.is_textured() {
             return None;
         }

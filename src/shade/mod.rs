@@ -14,7 +14,7 @@ mod footprint;
 mod hair_parameters;
 mod light_sampling;
 mod materials;
-mod mis;
+
 mod neighbour_ray;
 mod random;
 mod shading_context;
@@ -27,6 +27,7 @@ pub use bsdf_parameters::albedo;
 pub use footprint::PixelFootprint;
 pub use vertex_record::{PathOutcome, SampledLight, VertexRecord};
 
+use crate::direct_light::DirectLightWeights;
 use crate::lanes::Real;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch};
 use crate::scene::{PathLimits, Scene};
@@ -73,6 +74,8 @@ pub struct ShadeInputs<'a> {
     pub rays: &'a RayBatch,
     /// The nearest hit of each ray.
     pub hits: &'a HitBatch,
+    /// The lamps whose direct light light paths find too, if there are any.
+    pub direct_light: Option<&'a DirectLightWeights<'a>>,
 }
 
 /// Density of the direction of a ray that left a mirror or clear glass after another surface. It is

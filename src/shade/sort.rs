@@ -25,7 +25,7 @@ impl Vertices {
     /// Determines the material of every hit, and sorts the hits by it. Paths that end and rays that
     /// miss get no vertex.
     pub(super) fn sort(&mut self, inputs: &ShadeInputs) {
-        let ShadeInputs { scene, vertex, rays, hits } = inputs;
+        let ShadeInputs { scene, vertex, rays, hits, .. } = inputs;
         self.kinds.clear();
         self.runs.clear();
         self.counts.resize(scene.materials.len() + scene.media.len(), 0);

@@ -55,7 +55,7 @@ pub struct VertexRecord {
 impl ShadeColumns {
     /// Returns what [`super::shade`] has just done with the first ray of a wave that has no other.
     pub fn record(&self, inputs: &ShadeInputs) -> VertexRecord {
-        let ShadeInputs { scene, vertex, rays, hits } = inputs;
+        let ShadeInputs { scene, vertex, rays, hits, .. } = inputs;
         let outcome = PathOutcome::DepthLimit;
         let mut record =
             VertexRecord { kind: "", material: None, normal: None, light: None, outcome };

@@ -26,8 +26,8 @@ pub enum Stage {
     Occlude,
     /// Adds samples to the film.
     Accumulate,
-    /// Traces light that is reflected twice inside the lens, from the lights to the film.
-    Ghosts,
+    /// Traces light from the lights through the lens to the film.
+    LightPaths,
 }
 
 impl Stage {
@@ -41,7 +41,7 @@ impl Stage {
         Self::Shade,
         Self::Occlude,
         Self::Accumulate,
-        Self::Ghosts,
+        Self::LightPaths,
     ];
 
     /// The stage's name in reports.
@@ -55,7 +55,7 @@ impl Stage {
             Self::Shade => "shade",
             Self::Occlude => "occlude",
             Self::Accumulate => "accumulate",
-            Self::Ghosts => "ghosts",
+            Self::LightPaths => "light paths",
         }
     }
 }

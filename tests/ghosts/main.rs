@@ -90,11 +90,12 @@ fn blocks(pixels: &[f64], side: usize) -> Vec<f64> {
 /// Returns the green channel of the ghosts of all pairs alone.
 fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
-    let ghosts = estimate(&job.ghost_input()).expect("ghosts").ghosts_of_all_pairs(lens, &bands());
+    let ghosts =
+        estimate(&job.light_path_input()).expect("ghosts").ghosts_of_all_pairs(lens, &bands());
     let job = Job { samples: 0..samples, ..job.clone() };
     let mut film = FilmSums::new(job.frame);
     ghosts.splat::<f32x8>(
-        &job.ghost_input(),
+        &job.light_path_input(),
         job.samples.clone(),
         &mut film,
         &mut Stats::default(),

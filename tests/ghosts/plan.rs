@@ -56,8 +56,10 @@ fn balls_points_and_distant_lights_cause_the_same_ghosts() {
 fn an_occluded_light_has_no_ghosts() {
     let [point, ..] = lights();
     let wall = r#"AttributeBegin Translate 0 0 0.5 Shape "disk" "float radius" 3 AttributeEnd"#;
-    assert!(estimate(&job(LENS, &point, "none", 1).ghost_input()).is_some());
-    assert!(estimate(&job(LENS, &format!("{point}\n{wall}"), "none", 1).ghost_input()).is_none());
+    assert!(estimate(&job(LENS, &point, "none", 1).light_path_input()).is_some());
+    assert!(
+        estimate(&job(LENS, &format!("{point}\n{wall}"), "none", 1).light_path_input()).is_none()
+    );
 }
 
 /// Returns a light and a surface that it lights.

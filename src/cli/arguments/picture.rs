@@ -10,7 +10,10 @@ use petzval::shutter;
 use petzval::spectrum::Passband;
 
 use super::lens_file::LensFileArguments;
-use super::values::{coating, f_number, focus, focus_model, passband, sensor, shift, size, tilt};
+use super::values::{
+    LightPathChoice, coating, f_number, focus, focus_model, light_paths, passband, sensor, shift,
+    size, tilt,
+};
 
 /// A scene, and changes to it.
 #[derive(Debug, clap::Args)]
@@ -60,6 +63,11 @@ pub(in crate::cli) struct PictureArguments {
         allow_hyphen_values = true
     )]
     pub effects: EffectSelection,
+    /// Trace light paths from small bright lamps in view through the lens to the film, besides the
+    /// camera's paths: auto where they pay, on for all lamps, off. The picture has less noise and the
+    /// same light
+    #[arg(long, value_name = "auto|on|off", value_parser = light_paths, default_value = "auto")]
+    pub light_paths: LightPathChoice,
     /// Visibility threshold of effects: displacement or blur in pixels. Veiling light, of ghosts
     /// and of diffraction stars, is visible from 1 % of the picture's mean on
     #[arg(long, value_name = "PIXELS", default_value = "0.5px", allow_hyphen_values = true)]
@@ -119,6 +127,7 @@ impl PictureArguments {
             samples: self.spp,
             seed: self.seed,
             effects: self.effects.clone(),
+            light_paths: self.light_paths.0,
             threshold: self.visible,
             shutter: self.shutter.clone(),
             rolling: self.rolling_shutter,

@@ -175,6 +175,19 @@ pub(in crate::cli) fn tilt(text: &str) -> Result<[f64; 2], String> {
     two(text, MAX_TILT, "degrees")
 }
 
+/// Choice about light paths; `None` for where they pay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::cli) struct LightPathChoice(pub Option<bool>);
+
+pub(in crate::cli) fn light_paths(text: &str) -> Result<LightPathChoice, String> {
+    match text {
+        "auto" => Ok(LightPathChoice(None)),
+        "on" => Ok(LightPathChoice(Some(true))),
+        "off" => Ok(LightPathChoice(Some(false))),
+        _ => Err("expected auto, on or off".to_owned()),
+    }
+}
+
 pub(in crate::cli) fn coating(text: &str) -> Result<Coating, String> {
     Coating::named(text).ok_or_else(|| format!("expected one of {}", Coating::NAMES.join(", ")))
 }

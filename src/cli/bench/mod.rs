@@ -235,7 +235,12 @@ fn effects(suite: &mut Suite, files: &Files, lens: &Prescription) -> Result<(), 
             let mut stats = Stats::default();
             let samples = with_ghosts.samples.clone();
             pool.install(|| {
-                ghosts.splat::<f32x8>(&with_ghosts.ghost_input(), samples, &mut film, &mut stats);
+                ghosts.splat::<f32x8>(
+                    &with_ghosts.light_path_input(),
+                    samples,
+                    &mut film,
+                    &mut stats,
+                );
             });
         });
         suite.put("effect.ghosts.ns", 1e9 * seconds / samples, "ns/sample");

@@ -43,7 +43,7 @@ pub(super) fn log_statistics(job: &Job, stats: &Stats) {
     );
     for stage in Stage::ALL {
         let part = stats.stage(stage);
-        if matches!(stage, Stage::Record | Stage::Ghosts) && part.rays == 0 {
+        if matches!(stage, Stage::Record | Stage::LightPaths) && part.rays == 0 {
             continue;
         }
         say!(

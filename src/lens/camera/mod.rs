@@ -59,6 +59,11 @@ impl Camera {
         self.film[0].hypot(self.film[1]) / 2.0
     }
 
+    /// Returns the width and height of a pixel of a picture of this resolution (mm).
+    pub fn pixel_pitch(&self, resolution: [u32; 2]) -> [f64; 2] {
+        [0, 1].map(|i| self.film[i] / f64::from(resolution[i]))
+    }
+
     /// Returns the number of bands into which the light is split.
     pub fn bands(&self) -> usize {
         match &self.model {

@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 
 use super::checkpoint::SavedRender;
 use super::checkpointer::RenderState;
-use super::ghost_accumulator::GhostAccumulator;
+use super::splat_accumulator::SplatAccumulator;
 use super::wave::{TileResult, WorkItem};
 use super::workers::Workers;
 use super::{RenderError, RenderOutput};
@@ -58,7 +58,7 @@ struct Adaptive<'a> {
     features: Vec<Option<TileFeatures>>,
     /// The counts per tile at the end of this round, by buffer.
     targets: [Vec<u32>; 4],
-    ghosts: GhostAccumulator,
+    splats: SplatAccumulator,
     completed: CompletedItems,
     /// The start of the render, as if it had never been interrupted.
     start: Instant,
@@ -118,7 +118,7 @@ impl<'a> Adaptive<'a> {
             targets: [first, first, 0, 0].map(|count| vec![count; tiles.len()]),
             tiles,
             pixels,
-            ghosts: GhostAccumulator::new(job),
+            splats: SplatAccumulator::new(job),
             completed: CompletedItems::default(),
             start: Instant::now(),
         }
@@ -163,7 +163,7 @@ impl<'a> Adaptive<'a> {
         items
     }
 
-    /// Takes samples up to the targets of this round, and the ghosts of as many sample numbers as
+    /// Takes samples up to the targets of this round, and the splats of as many sample numbers as
     /// pixels have samples in the mean.
     fn render_round<R: Real<Scalar = f32>>(&mut self, workers: &Workers) {
         let (targets, items) = self.items();
@@ -182,7 +182,7 @@ impl<'a> Adaptive<'a> {
             }
         }
         let mean = (self.taken() / self.lit_count().max(1.0)) as u32;
-        workers.render_ghosts::<R>(self, mean);
+        workers.render_splats::<R>(self, mean);
     }
 }
 
@@ -195,8 +195,8 @@ impl RenderState for Adaptive<'_> {
         self.completed.insert(item, result);
     }
 
-    fn ghosts(&mut self) -> &mut GhostAccumulator {
-        &mut self.ghosts
+    fn splats(&mut self) -> &mut SplatAccumulator {
+        &mut self.splats
     }
 
     fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
@@ -206,7 +206,7 @@ impl RenderState for Adaptive<'_> {
         let quarters = self.buffers.iter().flat_map(|buffer| &buffer.quarters).flatten();
         quarters.into_iter().try_for_each(|sums| sums.save(to))?;
         self.features.iter().flatten().try_for_each(|features| features.save(to))?;
-        self.ghosts.save(to)?;
+        self.splats.save(to)?;
         self.completed.save(to)
     }
 
@@ -229,7 +229,7 @@ impl RenderState for Adaptive<'_> {
         let quarters = self.buffers.iter_mut().flat_map(|buffer| &mut buffer.quarters).flatten();
         quarters.into_iter().try_for_each(|sums| sums.receive(from))?;
         self.features.iter_mut().flatten().try_for_each(|features| features.receive(from))?;
-        self.ghosts.add_saved(from)?;
+        self.splats.add_saved(from)?;
         let (_, items) = self.items();
         self.completed.load(from, self.job, &items)
     }

@@ -35,7 +35,7 @@ impl Adaptive<'_> {
             tile.paste(&frame, &variance, &mut variances);
         }
         let mut film = FilmSums::from_means(frame, means, variances);
-        self.ghosts.add_mean_to(&mut film);
+        self.splats.add_mean_to(&mut film);
         let quarters = self.buffers.iter().flat_map(|buffer| &buffer.quarters).flatten();
         quarters.for_each(|sums| film.dropped.add(&sums.dropped));
         let count = |i| 2 * self.buffers.iter().map(|buffer| buffer.counts[i]).sum::<u32>();
@@ -71,7 +71,7 @@ impl Adaptive<'_> {
                 all.add(tile, features);
             }
         }
-        partial_output(&self.tiles, &samples, (film, features), &self.ghosts, stats)
+        partial_output(&self.tiles, &samples, (film, features), &self.splats, stats)
     }
 
     /// Returns the features of all tiles.

@@ -16,6 +16,7 @@ use super::deferred::PathGroup;
 use super::wave::Wave;
 use crate::aov::{self, Aov, FeatureFilm};
 use crate::diffraction::Diffraction;
+use crate::direct_light::DirectLight;
 use crate::film::FilmSums;
 use crate::ghosts::Ghosts;
 use crate::io::ByteSize;
@@ -72,9 +73,17 @@ impl Estimate {
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes_per_pixel(squares);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
-        let ghosts = job.ghosts.as_ref().map_or(0, |_| {
-            pixels * FilmSums::bytes_per_pixel(false) + Ghosts::bytes_waiting(job.frame.resolution)
-        });
+        // Ghosts and direct light take turns.
+        let waiting = [
+            job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(job.frame.resolution)),
+            (job.direct_light.as_ref())
+                .map(|_| DirectLight::bytes_waiting(&job.frame, &job.response.filter)),
+        ];
+        let splats = waiting
+            .into_iter()
+            .flatten()
+            .max()
+            .map_or(0, |bytes| pixels * FilmSums::bytes_per_pixel(false) + bytes);
         let rounds = match job.stop_criteria.count_only() {
             true => 0,
             false => pixels * round_bytes(job),
@@ -84,7 +93,8 @@ impl Estimate {
             ("threads", threads),
             ("tile results", rounds),
         ];
-        let mut phases = vec![vec![("film", film), ("features", features), ("ghosts", ghosts)]];
+        let mut phases =
+            vec![vec![("film", film), ("features", features), ("light paths", splats)]];
         if let Some(format) = format {
             let layers = match format {
                 ImageFormat::Exr => 4 * pixels * aov::channels(&job.layer_request()) as u64,

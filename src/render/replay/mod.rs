@@ -131,7 +131,9 @@ impl Probe {
         if surroundings.media {
             scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
         }
-        let inputs = ShadeInputs { scene, vertex, rays, hits };
+        let weights = job.direct_light_weights();
+        let direct_light = weights.as_ref();
+        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
         let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {

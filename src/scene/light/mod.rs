@@ -160,6 +160,49 @@ impl Scene {
         probability * light.density(geometry, hit.primitive, from, point, direction)
     }
 
+    /// Returns the indices of all area lights.
+    pub(crate) fn area_lights(&self) -> Vec<u32> {
+        let is_area = |i: &u32| matches!(self.lights.all[*i as usize], Light::Area(_));
+        (0..self.lights.all.len() as u32).filter(is_area).collect()
+    }
+
+    /// Returns the area of each triangle of an area light, or one number for a quadric.
+    pub(crate) fn emitter_areas(&self, light: u32) -> Vec<f64> {
+        let Light::Area(area) = &self.lights.all[light as usize] else { return Vec::new() };
+        match &self.shapes[area.shape as usize].geometry {
+            Geometry::Mesh(mesh) => mesh.patch_areas().into_iter().map(f64::from).collect(),
+            Geometry::Quadric(_) => vec![1.0],
+            Geometry::Patches(_) | Geometry::Curves(_) => Vec::new(),
+        }
+    }
+
+    /// Samples a point of a triangle of an area light, or of a quadric, for a point of a surface. The
+    /// density [1/sr] does not include the choice of light and triangle.
+    pub(crate) fn sample_emitter(
+        &self,
+        light: u32,
+        primitive: u32,
+        from: &SurfacePoint,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        let Light::Area(area) = &self.lights.all[light as usize] else { return None };
+        area.sample(&self.shapes[area.shape as usize], primitive, from, u)
+    }
+
+    /// Returns the density [1/sr] with which [`Self::sample_emitter`] samples the unit `direction`
+    /// from `from` to a `point` that a ray hit; 0 if the surface emits nothing.
+    pub(crate) fn emitter_density(
+        &self,
+        hit: &Hit,
+        from: Vec3,
+        point: &SurfacePoint,
+        direction: Vec3,
+    ) -> f32 {
+        self.emitter(hit).map_or(0.0, |(light, geometry)| {
+            light.density(geometry, hit.primitive, from, point, direction)
+        })
+    }
+
     /// Returns the density (1/sr) with which a unit direction of a sky is sampled from a point: by
     /// [`Self::sample_light`] if `sampling` is complete, by the stage [`Self::sample_lights`] if it
     /// is compensated.

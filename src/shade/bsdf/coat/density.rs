@@ -9,7 +9,7 @@ use super::walk::{any, continues, draw, upright};
 use crate::lanes::vector::negate;
 use crate::lanes::{Real, Word};
 use crate::sampler::RandomStream;
-use crate::shade::mis::power_heuristic;
+use crate::sampler::mis::power_heuristic;
 
 /// Separates the random numbers of densities from those of values and samples of the same seed.
 const PDF_STREAM: u32 = 0x5eed_0002;

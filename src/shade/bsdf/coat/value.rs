@@ -8,7 +8,7 @@ use super::{Coated, MisWeights};
 use crate::lanes::vector::{dot, negate};
 use crate::lanes::{Real, Word};
 use crate::sampler::RandomStream;
-use crate::shade::mis::power_heuristic;
+use crate::sampler::mis::power_heuristic;
 
 /// Separates the random numbers of values from those of densities and samples of the same seed.
 const VALUE_STREAM: u32 = 0x5eed_0001;

@@ -26,7 +26,7 @@ fn density_ratio<R: Real<Scalar = f32>>(mine: R, other: R) -> R {
 
 /// Returns the power heuristic's weight of a sample.
 #[inline(always)]
-pub(super) fn power_heuristic<R: Real<Scalar = f32>>(mine: R, other: R) -> R {
+pub(crate) fn power_heuristic<R: Real<Scalar = f32>>(mine: R, other: R) -> R {
     let (one, ratio) = (R::splat(1.0), density_ratio(mine, other));
     one / (one + ratio * ratio)
 }
@@ -36,7 +36,7 @@ pub(super) fn power_heuristic<R: Real<Scalar = f32>>(mine: R, other: R) -> R {
 /// The two differ in the last bit. Each caller keeps to one, so that pictures stay the same bit
 /// for bit.
 #[inline(always)]
-pub(super) fn power_heuristic_fused<R: Real<Scalar = f32>>(mine: R, other: R) -> R {
+pub(crate) fn power_heuristic_fused<R: Real<Scalar = f32>>(mine: R, other: R) -> R {
     let (one, ratio) = (R::splat(1.0), density_ratio(mine, other));
     one / ratio.mul_add(ratio, one)
 }

@@ -1,18 +1,18 @@
-//! Light paths from the lights of a scene into the lens.
+//! Wave of light paths.
 
 use glam::{DVec3, Vec3};
 
-use super::GhostInput;
+use super::LightPathInput;
 use crate::distribution::Distribution;
 use crate::lanes::Real;
 use crate::lens::{RealLens, Surface, trace_ghost};
 use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
-use crate::scene::{SurfacePoint, TraversalStack, gamma, luminance};
+use crate::scene::{LightSample, SurfacePoint, TraversalStack, gamma, luminance};
 
 /// A light path that arrives on the film.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FilmArrival {
+pub(crate) struct FilmArrival {
     /// Position on the film, relative to its width and height: 0 to 1.
     pub position: [f64; 2],
     /// Flux as luminance.
@@ -21,9 +21,20 @@ pub(super) struct FilmArrival {
     pub entry: [f32; 2],
 }
 
+/// The start of a light path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LightPath {
+    /// Point at which its ray enters the lens (mm, the frame of its first surface).
+    pub start: [f64; 3],
+    /// Unit vector to the light in the frame of the camera.
+    pub towards: DVec3,
+    /// Origin of its shadow ray in the world.
+    pub origin: Vec3,
+}
+
 /// A wave of light paths: from lights to the front surface, and through the lens to the film.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LightPaths {
+pub(crate) struct LightPaths {
     /// Rays at the front surface.
     start: LensBatch<f32>,
     /// Rays behind the rear surface.
@@ -46,7 +57,7 @@ impl LightPaths {
     /// decentre of the surface.
     pub fn sample(
         &mut self,
-        input: &GhostInput<'_>,
+        input: &LightPathInput<'_>,
         lens: &RealLens,
         key: u32,
         entry: Option<&Distribution>,
@@ -56,8 +67,7 @@ impl LightPaths {
         let placed = lens.prescription.surface_transforms()[0];
         let world = input.camera.world_from_camera;
         let camera = world.matrix3.inverse();
-        self.entry.clear();
-        self.rays.len = 0;
+        self.clear();
         for i in 0..WAVE_SIZE as u32 {
             let u = sample_2d(key, i, Dimension::Pupil);
             let (uv, density) = match entry {
@@ -95,25 +105,45 @@ impl LightPaths {
             }
             let area = 4.0 * half * half / f64::from(density);
             let flux = facing * area / f64::from(light.density);
-            let k = self.rays.len;
-            [self.start.x[k], self.start.y[k], self.start.z[k]] =
-                point.to_array().map(|v| v as f32);
-            [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
-                [-towards.x, -towards.y, towards.z].map(|v| v as f32);
-            self.start.weight[k] = 1.0;
-            let origin = from.offset_origin(light.direction);
-            let ray = Ray {
-                origin: origin.to_array(),
-                direction: light.direction.to_array(),
-                t_max: light.t_max,
+            let path = LightPath {
+                start: point.to_array(),
+                towards,
+                origin: from.offset_origin(light.direction),
             };
             let flux = light.radiance.map(|l| (f64::from(l) * flux) as f32);
-            self.rays.push(ray, flux, k as u32);
-            self.times[k] = input
+            self.times[self.rays.len] = input
                 .timing
                 .map_or(0.0, |timing| timing.first_row_time(sample_2d(key, i, Dimension::Time)[0]));
-            self.entry.push(uv);
+            self.push(&path, &light, flux, uv);
         }
+    }
+
+    /// Forgets all paths.
+    pub fn clear(&mut self) {
+        self.entry.clear();
+        self.rays.len = 0;
+    }
+
+    /// Adds a path to a light, with its flux and its entry point (0 to 1). There must be room for it.
+    pub fn push(&mut self, path: &LightPath, light: &LightSample, flux: [f32; 3], entry: [f32; 2]) {
+        let LightPath { start, towards, origin } = path;
+        let k = self.rays.len;
+        [self.start.x[k], self.start.y[k], self.start.z[k]] = start.map(|v| v as f32);
+        [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
+            [-towards.x, -towards.y, towards.z].map(|v| v as f32);
+        self.start.weight[k] = 1.0;
+        let ray = Ray {
+            origin: origin.to_array(),
+            direction: light.direction.to_array(),
+            t_max: light.t_max,
+        };
+        self.rays.push(ray, flux, k as u32);
+        self.entry.push(entry);
+    }
+
+    /// Returns the entry point of a path, 0 to 1.
+    pub fn entry(&self, i: usize) -> [f32; 2] {
+        self.entry[i]
     }
 
     /// Returns the number of light paths.
@@ -141,11 +171,21 @@ impl LightPaths {
         lens: &RealLens,
         surfaces: &[Surface<f32>],
     ) -> bool {
+        let mut arrives = false;
+        self.trace_with::<R>(lens, |batch, _| arrives = trace_ghost::<R>(batch, surfaces) > 0);
+        arrives
+    }
+
+    /// Traces the wave to the film ([`Self::film_hits`]). `trace` takes the rays to the last vertex;
+    /// it gets them and their starts.
+    pub fn trace_with<R: Real<Scalar = f32>>(
+        &mut self,
+        lens: &RealLens,
+        trace: impl FnOnce(&mut LensBatch<f32>, &LensBatch<f32>),
+    ) {
         self.batch.clone_from(&self.start);
         self.batch.resize::<R>(self.rays.len);
-        if trace_ghost::<R>(&mut self.batch, surfaces) == 0 {
-            return false;
-        }
+        trace(&mut self.batch, &self.start);
         let batch = &mut self.batch;
         if !lens.film_pose.is_aligned() {
             for i in 0..batch.len {
@@ -154,7 +194,7 @@ impl LightPaths {
                 let t = of([batch.tx[i], batch.ty[i], batch.tz[i]]);
                 [batch.x[i], batch.y[i]] = lens.film_intersection(p, t).map(|v| v as f32);
             }
-            return true;
+            return;
         }
         let distance = lens.film_distance as f32;
         for i in 0..batch.len {
@@ -162,11 +202,10 @@ impl LightPaths {
             batch.x[i] += s * batch.tx[i];
             batch.y[i] += s * batch.ty[i];
         }
-        true
     }
 
-    /// Returns where the paths meet the film (mm) and their weights; x is NaN for those that do
-    /// not.
+    /// Returns where the paths meet the film (mm), their directions and weights; x is NaN for those
+    /// that do not.
     pub fn film_hits(&self) -> &LensBatch<f32> {
         &self.batch
     }
@@ -174,7 +213,7 @@ impl LightPaths {
     /// Tests which of these paths are unoccluded in the scene. A path may occur several times.
     pub fn connect<R: Real<Scalar = f32>>(
         &mut self,
-        input: &GhostInput<'_>,
+        input: &LightPathInput<'_>,
         paths: impl Iterator<Item = u32>,
     ) {
         self.shadow_rays.len = 0;

@@ -1,4 +1,4 @@
-//! Accumulator of ghosts, which adds one sample number at a time.
+//! Accumulator of the light that light paths splat, which adds one sample number at a time.
 
 use std::io;
 
@@ -8,39 +8,45 @@ use crate::job::Job;
 use crate::lanes::Real;
 use crate::stats::Stats;
 
-/// Sum of the ghosts of some sample numbers.
-pub(super) struct GhostAccumulator {
-    /// `None` if ghosts are not simulated.
+/// Sum of the light of some sample numbers: direct light and ghosts.
+pub(super) struct SplatAccumulator {
+    /// `None` if there are no light paths.
     film: Option<FilmSums>,
     /// The number of sample numbers in the sum.
     pub samples: u32,
 }
 
-impl GhostAccumulator {
+impl SplatAccumulator {
     pub fn new(job: &Job) -> Self {
-        Self { film: job.ghosts.as_ref().map(|_| FilmSums::new(job.frame)), samples: 0 }
+        Self { film: job.has_light_paths().then(|| FilmSums::new(job.frame)), samples: 0 }
     }
 
-    /// Returns whether the sum has this many sample numbers, or ghosts are not simulated.
+    /// Returns whether the sum has this many sample numbers, or there are no light paths.
     pub fn covers(&self, samples: u32) -> bool {
         self.film.is_none() || self.samples >= samples
     }
 
-    /// Adds the ghosts of the next sample number. It always adds all of them, even if the render is
+    /// Adds the light of the next sample number. It always adds all of them, even if the render is
     /// stopped meanwhile: a checkpoint cannot tell a part of a sample number from the whole.
     pub fn add_sample<R: Real<Scalar = f32>>(&mut self, job: &Job, stats: &mut Stats) {
-        if let (Some(ghosts), Some(film)) = (&job.ghosts, &mut self.film) {
+        if let Some(film) = &mut self.film {
             let sample = job.samples.start.saturating_add(self.samples);
             let samples = sample..sample.saturating_add(1);
-            ghosts.splat::<R>(&job.ghost_input(), samples, film, stats);
+            let input = job.light_path_input();
+            if let Some(lamps) = &job.direct_light {
+                lamps.splat::<R>(&input, samples.clone(), film, stats);
+            }
+            if let Some(ghosts) = &job.ghosts {
+                ghosts.splat::<R>(&input, samples, film, stats);
+            }
         }
         self.samples += 1;
     }
 
     /// Adds the sum to a film, times a factor.
     pub fn add_scaled_to(&self, film: &mut FilmSums, factor: f64) {
-        if let Some(ghosts) = &self.film {
-            film.add_film(ghosts, factor);
+        if let Some(splats) = &self.film {
+            film.add_film(splats, factor);
         }
     }
 
@@ -56,9 +62,9 @@ impl GhostAccumulator {
         self.film.iter().try_for_each(|film| film.save(to))
     }
 
-    /// Adds the saved ghosts of other sample numbers.
+    /// Adds the saved light of other sample numbers.
     pub fn add_saved(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
-        self.samples += from.below(1 << 30, "samples of ghosts")? as u32;
+        self.samples += from.below(1 << 30, "samples of light paths")? as u32;
         self.film.iter_mut().try_for_each(|film| film.receive(from))
     }
 }

@@ -1,0 +1,113 @@
+//! Lamp: an area light with the sampling densities of its light paths.
+
+use crate::distribution::Distribution;
+
+/// Cells along each side of the square of entry points.
+pub(super) const ENTRY_CELLS: usize = 32;
+/// Share of the entry points that are uniform over the square, so that every path can be sampled.
+const UNIFORM: f64 = 0.1;
+
+/// An area light of the scene that light paths start from.
+#[derive(Clone, Debug)]
+pub(super) struct Lamp {
+    /// Index of the light.
+    pub light: u32,
+    /// Probability that a light path starts from this lamp.
+    pub share: f32,
+    /// Sampling density of the entry points, over the square about the front vertex.
+    pub entry: Distribution,
+    /// Probability of each of its triangles, by area; one for a quadric.
+    pub primitives: PrimitiveChoice,
+}
+
+impl Lamp {
+    /// Returns a lamp whose light may enter anywhere, with the areas of its triangles; `None` if they
+    /// have none.
+    pub fn seen_everywhere(light: u32, areas: &[f64]) -> Option<Self> {
+        let primitives = PrimitiveChoice::new(areas)?;
+        let entry = entry_distribution(&[1; ENTRY_CELLS * ENTRY_CELLS])?;
+        Some(Self { light, share: 1.0, entry, primitives })
+    }
+}
+
+/// Choice of a triangle in proportion to its area.
+#[derive(Clone, Debug)]
+pub(super) struct PrimitiveChoice {
+    cumulative: Vec<f32>,
+}
+
+impl PrimitiveChoice {
+    /// Prepares the choice; `None` if no triangle has an area.
+    pub fn new(areas: &[f64]) -> Option<Self> {
+        let total: f64 = areas.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return None;
+        }
+        let mut sum = 0.0;
+        let mut cumulative: Vec<f32> = areas
+            .iter()
+            .map(|area| {
+                sum += area;
+                (sum / total) as f32
+            })
+            .collect();
+        // Rounding must leave no gap at the end.
+        let last = areas.iter().rposition(|&area| area > 0.0).unwrap_or(0);
+        cumulative[last..].fill(1.0);
+        Some(Self { cumulative })
+    }
+
+    /// Returns the triangle that a number in [0, 1) selects.
+    pub fn choose(&self, u: f32) -> u32 {
+        let i = self.cumulative.partition_point(|&sum| sum <= u);
+        i.min(self.cumulative.len() - 1) as u32
+    }
+
+    /// Returns the probability of a triangle.
+    pub fn probability(&self, primitive: u32) -> f32 {
+        let i = primitive as usize;
+        let below = if i == 0 { 0.0 } else { self.cumulative[i - 1] };
+        self.cumulative.get(i).map_or(0.0, |sum| sum - below)
+    }
+}
+
+/// Returns the density of entry points: uniform over the cells in and next to which light came, and
+/// small elsewhere.
+pub(super) fn entry_distribution(arrivals: &[u32]) -> Option<Distribution> {
+    let near = |i: usize| i.saturating_sub(1)..(i + 2).min(ENTRY_CELLS);
+    let lit =
+        |x: usize, y: usize| near(y).any(|y| near(x).any(|x| arrivals[y * ENTRY_CELLS + x] > 0));
+    let cells = ENTRY_CELLS * ENTRY_CELLS;
+    let count = (0..cells).filter(|i| lit(i % ENTRY_CELLS, i / ENTRY_CELLS)).count();
+    let uniform = UNIFORM / (1.0 - UNIFORM) * count as f64 / cells as f64;
+    Distribution::new([ENTRY_CELLS; 2], |x, y| uniform + f64::from(u8::from(lit(x, y))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_are_chosen_by_their_areas() {
+        let choice = PrimitiveChoice::new(&[1.0, 0.0, 2.0, 1.0, 0.0]).expect("areas above 0");
+        for (u, expected) in [(0.0, 0), (0.24, 0), (0.25, 2), (0.74, 2), (0.76, 3), (0.999_999, 3)]
+        {
+            assert_eq!(choice.choose(u), expected, "{u}");
+        }
+        let all: Vec<f32> = (0..6).map(|i| choice.probability(i)).collect();
+        assert_eq!(all, [0.25, 0.0, 0.5, 0.25, 0.0, 0.0]);
+        assert!(PrimitiveChoice::new(&[0.0; 3]).is_none());
+    }
+
+    #[test]
+    fn entry_points_fall_near_the_arrivals_and_one_in_ten_anywhere() {
+        let mut arrivals = vec![0; ENTRY_CELLS * ENTRY_CELLS];
+        arrivals[5 * ENTRY_CELLS + 9] = 3;
+        let entry = entry_distribution(&arrivals).expect("an arrival");
+        let cell = |x: f64, y: f64| [x, y].map(|v| ((v + 0.5) / ENTRY_CELLS as f64) as f32);
+        let [inside, outside] = [cell(10.0, 6.0), cell(20.0, 6.0)].map(|uv| entry.density(uv));
+        let cells = (ENTRY_CELLS * ENTRY_CELLS) as f32;
+        assert!((outside - 0.1).abs() < 1e-3, "{outside}");
+        assert!((inside / (0.1 + 0.9 * cells / 9.0) - 1.0).abs() < 1e-3, "{inside}");
+    }
+}

@@ -1,0 +1,113 @@
+//! Direct light: the picture of small bright lamps, found from the lamps.
+//!
+//! A camera path finds a lamp only if its pixel and its point of the pupil happen to look at it. At
+//! the rim of a lamp and in its bokeh few paths do, and each that does is as bright as the lamp. A
+//! light path starts on the lamp instead: it goes to a point of the plane of the front vertex, through
+//! the lens to the film, and is splatted through the pixel filter.
+//!
+//! Both kinds of paths find the same light, so multiple importance sampling weighs them (Veach
+//! 1997, section 9.2). A lens in air conserves the etendue dG = cos dA dw: it is the same at the film
+//! and in the plane of the front vertex. Densities over dG are comparable without the Jacobian of
+//! the lens:
+//!
+//! - The camera takes one path per pixel of area `a`, with the density `p` over the directions from
+//!   the film: `1 / a * p / cos`, at the film. The weight of a camera ray is `cos / p`, times the
+//!   transmission of the lens, so that the density is `1 / (a * weight)` up to that transmission.
+//! - `n` light paths choose a lamp with probability `s`, an entry point with density `e` (mm^-2) and
+//!   a direction to the lamp with density `q` (1/sr): `n s e q / cos`, in the plane of the front
+//!   vertex.
+//!
+//! The camera's density is divided by the transmission of the path in both weights. Any function of
+//! the path is allowed, as long as the weights of both strategies add up to one for every path.
+//!
+//! Paths by way of other surfaces, skies and lamps that a mirror or a window shows stay with the
+//! camera.
+
+mod density;
+mod lamp;
+mod splat;
+mod survey;
+
+pub use density::DirectLightWeights;
+pub(crate) use density::FoundLight;
+pub use survey::{Lamps, Survey, survey};
+
+use crate::film::{Frame, PixelFilter};
+use crate::lens::{RealLens, Side, Surface, sequence};
+use crate::light_paths::PathCount;
+use lamp::Lamp;
+
+/// The lamps that light paths start from.
+#[derive(Clone, Debug)]
+pub struct DirectLight {
+    lamps: Vec<Lamp>,
+    /// Cumulative probabilities of the lamps.
+    cumulative: Vec<f32>,
+    /// Index of the lamp, by light of the scene.
+    by_light: Vec<Option<u32>>,
+    /// Half side of the square about the front vertex that holds the entry points (mm).
+    half: f64,
+    /// Distance before the front vertex at which rays enter the lens (mm).
+    start: f64,
+    /// Surfaces from there to the film.
+    surfaces: Vec<Surface<f32>>,
+    surfaces_f64: Vec<Surface<f64>>,
+}
+
+/// Samples of the picture per light path. Lamps are small, so that this is a dozen paths for each of
+/// their pixels and each sample of them.
+pub const SAMPLES_PER_PATH: u64 = 16;
+
+/// Returns the number of light paths per sample number.
+fn path_count(frame: &Frame) -> PathCount {
+    PathCount::new(frame.resolution, SAMPLES_PER_PATH)
+}
+
+/// Returns the largest number of pixels that a path adds light to.
+fn splats_per_path(filter: &PixelFilter) -> u64 {
+    let [columns, rows] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
+    columns * rows
+}
+
+impl DirectLight {
+    /// Returns the largest size of the splats that wait to be added to the film (bytes).
+    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter) -> u64 {
+        path_count(frame).bytes_waiting(splats_per_path(filter))
+    }
+
+    /// Prepares light paths without lamps, for a lens, the half side of the square of entry points
+    /// (mm) and the number of lights of the scene.
+    fn new(lens: &RealLens, half: f64, lights: usize) -> Self {
+        let start = 2.0 * lens.prescription.rows[0].diameter.max(half);
+        Self {
+            lamps: Vec::new(),
+            cumulative: Vec::new(),
+            by_light: vec![None; lights],
+            half,
+            start,
+            surfaces: sequence::<f32>(&lens.prescription, Side::Scene(start)),
+            surfaces_f64: sequence::<f64>(&lens.prescription, Side::Scene(start)),
+        }
+    }
+
+    /// Sets the lamps, each with the number that its probability is proportional to.
+    fn set_lamps(&mut self, lamps: Vec<(Lamp, f64)>) {
+        let total: f64 = lamps.iter().map(|(_, weight)| weight).sum();
+        let count = lamps.len();
+        let mut sum = 0.0;
+        self.by_light.fill(None);
+        (self.lamps, self.cumulative) = (Vec::new(), Vec::new());
+        for (i, (lamp, weight)) in lamps.into_iter().enumerate() {
+            sum += weight / total;
+            // Rounding must leave no gap at the end.
+            self.cumulative.push(if i + 1 == count { 1.0 } else { sum as f32 });
+            self.by_light[lamp.light as usize] = Some(i as u32);
+            self.lamps.push(Lamp { share: (weight / total) as f32, ..lamp });
+        }
+    }
+
+    /// Returns the number of lamps.
+    pub fn lamps(&self) -> usize {
+        self.lamps.len()
+    }
+}

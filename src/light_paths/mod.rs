@@ -1,0 +1,34 @@
+//! Light paths: from the lights of a scene into the lens and on to the film.
+//!
+//! Camera paths hardly ever hit a small light, and by a reflection inside the lens never. A light
+//! path starts at the light: a point of the light is sampled from a point before the lens, the ray
+//! is traced through the surfaces to the film, and the light that arrives is splatted there. Ghosts
+//! and the direct light of lamps both use them.
+
+mod splat;
+mod wave;
+
+pub(crate) use splat::{PathCount, Splat, add_splats, film_pixels};
+pub(crate) use wave::{FilmArrival, LightPath, LightPaths};
+
+use crate::film::{Frame, Response};
+use crate::lens::Camera;
+use crate::scene::Scene;
+use crate::shutter::Timing;
+
+/// Parts of a job that light paths depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPathInput<'a> {
+    /// The scene, with its lights.
+    pub scene: &'a Scene,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The pixels of the picture.
+    pub frame: &'a Frame,
+    /// The filter and the colour response of the film.
+    pub response: &'a Response,
+    /// The times of the samples, if anything moves.
+    pub timing: Option<&'a Timing>,
+    /// The seed of all random numbers.
+    pub seed: u32,
+}

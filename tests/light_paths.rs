@@ -1,0 +1,276 @@
+//! Light paths from lamps: the light of camera paths with less noise, and the same bits on any machine.
+
+mod support;
+
+use petzval::io::image::Picture;
+use petzval::job::Job;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::Backend;
+use petzval::scene::pbrt;
+use support::workspace::Workspace;
+use support::{folder, in_parallel, picture, root, write};
+
+/// A lamp in the shape of a ball, and dim surroundings.
+const BALL: &str = r#"
+    LightSource "infinite" "rgb L" [0.01 0.01 0.02]
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [500 400 200]
+        Translate 0.3 0.2 6 Shape "sphere" "float radius" 0.04
+    AttributeEnd"#;
+
+/// A larger one, nearer to the camera.
+const LARGE: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate 0.3 0.2 3 Shape "sphere" "float radius" 0.1
+    AttributeEnd"#;
+
+/// A disk that faces the camera, before a wall.
+const DISK: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [300 300 900]
+        Translate -0.4 -0.3 5 Rotate 180 0 1 0 Shape "disk" "float radius" 0.05
+    AttributeEnd
+    Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
+    Shape "trianglemesh" "point3 P" [-5 -5 7  5 -5 7  5 5 7  -5 5 7] "integer indices" [0 2 1 0 3 2]"#;
+
+/// A rectangle and a triangle of two sizes, the first half hidden by a post near the camera.
+const HIDDEN: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [200 300 100] "bool twosided" true
+        Shape "trianglemesh" "point3 P" [-0.1 0 4  0.1 0 4.1  0.1 0.05 4.1  -0.1 0.05 4
+                                         -0.6 -0.4 4  -0.5 -0.4 4  -0.5 -0.3 4]
+            "integer indices" [0 1 2 0 2 3 4 5 6]
+    AttributeEnd
+    Material "diffuse" "rgb reflectance" [0 0 0]
+    Shape "trianglemesh" "point3 P" [0 -1 1.5  0.5 -1 1.5  0.5 1 1.5  0 1 1.5]
+        "integer indices" [0 1 2 0 2 3]"#;
+
+/// A picture with lamps.
+struct Case {
+    name: &'static str,
+    lens: &'static str,
+    /// Parameters of the camera.
+    camera: &'static str,
+    filter: &'static str,
+    world: &'static str,
+    changes: Changes,
+}
+
+fn case(name: &'static str, lens: &'static str, camera: &'static str, world: &'static str) -> Case {
+    let changes = Changes { effects: "none".parse().expect("effects"), ..Changes::default() };
+    Case { name, lens, camera, filter: "\"box\"", world, changes }
+}
+
+fn cases() -> Vec<Case> {
+    let with = |effects: &str, changes: Changes| Changes {
+        effects: effects.parse().expect("effects"),
+        ..changes
+    };
+    vec![
+        case("ball, out of focus", "dgauss.50mm.dat", "\"float focusdistance\" 2", BALL),
+        case("ball behind a wide angle", "wide.22mm.dat", "\"float focusdistance\" 0.5", LARGE),
+        Case {
+            filter: "\"gaussian\" \"float xradius\" 1.5 \"float yradius\" 1.2",
+            ..case(
+                "disk, in focus",
+                "dgauss.50mm.dat",
+                "\"float focusdistance\" 5 \"float aperturediameter\" 4",
+                DISK,
+            )
+        },
+        Case {
+            filter: "\"mitchell\"",
+            ..case("hidden", "dgauss.50mm.dat", "\"float focusdistance\" 3", HIDDEN)
+        },
+        Case {
+            changes: with(
+                "+tilt_shift,-ghosts,-diffraction",
+                Changes {
+                    film_tilt: Some([8.0, -5.0]),
+                    film_shift: Some([2.0, -3.0]),
+                    ..Changes::default()
+                },
+            ),
+            ..case("tilted film", "dgauss.50mm.dat", "\"float focusdistance\" 2", BALL)
+        },
+        Case {
+            changes: with("+fresnel,+iris,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "pentagon with losses",
+                "wide.22mm.pentagon.toml",
+                "\"float focusdistance\" 0.4",
+                DISK,
+            )
+        },
+        case("anamorphic", "anamorphic.toml", "\"float focusdistance\" 2", BALL),
+    ]
+}
+
+fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
+    let Case { lens, camera, filter, world, .. } = case;
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" 22
+           PixelFilter {filter}
+           Integrator "path" "integer maxdepth" 1
+           Camera "realistic" "string lensfile" "{}" {camera}
+           WorldBegin {world}"#,
+        root().join("lenses").join(lens).display()
+    );
+    let folder = folder();
+    let description = pbrt::read(&write(&folder, "lamp.pbrt", text)).expect("a scene");
+    let changes = Changes {
+        light_paths: Some(light_paths),
+        samples: Some(samples),
+        seed: Some(seed),
+        ..case.changes.clone()
+    };
+    prepare(description, &changes).expect("a job").0
+}
+
+/// Returns the sum of all channels of a picture's pixels.
+fn light(picture: &Picture) -> f64 {
+    picture.pixels.iter().flatten().map(|&c| f64::from(c)).sum()
+}
+
+/// Returns the mean and its standard error.
+fn mean_and_error(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, (variance / n).sqrt()]
+}
+
+#[test]
+fn light_paths_change_no_light() {
+    /// Pictures of each kind, each with another seed.
+    const PICTURES: u32 = 12;
+    in_parallel(&cases(), |case| {
+        let [camera, both] = [(false, 768), (true, 96)].map(|(light_paths, samples)| {
+            let sum = |seed| {
+                let job = job(case, light_paths, seed, samples);
+                assert_eq!(job.direct_light.is_some(), light_paths, "{}", job.plan.light_paths);
+                light(&picture(&job, Backend::Simd, 1))
+            };
+            mean_and_error(&(0..PICTURES).map(sum).collect::<Vec<f64>>())
+        });
+        let error = camera[1].hypot(both[1]);
+        let off = both[0] - camera[0];
+        println!("{}: {camera:?} {both:?}: {:.2} errors", case.name, off / error);
+        assert!(error < 3e-3 * camera[0], "{}: {camera:?} and {both:?} are noisy", case.name);
+        // Student's t of 15 degrees of freedom, one in a million: 7.5.
+        assert!(
+            off.abs() < 7.5 * error,
+            "{}: {camera:?}, and {both:?} with light paths",
+            case.name
+        );
+    });
+}
+
+#[test]
+fn light_paths_find_small_lamps_with_a_fifth_of_the_variance_or_less() {
+    let noise = |case: &Case, light_paths| {
+        let pictures: Vec<Picture> = (0..12)
+            .map(|seed| picture(&job(case, light_paths, seed, 16), Backend::Simd, 1))
+            .collect();
+        let pixels = pictures[0].pixels.len();
+        (0..pixels)
+            .map(|i| {
+                let values: Vec<f64> = pictures.iter().map(|p| f64::from(p.pixels[i][1])).collect();
+                mean_and_error(&values)[1].powi(2)
+            })
+            .sum::<f64>()
+    };
+    let all = cases();
+    for case in [&all[0], &all[2], &all[3]] {
+        let [camera, both] = [false, true].map(|light_paths| noise(case, light_paths));
+        println!("{}: variance {camera:.3e} and {both:.3e}", case.name);
+        assert!(both < 0.2 * camera, "{}: variance {camera} and {both}", case.name);
+    }
+}
+
+#[test]
+fn the_picture_is_the_same_for_all_threads_lanes_and_crops() {
+    for case in &cases()[2..5] {
+        let job = job(case, true, 3, 8);
+        let whole = picture(&job, Backend::Simd, 1);
+        for (backend, threads) in [(Backend::Simd, 2), (Backend::Scalar, 7)] {
+            assert_eq!(whole, picture(&job, backend, threads), "{}: {threads} threads", case.name);
+        }
+        let mut part = job.clone();
+        (part.frame.low, part.frame.high) = ([9, 7], [40, 29]);
+        let part = picture(&part, Backend::Simd, 2);
+        for y in 7..29 {
+            for x in 9..40 {
+                let [inside, outside] =
+                    [part.pixels[(y - 7) * 31 + x - 9], whole.pixels[y * 48 + x]];
+                assert_eq!(inside, outside, "{}: pixel {x}, {y}", case.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn shards_and_adaptive_renders_have_the_light_of_a_whole_render() {
+    let workspace = Workspace::new();
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32
+           Camera "realistic" "string lensfile" "{}" "float focusdistance" 3
+           WorldBegin {BALL}"#,
+        root().join("lenses/dgauss.50mm.dat").display()
+    );
+    std::fs::write(workspace.path("lamp.pbrt"), text).expect("a scene");
+    let render = "render lamp.pbrt --spp 90 --light-paths on --effects none";
+    workspace.run_ok(&format!("{render} -o whole.exr"));
+    for i in 1..=3 {
+        workspace.run_ok(&format!("{render} -o {i}.petzval --shard {i}/3"));
+    }
+    workspace.run_ok("merge 2.petzval 1.petzval 3.petzval -o merged.exr");
+    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| workspace.contents(name));
+    let off = merged.difference(&whole);
+    assert!(off < 1e-5, "differs by {off:e}");
+    workspace.run_ok(&format!("{render} --noise 0.02 -o adaptive.exr"));
+    let [whole, adaptive] = ["whole.exr", "adaptive.exr"]
+        .map(|name| light(&Picture::read(&workspace.path(name)).expect("a picture")));
+    assert!((adaptive / whole - 1.0).abs() < 0.02, "{adaptive} and {whole}");
+    workspace.run_ok(
+        "render lamp.pbrt --spp 90 --effects none -o off.petzval --shard 3/3 --light-paths off",
+    );
+    workspace.refuses("merge 2.petzval 1.petzval off.petzval -o x.exr", "--light-paths");
+}
+
+#[test]
+fn pictures_without_small_bright_lamps_take_no_light_paths() {
+    let auto = |world: &str, more: &str| {
+        let text = format!(
+            r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 {more}
+               Camera "realistic" "string lensfile" "{}" "float focusdistance" 3
+               WorldBegin {world}"#,
+            root().join("lenses/dgauss.50mm.dat").display()
+        );
+        let folder = folder();
+        let description = pbrt::read(&write(&folder, "lamp.pbrt", text)).expect("a scene");
+        prepare(description, &Changes::default()).expect("a job").0
+    };
+    let wall = r#"
+        AreaLightSource "diffuse" "rgb L" [2 2 2]
+        Shape "trianglemesh" "point3 P" [-5 -5 7  5 -5 7  5 5 7  -5 5 7]
+            "integer indices" [0 2 1 0 3 2]"#;
+    let behind = r#"
+        LightSource "infinite" "rgb L" [0.5 0.5 0.5]
+        AreaLightSource "diffuse" "rgb L" [900 900 900]
+        Translate 0 0 -5 Shape "sphere" "float radius" 0.1"#;
+    let clamped = "\"float maxcomponentvalue\" 5";
+    for (world, more, reason) in [
+        (wall, "", "no lamp in view is small and bright enough"),
+        (behind, "", "no lamp in view is small and bright enough"),
+        ("LightSource \"infinite\"", "", "no surface emits light"),
+        (BALL, clamped, "bright samples are clamped"),
+    ] {
+        let job = auto(world, more);
+        assert!(job.direct_light.is_none(), "{reason}: {}", job.plan.light_paths);
+        assert!(job.plan.light_paths.reason.contains(reason), "{}", job.plan.light_paths);
+    }
+    let job = auto(BALL, "");
+    assert!(job.direct_light.is_some(), "{}", job.plan.light_paths);
+}
