@@ -28,6 +28,7 @@ fn every_lens_gives_every_analysis() {
         let sections = all.as_array().expect("sections");
         assert_eq!(sections.len(), 19, "{path}");
         for section in sections {
+            nulls_have_a_reason(section, &path);
             for table in section["tables"].as_array().expect("tables") {
                 let columns = table["columns"].as_array().expect("columns").len();
                 let rows = table["rows"].as_array().expect("rows");
@@ -36,6 +37,80 @@ fn every_lens_gives_every_analysis() {
             }
         }
     }
+}
+
+/// Checks that a sentence names every figure and column that lacks numbers.
+fn nulls_have_a_reason(section: &Value, lens: &str) {
+    let missing = section["missing"].as_array().expect("sentences");
+    let mut lacking = Vec::new();
+    for (name, figure) in section["figures"].as_object().expect("figures") {
+        lacking.extend(figure["value"].is_null().then(|| name.clone()));
+    }
+    for table in section["tables"].as_array().expect("tables") {
+        let columns = table["columns"].as_array().expect("columns");
+        for row in table["rows"].as_array().expect("rows") {
+            let cells = columns.iter().zip(row.as_array().expect("cells"));
+            lacking.extend(
+                cells
+                    .filter(|(_, cell)| cell.is_null())
+                    .map(|(c, _)| c.as_str().expect("a name").to_owned()),
+            );
+        }
+    }
+    for name in lacking {
+        let said =
+            missing.iter().any(|text| text.as_str().is_some_and(|text| text.contains(&name)));
+        assert!(
+            said,
+            "{lens}: {}: {name} is null without a reason: {missing:?}",
+            section["analysis"]
+        );
+    }
+}
+
+/// A singlet behind a rim that only light near the axis passes.
+const TUNNEL: &str = "\
+0 40 0 4
+60 3 1.5168 20
+-60 5 1 20
+1e9 0 1 6
+";
+
+#[test]
+fn a_dark_field_is_named_with_its_reason() {
+    let folder = folder();
+    write(&folder, "tunnel.dat", TUNNEL);
+    let lens = folder.path().join("tunnel.dat").display().to_string();
+    let (code, out, err) = report(&lens, &["--image-height", "20", "--json", "mtf"]);
+    assert_eq!(code, 0, "{err}");
+    let section: Value = serde_json::from_str(&out).expect("JSON");
+    nulls_have_a_reason(&section, "a tunnel");
+    let text = section["missing"].to_string();
+    assert!(text.contains("no light of field 20 mm passes the lens"), "{text}");
+    // The page says it too, but not that a plane has no radius.
+    let folder = folder_of_report(&lens);
+    let page = std::fs::read_to_string(folder.path().join("out/index.html")).expect("a page");
+    assert!(page.contains("no light of field 20 mm passes the lens"));
+    assert!(!page.contains("a plane has no finite radius"));
+}
+
+fn folder_of_report(lens: &str) -> tempfile::TempDir {
+    let folder = folder();
+    let mut arguments = vec!["lens", "report", lens, "-o", "out", "--image-height", "20"];
+    arguments.extend(FEW);
+    let (code, _, err) = petzval(folder.path(), &arguments);
+    assert_eq!(code, 0, "{err}");
+    folder
+}
+
+#[test]
+fn a_window_has_no_image_of_a_distant_object() {
+    let folder = folder();
+    write(&folder, "window.dat", "1e9 5 1.5168 20\n1e9 5 1 20\n0 0 0 10\n");
+    let lens = folder.path().join("window.dat").display().to_string();
+    let (code, _, err) = report(&lens, &["--json", "all", "--film-distance", "50"]);
+    assert_eq!(code, 2, "{err}");
+    assert!(err.contains("window.dat") && err.contains("--focus"), "{err}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use petzval::lens::FieldCurvePoint;
 
 use super::inputs::ReportInputs;
+use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
 
@@ -75,6 +76,10 @@ pub(super) fn curvature(inputs: &ReportInputs) -> ReportSection {
             series,
             ..Plot::default()
         }],
+        absences: vec![
+            Absence::of_lens("sagittal", "rays next to the chief ray are parallel"),
+            Absence::of_lens("tangential", "rays next to the chief ray are parallel"),
+        ],
         ..ReportSection::default()
     }
 }
@@ -133,6 +138,11 @@ pub(super) fn distortion(inputs: &ReportInputs) -> ReportSection {
         figures,
         tables: vec![table],
         plots,
+        absences: vec![
+            Absence::usual("distortion", "the axis and fields beyond 90 degrees have none"),
+            Absence::usual("f_theta_distortion", "the axis has none"),
+            Absence::of_lens("linear_height_mm", "no ray near the axis passes the stop's vertex"),
+        ],
         ..ReportSection::default()
     }
 }
@@ -233,6 +243,16 @@ pub(super) fn lateral_colour(inputs: &ReportInputs) -> ReportSection {
             series: series.collect(),
             ..Plot::default()
         }],
+        absences: vec![
+            Absence::of_lens(
+                "shift_um",
+                "no ray of the object point passes the vertex of the stop at some wavelength",
+            ),
+            Absence::of_lens(
+                "longest",
+                "no ray of the object point passes the vertex of the stop at some wavelength",
+            ),
+        ],
         ..ReportSection::default()
     }
 }
@@ -264,6 +284,7 @@ pub(super) fn longitudinal(inputs: &ReportInputs) -> ReportSection {
             series: series.collect(),
             ..Plot::default()
         }],
+        absences: vec![Absence::of_lens("focus_mm", "rays of the zone are parallel to the axis")],
         ..ReportSection::default()
     }
 }

@@ -3,6 +3,7 @@
 use petzval::lens::{Paraxial, SeidelSums};
 
 use super::inputs::ReportInputs;
+use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
 use crate::cli::Failure;
@@ -36,6 +37,10 @@ pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
             inputs.quality.conditions.primary_line().nm
         ),
         tables: vec![Table::new("", &columns, rows.collect()).shown()],
+        absences: vec![
+            Absence::usual("radius_mm", "a plane has no finite radius"),
+            Absence::usual("semi_diameter_mm", "the surface has no rim"),
+        ],
         ..ReportSection::default()
     }
 }
@@ -101,6 +106,10 @@ pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failur
             .to_owned(),
         figures,
         tables: vec![Table::new("by-wavelength", &columns, rows).shown()],
+        absences: vec![
+            Absence::usual("object_distance", "the object is distant"),
+            Absence::of_lens("", "the lens or its pupil is afocal"),
+        ],
         ..ReportSection::default()
     })
 }
@@ -184,6 +193,11 @@ pub(super) fn seidel(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
             series: series.collect(),
             ..Plot::default()
         }],
+        absences: vec![
+            Absence::usual("surface", "the row without a number is the sum of all surfaces"),
+            Absence::usual("petzval_radius", "the Petzval sum is zero"),
+            Absence::of_lens("", "the lens or its pupil is afocal"),
+        ],
         ..ReportSection::default()
     })
 }

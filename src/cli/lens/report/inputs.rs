@@ -16,6 +16,8 @@ pub(super) struct ReportInputs {
     pub quality: ImageQuality,
     /// Fields that are shown one by one.
     pub shown: Vec<FieldRays>,
+    /// Fields that should be shown but have no chief ray.
+    pub left_out: Vec<f64>,
     /// Largest frequency of the MTF that the user asks for (cycles / mm).
     pub frequency: Option<f64>,
     fans: OnceLock<Fans>,
@@ -27,11 +29,11 @@ impl ReportInputs {
     pub fn new(
         lens: Prescription,
         quality: ImageQuality,
-        shown: Vec<FieldRays>,
+        (shown, left_out): (Vec<FieldRays>, Vec<f64>),
         frequency: Option<f64>,
     ) -> Self {
         let (fans, field_curves, point_images) = Default::default();
-        Self { lens, quality, shown, frequency, fans, field_curves, point_images }
+        Self { lens, quality, shown, left_out, frequency, fans, field_curves, point_images }
     }
 
     /// Returns the fans of the shown fields.

@@ -3,6 +3,7 @@
 use petzval::lens::{Normalization, Vignetting};
 
 use super::inputs::ReportInputs;
+use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
 
@@ -71,6 +72,13 @@ pub(super) fn relative_illumination(inputs: &ReportInputs) -> ReportSection {
             .to_owned(),
         tables: vec![Table::new("", &columns, rows).shown()],
         plots: vec![plot],
+        absences: vec![
+            Absence::usual("cos4", "fields beyond 90 degrees have none"),
+            Absence::of_lens(
+                "relative_illumination",
+                "too little light passes on the axis or at the field",
+            ),
+        ],
         ..ReportSection::default()
     }
 }
@@ -170,6 +178,10 @@ pub(super) fn ghosts(inputs: &ReportInputs) -> ReportSection {
         note,
         figures,
         tables: vec![Table::new("", &columns, rows).shown()],
+        absences: vec![Absence::usual(
+            "focus_behind_film_mm",
+            "the ghost's light is parallel behind the lens",
+        )],
         ..ReportSection::default()
     }
 }

@@ -6,6 +6,7 @@ mod files;
 mod first_order;
 mod inputs;
 mod light;
+mod missing;
 mod page;
 mod picture;
 mod plot;
@@ -71,16 +72,21 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     };
     let lens = lens.at_wavelength(conditions.primary_line().nm)?;
     let quality = ImageQuality::new(&lens, conditions, grid)?;
-    let shown = shown_fields(&quality)
-        .into_iter()
-        .filter_map(|field| quality.field(field, grid.pupil))
-        .collect();
-    let inputs = ReportInputs::new(lens, quality, shown, arguments.frequency);
+    let (mut shown, mut left_out) = (Vec::new(), Vec::new());
+    for field in shown_fields(&quality) {
+        match quality.field(field, grid.pupil) {
+            Some(rays) => shown.push(rays),
+            None => left_out.push(field),
+        }
+    }
+    let inputs = ReportInputs::new(lens, quality, (shown, left_out), arguments.frequency);
     let wanted =
         |name: &&str| arguments.json.as_deref().is_none_or(|asked| asked == ALL || asked == *name);
     let names: Vec<&str> = ANALYSES.into_iter().filter(wanted).collect();
-    let sections = in_parallel(&names, threads, |name| {
-        section(name, &inputs).map_err(|error| error.to_string())
+    let sections = in_parallel(&names, threads, |name| -> Result<ReportSection, String> {
+        let mut section = section(name, &inputs).map_err(|error| error.to_string())?;
+        missing::state_missing(&mut section, &inputs);
+        Ok(section)
     });
     let sections = sections.into_iter().collect::<Result<Vec<_>, String>>()?;
     let Some(folder) = &arguments.output else {

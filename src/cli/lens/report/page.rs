@@ -100,6 +100,9 @@ fn write_section(page: &mut String, section: &ReportSection) {
     if !section.note.is_empty() {
         let _ = writeln!(page, "<p class=\"note\">{}</p>", escape(&section.note));
     }
+    for (text, _) in section.missing.iter().filter(|(_, usual)| !usual) {
+        let _ = writeln!(page, "<p class=\"note\">Missing: {}</p>", escape(text));
+    }
     if !section.figures.is_empty() {
         page.push_str("<table>\n");
         for (name, value, unit) in &section.figures {

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::missing::Absence;
 use super::picture::SectionPicture;
 use super::plot::Plot;
 
@@ -21,6 +22,10 @@ pub(super) struct ReportSection {
     pub tables: Vec<Table>,
     pub plots: Vec<Plot>,
     pub pictures: Vec<SectionPicture>,
+    /// Reasons for which columns or figures may lack numbers.
+    pub absences: Vec<Absence>,
+    /// Sentences on numbers that are not there, and whether each is usual.
+    pub missing: Vec<(String, bool)>,
 }
 
 /// A table of numbers.
@@ -30,7 +35,7 @@ pub(super) struct Table {
     pub name: String,
     /// Names of the columns, with units.
     pub columns: Vec<String>,
-    /// Rows; a number that does not exist is NaN.
+    /// Rows; a number that does not exist is NaN, and the section says why.
     pub rows: Vec<Vec<f64>>,
     /// Whether the page shows the table; long ones are only in the files.
     pub shown: bool,
@@ -67,7 +72,8 @@ pub(super) fn number(value: f64) -> Value {
 }
 
 impl ReportSection {
-    /// Returns the section as JSON: its figures by name, and its tables by columns and rows. Bulk
+    /// Returns the section as JSON: its figures by name, its tables by columns and rows, and the
+    /// reasons for numbers that are null. Bulk
     /// tables are there only if `bulk` is true.
     pub fn json(&self, bulk: bool) -> Value {
         let mut figures = Map::new();
@@ -87,12 +93,14 @@ impl ReportSection {
                 json!({ "name": table.name, "columns": table.columns, "rows": rows })
             })
             .collect();
+        let missing: Vec<&str> = self.missing.iter().map(|(text, _)| text.as_str()).collect();
         json!({
             "analysis": self.name,
             "title": self.title,
             "note": self.note,
             "figures": figures,
             "tables": tables,
+            "missing": missing,
         })
     }
 }

@@ -3,6 +3,7 @@
 use petzval::lens::SpotDiagram;
 
 use super::inputs::ReportInputs;
+use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
 
@@ -84,6 +85,10 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
         figures,
         tables,
         plots: plots(inputs, &diagrams),
+        absences: vec![Absence::usual(
+            "wavelength_nm",
+            "a row without one is that of all wavelengths",
+        )],
         ..ReportSection::default()
     }
 }

@@ -160,8 +160,8 @@ pub(super) fn by_focus(inputs: &ReportInputs) -> ReportSection {
     let wanted = inputs
         .shown
         .iter()
-        .map(|field| field.spot().best_defocus().abs())
-        .filter(|defocus| defocus.is_finite())
+        .filter_map(|field| field.spot().best_defocus())
+        .map(f64::abs)
         .fold(2.0 * focus_step(inputs), f64::max);
     let step = 1.5 * wanted / f64::from(FOCUS);
     let row = |field: &FieldRays, i: i32| -> Vec<f64> {

@@ -3,6 +3,7 @@
 use petzval::lens::{FieldRays, PointImage};
 
 use super::inputs::{ReportInputs, rounded};
+use super::missing::Absence;
 use super::picture::{self, SectionPicture};
 use super::plot::{Plot, Series};
 use super::section::{ReportSection, Table};
@@ -91,6 +92,7 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
             Table::new("map", &[field, "pupil_x", "pupil_y", "waves", "share"], map),
         ],
         pictures,
+        absences: vec![Absence::of_lens("rms_at", "too few rays of the field pass the lens")],
         ..ReportSection::default()
     })
 }

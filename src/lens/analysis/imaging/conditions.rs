@@ -18,6 +18,9 @@ const LIGHT_RAYS: u32 = 1 << 12;
 /// Largest field relative to the end of the light.
 const LIT: f64 = 0.95;
 
+/// F-number from which a lens counts as afocal: its focal length is rounding.
+const AFOCAL: f64 = 1e7;
+
 /// Conditions under which a lens is analysed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImagingConditions {
@@ -65,6 +68,15 @@ pub enum ConditionsError {
     /// A glass has no data at a wavelength.
     #[error("{0}")]
     Index(#[from] IndexRangeError),
+    /// A distant object has no image.
+    #[error(
+        "the lens has no power at {nm} nm: light of a distant object leaves it parallel and has no \
+         image; give an object distance with --focus"
+    )]
+    Afocal {
+        /// The primary wavelength.
+        nm: f64,
+    },
     /// An ideal row stands for a lens group.
     #[error(
         "row {row} is an ideal lens, which has no aberrations; an analysis needs real surfaces"
@@ -84,7 +96,8 @@ impl ImagingConditions {
     /// object on the film where real rays are sharpest.
     ///
     /// # Errors
-    /// Returns an error if no film position is known, or if the lens has ideal rows.
+    /// Returns an error if no film position is known, if the lens has ideal rows, if it has no power
+    /// and the object is distant, or if a glass has no data at the primary wavelength.
     pub fn new(lens: &Prescription, choices: ConditionChoices) -> Result<Self, ConditionsError> {
         if let Some(row) = lens.rows.iter().position(|row| row.ideal.is_some()) {
             return Err(ConditionsError::Ideal { row: row + 1 });
@@ -110,6 +123,11 @@ impl ImagingConditions {
             }
         };
         let (wavelengths, primary) = Self::wavelengths(lens);
+        let nm = wavelengths[primary].nm;
+        let paraxial = Paraxial::new(&lens.at_wavelength(nm)?);
+        if object_distance.is_infinite() && paraxial.f_number() > AFOCAL {
+            return Err(ConditionsError::Afocal { nm });
+        }
         let mut conditions = Self {
             object_distance,
             film_distance,

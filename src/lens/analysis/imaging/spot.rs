@@ -152,10 +152,11 @@ impl SpotDiagram {
         })
     }
 
-    /// Returns the defocus (mm) at which the spot is smallest.
-    pub fn best_defocus(&self) -> f64 {
+    /// Returns the defocus (mm) at which the spot is smallest; `None` without light, or if all rays
+    /// are parallel.
+    pub fn best_defocus(&self) -> Option<f64> {
         let [against, spread] = self.focus_moments();
-        -against / spread
+        (spread > 0.0).then(|| -against / spread)
     }
 
     /// Returns the covariance of points and slopes and the variance of the slopes: the mean square
