@@ -25,6 +25,9 @@ const MAX_LIGHTS: usize = 512;
 const LARGEST: f64 = 0.02;
 /// Smallest brightness of the lamp's image, relative to the mean of the picture.
 const BRIGHTEST: f64 = 10.0;
+/// Smallest variance of a camera sample that is worth light paths, relative to the square of the mean
+/// of the picture: that of all lamps together.
+const NOISIEST: f64 = 10.0;
 /// Margin of the square of entry points about the camera rays.
 const MARGIN: f64 = 1.05;
 
@@ -89,7 +92,8 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
     let paths =
         (LIGHT_PATHS / lights.len().max(1) as u32).clamp(PATHS_PER_LAMP[0], PATHS_PER_LAMP[1]);
     let mut all = DirectLight::new(lens, view.half, input.scene.lights.all.len());
-    let mut found = Vec::new();
+    let film_area = input.camera.film[0] * input.camera.film[1];
+    let (mut found, mut variance) = (Vec::new(), 0.0);
     for light in lights {
         let areas = input.scene.emitter_areas(light);
         let Some(lamp) = Lamp::seen_everywhere(light, &areas) else { continue };
@@ -100,16 +104,23 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
             Lamps::WorthTheirTime { mean } => view.exposure * image.radiance >= BRIGHTEST * mean,
         };
         if let (true, Some(entry)) = (bright && image.is_lit(), entry_distribution(&image.entry)) {
+            // A lamp of value v on a share s of the film has the variance v^2 s.
+            let value = input.camera.imaging_ratio * image.flux / film_area;
+            variance += view.exposure * image.radiance * value;
             // The root gives faint lamps more paths than their light alone.
             found.push((Lamp { entry, ..lamp }, image.flux.sqrt()));
         }
     }
-    if found.is_empty() {
-        return Err(match wanted {
-            Lamps::All => "no lamp is in view",
-            Lamps::WorthTheirTime { .. } => "no lamp in view is small and bright enough",
-        });
-    }
+    match wanted {
+        Lamps::All if found.is_empty() => Err("no lamp is in view"),
+        Lamps::WorthTheirTime { .. } if found.is_empty() => {
+            Err("no lamp in view is small and bright enough")
+        }
+        Lamps::WorthTheirTime { mean } if variance < NOISIEST * mean * mean => {
+            Err("the lamps in view add little noise")
+        }
+        _ => Ok(()),
+    }?;
     all.set_lamps(found);
     Ok(all)
 }
