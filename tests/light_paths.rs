@@ -2,10 +2,12 @@
 
 mod support;
 
+use std::sync::atomic::Ordering;
+
 use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
+use petzval::render::{Backend, Progress, RenderOptions, render_resumable};
 use petzval::scene::pbrt;
 use support::workspace::Workspace;
 use support::{folder, in_parallel, picture, root, write};
@@ -241,6 +243,29 @@ fn shards_and_adaptive_renders_have_the_light_of_a_whole_render() {
         "render lamp.pbrt --spp 90 --effects none -o off.petzval --shard 3/3 --light-paths off",
     );
     workspace.refuses("merge 2.petzval 1.petzval off.petzval -o x.exr", "--light-paths");
+}
+
+#[test]
+fn a_picture_stopped_in_its_first_pass_has_the_light_of_lamps() {
+    let case = &cases()[0];
+    let whole = light(&picture(&job(case, true, 1, 16), Backend::Simd, 2));
+    let job = job(case, true, 1, 100_000);
+    let progress = Progress::default();
+    let options = RenderOptions { threads: 1, progress: Some(&progress), ..Default::default() };
+    let stopped = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            // A tile of the first pass has 65,536 samples.
+            while progress.samples.load(Ordering::Relaxed) < 70_000 {
+                std::thread::yield_now();
+            }
+            progress.stop.store(true, Ordering::Relaxed);
+        });
+        render_resumable(&job, options, None, None).expect("a partial picture")
+    });
+    let spp = stopped.partial_mean_spp.expect("a partial picture");
+    assert!(spp < 256.0, "{spp} samples a pixel: it was stopped too late");
+    let partial = light(&stopped.picture(&job));
+    assert!(partial > 0.5 * whole, "{partial} of {whole}");
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub(crate) struct FoundLight<'a> {
     pub origin: Vec3,
     /// Its unit direction.
     pub direction: Vec3,
-    /// What it hit.
+    /// Its hit.
     pub hit: &'a Hit,
     /// The point that it hit.
     pub point: &'a SurfacePoint,

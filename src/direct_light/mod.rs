@@ -34,7 +34,7 @@ pub use survey::{Lamps, Survey, survey};
 
 use crate::film::{Frame, PixelFilter};
 use crate::lens::{RealLens, Side, Surface, sequence};
-use crate::light_paths::PathCount;
+use crate::light_paths::{PathCount, SplatStage};
 use lamp::Lamp;
 
 /// The lamps that light paths start from.
@@ -63,16 +63,16 @@ fn path_count(frame: &Frame) -> PathCount {
     PathCount::new(frame.resolution, SAMPLES_PER_PATH)
 }
 
-/// Returns the largest number of pixels that a path adds light to.
-fn splats_per_path(filter: &PixelFilter) -> u64 {
+/// Returns the stage for a picture with these pixels and their filter.
+fn stage(frame: &Frame, filter: &PixelFilter) -> SplatStage {
     let [columns, rows] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
-    columns * rows
+    SplatStage { count: path_count(frame), splats_per_path: columns * rows }
 }
 
 impl DirectLight {
     /// Returns the largest size of the splats that wait to be added to the film (bytes).
     pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter) -> u64 {
-        path_count(frame).bytes_waiting(splats_per_path(filter))
+        stage(frame, filter).bytes_waiting()
     }
 
     /// Prepares light paths without lamps, for a lens, the half side of the square of entry points

@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::{DirectLight, path_count, splats_per_path};
+use super::{DirectLight, path_count, stage};
 use crate::film::FilmSums;
 use crate::lanes::Real;
-use crate::lens::{LensModel, LensRay, RealLens, retrace_in_f64, retrace_in_f64_lossy};
-use crate::lens::{trace, trace_lossy};
-use crate::light_paths::{LightPath, LightPathInput, LightPaths, Splat, add_splats, film_pixels};
+use crate::lens::{
+    LensModel, LensRay, RealLens, retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy,
+};
+use crate::light_paths::{LightPath, LightPathInput, LightPaths, Splat, film_pixels};
 use crate::rays::WAVE_SIZE;
 use crate::sampler::mis::power_heuristic;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
@@ -37,15 +38,13 @@ impl DirectLight {
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        for sample in samples {
+        let stage = stage(input.frame, &input.response.filter);
+        stage.run(input, samples, film, stats, |columns: &mut DirectColumns, [wave, sample]| {
             let key = pixel_key(sample, u32::MAX - 2, input.seed);
-            let count = (path_count(input.frame), splats_per_path(&input.response.filter));
-            add_splats(input, count, film, stats, |columns: &mut DirectColumns, wave| {
-                self.sample(input, lens, columns, key, wave);
-                self.trace::<R>(lens, columns);
-                self.splats::<R>(input, lens, columns)
-            });
-        }
+            self.sample(input, lens, columns, key, wave);
+            self.trace::<R>(lens, columns);
+            self.splats::<R>(input, lens, columns)
+        });
     }
 
     /// Samples a wave of light paths. Returns the sum of the luminances of the lamps.

@@ -31,7 +31,7 @@ const NOISIEST: f64 = 10.0;
 /// Margin of the square of entry points about the camera rays.
 const MARGIN: f64 = 1.05;
 
-/// What the survey found.
+/// Result of a survey.
 #[derive(Clone, Debug)]
 pub struct Survey {
     /// The lamps, if light paths are worth their time.
@@ -45,8 +45,8 @@ pub struct Survey {
 pub enum Lamps {
     /// All that are in view.
     All,
-    /// Those whose image is small, and bright against the mean luminance of the picture.
-    WorthTheirTime {
+    /// Lamps with a small bright image, if they make the picture noisy.
+    Noisy {
         /// The mean luminance of the picture.
         mean: f64,
     },
@@ -101,7 +101,7 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
         let image = LampImage::trace(&all, input, lens, paths);
         let bright = match wanted {
             Lamps::All => true,
-            Lamps::WorthTheirTime { mean } => view.exposure * image.radiance >= BRIGHTEST * mean,
+            Lamps::Noisy { mean } => view.exposure * image.radiance >= BRIGHTEST * mean,
         };
         if let (true, Some(entry)) = (bright && image.is_lit(), entry_distribution(&image.entry)) {
             // A lamp of value v on a share s of the film has the variance v^2 s.
@@ -113,10 +113,10 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
     }
     match wanted {
         Lamps::All if found.is_empty() => Err("no lamp is in view"),
-        Lamps::WorthTheirTime { .. } if found.is_empty() => {
+        Lamps::Noisy { .. } if found.is_empty() => {
             Err("no lamp in view is small and bright enough")
         }
-        Lamps::WorthTheirTime { mean } if variance < NOISIEST * mean * mean => {
+        Lamps::Noisy { mean } if variance < NOISIEST * mean * mean => {
             Err("the lamps in view add little noise")
         }
         _ => Ok(()),
@@ -204,10 +204,11 @@ impl CameraView {
     }
 }
 
-/// What light paths from one lamp found.
+/// Image of one lamp, estimated by light paths.
 struct LampImage {
+    /// Light on the film, as luminance times mm^2 sr.
     flux: f64,
-    /// Mean luminance of its radiance.
+    /// Mean luminance of the radiance of the lamp.
     radiance: f64,
     /// Number of arrivals on the film, by cell of the entry points.
     entry: Vec<u32>,

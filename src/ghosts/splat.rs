@@ -6,7 +6,7 @@ use super::{GhostPair, Ghosts};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{LightPathInput, LightPaths, PathCount, Splat, add_splats, film_pixels};
+use crate::light_paths::{LightPathInput, LightPaths, PathCount, Splat, SplatStage, film_pixels};
 use crate::rays::LensBatch;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::stats::Stats;
@@ -27,16 +27,17 @@ struct Arrival {
     share: [f32; 3],
 }
 
-/// Returns the number of light paths per sample number, for a picture of this width and height.
-fn path_count(resolution: [u32; 2]) -> PathCount {
-    PathCount::new(resolution, SAMPLES_PER_PATH)
+/// Returns the stage for a picture of this width and height.
+fn stage(resolution: [u32; 2]) -> SplatStage {
+    let count = PathCount::new(resolution, SAMPLES_PER_PATH);
+    SplatStage { count, splats_per_path: BANDS_PER_PATH as u64 }
 }
 
 impl Ghosts {
     /// Returns the largest size of the splats that wait to be added to the film of a picture of
     /// this width and height (bytes).
     pub fn bytes_waiting(resolution: [u32; 2]) -> u64 {
-        path_count(resolution).bytes_waiting(BANDS_PER_PATH as u64)
+        stage(resolution).bytes_waiting()
     }
 
     /// Traces one light path for every [`SAMPLES_PER_PATH`] samples of the picture and adds the
@@ -52,19 +53,11 @@ impl Ghosts {
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        let count = path_count(input.frame.resolution);
-        let scale = count.splat_scale(input);
-        for sample in samples {
-            add_splats(
-                input,
-                (count, BANDS_PER_PATH as u64),
-                film,
-                stats,
-                |wave_paths: &mut Box<LightPaths>, wave| {
-                    self.wave::<R>(input, lens, wave_paths, [wave, sample], scale)
-                },
-            );
-        }
+        let stage = stage(input.frame.resolution);
+        let scale = stage.count.splat_scale(input);
+        stage.run(input, samples, film, stats, |wave_paths: &mut Box<LightPaths>, wave| {
+            self.wave::<R>(input, lens, wave_paths, wave, scale)
+        });
     }
 
     /// Returns the splats of one wave, which samples one pair. Every path is traced in several

@@ -8,7 +8,7 @@
 mod splat;
 mod wave;
 
-pub(crate) use splat::{PathCount, Splat, add_splats, film_pixels};
+pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
 pub(crate) use wave::{FilmArrival, LightPath, LightPaths};
 
 use crate::film::{Frame, Response};

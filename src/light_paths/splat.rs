@@ -1,5 +1,6 @@
 //! Splats: light that light paths add to pixels, in an order that no thread changes.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use rayon::prelude::*;
@@ -44,44 +45,60 @@ impl PathCount {
         // The film divides by the number of samples.
         input.camera.imaging_ratio / (pitch[0] * pitch[1] * self.paths())
     }
+}
 
-    /// Returns the largest size of the splats that wait to be added to the film (bytes), if a path
-    /// has so many at most.
-    pub fn bytes_waiting(self, splats_per_path: u64) -> u64 {
-        let paths = u64::from(self.waves.min(chunk(splats_per_path))) * WAVE_SIZE as u64;
-        paths * splats_per_path * size_of::<Splat>() as u64
+/// Stage that adds light paths to the film.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SplatStage {
+    /// Number of light paths of a sample number.
+    pub count: PathCount,
+    /// Largest number of pixels that a path adds light to.
+    pub splats_per_path: u64,
+}
+
+impl SplatStage {
+    /// Returns the number of waves that are traced before their splats are added to the film.
+    fn chunk(self) -> u32 {
+        (MOST_WAITING / (self.splats_per_path * WAVE_SIZE as u64)).max(1) as u32
     }
-}
 
-/// Returns the number of waves that are traced before their splats are added to the film.
-fn chunk(splats_per_path: u64) -> u32 {
-    (MOST_WAITING / (splats_per_path * WAVE_SIZE as u64)).max(1) as u32
-}
+    /// Returns the largest size of the splats that wait to be added to the film (bytes).
+    pub fn bytes_waiting(self) -> u64 {
+        let paths = u64::from(self.count.waves.min(self.chunk())) * WAVE_SIZE as u64;
+        paths * self.splats_per_path * size_of::<Splat>() as u64
+    }
 
-/// Adds the splats of all waves of a sample number to the film, in the order of the waves. `wave`
-/// returns the splats of one; each thread has its own columns `C`.
-pub(crate) fn add_splats<C: Default + Send>(
-    input: &LightPathInput<'_>,
-    (PathCount { waves: count }, splats_per_path): (PathCount, u64),
-    film: &mut FilmSums,
-    stats: &mut Stats,
-    wave: impl Fn(&mut C, u32) -> Vec<Splat> + Sync,
-) {
-    let size = chunk(splats_per_path);
-    for first in (0..count).step_by(size as usize) {
-        let one = |columns: &mut C, number| {
-            let start = thread_time();
-            let splats = wave(columns, number);
-            (splats, thread_time().saturating_sub(start))
-        };
-        let chunk: Vec<(Vec<Splat>, Duration)> =
-            (first..count.min(first + size)).into_par_iter().map_init(C::default, one).collect();
-        let stage = &mut stats.stages[Stage::LightPaths as usize];
-        for (splats, time) in chunk {
-            stage.time += time;
-            stage.rays += WAVE_SIZE as u64;
-            for Splat { pixel, light } in splats {
-                film.add_light(pixel, input.response.apply_colour(light.map(f64::from)));
+    /// Adds the splats of all waves of some sample numbers to the film, in the order of the waves.
+    /// `splats_of` returns the splats of a wave of a sample number, given as `[wave, sample]`; each
+    /// thread has its own columns `C`.
+    pub fn run<C: Default + Send>(
+        self,
+        input: &LightPathInput<'_>,
+        samples: Range<u32>,
+        film: &mut FilmSums,
+        stats: &mut Stats,
+        splats_of: impl Fn(&mut C, [u32; 2]) -> Vec<Splat> + Sync,
+    ) {
+        let (waves, chunk) = (self.count.waves, self.chunk());
+        for (sample, first) in
+            samples.flat_map(|sample| (0..waves).step_by(chunk as usize).map(move |i| (sample, i)))
+        {
+            let one = |columns: &mut C, wave| {
+                let start = thread_time();
+                let splats = splats_of(columns, [wave, sample]);
+                (splats, thread_time().saturating_sub(start))
+            };
+            let traced: Vec<(Vec<Splat>, Duration)> = (first..waves.min(first + chunk))
+                .into_par_iter()
+                .map_init(C::default, one)
+                .collect();
+            let stage = &mut stats.stages[Stage::LightPaths as usize];
+            for (splats, time) in traced {
+                stage.time += time;
+                stage.rays += WAVE_SIZE as u64;
+                for Splat { pixel, light } in splats {
+                    film.add_light(pixel, input.response.apply_colour(light.map(f64::from)));
+                }
             }
         }
     }

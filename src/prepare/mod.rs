@@ -169,7 +169,7 @@ fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let Survey { direct_light, reason } = match wanted {
         Some(false) => Survey::unwanted(),
         Some(true) => direct_light::survey(&job.light_path_input(), Lamps::All),
-        None => direct_light::survey(&job.light_path_input(), Lamps::WorthTheirTime { mean }),
+        None => direct_light::survey(&job.light_path_input(), Lamps::Noisy { mean }),
     };
     job.plan.light_paths = LightPathDecision { on: direct_light.is_some(), by, reason };
     job.direct_light = direct_light;

@@ -44,7 +44,8 @@ pub(super) fn render<R: Real<Scalar = f32>>(
         saved.body(|body| state.add_saved(body))?;
     }
     loop {
-        let done = state.done;
+        // Those of one sample number at least, because a picture may be stopped in its first pass.
+        let done = state.done.max(1);
         workers.render_splats::<R>(&mut state, done);
         if workers.stopped() || state.complete() {
             break;
@@ -189,7 +190,7 @@ impl RenderState for Uniform<'_> {
             }
         }
         self.splats.add_saved(from)?;
-        match self.splats.samples > self.done {
+        match self.splats.samples > self.done.max(1) {
             true => Err(invalid_data("it is damaged: it holds more splats than samples")),
             false => Ok(()),
         }

@@ -184,8 +184,7 @@ impl Wave {
             features.record(scene, rays, hits, samples);
             clock.lap(stats, Stage::Record, rays.len);
         }
-        let weights = job.direct_light_weights();
-        let direct_light = weights.as_ref();
+        let direct_light = job.direct_light_weights();
         let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light };
         let shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         clock.lap(stats, Stage::Shade, rays.len);

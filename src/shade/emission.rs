@@ -23,7 +23,7 @@ impl ShadeInputs<'_> {
                     let light = scene.sky_radiance(sky, origin, direction);
                     let compensated = SkySampling::Compensated;
                     let pdf = || scene.sky_density(sky, origin, direction, compensated);
-                    self.add(i, light, pdf, radiance);
+                    self.add(i, light, self.weight(i, pdf), radiance);
                 }
             } else if hit.shape != Hit::IN_MEDIUM
                 && scene.shapes[hit.shape as usize].light != NO_INDEX
@@ -33,37 +33,39 @@ impl ShadeInputs<'_> {
                 let (_, point) = scene.surface(&ray, hit);
                 let light = scene.emitted_radiance(&ray, hit, point.normal, -direction);
                 if light != [0.0; 3] {
-                    if let (0, Some(weights)) = (self.vertex.depth, self.direct_light) {
+                    let weight = if let (0, Some(weights)) = (self.vertex.depth, self.direct_light)
+                    {
                         let throughput = max_component(rays.throughput(i));
                         let found =
                             FoundLight { origin, direction, hit, point: &point, throughput };
-                        let weight = weights.camera_weight(scene, &found);
-                        self.add(i, light.map(|l| l * weight), || 0.0, radiance);
-                        continue;
-                    }
-                    let facing = rays.facing(i);
-                    let pdf = || scene.area_light_density(origin, facing, hit, &point, direction);
-                    self.add(i, light, pdf, radiance);
+                        weights.camera_weight(scene, &found)
+                    } else {
+                        let facing = rays.facing(i);
+                        self.weight(i, || {
+                            scene.area_light_density(origin, facing, hit, &point, direction)
+                        })
+                    };
+                    self.add(i, light, weight, radiance);
                 }
             }
         }
     }
 
-    /// Adds light that the i-th ray found to its sample. Sampling of lights would have found it
+    /// Returns the weight of light that the i-th ray found. Sampling of lights would have found it
     /// with the density `light_pdf`.
     #[inline(always)]
-    fn add(
-        &self,
-        i: usize,
-        light: [f32; 3],
-        light_pdf: impl FnOnce() -> f32,
-        radiance: &mut [Column<f32>; 3],
-    ) {
-        let rays = self.rays;
+    fn weight(&self, i: usize, light_pdf: impl FnOnce() -> f32) -> f32 {
+        let pdf = self.rays.pdf[i];
         // Only the lens can choose the direction of a camera ray, and only a mirror that of a ray
         // with an infinite density.
-        let sampled = self.vertex.depth > 0 && rays.pdf[i].is_finite();
-        let weight = if sampled { power_heuristic(rays.pdf[i], light_pdf()) } else { 1.0 };
+        let sampled = self.vertex.depth > 0 && pdf.is_finite();
+        if sampled { power_heuristic(pdf, light_pdf()) } else { 1.0 }
+    }
+
+    /// Adds light that the i-th ray found, times a weight, to its sample.
+    #[inline(always)]
+    fn add(&self, i: usize, light: [f32; 3], weight: f32, radiance: &mut [Column<f32>; 3]) {
+        let rays = self.rays;
         let slot = rays.slot[i] as usize;
         let throughput = rays.throughput(i);
         for channel in 0..3 {

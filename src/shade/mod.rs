@@ -14,7 +14,6 @@ mod footprint;
 mod hair_parameters;
 mod light_sampling;
 mod materials;
-
 mod neighbour_ray;
 mod random;
 mod shading_context;
@@ -75,7 +74,7 @@ pub struct ShadeInputs<'a> {
     /// The nearest hit of each ray.
     pub hits: &'a HitBatch,
     /// The lamps whose direct light light paths find too, if there are any.
-    pub direct_light: Option<&'a DirectLightWeights<'a>>,
+    pub direct_light: Option<DirectLightWeights<'a>>,
 }
 
 /// Density of the direction of a ray that left a mirror or clear glass after another surface. It is

@@ -94,6 +94,18 @@ fn a_dark_field_is_named_with_its_reason() {
     assert!(!page.contains("a plane has no finite radius"));
 }
 
+#[test]
+fn fields_without_a_chief_ray_are_named() {
+    let lens = root().join("lenses/dgauss.50mm.dat").display().to_string();
+    let (code, out, err) = report(&lens, &["--image-height", "60", "--json", "mtf"]);
+    assert_eq!(code, 0, "{err}");
+    let section: Value = serde_json::from_str(&out).expect("JSON");
+    let rows = section["tables"][0]["rows"].as_array().expect("rows");
+    let text = section["missing"].to_string();
+    println!("{} rows: {text}", rows.len());
+    assert!(text.contains("Left out, because no ray passes the vertex of the stop"), "{text}");
+}
+
 fn folder_of_report(lens: &str) -> tempfile::TempDir {
     let folder = folder();
     let mut arguments = vec!["lens", "report", lens, "-o", "out", "--image-height", "20"];

@@ -82,6 +82,8 @@ pub(super) fn render<R: Real<Scalar = f32>>(
         saved.check(workers.job)?;
         saved.body(|body| state.add_saved(body))?;
     }
+    // The render may be stopped in its first round.
+    workers.render_splats::<R>(&mut state, 1);
     let complete = loop {
         state.render_round::<R>(workers);
         if workers.stopped() {

@@ -131,8 +131,7 @@ impl Probe {
         if surroundings.media {
             scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
         }
-        let weights = job.direct_light_weights();
-        let direct_light = weights.as_ref();
+        let direct_light = job.direct_light_weights();
         let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);

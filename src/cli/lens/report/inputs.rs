@@ -16,7 +16,7 @@ pub(super) struct ReportInputs {
     pub quality: ImageQuality,
     /// Fields that are shown one by one.
     pub shown: Vec<FieldRays>,
-    /// Fields that should be shown but have no chief ray.
+    /// Fields that have no chief ray, in ascending order.
     pub left_out: Vec<f64>,
     /// Largest frequency of the MTF that the user asks for (cycles / mm).
     pub frequency: Option<f64>,

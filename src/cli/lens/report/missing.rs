@@ -63,14 +63,13 @@ pub(super) fn state_missing(section: &mut ReportSection, inputs: &ReportInputs) 
             }
         }
     }
-    if by_field {
-        section.missing.extend(inputs.left_out.iter().map(|field| {
-            let name = inputs.field_name(*field);
-            (
-                format!("Field {name} is left out: no ray of it passes the vertex of the stop."),
-                false,
-            )
-        }));
+    if by_field && !inputs.left_out.is_empty() {
+        let names: Vec<String> = inputs.left_out.iter().map(|&f| inputs.field_name(f)).collect();
+        let text = format!(
+            "Left out, because no ray passes the vertex of the stop: fields {}.",
+            names.join(", ")
+        );
+        section.missing.push((text, false));
     }
     section.missing.extend(
         gaps.into_iter().map(|gap| (format!("{}: {}.", gap.names.join(", "), gap.why), gap.usual)),

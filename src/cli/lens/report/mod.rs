@@ -72,13 +72,15 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     };
     let lens = lens.at_wavelength(conditions.primary_line().nm)?;
     let quality = ImageQuality::new(&lens, conditions, grid)?;
-    let (mut shown, mut left_out) = (Vec::new(), Vec::new());
+    let (mut shown, mut left_out) = (Vec::new(), quality.left_out.clone());
     for field in shown_fields(&quality) {
         match quality.field(field, grid.pupil) {
             Some(rays) => shown.push(rays),
             None => left_out.push(field),
         }
     }
+    left_out.sort_by(f64::total_cmp);
+    left_out.dedup();
     let inputs = ReportInputs::new(lens, quality, (shown, left_out), arguments.frequency);
     let wanted =
         |name: &&str| arguments.json.as_deref().is_none_or(|asked| asked == ALL || asked == *name);

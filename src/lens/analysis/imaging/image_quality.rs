@@ -29,6 +29,8 @@ pub struct ImageQuality {
     /// Fields from the axis to the edge, without those that have no chief ray at the primary
     /// wavelength.
     pub fields: Vec<FieldRays>,
+    /// Even fields that have no chief ray at the primary wavelength.
+    pub left_out: Vec<f64>,
     pub(super) lenses: Vec<LensAtWavelength>,
 }
 
@@ -56,16 +58,19 @@ impl ImageQuality {
         let lenses = (0..conditions.wavelengths.len())
             .map(|i| LensAtWavelength::new(lens, &conditions, i))
             .collect::<Result<Vec<_>, _>>()?;
-        let mut quality = Self { conditions, fields: Vec::new(), lenses };
+        let mut quality = Self { conditions, fields: Vec::new(), left_out: Vec::new(), lenses };
         let last = grid.fields.max(2) - 1;
         let coordinates: Vec<f64> =
             (0..=last).map(|i| quality.conditions.largest_field * i as f64 / last as f64).collect();
-        quality.fields = in_parallel(&coordinates, grid.threads, |&field| {
+        let traced = in_parallel(&coordinates, grid.threads, |&field| {
             quality.trace_field(field, grid.pupil)
-        })
-        .into_iter()
-        .flatten()
-        .collect();
+        });
+        for (field, rays) in coordinates.into_iter().zip(traced) {
+            match rays {
+                Some(rays) => quality.fields.push(rays),
+                None => quality.left_out.push(field),
+            }
+        }
         Ok(quality)
     }
 
