@@ -126,7 +126,7 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
 }
 
 /// Returns why light paths cannot find the light of this picture.
-fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
+pub(crate) fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
     let matrix = input.camera.world_from_camera.matrix3;
     let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length_squared());
     let similar = |i: usize| (lengths[i] / lengths[0] - 1.0).abs() < 1e-6;
@@ -145,18 +145,19 @@ fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str>
 }
 
 /// The camera rays of the survey.
-struct CameraView {
+pub(crate) struct CameraView {
     /// Half side of a square about the front vertex that holds all of them (mm).
-    half: f64,
+    pub half: f64,
     /// Value of a pixel that sees radiance 1.
-    exposure: f64,
+    pub exposure: f64,
     /// Number of hits, by light.
     hits: Vec<u32>,
     rays: u32,
 }
 
 impl CameraView {
-    fn new(input: &LightPathInput<'_>) -> Option<Self> {
+    /// Traces the rays; `None` if none leaves the lens.
+    pub fn new(input: &LightPathInput<'_>) -> Option<Self> {
         let LensModel::Real(lens) = &input.camera.model else { return None };
         let camera_from_world = input.camera.world_from_camera.inverse();
         let mut view =
@@ -229,7 +230,7 @@ impl LampImage {
         for wave in 0..paths / WAVE_SIZE as u32 {
             radiance += light.sample(input, lens, &mut columns, key, wave);
             sampled += columns.paths.len() as f64;
-            light.trace::<f32x8>(lens, &mut columns);
+            light.front.trace::<f32x8>(lens, &mut columns.paths, &mut columns.blocked);
             let hits = columns.paths.film_hits();
             let on_film = |i: &usize| {
                 2.0 * f64::from(hits.x[*i]).abs() < input.camera.film[0]

@@ -12,6 +12,7 @@ mod report;
 
 pub use changes::{Changes, FocusOn};
 
+use crate::caustics::{CausticSurvey, Wanted, survey_caustics};
 use crate::direct_light::{self, Lamps, Survey};
 use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
@@ -162,17 +163,28 @@ fn plan_job(
     Ok((job, report))
 }
 
-/// Decides whether light paths find the direct light of lamps. `mean` is the mean luminance of the
-/// picture.
+/// Decides whether light paths find the direct light of lamps, and caustics. `mean` is the mean
+/// luminance of the picture.
 fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let by = if wanted.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
-    let Survey { direct_light, reason } = match wanted {
-        Some(false) => Survey::unwanted(),
-        Some(true) => direct_light::survey(&job.light_path_input(), Lamps::All),
-        None => direct_light::survey(&job.light_path_input(), Lamps::Noisy { mean }),
+    let input = job.light_path_input();
+    let (lamps, caustics) = match wanted {
+        Some(false) => (Survey::unwanted(), CausticSurvey::unwanted()),
+        Some(true) => {
+            (direct_light::survey(&input, Lamps::All), survey_caustics(&input, Wanted::Any))
+        }
+        None => (
+            direct_light::survey(&input, Lamps::Noisy { mean }),
+            survey_caustics(&input, Wanted::Noisy { mean }),
+        ),
     };
-    job.plan.light_paths = LightPathDecision { on: direct_light.is_some(), by, reason };
-    job.direct_light = direct_light;
+    let on = lamps.direct_light.is_some() || caustics.caustics.is_some();
+    let reason = match lamps.reason == caustics.reason {
+        true => lamps.reason,
+        false => format!("{}; {}", lamps.reason, caustics.reason),
+    };
+    job.plan.light_paths = LightPathDecision { on, by, reason };
+    (job.direct_light, job.caustics) = (lamps.direct_light, caustics.caustics);
 }
 
 /// Turns on the effects that the plan of a job simulates.
