@@ -42,6 +42,8 @@ class Page:
         kind, data = self.socket.receive()
         if kind != BINARY:
             return json.loads(data)
+        if data[:4] != b"PZV1":
+            return {"type": "blur"}
         width, height, samples, _, flags, generation = struct.unpack_from("<IIIIIQ", data, 4)
         self.next()
         return {"type": "frame", "size": (width, height), "samples": samples, "draft": flags & 1, "generation": generation}

@@ -150,7 +150,10 @@ impl Client {
     fn next_frame(&mut self) -> Received {
         self.send(&json!({ "type": "next" }));
         loop {
-            if let Message::Binary(bytes) = self.0.read().expect("a message") {
+            // Blur maps are another kind of message.
+            if let Message::Binary(bytes) = self.0.read().expect("a message")
+                && bytes.starts_with(b"PZV1")
+            {
                 return Received::new(&bytes);
             }
         }
@@ -401,6 +404,30 @@ fn drafts_come_before_the_picture() {
     };
     assert!(frame.draft && frame.picture.size[0] < 900, "{:?}", frame.picture.size);
     assert_eq!(frame.picture.size[0], frame.picture.size[1]);
+}
+
+#[test]
+fn the_blur_map_is_sharp_where_the_focus_is() {
+    let view = View::start("dgauss.pbrt", &["--resolution", "60x40", "--spp", "1", "--fstop=2.1"]);
+    let mut client = view.client();
+    client.send(&json!({ "type": "set", "options": { "focus": "auto@30,30" } }));
+    let generation = client.hear("set")["generation"].as_u64().expect("a number");
+    let map = loop {
+        client.send(&json!({ "type": "next" }));
+        if let Message::Binary(bytes) = client.0.read().expect("a message")
+            && bytes.starts_with(b"PZC1")
+            && bytes[12..20] == generation.to_le_bytes()
+        {
+            break bytes;
+        }
+    };
+    let float = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().expect("4 bytes"));
+    let blur: Vec<f32> = map[20..].chunks_exact(4).map(float).collect();
+    assert_eq!(blur.len(), 60 * 40);
+    let [focus, front] = [30, 38].map(|y| blur[60 * y + 30]);
+    // The floor in row 38 is much nearer than in row 30.
+    assert!(focus > 0.0 && focus < 0.2 && front > 2.0 * focus, "{focus} and {front}");
+    assert_eq!(blur[30], 0.0, "the sky has no surface");
 }
 
 /// Reads one packet for tev: its kind and its content.

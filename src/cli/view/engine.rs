@@ -15,6 +15,7 @@ use petzval::prepare::{Changes, prepare_draft};
 use petzval::render::{ProgressiveRender, RenderError};
 use petzval::scene::pbrt::Description;
 
+use super::blur_map::{blur_map, reduced};
 use super::frame::ViewFrame;
 use super::panel::Panel;
 use super::preparer::{PrepareStatus, Prepared, Preparer};
@@ -192,6 +193,8 @@ impl EngineWork<'_> {
         let Prepared { mut job, .. } = prepared;
         self.plan = Some(job.plan.clone());
         job.layers.clear();
+        let blur = blur_map(&job, generation, self.engine.threads, &self.engine.state.progress);
+        self.engine.state.publish_blur(blur.unwrap_or_default());
         let target = job.samples.len() as u32;
         let threads = self.engine.threads;
         let mut picture = ProgressiveRender::new(&job, threads).map_err(|e| e.to_string())?;
@@ -208,16 +211,9 @@ impl EngineWork<'_> {
     /// Returns a frame of the same picture with so many pixels that a sample of each takes a fixed
     /// time.
     fn draft_frame(&self, frame: &Frame) -> Frame {
-        let pixels: f64 = frame.size().map(f64::from).iter().product();
-        let affordable = DRAFT_TIME.as_secs_f64() / self.sample_time;
-        let side = frame.size().map(f64::from).into_iter().fold(0.0, f64::max);
-        let scale = (affordable / pixels).sqrt().max(MIN_DRAFT_SIDE / side).min(1.0);
-        let scaled = |pixel: u32| (f64::from(pixel) * scale).round() as u32;
-        let [resolution, low, high] =
-            [frame.resolution, frame.low, frame.high].map(|point| point.map(scaled));
-        // A crop keeps a pixel at least.
-        let high = [0, 1].map(|i| high[i].max(low[i] + 1));
-        Frame { resolution: [0, 1].map(|i| resolution[i].max(high[i])), low, high }
+        let [width, height] = frame.size().map(f64::from);
+        let shortest = MIN_DRAFT_SIDE * MIN_DRAFT_SIDE * width.min(height) / width.max(height);
+        reduced(frame, (DRAFT_TIME.as_secs_f64() / self.sample_time).max(shortest))
     }
 
     /// Takes samples, or returns `None` if the settings have changed.

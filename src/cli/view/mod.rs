@@ -1,6 +1,7 @@
 //! `petzval view`: the camera in the browser.
 
 mod address;
+mod blur_map;
 mod engine;
 mod frame;
 mod lens_drawer;

@@ -31,6 +31,8 @@ pub(super) struct Shared {
     pub frame_message: (u64, Bytes),
     /// The message of the panel, and the number of such messages so far.
     pub panel_message: (u64, Utf8Bytes),
+    /// The message of the blur map, empty without one, and the number of such messages so far.
+    pub blur_message: (u64, Bytes),
     /// The distance in focus of a generation (m).
     focus: Option<(u64, f64)>,
 }
@@ -45,6 +47,7 @@ impl ViewState {
             frame: None,
             frame_message: (0, Bytes::new()),
             panel_message: (0, Utf8Bytes::default()),
+            blur_message: (0, Bytes::new()),
             focus: None,
         };
         Self { inner: Mutex::new(inner), changed: Condvar::new(), progress: Progress::default() }
@@ -113,6 +116,13 @@ impl ViewState {
         let mut shared = self.lock();
         shared.panel_message = (shared.panel_message.0 + 1, message);
         shared.focus = focus.filter(|focus| focus.is_finite()).map(|focus| (generation, focus));
+        self.changed.notify_all();
+    }
+
+    /// Shows the blur map of a picture.
+    pub fn publish_blur(&self, message: Vec<u8>) {
+        let mut shared = self.lock();
+        shared.blur_message = (shared.blur_message.0 + 1, Bytes::from(message));
         self.changed.notify_all();
     }
 

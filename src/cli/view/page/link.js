@@ -5,6 +5,16 @@ const HEADER = 32;
 // Longest time that settings wait for the frame of those before (ms).
 const PACE = 250;
 
+/** Reads a blur map; see blur_map in the source for its layout. A picture without one has an empty message. */
+function blurOf(buffer) {
+  if (buffer.byteLength === 0) return null;
+  const view = new DataView(buffer);
+  const [width, height] = [4, 8].map((at) => view.getUint32(at, true));
+  return { width, height, diameters: new Float32Array(buffer, 20, width * height) };
+}
+
+const isBlur = (buffer) => buffer.byteLength === 0 || new DataView(buffer).getUint32(0, false) === 0x505a4331;
+
 /** Reads a frame of the server; see ViewFrame in the source for its layout. */
 function frameOf(buffer) {
   const view = new DataView(buffer);
@@ -21,7 +31,7 @@ function frameOf(buffer) {
 }
 
 export class Link {
-  /** `on` has the methods frame, state, refused and connected. */
+  /** `on` has the methods frame, blur, state, refused and connected. */
   constructor(on) {
     this.on = on;
     this.pending = null;
@@ -43,7 +53,8 @@ export class Link {
       this.next();
     };
     this.socket.onmessage = ({ data }) => {
-      if (data instanceof ArrayBuffer) this.receive(frameOf(data));
+      if (data instanceof ArrayBuffer && isBlur(data)) this.on.blur(blurOf(data));
+      else if (data instanceof ArrayBuffer) this.receive(frameOf(data));
       else this.hear(JSON.parse(data));
     };
     this.socket.onclose = () => {

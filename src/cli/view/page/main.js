@@ -41,6 +41,10 @@ const link = new Link({
     document.documentElement.dataset.generation = String(frame.generation);
     document.documentElement.dataset.samples = String(draft ? 0 : samples);
   },
+  blur(map) {
+    screen.blur = map;
+    if (screen.options.peak) screen.redraw();
+  },
   state(received) {
     state = received;
     if (!moving && received.camera) view = received.camera;

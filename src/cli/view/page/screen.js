@@ -30,6 +30,7 @@ export class Screen {
     this.exposure = 0;
     this.options = { clip: true, false: false, peak: false, grid: false, loupe: false };
     this.frame = null;
+    this.blur = null;
     this.kept = null;
     this.wipe = null;
     this.cursor = null;
@@ -84,7 +85,7 @@ export class Screen {
     }
     if (options.false) this.paintBands(light, data, gain);
     else if (options.clip) this.paintClipping(light, data, width, gain);
-    if (options.peak) this.paintEdges(light, data, width, height);
+    if (options.peak) this.paintFocus(data, width, height);
     context.putImageData(image, 0, 0);
   }
 
@@ -106,14 +107,19 @@ export class Screen {
     }
   }
 
-  /** Marks pixels with much local contrast. */
-  paintEdges(light, data, width, height) {
-    for (let y = 2; y < height - 2; y++) {
-      for (let x = 2; x < width - 2; x++) {
-        const at = (dx, dy) => Math.log2(luminance(light, 3 * ((y + dy) * width + x + dx)) + 1e-3);
-        const across = Math.abs(at(1, 0) - at(-1, 0));
-        const along = Math.abs(at(0, 1) - at(0, -1));
-        if (Math.max(across, along) > 0.9) data.set([40, 255, 120, 255], 4 * (y * width + x));
+  /** Paints surfaces green whose circle of confusion is below two pixels, fully below one. */
+  paintFocus(data, width, height) {
+    const { blur } = this;
+    if (!blur) return;
+    for (let y = 0, to = 0; y < height; y++) {
+      const row = Math.floor((y * blur.height) / height) * blur.width;
+      for (let x = 0; x < width; x++, to += 4) {
+        const diameter = blur.diameters[row + Math.floor((x * blur.width) / width)];
+        if (!(diameter > 0 && diameter < 2)) continue;
+        const share = 0.6 * Math.min(1, 2 - diameter);
+        data[to] += share * (20 - data[to]);
+        data[to + 1] += share * (255 - data[to + 1]);
+        data[to + 2] += share * (90 - data[to + 2]);
       }
     }
   }

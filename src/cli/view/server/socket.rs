@@ -51,6 +51,8 @@ enum News {
     Frame(u64, Bytes),
     /// The panel, and its number.
     Panel(u64, Message),
+    /// The blur map, and its number.
+    Blur(u64, Bytes),
     End,
 }
 
@@ -130,20 +132,24 @@ impl Server {
 
     fn write_news(&self, stream: &TcpStream, client: &Client) {
         let mut socket = WebSocket::from_raw_socket(stream, Role::Server, None);
-        let (mut frame, mut panel) = (0, 0);
+        let mut seen = Seen::default();
         loop {
-            let news = self.state.wait(PING, |shared| next_news(shared, client, frame, panel));
+            let news = self.state.wait(PING, |shared| next_news(shared, client, &seen));
             let message = match news {
                 None => Message::Ping(Bytes::new()),
                 Some(News::Message(message)) => message,
                 Some(News::Frame(number, message)) => {
-                    frame = number;
+                    seen.frame = number;
                     client.asked.store(false, Ordering::Relaxed);
                     Message::Binary(message)
                 }
                 Some(News::Panel(number, message)) => {
-                    panel = number;
+                    seen.panel = number;
                     message
+                }
+                Some(News::Blur(number, message)) => {
+                    seen.blur = number;
+                    Message::Binary(message)
                 }
                 Some(News::End) => {
                     let _ = socket.close(None);
@@ -157,21 +163,35 @@ impl Server {
     }
 }
 
+/// The numbers of the last messages that a client has got.
+#[derive(Default)]
+struct Seen {
+    frame: u64,
+    panel: u64,
+    blur: u64,
+}
+
 /// Returns what a client does not know yet.
-fn next_news(shared: &Shared, client: &Client, frame: u64, panel: u64) -> Option<News> {
+fn next_news(shared: &Shared, client: &Client, seen: &Seen) -> Option<News> {
     if shared.stopped || client.closed.load(Ordering::Relaxed) {
         return Some(News::End);
     }
     if let Some(answer) = client.next_answer() {
         return Some(News::Message(answer));
     }
-    if shared.panel_message.0 > panel {
+    if shared.panel_message.0 > seen.panel {
         let (number, message) = shared.panel_message.clone();
         return Some(News::Panel(number, Message::Text(message)));
     }
-    if shared.frame_message.0 > frame && client.asked.load(Ordering::Relaxed) {
-        let (number, message) = shared.frame_message.clone();
-        return Some(News::Frame(number, message));
+    if !client.asked.load(Ordering::Relaxed) {
+        return None;
     }
-    None
+    if shared.blur_message.0 > seen.blur {
+        let (number, message) = shared.blur_message.clone();
+        return Some(News::Blur(number, message));
+    }
+    (shared.frame_message.0 > seen.frame).then(|| {
+        let (number, message) = shared.frame_message.clone();
+        News::Frame(number, message)
+    })
 }
