@@ -9,8 +9,10 @@ mod focus;
 mod lens;
 mod pilot;
 mod report;
+mod viewpoint;
 
 pub use changes::{Changes, FocusOn};
+pub use viewpoint::Viewpoint;
 
 use crate::caustics::{CausticSurvey, Wanted, survey_caustics};
 use crate::direct_light::{self, Lamps, Survey};
@@ -20,7 +22,7 @@ use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lens::{LensError, LensModel};
 use crate::plan::{
-    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, PlanInput, plan,
+    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
 };
 use crate::render::RenderError;
 use crate::scene::pbrt::Description;
@@ -79,6 +81,46 @@ pub fn prepare(
     files.join(context.files());
     job.files = files;
     Ok((job, report.notes, report.warnings))
+}
+
+/// Effects of a draft: those that move, blur or dim much of the light, and cost little to prepare.
+const DRAFT_EFFECTS: [Effect; 6] = [
+    Effect::Fresnel,
+    Effect::Iris,
+    Effect::Motion,
+    Effect::RollingShutter,
+    Effect::TiltShift,
+    Effect::Media,
+];
+
+/// Prepares a draft of a picture, in a fraction of the time of [`prepare`], for a viewer. Its effects
+/// are those of the plan of a similar picture, except for dispersion, ghosts, diffraction and the
+/// sensor. It has no layers, and no light paths.
+///
+/// # Errors
+/// Returns an error as [`prepare`].
+pub fn prepare_draft(
+    description: Description,
+    changes: &Changes,
+    similar: &Plan,
+) -> Result<Job, PrepareError> {
+    let context = description.context.temporary();
+    let exposure = Exposure::new(&description, changes)?;
+    let mut report = Report {
+        camera_at: description.camera_at.clone(),
+        warnings: Vec::new(),
+        notes: Notes::new(),
+    };
+    let excluded = ExcludedEffects::new(&changes.effects);
+    let Draft { mut job, .. } =
+        draft(description, changes, &context, excluded, &exposure, &mut report)?;
+    job.plan = similar.clone();
+    for decision in &mut job.plan.effects {
+        decision.on &= DRAFT_EFFECTS.contains(&decision.effect);
+    }
+    (job.layers, job.sensor) = (Vec::new(), None);
+    apply_plan(&mut job, exposure, None)?;
+    Ok(job)
 }
 
 /// Effects that the user turns off and that shape the input of the plan, so that they are left out

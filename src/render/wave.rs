@@ -71,8 +71,8 @@ impl Wave {
         wave
     }
 
-    /// Renders a work item, wave by wave. Returns its result and the number of film samples, or
-    /// `None` if the render is stopped.
+    /// Renders a work item, wave by wave. Returns its result, whose sums are not rounded, and the
+    /// number of film samples, or `None` if the render is stopped.
     pub fn render_item<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,

@@ -61,6 +61,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::rays::{Hit, NO_INDEX, Ray};
 use animated::{AnimatedInstances, FrozenScene};
+pub(crate) use transform::look_at_rotation;
 use transform::{to_f32, to_f64};
 
 /// Geometry with its material.

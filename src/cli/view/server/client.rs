@@ -1,0 +1,36 @@
+//! Client: what the two threads of a WebSocket know of each other.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use tungstenite::Message;
+
+/// Answers that wait for a client. One that sends messages without reading answers is closed.
+const MAX_WAITING: usize = 16;
+
+/// A client of the view.
+#[derive(Default)]
+pub(super) struct Client {
+    /// Whether it has asked for the next frame.
+    pub asked: AtomicBool,
+    /// Whether its connection ends.
+    pub closed: AtomicBool,
+    answers: Mutex<VecDeque<Message>>,
+}
+
+impl Client {
+    /// Adds an answer for the client.
+    pub fn answer(&self, message: Message) {
+        let mut answers = self.answers.lock().unwrap_or_else(PoisonError::into_inner);
+        answers.push_back(message);
+        if answers.len() > MAX_WAITING {
+            self.closed.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Returns the next answer.
+    pub fn next_answer(&self) -> Option<Message> {
+        self.answers.lock().unwrap_or_else(PoisonError::into_inner).pop_front()
+    }
+}
