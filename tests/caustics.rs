@@ -8,7 +8,7 @@ use petzval::prepare::{Changes, prepare};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
 use support::workspace::Workspace;
-use support::{folder, in_parallel, picture, root, write};
+use support::{folder, in_parallel, mean_and_error, picture, root, write};
 
 /// A table, seen from above, and a lamp large enough for camera paths to find.
 const TABLE: &str = r#"
@@ -123,14 +123,6 @@ fn job(case: &Case, light_paths: Option<bool>, seed: u32, samples: u32) -> Job {
     prepare(description, &changes).expect("a job").0
 }
 
-/// Returns the mean and its standard error.
-fn mean_and_error(values: &[f64]) -> [f64; 2] {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    [mean, (variance / n).sqrt()]
-}
-
 /// Returns the light of a picture's pixels, once of all and once of each third of its columns.
 fn light(picture: &Picture) -> [f64; 4] {
     let mut sums = [0.0; 4];
@@ -238,14 +230,7 @@ fn shards_have_the_caustics_of_a_whole_render() {
     );
     std::fs::write(workspace.path("ball.pbrt"), text).expect("a scene");
     let render = "render ball.pbrt --spp 90 --light-paths on --effects none";
-    workspace.run_ok(&format!("{render} -o whole.exr"));
-    for i in 1..=3 {
-        workspace.run_ok(&format!("{render} -o {i}.petzval --shard {i}/3"));
-    }
-    workspace.run_ok("merge 2.petzval 1.petzval 3.petzval -o merged.exr");
-    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| workspace.contents(name));
-    let off = merged.difference(&whole);
-    assert!(off < 1e-5, "differs by {off:e}");
+    workspace.merges_to_the_whole(render);
     workspace.run_ok(
         "render ball.pbrt --spp 90 --effects none -o off.petzval --shard 3/3 --light-paths off",
     );

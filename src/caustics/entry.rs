@@ -1,7 +1,8 @@
 //! Entry points of light paths in the plane of the front vertex, for a point of the scene.
 
-use glam::DVec3;
 use std::f64::consts::PI;
+
+use glam::DVec3;
 
 use crate::lens::{Paraxial, RealLens};
 use crate::sampler::concentric_disk;

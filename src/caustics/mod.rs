@@ -21,7 +21,7 @@ mod start;
 mod survey;
 mod walk;
 
-pub use survey::{CausticSurvey, Wanted, survey_caustics};
+pub use survey::survey_caustics;
 
 use crate::film::{Frame, PixelFilter};
 use crate::light_paths::{FrontEntry, PathCount, SplatStage};

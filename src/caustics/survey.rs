@@ -5,10 +5,11 @@ use super::caster::casters;
 use super::entry::EntrySampler;
 use super::path_count;
 use super::walk::{CausticColumns, Connected};
-use crate::direct_light::{CameraView, obstacle};
 use crate::lanes::f32x8;
 use crate::lens::LensModel;
-use crate::light_paths::{FrontEntry, LightPathInput};
+use crate::light_paths::{
+    CameraView, FrontEntry, LightPathInput, LightPathSelection, LightPathSurvey, obstacle,
+};
 use crate::rays::WAVE_SIZE;
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
@@ -25,49 +26,21 @@ const NOISIEST: f64 = 1.0;
 /// Largest variance of light paths relative to that of camera paths.
 const LARGEST: f64 = 0.5;
 
-/// Result of a survey.
-#[derive(Clone, Debug)]
-pub struct CausticSurvey {
-    /// The caustics, if light paths are worth their time.
-    pub caustics: Option<Caustics>,
-    /// The reason, in a sentence.
-    pub reason: String,
-}
-
-/// Which caustics light paths find.
-#[derive(Clone, Copy, Debug)]
-pub enum Wanted {
-    /// All that there are.
-    Any,
-    /// Those that make the pictures of camera paths noisy.
-    Noisy {
-        /// The mean luminance of the picture.
-        mean: f64,
-    },
-}
-
-impl CausticSurvey {
-    /// No light paths, by the user's wish.
-    pub fn unwanted() -> Self {
-        Self { caustics: None, reason: "not wanted".to_owned() }
-    }
-}
-
 /// Surveys the caustics of a scene.
-pub fn survey_caustics(input: &LightPathInput<'_>, wanted: Wanted) -> CausticSurvey {
-    match caustics_in_view(input, wanted) {
-        Ok(caustics) => {
-            let reason = match caustics.casters() {
-                1 => "caustics of one surface".to_owned(),
-                count => format!("caustics of {count} surfaces"),
-            };
-            CausticSurvey { caustics: Some(caustics), reason }
-        }
-        Err(reason) => CausticSurvey { caustics: None, reason: reason.to_owned() },
-    }
+pub fn survey_caustics(
+    input: &LightPathInput<'_>,
+    selection: LightPathSelection,
+) -> LightPathSurvey<Caustics> {
+    LightPathSurvey::new(caustics_in_view(input, selection), |found| match found.casters() {
+        1 => "caustics of one surface".to_owned(),
+        count => format!("caustics of {count} surfaces"),
+    })
 }
 
-fn caustics_in_view(input: &LightPathInput<'_>, wanted: Wanted) -> Result<Caustics, &'static str> {
+fn caustics_in_view(
+    input: &LightPathInput<'_>,
+    selection: LightPathSelection,
+) -> Result<Caustics, &'static str> {
     let LensModel::Real(lens) = &input.camera.model else {
         return Err("the camera has no lens of glass");
     };
@@ -108,7 +81,7 @@ fn caustics_in_view(input: &LightPathInput<'_>, wanted: Wanted) -> Result<Causti
         .map(|(moment, area)| (1.0 - ANYWHERE) * moment / total + ANYWHERE * area / anywhere)
         .collect();
     caustics.set_shares(&shares);
-    let Wanted::Noisy { mean } = wanted else { return Ok(caustics) };
+    let LightPathSelection::Noisy { mean } = selection else { return Ok(caustics) };
     let second = Pilot::trace(&caustics, input, WAVES[0]..WAVES[0] + WAVES[1]);
     // A camera path that finds the light has the value v: the variance is v times the mean.
     let camera = view.exposure * REFLECTANCE * second.light_by_radiance;

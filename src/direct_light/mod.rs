@@ -30,8 +30,7 @@ mod survey;
 
 pub use density::DirectLightWeights;
 pub(crate) use density::FoundLight;
-pub(crate) use survey::{CameraView, obstacle};
-pub use survey::{Lamps, Survey, survey};
+pub use survey::survey;
 
 use crate::film::{Frame, PixelFilter};
 use crate::lens::RealLens;

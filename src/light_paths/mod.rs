@@ -5,14 +5,19 @@
 //! is traced through the surfaces to the film, and the light that arrives is splatted there. Ghosts
 //! and the direct light of lamps both use them.
 
+mod camera_view;
 mod front;
 mod primitive_choice;
 mod splat;
+mod survey;
 mod wave;
 
+pub(crate) use camera_view::CameraView;
 pub(crate) use front::{FrontEntry, splats};
 pub(crate) use primitive_choice::PrimitiveChoice;
 pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
+pub(crate) use survey::obstacle;
+pub use survey::{LightPathSelection, LightPathSurvey};
 pub(crate) use wave::{FilmArrival, LightPath, LightPaths};
 
 use crate::film::{Frame, Response};

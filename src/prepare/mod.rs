@@ -14,13 +14,14 @@ mod viewpoint;
 pub use changes::{Changes, FocusOn};
 pub use viewpoint::Viewpoint;
 
-use crate::caustics::{CausticSurvey, Wanted, survey_caustics};
-use crate::direct_light::{self, Lamps, Survey};
+use crate::caustics::survey_caustics;
+use crate::direct_light;
 use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lens::{LensError, LensModel};
+use crate::light_paths::{LightPathSelection, LightPathSurvey};
 use crate::plan::{
     DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
 };
@@ -210,23 +211,24 @@ fn plan_job(
 fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let by = if wanted.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
     let input = job.light_path_input();
-    let (lamps, caustics) = match wanted {
-        Some(false) => (Survey::unwanted(), CausticSurvey::unwanted()),
-        Some(true) => {
-            (direct_light::survey(&input, Lamps::All), survey_caustics(&input, Wanted::Any))
-        }
-        None => (
-            direct_light::survey(&input, Lamps::Noisy { mean }),
-            survey_caustics(&input, Wanted::Noisy { mean }),
-        ),
+    let selection = match wanted {
+        Some(false) => None,
+        Some(true) => Some(LightPathSelection::All),
+        None => Some(LightPathSelection::Noisy { mean }),
     };
-    let on = lamps.direct_light.is_some() || caustics.caustics.is_some();
+    let (lamps, caustics) = match selection {
+        None => (LightPathSurvey::unwanted(), LightPathSurvey::unwanted()),
+        Some(selection) => {
+            (direct_light::survey(&input, selection), survey_caustics(&input, selection))
+        }
+    };
+    let on = lamps.light_paths.is_some() || caustics.light_paths.is_some();
     let reason = match lamps.reason == caustics.reason {
         true => lamps.reason,
         false => format!("{}; {}", lamps.reason, caustics.reason),
     };
     job.plan.light_paths = LightPathDecision { on, by, reason };
-    (job.direct_light, job.caustics) = (lamps.direct_light, caustics.caustics);
+    (job.direct_light, job.caustics) = (lamps.light_paths, caustics.light_paths);
 }
 
 /// Turns on the effects that the plan of a job simulates.

@@ -20,8 +20,9 @@ use crate::stats::Stats;
 /// Render that takes samples step by step and has a picture after each step.
 ///
 /// The picture after some number of samples per pixel is that of [`render`](super::render()) with
-/// this number, without diffraction, bit for bit and whatever the steps: tiles carry the rounding errors of their sums, and
-/// passes end at the same sample numbers. Neither the layers nor the stop criteria of the job apply.
+/// this number, without diffraction, bit for bit and whatever the steps: tiles carry the rounding
+/// errors of their sums, and passes end at the same sample numbers. Neither the layers nor the stop
+/// criteria of the job apply.
 pub struct ProgressiveRender<'a> {
     job: &'a Job,
     pool: ThreadPool,

@@ -27,7 +27,7 @@ pub(super) struct LensDrawer {
     own: Option<PathBuf>,
 }
 
-/// What the drawer shows of a lens.
+/// Entry of the drawer: a lens with its facts and its section drawing.
 struct LensCard {
     facts: Value,
     section: String,

@@ -6,7 +6,8 @@ use std::sync::{Mutex, PoisonError};
 
 use tungstenite::Message;
 
-/// Answers that wait for a client. One that sends messages without reading answers is closed.
+/// Largest number of answers that wait for a client. Beyond it the connection is closed: the client
+/// sends messages and does not read.
 const MAX_WAITING: usize = 16;
 
 /// A client of the view.

@@ -154,7 +154,7 @@ impl Server {
     }
 }
 
-/// What a connection gets.
+/// Answer to a request.
 enum Answer {
     Reply(Reply),
     /// A WebSocket, with the key of the client.
