@@ -36,6 +36,17 @@ const DISK: &str = r#"
     Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
     Shape "trianglemesh" "point3 P" [-5 -5 7  5 -5 7  5 5 7  -5 5 7] "integer indices" [0 2 1 0 3 2]"#;
 
+/// Lamps far off the axis.
+const ASIDE: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate 1.5 0.2 2 Shape "sphere" "float radius" 0.05
+    AttributeEnd
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate -2 0.2 0.7 Shape "sphere" "float radius" 0.05
+    AttributeEnd"#;
+
 /// A rectangle and a triangle of two sizes, the first half hidden by a post near the camera.
 const HIDDEN: &str = r#"
     AttributeBegin
@@ -106,6 +117,12 @@ fn cases() -> Vec<Case> {
             )
         },
         case("anamorphic", "anamorphic.toml", "\"float focusdistance\" 2", BALL),
+        case(
+            "fisheye",
+            "fisheye.10mm.dat",
+            "\"float focusdistance\" 1 \"float aperturediameter\" 4",
+            ASIDE,
+        ),
     ]
 }
 

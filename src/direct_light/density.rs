@@ -4,7 +4,8 @@ use glam::Vec3;
 
 use super::{DirectLight, path_count};
 use crate::film::Frame;
-use crate::lens::{Camera, LensModel};
+use crate::lens::{Camera, LensModel, RealLens};
+use crate::light_paths::{FilmHit, FrontEntry};
 use crate::rays::Hit;
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{Scene, SurfacePoint};
@@ -23,7 +24,7 @@ pub struct DirectLightWeights<'a> {
 /// A camera ray that found a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FoundLight<'a> {
-    /// Where the ray leaves the plane of the front vertex, in the world.
+    /// Where the ray leaves the lens, in the world.
     pub origin: Vec3,
     /// Its unit direction.
     pub direction: Vec3,
@@ -39,33 +40,49 @@ impl DirectLightWeights<'_> {
     /// Returns the weight of a camera path that ends at a light.
     pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
         let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
-        let pitch = self.camera.pixel_pitch(self.frame.resolution);
         let per_pixel = f64::from(found.throughput) / self.camera.imaging_ratio;
-        // The camera takes one path per pixel.
-        let camera = 1.0 / (pitch[0] * pitch[1] * per_pixel);
-        power_heuristic(camera as f32, density as f32)
+        let camera = 1.0 / (self.pixel_area() * per_pixel);
+        power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
-    /// Returns the density over etendue (mm^-2 sr^-1) of the light paths of one sample number at
-    /// the path of a camera ray. `None` if no light path finds it.
+    /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1).
+    pub(super) fn light_weight(&self, lens: &RealLens, density: f64, hit: &FilmHit) -> f32 {
+        let [x, y, z] = hit.towards;
+        let normal = lens.film_pose.film_normal();
+        let cos = (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();
+        let camera = lens.sampling_density(hit.point, hit.towards)
+            / (hit.transmission * cos * self.pixel_area());
+        power_heuristic((density * self.light_paths()) as f32, camera as f32)
+    }
+
+    /// Returns the area of a pixel (mm^2). The camera takes one path per pixel.
+    fn pixel_area(&self) -> f64 {
+        let [width, height] = self.camera.pixel_pitch(self.frame.resolution);
+        width * height
+    }
+
+    /// Returns the number of light paths per sample number.
+    fn light_paths(&self) -> f64 {
+        path_count(self.frame).paths()
+    }
+
+    /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
+    /// `None` if no light path finds it.
     fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
         let FoundLight { origin, direction, hit, point, .. } = *found;
         let LensModel::Real(lens) = &self.camera.model else { return None };
         let lamps = self.direct_light;
         let light = scene.shapes[hit.shape as usize].light;
         let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
-        let camera_from_world = self.camera.world_from_camera.inverse();
-        let place = camera_from_world.transform_point3(origin.as_dvec3()) / lens.units_per_mm;
-        let cos = camera_from_world.transform_vector3(direction.as_dvec3()).normalize().z;
-        let uv = [place.x, place.y].map(|v| (v / lamps.front.half + 1.0) / 2.0);
-        if !(cos > 0.0 && uv.iter().all(|v| (0.0..1.0).contains(v))) {
+        let (at_front, towards) = FrontEntry::crossing(self.camera, lens, origin, direction)?;
+        let uv = at_front.map(|v| (v / lamps.front.half + 1.0) / 2.0);
+        if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
             return None;
         }
         let entry = f64::from(lamp.entry.density(uv.map(|v| v as f32)));
         let to_light = scene.emitter_density(hit, origin, point, direction)
             * lamp.primitives.probability(hit.primitive);
-        let paths = lamps.density(f64::from(lamp.share), entry, f64::from(to_light), cos);
-        Some(paths * path_count(self.frame).paths())
+        Some(lamps.density(f64::from(lamp.share), entry, f64::from(to_light), towards.z))
     }
 }
 
@@ -75,5 +92,116 @@ impl DirectLight {
     /// and its cosine to the axis.
     pub(super) fn density(&self, share: f64, entry: f64, to_light: f64, cos: f64) -> f64 {
         share * entry / (4.0 * self.front.half * self.front.half) * to_light / cos
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::splat::DirectColumns;
+    use super::*;
+    use crate::job::Job;
+    use crate::lanes::f32x8;
+    use crate::lens::LensColumns;
+    use crate::light_paths::{LightPath, sample_film};
+    use crate::prepare::{Changes, prepare};
+    use crate::rays::{HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch};
+    use crate::sampler::pixel_key;
+    use crate::scene::{TraversalStack, pbrt};
+    use crate::stats::LensStats;
+
+    fn night() -> Job {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/night.pbrt");
+        let changes = Changes {
+            effects: "+iris,+fresnel,-ghosts,-diffraction".parse().expect("effects"),
+            light_paths: Some(true),
+            resolution: Some([90, 60]),
+            ..Changes::default()
+        };
+        prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+    }
+
+    /// Calls `check` for every ray of a wave that hits a lamp.
+    fn for_lamps(job: &Job, rays: &RayBatch, mut check: impl FnMut(usize, &FoundLight)) {
+        let (mut hits, mut stack) = (Box::<HitBatch>::default(), TraversalStack::default());
+        job.scene.intersect::<f32x8>(rays, &mut hits, &mut stack);
+        for i in 0..rays.len {
+            let (hit, ray) = (&hits[i], rays.ray(i));
+            if hit.shape == NO_INDEX || job.scene.shapes[hit.shape as usize].light == NO_INDEX {
+                continue;
+            }
+            let (_, point) = job.scene.surface(&ray, hit);
+            let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+            let throughput = rays.throughput(i)[0];
+            check(i, &FoundLight { origin, direction, hit, point: &point, throughput });
+        }
+    }
+
+    #[test]
+    fn weights_of_camera_path_and_light_path_add_up_to_one() {
+        let job = night();
+        let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
+        let weights = job.direct_light_weights().expect("lamps");
+        let lamps = weights.direct_light;
+        let (mut columns, mut paths) = (Box::<LensColumns>::default(), DirectColumns::default());
+        let (mut rays, mut stats) = (Box::<RayBatch>::default(), LensStats::default());
+        let mut samples = Box::<SampleBatch>::default();
+        let (mut compared, mut shared) = (0, 0);
+        let key = pixel_key(0, 0, 0);
+        for wave in 0..64 {
+            sample_film(&job.camera, key, wave, &mut samples);
+            job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+            let mut expected = Vec::new();
+            paths.paths.clear();
+            for_lamps(&job, &rays, |_, found| {
+                let Some(density) = weights.light_path_density(&job.scene, found) else { return };
+                let (at_front, towards) =
+                    FrontEntry::crossing(&job.camera, lens, found.origin, found.direction)
+                        .expect("a ray from the lens");
+                let start = lamps.front.start(at_front, towards);
+                let shadow = Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], t_max: 1.0 };
+                paths.paths.push(&LightPath { start, towards, shadow }, [1.0; 3], [0.5; 2]);
+                expected.push((density, weights.camera_weight(&job.scene, found)));
+            });
+            lamps.front.trace::<f32x8>(lens, &mut paths.paths, &mut paths.blocked);
+            for (i, (density, camera)) in expected.into_iter().enumerate() {
+                // Rounding may block a ray at the rim of an element in one direction only.
+                let Some(hit) = paths.paths.film_hit(i) else { continue };
+                let sum = camera + weights.light_weight(lens, density, &hit);
+                assert!((sum - 1.0).abs() < 1e-4, "{camera} of {sum} at {:?}", hit.point);
+                compared += 1;
+                shared += i32::from((0.01..0.99).contains(&camera));
+            }
+        }
+        assert!(compared > 500 && shared > 50, "{compared}, {shared}");
+    }
+
+    #[test]
+    fn the_density_of_a_light_path_is_that_of_its_sample() {
+        let job = night();
+        let input = job.light_path_input();
+        let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
+        let weights = job.direct_light_weights().expect("lamps");
+        let (mut columns, mut rays) = (DirectColumns::default(), Box::<RayBatch>::default());
+        let mut compared = 0;
+        for wave in 0..4 {
+            weights.direct_light.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
+            rays.len = 0;
+            for i in 0..columns.paths.len() {
+                let ray = Ray { t_max: f32::INFINITY, ..columns.paths.shadow_ray(i) };
+                rays.push(ray, [1.0; 3], i as u32);
+            }
+            for_lamps(&job, &rays, |i, found| {
+                let density = weights.light_path_density(&job.scene, found).unwrap_or(0.0);
+                let ratio = density / columns.densities[i];
+                // Another lamp may be before the one that was sampled.
+                if (0.5..2.0).contains(&ratio) {
+                    assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
+                    compared += 1;
+                }
+            });
+        }
+        assert!(compared > 1000, "{compared}");
     }
 }

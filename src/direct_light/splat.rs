@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::{DirectLight, path_count};
+use super::{DirectLight, DirectLightWeights, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
@@ -12,7 +12,6 @@ use crate::light_paths::{
     FrontEntry, LightPath, LightPathInput, LightPaths, Splat, SplatStage, splats,
 };
 use crate::rays::{Ray, WAVE_SIZE};
-use crate::sampler::mis::power_heuristic;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::scene::{SurfacePoint, gamma, luminance};
 use crate::stats::Stats;
@@ -22,7 +21,7 @@ use crate::stats::Stats;
 pub(super) struct DirectColumns {
     pub paths: Box<LightPaths>,
     /// Density of each path over etendue (mm^-2 sr^-1).
-    densities: Vec<f64>,
+    pub densities: Vec<f64>,
     pub blocked: Vec<u64>,
 }
 
@@ -112,16 +111,10 @@ impl DirectLight {
         columns: &mut DirectColumns,
     ) -> Vec<Splat> {
         let DirectColumns { paths, densities, .. } = columns;
-        let count = path_count(input.frame);
-        let pitch = input.camera.pixel_pitch(input.frame.resolution);
-        let normal = lens.film_pose.film_normal();
-        splats::<R>(input, count, paths, |i, hit| {
-            let [x, y, z] = hit.towards;
-            let cos =
-                (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();
-            let camera = lens.sampling_density(hit.point, hit.towards)
-                / (hit.transmission * cos * pitch[0] * pitch[1]);
-            f64::from(power_heuristic((densities[i] * count.paths()) as f32, camera as f32))
+        let weights =
+            DirectLightWeights { direct_light: self, camera: input.camera, frame: input.frame };
+        splats::<R>(input, path_count(input.frame), paths, |i, hit| {
+            f64::from(weights.light_weight(lens, densities[i], hit))
         })
     }
 }

@@ -14,8 +14,13 @@ use crate::scene::luminance;
 
 /// Light paths for all lamps together.
 const LIGHT_PATHS: u32 = 1 << 19;
-/// Fewest and most light paths of one lamp.
+/// Fewest and most light paths of one lamp, as long as enough of them arrive.
 const PATHS_PER_LAMP: [u32; 2] = [1 << 10, 1 << 12];
+/// Most light paths of a lamp of which few arrive: the pupil of a wide lens is a small part of its
+/// front.
+const PATHS_OF_RARE_LAMP: u32 = 1 << 16;
+/// Arrivals on the film that are enough for the distribution of a lamp's entry points.
+const ENOUGH_ARRIVALS: u32 = 32;
 /// Largest number of lights that are surveyed.
 const MAX_LIGHTS: usize = 512;
 /// Largest share of the camera rays that hit a lamp which is worth light paths.
@@ -58,8 +63,9 @@ fn lamps_in_view(
         })
         .take(MAX_LIGHTS)
         .collect();
-    let paths =
-        (LIGHT_PATHS / lights.len().max(1) as u32).clamp(PATHS_PER_LAMP[0], PATHS_PER_LAMP[1]);
+    let share = LIGHT_PATHS / lights.len().max(1) as u32;
+    let [fewest, most] = PATHS_PER_LAMP;
+    let paths = [share.clamp(fewest, most), share.clamp(fewest, PATHS_OF_RARE_LAMP)];
     let mut all = DirectLight::new(lens, view.half, input.scene.lights.all.len());
     let film_area = input.camera.film[0] * input.camera.film[1];
     let (mut found, mut variance) = (Vec::new(), 0.0);
@@ -112,13 +118,24 @@ impl LampImage {
         self.flux > 0.0 && self.flux.is_finite()
     }
 
-    fn trace(light: &DirectLight, input: &LightPathInput<'_>, lens: &RealLens, paths: u32) -> Self {
+    /// Traces the first number of light paths, and up to the second if few arrive.
+    fn trace(
+        light: &DirectLight,
+        input: &LightPathInput<'_>,
+        lens: &RealLens,
+        [paths, most]: [u32; 2],
+    ) -> Self {
         let mut columns = DirectColumns::default();
         let mut image =
             Self { flux: 0.0, radiance: 0.0, entry: vec![0; ENTRY_CELLS * ENTRY_CELLS] };
         let key = pixel_key(light.lamps[0].light, u32::MAX - 3, input.seed);
         let (mut radiance, mut sampled) = (0.0, 0.0f64);
-        for wave in 0..paths / WAVE_SIZE as u32 {
+        let (mut arrived, mut traced) = (0, 0);
+        for wave in 0..most / WAVE_SIZE as u32 {
+            if traced >= paths && arrived >= ENOUGH_ARRIVALS {
+                break;
+            }
+            traced += WAVE_SIZE as u32;
             radiance += light.sample(input, lens, &mut columns, key, wave);
             sampled += columns.paths.len() as f64;
             light.front.trace::<f32x8>(lens, &mut columns.paths, &mut columns.blocked);
@@ -132,7 +149,8 @@ impl LampImage {
             for i in arrivals {
                 let flux = f64::from(luminance(columns.paths.flux(i)));
                 if flux > 0.0 {
-                    image.flux += flux / f64::from(paths);
+                    image.flux += flux;
+                    arrived += 1;
                     let [x, y] = columns
                         .paths
                         .entry(i)
@@ -141,6 +159,7 @@ impl LampImage {
                 }
             }
         }
+        image.flux /= f64::from(traced);
         image.radiance = if sampled > 0.0 { radiance / sampled } else { 0.0 };
         image
     }

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::LightPathInput;
+use super::{FrontEntry, LightPathInput};
 use crate::lanes::f32x8;
-use crate::lens::{LensColumns, LensModel};
+use crate::lens::{Camera, LensColumns, LensModel};
 use crate::rays::{HitBatch, NO_INDEX, RayBatch, SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::scene::{TraversalStack, luminance};
@@ -12,12 +12,16 @@ use crate::stats::LensStats;
 
 /// Waves of camera rays.
 const CAMERA_WAVES: u32 = 4;
+/// Largest distance from the axis, in radii of the front element, at which light paths cross the
+/// plane of the front vertex. Rays far off the axis of a fisheye cross it anywhere, or nowhere.
+const MAX_ENTRY: f64 = 2.0;
 /// Margin of the square of entry points about the camera rays.
 const MARGIN: f64 = 1.05;
 
 /// Rays of a whole picture, and the lights that they hit.
 pub(crate) struct CameraView {
-    /// Half side of a square about the front vertex that holds all of them (mm).
+    /// Half side of a square about the front vertex that holds all of them (mm), except those that
+    /// cross its plane far beside the lens.
     pub half: f64,
     /// Value of a pixel that sees radiance 1.
     pub exposure: f64,
@@ -30,31 +34,26 @@ impl CameraView {
     /// Traces the rays; `None` if none leaves the lens.
     pub fn new(input: &LightPathInput<'_>) -> Option<Self> {
         let LensModel::Real(lens) = &input.camera.model else { return None };
-        let camera_from_world = input.camera.world_from_camera.inverse();
+        let farthest = MAX_ENTRY * lens.prescription.rows[0].diameter / 2.0;
         let mut view =
             Self { half: 0.0, exposure: 0.0, hits: vec![0; input.scene.lights.all.len()], rays: 0 };
         let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
         let (mut hits, mut stack) = (HitBatch::default(), TraversalStack::default());
-        let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
+        let mut samples = SampleBatch::default();
         let key = pixel_key(u32::MAX, u32::MAX - 2, input.seed);
         for wave in 0..CAMERA_WAVES {
-            for i in 0..WAVE_SIZE {
-                let number = wave * WAVE_SIZE as u32 + i as u32;
-                let [film, pupil] =
-                    [Dimension::Film, Dimension::Pupil].map(|d| sample_2d(key, number, d));
-                for axis in 0..2 {
-                    let place = (f64::from(film[axis]) - 0.5) * input.camera.film[axis];
-                    samples.film[axis][i] = place as f32;
-                    samples.pupil[axis][i] = pupil[axis];
-                }
-            }
+            sample_film(input.camera, key, wave, &mut samples);
             let mut stats = LensStats::default();
             input.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
             input.scene.intersect::<f32x8>(&rays, &mut hits, &mut stack);
             for i in 0..rays.len {
-                let origin = Vec3::from(rays.ray(i).origin).as_dvec3();
-                let place = camera_from_world.transform_point3(origin) / lens.units_per_mm;
-                view.half = view.half.max(place.x.abs()).max(place.y.abs());
+                let [origin, direction] =
+                    [rays.ray(i).origin, rays.ray(i).direction].map(Vec3::from);
+                let crossing = FrontEntry::crossing(input.camera, lens, origin, direction);
+                let reach = crossing.map_or(f64::INFINITY, |([x, y], _)| x.abs().max(y.abs()));
+                if reach <= farthest {
+                    view.half = view.half.max(reach);
+                }
                 view.exposure += f64::from(luminance(rays.throughput(i)));
                 let shape = hits[i].shape;
                 if let Some(shape) =
@@ -74,5 +73,19 @@ impl CameraView {
     /// Returns the share of the rays that hit a light.
     pub fn share(&self, light: u32) -> f64 {
         f64::from(self.hits[light as usize]) / f64::from(self.rays)
+    }
+}
+
+/// Samples a wave over the whole film and pupil.
+pub(crate) fn sample_film(camera: &Camera, key: u32, wave: u32, samples: &mut SampleBatch) {
+    samples.len = WAVE_SIZE;
+    for i in 0..WAVE_SIZE {
+        let number = wave * WAVE_SIZE as u32 + i as u32;
+        let [film, pupil] = [Dimension::Film, Dimension::Pupil].map(|d| sample_2d(key, number, d));
+        for axis in 0..2 {
+            let place = (f64::from(film[axis]) - 0.5) * camera.film[axis];
+            samples.film[axis][i] = place as f32;
+            samples.pupil[axis][i] = pupil[axis];
+        }
     }
 }

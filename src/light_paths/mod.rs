@@ -13,12 +13,14 @@ mod survey;
 mod wave;
 
 pub(crate) use camera_view::CameraView;
+#[cfg(test)]
+pub(crate) use camera_view::sample_film;
 pub(crate) use front::{FrontEntry, splats};
 pub(crate) use primitive_choice::PrimitiveChoice;
 pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
 pub(crate) use survey::obstacle;
 pub use survey::{LightPathSelection, LightPathSurvey};
-pub(crate) use wave::{FilmArrival, LightPath, LightPaths};
+pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
 
 use crate::film::{Frame, Response};
 use crate::lens::Camera;

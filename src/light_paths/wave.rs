@@ -156,6 +156,11 @@ impl LightPaths {
         self.entry[i]
     }
 
+    /// Returns the ray of a path that nothing must occlude.
+    pub fn shadow_ray(&self, i: usize) -> Ray {
+        self.rays.ray(i)
+    }
+
     /// Returns the number of light paths.
     pub fn len(&self) -> usize {
         self.rays.len
@@ -244,7 +249,7 @@ impl LightPaths {
         }
         for (i, _) in asked.iter().enumerate().filter(|(_, asked)| **asked) {
             self.unoccluded_flux.iter_mut().for_each(|column| column[i] = 0.0);
-            self.shadow_rays.push(self.rays.ray(i), self.rays.throughput(i), i as u32);
+            self.shadow_rays.push(self.shadow_ray(i), self.rays.throughput(i), i as u32);
         }
         if !input.scene.animated_instances().is_empty() {
             input.scene.occlude_animated::<R>(&mut self.shadow_rays, &self.times, &mut self.stack);

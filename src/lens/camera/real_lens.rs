@@ -197,7 +197,7 @@ impl RealLens {
         plane
     }
 
-    /// Traces film samples to rays in the plane of the front vertex, with losses or without.
+    /// Traces film samples to rays that leave the front surface, in the frame of the front vertex, with losses or without.
     #[inline(always)]
     pub(crate) fn trace_samples<R: Real<Scalar = f32>>(
         &self,
