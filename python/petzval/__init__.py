@@ -1,0 +1,112 @@
+"""petzval: photographs 3-D scenes through real, multi-element camera lenses.
+
+>>> import petzval as pz
+>>> image = pz.render(pz.Scene("scenes/dgauss.pbrt"), spp=16)
+>>> image.save("dgauss.exr")
+
+Lengths of lenses are in millimetres, distances of scenes in metres. Pictures are linear sRGB. Every
+function that takes time releases the interpreter's lock, runs on all cores and ends on Ctrl-C.
+"""
+
+from ._petzval import Image, Job, Lens, Scene, __version__
+from ._petzval import prepare as _prepare
+
+__all__ = ["Image", "Job", "Lens", "Scene", "__version__", "plan", "prepare", "render"]
+
+
+def prepare(
+    scene,
+    *,
+    lens=None,
+    focus=None,
+    fstop=None,
+    look_at=None,
+    film_shift=None,
+    film_tilt=None,
+    coating=None,
+    resolution=None,
+    crop=None,
+    spp=None,
+    seed=None,
+    effects="auto",
+    light_paths=None,
+    aov=(),
+    noise=None,
+    time=None,
+):
+    """Prepare a scene: add the lens, its focus and the plan of effects.
+
+    ``None`` keeps what the scene says. The settings are those of ``petzval render``:
+
+    :param scene: a :class:`Scene`, or the path of a scene file
+    :param lens: a :class:`Lens`, or the path of a lens file
+    :param focus: metres from the film, ``"auto"`` for the middle of the picture, or a pixel ``(x, y)``
+    :param fstop: f-number
+    :param look_at: ``(eye, target)`` or ``(eye, target, up)``, each three numbers, world space
+    :param film_shift: shift to the right and up in the picture (mm)
+    :param film_tilt: tilt about the horizontal and the vertical axis (degrees)
+    :param coating: ``"none"``, ``"mgf2"``, ``"broadband"`` or ``"perfect"``, for surfaces without one
+    :param resolution: width and height (pixels)
+    :param crop: left, top, right, bottom (pixels; the last two are not included)
+    :param spp: samples per pixel; with ``noise`` or ``time``, the most
+    :param seed: seed of the random numbers
+    :param effects: ``"auto"``, ``"all"``, ``"none"``, or a list such as ``"+dispersion,-iris"``
+    :param light_paths: whether lamps and caustics are found from the lights; ``None`` where it pays
+    :param aov: names of layers, such as ``["depth", "normal", "coc"]``
+    :param noise: stop when the picture is this exact, such as 0.02
+    :param time: stop after this time (s)
+    :raises OSError: a file cannot be read
+    :raises ValueError: a file is wrong, or a setting does not fit the scene
+    """
+    settings = {
+        "lens": lens,
+        "focus": focus,
+        "fstop": fstop,
+        "look_at": _nine_numbers(look_at),
+        "film_shift": film_shift,
+        "film_tilt": film_tilt,
+        "coating": coating,
+        "resolution": resolution,
+        "crop": crop,
+        "spp": spp,
+        "seed": seed,
+        "effects": effects,
+        "light_paths": light_paths,
+        "aov": [aov] if isinstance(aov, str) else list(aov),
+        "noise": noise,
+        "time": time,
+    }
+    return _prepare(scene if isinstance(scene, Scene) else Scene(scene), settings)
+
+
+def render(scene, *, threads=0, progress=None, **settings):
+    """Render a scene. Returns an :class:`Image`.
+
+    The picture has the bits of ``petzval render`` with the same settings, on any number of threads.
+
+    :param threads: number of threads; 0 is one for each core
+    :param progress: a function that is called with the share of the samples that are done, 0 to 1
+    :param settings: those of :func:`prepare`
+    """
+    return prepare(scene, **settings).render(threads=threads, progress=progress)
+
+
+def plan(scene, **settings):
+    """Return which effects a picture needs, and why.
+
+    :param settings: those of :func:`prepare`
+    :returns: a list of dictionaries: effect, on, by, reason
+    """
+    return prepare(scene, **settings).plan
+
+
+def _nine_numbers(look_at):
+    """Return eye, target and up in one list."""
+    if look_at is None:
+        return None
+    points = [list(map(float, point)) for point in look_at]
+    if len(points) == 2:
+        points.append([0.0, 1.0, 0.0])
+    if len(points) != 3 or any(len(point) != 3 for point in points):
+        raise ValueError("look_at: expected (eye, target) or (eye, target, up), each three numbers")
+    return sum(points, [])

@@ -1,0 +1,118 @@
+from collections.abc import Callable, Sequence
+from os import PathLike
+from typing import Any, Literal, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+
+Path = Union[str, PathLike[str]]
+Point = Sequence[float]
+
+class Lens:
+    """A lens: surfaces along an axis, from the scene to the film. Lengths are in mm."""
+
+    def __init__(self, path: Path) -> None: ...
+    @staticmethod
+    def from_table(
+        rows: Sequence[tuple[float, float, float, float]], name: str = "table"
+    ) -> "Lens": ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def efl(self) -> float: ...
+    @property
+    def bfd(self) -> float: ...
+    @property
+    def fno(self) -> Optional[float]: ...
+    @property
+    def stop(self) -> int: ...
+    @property
+    def surfaces(self) -> list[dict[str, Any]]: ...
+    def focus(self, distance: float = ...) -> float: ...
+    def trace(
+        self,
+        points: ArrayLike,
+        directions: ArrayLike,
+        wavelength: Optional[float] = None,
+        side: Literal["scene", "film"] = "scene",
+        out: Optional[
+            tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint16]]
+        ] = None,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint16]]: ...
+    def intrinsics(
+        self,
+        resolution: tuple[int, int],
+        width: float,
+        distance: float = ...,
+        model: Optional[str] = None,
+    ) -> dict[str, Any]: ...
+
+class Scene:
+    """A scene file, read into memory."""
+
+    def __init__(self, path: Path) -> None: ...
+    @property
+    def path(self) -> str: ...
+
+class Image:
+    """A rendered picture, in linear sRGB."""
+
+    @property
+    def pixels(self) -> NDArray[np.float32]: ...
+    @property
+    def layers(self) -> dict[str, NDArray[np.float32]]: ...
+    @property
+    def channels(self) -> dict[str, list[str]]: ...
+    @property
+    def metadata(self) -> dict[str, Union[str, float]]: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    def save(
+        self, path: Path, exposure: Union[float, Literal["auto"]] = 0.0, half: bool = False
+    ) -> None: ...
+
+class Job:
+    """A scene with lens, focus and plan of effects, ready to be rendered."""
+
+    @property
+    def plan(self) -> list[dict[str, Any]]: ...
+    @property
+    def light_paths(self) -> str: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def metadata(self) -> dict[str, Union[str, float]]: ...
+    def render(
+        self, threads: int = 0, progress: Optional[Callable[[float], Any]] = None
+    ) -> Image: ...
+
+def prepare(
+    scene: Union[Scene, Path],
+    *,
+    lens: Union[Lens, Path, None] = None,
+    focus: Union[float, tuple[int, int], Literal["auto"], None] = None,
+    fstop: Optional[float] = None,
+    look_at: Optional[Sequence[Point]] = None,
+    film_shift: Optional[tuple[float, float]] = None,
+    film_tilt: Optional[tuple[float, float]] = None,
+    coating: Optional[Literal["none", "mgf2", "broadband", "perfect"]] = None,
+    resolution: Optional[tuple[int, int]] = None,
+    crop: Optional[tuple[int, int, int, int]] = None,
+    spp: Optional[int] = None,
+    seed: Optional[int] = None,
+    effects: str = "auto",
+    light_paths: Optional[bool] = None,
+    aov: Sequence[str] = (),
+    noise: Optional[float] = None,
+    time: Optional[float] = None,
+) -> Job: ...
+def render(
+    scene: Union[Scene, Path],
+    *,
+    threads: int = 0,
+    progress: Optional[Callable[[float], Any]] = None,
+    **settings: Any,
+) -> Image: ...
+def plan(scene: Union[Scene, Path], **settings: Any) -> list[dict[str, Any]]: ...

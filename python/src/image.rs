@@ -1,0 +1,163 @@
+//! Pictures as arrays.
+
+use std::path::PathBuf;
+
+use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray3, ToPyArray};
+use petzval::io::image::{ImageLayer, Notes, PictureWindow};
+use petzval::{DisplayExposure, EncodingOptions, Picture};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::error::{image_error, value_error};
+
+/// A rendered picture, in linear sRGB.
+#[pyclass(frozen, module = "petzval")]
+pub struct Image {
+    /// Pixels: an array of float32, height x width x 3, row 0 at the top.
+    #[pyo3(get)]
+    pixels: Py<PyArray3<f32>>,
+    /// Layers by name: arrays of float32, height x width x channels.
+    #[pyo3(get)]
+    layers: Py<PyDict>,
+    /// Names of the channels of each layer.
+    #[pyo3(get)]
+    channels: Py<PyDict>,
+    /// Lens, focus, exposure and the like, by name.
+    #[pyo3(get)]
+    metadata: Py<PyDict>,
+    notes: Notes,
+    window: PictureWindow,
+}
+
+/// Exposure of 8-bit formats: stops, or `"auto"`.
+#[derive(FromPyObject)]
+pub enum ExposureSetting {
+    Stops(f64),
+    Word(String),
+}
+
+impl ExposureSetting {
+    fn exposure(&self) -> PyResult<DisplayExposure> {
+        let text = match self {
+            Self::Stops(stops) => stops.to_string(),
+            Self::Word(word) => word.clone(),
+        };
+        text.parse().map_err(|problem| value_error(format!("exposure={text:?}: {problem}")))
+    }
+}
+
+impl Image {
+    /// Makes arrays of a picture and its layers.
+    pub fn new(
+        py: Python<'_>,
+        picture: &Picture,
+        layers: Vec<ImageLayer>,
+        metadata: Py<PyDict>,
+        notes: Notes,
+        window: PictureWindow,
+    ) -> PyResult<Self> {
+        let [width, height] = picture.size;
+        let pixels = picture.pixels.as_flattened().to_pyarray(py).reshape([height, width, 3])?;
+        let (by_name, channels) = (PyDict::new(py), PyDict::new(py));
+        for ImageLayer { name, channels: columns } in layers {
+            let count = columns.len();
+            let mut values = vec![0.0; width * height * count];
+            for (k, (_, column)) in columns.iter().enumerate() {
+                for (value, from) in values.iter_mut().skip(k).step_by(count).zip(column) {
+                    *value = *from;
+                }
+            }
+            by_name.set_item(&name, values.to_pyarray(py).reshape([height, width, count])?)?;
+            let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+            channels.set_item(&name, names)?;
+        }
+        Ok(Self {
+            pixels: pixels.unbind(),
+            layers: by_name.unbind(),
+            channels: channels.unbind(),
+            metadata,
+            notes,
+            window,
+        })
+    }
+
+    /// Returns the picture as it is now in the array.
+    fn picture(&self, py: Python<'_>) -> PyResult<Picture> {
+        let array = self.pixels.bind(py).readonly();
+        let view = array.as_array();
+        let (height, width, _) = view.dim();
+        let pixels = view.rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect();
+        Ok(Picture { size: [width, height], pixels })
+    }
+
+    /// Returns the layers as they are now in their arrays.
+    fn image_layers(&self, py: Python<'_>) -> PyResult<Vec<ImageLayer>> {
+        let (layers, names) = (self.layers.bind(py), self.channels.bind(py));
+        let mut result = Vec::new();
+        for (name, array) in layers.iter() {
+            let name: String = name.extract()?;
+            let array: PyReadonlyArray3<'_, f32> = array.extract()?;
+            let names: Vec<String> = match names.get_item(&name)? {
+                Some(names) => names.extract()?,
+                None => {
+                    return Err(value_error(format!("layers: {name:?} has no names in channels")));
+                }
+            };
+            let view = array.as_array();
+            if names.len() != view.dim().2 {
+                return Err(value_error(format!(
+                    "layers: {name:?} has {} channels, and names for {}",
+                    view.dim().2,
+                    names.len()
+                )));
+            }
+            let column = |k: usize| view.rows().into_iter().map(|row| row[k]).collect();
+            let channels = names.into_iter().enumerate().map(|(k, name)| (name, column(k)));
+            result.push(ImageLayer { name, channels: channels.collect() });
+        }
+        Ok(result)
+    }
+}
+
+#[pymethods]
+impl Image {
+    /// Width and height in pixels.
+    #[getter]
+    fn size(&self, py: Python<'_>) -> (usize, usize) {
+        let (height, width, _) = self.pixels.bind(py).readonly().as_array().dim();
+        (width, height)
+    }
+
+    /// Writes the picture: .exr (linear, with all layers), .png or .jpg.
+    ///
+    /// `exposure` is the brightness of PNG and JPEG in stops, or "auto". `half` writes 16-bit floats
+    /// to EXR. A file is replaced as a whole or not at all.
+    #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        exposure: ExposureSetting,
+        half: bool,
+    ) -> PyResult<()> {
+        let encoding =
+            EncodingOptions { exposure: exposure.exposure()?, half, ..EncodingOptions::default() };
+        let picture = self.picture(py)?;
+        let holds_layers = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let layers = if holds_layers { self.image_layers(py)? } else { Vec::new() };
+        py.detach(|| picture.write_with_layers(&layers, &path, self.window, encoding, &self.notes))
+            .map_err(|error| image_error(&error))
+    }
+
+    /// Returns the picture as a PNG file; notebooks show it.
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let picture = self.picture(py)?;
+        let file = py.detach(|| picture.png(DisplayExposure::Auto.factor(&picture)))?;
+        Ok(PyBytes::new(py, &file))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let (width, height) = self.size(py);
+        format!("<petzval.Image of {width} x {height} pixels>")
+    }
+}

@@ -1,0 +1,281 @@
+//! Lenses.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use numpy::{
+    AllowTypeChange, BorrowError, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods,
+    PyUntypedArrayMethods, ToPyArray,
+};
+use petzval::lens::{CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose};
+use petzval::{Paraxial, Prescription, RealRayFocus, read_lens};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use tempfile::NamedTempFile;
+
+use crate::error::{lens_error, value_error};
+use crate::trace::{TracedRays, TravelFrom, trace};
+
+/// Rays behind a lens: points, directions and the surface that blocked each, or 0.
+type RayArrays<'py> =
+    (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<u16>>);
+
+/// A lens: surfaces along an axis, from the scene to the film. Lengths are in mm.
+#[pyclass(frozen, module = "petzval")]
+pub struct Lens {
+    lens: Prescription,
+    path: PathBuf,
+    /// The file of a lens that was given as a table; it is removed with the lens.
+    _table: Option<NamedTempFile>,
+}
+
+/// A surface of a table: radius (0: plane), distance to the next, index behind it, diameter.
+type TableRow = [f64; 4];
+
+impl Lens {
+    /// Returns the path of its file.
+    pub fn file(&self) -> &Path {
+        &self.path
+    }
+}
+
+#[pymethods]
+impl Lens {
+    /// Reads a lens file, of any format that `petzval lens` reads.
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let lens = py.detach(|| read_lens(&path)).map_err(|error| lens_error(&error))?;
+        Ok(Self { lens, path, _table: None })
+    }
+
+    /// Makes a lens of rows (radius, thickness, index, diameter), from the scene to the film, as in
+    /// pbrt's tables: a plane has radius 0, and the stop has radius 0 and index 0.
+    #[staticmethod]
+    #[pyo3(signature = (rows, name = "table"))]
+    fn from_table(rows: Vec<TableRow>, name: &str) -> PyResult<Self> {
+        if name.contains(['\n', '\r']) {
+            return Err(value_error("name: expected one line"));
+        }
+        let mut text = format!("# {name}\n");
+        for row in &rows {
+            text.push_str(&row.map(|number| format!("{number:?}")).join(" "));
+            text.push('\n');
+        }
+        let mut file =
+            tempfile::Builder::new().prefix("petzval-lens-").suffix(".dat").tempfile()?;
+        file.write_all(text.as_bytes())?;
+        let lens = read_lens(file.path()).map_err(|error| lens_error(&error))?;
+        Ok(Self { lens, path: file.path().to_owned(), _table: Some(file) })
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.lens.name
+    }
+
+    /// Effective focal length (mm).
+    #[getter]
+    fn efl(&self) -> f64 {
+        Paraxial::new(&self.lens).focal_length
+    }
+
+    /// Back focal distance: from the rear vertex to the rear focal point (mm).
+    #[getter]
+    fn bfd(&self) -> f64 {
+        Paraxial::new(&self.lens).back_focal_distance
+    }
+
+    /// f-number of the marginal ray of an object at infinity, or `None` if no ray passes.
+    #[getter]
+    fn fno(&self) -> Option<f64> {
+        RealRayFocus::new(&self.lens).f_number()
+    }
+
+    /// Index of the stop among the surfaces, from 0.
+    #[getter]
+    fn stop(&self) -> usize {
+        self.lens.stop()
+    }
+
+    /// Surfaces: a list of dictionaries with radius (inf: plane), conic, asphere, thickness, index,
+    /// diameter and stop.
+    #[getter]
+    fn surfaces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let surfaces = PyList::empty(py);
+        for row in self.lens.rows.iter() {
+            let data = PyDict::new(py);
+            data.set_item("radius", if row.is_plane() { f64::INFINITY } else { row.radius })?;
+            data.set_item("conic", row.conic)?;
+            data.set_item("asphere", row.asphere.clone())?;
+            data.set_item("thickness", row.thickness)?;
+            data.set_item("index", row.index)?;
+            data.set_item("diameter", row.diameter)?;
+            data.set_item("stop", row.stop)?;
+            surfaces.append(data)?;
+        }
+        Ok(surfaces)
+    }
+
+    /// Returns the distance of the film from the rear vertex (mm) at which an object is sharpest.
+    /// `distance` is that of the object from the film (mm).
+    #[pyo3(signature = (distance = f64::INFINITY))]
+    fn focus(&self, distance: f64) -> PyResult<f64> {
+        RealRayFocus::new(&self.lens).film_distance(distance).map_err(value_error)
+    }
+
+    /// Traces rays through the lens: eight at a time, on all cores.
+    ///
+    /// `points` (mm) and `directions` have the shape 3 x N; float32 arrays in C order are read
+    /// without a copy. From `side` "scene", points are relative to the front vertex, and +z leads
+    /// to the film; from "film", they are relative to the rear vertex, and +z leads to the scene.
+    /// Rays start before the lens, at z <= 0.
+    ///
+    /// Returns points and unit directions behind the last surface, relative to its vertex, in the
+    /// same frame, and the status: 0 for rays that pass, otherwise the number of the surface that
+    /// ended them, counted from 1 at the scene; their points and directions are NaN.
+    ///
+    /// `wavelength` is in nm; by default the d line. `out`, the three arrays of an earlier call, takes
+    /// the result: new memory costs as much time as the rays.
+    #[pyo3(signature = (points, directions, wavelength = None, side = "scene", out = None))]
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyArrayLike2<'py, f32, AllowTypeChange>,
+        directions: PyArrayLike2<'py, f32, AllowTypeChange>,
+        wavelength: Option<f64>,
+        side: &str,
+        out: Option<RayArrays<'py>>,
+    ) -> PyResult<RayArrays<'py>> {
+        let from = TravelFrom::named(side)?;
+        let coloured;
+        let lens = match wavelength {
+            None => &self.lens,
+            Some(nm) if !(nm > 0.0 && nm.is_finite()) => {
+                return Err(value_error(format!("wavelength={nm}: expected nm above 0")));
+            }
+            Some(nm) => {
+                coloured = self.lens.at_wavelength(nm).map_err(value_error)?;
+                &coloured
+            }
+        };
+        let (points, directions) = (points.as_array(), directions.as_array());
+        for (name, array) in [("points", &points), ("directions", &directions)] {
+            if array.nrows() != 3 {
+                let (rows, columns) = array.dim();
+                return Err(value_error(format!(
+                    "{name}: the array is {rows} x {columns}; expected 3 x N"
+                )));
+            }
+        }
+        if points.ncols() != directions.ncols() {
+            return Err(value_error(format!(
+                "{} points but {} directions",
+                points.ncols(),
+                directions.ncols()
+            )));
+        }
+        let count = points.ncols();
+        let (points, directions) = (points.as_standard_layout(), directions.as_standard_layout());
+        let [points, directions] = [&points, &directions].map(|array| array.as_slice());
+        let (Some(points), Some(directions)) = (points, directions) else {
+            return Err(value_error("points and directions: expected arrays in C order"));
+        };
+        let arrays = match out {
+            Some(arrays) => arrays,
+            None => (
+                PyArray2::zeros(py, [3, count], false),
+                PyArray2::zeros(py, [3, count], false),
+                PyArray1::zeros(py, count, false),
+            ),
+        };
+        let fits = |shape: &[usize]| shape == [3, count];
+        if !(fits(arrays.0.shape()) && fits(arrays.1.shape()) && arrays.2.shape() == [count]) {
+            return Err(value_error(format!(
+                "out: expected float32 arrays of 3 x {count}, twice, and a uint16 array of {count}"
+            )));
+        }
+        let refused = |error: BorrowError| value_error(format!("out: {error}"));
+        let mut to_points = arrays.0.try_readwrite().map_err(refused)?;
+        let mut to_directions = arrays.1.try_readwrite().map_err(refused)?;
+        let mut to_status = arrays.2.try_readwrite().map_err(refused)?;
+        let traced = TracedRays {
+            points: to_points.as_slice_mut()?,
+            directions: to_directions.as_slice_mut()?,
+            status: to_status.as_slice_mut()?,
+        };
+        py.detach(|| trace(lens, from, points, directions, traced));
+        drop((to_points, to_directions, to_status));
+        Ok(arrays)
+    }
+
+    /// Fits a camera model to the lens on a film.
+    ///
+    /// `resolution` is in pixels, `width` that of the film (mm), and `distance` that of the plane
+    /// in focus from the film (mm). `model` is one of brown_conrady, rational, thin_prism,
+    /// kannala_brandt and so on; by default the simplest that fits.
+    ///
+    /// Returns a dictionary: model, matrix (3 x 3, pixels; the centre of the first pixel is 0, 0),
+    /// distortion with its names, in OpenCV's order, and rms and max error in pixels.
+    #[pyo3(signature = (resolution, width, distance = f64::INFINITY, model = None))]
+    fn intrinsics<'py>(
+        &self,
+        py: Python<'py>,
+        resolution: [u32; 2],
+        width: f64,
+        distance: f64,
+        model: Option<&str>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        if resolution.contains(&0) || !(width > 0.0 && width.is_finite()) {
+            return Err(value_error("expected a resolution and a width above 0"));
+        }
+        let named = |model: DistortionModel| model.name();
+        let model = match model {
+            None => None,
+            Some(name) => {
+                let found = DistortionModel::ALL.into_iter().find(|&model| named(model) == name);
+                let known = DistortionModel::ALL.map(named).join(", ");
+                let problem = format!("model={name:?}: expected one of {known}");
+                Some(found.ok_or_else(|| value_error(problem))?)
+            }
+        };
+        let film_distance = self.focus(distance)?;
+        let setup = CalibrationSetup {
+            lens: &self.lens,
+            film_distance,
+            film_pose: Pose::ALIGNED,
+            pixels: PixelGrid::new(resolution, width),
+            ray: FieldRay::default(),
+        };
+        let calibration = py.detach(|| setup.calibrate()).map_err(value_error)?;
+        let fit = match model {
+            None => calibration.suggested(),
+            Some(model) => {
+                let tried = calibration.models.iter().find(|(tried, _)| *tried == model);
+                if let Some((_, Err(misfit))) = tried {
+                    return Err(value_error(format!("{}: {misfit}", model.name())));
+                }
+                calibration.fitted(model)
+            }
+        };
+        let fit = fit.ok_or_else(|| value_error("no camera model describes this lens"))?;
+        let data = PyDict::new(py);
+        data.set_item("model", fit.model.name())?;
+        let matrix = fit.matrix.rows().map(|row| row.to_vec()).to_vec();
+        data.set_item("matrix", PyArray2::from_vec2(py, &matrix)?)?;
+        data.set_item("distortion", fit.coefficients.to_pyarray(py))?;
+        data.set_item("names", fit.model.coefficient_names())?;
+        data.set_item("rms", fit.residual.rms)?;
+        data.set_item("max", fit.residual.max)?;
+        Ok(data)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<petzval.Lens {:?}: {} surfaces, {:.4} mm>",
+            self.lens.name,
+            self.lens.rows.len(),
+            self.efl()
+        )
+    }
+}

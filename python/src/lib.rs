@@ -1,0 +1,25 @@
+//! Python package of petzval: lenses, scenes and pictures as NumPy arrays.
+//!
+//! `petzval/__init__.py` is the public package; this module is its engine. All work that takes time
+//! runs without the interpreter's lock.
+
+mod error;
+mod image;
+mod job;
+mod lens;
+mod scene;
+mod settings;
+mod trace;
+
+use pyo3::prelude::*;
+
+/// Engine of the package petzval.
+#[pymodule]
+fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<lens::Lens>()?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<job::Job>()?;
+    module.add_class::<image::Image>()?;
+    module.add_function(wrap_pyfunction!(job::prepare, module)?)
+}

@@ -1,0 +1,211 @@
+"""Renders: the command's bits, arrays, files, errors, Ctrl-C and memory."""
+
+import _thread
+import subprocess
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import petzval as pz
+
+
+def test_a_picture_has_the_bits_of_the_command(scene_path, tmp_path, command):
+    options = ["--spp", "8", "--seed", "3", "--fstop", "4", "--focus", "1.9", "--aov", "depth,normal"]
+    subprocess.run(
+        [command, "render", str(scene_path), "-o", "command.exr", *options],
+        cwd=tmp_path,
+        check=True,
+        capture_output=True,
+    )
+    image = pz.render(scene_path, spp=8, seed=3, fstop=4, focus=1.9, aov=["depth", "normal"], threads=1)
+    image.save(tmp_path / "python.exr")
+    # The headers differ: they name the command, and times.
+    [mine, its] = [exr_data(tmp_path / name) for name in ("python.exr", "command.exr")]
+    assert len(mine) > 10_000 and mine == its
+    other = pz.render(scene_path, spp=8, seed=4, fstop=4, focus=1.9, aov=["depth", "normal"])
+    other.save(tmp_path / "other.exr")
+    assert exr_data(tmp_path / "other.exr") != its
+
+
+def exr_data(path):
+    """Return the pixels of an OpenEXR file of one part, as they are stored, without its header."""
+    data = path.read_bytes()
+    at = 8
+    while data[at]:
+        at = data.index(b"\0", data.index(b"\0", at) + 1) + 1
+        at += 4 + int.from_bytes(data[at : at + 4], "little")
+    first = int.from_bytes(data[at + 1 : at + 9], "little")
+    return data[first:]
+
+
+def test_a_picture_is_an_array_with_layers(scene_path):
+    image = pz.render(scene_path, resolution=(40, 30), aov=["depth", "coc"])
+    assert image.size == (40, 30)
+    assert image.pixels.shape == (30, 40, 3) and image.pixels.dtype == np.float32
+    assert np.isfinite(image.pixels).all() and image.pixels.mean() > 0
+    assert set(image.layers) == {"depth", "coc"}
+    depth = image.layers["depth"][..., 0]
+    # The front of the ball is 1.8 m from the origin of the camera, the wall 4 m.
+    assert abs(depth[15, 20] - 1.8) < 0.05 and abs(depth[1, 1] - 4.0) < 0.3
+    assert len(image.channels["depth"]) == image.layers["depth"].shape[2]
+    assert image.metadata
+
+
+def test_settings_change_the_picture(scene_path):
+    scene = pz.Scene(scene_path)
+    effects = "-ghosts,-diffraction"
+    base = pz.render(scene, effects=effects).pixels
+    same = pz.render(scene, effects=effects, threads=2).pixels
+    np.testing.assert_array_equal(base, same)
+    for change in [
+        {"seed": 9},
+        {"spp": 2},
+        {"focus": 1.0},
+        {"focus": "auto"},
+        {"focus": (3, 3)},
+        {"fstop": 8},
+        {"film_tilt": (3, 0)},
+        {"film_shift": (1, 2)},
+        {"look_at": ((0.1, 0, 0), (0, 0, 2))},
+    ]:
+        other = pz.render(scene, effects=effects, **change).pixels
+        assert not np.array_equal(base, other), change
+    crop = pz.render(scene, effects=effects, crop=(10, 5, 20, 9)).pixels
+    np.testing.assert_array_equal(crop, base[5:9, 10:20])
+
+
+def test_a_lens_of_a_table_takes_pictures(scene_path):
+    rows = [
+        (60.0, 6.0, 1.6, 30.0),
+        (-60.0, 2.0, 1.0, 30.0),
+        (0.0, 1.0, 0.0, 12.0),
+    ]
+    lens = pz.Lens.from_table(rows)
+    image = pz.render(scene_path, lens=lens, focus=2.0, effects="none")
+    assert image.pixels.mean() > 0
+
+
+def test_pictures_are_written_and_shown(scene_path, tmp_path):
+    image = pz.render(scene_path, resolution=(16, 12), aov=["depth"])
+    for name, start in [("a.exr", b"v/1\x01"), ("a.png", b"\x89PNG"), ("a.jpg", b"\xff\xd8")]:
+        image.save(tmp_path / name, exposure="auto")
+        assert (tmp_path / name).read_bytes().startswith(start)
+    assert image._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match="known are"):
+        image.save(tmp_path / "a.tiff")
+    with pytest.raises(OSError):
+        image.save(tmp_path / "no" / "folder" / "a.exr")
+    with pytest.raises(ValueError, match="exposure"):
+        image.save(tmp_path / "a.png", exposure="bright")
+
+
+def test_the_plan_says_why(scene_path):
+    decisions = pz.plan(scene_path)
+    assert {"dispersion", "ghosts", "diffraction"} < {row["effect"] for row in decisions}
+    assert all(row["reason"] and isinstance(row["on"], bool) for row in decisions)
+    switched = pz.plan(scene_path, effects="+fresnel")
+    assert next(row for row in switched if row["effect"] == "fresnel")["on"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"spp": 0}, "spp"),
+        ({"fstop": -2}, "fstop"),
+        ({"focus": -1.0}, "focus"),
+        ({"focus": "near"}, "focus"),
+        ({"effects": "ghosts"}, "expected auto, all, none"),
+        ({"aov": ["deph"]}, "known are depth"),
+        ({"coating": "paint"}, "expected one of"),
+        ({"resolution": (0, 10)}, "resolution"),
+        ({"noise": 2.0}, "noise"),
+        ({"time": -1.0}, "time"),
+        ({"film_tilt": (1e9, 0)}, "film_tilt"),
+        ({"look_at": ((0, 0, 0), (0, 0, 0))}, "look_at"),
+        ({"look_at": ((0, 0), (0, 0, 0))}, "look_at"),
+        ({"crop": (10, 10, 5, 5)}, "crop"),
+        ({"crop": (0, 0, 1000, 1000)}, "crop"),
+    ],
+)
+def test_settings_that_make_no_sense_are_refused(scene_path, settings, message):
+    with pytest.raises(ValueError, match=message):
+        pz.prepare(scene_path, **settings)
+
+
+@pytest.mark.parametrize("settings", [{"spp": "many"}, {"spp": -1}, {"resolution": 3}, {"sp": 3}, {"seed": 2**40}])
+def test_settings_of_another_type_are_refused(scene_path, settings):
+    with pytest.raises((TypeError, OverflowError)):
+        pz.prepare(scene_path, **settings)
+
+
+def test_files_that_are_missing_or_wrong_are_named(scene_path, tmp_path):
+    with pytest.raises(FileNotFoundError, match="none.pbrt"):
+        pz.Scene(tmp_path / "none.pbrt")
+    with pytest.raises(FileNotFoundError, match="none.dat"):
+        pz.prepare(scene_path, lens=tmp_path / "none.dat")
+    wrong = tmp_path / "wrong.pbrt"
+    wrong.write_text(scene_path.read_text().replace("Translate", "Translat"))
+    with pytest.raises(ValueError, match=r"wrong.pbrt:\d+:\d+"):
+        pz.Scene(wrong)
+
+
+def test_progress_grows_and_its_errors_come_through(scene_path):
+    shares = []
+    pz.render(scene_path, spp=2000, effects="none", progress=shares.append)
+    assert shares == sorted(shares) and shares[-1] == 1.0
+
+    def fail(_):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        pz.render(scene_path, spp=1_000_000, effects="none", progress=fail)
+
+
+def test_ctrl_c_ends_a_render(scene_path):
+    job = pz.prepare(scene_path, spp=10_000_000, effects="none")
+    threading.Timer(0.3, _thread.interrupt_main).start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        job.render()
+    assert time.monotonic() - start < 20
+
+
+def test_other_threads_run_during_a_render(scene_path):
+    job = pz.prepare(scene_path, spp=20_000, effects="none")
+    done = threading.Event()
+    counts = [0]
+
+    def count():
+        while not done.is_set():
+            counts[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = counts[0]
+    job.render(threads=1)
+    during = counts[0] - before
+    done.set()
+    thread.join()
+    assert during > 20
+
+
+def test_many_renders_leak_nothing(scene_path):
+    def resident():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * 4096
+
+    try:
+        resident()
+    except OSError:
+        pytest.skip("this system has no /proc/self/statm")
+    job = pz.prepare(scene_path, resolution=(64, 64), spp=1, effects="none", aov=["depth"])
+    for _ in range(100):
+        job.render(threads=1)
+    before = resident()
+    for _ in range(500):
+        job.render(threads=1)
+    # A leak of the pixels alone would be 500 x 64 x 64 x 12 bytes = 25 MB.
+    assert resident() - before < 8e6
