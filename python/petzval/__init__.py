@@ -8,10 +8,81 @@ Lengths of lenses are in millimetres, distances of scenes in metres. Pictures ar
 function that takes time releases the interpreter's lock, runs on all cores and ends on Ctrl-C.
 """
 
-from ._petzval import Image, Job, Lens, Scene, __version__
+from . import arrays as _arrays
+from ._petzval import Image, Job, Lens, __version__, compare, read_image, write_image
+from ._petzval import Scene as _Scene
 from ._petzval import prepare as _prepare
+from .arrays import Mesh
 
-__all__ = ["Image", "Job", "Lens", "Scene", "__version__", "plan", "prepare", "render"]
+__all__ = [
+    "Image",
+    "Job",
+    "Lens",
+    "Mesh",
+    "Scene",
+    "__version__",
+    "compare",
+    "plan",
+    "prepare",
+    "read_image",
+    "render",
+    "write_image",
+]
+
+
+class Scene(_Scene):
+    """A scene, in memory: a file in the language of pbrt-v4, or arrays.
+
+    One scene can be rendered many times, with other lenses, focus or film: its geometry and textures
+    are neither read nor copied again.
+
+    :param path: the scene file
+    """
+
+    @classmethod
+    def from_arrays(
+        cls,
+        meshes,
+        *,
+        lens,
+        look_at,
+        lights=(),
+        resolution=(600, 400),
+        diagonal=43.27,
+        focus=1.0,
+        spp=64,
+        max_depth=5,
+    ):
+        """Make a scene of arrays.
+
+        :param meshes: a list of :class:`Mesh`
+        :param lens: a :class:`Lens`, or the path of a lens file
+        :param look_at: ``(eye, target)`` or ``(eye, target, up)``, world space in metres, left-handed:
+            x to the right, y up and z forward for a camera that looks along z
+        :param lights: lights of the scene language, such as ``{"type": "infinite", "L": (1, 1, 1)}``
+        :param resolution: width and height (pixels)
+        :param diagonal: diagonal of the film (mm)
+        :param focus: distance in focus, from the film (m)
+        :param spp: samples per pixel
+        :param max_depth: largest number of bounces
+        """
+        folder = _arrays.temporary_folder()
+        path = _arrays.scene_file(
+            folder.name,
+            meshes,
+            lights,
+            lens.path if isinstance(lens, Lens) else lens,
+            resolution,
+            diagonal,
+            _nine_numbers(look_at),
+            focus,
+            spp,
+            max_depth,
+        )
+        scene = cls(path)
+        # The lens file must last as long as the scene.
+        scene._folder = folder
+        return scene
 
 
 def prepare(
@@ -33,6 +104,14 @@ def prepare(
     aov=(),
     noise=None,
     time=None,
+    shutter=None,
+    rolling_shutter=None,
+    sensor=None,
+    bayer=None,
+    passband=None,
+    zoom=None,
+    focus_model=None,
+    assume_vd=False,
 ):
     """Prepare a scene: add the lens, its focus and the plan of effects.
 
@@ -55,6 +134,14 @@ def prepare(
     :param aov: names of layers, such as ``["depth", "normal", "coc"]``
     :param noise: stop when the picture is this exact, such as 0.02
     :param time: stop after this time (s)
+    :param shutter: shutter in the words of ``--shutter``
+    :param rolling_shutter: rolling shutter in the words of ``--rolling-shutter``
+    :param sensor: sensor in the words of ``--sensor``, such as ``"iso=800"``; ``""`` for its defaults
+    :param bayer: mosaic of the sensor in the words of ``--bayer``
+    :param passband: two wavelengths (nm)
+    :param zoom: focal length (mm), or the name of a state of the lens file
+    :param focus_model: ``"sharpest"`` or ``"pbrt"``
+    :param assume_vd: whether glass that is known by its index alone takes a similar glass's dispersion
     :raises OSError: a file cannot be read
     :raises ValueError: a file is wrong, or a setting does not fit the scene
     """
@@ -75,8 +162,16 @@ def prepare(
         "aov": [aov] if isinstance(aov, str) else list(aov),
         "noise": noise,
         "time": time,
+        "shutter": shutter,
+        "rolling_shutter": rolling_shutter,
+        "sensor": sensor,
+        "bayer": bayer,
+        "passband": passband,
+        "zoom": zoom,
+        "focus_model": focus_model,
+        "assume_vd": assume_vd,
     }
-    return _prepare(scene if isinstance(scene, Scene) else Scene(scene), settings)
+    return _prepare(scene if isinstance(scene, _Scene) else Scene(scene), settings)
 
 
 def render(scene, *, threads=0, progress=None, **settings):

@@ -1,4 +1,5 @@
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal, Optional, Union
 
@@ -20,6 +21,8 @@ class Lens:
     ) -> "Lens": ...
     @property
     def name(self) -> str: ...
+    @property
+    def path(self) -> str: ...
     @property
     def efl(self) -> float: ...
     @property
@@ -49,10 +52,35 @@ class Lens:
         model: Optional[str] = None,
     ) -> dict[str, Any]: ...
 
+@dataclass
+class Mesh:
+    """Triangles with a material."""
+
+    vertices: ArrayLike
+    faces: ArrayLike
+    normals: Optional[ArrayLike] = None
+    uv: Optional[ArrayLike] = None
+    material: dict[str, Any] = ...
+    emission: Optional[tuple[float, float, float]] = None
+
 class Scene:
-    """A scene file, read into memory."""
+    """A scene, in memory: a file in the language of pbrt-v4, or arrays."""
 
     def __init__(self, path: Path) -> None: ...
+    @classmethod
+    def from_arrays(
+        cls,
+        meshes: Sequence[Mesh],
+        *,
+        lens: Union[Lens, Path],
+        look_at: Sequence[Point],
+        lights: Sequence[dict[str, Any]] = (),
+        resolution: tuple[int, int] = (600, 400),
+        diagonal: float = 43.27,
+        focus: float = 1.0,
+        spp: int = 64,
+        max_depth: int = 5,
+    ) -> "Scene": ...
     @property
     def path(self) -> str: ...
 
@@ -107,6 +135,14 @@ def prepare(
     aov: Sequence[str] = (),
     noise: Optional[float] = None,
     time: Optional[float] = None,
+    shutter: Optional[str] = None,
+    rolling_shutter: Optional[str] = None,
+    sensor: Optional[str] = None,
+    bayer: Optional[str] = None,
+    passband: Optional[tuple[float, float]] = None,
+    zoom: Union[float, str, None] = None,
+    focus_model: Optional[Literal["sharpest", "pbrt"]] = None,
+    assume_vd: bool = False,
 ) -> Job: ...
 def render(
     scene: Union[Scene, Path],
@@ -116,3 +152,12 @@ def render(
     **settings: Any,
 ) -> Image: ...
 def plan(scene: Union[Scene, Path], **settings: Any) -> list[dict[str, Any]]: ...
+def compare(
+    picture: ArrayLike,
+    reference: ArrayLike,
+    metric: Literal["mse", "relmse", "mape", "flip", "psnr"] = "flip",
+) -> float: ...
+def read_image(path: Path) -> NDArray[np.float32]: ...
+def write_image(
+    path: Path, pixels: ArrayLike, exposure: Union[float, Literal["auto"]] = 0.0
+) -> None: ...

@@ -32,12 +32,14 @@ pub struct Image {
 /// Exposure of 8-bit formats: stops, or `"auto"`.
 #[derive(FromPyObject)]
 pub enum ExposureSetting {
+    /// Stops.
     Stops(f64),
+    /// `"auto"`.
     Word(String),
 }
 
 impl ExposureSetting {
-    fn exposure(&self) -> PyResult<DisplayExposure> {
+    pub fn exposure(&self) -> PyResult<DisplayExposure> {
         let text = match self {
             Self::Stops(stops) => stops.to_string(),
             Self::Word(word) => word.clone(),

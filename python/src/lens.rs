@@ -74,6 +74,12 @@ impl Lens {
         &self.lens.name
     }
 
+    /// Its file.
+    #[getter]
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Effective focal length (mm).
     #[getter]
     fn efl(&self) -> f64 {

@@ -7,6 +7,7 @@ mod error;
 mod image;
 mod job;
 mod lens;
+mod picture;
 mod scene;
 mod settings;
 mod trace;
@@ -21,5 +22,8 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<job::Job>()?;
     module.add_class::<image::Image>()?;
-    module.add_function(wrap_pyfunction!(job::prepare, module)?)
+    module.add_function(wrap_pyfunction!(job::prepare, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::write_image, module)?)
 }

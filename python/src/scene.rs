@@ -11,7 +11,7 @@ use crate::error::{check_readable, value_error};
 ///
 /// One scene can be rendered many times, with other lenses, focus or film: its geometry and textures
 /// are neither read nor copied again.
-#[pyclass(frozen, module = "petzval")]
+#[pyclass(frozen, subclass, module = "petzval")]
 pub struct Scene {
     pub(crate) description: Description,
     path: PathBuf,

@@ -1,11 +1,15 @@
 //! Settings of a picture, as Python gives them.
 
+use std::fmt::Display;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::time::Duration;
 
 use petzval::aov::Aov;
-use petzval::lens::{Coating, MAX_DECENTRE, MAX_TILT};
+use petzval::lens::{Coating, FocusModel, LensOptions, MAX_DECENTRE, MAX_TILT, Zoom};
 use petzval::prepare::Viewpoint;
+use petzval::sensor::SensorSettings;
+use petzval::spectrum::{BAND_RANGE, Passband};
 use petzval::{Changes, FocusOn, StopCriteria};
 use pyo3::prelude::*;
 
@@ -52,6 +56,27 @@ pub struct Settings<'py> {
     aov: Vec<String>,
     noise: Option<f64>,
     time: Option<f64>,
+    shutter: Option<String>,
+    rolling_shutter: Option<String>,
+    sensor: Option<String>,
+    bayer: Option<String>,
+    passband: Option<[f64; 2]>,
+    zoom: Option<ZoomSetting>,
+    focus_model: Option<String>,
+    assume_vd: bool,
+}
+
+/// A zoom setting: a focal length (mm), or the name of a state.
+#[derive(FromPyObject)]
+enum ZoomSetting {
+    FocalLength(f64),
+    State(String),
+}
+
+/// Parses the words of an option of the command.
+fn parsed<T: FromStr<Err: Display>>(name: &str, text: Option<&String>) -> PyResult<Option<T>> {
+    let parsed = text.map(|text| text.parse()).transpose();
+    parsed.map_err(|problem: T::Err| value_error(format!("{name}: {problem}")))
 }
 
 /// Checks that a number is in a range, as the command does.
@@ -88,42 +113,11 @@ impl Settings<'_> {
         if self.spp == Some(0) {
             return Err(value_error("spp=0: expected 1 or more"));
         }
-        if self.resolution.is_some_and(|size| size.contains(&0) || size.iter().any(|&n| n > 65_536))
-        {
-            return Err(value_error("resolution: expected 1 to 65536 pixels in width and height"));
+        let sides = 1..=65_536;
+        if self.resolution.is_some_and(|size| !size.iter().all(|side| sides.contains(side))) {
+            let expected = "resolution: expected 1 to 65536 pixels in width and height";
+            return Err(value_error(expected));
         }
-        let focus = match &self.focus {
-            None => None,
-            Some(FocusSetting::Distance(metres)) if *metres > 0.0 => {
-                Some(FocusOn::Distance(*metres))
-            }
-            Some(FocusSetting::Pixel(pixel)) => Some(FocusOn::Pixel(Some(*pixel))),
-            Some(FocusSetting::Word(word)) if word == "auto" => Some(FocusOn::Pixel(None)),
-            Some(_) => {
-                let expected = "focus: expected metres above 0, a pixel (x, y), or \"auto\"";
-                return Err(value_error(expected));
-            }
-        };
-        let lens = match &self.lens {
-            None => None,
-            Some(LensSetting::File(path)) => Some(path.clone()),
-            Some(LensSetting::Read(lens)) => Some(lens.file().to_owned()),
-        };
-        let viewpoint = match self.look_at {
-            None => None,
-            Some(numbers) => {
-                let text: Vec<String> = numbers.iter().map(f64::to_string).collect();
-                let parsed = text.join(",").parse::<Viewpoint>();
-                Some(parsed.map_err(|problem| value_error(format!("look_at: {problem}")))?)
-            }
-        };
-        let coating = match self.coating.as_deref() {
-            None => None,
-            Some(name) => Some(Coating::named(name).ok_or_else(|| {
-                let known = Coating::NAMES.join(", ");
-                value_error(format!("coating={name:?}: expected one of {known}"))
-            })?),
-        };
         for (name, pair, most, unit) in [
             ("film_shift", self.film_shift, MAX_DECENTRE, "mm"),
             ("film_tilt", self.film_tilt, MAX_TILT, "degrees"),
@@ -134,22 +128,23 @@ impl Settings<'_> {
                 )));
             }
         }
-        let effects = self.effects.parse();
-        let effects =
-            effects.map_err(|problem: String| value_error(format!("effects: {problem}")))?;
         Ok(Changes {
-            lens,
-            focus,
+            lens: self.lens_file(),
+            lens_options: LensOptions { zoom: self.zoom()?, ..LensOptions::default() },
+            focus: self.focus()?,
+            focus_model: self.focus_model()?,
             f_number: self.fstop,
-            viewpoint,
+            viewpoint: self.viewpoint()?,
             film_shift: self.film_shift,
             film_tilt: self.film_tilt,
-            coating,
+            coating: self.coating()?,
+            assume_vd: self.assume_vd,
+            passband: self.passband()?,
             resolution: self.resolution,
             crop: self.crop.map(|[left, top, right, bottom]| [[left, top], [right, bottom]]),
             samples: self.spp,
             seed: self.seed,
-            effects,
+            effects: parsed("effects", Some(&self.effects))?.unwrap_or_default(),
             light_paths: self.light_paths,
             layers: self.aov.iter().map(|name| layer(name)).collect::<PyResult<_>>()?,
             holds_layers: true,
@@ -157,7 +152,85 @@ impl Settings<'_> {
                 noise: self.noise,
                 time: self.time.map(Duration::from_secs_f64),
             },
+            shutter: parsed("shutter", self.shutter.as_ref())?,
+            rolling: parsed("rolling_shutter", self.rolling_shutter.as_ref())?,
+            sensor: self.sensor()?,
             ..Changes::default()
         })
+    }
+
+    fn lens_file(&self) -> Option<PathBuf> {
+        self.lens.as_ref().map(|lens| match lens {
+            LensSetting::File(path) => path.clone(),
+            LensSetting::Read(lens) => lens.file().to_owned(),
+        })
+    }
+
+    fn focus(&self) -> PyResult<Option<FocusOn>> {
+        match &self.focus {
+            None => Ok(None),
+            Some(FocusSetting::Distance(metres)) if *metres > 0.0 => {
+                Ok(Some(FocusOn::Distance(*metres)))
+            }
+            Some(FocusSetting::Pixel(pixel)) => Ok(Some(FocusOn::Pixel(Some(*pixel)))),
+            Some(FocusSetting::Word(word)) if word == "auto" => Ok(Some(FocusOn::Pixel(None))),
+            Some(_) => {
+                let expected = "focus: expected metres above 0, a pixel (x, y), or \"auto\"";
+                Err(value_error(expected))
+            }
+        }
+    }
+
+    fn focus_model(&self) -> PyResult<FocusModel> {
+        match self.focus_model.as_deref() {
+            None | Some("sharpest") => Ok(FocusModel::Sharpest),
+            Some("pbrt") => Ok(FocusModel::Pbrt),
+            Some(name) => {
+                let expected = "expected \"sharpest\" or \"pbrt\"";
+                Err(value_error(format!("focus_model={name:?}: {expected}")))
+            }
+        }
+    }
+
+    fn zoom(&self) -> PyResult<Option<Zoom>> {
+        match &self.zoom {
+            None => Ok(None),
+            Some(ZoomSetting::FocalLength(mm)) if *mm > 0.0 && mm.is_finite() => {
+                Ok(Some(Zoom::FocalLength(*mm)))
+            }
+            Some(ZoomSetting::FocalLength(mm)) => {
+                Err(value_error(format!("zoom={mm}: expected a focal length above 0")))
+            }
+            Some(ZoomSetting::State(state)) => Ok(Some(Zoom::State(state.clone()))),
+        }
+    }
+
+    fn viewpoint(&self) -> PyResult<Option<Viewpoint>> {
+        let text = self.look_at.map(|numbers| numbers.map(|number| number.to_string()).join(","));
+        parsed("look_at", text.as_ref())
+    }
+
+    fn coating(&self) -> PyResult<Option<Coating>> {
+        let Some(name) = self.coating.as_deref() else { return Ok(None) };
+        let known = || format!("coating={name:?}: expected one of {}", Coating::NAMES.join(", "));
+        Coating::named(name).map(Some).ok_or_else(|| value_error(known()))
+    }
+
+    fn passband(&self) -> PyResult<Option<Passband>> {
+        let Some(range) = self.passband else { return Ok(None) };
+        let ([low, high], [lowest, highest]) = (range, BAND_RANGE);
+        match lowest <= low && low < high && high <= highest {
+            true => Ok(Some(Passband { range })),
+            false => Err(value_error(format!(
+                "passband: expected two wavelengths from {lowest} to {highest} nm"
+            ))),
+        }
+    }
+
+    /// Returns the sensor; a mosaic implies one.
+    fn sensor(&self) -> PyResult<Option<SensorSettings>> {
+        let sensor = parsed::<SensorSettings>("sensor", self.sensor.as_ref())?;
+        let Some(bayer) = parsed("bayer", self.bayer.as_ref())? else { return Ok(sensor) };
+        Ok(Some(SensorSettings { bayer: Some(bayer), ..sensor.unwrap_or_default() }))
     }
 }

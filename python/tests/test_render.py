@@ -209,3 +209,46 @@ def test_many_renders_leak_nothing(scene_path):
         job.render(threads=1)
     # A leak of the pixels alone would be 500 x 64 x 64 x 12 bytes = 25 MB.
     assert resident() - before < 8e6
+
+
+def test_words_of_the_command_set_sensor_shutter_and_zoom(scene_path, root):
+    job = pz.prepare(scene_path, sensor="", shutter="open=0,close=0.01", seed=1)
+    on = {row["effect"] for row in job.plan if row["on"]}
+    assert "sensor" in on
+    mosaic = pz.render(scene_path, bayer="rggb", spp=1).pixels
+    # Every photosite has one colour: the others are interpolated or empty, but never those of the film.
+    assert not np.array_equal(mosaic, pz.render(scene_path, spp=1).pixels)
+    for setting, words in [
+        ("sensor", "iso=fast"),
+        ("shutter", "slow"),
+        ("rolling_shutter", "upwards?"),
+        ("bayer", "rgb"),
+        ("zoom", -3.0),
+        ("focus_model", "pbrt-v4"),
+        ("passband", (900.0, 100.0)),
+    ]:
+        with pytest.raises(ValueError, match=setting):
+            pz.prepare(scene_path, **{setting: words})
+    with pytest.raises(ValueError, match="zoom"):
+        pz.prepare(scene_path, zoom=35.0)
+
+
+def test_pictures_are_read_written_and_compared(tmp_path):
+    random = np.random.default_rng(5)
+    pixels = random.uniform(0, 1, (7, 9, 3)).astype(np.float32)
+    pz.write_image(tmp_path / "a.exr", pixels)
+    np.testing.assert_array_equal(pz.read_image(tmp_path / "a.exr"), pixels)
+    pz.write_image(tmp_path / "a.png", pixels)
+    assert np.abs(pz.read_image(tmp_path / "a.png") - pixels).max() < 0.01
+    brighter = pixels + 0.1
+    assert pz.compare(brighter, pixels, "mse") == pytest.approx(0.01, rel=1e-4)
+    assert pz.compare(pixels, pixels) == 0.0
+    assert pz.compare(brighter, pixels, metric="flip") > 0.01
+    with pytest.raises(ValueError, match="metric"):
+        pz.compare(pixels, pixels, "ssim")
+    with pytest.raises(ValueError, match="size|7"):
+        pz.compare(pixels, pixels[:5])
+    with pytest.raises(ValueError, match="height x width x 3"):
+        pz.write_image(tmp_path / "a.exr", pixels[..., :2])
+    with pytest.raises(FileNotFoundError):
+        pz.read_image(tmp_path / "none.exr")

@@ -1,0 +1,156 @@
+"""Scenes of NumPy arrays: written as a scene file with PLY meshes, which the engine reads."""
+
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Optional
+
+import numpy as np
+
+from ._petzval import write_image
+
+
+@dataclass
+class Mesh:
+    """Triangles with a material.
+
+    :param vertices: V x 3, world space
+    :param faces: F x 3, indices of vertices
+    :param normals: V x 3, optional: shading normals
+    :param uv: V x 2, optional: texture coordinates
+    :param material: ``type`` and the parameters of a material of the scene language, such as
+        ``{"type": "diffuse", "reflectance": (0.5, 0.2, 0.1)}``; an array of height x width x 3 is a
+        texture of linear light, row 0 at v = 1
+    :param emission: radiance (r, g, b), optional: the mesh is a light
+    """
+
+    vertices: Any
+    faces: Any
+    normals: Optional[Any] = None
+    uv: Optional[Any] = None
+    material: dict = field(default_factory=lambda: {"type": "diffuse"})
+    emission: Optional[tuple] = None
+
+
+def scene_file(
+    folder, meshes, lights, lens, resolution, diagonal, look_at, focus, spp, max_depth
+):
+    """Write a scene and all that it names into a folder. Returns the path of the scene file."""
+    folder = Path(folder)
+    copied = folder / Path(lens).name
+    copied.write_bytes(Path(lens).read_bytes())
+    [eye, target, up] = [look_at[i : i + 3] for i in (0, 3, 6)]
+    lines = [
+        f'Film "rgb" "integer xresolution" {int(resolution[0])} "integer yresolution" {int(resolution[1])}',
+        f'    "float diagonal" {_number(diagonal)}',
+        f'Sampler "zsobol" "integer pixelsamples" {int(spp)}',
+        f'Integrator "path" "integer maxdepth" {int(max_depth)}',
+        f"LookAt {_numbers(eye)}  {_numbers(target)}  {_numbers(up)}",
+        f'Camera "realistic" "string lensfile" {_text(copied.name)}',
+        f'    "float focusdistance" {_number(focus)}',
+        "WorldBegin",
+    ]
+    for light in lights:
+        lines.append(f"LightSource {_typed(light, 'a light', folder, lines)}")
+    for number, mesh in enumerate(meshes):
+        name = f"mesh{number}"
+        _write_ply(folder / f"{name}.ply", mesh, f"mesh {number}")
+        lines.append("AttributeBegin")
+        if mesh.emission is not None:
+            lines.append(f'AreaLightSource "diffuse" {_parameter("L", tuple(mesh.emission))}')
+        material = _typed(mesh.material, f"the material of mesh {number}", folder, lines, name)
+        lines += [f"Material {material}", f'Shape "plymesh" "string filename" "{name}.ply"', "AttributeEnd"]
+    path = folder / "arrays.pbrt"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def _write_ply(path, mesh, what):
+    """Write a mesh as binary PLY."""
+    columns = [("vertices", mesh.vertices, "xyz")]
+    if mesh.normals is not None:
+        columns.append(("normals", mesh.normals, ("nx", "ny", "nz")))
+    if mesh.uv is not None:
+        columns.append(("uv", mesh.uv, "uv"))
+    arrays, names = [], []
+    for name, values, channels in columns:
+        array = np.asarray(values, dtype="<f4")
+        if array.ndim != 2 or array.shape[1] != len(channels):
+            raise ValueError(f"{what}: {name} have the shape {array.shape}; expected N x {len(channels)}")
+        if arrays and len(array) != len(arrays[0]):
+            raise ValueError(f"{what}: {len(array)} {name} for {len(arrays[0])} vertices")
+        if not np.isfinite(array).all():
+            raise ValueError(f"{what}: {name} are not all finite")
+        arrays.append(array)
+        names += channels
+    faces = np.asarray(mesh.faces)
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+        raise ValueError(f"{what}: faces are {faces.dtype} of the shape {faces.shape}; expected integers, F x 3")
+    if faces.size and (faces.min() < 0 or faces.max() >= len(arrays[0])):
+        raise ValueError(f"{what}: faces name vertices beyond the {len(arrays[0])} there are")
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(arrays[0])}"]
+    header += [f"property float {name}" for name in names]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    rows["count"], rows["corners"] = 3, faces
+    with open(path, "wb") as file:
+        file.write("\n".join(header).encode("ascii"))
+        file.write(np.concatenate(arrays, axis=1).tobytes())
+        file.write(rows.tobytes())
+
+
+def _typed(description, what, folder, lines, name="light"):
+    """Return type and parameters in the scene language; textures are written and declared before."""
+    description = dict(description)
+    kind = description.pop("type", None)
+    if not isinstance(kind, str):
+        raise ValueError(f'{what} has no "type"')
+    parts = [_text(kind)]
+    for parameter, value in description.items():
+        if isinstance(value, np.ndarray) and value.ndim == 3:
+            file = f"{name}.{parameter}.exr"
+            write_image(folder / file, np.ascontiguousarray(value, dtype=np.float32))
+            texture = f"{name}.{parameter}"
+            lines.append(f'Texture "{texture}" "spectrum" "imagemap" "string filename" "{file}"')
+            parts.append(f'"texture {parameter}" "{texture}"')
+        else:
+            parts.append(_parameter(parameter, value))
+    return " ".join(parts)
+
+
+def _parameter(name, value):
+    """Return a parameter in the scene language."""
+    if isinstance(value, str):
+        return f'"string {name}" {_text(value)}'
+    if isinstance(value, bool):
+        return f'"bool {name}" {str(value).lower()}'
+    values = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    kinds = {(): "float", (3,): "rgb"}
+    kind = kinds.get(np.shape(value))
+    # Positions of lights are points, not colours.
+    if kind == "rgb" and name in ("from", "to"):
+        kind = "point3"
+    if kind is None:
+        raise ValueError(f"{name}: expected a number, three numbers, a text or a texture")
+    return f'"{kind} {name}" [ {_numbers(values)} ]'
+
+
+def _number(value):
+    if not np.isfinite(value):
+        raise ValueError(f"{value} is not finite")
+    return repr(float(value))
+
+
+def _numbers(values):
+    return " ".join(_number(value) for value in values)
+
+
+def _text(text):
+    if any(character in text for character in '"\\\n'):
+        raise ValueError(f"{text!r}: quotes, backslashes and line ends are not allowed")
+    return f'"{text}"'
+
+
+def temporary_folder():
+    """Return a folder that is removed with its object."""
+    return tempfile.TemporaryDirectory(prefix="petzval-scene-")

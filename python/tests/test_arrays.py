@@ -1,0 +1,87 @@
+"""Scenes of arrays: the picture of the same scene in the scene language, and what is refused."""
+
+import gc
+
+import numpy as np
+import pytest
+
+import petzval as pz
+
+WALL = dict(
+    vertices=[[-3, -3, 4], [3, -3, 4], [3, 3, 4], [-3, 3, 4]],
+    faces=[[0, 2, 1], [0, 3, 2]],
+    uv=[[0, 0], [1, 0], [1, 1], [0, 1]],
+)
+SKY = {"type": "infinite", "L": (0.4, 0.45, 0.5)}
+VIEW = dict(look_at=((0, 0, 0), (0, 0, 1)), resolution=(48, 32), spp=4, focus=2.0)
+
+
+def scene(lens, meshes, lights=(SKY,), **changes):
+    return pz.Scene.from_arrays(meshes, lens=lens, lights=lights, **{**VIEW, **changes})
+
+
+def test_arrays_give_the_picture_of_the_same_scene_file(scene_path, lens_path):
+    # The scene file has a ball, too: take it out.
+    text = "\n".join(line for line in scene_path.read_text().splitlines() if "sphere" not in line)
+    scene_path.write_text(text)
+    material = {"type": "diffuse", "reflectance": (0.6, 0.3, 0.2)}
+    # The default film of the scene language has a diagonal of 35 mm.
+    arrays = scene(lens_path, [pz.Mesh(**WALL, material=material)], diagonal=35)
+    found = pz.render(arrays, effects="none").pixels
+    expected = pz.render(scene_path, effects="none").pixels
+    assert expected.mean() > 0
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_textures_of_arrays_are_upright(lens_path):
+    texture = np.zeros((64, 64, 3), dtype=np.float32)
+    # Red above left, green above right, blue below left.
+    texture[:32, :32, 0] = texture[:32, 32:, 1] = texture[32:, :32, 2] = 0.9
+    mesh = pz.Mesh(**WALL, material={"type": "diffuse", "reflectance": texture})
+    pixels = pz.render(scene(lens_path, [mesh], spp=64, focus=4.0), effects="none").pixels
+    corner = {"ul": pixels[2, 2], "ur": pixels[2, -3], "ll": pixels[-3, 2], "lr": pixels[-3, -3]}
+    assert np.argmax(corner["ul"]) == 0 and np.argmax(corner["ur"]) == 1
+    assert np.argmax(corner["ll"]) == 2
+    assert corner["lr"].max() < 0.2 * corner["ul"].max()
+
+
+def test_meshes_shine_and_normals_shade(lens_path):
+    small = np.array(WALL["vertices"]) * [0.1, 0.1, 0.5]
+    light = pz.Mesh(small, WALL["faces"], emission=(5, 5, 5))
+    pixels = pz.render(scene(lens_path, [light], lights=[]), effects="none").pixels
+    assert pixels[16, 24].min() > 0 and pixels[1, 1].max() == 0
+    flat = pz.Mesh(**WALL)
+    bent = pz.Mesh(**WALL, normals=[[0.6, 0, -0.8]] * 4)
+    sun = {"type": "distant", "L": (1, 1, 1), "from": (0, 0, 0), "to": (0, 0, 1)}
+    [a, b] = [pz.render(scene(lens_path, [m], lights=[sun]), effects="none").pixels for m in (flat, bent)]
+    assert b.mean() / a.mean() == pytest.approx(0.8, rel=0.02)
+
+
+def test_the_lens_of_a_table_lasts_as_long_as_the_scene():
+    def made():
+        rows = [(60.0, 6.0, 1.6, 30.0), (-60.0, 2.0, 1.0, 30.0), (0.0, 1.0, 0.0, 12.0)]
+        return scene(pz.Lens.from_table(rows), [pz.Mesh(**WALL)])
+
+    kept = made()
+    gc.collect()
+    assert pz.render(kept, effects="none").pixels.mean() > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"vertices": [[0, 0], [1, 1]]}, "N x 3"),
+        ({"faces": [[0, 1, 9]]}, "beyond the 4"),
+        ({"faces": [[0.0, 1.0, 2.0]]}, "expected integers"),
+        ({"uv": [[0, 0]]}, "1 uv for 4 vertices"),
+        ({"vertices": [[np.nan, 0, 0]] * 4}, "not all finite"),
+        ({"material": {"reflectance": (1, 1, 1)}}, 'no "type"'),
+        ({"material": {"type": "marble"}}, "marble"),
+        ({"material": {"type": "diffuse", "reflectance": (1, 1)}}, "reflectance"),
+        ({"material": {"type": 'diffuse" "x'}}, "quotes"),
+        ({"emission": (1, 2)}, "L"),
+    ],
+)
+def test_meshes_that_make_no_sense_are_refused(lens_path, changes, message):
+    with pytest.raises(ValueError, match=message):
+        scene(lens_path, [pz.Mesh(**{**WALL, **changes})])
