@@ -9,13 +9,23 @@ function that takes time releases the interpreter's lock, runs on all cores and 
 """
 
 from . import arrays as _arrays
-from ._petzval import Image, Job, Lens, __version__, compare, read_image, write_image
+from ._petzval import (
+    Image,
+    ImageQuality,
+    Job,
+    Lens,
+    __version__,
+    compare,
+    read_image,
+    write_image,
+)
 from ._petzval import Scene as _Scene
 from ._petzval import prepare as _prepare
 from .arrays import Mesh
 
 __all__ = [
     "Image",
+    "ImageQuality",
     "Job",
     "Lens",
     "Mesh",

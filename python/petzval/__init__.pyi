@@ -51,6 +51,41 @@ class Lens:
         distance: float = ...,
         model: Optional[str] = None,
     ) -> dict[str, Any]: ...
+    def image_quality(
+        self,
+        distance: float = ...,
+        film_distance: Optional[float] = None,
+        image_height: Optional[float] = None,
+        fields: int = 5,
+        rays: int = 64,
+    ) -> ImageQuality: ...
+    def draw(
+        self, ax: Any = None, rays: int = 9, film_distance: Optional[float] = None
+    ) -> Any: ...
+
+class ImageQuality:
+    """Real rays of a lens, traced once for all analyses."""
+
+    @property
+    def fields(self) -> NDArray[np.float64]: ...
+    @property
+    def field_kind(self) -> Literal["angle", "object_height", "image_height"]: ...
+    @property
+    def image_heights(self) -> NDArray[np.float64]: ...
+    @property
+    def wavelengths(self) -> list[float]: ...
+    @property
+    def film_distance(self) -> float: ...
+    def mtf(
+        self,
+        frequencies: Sequence[float],
+        method: Literal["diffraction", "geometric", "limit"] = "diffraction",
+        defocus: float = 0.0,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def spot(self, field: int, defocus: float = 0.0) -> dict[str, Any]: ...
+    def psf(
+        self, field: int, size: int = 64, width: Optional[float] = None
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]: ...
 
 @dataclass
 class Mesh:
@@ -97,6 +132,7 @@ class Image:
     def metadata(self) -> dict[str, Union[str, float]]: ...
     @property
     def size(self) -> tuple[int, int]: ...
+    def denoise(self) -> "Image": ...
     def save(
         self, path: Path, exposure: Union[float, Literal["auto"]] = 0.0, half: bool = False
     ) -> None: ...

@@ -151,6 +151,27 @@ impl Image {
             .map_err(|error| image_error(&error))
     }
 
+    /// Returns the picture without noise, by Open Image Denoise (`pip install pyoidn`).
+    ///
+    /// The layers albedo and normal keep textures and edges, if the picture has them. The noisy
+    /// picture becomes the layer "noisy".
+    fn denoise(&self, py: Python<'_>) -> PyResult<Self> {
+        let layers = self.layers.bind(py).copy()?;
+        let channels = self.channels.bind(py).copy()?;
+        let arguments = (&self.pixels, layers.get_item("albedo")?, layers.get_item("normal")?);
+        let denoised = py.import("petzval.denoise")?.call_method1("denoised", arguments)?;
+        layers.set_item("noisy", &self.pixels)?;
+        channels.set_item("noisy", ["R", "G", "B"])?;
+        Ok(Self {
+            pixels: denoised.extract::<Bound<'_, PyArray3<f32>>>()?.unbind(),
+            layers: layers.unbind(),
+            channels: channels.unbind(),
+            metadata: self.metadata.clone_ref(py),
+            notes: self.notes.clone(),
+            window: self.window,
+        })
+    }
+
     /// Returns the picture as a PNG file; notebooks show it.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let picture = self.picture(py)?;

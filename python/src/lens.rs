@@ -14,6 +14,7 @@ use pyo3::types::{PyDict, PyList};
 use tempfile::NamedTempFile;
 
 use crate::error::{lens_error, value_error};
+use crate::image_quality::ImageQuality;
 use crate::trace::{TracedRays, TravelFrom, trace};
 
 /// Rays behind a lens: points, directions and the surface that blocked each, or 0.
@@ -274,6 +275,39 @@ impl Lens {
         data.set_item("rms", fit.residual.rms)?;
         data.set_item("max", fit.residual.max)?;
         Ok(data)
+    }
+
+    /// Traces the lens for an object at a distance from the film (mm): spots, MTF and point images.
+    ///
+    /// `film_distance` is that of the film from the rear vertex (mm), by default the sharpest;
+    /// `image_height` the largest (mm), by default the field of the lens file or of the lens;
+    /// `fields` the number of fields from the axis to the edge, and `rays` that across the pupil.
+    #[pyo3(signature = (distance = f64::INFINITY, film_distance = None, image_height = None, fields = 5, rays = 64))]
+    fn image_quality(
+        &self,
+        py: Python<'_>,
+        distance: f64,
+        film_distance: Option<f64>,
+        image_height: Option<f64>,
+        fields: usize,
+        rays: usize,
+    ) -> PyResult<ImageQuality> {
+        ImageQuality::new(py, &self.lens, distance, film_distance, image_height, [fields, rays])
+    }
+
+    /// Draws the section with rays from infinity, by matplotlib. Returns the axes.
+    ///
+    /// `ax` are axes of matplotlib, by default new ones; `rays` is the number of rays, and
+    /// `film_distance` the distance of the film from the rear vertex (mm), by default in focus.
+    #[pyo3(signature = (ax = None, rays = 9, film_distance = None))]
+    fn draw<'py>(
+        slf: &Bound<'py, Self>,
+        ax: Option<Bound<'py, PyAny>>,
+        rays: usize,
+        film_distance: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let module = slf.py().import("petzval.drawing")?;
+        module.call_method1("draw", (slf, ax, rays, film_distance))
     }
 
     fn __repr__(&self) -> String {

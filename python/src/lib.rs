@@ -5,6 +5,7 @@
 
 mod error;
 mod image;
+mod image_quality;
 mod job;
 mod lens;
 mod picture;
@@ -22,6 +23,7 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<job::Job>()?;
     module.add_class::<image::Image>()?;
+    module.add_class::<image_quality::ImageQuality>()?;
     module.add_function(wrap_pyfunction!(job::prepare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;
