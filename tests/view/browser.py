@@ -134,8 +134,19 @@ def test(page):
     assert page.run(MEAN) > 5, "the picture is black"
     page.wait("the command", "document.getElementById('command').value.startsWith('petzval render')")
 
-    # A click focuses.
+    # The lens shows the rays of the place under the cursor, and its image.
     left, top, width, height = box(page, "picture")
+    for x, y in [(0.9, 0.8), (0.5, 0.5)]:
+        page.call("Input.dispatchMouseEvent", type="mouseMoved", x=left + width * x, y=top + height * y)
+        for kind in ("rays", "image"):
+            page.wait(f"the {kind}", f"(document.documentElement.dataset.{kind} ?? '').startsWith('{x}')")
+        away = float(page.run("document.getElementById('rays-words').textContent").split()[0])
+        assert (away > 10) == (x > 0.5), away
+    for name in ("lens-section", "bench-spot", "bench-transfer"):
+        page.wait(f"the drawing {name}", f"document.getElementById('{name}').naturalWidth > 0")
+    page.wait("the depth of field", "document.getElementById('sharp-words').textContent.startsWith('Sharp from')")
+
+    # A click focuses.
     first, focus = page.run(PRINT), page.run("document.getElementById('r-focus').textContent")
     finished_after(page, lambda: page.drag([(left + width * 0.2, top + height * 0.75)]))
     assert page.run(PRINT) != first, "the click has changed nothing"

@@ -17,6 +17,7 @@ use petzval::scene::pbrt::Description;
 
 use super::blur_map::{blur_map, reduced};
 use super::frame::ViewFrame;
+use super::lens_bench::LensBench;
 use super::panel::Panel;
 use super::preparer::{PrepareStatus, Prepared, Preparer};
 use super::settings::ViewSettings;
@@ -193,6 +194,7 @@ impl EngineWork<'_> {
         let Prepared { mut job, .. } = prepared;
         self.plan = Some(job.plan.clone());
         job.layers.clear();
+        self.engine.state.set_bench(LensBench::new(&job));
         let blur = blur_map(&job, generation, self.engine.threads, &self.engine.state.progress);
         self.engine.state.publish_blur(blur.unwrap_or_default());
         let target = job.samples.len() as u32;

@@ -4,6 +4,7 @@ mod address;
 mod blur_map;
 mod engine;
 mod frame;
+mod lens_bench;
 mod lens_drawer;
 mod panel;
 mod preparer;

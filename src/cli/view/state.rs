@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 use tungstenite::{Bytes, Utf8Bytes};
 
 use super::frame::ViewFrame;
+use super::lens_bench::LensBench;
 use super::settings::ViewSettings;
 
 /// State of the view.
@@ -33,6 +34,8 @@ pub(super) struct Shared {
     pub panel_message: (u64, Utf8Bytes),
     /// The message of the blur map, empty without one, and the number of such messages so far.
     pub blur_message: (u64, Bytes),
+    /// The lens of the last picture.
+    bench: Option<Arc<LensBench>>,
     /// The distance in focus of a generation (m).
     focus: Option<(u64, f64)>,
 }
@@ -48,6 +51,7 @@ impl ViewState {
             frame_message: (0, Bytes::new()),
             panel_message: (0, Utf8Bytes::default()),
             blur_message: (0, Bytes::new()),
+            bench: None,
             focus: None,
         };
         Self { inner: Mutex::new(inner), changed: Condvar::new(), progress: Progress::default() }
@@ -124,6 +128,16 @@ impl ViewState {
         let mut shared = self.lock();
         shared.blur_message = (shared.blur_message.0 + 1, Bytes::from(message));
         self.changed.notify_all();
+    }
+
+    /// Sets the lens of the last picture.
+    pub fn set_bench(&self, bench: Option<LensBench>) {
+        self.lock().bench = bench.map(Arc::new);
+    }
+
+    /// Returns the lens of the last picture.
+    pub fn bench(&self) -> Option<Arc<LensBench>> {
+        self.lock().bench.clone()
     }
 
     /// Returns the last frame.

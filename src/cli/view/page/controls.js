@@ -115,8 +115,6 @@ export class Controls {
     const { lens } = this;
     const name = this.state?.lens?.name;
     by("lens-name").textContent = name ?? "No lens of glass";
-    by("lens-section").hidden = !lens || !name;
-    if (lens && name) by("lens-section").src = lens.section;
     by("open-drawer").disabled = !name;
     const input = this.rings.stop.input;
     input.min = lens?.f_number ? STOPS.findIndex((stop) => stop >= lens.f_number * 0.999) : 0;
@@ -144,6 +142,7 @@ export class Controls {
     [rings["shift-x"], rings["shift-y"]].forEach((one, i) => one.show(2 * shift[i]));
     this.showLens();
     this.showReadout(state);
+    this.showSharp(state.depth_of_field);
     this.showEffects(state);
     by("command").value = state.command;
     by("warnings").replaceChildren(...(state.warnings ?? []).map((warning) => {
@@ -151,6 +150,17 @@ export class Controls {
       item.textContent = warning;
       return item;
     }));
+  }
+
+  /** Shows the depth of field beside the focus ring, on its scale. */
+  showSharp(depth) {
+    by("sharp").hidden = by("sharp-words").hidden = !depth;
+    if (!depth) return;
+    const far = depth.far ?? Infinity;
+    const [from, to] = [depth.near, far].map((distance) => (100 * focusStep(distance)) / FOCUS_STEPS);
+    Object.assign(by("sharp").firstElementChild.style, { left: `${from}%`, width: `${to - from}%` });
+    const range = `Sharp from ${metres(depth.near)} to ${metres(far)}`;
+    by("sharp-words").textContent = `${range}: blur up to ${depth.circle.toFixed(3)} mm, the film's diagonal / 1500.`;
   }
 
   showReadout({ lens, exposure_time: time, exposure_value: ev, iso, focus }) {

@@ -1,5 +1,6 @@
 // The page: connects the link to the camera, the screen and the controls.
 
+import { Bench } from "./bench.js";
 import { Controls, by } from "./controls.js";
 import { count, draw } from "./histogram.js";
 import { Link } from "./link.js";
@@ -51,12 +52,14 @@ const link = new Link({
     if (received.size) {
       screen.size = received.size;
       controls.show(received);
+      bench.show(Boolean(received.lens));
     }
     complain(received.error);
   },
   refused: complain,
 });
 const controls = new Controls(link, screen);
+const bench = new Bench();
 
 // Movement: a drag orbits, a click focuses.
 let drag = null;
@@ -82,6 +85,7 @@ canvas.addEventListener("pointerdown", (event) => {
 canvas.addEventListener("pointermove", (event) => {
   screen.cursor = place(event);
   if (screen.options.loupe) screen.draw();
+  if (!drag) bench.point(screen.cursor);
   if (!drag || !view) return;
   const step = [event.clientX - drag.x, event.clientY - drag.y];
   if (!drag.far && Math.hypot(...step) < 5) return;
