@@ -1,4 +1,4 @@
-//! Lens bench: how the lens on the camera forms the image at one place of the picture.
+//! Lens bench: the camera of a picture, and how its lens forms the image at one place.
 
 use petzval::film::Frame;
 use petzval::job::Job;
@@ -16,7 +16,7 @@ const SHOWN: [usize; 2] = [11, 4];
 /// Colour of rays that pass.
 const PASSING: &str = "#0072b2";
 
-/// The lens with its film.
+/// The camera of a picture.
 pub(super) struct LensBench {
     camera: Camera,
     frame: Frame,
@@ -30,10 +30,12 @@ struct RayGroup {
 }
 
 impl LensBench {
-    /// Returns the bench of a job; `None` without a real lens.
-    pub fn new(job: &Job) -> Option<Self> {
-        let bench = Self { camera: job.camera.clone(), frame: job.frame };
-        matches!(bench.camera.model, LensModel::Real(_)).then_some(bench)
+    pub fn new(job: &Job) -> Self {
+        Self { camera: job.camera.clone(), frame: job.frame }
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.camera
     }
 
     fn lens(&self) -> Option<&RealLens> {
@@ -53,7 +55,7 @@ impl LensBench {
     }
 
     /// Traces rays from a place to all of the rear element, in the plane through the axis. Returns
-    /// the section with them, and what becomes of them.
+    /// the section with them, and what becomes of them; `None` without a lens file.
     pub fn rays(&self, place: [f64; 2]) -> Option<Value> {
         let lens = self.lens()?;
         let film = self.film_point(place);

@@ -3,11 +3,14 @@
 mod address;
 mod blur_map;
 mod engine;
+mod file_name;
+mod final_render;
 mod frame;
 mod lens_bench;
 mod lens_drawer;
 mod panel;
 mod preparer;
+mod saved_scene;
 mod server;
 mod settings;
 mod state;
@@ -29,7 +32,9 @@ use super::signals::on_stop;
 use super::{Failure, Outcome, message};
 use address::{PageAddress, open_browser};
 use engine::Engine;
+use final_render::FinalRender;
 use lens_drawer::LensDrawer;
+use saved_scene::SceneSaver;
 use server::Server;
 use settings::ViewSettings;
 use state::ViewState;
@@ -69,7 +74,9 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let settings = ViewSettings::new(&argv(), scene, &description)?;
     let drawer = LensDrawer::new(&description, &arguments.lenses)?;
     let threads = arguments.threads.map_or_else(machine::cores, usize::from);
-    let engine = Engine::new(description, settings, threads)?;
+    let saver = SceneSaver::new(scene, &description);
+    let engine = Engine::new(description.clone(), settings, threads)?;
+    let final_render = FinalRender::new(description, engine.state.clone());
 
     let name = scene.display().to_string();
     let tev =
@@ -90,7 +97,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     if !arguments.no_open && !open_browser(&address) {
         say!("petzval: no browser could be started; open the address in one on this machine");
     }
-    let server = Server { address, state, drawer };
+    let server = Server { address, state, drawer, saver, final_render };
     thread::scope(|scope| {
         scope.spawn(|| engine.run());
         if let Some(tev) = tev {
@@ -98,6 +105,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
         }
         server.run(&listener, &stopped);
     });
+    server.final_render.end();
     Ok(Outcome::Interrupted)
 }
 

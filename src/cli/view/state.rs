@@ -34,7 +34,10 @@ pub(super) struct Shared {
     pub panel_message: (u64, Utf8Bytes),
     /// The message of the blur map, empty without one, and the number of such messages so far.
     pub blur_message: (u64, Bytes),
-    /// The lens of the last picture.
+    /// The message of the final render, empty before the first one, and the number of such messages
+    /// so far.
+    pub render_message: (u64, Utf8Bytes),
+    /// The camera of the last picture.
     bench: Option<Arc<LensBench>>,
     /// The distance in focus of a generation (m).
     focus: Option<(u64, f64)>,
@@ -51,6 +54,7 @@ impl ViewState {
             frame_message: (0, Bytes::new()),
             panel_message: (0, Utf8Bytes::default()),
             blur_message: (0, Bytes::new()),
+            render_message: (0, Utf8Bytes::default()),
             bench: None,
             focus: None,
         };
@@ -130,12 +134,27 @@ impl ViewState {
         self.changed.notify_all();
     }
 
-    /// Sets the lens of the last picture.
-    pub fn set_bench(&self, bench: Option<LensBench>) {
-        self.lock().bench = bench.map(Arc::new);
+    /// Tells the clients about the final render.
+    pub fn publish_render(&self, message: &Value) {
+        let message = Utf8Bytes::from(message.to_string());
+        let mut shared = self.lock();
+        shared.render_message = (shared.render_message.0 + 1, message);
+        self.changed.notify_all();
     }
 
-    /// Returns the lens of the last picture.
+    /// Returns the settings, and the distance in focus (m) if the last picture shows them.
+    pub fn settings(&self) -> (ViewSettings, Option<f64>) {
+        let shared = self.lock();
+        let focus = shared.focus.filter(|(generation, _)| *generation == shared.generation);
+        (shared.settings.clone(), focus.map(|(_, focus)| focus))
+    }
+
+    /// Sets the camera of the last picture.
+    pub fn set_bench(&self, bench: LensBench) {
+        self.lock().bench = Some(Arc::new(bench));
+    }
+
+    /// Returns the camera of the last picture.
     pub fn bench(&self) -> Option<Arc<LensBench>> {
         self.lock().bench.clone()
     }

@@ -5,6 +5,7 @@ import { Controls, by } from "./controls.js";
 import { count, draw } from "./histogram.js";
 import { Link } from "./link.js";
 import { dolly, orbit, text, walk } from "./orbit.js";
+import { Save } from "./save.js";
 import { Screen } from "./screen.js";
 
 const screen = new Screen(by("picture"), by("overlay"), by("loupe"));
@@ -12,8 +13,6 @@ const canvas = by("picture");
 let state = null;
 // The viewpoint of the hand, ahead of that of the last state.
 let view = null;
-
-const say = (words) => { by("said").textContent = words; };
 
 function complain(words) {
   by("problem").textContent = words ?? "";
@@ -56,10 +55,13 @@ const link = new Link({
     }
     complain(received.error);
   },
+  saved: (message) => save.saved(message),
+  render: (message) => save.show(message),
   refused: complain,
 });
 const controls = new Controls(link, screen);
 const bench = new Bench();
+const save = new Save(link, screen);
 
 // Movement: a drag orbits, a click focuses.
 let drag = null;
@@ -181,25 +183,6 @@ by("compare").addEventListener("click", () => setWipe(screen.wipe === null));
 by("wipe").addEventListener("input", () => setWipe(true));
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && screen.wipe !== null && !by("drawer").open) setWipe(false);
-});
-
-// Save.
-by("copy").addEventListener("click", async () => {
-  try {
-    await navigator.clipboard.writeText(by("command").value);
-    say("Copied.");
-  } catch {
-    by("command").select();
-    say("Press Ctrl-C to copy.");
-  }
-});
-by("save-png").addEventListener("click", async () => {
-  const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(await screen.png());
-  anchor.download = "picture.png";
-  anchor.click();
-  setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
-  say("Saved as picture.png, as it is shown here.");
 });
 
 new ResizeObserver(() => {

@@ -5,7 +5,7 @@ const STYLE: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 /// Path, kind and content.
-const ASSETS: [(&str, &str, &str); 11] = [
+const ASSETS: [(&str, &str, &str); 12] = [
     ("", HTML, include_str!("../page/index.html")),
     ("icon.svg", "image/svg+xml", include_str!("../page/icon.svg")),
     ("style.css", STYLE, include_str!("../page/style.css")),
@@ -16,6 +16,7 @@ const ASSETS: [(&str, &str, &str); 11] = [
     ("histogram.js", SCRIPT, include_str!("../page/histogram.js")),
     ("link.js", SCRIPT, include_str!("../page/link.js")),
     ("orbit.js", SCRIPT, include_str!("../page/orbit.js")),
+    ("save.js", SCRIPT, include_str!("../page/save.js")),
     ("screen.js", SCRIPT, include_str!("../page/screen.js")),
 ];
 

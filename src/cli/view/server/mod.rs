@@ -20,7 +20,9 @@ use std::time::Duration;
 use serde_json::json;
 
 use super::address::PageAddress;
+use super::final_render::FinalRender;
 use super::lens_drawer::LensDrawer;
+use super::saved_scene::SceneSaver;
 use super::state::ViewState;
 use reply::{Reply, Status};
 use request::RequestHead;
@@ -37,6 +39,8 @@ pub(super) struct Server {
     pub address: PageAddress,
     pub state: Arc<ViewState>,
     pub drawer: LensDrawer,
+    pub saver: SceneSaver,
+    pub final_render: FinalRender,
 }
 
 /// Counts itself while it exists.
