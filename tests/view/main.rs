@@ -424,8 +424,8 @@ fn frames_come_to_two_clients_and_only_when_they_ask() {
 fn drafts_come_before_the_picture() {
     let view = View::start("dgauss.pbrt", &["--resolution", "900x900", "--spp", "1"]);
     let mut client = view.client();
-    // Nothing is known about the first picture, so it has no draft.
-    client.next_frame();
+    let first = client.next_frame();
+    assert!(first.draft && first.generation == 1 && first.picture.size[0] < 900);
     client.send(&json!({ "type": "set", "options": { "fstop": "4" } }));
     let generation = client.hear("set")["generation"].as_u64().expect("a number");
     let frame = loop {

@@ -128,11 +128,14 @@ fn a_final_render_can_be_cancelled_and_resumed() {
     client.next_frame();
     let render = json!({ "type": "render", "name": "a.exr" });
     let checkpoint = folder.path().join("a.exr.checkpoint");
-    let mut shares = Vec::new();
+    let mut done = 0.0;
     for _ in 0..2 {
         client.send(&render);
-        shares.push(until(&mut client, "running")["share"].as_f64().expect("a share"));
-        until(&mut client, "running");
+        let mut share = || until(&mut client, "running")["share"].as_f64().expect("a share");
+        // The work of all reports before is there at the first one.
+        let first = share();
+        assert!(first > done, "{first} after {done}");
+        done = (0..6).map(|_| share()).fold(first, f64::max);
         let second = ask(&mut client, &json!({ "type": "render", "name": "b.exr" }));
         assert_eq!(second["type"], "refused", "{second}");
         client.send(&json!({ "type": "cancel" }));
@@ -148,5 +151,5 @@ fn a_final_render_can_be_cancelled_and_resumed() {
     assert!(signal.expect("kill").success());
     wait_until("the command to end", || view.child.try_wait().expect("a child").is_some());
     let last_end = fs::metadata(&checkpoint).expect("a checkpoint").modified().expect("a time");
-    assert!(last_end > first_end && shares[1] > shares[0], "{shares:?}");
+    assert!(last_end > first_end);
 }

@@ -115,8 +115,8 @@ impl EngineWork<'_> {
         }
     }
 
-    /// Returns a draft of the settings, or `None` before the first picture, and if they show none: the
-    /// picture itself has the same error, with its message.
+    /// Returns a draft of the settings, or `None` if they show none: the picture itself has the same
+    /// error, with its message.
     fn draft(&mut self, settings: &ViewSettings, changes: &Changes) -> Option<Job> {
         let moved = self.draft.take().and_then(|(of, mut job)| {
             let still = job.timing.as_ref().is_none_or(|timing| timing.camera_motion.is_none());
@@ -127,7 +127,7 @@ impl EngineWork<'_> {
         });
         let prepare = || {
             let description = self.engine.description.clone();
-            prepare_draft(description, changes, self.plan.as_ref()?).ok()
+            prepare_draft(description, changes, self.plan.as_ref()).ok()
         };
         let job = moved.or_else(prepare)?;
         self.draft = Some((settings.clone(), job.clone()));
@@ -156,7 +156,11 @@ impl EngineWork<'_> {
     /// Refines a draft until the picture is prepared, and returns the picture.
     fn show_draft(&mut self, job: &Job, changes: &Changes) -> Result<Option<Prepared>, String> {
         let start = Instant::now();
-        let mut ordered = false;
+        // The first picture waits for no hand.
+        let mut ordered = self.plan.is_none();
+        if ordered {
+            self.preparer.order(self.generation, changes.clone());
+        }
         let mut job = job.clone();
         job.frame = self.draft_frame(&job.frame);
         let threads = self.engine.threads;
