@@ -363,6 +363,20 @@ fn the_finished_picture_has_the_bits_of_its_command() {
     assert_eq!(bits(&seen.picture), bits(&rendered), "{line}");
 }
 
+#[test]
+fn a_smaller_film_sees_less_of_the_scene() {
+    let view = View::start("dgauss.pbrt", &["--resolution", "48x32", "--spp", "1"]);
+    let mut client = view.client();
+    client.set(json!({ "film-diagonal": "35" }));
+    let film: Vec<f64> =
+        serde_json::from_value(view.client().hear("state")["film"].clone()).expect("two numbers");
+    // 3 : 2, as the picture.
+    assert!((film[0].hypot(film[1]) - 35.0).abs() < 1e-9, "{film:?}");
+    assert!((film[0] / film[1] - 1.5).abs() < 1e-9, "{film:?}");
+    client.send(&json!({ "type": "set", "options": { "film-diagonal": "-1" } }));
+    client.hear("refused");
+}
+
 fn mean(frame: &Received) -> f64 {
     let values = frame.picture.pixels.as_flattened();
     values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64

@@ -16,10 +16,11 @@ const SIDE: f64 = 1280.0;
 const MAX_VALUE: usize = 1000;
 
 /// Options that the page sets. None of them reads a file but `lens`, which the lens drawer checks.
-const SETTABLE: [&str; 14] = [
+const SETTABLE: [&str; 15] = [
     "assume-vd",
     "coating",
     "effects",
+    "film-diagonal",
     "film-shift",
     "film-tilt",
     "focus",

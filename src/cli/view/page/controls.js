@@ -1,6 +1,6 @@
 // Controls: rings, switches and lists, bound to the settings of the camera.
 
-import { FOCUS_STEPS, SPEEDS, STOPS, TIMES, focusAt, focusStep, metres, nearest, seconds, stops } from "./camera.js";
+import { FILMS, FOCUS_STEPS, SPEEDS, STOPS, TIMES, focusAt, focusStep, metres, nearest, seconds, stops } from "./camera.js";
 
 export const by = (id) => document.getElementById(id);
 
@@ -46,6 +46,7 @@ export class Controls {
     };
     this.pair("tilt-x", "tilt-y", "film-tilt", (i) => i / 2, "\u00b0");
     this.pair("shift-x", "shift-y", "film-shift", (i) => i / 2, " mm");
+    by("film").addEventListener("change", () => set({ "film-diagonal": by("film").value || null }));
     this.bindDrawer();
     this.load();
   }
@@ -140,6 +141,7 @@ export class Controls {
     const [tilt, shift] = [numbers("film-tilt"), numbers("film-shift")];
     [rings["tilt-x"], rings["tilt-y"]].forEach((one, i) => one.show(2 * tilt[i]));
     [rings["shift-x"], rings["shift-y"]].forEach((one, i) => one.show(2 * shift[i]));
+    this.showFilm(state);
     this.showLens();
     this.showReadout(state);
     this.showSharp(state.depth_of_field);
@@ -150,6 +152,18 @@ export class Controls {
       item.textContent = warning;
       return item;
     }));
+  }
+
+  /** Lists the sizes of films; one that has no name here is listed, too. */
+  showFilm({ lens, film, options }) {
+    const select = by("film");
+    select.disabled = !lens;
+    if (!lens || document.activeElement === select) return;
+    const given = options["film-diagonal"];
+    const listed = given && !FILMS.some(([, diagonal]) => String(diagonal) === given) ? [[`${given} mm`, given], ...FILMS] : FILMS;
+    const own = given ? "as the scene" : `as the scene (${Math.hypot(...film).toFixed(1)} mm)`;
+    const choices = listed.map(([name, diagonal]) => new Option(`${name}, ${diagonal} mm`, diagonal, false, String(diagonal) === given));
+    select.replaceChildren(new Option(own, "", false, !given), ...choices);
   }
 
   /** Shows the depth of field beside the focus ring, on its scale. */
