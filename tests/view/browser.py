@@ -227,6 +227,20 @@ def saving(page, folder):
     assert page.run(f"{problem}.hidden"), "an old problem stays"
 
 
+def accuracy(page):
+    """The plot of error against time appears while it is measured."""
+    page.run("document.getElementById('accuracy').open = true")
+    page.run("document.getElementById('budget').value = '20'")
+    page.run("document.getElementById('measure').click()")
+    page.wait("the measurement", "document.getElementById('measure').textContent === 'Cancel'")
+    page.wait("its end", "document.getElementById('measure').textContent === 'Measure'")
+    assert page.run("Number(document.documentElement.dataset.points)") > 3
+    assert page.run("document.querySelectorAll('#models li').length") > 3
+    drawn = """(() => { const plot = document.getElementById('accuracy-plot');
+      return plot.getContext('2d').getImageData(0, 0, plot.width, plot.height).data.some(Boolean); })()"""
+    assert page.run(drawn), "the plot is empty"
+
+
 def test(page, folder):
     page.wait("the finished picture", FINISHED)
     assert page.run(MEAN) > 5, "the picture is black"
@@ -296,6 +310,7 @@ def test(page, folder):
 
     film_and_zoom(page)
     saving(page, folder)
+    accuracy(page)
 
     # A value that the lens refuses is said, and the page goes on.
     page.run("window.petzval.link.set({ fstop: '0.3' })")

@@ -205,6 +205,9 @@ impl EngineWork<'_> {
         let threads = self.engine.threads;
         let mut picture = ProgressiveRender::new(&job, threads).map_err(|e| e.to_string())?;
         while picture.samples() < target {
+            while self.engine.state.is_paused() {
+                thread::sleep(LOOK);
+            }
             let step = (picture.samples() / 4).clamp(1, MAX_STEP);
             let step = step.min(target - picture.samples());
             let Some(refined) = self.step(picture, step, &job)? else { return Ok(()) };

@@ -2,16 +2,17 @@
 //! the view.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use petzval::render::Progress;
 use petzval::scene::pbrt::Description;
 use serde_json::{Value, json};
 
+use super::background::Background;
 use super::file_name::new_file;
 use super::settings::ViewSettings;
 use super::state::ViewState;
@@ -24,61 +25,30 @@ use crate::cli::{Failure, Outcome};
 /// Time between two reports of the progress.
 const INTERVAL: Duration = Duration::from_millis(250);
 
-/// Renders one picture at a time into the current folder.
+/// Renders pictures into the current folder.
 pub(super) struct FinalRender {
-    description: Description,
-    state: Arc<ViewState>,
-    running: Mutex<Option<Running>>,
-}
-
-/// A render in progress.
-struct Running {
-    progress: Arc<Progress>,
-    thread: JoinHandle<()>,
+    pub description: Description,
+    pub state: Arc<ViewState>,
+    pub background: Arc<Background>,
 }
 
 impl FinalRender {
-    pub fn new(description: Description, state: Arc<ViewState>) -> Self {
-        Self { description, state, running: Mutex::new(None) }
-    }
-
-    /// Starts the render of these settings into a new file. A checkpoint of that name is resumed.
+    /// Starts the render of these settings into a new file. A checkpoint of that name is resumed. A
+    /// render that is stopped writes a checkpoint.
     ///
     /// # Errors
-    /// Returns a message if the name is refused or taken, or if a render is in progress.
+    /// Returns a message if the name is refused or taken, or if other work is in progress.
     pub fn start(&self, name: &str, settings: &ViewSettings) -> Result<(), String> {
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        if running.as_ref().is_some_and(|running| !running.thread.is_finished()) {
-            return Err("a picture is being rendered; cancel it first".to_owned());
-        }
         let file = new_file(Path::new(""), name, &["exr", "png", "jpg"])?;
         let mut argv = settings.argv();
         argv.push(format!("--output={}", file.display()));
         let progress = Arc::new(Progress::default());
         let (description, state) = (self.description.clone(), self.state.clone());
-        let shared = progress.clone();
-        let work = move || run(description, argv, &file, &shared, &state);
-        let thread = thread::Builder::new().spawn(work).map_err(|error| error.to_string())?;
-        *running = Some(Running { progress, thread });
-        Ok(())
-    }
-
-    /// Stops the render in progress. It writes a checkpoint.
-    pub fn cancel(&self) {
-        let running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(Running { progress, .. }) = &*running {
-            progress.stop.store(true, Ordering::Relaxed);
-        }
-    }
-
-    /// Stops the render in progress and waits for its files.
-    pub fn end(&self) {
-        self.cancel();
-        let running = self.running.lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(Running { thread, .. }) = running {
-            // A panic has been reported.
-            let _ = thread.join();
-        }
+        let stopped = progress.clone();
+        self.background.start(
+            move || stopped.stop.store(true, Ordering::Relaxed),
+            move || run(description, argv, &file, &progress, &state),
+        )
     }
 }
 
@@ -101,7 +71,7 @@ fn run(
         if let (Some(message), Value::Object(more)) = (message.as_object_mut(), more) {
             message.extend(more);
         }
-        state.publish_render(&message);
+        state.publish_work(&message);
     };
     tell("preparing", Value::Null);
     let result = render(description, argv, file, progress, &tell);

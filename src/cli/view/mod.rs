@@ -1,6 +1,8 @@
 //! `petzval view`: the camera in the browser.
 
+mod accuracy_run;
 mod address;
+mod background;
 mod blur_map;
 mod engine;
 mod file_name;
@@ -30,7 +32,9 @@ use super::arguments::argv::argv;
 use super::memory::Memory;
 use super::signals::on_stop;
 use super::{Failure, Outcome, message};
+use accuracy_run::AccuracyRun;
 use address::{PageAddress, open_browser};
+use background::Background;
 use engine::Engine;
 use final_render::FinalRender;
 use lens_drawer::LensDrawer;
@@ -76,7 +80,14 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let threads = arguments.threads.map_or_else(machine::cores, usize::from);
     let saver = SceneSaver::new(scene, &description);
     let engine = Engine::new(description.clone(), settings, threads)?;
-    let final_render = FinalRender::new(description, engine.state.clone());
+    let background = Arc::new(Background::default());
+    let final_render = FinalRender {
+        description: description.clone(),
+        state: engine.state.clone(),
+        background: background.clone(),
+    };
+    let accuracy =
+        AccuracyRun { description, state: engine.state.clone(), background: background.clone() };
 
     let name = scene.display().to_string();
     let tev =
@@ -97,7 +108,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     if !arguments.no_open && !open_browser(&address) {
         say!("petzval: no browser could be started; open the address in one on this machine");
     }
-    let server = Server { address, state, drawer, saver, final_render };
+    let server = Server { address, state, drawer, saver, final_render, accuracy, background };
     thread::scope(|scope| {
         scope.spawn(|| engine.run());
         if let Some(tev) = tev {
@@ -105,7 +116,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
         }
         server.run(&listener, &stopped);
     });
-    server.final_render.end();
+    server.background.end();
     Ok(Outcome::Interrupted)
 }
 

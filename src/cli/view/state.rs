@@ -1,7 +1,7 @@
 //! State that the engine and the clients share: the settings, the last frame, and the state of the
 //! panel.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -19,6 +19,9 @@ pub(super) struct ViewState {
     changed: Condvar,
     /// The switch that stops the engine's work when the settings change.
     pub progress: Progress,
+    /// Whether pictures are not refined, so that a measurement has the machine for itself. Drafts
+    /// follow the hand all the same.
+    pub refining_paused: AtomicBool,
 }
 
 /// The parts behind the lock.
@@ -34,9 +37,9 @@ pub(super) struct Shared {
     pub panel_message: (u64, Utf8Bytes),
     /// The message of the blur map, empty without one, and the number of such messages so far.
     pub blur_message: (u64, Bytes),
-    /// The message of the final render, empty before the first one, and the number of such messages
+    /// The message of the background work, empty before the first one, and the number of such messages
     /// so far.
-    pub render_message: (u64, Utf8Bytes),
+    pub work_message: (u64, Utf8Bytes),
     /// The camera of the last picture.
     bench: Option<Arc<LensBench>>,
     /// The distance in focus of a generation (m).
@@ -54,11 +57,12 @@ impl ViewState {
             frame_message: (0, Bytes::new()),
             panel_message: (0, Utf8Bytes::default()),
             blur_message: (0, Bytes::new()),
-            render_message: (0, Utf8Bytes::default()),
+            work_message: (0, Utf8Bytes::default()),
             bench: None,
             focus: None,
         };
-        Self { inner: Mutex::new(inner), changed: Condvar::new(), progress: Progress::default() }
+        let (progress, refining_paused) = Default::default();
+        Self { inner: Mutex::new(inner), changed: Condvar::new(), progress, refining_paused }
     }
 
     fn lock(&self) -> MutexGuard<'_, Shared> {
@@ -109,6 +113,11 @@ impl ViewState {
         self.progress.stop.load(Ordering::Relaxed)
     }
 
+    /// Returns whether pictures are not to be refined now.
+    pub fn is_paused(&self) -> bool {
+        self.refining_paused.load(Ordering::Relaxed) && !self.is_outdated()
+    }
+
     /// Shows a frame.
     pub fn publish_frame(&self, frame: ViewFrame) {
         let message = Bytes::from(frame.message());
@@ -134,11 +143,11 @@ impl ViewState {
         self.changed.notify_all();
     }
 
-    /// Tells the clients about the final render.
-    pub fn publish_render(&self, message: &Value) {
+    /// Tells the clients about background work.
+    pub fn publish_work(&self, message: &Value) {
         let message = Utf8Bytes::from(message.to_string());
         let mut shared = self.lock();
-        shared.render_message = (shared.render_message.0 + 1, message);
+        shared.work_message = (shared.work_message.0 + 1, message);
         self.changed.notify_all();
     }
 

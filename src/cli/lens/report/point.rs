@@ -48,6 +48,8 @@ pub(in crate::cli) fn point_report(
     let rms = 1e3 * rays.spot().size(0.0, None).ok_or_else(dark)?.rms;
     let inputs = ReportInputs::new(lens, quality, (vec![rays], Vec::new()), None);
     let sections = [spots::spots(&inputs), transfer::by_frequency(&inputs)];
-    let plots = sections.map(|section| section.plots.first().map_or_else(String::new, Plot::file));
+    let draw = |plot: Plot| Plot { narrow: true, ..plot }.file();
+    let plots =
+        sections.map(|section| section.plots.into_iter().next().map_or_else(String::new, draw));
     Ok(PointReport { rms, plots })
 }

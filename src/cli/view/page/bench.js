@@ -13,6 +13,18 @@ function showDrawing(image, svg, words) {
   if (old.startsWith("blob:")) URL.revokeObjectURL(old);
 }
 
+const RIM = "the rim of surface ";
+
+/** Takes the rims of all surfaces together, the one with the most rays first. */
+function inGroups(fates) {
+  const rims = fates.filter(({ words }) => words.startsWith(RIM)).sort((a, b) => b.share - a.share);
+  const others = fates.filter((fate) => !rims.includes(fate)).reverse();
+  if (rims.length < 2) return [...others, ...rims];
+  const names = rims.map(({ words }) => words.slice(RIM.length));
+  const share = rims.reduce((sum, rim) => sum + rim.share, 0);
+  return [...others, { words: `the rims of surfaces ${names.join(", ")}`, colour: rims[0].colour, share }];
+}
+
 export class Bench {
   constructor() {
     this.place = [0.5, 0.5];
@@ -69,7 +81,7 @@ export class Bench {
     const words = limits ? bounds : "No light reaches this place.";
     by("rays-words").textContent = `${height.toFixed(1)} mm from the axis. ${words}`;
     showDrawing(by("lens-section"), section, `Section of the lens with rays. ${words}`);
-    by("rays-fates").replaceChildren(...[...fates].reverse().map(({ words: fate, colour, share }) => {
+    by("rays-fates").replaceChildren(...inGroups(fates).map(({ words: fate, colour, share }) => {
       const [item, swatch] = ["li", "i"].map((tag) => document.createElement(tag));
       swatch.style.background = colour;
       const percent = share < 0.1 ? (100 * share).toFixed(1) : Math.round(100 * share);

@@ -45,7 +45,7 @@ export function nearest(list, value) {
 export function metres(value) {
   if (value === null || value === undefined) return "";
   if (!Number.isFinite(value) || value > 1e4) return "\u221e";
-  return `${value < 10 ? value.toFixed(2) : value.toFixed(1)} m`;
+  return `${value.toFixed(value < 1 ? 3 : value < 10 ? 2 : 1)} m`;
 }
 
 export function seconds(value) {

@@ -1,5 +1,6 @@
 // The page: connects the link to the camera, the screen and the controls.
 
+import { Accuracy } from "./accuracy.js";
 import { Bench } from "./bench.js";
 import { Controls, by } from "./controls.js";
 import { count, draw } from "./histogram.js";
@@ -57,10 +58,12 @@ const link = new Link({
   },
   saved: (message) => save.saved(message),
   render: (message) => save.show(message),
+  accuracy: (message) => accuracy.show(message),
   refused: complain,
 });
 const controls = new Controls(link, screen);
 const bench = new Bench();
+const accuracy = new Accuracy(link);
 const save = new Save(link, screen);
 
 // Movement: a drag orbits, a click focuses.

@@ -19,7 +19,9 @@ use std::time::Duration;
 
 use serde_json::json;
 
+use super::accuracy_run::AccuracyRun;
 use super::address::PageAddress;
+use super::background::Background;
 use super::final_render::FinalRender;
 use super::lens_drawer::LensDrawer;
 use super::saved_scene::SceneSaver;
@@ -41,6 +43,8 @@ pub(super) struct Server {
     pub drawer: LensDrawer,
     pub saver: SceneSaver,
     pub final_render: FinalRender,
+    pub accuracy: AccuracyRun,
+    pub background: Arc<Background>,
 }
 
 /// Counts itself while it exists.

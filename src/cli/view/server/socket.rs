@@ -53,8 +53,8 @@ enum News {
     Panel(u64, Message),
     /// The blur map, and its number.
     Blur(u64, Bytes),
-    /// The final render, and its number.
-    Render(u64, Message),
+    /// The background work, and its number.
+    Work(u64, Message),
     End,
 }
 
@@ -137,11 +137,18 @@ impl Server {
                 let (settings, _) = self.state.settings();
                 self.final_render.start(text("name")?, &settings)
             }
+            (Some("accuracy"), _) => {
+                let budget = wish.get("budget").and_then(Value::as_f64);
+                let budget = budget.ok_or("expected a number of seconds as budget")?;
+                let (settings, _) = self.state.settings();
+                self.accuracy.start(budget, &settings)
+            }
             (Some("cancel"), _) => {
-                self.final_render.cancel();
+                self.background.cancel();
                 Ok(())
             }
-            _ => Err("expected the type next, set with options, save, render or cancel".to_owned()),
+            _ => Err("expected the type next, set with options, save, render, accuracy or cancel"
+                .to_owned()),
         }
     }
 
@@ -173,8 +180,8 @@ impl Server {
                     seen.panel = number;
                     message
                 }
-                Some(News::Render(number, message)) => {
-                    seen.render = number;
+                Some(News::Work(number, message)) => {
+                    seen.work = number;
                     message
                 }
                 Some(News::Blur(number, message)) => {
@@ -199,7 +206,7 @@ struct Seen {
     frame: u64,
     panel: u64,
     blur: u64,
-    render: u64,
+    work: u64,
 }
 
 /// Returns what a client does not know yet.
@@ -214,9 +221,9 @@ fn next_news(shared: &Shared, client: &Client, seen: &Seen) -> Option<News> {
         let (number, message) = shared.panel_message.clone();
         return Some(News::Panel(number, Message::Text(message)));
     }
-    if shared.render_message.0 > seen.render {
-        let (number, message) = shared.render_message.clone();
-        return Some(News::Render(number, Message::Text(message)));
+    if shared.work_message.0 > seen.work {
+        let (number, message) = shared.work_message.clone();
+        return Some(News::Work(number, Message::Text(message)));
     }
     if !client.asked.load(Ordering::Relaxed) {
         return None;
