@@ -1,8 +1,10 @@
 //! The accuracy of the camera models, measured for the page.
 
+use std::time::Instant;
+
 use serde_json::{Value, json};
 
-use super::View;
+use super::{HANG, View};
 
 #[test]
 fn the_page_draws_the_error_while_it_is_measured() {
@@ -14,8 +16,9 @@ fn the_page_draws_the_error_while_it_is_measured() {
         client.hear("refused");
     }
     client.send(&json!({ "type": "accuracy", "budget": 20 }));
-    let mut counts = Vec::new();
+    let (start, mut counts) = (Instant::now(), Vec::new());
     let last = loop {
+        assert!(start.elapsed() < HANG, "the measurement does not end");
         let message = client.hear("accuracy");
         counts.push(message["points"].as_array().expect("points").len());
         if message["status"] != "running" {
@@ -29,6 +32,8 @@ fn the_page_draws_the_error_while_it_is_measured() {
     };
     assert_eq!(last["status"], "finished", "{last}");
     let models = last["models"].as_array().expect("models").len();
+    // It is seen before its end.
+    counts.pop();
     assert!(models > 3 && counts.iter().any(|&count| count > 0), "{counts:?}");
     let points = last["points"].as_array().expect("points");
     let of = |model: usize| points.iter().filter(|point| point["model"] == model).count();
@@ -45,6 +50,9 @@ fn the_page_draws_the_error_while_it_is_measured() {
     client.send(&json!({ "type": "accuracy", "budget": 3600 }));
     client.hear("accuracy");
     client.send(&json!({ "type": "cancel" }));
-    while client.hear("accuracy")["status"] == "running" {}
+    let start = Instant::now();
+    while client.hear("accuracy")["status"] == "running" {
+        assert!(start.elapsed() < HANG, "it goes on");
+    }
     client.set(json!({ "fstop": "4" }));
 }

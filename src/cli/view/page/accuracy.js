@@ -50,7 +50,8 @@ export class Accuracy {
     const words = new Map((verdicts ?? []).map(({ model, sentence }) => [model, sentence]));
     by("models").replaceChildren(...models.map((name, i) => {
       const [item, swatch, title] = ["li", "i", "b"].map((tag) => document.createElement(tag));
-      swatch.style.background = this.colour(i);
+      swatch.style.borderColor = this.colour(i);
+      if (!this.repeats(i)) swatch.style.background = this.colour(i);
       title.textContent = name;
       item.append(swatch, title, words.has(i) ? `: ${words.get(i)}` : "");
       return item;
@@ -62,6 +63,11 @@ export class Accuracy {
   /** The richest model has the colour of the text. */
   colour(model) {
     return model === this.last.models.length - 1 ? getComputedStyle(by("accuracy")).color : COLOURS[model % COLOURS.length];
+  }
+
+  /** Models that repeat a colour have dashes. */
+  repeats(model) {
+    return model >= COLOURS.length && model !== this.last.models.length - 1;
   }
 
   draw() {
@@ -96,6 +102,7 @@ export class Accuracy {
       const own = points.filter((point) => point.model === model).sort((a, b) => a.samples - b.samples);
       context.strokeStyle = context.fillStyle = this.colour(model);
       context.lineWidth = 1.5;
+      context.setLineDash(this.repeats(model) ? [5, 3] : []);
       context.beginPath();
       own.forEach(({ seconds, error }) => context.lineTo(x(seconds), y(error)));
       context.stroke();
