@@ -139,6 +139,7 @@ impl Job {
             timing: self.timing.as_ref(),
             path_limits: self.path_limits,
             seed: self.seed,
+            stop: None,
         }
     }
 }

@@ -7,7 +7,7 @@ use petzval::lens::{LensColumns, LensModel};
 use petzval::prepare::{Viewpoint, prepare_draft};
 use petzval::rays::{Ray, RayBatch, SampleBatch};
 use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval::scene::pbrt::{self, CameraSpec, IrisSpec, RealisticSpec};
 use petzval::stats::LensStats;
 use petzval::{Aov, Changes, Job, prepare};
 use support::{folder, mean, picture, root, write};
@@ -209,9 +209,27 @@ fn a_draft_shows_the_light_of_the_picture() {
         f_number: Some(4.0),
         ..Changes::default()
     };
-    let (job, ..) = prepare(description.clone(), &changes).expect("a job");
-    let draft = prepare_draft(description, &changes, &job.plan).expect("a draft");
-    let [whole, draft] = [&job, &draft].map(|job| mean(&picture(job, Backend::Simd, 2))[1]);
-    // Both have 64 samples: 1 % is far above their noise, and a stop is 100 %.
-    assert!((draft / whole - 1.0).abs() < 0.01, "{draft} instead of {whole}");
+    let mut with_blades = description.clone();
+    let CameraSpec::Realistic(RealisticSpec::V4 { iris, .. }) = &mut with_blades.camera else {
+        panic!("a lens file")
+    };
+    *iris = Some(IrisSpec { path: "pentagon".into(), name: "pentagon".into() });
+    for (description, blades) in [(description, false), (with_blades, true)] {
+        let (job, ..) = prepare(description.clone(), &changes).expect("a job");
+        let first = prepare_draft(description.clone(), &changes, None).expect("a draft");
+        let draft = prepare_draft(description, &changes, Some(&job.plan)).expect("a draft");
+        let jobs = [&job, &draft, &first];
+        let [whole, draft, first] = jobs.map(|job| mean(&picture(job, Backend::Simd, 2))[1]);
+        // All have 64 samples: 1 % is far above their noise, and a stop is 100 %.
+        assert!((draft / whole - 1.0).abs() < 0.01, "{draft} instead of {whole}");
+        assert!((first / whole - 1.0).abs() < 0.01, "{first} instead of {whole}");
+        // A draft samples all of the circle about the blades, and so every point of it less.
+        let density = |job: &Job| match &job.camera.model {
+            LensModel::Real(lens) => lens.sampling_density([0.0; 2], [0.0, 0.0, 1.0]),
+            _ => panic!("a lens file"),
+        };
+        let [whole, draft, _] = jobs.map(density);
+        let expected = if blades { 0.3..0.9 } else { 0.999..1.001 };
+        assert!(expected.contains(&(draft / whole)), "{draft} and {whole}");
+    }
 }

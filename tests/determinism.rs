@@ -2,6 +2,10 @@
 
 mod support;
 
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::{Duration, Instant};
+
 use petzval::film::Frame;
 use petzval::io::image::Picture;
 use petzval::job::Job;
@@ -186,7 +190,32 @@ fn a_progressive_render_has_the_bits_of_a_render_with_its_samples() {
 fn a_stopped_step_of_a_progressive_render_is_an_error() {
     let job = small("dgauss.pbrt");
     let progress = Progress::default();
-    progress.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    progress.stop.store(true, Ordering::Relaxed);
     let progressive = ProgressiveRender::new(&job, 1).expect("threads");
     assert!(matches!(progressive.step(1, &progress), Err(RenderError::Stopped)));
+}
+
+#[test]
+fn a_stop_ends_the_light_paths_of_a_progressive_render() {
+    // The light paths are those of the whole picture, which take many seconds.
+    let changes = Changes {
+        resolution: Some([16000, 12000]),
+        crop: Some([[8000, 6000], [8016, 6016]]),
+        effects: "+ghosts".parse().expect("a selection"),
+        ..Changes::default()
+    };
+    let job = job("dgauss.pbrt", &changes);
+    assert!(job.ghosts.is_some());
+    let progress = Progress::default();
+    let progressive = ProgressiveRender::new(&job, 1).expect("threads");
+    thread::scope(|scope| {
+        let step = scope.spawn(|| progressive.step(1, &progress).err());
+        thread::sleep(Duration::from_millis(300));
+        assert!(!step.is_finished(), "the light paths are too quick for this test");
+        progress.stop.store(true, Ordering::Relaxed);
+        let stopped = Instant::now();
+        assert!(matches!(step.join().expect("a step"), Some(RenderError::Stopped)));
+        // A wave takes a millisecond; the margin is for a busy machine.
+        assert!(stopped.elapsed() < Duration::from_secs(2), "{:?}", stopped.elapsed());
+    });
 }

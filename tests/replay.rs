@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use petzval::film::SampleId;
 use petzval::io::image::Picture;
 use petzval::job::Job;
-use petzval::lens::LensModel;
+use petzval::lens::{LensModel, RayPath};
 use petzval::plan::{Effect, EffectSelection};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{Backend, RenderOptions, Replay, render, replay};
@@ -196,6 +196,49 @@ fn the_contributions_of_all_steps_add_up_to_the_radiance() {
             }
         }
         assert_eq!(replay.steps.last().map(|step| step.radiance), Some(replay.radiance));
+    }
+}
+
+#[test]
+fn a_path_between_two_points_is_that_of_a_sample_through_them() {
+    let tilted = Changes {
+        film_tilt: Some([3.0, -2.0]),
+        film_shift: Some([1.0, 2.0]),
+        ..Changes::default()
+    };
+    for changes in [Changes::default(), tilted] {
+        let job = job("dgauss.pbrt", &changes);
+        let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
+        assert_eq!(lens.bands.len(), 1, "the same wavelength");
+        let (mut through, mut blocked) = (0, 0);
+        for pixel in pixels(&job) {
+            let replay = value(&job, Backend::Simd, pixel, 1).1;
+            let Some((film, path)) = replay.and_then(|r| Some((r.film, r.ray_path?))) else {
+                continue;
+            };
+            let (start, direction) = (path.start, path.direction);
+            let steps = (lens.prescription.length() - start[2]) / direction[2];
+            let rear = [0, 1].map(|i| start[i] + steps * direction[i]);
+            let again = lens.path_between(film.map(f64::from), rear);
+            assert_eq!(again.crossings.len(), path.crossings.len(), "{pixel:?}");
+            let points = |path: &RayPath| -> Vec<[f64; 3]> {
+                path.crossings.iter().filter_map(|crossing| crossing.point).collect()
+            };
+            for (one, other) in points(&again).iter().flatten().zip(points(&path).iter().flatten())
+            {
+                // The sample is traced in f32.
+                assert!((one - other).abs() < 1e-3, "{pixel:?}: {one} and {other}");
+            }
+            match (&path.end, &again.end) {
+                (Ok(_), Ok(_)) => through += 1,
+                (Err(one), Err(other)) => {
+                    assert_eq!(one, other, "{pixel:?}");
+                    blocked += 1;
+                }
+                _ => panic!("{pixel:?}: {:?} and {:?}", path.end, again.end),
+            }
+        }
+        assert!(through > 100 && blocked > 3, "{through} and {blocked}");
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::point::Point;
 use crate::render::Progress;
 
 /// Progress and stop switch of a run, shared with its observers.
@@ -12,6 +13,7 @@ pub struct RunMonitor {
     pub(super) progress: Progress,
     interrupted: AtomicBool,
     activity: Mutex<String>,
+    points: Mutex<Vec<Point>>,
 }
 
 impl RunMonitor {
@@ -38,6 +40,16 @@ impl RunMonitor {
 
     pub(super) fn set_activity(&self, activity: String) {
         *self.activity.lock().unwrap_or_else(PoisonError::into_inner) = activity;
+    }
+
+    /// Returns the points that are measured so far, in the order of their measurement. The frontier
+    /// is not known yet.
+    pub fn points(&self) -> Vec<Point> {
+        self.points.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    pub(super) fn add_point(&self, point: Point) {
+        self.points.lock().unwrap_or_else(PoisonError::into_inner).push(point);
     }
 
     /// Does work, and sets the stop switch if the work lasts until `end`.

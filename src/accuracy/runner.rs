@@ -278,7 +278,9 @@ impl<'a> LadderRunner<'a> {
         let richest = &self.states[self.richest()].picture;
         let other = with_count(picture.count, richest, self.before.as_ref());
         let other = other.filter(|_| rung != self.richest());
-        self.points.push(reference.point(rung, picture, other, cost)?);
+        let point = reference.point(rung, picture, other, cost)?;
+        self.monitor.add_point(point.clone());
+        self.points.push(point);
         Ok(())
     }
 

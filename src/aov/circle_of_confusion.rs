@@ -2,9 +2,10 @@
 
 use crate::lens::{Camera, LensModel};
 
-/// First-order circle of confusion as a function of depth, in camera units.
+/// First-order circle of confusion as a function of depth, in camera units: the image on the film of a
+/// point, by the rays through the entrance pupil.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CircleOfConfusion {
+pub struct CircleOfConfusion {
     /// Depth of the front vertex [camera units].
     front: f64,
     /// Millimetres per camera unit.
@@ -49,5 +50,68 @@ impl CircleOfConfusion {
         let back = self.tilt[0] * film[0] + self.tilt[1] * film[1];
         let [offset, per_distance] = self.per_film_shift.map(|change| change * back);
         (2e3 * slope * (self.offset + offset + distance * (self.per_distance + per_distance))).abs()
+    }
+
+    /// Returns the nearest and the farthest distance from the front vertex (mm) whose circle of
+    /// confusion on the axis is not larger than this diameter (mm): the depth of field. The second
+    /// is infinite if no distance is too far. `None` if no distance is sharp enough.
+    ///
+    /// It is the solution of [`CircleOfConfusion::diameter`] for the distance, with either sign of
+    /// the diameter: the rays meet behind the film or before it.
+    pub fn depth_of_field(&self, diameter: f64) -> Option<[f64; 2]> {
+        let [position, pupil] = self.pupil;
+        let Self { offset, per_distance, .. } = *self;
+        let distance =
+            |signed: f64| (signed * position - pupil * offset) / (pupil * per_distance - signed);
+        let mut ends = [distance(diameter), distance(-diameter)];
+        ends.sort_by(f64::total_cmp);
+        // Rays from a point behind the camera converge: such a point is beyond infinity.
+        let beyond = |end: f64| if end > 0.0 { end } else { f64::INFINITY };
+        let [near, far] = match ends {
+            [low, high] if low > 0.0 => [low, high],
+            [low, high] => [high, beyond(low)],
+        };
+        (near > 0.0 && near.is_finite()).then_some([near, far])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A thin lens of 50 mm at f/2, on the front vertex, with the film where `focus` (mm) is sharp.
+    fn thin(focus: f64) -> CircleOfConfusion {
+        let film = 1.0 / (1.0 / 50.0 - 1.0 / focus);
+        CircleOfConfusion {
+            front: 0.0,
+            mm_per_unit: 1.0,
+            offset: film,
+            per_distance: 1.0 - film / 50.0,
+            per_film_shift: [0.0; 2],
+            tilt: [0.0; 2],
+            pupil: [0.0, 25.0],
+        }
+    }
+
+    #[test]
+    fn the_depth_of_field_is_that_of_a_thin_lens() {
+        // The hyperfocal distance f^2 / (N c) + f.
+        let (circle, hyperfocal) = (0.03, 50.0 * 50.0 / (2.0 * 0.03) + 50.0);
+        for focus in [400.0, 3000.0, 0.9 * hyperfocal, 1.1 * hyperfocal, 1e7] {
+            let [near, far] = thin(focus).depth_of_field(circle).expect("limits");
+            let expected = focus * (hyperfocal - 50.0) / (hyperfocal + focus - 2.0 * 50.0);
+            assert!((near / expected - 1.0).abs() < 1e-9, "{focus}: {near}, not {expected}");
+            let expected = match focus < hyperfocal {
+                true => focus * (hyperfocal - 50.0) / (hyperfocal - focus),
+                false => f64::INFINITY,
+            };
+            assert!(far == expected || (far / expected - 1.0).abs() < 1e-9, "{focus}: {far}");
+            for end in [near, far.min(1e12)] {
+                let blur = thin(focus).diameter(end, [0.0; 2]);
+                assert!(blur <= 1e3 * circle * (1.0 + 1e-9), "{focus}, {end}: {blur}");
+            }
+        }
+        let [near, far] = thin(f64::INFINITY).depth_of_field(circle).expect("limits");
+        assert!((near / (hyperfocal - 50.0) - 1.0).abs() < 1e-9 && far.is_infinite(), "{near}");
     }
 }

@@ -8,6 +8,7 @@ mod feature_film;
 mod features;
 mod vignetting;
 
+pub use circle_of_confusion::CircleOfConfusion;
 pub use convert::{convert_albedo, to_camera};
 pub use feature_film::FeatureFilm;
 pub(crate) use feature_film::FeatureSums;

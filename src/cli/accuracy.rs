@@ -44,7 +44,7 @@ pub(super) struct AccuracyArguments {
 }
 
 /// Most samples per pixel without --spp.
-const DEFAULT_SAMPLES: u32 = 1 << 20;
+pub(super) const DEFAULT_SAMPLES: u32 = 1 << 20;
 
 /// Fewest samples per pixel: one for each quarter.
 const MIN_SAMPLES: u32 = 4;

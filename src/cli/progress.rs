@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use petzval::accuracy::RunMonitor;
+use petzval::film::Tile;
 use petzval::job::Job;
 use petzval::render::Progress;
 
@@ -72,6 +73,12 @@ impl TimeBar {
     }
 }
 
+/// Returns the film samples of a job, if their number ends it.
+pub(super) fn film_samples(job: &Job) -> u64 {
+    let count = |tile: &Tile| job.sampler(tile, job.samples.clone()).count();
+    job.frame.tiles().iter().map(count).sum()
+}
+
 /// Bar of a render: completed samples, rate and remaining time.
 pub(super) struct RenderBar {
     shown: Option<DrawnBar>,
@@ -83,9 +90,7 @@ impl RenderBar {
         if !std::io::stderr().is_terminal() {
             return Self { shown: None };
         }
-        let tiles = job.frame.tiles();
-        let count = |tile| job.sampler(tile, job.samples.clone()).count();
-        let (most, uniform) = (tiles.iter().map(count).sum(), job.stop_criteria.count_only());
+        let (most, uniform) = (film_samples(job), job.stop_criteria.count_only());
         let start = Instant::now();
         let earlier = progress.samples.load(Ordering::Relaxed);
         let shown = DrawnBar::start(most, move |bar| {

@@ -22,6 +22,8 @@ pub(crate) use survey::obstacle;
 pub use survey::{LightPathSelection, LightPathSurvey};
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::film::{Frame, Response};
 use crate::lens::Camera;
 use crate::scene::{PathLimits, Scene};
@@ -44,4 +46,14 @@ pub struct LightPathInput<'a> {
     pub path_limits: PathLimits,
     /// The seed of all random numbers.
     pub seed: u32,
+    /// Switch that ends the work within a wave of paths. What it has added to a film is then of no
+    /// use.
+    pub stop: Option<&'a AtomicBool>,
+}
+
+impl LightPathInput<'_> {
+    /// Returns whether the work is to end.
+    fn is_stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
 }

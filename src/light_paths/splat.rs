@@ -90,6 +90,9 @@ impl SplatStage {
             samples.flat_map(|sample| (0..waves).step_by(chunk as usize).map(move |i| (sample, i)))
         {
             let one = |columns: &mut C, wave| {
+                if input.is_stopped() {
+                    return Default::default();
+                }
                 let start = thread_time();
                 let splats = splats_of(columns, [wave, sample]);
                 (splats, thread_time().saturating_sub(start))

@@ -89,6 +89,19 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Returns the plan that simulates these effects alone, without reasons.
+    pub fn of(effects: &[Effect]) -> Self {
+        let decide = |effect: Effect| Decision {
+            effect,
+            on: effects.contains(&effect),
+            by: DecidedBy::Scene,
+            reason: String::new(),
+            error: None,
+            cost: None,
+        };
+        Self { effects: Effect::ALL.map(decide).to_vec(), light_paths: Default::default() }
+    }
+
     /// Returns whether an effect is simulated.
     pub fn has(&self, effect: Effect) -> bool {
         self.effects.iter().any(|decision| decision.effect == effect && decision.on)

@@ -146,6 +146,7 @@ impl CameraInput<'_> {
                 (FilmPlacement::Distance(*film_distance), *film_diagonal, 1.0, 1.0, *depth, 0.0)
             }
         };
+        let diagonal = changes.film_diagonal.unwrap_or(diagonal);
         let [x, y] = self.view.frame.resolution.map(f64::from);
         let aspect = y / x;
         let width = diagonal / (1.0 + aspect * aspect).sqrt();

@@ -37,6 +37,8 @@ pub struct Changes {
     pub focus_model: FocusModel,
     /// The f-number, by the marginal ray ([`crate::lens::RealRayFocus::f_number`]).
     pub f_number: Option<f64>,
+    /// The diagonal of the film (mm).
+    pub film_diagonal: Option<f64>,
     /// The shift of the film, to the right and up in the picture as seen (mm).
     pub film_shift: Option<[f64; 2]>,
     /// The tilt of the film about the horizontal and its own vertical axis (degrees)
@@ -97,6 +99,7 @@ impl Changes {
             (self.f_number.is_some(), "--fstop"),
             (self.coating.is_some(), "--coating"),
             (self.assume_vd, "--assume-vd"),
+            (self.film_diagonal.is_some(), "--film-diagonal"),
             (self.film_shift.is_some(), "--film-shift"),
             (self.film_tilt.is_some(), "--film-tilt"),
         ];

@@ -20,7 +20,7 @@ use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
-use crate::lens::{LensError, LensModel};
+use crate::lens::{LensError, LensModel, PupilSampling};
 use crate::light_paths::{LightPathSelection, LightPathSurvey};
 use crate::plan::{
     DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
@@ -94,17 +94,26 @@ const DRAFT_EFFECTS: [Effect; 6] = [
     Effect::Media,
 ];
 
+/// Effects of a draft without a similar picture: those that are there or not.
+const FIRST_DRAFT_EFFECTS: [Effect; 3] = [Effect::Iris, Effect::TiltShift, Effect::Media];
+
 /// Prepares a draft of a picture, in a fraction of the time of [`prepare`], for a viewer. Its effects
 /// are those of the plan of a similar picture, except for dispersion, ghosts, diffraction and the
-/// sensor. It has no layers, and no light paths.
+/// sensor; without one, they are the shape of the iris, tilt, shift and media. It has no layers, and
+/// no light paths.
 ///
 /// # Errors
 /// Returns an error as [`prepare`].
 pub fn prepare_draft(
     description: Description,
     changes: &Changes,
-    similar: &Plan,
+    similar: Option<&Plan>,
 ) -> Result<Job, PrepareError> {
+    let aim = match changes.aim {
+        PupilSampling::Pupil => PupilSampling::RoundIris,
+        other => other,
+    };
+    let changes = &Changes { aim, ..changes.clone() };
     let context = description.context.temporary();
     let exposure = Exposure::new(&description, changes)?;
     let mut report = Report {
@@ -115,7 +124,7 @@ pub fn prepare_draft(
     let excluded = ExcludedEffects::new(&changes.effects);
     let Draft { mut job, .. } =
         draft(description, changes, &context, excluded, &exposure, &mut report)?;
-    job.plan = similar.clone();
+    job.plan = similar.map_or_else(|| Plan::of(&FIRST_DRAFT_EFFECTS), Plan::clone);
     for decision in &mut job.plan.effects {
         decision.on &= DRAFT_EFFECTS.contains(&decision.effect);
     }

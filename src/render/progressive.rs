@@ -87,7 +87,8 @@ impl<'a> ProgressiveRender<'a> {
             });
         });
         while !splats.covers(end) && !progress.stop.load(Ordering::Relaxed) {
-            pool.install(|| splats.add_sample::<f32x8>(job, &mut Stats::default()));
+            let stop = Some(&progress.stop);
+            pool.install(|| splats.add_sample::<f32x8>(job, &mut Stats::default(), stop));
         }
         if progress.stop.load(Ordering::Relaxed) {
             return Err(RenderError::Stopped);

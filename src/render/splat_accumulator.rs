@@ -1,11 +1,13 @@
 //! Accumulator of the light that light paths splat, which adds one sample number at a time.
 
 use std::io;
+use std::sync::atomic::AtomicBool;
 
 use crate::film::FilmSums;
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::job::Job;
 use crate::lanes::Real;
+use crate::light_paths::LightPathInput;
 use crate::stats::Stats;
 
 /// Sum of the light of some sample numbers: direct light, caustics and ghosts.
@@ -26,13 +28,19 @@ impl SplatAccumulator {
         self.film.is_none() || self.samples >= samples
     }
 
-    /// Adds the light of the next sample number. It always adds all of them, even if the render is
-    /// stopped meanwhile: a checkpoint cannot tell a part of a sample number from the whole.
-    pub fn add_sample<R: Real<Scalar = f32>>(&mut self, job: &Job, stats: &mut Stats) {
+    /// Adds the light of the next sample number. Without `stop`, it always adds all of it, even if
+    /// the render is stopped meanwhile: a checkpoint cannot tell a part of a sample number from the
+    /// whole. With it, the sum is of no use once `stop` is set.
+    pub fn add_sample<R: Real<Scalar = f32>>(
+        &mut self,
+        job: &Job,
+        stats: &mut Stats,
+        stop: Option<&AtomicBool>,
+    ) {
         if let Some(film) = &mut self.film {
             let sample = job.samples.start.saturating_add(self.samples);
             let samples = sample..sample.saturating_add(1);
-            let input = job.light_path_input();
+            let input = LightPathInput { stop, ..job.light_path_input() };
             if let Some(lamps) = &job.direct_light {
                 lamps.splat::<R>(&input, samples.clone(), film, stats);
             }

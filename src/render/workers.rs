@@ -113,7 +113,7 @@ impl<'a> Workers<'a> {
     pub fn render_splats<R: Real<Scalar = f32>>(&self, state: &mut impl RenderState, samples: u32) {
         while !state.splats().covers(samples) && !self.stopped() {
             let mut stats = Stats::default();
-            state.splats().add_sample::<R>(self.job, &mut stats);
+            state.splats().add_sample::<R>(self.job, &mut stats, None);
             if let Some(last) = self.worker_stats.last() {
                 lock(last).add(&stats);
             }

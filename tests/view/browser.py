@@ -70,9 +70,9 @@ class DevTools:
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1)
 
 
-def start_view(petzval, scene, *options):
+def start_view(petzval, scene, *options, folder=ROOT):
     command = [petzval, "view", scene, "--no-open", *options]
-    child = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    child = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     return child, child.stdout.readline().strip()
 
 
@@ -97,6 +97,48 @@ def start_browser(folder):
             return child, DevTools(pages[0]["webSocketDebuggerUrl"])
         assert time.time() - start < HANG, "the browser has no page"
         time.sleep(0.05)
+
+
+# A negative group before a positive one: the gap between them zooms.
+ZOOM = """name = "two groups"
+[[surface]]
+radius = -82.688
+thickness = 1
+diameter = 30
+index = 1.5168
+[[surface]]
+radius = 82.688
+thickness = 40
+diameter = 30
+[[surface]]
+stop = true
+diameter = 10
+thickness = 1
+[[surface]]
+radius = 51.68
+thickness = 3
+diameter = 30
+index = 1.5168
+[[surface]]
+radius = -51.68
+diameter = 30
+[[configuration]]
+film_distance = 82
+thickness = [[2, 60]]
+[[configuration]]
+film_distance = 110
+thickness = [[2, 20]]
+"""
+
+
+def copy_scene(folder):
+    """Copies the scene of this test, with its lenses and a zoom lens, into a folder where it may write."""
+    shutil.copytree(os.path.join(ROOT, "lenses"), os.path.join(folder, "lenses"))
+    os.mkdir(os.path.join(folder, "scenes"))
+    for name in ("dgauss.pbrt", "cones.pbrt", "grid.png"):
+        shutil.copy(os.path.join(ROOT, "scenes", name), os.path.join(folder, "scenes"))
+    with open(os.path.join(folder, "lenses", "zoom.toml"), "w") as file:
+        file.write(ZOOM)
 
 
 FINISHED = "document.getElementById('r-samples').textContent.endsWith('finished')"
@@ -129,13 +171,94 @@ def box(page, name):
                     " return [b.left, b.top, b.width, b.height]; })()")
 
 
-def test(page):
+def film_and_zoom(page):
+    """The size of the film, tilt and shift, and the ring of a zoom lens."""
+    command = "document.getElementById('command').value"
+    finished_after(page, lambda: set_range(page, "shift-x", 6))
+    assert "--film-shift=3,0" in page.run(command), page.run(command)
+    finished_after(page, lambda: set_range(page, "tilt-y", -4))
+    assert "--film-tilt=0,-2" in page.run(command), page.run(command)
+    before = page.run(PRINT)
+    finished_after(page, lambda: page.run(
+        "(() => { const film = document.getElementById('film'); film.value = '28.2';"
+        " film.dispatchEvent(new Event('change')); })()"))
+    assert "--film-diagonal=28.2" in page.run(command) and page.run(PRINT) != before
+    for name, value in [("shift-x", 0), ("tilt-y", 0)]:
+        finished_after(page, lambda: set_range(page, name, value))
+    assert "--film-shift" not in page.run(command) and "--film-tilt" not in page.run(command)
+    finished_after(page, lambda: page.run("window.petzval.link.set({ 'film-diagonal': null, fstop: null })"))
+
+    assert page.run("document.getElementById('zoom-row').hidden"), "a lens without zoom has a zoom ring"
+    finished_after(page, lambda: page.run("window.petzval.link.set({ lens: 'scenes/../lenses/zoom.toml', focus: '3' })"))
+    page.wait("the zoom ring", "!document.getElementById('zoom-row').hidden")
+    low, high = (page.run(f"Number(document.getElementById('zoom').{end})") for end in ("min", "max"))
+    assert 20 < low < high < 300, (low, high)
+    before = page.run(PRINT)
+    finished_after(page, lambda: set_range(page, "zoom", low + 5))
+    focal_length = float(page.run("document.getElementById('r-lens').textContent").split()[0])
+    assert abs(focal_length - low - 5) < 0.6 and page.run(PRINT) != before, focal_length
+    finished_after(page, lambda: page.run("window.petzval.link.set({ lens: null, zoom: null, focus: null })"))
+
+
+def saving(page, folder):
+    """Files that the browser and the server save."""
+    downloads = os.path.join(folder, "downloads")
+    os.mkdir(downloads)
+    page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=downloads)
+    for button, name, magic in [("save-png", "picture.png", b"\x89PNG"), ("save-exr", "picture.exr", b"v/1\x01")]:
+        page.run(f"document.getElementById('{button}').click()")
+        path, start = os.path.join(downloads, name), time.time()
+        while not os.path.exists(path):
+            assert time.time() - start < HANG, f"{name} is not saved"
+            time.sleep(0.02)
+        with open(path, "rb") as file:
+            assert file.read(4) == magic, name
+    said = "document.getElementById('said').textContent"
+    page.run("document.getElementById('save-scene').click()")
+    page.wait("the saved scene", f"{said} === 'Saved as scenes/view.pbrt.'")
+    assert os.path.exists(os.path.join(folder, "scenes", "view.pbrt"))
+    page.run("document.getElementById('save-scene').click()")
+    problem = "document.getElementById('problem')"
+    page.wait("the refusal of the same name", f"{problem}.textContent.includes('exists already')")
+    page.run("document.getElementById('render').click()")
+    page.wait("the final picture", f"{said}.startsWith('Rendered final.exr')")
+    assert os.path.getsize(os.path.join(folder, "final.exr")) > 1000
+    finished_after(page, lambda: page.run("window.petzval.link.set({ fstop: '5.6' })"))
+    assert page.run(f"{problem}.hidden"), "an old problem stays"
+
+
+def accuracy(page):
+    """The plot of error against time appears while it is measured."""
+    page.run("document.getElementById('accuracy').open = true")
+    page.run("document.getElementById('budget').value = '20'")
+    page.run("document.getElementById('measure').click()")
+    page.wait("the measurement", "document.getElementById('measure').textContent === 'Cancel'")
+    page.wait("its end", "document.getElementById('measure').textContent === 'Measure'")
+    assert page.run("Number(document.documentElement.dataset.points)") > 3
+    assert page.run("document.querySelectorAll('#models li').length") > 3
+    drawn = """(() => { const plot = document.getElementById('accuracy-plot');
+      return plot.getContext('2d').getImageData(0, 0, plot.width, plot.height).data.some(Boolean); })()"""
+    assert page.run(drawn), "the plot is empty"
+
+
+def test(page, folder):
     page.wait("the finished picture", FINISHED)
     assert page.run(MEAN) > 5, "the picture is black"
     page.wait("the command", "document.getElementById('command').value.startsWith('petzval render')")
 
-    # A click focuses.
+    # The lens shows the rays of the place under the cursor, and its image.
     left, top, width, height = box(page, "picture")
+    for x, y in [(0.9, 0.8), (0.5, 0.5)]:
+        page.call("Input.dispatchMouseEvent", type="mouseMoved", x=left + width * x, y=top + height * y)
+        for kind in ("rays", "image"):
+            page.wait(f"the {kind}", f"(document.documentElement.dataset.{kind} ?? '').startsWith('{x}')")
+        away = float(page.run("document.getElementById('rays-words').textContent").split()[0])
+        assert (away > 10) == (x > 0.5), away
+    for name in ("lens-section", "bench-spot", "bench-transfer"):
+        page.wait(f"the drawing {name}", f"document.getElementById('{name}').naturalWidth > 0")
+    page.wait("the depth of field", "document.getElementById('sharp-words').textContent.startsWith('Sharp from')")
+
+    # A click focuses.
     first, focus = page.run(PRINT), page.run("document.getElementById('r-focus').textContent")
     finished_after(page, lambda: page.drag([(left + width * 0.2, top + height * 0.75)]))
     assert page.run(PRINT) != first, "the click has changed nothing"
@@ -184,6 +307,10 @@ def test(page):
     page.run("document.getElementById('open-drawer').click()")
     finished_after(page, lambda: page.run("document.querySelector('#lenses button[aria-pressed=false]').click()"))
     page.wait("the name of the lens", f"document.getElementById('lens-name').textContent !== {json.dumps(name)}")
+
+    film_and_zoom(page)
+    saving(page, folder)
+    accuracy(page)
 
     # A value that the lens refuses is said, and the page goes on.
     page.run("window.petzval.link.set({ fstop: '0.3' })")
@@ -239,7 +366,9 @@ def main():
     children = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         try:
-            view, address = start_view(petzval, "scenes/dgauss.pbrt", "--resolution", "240x160", "--spp", "8")
+            copy_scene(folder)
+            view, address = start_view(petzval, "scenes/dgauss.pbrt", "--resolution", "240x160", "--spp", "8",
+                                       folder=folder)
             children.append(view)
             browser, page = start_browser(folder)
             children.append(browser)
@@ -248,7 +377,7 @@ def main():
             page.call("Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False)
             page.call("Page.navigate", url=address)
             page.wait("the page", "document.readyState === 'complete' && !!window.petzval")
-            test(page)
+            test(page, folder)
             check_quiet(page, address)
             if arguments.screens:
                 atelier, address = start_view(petzval, "scenes/atelier.pbrt")

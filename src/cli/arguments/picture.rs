@@ -11,8 +11,8 @@ use petzval::spectrum::Passband;
 
 use super::lens_file::LensFileArguments;
 use super::values::{
-    LightPathChoice, coating, f_number, focus, focus_model, light_paths, passband, sensor, shift,
-    size, tilt, viewpoint,
+    LightPathChoice, coating, f_number, focus, focus_model, length, light_paths, passband, sensor,
+    shift, size, tilt, viewpoint,
 };
 
 /// A scene, and changes to it.
@@ -55,6 +55,9 @@ pub(in crate::cli) struct PictureArguments {
     /// f-number, by a traced marginal ray: stops the lens down
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     pub fstop: Option<f64>,
+    /// Diagonal of the film, mm, instead of the scene's; its sides are as those of the picture
+    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    pub film_diagonal: Option<f64>,
     /// Shift the film, mm: the picture shows more of the scene to the right and above
     #[arg(long, value_name = "X,Y", value_parser = shift, allow_hyphen_values = true)]
     pub film_shift: Option<[f64; 2]>,
@@ -130,6 +133,7 @@ impl PictureArguments {
             f_number: self.fstop,
             assume_vd: self.assume_vd,
             passband: self.passband,
+            film_diagonal: self.film_diagonal,
             film_shift: self.film_shift,
             film_tilt: self.film_tilt,
             coating: self.coating,

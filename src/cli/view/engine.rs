@@ -17,6 +17,7 @@ use petzval::scene::pbrt::Description;
 
 use super::blur_map::{blur_map, reduced};
 use super::frame::ViewFrame;
+use super::lens_bench::LensBench;
 use super::panel::Panel;
 use super::preparer::{PrepareStatus, Prepared, Preparer};
 use super::settings::ViewSettings;
@@ -114,8 +115,8 @@ impl EngineWork<'_> {
         }
     }
 
-    /// Returns a draft of the settings, or `None` before the first picture, and if they show none: the
-    /// picture itself has the same error, with its message.
+    /// Returns a draft of the settings, or `None` if they show none: the picture itself has the same
+    /// error, with its message.
     fn draft(&mut self, settings: &ViewSettings, changes: &Changes) -> Option<Job> {
         let moved = self.draft.take().and_then(|(of, mut job)| {
             let still = job.timing.as_ref().is_none_or(|timing| timing.camera_motion.is_none());
@@ -126,7 +127,7 @@ impl EngineWork<'_> {
         });
         let prepare = || {
             let description = self.engine.description.clone();
-            prepare_draft(description, changes, self.plan.as_ref()?).ok()
+            prepare_draft(description, changes, self.plan.as_ref()).ok()
         };
         let job = moved.or_else(prepare)?;
         self.draft = Some((settings.clone(), job.clone()));
@@ -155,7 +156,11 @@ impl EngineWork<'_> {
     /// Refines a draft until the picture is prepared, and returns the picture.
     fn show_draft(&mut self, job: &Job, changes: &Changes) -> Result<Option<Prepared>, String> {
         let start = Instant::now();
-        let mut ordered = false;
+        // The first picture waits for no hand.
+        let mut ordered = self.plan.is_none();
+        if ordered {
+            self.preparer.order(self.generation, changes.clone());
+        }
         let mut job = job.clone();
         job.frame = self.draft_frame(&job.frame);
         let threads = self.engine.threads;
@@ -193,12 +198,16 @@ impl EngineWork<'_> {
         let Prepared { mut job, .. } = prepared;
         self.plan = Some(job.plan.clone());
         job.layers.clear();
+        self.engine.state.set_bench(LensBench::new(&job));
         let blur = blur_map(&job, generation, self.engine.threads, &self.engine.state.progress);
         self.engine.state.publish_blur(blur.unwrap_or_default());
         let target = job.samples.len() as u32;
         let threads = self.engine.threads;
         let mut picture = ProgressiveRender::new(&job, threads).map_err(|e| e.to_string())?;
         while picture.samples() < target {
+            while self.engine.state.is_paused() {
+                thread::sleep(LOOK);
+            }
             let step = (picture.samples() / 4).clamp(1, MAX_STEP);
             let step = step.min(target - picture.samples());
             let Some(refined) = self.step(picture, step, &job)? else { return Ok(()) };

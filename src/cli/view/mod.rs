@@ -1,12 +1,18 @@
 //! `petzval view`: the camera in the browser.
 
+mod accuracy_run;
 mod address;
+mod background;
 mod blur_map;
 mod engine;
+mod file_name;
+mod final_render;
 mod frame;
+mod lens_bench;
 mod lens_drawer;
 mod panel;
 mod preparer;
+mod saved_scene;
 mod server;
 mod settings;
 mod state;
@@ -26,9 +32,13 @@ use super::arguments::argv::argv;
 use super::memory::Memory;
 use super::signals::on_stop;
 use super::{Failure, Outcome, message};
+use accuracy_run::AccuracyRun;
 use address::{PageAddress, open_browser};
+use background::Background;
 use engine::Engine;
+use final_render::FinalRender;
 use lens_drawer::LensDrawer;
+use saved_scene::SceneSaver;
 use server::Server;
 use settings::ViewSettings;
 use state::ViewState;
@@ -68,7 +78,16 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let settings = ViewSettings::new(&argv(), scene, &description)?;
     let drawer = LensDrawer::new(&description, &arguments.lenses)?;
     let threads = arguments.threads.map_or_else(machine::cores, usize::from);
-    let engine = Engine::new(description, settings, threads)?;
+    let saver = SceneSaver::new(scene, &description);
+    let engine = Engine::new(description.clone(), settings, threads)?;
+    let background = Arc::new(Background::default());
+    let final_render = FinalRender {
+        description: description.clone(),
+        state: engine.state.clone(),
+        background: background.clone(),
+    };
+    let accuracy =
+        AccuracyRun { description, state: engine.state.clone(), background: background.clone() };
 
     let name = scene.display().to_string();
     let tev =
@@ -89,7 +108,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     if !arguments.no_open && !open_browser(&address) {
         say!("petzval: no browser could be started; open the address in one on this machine");
     }
-    let server = Server { address, state, drawer };
+    let server = Server { address, state, drawer, saver, final_render, accuracy, background };
     thread::scope(|scope| {
         scope.spawn(|| engine.run());
         if let Some(tev) = tev {
@@ -97,6 +116,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
         }
         server.run(&listener, &stopped);
     });
+    server.background.end();
     Ok(Outcome::Interrupted)
 }
 

@@ -1,8 +1,9 @@
 //! Panel: what the page shows about the camera beside the picture, as JSON.
 
+use petzval::aov::CircleOfConfusion;
 use petzval::io::image::Note;
 use petzval::job::Job;
-use petzval::lens::{LensModel, RealLens};
+use petzval::lens::{Camera, LensModel, RealLens};
 use petzval::prepare::{Changes, Viewpoint};
 use serde_json::{Value, json};
 
@@ -51,6 +52,7 @@ impl Panel {
             "lens": lens,
             "film": job.camera.film,
             "focus": self.focus,
+            "depth_of_field": depth_of_field(&job.camera),
             "exposure_time": number("expTime"),
             "exposure_value": number("exposureValue"),
             "iso": number("isoSpeed"),
@@ -89,6 +91,21 @@ fn lens_json(lens: &RealLens, f_number: Option<f64>) -> Value {
         "t_number": t_number,
         "zoom": prescription.zoom_range(),
     })
+}
+
+/// Diameter of the circle of confusion that counts as sharp: the diagonal of the film over this.
+const SHARP: f64 = 1500.0;
+
+/// Returns the nearest and the farthest distance from the film (m) that are sharp on the axis, null
+/// for infinity, and the diameter of their circle of confusion (mm).
+fn depth_of_field(camera: &Camera) -> Value {
+    let LensModel::Real(lens) = &camera.model else { return Value::Null };
+    let circle = 2.0 * camera.half_diagonal() / SHARP;
+    let limits = CircleOfConfusion::new(camera).and_then(|blur| blur.depth_of_field(circle));
+    let film = lens.prescription.film_position(lens.film_distance);
+    let Some(limits) = limits else { return Value::Null };
+    let [near, far] = limits.map(|distance| (distance + film) / 1e3);
+    json!({ "near": near, "far": far.is_finite().then_some(far), "circle": circle })
 }
 
 /// Returns the viewpoint, at the distance in focus if it is known, in units of the world.

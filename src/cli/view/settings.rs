@@ -16,10 +16,11 @@ const SIDE: f64 = 1280.0;
 const MAX_VALUE: usize = 1000;
 
 /// Options that the page sets. None of them reads a file but `lens`, which the lens drawer checks.
-const SETTABLE: [&str; 14] = [
+const SETTABLE: [&str; 15] = [
     "assume-vd",
     "coating",
     "effects",
+    "film-diagonal",
     "film-shift",
     "film-tilt",
     "focus",
@@ -117,7 +118,18 @@ impl ViewSettings {
         self.options.retain(|(option, _)| option != name);
     }
 
-    fn argv(&self) -> Vec<String> {
+    /// Returns the command line for another scene file, without the options that it replaces.
+    pub fn of_scene(&self, scene: &Path, replaced: &[&str]) -> Vec<String> {
+        let mut rest = self.clone();
+        rest.options.retain(|(name, _)| !replaced.contains(&name.as_str()));
+        if let Some(word) = rest.words.last_mut() {
+            *word = scene.display().to_string();
+        }
+        rest.argv()
+    }
+
+    /// Returns the words of the command line.
+    pub fn argv(&self) -> Vec<String> {
         let option = |(name, value): &(String, Option<String>)| match value {
             Some(value) => format!("--{name}={value}"),
             None => format!("--{name}"),

@@ -1,7 +1,7 @@
 //! State that the engine and the clients share: the settings, the last frame, and the state of the
 //! panel.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -10,6 +10,7 @@ use serde_json::{Map, Value};
 use tungstenite::{Bytes, Utf8Bytes};
 
 use super::frame::ViewFrame;
+use super::lens_bench::LensBench;
 use super::settings::ViewSettings;
 
 /// State of the view.
@@ -18,6 +19,9 @@ pub(super) struct ViewState {
     changed: Condvar,
     /// The switch that stops the engine's work when the settings change.
     pub progress: Progress,
+    /// Whether pictures are not refined, so that a measurement has the machine for itself. Drafts
+    /// follow the hand all the same.
+    pub refining_paused: AtomicBool,
 }
 
 /// The parts behind the lock.
@@ -33,6 +37,11 @@ pub(super) struct Shared {
     pub panel_message: (u64, Utf8Bytes),
     /// The message of the blur map, empty without one, and the number of such messages so far.
     pub blur_message: (u64, Bytes),
+    /// The message of the background work, empty before the first one, and the number of such messages
+    /// so far.
+    pub work_message: (u64, Utf8Bytes),
+    /// The camera of the last picture.
+    bench: Option<Arc<LensBench>>,
     /// The distance in focus of a generation (m).
     focus: Option<(u64, f64)>,
 }
@@ -48,9 +57,12 @@ impl ViewState {
             frame_message: (0, Bytes::new()),
             panel_message: (0, Utf8Bytes::default()),
             blur_message: (0, Bytes::new()),
+            work_message: (0, Utf8Bytes::default()),
+            bench: None,
             focus: None,
         };
-        Self { inner: Mutex::new(inner), changed: Condvar::new(), progress: Progress::default() }
+        let (progress, refining_paused) = Default::default();
+        Self { inner: Mutex::new(inner), changed: Condvar::new(), progress, refining_paused }
     }
 
     fn lock(&self) -> MutexGuard<'_, Shared> {
@@ -101,6 +113,11 @@ impl ViewState {
         self.progress.stop.load(Ordering::Relaxed)
     }
 
+    /// Returns whether pictures are not to be refined now.
+    pub fn is_paused(&self) -> bool {
+        self.refining_paused.load(Ordering::Relaxed) && !self.is_outdated()
+    }
+
     /// Shows a frame.
     pub fn publish_frame(&self, frame: ViewFrame) {
         let message = Bytes::from(frame.message());
@@ -124,6 +141,31 @@ impl ViewState {
         let mut shared = self.lock();
         shared.blur_message = (shared.blur_message.0 + 1, Bytes::from(message));
         self.changed.notify_all();
+    }
+
+    /// Tells the clients about background work.
+    pub fn publish_work(&self, message: &Value) {
+        let message = Utf8Bytes::from(message.to_string());
+        let mut shared = self.lock();
+        shared.work_message = (shared.work_message.0 + 1, message);
+        self.changed.notify_all();
+    }
+
+    /// Returns the settings, and the distance in focus (m) if the last picture shows them.
+    pub fn settings(&self) -> (ViewSettings, Option<f64>) {
+        let shared = self.lock();
+        let focus = shared.focus.filter(|(generation, _)| *generation == shared.generation);
+        (shared.settings.clone(), focus.map(|(_, focus)| focus))
+    }
+
+    /// Sets the camera of the last picture.
+    pub fn set_bench(&self, bench: LensBench) {
+        self.lock().bench = Some(Arc::new(bench));
+    }
+
+    /// Returns the camera of the last picture.
+    pub fn bench(&self) -> Option<Arc<LensBench>> {
+        self.lock().bench.clone()
     }
 
     /// Returns the last frame.

@@ -76,12 +76,18 @@ impl Camera {
     /// points (pixels).
     pub fn sees_light(&self, low: [f64; 2], high: [f64; 2], resolution: [u32; 2]) -> bool {
         let LensModel::Real(lens) = &self.model else { return true };
+        // The picture is mirrored: its left is the right of the film.
+        let [left, top] = self.film_point(low, resolution);
+        let [right, bottom] = self.film_point(high, resolution);
+        lens.any_light([right, top], [left, bottom])
+    }
+
+    /// Returns the point of the film (mm from its middle) of a point of a picture of this resolution
+    /// (pixels from its upper left corner).
+    pub fn film_point(&self, at: [f64; 2], resolution: [u32; 2]) -> [f64; 2] {
+        let [x, y] = [0, 1].map(|i| at[i] * self.film[i] / f64::from(resolution[i]));
         // The picture is mirrored in x and upside down in y, as in the film stage.
-        let place = |pixel: f64, i: usize| {
-            let place = pixel * self.film[i] / f64::from(resolution[i]);
-            if i == 0 { self.film[i] / 2.0 - place } else { place - self.film[i] / 2.0 }
-        };
-        lens.any_light([place(high[0], 0), place(low[1], 1)], [place(low[0], 0), place(high[1], 1)])
+        [self.film[0] / 2.0 - x, y - self.film[1] / 2.0]
     }
 
     /// Returns the distance of the film behind the camera's origin, camera units.

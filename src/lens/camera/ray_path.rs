@@ -75,29 +75,29 @@ impl Camera {
         lens.trace_batch::<f32>(samples.band, batch, exact, fresnel, &mut stats, |_| again);
         let redone = stats.retraced > 0;
         let band = &lens.bands[samples.band];
-        let mut recorder = PathRecorder {
-            lens,
-            fresnel,
-            placed: lens.prescription.surface_transforms(),
-            crossings: Vec::new(),
-        };
+        let mut recorder = PathRecorder::new(lens, fresnel);
         let end = match redone {
             true => recorder.trace::<f64>(again, &band.to_scene_f64, &band.to_scene_f64),
             false => recorder.trace::<f32>(launched, &band.to_scene, &band.to_scene_f64),
         };
-        let ([x, y, z], [tx, ty, tz]) = (again.p, again.t);
-        let axis = lens.prescription.film_axis();
-        let travel = lens.prescription.travel_before(lens.prescription.rows.len());
-        let start = DVec3::new(x, y, travel * (lens.film_distance - z));
-        let direction = DVec3::new(tx, ty, -travel * tz);
-        Some(RayPath {
-            start: axis.transform_point3(start).to_array(),
-            direction: axis.transform_vector3(direction).normalize().to_array(),
-            weight: f64::from(launched.weight),
-            retraced: redone,
-            crossings: recorder.crossings,
-            end,
-        })
+        let weight = f64::from(launched.weight);
+        Some(RayPath { weight, retraced: redone, ..recorder.path(again, end) })
+    }
+}
+
+impl RealLens {
+    /// Returns the path of a ray from a point of the film to a point in the plane of the rear vertex,
+    /// in f64 and at the wavelength in the middle of the bands. The film point is relative to the
+    /// middle of the film and in its plane, the other one to the axis (mm). The weight is 1.
+    pub fn path_between(&self, film: [f64; 2], rear: [f64; 2]) -> RayPath {
+        let start = self.film_pose.film_point(film);
+        let way = [rear[0] - start[0], rear[1] - start[1], self.film_distance - start[2]];
+        let direction = DVec3::from_array(way).normalize() * self.prescription.rear().index;
+        let ray = LensRay { p: start, t: direction.to_array(), weight: 1.0 };
+        let surfaces = &self.bands[self.bands.len() / 2].to_scene_f64;
+        let mut recorder = PathRecorder::new(self, EFFECTS && self.fresnel);
+        let end = recorder.trace::<f64>(ray, surfaces, surfaces);
+        RayPath { retraced: true, ..recorder.path(ray, end) }
     }
 }
 
@@ -109,7 +109,30 @@ struct PathRecorder<'a> {
     crossings: Vec<SurfaceCrossing>,
 }
 
-impl PathRecorder<'_> {
+impl<'a> PathRecorder<'a> {
+    fn new(lens: &'a RealLens, fresnel: bool) -> Self {
+        let placed = lens.prescription.surface_transforms();
+        Self { lens, fresnel, placed, crossings: Vec::new() }
+    }
+
+    /// Returns the recorded path of a ray that leaves the film.
+    fn path(self, launched: LensRay<f64>, end: Result<LensRay<f64>, Blocked>) -> RayPath {
+        let ([x, y, z], [tx, ty, tz]) = (launched.p, launched.t);
+        let lens = &self.lens.prescription;
+        let axis = lens.film_axis();
+        let travel = lens.travel_before(lens.rows.len());
+        let start = DVec3::new(x, y, travel * (self.lens.film_distance - z));
+        let direction = DVec3::new(tx, ty, -travel * tz);
+        RayPath {
+            start: axis.transform_point3(start).to_array(),
+            direction: axis.transform_vector3(direction).normalize().to_array(),
+            weight: launched.weight,
+            retraced: false,
+            crossings: self.crossings,
+            end,
+        }
+    }
+
     /// Traces the ray; `exact` are the same surfaces in f64.
     fn trace<R: Real<Scalar = R>>(
         &mut self,

@@ -6,6 +6,7 @@ use super::polar_grid::PolarGrid;
 use super::table::TableBuilder;
 use super::target::TriangleSteps;
 use super::{CELLS, Ellipse, PupilSampling, REAR_SHARE, RINGS};
+use crate::lens::prescription::iris::Iris;
 use crate::lens::prescription::pose::FilmPlane;
 use crate::lens::prescription::{Prescription, Row};
 
@@ -84,6 +85,15 @@ impl PupilBounds {
         film: &FilmPlane,
         sampling: PupilSampling,
     ) -> Self {
+        if sampling == PupilSampling::RoundIris {
+            let round = |lens: &Prescription| {
+                let mut round = lens.clone();
+                round.rows.iter_mut().for_each(|row| row.iris = Iris::Round);
+                round
+            };
+            let others: Vec<Prescription> = others.iter().map(round).collect();
+            return Self::for_wavelengths(&round(lens), &others, film, PupilSampling::Pupil);
+        }
         let &FilmPlane { distance, pose, radius, half } = film;
         let builder = TableBuilder { lens, others, distance, pose };
         // Rings are centred on the axis.
@@ -101,7 +111,7 @@ impl PupilBounds {
                 let ring = |i: usize| builder.rear_ellipse([edge(i), edge(i + 1)]);
                 ((0..RINGS).map(ring).collect(), builder.build_rings(radius), REAR_SHARE)
             }
-            PupilSampling::Pupil => {
+            PupilSampling::Pupil | PupilSampling::RoundIris => {
                 let nearly_round = lens.rows.iter().all(Row::is_round);
                 let polar = if nearly_round { builder.build_spokes(half) } else { None };
                 let table = polar.unwrap_or_else(|| builder.build_grid(half));

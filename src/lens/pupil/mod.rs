@@ -44,6 +44,10 @@ pub enum PupilSampling {
     /// Within the bounds of the exit pupil: few rays are lost, none are missed.
     #[default]
     Pupil,
+    /// Within the bounds of the exit pupil of the lens with a round iris, which are computed in a
+    /// fraction of the time if the iris alone is not round. Rays between the iris and the circle
+    /// about it are lost.
+    RoundIris,
     /// Over the disk of the rear element's diameter in its vertex plane, as in the course of 2016:
     /// most rays are lost, and those that cross the rim outside the disk are missed.
     RearDisk,

@@ -100,6 +100,11 @@ impl Lexer {
         &self.text
     }
 
+    /// Returns the number of bytes that are read.
+    pub(super) fn offset(&self) -> usize {
+        self.next
+    }
+
     /// Returns the location of a token of this file.
     pub(super) fn location(&self, token: &Token) -> Location {
         Location { file: self.file.clone(), line: token.line, column: token.column }

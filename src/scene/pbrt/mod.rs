@@ -11,6 +11,7 @@
 mod area_lights;
 mod attributes;
 mod camera;
+mod camera_text;
 mod colour;
 mod curves;
 mod description;
@@ -53,6 +54,7 @@ mod texture_mapping;
 mod textures;
 mod transforms;
 
+pub use camera_text::{CameraEdit, CameraValue};
 pub use description::{
     CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, SphericalSpec, ThinSpec,
 };

@@ -10,6 +10,7 @@ mod missing;
 mod page;
 mod picture;
 mod plot;
+mod point;
 mod section;
 mod spots;
 mod transfer;
@@ -26,6 +27,8 @@ use crate::cli::arguments::values::length;
 use crate::cli::{Failure, Outcome};
 use inputs::ReportInputs;
 use section::ReportSection;
+
+pub(in crate::cli) use point::point_report;
 
 /// Arguments of `petzval lens report`.
 #[derive(Debug, clap::Args)]

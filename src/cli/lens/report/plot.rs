@@ -22,6 +22,8 @@ pub(super) struct Plot {
     pub ranges: [Option<[f64; 2]>; 2],
     /// Whether the legend is left out.
     pub bare: bool,
+    /// Whether it is small enough for a column beside a picture.
+    pub narrow: bool,
 }
 
 /// A curve or a cloud of points.
@@ -49,6 +51,7 @@ pub(super) enum Style {
 /// Size of a plot [px].
 const WIDE: Position = [480.0, 320.0];
 const SQUARE: Position = [300.0, 320.0];
+const NARROW: Position = [300.0, 220.0];
 /// Margins: left, top, right, bottom [px].
 const MARGIN: [f64; 4] = [62.0, 28.0, 14.0, 46.0];
 const TYPE: f64 = 11.0;
@@ -103,7 +106,11 @@ impl Plot {
     fn draw(&self) -> (Sheet, Position) {
         let legend: Vec<&Series> =
             self.series.iter().filter(|series| !series.name.is_empty()).collect();
-        let size = if self.square { SQUARE } else { WIDE };
+        let size = match self {
+            Self { square: true, .. } => SQUARE,
+            Self { narrow: true, .. } => NARROW,
+            _ => WIDE,
+        };
         let rows = if self.bare { 0 } else { legend_rows(&legend, size[0]) };
         let size = [size[0], size[1] + 15.0 * rows as f64];
         let [left, top, right, bottom] = MARGIN;
@@ -143,7 +150,9 @@ impl Plot {
 
     /// Draws the lines and labels of an axis.
     fn axis(&self, sheet: &mut Sheet, axis: usize, [low, high]: [f64; 2], frame: [[f64; 2]; 2]) {
-        let step = tick_step((high - low) / if axis == 0 && self.square { 4.0 } else { 6.0 });
+        let step = tick_step(
+            (high - low) / if axis == 0 && (self.square || self.narrow) { 4.0 } else { 6.0 },
+        );
         let [from, to] = frame[axis];
         let digits = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let first = (low / step).ceil() as i64;

@@ -106,18 +106,8 @@ impl<'a> Tracer<'a> {
         finite.then_some(DrawnRay { points, towards, stop })
     }
 
-    /// Returns aims from rim to rim of the rear surface, and a little beyond.
     fn aims(&self, height: f64) -> Vec<f64> {
-        let rear = self.lens.rear();
-        let half = rear.diameter / 2.0;
-        let travel = self.lens.travel_before(self.lens.rows.len());
-        let ahead = self.distance - travel * rear.sag_at(0.0, half);
-        let spread = if ahead > 0.0 { (self.distance / ahead).min(10.0) } else { 10.0 };
-        let seen = |rim: f64| height + (rim - height) * spread;
-        let low = seen(-half).min(-half) - 0.02 * half;
-        let high = seen(half).max(half) + 0.02 * half;
-        let share = |i: u32| f64::from(i) / f64::from(AIMS);
-        (0..=AIMS).map(|i| low * (1.0 - share(i)) + high * share(i)).collect()
+        aims(self.lens, self.distance, height, AIMS)
     }
 
     fn passes(&self, height: f64, aim: f64) -> bool {
@@ -203,6 +193,22 @@ impl<'a> Tracer<'a> {
             between: [0.25, 0.75].into_iter().filter_map(share).collect(),
         })
     }
+}
+
+/// Returns heights in the plane of the rear vertex for rays from a film height (mm), from rim to rim
+/// of the rear surface and a little beyond, in so many steps. The film is `distance` behind that
+/// plane (mm).
+pub fn aims(lens: &Prescription, distance: f64, height: f64, steps: u32) -> Vec<f64> {
+    let rear = lens.rear();
+    let half = rear.diameter / 2.0;
+    let travel = lens.travel_before(lens.rows.len());
+    let ahead = distance - travel * rear.sag_at(0.0, half);
+    let spread = if ahead > 0.0 { (distance / ahead).min(10.0) } else { 10.0 };
+    let seen = |rim: f64| height + (rim - height) * spread;
+    let low = seen(-half).min(-half) - 0.02 * half;
+    let high = seen(half).max(half) + 0.02 * half;
+    let share = |i: u32| f64::from(i) / f64::from(steps);
+    (0..=steps).map(|i| low * (1.0 - share(i)) + high * share(i)).collect()
 }
 
 /// Bisects between a value for which a test holds and one for which it fails. Returns the last

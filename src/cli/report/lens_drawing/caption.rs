@@ -9,6 +9,8 @@ use super::bundle::Bundle;
 const MARGIN: f64 = 28.0;
 /// Largest size of the part drawn to scale [px].
 const ROOM: [f64; 2] = [904.0, 520.0];
+/// Size of a drawing without words, in units of one with them.
+const PLAIN: f64 = 0.45;
 /// Least width of the sheet, so that scale bar and legend fit beside each other [px].
 const MIN_WIDTH: f64 = 820.0;
 /// Type size of the title [px].
@@ -72,8 +74,7 @@ impl Figure {
         bounds: [f64; 4],
     ) -> Self {
         let [left, right, bottom, top] = bounds;
-        let scale = (ROOM[0] / (right - left)).min(ROOM[1] / (top - bottom));
-        let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
+        let scale = scale(bounds);
         let inside = [scale * (right - left), scale * (top - bottom)];
         let width = (inside[0] + 2.0 * MARGIN).max(MIN_WIDTH);
         let corner = [(width - inside[0]) / 2.0, MARGIN + ABOVE];
@@ -93,6 +94,21 @@ impl Figure {
     pub(super) fn at(&self, [z, y]: Position) -> Position {
         let [left, _, _, top] = self.bounds;
         [self.corner[0] + self.scale * (z - left), self.corner[1] + self.scale * (top - y)]
+    }
+
+    /// Lays out a drawing with these bounds (mm) alone, without words.
+    pub(super) fn plain(bounds: [f64; 4]) -> Self {
+        let [left, right, bottom, top] = bounds;
+        let scale = scale(bounds) * PLAIN;
+        let edge = AXIS + 2.0;
+        let size = [right - left, top - bottom].map(|side| scale * side + 2.0 * edge);
+        let (name, words, keys) = Default::default();
+        Self { name, words, keys, bounds, scale, corner: [edge; 2], size }
+    }
+
+    /// Maps a line of the lens to the sheet.
+    pub(super) fn line(&self, line: &[Position]) -> Vec<Position> {
+        line.iter().map(|&point| self.at(point)).collect()
     }
 
     /// Returns width and height of the sheet [px].
@@ -160,6 +176,12 @@ impl Figure {
         );
         sheet.text([end + 8.0, y + 4.5], TEXT, "", &round(&length(bar)));
     }
+}
+
+/// Returns the pixels per mm at which a drawing with these bounds has room.
+fn scale([left, right, bottom, top]: [f64; 4]) -> f64 {
+    let scale = (ROOM[0] / (right - left)).min(ROOM[1] / (top - bottom));
+    if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
 }
 
 /// Describes focal length, f-number and focus.

@@ -7,12 +7,16 @@
 mod bundle;
 mod caption;
 mod element;
+mod paths;
 #[cfg(test)]
 mod tests;
 
 use bundle::{Bundle, DrawnRay, Tracer};
 use caption::{Figure, LegendEntry};
 use element::{Element, arc, arc_between, drawn, elements, opening};
+
+pub use bundle::aims;
+pub use paths::{DrawnPath, draw_paths};
 
 use glam::DAffine3;
 
@@ -121,7 +125,8 @@ impl Section {
         let aside = RAY_HEIGHT * top.max(-bottom);
         let window = [left - RAY_LENGTH * (right - left), right, aside];
         let seen = |(bundle, style): (Bundle, _)| {
-            let lines = bundle.rays().map(|ray| line(ray, window)).collect();
+            let one = |ray: &DrawnRay| line(&ray.points, Some(ray.towards), window);
+            let lines = bundle.rays().map(one).collect();
             (bundle, style, lines)
         };
         section.bundles = bundles.into_iter().map(seen).collect();
@@ -144,28 +149,40 @@ impl Section {
     }
 
     fn draw(&self, figure: &Figure, sheet: &mut Sheet) {
-        let on_sheet = |line: &[Position]| line.iter().map(|&p| figure.at(p)).collect::<Vec<_>>();
+        self.draw_glass(figure, sheet);
+        self.draw_bundles(figure, sheet);
+        self.draw_marks(figure, sheet);
+    }
+
+    fn draw_glass(&self, figure: &Figure, sheet: &mut Sheet) {
         sheet.open(
             "class=\"glass\" stroke=\"#2b3a4a\" stroke-width=\"0.9\" stroke-linejoin=\"round\"",
         );
         for element in &self.elements {
             let fill = format!("fill=\"{}\"", tint(element.index));
-            sheet.path(&on_sheet(&element.outline), true, &fill);
+            sheet.path(&figure.line(&element.outline), true, &fill);
         }
         sheet.close();
+    }
+
+    fn draw_bundles(&self, figure: &Figure, sheet: &mut Sheet) {
         for (bundle, style, lines) in &self.bundles {
             let between = lines.len() - bundle.between.len();
             sheet.open(&format!("class=\"field\" fill=\"none\" {style} stroke-width=\"1.1\""));
             for (i, line) in lines.iter().enumerate() {
                 // Off the axis, three rays are enough; more would clutter the drawing.
                 if i < between {
-                    sheet.path(&on_sheet(line), false, "");
+                    sheet.path(&figure.line(line), false, "");
                 } else if bundle.height == 0.0 {
-                    sheet.path(&on_sheet(line), false, "stroke-width=\"0.5\"");
+                    sheet.path(&figure.line(line), false, "stroke-width=\"0.5\"");
                 }
             }
             sheet.close();
         }
+    }
+
+    /// Draws the axis, disks, mirrors, stop and film.
+    fn draw_marks(&self, figure: &Figure, sheet: &mut Sheet) {
         sheet.path(
             &figure.axis(),
             false,
@@ -173,14 +190,14 @@ impl Section {
         );
         for disk in &self.disks {
             sheet.path(
-                &on_sheet(disk),
+                &figure.line(disk),
                 false,
                 "class=\"disk\" fill=\"none\" stroke=\"#000\" stroke-width=\"3\"",
             );
         }
         for mirror in &self.mirrors {
             sheet.path(
-                &on_sheet(mirror),
+                &figure.line(mirror),
                 false,
                 "class=\"mirror\" fill=\"none\" stroke=\"#2b3a4a\" stroke-width=\"2.5\"",
             );
@@ -192,7 +209,7 @@ impl Section {
         }
         if let Some(film) = &self.film {
             sheet.path(
-                &on_sheet(film),
+                &figure.line(film),
                 false,
                 "class=\"film\" stroke=\"#000\" stroke-width=\"3.5\"",
             );
@@ -218,18 +235,19 @@ fn stop(lens: &Prescription, placed: &[DAffine3], mark: f64) -> [[Position; 2]; 
 }
 
 /// Returns a ray from where it enters the window (least z, greatest z, greatest height) to the
-/// film.
-fn line(ray: &DrawnRay, [left, right, aside]: [f64; 3]) -> Line {
-    let &[z, y] = ray.points.last().unwrap_or(&[0.0; 2]);
-    let [dz, dy] = ray.towards;
+/// film. The points begin at the film; a ray that goes nowhere ends at the last one.
+fn line(points: &[Position], towards: Option<Position>, window: [f64; 3]) -> Line {
+    let ([left, right, aside], &[z, y]) = (window, points.last().unwrap_or(&[0.0; 2]));
     let across = |here: f64, there: f64, speed: f64| match speed {
         0.0 => f64::INFINITY,
         _ => ((there - here) / speed).max(0.0),
     };
-    let wall = across(z, if dz < 0.0 { left } else { right }, dz);
-    let way = wall.min(across(y, aside.copysign(dy), dy));
-    let start = way.is_finite().then_some([z + way * dz, y + way * dy]);
-    start.into_iter().chain(ray.points.iter().rev().copied()).collect()
+    let start = towards.and_then(|[dz, dy]| {
+        let wall = across(z, if dz < 0.0 { left } else { right }, dz);
+        let way = wall.min(across(y, aside.copysign(dy), dy));
+        way.is_finite().then_some([z + way * dz, y + way * dy])
+    });
+    start.into_iter().chain(points.iter().rev().copied()).collect()
 }
 
 /// Returns the colour of glass: light blue-grey, deeper for a higher index.

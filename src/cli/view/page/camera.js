@@ -12,6 +12,12 @@ export const TIMES = [
   ...[1, 2, 4, 8, 15, 30, 60].map((n) => [n, `${n}`]),
 ];
 
+// Films by their diagonals (mm).
+export const FILMS = [
+  ["phone 1/1.3\u2033", 12.3], ["1\u2033", 15.9], ["Four Thirds", 21.6], ["APS-C", 28.2], ["Super 35", 31.1],
+  ["full frame", 43.27], ["44 \u00d7 33", 54.8], ["645", 69.7], ["6 \u00d7 7", 89.8], ["4 \u00d7 5 inch", 153.7],
+];
+
 // Sensitivities; the first is a film without noise.
 export const SPEEDS = [0, 50, 100, 200, 400, 800, 1600, 3200, 6400, 12800, 25600];
 
@@ -39,7 +45,7 @@ export function nearest(list, value) {
 export function metres(value) {
   if (value === null || value === undefined) return "";
   if (!Number.isFinite(value) || value > 1e4) return "\u221e";
-  return `${value < 10 ? value.toFixed(2) : value.toFixed(1)} m`;
+  return `${value.toFixed(value < 1 ? 3 : value < 10 ? 2 : 1)} m`;
 }
 
 export function seconds(value) {

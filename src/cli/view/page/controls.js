@@ -1,6 +1,6 @@
 // Controls: rings, switches and lists, bound to the settings of the camera.
 
-import { FOCUS_STEPS, SPEEDS, STOPS, TIMES, focusAt, focusStep, metres, nearest, seconds, stops } from "./camera.js";
+import { FILMS, FOCUS_STEPS, SPEEDS, STOPS, TIMES, focusAt, focusStep, metres, nearest, seconds, stops } from "./camera.js";
 
 export const by = (id) => document.getElementById(id);
 
@@ -46,6 +46,7 @@ export class Controls {
     };
     this.pair("tilt-x", "tilt-y", "film-tilt", (i) => i / 2, "\u00b0");
     this.pair("shift-x", "shift-y", "film-shift", (i) => i / 2, " mm");
+    by("film").addEventListener("change", () => set({ "film-diagonal": by("film").value || null }));
     this.bindDrawer();
     this.load();
   }
@@ -115,8 +116,6 @@ export class Controls {
     const { lens } = this;
     const name = this.state?.lens?.name;
     by("lens-name").textContent = name ?? "No lens of glass";
-    by("lens-section").hidden = !lens || !name;
-    if (lens && name) by("lens-section").src = lens.section;
     by("open-drawer").disabled = !name;
     const input = this.rings.stop.input;
     input.min = lens?.f_number ? STOPS.findIndex((stop) => stop >= lens.f_number * 0.999) : 0;
@@ -142,8 +141,10 @@ export class Controls {
     const [tilt, shift] = [numbers("film-tilt"), numbers("film-shift")];
     [rings["tilt-x"], rings["tilt-y"]].forEach((one, i) => one.show(2 * tilt[i]));
     [rings["shift-x"], rings["shift-y"]].forEach((one, i) => one.show(2 * shift[i]));
+    this.showFilm(state);
     this.showLens();
     this.showReadout(state);
+    this.showSharp(state.depth_of_field);
     this.showEffects(state);
     by("command").value = state.command;
     by("warnings").replaceChildren(...(state.warnings ?? []).map((warning) => {
@@ -151,6 +152,29 @@ export class Controls {
       item.textContent = warning;
       return item;
     }));
+  }
+
+  /** Lists the sizes of films; one that has no name here is listed, too. */
+  showFilm({ lens, film, options }) {
+    const select = by("film");
+    select.disabled = !lens;
+    if (!lens || document.activeElement === select) return;
+    const given = options["film-diagonal"];
+    const listed = given && !FILMS.some(([, diagonal]) => String(diagonal) === given) ? [[`${given} mm`, given], ...FILMS] : FILMS;
+    const own = given ? "as the scene" : `as the scene (${Math.hypot(...film).toFixed(1)} mm)`;
+    const choices = listed.map(([name, diagonal]) => new Option(`${name}, ${diagonal} mm`, diagonal, false, String(diagonal) === given));
+    select.replaceChildren(new Option(own, "", false, !given), ...choices);
+  }
+
+  /** Shows the depth of field beside the focus ring, on its scale. */
+  showSharp(depth) {
+    by("sharp").hidden = by("sharp-words").hidden = !depth;
+    if (!depth) return;
+    const far = depth.far ?? Infinity;
+    const [from, to] = [depth.near, far].map((distance) => (100 * focusStep(distance)) / FOCUS_STEPS);
+    Object.assign(by("sharp").firstElementChild.style, { left: `${from}%`, width: `${to - from}%` });
+    const range = `Sharp from ${metres(depth.near)} to ${metres(far)}`;
+    by("sharp-words").textContent = `${range}: blur up to ${depth.circle.toFixed(3)} mm, the film's diagonal / 1500.`;
   }
 
   showReadout({ lens, exposure_time: time, exposure_value: ev, iso, focus }) {

@@ -31,7 +31,7 @@ function frameOf(buffer) {
 }
 
 export class Link {
-  /** `on` has the methods frame, blur, state, refused and connected. */
+  /** `on` has the methods frame, blur, state, saved, render, accuracy, refused and connected. */
   constructor(on) {
     this.on = on;
     this.pending = null;
@@ -85,6 +85,9 @@ export class Link {
       this.on.state(message);
       if (message.error) this.arrived();
     }
+    if (message.type === "saved") this.on.saved(message);
+    if (message.type === "render") this.on.render(message);
+    if (message.type === "accuracy") this.on.accuracy(message);
     if (message.type === "refused") {
       this.arrived();
       this.on.refused(message.problem);

@@ -1,9 +1,12 @@
 // The page: connects the link to the camera, the screen and the controls.
 
+import { Accuracy } from "./accuracy.js";
+import { Bench } from "./bench.js";
 import { Controls, by } from "./controls.js";
 import { count, draw } from "./histogram.js";
 import { Link } from "./link.js";
 import { dolly, orbit, text, walk } from "./orbit.js";
+import { Save } from "./save.js";
 import { Screen } from "./screen.js";
 
 const screen = new Screen(by("picture"), by("overlay"), by("loupe"));
@@ -11,8 +14,6 @@ const canvas = by("picture");
 let state = null;
 // The viewpoint of the hand, ahead of that of the last state.
 let view = null;
-
-const say = (words) => { by("said").textContent = words; };
 
 function complain(words) {
   by("problem").textContent = words ?? "";
@@ -51,12 +52,19 @@ const link = new Link({
     if (received.size) {
       screen.size = received.size;
       controls.show(received);
+      bench.show(Boolean(received.lens));
     }
     complain(received.error);
   },
+  saved: (message) => save.saved(message),
+  render: (message) => save.show(message),
+  accuracy: (message) => accuracy.show(message),
   refused: complain,
 });
 const controls = new Controls(link, screen);
+const bench = new Bench();
+const accuracy = new Accuracy(link);
+const save = new Save(link, screen);
 
 // Movement: a drag orbits, a click focuses.
 let drag = null;
@@ -82,6 +90,7 @@ canvas.addEventListener("pointerdown", (event) => {
 canvas.addEventListener("pointermove", (event) => {
   screen.cursor = place(event);
   if (screen.options.loupe) screen.draw();
+  if (!drag) bench.point(screen.cursor);
   if (!drag || !view) return;
   const step = [event.clientX - drag.x, event.clientY - drag.y];
   if (!drag.far && Math.hypot(...step) < 5) return;
@@ -177,25 +186,6 @@ by("compare").addEventListener("click", () => setWipe(screen.wipe === null));
 by("wipe").addEventListener("input", () => setWipe(true));
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && screen.wipe !== null && !by("drawer").open) setWipe(false);
-});
-
-// Save.
-by("copy").addEventListener("click", async () => {
-  try {
-    await navigator.clipboard.writeText(by("command").value);
-    say("Copied.");
-  } catch {
-    by("command").select();
-    say("Press Ctrl-C to copy.");
-  }
-});
-by("save-png").addEventListener("click", async () => {
-  const anchor = document.createElement("a");
-  anchor.href = URL.createObjectURL(await screen.png());
-  anchor.download = "picture.png";
-  anchor.click();
-  setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
-  say("Saved as picture.png, as it is shown here.");
 });
 
 new ResizeObserver(() => {

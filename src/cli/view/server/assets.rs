@@ -5,16 +5,19 @@ const STYLE: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 /// Path, kind and content.
-const ASSETS: [(&str, &str, &str); 10] = [
+const ASSETS: [(&str, &str, &str); 13] = [
     ("", HTML, include_str!("../page/index.html")),
     ("icon.svg", "image/svg+xml", include_str!("../page/icon.svg")),
     ("style.css", STYLE, include_str!("../page/style.css")),
     ("main.js", SCRIPT, include_str!("../page/main.js")),
+    ("accuracy.js", SCRIPT, include_str!("../page/accuracy.js")),
+    ("bench.js", SCRIPT, include_str!("../page/bench.js")),
     ("camera.js", SCRIPT, include_str!("../page/camera.js")),
     ("controls.js", SCRIPT, include_str!("../page/controls.js")),
     ("histogram.js", SCRIPT, include_str!("../page/histogram.js")),
     ("link.js", SCRIPT, include_str!("../page/link.js")),
     ("orbit.js", SCRIPT, include_str!("../page/orbit.js")),
+    ("save.js", SCRIPT, include_str!("../page/save.js")),
     ("screen.js", SCRIPT, include_str!("../page/screen.js")),
 ];
 

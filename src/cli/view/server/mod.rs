@@ -17,8 +17,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use serde_json::json;
+
+use super::accuracy_run::AccuracyRun;
 use super::address::PageAddress;
+use super::background::Background;
+use super::final_render::FinalRender;
 use super::lens_drawer::LensDrawer;
+use super::saved_scene::SceneSaver;
 use super::state::ViewState;
 use reply::{Reply, Status};
 use request::RequestHead;
@@ -35,6 +41,10 @@ pub(super) struct Server {
     pub address: PageAddress,
     pub state: Arc<ViewState>,
     pub drawer: LensDrawer,
+    pub saver: SceneSaver,
+    pub final_render: FinalRender,
+    pub accuracy: AccuracyRun,
+    pub background: Arc<Background>,
 }
 
 /// Counts itself while it exists.
@@ -145,6 +155,9 @@ impl Server {
                 None => Reply::error(Status::NotFound, "there is no picture yet"),
             };
         }
+        if let Some(reply) = self.bench(path) {
+            return reply;
+        }
         let number = path.strip_prefix("section/").and_then(|name| name.strip_suffix(".svg"));
         let section = number.and_then(|number| self.drawer.section(number.parse().ok()?));
         match section {
@@ -152,6 +165,27 @@ impl Server {
             None => Reply::error(Status::NotFound, "there is no such part of the page"),
         }
     }
+
+    /// Returns the rays or the image of a place in the picture.
+    fn bench(&self, path: &str) -> Option<Reply> {
+        let bench = self.state.bench()?;
+        let answer = match (place(path, "rays"), place(path, "image")) {
+            (Some(place), _) => bench.rays(place)?,
+            (_, Some(place)) => {
+                bench.image(place).unwrap_or_else(|problem| json!({ "problem": problem }))
+            }
+            _ => return None,
+        };
+        Some(Reply::content("application/json", answer.to_string()))
+    }
+}
+
+/// Returns a place in the picture, two shares from 0 to 1: the X,Y of `NAME/X,Y.json`.
+fn place(path: &str, name: &str) -> Option<[f64; 2]> {
+    let rest = path.strip_prefix(name)?.strip_prefix('/')?.strip_suffix(".json")?;
+    let (x, y) = rest.split_once(',')?;
+    let place = [x.parse().ok()?, y.parse().ok()?];
+    place.iter().all(|share| (0.0..=1.0).contains(share)).then_some(place)
 }
 
 /// Answer to a request.

@@ -53,6 +53,8 @@ enum News {
     Panel(u64, Message),
     /// The blur map, and its number.
     Blur(u64, Bytes),
+    /// The background work, and its number.
+    Work(u64, Message),
     End,
 }
 
@@ -110,6 +112,10 @@ impl Server {
     fn heed(&self, message: &str, client: &Client) -> Result<(), String> {
         let wish: Map<String, Value> =
             serde_json::from_str(message).map_err(|error| format!("expected JSON: {error}"))?;
+        let text = |name: &str| {
+            let text = wish.get(name).and_then(Value::as_str);
+            text.ok_or_else(|| format!("expected a text as {name}"))
+        };
         match (wish.get("type").and_then(Value::as_str), wish.get("options")) {
             (Some("next"), _) => {
                 client.asked.store(true, Ordering::Relaxed);
@@ -126,8 +132,35 @@ impl Server {
                 client.answer(Message::text(answer.to_string()));
                 Ok(())
             }
-            _ => Err("expected the type next, or set with options".to_owned()),
+            (Some("save"), _) => self.save(text("name")?, client),
+            (Some("render"), _) => {
+                let (settings, _) = self.state.settings();
+                self.final_render.start(text("name")?, &settings)
+            }
+            (Some("accuracy"), _) => {
+                let budget = wish.get("budget").and_then(Value::as_f64);
+                let budget = budget.ok_or("expected a number of seconds as budget")?;
+                let (settings, _) = self.state.settings();
+                self.accuracy.start(budget, &settings)
+            }
+            (Some("cancel"), _) => {
+                self.background.cancel();
+                Ok(())
+            }
+            _ => Err("expected the type next, set with options, save, render, accuracy or cancel"
+                .to_owned()),
         }
+    }
+
+    /// Saves the scene with the settings that are shown.
+    fn save(&self, name: &str, client: &Client) -> Result<(), String> {
+        let (settings, focus) = self.state.settings();
+        let bench = self.state.bench().ok_or("there is no picture yet")?;
+        let saved = self.saver.save(name, &settings, bench.camera(), focus)?;
+        let file = saved.file.display().to_string();
+        let answer = json!({ "type": "saved", "file": file, "command": saved.command });
+        client.answer(Message::text(answer.to_string()));
+        Ok(())
     }
 
     fn write_news(&self, stream: &TcpStream, client: &Client) {
@@ -145,6 +178,10 @@ impl Server {
                 }
                 Some(News::Panel(number, message)) => {
                     seen.panel = number;
+                    message
+                }
+                Some(News::Work(number, message)) => {
+                    seen.work = number;
                     message
                 }
                 Some(News::Blur(number, message)) => {
@@ -169,6 +206,7 @@ struct Seen {
     frame: u64,
     panel: u64,
     blur: u64,
+    work: u64,
 }
 
 /// Returns what a client does not know yet.
@@ -182,6 +220,10 @@ fn next_news(shared: &Shared, client: &Client, seen: &Seen) -> Option<News> {
     if shared.panel_message.0 > seen.panel {
         let (number, message) = shared.panel_message.clone();
         return Some(News::Panel(number, Message::Text(message)));
+    }
+    if shared.work_message.0 > seen.work {
+        let (number, message) = shared.work_message.clone();
+        return Some(News::Work(number, Message::Text(message)));
     }
     if !client.asked.load(Ordering::Relaxed) {
         return None;

@@ -1,0 +1,114 @@
+//! Final render: the picture of the settings as `petzval render` makes it, with checkpoints, beside
+//! the view.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use petzval::render::Progress;
+use petzval::scene::pbrt::Description;
+use serde_json::{Value, json};
+
+use super::background::Background;
+use super::file_name::new_file;
+use super::settings::ViewSettings;
+use super::state::ViewState;
+use crate::cli::arguments::argv::parse_render;
+use crate::cli::memory::Memory;
+use crate::cli::progress::film_samples;
+use crate::cli::render::{RenderTask, checkpoint_name};
+use crate::cli::{Failure, Outcome};
+
+/// Time between two reports of the progress.
+const INTERVAL: Duration = Duration::from_millis(250);
+
+/// Renders pictures into the current folder.
+pub(super) struct FinalRender {
+    pub description: Description,
+    pub state: Arc<ViewState>,
+    pub background: Arc<Background>,
+}
+
+impl FinalRender {
+    /// Starts the render of these settings into a new file. A checkpoint of that name is resumed. A
+    /// render that is stopped writes a checkpoint.
+    ///
+    /// # Errors
+    /// Returns a message if the name is refused or taken, or if other work is in progress.
+    pub fn start(&self, name: &str, settings: &ViewSettings) -> Result<(), String> {
+        let file = new_file(Path::new(""), name, &["exr", "png", "jpg"])?;
+        let mut argv = settings.argv();
+        argv.push(format!("--output={}", file.display()));
+        let progress = Arc::new(Progress::default());
+        let (description, state) = (self.description.clone(), self.state.clone());
+        let stopped = progress.clone();
+        self.background.start(
+            move || stopped.stop.store(true, Ordering::Relaxed),
+            move || run(description, argv, &file, &progress, &state),
+        )
+    }
+}
+
+/// Renders, and tells the clients about it.
+fn run(
+    description: Description,
+    argv: Vec<String>,
+    file: &Path,
+    progress: &Arc<Progress>,
+    state: &ViewState,
+) {
+    let start = Instant::now();
+    let tell = |status: &str, more: Value| {
+        let mut message = json!({
+            "type": "render",
+            "file": file.display().to_string(),
+            "status": status,
+            "seconds": start.elapsed().as_secs_f64(),
+        });
+        if let (Some(message), Value::Object(more)) = (message.as_object_mut(), more) {
+            message.extend(more);
+        }
+        state.publish_work(&message);
+    };
+    tell("preparing", Value::Null);
+    let result = render(description, argv, file, progress, &tell);
+    let partial: PathBuf = checkpoint_name(file);
+    match result {
+        Ok(Outcome::Interrupted) => {
+            tell("cancelled", json!({ "checkpoint": partial.display().to_string() }));
+        }
+        Ok(_) => tell("finished", Value::Null),
+        Err(failure) => tell("failed", json!({ "problem": failure.to_string() })),
+    }
+}
+
+fn render(
+    description: Description,
+    argv: Vec<String>,
+    file: &Path,
+    progress: &Arc<Progress>,
+    tell: &(impl Fn(&str, Value) + Sync),
+) -> Result<Outcome, Failure> {
+    let mut arguments = parse_render(&argv)?;
+    arguments.resume = checkpoint_name(file).exists();
+    let memory = Memory::new(arguments.memory);
+    let (task, _) = RenderTask::new(&arguments, argv, description, &memory, Instant::now())?;
+    let all = film_samples(&task.job);
+    let (ended, end) = channel::<()>();
+    thread::scope(|scope| {
+        // It ends when this one is dropped.
+        let _ended = ended;
+        scope.spawn(move || {
+            while end.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+                let expected = progress.expected.load(Ordering::Relaxed);
+                let total = if expected > 0 { expected } else { all };
+                let done = progress.samples.load(Ordering::Relaxed);
+                tell("running", json!({ "share": done as f64 / total.max(1) as f64 }));
+            }
+        });
+        Ok(task.run(progress, None)?.outcome)
+    })
+}
