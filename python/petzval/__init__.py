@@ -104,6 +104,7 @@ def prepare(
     look_at=None,
     film_shift=None,
     film_tilt=None,
+    film_diagonal=None,
     coating=None,
     resolution=None,
     crop=None,
@@ -134,6 +135,7 @@ def prepare(
     :param look_at: ``(eye, target)`` or ``(eye, target, up)``, each three numbers, world space
     :param film_shift: shift to the right and up in the picture (mm)
     :param film_tilt: tilt about the horizontal and the vertical axis (degrees)
+    :param film_diagonal: diagonal of the film (mm)
     :param coating: ``"none"``, ``"mgf2"``, ``"broadband"`` or ``"perfect"``, for surfaces without one
     :param resolution: width and height (pixels)
     :param crop: left, top, right, bottom (pixels; the last two are not included)
@@ -162,6 +164,7 @@ def prepare(
         "look_at": _nine_numbers(look_at),
         "film_shift": film_shift,
         "film_tilt": film_tilt,
+        "film_diagonal": film_diagonal,
         "coating": coating,
         "resolution": resolution,
         "crop": crop,

@@ -161,6 +161,7 @@ def prepare(
     look_at: Optional[Sequence[Point]] = None,
     film_shift: Optional[tuple[float, float]] = None,
     film_tilt: Optional[tuple[float, float]] = None,
+    film_diagonal: Optional[float] = None,
     coating: Optional[Literal["none", "mgf2", "broadband", "perfect"]] = None,
     resolution: Optional[tuple[int, int]] = None,
     crop: Optional[tuple[int, int, int, int]] = None,

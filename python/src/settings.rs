@@ -46,6 +46,7 @@ pub struct Settings<'py> {
     look_at: Option<[f64; 9]>,
     film_shift: Option<[f64; 2]>,
     film_tilt: Option<[f64; 2]>,
+    film_diagonal: Option<f64>,
     coating: Option<String>,
     resolution: Option<[u32; 2]>,
     crop: Option<[u32; 4]>,
@@ -109,6 +110,8 @@ impl Settings<'_> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
         checked("fstop", self.fstop, positive, "a number above 0")?;
         checked("noise", self.noise, |v| v > 0.0 && v < 1.0, "a number between 0 and 1")?;
+        let film = |mm: f64| (1e-3..=1e4).contains(&mm);
+        checked("film_diagonal", self.film_diagonal, film, "0.001 to 10000 mm")?;
         checked("time", self.time, |v| v > 0.0 && v < 1e9, "seconds above 0")?;
         if self.spp == Some(0) {
             return Err(value_error("spp=0: expected 1 or more"));
@@ -137,6 +140,7 @@ impl Settings<'_> {
             viewpoint: self.viewpoint()?,
             film_shift: self.film_shift,
             film_tilt: self.film_tilt,
+            film_diagonal: self.film_diagonal,
             coating: self.coating()?,
             assume_vd: self.assume_vd,
             passband: self.passband()?,

@@ -68,6 +68,7 @@ def test_settings_change_the_picture(scene_path):
         {"fstop": 8},
         {"film_tilt": (3, 0)},
         {"film_shift": (1, 2)},
+        {"film_diagonal": 20.0},
         {"look_at": ((0.1, 0, 0), (0, 0, 2))},
     ]:
         other = pz.render(scene, effects=effects, **change).pixels
@@ -123,6 +124,7 @@ def test_the_plan_says_why(scene_path):
         ({"noise": 2.0}, "noise"),
         ({"time": -1.0}, "time"),
         ({"film_tilt": (1e9, 0)}, "film_tilt"),
+        ({"film_diagonal": -1.0}, "film_diagonal"),
         ({"look_at": ((0, 0, 0), (0, 0, 0))}, "look_at"),
         ({"look_at": ((0, 0), (0, 0, 0))}, "look_at"),
         ({"crop": (10, 10, 5, 5)}, "crop"),
