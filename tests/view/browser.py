@@ -200,6 +200,25 @@ def film_and_zoom(page):
     finished_after(page, lambda: page.run("window.petzval.link.set({ lens: null, zoom: null, focus: null })"))
 
 
+def wipe(page):
+    """The wipe between two lenses, and between effects on and off: A stays as it was."""
+    lens = "window.petzval.link.set({ lens: 'scenes/../lenses/wide.22mm.dat', fstop: null })"
+    for change, back in [(lens, "{ lens: null }"), ("window.petzval.link.set({ effects: 'none', coating: null })", "{ effects: null }")]:
+        finished_after(page, lambda: page.run("window.petzval.link.set({ coating: 'none', fstop: null })"))
+        page.run("document.getElementById('keep').click()")
+        set_range(page, "wipe", 1000)
+        kept, a = page.run(MEAN), page.run(PRINT)
+        finished_after(page, lambda: page.run(change))
+        assert abs(page.run(MEAN) - kept) < 0.5, f"A has changed from {kept} to {page.run(MEAN)}"
+        set_range(page, "wipe", 0)
+        assert page.run(PRINT) != a and abs(page.run(MEAN) - kept) > 1, (change, kept, page.run(MEAN))
+        set_range(page, "wipe", 500)
+        assert page.run("!document.getElementById('wipe-a').hidden && !document.getElementById('wipe-b').hidden")
+        page.press("Escape", 27)
+        finished_after(page, lambda: page.run(f"window.petzval.link.set({back})"))
+    finished_after(page, lambda: page.run("window.petzval.link.set({ coating: null })"))
+
+
 def saving(page, folder):
     """Files that the browser and the server save."""
     downloads = os.path.join(folder, "downloads")
@@ -309,6 +328,7 @@ def test(page, folder):
     page.wait("the name of the lens", f"document.getElementById('lens-name').textContent !== {json.dumps(name)}")
 
     film_and_zoom(page)
+    wipe(page)
     saving(page, folder)
     accuracy(page)
 
