@@ -53,14 +53,23 @@ impl CircleOfConfusion {
     }
 
     /// Returns the nearest and the farthest distance from the front vertex (mm) whose circle of
-    /// confusion on the axis is not larger than this diameter (mm): the depth of field. The second
-    /// is infinite if no distance is too far. `None` if no distance is sharp enough.
+    /// confusion on the axis is not larger than this diameter (mm): the depth of field about a
+    /// distance in focus (mm). The second is infinite if no distance is too far. `None` if no
+    /// distance is sharp enough.
     ///
     /// It is the solution of [`CircleOfConfusion::diameter`] for the distance, with either sign of
-    /// the diameter: the rays meet behind the film or before it.
-    pub fn depth_of_field(&self, diameter: f64) -> Option<[f64; 2]> {
+    /// the diameter: the rays meet behind the film or before it. The film stands where the distance
+    /// in focus is sharp to first order; by aberrations, the smallest spot is a little beside.
+    pub fn depth_of_field(&self, focus: f64, diameter: f64) -> Option<[f64; 2]> {
         let [position, pupil] = self.pupil;
-        let Self { offset, per_distance, .. } = *self;
+        let Self { mut offset, mut per_distance, per_film_shift: [by_offset, by_distance], .. } =
+            *self;
+        let shift = match focus.is_finite() {
+            true => -(offset + focus * per_distance) / (by_offset + focus * by_distance),
+            false => -per_distance / by_distance,
+        };
+        offset += shift * by_offset;
+        per_distance += shift * by_distance;
         let distance =
             |signed: f64| (signed * position - pupil * offset) / (pupil * per_distance - signed);
         let mut ends = [distance(diameter), distance(-diameter)];
@@ -87,7 +96,7 @@ mod tests {
             mm_per_unit: 1.0,
             offset: film,
             per_distance: 1.0 - film / 50.0,
-            per_film_shift: [0.0; 2],
+            per_film_shift: [1.0, -1.0 / 50.0],
             tilt: [0.0; 2],
             pupil: [0.0, 25.0],
         }
@@ -98,7 +107,7 @@ mod tests {
         // The hyperfocal distance f^2 / (N c) + f.
         let (circle, hyperfocal) = (0.03, 50.0 * 50.0 / (2.0 * 0.03) + 50.0);
         for focus in [400.0, 3000.0, 0.9 * hyperfocal, 1.1 * hyperfocal, 1e7] {
-            let [near, far] = thin(focus).depth_of_field(circle).expect("limits");
+            let [near, far] = thin(focus).depth_of_field(focus, circle).expect("limits");
             let expected = focus * (hyperfocal - 50.0) / (hyperfocal + focus - 2.0 * 50.0);
             assert!((near / expected - 1.0).abs() < 1e-9, "{focus}: {near}, not {expected}");
             let expected = match focus < hyperfocal {
@@ -111,7 +120,20 @@ mod tests {
                 assert!(blur <= 1e3 * circle * (1.0 + 1e-9), "{focus}, {end}: {blur}");
             }
         }
-        let [near, far] = thin(f64::INFINITY).depth_of_field(circle).expect("limits");
+        let [near, far] =
+            thin(f64::INFINITY).depth_of_field(f64::INFINITY, circle).expect("limits");
         assert!((near / (hyperfocal - 50.0) - 1.0).abs() < 1e-9 && far.is_infinite(), "{near}");
+    }
+
+    #[test]
+    fn the_depth_of_field_is_that_about_the_focus_wherever_the_film_is() {
+        for focus in [500.0, 2000.0, f64::INFINITY] {
+            let expected = thin(focus).depth_of_field(focus, 0.03).expect("limits");
+            let found = thin(1000.0).depth_of_field(focus, 0.03).expect("limits");
+            for (found, expected) in found.into_iter().zip(expected) {
+                let same = found == expected || (found / expected - 1.0).abs() < 1e-9;
+                assert!(same, "{focus}: {found}, not {expected}");
+            }
+        }
     }
 }

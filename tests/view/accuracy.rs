@@ -8,14 +8,14 @@ use super::{HANG, View};
 
 #[test]
 fn the_page_draws_the_error_while_it_is_measured() {
-    let view = View::start("dgauss.pbrt", &["--resolution", "32x32", "--spp=64"]);
+    let view = View::start("dgauss.pbrt", &["--resolution", "40x40", "--spp=64"]);
     let mut client = view.client();
     client.finished(1);
     for budget in [json!(1e9), json!(-1), json!("60"), Value::Null] {
         client.send(&json!({ "type": "accuracy", "budget": budget }));
         client.hear("refused");
     }
-    client.send(&json!({ "type": "accuracy", "budget": 20 }));
+    client.send(&json!({ "type": "accuracy", "budget": 50 }));
     let (start, mut counts) = (Instant::now(), Vec::new());
     let last = loop {
         assert!(start.elapsed() < HANG, "the measurement does not end");
@@ -24,7 +24,7 @@ fn the_page_draws_the_error_while_it_is_measured() {
         if message["status"] != "running" {
             break message;
         }
-        let second = json!({ "type": "accuracy", "budget": 20 });
+        let second = json!({ "type": "accuracy", "budget": 50 });
         if counts.len() == 1 {
             client.send(&second);
             client.hear("refused");

@@ -84,6 +84,12 @@ fn the_depth_of_field_lies_around_the_focus_and_grows_with_the_stop() {
     // 1 / near - 1 / far is proportional to the f-number.
     let ratio = (1.0 / nearer - 1.0 / farther) / (1.0 / near - 1.0 / far);
     assert!((ratio - 2.0).abs() < 0.1, "{ratio}");
+    // Wide open and near, aberrations move the sharpest film from the first-order one.
+    client.set(json!({ "focus": "0.6", "fstop": "2.8" }));
+    let state = view.client().hear("state");
+    let depth = &state["depth_of_field"];
+    let [near, far] = ["near", "far"].map(|end| depth[end].as_f64().expect("a distance"));
+    assert!(near < 0.6 && 0.6 < far && far - near < 0.1, "{near} to {far}");
     client.set(json!({ "focus": "inf" }));
     assert_eq!(view.client().hear("state")["depth_of_field"]["far"], Value::Null);
 }

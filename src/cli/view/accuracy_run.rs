@@ -21,7 +21,7 @@ use crate::cli::accuracy::DEFAULT_SAMPLES;
 use crate::cli::report::accuracy::AccuracyReport;
 
 /// Time between two reports of the progress.
-const INTERVAL: Duration = Duration::from_millis(300);
+const INTERVAL: Duration = Duration::from_millis(100);
 /// Shortest and longest budget of a page (s).
 const BUDGETS: [f64; 2] = [2.0, 3600.0];
 

@@ -52,7 +52,7 @@ impl Panel {
             "lens": lens,
             "film": job.camera.film,
             "focus": self.focus,
-            "depth_of_field": depth_of_field(&job.camera),
+            "depth_of_field": depth_of_field(&job.camera, self.focus),
             "exposure_time": number("expTime"),
             "exposure_value": number("exposureValue"),
             "iso": number("isoSpeed"),
@@ -96,13 +96,14 @@ fn lens_json(lens: &RealLens, f_number: Option<f64>) -> Value {
 /// Diameter of the circle of confusion that counts as sharp: the diagonal of the film over this.
 const SHARP: f64 = 1500.0;
 
-/// Returns the nearest and the farthest distance from the film (m) that are sharp on the axis, null
-/// for infinity, and the diameter of their circle of confusion (mm).
-fn depth_of_field(camera: &Camera) -> Value {
-    let LensModel::Real(lens) = &camera.model else { return Value::Null };
+/// Returns the nearest and the farthest distance from the film (m) that are sharp on the axis for a
+/// distance in focus (m), null for infinity, and the diameter of their circle of confusion (mm).
+fn depth_of_field(camera: &Camera, focus: Option<f64>) -> Value {
+    let (LensModel::Real(lens), Some(focus)) = (&camera.model, focus) else { return Value::Null };
     let circle = 2.0 * camera.half_diagonal() / SHARP;
-    let limits = CircleOfConfusion::new(camera).and_then(|blur| blur.depth_of_field(circle));
     let film = lens.prescription.film_position(lens.film_distance);
+    let limits = CircleOfConfusion::new(camera)
+        .and_then(|blur| blur.depth_of_field(1e3 * focus - film, circle));
     let Some(limits) = limits else { return Value::Null };
     let [near, far] = limits.map(|distance| (distance + film) / 1e3);
     json!({ "near": near, "far": far.is_finite().then_some(far), "circle": circle })
