@@ -109,19 +109,24 @@ impl Fan {
     }
 
     /// Returns the density of its samples at a point, mm^-2; 0 outside.
-    pub fn density(&self, [x, y]: [f32; 2]) -> f32 {
+    pub fn density(&self, point: [f32; 2]) -> f32 {
+        let inside = self.sectors(point).filter(|(scale, _)| *scale <= 1.0);
+        inside.map(|(_, area)| 1.0 / (TRIANGLES as f32 * area)).sum()
+    }
+
+    /// Returns the triangles in whose sector a point lies: the scale at which a triangle just
+    /// reaches the point, and its area, mm^2. There is one, except in fans that overlap themselves.
+    #[inline(always)]
+    pub(super) fn sectors(&self, [x, y]: [f32; 2]) -> impl Iterator<Item = (f32, f32)> {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
-        for k in 0..TRIANGLES {
+        (0..TRIANGLES).filter_map(move |k| {
             let triangle = self.triangle(k);
             let [[ax, ay], [bx, by]] = triangle.corners;
             let area2 = triangle.area2();
             // Twice the areas of the triangles that the point forms with the corners.
             let (a, b) = (x * by - y * bx, ax * y - ay * x);
-            if area2 > 0.0 && a >= 0.0 && b >= 0.0 && a + b <= area2 {
-                return 2.0 / (TRIANGLES as f32 * area2);
-            }
-        }
-        0.0
+            (area2 > 0.0 && a > 0.0 && b >= 0.0).then(|| ((a + b) / area2, area2 / 2.0))
+        })
     }
 }
 

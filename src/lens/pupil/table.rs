@@ -15,9 +15,9 @@ use crate::lens::prescription::pose::Pose;
 const REAR_MARGIN: f32 = 1.002;
 /// Enlargement of fans beyond the light that was found.
 const FAN_MARGIN: f64 = 1.002;
-/// Largest enlargement of a fan for the light between it and the next. Light beyond, at the very
-/// rim of the image circle, is left to the samples of the rear element.
-const MAX_WIDENING: f64 = 1.5;
+/// Largest enlargement of a fan for the light between it and the next, at the very rim of the image
+/// circle. Light beyond is left to the samples outside fans.
+const MAX_WIDENING: f64 = 8.0;
 
 /// Subdivisions of a ring at which the light of a round lens is traced.
 const SUBSTEPS: usize = 4;
