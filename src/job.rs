@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use crate::aov::{self, Aov, LayerRequest};
+use crate::caustics::Caustics;
 use crate::direct_light::{DirectLight, DirectLightWeights};
 use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::Ghosts;
@@ -55,6 +56,8 @@ pub struct Job {
     pub ghosts: Option<Ghosts>,
     /// The lamps that light paths start from, if light paths find their direct light.
     pub direct_light: Option<DirectLight>,
+    /// The surfaces on which light paths start, if light paths find caustics.
+    pub caustics: Option<Caustics>,
     /// The sensor that reads the finished picture out. Without one, the film is ideal.
     pub sensor: Option<Sensor>,
     /// The times of the samples, if anything depends on them.
@@ -123,7 +126,7 @@ impl Job {
 
     /// Returns whether light paths add light to the picture.
     pub fn has_light_paths(&self) -> bool {
-        self.ghosts.is_some() || self.direct_light.is_some()
+        self.ghosts.is_some() || self.direct_light.is_some() || self.caustics.is_some()
     }
 
     /// Returns the parts of this job that light paths depend on.
@@ -134,6 +137,7 @@ impl Job {
             frame: &self.frame,
             response: &self.response,
             timing: self.timing.as_ref(),
+            path_limits: self.path_limits,
             seed: self.seed,
         }
     }

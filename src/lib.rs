@@ -163,8 +163,9 @@ pub mod aov;
 #[doc(hidden)]
 pub mod bench;
 #[doc(hidden)]
-pub mod diffraction;
+pub mod caustics;
 #[doc(hidden)]
+pub mod diffraction;
 pub mod direct_light;
 mod distribution;
 mod effects;

@@ -4,11 +4,13 @@ mod support;
 
 use glam::DVec3;
 use petzval::lens::{LensColumns, LensModel};
+use petzval::prepare::{Viewpoint, prepare_draft};
 use petzval::rays::{Ray, RayBatch, SampleBatch};
+use petzval::render::Backend;
 use petzval::scene::pbrt;
 use petzval::stats::LensStats;
 use petzval::{Aov, Changes, Job, prepare};
-use support::{folder, write};
+use support::{folder, mean, picture, root, write};
 
 const RESOLUTION: [u32; 2] = [60, 40];
 
@@ -180,4 +182,36 @@ fn wrong_parameters_are_errors_at_their_position() {
     }
     // pbrt-v4 reads these without a use.
     assert!(read("Camera \"spherical\" \"float screenwindow\" [0 1 0 1]").is_ok());
+}
+
+#[test]
+fn a_viewpoint_places_the_camera_of_every_scene() {
+    for scene in ["dgauss.pbrt", "zenith.pbrt"] {
+        let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");
+        let own = prepare(description.clone(), &Changes::default()).expect("a job").0.camera;
+        let there = "3,4,5,3,14,5,1,0,0".parse::<Viewpoint>().expect("a viewpoint");
+        let changes = Changes { viewpoint: Some(there), ..Changes::default() };
+        let moved = prepare(description, &changes).expect("a job").0.camera.world_from_camera;
+        assert_eq!(moved.translation.to_array(), [3.0, 4.0, 5.0], "{scene}");
+        let scale = own.world_from_camera.matrix3.determinant();
+        assert!((moved.matrix3.determinant() / scale - 1.0).abs() < 1e-9, "{scene}");
+        assert!(moved.matrix3.z_axis.normalize().y > 1.0 - 1e-12, "{scene}");
+        assert!(moved.matrix3.y_axis.normalize().x > 1.0 - 1e-12, "{scene}");
+    }
+}
+
+#[test]
+fn a_draft_shows_the_light_of_the_picture() {
+    let description = pbrt::read(&root().join("scenes/dgauss.pbrt")).expect("a scene");
+    let changes = Changes {
+        resolution: Some([48, 48]),
+        samples: Some(64),
+        f_number: Some(4.0),
+        ..Changes::default()
+    };
+    let (job, ..) = prepare(description.clone(), &changes).expect("a job");
+    let draft = prepare_draft(description, &changes, &job.plan).expect("a draft");
+    let [whole, draft] = [&job, &draft].map(|job| mean(&picture(job, Backend::Simd, 2))[1]);
+    // Both have 64 samples: 1 % is far above their noise, and a stop is 100 %.
+    assert!((draft / whole - 1.0).abs() < 0.01, "{draft} instead of {whole}");
 }

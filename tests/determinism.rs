@@ -6,7 +6,7 @@ use petzval::film::Frame;
 use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
+use petzval::render::{Backend, Progress, ProgressiveRender, RenderError};
 use petzval::scene::pbrt;
 use support::{picture, root};
 
@@ -149,4 +149,44 @@ fn another_seed_is_another_picture() {
     assert_ne!(one, other);
     let [a, b] = [&one, &other].map(|p| support::mean(p)[0]);
     assert!((a / b - 1.0).abs() < 0.02, "{a} and {b}");
+}
+
+#[test]
+fn a_progressive_render_has_the_bits_of_a_render_with_its_samples() {
+    // One without light paths and dispersion, and one with both.
+    for (scene, effects) in
+        [("dgauss.pbrt", "auto"), ("night.pbrt", "+ghosts,+dispersion,-diffraction")]
+    {
+        let effects = effects.parse().expect("effects");
+        let changes = Changes {
+            resolution: Some([41, 29]),
+            samples: Some(300),
+            assume_vd: true,
+            effects,
+            ..Changes::default()
+        };
+        let mut job = job(scene, &changes);
+        let whole = job.clone();
+        let mut progressive = ProgressiveRender::new(&whole, 2).expect("threads");
+        for step in [1, 1, 3, 40, 1000, 7] {
+            progressive = progressive.step(step, &Progress::default()).expect("a step");
+            let samples = progressive.samples();
+            if ![2, 45, 263].contains(&samples) {
+                continue;
+            }
+            job.samples = 0..samples;
+            let expected = picture(&job, Backend::Scalar, 1);
+            assert_same(&progressive.picture(), &expected, &format!("{scene}, {samples}"));
+        }
+        assert_eq!(progressive.samples(), 263, "a step ends with its pass");
+    }
+}
+
+#[test]
+fn a_stopped_step_of_a_progressive_render_is_an_error() {
+    let job = small("dgauss.pbrt");
+    let progress = Progress::default();
+    progress.stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    let progressive = ProgressiveRender::new(&job, 1).expect("threads");
+    assert!(matches!(progressive.step(1, &progress), Err(RenderError::Stopped)));
 }

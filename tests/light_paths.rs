@@ -10,7 +10,7 @@ use petzval::prepare::{Changes, prepare};
 use petzval::render::{Backend, Progress, RenderOptions, render_resumable};
 use petzval::scene::pbrt;
 use support::workspace::Workspace;
-use support::{folder, in_parallel, picture, root, write};
+use support::{folder, in_parallel, mean_and_error, picture, root, write};
 
 /// A lamp in the shape of a ball, and dim surroundings.
 const BALL: &str = r#"
@@ -135,14 +135,6 @@ fn light(picture: &Picture) -> f64 {
     picture.pixels.iter().flatten().map(|&c| f64::from(c)).sum()
 }
 
-/// Returns the mean and its standard error.
-fn mean_and_error(values: &[f64]) -> [f64; 2] {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    [mean, (variance / n).sqrt()]
-}
-
 #[test]
 fn light_paths_change_no_light() {
     /// Pictures of each kind, each with another seed.
@@ -227,14 +219,7 @@ fn shards_and_adaptive_renders_have_the_light_of_a_whole_render() {
     );
     std::fs::write(workspace.path("lamp.pbrt"), text).expect("a scene");
     let render = "render lamp.pbrt --spp 90 --light-paths on --effects none";
-    workspace.run_ok(&format!("{render} -o whole.exr"));
-    for i in 1..=3 {
-        workspace.run_ok(&format!("{render} -o {i}.petzval --shard {i}/3"));
-    }
-    workspace.run_ok("merge 2.petzval 1.petzval 3.petzval -o merged.exr");
-    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| workspace.contents(name));
-    let off = merged.difference(&whole);
-    assert!(off < 1e-5, "differs by {off:e}");
+    workspace.merges_to_the_whole(render);
     workspace.run_ok(&format!("{render} --noise 0.02 -o adaptive.exr"));
     let [whole, adaptive] = ["whole.exr", "adaptive.exr"]
         .map(|name| light(&Picture::read(&workspace.path(name)).expect("a picture")));

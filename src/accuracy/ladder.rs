@@ -130,6 +130,7 @@ impl Ladder {
         job.layers.clear();
         // All cameras of the ladder take the same paths, those of the camera.
         job.direct_light = None;
+        job.caustics = None;
         job.sensor = None;
         job.stop_criteria = StopCriteria::default();
         let mut ladder = Self { job, rungs, lens, not_compared, warnings };

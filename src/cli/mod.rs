@@ -24,6 +24,7 @@ mod replay;
 mod report;
 mod signals;
 mod sweep;
+mod view;
 
 use std::process::ExitCode;
 
@@ -37,6 +38,7 @@ use merge::MergeArguments;
 use plan::PlanArguments;
 use render::RenderArguments;
 use replay::ReplayArguments;
+use view::ViewArguments;
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
 #[derive(Debug, Parser)]
@@ -54,6 +56,9 @@ enum Command {
     /// Add up the parts of a picture that were rendered with --shard or --samples. Run it where the
     /// scene's files have the same paths as for the parts
     Merge(MergeArguments),
+    /// Show what the camera sees in the browser, refined while you look, with its focus, stop,
+    /// shutter, lenses and viewpoint to change. Only this machine can reach the page
+    View(Box<ViewArguments>),
     /// Show the prescription of a lens file and its first-order data
     Lens(LensArguments),
     /// Repeat one sample of a picture and print its whole path: surface by surface through the
@@ -103,6 +108,7 @@ pub fn run() -> ExitCode {
     let outcome = match arguments.command {
         Command::Render(arguments) => render::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Lens(arguments) => lens::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),

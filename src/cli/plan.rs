@@ -29,7 +29,8 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     super::print(&text)
 }
 
-fn json(plan: &Plan) -> Value {
+/// Returns the plan as a JSON object.
+pub(super) fn json(plan: &Plan) -> Value {
     let row = |decision: &Decision| {
         let Decision { effect, on, by, reason, error, cost } = decision;
         json!({

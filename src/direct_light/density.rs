@@ -57,7 +57,7 @@ impl DirectLightWeights<'_> {
         let camera_from_world = self.camera.world_from_camera.inverse();
         let place = camera_from_world.transform_point3(origin.as_dvec3()) / lens.units_per_mm;
         let cos = camera_from_world.transform_vector3(direction.as_dvec3()).normalize().z;
-        let uv = [place.x, place.y].map(|v| (v / lamps.half + 1.0) / 2.0);
+        let uv = [place.x, place.y].map(|v| (v / lamps.front.half + 1.0) / 2.0);
         if !(cos > 0.0 && uv.iter().all(|v| (0.0..1.0).contains(v))) {
             return None;
         }
@@ -74,6 +74,6 @@ impl DirectLight {
     /// its lamp, the density of its entry point over the unit square, that of its direction (1/sr)
     /// and its cosine to the axis.
     pub(super) fn density(&self, share: f64, entry: f64, to_light: f64, cos: f64) -> f64 {
-        share * entry / (4.0 * self.half * self.half) * to_light / cos
+        share * entry / (4.0 * self.front.half * self.front.half) * to_light / cos
     }
 }

@@ -30,11 +30,11 @@ mod survey;
 
 pub use density::DirectLightWeights;
 pub(crate) use density::FoundLight;
-pub use survey::{Lamps, Survey, survey};
+pub use survey::survey;
 
 use crate::film::{Frame, PixelFilter};
-use crate::lens::{RealLens, Side, Surface, sequence};
-use crate::light_paths::{PathCount, SplatStage};
+use crate::lens::RealLens;
+use crate::light_paths::{FrontEntry, PathCount, SplatStage};
 use lamp::Lamp;
 
 /// The lamps that light paths start from.
@@ -45,13 +45,8 @@ pub struct DirectLight {
     cumulative: Vec<f32>,
     /// Index of the lamp, by light of the scene.
     by_light: Vec<Option<u32>>,
-    /// Half side of the square about the front vertex that holds the entry points (mm).
-    half: f64,
-    /// Distance before the front vertex at which rays enter the lens (mm).
-    start: f64,
-    /// Surfaces from there to the film.
-    surfaces: Vec<Surface<f32>>,
-    surfaces_f64: Vec<Surface<f64>>,
+    /// The lens as the paths enter it.
+    front: FrontEntry,
 }
 
 /// Samples of the picture per light path. Lamps are small, so that this is a dozen paths for each of
@@ -63,30 +58,20 @@ fn path_count(frame: &Frame) -> PathCount {
     PathCount::new(frame.resolution, SAMPLES_PER_PATH)
 }
 
-/// Returns the stage for a picture with these pixels and their filter.
-fn stage(frame: &Frame, filter: &PixelFilter) -> SplatStage {
-    let [columns, rows] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
-    SplatStage { count: path_count(frame), splats_per_path: columns * rows }
-}
-
 impl DirectLight {
     /// Returns the largest size of the splats that wait to be added to the film (bytes).
     pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter) -> u64 {
-        stage(frame, filter).bytes_waiting()
+        SplatStage::filtered(path_count(frame), filter).bytes_waiting()
     }
 
     /// Prepares light paths without lamps, for a lens, the half side of the square of entry points
     /// (mm) and the number of lights of the scene.
     fn new(lens: &RealLens, half: f64, lights: usize) -> Self {
-        let start = 2.0 * lens.prescription.rows[0].diameter.max(half);
         Self {
             lamps: Vec::new(),
             cumulative: Vec::new(),
             by_light: vec![None; lights],
-            half,
-            start,
-            surfaces: sequence::<f32>(&lens.prescription, Side::Scene(start)),
-            surfaces_f64: sequence::<f64>(&lens.prescription, Side::Scene(start)),
+            front: FrontEntry::new(lens, half),
         }
     }
 

@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec3};
 
-use super::{DirectLight, path_count, stage};
+use super::{DirectLight, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
-use crate::lens::{
-    LensModel, LensRay, RealLens, retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy,
+use crate::lens::{LensModel, RealLens};
+use crate::light_paths::{
+    FrontEntry, LightPath, LightPathInput, LightPaths, Splat, SplatStage, splats,
 };
-use crate::light_paths::{LightPath, LightPathInput, LightPaths, Splat, film_pixels};
-use crate::rays::WAVE_SIZE;
+use crate::rays::{Ray, WAVE_SIZE};
 use crate::sampler::mis::power_heuristic;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::scene::{SurfacePoint, gamma, luminance};
@@ -23,7 +23,7 @@ pub(super) struct DirectColumns {
     pub paths: Box<LightPaths>,
     /// Density of each path over etendue (mm^-2 sr^-1).
     densities: Vec<f64>,
-    blocked: Vec<u64>,
+    pub blocked: Vec<u64>,
 }
 
 impl DirectLight {
@@ -38,11 +38,11 @@ impl DirectLight {
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        let stage = stage(input.frame, &input.response.filter);
+        let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter);
         stage.run(input, samples, film, stats, |columns: &mut DirectColumns, [wave, sample]| {
             let key = pixel_key(sample, u32::MAX - 2, input.seed);
             self.sample(input, lens, columns, key, wave);
-            self.trace::<R>(lens, columns);
+            self.front.trace::<R>(lens, &mut columns.paths, &mut columns.blocked);
             self.splats::<R>(input, lens, columns)
         });
     }
@@ -66,11 +66,9 @@ impl DirectLight {
             let chosen = self.cumulative.partition_point(|&sum| sum <= choice);
             let lamp = &self.lamps[chosen.min(self.lamps.len() - 1)];
             let entry = lamp.entry.sample(sample_2d(key, i, Dimension::Pupil));
-            let [x, y] = entry.uv.map(|u| (2.0 * f64::from(u) - 1.0) * self.half);
-            let [right, up] = [x, y].map(|v| v * lens.units_per_mm);
-            let place = world.transform_point3(DVec3::new(right, up, lens.front_depth));
+            let at_front = entry.uv.map(|u| (2.0 * f64::from(u) - 1.0) * self.front.half);
             let normal = world.transform_vector3(DVec3::Z).normalize().as_vec3();
-            let position = place.as_vec3();
+            let position = FrontEntry::world_point(input, lens, at_front);
             let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
             let from = SurfacePoint { position, error, normal, shading_normal: normal };
             let primitive = lamp.primitives.choose(primitive);
@@ -89,43 +87,21 @@ impl DirectLight {
                 f64::from(to_light),
                 towards.z,
             );
-            let back = self.start / towards.z;
-            let start = [x + towards.x * back, y + towards.y * back, 0.0];
             let flux = light.radiance.map(|l| (f64::from(l) / density) as f32);
-            let path = LightPath { start, towards, origin: from.offset_origin(light.direction) };
-            columns.paths.push(&path, &light, flux, entry.uv);
+            let path = LightPath {
+                start: self.front.start(at_front, towards),
+                towards,
+                shadow: Ray {
+                    origin: from.offset_origin(light.direction).to_array(),
+                    direction: light.direction.to_array(),
+                    t_max: light.t_max,
+                },
+            };
+            columns.paths.push(&path, flux, entry.uv);
             columns.densities.push(density);
             radiance += f64::from(luminance(light.radiance));
         }
         radiance
-    }
-
-    /// Traces a wave from the scene to the film.
-    pub(super) fn trace<R: Real<Scalar = f32>>(
-        &self,
-        lens: &RealLens,
-        columns: &mut DirectColumns,
-    ) {
-        let DirectColumns { paths, blocked, .. } = columns;
-        blocked.clear();
-        blocked.resize(lens.prescription.rows.len(), 0);
-        paths.trace_with::<R>(lens, |batch, starts| {
-            let start = |i: usize| LensRay {
-                p: [starts.x[i], starts.y[i], starts.z[i]].map(f64::from),
-                t: [starts.tx[i], starts.ty[i], starts.tz[i]].map(f64::from),
-                weight: 1.0,
-            };
-            match lens.fresnel {
-                false => {
-                    trace::<R>(batch, &self.surfaces, blocked);
-                    retrace_in_f64::<R>(batch, &self.surfaces_f64, blocked, start);
-                }
-                true => {
-                    trace_lossy::<R>(batch, &self.surfaces, blocked);
-                    retrace_in_f64_lossy::<R>(batch, &self.surfaces_f64, blocked, start);
-                }
-            }
-        });
     }
 
     /// Returns the splats of a traced wave.
@@ -136,52 +112,16 @@ impl DirectLight {
         columns: &mut DirectColumns,
     ) -> Vec<Splat> {
         let DirectColumns { paths, densities, .. } = columns;
-        let margin = input.response.filter.margin();
-        let frame = input.frame;
-        let near = |at: [f64; 2]| {
-            (0..2).all(|i| {
-                at[i] > f64::from(frame.low[i]) - margin[i]
-                    && at[i] < f64::from(frame.high[i]) + margin[i]
-            })
-        };
-        let hits = paths.film_hits();
-        let arrivals: Vec<(usize, [f64; 2])> = (0..paths.len())
-            .filter(|&i| hits.x[i].is_finite())
-            .map(|i| (i, film_pixels(input, [hits.x[i], hits.y[i]])))
-            .filter(|(_, at)| near(*at))
-            .collect();
-        paths.connect::<R>(input, arrivals.iter().map(|(i, _)| *i as u32));
-        let count = path_count(frame);
-        let scale = count.splat_scale(input);
-        let pitch = input.camera.pixel_pitch(frame.resolution);
+        let count = path_count(input.frame);
+        let pitch = input.camera.pixel_pitch(input.frame.resolution);
         let normal = lens.film_pose.film_normal();
-        let mut splats = Vec::new();
-        for (i, at) in arrivals {
-            let flux = paths.flux(i);
-            if !(luminance(flux) > 0.0 && flux.iter().all(|c| c.is_finite())) {
-                continue;
-            }
-            let hits = paths.film_hits();
-            let film = [hits.x[i], hits.y[i]].map(f64::from);
-            // From the film to the scene.
-            let [x, y, z] = [-hits.tx[i], -hits.ty[i], hits.tz[i]].map(f64::from);
-            let transmission = f64::from(hits.weight[i]);
+        splats::<R>(input, count, paths, |i, hit| {
+            let [x, y, z] = hit.towards;
             let cos =
                 (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();
-            let camera =
-                lens.sampling_density(film, [x, y, z]) / (transmission * cos * pitch[0] * pitch[1]);
-            let weight = power_heuristic((densities[i] * count.paths()) as f32, camera as f32);
-            let light = flux.map(|c| f64::from(c) * transmission * f64::from(weight) * scale);
-            input.response.filter.pixels_at(at, |pixel, share| {
-                let inside = (0..2).all(|k| {
-                    pixel[k] >= i64::from(frame.low[k]) && pixel[k] < i64::from(frame.high[k])
-                });
-                if inside && share != 0.0 {
-                    let light = light.map(|c| (c * share) as f32);
-                    splats.push(Splat { pixel: pixel.map(|p| p as u32), light });
-                }
-            });
-        }
-        splats
+            let camera = lens.sampling_density(hit.point, hit.towards)
+                / (hit.transmission * cos * pitch[0] * pitch[1]);
+            f64::from(power_heuristic((densities[i] * count.paths()) as f32, camera as f32))
+        })
     }
 }

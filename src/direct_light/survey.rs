@@ -1,20 +1,17 @@
 //! Survey of the lamps that a camera sees: which of them light paths find better than camera paths.
 
-use glam::Vec3;
-
 use super::DirectLight;
 use super::lamp::{ENTRY_CELLS, Lamp, entry_distribution};
 use super::splat::DirectColumns;
 use crate::lanes::f32x8;
-use crate::lens::{LensColumns, LensModel, RealLens};
-use crate::light_paths::LightPathInput;
-use crate::rays::{HitBatch, NO_INDEX, RayBatch, SampleBatch, WAVE_SIZE};
-use crate::sampler::{Dimension, pixel_key, sample_2d};
-use crate::scene::{TraversalStack, luminance};
-use crate::stats::LensStats;
+use crate::lens::{LensModel, RealLens};
+use crate::light_paths::{
+    CameraView, LightPathInput, LightPathSelection, LightPathSurvey, obstacle,
+};
+use crate::rays::WAVE_SIZE;
+use crate::sampler::pixel_key;
+use crate::scene::luminance;
 
-/// Waves of camera rays.
-const CAMERA_WAVES: u32 = 4;
 /// Light paths for all lamps together.
 const LIGHT_PATHS: u32 = 1 << 19;
 /// Fewest and most light paths of one lamp.
@@ -28,53 +25,23 @@ const BRIGHTEST: f64 = 10.0;
 /// Smallest variance of a camera sample that is worth light paths, relative to the square of the mean
 /// of the picture: that of all lamps together.
 const NOISIEST: f64 = 10.0;
-/// Margin of the square of entry points about the camera rays.
-const MARGIN: f64 = 1.05;
-
-/// Result of a survey.
-#[derive(Clone, Debug)]
-pub struct Survey {
-    /// The lamps, if light paths are worth their time.
-    pub direct_light: Option<DirectLight>,
-    /// The reason, in a sentence.
-    pub reason: String,
-}
-
-/// Which lamps light paths start from.
-#[derive(Clone, Copy, Debug)]
-pub enum Lamps {
-    /// All that are in view.
-    All,
-    /// Lamps with a small bright image, if they make the picture noisy.
-    Noisy {
-        /// The mean luminance of the picture.
-        mean: f64,
-    },
-}
-
-impl Survey {
-    /// No light paths, by the user's wish.
-    pub fn unwanted() -> Self {
-        Self { direct_light: None, reason: "not wanted".to_owned() }
-    }
-}
 
 /// Surveys the lamps of a scene.
-pub fn survey(input: &LightPathInput<'_>, wanted: Lamps) -> Survey {
-    match lamps_in_view(input, wanted) {
-        Ok(lamps) => {
-            let reason = match lamps.lamps() {
-                1 => "one lamp in view".to_owned(),
-                count => format!("{count} lamps in view"),
-            };
-            Survey { direct_light: Some(lamps), reason }
-        }
-        Err(reason) => Survey { direct_light: None, reason: reason.to_owned() },
-    }
+pub fn survey(
+    input: &LightPathInput<'_>,
+    selection: LightPathSelection,
+) -> LightPathSurvey<DirectLight> {
+    LightPathSurvey::new(lamps_in_view(input, selection), |found| match found.lamps() {
+        1 => "one lamp in view".to_owned(),
+        count => format!("{count} lamps in view"),
+    })
 }
 
 /// Returns the lamps from which light paths start, or why there are none.
-fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLight, &'static str> {
+fn lamps_in_view(
+    input: &LightPathInput<'_>,
+    selection: LightPathSelection,
+) -> Result<DirectLight, &'static str> {
     let LensModel::Real(lens) = &input.camera.model else {
         return Err("the camera has no lens of glass");
     };
@@ -86,7 +53,9 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
     let view = CameraView::new(input).ok_or("no ray leaves the lens")?;
     let lights: Vec<u32> = lights
         .into_iter()
-        .filter(|&light| matches!(wanted, Lamps::All) || view.share(light) <= LARGEST)
+        .filter(|&light| {
+            matches!(selection, LightPathSelection::All) || view.share(light) <= LARGEST
+        })
         .take(MAX_LIGHTS)
         .collect();
     let paths =
@@ -99,9 +68,11 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
         let Some(lamp) = Lamp::seen_everywhere(light, &areas) else { continue };
         all.set_lamps(vec![(lamp.clone(), 1.0)]);
         let image = LampImage::trace(&all, input, lens, paths);
-        let bright = match wanted {
-            Lamps::All => true,
-            Lamps::Noisy { mean } => view.exposure * image.radiance >= BRIGHTEST * mean,
+        let bright = match selection {
+            LightPathSelection::All => true,
+            LightPathSelection::Noisy { mean } => {
+                view.exposure * image.radiance >= BRIGHTEST * mean
+            }
         };
         if let (true, Some(entry)) = (bright && image.is_lit(), entry_distribution(&image.entry)) {
             // A lamp of value v on a share s of the film has the variance v^2 s.
@@ -111,97 +82,18 @@ fn lamps_in_view(input: &LightPathInput<'_>, wanted: Lamps) -> Result<DirectLigh
             found.push((Lamp { entry, ..lamp }, image.flux.sqrt()));
         }
     }
-    match wanted {
-        Lamps::All if found.is_empty() => Err("no lamp is in view"),
-        Lamps::Noisy { .. } if found.is_empty() => {
+    match selection {
+        LightPathSelection::All if found.is_empty() => Err("no lamp is in view"),
+        LightPathSelection::Noisy { .. } if found.is_empty() => {
             Err("no lamp in view is small and bright enough")
         }
-        Lamps::Noisy { mean } if variance < NOISIEST * mean * mean => {
+        LightPathSelection::Noisy { mean } if variance < NOISIEST * mean * mean => {
             Err("the lamps in view add little noise")
         }
         _ => Ok(()),
     }?;
     all.set_lamps(found);
     Ok(all)
-}
-
-/// Returns why light paths cannot find the light of this picture.
-fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
-    let matrix = input.camera.world_from_camera.matrix3;
-    let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length_squared());
-    let similar = |i: usize| (lengths[i] / lengths[0] - 1.0).abs() < 1e-6;
-    match () {
-        () if input.timing.is_some() => Some("something moves"),
-        () if lens.bands.len() > 1 => Some("the lens has dispersion"),
-        () if lens.bands[0].response != [1.0; 3] => Some("the film takes a passband"),
-        () if lens.prescription.has_mirrors() => Some("the lens has mirrors"),
-        () if lens.prescription.rear().index != 1.0 => Some("the film is not in air"),
-        () if input.scene.has_media() => Some("the scene has media"),
-        () if input.response.max_component.is_some() => Some("bright samples are clamped"),
-        () if input.camera.depth != [0.0, f64::INFINITY] => Some("the camera clips distances"),
-        () if !(similar(1) && similar(2)) => Some("the camera is stretched"),
-        () => None,
-    }
-}
-
-/// The camera rays of the survey.
-struct CameraView {
-    /// Half side of a square about the front vertex that holds all of them (mm).
-    half: f64,
-    /// Value of a pixel that sees radiance 1.
-    exposure: f64,
-    /// Number of hits, by light.
-    hits: Vec<u32>,
-    rays: u32,
-}
-
-impl CameraView {
-    fn new(input: &LightPathInput<'_>) -> Option<Self> {
-        let LensModel::Real(lens) = &input.camera.model else { return None };
-        let camera_from_world = input.camera.world_from_camera.inverse();
-        let mut view =
-            Self { half: 0.0, exposure: 0.0, hits: vec![0; input.scene.lights.all.len()], rays: 0 };
-        let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
-        let (mut hits, mut stack) = (HitBatch::default(), TraversalStack::default());
-        let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
-        let key = pixel_key(u32::MAX, u32::MAX - 2, input.seed);
-        for wave in 0..CAMERA_WAVES {
-            for i in 0..WAVE_SIZE {
-                let number = wave * WAVE_SIZE as u32 + i as u32;
-                let [film, pupil] =
-                    [Dimension::Film, Dimension::Pupil].map(|d| sample_2d(key, number, d));
-                for axis in 0..2 {
-                    let place = (f64::from(film[axis]) - 0.5) * input.camera.film[axis];
-                    samples.film[axis][i] = place as f32;
-                    samples.pupil[axis][i] = pupil[axis];
-                }
-            }
-            let mut stats = LensStats::default();
-            input.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-            input.scene.intersect::<f32x8>(&rays, &mut hits, &mut stack);
-            for i in 0..rays.len {
-                let origin = Vec3::from(rays.ray(i).origin).as_dvec3();
-                let place = camera_from_world.transform_point3(origin) / lens.units_per_mm;
-                view.half = view.half.max(place.x.abs()).max(place.y.abs());
-                view.exposure += f64::from(luminance(rays.throughput(i)));
-                let shape = hits[i].shape;
-                if let Some(shape) =
-                    (shape != NO_INDEX).then(|| &input.scene.shapes[shape as usize])
-                    && let Some(count) = view.hits.get_mut(shape.light as usize)
-                {
-                    *count += 1;
-                }
-            }
-            view.rays += WAVE_SIZE as u32;
-        }
-        view.half *= MARGIN;
-        view.exposure /= f64::from(view.rays);
-        (view.half > 0.0 && view.half.is_finite()).then_some(view)
-    }
-
-    fn share(&self, light: u32) -> f64 {
-        f64::from(self.hits[light as usize]) / f64::from(self.rays)
-    }
 }
 
 /// Image of one lamp, estimated by light paths.
@@ -229,7 +121,7 @@ impl LampImage {
         for wave in 0..paths / WAVE_SIZE as u32 {
             radiance += light.sample(input, lens, &mut columns, key, wave);
             sampled += columns.paths.len() as f64;
-            light.trace::<f32x8>(lens, &mut columns);
+            light.front.trace::<f32x8>(lens, &mut columns.paths, &mut columns.blocked);
             let hits = columns.paths.film_hits();
             let on_film = |i: &usize| {
                 2.0 * f64::from(hits.x[*i]).abs() < input.camera.film[0]

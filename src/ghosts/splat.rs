@@ -118,7 +118,7 @@ impl Ghosts {
 /// Returns the rendered pixel that contains a film point (mm).
 fn film_pixel(input: &LightPathInput<'_>, point: [f32; 2]) -> Option<[u32; 2]> {
     let frame = &input.frame;
-    let pixel = film_pixels(input, point).map(f64::floor);
+    let pixel = film_pixels(input, point.map(f64::from)).map(f64::floor);
     let inside =
         (0..2).all(|i| pixel[i] >= f64::from(frame.low[i]) && pixel[i] < f64::from(frame.high[i]));
     inside.then(|| pixel.map(|p| p as u32))

@@ -5,15 +5,24 @@
 //! is traced through the surfaces to the film, and the light that arrives is splatted there. Ghosts
 //! and the direct light of lamps both use them.
 
+mod camera_view;
+mod front;
+mod primitive_choice;
 mod splat;
+mod survey;
 mod wave;
 
+pub(crate) use camera_view::CameraView;
+pub(crate) use front::{FrontEntry, splats};
+pub(crate) use primitive_choice::PrimitiveChoice;
 pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
+pub(crate) use survey::obstacle;
+pub use survey::{LightPathSelection, LightPathSurvey};
 pub(crate) use wave::{FilmArrival, LightPath, LightPaths};
 
 use crate::film::{Frame, Response};
 use crate::lens::Camera;
-use crate::scene::Scene;
+use crate::scene::{PathLimits, Scene};
 use crate::shutter::Timing;
 
 /// Parts of a job that light paths depend on.
@@ -29,6 +38,8 @@ pub struct LightPathInput<'a> {
     pub response: &'a Response,
     /// The times of the samples, if anything moves.
     pub timing: Option<&'a Timing>,
+    /// The limits of path length.
+    pub path_limits: PathLimits,
     /// The seed of all random numbers.
     pub seed: u32,
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use super::LightPathInput;
-use crate::film::FilmSums;
+use crate::film::{FilmSums, PixelFilter};
 use crate::rays::WAVE_SIZE;
 use crate::stats::{Stage, Stats, thread_time};
 
@@ -57,6 +57,12 @@ pub(crate) struct SplatStage {
 }
 
 impl SplatStage {
+    /// Returns the stage of a number of paths, each of which is splatted through the filter.
+    pub fn filtered(count: PathCount, filter: &PixelFilter) -> Self {
+        let [columns, rows] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
+        Self { count, splats_per_path: columns * rows }
+    }
+
     /// Returns the number of waves that are traced before their splats are added to the film.
     fn chunk(self) -> u32 {
         (MOST_WAITING / (self.splats_per_path * WAVE_SIZE as u64)).max(1) as u32
@@ -105,8 +111,8 @@ impl SplatStage {
 }
 
 /// Returns the position of a film point (mm) in the whole picture, in pixels from its top left.
-pub(crate) fn film_pixels(input: &LightPathInput<'_>, point: [f32; 2]) -> [f64; 2] {
-    let share = [0, 1].map(|i| f64::from(point[i]) / input.camera.film[i]);
+pub(crate) fn film_pixels(input: &LightPathInput<'_>, point: [f64; 2]) -> [f64; 2] {
+    let share = [0, 1].map(|i| point[i] / input.camera.film[i]);
     // The picture is mirrored in x and upside down in y, as in the film stage.
     let share = [0.5 - share[0], 0.5 + share[1]];
     [0, 1].map(|i| share[i] * f64::from(input.frame.resolution[i]))

@@ -8,7 +8,7 @@ use crate::lanes::Real;
 use crate::lens::{RealLens, Surface, trace_ghost};
 use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
-use crate::scene::{LightSample, SurfacePoint, TraversalStack, gamma, luminance};
+use crate::scene::{SurfacePoint, TraversalStack, gamma, luminance};
 
 /// A light path that arrives on the film.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +28,19 @@ pub(crate) struct LightPath {
     pub start: [f64; 3],
     /// Unit vector to the light in the frame of the camera.
     pub towards: DVec3,
-    /// Origin of its shadow ray in the world.
-    pub origin: Vec3,
+    /// Ray in the world that nothing must occlude: between the light and the lens.
+    pub shadow: Ray,
+}
+
+/// Where a light path meets the film.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FilmHit {
+    /// Point on the film (mm).
+    pub point: [f64; 2],
+    /// Direction to the lens, of any length: x, y, and z towards the scene.
+    pub towards: [f64; 3],
+    /// Share of the light that the surfaces let through.
+    pub transmission: f64,
 }
 
 /// A wave of light paths: from lights to the front surface, and through the lens to the film.
@@ -108,13 +119,17 @@ impl LightPaths {
             let path = LightPath {
                 start: point.to_array(),
                 towards,
-                origin: from.offset_origin(light.direction),
+                shadow: Ray {
+                    origin: from.offset_origin(light.direction).to_array(),
+                    direction: light.direction.to_array(),
+                    t_max: light.t_max,
+                },
             };
             let flux = light.radiance.map(|l| (f64::from(l) * flux) as f32);
             self.times[self.rays.len] = input
                 .timing
                 .map_or(0.0, |timing| timing.first_row_time(sample_2d(key, i, Dimension::Time)[0]));
-            self.push(&path, &light, flux, uv);
+            self.push(&path, flux, uv);
         }
     }
 
@@ -124,20 +139,15 @@ impl LightPaths {
         self.rays.len = 0;
     }
 
-    /// Adds a path to a light, with its flux and its entry point (0 to 1). There must be room for it.
-    pub fn push(&mut self, path: &LightPath, light: &LightSample, flux: [f32; 3], entry: [f32; 2]) {
-        let LightPath { start, towards, origin } = path;
+    /// Adds a path with its flux and its entry point (0 to 1). There must be room for it.
+    pub fn push(&mut self, path: &LightPath, flux: [f32; 3], entry: [f32; 2]) {
+        let LightPath { start, towards, shadow } = path;
         let k = self.rays.len;
         [self.start.x[k], self.start.y[k], self.start.z[k]] = start.map(|v| v as f32);
         [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
             [-towards.x, -towards.y, towards.z].map(|v| v as f32);
         self.start.weight[k] = 1.0;
-        let ray = Ray {
-            origin: origin.to_array(),
-            direction: light.direction.to_array(),
-            t_max: light.t_max,
-        };
-        self.rays.push(ray, flux, k as u32);
+        self.rays.push(*shadow, flux, k as u32);
         self.entry.push(entry);
     }
 
@@ -208,6 +218,17 @@ impl LightPaths {
     /// that do not.
     pub fn film_hits(&self) -> &LensBatch<f32> {
         &self.batch
+    }
+
+    /// Returns where a path meets the film; `None` if it does not.
+    pub fn film_hit(&self, i: usize) -> Option<FilmHit> {
+        let hits = &self.batch;
+        let [tx, ty, tz] = [-hits.tx[i], -hits.ty[i], hits.tz[i]].map(f64::from);
+        hits.x[i].is_finite().then(|| FilmHit {
+            point: [hits.x[i], hits.y[i]].map(f64::from),
+            towards: [tx, ty, tz],
+            transmission: f64::from(hits.weight[i]),
+        })
     }
 
     /// Tests which of these paths are unoccluded in the scene. A path may occur several times.

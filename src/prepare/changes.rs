@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::Viewpoint;
 use crate::aov::Aov;
 use crate::job::StopCriteria;
 use crate::lens::{Coating, FocusModel, LensOptions, PupilSampling};
@@ -28,6 +29,8 @@ pub struct Changes {
     pub lens: Option<PathBuf>,
     /// Choices for the lens file.
     pub lens_options: LensOptions,
+    /// The place and the direction of the camera, which then stands still.
+    pub viewpoint: Option<Viewpoint>,
     /// The object in focus.
     pub focus: Option<FocusOn>,
     /// The model that places the film for the distance in focus.

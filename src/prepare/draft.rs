@@ -95,6 +95,7 @@ pub(super) fn draft(
         bands: changes.passband.map_or_else(bands, |passband| passband.bands()),
         ghosts: None,
         direct_light: None,
+        caustics: None,
         sensor,
         timing: Some(exposure.timing.clone()),
         files: FileLog::default(),

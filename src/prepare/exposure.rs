@@ -36,7 +36,9 @@ impl Exposure {
         let mut timing =
             Timing::new(&shutter, *transform_times, TimingEffects::ALL).map_err(request_error)?;
         let mut world_from_camera = description.world_from_camera;
-        if camera_motion.as_still().is_none() {
+        if let Some(viewpoint) = changes.viewpoint {
+            world_from_camera = viewpoint.world_from_camera(&world_from_camera);
+        } else if camera_motion.as_still().is_none() {
             world_from_camera = camera_motion.at(timing.first_row_middle());
             let rest = Motion::still(world_from_camera.inverse());
             timing.camera_motion = Some(camera_motion.compose(&rest));

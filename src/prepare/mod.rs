@@ -9,17 +9,21 @@ mod focus;
 mod lens;
 mod pilot;
 mod report;
+mod viewpoint;
 
 pub use changes::{Changes, FocusOn};
+pub use viewpoint::Viewpoint;
 
-use crate::direct_light::{self, Lamps, Survey};
+use crate::caustics::survey_caustics;
+use crate::direct_light;
 use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lens::{LensError, LensModel};
+use crate::light_paths::{LightPathSelection, LightPathSurvey};
 use crate::plan::{
-    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, PlanInput, plan,
+    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
 };
 use crate::render::RenderError;
 use crate::scene::pbrt::Description;
@@ -78,6 +82,46 @@ pub fn prepare(
     files.join(context.files());
     job.files = files;
     Ok((job, report.notes, report.warnings))
+}
+
+/// Effects of a draft: those that move, blur or dim much of the light, and cost little to prepare.
+const DRAFT_EFFECTS: [Effect; 6] = [
+    Effect::Fresnel,
+    Effect::Iris,
+    Effect::Motion,
+    Effect::RollingShutter,
+    Effect::TiltShift,
+    Effect::Media,
+];
+
+/// Prepares a draft of a picture, in a fraction of the time of [`prepare`], for a viewer. Its effects
+/// are those of the plan of a similar picture, except for dispersion, ghosts, diffraction and the
+/// sensor. It has no layers, and no light paths.
+///
+/// # Errors
+/// Returns an error as [`prepare`].
+pub fn prepare_draft(
+    description: Description,
+    changes: &Changes,
+    similar: &Plan,
+) -> Result<Job, PrepareError> {
+    let context = description.context.temporary();
+    let exposure = Exposure::new(&description, changes)?;
+    let mut report = Report {
+        camera_at: description.camera_at.clone(),
+        warnings: Vec::new(),
+        notes: Notes::new(),
+    };
+    let excluded = ExcludedEffects::new(&changes.effects);
+    let Draft { mut job, .. } =
+        draft(description, changes, &context, excluded, &exposure, &mut report)?;
+    job.plan = similar.clone();
+    for decision in &mut job.plan.effects {
+        decision.on &= DRAFT_EFFECTS.contains(&decision.effect);
+    }
+    (job.layers, job.sensor) = (Vec::new(), None);
+    apply_plan(&mut job, exposure, None)?;
+    Ok(job)
 }
 
 /// Effects that the user turns off and that shape the input of the plan, so that they are left out
@@ -162,17 +206,29 @@ fn plan_job(
     Ok((job, report))
 }
 
-/// Decides whether light paths find the direct light of lamps. `mean` is the mean luminance of the
-/// picture.
+/// Decides whether light paths find the direct light of lamps, and caustics. `mean` is the mean
+/// luminance of the picture.
 fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let by = if wanted.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
-    let Survey { direct_light, reason } = match wanted {
-        Some(false) => Survey::unwanted(),
-        Some(true) => direct_light::survey(&job.light_path_input(), Lamps::All),
-        None => direct_light::survey(&job.light_path_input(), Lamps::Noisy { mean }),
+    let input = job.light_path_input();
+    let selection = match wanted {
+        Some(false) => None,
+        Some(true) => Some(LightPathSelection::All),
+        None => Some(LightPathSelection::Noisy { mean }),
     };
-    job.plan.light_paths = LightPathDecision { on: direct_light.is_some(), by, reason };
-    job.direct_light = direct_light;
+    let (lamps, caustics) = match selection {
+        None => (LightPathSurvey::unwanted(), LightPathSurvey::unwanted()),
+        Some(selection) => {
+            (direct_light::survey(&input, selection), survey_caustics(&input, selection))
+        }
+    };
+    let on = lamps.light_paths.is_some() || caustics.light_paths.is_some();
+    let reason = match lamps.reason == caustics.reason {
+        true => lamps.reason,
+        false => format!("{}; {}", lamps.reason, caustics.reason),
+    };
+    job.plan.light_paths = LightPathDecision { on, by, reason };
+    (job.direct_light, job.caustics) = (lamps.light_paths, caustics.light_paths);
 }
 
 /// Turns on the effects that the plan of a job simulates.

@@ -68,6 +68,22 @@ impl RayBatch {
         self.len = i + 1;
     }
 
+    /// Copies ray `from` over ray `to`.
+    pub fn copy_within(&mut self, from: usize, to: usize) {
+        for axis in 0..3 {
+            self.origin[axis][to] = self.origin[axis][from];
+            self.direction[axis][to] = self.direction[axis][from];
+            self.throughput[axis][to] = self.throughput[axis][from];
+            self.facing[axis][to] = self.facing[axis][from];
+        }
+        self.t_max[to] = self.t_max[from];
+        self.slot[to] = self.slot[from];
+        self.pdf[to] = self.pdf[from];
+        self.roulette_scale[to] = self.roulette_scale[from];
+        self.medium[to] = self.medium[from];
+        self.differential[to] = self.differential[from];
+    }
+
     /// Writes the i-th packet of a wave: origins, unit directions, ends, and a throughput that is the
     /// same in all channels.
     #[inline(always)]

@@ -5,6 +5,7 @@ mod checkpointer;
 mod deferred;
 mod disperse;
 mod film_state;
+mod progressive;
 mod replay;
 mod splat_accumulator;
 mod uniform;
@@ -30,6 +31,7 @@ use workers::Workers;
 
 pub use checkpointer::Checkpointer;
 pub use disperse::{DisperseColumns, disperse};
+pub use progressive::ProgressiveRender;
 pub use replay::{Collision, PathStage, PathStep, Replay, ShadowRay, SharedBand, replay};
 
 /// Number of rays that a kernel takes at a time. The picture is the same bit for bit.
@@ -124,6 +126,11 @@ fn develop(mut picture: Picture, job: &Job) -> Picture {
     if job.plan.has(Effect::Diffraction) {
         picture = Diffraction::new(&job.camera, &job.frame, &job.bands).spread(&picture);
     }
+    read_out(picture, job)
+}
+
+/// Reads a picture out by the sensor of a job, if there is one.
+fn read_out(picture: Picture, job: &Job) -> Picture {
     match &job.sensor {
         Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
         None => picture,

@@ -8,7 +8,7 @@ use crate::job::Job;
 use crate::lanes::Real;
 use crate::stats::Stats;
 
-/// Sum of the light of some sample numbers: direct light and ghosts.
+/// Sum of the light of some sample numbers: direct light, caustics and ghosts.
 pub(super) struct SplatAccumulator {
     /// `None` if there are no light paths.
     film: Option<FilmSums>,
@@ -35,6 +35,9 @@ impl SplatAccumulator {
             let input = job.light_path_input();
             if let Some(lamps) = &job.direct_light {
                 lamps.splat::<R>(&input, samples.clone(), film, stats);
+            }
+            if let Some(caustics) = &job.caustics {
+                caustics.splat::<R>(&input, samples.clone(), film, stats);
             }
             if let Some(ghosts) = &job.ghosts {
                 ghosts.splat::<R>(&input, samples, film, stats);

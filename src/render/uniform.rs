@@ -21,7 +21,7 @@ use crate::stats::Stats;
 
 /// Samples per pixel in a pass: enough that few waves of a tile are partly filled, even if each wave
 /// has a band of its own. A render takes 7 % longer with 64, and less than 1 % longer with this.
-const PASS_SAMPLES: u32 = 256;
+pub(super) const PASS_SAMPLES: u32 = 256;
 
 /// State of a uniform render between passes.
 pub(super) struct Uniform<'a> {

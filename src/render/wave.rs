@@ -71,8 +71,8 @@ impl Wave {
         wave
     }
 
-    /// Renders a work item, wave by wave. Returns its result and the number of film samples, or
-    /// `None` if the render is stopped.
+    /// Renders a work item, wave by wave. Returns its result, whose sums are not rounded, and the
+    /// number of film samples, or `None` if the render is stopped.
     pub fn render_item<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
@@ -185,7 +185,8 @@ impl Wave {
             clock.lap(stats, Stage::Record, rays.len);
         }
         let direct_light = job.direct_light_weights();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light };
+        let caustics = job.caustics.is_some();
+        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics };
         let shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         clock.lap(stats, Stage::Shade, rays.len);
         let shaded = shadows.len;

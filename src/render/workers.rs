@@ -84,7 +84,9 @@ impl<'a> Workers<'a> {
             }
             let worker = rayon::current_thread_index().unwrap_or(0);
             let mut wave = lock(&self.waves[worker]);
-            if let Some((result, samples)) = wave.render_item::<R>(self.job, item, self.progress) {
+            let rendered = wave.render_item::<R>(self.job, item, self.progress);
+            if let Some((mut result, samples)) = rendered {
+                result.sums.round();
                 state.add_result(number, result);
                 self.samples_taken.fetch_add(samples, Ordering::Relaxed);
                 lock(&self.worker_stats[worker]).clone_from(&wave.stats);

@@ -233,8 +233,9 @@ impl SceneBuilder {
             !shape.is_invisible() && !dark
         };
         let visible = |all: &[u32]| all.iter().copied().filter(visible).collect::<Vec<u32>>();
-        let build_object = |all: &Vec<u32>| build_object(shapes, &visible(all));
-        let objects: Vec<Bvh> = self.objects.iter().map(build_object).collect();
+        let object_shapes: Vec<Vec<u32>> = self.objects.iter().map(|all| visible(all)).collect();
+        let objects: Vec<Bvh> =
+            object_shapes.iter().map(|included| build_object(shapes, included)).collect();
         let mut instances = Vec::new();
         for (object, world_from_object) in &self.instances {
             let is_empty = objects[*object as usize].bounds.is_none();
@@ -262,6 +263,7 @@ impl SceneBuilder {
             camera_medium: camera_medium.unwrap_or(VACUUM),
             instances: instances.into(),
             objects: objects.into(),
+            object_shapes: object_shapes.into(),
             static_shapes: static_shapes.into(),
             world: Arc::new(world),
             animated: movers,

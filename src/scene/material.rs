@@ -113,6 +113,9 @@ pub enum Metal {
     Reflectance(Texture),
 }
 
+/// Roughness from which on a surface is never shaded as perfectly smooth.
+const SMOOTHEST: f32 = 0.01;
+
 /// Roughness of a microfacet surface along u and v (Trowbridge & Reitz 1975, "GGX").
 #[derive(Clone, Debug)]
 pub struct Roughness {
@@ -253,6 +256,14 @@ impl DielectricCoat {
 }
 
 impl Roughness {
+    /// Returns whether the surface may be perfectly smooth somewhere.
+    pub(crate) fn may_be_smooth(&self) -> bool {
+        self.uv.iter().all(|texture| match texture {
+            Texture::Constant([roughness, ..]) => *roughness < SMOOTHEST,
+            _ => true,
+        })
+    }
+
     /// Returns the roughness of a perfectly smooth surface.
     pub fn smooth() -> Self {
         Self { uv: [Texture::Constant([0.0; 3]), Texture::Constant([0.0; 3])], remap: true }

@@ -61,6 +61,7 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
 use crate::rays::{Hit, NO_INDEX, Ray};
 use animated::{AnimatedInstances, FrozenScene};
+pub(crate) use transform::look_at_rotation;
 use transform::{to_f32, to_f64};
 
 /// Geometry with its material.
@@ -119,6 +120,17 @@ impl InstancePose {
     }
 }
 
+/// A shape where it stands in the world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedShape {
+    /// Index of the shape.
+    pub shape: u32,
+    /// Index of the instance, or [`NO_INDEX`].
+    pub instance: u32,
+    /// Transforms of the instance.
+    pub pose: Option<InstancePose>,
+}
+
 /// Shapes, materials and lights, with the hierarchies for intersection. Clones share all large
 /// data: meshes, textures and hierarchies.
 #[derive(Clone, Debug)]
@@ -136,6 +148,8 @@ pub struct Scene {
     instances: Arc<[Instance]>,
     /// One hierarchy for each object.
     objects: Arc<[Bvh]>,
+    /// Indices of the shapes of each object.
+    object_shapes: Arc<[Vec<u32>]>,
     /// Indices of the shapes in `world`, outside objects.
     static_shapes: Arc<[u32]>,
     /// Hierarchy over the static shapes and instances.
@@ -152,6 +166,23 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Returns every shape of the world that does not move, and every copy in an instance.
+    pub(crate) fn placed_shapes(&self) -> impl Iterator<Item = PlacedShape> {
+        let own = self.static_shapes.iter().map(|&shape| PlacedShape {
+            shape,
+            instance: NO_INDEX,
+            pose: None,
+        });
+        let copies = (0..).zip(self.instances.iter()).flat_map(|(number, instance)| {
+            self.object_shapes[instance.object as usize].iter().map(move |&shape| PlacedShape {
+                shape,
+                instance: number,
+                pose: Some(instance.pose),
+            })
+        });
+        own.chain(copies)
+    }
+
     /// Returns the shape that was hit, and the point of its surface in world space.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> (&Shape, SurfacePoint) {
         let shape = &self.shapes[hit.shape as usize];

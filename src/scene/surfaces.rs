@@ -318,8 +318,14 @@ fn quadric_points<R: Real<Scalar = f32>>(
 }
 
 impl InstancePose {
+    /// Returns the area in world space of a unit area in object space with this unit normal.
+    pub(crate) fn area_scale(&self, normal: Vec3) -> f32 {
+        let inverse_transpose = self.object_from_world.matrix3.transpose();
+        (self.world_from_object.matrix3.determinant() * (inverse_transpose * normal).length()).abs()
+    }
+
     /// Transforms a surface point from object space to world space.
-    pub(super) fn place_point(&self, point: &SurfacePoint) -> SurfacePoint {
+    pub(crate) fn place_point(&self, point: &SurfacePoint) -> SurfacePoint {
         let Self { world_from_object, object_from_world } = self;
         SurfacePacket::from(*point).transform(world_from_object, object_from_world).into()
     }

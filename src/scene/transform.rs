@@ -1,6 +1,6 @@
 //! Conversions of matrices and boxes between f32 and f64.
 
-use glam::{Affine3A, DAffine3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 pub(super) fn to_f32(matrix: &DAffine3) -> Affine3A {
     Affine3A::from_cols_array(&matrix.to_cols_array().map(|v| v as f32))
@@ -30,4 +30,11 @@ pub(super) fn transform_box([low, high]: [DVec3; 2], matrix: &DAffine3) -> [Vec3
         (least, most) = (least.min(p), most.max(p));
     }
     round_outward([least, most])
+}
+
+/// Returns the rotation from a camera's space (x to the right, y up, +z forward) to the world, or
+/// `None` if `up` is parallel to `forward`, which has length 1.
+pub(crate) fn look_at_rotation(forward: DVec3, up: DVec3) -> Option<DMat3> {
+    let right = up.cross(forward).try_normalize()?;
+    Some(DMat3::from_cols(right, forward.cross(right), forward))
 }

@@ -202,10 +202,11 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for Hair<R> {
     }
 }
 
-/// Builds the BSDF of coated surfaces from their parameters.
+/// Builds the BSDF of coated surfaces from their parameters, with the weights of its walks.
 #[inline(always)]
 pub(super) fn coated<R: Real<Scalar = f32>, B: FromParameters<R>>(
     parameters: [R; PARAMETER_COUNT],
+    weights: MisWeights,
 ) -> Coated<R, B> {
     let mut coat = [R::splat(0.0); COAT_PARAMETER_COUNT];
     coat.copy_from_slice(&parameters[BASE_PARAMETER_COUNT..]);
@@ -217,7 +218,7 @@ pub(super) fn coated<R: Real<Scalar = f32>, B: FromParameters<R>>(
         g: asymmetry,
         max_depth,
         samples,
-        weights: MisWeights::default(),
+        weights,
     };
     Coated::new(layer, B::from_parameters(parameters))
 }

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::ShadeInputs;
 use super::spawn::max_component;
+use super::{SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::direct_light::FoundLight;
 use crate::rays::{Column, Hit, NO_INDEX};
 use crate::sampler::mis::power_heuristic;
@@ -32,7 +32,7 @@ impl ShadeInputs<'_> {
                 let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
                 let (_, point) = scene.surface(&ray, hit);
                 let light = scene.emitted_radiance(&ray, hit, point.normal, -direction);
-                if light != [0.0; 3] {
+                if light != [0.0; 3] && !self.ends_caustic(i) {
                     let weight = if let (0, Some(weights)) = (self.vertex.depth, self.direct_light)
                     {
                         let throughput = max_component(rays.throughput(i));
@@ -51,11 +51,17 @@ impl ShadeInputs<'_> {
         }
     }
 
+    /// Returns whether the i-th ray ends a path that light paths find as a caustic: from a surface
+    /// that receives caustics, at last by way of a mirror or clear glass, to a surface that emits.
+    fn ends_caustic(&self, i: usize) -> bool {
+        self.caustics && self.vertex.depth > 1 && self.rays.pdf[i] == SPECULAR_AFTER_OTHERS
+    }
+
     /// Returns the weight of light that the i-th ray found. Sampling of lights would have found it
     /// with the density `light_pdf`.
     #[inline(always)]
     fn weight(&self, i: usize, light_pdf: impl FnOnce() -> f32) -> f32 {
-        let pdf = self.rays.pdf[i];
+        let pdf = self.rays.pdf[i].abs();
         // Only the lens can choose the direction of a camera ray, and only a mirror that of a ray
         // with an infinite density.
         let sampled = self.vertex.depth > 0 && pdf.is_finite();

@@ -197,7 +197,7 @@ impl Vertices {
         let zero = R::splat(0.0);
         for at in self.ranges[kind as usize].clone().step_by(R::LANES) {
             let packet = self.packet::<R>(at);
-            let bsdf = coated::<R, B>(self.packet_parameters(kind, at));
+            let bsdf = coated::<R, B>(self.packet_parameters(kind, at), self.coat_weights);
             let frame = ShadingFrame::about(packet.normal, packet.tangent);
             let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
             let seed = random.seeds::<R>(at);

@@ -12,6 +12,7 @@ mod emission;
 mod evaluate;
 mod footprint;
 mod hair_parameters;
+mod light_path;
 mod light_sampling;
 mod materials;
 mod neighbour_ray;
@@ -24,6 +25,7 @@ mod vertices;
 
 pub use bsdf_parameters::albedo;
 pub use footprint::PixelFootprint;
+pub use light_path::shade_light_paths;
 pub use vertex_record::{PathOutcome, SampledLight, VertexRecord};
 
 use crate::direct_light::DirectLightWeights;
@@ -75,10 +77,15 @@ pub struct ShadeInputs<'a> {
     pub hits: &'a HitBatch,
     /// The lamps whose direct light light paths find too, if there are any.
     pub direct_light: Option<DirectLightWeights<'a>>,
+    /// Whether light paths find caustics, so that camera paths leave them out.
+    pub caustics: bool,
 }
 
 /// Density of the direction of a ray that left a mirror or clear glass after another surface. It is
 /// infinite as well, but negative, which tells such rays apart if the scene asks for `regularize`.
+///
+/// If light paths find caustics, the densities of all rays of a path are negative whose first
+/// surface receives them, so that this value tells a camera path that ends a caustic.
 const SPECULAR_AFTER_OTHERS: f32 = f32::NEG_INFINITY;
 
 impl ShadeInputs<'_> {

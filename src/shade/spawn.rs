@@ -1,5 +1,7 @@
 //! Russian roulette, and the shadow rays and next rays that leave the vertices of a wave.
 
+use std::ops::Range;
+
 use super::bsdf_kind::BsdfKind;
 use super::neighbour_ray::SpecularBounce;
 use super::random::RandomColumns;
@@ -39,11 +41,39 @@ impl Vertices {
         next: &mut RayBatch,
     ) {
         self.pass_through(inputs, next);
-        for (range, _) in self.shaded_ranges() {
+        for (range, kind) in self.shaded_ranges() {
+            let first = next.len;
             for at in range.clone().step_by(R::LANES) {
                 let lanes = (1 << R::LANES.min(range.end - at)) - 1;
                 self.spawn_shadows::<R>(inputs, at, lanes, shadows);
                 self.spawn_next::<R>(inputs, random, at, lanes, next);
+            }
+            if inputs.caustics {
+                self.mark_receivers(inputs, (range, kind), first, next);
+            }
+        }
+    }
+
+    /// Makes the densities of rays negative whose path has met at first a surface that receives
+    /// caustics. The rays from `first` on left the vertices of a kind, in their order.
+    #[inline(never)]
+    fn mark_receivers(
+        &self,
+        inputs: &ShadeInputs,
+        (range, kind): (Range<usize>, BsdfKind),
+        first: usize,
+        next: &mut RayBatch,
+    ) {
+        let mut vertices = range;
+        for to in first..next.len {
+            let slot = next.slot[to];
+            let Some(at) = vertices.find(|&at| self.slot[at] == slot) else { return };
+            let receives = match inputs.vertex.depth {
+                0 => next.pdf[to].is_finite() && self.receives_caustics(kind, at),
+                _ => inputs.rays.pdf[self.order[at] as usize].is_sign_negative(),
+            };
+            if receives {
+                next.pdf[to] = -next.pdf[to];
             }
         }
     }

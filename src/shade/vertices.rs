@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::bsdf::MisWeights;
 use super::bsdf_kind::{BsdfKind, KIND_COUNT};
 use super::bsdf_parameters::PARAMETER_COUNT;
 use super::sort::MaterialRun;
@@ -38,6 +39,8 @@ pub(super) struct Vertices {
     pub(super) slot: SortedColumn<u32>,
     /// Parameters of the BSDF.
     pub(super) parameters: [SortedColumn<f32>; PARAMETER_COUNT],
+    /// Weights of the walks that evaluate coats.
+    pub(super) coat_weights: MisWeights,
     /// Unit shading normal on the side from which light counts, world space; 0 if it counts from
     /// both sides.
     pub(super) facing: VectorColumns,

@@ -150,3 +150,34 @@ fn rays_that_aspheres_deviate_outside_the_pupil_do_not_disturb_its_map() {
         }
     }
 }
+
+#[test]
+fn chief_rays_stay_on_the_branch_that_starts_at_the_axis() {
+    // At 32.4 mm and at 36 mm a ray at 42 degrees meets the film too, far outside the apertures.
+    let lens = lens("dgauss.50mm.dat");
+    let curve = traced(&lens, conditions(&lens, 60.0), 2).field_curve(0, 50);
+    let angles: Vec<f64> =
+        curve.iter().map(|point| point.angle).take_while(|angle| angle.is_finite()).collect();
+    assert!((31..40).contains(&angles.len()), "{} fields have a chief ray", angles.len());
+    for (i, pair) in angles.windows(2).enumerate() {
+        let step = pair[1] - pair[0];
+        assert!((1.0..1.5).contains(&step), "field {i}: {step} degrees");
+    }
+    assert!(curve[angles.len()..].iter().all(|point| point.height.is_nan()));
+}
+
+#[test]
+fn the_best_focus_is_the_vertex_of_the_parabola_of_spot_sizes() {
+    let lens = lens("dgauss.50mm.dat");
+    let quality = traced(&lens, conditions(&lens, 20.0), 3);
+    for field in &quality.fields {
+        let spot = field.spot();
+        let square = |defocus: f64| spot.size(defocus, None).expect("light").rms.powi(2);
+        let h = 0.05;
+        let [before, here, after] = [-h, 0.0, h].map(square);
+        let vertex = 0.5 * h * (before - after) / (before - 2.0 * here + after);
+        let best = spot.best_defocus().expect("light");
+        // The extent of the cells, which the sizes contain and the focus does not, is 1 / 64.
+        assert!((best - vertex).abs() < 1e-4 + 0.01 * vertex.abs(), "{best} {vertex} mm");
+    }
+}

@@ -102,8 +102,18 @@ fn fields_without_a_chief_ray_are_named() {
     let section: Value = serde_json::from_str(&out).expect("JSON");
     let text = section["missing"].to_string();
     // The even field of 45 mm is none of those that are shown one by one.
-    let expected = "passes the vertex of the stop: fields 42 mm, 45 mm, 51 mm, 60 mm.";
+    let expected = "there are no numbers: fields 42 mm, 45 mm, 51 mm, 60 mm.";
     assert!(text.contains(expected), "{text}");
+    // Every point of a curve is there, and those without a number are named.
+    for analysis in ["field-curvature", "distortion", "lateral-colour"] {
+        let (code, out, err) = report(&lens, &["--image-height", "60", "--json", analysis]);
+        assert_eq!(code, 0, "{err}");
+        let section: Value = serde_json::from_str(&out).expect("JSON");
+        let text = section["missing"].to_string();
+        assert!(text.contains("there are no numbers: fields 37.2 mm, 38.4 mm, 39.6 mm"), "{text}");
+        let rows = section["tables"][0]["rows"].as_array().expect("rows");
+        assert_eq!(rows.len(), 51, "{analysis}");
+    }
 }
 
 fn folder_of_report(lens: &str) -> tempfile::TempDir {

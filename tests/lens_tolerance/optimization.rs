@@ -84,6 +84,11 @@ fn bounds_hold_and_a_film_target_moves_the_film() {
     let found = optimized(&start, &conditions(&start, 1.0), &goal);
     assert!((found.end.film_distance - 90.0).abs() < 1e-9, "{:?}", found.end);
     assert!((0.4..=0.6).contains(&found.end.variables[0]));
+    // A thinner lens has a longer back focus; no thickness gives it 10 mm more.
+    let mut goal = self::goal(&start, &["t1"], &["bfd=120"], &[0.0]);
+    goal.variables[0].bounds = [0.4, 0.6];
+    let found = optimized(&start, &conditions(&start, 1.0), &goal);
+    assert_eq!(found.end.variables[0], 0.4, "{:?}", found.end);
 }
 
 #[test]

@@ -144,6 +144,14 @@ pub fn mean(picture: &petzval::io::image::Picture) -> [f64; 3] {
     sum.map(|s| s / picture.pixels.len() as f64)
 }
 
+/// Returns the mean and its standard error.
+pub fn mean_and_error(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, (variance / n).sqrt()]
+}
+
 /// Returns the result of a function for each item, computed on two threads.
 pub fn in_parallel<T: Sync, A: Send>(items: &[T], f: impl Fn(&T) -> A + Sync) -> Vec<A> {
     let (even, odd): (Vec<&T>, Vec<&T>) =

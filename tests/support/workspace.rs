@@ -82,6 +82,19 @@ impl Workspace {
         stderr
     }
 
+    /// Runs a render as a whole, whole.exr, and in the shards 1.petzval to 3.petzval, which must merge to
+    /// the same picture. The sums of shards are rounded in another order.
+    pub fn merges_to_the_whole(&self, render: &str) {
+        self.run_ok(&format!("{render} -o whole.exr"));
+        for i in 1..=3 {
+            self.run_ok(&format!("{render} -o {i}.petzval --shard {i}/3"));
+        }
+        self.run_ok("merge 2.petzval 1.petzval 3.petzval -o merged.exr");
+        let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| self.contents(name));
+        let off = merged.difference(&whole);
+        assert!(off < 1e-5, "{render}: the merged shards differ by {off:e}");
+    }
+
     /// Runs the command, which must fail with exit code 2 and a message that holds `expected`.
     pub fn refuses(&self, arguments: &str, expected: &str) {
         let (code, stderr) = self.run(arguments);

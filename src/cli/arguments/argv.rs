@@ -1,7 +1,8 @@
 //! Command lines as lists of words: the one of this process, and those that are stored with a
 //! picture.
 
-use clap::Parser;
+use clap::parser::ValueSource;
+use clap::{ArgAction, CommandFactory, Parser};
 
 use crate::cli::render::RenderArguments;
 use crate::cli::{Arguments, Command, Failure};
@@ -37,6 +38,37 @@ pub(in crate::cli) fn parse_render(argv: &[String]) -> Result<RenderArguments, F
         Command::Render(arguments) => Ok(*arguments),
         _ => Err(format!("\"{}\" is not a petzval render command", shell_line(argv)).into()),
     }
+}
+
+/// Returns the command line of another command with the scene and the options of this one that the
+/// other accepts too; `None` if this one cannot be parsed.
+pub(in crate::cli) fn accepted_words(argv: &[String], other: &str) -> Option<Vec<String>> {
+    let command = Arguments::command();
+    let matches = command.clone().try_get_matches_from(argv).ok()?;
+    let (_, given) = matches.subcommand()?;
+    let mut options = Vec::new();
+    let mut words = vec!["petzval".to_owned(), other.to_owned()];
+    for argument in command.find_subcommand(other)?.get_arguments() {
+        let id = argument.get_id().as_str();
+        // Options of the other command alone were not given; defaults are left out.
+        let Ok(Some(values)) = given.try_get_raw(id) else { continue };
+        let said = given.value_source(id) == Some(ValueSource::CommandLine);
+        // Only what determines the samples, which are the same for each backend.
+        if !said || id == "backend" {
+            continue;
+        }
+        let values = values.map(|value| value.to_string_lossy());
+        match (argument.get_long(), argument.get_action()) {
+            (None, _) => words.extend(values.map(|value| match value.starts_with('-') {
+                true => format!("./{value}"),
+                false => value.into_owned(),
+            })),
+            (Some(long), ArgAction::SetTrue) => options.push(format!("--{long}")),
+            (Some(long), _) => options.extend(values.map(|value| format!("--{long}={value}"))),
+        }
+    }
+    words.extend(options);
+    Some(words)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use petzval::lens::{Coating, FocusModel};
 use petzval::plan::{EffectSelection, VisibilityThreshold};
-use petzval::prepare::{Changes, FocusOn};
+use petzval::prepare::{Changes, FocusOn, Viewpoint};
 use petzval::sensor::{Bayer, SensorSettings};
 use petzval::shutter;
 use petzval::spectrum::Passband;
@@ -12,7 +12,7 @@ use petzval::spectrum::Passband;
 use super::lens_file::LensFileArguments;
 use super::values::{
     LightPathChoice, coating, f_number, focus, focus_model, light_paths, passband, sensor, shift,
-    size, tilt,
+    size, tilt, viewpoint,
 };
 
 /// A scene, and changes to it.
@@ -35,6 +35,15 @@ pub(in crate::cli) struct PictureArguments {
     pub lens: Option<PathBuf>,
     #[command(flatten)]
     pub lens_file: LensFileArguments,
+    /// Place the camera: its own place, a point in the middle of the picture, and the direction up
+    /// (default 0,1,0), in the world of the scene. The camera then stands still
+    #[arg(
+        long,
+        value_name = "X,Y,Z,X,Y,Z[,X,Y,Z]",
+        value_parser = viewpoint,
+        allow_hyphen_values = true
+    )]
+    pub look_at: Option<Viewpoint>,
     /// Distance in focus: metres from the film, or inf, or auto for the surface in the middle of
     /// the picture, or auto@X,Y for the surface in that pixel
     #[arg(long, value_name = "M|inf|auto[@X,Y]", value_parser = focus, allow_hyphen_values = true)]
@@ -115,6 +124,7 @@ impl PictureArguments {
         Changes {
             lens: self.lens.clone(),
             lens_options: self.lens_file.options(),
+            viewpoint: self.look_at,
             focus: self.focus,
             focus_model: self.focus_model,
             f_number: self.fstop,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use petzval::lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT, Zoom};
-use petzval::prepare::FocusOn;
+use petzval::prepare::{FocusOn, Viewpoint};
 use petzval::sensor::SensorSettings;
 use petzval::shutter::parse_seconds;
 use petzval::spectrum::{BAND_RANGE, Passband};
@@ -74,6 +74,10 @@ pub(in crate::cli) fn focus(text: &str) -> Result<FocusOn, String> {
         },
         None => above_zero(text, expected).map(FocusOn::Distance),
     }
+}
+
+pub(in crate::cli) fn viewpoint(text: &str) -> Result<Viewpoint, String> {
+    text.parse()
 }
 
 pub(in crate::cli) fn focus_model(text: &str) -> Result<FocusModel, String> {

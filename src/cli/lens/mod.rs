@@ -28,6 +28,7 @@ use calibrate::CalibrateArguments;
 use convert::ConvertArguments;
 use optimize::OptimizeArguments;
 use report::ReportArguments;
+pub(super) use summary::AxialLight;
 use summary::{Summary, summary};
 use tolerance::ToleranceArguments;
 use trace::TraceArguments;

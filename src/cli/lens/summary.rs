@@ -77,7 +77,8 @@ pub(super) fn summary(
     }
     if let Some(f_number) = RealRayFocus::new(lens).f_number() {
         line("f-number, marginal ray", f_number, "     (defines --fstop and the brightness)");
-        if let Some(AxialLight { transmitted, unobstructed }) = axial_light(&lens.centred()) {
+        if let Some(light) = axial_light(&lens.centred()) {
+            let AxialLight { transmitted, unobstructed } = light;
             let behind = match unobstructed < 1.0 {
                 true => format!("{:.1} % obstructed; ", 100.0 * (1.0 - unobstructed)),
                 false => String::new(),
@@ -87,7 +88,7 @@ pub(super) fn summary(
                 100.0 * transmitted,
                 coatings(lens)
             );
-            line("T-stop", f_number / (transmitted * unobstructed).sqrt(), &by);
+            line("T-stop", light.t_number(f_number), &by);
         }
     }
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
@@ -166,21 +167,33 @@ fn film_or_nan(film: Result<f64, FocusError>) -> Result<f64, FocusError> {
 }
 
 /// Shares of the light to the middle of the film, as means over the pupil.
-struct AxialLight {
+pub(in crate::cli) struct AxialLight {
     /// Share that surfaces transmit.
     transmitted: f64,
     /// Share that central obstructions leave.
     unobstructed: f64,
 }
 
+impl AxialLight {
+    /// Returns the losses of the light for a lens that is focused. `None` if it is dark.
+    pub(in crate::cli) fn of(lens: &RealLens) -> Option<Self> {
+        Some(Self {
+            transmitted: lens.transmittance([0.0; 2])?,
+            unobstructed: lens.unobstructed_share([0.0; 2])?,
+        })
+    }
+
+    /// Returns the T-number of a lens with this f-number.
+    pub(in crate::cli) fn t_number(&self, f_number: f64) -> f64 {
+        f_number / (self.transmitted * self.unobstructed).sqrt()
+    }
+}
+
 /// Returns the losses of the light to the middle of the film, focused at infinity.
 fn axial_light(lens: &Prescription) -> Option<AxialLight> {
     let film = RealRayFocus::new(lens).film_distance(f64::INFINITY).ok()?;
     let lens = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0);
-    Some(AxialLight {
-        transmitted: lens.transmittance([0.0; 2])?,
-        unobstructed: lens.unobstructed_share([0.0; 2])?,
-    })
+    AxialLight::of(&lens)
 }
 
 /// Lists the coatings of a lens's glass-air surfaces, if there are any.

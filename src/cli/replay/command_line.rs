@@ -1,10 +1,8 @@
 //! The command line that replays a sample of a render.
 
-use clap::{ArgAction, CommandFactory};
 use petzval::film::SampleId;
 
-use crate::cli::Arguments;
-use crate::cli::arguments::argv::{is_faithful, shell_line};
+use crate::cli::arguments::argv::{accepted_words, is_faithful, shell_line};
 
 /// Returns the command that replays a sample of a render with this command line and seed.
 pub(in crate::cli) fn replay_command(argv: &[String], name: &SampleId, seed: u32) -> String {
@@ -13,43 +11,13 @@ pub(in crate::cli) fn replay_command(argv: &[String], name: &SampleId, seed: u32
     if of_sample != seed {
         own += &format!(" --sample-seed {of_sample}");
     }
-    match replay_words(argv).filter(|_| is_faithful(argv)) {
+    match accepted_words(argv, "replay").filter(|_| is_faithful(argv)) {
         Some(words) => format!("{} {own}", shell_line(&words)),
         None => {
             let same = "the same scene and options (they are not UTF-8)";
             format!("petzval replay with {same} and {own}")
         }
     }
-}
-
-/// Returns the words of a render's command line that a replay accepts too.
-fn replay_words(argv: &[String]) -> Option<Vec<String>> {
-    let command = Arguments::command();
-    let matches = command.clone().try_get_matches_from(argv).ok()?;
-    let (_, given) = matches.subcommand()?;
-    let mut options = Vec::new();
-    let mut own = vec!["petzval".to_owned(), "replay".to_owned()];
-    for argument in command.find_subcommand("replay")?.get_arguments() {
-        let id = argument.get_id().as_str();
-        // Options of a replay alone were not given; defaults are left out.
-        let Ok(Some(values)) = given.try_get_raw(id) else { continue };
-        let said = given.value_source(id) == Some(clap::parser::ValueSource::CommandLine);
-        // Only what determines the sample, which is the same for each backend.
-        if !said || id == "backend" {
-            continue;
-        }
-        let values = values.map(|value| value.to_string_lossy());
-        match (argument.get_long(), argument.get_action()) {
-            (None, _) => own.extend(values.map(|value| match value.starts_with('-') {
-                true => format!("./{value}"),
-                false => value.into_owned(),
-            })),
-            (Some(long), ArgAction::SetTrue) => options.push(format!("--{long}")),
-            (Some(long), _) => options.extend(values.map(|value| format!("--{long}={value}"))),
-        }
-    }
-    own.extend(options);
-    Some(own)
 }
 
 #[cfg(test)]

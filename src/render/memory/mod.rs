@@ -15,6 +15,7 @@ use std::fmt;
 use super::deferred::PathGroup;
 use super::wave::Wave;
 use crate::aov::{self, Aov, FeatureFilm};
+use crate::caustics::Caustics;
 use crate::diffraction::Diffraction;
 use crate::direct_light::DirectLight;
 use crate::film::FilmSums;
@@ -73,11 +74,13 @@ impl Estimate {
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes_per_pixel(squares);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
-        // Ghosts and direct light take turns.
+        // Ghosts, direct light and caustics take turns.
         let waiting = [
             job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(job.frame.resolution)),
             (job.direct_light.as_ref())
                 .map(|_| DirectLight::bytes_waiting(&job.frame, &job.response.filter)),
+            (job.caustics.as_ref())
+                .map(|_| Caustics::bytes_waiting(&job.frame, &job.response.filter)),
         ];
         let splats = waiting
             .into_iter()

@@ -132,7 +132,8 @@ impl Probe {
             scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
         }
         let direct_light = job.direct_light_weights();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light };
+        let caustics = job.caustics.is_some();
+        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
         let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {
@@ -167,7 +168,7 @@ impl Probe {
             record,
             shadow: self.shadow::<R>(job, &surroundings),
             next: (next_rays.len > 0)
-                .then(|| (next_rays.ray(0), next_rays.throughput(0), next_rays.pdf[0])),
+                .then(|| (next_rays.ray(0), next_rays.throughput(0), next_rays.pdf[0].abs())),
             radiance: first(&wave.radiance),
         }
     }

@@ -6,6 +6,7 @@ use super::lexer::{Token, TokenKind};
 use super::reader::SceneReader;
 use super::{SceneError, suggestion_or};
 use crate::io::hint;
+use crate::scene::look_at_rotation;
 
 /// The effect of a matrix on the current transform.
 #[derive(Clone, Copy, PartialEq)]
@@ -43,10 +44,9 @@ impl SceneReader {
         let Some(forward) = (DVec3::new(n[3], n[4], n[5]) - eye).try_normalize() else {
             return self.refuse("LookAt from a point to itself", "expected two points");
         };
-        let Some(right) = up.cross(forward).try_normalize() else {
+        let Some(rotation) = look_at_rotation(forward, up) else {
             return self.refuse("LookAt along its up vector", "expected another up vector");
         };
-        let rotation = DMat3::from_cols(right, forward.cross(right), forward);
         self.concat(DAffine3::from_mat3_translation(rotation, eye).inverse())
     }
 

@@ -5,7 +5,7 @@ use petzval::lens::FieldCurvePoint;
 use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
-use super::section::{ReportSection, Table};
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 
 /// Steps from the axis to the edge of the field.
 const STEPS: u32 = 50;
@@ -32,7 +32,7 @@ impl FieldCurves {
         names: &[&str],
         values: impl Fn(&FieldCurvePoint) -> Vec<f64>,
     ) -> Table {
-        let mut columns = vec!["wavelength_nm", inputs.field_column(), "angle_deg"];
+        let mut columns = vec![WAVELENGTH_COLUMN, inputs.field_column(), "angle_deg"];
         columns.extend(names);
         let rows = self.0.iter().enumerate().flat_map(|(wavelength, curve)| {
             let nm = inputs.nm(wavelength);
@@ -125,8 +125,10 @@ pub(super) fn distortion(inputs: &ReportInputs) -> ReportSection {
         series,
         ..Plot::default()
     }];
-    if !wide && inputs.lens.is_round() {
-        plots.push(grid(primary));
+    let imaged: Vec<FieldCurvePoint> =
+        primary.iter().filter(|point| point.height.is_finite()).copied().collect();
+    if !wide && inputs.lens.is_round() && imaged.len() > 1 {
+        plots.push(grid(&imaged));
     }
     ReportSection {
         name: "distortion",
@@ -277,7 +279,7 @@ pub(super) fn longitudinal(inputs: &ReportInputs) -> ReportSection {
         note: "Where rays of a zone of the stop cross the axis, behind the film; zone 0 is the \
                paraxial focus."
             .to_owned(),
-        tables: vec![Table::new("", &["wavelength_nm", "pupil", "focus_mm"], rows.collect())],
+        tables: vec![Table::new("", &[WAVELENGTH_COLUMN, "pupil", "focus_mm"], rows.collect())],
         plots: vec![Plot {
             title: "Longitudinal aberration".to_owned(),
             axes: ["focus behind the film (mm)".to_owned(), "height in the stop".to_owned()],

@@ -4,7 +4,7 @@ use petzval::lens::{AberrationFan, AberrationPoint};
 
 use super::inputs::ReportInputs;
 use super::plot::{Plot, Series};
-use super::section::{ReportSection, Table};
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 
 /// Rays to each side of the chief ray.
 const RAYS: u32 = 20;
@@ -32,7 +32,7 @@ impl Fans {
         shown: impl Fn(&AberrationPoint, usize) -> f64,
         unit: &str,
     ) -> ReportSection {
-        let mut columns = vec![inputs.field_column(), "wavelength_nm", "pupil", "passes"];
+        let mut columns = vec![inputs.field_column(), WAVELENGTH_COLUMN, "pupil", "passes"];
         columns.extend(names);
         let mut tables = Vec::new();
         for (k, (_, name)) in AXES.iter().enumerate() {

@@ -5,7 +5,7 @@ use petzval::lens::{Paraxial, SeidelSums};
 use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
-use super::section::{ReportSection, Table};
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::cli::Failure;
 
 pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
@@ -90,7 +90,7 @@ pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failur
         })
         .collect();
     let columns = [
-        "wavelength_nm",
+        WAVELENGTH_COLUMN,
         "weight",
         "effective_focal_length_mm",
         "back_focal_distance_mm",

@@ -51,6 +51,11 @@ impl ReportInputs {
         self.point_images.get_or_init(|| PointImages::new(self))
     }
 
+    /// Returns the rays of a field, if it is shown or one of the even fields and has a chief ray.
+    pub fn traced(&self, field: f64) -> Option<&FieldRays> {
+        self.shown.iter().chain(&self.quality.fields).find(|rays| rays.field == field)
+    }
+
     /// Returns the name of a field, such as "14 mm" or "20°".
     pub fn field_name(&self, field: f64) -> String {
         format!("{} {}", rounded(field), self.field_unit())

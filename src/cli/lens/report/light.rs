@@ -22,12 +22,14 @@ pub(super) fn relative_illumination(inputs: &ReportInputs) -> ReportSection {
         .quality
         .fields
         .iter()
-        .filter_map(|field| {
-            let grid = field.grids[primary].as_ref()?;
-            let angle = field.chief(primary)?.angle().to_degrees();
+        .map(|field| {
+            let angle = field.chief(primary).map_or(f64::NAN, |chief| chief.angle().to_degrees());
+            let Some(grid) = field.grids[primary].as_ref() else {
+                return [field.field, angle, f64::NAN, f64::NAN, f64::NAN];
+            };
             let budget = film.budget(field.reference.point, Normalization::Stop);
             let light = budget.map_or(f64::NAN, |budget| budget.irradiance);
-            Some([field.field, angle, light, grid.area(), grid.working_f_number()])
+            [field.field, angle, light, grid.area(), grid.working_f_number()]
         })
         .collect();
     let [light, area] = fields.first().map_or([f64::NAN; 2], |field| [field[2], field[3]]);

@@ -1,7 +1,7 @@
 //! Sentences on numbers that a report does not have.
 
 use super::inputs::ReportInputs;
-use super::section::ReportSection;
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 
 /// Reason for which a column or a figure may lack numbers.
 #[derive(Debug)]
@@ -33,8 +33,8 @@ struct Gap {
     usual: bool,
 }
 
-/// States the reason for every number of a section that is not finite, and every field that is
-/// left out.
+/// States the reason for every number of a section that is not finite, and names every field
+/// without a chief ray.
 pub(super) fn state_missing(section: &mut ReportSection, inputs: &ReportInputs) {
     let mut gaps: Vec<Gap> = Vec::new();
     let mut add = |name: &str, field: Option<f64>| {
@@ -54,19 +54,29 @@ pub(super) fn state_missing(section: &mut ReportSection, inputs: &ReportInputs) 
     }
     let own = inputs.field_column();
     let mut by_field = false;
+    let mut dark = inputs.left_out.clone();
     for table in &section.tables {
         let place = table.columns.iter().position(|column| column == own);
         by_field |= place.is_some();
         for row in &table.rows {
+            if let Some(place) = place
+                && inputs.traced(row[place]).is_none()
+                && is_empty(table, own, row)
+            {
+                dark.push(row[place]);
+                continue;
+            }
             for (name, _) in table.columns.iter().zip(row).filter(|(_, value)| !value.is_finite()) {
                 add(name, place.map(|place| row[place]));
             }
         }
     }
-    if by_field && !inputs.left_out.is_empty() {
-        let names: Vec<String> = inputs.left_out.iter().map(|&f| inputs.field_name(f)).collect();
+    dark.sort_by(f64::total_cmp);
+    dark.dedup();
+    if by_field && !dark.is_empty() {
+        let names: Vec<String> = dark.iter().map(|&f| inputs.field_name(f)).collect();
         let text = format!(
-            "Left out, because no ray passes the vertex of the stop: fields {}.",
+            "No ray passes the vertex of the stop, so that there are no numbers: fields {}.",
             names.join(", ")
         );
         section.missing.push((text, false));
@@ -76,12 +86,19 @@ pub(super) fn state_missing(section: &mut ReportSection, inputs: &ReportInputs) 
     );
 }
 
+/// Returns whether a row holds nothing but its field and wavelength.
+fn is_empty(table: &Table, field_column: &str, row: &[f64]) -> bool {
+    let is_key = |column: &str| column == field_column || column == WAVELENGTH_COLUMN;
+    table.columns.iter().zip(row).all(|(column, value)| value.is_nan() || is_key(column))
+}
+
 /// Returns the reason for which a field lacks a number.
 fn of_field(inputs: &ReportInputs, field: Option<f64>) -> String {
     let Some(field) = field else { return "the lens does not determine it".to_owned() };
     let name = inputs.field_name(field);
-    let rays = inputs.shown.iter().chain(&inputs.quality.fields).find(|rays| rays.field == field);
-    let Some(rays) = rays else { return format!("no light of field {name} passes the lens") };
+    let Some(rays) = inputs.traced(field) else {
+        return format!("no light of field {name} passes the lens");
+    };
     let lit = |wavelength: &usize| {
         rays.grids[*wavelength].as_ref().is_some_and(|grid| grid.open().next().is_some())
     };

@@ -6,6 +6,9 @@ use super::missing::Absence;
 use super::picture::SectionPicture;
 use super::plot::Plot;
 
+/// Name of the column of the wavelength.
+pub(super) const WAVELENGTH_COLUMN: &str = "wavelength_nm";
+
 /// Rows from which a table is bulk: rays of spots, samples of images.
 const BULK: usize = 5000;
 

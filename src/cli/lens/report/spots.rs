@@ -5,7 +5,7 @@ use petzval::lens::SpotDiagram;
 use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
-use super::section::{ReportSection, Table};
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 
 /// Steps of focus to each side, of the depth of focus 2 lambda N^2.
 const FOCUS_STEPS: i32 = 5;
@@ -52,7 +52,7 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
             "size",
             &[
                 field,
-                "wavelength_nm",
+                WAVELENGTH_COLUMN,
                 "rms_radius_um",
                 "rms_x_um",
                 "rms_y_um",
@@ -64,7 +64,7 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
         )
         .shown(),
         Table::new("through-focus", &[field, "defocus_um", "rms_radius_um"], through_focus),
-        Table::new("rays", &[field, "wavelength_nm", "x_um", "y_um", "light"], rays.collect()),
+        Table::new("rays", &[field, WAVELENGTH_COLUMN, "x_um", "y_um", "light"], rays.collect()),
     ];
     let airy = inputs
         .shown
@@ -86,7 +86,7 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
         tables,
         plots: plots(inputs, &diagrams),
         absences: vec![Absence::usual(
-            "wavelength_nm",
+            WAVELENGTH_COLUMN,
             "a row without one is that of all wavelengths",
         )],
         ..ReportSection::default()

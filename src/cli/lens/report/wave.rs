@@ -6,7 +6,7 @@ use super::inputs::{ReportInputs, rounded};
 use super::missing::Absence;
 use super::picture::{self, SectionPicture};
 use super::plot::{Plot, Series};
-use super::section::{ReportSection, Table};
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::cli::Failure;
 
 /// Zernike terms.
@@ -78,7 +78,7 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
                 "size",
                 &[
                     field,
-                    "wavelength_nm",
+                    WAVELENGTH_COLUMN,
                     "rms_waves",
                     "rms_with_tilt_waves",
                     "peak_to_valley_waves",
@@ -88,7 +88,7 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
                 sizes,
             )
             .shown(),
-            Table::new("zernike", &[field, "wavelength_nm", "noll", "waves"], coefficients),
+            Table::new("zernike", &[field, WAVELENGTH_COLUMN, "noll", "waves"], coefficients),
             Table::new("map", &[field, "pupil_x", "pupil_y", "waves", "share"], map),
         ],
         pictures,

@@ -14,8 +14,12 @@ use crate::lens::prescription::design::FieldKind;
 const DIFFERENCE: f64 = 1e-6;
 /// Relative precision of the field point.
 const PRECISION: f64 = 1e-13;
-/// Shortest step along the field, as a share of it.
-const SHORTEST: f64 = 1.0 / 256.0;
+/// First, longest and shortest step along the field, as shares of it.
+const FIRST: f64 = 1.0 / 64.0;
+const LONGEST: f64 = 1.0 / 4.0;
+const SHORTEST: f64 = 1.0 / 1024.0;
+/// Largest distance of a solution from its extrapolation, relative to the extrapolated step.
+const LARGEST_MISS: f64 = 0.25;
 
 /// A point of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,24 +123,30 @@ impl LensAtWavelength {
         Some(ChiefRay { object: like.object, scene, film, cosines })
     }
 
+    /// Follows the chief ray from the axis to the target.
+    ///
+    /// Beyond the clear apertures several rays from the vertex of the stop may meet one film point.
+    /// Steps are therefore short enough that each solution is close to the extrapolation of those
+    /// before it.
     fn follow_field(&self, target: Target) -> Option<[f64; 2]> {
-        let (mut reached, mut step) = (0.0, 1.0_f64);
-        let mut last = self.newton(target, 0.0, [0.0; 2]).map(|cosines| (0.0, cosines));
-        let mut at = last.map_or([0.0; 2], |(_, cosines)| cosines);
+        let mut at = self.newton(target, 0.0, [0.0; 2]).unwrap_or_default();
+        let (mut reached, mut step) = (0.0, FIRST);
+        // Change of the cosines by the share of the target.
+        let mut slope: Option<[f64; 2]> = None;
         while reached < 1.0 {
             let next = (reached + step).min(1.0);
-            // The field is extrapolated from the last two points.
-            let guess = match last {
-                Some((before, cosines)) if reached > before => {
-                    let share = (next - reached) / (reached - before);
-                    [0, 1].map(|i| at[i] + share * (at[i] - cosines[i]))
-                }
-                _ => at,
+            let length = next - reached;
+            let change = slope.map(|slope| slope.map(|s| s * length));
+            let guess = change.map_or(at, |change| [0, 1].map(|i| at[i] + change[i]));
+            let near = |found: &[f64; 2]| {
+                let off = (found[0] - guess[0]).hypot(found[1] - guess[1]);
+                change.is_none_or(|[x, y]| off <= LARGEST_MISS * x.hypot(y))
             };
-            match self.newton(target, next, guess).or_else(|| self.newton(target, next, at)) {
+            let found = self.newton(target, next, guess).or_else(|| self.newton(target, next, at));
+            match found.filter(near) {
                 Some(found) => {
-                    last = Some((reached, at));
-                    (reached, at) = (next, found);
+                    slope = Some([0, 1].map(|i| (found[i] - at[i]) / length));
+                    (reached, at, step) = (next, found, (2.0 * step).min(LONGEST));
                 }
                 None if step > SHORTEST => step /= 2.0,
                 None => return None,

@@ -30,6 +30,16 @@ pub struct FieldCurvePoint {
 }
 
 impl FieldCurvePoint {
+    /// A field without a chief ray.
+    const DARK: Self = Self {
+        field: f64::NAN,
+        angle: f64::NAN,
+        foci: [f64::NAN; 2],
+        height: f64::NAN,
+        linear_height: f64::NAN,
+        f_theta_height: f64::NAN,
+    };
+
     /// Returns the distortion: relative excess of the image height; `None` on the axis and beyond
     /// 90 degrees.
     pub fn distortion(&self) -> Option<f64> {
@@ -63,26 +73,32 @@ impl LensAtWavelength {
 
 impl ImageQuality {
     /// Returns the imagery next to the chief rays at a wavelength, from the axis to the edge of the
-    /// field in `count` steps. Fields without a chief ray are left out.
+    /// field in `count` steps. A field without a chief ray has NaN for all numbers but itself.
     pub fn field_curve(&self, wavelength: usize, count: u32) -> Vec<FieldCurvePoint> {
         let lens = &self.lenses[wavelength];
         let scale = self.linear_scale(wavelength);
-        (0..=count)
-            .filter_map(|i| {
-                let field = self.conditions.largest_field * f64::from(i) / f64::from(count);
-                let chief = self.chief_at(wavelength, field)?;
-                let angle = chief.angle();
+        self.even_fields(count)
+            .map(|field| {
+                let Some(chief) = self.chief_at(wavelength, field) else {
+                    return FieldCurvePoint { field, ..FieldCurvePoint::DARK };
+                };
                 let [linear, theta] = scale.heights(&chief, &self.conditions);
-                Some(FieldCurvePoint {
+                FieldCurvePoint {
                     field,
-                    angle: angle.to_degrees(),
-                    foci: lens.foci(&chief)?,
+                    angle: chief.angle().to_degrees(),
+                    foci: lens.foci(&chief).unwrap_or([f64::NAN; 2]),
                     height: chief.film[1],
                     linear_height: linear,
                     f_theta_height: theta,
-                })
+                }
             })
             .collect()
+    }
+
+    /// Returns the fields from the axis to the edge in `count` steps.
+    fn even_fields(&self, count: u32) -> impl Iterator<Item = f64> {
+        let largest = self.conditions.largest_field;
+        (0..=count).map(move |i| largest * f64::from(i) / f64::from(count))
     }
 
     /// Returns the chief ray at a wavelength of the object point that the primary wavelength
@@ -96,16 +112,17 @@ impl ImageQuality {
     }
 
     /// Returns the distance on the film (mm) of the chief ray of each wavelength from that of the
-    /// primary one, for fields from the axis to the edge in `count` steps, with the field.
+    /// primary one, for fields from the axis to the edge in `count` steps, with the field. It is
+    /// `None` at a wavelength without a chief ray, and at all of them if the primary one has none.
     pub fn lateral_colour(&self, count: u32) -> Vec<(f64, Vec<Option<f64>>)> {
-        (0..=count)
-            .filter_map(|i| {
-                let field = self.conditions.largest_field * f64::from(i) / f64::from(count);
-                let primary = self.primary().chief_of_field(&self.conditions, [0.0, field])?;
+        self.even_fields(count)
+            .map(|field| {
+                let primary = self.primary().chief_of_field(&self.conditions, [0.0, field]);
                 let shift = |lens: &LensAtWavelength| {
-                    lens.chief_of_object(&primary).map(|chief| chief.film[1] - primary.film[1])
+                    let primary = primary.as_ref()?;
+                    Some(lens.chief_of_object(primary)?.film[1] - primary.film[1])
                 };
-                Some((field, self.lenses.iter().map(shift).collect()))
+                (field, self.lenses.iter().map(shift).collect())
             })
             .collect()
     }

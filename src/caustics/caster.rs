@@ -1,0 +1,114 @@
+//! Caster: a surface that may reflect or refract like a mirror or clear glass.
+
+use glam::Vec3;
+
+use crate::light_paths::PrimitiveChoice;
+use crate::rays::Hit;
+use crate::scene::{Geometry, MaterialModel, PlacedShape, Scene, SurfacePoint};
+
+/// Most triangles of a caster: numbers in [0, 1) choose one of them.
+const MOST_TRIANGLES: usize = 1 << 18;
+
+/// A shape of the scene on which light paths start.
+#[derive(Clone, Debug)]
+pub(super) struct Caster {
+    /// The shape.
+    pub placed: PlacedShape,
+    /// Probability that a light path starts here.
+    pub share: f64,
+    /// Choice of its triangle, by area; of one for a quadric.
+    primitives: PrimitiveChoice,
+    /// Its area (units of its object squared).
+    pub area: f64,
+}
+
+/// A point of a caster.
+pub(super) struct CasterPoint {
+    pub point: SurfacePoint,
+    pub primitive: u32,
+    /// Density over the area of all casters (world units^-2).
+    pub density: f64,
+}
+
+impl Caster {
+    /// Samples a point.
+    pub fn sample(&self, scene: &Scene, primitive: f32, [u, v]: [f32; 2]) -> Option<CasterPoint> {
+        let primitive = self.primitives.choose(primitive);
+        let chosen = self.share * f64::from(self.primitives.probability(primitive));
+        let (point, density) = match &scene.shapes[self.placed.shape as usize].geometry {
+            Geometry::Quadric(quadric) => quadric.sample([u, v]),
+            Geometry::Mesh(mesh) => {
+                // Uniform over the triangle (Turk 1990).
+                let root = u.sqrt();
+                let hit = Hit { u: root * (1.0 - v), v: root * v, primitive, ..Hit::MISS };
+                (mesh.point(&hit), 1.0 / mesh.area(primitive))
+            }
+            Geometry::Patches(_) | Geometry::Curves(_) => return None,
+        };
+        let (point, scale) = match &self.placed.pose {
+            None => (point, 1.0),
+            Some(pose) => (pose.place_point(&point), pose.area_scale(point.normal)),
+        };
+        let density = chosen * f64::from(density / scale);
+        (density > 0.0 && density.is_finite() && point.normal != Vec3::ZERO)
+            .then_some(CasterPoint { point, primitive, density })
+    }
+}
+
+/// Returns the casters of a scene, or why light paths cannot find all caustics.
+pub(super) fn casters(scene: &Scene) -> Result<Vec<Caster>, &'static str> {
+    if !scene.animated_instances().is_empty() {
+        return Err("something moves");
+    }
+    let mut casters = Vec::new();
+    let specular: Vec<bool> =
+        (0..scene.materials.len() as u32).map(|i| may_be_specular(scene, i)).collect();
+    for placed in scene.placed_shapes() {
+        let shape = &scene.shapes[placed.shape as usize];
+        match scene.materials[shape.material as usize].model {
+            MaterialModel::Interface => return Err("a surface lets light straight through"),
+            MaterialModel::Subsurface { .. } => return Err("light scatters below a surface"),
+            _ if !specular[shape.material as usize] => continue,
+            _ => (),
+        }
+        let areas: Vec<f64> = match &shape.geometry {
+            Geometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => {
+                return Err("a mirror or glass has too many triangles");
+            }
+            Geometry::Mesh(mesh) => {
+                (0..mesh.triangles.len() as u32).map(|i| f64::from(mesh.area(i))).collect()
+            }
+            Geometry::Quadric(quadric) => vec![quadric.area()],
+            Geometry::Patches(_) | Geometry::Curves(_) => {
+                return Err("a mirror or glass is a patch or a curve");
+            }
+        };
+        if let Some(primitives) = PrimitiveChoice::new(&areas) {
+            let area = areas.iter().sum();
+            casters.push(Caster { placed, share: 0.0, primitives, area });
+        }
+    }
+    if casters.is_empty() { Err("nothing reflects or refracts") } else { Ok(casters) }
+}
+
+/// Returns whether a material may reflect or refract a ray into one direction.
+fn may_be_specular(scene: &Scene, material: u32) -> bool {
+    match &scene.materials[material as usize].model {
+        MaterialModel::Conductor { roughness, .. }
+        | MaterialModel::Dielectric { roughness, .. } => roughness.may_be_smooth(),
+        MaterialModel::ThinDielectric { .. } => true,
+        MaterialModel::CoatedDiffuse { coat, .. } => coat.roughness.may_be_smooth(),
+        MaterialModel::CoatedConductor { roughness, coat, .. } => {
+            roughness.may_be_smooth() || coat.roughness.may_be_smooth()
+        }
+        MaterialModel::Mix { materials, .. } => {
+            materials.iter().any(|&part| may_be_specular(scene, part))
+        }
+        MaterialModel::Interface
+        | MaterialModel::Diffuse { .. }
+        | MaterialModel::DiffuseTransmission { .. }
+        | MaterialModel::Subsurface { .. }
+        | MaterialModel::Measured(_)
+        | MaterialModel::Hair(_) => false,
+    }
+}

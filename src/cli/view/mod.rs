@@ -1,0 +1,113 @@
+//! `petzval view`: the camera in the browser.
+
+mod address;
+mod blur_map;
+mod engine;
+mod frame;
+mod lens_drawer;
+mod panel;
+mod preparer;
+mod server;
+mod settings;
+mod state;
+mod tev;
+
+use std::net::{IpAddr, TcpListener, TcpStream};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use petzval::render::memory::machine;
+use petzval::scene::pbrt;
+
+use super::arguments::PictureArguments;
+use super::arguments::argv::argv;
+use super::memory::Memory;
+use super::signals::on_stop;
+use super::{Failure, Outcome, message};
+use address::{PageAddress, open_browser};
+use engine::Engine;
+use lens_drawer::LensDrawer;
+use server::Server;
+use settings::ViewSettings;
+use state::ViewState;
+use tev::TevStream;
+
+/// Arguments of `petzval view`.
+#[derive(Debug, clap::Args)]
+pub(super) struct ViewArguments {
+    #[command(flatten)]
+    picture: PictureArguments,
+    /// Folder of lens files for the lens drawer, besides that of the scene's lens; may be repeated
+    #[arg(long, value_name = "FOLDER")]
+    lenses: Vec<PathBuf>,
+    /// Send the picture to a running tev, too
+    #[arg(long, value_name = "HOST:PORT")]
+    tev: Option<String>,
+    /// Number of threads that render; one per core by default
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    threads: Option<u16>,
+    /// Port of the page; by default one that is free
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    port: u16,
+    /// Serve the page at this address of the machine instead of the loopback. Everybody who can reach
+    /// it and knows the page's address sees the picture and can change it; nothing is encrypted
+    #[arg(long, value_name = "IP", default_value = "127.0.0.1")]
+    bind: IpAddr,
+    /// Print the address of the page without opening a browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
+    let memory = Memory::new(None);
+    let scene = &arguments.picture.scene;
+    let description = pbrt::read_with(scene, memory.context())?;
+    message::warnings(&description.warnings);
+    let settings = ViewSettings::new(&argv(), scene, &description)?;
+    let drawer = LensDrawer::new(&description, &arguments.lenses)?;
+    let threads = arguments.threads.map_or_else(machine::cores, usize::from);
+    let engine = Engine::new(description, settings, threads)?;
+
+    let name = scene.display().to_string();
+    let tev =
+        arguments.tev.as_ref().map(|address| TevStream::connect(address, name)).transpose()?;
+    let listener = TcpListener::bind((arguments.bind, arguments.port)).map_err(|error| {
+        format!(
+            "--bind {} --port {}: {error}; expected an address of this machine and a free port",
+            arguments.bind, arguments.port
+        )
+    })?;
+    let address = PageAddress::new(listener.local_addr()?)?;
+    let stopped = Arc::new(AtomicBool::new(false));
+    let state = engine.state.clone();
+    stop_at_signals(stopped.clone(), state.clone(), &address);
+
+    super::print(&format!("{address}\n"))?;
+    say!("petzval: {} is in the browser at this address; Ctrl-C ends it", scene.display());
+    if !arguments.no_open && !open_browser(&address) {
+        say!("petzval: no browser could be started; open the address in one on this machine");
+    }
+    let server = Server { address, state, drawer };
+    thread::scope(|scope| {
+        scope.spawn(|| engine.run());
+        if let Some(tev) = tev {
+            scope.spawn(|| tev.run(&engine.state));
+        }
+        server.run(&listener, &stopped);
+    });
+    Ok(Outcome::Interrupted)
+}
+
+/// Stops the engine and the server at Ctrl-C or SIGTERM.
+fn stop_at_signals(stopped: Arc<AtomicBool>, state: Arc<ViewState>, address: &PageAddress) {
+    let wake = address.local();
+    on_stop(move || {
+        let first = !stopped.swap(true, Ordering::Relaxed);
+        state.stop();
+        // The server waits for connections.
+        let _ = TcpStream::connect(wake);
+        first
+    });
+}

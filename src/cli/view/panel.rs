@@ -1,0 +1,111 @@
+//! Panel: what the page shows about the camera beside the picture, as JSON.
+
+use petzval::io::image::Note;
+use petzval::job::Job;
+use petzval::lens::{LensModel, RealLens};
+use petzval::prepare::{Changes, Viewpoint};
+use serde_json::{Value, json};
+
+use super::preparer::Prepared;
+use super::settings::ViewSettings;
+use crate::cli::lens::AxialLight;
+use crate::cli::plan;
+
+/// The state of the last picture.
+#[derive(Debug, Default)]
+pub(super) struct Panel {
+    last: Value,
+    focus: Option<f64>,
+}
+
+impl Panel {
+    /// Returns the state of a picture that is prepared.
+    pub fn update(
+        &mut self,
+        generation: u64,
+        settings: &ViewSettings,
+        changes: &Changes,
+        prepared: &Prepared,
+    ) -> Value {
+        let Prepared { job, notes, warnings } = prepared;
+        let number = |name: &str| match notes.iter().find(|(other, _)| *other == name) {
+            Some((_, Note::Number(number))) => Some(*number),
+            _ => None,
+        };
+        let lens = match &job.camera.model {
+            LensModel::Real(lens) => lens_json(lens, number("aperture")),
+            _ => Value::Null,
+        };
+        self.focus = number("focus");
+        let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+        self.last = json!({
+            "type": "state",
+            "generation": generation,
+            "options": settings.to_json(),
+            "command": settings.command(),
+            "size": job.frame.size(),
+            "resolution": job.frame.resolution,
+            "samples": job.samples.len(),
+            "plan": plan::json(&job.plan),
+            "warnings": warnings,
+            "lens": lens,
+            "film": job.camera.film,
+            "focus": self.focus,
+            "exposure_time": number("expTime"),
+            "exposure_value": number("exposureValue"),
+            "iso": number("isoSpeed"),
+            "sensor": changes.sensor.is_some(),
+            "camera": camera_json(job, self.focus),
+            "error": Value::Null,
+        });
+        self.last.clone()
+    }
+
+    /// Returns the distance in focus (m).
+    pub fn focus(&self) -> Option<f64> {
+        self.focus
+    }
+
+    /// Returns the state of settings that show no picture: the last one, with the reason.
+    pub fn failed(&mut self, generation: u64, settings: &ViewSettings, problem: &str) -> &Value {
+        if self.last.is_null() {
+            self.last = json!({ "type": "state" });
+        }
+        self.last["generation"] = json!(generation);
+        self.last["options"] = settings.to_json();
+        self.last["error"] = json!(problem);
+        &self.last
+    }
+}
+
+fn lens_json(lens: &RealLens, f_number: Option<f64>) -> Value {
+    let t_number =
+        f_number.zip(AxialLight::of(lens)).map(|(f_number, light)| light.t_number(f_number));
+    let prescription = &lens.prescription;
+    json!({
+        "name": prescription.name,
+        "focal_length": lens.paraxial.focal_length,
+        "f_number": f_number,
+        "t_number": t_number,
+        "zoom": prescription.zoom_range(),
+    })
+}
+
+/// Returns the viewpoint, at the distance in focus if it is known, in units of the world.
+fn camera_json(job: &Job, focus: Option<f64>) -> Value {
+    let camera = &job.camera;
+    let scale = camera.world_from_camera.matrix3.z_axis.length();
+    let units_per_metre = match &camera.model {
+        LensModel::Real(lens) => 1e3 * lens.units_per_mm,
+        _ => 1.0,
+    };
+    let focus = focus.filter(|focus| focus.is_finite() && *focus > 0.0);
+    let scene = || {
+        let [low, high] = job.scene.bounds()?;
+        let middle = (low + high).as_dvec3() / 2.0;
+        Some(middle.distance(camera.world_from_camera.translation) / scale / units_per_metre)
+    };
+    let distance = focus.or_else(scene).unwrap_or(1.0) * units_per_metre * scale;
+    let Viewpoint { eye, target, up } = Viewpoint::of(&camera.world_from_camera, distance);
+    json!({ "eye": eye.to_array(), "target": target.to_array(), "up": up.to_array() })
+}

@@ -1,0 +1,78 @@
+//! View of a camera, by a few thousand rays: where they enter the lens, and which lights they hit.
+
+use glam::Vec3;
+
+use super::LightPathInput;
+use crate::lanes::f32x8;
+use crate::lens::{LensColumns, LensModel};
+use crate::rays::{HitBatch, NO_INDEX, RayBatch, SampleBatch, WAVE_SIZE};
+use crate::sampler::{Dimension, pixel_key, sample_2d};
+use crate::scene::{TraversalStack, luminance};
+use crate::stats::LensStats;
+
+/// Waves of camera rays.
+const CAMERA_WAVES: u32 = 4;
+/// Margin of the square of entry points about the camera rays.
+const MARGIN: f64 = 1.05;
+
+/// Rays of a whole picture, and the lights that they hit.
+pub(crate) struct CameraView {
+    /// Half side of a square about the front vertex that holds all of them (mm).
+    pub half: f64,
+    /// Value of a pixel that sees radiance 1.
+    pub exposure: f64,
+    /// Number of hits, by light.
+    hits: Vec<u32>,
+    rays: u32,
+}
+
+impl CameraView {
+    /// Traces the rays; `None` if none leaves the lens.
+    pub fn new(input: &LightPathInput<'_>) -> Option<Self> {
+        let LensModel::Real(lens) = &input.camera.model else { return None };
+        let camera_from_world = input.camera.world_from_camera.inverse();
+        let mut view =
+            Self { half: 0.0, exposure: 0.0, hits: vec![0; input.scene.lights.all.len()], rays: 0 };
+        let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
+        let (mut hits, mut stack) = (HitBatch::default(), TraversalStack::default());
+        let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
+        let key = pixel_key(u32::MAX, u32::MAX - 2, input.seed);
+        for wave in 0..CAMERA_WAVES {
+            for i in 0..WAVE_SIZE {
+                let number = wave * WAVE_SIZE as u32 + i as u32;
+                let [film, pupil] =
+                    [Dimension::Film, Dimension::Pupil].map(|d| sample_2d(key, number, d));
+                for axis in 0..2 {
+                    let place = (f64::from(film[axis]) - 0.5) * input.camera.film[axis];
+                    samples.film[axis][i] = place as f32;
+                    samples.pupil[axis][i] = pupil[axis];
+                }
+            }
+            let mut stats = LensStats::default();
+            input.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+            input.scene.intersect::<f32x8>(&rays, &mut hits, &mut stack);
+            for i in 0..rays.len {
+                let origin = Vec3::from(rays.ray(i).origin).as_dvec3();
+                let place = camera_from_world.transform_point3(origin) / lens.units_per_mm;
+                view.half = view.half.max(place.x.abs()).max(place.y.abs());
+                view.exposure += f64::from(luminance(rays.throughput(i)));
+                let shape = hits[i].shape;
+                if let Some(shape) =
+                    (shape != NO_INDEX).then(|| &input.scene.shapes[shape as usize])
+                    && let Some(count) = view.hits.get_mut(shape.light as usize)
+                {
+                    *count += 1;
+                }
+            }
+            view.rays += WAVE_SIZE as u32;
+        }
+        view.half *= MARGIN;
+        view.exposure /= f64::from(view.rays);
+        (view.half > 0.0 && view.half.is_finite()).then_some(view)
+    }
+
+    /// Returns the share of the rays that hit a light.
+    pub fn share(&self, light: u32) -> f64 {
+        f64::from(self.hits[light as usize]) / f64::from(self.rays)
+    }
+}

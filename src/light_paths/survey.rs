@@ -1,0 +1,63 @@
+//! Survey of light paths: whether they are worth their time in a picture, and why.
+
+use super::LightPathInput;
+use crate::lens::RealLens;
+
+/// Result of a survey.
+#[derive(Clone, Debug)]
+pub struct LightPathSurvey<T> {
+    /// The light paths, if they are worth their time.
+    pub light_paths: Option<T>,
+    /// The reason, in a sentence.
+    pub reason: String,
+}
+
+/// Selection of light paths.
+#[derive(Clone, Copy, Debug)]
+pub enum LightPathSelection {
+    /// All that find light of the picture.
+    All,
+    /// Light paths that find light in which pictures of camera paths are noisy.
+    Noisy {
+        /// The mean luminance of the picture.
+        mean: f64,
+    },
+}
+
+impl<T> LightPathSurvey<T> {
+    /// Returns the survey of light paths that the user does not want.
+    pub fn unwanted() -> Self {
+        Self { light_paths: None, reason: "not wanted".to_owned() }
+    }
+
+    /// Returns the survey with this result, which is a reason if there are no light paths. `describe`
+    /// returns the reason for those that there are.
+    pub(crate) fn new(
+        result: Result<T, &'static str>,
+        describe: impl FnOnce(&T) -> String,
+    ) -> Self {
+        match result {
+            Ok(found) => Self { reason: describe(&found), light_paths: Some(found) },
+            Err(reason) => Self { light_paths: None, reason: reason.to_owned() },
+        }
+    }
+}
+
+/// Returns why light paths cannot find the light of this picture.
+pub(crate) fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
+    let matrix = input.camera.world_from_camera.matrix3;
+    let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length_squared());
+    let similar = |i: usize| (lengths[i] / lengths[0] - 1.0).abs() < 1e-6;
+    match () {
+        () if input.timing.is_some() => Some("something moves"),
+        () if lens.bands.len() > 1 => Some("the lens has dispersion"),
+        () if lens.bands[0].response != [1.0; 3] => Some("the film takes a passband"),
+        () if lens.prescription.has_mirrors() => Some("the lens has mirrors"),
+        () if lens.prescription.rear().index != 1.0 => Some("the film is not in air"),
+        () if input.scene.has_media() => Some("the scene has media"),
+        () if input.response.max_component.is_some() => Some("bright samples are clamped"),
+        () if input.camera.depth != [0.0, f64::INFINITY] => Some("the camera clips distances"),
+        () if !(similar(1) && similar(2)) => Some("the camera is stretched"),
+        () => None,
+    }
+}

@@ -1,0 +1,121 @@
+//! Progressive render: a picture that is shown while it is refined.
+
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use super::splat_accumulator::SplatAccumulator;
+use super::uniform::PASS_SAMPLES;
+use super::wave::{Wave, WorkItem};
+use super::workers::lock;
+use super::{Progress, RenderError, read_out};
+use crate::film::{FilmSums, Tile, TileSums};
+use crate::io::image::Picture;
+use crate::job::Job;
+use crate::lanes::f32x8;
+use crate::stats::Stats;
+
+/// Render that takes samples step by step and has a picture after each step.
+///
+/// The picture after some number of samples per pixel is that of [`render`](super::render()) with
+/// this number, without diffraction, bit for bit and whatever the steps: tiles carry the rounding
+/// errors of their sums, and passes end at the same sample numbers. Neither the layers nor the stop
+/// criteria of the job apply.
+pub struct ProgressiveRender<'a> {
+    job: &'a Job,
+    pool: ThreadPool,
+    /// The columns of each worker.
+    waves: Vec<Mutex<Box<Wave>>>,
+    tiles: Vec<Tile>,
+    /// The samples of the current pass, by tile.
+    pass: Vec<TileSums>,
+    /// The samples of complete passes.
+    film: FilmSums,
+    splats: SplatAccumulator,
+    samples: u32,
+}
+
+impl<'a> ProgressiveRender<'a> {
+    /// Starts a render without samples. 0 threads mean one for each core.
+    ///
+    /// # Errors
+    /// Returns an error if the threads cannot be started.
+    pub fn new(job: &'a Job, threads: usize) -> Result<Self, RenderError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let tiles = job.frame.tiles();
+        Ok(Self {
+            job,
+            waves: (0..pool.current_num_threads()).map(|_| Mutex::new(Wave::new(job))).collect(),
+            pool,
+            pass: tiles.iter().map(TileSums::new).collect(),
+            tiles,
+            film: FilmSums::new(job.frame),
+            splats: SplatAccumulator::new(job),
+            samples: 0,
+        })
+    }
+
+    /// Returns the number of samples that every pixel has taken.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// Takes more samples of every pixel, at most `count`: a step ends where a pass does. Returns
+    /// the render with them.
+    ///
+    /// # Errors
+    /// Returns an error if `progress` is stopped. The samples so far are lost, as some pixels have
+    /// more than others.
+    pub fn step(mut self, count: u32, progress: &Progress) -> Result<Self, RenderError> {
+        let end = (self.samples + 1).next_multiple_of(PASS_SAMPLES).min(self.samples + count);
+        let first = self.job.samples.start;
+        let samples = first + self.samples..first + end;
+        let Self { job, pool, waves, tiles, pass, splats, .. } = &mut self;
+        pool.install(|| {
+            tiles.par_iter().zip(pass).for_each(|(&tile, sums)| {
+                if progress.stop.load(Ordering::Relaxed) {
+                    return;
+                }
+                let item = WorkItem { tile, samples: samples.clone(), seed: job.seed };
+                let worker = rayon::current_thread_index().unwrap_or(0);
+                let mut wave = lock(&waves[worker]);
+                if let Some((result, _)) = wave.render_item::<f32x8>(job, &item, progress) {
+                    sums.add_exactly(&result.sums);
+                }
+            });
+        });
+        while !splats.covers(end) && !progress.stop.load(Ordering::Relaxed) {
+            pool.install(|| splats.add_sample::<f32x8>(job, &mut Stats::default()));
+        }
+        if progress.stop.load(Ordering::Relaxed) {
+            return Err(RenderError::Stopped);
+        }
+        self.samples = end;
+        if end.is_multiple_of(PASS_SAMPLES) {
+            self.film = self.film_with_pass();
+            self.pass = self.tiles.iter().map(TileSums::new).collect();
+        }
+        Ok(self)
+    }
+
+    /// Returns the picture, read out by the sensor if there is one. Diffraction, which takes seconds,
+    /// is left out.
+    pub fn picture(&self) -> Picture {
+        let mut film = self.film_with_pass();
+        self.splats.add_scaled_to(&mut film, 1.0);
+        read_out(film.into_picture(self.samples), self.job)
+    }
+
+    /// Returns the film of complete passes with the samples of the current one.
+    fn film_with_pass(&self) -> FilmSums {
+        let mut film = self.film.clone();
+        for (tile, sums) in self.tiles.iter().zip(&self.pass) {
+            let mut sums = sums.clone();
+            sums.round();
+            film.add_tile(tile, &sums);
+        }
+        film
+    }
+}
