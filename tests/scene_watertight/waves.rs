@@ -156,3 +156,33 @@ fn instances_of_one_quadric_have_the_hits_of_other_instances() {
     // Rounding of numbers up to 6, a few times.
     assert!(largest < 4e-6, "a hit is {largest} from the surface point");
 }
+
+/// Checks shadow rays that end on a surface, as those to a point of a light do.
+fn check_ends<R: Real<Scalar = f32>>(scene: &Scene) {
+    let mut stack = TraversalStack::default();
+    let mut ends = 0;
+    for wave in coherent_waves() {
+        let mut shadows = RayBatch::default();
+        for i in 0..wave.len {
+            let mut ray = wave.ray(i);
+            ray.t_max = scene.closest::<R>(&ray, &mut stack).t;
+            shadows.push(ray, [1.0; 3], i as u32);
+        }
+        let mut radiance: [Column<f32>; 3] = Default::default();
+        scene.occlude::<R>(&shadows, &mut stack, &mut radiance);
+        for i in 0..shadows.len {
+            let ray = shadows.ray(i);
+            let alone = scene.occluded::<R>(&ray, &mut stack);
+            assert_eq!(radiance[0][i] == 0.0, alone, "{ray:?}");
+            ends += usize::from(ray.t_max.is_finite());
+        }
+    }
+    assert!(ends > 5_000, "{ends} rays end on a surface");
+}
+
+#[test]
+fn coherent_shadow_rays_that_end_on_a_surface_are_blocked_like_single_rays() {
+    let scene = rows_of_quadrics(false);
+    check_ends::<f32x8>(&scene);
+    check_ends::<f32>(&scene);
+}

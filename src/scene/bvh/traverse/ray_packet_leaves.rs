@@ -33,7 +33,8 @@ impl RayPacket {
                 let active = if ANY { mask & !found } else { mask } >> lane & all;
                 let corners = self.relative_corners::<R>(packet, triangle & 7, lane);
                 let shear = self.load_columns::<R>(&self.shear, lane);
-                let test = test_edges(&corners, shear, R::load(&t_max[lane..]));
+                let t_max = R::load(&t_max[lane..]);
+                let test = test_edges(&corners, shear, t_max);
                 let hits = R::bits(test.mask) & active;
                 if hits == 0 {
                     continue;
@@ -41,7 +42,8 @@ impl RayPacket {
                 let t = test.t / test.sum;
                 let mut hits = hits & R::bits(are_ahead(&corners, shear, t, test.mask));
                 if ANY {
-                    found |= hits << lane;
+                    // The quotient may round to the end of the ray, where nothing blocks it.
+                    found |= (hits & R::bits(t.lt(t_max))) << lane;
                     continue;
                 }
                 let (mut ts, mut weights) = ([0.0; 8], [[0.0; 8]; 2]);
