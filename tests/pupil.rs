@@ -162,7 +162,7 @@ fn the_bound_holds_every_ray_to_the_rear_element() {
 }
 
 #[test]
-fn more_than_96_percent_of_aimed_rays_leave_the_lens_at_any_stop() {
+fn more_than_97_percent_of_aimed_rays_leave_the_lens_at_any_stop() {
     for (name, film) in LENSES {
         for divisor in [1.0, 2.0, 4.0, 8.0] {
             let mut lens = lens(name);
@@ -170,7 +170,7 @@ fn more_than_96_percent_of_aimed_rays_leave_the_lens_at_any_stop() {
             let share = transmitted_share(&camera(lens, film, PupilSampling::Pupil), 300);
             println!("{name} stop / {divisor}: {:.2}%", 100.0 * share);
             // The standard error of 300,000 rays is 0.03 %.
-            assert!(share > 0.965, "{name}, stop / {divisor}: {share}");
+            assert!(share > 0.97, "{name}, stop / {divisor}: {share}");
         }
     }
 }

@@ -239,8 +239,8 @@ fn a_sample_outside_the_fan_weighs_at_most_the_stated_limit() {
             assert!(ratio < 1.001 * limit, "{name}: {ratio} times at {excess}, limit {limit}");
         }
     }
-    assert!((rim_weight_limit(0.0) - 13.86).abs() < 0.01);
-    assert!((rim_weight_limit(f64::from(RIM_WIDTH)) - 27.73).abs() < 0.01);
+    assert!((rim_weight_limit(0.0) - 4.506).abs() < 0.01);
+    assert!((rim_weight_limit(f64::from(RIM_WIDTH)) - 9.011).abs() < 0.01);
 }
 
 #[test]

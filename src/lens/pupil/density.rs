@@ -12,7 +12,8 @@
 
 use super::Ellipse;
 use super::bounds::{FanTable, PupilBounds};
-use super::fan::Fan;
+use super::fan::{Fan, TRIANGLES};
+use super::rim::relative_density;
 
 impl PupilBounds {
     /// Returns the density of samples at a point of the plane of the rear vertex, mm^-2, for a film
@@ -24,14 +25,21 @@ impl PupilBounds {
 
     /// Returns that density for a film point with this fan and this rear element.
     pub(super) fn mixture_density(&self, fan: &Fan, rear: &Ellipse, point: [f32; 2]) -> f32 {
-        let uniform = if rear.contains(point) { self.rear_share / rear.area() } else { 0.0 };
+        let rear = if rear.contains(point) { self.rear_share / rear.area() } else { 0.0 };
         if matches!(self.table, FanTable::RearOnly) {
-            return uniform;
+            return rear;
         }
-        let density = fan.density(point);
-        if !fan.is_open() || self.fans_only && density <= 0.0 {
+        let (mut inside, mut rim) = (0.0, 0.0);
+        for (scale, area) in fan.sectors(point) {
+            let per_area = 1.0 / (TRIANGLES as f32 * area);
+            match scale <= 1.0 {
+                true => inside += per_area,
+                false => rim += per_area * relative_density(scale),
+            }
+        }
+        if !fan.is_open() || self.fans_only && inside <= 0.0 {
             return 0.0;
         }
-        (1.0 - self.outside_share()) * density + self.rim_share * fan.rim_density(point) + uniform
+        (1.0 - self.outside_share()) * inside + self.rim_share * rim + rear
     }
 }

@@ -94,6 +94,21 @@ impl Fan {
         Self { centre: self.centre, corners: self.corners.map(|corner| corner.map(|v| v * by)) }
     }
 
+    /// Returns the fan with each corner moved away from the centre by a factor.
+    pub(super) fn widened(&self, by: &[f64; TRIANGLES]) -> Self {
+        let moved = |k: usize| self.corners[k].map(|v| (f64::from(v) * by[k % TRIANGLES]) as f32);
+        Self { centre: self.centre, corners: std::array::from_fn(moved) }
+    }
+
+    /// Returns a point of a scaled copy of the outer side of a triangle. `turn` is 0 at its first
+    /// corner and 1 at the second; equal steps are about equal angles at the centre.
+    pub(super) fn outside(&self, triangle: usize, turn: f64, scale: f64) -> [f64; 2] {
+        let [a, b] = [triangle, triangle + 1].map(|k| self.corners[k].map(f64::from));
+        let [from, to] = [(1.0 - turn) * b[0].hypot(b[1]), turn * a[0].hypot(a[1])];
+        let along = if from + to > 0.0 { to / (from + to) } else { 0.0 };
+        [0, 1].map(|i| f64::from(self.centre[i]) + scale * (a[i] + along * (b[i] - a[i])))
+    }
+
     #[inline(always)]
     pub(crate) fn triangle(&self, k: usize) -> Triangle {
         Triangle { centre: self.centre, corners: [self.corners[k], self.corners[k + 1]] }
@@ -101,11 +116,16 @@ impl Fan {
 
     /// Returns the scale at which the fan just encloses a point; at most 1 for a point inside.
     pub fn scale_to_enclose(&self, point: [f64; 2]) -> f64 {
+        self.triangle_towards(point).map_or(0.0, |(_, scale)| scale)
+    }
+
+    /// Returns the triangle in whose sector a point lies, and the scale at which it just encloses
+    /// the point.
+    pub(super) fn triangle_towards(&self, point: [f64; 2]) -> Option<(usize, f64)> {
         let local = [0, 1].map(|axis| point[axis] - f64::from(self.centre[axis]));
         let corner = |k: usize| self.corners[k].map(f64::from);
         (0..TRIANGLES)
-            .find_map(|k| distance_over_chord(corner(k), corner(k + 1), local))
-            .unwrap_or(0.0)
+            .find_map(|k| Some((k, distance_over_chord(corner(k), corner(k + 1), local)?)))
     }
 
     /// Returns the density of its samples at a point, mm^-2; 0 outside.
