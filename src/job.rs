@@ -10,7 +10,7 @@ use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::Ghosts;
 use crate::io::FileLog;
 use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
-use crate::lens::Camera;
+use crate::lens::{CalibrationSetup, Camera, FieldRay, LensModel, PixelGrid};
 use crate::light_paths::LightPathInput;
 use crate::plan::Plan;
 use crate::scene::{PathLimits, Scene};
@@ -121,6 +121,18 @@ impl Job {
             direct_light,
             camera,
             frame,
+        })
+    }
+
+    /// Returns the calibration of the lens for the whole picture; `None` without a real lens.
+    pub fn calibration_setup(&self) -> Option<CalibrationSetup<'_>> {
+        let LensModel::Real(lens) = &self.camera.model else { return None };
+        Some(CalibrationSetup {
+            lens: &lens.prescription,
+            film_distance: lens.film_distance,
+            film_pose: lens.film_pose,
+            pixels: PixelGrid::new(self.frame.resolution, self.camera.film[0]),
+            ray: FieldRay::Centroid,
         })
     }
 

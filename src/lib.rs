@@ -165,6 +165,8 @@ pub mod bench;
 #[doc(hidden)]
 pub mod caustics;
 #[doc(hidden)]
+pub mod dataset;
+#[doc(hidden)]
 pub mod diffraction;
 pub mod direct_light;
 mod distribution;

@@ -15,6 +15,8 @@ pub(crate) use feature_film::FeatureSums;
 pub use features::TileFeatures;
 pub use vignetting::vignetting;
 
+use std::str::FromStr;
+
 use crate::film::{FilmSums, Frame};
 use crate::io::image::ImageLayer;
 use crate::lens::{Camera, LensModel};
@@ -48,6 +50,17 @@ pub enum Aov {
     Coc,
     /// The share of the light that each surface of the lens blocks.
     Vignetting,
+}
+
+impl FromStr for Aov {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|aov| aov.name() == name).ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            format!("no layer \"{name}\"; expected one of {known}")
+        })
+    }
 }
 
 impl Aov {

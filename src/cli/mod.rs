@@ -12,6 +12,7 @@ mod accuracy;
 mod arguments;
 mod bench;
 mod compare;
+mod dataset;
 mod lens;
 mod memory;
 mod merge;
@@ -33,6 +34,7 @@ use clap::{Parser, Subcommand};
 use accuracy::AccuracyArguments;
 use bench::BenchArguments;
 use compare::CompareArguments;
+use dataset::DatasetArguments;
 use lens::LensArguments;
 use merge::MergeArguments;
 use plan::PlanArguments;
@@ -70,6 +72,10 @@ enum Command {
     /// Show what accuracy costs in time: a scene by a ladder of camera models, from the pinhole to
     /// every surface in f64, in a report with plot, pictures and advice
     Accuracy(AccuracyArguments),
+    /// Photograph pairs of clean and degraded pictures of one view, with depth and camera data, to
+    /// train on: each by a draw of scene, lens, focus, stop, light and viewpoint. The same command
+    /// again continues
+    Dataset(DatasetArguments),
     /// Measure how far a picture is from a reference
     Compare(CompareArguments),
     /// Measure the speed of this machine, in about 10 s
@@ -113,6 +119,7 @@ pub fn run() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
+        Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };

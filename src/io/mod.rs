@@ -9,6 +9,7 @@ mod foreign;
 mod identity;
 pub mod image;
 mod location;
+pub mod npy;
 mod replace;
 mod size;
 mod source_line;

@@ -71,6 +71,7 @@ pub use analysis::wavefront::{Wavefront, WavefrontPoint};
 pub use analysis::wavefront_fit::WavefrontFit;
 pub use camera::band::Band;
 pub use camera::fidelity::Fidelity;
+pub(crate) use camera::fidelity::on_axis_irradiance;
 pub use camera::orthographic::Orthographic;
 pub use camera::ray_path::{RayPath, SurfaceCrossing};
 pub use camera::spherical::SphericalMapping;

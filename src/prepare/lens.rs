@@ -79,8 +79,11 @@ fn read_iris(
 /// # Errors
 /// Returns an error if the lens forms no image or does not open so wide.
 pub(super) fn f_number_diameter(lens: &Prescription, asked: f64) -> Result<f64, PrepareError> {
-    lens.f_number_diameter(asked)
-        .map_err(|error| PrepareError::Request(format!("--fstop {asked}: {} {error}", lens.name)))
+    lens.f_number_diameter(asked).map_err(|source| PrepareError::FNumber {
+        asked,
+        lens: lens.name.clone(),
+        source,
+    })
 }
 
 /// Returns the pose of the film, and the misalignment that is asked for, if any. If it is excluded,

@@ -20,7 +20,7 @@ use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
-use crate::lens::{LensError, LensModel, PupilSampling};
+use crate::lens::{FNumberError, LensError, LensModel, PupilSampling};
 use crate::light_paths::{LightPathSelection, LightPathSurvey};
 use crate::plan::{
     DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
@@ -54,6 +54,16 @@ pub enum PrepareError {
         at: Location,
         /// The problem.
         problem: String,
+    },
+    /// The lens has no such f-number.
+    #[error("--fstop {asked}: {lens} {source}")]
+    FNumber {
+        /// The f-number that is asked for.
+        asked: f64,
+        /// The name of the lens.
+        lens: String,
+        /// Why not.
+        source: FNumberError,
     },
     /// The command line asks for something impossible.
     #[error("{0}")]

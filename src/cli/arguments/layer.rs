@@ -6,8 +6,5 @@ use petzval::aov::Aov;
 /// Returns the parser of one layer's name.
 pub(in crate::cli) fn parser() -> impl TypedValueParser<Value = Aov> {
     let value = |aov: Aov| PossibleValue::new(aov.name()).help(aov.description());
-    PossibleValuesParser::new(Aov::ALL.map(value)).try_map(|name| {
-        let found = Aov::ALL.into_iter().find(|aov| aov.name() == name);
-        found.ok_or_else(|| format!("no layer \"{name}\""))
-    })
+    PossibleValuesParser::new(Aov::ALL.map(value)).try_map(|name| name.parse::<Aov>())
 }

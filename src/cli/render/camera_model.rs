@@ -2,19 +2,11 @@
 
 use petzval::io::image::{Note, Notes};
 use petzval::job::Job;
-use petzval::lens::{CalibrationSetup, FieldRay, LensModel, PixelGrid};
 
 /// Returns the camera model that `petzval lens calibrate` suggests for the lens of a job, in the
 /// pixels of the whole picture; nothing without a real lens, or if no model describes it.
 pub(super) fn notes(job: &Job) -> Notes {
-    let LensModel::Real(lens) = &job.camera.model else { return Notes::new() };
-    let setup = CalibrationSetup {
-        lens: &lens.prescription,
-        film_distance: lens.film_distance,
-        film_pose: lens.film_pose,
-        pixels: PixelGrid::new(job.frame.resolution, job.camera.film[0]),
-        ray: FieldRay::Centroid,
-    };
+    let Some(setup) = job.calibration_setup() else { return Notes::new() };
     let Ok(calibration) = setup.calibrate_quickly() else { return Notes::new() };
     let Some(fit) = calibration.suggested() else { return Notes::new() };
     let numbers = |values: &[f64]| {

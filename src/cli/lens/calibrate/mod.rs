@@ -5,7 +5,7 @@ mod json;
 mod kalibr;
 mod lensfun;
 mod maps;
-mod npy;
+
 mod opencv;
 mod openlensio;
 mod psf;

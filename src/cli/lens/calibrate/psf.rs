@@ -4,38 +4,17 @@ use std::io::Write as _;
 use std::path::Path;
 
 use petzval::io::image::{ChannelImage, Note, Notes};
-use petzval::io::replace_file;
-use petzval::lens::{Paraxial, SpotGrid};
+use petzval::io::{npy, replace_file};
+use petzval::lens::SpotGrid;
 
-use super::{Report, npy};
+use super::Report;
 use crate::cli::Failure;
-
-/// Columns and rows of points of the picture.
-const GRID: [usize; 2] = [7, 5];
-/// Largest width of a spread (pixels).
-const MOST: usize = 65;
-/// Distances relative to that in focus; infinity is added.
-const DISTANCES: [f64; 4] = [0.5, 0.75, 1.0, 1.5];
-/// The same if infinity is in focus, in focal lengths.
-const FOCAL_LENGTHS: [f64; 4] = [50.0, 100.0, 200.0, 400.0];
 
 /// Writes the spreads and returns them.
 pub(super) fn write(report: &Report, folder: &Path) -> Result<SpotGrid, Failure> {
-    let calibration = &report.calibration;
-    let focal_length = Paraxial::new(report.setup.lens).focal_length.abs();
-    let (steps, unit) = match calibration.focus.is_finite() {
-        true => (DISTANCES, calibration.focus),
-        false => (FOCAL_LENGTHS, focal_length),
-    };
-    // Points just before the lens are of no use.
-    let nearest = calibration.front_depth + 2.0 * report.setup.lens.rows[0].diameter;
-    let mut distances: Vec<f64> =
-        steps.into_iter().map(|step| step * unit).filter(|d| *d > nearest).collect();
-    distances.push(f64::INFINITY);
-    let spots = report.setup.spots(calibration, GRID, distances, MOST)?;
+    let spots = report.setup.usual_spots(&report.calibration)?;
     let path = folder.join("psf.npy");
-    let shape = [spots.distances.len(), GRID[1], GRID[0], spots.side, spots.side, 3];
-    let array = npy::encode(&shape, &spots.shares);
+    let array = npy::encode(&spots.shape(), &spots.shares);
     replace_file(&path, |file| file.write_all(&array))
         .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     mosaic(&spots).write(&folder.join("psf.exr"), &notes(report))?;

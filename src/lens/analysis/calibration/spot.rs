@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::bundle::BundleTracer;
 use super::{Calibration, CalibrationSetup};
+use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence_at};
 use crate::lens::trace::surface::Surface;
@@ -22,6 +23,14 @@ const PUPIL_RAYS: usize = 252;
 const MARGIN: f64 = 0.25;
 /// Share of the light that the largest spread should hold.
 const CAPTURED: f64 = 0.995;
+/// Columns and rows of points of the picture.
+const USUAL_GRID: [usize; 2] = [7, 5];
+/// Largest width of a spread (pixels).
+const USUAL_WIDTH: usize = 65;
+/// Distances relative to that in focus; infinity is added.
+const USUAL_DISTANCES: [f64; 4] = [0.5, 0.75, 1.0, 1.5];
+/// The same if infinity is in focus, in focal lengths.
+const USUAL_FOCAL_LENGTHS: [f64; 4] = [50.0, 100.0, 200.0, 400.0];
 /// Least cosine to the axis of the rays of a point.
 const FORWARD: f64 = 0.1;
 
@@ -52,7 +61,34 @@ struct Landing {
     light: [f64; 3],
 }
 
+impl SpotGrid {
+    /// Returns the lengths of the axes of the shares: distance, row and column of the point, y, x and
+    /// channel.
+    pub fn shape(&self) -> [usize; 6] {
+        [self.distances.len(), self.grid[1], self.grid[0], self.side, self.side, 3]
+    }
+}
+
 impl CalibrationSetup<'_> {
+    /// Returns the point spreads of 7 x 5 points of the picture at the distance in focus, nearer,
+    /// farther and at infinity, at most 65 pixels wide.
+    ///
+    /// # Errors
+    /// As [`Self::spots`].
+    pub fn usual_spots(&self, calibration: &Calibration) -> Result<SpotGrid, IndexRangeError> {
+        let focal_length = Paraxial::new(self.lens).focal_length.abs();
+        let (steps, unit) = match calibration.focus.is_finite() {
+            true => (USUAL_DISTANCES, calibration.focus),
+            false => (USUAL_FOCAL_LENGTHS, focal_length),
+        };
+        // Points just before the lens are of no use.
+        let nearest = calibration.front_depth + 2.0 * self.lens.rows[0].diameter;
+        let mut distances: Vec<f64> =
+            steps.into_iter().map(|step| step * unit).filter(|d| *d > nearest).collect();
+        distances.push(f64::INFINITY);
+        self.spots(calibration, USUAL_GRID, distances, USUAL_WIDTH)
+    }
+
     /// Returns the point spreads of `grid` points of the picture at some distances from the film
     /// plane (mm), at most `most` pixels wide.
     ///

@@ -6,6 +6,8 @@ mod polynomial;
 mod simulate;
 mod thin;
 
+pub(crate) use simulate::on_axis_irradiance;
+
 use std::fmt;
 
 pub(crate) use double::{F64Columns, launched};

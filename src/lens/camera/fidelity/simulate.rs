@@ -99,7 +99,7 @@ const EXPOSURE_WAVES: usize = 16;
 
 /// Returns the irradiance for a radiance of 1 where the axis meets the film: the mean weight of
 /// samples over the pupil and the bands. It traces about 16,000 rays.
-fn on_axis_irradiance(lens: &RealLens) -> f64 {
+pub(crate) fn on_axis_irradiance(lens: &RealLens) -> f64 {
     let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
     for axis in 0..2 {
         samples.film[axis].fill(-lens.film_pose.decentre[axis] as f32);

@@ -3,7 +3,7 @@
 use std::io::Write as _;
 
 /// Returns a file that holds an array of 32-bit floats, the last axis fastest.
-pub(super) fn encode(shape: &[usize], values: &[f32]) -> Vec<u8> {
+pub fn encode(shape: &[usize], values: &[f32]) -> Vec<u8> {
     let axes: Vec<String> = shape.iter().map(|n| format!("{n},")).collect();
     let mut header =
         format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}", axes.join(" "));
