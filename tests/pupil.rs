@@ -3,11 +3,14 @@
 mod support;
 
 use glam::DAffine3;
+use petzval::lanes::f32x8;
 use petzval::lens::{
-    ApertureMask, Camera, Iris, LensModel, LensRay, Prescription, PupilBounds, PupilSampling,
-    RealLens, Side, read, sequence, trace_one,
+    ApertureMask, Camera, Iris, LensColumns, LensModel, LensRay, Prescription, PupilBounds,
+    PupilSampling, REAR_SHARE, RealLens, Side, read, sequence, trace_one,
 };
+use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
 use petzval::sampler::pixel_key;
+use petzval::stats::LensStats;
 use support::sampling::{irradiance_and_share, transmitted_share};
 use support::{LENSES, Random, lens, oracle};
 
@@ -275,5 +278,57 @@ fn less_than_1e_4_of_the_light_lies_outside_the_fans() {
             // Light outside the fan is sampled by the rays to the whole rear element, with more noise.
             assert!(f64::from(outside) < 1e-4 * f64::from(lit), "{name}: {outside} of {lit}");
         }
+    }
+}
+
+/// Returns the weights of the rays that leave the lens from random points of the film. With `rear_only`
+/// all samples go to the whole rear element.
+fn weights(camera: &Camera, waves: u32, rear_only: bool) -> Vec<f64> {
+    let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
+    let mut rays = RayBatch::default();
+    let mut columns = LensColumns::default();
+    let mut stats = LensStats::default();
+    let mut random = Random::new(5);
+    // The first coordinate of a pupil sample decides: the smallest go to the rear element.
+    let share = if rear_only { f64::from(REAR_SHARE) } else { 1.0 };
+    let mut weights = Vec::new();
+    for _ in 0..waves {
+        for i in 0..WAVE_SIZE {
+            for axis in 0..2 {
+                samples.film[axis][i] = (camera.film[axis] * (random.next() - 0.5)) as f32;
+            }
+            samples.pupil[0][i] = (share * random.next()) as f32;
+            samples.pupil[1][i] = random.next() as f32;
+        }
+        camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+        weights.extend(rays.throughput[0][..rays.len].iter().map(|&weight| f64::from(weight)));
+    }
+    weights
+}
+
+#[test]
+fn no_ray_weighs_more_than_four_times_the_mean() {
+    // The weight of samples aimed at the fan is its area. Samples of the whole rear element weigh
+    // hundreds of times as much where the fan misses light, which makes fireflies. This many of them
+    // occur in 2.6e8 samples.
+    const REAR_WAVES: u32 = 1000;
+    let cases: Vec<_> = LENSES
+        .into_iter()
+        .flat_map(|lens| [1.0, 2.0, 4.0, 8.0, 16.0].map(|divisor| (lens, divisor)))
+        .collect();
+    let worst = support::in_parallel(&cases, |&((name, film), divisor)| {
+        let mut lens = lens(name);
+        lens.stop_down(lens.rows[lens.stop()].diameter / divisor);
+        let camera = camera(lens, film, PupilSampling::Pupil);
+        let all = weights(&camera, 100, false);
+        let mean = all.iter().sum::<f64>() / all.len() as f64;
+        let rear = weights(&camera, REAR_WAVES, true);
+        all.iter().chain(&rear).fold(0.0, |most: f64, &weight| most.max(weight)) / mean
+    });
+    for (((name, _), divisor), worst) in cases.iter().zip(&worst) {
+        println!("{name} stop / {divisor}: at most {worst:.2} times the mean");
+    }
+    for (((name, _), divisor), worst) in cases.into_iter().zip(worst) {
+        assert!(worst < 4.0, "{name} stop / {divisor}: a weight {worst} times the mean");
     }
 }

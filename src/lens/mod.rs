@@ -99,8 +99,7 @@ pub use prescription::pose::{
 pub use prescription::surface_aperture::{ApertureForm, SurfaceAperture};
 pub use prescription::{CrossSection, Prescription, Row, Rows, TransverseAxis};
 pub use pupil::fan::Fan;
-pub use pupil::rim::{RIM_WIDTH, rim_weight_limit};
-pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE, RIM_SHARE};
+pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE};
 pub use trace::asphere::Asphere;
 pub use trace::biradial::Biradial;
 pub use trace::frame_transform::FrameTransform;

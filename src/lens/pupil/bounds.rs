@@ -5,7 +5,7 @@ use super::film_grid::FilmGrid;
 use super::polar_grid::PolarGrid;
 use super::table::TableBuilder;
 use super::target::TriangleSteps;
-use super::{CELLS, Ellipse, PupilSampling, REAR_SHARE, RIM_SHARE, RINGS};
+use super::{CELLS, Ellipse, PupilSampling, REAR_SHARE, RINGS};
 use crate::lens::prescription::iris::Iris;
 use crate::lens::prescription::pose::FilmPlane;
 use crate::lens::prescription::{Prescription, Row};
@@ -21,10 +21,8 @@ pub struct PupilBounds {
     pub(super) rear_density: Vec<f32>,
     pub(super) cells: FilmGrid,
     pub(super) rings_per_mm: f32,
-    /// Share of samples drawn from the rear element.
+    /// Share of samples drawn from the rear element instead of the pupil.
     pub rear_share: f32,
-    /// Share of samples drawn from the rim of the fan.
-    pub rim_share: f32,
     /// Whether samples outside the fans have no weight. Set for lens models that know no rims.
     pub(crate) fans_only: bool,
 }
@@ -96,44 +94,34 @@ impl PupilBounds {
             let others: Vec<Prescription> = others.iter().map(round).collect();
             return Self::for_wavelengths(&round(lens), &others, film, PupilSampling::Pupil);
         }
-        const SHARES: [f32; 2] = [REAR_SHARE, RIM_SHARE];
         let &FilmPlane { distance, pose, radius, half } = film;
         let builder = TableBuilder { lens, others, distance, pose };
         // Rings are centred on the axis.
         let [x, y] = pose.decentre;
         let radius = radius + x.hypot(y);
         let level = lens.is_round() && pose.is_untilted();
-        let (rear, table, [rear_share, rim_share]) = match sampling {
+        let (rear, table, rear_share) = match sampling {
             PupilSampling::RearDisk => {
                 let half = lens.rear().diameter as f32 / 2.0;
                 let disk = Ellipse { centre: [0.0; 2], half: [half; 2] };
-                (vec![disk; RINGS], FanTable::RearOnly, [1.0, 0.0])
+                (vec![disk; RINGS], FanTable::RearOnly, 1.0)
             }
             PupilSampling::Pupil if level => {
                 let edge = |i: usize| radius * i as f64 / RINGS as f64;
                 let ring = |i: usize| builder.rear_ellipse([edge(i), edge(i + 1)]);
-                ((0..RINGS).map(ring).collect(), builder.build_rings(radius), SHARES)
+                ((0..RINGS).map(ring).collect(), builder.build_rings(radius), REAR_SHARE)
             }
             PupilSampling::Pupil | PupilSampling::RoundIris => {
                 let nearly_round = lens.rows.iter().all(Row::is_round);
                 let polar = if nearly_round { builder.build_spokes(half) } else { None };
                 let table = polar.unwrap_or_else(|| builder.build_grid(half));
-                (builder.rear_cells(half), table, SHARES)
+                (builder.rear_cells(half), table, REAR_SHARE)
             }
         };
         let rings_per_mm = (RINGS as f64 / radius) as f32;
         let rear_density = rear.iter().map(|ellipse| rear_share / ellipse.area()).collect();
         let cells = FilmGrid::new(half);
-        Self {
-            table,
-            rear,
-            rear_density,
-            cells,
-            rings_per_mm,
-            rear_share,
-            rim_share,
-            fans_only: false,
-        }
+        Self { table, rear, rear_density, cells, rings_per_mm, rear_share, fans_only: false }
     }
 
     /// Returns whether pupil points are in the frame of the lens, and film points are looked up by
@@ -158,13 +146,7 @@ impl PupilBounds {
 
     /// Returns the sample density of a triangle times twice its area.
     pub(crate) fn triangle_density(&self) -> f32 {
-        2.0 * (1.0 - self.outside_share()) / TRIANGLES as f32
-    }
-
-    /// Returns the share of samples that are not drawn from the fan.
-    #[inline(always)]
-    pub(super) fn outside_share(&self) -> f32 {
-        self.rear_share + self.rim_share
+        2.0 * (1.0 - self.rear_share) / TRIANGLES as f32
     }
 
     /// Returns the fan of a film point (mm); it is empty if all samples are drawn from the rear

@@ -17,17 +17,6 @@ impl Ellipse {
         std::f32::consts::PI * self.half[0] * self.half[1]
     }
 
-    /// Returns whether it contains a point, to rounding.
-    pub(crate) fn contains(&self, point: [f32; 2]) -> bool {
-        let [x, y] = [0, 1].map(|i| (point[i] - self.centre[i]) / self.half[i]);
-        x * x + y * y <= 1.0 + 1e-5
-    }
-
-    /// Returns the point at a place in the unit disk.
-    pub(super) fn at(&self, disk: [f32; 2]) -> [f32; 2] {
-        [0, 1].map(|i| self.half[i] * disk[i] + self.centre[i])
-    }
-
     pub(crate) fn scaled(self, by: f32) -> Self {
         Self { half: self.half.map(|half| half * by), ..self }
     }

@@ -94,21 +94,6 @@ impl Fan {
         Self { centre: self.centre, corners: self.corners.map(|corner| corner.map(|v| v * by)) }
     }
 
-    /// Returns the fan with each corner moved away from the centre by a factor.
-    pub(super) fn widened(&self, by: &[f64; TRIANGLES]) -> Self {
-        let moved = |k: usize| self.corners[k].map(|v| (f64::from(v) * by[k % TRIANGLES]) as f32);
-        Self { centre: self.centre, corners: std::array::from_fn(moved) }
-    }
-
-    /// Returns a point of a scaled copy of the outer side of a triangle. `turn` is 0 at its first
-    /// corner and 1 at the second; equal steps are about equal angles at the centre.
-    pub(super) fn outside(&self, triangle: usize, turn: f64, scale: f64) -> [f64; 2] {
-        let [a, b] = [triangle, triangle + 1].map(|k| self.corners[k].map(f64::from));
-        let [from, to] = [(1.0 - turn) * b[0].hypot(b[1]), turn * a[0].hypot(a[1])];
-        let along = if from + to > 0.0 { to / (from + to) } else { 0.0 };
-        [0, 1].map(|i| f64::from(self.centre[i]) + scale * (a[i] + along * (b[i] - a[i])))
-    }
-
     #[inline(always)]
     pub(crate) fn triangle(&self, k: usize) -> Triangle {
         Triangle { centre: self.centre, corners: [self.corners[k], self.corners[k + 1]] }
@@ -116,37 +101,27 @@ impl Fan {
 
     /// Returns the scale at which the fan just encloses a point; at most 1 for a point inside.
     pub fn scale_to_enclose(&self, point: [f64; 2]) -> f64 {
-        self.triangle_towards(point).map_or(0.0, |(_, scale)| scale)
-    }
-
-    /// Returns the triangle in whose sector a point lies, and the scale at which it just encloses
-    /// the point.
-    pub(super) fn triangle_towards(&self, point: [f64; 2]) -> Option<(usize, f64)> {
         let local = [0, 1].map(|axis| point[axis] - f64::from(self.centre[axis]));
         let corner = |k: usize| self.corners[k].map(f64::from);
         (0..TRIANGLES)
-            .find_map(|k| Some((k, distance_over_chord(corner(k), corner(k + 1), local)?)))
+            .find_map(|k| distance_over_chord(corner(k), corner(k + 1), local))
+            .unwrap_or(0.0)
     }
 
     /// Returns the density of its samples at a point, mm^-2; 0 outside.
-    pub fn density(&self, point: [f32; 2]) -> f32 {
-        let inside = self.sectors(point).filter(|(scale, _)| *scale <= 1.0);
-        inside.map(|(_, area)| 1.0 / (TRIANGLES as f32 * area)).sum()
-    }
-
-    /// Returns the triangles in whose sector a point lies: the scale at which a triangle just
-    /// reaches the point, and its area, mm^2. There is one, except in fans that overlap themselves.
-    #[inline(always)]
-    pub(super) fn sectors(&self, [x, y]: [f32; 2]) -> impl Iterator<Item = (f32, f32)> {
+    pub fn density(&self, [x, y]: [f32; 2]) -> f32 {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
-        (0..TRIANGLES).filter_map(move |k| {
+        for k in 0..TRIANGLES {
             let triangle = self.triangle(k);
             let [[ax, ay], [bx, by]] = triangle.corners;
             let area2 = triangle.area2();
             // Twice the areas of the triangles that the point forms with the corners.
             let (a, b) = (x * by - y * bx, ax * y - ay * x);
-            (area2 > 0.0 && a > 0.0 && b >= 0.0).then(|| ((a + b) / area2, area2 / 2.0))
-        })
+            if area2 > 0.0 && a >= 0.0 && b >= 0.0 && a + b <= area2 {
+                return 2.0 / (TRIANGLES as f32 * area2);
+            }
+        }
+        0.0
     }
 }
 

@@ -50,7 +50,7 @@ impl PupilBounds {
         let count = film[0].len().min(WAVE_SIZE);
         let (x, y) = (&film[0][..count], &film[1][..count]);
         let (u, v) = (&pupil[0][..count], &pupil[1][..count]);
-        let share = self.outside_share();
+        let share = self.rear_share;
         let per_triangle = TRIANGLES as f32 / (1.0 - share);
         // Two loops: this one is arithmetic over whole columns and vectorizes.
         for i in 0..count {
@@ -76,7 +76,7 @@ impl PupilBounds {
         for i in 0..count {
             targets[i][6] = density[lookup.rear[i] as usize % RINGS];
             if u[i] < share {
-                targets[i] = self.outside_target([x[i], y[i]], [u[i] / share, v[i]]);
+                targets[i] = self.rear_target([x[i], y[i]], [u[i] / share, v[i]]);
             }
         }
     }
@@ -89,11 +89,11 @@ impl PupilBounds {
         lookup: &mut Lookup,
         targets: &mut PupilTargets,
     ) {
-        let share = self.outside_share();
+        let share = self.rear_share;
         for i in 0..film[0].len() {
             let (point, u, v) = ([film[0][i], film[1][i]], pupil[0][i], pupil[1][i]);
             if u < share {
-                targets[i] = self.outside_target(point, [u / share, v]);
+                targets[i] = self.rear_target(point, [u / share, v]);
                 continue;
             }
             let place = (u - share) * (TRIANGLES as f32 / (1.0 - share));
@@ -126,23 +126,25 @@ impl PupilBounds {
     #[inline(never)]
     fn rear_only_targets(&self, film: [&[f32]; 2], pupil: [&[f32]; 2], targets: &mut PupilTargets) {
         for i in 0..film[0].len() {
-            targets[i] = self.outside_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]);
+            targets[i] = self.rear_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]);
         }
     }
 
-    /// Returns a sample that is not drawn from a triangle: a point of the whole rear element or of
-    /// the rim of the fan.
+    /// Returns a sample of the whole rear element: [`REAR_SHARE`](super::REAR_SHARE) of all samples
+    /// if there are fans.
     #[inline(never)]
-    fn outside_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> PupilTarget {
-        let (rear, fan) = (self.rear(film), self.fan(film));
-        let split = self.rear_share / self.outside_share();
-        let point = match u < split {
-            true => Some(rear.at(crate::sampler::concentric_disk(u / split, v))),
-            false => fan.rim_point([(u - split) / (1.0 - split), v]),
+    fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> PupilTarget {
+        let rear = self.rear(film);
+        let [disk_u, disk_v] = crate::sampler::concentric_disk(u, v);
+        let point =
+            [rear.half[0] * disk_u + rear.centre[0], rear.half[1] * disk_v + rear.centre[1]];
+        let fan = self.fan(film);
+        let rear_only = matches!(self.table, FanTable::RearOnly);
+        let density = fan.density(point);
+        let base = match rear_only || if self.fans_only { density > 0.0 } else { fan.is_open() } {
+            true => (1.0 - self.rear_share) * density + self.rear_share / rear.area(),
+            false => 0.0,
         };
-        match point {
-            Some(point) => point_target(point, self.mixture_density(&fan, &rear, point)),
-            None => point_target([0.0; 2], 0.0),
-        }
+        point_target(point, base)
     }
 }

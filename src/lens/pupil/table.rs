@@ -2,7 +2,6 @@
 
 use glam::{DAffine3, DMat2, DVec2, DVec3};
 
-use super::enclosure::{Between, enclose_light};
 use super::fan::Fan;
 use super::outline::{OutlineFinder, PupilOutline, PupilSymmetry};
 use super::polar_grid::{POLAR_RINGS, PolarGrid, SPOKES, direction, ring_fraction};
@@ -15,12 +14,13 @@ use crate::lens::prescription::pose::Pose;
 /// Enlargement of the ellipses around the rear element, so that they enclose all of it.
 const REAR_MARGIN: f32 = 1.002;
 /// Enlargement of fans beyond the light that was found.
-const FAN_MARGIN: f32 = 1.002;
+const FAN_MARGIN: f64 = 1.002;
+/// Largest enlargement of a fan for the light between it and the next. Light beyond, at the very
+/// rim of the image circle, is left to the samples of the rear element.
+const MAX_WIDENING: f64 = 1.5;
 
-/// Subdivisions of a ring at whose ends light is sought outside the fan.
-const RING_STEPS: usize = 8;
-/// Subdivisions of a side of a cell, of either kind of grid.
-const CELL_STEPS: usize = 4;
+/// Subdivisions of a ring at which the light of a round lens is traced.
+const SUBSTEPS: usize = 4;
 
 /// Builds the pupil table of a lens.
 pub(crate) struct TableBuilder<'a> {
@@ -48,27 +48,25 @@ impl TableBuilder<'_> {
         let mut tracker = PupilTracker::new(self, &mut finder);
         let end = tracker.light_radius(radius);
         let mut fans = Box::new([Fan::EMPTY; RINGS + 3]);
-        // The inverse of `ring_position`.
-        let radius = |place: f64| {
-            let rest = 1.0 - place / RINGS as f64;
-            end * (1.0 - rest * rest)
-        };
+        let mut between = Vec::with_capacity(RINGS * (SUBSTEPS - 1));
         let mut last = None;
-        for (ring, to) in fans[..=RINGS].iter_mut().enumerate() {
-            let r = radius(ring as f64);
+        for i in 0..=SUBSTEPS * RINGS {
+            // The inverse of `ring_position`.
+            let rest = 1.0 - i as f64 / (SUBSTEPS * RINGS) as f64;
+            let r = end * (1.0 - rest * rest);
             let light = tracker.outline_at_radius(r, last);
             if let Some(light) = &light {
                 last = Some((r, light.bounds));
             }
-            *to = fan(light.as_ref());
+            let (ring, part) = (i / SUBSTEPS, i % SUBSTEPS);
+            if part == 0 {
+                fans[ring] = fan(light.as_ref());
+            } else if let Some(light) = light {
+                let share = part as f32 / SUBSTEPS as f32;
+                between.push(Midpoint { around: [(ring, 1.0 - share), (ring + 1, share)], light });
+            }
         }
-        fans[RINGS] = at_the_end(&fans[RINGS], &fans[RINGS - 1]);
-        let between = steps(RINGS, RING_STEPS).map(|(ring, share)| Between {
-            film: [radius(ring as f64 + share), 0.0, 0.0],
-            turn: [1.0, 0.0],
-            around: [(ring, 1.0 - share as f32), (ring + 1, share as f32)],
-        });
-        enclose_light(&mut fans[..=RINGS], between.collect(), tracker.finder);
+        widen_fans(&mut fans[..=RINGS], &between);
         let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.is_open()));
         let steps = TriangleSteps::of(&fans[..]);
         // The last film point, if lit, must not count as beyond the light.
@@ -79,32 +77,46 @@ impl TableBuilder<'_> {
     pub fn build_grid(&self, half: [f64; 2]) -> FanTable {
         let mut finder = self.finder(PupilSymmetry::None);
         let mut tracker = PupilTracker::new(self, &mut finder);
-        let place = |at: [f64; 2]| self.cell(half, at);
-        let corner = |i: usize, j: usize| place([i, j].map(|i| i as f64));
+        let place = |i: usize, j: usize, by: f64| self.cell(half, [i, j].map(|i| i as f64 + by));
         let side = CELLS + 1;
         let mut lights: Vec<Option<PupilOutline>> = Vec::with_capacity(side * side);
         for j in 0..side {
             for i in 0..side {
                 // The neighbours to the left and below, which are known.
-                let beside = (i > 0).then(|| (lights.len() - 1, corner(i - 1, j)));
-                let under = (j > 0).then(|| (lights.len() - side, corner(i, j - 1)));
+                let beside = (i > 0).then(|| (lights.len() - 1, place(i - 1, j, 0.0)));
+                let under = (j > 0).then(|| (lights.len() - side, place(i, j - 1, 0.0)));
                 let known = [beside, under]
                     .into_iter()
                     .flatten()
                     .find_map(|(k, at)| Some((at, lights[k].as_ref()?.bounds)));
-                lights.push(tracker.outline(corner(i, j), known));
+                lights.push(tracker.outline(place(i, j, 0.0), known));
             }
         }
         let mut fans: Vec<Fan> = lights.iter().map(|light| fan(light.as_ref())).collect();
-        extrapolate_centres(&mut fans);
-        let column = || steps(CELLS, CELL_STEPS);
-        let between = column().flat_map(|row| column().map(move |column| (column, row)));
-        let between = between.map(|((i, s), (j, t))| Between {
-            film: place([i as f64 + s, j as f64 + t]),
-            turn: [1.0, 0.0],
-            around: bilinear(|a, b| (j + b) * side + i + a, s, t),
-        });
-        enclose_light(&mut fans, between.collect(), tracker.finder);
+        let mut cells = Vec::with_capacity(CELLS * CELLS);
+        for j in 0..CELLS {
+            for i in 0..CELLS {
+                let corners =
+                    [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| j * side + i);
+                let known = corners.iter().find_map(|&k| {
+                    Some((place(k % side, k / side, 0.0), lights[k].as_ref()?.bounds))
+                });
+                cells.push((corners, tracker.outline(place(i, j, 0.5), known)));
+            }
+        }
+        // A dark corner takes the fan of a lit one that shares a cell with it.
+        let dark: Vec<usize> = (0..fans.len()).filter(|&k| !fans[k].is_open()).collect();
+        let lit = fans.clone();
+        for k in dark {
+            let beside = cells.iter().filter(|(corners, _)| corners.contains(&k));
+            let mut around = beside.clone().flat_map(|(corners, _)| corners);
+            if let Some(&other) = around.find(|&&other| lit[other].is_open()) {
+                fans[k] = lit[other];
+            } else if let Some(light) = beside.filter_map(|(_, light)| light.as_ref()).next() {
+                fans[k] = fan(Some(light));
+            }
+        }
+        widen_fans(&mut fans, &cell_midpoints(cells));
         FanTable::Grid { fans }
     }
 
@@ -163,24 +175,19 @@ impl TableBuilder<'_> {
                 frames.push(last);
             }
         }
+        let mut between = Vec::with_capacity(SPOKES * POLAR_RINGS);
         for spoke in 0..SPOKES {
-            let [before, end] =
-                [POLAR_RINGS - 1, POLAR_RINGS].map(|ring| PolarGrid::index(spoke, ring));
-            fans[end] = at_the_end(&fans[end], &fans[before]);
-        }
-        let spokes = steps(SPOKES, CELL_STEPS);
-        let between =
-            spokes.flat_map(|spoke| steps(POLAR_RINGS, CELL_STEPS).map(move |ring| (spoke, ring)));
-        let between = between.map(|((spoke, s), (ring, t))| {
-            let [near, far] = [spoke, spoke + 1].map(|k| 1.0 / ends[k % SPOKES]);
-            let r = ring_fraction(ring as f64 + t) / (near + s * (far - near));
-            Between {
-                film: place(spoke as f64 + s, r),
-                turn: direction(spoke as f64 + s),
-                around: bilinear(|a, b| PolarGrid::index(spoke + a, ring + b), s, t),
+            tracker.finder.turn = direction(spoke as f64 + 0.5);
+            let per_end = (1.0 / ends[spoke] + 1.0 / ends[(spoke + 1) % SPOKES]) / 2.0;
+            for ring in 0..POLAR_RINGS {
+                let at = place(spoke as f64 + 0.5, ring_fraction(ring as f64 + 0.5) / per_end);
+                let known = frames[PolarGrid::index(spoke, ring)];
+                let around = [(0, 0), (1, 0), (0, 1), (1, 1)];
+                let corners = around.map(|(i, j)| PolarGrid::index(spoke + i, ring + j));
+                between.push((corners, tracker.outline(at, Some(known))));
             }
-        });
-        enclose_light(&mut fans, between.collect(), tracker.finder);
+        }
+        widen_fans(&mut fans, &cell_midpoints(between));
         // The last film point, if lit, must not count as beyond the light.
         let ends = ends.map(|end| end * (1.0 + 1e-6));
         Some(FanTable::Polar(PolarGrid::new(pole.to_array(), &ends, fans)))
@@ -246,57 +253,37 @@ impl TableBuilder<'_> {
 
 /// Returns a fan around the light, empty if there is none.
 fn fan(light: Option<&PupilOutline>) -> Fan {
-    light.map_or(Fan::EMPTY, |light| Fan::around(light.centre, &light.outline).scaled(FAN_MARGIN))
+    light.map_or(Fan::EMPTY, |light| Fan::around(light.centre, &light.outline))
 }
 
-/// Returns the fan of the last ring: the size of the one before, about its own centre if it is lit.
-/// The light ends somewhere near that ring, and its pupil there is of no size.
-fn at_the_end(end: &Fan, before: &Fan) -> Fan {
-    Fan { centre: if end.is_open() { end.centre } else { before.centre }, ..*before }
+/// Light that was traced between fans.
+struct Midpoint<const N: usize> {
+    /// The fans around it, and their interpolation weights.
+    around: [(usize, f32); N],
+    light: PupilOutline,
 }
 
-/// Returns positions along a line of cells, from its start to its end: a cell, and the position in
-/// it, 0 to 1.
-fn steps(cells: usize, per_cell: usize) -> impl Iterator<Item = (usize, f64)> {
-    (0..=cells * per_cell).map(move |step| {
-        let cell = (step / per_cell).min(cells - 1);
-        (cell, (step - cell * per_cell) as f64 / per_cell as f64)
-    })
-}
-
-/// Returns the four corners of a cell with their weights at a position in it.
-fn bilinear(corner: impl Fn(usize, usize) -> usize, s: f64, t: f64) -> [(usize, f32); 4] {
-    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| {
-        let [x, y] = [(a, s), (b, t)].map(|(far, s)| if far == 1 { s } else { 1.0 - s });
-        (corner(a, b), (x * y) as f32)
-    })
-}
-
-/// Gives the dark corners of a grid the fan of a lit neighbour, for the light in the cells between
-/// them. The centre is where a line through the two nearest lit corners leads.
-fn extrapolate_centres(fans: &mut [Fan]) {
-    const SIDE: isize = CELLS as isize + 1;
-    const NEIGHBOURS: [[isize; 2]; 8] =
-        [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
-    let known = fans.to_vec();
-    let lit = |i: isize, j: isize| {
-        let inside = (0..SIDE).contains(&i) && (0..SIDE).contains(&j);
-        inside.then(|| &known[(j * SIDE + i) as usize]).filter(|fan| fan.is_open())
+/// Returns the light in the middle of four fans, if there is any.
+fn cell_midpoints(cells: Vec<([usize; 4], Option<PupilOutline>)>) -> Vec<Midpoint<4>> {
+    let one = |(corners, light): ([usize; 4], Option<PupilOutline>)| {
+        Some(Midpoint { around: corners.map(|k| (k, 0.25)), light: light? })
     };
-    for j in 0..SIDE {
-        for i in 0..SIDE {
-            let at = |[x, y]: [isize; 2], far: isize| lit(i + far * x, j + far * y);
-            let fan = &mut fans[(j * SIDE + i) as usize];
-            if fan.is_open() {
-                continue;
-            }
-            let on_a_line = |by| Some((at(by, 1)?, at(by, 2)?));
-            if let Some((near, far)) = NEIGHBOURS.into_iter().find_map(on_a_line) {
-                let centre = [0, 1].map(|axis| 2.0 * near.centre[axis] - far.centre[axis]);
-                *fan = Fan { centre, ..*near };
-            } else if let Some(near) = NEIGHBOURS.into_iter().find_map(|by| at(by, 1)) {
-                *fan = *near;
-            }
+    cells.into_iter().filter_map(one).collect()
+}
+
+/// Widens fans until their interpolations enclose the light between them.
+fn widen_fans<const N: usize>(fans: &mut [Fan], between: &[Midpoint<N>]) {
+    let mut by = vec![FAN_MARGIN; fans.len()];
+    for Midpoint { around, light } in between {
+        let mixed = Fan::mix(&around.map(|(k, share)| (&fans[k], share)));
+        let reach = light.outline.iter().fold(0.0f64, |reach, point| {
+            reach.max(mixed.scale_to_enclose([0, 1].map(|axis| light.centre[axis] + point[axis])))
+        });
+        for (k, _) in around {
+            by[*k] = by[*k].max((reach * FAN_MARGIN).min(MAX_WIDENING));
         }
+    }
+    for (fan, by) in fans.iter_mut().zip(by) {
+        *fan = fan.scaled(by as f32);
     }
 }
