@@ -187,6 +187,33 @@ fn exposure_scales_ghosts_and_light_paths_too() {
     }
 }
 
+#[test]
+fn the_stop_changes_no_brightness() {
+    let folder = folder();
+    let path = scene(&folder, "");
+    let text = fs::read_to_string(&path).expect("a scene");
+    let world = text.find("WorldBegin").expect("a world");
+    let sky = "WorldBegin\nLightSource \"infinite\" \"rgb L\" [ 1 1 1 ]\n";
+    write(&folder, "scene.pbrt", format!("{}{sky}", &text[..world]));
+    let middle = |camera: &str, stop: &str| {
+        let _ = fs::remove_dir_all(folder.path().join("out"));
+        let spec = format!(
+            "pairs = 1\nresolution = [9, 9]\nspp = 1024\n[draw]\nscene = \"scene.pbrt\"\n{stop}\n\
+             [clean]\ncamera = \"{camera}\"\n[degraded]\neffects = \"none\"\n"
+        );
+        let (code, _, log) = run(folder.path(), &spec, &[]);
+        assert_eq!(code, 0, "{log}");
+        ["clean", "degraded"].map(|kind| read(folder.path(), 0, kind).pixels[40][1])
+    };
+    let [expected, own] = middle("lens", "");
+    assert_eq!(expected, own);
+    for (camera, stop) in [("pinhole", "fstop = 2.5"), ("deep", "fstop = 8.0")] {
+        for found in middle(camera, stop) {
+            assert!((found / expected - 1.0).abs() < 0.005, "{camera} {stop}: {found}, {expected}");
+        }
+    }
+}
+
 /// Returns the centre of the light above a threshold, in pixels whose centres are whole numbers.
 fn lamp(picture: &Picture) -> [f64; 2] {
     let width = picture.size[0];
@@ -235,7 +262,7 @@ fn the_cameras_of_the_manifest_place_a_lamp_where_the_pictures_show_it() {
             let found = lamp(&read(folder.path(), pair, kind));
             let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
             println!("{kind} {pair}: {found:?}, expected {expected:?}");
-            assert!(off < 0.3, "{kind} of {pair}: {found:?} instead of {expected:?}");
+            assert!(off < 0.05, "{kind} of {pair}: {found:?} instead of {expected:?}");
         }
     }
 }
@@ -258,6 +285,7 @@ fn what_is_wrong_is_named_with_its_place() {
         (&format!("{good}light = -2.0\n"), "add sensor = \"\" to [degraded]"),
         (&format!("{good}turn = [1.0, 2.0]\n"), "expected a number, or three in brackets"),
         (&format!("{good}[degraded]\neffects = \"+gosts\"\n"), "gosts"),
+        (&format!("{good}[clean]\neffects = \"all\"\n"), "clean.effects: a pinhole has no effects"),
         (&format!("{good}[clean]\ncamera = \"fisheye\"\n"), "expected one of `pinhole`"),
         ("layers = [\"dept\"]\npairs = 1\n[draw]\nscene = \"scene.pbrt\"\n", "no layer \"dept\""),
         ("pairs = 1\n[draw]\nscene = \"none.pbrt\"\n", "none.pbrt"),

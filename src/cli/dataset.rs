@@ -9,8 +9,8 @@ use std::time::Instant;
 use petzval::dataset::{
     DatasetError, DatasetScene, DatasetSpec, Draw, Manifest, prepare_pair, write_pair,
 };
-use petzval::io::ByteSize;
 use petzval::io::image::ImageFormat;
+use petzval::io::{ByteSize, Warning};
 use petzval::render::memory::{MemoryTask, machine};
 use petzval::render::{Progress, RenderError, RenderOptions};
 
@@ -121,14 +121,13 @@ impl DatasetRun<'_> {
             return Ok(false);
         }
         if !self.scenes.contains_key(&draw.scene) {
-            let scene = DatasetScene::read(&draw.scene, self.memory.context())?;
-            let new = scene.warnings().iter();
-            let new: Vec<_> =
-                new.filter(|warning| self.printed.insert(warning.to_string())).cloned().collect();
-            message::warnings(&new);
+            let scene = DatasetScene::read(&draw.scene, self.spec, self.memory.context())?;
             self.scenes.insert(draw.scene.clone(), scene);
         }
         let pair = prepare_pair(self.spec, draw.clone(), &self.scenes[&draw.scene])?;
+        let new = |warning: &&Warning| self.printed.insert(warning.to_string());
+        let new: Vec<Warning> = pair.warnings.iter().filter(new).cloned().collect();
+        message::warnings(&new);
         let (number, words) = (pair.draw.pair, pair.draw.to_string());
         let threads = self.arguments.threads.map_or_else(machine::cores, usize::from);
         for job in [&pair.clean, &pair.degraded] {
@@ -138,7 +137,7 @@ impl DatasetRun<'_> {
         let options =
             RenderOptions { threads, progress: Some(&self.progress), ..RenderOptions::default() };
         match write_pair(self.spec, &pair, self.manifest.folder(), options) {
-            Ok(files) => self.manifest.add(number, files)?,
+            Ok(row) => self.manifest.add(number, row)?,
             Err(DatasetError::Render(RenderError::Stopped)) => return Ok(false),
             Err(error) => return Err(error.into()),
         }

@@ -153,3 +153,45 @@ impl fmt::Display for Draw {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn a_camera_moves_and_turns_about_its_own_axes() {
+        // A camera at (5, 0, 0) that looks along +x: right is -z, up is y.
+        let axes = DMat3::from_cols(DVec3::NEG_Z, DVec3::Y, DVec3::X);
+        let camera = DAffine3 { matrix3: 2.0 * axes, translation: DVec3::new(5.0, 0.0, 0.0) };
+        let draw = |shift: [f64; 3], turn: [f64; 3]| Draw {
+            pair: 0,
+            seed: 0,
+            scene: PathBuf::new(),
+            lens: None,
+            focus: None,
+            f_number: None,
+            light: 0.0,
+            shift,
+            turn,
+        };
+        assert_eq!(draw([0.0; 3], [0.0; 3]).viewpoint(&camera), None);
+        let seen = |shift, turn| {
+            let view = draw(shift, turn).viewpoint(&camera).expect("a viewpoint");
+            let forward = view.target - view.eye;
+            (view.eye, [DVec3::NEG_Z, DVec3::Y].map(|axis| forward.dot(axis)), view.up)
+        };
+        // The scale of the camera does not scale its moves.
+        assert_eq!(seen([1.0, 2.0, 3.0], [0.0; 3]).0, DVec3::new(8.0, 2.0, -1.0));
+        let sine = 30f64.to_radians().sin();
+        let near = |found: [f64; 2], expected: [f64; 2]| {
+            assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 1e-12), "{found:?}");
+        };
+        near(seen([0.0; 3], [30.0, 0.0, 0.0]).1, [sine, 0.0]);
+        near(seen([0.0; 3], [0.0, 30.0, 0.0]).1, [0.0, sine]);
+        let (_, forward, up) = seen([0.0; 3], [0.0, 0.0, 30.0]);
+        near(forward, [0.0; 2]);
+        near([up.dot(DVec3::NEG_Z), up.y], [sine, 30f64.to_radians().cos()]);
+    }
+}

@@ -11,7 +11,10 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 
 use super::DatasetError;
-use super::pair::PairFiles;
+
+/// The data of one pair and its files, as an object of JSON.
+#[derive(Clone, Debug)]
+pub struct ManifestRow(pub(super) Map<String, Value>);
 
 /// The finished pairs of a folder.
 #[derive(Debug)]
@@ -88,8 +91,8 @@ impl Manifest {
     ///
     /// # Errors
     /// Returns an error if it cannot be written.
-    pub fn add(&mut self, pair: u32, files: PairFiles) -> Result<(), DatasetError> {
-        let mut row = files.row;
+    pub fn add(&mut self, pair: u32, row: ManifestRow) -> Result<(), DatasetError> {
+        let ManifestRow(mut row) = row;
         row.insert("spec".to_owned(), Value::String(self.digest.clone()));
         row.insert("petzval".to_owned(), Value::String(env!("CARGO_PKG_VERSION").to_owned()));
         let mut line = Value::Object(row).to_string();

@@ -19,8 +19,8 @@ mod pair;
 mod spec;
 
 pub use draw::Draw;
-pub use manifest::Manifest;
-pub use pair::{DatasetScene, Pair, PairFiles, prepare_pair, write_pair};
+pub use manifest::{Manifest, ManifestRow};
+pub use pair::{DatasetScene, Pair, prepare_pair, write_pair};
 pub use spec::{CleanCamera, CleanSpec, DatasetSpec, DegradedSpec, DrawSpec, DrawnFrom, Range};
 
 use std::io;
@@ -44,7 +44,7 @@ pub enum DatasetError {
     Spec {
         /// The file of the specification.
         path: PathBuf,
-        /// Where and what.
+        /// The place and the fault.
         problem: String,
     },
     /// A scene cannot be read.
@@ -55,10 +55,26 @@ pub enum DatasetError {
     Prepare {
         /// The pair's number.
         pair: u32,
-        /// What was drawn.
+        /// The parameters of the pair.
         draw: String,
         /// The error of the preparation.
         source: Box<PrepareError>,
+    },
+    /// The scene cannot be photographed as it is, so its exposure is unknown.
+    #[error("{}, as it is: {source}", path_excerpt(scene))]
+    OwnCamera {
+        /// The scene file.
+        scene: PathBuf,
+        /// The error of the preparation.
+        source: Box<PrepareError>,
+    },
+    /// The point spreads of a pair's lens cannot be computed.
+    #[error("pair {pair}: psf = true: {problem}")]
+    PointSpreads {
+        /// The pair's number.
+        pair: u32,
+        /// The fault.
+        problem: String,
     },
     /// A pair's scene has no real lens.
     #[error(
@@ -95,7 +111,7 @@ pub enum DatasetError {
         path: PathBuf,
         /// Line number, from 1.
         line: usize,
-        /// What is wrong, and what to do.
+        /// The fault and its remedy.
         problem: String,
     },
 }

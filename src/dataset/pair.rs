@@ -1,18 +1,21 @@
 //! One pair: its two jobs, and the files that they become.
 
+use std::fmt::Display;
 use std::io::Write as _;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::manifest::relative;
+use super::manifest::{ManifestRow, relative};
 use super::spec::{CleanCamera, DatasetSpec};
 use super::{DatasetError, Draw};
 use crate::aov::Aov;
 use crate::io::image::{DisplayExposure, Note, Notes, Picture};
 use crate::io::{ReadContext, Warning, npy, replace_file};
 use crate::job::Job;
-use crate::lens::{Calibration, FNumberError, Fidelity, LensModel, on_axis_irradiance};
+use crate::lens::{
+    Calibration, CalibrationSetup, FNumberError, Fidelity, LensModel, on_axis_irradiance,
+};
 use crate::plan::{Effect, EffectSelection};
 use crate::prepare::{Changes, PrepareError, prepare, prepare_draft};
 use crate::render::{RenderError, RenderOptions, render};
@@ -32,22 +35,22 @@ pub struct DatasetScene {
 }
 
 impl DatasetScene {
-    /// Reads a scene.
+    /// Reads a scene for the pictures of a specification.
     ///
     /// # Errors
     /// Returns an error if the scene or its lens cannot be read.
-    pub fn read(path: &Path, context: &ReadContext) -> Result<Self, DatasetError> {
+    pub fn read(
+        path: &Path,
+        spec: &DatasetSpec,
+        context: &ReadContext,
+    ) -> Result<Self, DatasetError> {
         let description = pbrt::read_with(path, context)?;
-        let changes = Changes { resolution: Some([64, 64]), ..Changes::default() };
-        // A scene whose own lens is missing may be given another; the pair will say so otherwise.
-        let own = prepare_draft(description.clone(), &changes, None).ok();
-        let exposure = own.and_then(|job| on_axis_value(&job));
-        Ok(Self { description, exposure })
-    }
-
-    /// Returns the warnings of the reader.
-    pub fn warnings(&self) -> &[Warning] {
-        &self.description.warnings
+        // On the same film the same rays measure the exposure.
+        let changes = Changes { resolution: Some(spec.resolution), ..Changes::default() };
+        let own = prepare_draft(description.clone(), &changes, None).map_err(|source| {
+            DatasetError::OwnCamera { scene: path.to_owned(), source: Box::new(source) }
+        })?;
+        Ok(Self { description, exposure: on_axis_value(&own) })
     }
 }
 
@@ -60,7 +63,7 @@ fn on_axis_value(job: &Job) -> Option<f64> {
 /// Two jobs with the same seed and what else a pair consists of.
 #[derive(Debug)]
 pub struct Pair {
-    /// What was drawn.
+    /// Its parameters.
     pub draw: Draw,
     /// The job of the clean picture.
     pub clean: Job,
@@ -68,15 +71,10 @@ pub struct Pair {
     pub degraded: Job,
     /// The sensor that reads the degraded picture out.
     pub sensor: Option<Sensor>,
+    /// The warnings of the readers and of the preparation.
+    pub warnings: Vec<Warning>,
     notes: Notes,
     psf: bool,
-}
-
-/// The files of a pair.
-#[derive(Clone, Debug)]
-pub struct PairFiles {
-    /// The manifest's row.
-    pub row: Map<String, Value>,
 }
 
 /// Prepares the jobs of a pair.
@@ -120,7 +118,7 @@ pub fn prepare_pair(
         changes.f_number = Some(open);
         prepared = prepare(description.clone(), &degraded_changes);
     }
-    let (mut degraded, notes, _) = prepared.map_err(failed)?;
+    let (mut degraded, notes, warnings) = prepared.map_err(failed)?;
     if !matches!(degraded.camera.model, LensModel::Real(_)) {
         return Err(DatasetError::NoLens { pair, scene: draw.scene });
     }
@@ -154,7 +152,7 @@ pub fn prepare_pair(
         sensor
     });
     draw.f_number = changes.f_number;
-    Ok(Pair { draw, clean, degraded, sensor, notes, psf: spec.psf })
+    Ok(Pair { draw, clean, degraded, sensor, warnings, notes, psf: spec.psf })
 }
 
 /// Returns the width of a pixel on the film (mm).
@@ -172,7 +170,7 @@ pub fn write_pair(
     pair: &Pair,
     folder: &Path,
     options: RenderOptions<'_>,
-) -> Result<PairFiles, DatasetError> {
+) -> Result<ManifestRow, DatasetError> {
     let name = |kind: &str| folder.join(format!("{:06}.{kind}", pair.draw.pair));
     let mut files = Map::new();
     let mut add = |kind: &str, path: &Path| -> Result<(), DatasetError> {
@@ -199,18 +197,23 @@ pub fn write_pair(
         add("raw", &path)?;
     }
     let setup = pair.degraded.calibration_setup();
-    let calibration = setup.as_ref().and_then(|setup| setup.calibrate_quickly().ok());
-    if let (true, Some(setup), Some(calibration)) = (pair.psf, &setup, &calibration) {
-        // Without the dispersion of its glass a lens has no point spread in colour.
-        if let Ok(spots) = setup.usual_spots(calibration) {
-            let path = name("psf.npy");
-            let array = npy::encode(&spots.shape(), &spots.shares);
-            replace_file(&path, |file| file.write_all(&array))
-                .map_err(DatasetError::io("write", &path))?;
-            add("psf", &path)?;
-        }
+    let calibrated = setup.as_ref().map(CalibrationSetup::calibrate_quickly);
+    if let (true, Some(setup), Some(calibrated)) = (pair.psf, &setup, &calibrated) {
+        let failed = |error: &dyn Display| DatasetError::PointSpreads {
+            pair: pair.draw.pair,
+            problem: error.to_string(),
+        };
+        let calibration = calibrated.as_ref().map_err(|error| failed(error))?;
+        let spots = setup.usual_spots(calibration).map_err(|error| failed(&error))?;
+        let path = name("psf.npy");
+        let array = npy::encode(&spots.shape(), &spots.shares);
+        replace_file(&path, |file| file.write_all(&array))
+            .map_err(DatasetError::io("write", &path))?;
+        add("psf", &path)?;
     }
-    Ok(PairFiles { row: row(spec, pair, calibration.as_ref(), files) })
+    // Some lenses have no centre of projection, or no model describes them: the row says null.
+    let calibration = calibrated.and_then(Result::ok);
+    Ok(ManifestRow(row(spec, pair, calibration.as_ref(), files)))
 }
 
 fn render_job(

@@ -124,7 +124,7 @@ pub struct DegradedSpec {
     pub rolling_shutter: Option<RollingShutter>,
 }
 
-/// What a parameter is drawn from.
+/// The values that a parameter is drawn from.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(
     untagged,
@@ -254,6 +254,13 @@ impl DatasetSpec {
         if light.is_some() && self.degraded.sensor.is_none() {
             let hint = "the light changes the noise of a sensor: add sensor = \"\" to [degraded]";
             return Err(format!("draw.light: {hint}"));
+        }
+        let CleanSpec { camera, effects } = &self.clean;
+        let none = EffectSelection::None;
+        if *camera == CleanCamera::Pinhole && effects.as_ref().is_some_and(|e| *e != none) {
+            let hint =
+                "a pinhole has no effects; expected \"none\", or camera = \"deep\" or \"lens\"";
+            return Err(format!("clean.effects: {hint}"));
         }
         let Some(focus) = focus else { return Ok(()) };
         let ends = [f64::MIN_POSITIVE, f64::INFINITY];
