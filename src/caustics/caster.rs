@@ -96,6 +96,9 @@ fn may_be_specular(scene: &Scene, material: u32) -> bool {
     match &scene.materials[material as usize].model {
         MaterialModel::Conductor { roughness, .. }
         | MaterialModel::Dielectric { roughness, .. } => roughness.may_be_smooth(),
+        MaterialModel::MetallicRoughness(surface) => {
+            surface.roughness.may_be_smooth() || surface.coat_roughness.may_be_smooth()
+        }
         MaterialModel::ThinDielectric { .. } => true,
         MaterialModel::CoatedDiffuse { coat, .. } => coat.roughness.may_be_smooth(),
         MaterialModel::CoatedConductor { roughness, coat, .. } => {

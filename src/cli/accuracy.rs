@@ -8,7 +8,7 @@ use petzval::accuracy::{Budget, Ladder, Machine, RunEnd, RunMonitor, run_ladder}
 use petzval::io::replace_file;
 use petzval::prepare::{Changes, PrepareError};
 use petzval::render::RenderError;
-use petzval::scene::pbrt;
+use petzval::scene;
 
 use super::arguments::PictureArguments;
 use super::arguments::argv::{argv, shell_line};
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
         let reason = "every model takes four quarters of its samples, to measure noise";
         return Err(format!("--spp {spp}: {reason}; expected {MIN_SAMPLES} or more").into());
     }
-    let description = pbrt::read(&picture.scene)?;
+    let description = scene::read(&picture.scene)?;
     // Fail now rather than after a long run.
     let folder = output.display();
     let mut folders = CreatedFolders::default();

@@ -10,7 +10,7 @@ use petzval::io::image::{DisplayExposure, ImageFormat};
 use petzval::render::checkpoint::{Head, Inputs, SavedRender};
 use petzval::render::memory::MemoryTask;
 use petzval::render::merge;
-use petzval::scene::pbrt;
+use petzval::scene;
 
 use super::arguments::argv::{argv, parse_render, shell_line};
 use super::memory::{Memory, log_peak};
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let render = parse_render(rendered_by)?;
     // Layers, diffraction and the sensor need the scene and the lens.
     let description =
-        pbrt::read_with(&render.picture.scene, memory.context()).map_err(|error| {
+        scene::read_with(&render.picture.scene, memory.context()).map_err(|error| {
             let command = shell_line(rendered_by);
             format!(
                 "{error}\nthe parts were rendered by\n  {command}\nmerge them where its files are"

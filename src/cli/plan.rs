@@ -2,7 +2,7 @@
 
 use petzval::plan::{Cost, Decision, LightPathDecision, OmissionError, Plan};
 use petzval::prepare::prepare;
-use petzval::scene::pbrt;
+use petzval::scene;
 use serde_json::{Value, json};
 
 use super::arguments::PictureArguments;
@@ -19,7 +19,7 @@ pub(super) struct PlanArguments {
 }
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
-    let description = pbrt::read(&arguments.picture.scene)?;
+    let description = scene::read(&arguments.picture.scene)?;
     let (job, _, warnings) = prepare(description, &arguments.picture.changes())?;
     message::warnings(&warnings);
     let text = match arguments.json {

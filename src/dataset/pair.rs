@@ -19,7 +19,8 @@ use crate::lens::{
 use crate::plan::{Effect, EffectSelection};
 use crate::prepare::{Changes, PrepareError, prepare, prepare_draft};
 use crate::render::{RenderError, RenderOptions, render};
-use crate::scene::pbrt::{self, Description};
+use crate::scene;
+use crate::scene::pbrt::Description;
 use crate::sensor::Sensor;
 
 /// f-number of a lens that is stopped down to have all in focus.
@@ -44,7 +45,7 @@ impl DatasetScene {
         spec: &DatasetSpec,
         context: &ReadContext,
     ) -> Result<Self, DatasetError> {
-        let description = pbrt::read_with(path, context)?;
+        let description = scene::read_with(path, context)?;
         // On the same film the same rays measure the exposure.
         let changes = Changes { resolution: Some(spec.resolution), ..Changes::default() };
         let own = prepare_draft(description.clone(), &changes, None).map_err(|source| {

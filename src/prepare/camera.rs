@@ -4,16 +4,17 @@
 use super::focus::{FilmPlacement, FilmPlacer, View};
 use super::lens::{align, f_number_diameter, read_lens};
 use super::report::Report;
-use super::{Changes, ExcludedEffects, PrepareError};
+use super::{Changes, ExcludedEffects, FocusOn, PrepareError};
 use crate::io::ReadContext;
 use crate::lens::{
-    FocusModel, LensModel, Orthographic, Paraxial, RealRayFocus, SphericalMapping, ThinLens,
+    FocusModel, LensModel, Orthographic, Paraxial, Pose, RealRayFocus, SphericalMapping, ThinLens,
 };
 use crate::plan::Misalignment;
 use crate::scene::pbrt::{CameraSpec, FilmSpec, RealisticSpec, SphericalSpec, ThinSpec};
 use crate::sensor::ev100;
 
 /// Everything that a camera is made from, besides its description.
+#[derive(Clone, Copy)]
 pub(super) struct CameraInput<'a> {
     /// For reading the lens and its iris.
     pub context: &'a ReadContext,
@@ -49,6 +50,9 @@ impl CameraInput<'_> {
         report: &mut Report,
     ) -> Result<CameraSetup, PrepareError> {
         match (spec, self.changes.needs_lens()) {
+            (CameraSpec::Thin(thin), Some(_)) if thin.takes_lens && self.changes.lens.is_some() => {
+                self.mounted(thin, report)
+            }
             (CameraSpec::Thin(_) | CameraSpec::Spherical(_), Some(option)) => {
                 let problem = format!("{option} is given, but this camera has no lens file");
                 Err(PrepareError::Camera { at: report.camera_at.clone(), problem })
@@ -117,6 +121,23 @@ impl CameraInput<'_> {
         report.number("expTime", exposure_time);
         let imaging_ratio = exposure_time * self.film.iso / 100.0;
         CameraSetup { model, film_size, imaging_ratio, depth, misalignment: None }
+    }
+
+    /// Sets up the user's lens in the place of a pinhole. It is wide open and focused on what the
+    /// middle of the picture sees, unless the user asks for something else.
+    fn mounted(&self, thin: &ThinSpec, report: &mut Report) -> Result<CameraSetup, PrepareError> {
+        let spec = RealisticSpec::V4 {
+            lens: self.changes.lens.clone().unwrap_or_default(),
+            lens_at: report.camera_at.clone(),
+            aperture: f64::INFINITY,
+            iris: None,
+            focus: f64::INFINITY,
+            exposure_time: thin.exposure_time,
+            film_pose: Pose::default(),
+        };
+        let focus = self.changes.focus.or(Some(FocusOn::Pixel(None)));
+        let changes = Changes { focus, ..self.changes.clone() };
+        CameraInput { changes: &changes, ..*self }.real(&spec, report)
     }
 
     fn real(&self, spec: &RealisticSpec, report: &mut Report) -> Result<CameraSetup, PrepareError> {

@@ -124,6 +124,7 @@ impl FilmPlacer<'_> {
 }
 
 /// The scene as the camera sees it.
+#[derive(Clone, Copy)]
 pub(super) struct View<'a> {
     pub scene: &'a Scene,
     /// The time, as a share of the motion.

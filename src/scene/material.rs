@@ -21,7 +21,7 @@ pub struct Material {
     pub normal_map: Option<ImageMap>,
 }
 
-/// Scattering models, named and defined as in pbrt-v4.
+/// Scattering models, named and defined as in pbrt-v4 unless they say otherwise.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum MaterialModel {
@@ -83,6 +83,8 @@ pub enum MaterialModel {
         /// Coat.
         coat: Box<DielectricCoat>,
     },
+    /// A metal, a plastic or a blend of both, as glTF defines it.
+    MetallicRoughness(Box<MetallicRoughnessSurface>),
     /// A measured surface.
     Measured(Arc<MeasuredSurface>),
     /// A hair or fur.
@@ -123,6 +125,24 @@ pub struct Roughness {
     pub uv: [Texture; 2],
     /// Whether the microfacet alpha is the square root of the roughness instead of the roughness.
     pub remap: bool,
+}
+
+/// A metal, a plastic or a blend of both, below a clear coat of index 1.5 (glTF 2.0, section 3.9.2,
+/// and KHR_materials_clearcoat). Roughness is the same along u and v.
+#[derive(Clone, Debug)]
+pub struct MetallicRoughnessSurface {
+    /// Reflectance of a metal at normal incidence, and that of the base of a plastic.
+    pub base_colour: Texture,
+    /// Share of metal.
+    pub metallic: Texture,
+    /// Roughness.
+    pub roughness: Roughness,
+    /// Refractive index of the plastic.
+    pub eta: f32,
+    /// Share of the surface that the coat covers.
+    pub coat_coverage: Texture,
+    /// Roughness of the coat.
+    pub coat_roughness: Roughness,
 }
 
 /// A clear or hazy dielectric layer over a surface, evaluated by random walks (Guo, Hasan & Zhao
@@ -211,6 +231,9 @@ impl MaterialModel {
             Self::CoatedConductor { metal, coat, .. } => {
                 coat.textures().into_iter().chain(metal.textures()).collect()
             }
+            Self::MetallicRoughness(surface) => {
+                vec![&surface.base_colour, &surface.metallic, &surface.coat_coverage]
+            }
             Self::Hair(fibre) => fibre.textures(),
             Self::Mix { amount, .. } => vec![amount],
         };
@@ -231,6 +254,9 @@ impl MaterialModel {
             Self::Conductor { roughness, .. }
             | Self::Dielectric { roughness, .. }
             | Self::Subsurface { roughness, .. } => [Some(roughness), None],
+            Self::MetallicRoughness(surface) => {
+                [Some(&surface.roughness), Some(&surface.coat_roughness)]
+            }
             Self::CoatedDiffuse { coat, .. } => [Some(&coat.roughness), None],
             Self::CoatedConductor { roughness, coat, .. } => {
                 [Some(roughness), Some(&coat.roughness)]

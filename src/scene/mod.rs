@@ -1,13 +1,14 @@
 //! Scenes: shapes, materials, lights, and the intersection stages.
 //!
 //! Coordinates are in world space, in the units of the scene file. A scene comes from a file, by
-//! the reader in [`pbrt`], or from a [`SceneBuilder`].
+//! the reader in [`pbrt`] or in [`gltf`], or from a [`SceneBuilder`].
 
 mod alpha;
 mod animated;
 mod builder;
 mod bvh;
 mod geometry;
+pub mod gltf;
 mod hair;
 mod intersect;
 mod light;
@@ -39,7 +40,9 @@ pub use light::{
     LightSamples, Lights, NoRectangle, PointLight, Portal, Sky, SkyImage, SkyLayout, SkySampling,
     cosine_hemisphere, luminance,
 };
-pub use material::{DielectricCoat, Material, MaterialModel, Metal, Roughness};
+pub use material::{
+    DielectricCoat, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,
+};
 pub use measured::{MeasuredSample, MeasuredSurface};
 pub use medium::{
     Blackbodies, BrickGrid, CloudPattern, Coefficients, DensityField, DiffuseBoundary, Field,
@@ -55,14 +58,38 @@ pub use texture::{
     SolidPattern, SolidTexture, Texture, TextureFilter, TexturePoint, Wrap,
 };
 
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3};
 
+use crate::io::ReadContext;
 use crate::rays::{Hit, NO_INDEX, Ray};
 use animated::{AnimatedInstances, FrozenScene};
 pub(crate) use transform::look_at_rotation;
 use transform::{to_f32, to_f64};
+
+/// Reads a scene file in the language of pbrt, or in glTF if its name ends in `.gltf` or `.glb`.
+///
+/// # Errors
+/// Returns all errors of the scene that one reading finds.
+pub fn read(path: &Path) -> Result<pbrt::Description, pbrt::SceneErrors> {
+    read_with(path, &ReadContext::default())
+}
+
+/// Reads a scene file within a memory budget; see [`read`].
+///
+/// # Errors
+/// Returns all errors of the scene that one reading finds.
+pub fn read_with(
+    path: &Path,
+    context: &ReadContext,
+) -> Result<pbrt::Description, pbrt::SceneErrors> {
+    match gltf::is_gltf(path) {
+        true => gltf::read_with(path, context),
+        false => pbrt::read_with(path, context),
+    }
+}
 
 /// Geometry with its material.
 #[derive(Clone, Debug)]

@@ -20,6 +20,7 @@ pub(super) enum BsdfKind {
     ThinDielectric,
     CoatedDiffuse,
     CoatedConductor,
+    MetallicRoughness,
     Measured,
     Hair,
     /// Scattering in a medium.
@@ -43,6 +44,7 @@ impl BsdfKind {
         Self::ThinDielectric,
         Self::CoatedDiffuse,
         Self::CoatedConductor,
+        Self::MetallicRoughness,
         Self::Measured,
         Self::Hair,
         Self::Medium,
@@ -50,7 +52,7 @@ impl BsdfKind {
         Self::Interface,
     ];
 
-    /// Returns the name of the material in pbrt-v4.
+    /// Returns the name of the material, as in pbrt-v4 if that has it.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Diffuse => "diffuse",
@@ -60,6 +62,7 @@ impl BsdfKind {
             Self::ThinDielectric => "thindielectric",
             Self::CoatedDiffuse => "coateddiffuse",
             Self::CoatedConductor => "coatedconductor",
+            Self::MetallicRoughness => "metallicroughness",
             Self::Measured => "measured",
             Self::Hair => "hair",
             Self::Medium => "medium",
@@ -75,6 +78,7 @@ impl BsdfKind {
             Self::ThinDielectric | Self::Medium => 1,
             Self::SubsurfaceExit => 2,
             Self::Diffuse | Self::Dielectric => 3,
+            Self::MetallicRoughness => 8,
             Self::DiffuseTransmission => 6,
             Self::Hair => 8,
             Self::Conductor => PARAMETER_COUNT - COAT_PARAMETER_COUNT,
@@ -87,6 +91,7 @@ impl BsdfKind {
         const COAT: usize = PARAMETER_COUNT - COAT_PARAMETER_COUNT;
         match self {
             Self::Conductor | Self::Dielectric => &[0, 1],
+            Self::MetallicRoughness => &[0, 6],
             Self::CoatedDiffuse => &[COAT, COAT + 1],
             Self::CoatedConductor => &[0, 1, COAT, COAT + 1],
             _ => &[],
@@ -112,6 +117,7 @@ impl BsdfKind {
             | Self::Conductor
             | Self::CoatedDiffuse
             | Self::CoatedConductor
+            | Self::MetallicRoughness
             | Self::Measured => {
                 let back = dot(normal, wo).lt(R::splat(0.0));
                 select(back, negate(normal), normal)
@@ -138,6 +144,7 @@ impl BsdfKind {
             MaterialModel::ThinDielectric { .. } => Self::ThinDielectric,
             MaterialModel::CoatedDiffuse { .. } => Self::CoatedDiffuse,
             MaterialModel::CoatedConductor { .. } => Self::CoatedConductor,
+            MaterialModel::MetallicRoughness(_) => Self::MetallicRoughness,
             MaterialModel::Measured(_) => Self::Measured,
             MaterialModel::Hair(_) => Self::Hair,
             MaterialModel::Mix { .. } => return None,

@@ -2,8 +2,8 @@
 
 use super::bsdf::{
     Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair,
-    HairParameters, Measured, MediumScattering, MisWeights, SubsurfaceExit, ThinDielectric,
-    conductor_reflectance,
+    HairParameters, Measured, MediumScattering, MetallicRoughness, MetallicRoughnessParameters,
+    MisWeights, SubsurfaceExit, ThinDielectric, conductor_reflectance,
 };
 use super::bsdf_kind::resolve_mixture;
 use super::footprint::PixelFootprint;
@@ -66,6 +66,17 @@ pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
             }
             put(0, &base);
             put(BASE_PARAMETER_COUNT, &coat_parameters(coat, context));
+        }
+        MaterialModel::MetallicRoughness(surface) => {
+            let [along, _] = alpha(&surface.roughness, context);
+            let [r, g, b] = clamp_to_unit(context.colour(&surface.base_colour));
+            let [metallic, coverage, _] = clamp_to_unit([
+                context.number(&surface.metallic),
+                context.number(&surface.coat_coverage),
+                R::splat(0.0),
+            ]);
+            let [coat, _] = alpha(&surface.coat_roughness, context);
+            put(0, &[along, r, g, b, metallic, R::splat(surface.eta), coat, coverage]);
         }
         MaterialModel::Hair(fibre) => put(0, &hair_parameters(fibre, context)),
         MaterialModel::Measured(_) | MaterialModel::Interface | MaterialModel::Mix { .. } => {}
@@ -193,6 +204,16 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for ThinDielectric<R> {
     }
 }
 
+impl<R: Real<Scalar = f32>> FromParameters<R> for MetallicRoughness<R> {
+    #[inline(always)]
+    fn from_parameters(
+        [alpha, r, g, b, metallic, eta, coat_alpha, coverage, ..]: [R; PARAMETER_COUNT],
+    ) -> Self {
+        let base = [r, g, b];
+        Self::new(MetallicRoughnessParameters { alpha, base, metallic, eta, coat_alpha, coverage })
+    }
+}
+
 impl<R: Real<Scalar = f32>> FromParameters<R> for Hair<R> {
     #[inline(always)]
     fn from_parameters(
@@ -233,6 +254,9 @@ pub fn albedo(scene: &Scene, footprint: &PixelFootprint, ray: Ray, hit: Hit) -> 
         MaterialModel::Diffuse { reflectance }
         | MaterialModel::CoatedDiffuse { reflectance, .. } => {
             clamp_to_unit(context.colour(reflectance))
+        }
+        MaterialModel::MetallicRoughness(surface) => {
+            clamp_to_unit(context.colour(&surface.base_colour))
         }
         MaterialModel::DiffuseTransmission { reflectance, transmittance, scale } => {
             let [r, t] = [reflectance, transmittance].map(|texture| context.colour(texture));

@@ -2,7 +2,7 @@
 
 use super::bsdf::{
     BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Measured,
-    MediumScattering, ShadingFrame, SubsurfaceExit, ThinDielectric,
+    MediumScattering, MetallicRoughness, ShadingFrame, SubsurfaceExit, ThinDielectric,
 };
 use super::bsdf_kind::BsdfKind;
 use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
@@ -94,6 +94,9 @@ impl Vertices {
                 }
                 BsdfKind::CoatedDiffuse => self.evaluate_coated::<R, Diffuse<R>>(kind, random),
                 BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
+                BsdfKind::MetallicRoughness => {
+                    self.evaluate_packets::<R, MetallicRoughness<R>>(kind, random, false)
+                }
                 BsdfKind::Measured => self.evaluate_measured(scene, random),
                 BsdfKind::Hair => self.evaluate_packets::<R, Hair<R>>(kind, random, false),
                 BsdfKind::SubsurfaceExit => {

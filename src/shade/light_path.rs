@@ -26,7 +26,8 @@ impl Vertices {
             | BsdfKind::DiffuseTransmission
             | BsdfKind::Conductor
             | BsdfKind::CoatedDiffuse
-            | BsdfKind::CoatedConductor => true,
+            | BsdfKind::CoatedConductor
+            | BsdfKind::MetallicRoughness => true,
             BsdfKind::Dielectric
             | BsdfKind::ThinDielectric
             | BsdfKind::Measured

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{Bsdf, ShadingFrame, henyey_greenstein, sample_henyey_greenstein};
 
-use crate::scene::{Kind, Random, direction, splat};
+use crate::scene::{Kind, REFLECTANCE, Random, direction, splat};
 
 const ROWS: usize = 20;
 const COLUMNS: usize = 24;
@@ -104,6 +104,11 @@ fn samples_follow_the_density() {
         (Kind::Dielectric([0.4, 0.2], 0.7), 0.6),
         (Kind::Dielectric([0.6, 0.6], 1.5), 0.1),
         (Kind::Dielectric([1.0, 1.0], 2.4), -0.4),
+        (Kind::Plastic(REFLECTANCE, 0.2, 1.5), 0.4),
+        (Kind::Plastic([0.0; 3], 0.3, 1.5), 0.8),
+        (Kind::Plastic([0.9; 3], 1.0, 2.4), -0.3),
+        (Kind::Coated(REFLECTANCE, 0.5, 0.4, 0.2, 0.7), 0.3),
+        (Kind::Coated([1.0; 3], 0.2, 1.0, 0.6, 1.0), -0.6),
     ];
     for (seed, (kind, cos)) in kinds.into_iter().enumerate() {
         let bsdf = kind.build::<f32x8>();
@@ -151,6 +156,8 @@ fn weights_of_samples_are_values_over_densities() {
             Kind::Conductor(alpha),
             Kind::Dielectric(alpha, 1.5),
             Kind::Dielectric(alpha, 0.7),
+            Kind::Plastic(REFLECTANCE, alpha[0].max(2e-3), 1.5),
+            Kind::Coated(REFLECTANCE, 0.5, 0.4, alpha[0].max(2e-3), 0.7),
         ] {
             let bsdf = kind.build::<f32>();
             let mut compared = 0;

@@ -227,6 +227,8 @@ fn values_are_reciprocal() {
             Kind::Conductor(alpha),
             Kind::Dielectric(alpha, 1.5),
             Kind::Dielectric(alpha, 0.7),
+            Kind::Plastic(REFLECTANCE, alpha[0], 1.5),
+            Kind::Coated(REFLECTANCE, alpha[1], 0.4, alpha[0], 0.7),
         ] {
             let bsdf = kind.build::<f32>();
             let (mut compared, mut poor) = (0, 0);
@@ -249,6 +251,70 @@ fn values_are_reciprocal() {
             // Near the critical angle of a microfacet, rounding of the directions has an effect.
             assert!(poor * 50 < compared, "{kind:?}: {poor} of {compared}");
             assert!(compared > 500, "{kind:?}: {compared}");
+        }
+    }
+}
+
+#[test]
+fn a_white_base_below_an_interface_loses_no_light_and_gains_none() {
+    // The error of linear interpolation in the table of the interface's albedo.
+    const INTERPOLATION: f64 = 4e-3;
+    for alpha in [0.0, 0.003, 0.04, 0.25, 0.6, 1.0] {
+        for eta in [1.1, 1.5, 2.4] {
+            for cos in COSINES {
+                let wo = direction(cos, 0.7);
+                let name = format!("alpha {alpha}, index {eta}, cosine {cos}");
+                let (mean, error) =
+                    mean_weight(Kind::Plastic([1.0; 3], alpha, eta), wo, 400_000, 8);
+                let off = (mean[0] - 1.0).abs();
+                assert!(off < INTERPOLATION + 5.0 * error, "{name}: {mean:?}");
+                // A darker base absorbs the light that reaches it, once.
+                let (half, error) =
+                    mean_weight(Kind::Plastic([0.5, 0.0, 0.0], alpha, eta), wo, 400_000, 9);
+                let expected = (1.0 + half[1]) / 2.0;
+                assert!((half[0] - expected).abs() < INTERPOLATION + 5.0 * error, "{name}");
+                // The grid does not resolve narrower lobes.
+                if alpha > 0.2 {
+                    let sum = integral(Kind::Plastic([1.0; 3], alpha, eta), wo)[0];
+                    assert!((sum - 1.0).abs() < 2.0 * INTERPOLATION, "{name}: {sum}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_smooth_interface_reflects_what_schlick_says_at_its_own_angle() {
+    for cos in COSINES {
+        let smooth = Kind::Plastic([0.0; 3], 0.0, 1.5).build::<f32>();
+        let wo = direction(cos, 0.2);
+        let drawn = smooth.sample(wo, [0.3, 0.6], 0.1);
+        assert!(drawn.singular && drawn.valid && smooth.singular());
+        assert_eq!(drawn.wi, [-wo[0], -wo[1], wo[2]]);
+        let schlick = 0.04 + 0.96 * (1.0 - cos).powi(5);
+        assert!((f64::from(drawn.weight[0]) - schlick).abs() < 1e-6, "{cos}");
+    }
+}
+
+#[test]
+fn a_coat_over_metal_adds_no_light_and_covers_its_share() {
+    for (alpha, coat) in [(0.0, 0.0), (0.3, 0.0), (0.0, 0.2), (0.5, 0.5), (1.0, 0.05)] {
+        for cos in COSINES {
+            let wo = direction(cos, 0.7);
+            let at = |base: f32, coverage: f32| {
+                let kind = Kind::Coated([base; 3], alpha, 1.0, coat, coverage);
+                mean_weight(kind, wo, 400_000, 8)
+            };
+            let name = format!("alpha {alpha}, coat {coat}, cosine {cos}");
+            let (white, error) = at(1.0, 1.0);
+            assert!(white[0] < 1.0 + 4e-3 + 5.0 * error, "{name}: {white:?}");
+            // Below a black metal, Schlick's reflectance is left at grazing incidence.
+            let (bare, _) = at(0.5, 0.0);
+            let (half, _) = at(0.5, 0.5);
+            let (whole, error) = at(0.5, 1.0);
+            let between = (bare[0] + whole[0]) / 2.0;
+            assert!((half[0] - between).abs() < 0.02 + 5.0 * error, "{name}: {half:?}");
+            assert!(whole[0] > bare[0] - 0.1, "{name}: {whole:?} {bare:?}");
         }
     }
 }

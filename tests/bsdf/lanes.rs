@@ -5,7 +5,7 @@ use petzval::shade::bsdf::{
     Bsdf, BsdfSample, CoatLayer, Coated, Conductor, Dielectric, Diffuse, MisWeights,
 };
 
-use crate::scene::{ETA, K, Kind, Random, splat};
+use crate::scene::{ETA, K, Kind, REFLECTANCE, Random, splat};
 
 /// Directions that break kernels.
 const NASTY: [[f32; 3]; 16] = [
@@ -45,6 +45,12 @@ fn kinds() -> Vec<Kind> {
     for alpha in ALPHAS {
         kinds.extend([Kind::Conductor(alpha), Kind::Mirror(alpha)]);
         kinds.extend([1.5, 0.7, 1.0, 1.000_000_1, 0.0].map(|eta| Kind::Dielectric(alpha, eta)));
+    }
+    for alpha in ALPHAS {
+        kinds.extend([0.0, 1.0, 1.5].map(|eta| Kind::Plastic(REFLECTANCE, alpha[0], eta)));
+        kinds.push(Kind::Plastic([0.0; 3], alpha[0], 1.5));
+        kinds.push(Kind::Coated(REFLECTANCE, alpha[0], 0.3, alpha[1], 0.8));
+        kinds.push(Kind::Coated([0.0; 3], alpha[1], 1.0, alpha[0], 1.0));
     }
     kinds.extend(crate::hair::extremes().map(Kind::Hair));
     kinds

@@ -2,7 +2,8 @@
 
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairParameters, ThinDielectric,
+    Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairParameters,
+    MetallicRoughness, MetallicRoughnessParameters, ThinDielectric,
 };
 
 /// The PCG of O'Neill 2014, a different generator from the program's.
@@ -59,6 +60,10 @@ pub enum Kind {
     /// Alphas along x and y, and refractive index.
     Dielectric([f32; 2], f32),
     Thin,
+    /// Base colour, alpha, and refractive index.
+    Plastic([f32; 3], f32, f32),
+    /// Base colour, alpha, share of metal, and alpha and coverage of the coat.
+    Coated([f32; 3], f32, f32, f32, f32),
     Hair(HairParameters<f32>),
 }
 
@@ -67,6 +72,18 @@ pub const TRANSMITTANCE: [f32; 3] = [0.3, 0.1, 0.05];
 /// Approximate index of copper at 630, 532 and 465 nm.
 pub const ETA: [f32; 3] = [0.2, 1.12, 1.16];
 pub const K: [f32; 3] = [3.58, 2.59, 2.42];
+
+/// Returns a surface of alpha, share of metal, index, and alpha and coverage of the coat.
+fn metallic_roughness<R: Real<Scalar = f32>>(
+    base: [f32; 3],
+    numbers: [f32; 5],
+) -> Box<dyn Bsdf<R>> {
+    let [alpha, metallic, eta, coat_alpha, coverage] = numbers.map(R::splat);
+    let base = splat(base);
+    let parameters =
+        MetallicRoughnessParameters { alpha, base, metallic, eta, coat_alpha, coverage };
+    Box::new(MetallicRoughness::new(parameters))
+}
 
 impl Kind {
     pub fn build<R: Real<Scalar = f32>>(self) -> Box<dyn Bsdf<R>> {
@@ -82,6 +99,12 @@ impl Kind {
             }
             Self::Dielectric(alpha, eta) => Box::new(Dielectric::new(splat(alpha), R::splat(eta))),
             Self::Thin => Box::new(ThinDielectric::new(R::splat(1.5))),
+            Self::Plastic(base, alpha, eta) => {
+                metallic_roughness(base, [alpha, 0.0, eta, 0.0, 0.0])
+            }
+            Self::Coated(base, alpha, metallic, coat_alpha, coverage) => {
+                metallic_roughness(base, [alpha, metallic, 1.5, coat_alpha, coverage])
+            }
             Self::Hair(hair) => Box::new(Hair::new(HairParameters {
                 absorption: splat(hair.absorption),
                 eta: R::splat(hair.eta),

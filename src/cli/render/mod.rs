@@ -21,7 +21,7 @@ use petzval::aov::Aov;
 use petzval::io::ByteSize;
 use petzval::io::image::DisplayExposure;
 use petzval::render::Progress;
-use petzval::scene::pbrt;
+use petzval::scene;
 
 use super::arguments::argv::argv;
 use super::arguments::values::{
@@ -153,7 +153,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     }
     let start = Instant::now();
     let memory = Memory::new(arguments.memory);
-    let description = pbrt::read_with(&arguments.picture.scene, memory.context())?;
+    let description = scene::read_with(&arguments.picture.scene, memory.context())?;
     let (task, warnings) = RenderTask::new(arguments, argv(), description, &memory, start)?;
     message::warnings(&warnings);
     let progress = Arc::new(Progress::default());

@@ -7,7 +7,7 @@ mod text;
 use petzval::film::SampleId;
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{PathStage, replay};
-use petzval::scene::pbrt;
+use petzval::scene;
 
 use super::arguments::values::{crop, pixel};
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument};
@@ -46,7 +46,7 @@ pub(super) struct ReplayArguments {
 pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
     let ReplayArguments { picture, pixel, sample, sample_seed, crop, pupil, backend, json } =
         arguments;
-    let description = pbrt::read(&picture.scene)?;
+    let description = scene::read(&picture.scene)?;
     let changes = Changes { crop: *crop, aim: (*pupil).into(), ..picture.changes() };
     let (job, _, warnings) = prepare(description, &changes)?;
     message::warnings(&warnings);

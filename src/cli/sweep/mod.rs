@@ -19,7 +19,8 @@ use std::time::Instant;
 use petzval::io::image::{DisplayExposure, ImageFormat};
 use petzval::io::{FileLog, Warning};
 use petzval::render::Progress;
-use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec};
+use petzval::scene;
+use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
 
 use super::arguments::argv::{argv, parse_render};
 use super::memory::Memory;
@@ -56,7 +57,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let axes = plan.sheet_axes();
     let memory = Memory::new(arguments.memory)
         .with_sheet(move |size| ContactSheet::new(String::new(), axes.clone(), size).bytes());
-    let mut description = pbrt::read_with(&arguments.picture.scene, memory.context())?;
+    let mut description = scene::read_with(&arguments.picture.scene, memory.context())?;
     // The scene is not read again, so its digest must not be of a later version.
     description.files.fill_digests()?;
     let names = plan.names(&arguments.picture.scene, lens_file(arguments, &description))?;

@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use petzval::render::memory::machine;
-use petzval::scene::pbrt;
+use petzval::scene;
 
 use super::arguments::PictureArguments;
 use super::arguments::argv::argv;
@@ -73,7 +73,7 @@ pub(super) struct ViewArguments {
 pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let memory = Memory::new(None);
     let scene = &arguments.picture.scene;
-    let description = pbrt::read_with(scene, memory.context())?;
+    let description = scene::read_with(scene, memory.context())?;
     message::warnings(&description.warnings);
     let settings = ViewSettings::new(&argv(), scene, &description)?;
     let drawer = LensDrawer::new(&description, &arguments.lenses)?;

@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use petzval::io::Location;
 use petzval::lens::{Camera, LensModel, RealLens};
+use petzval::scene::gltf;
 use petzval::scene::pbrt::{CameraEdit, CameraSpec, CameraValue, Description, RealisticSpec};
 
 use super::file_name::new_file;
@@ -58,6 +59,10 @@ impl SceneSaver {
         camera: &Camera,
         focus: Option<f64>,
     ) -> Result<SavedScene, String> {
+        if gltf::is_gltf(&self.scene) {
+            let scene = self.scene.display();
+            return Err(format!("{scene} is glTF, which holds no lens. Save the command instead"));
+        }
         let file = new_file(self.folder(), name, &["pbrt"])?;
         let text = fs::read(&self.scene).map_err(|error| self.failed(&error))?;
         let (edit, written) = self.edit(settings, camera, focus)?;

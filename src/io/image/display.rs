@@ -4,7 +4,7 @@
 //! with that curve applied; without it the picture would look too dark. The PNG declares it in its
 //! sRGB chunk; a JPEG without a profile is sRGB by convention.
 
-use std::io::{self, Write};
+use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -142,6 +142,31 @@ pub(super) fn decode(path: &Path, context: &ReadContext) -> Result<DynamicImage,
     let bytes = decoder.color_type().bytes_per_pixel();
     claim_picture(context, path, [width as usize, height as usize], bytes.into())?;
     open().map_err(io)?.decode().map_err(malformed)
+}
+
+/// Decodes an image that is in memory. `name` is its name in messages.
+///
+/// # Errors
+/// Returns an error if it is not an image, has no pixels, or exceeds the memory budget.
+pub(crate) fn decode_image(
+    name: &Path,
+    content: &[u8],
+    context: &ReadContext,
+) -> Result<DynamicImage, ImageError> {
+    let malformed = |found: String| ImageError::Malformed { path: name.to_owned(), found };
+    let open = || image::ImageReader::new(Cursor::new(content)).with_guessed_format();
+    let broken = |error: image::ImageError| malformed(error.to_string());
+    let decoder = open().map_err(|error| malformed(error.to_string()))?;
+    let decoder = decoder.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    if width == 0 || height == 0 {
+        return Err(malformed("it has no pixels".to_owned()));
+    }
+    // Mipmaps take a third more.
+    let bytes = 2 * u64::from(decoder.color_type().bytes_per_pixel());
+    let size = u64::from(width) * u64::from(height);
+    context.claim(size.saturating_mul(bytes)).map_err(malformed)?;
+    DynamicImage::from_decoder(decoder).map_err(broken)
 }
 
 pub(super) fn read(

@@ -15,6 +15,7 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 pub use channels::ChannelImage;
+pub(crate) use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use raster::{ImageSamples, Raster, Transfer};
 

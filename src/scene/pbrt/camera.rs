@@ -230,6 +230,7 @@ impl Default for ThinSpec {
             focal_distance: 1e6,
             depth: [0.0, f64::INFINITY],
             exposure_time: 1.0,
+            takes_lens: false,
         }
     }
 }
@@ -284,6 +285,7 @@ fn thin(params: &Params, fov: Option<f64>) -> Result<CameraSpec, SceneError> {
         None => None,
     };
     Ok(CameraSpec::Thin(ThinSpec {
+        takes_lens: false,
         fov,
         aspect,
         window,

@@ -162,6 +162,8 @@ pub struct ThinSpec {
     pub depth: [f64; 2],
     /// Exposure time (s).
     pub exposure_time: f64,
+    /// Whether the user may mount a real lens in its place.
+    pub takes_lens: bool,
 }
 
 /// A picture of all directions, seen from one point.

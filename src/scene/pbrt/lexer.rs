@@ -118,6 +118,7 @@ impl Lexer {
         } else if let Some(kind) = foreign_scene(&self.text) {
             let remedy = match kind {
                 "a PLY mesh" => ": name it there, in Shape \"plymesh\"",
+                "a glTF scene" | "a glTF scene (GLB)" => ", or a name that ends in .gltf or .glb",
                 "a lens file" => ": name it there, or with --lens",
                 _ => "",
             };

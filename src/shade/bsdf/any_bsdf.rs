@@ -2,7 +2,7 @@
 
 use super::{
     Bsdf, BsdfSample, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair,
-    ThinDielectric,
+    MetallicRoughness, ThinDielectric,
 };
 
 /// A BSDF of any kind, for one lane.
@@ -18,6 +18,8 @@ pub enum AnyBsdf {
     Dielectric(Dielectric<f32>),
     /// A thin sheet of glass.
     ThinDielectric(ThinDielectric<f32>),
+    /// A metal or a plastic of glTF.
+    MetallicRoughness(MetallicRoughness<f32>),
     /// A hair.
     Hair(Hair<f32>),
     /// A diffuse surface under a coat.
@@ -36,6 +38,7 @@ impl AnyBsdf {
             Self::Conductor(bsdf) => bsdf.evaluate(wo, wi),
             Self::Dielectric(bsdf) => bsdf.evaluate(wo, wi),
             Self::ThinDielectric(bsdf) => bsdf.evaluate(wo, wi),
+            Self::MetallicRoughness(bsdf) => bsdf.evaluate(wo, wi),
             Self::Hair(bsdf) => bsdf.evaluate(wo, wi),
             Self::CoatedDiffuse(bsdf) => bsdf.evaluate(wo, wi, seed),
             Self::CoatedConductor(bsdf) => bsdf.evaluate(wo, wi, seed),
@@ -50,6 +53,7 @@ impl AnyBsdf {
             Self::Conductor(bsdf) => bsdf.sample(wo, u, choice),
             Self::Dielectric(bsdf) => bsdf.sample(wo, u, choice),
             Self::ThinDielectric(bsdf) => bsdf.sample(wo, u, choice),
+            Self::MetallicRoughness(bsdf) => bsdf.sample(wo, u, choice),
             Self::Hair(bsdf) => bsdf.sample(wo, u, choice),
             Self::CoatedDiffuse(bsdf) => bsdf.sample(wo, u, choice, seed),
             Self::CoatedConductor(bsdf) => bsdf.sample(wo, u, choice, seed),
@@ -65,6 +69,7 @@ impl AnyBsdf {
             Self::Conductor(bsdf) => bsdf.singular(),
             Self::Dielectric(bsdf) => bsdf.singular(),
             Self::ThinDielectric(bsdf) => bsdf.singular(),
+            Self::MetallicRoughness(bsdf) => bsdf.singular(),
             Self::Hair(bsdf) => bsdf.singular(),
             Self::CoatedDiffuse(bsdf) => bsdf.is_singular(),
             Self::CoatedConductor(bsdf) => bsdf.is_singular(),

@@ -1,0 +1,226 @@
+//! Numbers in buffers: accessors, with strides, normalized integers and sparse replacements.
+
+use gltf_json::Index;
+use gltf_json::accessor::{Accessor, ComponentType, Type};
+use gltf_json::buffer::View;
+use gltf_json::validation::Checked;
+
+use super::document::Document;
+use crate::scene::pbrt::SceneError;
+
+/// Items of equal size in a buffer.
+struct Items<'a> {
+    bytes: &'a [u8],
+    size: usize,
+    stride: usize,
+    count: usize,
+}
+
+impl<'a> Items<'a> {
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
+        let (bytes, size, stride) = (self.bytes, self.size, self.stride);
+        (0..self.count).map(move |i| &bytes[i * stride..i * stride + size])
+    }
+}
+
+/// Kind of the numbers of an accessor.
+#[derive(Clone, Copy)]
+struct Layout {
+    component: ComponentType,
+    normalized: bool,
+}
+
+impl Layout {
+    /// Returns the i-th number of an item.
+    fn number(self, item: &[u8], i: usize) -> f32 {
+        let size = self.component.size();
+        let bytes = &item[i * size..(i + 1) * size];
+        let scaled = |value: f32, most: f32| match self.normalized {
+            true => (value / most).max(-1.0),
+            false => value,
+        };
+        match (self.component, bytes) {
+            (ComponentType::I8, [a]) => scaled(f32::from(*a as i8), 127.0),
+            (ComponentType::U8, [a]) => scaled(f32::from(*a), 255.0),
+            (ComponentType::I16, [a, b]) => {
+                scaled(f32::from(i16::from_le_bytes([*a, *b])), 32767.0)
+            }
+            (ComponentType::U16, [a, b]) => {
+                scaled(f32::from(u16::from_le_bytes([*a, *b])), 65535.0)
+            }
+            (ComponentType::U32, [a, b, c, d]) => u32::from_le_bytes([*a, *b, *c, *d]) as f32,
+            (ComponentType::F32, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]),
+            _ => 0.0,
+        }
+    }
+}
+
+fn integer(component: ComponentType, item: &[u8]) -> Option<u32> {
+    match (component, item) {
+        (ComponentType::U8, [a]) => Some(u32::from(*a)),
+        (ComponentType::U16, [a, b]) => Some(u32::from(u16::from_le_bytes([*a, *b]))),
+        (ComponentType::U32, [a, b, c, d]) => Some(u32::from_le_bytes([*a, *b, *c, *d])),
+        _ => None,
+    }
+}
+
+fn width(kind: Type) -> usize {
+    match kind {
+        Type::Scalar => 1,
+        Type::Vec2 => 2,
+        Type::Vec3 => 3,
+        Type::Vec4 | Type::Mat2 => 4,
+        Type::Mat3 => 9,
+        Type::Mat4 => 16,
+    }
+}
+
+impl Document {
+    /// Returns the vectors of an accessor that the element `named_at` names.
+    pub fn vectors<const N: usize>(
+        &self,
+        index: Index<Accessor>,
+        named_at: &str,
+    ) -> Result<Vec<[f32; N]>, SceneError> {
+        let accessors = &self.root.accessors;
+        let accessor = self.entry(accessors, index.value(), "accessors", named_at)?;
+        let element = format!("accessors/{}", index.value());
+        let (Checked::Valid(component), Checked::Valid(kind)) =
+            (accessor.component_type, accessor.type_)
+        else {
+            let expected = "expected a type and a componentType of glTF 2.0";
+            return Err(self.error(&element, "numbers of no known type", expected));
+        };
+        if width(kind) != N {
+            let found = format!("vectors of {} components", width(kind));
+            return Err(self.error(&element, found, &format!("expected {N}")));
+        }
+        let layout = Layout { component: component.0, normalized: accessor.normalized };
+        let size = N * layout.component.size();
+        let vector = |item: &[u8]| std::array::from_fn(|i| layout.number(item, i));
+        let count = self.count(accessor.count.0, N * size_of::<f32>(), &element)?;
+        let mut vectors: Vec<[f32; N]> = match accessor.buffer_view {
+            Some(view) => {
+                let start = accessor.byte_offset.unwrap_or_default().0;
+                self.items(view, start, count, size, &element)?.iter().map(vector).collect()
+            }
+            None => vec![[0.0; N]; count],
+        };
+        if let Some(sparse) = &accessor.sparse {
+            let element = format!("{element}/sparse");
+            let count = self.count(sparse.count.0, size_of::<u64>(), &element)?;
+            let Checked::Valid(component) = sparse.indices.component_type else {
+                let expected = "expected unsigned integers";
+                return Err(self.error(&element, "indices of no known type", expected));
+            };
+            let indices = self.items(
+                sparse.indices.buffer_view,
+                sparse.indices.byte_offset.0,
+                count,
+                component.0.size(),
+                &format!("{element}/indices"),
+            )?;
+            let values = self.items(
+                sparse.values.buffer_view,
+                sparse.values.byte_offset.0,
+                count,
+                size,
+                &format!("{element}/values"),
+            )?;
+            for (index, value) in indices.iter().zip(values.iter()) {
+                let at = integer(component.0, index).map_or(usize::MAX, |i| i as usize);
+                let Some(place) = vectors.get_mut(at) else {
+                    let expected = format!("the accessor has {} elements", accessor.count.0);
+                    return Err(self.error(&element, format!("an index of {at}"), &expected));
+                };
+                *place = vector(value);
+            }
+        }
+        if let Some(i) = vectors.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+            let found = format!("element {i} is not finite");
+            return Err(self.error(&element, found, "expected finite numbers"));
+        }
+        Ok(vectors)
+    }
+
+    /// Returns the indices of an accessor that the element `named_at` names.
+    pub fn indices(&self, index: Index<Accessor>, named_at: &str) -> Result<Vec<u32>, SceneError> {
+        let accessors = &self.root.accessors;
+        let accessor = self.entry(accessors, index.value(), "accessors", named_at)?;
+        let element = format!("accessors/{}", index.value());
+        let expected = "expected scalars that are unsigned integers, in a bufferView";
+        let refuse = |found: &str| Err(self.error(&element, found, expected));
+        let (Checked::Valid(component), Checked::Valid(Type::Scalar)) =
+            (accessor.component_type, accessor.type_)
+        else {
+            return refuse("indices of another type");
+        };
+        let Some(view) = accessor.buffer_view.filter(|_| accessor.sparse.is_none()) else {
+            return refuse("indices that are sparse");
+        };
+        let count = self.count(accessor.count.0, size_of::<u32>(), &element)?;
+        let start = accessor.byte_offset.unwrap_or_default().0;
+        let items = self.items(view, start, count, component.0.size(), &element)?;
+        let all: Option<Vec<u32>> = items.iter().map(|item| integer(component.0, item)).collect();
+        all.map_or_else(|| refuse("indices of another type"), Ok)
+    }
+
+    /// Returns a number of items if the memory budget holds them.
+    fn count(&self, count: u64, bytes: usize, element: &str) -> Result<usize, SceneError> {
+        self.context
+            .check(count.saturating_mul(bytes as u64))
+            .map_err(|refusal| self.too_large(element, &refusal))?;
+        Ok(count as usize)
+    }
+
+    /// Returns the bytes of a view of a buffer, and its stride.
+    pub fn view(
+        &self,
+        view: Index<View>,
+        named_at: &str,
+    ) -> Result<(&[u8], Option<usize>), SceneError> {
+        let View { buffer, byte_length, byte_offset, byte_stride, .. } =
+            self.entry(&self.root.buffer_views, view.value(), "bufferViews", named_at)?;
+        let element = format!("bufferViews/{}", view.value());
+        let content = self.buffer(buffer.value(), &element)?;
+        let start = byte_offset.unwrap_or_default().0;
+        let end = start.saturating_add(byte_length.0);
+        let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
+        let bytes = range.and_then(|(start, end)| content.get(start..end)).ok_or_else(|| {
+            let expected = format!("its buffer has {} bytes", content.len());
+            self.error(&element, format!("bytes {start} to {end}"), &expected)
+        })?;
+        Ok((bytes, byte_stride.map(|stride| stride.0)))
+    }
+
+    /// Returns items in a view from an offset on.
+    fn items(
+        &self,
+        view: Index<View>,
+        start: u64,
+        count: usize,
+        size: usize,
+        named_at: &str,
+    ) -> Result<Items<'_>, SceneError> {
+        let (bytes, stride) = self.view(view, named_at)?;
+        let stride = stride.unwrap_or(size);
+        if stride < size {
+            let element = format!("bufferViews/{}/byteStride", view.value());
+            let expected = format!("its elements have {size} bytes");
+            return Err(self.error(&element, format!("a stride of {stride}"), &expected));
+        }
+        let length = match count {
+            0 => Some(0),
+            _ => (count - 1).checked_mul(stride).and_then(|all| all.checked_add(size)),
+        };
+        let rest = usize::try_from(start).ok().and_then(|start| bytes.get(start..));
+        match rest.zip(length).filter(|(rest, length)| rest.len() >= *length) {
+            Some((bytes, _)) => Ok(Items { bytes, size, stride, count }),
+            None => {
+                let found = format!("{count} elements of {size} bytes from byte {start} on");
+                let expected = format!("its bufferView has {} bytes", bytes.len());
+                Err(self.error(named_at, found, &expected))
+            }
+        }
+    }
+}
