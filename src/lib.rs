@@ -226,4 +226,5 @@ pub use metric::{Measurement, Metric, measure};
 pub use plan::{Effect, EffectSelection};
 pub use prepare::{Changes, FocusOn, PrepareError, prepare};
 pub use render::{Progress, RenderError, RenderOptions, RenderOutput, render};
-pub use scene::pbrt::{Description, SceneError, SceneErrors, read as read_scene};
+pub use scene::pbrt::{Description, SceneError, SceneErrors};
+pub use scene::read as read_scene;

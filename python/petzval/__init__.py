@@ -8,7 +8,16 @@ Lengths of lenses are in millimetres, distances of scenes in metres. Pictures ar
 function that takes time releases the interpreter's lock, runs on all cores and ends on Ctrl-C.
 """
 
+import itertools as _itertools
+import json as _json
+import operator as _operator
+
+from . import cpu as _cpu
+
+_cpu.check()
+
 from . import arrays as _arrays
+from . import progress as _progress
 from ._petzval import (
     Image,
     ImageQuality,
@@ -20,10 +29,13 @@ from ._petzval import (
     write_image,
 )
 from ._petzval import Scene as _Scene
+from ._petzval import dataset as _dataset
 from ._petzval import prepare as _prepare
 from .arrays import Mesh
+from .camera import Camera
 
 __all__ = [
+    "Camera",
     "Image",
     "ImageQuality",
     "Job",
@@ -32,16 +44,19 @@ __all__ = [
     "Scene",
     "__version__",
     "compare",
+    "dataset",
+    "passes",
     "plan",
     "prepare",
     "read_image",
     "render",
+    "sweep",
     "write_image",
 ]
 
 
 class Scene(_Scene):
-    """A scene, in memory: a file in the language of pbrt-v4, or arrays.
+    """A scene, in memory: a file in the language of pbrt-v4 or in glTF, or arrays.
 
     One scene can be rendered many times, with other lenses, focus or film: its geometry and textures
     are neither read nor copied again.
@@ -97,6 +112,7 @@ class Scene(_Scene):
 
 def prepare(
     scene,
+    camera=None,
     *,
     lens=None,
     focus=None,
@@ -129,6 +145,7 @@ def prepare(
     ``None`` keeps what the scene says. The settings are those of ``petzval render``:
 
     :param scene: a :class:`Scene`, or the path of a scene file
+    :param camera: a :class:`Camera`; the settings below count before it
     :param lens: a :class:`Lens`, or the path of a lens file
     :param focus: metres from the film, ``"auto"`` for the middle of the picture, or a pixel ``(x, y)``
     :param fstop: f-number
@@ -161,15 +178,15 @@ def prepare(
         "lens": lens,
         "focus": focus,
         "fstop": fstop,
-        "look_at": _nine_numbers(look_at),
+        "look_at": look_at,
         "film_shift": film_shift,
         "film_tilt": film_tilt,
         "film_diagonal": film_diagonal,
         "coating": coating,
         "resolution": resolution,
         "crop": crop,
-        "spp": spp,
-        "seed": seed,
+        "spp": _count("spp", spp, 1),
+        "seed": _count("seed", seed, 0),
         "effects": effects,
         "light_paths": light_paths,
         "aov": [aov] if isinstance(aov, str) else list(aov),
@@ -184,28 +201,112 @@ def prepare(
         "focus_model": focus_model,
         "assume_vd": assume_vd,
     }
+    if camera is not None:
+        if not isinstance(camera, Camera):
+            raise TypeError(f"camera: expected a petzval.Camera, not {type(camera).__name__}")
+        for name, value in camera.settings().items():
+            if settings[name] is None:
+                settings[name] = value
+    settings["look_at"] = _nine_numbers(settings["look_at"])
     return _prepare(scene if isinstance(scene, _Scene) else Scene(scene), settings)
 
 
-def render(scene, *, threads=0, progress=None, **settings):
+def render(scene, camera=None, *, threads=0, progress=None, **settings):
     """Render a scene. Returns an :class:`Image`.
 
     The picture has the bits of ``petzval render`` with the same settings, on any number of threads.
 
+    :param camera: a :class:`Camera`; settings count before it
     :param threads: number of threads; 0 is one for each core
-    :param progress: a function that is called with the share of the samples that are done, 0 to 1
+    :param progress: ``True`` for a bar on standard error, or a function that is called with the share
+        of the samples that are done, 0 to 1
     :param settings: those of :func:`prepare`
     """
-    return prepare(scene, **settings).render(threads=threads, progress=progress)
+    report = _progress.reporter(progress)
+    threads = _count("threads", threads, 0)
+    return prepare(scene, camera, **settings).render(threads=threads, progress=report)
 
 
-def plan(scene, **settings):
+def passes(scene, camera=None, *, threads=0, **settings):
+    """Iterate over the pictures of a render while it goes on, of 1, 2, 4, 8 ... samples a pixel.
+
+    Each is the picture of :func:`render` with so many samples, without layers and diffraction. The last
+    has all samples. To leave the loop ends the render.
+
+    :param settings: those of :func:`prepare`
+    """
+    return prepare(scene, camera, **settings).passes(threads=_count("threads", threads, 0))
+
+
+def sweep(scene, camera=None, *, threads=0, progress=None, **settings):
+    """Iterate over the pictures of all combinations of settings that are lists.
+
+    >>> for changed, image in pz.sweep("scenes/dgauss.pbrt", fstop=[2.8, 4, 5.6], spp=16):
+    ...     image.save(f"f{changed['fstop']}.exr")
+
+    The scene is read once. Pairs such as ``resolution`` are tuples, so that lists are unambiguous; the
+    setting ``aov`` is always a list of its own.
+
+    :returns: an iterator over pairs: the settings that change, as a dictionary, and the :class:`Image`
+    """
+    scene = scene if isinstance(scene, _Scene) else Scene(scene)
+    lists = {k: v for k, v in settings.items() if isinstance(v, list) and k != "aov"}
+    fixed = {k: v for k, v in settings.items() if k not in lists}
+    for name, values in lists.items():
+        if not values:
+            raise ValueError(f"{name}: the list is empty")
+
+    def pictures():
+        for values in _itertools.product(*lists.values()):
+            changed = dict(zip(lists, values))
+            image = render(
+                scene, camera, threads=threads, progress=progress, **fixed, **changed
+            )
+            yield changed, image
+
+    return pictures()
+
+
+def dataset(spec, output, *, shard=None, threads=0, progress=None):
+    """Photograph the pairs of a specification, as ``petzval dataset`` does, with the same bits.
+
+    Pairs that are finished are kept, so that the same call continues one that was stopped.
+
+    :param spec: the specification, a TOML file
+    :param output: the folder of the pairs and their manifest
+    :param shard: ``(i, n)`` takes the i-th of n parts, from 1, with a manifest of its own
+    :param threads: number of threads; 0 is one for each core
+    :param progress: as in :func:`render`, with the share of the pairs that are done
+    :returns: the rows of the manifest, a dictionary for each pair
+    """
+    part = (1, 1) if shard is None else tuple(_count("shard", i, 0) for i in shard)
+    report = _progress.reporter(progress)
+    manifest = _dataset(spec, output, part, _count("threads", threads, 0), report)
+    with open(manifest, encoding="utf-8") as rows:
+        # A row that another process is writing has no end yet.
+        return [_json.loads(row) for row in rows if row.endswith("\n")]
+
+
+def plan(scene, camera=None, **settings):
     """Return which effects a picture needs, and why.
 
     :param settings: those of :func:`prepare`
     :returns: a list of dictionaries: effect, on, by, reason
     """
-    return prepare(scene, **settings).plan
+    return prepare(scene, camera, **settings).plan
+
+
+def _count(name, value, least):
+    """Return an integer that is at least so large and fits into 32 bits."""
+    if value is None:
+        return None
+    try:
+        number = _operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}={value!r}: expected an integer") from None
+    if not least <= number < 2**32:
+        raise ValueError(f"{name}={number}: expected {least} to {2**32 - 1}")
+    return number
 
 
 def _nine_numbers(look_at):

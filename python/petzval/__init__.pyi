@@ -1,4 +1,4 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal, Optional, Union
@@ -51,6 +51,44 @@ class Lens:
         distance: float = ...,
         model: Optional[str] = None,
     ) -> dict[str, Any]: ...
+    def st_map(
+        self,
+        resolution: tuple[int, int],
+        width: float,
+        distance: float = ...,
+        redistort: bool = False,
+    ) -> NDArray[np.float32]: ...
+    def mtf(
+        self,
+        frequencies: Sequence[float],
+        *,
+        distance: float = ...,
+        film_distance: Optional[float] = None,
+        image_height: Optional[float] = None,
+        fields: int = 5,
+        rays: int = 64,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def distortion(
+        self,
+        count: int = 20,
+        *,
+        distance: float = ...,
+        film_distance: Optional[float] = None,
+        image_height: Optional[float] = None,
+        fields: int = 5,
+        rays: int = 64,
+    ) -> dict[str, NDArray[np.float64]]: ...
+    def psf(
+        self,
+        field: int = 0,
+        size: int = 64,
+        *,
+        distance: float = ...,
+        film_distance: Optional[float] = None,
+        image_height: Optional[float] = None,
+        fields: int = 5,
+        rays: int = 64,
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]: ...
     def image_quality(
         self,
         distance: float = ...,
@@ -82,6 +120,7 @@ class ImageQuality:
         method: Literal["diffraction", "geometric", "limit"] = "diffraction",
         defocus: float = 0.0,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def distortion(self, count: int = 20) -> dict[str, NDArray[np.float64]]: ...
     def spot(self, field: int, defocus: float = 0.0) -> dict[str, Any]: ...
     def psf(
         self, field: int, size: int = 64, width: Optional[float] = None
@@ -99,7 +138,7 @@ class Mesh:
     emission: Optional[tuple[float, float, float]] = None
 
 class Scene:
-    """A scene, in memory: a file in the language of pbrt-v4, or arrays."""
+    """A scene, in memory: a file in the language of pbrt-v4 or in glTF, or arrays."""
 
     def __init__(self, path: Path) -> None: ...
     @classmethod
@@ -133,6 +172,7 @@ class Image:
     @property
     def size(self) -> tuple[int, int]: ...
     def denoise(self) -> "Image": ...
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]: ...
     def save(
         self, path: Path, exposure: Union[float, Literal["auto"]] = 0.0, half: bool = False
     ) -> None: ...
@@ -149,50 +189,44 @@ class Job:
     @property
     def metadata(self) -> dict[str, Union[str, float]]: ...
     def render(
-        self, threads: int = 0, progress: Optional[Callable[[float], Any]] = None
-    ) -> Image: ...
-
-def prepare(
     scene: Union[Scene, Path],
-    *,
-    lens: Union[Lens, Path, None] = None,
-    focus: Union[float, tuple[int, int], Literal["auto"], None] = None,
-    fstop: Optional[float] = None,
-    look_at: Optional[Sequence[Point]] = None,
-    film_shift: Optional[tuple[float, float]] = None,
-    film_tilt: Optional[tuple[float, float]] = None,
-    film_diagonal: Optional[float] = None,
-    coating: Optional[Literal["none", "mgf2", "broadband", "perfect"]] = None,
-    resolution: Optional[tuple[int, int]] = None,
-    crop: Optional[tuple[int, int, int, int]] = None,
-    spp: Optional[int] = None,
-    seed: Optional[int] = None,
-    effects: str = "auto",
-    light_paths: Optional[bool] = None,
-    aov: Sequence[str] = (),
-    noise: Optional[float] = None,
-    time: Optional[float] = None,
-    shutter: Optional[str] = None,
-    rolling_shutter: Optional[str] = None,
-    sensor: Optional[str] = None,
-    bayer: Optional[str] = None,
-    passband: Optional[tuple[float, float]] = None,
-    zoom: Union[float, str, None] = None,
-    focus_model: Optional[Literal["sharpest", "pbrt"]] = None,
-    assume_vd: bool = False,
-) -> Job: ...
-def render(
-    scene: Union[Scene, Path],
+    camera: Optional[Camera] = None,
     *,
     threads: int = 0,
-    progress: Optional[Callable[[float], Any]] = None,
+    progress: Union[bool, Callable[[float], Any], None] = None,
     **settings: Any,
 ) -> Image: ...
-def plan(scene: Union[Scene, Path], **settings: Any) -> list[dict[str, Any]]: ...
+def passes(
+    scene: Union[Scene, Path],
+    camera: Optional[Camera] = None,
+    *,
+    threads: int = 0,
+    **settings: Any,
+) -> Iterator[Image]: ...
+def sweep(
+    scene: Union[Scene, Path],
+    camera: Optional[Camera] = None,
+    *,
+    threads: int = 0,
+    progress: Union[bool, Callable[[float], Any], None] = None,
+    **settings: Any,
+) -> Iterator[tuple[dict[str, Any], Image]]: ...
+def dataset(
+    spec: Path,
+    output: Path,
+    *,
+    shard: Optional[tuple[int, int]] = None,
+    threads: int = 0,
+    progress: Union[bool, Callable[[float], Any], None] = None,
+) -> list[dict[str, Any]]: ...
+def plan(
+    scene: Union[Scene, Path], camera: Optional[Camera] = None, **settings: Any
+) -> list[dict[str, Any]]: ...
 def compare(
     picture: ArrayLike,
     reference: ArrayLike,
     metric: Literal["mse", "relmse", "mape", "flip", "psnr"] = "flip",
+    dynamic_range: Literal["high", "low"] = "high",
 ) -> float: ...
 def read_image(path: Path) -> NDArray[np.float32]: ...
 def write_image(

@@ -2,12 +2,13 @@
 
 use std::fmt::Display;
 use std::io;
-use std::path::Path;
 
+use petzval::dataset::DatasetError;
 use petzval::lens::LensError;
-use petzval::{ImageError, PrepareError};
+use petzval::scene::ply::PlyError;
+use petzval::{ImageError, PrepareError, RenderError, SceneError, SceneErrors};
 use pyo3::PyErr;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 
 /// Returns the exception of a value that makes no sense.
 pub fn value_error(problem: impl Display) -> PyErr {
@@ -38,18 +39,46 @@ pub fn prepare_error(error: &PrepareError) -> PyErr {
     }
 }
 
+/// Returns the exception of a scene that cannot be read: that of the system if a file is missing and
+/// nothing else is wrong.
+pub fn scene_error(errors: &SceneErrors) -> PyErr {
+    match errors.faults() {
+        [only] => match &only.error {
+            SceneError::Unreadable(read) | SceneError::Include { source: read, .. } => {
+                os_error(&read.source, errors)
+            }
+            SceneError::Image { source: ImageError::Io { source, .. }, .. } => {
+                os_error(source, errors)
+            }
+            // The reader of meshes keeps no more of an error of the system than its text.
+            SceneError::Mesh { source: PlyError { path, .. }, .. } if !path.exists() => {
+                os_error(&io::ErrorKind::NotFound.into(), errors)
+            }
+            _ => value_error(errors),
+        },
+        _ => value_error(errors),
+    }
+}
+
+/// Returns the exception of a render that failed.
+pub fn render_error(error: &RenderError) -> PyErr {
+    PyRuntimeError::new_err(error.to_string())
+}
+
+/// Returns the exception of a data set that cannot be made.
+pub fn dataset_error(error: &DatasetError) -> PyErr {
+    match error {
+        DatasetError::Read(read) => os_error(&read.source, error),
+        DatasetError::Scene(errors) => scene_error(errors),
+        DatasetError::Render(error) => render_error(error),
+        _ => value_error(error),
+    }
+}
+
 /// Returns the exception of a picture that cannot be written.
 pub fn image_error(error: &ImageError) -> PyErr {
     match error {
         ImageError::Io { source, .. } => os_error(source, error),
         _ => value_error(error),
     }
-}
-
-/// Checks that a file can be opened: the reader of scenes reports all its problems as text.
-pub fn check_readable(path: &Path) -> Result<(), PyErr> {
-    let opened = std::fs::File::open(path);
-    opened.map(|_| ()).map_err(|source| {
-        os_error(&source, format!("cannot read the scene {}: {source}", path.display()))
-    })
 }

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray3, ToPyArray};
+use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods, ToPyArray};
 use petzval::io::image::{ImageLayer, Notes, PictureWindow};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use crate::array;
 use crate::error::{image_error, value_error};
 
 /// A rendered picture, in linear sRGB.
@@ -85,11 +86,7 @@ impl Image {
 
     /// Returns the picture as it is now in the array.
     fn picture(&self, py: Python<'_>) -> PyResult<Picture> {
-        let array = self.pixels.bind(py).readonly();
-        let view = array.as_array();
-        let (height, width, _) = view.dim();
-        let pixels = view.rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect();
-        Ok(Picture { size: [width, height], pixels })
+        array::picture("pixels", self.pixels.bind(py).as_any())
     }
 
     /// Returns the layers as they are now in their arrays.
@@ -126,8 +123,8 @@ impl Image {
     /// Width and height in pixels.
     #[getter]
     fn size(&self, py: Python<'_>) -> (usize, usize) {
-        let (height, width, _) = self.pixels.bind(py).readonly().as_array().dim();
-        (width, height)
+        let shape = self.pixels.bind(py).shape();
+        (shape[1], shape[0])
     }
 
     /// Writes the picture: .exr (linear, with all layers), .png or .jpg.
@@ -154,14 +151,16 @@ impl Image {
     /// Returns the picture without noise, by Open Image Denoise (`pip install pyoidn`).
     ///
     /// The layers albedo and normal keep textures and edges, if the picture has them. The noisy
-    /// picture becomes the layer "noisy".
+    /// picture becomes the layer "noisy", unless there is one from an earlier call.
     fn denoise(&self, py: Python<'_>) -> PyResult<Self> {
         let layers = self.layers.bind(py).copy()?;
         let channels = self.channels.bind(py).copy()?;
         let arguments = (&self.pixels, layers.get_item("albedo")?, layers.get_item("normal")?);
         let denoised = py.import("petzval.denoise")?.call_method1("denoised", arguments)?;
-        layers.set_item("noisy", &self.pixels)?;
-        channels.set_item("noisy", ["R", "G", "B"])?;
+        if !layers.contains("noisy")? {
+            layers.set_item("noisy", &self.pixels)?;
+            channels.set_item("noisy", ["R", "G", "B"])?;
+        }
         Ok(Self {
             pixels: denoised.extract::<Bound<'_, PyArray3<f32>>>()?.unbind(),
             layers: layers.unbind(),
@@ -177,6 +176,22 @@ impl Image {
         let picture = self.picture(py)?;
         let file = py.detach(|| picture.png(DisplayExposure::Auto.factor(&picture)))?;
         Ok(PyBytes::new(py, &file))
+    }
+
+    /// The pixels, for NumPy's functions.
+    #[pyo3(signature = (dtype = None, copy = None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let pixels = self.pixels.bind(py).as_any();
+        let array = match dtype {
+            Some(dtype) => pixels.call_method1("astype", (dtype,))?,
+            None => pixels.clone(),
+        };
+        if copy == Some(true) { array.call_method0("copy") } else { Ok(array) }
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {

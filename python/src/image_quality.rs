@@ -3,14 +3,15 @@
 use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use petzval::Prescription;
 use petzval::lens::{
-    ConditionChoices, FieldKind, FieldRays, FrequencyAxis, ImagingConditions, ImagingGrid,
-    SpotDiagram, TransferMethod,
+    ConditionChoices, FieldCurvePoint, FieldKind, FieldRays, FrequencyAxis, ImagingConditions,
+    ImagingGrid, SpotDiagram, TransferMethod,
 };
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::value_error;
+use crate::worker;
 
 /// Real rays of a lens, traced once for all analyses.
 #[pyclass(frozen, module = "petzval")]
@@ -20,6 +21,9 @@ pub struct ImageQuality {
 
 /// Modulation by field and frequency: tangential and sagittal.
 type Modulations<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// A point image and its data.
+type PointImage<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyDict>);
 
 /// Largest numbers of fields and of rays across the pupil.
 const MOST: [usize; 2] = [1000, 512];
@@ -50,7 +54,8 @@ impl ImageQuality {
         let conditions = ImagingConditions::new(lens, choices).map_err(value_error)?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let grid = ImagingGrid { fields, pupil, threads };
-        let traced = py.detach(|| petzval::lens::ImageQuality::new(lens, conditions, grid));
+        let traced =
+            worker::run_whole(py, || petzval::lens::ImageQuality::new(lens, conditions, grid))?;
         Ok(Self { quality: traced.map_err(value_error)? })
     }
 
@@ -101,6 +106,26 @@ impl ImageQuality {
         self.quality.conditions.film_distance
     }
 
+    /// Returns the distortion of the primary wavelength, in `count` steps from the axis to the edge: a
+    /// dictionary of arrays with height (mm), distortion and f_theta, which are relative excesses of
+    /// the image height over the tangent of the field angle and over the angle; NaN on the axis.
+    #[pyo3(signature = (count = 20))]
+    fn distortion<'py>(&self, py: Python<'py>, count: u32) -> PyResult<Bound<'py, PyDict>> {
+        if !(1..=10_000).contains(&count) {
+            return Err(value_error(format!("count={count}: expected 1 to 10000")));
+        }
+        let primary = self.quality.conditions.primary;
+        let curve = worker::run_whole(py, || self.quality.field_curve(primary, count))?;
+        let column = |of: &dyn Fn(&FieldCurvePoint) -> f64| {
+            curve.iter().map(of).collect::<Vec<f64>>().to_pyarray(py)
+        };
+        let data = PyDict::new(py);
+        data.set_item("height", column(&|point| point.height))?;
+        data.set_item("distortion", column(&|point| point.distortion().unwrap_or(f64::NAN)))?;
+        data.set_item("f_theta", column(&|point| point.f_theta_distortion().unwrap_or(f64::NAN)))?;
+        Ok(data)
+    }
+
     /// Returns the modulation transfer at these frequencies (cycles/mm): two arrays of fields x
     /// frequencies, tangential and sagittal, NaN without light.
     ///
@@ -127,14 +152,14 @@ impl ImageQuality {
             return Err(value_error("expected frequencies from 0 and a finite defocus"));
         }
         let shape = [self.quality.fields.len(), frequencies.len()];
-        let [tangential, sagittal] = py.detach(|| {
+        let [tangential, sagittal] = worker::run_whole(py, || {
             [FrequencyAxis::Y, FrequencyAxis::X].map(|axis| {
                 let of_field =
                     |field: &FieldRays| field.modulations(&frequencies, axis, method, defocus);
                 let values = self.quality.fields.iter().flat_map(of_field);
                 values.map(|value| value.unwrap_or(f64::NAN)).collect::<Vec<f64>>()
             })
-        });
+        })?;
         Ok((
             PyArray1::from_vec(py, tangential).reshape(shape)?,
             PyArray1::from_vec(py, sagittal).reshape(shape)?,
@@ -186,7 +211,7 @@ impl ImageQuality {
         field: usize,
         size: usize,
         width: Option<f64>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyDict>)> {
+    ) -> PyResult<PointImage<'py>> {
         let field = self.field(field)?;
         let widest = 1e3 * field.resolved_width();
         let width = width.unwrap_or(widest.min(100.0));
@@ -196,7 +221,7 @@ impl ImageQuality {
                  {widest:.1} um, which these rays resolve"
             )));
         }
-        let image = py.detach(|| field.point_image(size, 1e-3 * width));
+        let image = worker::run_whole(py, || field.point_image(size, 1e-3 * width))?;
         let image =
             image.ok_or_else(|| value_error("no light reaches the film from this field"))?;
         let data = PyDict::new(py);

@@ -1,30 +1,32 @@
 //! Jobs: scenes that are ready to be rendered.
 
-use std::sync::Mutex;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc;
-use std::time::Duration;
 
 use petzval::io::image::{ImageLayer, Note, Notes};
-use petzval::{Picture, Progress, RenderOptions, render};
-use pyo3::exceptions::PyRuntimeError;
+use petzval::{Picture, Progress, RenderOptions, RenderOutput, render};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::error::{prepare_error, value_error};
+use crate::error::{prepare_error, render_error, value_error};
 use crate::image::Image;
+use crate::passes::Passes;
 use crate::scene::Scene;
 use crate::settings::Settings;
+use crate::worker;
 
-/// How often a render looks for Ctrl-C and reports its progress.
-const PULSE: Duration = Duration::from_millis(50);
-/// Stack of the thread that renders: that of a program's main thread.
-const STACK: usize = 8 << 20;
+/// Checks a number of threads.
+pub fn check_threads(threads: usize) -> PyResult<()> {
+    match threads > 4096 {
+        true => Err(value_error(format!("threads={threads}: expected 0 to 4096"))),
+        false => Ok(()),
+    }
+}
 
 /// A scene with lens, focus and plan of effects, ready to be rendered.
 #[pyclass(frozen, module = "petzval")]
 pub struct Job {
-    job: petzval::Job,
+    pub(crate) job: Arc<petzval::Job>,
     notes: Notes,
     warnings: Vec<String>,
 }
@@ -34,15 +36,10 @@ pub struct Job {
 pub fn prepare(py: Python<'_>, scene: &Scene, settings: Settings<'_>) -> PyResult<Job> {
     let changes = settings.changes()?;
     let description = scene.description.clone();
-    let prepared = py.detach(|| petzval::prepare(description, &changes));
+    let prepared = worker::run_whole(py, || petzval::prepare(description, &changes))?;
     let (job, notes, warnings) = prepared.map_err(|error| prepare_error(&error))?;
+    let job = Arc::new(job);
     Ok(Job { job, notes, warnings: warnings.iter().map(ToString::to_string).collect() })
-}
-
-/// Result of the thread that renders.
-struct Rendered {
-    picture: Picture,
-    layers: Vec<ImageLayer>,
 }
 
 #[pymethods]
@@ -77,15 +74,7 @@ impl Job {
     /// Data of the picture: lens, focus, exposure and the like, by name.
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let data = PyDict::new(py);
-        for (name, note) in &self.notes {
-            match note {
-                Note::Text(text) => data.set_item(name, text)?,
-                Note::Number(number) => data.set_item(name, number)?,
-                _ => {}
-            }
-        }
-        Ok(data)
+        metadata(py, &self.notes)
     }
 
     /// Renders the picture, on `threads` threads; 0 is one for each core.
@@ -99,73 +88,50 @@ impl Job {
         threads: usize,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Image> {
-        if threads > 4096 {
-            return Err(value_error(format!("threads={threads}: expected 0 to 4096")));
-        }
+        check_threads(threads)?;
         let state = Progress::default();
-        let interrupt: Mutex<Option<PyErr>> = Mutex::new(None);
-        let rendered = py.detach(|| {
-            self.run(threads, &state, || {
-                let outcome = Python::attach(|py| {
-                    py.check_signals()?;
-                    match &progress {
-                        Some(call) => call.call1(py, (self.share(&state),)).map(|_| ()),
-                        None => Ok(()),
-                    }
-                });
-                if let Err(error) = outcome {
-                    state.stop.store(true, Ordering::Relaxed);
-                    interrupt
-                        .lock()
-                        .unwrap_or_else(|poisoned| poisoned.into_inner())
-                        .get_or_insert(error);
-                }
-            })
-        });
-        if let Some(error) = interrupt.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
-        {
-            return Err(error);
-        }
-        let Rendered { picture, layers } = rendered?;
+        let pulse = |py: Python<'_>| match &progress {
+            Some(call) => call.call1(py, (self.share(&state),)).map(|_| ()),
+            None => Ok(()),
+        };
+        let work = || {
+            let options =
+                RenderOptions { threads, progress: Some(&state), ..RenderOptions::default() };
+            let output = render(&self.job, options)?;
+            let (layers, more) = (output.layers(&self.job), sample_notes(&output));
+            Ok((output.into_picture(&self.job), layers, more))
+        };
+        let rendered = worker::run(py, &state.stop, pulse, work)?;
+        let (picture, layers, more) = rendered.map_err(|error| render_error(&error))?;
         if let Some(call) = &progress {
             call.call1(py, (1.0,))?;
         }
-        let window = self.job.frame.window();
-        let metadata = self.metadata(py)?.unbind();
-        Image::new(py, &picture, layers, metadata, self.notes.clone(), window)
+        self.image(py, &picture, layers, more)
+    }
+
+    /// Renders step by step: an iterator over pictures of 1, 2, 4, 8 ... samples a pixel, without
+    /// layers and diffraction.
+    #[pyo3(signature = (threads = 0))]
+    fn passes(slf: Bound<'_, Self>, threads: usize) -> PyResult<Passes> {
+        check_threads(threads)?;
+        Passes::new(slf.unbind(), threads)
     }
 }
 
 impl Job {
-    /// Renders on a thread of its own, and calls `pulse` now and then until that has ended.
-    fn run(&self, threads: usize, state: &Progress, pulse: impl Fn()) -> PyResult<Rendered> {
-        let (done, wait) = mpsc::channel::<()>();
-        std::thread::scope(|scope| {
-            let work = || {
-                // The sender is dropped with the thread, also by a panic.
-                let _done = done;
-                let options =
-                    RenderOptions { threads, progress: Some(state), ..RenderOptions::default() };
-                let output = render(&self.job, options)?;
-                let layers = output.layers(&self.job);
-                Ok::<_, petzval::RenderError>(Rendered {
-                    picture: output.into_picture(&self.job),
-                    layers,
-                })
-            };
-            let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, work)?;
-            while let Err(mpsc::RecvTimeoutError::Timeout) = wait.recv_timeout(PULSE) {
-                pulse();
-            }
-            match worker.join() {
-                Ok(rendered) => {
-                    rendered.map_err(|error| PyRuntimeError::new_err(error.to_string()))
-                }
-                Err(_) => Err(PyRuntimeError::new_err(
-                    "the render failed: an error in petzval; please report it",
-                )),
-            }
-        })
+    /// Makes the image of a picture. `more` are notes besides those of the job.
+    pub fn image(
+        &self,
+        py: Python<'_>,
+        picture: &Picture,
+        layers: Vec<ImageLayer>,
+        more: Notes,
+    ) -> PyResult<Image> {
+        let mut notes = self.notes.clone();
+        notes.retain(|(name, _)| more.iter().all(|(other, _)| other != name));
+        notes.extend(more);
+        let metadata = metadata(py, &notes)?.unbind();
+        Image::new(py, picture, layers, metadata, notes, self.job.frame.window())
     }
 
     /// Returns the share of the samples that are taken.
@@ -179,4 +145,32 @@ impl Job {
         };
         (state.samples.load(Ordering::Relaxed) as f64 / expected.max(1) as f64).min(1.0)
     }
+}
+
+fn metadata<'py>(py: Python<'py>, notes: &Notes) -> PyResult<Bound<'py, PyDict>> {
+    let data = PyDict::new(py);
+    for (name, note) in notes {
+        match note {
+            Note::Text(text) => data.set_item(name, text)?,
+            Note::Number(number) => data.set_item(name, number)?,
+            _ => {}
+        }
+    }
+    Ok(data)
+}
+
+/// Returns notes on the noise, and on samples that were dropped.
+fn sample_notes(output: &RenderOutput) -> Notes {
+    let number = |name, value| (name, Note::Number(value));
+    let adaptive = output.convergence.iter().flat_map(|found| {
+        [
+            number("noise", found.noise),
+            number("samplesPerPixel", found.mean_spp),
+            number("leastSamplesPerPixel", f64::from(found.min_spp)),
+            number("mostSamplesPerPixel", f64::from(found.max_spp)),
+        ]
+    });
+    let dropped = Some(output.film.dropped.count()).filter(|&count| count > 0);
+    let dropped = dropped.map(|count| number("droppedSamples", count as f64));
+    adaptive.chain(dropped).collect()
 }

@@ -3,19 +3,22 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use numpy::{
-    AllowTypeChange, BorrowError, PyArray1, PyArray2, PyArrayLike2, PyArrayMethods,
-    PyUntypedArrayMethods, ToPyArray,
+    BorrowError, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray,
 };
-use petzval::lens::{CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose};
+use petzval::lens::{Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose};
 use petzval::{Paraxial, Prescription, RealRayFocus, read_lens};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
+use crate::array;
 use crate::error::{lens_error, value_error};
 use crate::image_quality::ImageQuality;
 use crate::trace::{TracedRays, TravelFrom, trace};
+use crate::worker;
 
 /// Rays behind a lens: points, directions and the surface that blocked each, or 0.
 type RayArrays<'py> =
@@ -38,6 +41,50 @@ impl Lens {
     pub fn file(&self) -> &Path {
         &self.path
     }
+}
+
+impl Lens {
+    /// Calibrates the lens on a film of some pixels and of a width (mm).
+    fn calibration(
+        &self,
+        py: Python<'_>,
+        resolution: [u32; 2],
+        width: f64,
+        distance: f64,
+    ) -> PyResult<Calibration> {
+        if resolution.contains(&0) || !(width > 0.0 && width.is_finite()) {
+            return Err(value_error("expected a resolution and a width above 0"));
+        }
+        let setup = CalibrationSetup {
+            lens: &self.lens,
+            film_distance: self.focus(distance)?,
+            film_pose: Pose::ALIGNED,
+            pixels: PixelGrid::new(resolution, width),
+            ray: FieldRay::default(),
+        };
+        worker::run_whole(py, || setup.calibrate())?.map_err(value_error)
+    }
+}
+
+/// Returns the place of every pixel in the other picture, row after row; `None` if no pinhole
+/// describes the lens.
+fn calibration_map(calibration: &Calibration, redistort: bool) -> Option<Vec<[f32; 2]>> {
+    let matrix = calibration.pinhole_matrix()?;
+    let fit = calibration.suggested();
+    let place = |pixel: [f64; 2]| {
+        if redistort {
+            return calibration.undistorted(&matrix, pixel);
+        }
+        let [x, y] = [0, 1].map(|i| (pixel[i] - matrix.centre[i]) / matrix.focal[i]);
+        let estimate = fit?.project(DVec3::new(x, y, 1.0))?;
+        calibration.distorted(&matrix, pixel, estimate)
+    };
+    let [columns, rows] = calibration.pixels.resolution.map(|side| side as usize);
+    let found = (0..rows * columns).into_par_iter().map(|i| {
+        let pixel = [i % columns, i / columns].map(|k| k as f64);
+        place(pixel).map_or([f32::NAN; 2], |place| place.map(|x| x as f32))
+    });
+    Some(found.collect())
 }
 
 #[pymethods]
@@ -148,8 +195,8 @@ impl Lens {
     fn trace<'py>(
         &self,
         py: Python<'py>,
-        points: PyArrayLike2<'py, f32, AllowTypeChange>,
-        directions: PyArrayLike2<'py, f32, AllowTypeChange>,
+        points: &Bound<'py, PyAny>,
+        directions: &Bound<'py, PyAny>,
         wavelength: Option<f64>,
         side: &str,
         out: Option<RayArrays<'py>>,
@@ -166,28 +213,14 @@ impl Lens {
                 &coloured
             }
         };
-        let (points, directions) = (points.as_array(), directions.as_array());
-        for (name, array) in [("points", &points), ("directions", &directions)] {
-            if array.nrows() != 3 {
-                let (rows, columns) = array.dim();
-                return Err(value_error(format!(
-                    "{name}: the array is {rows} x {columns}; expected 3 x N"
-                )));
-            }
+        let [points, directions] =
+            [array::floats("points", points)?, array::floats("directions", directions)?];
+        let count = array::columns("points", &points)?;
+        let other = array::columns("directions", &directions)?;
+        if count != other {
+            return Err(value_error(format!("{count} points but {other} directions")));
         }
-        if points.ncols() != directions.ncols() {
-            return Err(value_error(format!(
-                "{} points but {} directions",
-                points.ncols(),
-                directions.ncols()
-            )));
-        }
-        let count = points.ncols();
-        let (points, directions) = (points.as_standard_layout(), directions.as_standard_layout());
-        let [points, directions] = [&points, &directions].map(|array| array.as_slice());
-        let (Some(points), Some(directions)) = (points, directions) else {
-            return Err(value_error("points and directions: expected arrays in C order"));
-        };
+        let (points, directions) = (points.as_slice()?, directions.as_slice()?);
         let arrays = match out {
             Some(arrays) => arrays,
             None => (
@@ -211,7 +244,7 @@ impl Lens {
             directions: to_directions.as_slice_mut()?,
             status: to_status.as_slice_mut()?,
         };
-        py.detach(|| trace(lens, from, points, directions, traced));
+        worker::caught(py, || trace(lens, from, points, directions, traced))?;
         drop((to_points, to_directions, to_status));
         Ok(arrays)
     }
@@ -219,8 +252,8 @@ impl Lens {
     /// Fits a camera model to the lens on a film.
     ///
     /// `resolution` is in pixels, `width` that of the film (mm), and `distance` that of the plane
-    /// in focus from the film (mm). `model` is one of brown_conrady, rational, thin_prism,
-    /// kannala_brandt and so on; by default the simplest that fits.
+    /// in focus from the film (mm). `model` is one of radtan, brown-conrady, rational, thin-prism
+    /// and kannala-brandt; by default the simplest that fits.
     ///
     /// Returns a dictionary: model, matrix (3 x 3, pixels; the centre of the first pixel is 0, 0),
     /// distortion with its names, in OpenCV's order, and rms and max error in pixels.
@@ -233,9 +266,6 @@ impl Lens {
         distance: f64,
         model: Option<&str>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        if resolution.contains(&0) || !(width > 0.0 && width.is_finite()) {
-            return Err(value_error("expected a resolution and a width above 0"));
-        }
         let named = |model: DistortionModel| model.name();
         let model = match model {
             None => None,
@@ -246,15 +276,7 @@ impl Lens {
                 Some(found.ok_or_else(|| value_error(problem))?)
             }
         };
-        let film_distance = self.focus(distance)?;
-        let setup = CalibrationSetup {
-            lens: &self.lens,
-            film_distance,
-            film_pose: Pose::ALIGNED,
-            pixels: PixelGrid::new(resolution, width),
-            ray: FieldRay::default(),
-        };
-        let calibration = py.detach(|| setup.calibrate()).map_err(value_error)?;
+        let calibration = self.calibration(py, resolution, width, distance)?;
         let fit = match model {
             None => calibration.suggested(),
             Some(model) => {
@@ -275,6 +297,62 @@ impl Lens {
         data.set_item("rms", fit.residual.rms)?;
         data.set_item("max", fit.residual.max)?;
         Ok(data)
+    }
+
+    /// Maps pixels of a photograph to those of a pinhole camera of the same middle, or back.
+    ///
+    /// Returns an array of float32, height x width x 2: for each pixel of the straight picture, the
+    /// place (x, y) in the photograph from which to take its colour, as `cv2.remap` reads it; with
+    /// `redistort`, for each pixel of the photograph its place in the straight picture. Pixels
+    /// without a place are NaN. Arguments are those of `intrinsics`.
+    #[pyo3(signature = (resolution, width, distance = f64::INFINITY, redistort = false))]
+    fn st_map<'py>(
+        &self,
+        py: Python<'py>,
+        resolution: [u32; 2],
+        width: f64,
+        distance: f64,
+        redistort: bool,
+    ) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let calibration = self.calibration(py, resolution, width, distance)?;
+        let places = worker::run_whole(py, || calibration_map(&calibration, redistort))?;
+        let places = places.ok_or_else(|| value_error("no pinhole describes this lens"))?;
+        let [columns, rows] = resolution.map(|side| side as usize);
+        places.as_flattened().to_pyarray(py).reshape([rows, columns, 2])
+    }
+
+    /// Returns the modulation transfer by field and frequency (cycles/mm), tangential and sagittal, as
+    /// `ImageQuality.mtf` does; `conditions` are the arguments of `image_quality`.
+    #[pyo3(signature = (frequencies, **conditions))]
+    fn mtf<'py>(
+        slf: &Bound<'py, Self>,
+        frequencies: Vec<f64>,
+        conditions: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.call_method("image_quality", (), conditions)?.call_method1("mtf", (frequencies,))
+    }
+
+    /// Returns the distortion by image height, in `count` steps, as `ImageQuality.distortion` does;
+    /// `conditions` are the arguments of `image_quality`.
+    #[pyo3(signature = (count = 20, **conditions))]
+    fn distortion<'py>(
+        slf: &Bound<'py, Self>,
+        count: u32,
+        conditions: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.call_method("image_quality", (), conditions)?.call_method1("distortion", (count,))
+    }
+
+    /// Returns the point image of a field, from 0 on the axis, and its data, as `ImageQuality.psf`
+    /// does; `conditions` are the arguments of `image_quality`.
+    #[pyo3(signature = (field = 0, size = 64, **conditions))]
+    fn psf<'py>(
+        slf: &Bound<'py, Self>,
+        field: usize,
+        size: usize,
+        conditions: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.call_method("image_quality", (), conditions)?.call_method1("psf", (field, size))
     }
 
     /// Traces the lens for an object at a distance from the film (mm): spots, MTF and point images.

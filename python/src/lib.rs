@@ -3,15 +3,19 @@
 //! `petzval/__init__.py` is the public package; this module is its engine. All work that takes time
 //! runs without the interpreter's lock.
 
+mod array;
+mod dataset;
 mod error;
 mod image;
 mod image_quality;
 mod job;
 mod lens;
+mod passes;
 mod picture;
 mod scene;
 mod settings;
 mod trace;
+mod worker;
 
 use pyo3::prelude::*;
 
@@ -23,7 +27,9 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<job::Job>()?;
     module.add_class::<image::Image>()?;
+    module.add_class::<passes::Passes>()?;
     module.add_class::<image_quality::ImageQuality>()?;
+    module.add_function(wrap_pyfunction!(dataset::dataset, module)?)?;
     module.add_function(wrap_pyfunction!(job::prepare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;

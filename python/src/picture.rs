@@ -2,46 +2,49 @@
 
 use std::path::PathBuf;
 
-use numpy::{AllowTypeChange, PyArray3, PyArrayLike3, PyArrayMethods, ToPyArray};
+use numpy::{PyArray3, PyArrayMethods, ToPyArray};
 use petzval::io::image::PictureWindow;
 use petzval::metric::DynamicRange;
 use petzval::{EncodingOptions, Metric, Picture, measure};
 use pyo3::prelude::*;
 
+use crate::array;
 use crate::error::{image_error, value_error};
 use crate::image::ExposureSetting;
-
-/// An array of pixels of any number type.
-type Pixels<'py> = PyArrayLike3<'py, f32, AllowTypeChange>;
-
-/// Returns the picture of an array of height x width x 3.
-fn picture(name: &str, pixels: &Pixels<'_>) -> PyResult<Picture> {
-    let view = pixels.as_array();
-    let (height, width, channels) = view.dim();
-    if channels != 3 || height * width == 0 {
-        return Err(value_error(format!(
-            "{name}: the array is {height} x {width} x {channels}; expected height x width x 3"
-        )));
-    }
-    let pixels = view.rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect();
-    Ok(Picture { size: [width, height], pixels })
-}
+use crate::worker;
 
 /// Returns how far a picture is from a reference, both linear sRGB, height x width x 3, by a metric:
-/// mse, relmse, mape, flip or psnr.
+/// mse, relmse, mape, flip or psnr. `dynamic_range` is "high", or "low" for pictures that were clipped
+/// to 0 to 1, of which flip and psnr depend on it.
 #[pyfunction]
-#[pyo3(name = "compare", signature = (picture, reference, metric = "flip"))]
+#[pyo3(name = "compare", signature = (picture, reference, metric = "flip", dynamic_range = "high"))]
 pub fn compare(
     py: Python<'_>,
-    picture: Pixels<'_>,
-    reference: Pixels<'_>,
+    picture: &Bound<'_, PyAny>,
+    reference: &Bound<'_, PyAny>,
     metric: &str,
+    dynamic_range: &str,
 ) -> PyResult<f64> {
     let metric: Metric =
         metric.parse().map_err(|problem| value_error(format!("metric: {problem}")))?;
-    let picture = self::picture("picture", &picture)?;
-    let reference = self::picture("reference", &reference)?;
-    let measured = py.detach(|| measure(metric, &picture, &reference, DynamicRange::High));
+    let picture = array::picture("picture", picture)?;
+    let reference = array::picture("reference", reference)?;
+    let range = match dynamic_range {
+        "high" => DynamicRange::High,
+        "low" => DynamicRange::Low,
+        other => {
+            let expected = "expected \"high\" or \"low\"";
+            return Err(value_error(format!("dynamic_range={other:?}: {expected}")));
+        }
+    };
+    for (name, picture) in [("picture", &picture), ("reference", &reference)] {
+        let bad = picture.pixels.iter().position(|pixel| !pixel.iter().all(|v| v.is_finite()));
+        if let Some(i) = bad {
+            let [x, y] = [i % picture.size[0], i / picture.size[0]];
+            return Err(value_error(format!("{name}: the pixel {x}, {y} is not finite")));
+        }
+    }
+    let measured = worker::caught(py, || measure(metric, &picture, &reference, range))?;
     Ok(measured.map_err(value_error)?.value)
 }
 
@@ -59,10 +62,10 @@ pub fn read_image<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, Py
 pub fn write_image(
     py: Python<'_>,
     path: PathBuf,
-    pixels: Pixels<'_>,
+    pixels: &Bound<'_, PyAny>,
     exposure: ExposureSetting,
 ) -> PyResult<()> {
-    let picture = picture("pixels", &pixels)?;
+    let picture = array::picture("pixels", pixels)?;
     let encoding = EncodingOptions { exposure: exposure.exposure()?, ..EncodingOptions::default() };
     let frame = picture.size.map(|side| side as u32);
     let window = PictureWindow { origin: [0, 0], frame };

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use petzval::{Description, read_scene};
 use pyo3::prelude::*;
 
-use crate::error::{check_readable, value_error};
+use crate::error::scene_error;
+use crate::worker;
 
 /// A scene file, read into memory.
 ///
@@ -19,11 +20,11 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// Reads a scene in the language of pbrt-v4.
+    /// Reads a scene in the language of pbrt-v4, or in glTF.
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        check_readable(&path)?;
-        let description = py.detach(|| read_scene(&path)).map_err(value_error)?;
+        let description = worker::run_whole(py, || read_scene(&path))?;
+        let description = description.map_err(|errors| scene_error(&errors))?;
         Ok(Self { description, path })
     }
 

@@ -20,15 +20,15 @@ use serde_json::{Value, json};
 use support::{folder, petzval};
 
 /// A document under construction, whose data are in one buffer.
-pub struct Builder {
-    pub json: Value,
-    pub data: Vec<u8>,
+struct Builder {
+    json: Value,
+    data: Vec<u8>,
 }
 
 impl Builder {
     /// Returns a document with a camera at z = 2 that looks along -z and sees the
     /// square from -1 to 1 in the plane z = 0.
-    pub fn new() -> Self {
+    fn new() -> Self {
         let yfov = 2.0 * 0.5f64.atan();
         let json = json!({
             "asset": { "version": "2.0" },
@@ -46,19 +46,19 @@ impl Builder {
     }
 
     /// Appends a value to a list, and returns its index.
-    pub fn push(&mut self, list: &str, value: Value) -> usize {
+    fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.json[list].as_array_mut().expect("a list");
         list.push(value);
         list.len() - 1
     }
 
     /// Appends a node to the scene.
-    pub fn node(&mut self, value: Value) {
+    fn node(&mut self, value: Value) {
         let index = self.push("nodes", value);
         self.json["scenes"][0]["nodes"].as_array_mut().expect("nodes").push(json!(index));
     }
 
-    pub fn view(&mut self, bytes: &[u8]) -> usize {
+    fn view(&mut self, bytes: &[u8]) -> usize {
         self.data.resize(self.data.len().next_multiple_of(4), 0);
         let offset = self.data.len();
         self.data.extend_from_slice(bytes);
@@ -66,7 +66,7 @@ impl Builder {
         self.push("bufferViews", view)
     }
 
-    pub fn vectors<const N: usize>(&mut self, vectors: &[[f32; N]]) -> usize {
+    fn vectors<const N: usize>(&mut self, vectors: &[[f32; N]]) -> usize {
         let bytes: Vec<u8> = vectors.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes);
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
@@ -76,7 +76,7 @@ impl Builder {
         self.push("accessors", accessor)
     }
 
-    pub fn indices(&mut self, indices: &[u16]) -> usize {
+    fn indices(&mut self, indices: &[u16]) -> usize {
         let bytes: Vec<u8> = indices.iter().flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes);
         let count = indices.len();
@@ -86,13 +86,13 @@ impl Builder {
     }
 
     /// Adds the mesh of a square from -1 to 1 in the plane z = 0 that faces +z, upright in its image.
-    pub fn square(&mut self, material: Value) -> usize {
+    fn square(&mut self, material: Value) -> usize {
         self.square_with(material, [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
     }
 
     /// As [`Self::square`], with the texture coordinates of the lower left, the lower right, the
     /// upper right and the upper left corner.
-    pub fn square_with(&mut self, material: Value, uvs: [[f32; 2]; 4]) -> usize {
+    fn square_with(&mut self, material: Value, uvs: [[f32; 2]; 4]) -> usize {
         let material = self.push("materials", material);
         let positions =
             self.vectors(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
@@ -106,7 +106,7 @@ impl Builder {
     }
 
     /// Adds a texture of blocks of 16 x 16 pixels, row by row from the top, and returns its index.
-    pub fn texture(&mut self, size: [u32; 2], pixels: &[[u8; 4]]) -> usize {
+    fn texture(&mut self, size: [u32; 2], pixels: &[[u8; 4]]) -> usize {
         let block = |x, y| Rgba(pixels[(y / 16 * size[0] + x / 16) as usize]);
         let image: ImageBuffer<Rgba<u8>, _> =
             ImageBuffer::from_fn(16 * size[0], 16 * size[1], block);
@@ -118,7 +118,7 @@ impl Builder {
     }
 
     /// Adds lights of KHR_lights_punctual, each with its node.
-    pub fn light(&mut self, light: Value, mut node: Value) {
+    fn light(&mut self, light: Value, mut node: Value) {
         let lights = &mut self.json["extensions"]["KHR_lights_punctual"]["lights"];
         if lights.is_null() {
             *lights = json!([]);
@@ -130,19 +130,19 @@ impl Builder {
     }
 
     /// Returns the text of the document, with its data in it.
-    pub fn text(&self) -> String {
+    fn text(&self) -> String {
         let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.data));
         self.text_with(json!({ "byteLength": self.data.len(), "uri": uri }))
     }
 
-    pub fn text_with(&self, buffer: Value) -> String {
+    fn text_with(&self, buffer: Value) -> String {
         let mut json = self.json.clone();
         json["buffers"] = json!([buffer]);
         serde_json::to_string_pretty(&json).expect("a text")
     }
 
     /// Returns the document as a binary file.
-    pub fn glb(&self) -> Vec<u8> {
+    fn glb(&self) -> Vec<u8> {
         let text = self.text_with(json!({ "byteLength": self.data.len() }));
         let mut glb = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
         for (kind, content, filler) in
@@ -160,19 +160,19 @@ impl Builder {
     }
 
     /// Renders the document with 64 x 64 pixels, and returns the picture and the messages.
-    pub fn render(&self, options: &[&str]) -> (Picture, String) {
+    fn render(&self, options: &[&str]) -> (Picture, String) {
         self.render_whole(&[&["--resolution", "64x64"], options].concat())
     }
 
     /// Renders the document in its own size.
-    pub fn render_whole(&self, options: &[&str]) -> (Picture, String) {
+    fn render_whole(&self, options: &[&str]) -> (Picture, String) {
         let folder = folder();
         std::fs::write(folder.path().join("a.gltf"), self.text()).expect("a file");
         render(folder.path(), "a.gltf", options)
     }
 }
 
-pub fn render(folder: &Path, scene: &str, options: &[&str]) -> (Picture, String) {
+fn render(folder: &Path, scene: &str, options: &[&str]) -> (Picture, String) {
     let all = [&["render", scene, "-o", "a.exr"], options].concat();
     let (code, _, said) = petzval(folder, &all);
     assert_eq!(code, 0, "{said}");
@@ -180,7 +180,7 @@ pub fn render(folder: &Path, scene: &str, options: &[&str]) -> (Picture, String)
 }
 
 /// Returns the mean of a part of a picture, from one pixel to another.
-pub fn mean(picture: &Picture, from: [usize; 2], to: [usize; 2]) -> [f32; 3] {
+fn mean(picture: &Picture, from: [usize; 2], to: [usize; 2]) -> [f32; 3] {
     let mut sum = [0.0f64; 3];
     for y in from[1]..to[1] {
         for x in from[0]..to[0] {
@@ -193,12 +193,12 @@ pub fn mean(picture: &Picture, from: [usize; 2], to: [usize; 2]) -> [f32; 3] {
 }
 
 /// Returns the mean of the middle of a picture of 64 x 64 pixels.
-pub fn middle(picture: &Picture) -> [f32; 3] {
+fn middle(picture: &Picture) -> [f32; 3] {
     mean(picture, [24, 24], [40, 40])
 }
 
 /// Returns the meshes of a document.
-pub fn meshes(folder: &Path, name: &str) -> Vec<Mesh> {
+fn meshes(folder: &Path, name: &str) -> Vec<Mesh> {
     let description = read(&folder.join(name)).unwrap_or_else(|error| panic!("{error}"));
     let mesh = |geometry: &Geometry| match geometry {
         Geometry::Mesh(mesh) => mesh.clone(),

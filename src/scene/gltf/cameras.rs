@@ -109,13 +109,13 @@ pub(super) fn read_camera(
             return refuse("a camera without a projection".to_owned(), expected);
         }
     };
-    if !(aspect >= 1.0 / MAX_ASPECT && aspect <= MAX_ASPECT) {
+    if !(1.0 / MAX_ASPECT..=MAX_ASPECT).contains(&aspect) {
         let found = format!("a picture {aspect} times as wide as it is high");
         return refuse(found, "expected 1/20 to 20");
     }
     let world_from_camera = pose(world_from_node);
     let far = world_from_camera.translation.abs().max_element();
-    if !(far <= MAX_COORDINATE) {
+    if far > MAX_COORDINATE || far.is_nan() {
         return refuse(format!("a camera at a distance of {far:e}"), "expected at most 1e18");
     }
     Ok(PlacedCamera {

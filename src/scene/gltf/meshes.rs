@@ -7,6 +7,13 @@ use super::document::Document;
 use crate::scene::pbrt::SceneError;
 use crate::scene::{Bvh, Mesh};
 
+/// The mesh of a primitive.
+pub(super) struct PrimitiveMesh {
+    pub mesh: Mesh,
+    /// Side of the tangent of each vertex, if the document gives tangents.
+    pub sides: Option<Vec<f32>>,
+}
+
 /// A mesh, and the side of its texture coordinates.
 pub(super) struct SidedMesh {
     pub mesh: Mesh,
@@ -20,7 +27,7 @@ pub(super) fn read_mesh(
     primitive: &Primitive,
     element: &str,
     uv_set: u32,
-) -> Result<Option<(Mesh, Option<Vec<f32>>)>, SceneError> {
+) -> Result<Option<PrimitiveMesh>, SceneError> {
     let mode = match primitive.mode {
         Checked::Valid(mode) => mode,
         Checked::Invalid => {
@@ -99,7 +106,7 @@ pub(super) fn read_mesh(
     let tree = Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
     let bytes = mesh.bytes() + mesh.triangles.len() as u64 * tree;
     document.context.claim(bytes).map_err(|refusal| document.too_large(element, &refusal))?;
-    Ok(Some((mesh, sides)))
+    Ok(Some(PrimitiveMesh { mesh, sides }))
 }
 
 fn unit(v: [f32; 3]) -> [f32; 3] {

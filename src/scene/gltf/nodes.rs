@@ -10,7 +10,7 @@ use super::cameras::read_camera;
 use super::instances::{copies, quaternion};
 use super::lights::read_light;
 use super::materials::ShapeMaterial;
-use super::meshes::{SidedMesh, read_mesh, split_by_side};
+use super::meshes::{PrimitiveMesh, SidedMesh, read_mesh, split_by_side};
 use crate::scene::pbrt::SceneError;
 use crate::scene::{Geometry, ShapeSpec};
 
@@ -166,7 +166,8 @@ impl SceneParts<'_> {
             let named_at = format!("{element}/material");
             let surface =
                 self.materials.surface(document, &mut self.builder, material, false, &named_at)?;
-            let Some((geometry, sides)) = read_mesh(document, primitive, &element, surface.uv_set)?
+            let Some(PrimitiveMesh { mesh: geometry, sides }) =
+                read_mesh(document, primitive, &element, surface.uv_set)?
             else {
                 continue;
             };

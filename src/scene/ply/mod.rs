@@ -20,8 +20,10 @@ use values::{ValueReader, skip_element};
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {found}", path_excerpt(path))]
 pub struct PlyError {
-    path: PathBuf,
-    found: String,
+    /// The file.
+    pub path: PathBuf,
+    /// The fault.
+    pub found: String,
 }
 
 /// The meshes of a PLY file.

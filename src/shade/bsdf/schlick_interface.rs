@@ -104,8 +104,8 @@ fn integrals(alpha: f32, cos: f32) -> Integrals {
             Microfacets::g_over_cos(o, facets.stretch(wi)) / Microfacets::g1_over_cos(o);
         let passes = f32x8::select(zero.lt(wi[2]), unshadowed, zero);
         let away = (one - along).max(zero);
-        sums[0] = sums[0] + passes;
-        sums[1] = sums[1] + passes * away.square().square() * away;
+        sums[0] += passes;
+        sums[1] += passes * away.square().square() * away;
     }
     sums.map(|sum| sum.to_array().iter().sum::<f32>() / NORMALS as f32)
 }
