@@ -214,6 +214,42 @@ fn the_stop_changes_no_brightness() {
     }
 }
 
+/// Returns the sum of the squared differences of neighbours in a row, relative to that of the squares.
+fn sharpness(picture: &Picture) -> f64 {
+    let [width, _] = picture.size;
+    let difference = |row: &[[f32; 3]]| {
+        row.windows(2).map(|pair| f64::from(pair[1][1] - pair[0][1]).powi(2)).sum::<f64>()
+    };
+    let all: f64 = picture.pixels.chunks(width).map(difference).sum();
+    all / picture.pixels.iter().map(|pixel| f64::from(pixel[1]).powi(2)).sum::<f64>()
+}
+
+#[test]
+fn the_deep_picture_is_sharp_where_the_lens_is_out_of_focus() {
+    let folder = folder();
+    scene(&folder, "");
+    let spec = "
+        pairs = 1
+        resolution = [120, 80]
+        spp = 512
+        [draw]
+        scene = \"scene.pbrt\"
+        focus = 0.5
+        fstop = 2.1
+        [clean]
+        camera = \"deep\"
+        effects = \"none\"
+        [degraded]
+        effects = \"none\"
+    ";
+    let (code, _, said) = run(folder.path(), spec, &[]);
+    assert_eq!(code, 0, "{said}");
+    let [clean, degraded] =
+        ["clean", "degraded"].map(|kind| sharpness(&read(folder.path(), 0, kind)));
+    // The checks are 11 pixels wide, and the lens blurs them over about 8.
+    assert!(clean > 2.0 * degraded, "{clean} {degraded}");
+}
+
 /// Returns the centre of the light above a threshold, in pixels whose centres are whole numbers.
 fn lamp(picture: &Picture) -> [f64; 2] {
     let width = picture.size[0];
