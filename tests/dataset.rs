@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -129,6 +130,14 @@ fn pairs_do_not_depend_on_their_order_and_continue() {
         .iter()
         .fold([f64::MAX, 0.0], |[low, high], mean| [f64::min(low, *mean), f64::max(high, *mean)]);
     assert!(high / low < 1.5, "{means:?}");
+
+    // Every pair has a draw of its own, and another seed draws others.
+    for name in ["seed", "f_number", "light_stops", "move_m", "turn_degrees"] {
+        let all: BTreeSet<String> = rows(whole).iter().map(|row| row[name].to_string()).collect();
+        assert_eq!(all.len(), 5, "{name}: {all:?}");
+    }
+    let drawn = |spec: &str| run(parts, spec, &["--dry-run"]).1;
+    assert_ne!(drawn(DRAWN), drawn(&DRAWN.replace("seed = 3", "seed = 4")));
 
     // Another specification does not mix with these pairs; more pairs of the same do.
     let (code, _, log) = run(whole, &DRAWN.replace("seed = 3", "seed = 4"), &[]);

@@ -97,6 +97,16 @@ class Lens:
         fields: int = 5,
         rays: int = 64,
     ) -> ImageQuality: ...
+    def report(
+        self,
+        *,
+        frequencies: Sequence[float] = (10.0, 20.0, 40.0),
+        distance: float = ...,
+        film_distance: Optional[float] = None,
+        image_height: Optional[float] = None,
+        fields: int = 5,
+        rays: int = 64,
+    ) -> dict[str, Any]: ...
     def draw(
         self, ax: Any = None, rays: int = 9, film_distance: Optional[float] = None
     ) -> Any: ...

@@ -373,6 +373,17 @@ impl Lens {
         ImageQuality::new(py, &self.lens, distance, film_distance, image_height, [fields, rays])
     }
 
+    /// Returns first-order data, spots (rms, um), modulation transfer and distortion by field, as a
+    /// dictionary that JSON can hold. `conditions` are `frequencies` (cycles/mm) and the arguments of
+    /// `image_quality`.
+    #[pyo3(signature = (**conditions))]
+    fn report<'py>(
+        slf: &Bound<'py, Self>,
+        conditions: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("petzval.report")?.call_method("report", (slf,), conditions)
+    }
+
     /// Draws the section with rays from infinity, by matplotlib. Returns the axes.
     ///
     /// `ax` are axes of matplotlib, by default new ones; `rays` is the number of rays, and

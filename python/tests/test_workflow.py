@@ -299,3 +299,17 @@ def test_short_forms_equal_image_quality(lens_path):
     assert len(curve["height"]) == 5 and abs(curve["height"][-1] - 15.0) < 1.0
     assert np.isnan(curve["distortion"][0]) and abs(curve["distortion"][-1]) < 0.1
     assert json.dumps(list(curve)) == '["height", "distortion", "f_theta"]'
+
+
+def test_a_report_holds_the_numbers_of_the_analyses(lens_path):
+    lens = pz.Lens(lens_path)
+    report = lens.report(image_height=15.0, fields=3, rays=32, frequencies=[20])
+    assert json.loads(json.dumps(report)) == report
+    quality = lens.image_quality(image_height=15.0, fields=3, rays=32)
+    tangential, sagittal = quality.mtf([20])
+    assert [row["mtf_tangential"][0] for row in report["fields"]] == tangential[:, 0].tolist()
+    assert [row["mtf_sagittal"][0] for row in report["fields"]] == sagittal[:, 0].tolist()
+    assert report["fields"][2]["spot_rms"] == quality.spot(2)["rms"]
+    assert report["efl"] == lens.efl and report["fno"] == lens.fno
+    edge = quality.distortion(20)["distortion"]
+    assert report["largest_distortion"] == edge[np.nanargmax(np.abs(edge))]

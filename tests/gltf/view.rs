@@ -81,6 +81,8 @@ fn a_real_lens_takes_the_place_of_the_camera() {
     };
     let near = sized(&["--focus", "0.5"]);
     assert!(edge(&picture) > 5.0 * edge(&near), "{} {}", edge(&picture), edge(&near));
+    assert_eq!(picture.pixels, sized(&["--focus", "auto"]).pixels);
+    assert_ne!(picture.pixels, sized(&["--focus", "inf"]).pixels);
     // Other options of the lens need one.
     let (code, _, said) = petzval(folder.path(), &["render", "a.gltf", "--fstop", "4"]);
     assert!(code == 2 && said.contains("--fstop is given"), "{code}: {said}");

@@ -153,3 +153,16 @@ fn a_final_render_can_be_cancelled_and_resumed() {
     let last_end = fs::metadata(&checkpoint).expect("a checkpoint").modified().expect("a time");
     assert!(last_end > first_end);
 }
+
+#[test]
+fn a_gltf_scene_is_shown_but_saved_as_a_command_only() {
+    let options = ["--lens", "lenses/dgauss.50mm.dat", "--resolution=45x30", "--spp=2"];
+    let view = View::start_in(root(), "boxes.gltf", &options);
+    let mut client = view.client();
+    let seen = client.set(json!({ "fstop": "4" })).picture;
+    assert!(seen.pixels.iter().any(|pixel| pixel[1] > 0.0));
+    let saved = ask(&mut client, &json!({ "type": "save", "name": "a.pbrt" }));
+    assert_eq!(saved["type"], "refused", "{saved}");
+    assert!(saved.to_string().contains("Save the command instead"), "{saved}");
+    assert!(!root().join("scenes/a.pbrt").exists());
+}
