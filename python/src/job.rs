@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use petzval::io::image::{ImageLayer, Note, Notes};
+use petzval::render::Convergence;
 use petzval::{Picture, Progress, RenderOptions, RenderOutput, render};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -161,16 +162,7 @@ fn metadata<'py>(py: Python<'py>, notes: &Notes) -> PyResult<Bound<'py, PyDict>>
 
 /// Returns notes on the noise, and on samples that were dropped.
 fn sample_notes(output: &RenderOutput) -> Notes {
-    let number = |name, value| (name, Note::Number(value));
-    let adaptive = output.convergence.iter().flat_map(|found| {
-        [
-            number("noise", found.noise),
-            number("samplesPerPixel", found.mean_spp),
-            number("leastSamplesPerPixel", f64::from(found.min_spp)),
-            number("mostSamplesPerPixel", f64::from(found.max_spp)),
-        ]
-    });
     let dropped = Some(output.film.dropped.count()).filter(|&count| count > 0);
-    let dropped = dropped.map(|count| number("droppedSamples", count as f64));
-    adaptive.chain(dropped).collect()
+    let dropped = dropped.map(|count| ("droppedSamples", Note::Number(count as f64)));
+    output.convergence.iter().flat_map(Convergence::notes).chain(dropped).collect()
 }

@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64};
 use crate::aov::{self, FeatureFilm};
 use crate::diffraction::Diffraction;
 use crate::film::FilmSums;
-use crate::io::image::{ImageLayer, Picture};
+use crate::io::image::{ImageLayer, Note, Notes, Picture};
 use crate::job::Job;
 use crate::lanes::{Real, f32x8};
 use crate::plan::Effect;
@@ -94,6 +94,31 @@ pub struct Convergence {
     pub min_spp: u32,
     /// The largest number of samples per pixel.
     pub max_spp: u32,
+}
+
+impl Convergence {
+    /// Returns the notes for the metadata of the picture.
+    pub fn notes(&self) -> Notes {
+        let number = |name, value| (name, Note::Number(value));
+        vec![
+            number("noise", self.noise),
+            number("samplesPerPixel", self.mean_spp),
+            number("leastSamplesPerPixel", f64::from(self.min_spp)),
+            number("mostSamplesPerPixel", f64::from(self.max_spp)),
+        ]
+    }
+}
+
+/// Stack of a thread (bytes). Columns of a wave are made on the stack before they are boxed, and the
+/// 2 MB that threads have by default do not hold them in every build.
+const STACK: usize = 8 << 20;
+
+/// Returns threads that render; 0 is one for each core.
+///
+/// # Errors
+/// Returns an error if they cannot be started.
+pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build()
 }
 
 impl RenderOutput {
@@ -184,7 +209,7 @@ pub fn render_resumable(
 ) -> Result<RenderOutput, RenderError> {
     let unobserved = Progress::default();
     let progress = options.progress.unwrap_or(&unobserved);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
+    let pool = thread_pool(options.threads)?;
     pool.install(|| {
         let workers =
             Workers::new(job, progress, checkpointer, resumed.as_ref().map(|saved| &saved.head));

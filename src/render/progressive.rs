@@ -43,7 +43,7 @@ impl<'a> ProgressiveRender<'a> {
     /// # Errors
     /// Returns an error if the threads cannot be started.
     pub fn new(job: &'a Job, threads: usize) -> Result<Self, RenderError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let pool = super::thread_pool(threads)?;
         let tiles = job.frame.tiles();
         Ok(Self {
             job,

@@ -8,7 +8,7 @@ use petzval::film::{DroppedSamples, SampleId};
 use petzval::io::image::{EncodingOptions, ImageFormat, Note, Notes};
 use petzval::job::Job;
 use petzval::plan::Effect;
-use petzval::render::{Convergence, RenderOutput};
+use petzval::render::{Convergence, RenderOutput, thread_pool};
 
 use super::camera_model;
 use super::log::{log_dropped, log_exposure, log_statistics, reason_for_black};
@@ -51,7 +51,7 @@ impl PictureOutput<'_> {
             notes.extend(camera_model::notes(job));
         }
         let window = job.frame.window();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let pool = thread_pool(threads)?;
         let layers = match ImageFormat::of(output)? {
             ImageFormat::Exr => pool.install(|| exposed.layers(job)),
             _ => Vec::new(),
@@ -115,14 +115,7 @@ impl PictureOutput<'_> {
 /// Returns notes on the samples and the noise of a picture whose number of samples was not fixed.
 fn sample_notes(exposed: &RenderOutput) -> Notes {
     let number = |name, value| (name, Note::Number(value));
-    let adaptive = exposed.convergence.iter().flat_map(|found| {
-        [
-            number("noise", found.noise),
-            number("samplesPerPixel", found.mean_spp),
-            number("leastSamplesPerPixel", f64::from(found.min_spp)),
-            number("mostSamplesPerPixel", f64::from(found.max_spp)),
-        ]
-    });
+    let adaptive = exposed.convergence.iter().flat_map(Convergence::notes);
     let partial = exposed
         .partial_mean_spp
         .into_iter()
