@@ -17,6 +17,7 @@ from . import cpu as _cpu
 _cpu.check()
 
 from . import arrays as _arrays
+from . import error_against_time as _error_against_time
 from . import progress as _progress
 from ._petzval import (
     Image,
@@ -43,6 +44,7 @@ __all__ = [
     "Mesh",
     "Scene",
     "__version__",
+    "accuracy",
     "compare",
     "dataset",
     "passes",
@@ -285,6 +287,40 @@ def dataset(spec, output, *, shard=None, threads=0, progress=None):
     with open(manifest, encoding="utf-8") as rows:
         # A row that another process is writing has no end yet.
         return [_json.loads(row) for row in rows if row.endswith("\n")]
+
+
+def accuracy(
+    scene,
+    camera=None,
+    *,
+    spp=(1, 4, 16, 64),
+    reference_spp=1024,
+    metric="relmse",
+    seed=0,
+    threads=0,
+    **settings,
+):
+    """Measure what accuracy costs in time: the error of pictures with more and more samples.
+
+    The reference has another seed, so that no error is common to both. Its own error is about
+    ``spp / reference_spp`` of that of a picture, for the metrics that are squares.
+
+    :param spp: samples per pixel of each picture
+    :param reference_spp: those of the reference
+    :param metric: a metric of :func:`compare`
+    :param settings: those of :func:`prepare`
+    :returns: a list of dictionaries: spp, seconds (of preparation and render) and error
+    """
+    scene = scene if isinstance(scene, _Scene) else Scene(scene)
+    counts = [_count("spp", samples, 1) for samples in spp]
+    most = _count("reference_spp", reference_spp, 1)
+    if counts and max(counts) >= most:
+        raise ValueError(f"reference_spp={most}: expected more than each of spp")
+
+    def picture(samples, seed):
+        return render(scene, camera, spp=samples, seed=seed, threads=threads, **settings)
+
+    return _error_against_time.measure(picture, counts, most, metric, _count("seed", seed, 0))
 
 
 def plan(scene, camera=None, **settings):

@@ -229,6 +229,17 @@ def dataset(
     threads: int = 0,
     progress: Union[bool, Callable[[float], Any], None] = None,
 ) -> list[dict[str, Any]]: ...
+def accuracy(
+    scene: Union[Scene, Path],
+    camera: Optional[Camera] = None,
+    *,
+    spp: Sequence[int] = (1, 4, 16, 64),
+    reference_spp: int = 1024,
+    metric: Literal["mse", "relmse", "mape", "flip", "psnr"] = "relmse",
+    seed: int = 0,
+    threads: int = 0,
+    **settings: Any,
+) -> list[dict[str, Any]]: ...
 def plan(
     scene: Union[Scene, Path], camera: Optional[Camera] = None, **settings: Any
 ) -> list[dict[str, Any]]: ...

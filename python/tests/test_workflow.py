@@ -301,6 +301,19 @@ def test_short_forms_equal_image_quality(lens_path):
     assert json.dumps(list(curve)) == '["height", "distortion", "f_theta"]'
 
 
+def test_accuracy_costs_time(scene_path):
+    rows = pz.accuracy(scene_path, spp=(1, 16, 64), reference_spp=2048, effects="none")
+    assert [row["spp"] for row in rows] == [1, 16, 64]
+    assert all(row["seconds"] > 0 for row in rows)
+    errors = [row["error"] for row in rows]
+    # The relative MSE falls as 1 / spp, or faster with points that are spread evenly.
+    assert errors[0] > 8 * errors[1] > 0 and errors[1] > 2.5 * errors[2] > 0
+    with pytest.raises(ValueError, match="reference_spp"):
+        pz.accuracy(scene_path, spp=(1, 64), reference_spp=64)
+    with pytest.raises(ValueError, match="spp"):
+        pz.accuracy(scene_path, spp=(0,))
+
+
 def test_a_report_holds_the_numbers_of_the_analyses(lens_path):
     lens = pz.Lens(lens_path)
     report = lens.report(image_height=15.0, fields=3, rays=32, frequencies=[20])
