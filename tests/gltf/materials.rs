@@ -334,11 +334,14 @@ fn what_is_not_read_is_said() {
     let colours = builder.vectors(&[[1.0f32, 0.0, 0.0]; 4]);
     builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
     builder.node(json!({ "mesh": mesh }));
+    let more = builder.json["meshes"][mesh].clone();
+    let more = builder.push("meshes", more);
+    builder.node(json!({ "mesh": more }));
     let (_, said) = builder.render(&["--spp", "1"]);
     for expected in [
         "the extension KHR_materials_sheen is not read",
         "animations are not read",
-        "colours of vertices are not read",
+        "colours of vertices are not read (and 1 more like this)",
         "an unlit material is read as one that light falls on",
         "the scene has no light",
     ] {

@@ -13,7 +13,7 @@ use percent_encoding::percent_decode_str;
 use serde_json::value::RawValue;
 
 use crate::io::{Location, ReadContext, Warning, excerpt, without_byte_order_mark};
-use crate::scene::pbrt::{SceneError, WarningLog};
+use crate::scene::pbrt::SceneError;
 
 /// Extensions that are read.
 const EXTENSIONS: [&str; 10] = [
@@ -43,7 +43,15 @@ pub(super) struct Document {
     /// Whether the text is part of a binary file.
     binary: bool,
     buffers: Vec<Vec<u8>>,
-    warnings: RefCell<WarningLog>,
+    warnings: RefCell<Vec<CountedWarning>>,
+}
+
+/// The first warning of a message.
+struct CountedWarning {
+    message: String,
+    first: Warning,
+    /// Number of further ones.
+    more: u32,
 }
 
 impl Document {
@@ -162,12 +170,32 @@ impl Document {
 
     /// Adds a warning about an element; further ones of the same message are counted.
     pub fn warn(&self, element: &str, message: &str) {
-        let at = self.location(element);
-        self.warnings.borrow_mut().warn(&at, message, || format!("{}: {message}", shown(element)));
+        let mut warnings = self.warnings.borrow_mut();
+        // Only the first is located: to find an element reads the text.
+        match warnings.iter_mut().find(|counted| counted.message == message) {
+            Some(counted) => counted.more += 1,
+            None => warnings.push(CountedWarning {
+                message: message.to_owned(),
+                first: Warning {
+                    at: self.location(element),
+                    message: format!("{}: {message}", shown(element)),
+                },
+                more: 0,
+            }),
+        }
     }
 
+    /// Returns the first warning of each message, with the number of the others.
     pub fn take_warnings(&self) -> Vec<Warning> {
-        self.warnings.take().into_warnings()
+        let all = self.warnings.take().into_iter();
+        all.map(|CountedWarning { first, more, .. }| match more {
+            0 => first,
+            more => Warning {
+                message: format!("{} (and {more} more like this)", first.message),
+                ..first
+            },
+        })
+        .collect()
     }
 
     /// Returns an element of a list, or the error for an index that is too large.

@@ -155,7 +155,7 @@ pub(super) enum Dialect {
 
 /// The warnings so far: the first of each kind, and the number of the others.
 #[derive(Default)]
-pub(super) struct WarningLog {
+struct WarningLog {
     warnings: Vec<CountedWarning>,
     /// Indices by kind.
     kinds: HashMap<String, usize>,
@@ -176,7 +176,7 @@ impl WarningLog {
     }
 
     /// Adds the first warning of a kind, or counts a further one.
-    pub(super) fn warn(&mut self, at: &Location, kind: &str, message: impl FnOnce() -> String) {
+    fn warn(&mut self, at: &Location, kind: &str, message: impl FnOnce() -> String) {
         let counted = self.kinds.get(kind).and_then(|&i| self.warnings.get_mut(i));
         if let Some(counted) = counted {
             // A definition that waits for its textures is made twice.
@@ -192,7 +192,7 @@ impl WarningLog {
     }
 
     /// Returns the first warning of each kind, with the number of the others.
-    pub(super) fn into_warnings(self) -> Vec<Warning> {
+    fn into_warnings(self) -> Vec<Warning> {
         let counted = |CountedWarning { first: Warning { at, message }, more, .. }| match more {
             0 => Warning { at, message },
             more => Warning { at, message: format!("{message} (and {more} more like this)") },
