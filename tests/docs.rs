@@ -12,11 +12,20 @@ use std::process::Command;
 use support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 21] = [
+const NOT_RUN: [(&str, &str); 23] = [
     ("petzval view scenes/atelier.pbrt", "waits for Ctrl-C; tests/view runs it"),
     (
         "petzval lens mine.toml --catalogue SCHOTT_OLD.AGF --catalogue catalogues/",
         "needs the catalogue of a maker",
+    ),
+    (
+        "petzval render scenes/atelier.pbrt -o atelier.exr --spp 16 --denoise",
+        "needs Open Image Denoise; tests/denoise.rs has programs in its place",
+    ),
+    (
+        "petzval render scenes/atelier.pbrt -o atelier.png --spp 16 \
+         --denoise=/opt/oidn/bin/oidnDenoise",
+        "needs Open Image Denoise",
     ),
     ("cargo test --release", "runs this test"),
     ("RUSTFLAGS=\"-C target-cpu=x86-64\" cargo build --release", "compiles; .ci/run does it"),
@@ -67,7 +76,7 @@ const SMALL: [(&str, &str); 7] = [
 ];
 
 /// Options of other tools that the manual names.
-const FOREIGN: [&str; 13] = [
+const FOREIGN: [&str; 17] = [
     "--array",
     "--requeue",
     "--wrap",
@@ -81,6 +90,10 @@ const FOREIGN: [&str; 13] = [
     "--features",
     "--upgrade",
     "--pbrt",
+    "--hdr",
+    "--alb",
+    "--nrm",
+    "--clean",
 ];
 
 /// A page of the manual.

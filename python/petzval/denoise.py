@@ -1,5 +1,6 @@
 """Denoising by Intel's Open Image Denoise, which is looked for when it is first needed."""
 
+import contextlib
 import ctypes
 import ctypes.util
 import importlib.util
@@ -88,8 +89,9 @@ class _Device:
         if self.library.oidnGetDeviceError(self.handle, ctypes.byref(message)):
             raise RuntimeError(f"Open Image Denoise: {(message.value or b'').decode()}")
 
-    def run(self, images, output, flags):
-        """Run the filter for ray-traced pictures over arrays of height x width x 3."""
+    def run(self, images, flags):
+        """Return the result of the filter for ray-traced pictures of height x width x 3."""
+        output = np.empty_like(next(iter(images.values())))
         library, height, width = self.library, *output.shape[:2]
         handle = library.oidnNewFilter(self.handle, b"RT")
         try:
@@ -119,21 +121,48 @@ def denoised(pixels, albedo=None, normal=None):
 
     :raises DenoiserMissing: Open Image Denoise is not installed
     """
-    image = _image("pixels", pixels)
+    images = {"color": _image("pixels", pixels)}
+    if albedo is not None:
+        images["albedo"] = albedo
+        if normal is not None:
+            images["normal"] = normal
+    images = _of_one_size(images)
+    with _device() as device:
+        for name in list(images)[1:]:
+            images[name] = device.run({name: images[name]}, [])
+        flags = ["hdr", "cleanAux"] if len(images) > 1 else ["hdr"]
+        return device.run(images, flags)
+
+
+def filtered(images, flags):
+    """Return the result of one filter for ray-traced pictures.
+
+    :param images: height x width x 3 by name: color, albedo, normal
+    :param flags: the filter's options that are on: hdr, cleanAux
+    :raises DenoiserMissing: Open Image Denoise is not installed
+    """
+    images = _of_one_size(images)
+    with _device() as device:
+        return device.run(images, flags)
+
+
+@contextlib.contextmanager
+def _device():
     device = _Device()
     try:
-        images = {"color": image}
-        if albedo is not None:
-            for name, layer in [("albedo", albedo), ("normal", normal)]:
-                if layer is not None:
-                    layer = _image(name, layer)
-                    if layer.shape != image.shape:
-                        raise ValueError(f"{name}: the shape is {layer.shape}; expected {image.shape}")
-                    images[name] = device.run({name: layer}, np.empty_like(layer), [])
-        flags = ["hdr", "cleanAux"] if len(images) > 1 else ["hdr"]
-        return device.run(images, np.empty_like(image), flags)
+        yield device
     finally:
         device.close()
+
+
+def _of_one_size(images):
+    """Return the images as arrays, which must have the size of the first."""
+    arrays = {name: _image(name, values) for name, values in images.items()}
+    shape = next(iter(arrays.values())).shape
+    for name, array in arrays.items():
+        if array.shape != shape:
+            raise ValueError(f"{name}: the shape is {array.shape}; expected {shape}")
+    return arrays
 
 
 def _image(name, values):

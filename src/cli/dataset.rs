@@ -132,7 +132,7 @@ impl DatasetRun<'_> {
         let threads = self.arguments.threads.map_or_else(machine::cores, usize::from);
         for job in [&pair.clean, &pair.degraded] {
             let task = MemoryTask::Render { threads };
-            self.memory.check(job, task, Some(ImageFormat::Exr))?;
+            self.memory.check(job, task, Some(ImageFormat::Exr), None)?;
         }
         let options =
             RenderOptions { threads, progress: Some(&self.progress), ..RenderOptions::default() };

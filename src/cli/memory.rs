@@ -45,7 +45,7 @@ impl Memory {
         Self { sheet: Some(Box::new(bytes)), ..self }
     }
 
-    /// Returns the expected memory of a job.
+    /// Returns the expected memory of a job, with `denoising` bytes if its picture is denoised.
     ///
     /// # Errors
     /// Returns an error if it exceeds the limit.
@@ -54,11 +54,15 @@ impl Memory {
         job: &Job,
         work: MemoryTask,
         format: Option<ImageFormat>,
+        denoising: Option<u64>,
     ) -> Result<Estimate, Failure> {
         let resident = *self.resident.get_or_init(machine::resident);
         let mut estimate = Estimate::new(job, resident, work, format);
         if let Some(sheet) = &self.sheet {
             estimate = estimate.with_extra("contact sheet", sheet(job.frame.size()));
+        }
+        if let Some(bytes) = denoising {
+            estimate = estimate.with_extra("denoising", bytes);
         }
         let bytes = estimate.bytes();
         if let Some(most) = self.most.filter(|most| bytes > *most) {

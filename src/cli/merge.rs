@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use petzval::io::ByteSize;
@@ -13,9 +14,13 @@ use petzval::render::merge;
 use petzval::scene;
 
 use super::arguments::argv::{argv, parse_render, shell_line};
+use super::denoise::Denoiser;
 use super::memory::{Memory, log_peak};
 use super::outputs::{check_distinct, check_writable};
-use super::render::{PictureOutput, inputs, job, resume_command};
+use super::render::{
+    Denoising, PictureOutput, add_guides, denoising_bytes, has_guides, inputs, job, noisy_files,
+    resume_command,
+};
 use super::{Failure, Outcome, message};
 
 /// Arguments of `petzval merge`.
@@ -33,6 +38,9 @@ pub(super) struct MergeArguments {
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     exposure: DisplayExposure,
+    /// Remove the noise, as petzval render does, of parts that were rendered with --denoise
+    #[arg(long, value_name = "PROGRAM", num_args = 0..=1, require_equals = true)]
+    denoise: Option<Option<PathBuf>>,
     /// Number of threads; one per core by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
@@ -43,7 +51,8 @@ pub(super) struct MergeArguments {
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let MergeArguments { parts, output, half, exposure, threads, memory } = arguments;
+    let MergeArguments { parts, output, half, exposure, threads, memory, denoise } = arguments;
+    let program = denoise.as_ref().map(|program| Denoiser::new(program.as_deref())).transpose()?;
     let memory = Memory::new(*memory);
     let format = ImageFormat::of(output)?;
     check_writable(output, "-o")?;
@@ -61,8 +70,16 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
             )
         })?;
     let (mut job, notes, warnings) = job(&render, description, true)?;
+    let hidden = if render.denoise.is_some() { add_guides(&mut job) } else { Vec::new() };
+    if program.is_some() && !has_guides(&job) {
+        let problem = "the parts hold no albedo and no normals; render them with --denoise, too";
+        return Err(format!("--denoise: {problem}").into());
+    }
     files.join(job.files.clone());
     check_distinct([output], "-o", &files)?;
+    if program.is_some() {
+        check_distinct(noisy_files(output), "-o", &files)?;
+    }
     message::warnings(&warnings);
     // Merging works with any build, but all parts must be of one.
     let build = first.inputs.build.clone();
@@ -76,13 +93,15 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     if *half && format != ImageFormat::Exr {
         say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
     }
-    let estimate = memory.check(&job, MemoryTask::Merge, Some(format))?;
+    let holds_layers = format == ImageFormat::Exr;
+    let more = program.as_ref().map(|_| denoising_bytes(&job, holds_layers));
+    let estimate = memory.check(&job, MemoryTask::Merge, Some(format), more)?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
     let mut encoding = job.encoding(*exposure);
     encoding.half |= *half;
     let threads = threads.map_or(0, usize::from);
-    let (argv, label) = (&argv(), None);
+    let (argv, label, never) = (&argv(), None, AtomicBool::new(false));
     let picture = PictureOutput {
         job: &job,
         notes,
@@ -91,6 +110,9 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         label,
         output,
         encoding,
+        hidden: &hidden,
+        // Ctrl-C ends a merge at once; its parts stay.
+        denoising: program.as_ref().map(|denoiser| Denoising { denoiser, stop: &never }),
         threads,
         start,
         read,

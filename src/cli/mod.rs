@@ -13,6 +13,7 @@ mod arguments;
 mod bench;
 mod compare;
 mod dataset;
+mod denoise;
 mod lens;
 mod memory;
 mod merge;

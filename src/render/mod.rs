@@ -130,9 +130,15 @@ impl RenderOutput {
 
     /// Returns the same as [`RenderOutput::picture`], in less memory.
     pub fn into_picture(self, job: &Job) -> Picture {
+        read_out(self.into_optical_image(job), job)
+    }
+
+    /// Returns the light on the film after diffraction, which the sensor has not read out yet:
+    /// [`read_out`] makes the picture of it.
+    pub fn into_optical_image(self, job: &Job) -> Picture {
         let Self { film, features, .. } = self;
         drop(features);
-        develop(film.into_picture(job.samples.end - job.samples.start), job)
+        diffract(film.into_picture(job.samples.end - job.samples.start), job)
     }
 
     /// Returns the layers of this job. They describe the light on the film, before diffraction and
@@ -147,15 +153,20 @@ impl RenderOutput {
 }
 
 /// Applies what happens to a picture after the film: diffraction and the sensor.
-fn develop(mut picture: Picture, job: &Job) -> Picture {
-    if job.plan.has(Effect::Diffraction) {
-        picture = Diffraction::new(&job.camera, &job.frame, &job.bands).spread(&picture);
+fn develop(picture: Picture, job: &Job) -> Picture {
+    read_out(diffract(picture, job), job)
+}
+
+/// Spreads a picture by diffraction, if that is planned.
+fn diffract(picture: Picture, job: &Job) -> Picture {
+    match job.plan.has(Effect::Diffraction) {
+        true => Diffraction::new(&job.camera, &job.frame, &job.bands).spread(&picture),
+        false => picture,
     }
-    read_out(picture, job)
 }
 
 /// Reads a picture out by the sensor of a job, if there is one.
-fn read_out(picture: Picture, job: &Job) -> Picture {
+pub fn read_out(picture: Picture, job: &Job) -> Picture {
     match &job.sensor {
         Some(sensor) => sensor.read_out(&picture, job.frame.low, job.seed),
         None => picture,

@@ -22,7 +22,7 @@ pub(in crate::cli) enum SweepRole {
 }
 
 /// All options that differ from the default: in the inputs, and [`SweepRole::Tried`].
-const ROLES: [OptionRole; 22] = {
+const ROLES: [OptionRole; 23] = {
     const fn role(name: &'static str, in_inputs: bool, sweep: SweepRole) -> OptionRole {
         OptionRole { name, in_inputs, sweep }
     }
@@ -34,6 +34,7 @@ const ROLES: [OptionRole; 22] = {
         role("checkpoint", false, Whole),
         role("contact", false, Whole),
         role("crop", false, Tried),
+        role("denoise", false, Whole),
         role("exposure", false, TriedOnce),
         role("half", false, TriedOnce),
         role("help", false, Tried),

@@ -1,12 +1,16 @@
 //! `petzval render`: one picture, or a part of its samples.
 
 mod camera_model;
+mod denoising;
 mod inputs;
 mod log;
 mod picture_output;
 mod resume;
 mod task;
 
+pub(super) use denoising::{
+    Denoising, add_guides, bytes as denoising_bytes, has_guides, noisy_files,
+};
 pub(super) use inputs::inputs;
 pub(super) use picture_output::PictureOutput;
 pub(super) use resume::{checkpoint_name, resume_command, written_files};
@@ -29,6 +33,7 @@ use super::arguments::values::{
 };
 use super::arguments::values::{shard, time};
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument, layer};
+use super::denoise::Denoiser;
 use super::memory::Memory;
 use super::sweep::{SweepAxis, sweep_axis};
 use super::{Failure, Outcome, message, sweep};
@@ -109,9 +114,24 @@ pub(super) struct RenderArguments {
     /// Brightness of PNG and JPEG in stops, or "auto"
     #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
     pub exposure: DisplayExposure,
+    /// Remove the noise of the finished picture, before the sensor, by a program: oidnDenoise of Open
+    /// Image Denoise or petzval-denoise of the Python package, on PATH, in the environment variable
+    /// PETZVAL_DENOISER, or named here. The noisy picture is kept as the layer "noisy" (EXR) or as
+    /// FILE.noisy.png
+    #[arg(long, value_name = "PROGRAM", num_args = 0..=1, require_equals = true)]
+    pub denoise: Option<Option<PathBuf>>,
 }
 
 impl RenderArguments {
+    /// Returns the program that denoises the picture, if that is requested. A part of the samples is
+    /// not denoised, but its whole.
+    pub fn denoiser(&self) -> Result<Option<Denoiser>, Failure> {
+        match (&self.denoise, self.is_part()) {
+            (Some(program), false) => Denoiser::new(program.as_deref()).map(Some),
+            _ => Ok(None),
+        }
+    }
+
     /// Returns whether the command renders a part of the samples, for `petzval merge`.
     fn is_part(&self) -> bool {
         self.shard.is_some() || self.samples.is_some()
@@ -152,11 +172,12 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
         return sweep::run(arguments);
     }
     let start = Instant::now();
+    let denoiser = arguments.denoiser()?;
     let memory = Memory::new(arguments.memory);
     let description = scene::read_with(&arguments.picture.scene, memory.context())?;
     let (task, warnings) = RenderTask::new(arguments, argv(), description, &memory, start)?;
     message::warnings(&warnings);
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
-    Ok(task.run(&progress, None)?.outcome)
+    Ok(task.run(&progress, denoiser.as_ref(), None)?.outcome)
 }

@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 
 use petzval::aov::Aov;
 use petzval::film::{DroppedSamples, SampleId};
-use petzval::io::image::{EncodingOptions, ImageFormat, Note, Notes};
+use petzval::io::image::{DisplayExposure, EncodingOptions, ImageFormat, Note, Notes};
 use petzval::job::Job;
 use petzval::plan::Effect;
-use petzval::render::{Convergence, RenderOutput, thread_pool};
+use petzval::render::{Convergence, RenderOutput, read_out, thread_pool};
 
 use super::camera_model;
+use super::denoising::{Denoising, Undenoised, noisy_files, noisy_layer};
 use super::log::{log_dropped, log_exposure, log_statistics, reason_for_black};
 use crate::cli::arguments::argv::shell_line;
 use crate::cli::{Failure, plan};
@@ -28,6 +29,10 @@ pub(in crate::cli) struct PictureOutput<'a> {
     pub label: Option<&'a str>,
     pub output: &'a Path,
     pub encoding: EncodingOptions,
+    /// Layers that are not written.
+    pub hidden: &'a [Aov],
+    /// The denoiser of a complete picture.
+    pub denoising: Option<Denoising<'a>>,
     pub threads: usize,
     /// Start of the command.
     pub start: Instant,
@@ -38,8 +43,9 @@ pub(in crate::cli) struct PictureOutput<'a> {
 impl PictureOutput<'_> {
     /// Writes the picture and logs how it came about.
     pub fn write(self, mut exposed: RenderOutput) -> Result<(), Failure> {
-        let Self { job, mut notes, argv, rendered_by, label, output, encoding, threads, .. } = self;
-        let Self { start, read, .. } = self;
+        let Self { job, mut notes, argv, rendered_by, label, output, threads, .. } = self;
+        let Self { mut encoding, hidden, start, read, .. } = self;
+        let denoising = self.denoising.filter(|_| exposed.partial_mean_spp.is_none());
         let rendered = start.elapsed();
         let samples = sample_notes(&exposed);
         notes.retain(|(name, _)| samples.iter().all(|(other, _)| other != name));
@@ -47,20 +53,49 @@ impl PictureOutput<'_> {
         notes.extend(dropped_notes(&exposed.film.dropped));
         notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
         notes.push(("commandLine", Note::Text(shell_line(argv))));
-        if ImageFormat::of(output)? == ImageFormat::Exr {
+        let holds_layers = ImageFormat::of(output)? == ImageFormat::Exr;
+        if holds_layers {
             notes.extend(camera_model::notes(job));
         }
         let window = job.frame.window();
         let pool = thread_pool(threads)?;
-        let layers = match ImageFormat::of(output)? {
-            ImageFormat::Exr => pool.install(|| exposed.layers(job)),
-            _ => Vec::new(),
+        let mut layers = match holds_layers || denoising.is_some() {
+            true => pool.install(|| exposed.layers(job)),
+            false => Vec::new(),
         };
         let layered = start.elapsed();
         let stats = std::mem::take(&mut exposed.stats);
         let (convergence, partial) = (exposed.convergence.take(), exposed.partial_mean_spp);
         let (dropped, dark) = (std::mem::take(&mut exposed.film.dropped), exposed.film.is_dark());
-        let picture = pool.install(|| exposed.into_picture(job));
+        let image = pool.install(|| exposed.into_optical_image(job));
+        let mut denoise_time = None;
+        let picture = match denoising {
+            None => read_out(image, job),
+            Some(denoising) => {
+                let begun = Instant::now();
+                let [beside, undenoised] = noisy_files(output);
+                let (clean, noisy) = match denoising.apply(image, &layers, job) {
+                    Ok(pictures) => pictures,
+                    Err((cause, noisy)) => {
+                        noisy
+                            .write_with_layers(&layers, &undenoised, window, encoding, &notes)
+                            .inspect_err(|_| say!("petzval: {cause}"))?;
+                        return Err(Undenoised { cause, noisy: undenoised }.into());
+                    }
+                };
+                denoise_time = Some(begun.elapsed());
+                if holds_layers {
+                    layers.push(noisy_layer(&noisy, &encoding));
+                } else {
+                    // Both pictures are equally bright.
+                    encoding.exposure = DisplayExposure::by(encoding.exposure.factor(&clean));
+                    noisy.write(&beside, window, encoding, &notes)?;
+                }
+                notes.push(("denoiser", Note::Text(denoising.denoiser.name())));
+                clean
+            }
+        };
+        layers.retain(|layer| holds_layers && hidden.iter().all(|aov| aov.name() != layer.name));
         let developed = start.elapsed();
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
 
@@ -90,8 +125,11 @@ impl PictureOutput<'_> {
         }
         let mut also = String::new();
         if job.plan.has(Effect::Diffraction) || job.sensor.is_some() {
-            let seconds = (developed - layered).as_secs_f64();
+            let seconds = (developed - layered - denoise_time.unwrap_or_default()).as_secs_f64();
             also += &format!(", diffraction and sensor {seconds:.2}");
+        }
+        if let Some(time) = denoise_time {
+            also += &format!(", denoise {:.2}", time.as_secs_f64());
         }
         if !layers.is_empty() {
             also += &format!(", layers {:.2}", (layered - rendered).as_secs_f64());

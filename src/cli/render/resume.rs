@@ -11,6 +11,7 @@ use petzval::render::Checkpointer;
 use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
 
 use super::RenderArguments;
+use super::denoising::noisy_files;
 use crate::cli::arguments::argv::{is_faithful, shell_line};
 use crate::cli::{Failure, Outcome};
 
@@ -36,7 +37,7 @@ impl Resume {
         all: u32,
     ) -> Self {
         let path = checkpoint_name(output);
-        for path in written_files(output) {
+        for path in written_files(output, arguments.denoise.is_some()) {
             remove_stale(&path);
         }
         let found = match SavedRender::open(&path) {
@@ -190,6 +191,14 @@ impl Resume {
         }
     }
 
+    /// Says how to go on with a picture that was rendered but not denoised.
+    pub fn say_undenoised(&self) {
+        if self.holds_own() {
+            let (path, command) = (self.checkpointer.path.display(), resume_command(&self.argv));
+            say!("petzval: {path} holds all samples; denoise again with\n  {command}");
+        }
+    }
+
     /// Returns whether there is a checkpoint of this picture.
     fn holds_own(&self) -> bool {
         let own = |saved: SavedRender| !saved.head.complete && self.changes(&saved.head).is_empty();
@@ -232,8 +241,12 @@ pub(in crate::cli) fn resume_command(argv: &[String]) -> String {
 }
 
 /// Returns the names that a render of this picture or part may write to.
-pub(in crate::cli) fn written_files(output: &Path) -> [PathBuf; 3] {
-    [output.to_owned(), checkpoint_name(output), partial_name(output)]
+pub(in crate::cli) fn written_files(output: &Path, denoises: bool) -> Vec<PathBuf> {
+    let mut names = vec![output.to_owned(), checkpoint_name(output), partial_name(output)];
+    if denoises {
+        names.extend(noisy_files(output));
+    }
+    names
 }
 
 /// Returns the name of a picture's checkpoint.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use petzval::aov::Aov;
 use petzval::io::Warning;
 use petzval::io::image::{ImageError, ImageFormat, Notes};
 use petzval::job::{Job, StopCriteria};
@@ -14,9 +15,11 @@ use petzval::render::memory::{Estimate, MemoryTask, machine};
 use petzval::render::{Progress, RenderError, RenderOptions, render_resumable};
 use petzval::scene::pbrt::Description;
 
+use super::denoising::{self, Denoising, Undenoised, add_guides};
 use super::picture_output::PictureOutput;
 use super::resume::{Resume, partial_name, written_files};
 use super::{RenderArguments, inputs};
+use crate::cli::denoise::{DenoiseError, Denoiser};
 use crate::cli::memory::{Memory, log_peak};
 use crate::cli::outputs::{check_distinct, check_writable};
 use crate::cli::progress::RenderBar;
@@ -34,6 +37,8 @@ pub(in crate::cli) struct RenderTask<'a> {
     pub inputs: Inputs,
     /// Samples per pixel of the whole picture.
     all: u32,
+    /// Layers that only the denoiser needs.
+    hidden: Vec<Aov>,
     threads: usize,
     /// Expected memory use.
     estimate: Estimate,
@@ -77,7 +82,9 @@ impl<'a> RenderTask<'a> {
         // Fail now rather than after a long render.
         check_writable(&output, "-o")?;
         let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
-        check_distinct(written_files(&output), "-o", &job.files)?;
+        let denoises = arguments.denoise.is_some();
+        check_distinct(written_files(&output, denoises), "-o", &job.files)?;
+        let hidden = if denoises { add_guides(&mut job) } else { Vec::new() };
         if arguments.half && !holds_layers {
             say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
         }
@@ -88,9 +95,21 @@ impl<'a> RenderTask<'a> {
         }
         let threads = arguments.threads.map_or_else(machine::cores, usize::from);
         let format = if arguments.is_part() { None } else { Some(ImageFormat::of(&output)?) };
-        let estimate = memory.check(&job, MemoryTask::Render { threads }, format)?;
-        let task =
-            Self { arguments, argv, output, job, notes, inputs, all, threads, estimate, start };
+        let more = (denoises && format.is_some()).then(|| denoising::bytes(&job, holds_layers));
+        let estimate = memory.check(&job, MemoryTask::Render { threads }, format, more)?;
+        let task = Self {
+            arguments,
+            argv,
+            output,
+            job,
+            notes,
+            inputs,
+            all,
+            hidden,
+            threads,
+            estimate,
+            start,
+        };
         Ok((task, warnings))
     }
 
@@ -98,10 +117,11 @@ impl<'a> RenderTask<'a> {
     pub fn run(
         self,
         progress: &Arc<Progress>,
+        denoiser: Option<&Denoiser>,
         item: Option<SweepItem>,
     ) -> Result<TaskResult, Failure> {
         let Self { arguments, argv, output, job, notes, inputs, all, threads, .. } = self;
-        let Self { estimate, start, .. } = self;
+        let Self { hidden, estimate, start, .. } = self;
         let mut resume = Resume::new(arguments, &output, argv.clone(), inputs, &job, all);
         if let Some(item) = &item {
             resume.argv = item.argv.to_vec();
@@ -149,13 +169,25 @@ impl<'a> RenderTask<'a> {
             label,
             output,
             encoding,
+            hidden: &hidden,
+            denoising: denoiser.map(|denoiser| Denoising { denoiser, stop: &progress.stop }),
             threads,
             start,
             read,
         };
         if let Err(failure) = picture.write(exposed) {
-            resume.say_unwritten();
-            return Err(failure);
+            let Some(undenoised) = failure.downcast_ref::<Undenoised>() else {
+                resume.say_unwritten();
+                return Err(failure);
+            };
+            resume.say_undenoised();
+            return match undenoised.cause {
+                DenoiseError::Stopped => {
+                    say!("petzval: {failure}");
+                    Ok(result(Outcome::Interrupted))
+                }
+                DenoiseError::Failed(_) => Err(failure),
+            };
         }
         if alone {
             log_peak(&estimate);

@@ -23,6 +23,7 @@ use petzval::scene;
 use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
 
 use super::arguments::argv::{argv, parse_render};
+use super::denoise::Denoiser;
 use super::memory::Memory;
 use super::outputs::{CreatedFolders, check_distinct, check_writable};
 use super::render::{
@@ -53,6 +54,7 @@ struct Sweep<'a> {
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let argv = argv();
+    let denoiser = arguments.denoiser()?;
     let plan = SweepPlan::new(arguments, &argv)?;
     let axes = plan.sheet_axes();
     let memory = Memory::new(arguments.memory)
@@ -65,13 +67,13 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let (inputs, printed) = (description.files.clone(), HashSet::new());
     let mut sweep = Sweep { arguments, argv, plan, memory, description, names, inputs, printed };
     let size = sweep.dry_run()?;
-    let written = sweep.names.iter().flat_map(|name| written_files(name));
+    let written = sweep.names.iter().flat_map(|name| written_files(name, denoiser.is_some()));
     check_distinct(written, "-o", &sweep.inputs)?;
     let mut report = sweep.report(size)?;
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
     let begun = Instant::now();
-    let outcome = sweep.render_all(&mut report, &progress);
+    let outcome = sweep.render_all(&mut report, &progress, denoiser.as_ref());
     // After a failure, too, the report shows the finished pictures.
     let written = report.write();
     let (outcome, unchanged) = outcome?;
@@ -193,6 +195,7 @@ impl Sweep<'_> {
         &mut self,
         report: &mut SweepReport,
         progress: &Arc<Progress>,
+        denoiser: Option<&Denoiser>,
     ) -> Result<(Outcome, usize), Failure> {
         let mut unchanged = 0;
         for number in 0..self.names.len() {
@@ -217,7 +220,7 @@ impl Sweep<'_> {
             }
             let numbered = format!("{} of {}: {label}", number + 1, self.names.len());
             let item = SweepItem { label: &numbered, argv: &self.argv };
-            let result = task.run(progress, Some(item)).map_err(labelled)?;
+            let result = task.run(progress, denoiser, Some(item)).map_err(labelled)?;
             if matches!(result.outcome, Outcome::Interrupted) {
                 return Ok((Outcome::Interrupted, unchanged));
             }
@@ -233,7 +236,10 @@ impl Sweep<'_> {
 /// Returns a digest of everything that determines the file of a picture.
 fn input_digest(arguments: &RenderArguments, task: &RenderTask) -> String {
     let mut inputs = task.inputs.clone();
-    let encoding = format!("{:?} {}", arguments.exposure, arguments.half);
+    let mut encoding = format!("{:?} {}", arguments.exposure, arguments.half);
+    if arguments.denoise.is_some() {
+        encoding += " denoised";
+    }
     inputs.options.insert("the encoding".to_owned(), encoding);
     inputs.digest()
 }

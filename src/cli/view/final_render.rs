@@ -109,6 +109,6 @@ fn render(
                 tell("running", json!({ "share": done as f64 / total.max(1) as f64 }));
             }
         });
-        Ok(task.run(progress, None)?.outcome)
+        Ok(task.run(progress, None, None)?.outcome)
     })
 }

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 pub use channels::ChannelImage;
 pub(crate) use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
+pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
 
 pub use crate::primaries::Primaries;

@@ -1,5 +1,6 @@
 //! Portable float maps (Debevec 2001): a short header, then 32-bit floats from the lowest row up.
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::{ImageError, ImageSamples, Raster};
@@ -53,9 +54,39 @@ fn parse(bytes: &[u8]) -> Result<Raster, &'static str> {
     Ok(Raster { size, channels, samples: ImageSamples::Floats(samples) })
 }
 
+/// Writes a portable float map of three channels, little-endian. `pixel` gives the values of a pixel,
+/// row after row from the top.
+///
+/// # Errors
+/// Returns an error if it cannot be written.
+pub fn write_pfm(
+    [width, height]: [usize; 2],
+    pixel: impl Fn(usize) -> [f32; 3],
+    mut to: impl Write,
+) -> io::Result<()> {
+    write!(to, "PF\n{width} {height}\n-1.0\n")?;
+    for y in (0..height).rev() {
+        for x in 0..width {
+            to.write_all(bytemuck::cast_slice(&pixel(y * width + x).map(f32::to_le_bytes)))?;
+        }
+    }
+    to.flush()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_written_file_is_read_back() {
+        let pixel = |i: usize| [i as f32, -1.5, 1e-30 * i as f32];
+        let mut bytes = Vec::new();
+        write_pfm([3, 2], pixel, &mut bytes).unwrap();
+        let raster = parse(&bytes).unwrap();
+        let expected = (0..6).flat_map(pixel).collect();
+        assert_eq!((raster.size, raster.channels), ([3, 2], 3));
+        assert_eq!(raster.samples, ImageSamples::Floats(expected));
+    }
 
     #[test]
     fn rows_are_flipped_and_bytes_ordered() {
