@@ -102,6 +102,14 @@ fn cases() -> Vec<Case> {
         },
         Case { changes: tilted, ..case("pane", "dgauss.50mm.dat", &[TABLE, PANE]) },
         case("mixture", "wide.22mm.pentagon.toml", &[TABLE, MIXTURE]),
+        Case {
+            changes: Changes {
+                effects: "+dispersion,-ghosts,-diffraction".parse().expect("effects"),
+                assume_vd: true,
+                ..Changes::default()
+            },
+            ..case("colours", "dgauss.50mm.dat", &[TABLE, BALL])
+        },
     ]
 }
 

@@ -59,10 +59,26 @@ const HIDDEN: &str = r#"
     Shape "trianglemesh" "point3 P" [0 -1 1.5  0.5 -1 1.5  0.5 1 1.5  0 1 1.5]
         "integer indices" [0 1 2 0 2 3]"#;
 
+/// A lens of one flint, about 100 mm of focal length, with colours far apart on the film.
+const SINGLET: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.0
+[[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 20.0\nglass = \"SF5\"
+[[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
+
+/// A far ball.
+const FAR: &str = r#"
+    LightSource "infinite" "rgb L" [0.01 0.01 0.02]
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate 0.03 0.015 6 Shape "sphere" "float radius" 0.02
+    AttributeEnd"#;
+
 /// A picture with lamps.
 struct Case {
     name: &'static str,
+    /// File of the repository, or text.
     lens: &'static str,
+    /// Diagonal of the film (mm).
+    diagonal: f64,
     /// Parameters of the camera.
     camera: &'static str,
     filter: &'static str,
@@ -72,7 +88,7 @@ struct Case {
 
 fn case(name: &'static str, lens: &'static str, camera: &'static str, world: &'static str) -> Case {
     let changes = Changes { effects: "none".parse().expect("effects"), ..Changes::default() };
-    Case { name, lens, camera, filter: "\"box\"", world, changes }
+    Case { name, lens, diagonal: 22.0, camera, filter: "\"box\"", world, changes }
 }
 
 fn cases() -> Vec<Case> {
@@ -117,6 +133,26 @@ fn cases() -> Vec<Case> {
             )
         },
         case("anamorphic", "anamorphic.toml", "\"float focusdistance\" 2", BALL),
+        Case {
+            diagonal: 2.4,
+            filter: "\"mitchell\"",
+            changes: with("+dispersion,+fresnel,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "colours pixels apart",
+                SINGLET,
+                "\"float focusdistance\" 6 \"float aperturediameter\" 30",
+                FAR,
+            )
+        },
+        Case {
+            changes: with("+dispersion,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "colours in one pixel",
+                "triplet.toml",
+                "\"float focusdistance\" 2 \"float aperturediameter\" 30",
+                BALL,
+            )
+        },
         case(
             "fisheye",
             "fisheye.10mm.dat",
@@ -127,16 +163,20 @@ fn cases() -> Vec<Case> {
 }
 
 fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
-    let Case { lens, camera, filter, world, .. } = case;
+    let Case { lens, diagonal, camera, filter, world, .. } = case;
+    let folder = folder();
+    let lens = match lens.contains('\n') {
+        true => write(&folder, "lens.toml", lens),
+        false => root().join("lenses").join(lens),
+    };
     let text = format!(
-        r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" 22
+        r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" {diagonal}
            PixelFilter {filter}
            Integrator "path" "integer maxdepth" 1
            Camera "realistic" "string lensfile" "{}" {camera}
            WorldBegin {world}"#,
-        root().join("lenses").join(lens).display()
+        lens.display()
     );
-    let folder = folder();
     let description = pbrt::read(&write(&folder, "lamp.pbrt", text)).expect("a scene");
     let changes = Changes {
         light_paths: Some(light_paths),
@@ -152,6 +192,12 @@ fn light(picture: &Picture) -> f64 {
     picture.pixels.iter().flatten().map(|&c| f64::from(c)).sum()
 }
 
+/// Returns the sum of all channels of a picture's pixels, and that of each channel.
+fn light_by_channel(picture: &Picture) -> [f64; 4] {
+    let channel = |c: usize| picture.pixels.iter().map(|pixel| f64::from(pixel[c])).sum();
+    [light(picture), channel(0), channel(1), channel(2)]
+}
+
 #[test]
 fn light_paths_change_no_light() {
     /// Pictures of each kind, each with another seed.
@@ -161,20 +207,35 @@ fn light_paths_change_no_light() {
             let sum = |seed| {
                 let job = job(case, light_paths, seed, samples);
                 assert_eq!(job.direct_light.is_some(), light_paths, "{}", job.plan.light_paths);
-                light(&picture(&job, Backend::Simd, 1))
+                light_by_channel(&picture(&job, Backend::Simd, 1))
             };
-            mean_and_error(&(0..PICTURES).map(sum).collect::<Vec<f64>>())
+            (0..PICTURES).map(sum).collect::<Vec<[f64; 4]>>()
         });
-        let error = camera[1].hypot(both[1]);
-        let off = both[0] - camera[0];
-        println!("{}: {camera:?} {both:?}: {:.2} errors", case.name, off / error);
-        assert!(error < 3e-3 * camera[0], "{}: {camera:?} and {both:?} are noisy", case.name);
-        // Student's t of 15 degrees of freedom, one in a million: 7.5.
-        assert!(
-            off.abs() < 7.5 * error,
-            "{}: {camera:?}, and {both:?} with light paths",
-            case.name
-        );
+        for part in 0..4 {
+            let [camera, both] = [&camera, &both].map(|pictures| {
+                mean_and_error(&pictures.iter().map(|light| light[part]).collect::<Vec<f64>>())
+            });
+            let error = camera[1].hypot(both[1]);
+            let off = both[0] - camera[0];
+            println!(
+                "{} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
+                case.name,
+                100.0 * off / camera[0],
+                100.0 * error / camera[0],
+                off / error
+            );
+            assert!(
+                part > 0 || error < 3e-3 * camera[0],
+                "{}: {camera:?} and {both:?} are noisy",
+                case.name
+            );
+            // Student's t of 15 degrees of freedom, one in a million: 7.5.
+            assert!(
+                off.abs() < 7.5 * error,
+                "{} {part}: {camera:?}, and {both:?} with light paths",
+                case.name
+            );
+        }
     });
 }
 
@@ -202,7 +263,8 @@ fn light_paths_find_small_lamps_with_a_fifth_of_the_variance_or_less() {
 
 #[test]
 fn the_picture_is_the_same_for_all_threads_lanes_and_crops() {
-    for case in &cases()[2..5] {
+    let all = cases();
+    for case in all[2..5].iter().chain(&all[7..9]) {
         let job = job(case, true, 3, 8);
         let whole = picture(&job, Backend::Simd, 1);
         for (backend, threads) in [(Backend::Simd, 2), (Backend::Scalar, 7)] {
@@ -245,6 +307,20 @@ fn shards_and_adaptive_renders_have_the_light_of_a_whole_render() {
         "render lamp.pbrt --spp 90 --effects none -o off.petzval --shard 3/3 --light-paths off",
     );
     workspace.refuses("merge 2.petzval 1.petzval off.petzval -o x.exr", "--light-paths");
+}
+
+#[test]
+fn shards_have_the_colours_of_a_whole_render() {
+    let workspace = Workspace::new();
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32
+           Camera "realistic" "string lensfile" "{}" "float focusdistance" 3
+           WorldBegin {BALL}"#,
+        root().join("lenses/triplet.toml").display()
+    );
+    std::fs::write(workspace.path("lamp.pbrt"), text).expect("a scene");
+    let effects = "--effects +dispersion,-ghosts,-diffraction";
+    workspace.merges_to_the_whole(&format!("render lamp.pbrt --spp 90 --light-paths on {effects}"));
 }
 
 #[test]

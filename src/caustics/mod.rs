@@ -24,6 +24,7 @@ mod walk;
 pub use survey::survey_caustics;
 
 use crate::film::{Frame, PixelFilter};
+use crate::lens::RealLens;
 use crate::light_paths::{FrontEntry, PathCount, SplatStage};
 use caster::Caster;
 use entry::EntrySampler;
@@ -48,8 +49,8 @@ fn path_count(frame: &Frame) -> PathCount {
 
 impl Caustics {
     /// Returns the largest size of the splats that wait to be added to the film (bytes).
-    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter) -> u64 {
-        SplatStage::filtered(path_count(frame), filter).bytes_waiting()
+    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter, lens: &RealLens) -> u64 {
+        SplatStage::filtered(path_count(frame), filter, lens).bytes_waiting()
     }
 
     /// Returns the number of casters.

@@ -115,8 +115,11 @@ impl Pilot {
         // Each path stands for several of the render.
         let each = count.paths() / (f64::from(waves.end - waves.start) * WAVE_SIZE as f64);
         let key = pixel_key(0, u32::MAX - 5, input.seed);
+        let LensModel::Real(lens) = &input.camera.model else { return pilot };
         for wave in waves {
+            let bands = caustics.front.bands_of_wave(input.seed, wave);
             let mut found = |Connected { paths, slots, starts }: Connected| {
+                caustics.front.trace::<f32x8>(lens, bands[0], paths);
                 let [half_width, half_height] = input.camera.film.map(|size| size / 2.0);
                 let on_film: Vec<usize> = (0..paths.len())
                     .filter(|&i| {

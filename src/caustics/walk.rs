@@ -42,7 +42,6 @@ pub(super) struct CausticColumns {
     shadows: Box<RayBatch>,
     shade: Box<ShadeColumns>,
     paths: Box<LightPaths>,
-    blocked: Vec<u64>,
     /// Connection of each path at its present surface, by slot.
     connections: Vec<Connection>,
     /// Factor of refraction on the throughput of each path, by slot.
@@ -51,7 +50,7 @@ pub(super) struct CausticColumns {
     slots: Vec<u32>,
 }
 
-/// Light paths that were connected to the lens and traced through it.
+/// Light paths that were connected to the lens.
 pub(super) struct Connected<'a> {
     pub paths: &'a mut LightPaths,
     /// Slot of each path.
@@ -71,19 +70,22 @@ impl Caustics {
         film: &mut FilmSums,
         stats: &mut Stats,
     ) {
-        let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter);
+        let LensModel::Real(lens) = &input.camera.model else { return };
+        let count = path_count(input.frame);
+        let stage = SplatStage::filtered(count, &input.response.filter, lens);
         stage.run(input, samples, film, stats, |columns: &mut CausticColumns, [wave, sample]| {
             let key = pixel_key(sample, u32::MAX - 4, input.seed);
+            let bands = self.front.bands_of_wave(input.seed, count.wave_number([wave, sample]));
+            let lens = (&**lens, &self.front);
             let mut all = Vec::new();
             self.walk::<R>(input, columns, [key, wave], &mut |Connected { paths, .. }| {
-                all.extend(splats::<R>(input, path_count(input.frame), paths, |_, _| 1.0));
+                all.extend(splats::<R>(input, lens, (count, &bands), paths, |_, _| 1.0));
             });
             all
         });
     }
 
-    /// Walks a wave of paths. `found` gets the paths of each surface that were connected to the lens
-    /// and traced through it.
+    /// Walks a wave of paths. `found` gets the paths of each surface that were connected to the lens.
     pub(super) fn walk<R: Real<Scalar = f32>>(
         &self,
         input: &LightPathInput<'_>,
@@ -109,7 +111,7 @@ impl Caustics {
             let limits = PathLimits { max_depth: max_depth + 1, ..input.path_limits };
             let vertex = PathVertex { depth: surface + 1, limits, footprint };
             self.shade::<R>(input, lens, columns, vertex);
-            self.connect::<R>(lens, columns, found);
+            self.connect(columns, found);
             let CausticColumns { rays, next, eta2, .. } = columns;
             if surface == 0 {
                 keep_specular(next);
@@ -178,15 +180,9 @@ impl Caustics {
         factor.is_finite().then_some((Connection { at, towards, factor }, to_lens))
     }
 
-    /// Traces the connections through the lens.
-    fn connect<R: Real<Scalar = f32>>(
-        &self,
-        lens: &RealLens,
-        columns: &mut CausticColumns,
-        found: &mut dyn FnMut(Connected),
-    ) {
-        let CausticColumns { shadows, paths, blocked, connections, eta2, starts, slots, .. } =
-            columns;
+    /// Starts the connections at the lens.
+    fn connect(&self, columns: &mut CausticColumns, found: &mut dyn FnMut(Connected)) {
+        let CausticColumns { shadows, paths, connections, eta2, starts, slots, .. } = columns;
         if shadows.len == 0 {
             return;
         }
@@ -202,7 +198,6 @@ impl Caustics {
             paths.push(&path, flux, [0.0; 2]);
             slots.push(slot as u32);
         }
-        self.front.trace::<R>(lens, paths, blocked);
         found(Connected { paths, slots, starts });
     }
 }

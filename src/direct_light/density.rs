@@ -6,7 +6,7 @@ use super::{DirectLight, path_count};
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
 use crate::light_paths::{FilmHit, FrontEntry};
-use crate::rays::Hit;
+use crate::rays::{Hit, RayBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{Scene, SurfacePoint};
 
@@ -32,16 +32,28 @@ pub(crate) struct FoundLight<'a> {
     pub hit: &'a Hit,
     /// The point that it hit.
     pub point: &'a SurfacePoint,
-    /// Its throughput.
-    pub throughput: f32,
+    /// Weight of its film sample: the reciprocal of its density over etendue and over the area of the
+    /// film (mm^2 sr), times the transmission of the lens.
+    pub exposure: f64,
 }
 
 impl DirectLightWeights<'_> {
+    /// Returns the weight of the film sample of the i-th camera ray of a wave, as in [`FoundLight`].
+    pub(crate) fn exposure(&self, rays: &RayBatch, i: usize) -> f64 {
+        match self.camera.bands() {
+            1 => {
+                let brightest = rays.throughput(i).into_iter().fold(0.0f32, f32::max);
+                f64::from(brightest) / self.camera.imaging_ratio
+            }
+            // The throughput is that of all bands that share the ray.
+            _ => 1.0 / f64::from(rays.pdf[i]),
+        }
+    }
+
     /// Returns the weight of a camera path that ends at a light.
     pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
         let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
-        let per_pixel = f64::from(found.throughput) / self.camera.imaging_ratio;
-        let camera = 1.0 / (self.pixel_area() * per_pixel);
+        let camera = 1.0 / (self.pixel_area() * found.exposure);
         power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
@@ -106,16 +118,18 @@ mod tests {
     use crate::lens::LensColumns;
     use crate::light_paths::{LightPath, sample_film};
     use crate::prepare::{Changes, prepare};
-    use crate::rays::{HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch};
+    use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch};
+    use crate::render::{DisperseColumns, disperse};
     use crate::sampler::pixel_key;
     use crate::scene::{TraversalStack, pbrt};
     use crate::stats::LensStats;
 
-    fn night() -> Job {
+    fn night(effects: &str) -> Job {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/night.pbrt");
         let changes = Changes {
-            effects: "+iris,+fresnel,-ghosts,-diffraction".parse().expect("effects"),
+            effects: effects.parse().expect("effects"),
             light_paths: Some(true),
+            assume_vd: true,
             resolution: Some([90, 60]),
             ..Changes::default()
         };
@@ -133,28 +147,43 @@ mod tests {
             }
             let (_, point) = job.scene.surface(&ray, hit);
             let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-            let throughput = rays.throughput(i)[0];
-            check(i, &FoundLight { origin, direction, hit, point: &point, throughput });
+            let exposure = job.direct_light_weights().expect("lamps").exposure(rays, i);
+            check(i, &FoundLight { origin, direction, hit, point: &point, exposure });
         }
     }
 
     #[test]
     fn weights_of_camera_path_and_light_path_add_up_to_one() {
-        let job = night();
+        check_weights(&night("+iris,+fresnel,-ghosts,-diffraction,-dispersion"));
+    }
+
+    #[test]
+    fn weights_add_up_to_one_for_every_hero() {
+        let job = night("+iris,+fresnel,+dispersion,-ghosts,-diffraction");
+        assert_eq!(job.camera.bands(), 32);
+        check_weights(&job);
+    }
+
+    /// Compares the weight of every camera ray with that of the light path along it, in the band of its
+    /// hero.
+    fn check_weights(job: &Job) {
         let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
         let weights = job.direct_light_weights().expect("lamps");
         let lamps = weights.direct_light;
         let (mut columns, mut paths) = (Box::<LensColumns>::default(), DirectColumns::default());
         let (mut rays, mut stats) = (Box::<RayBatch>::default(), LensStats::default());
         let mut samples = Box::<SampleBatch>::default();
+        let mut dispersed = DisperseColumns::default();
         let (mut compared, mut shared) = (0, 0);
         let key = pixel_key(0, 0, 0);
         for wave in 0..64 {
             sample_film(&job.camera, key, wave, &mut samples);
+            samples.band = wave as usize % job.camera.bands();
             job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+            disperse::<f32x8>(job, &samples, &mut columns, &mut dispersed, &mut rays);
             let mut expected = Vec::new();
             paths.paths.clear();
-            for_lamps(&job, &rays, |_, found| {
+            for_lamps(job, &rays, |_, found| {
                 let Some(density) = weights.light_path_density(&job.scene, found) else { return };
                 let (at_front, towards) =
                     FrontEntry::crossing(&job.camera, lens, found.origin, found.direction)
@@ -164,7 +193,7 @@ mod tests {
                 paths.paths.push(&LightPath { start, towards, shadow }, [1.0; 3], [0.5; 2]);
                 expected.push((density, weights.camera_weight(&job.scene, found)));
             });
-            lamps.front.trace::<f32x8>(lens, &mut paths.paths, &mut paths.blocked);
+            lamps.front.trace::<f32x8>(lens, samples.band, &mut paths.paths);
             for (i, (density, camera)) in expected.into_iter().enumerate() {
                 // Rounding may block a ray at the rim of an element in one direction only.
                 let Some(hit) = paths.paths.film_hit(i) else { continue };
@@ -179,7 +208,7 @@ mod tests {
 
     #[test]
     fn the_density_of_a_light_path_is_that_of_its_sample() {
-        let job = night();
+        let job = night("+iris,+fresnel,-ghosts,-diffraction");
         let input = job.light_path_input();
         let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
         let weights = job.direct_light_weights().expect("lamps");

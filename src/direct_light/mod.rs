@@ -20,6 +20,10 @@
 //! The camera's density is divided by the transmission of the path in both weights. Any function of
 //! the path is allowed, as long as the weights of both strategies add up to one for every path.
 //!
+//! With dispersion, a camera ray is traced at the wavelength of its hero and shared by other bands. Its
+//! density is that of the hero. A light path is traced in the same bands, and takes what the rays of
+//! each hero leave ([`splats`](crate::light_paths)).
+//!
 //! Paths by way of other surfaces, skies and lamps that a mirror or a window shows stay with the
 //! camera.
 
@@ -60,8 +64,8 @@ fn path_count(frame: &Frame) -> PathCount {
 
 impl DirectLight {
     /// Returns the largest size of the splats that wait to be added to the film (bytes).
-    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter) -> u64 {
-        SplatStage::filtered(path_count(frame), filter).bytes_waiting()
+    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter, lens: &RealLens) -> u64 {
+        SplatStage::filtered(path_count(frame), filter, lens).bytes_waiting()
     }
 
     /// Prepares light paths without lamps, for a lens, the half side of the square of entry points

@@ -22,7 +22,6 @@ pub(super) struct DirectColumns {
     pub paths: Box<LightPaths>,
     /// Density of each path over etendue (mm^-2 sr^-1).
     pub densities: Vec<f64>,
-    pub blocked: Vec<u64>,
 }
 
 impl DirectLight {
@@ -37,12 +36,12 @@ impl DirectLight {
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter);
+        let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter, lens);
         stage.run(input, samples, film, stats, |columns: &mut DirectColumns, [wave, sample]| {
             let key = pixel_key(sample, u32::MAX - 2, input.seed);
             self.sample(input, lens, columns, key, wave);
-            self.front.trace::<R>(lens, &mut columns.paths, &mut columns.blocked);
-            self.splats::<R>(input, lens, columns)
+            let number = stage.count.wave_number([wave, sample]);
+            self.splats::<R>(input, lens, columns, &self.front.bands_of_wave(input.seed, number))
         });
     }
 
@@ -103,17 +102,19 @@ impl DirectLight {
         radiance
     }
 
-    /// Returns the splats of a traced wave.
+    /// Returns the splats of a wave in some bands.
     fn splats<R: Real<Scalar = f32>>(
         &self,
         input: &LightPathInput<'_>,
         lens: &RealLens,
         columns: &mut DirectColumns,
+        bands: &[usize],
     ) -> Vec<Splat> {
-        let DirectColumns { paths, densities, .. } = columns;
+        let DirectColumns { paths, densities } = columns;
         let weights =
             DirectLightWeights { direct_light: self, camera: input.camera, frame: input.frame };
-        splats::<R>(input, path_count(input.frame), paths, |i, hit| {
+        let count = path_count(input.frame);
+        splats::<R>(input, (lens, &self.front), (count, bands), paths, |i, hit| {
             f64::from(weights.light_weight(lens, densities[i], hit))
         })
     }

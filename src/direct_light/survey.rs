@@ -138,7 +138,8 @@ impl LampImage {
             traced += WAVE_SIZE as u32;
             radiance += light.sample(input, lens, &mut columns, key, wave);
             sampled += columns.paths.len() as f64;
-            light.front.trace::<f32x8>(lens, &mut columns.paths, &mut columns.blocked);
+            let bands = light.front.bands_of_wave(input.seed, wave);
+            light.front.trace::<f32x8>(lens, bands[0], &mut columns.paths);
             let hits = columns.paths.film_hits();
             let on_film = |i: &usize| {
                 2.0 * f64::from(hits.x[*i]).abs() < input.camera.film[0]

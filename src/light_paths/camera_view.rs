@@ -43,6 +43,9 @@ impl CameraView {
         let key = pixel_key(u32::MAX, u32::MAX - 2, input.seed);
         for wave in 0..CAMERA_WAVES {
             sample_film(input.camera, key, wave, &mut samples);
+            // Bands at even distances have the mean response of all, nearly.
+            let bands = lens.bands.len();
+            samples.band = (bands * (2 * wave as usize + 1)) / (2 * CAMERA_WAVES as usize);
             let mut stats = LensStats::default();
             input.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
             input.scene.intersect::<f32x8>(&rays, &mut hits, &mut stack);

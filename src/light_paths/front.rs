@@ -3,15 +3,14 @@
 use glam::{DVec3, Vec3};
 
 use super::LightPathInput;
-use super::splat::{PathCount, Splat, film_pixels};
-use super::wave::{FilmHit, LightPaths};
-use crate::film::PixelFilter;
+use super::wave::LightPaths;
 use crate::lanes::Real;
 use crate::lens::{
-    Camera, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, sequence,
-    trace, trace_lossy,
+    Band, Camera, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, trace,
+    trace_lossy,
 };
-use crate::scene::luminance;
+use crate::sampler::{Dimension, pixel_key, sample_2d};
+use crate::spectrum::{bands_of_ray, hero_band};
 
 /// A lens as light paths enter it: through a square in the plane of its front vertex.
 #[derive(Clone, Debug)]
@@ -20,7 +19,13 @@ pub(crate) struct FrontEntry {
     pub half: f64,
     /// Distance before the front vertex at which rays enter the lens (mm).
     start: f64,
-    /// Surfaces from there to the film.
+    /// Surfaces from there to the film, by band.
+    bands: Vec<FrontBand>,
+}
+
+/// Surfaces of a lens for light paths of one band.
+#[derive(Clone, Debug)]
+struct FrontBand {
     surfaces: Vec<Surface<f32>>,
     surfaces_f64: Vec<Surface<f64>>,
 }
@@ -29,12 +34,23 @@ impl FrontEntry {
     /// Prepares the entry through a square of this half side (mm).
     pub fn new(lens: &RealLens, half: f64) -> Self {
         let start = 2.0 * lens.prescription.rows[0].diameter.max(half);
-        Self {
-            half,
-            start,
-            surfaces: sequence::<f32>(&lens.prescription, Side::Scene(start)),
-            surfaces_f64: sequence::<f64>(&lens.prescription, Side::Scene(start)),
-        }
+        let of_band = |band: &Band| FrontBand {
+            surfaces: band.sequence::<f32>(&lens.prescription, Side::Scene(start)),
+            surfaces_f64: band.sequence::<f64>(&lens.prescription, Side::Scene(start)),
+        };
+        Self { half, start, bands: lens.bands.iter().map(of_band).collect() }
+    }
+
+    /// Returns the bands in which the paths of a wave are traced, given by its number among the
+    /// waves of all sample numbers: those that share a camera ray. Every wave takes one set of
+    /// them, and consecutive waves take the sets evenly.
+    pub fn bands_of_wave(&self, seed: u32, number: u32) -> Vec<usize> {
+        bands_of_wave(self.bands.len(), seed, number)
+    }
+
+    /// Returns the largest number of bands that share a path.
+    pub fn bands_per_path(lens: &RealLens) -> u64 {
+        bands_of_ray(0, lens.bands.len()).map_or(1, |bands| bands.len() as u64)
     }
 
     /// Returns the world position of an entry point (mm in the plane of the front vertex).
@@ -66,16 +82,15 @@ impl FrontEntry {
         [x + towards.x * back, y + towards.y * back, 0.0]
     }
 
-    /// Traces a wave from the scene to the film.
+    /// Traces a wave from the scene to the film, in one band.
     pub fn trace<R: Real<Scalar = f32>>(
         &self,
         lens: &RealLens,
+        band: usize,
         paths: &mut LightPaths,
-        blocked: &mut Vec<u64>,
     ) {
-        blocked.clear();
-        blocked.resize(lens.prescription.rows.len(), 0);
-        paths.trace_with::<R>(lens, |batch, starts| {
+        let FrontBand { surfaces, surfaces_f64 } = &self.bands[band];
+        paths.trace_with::<R>(lens, |batch, starts, blocked| {
             let start = |i: usize| LensRay {
                 p: [starts.x[i], starts.y[i], starts.z[i]].map(f64::from),
                 t: [starts.tx[i], starts.ty[i], starts.tz[i]].map(f64::from),
@@ -83,59 +98,44 @@ impl FrontEntry {
             };
             match lens.fresnel {
                 false => {
-                    trace::<R>(batch, &self.surfaces, blocked);
-                    retrace_in_f64::<R>(batch, &self.surfaces_f64, blocked, start);
+                    trace::<R>(batch, surfaces, blocked);
+                    retrace_in_f64::<R>(batch, surfaces_f64, blocked, start);
                 }
                 true => {
-                    trace_lossy::<R>(batch, &self.surfaces, blocked);
-                    retrace_in_f64_lossy::<R>(batch, &self.surfaces_f64, blocked, start);
+                    trace_lossy::<R>(batch, surfaces, blocked);
+                    retrace_in_f64_lossy::<R>(batch, surfaces_f64, blocked, start);
                 }
             }
         });
     }
 }
 
-/// Returns the splats of a traced wave of one sample number, which has `count` paths. `weight`
-/// returns the weight of a path by its index and its arrival on the film.
-pub(crate) fn splats<R: Real<Scalar = f32>>(
-    input: &LightPathInput<'_>,
-    count: PathCount,
-    paths: &mut LightPaths,
-    weight: impl Fn(usize, &FilmHit) -> f64,
-) -> Vec<Splat> {
-    let frame = input.frame;
-    let filter: &PixelFilter = &input.response.filter;
-    let margin = filter.margin();
-    let near = |at: [f64; 2]| {
-        (0..2).all(|i| {
-            at[i] > f64::from(frame.low[i]) - margin[i]
-                && at[i] < f64::from(frame.high[i]) + margin[i]
-        })
-    };
-    let arrivals: Vec<(usize, FilmHit, [f64; 2])> = (0..paths.len())
-        .filter_map(|i| paths.film_hit(i).map(|hit| (i, hit)))
-        .map(|(i, hit)| (i, hit, film_pixels(input, hit.point)))
-        .filter(|(.., at)| near(*at))
-        .collect();
-    paths.connect::<R>(input, arrivals.iter().map(|(i, ..)| *i as u32));
-    let scale = count.splat_scale(input);
-    let mut splats = Vec::new();
-    for (i, hit, at) in arrivals {
-        let flux = paths.flux(i);
-        if !(luminance(flux) > 0.0 && flux.iter().all(|c| c.is_finite())) {
-            continue;
-        }
-        let factor = hit.transmission * weight(i, &hit) * scale;
-        let light = flux.map(|c| f64::from(c) * factor);
-        filter.pixels_at(at, |pixel, share| {
-            let inside = (0..2).all(|k| {
-                pixel[k] >= i64::from(frame.low[k]) && pixel[k] < i64::from(frame.high[k])
-            });
-            if inside && share != 0.0 {
-                let light = light.map(|c| (c * share) as f32);
-                splats.push(Splat { pixel: pixel.map(|p| p as u32), light });
+/// Returns the bands of a wave out of this number of bands.
+fn bands_of_wave(count: usize, seed: u32, number: u32) -> Vec<usize> {
+    let key = pixel_key(u32::MAX, u32::MAX - 6, seed);
+    let hero = hero_band(sample_2d(key, number, Dimension::Wavelength), count);
+    bands_of_ray(hero, count).map_or_else(|| vec![hero], |bands| bands.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn consecutive_waves_take_every_band_once() {
+        for seed in 0..9 {
+            for first in [0, 8, 800] {
+                let mut bands: Vec<usize> =
+                    (first..first + 8).flat_map(|number| bands_of_wave(32, seed, number)).collect();
+                bands.sort_unstable();
+                assert_eq!(bands, (0..32).collect::<Vec<_>>());
             }
-        });
+        }
+        assert_eq!(bands_of_wave(1, 3, 5), [0]);
+        let mut alone: Vec<usize> = (0..64).flat_map(|i| bands_of_wave(3, 1, i)).collect();
+        assert_eq!(alone.len(), 64);
+        alone.sort_unstable();
+        alone.dedup();
+        assert_eq!(alone, [0, 1, 2], "bands that share no rays");
     }
-    splats
 }

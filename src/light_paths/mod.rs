@@ -5,6 +5,7 @@
 //! is traced through the surfaces to the film, and the light that arrives is splatted there. Ghosts
 //! and the direct light of lamps both use them.
 
+mod arrival;
 mod camera_view;
 mod front;
 mod primitive_choice;
@@ -12,10 +13,11 @@ mod splat;
 mod survey;
 mod wave;
 
+pub(crate) use arrival::splats;
 pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
-pub(crate) use front::{FrontEntry, splats};
+pub(crate) use front::FrontEntry;
 pub(crate) use primitive_choice::PrimitiveChoice;
 pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
 pub(crate) use survey::obstacle;

@@ -6,7 +6,9 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use super::LightPathInput;
+use super::front::FrontEntry;
 use crate::film::{FilmSums, PixelFilter};
+use crate::lens::RealLens;
 use crate::rays::WAVE_SIZE;
 use crate::stats::{Stage, Stats, thread_time};
 
@@ -38,6 +40,12 @@ impl PathCount {
         f64::from(self.waves) * WAVE_SIZE as f64
     }
 
+    /// Returns the number of a wave of a sample number, given as `[wave, sample]`, among the waves of
+    /// all sample numbers.
+    pub fn wave_number(self, [wave, sample]: [u32; 2]) -> u32 {
+        sample.wrapping_mul(self.waves).wrapping_add(wave)
+    }
+
     /// Returns the factor from the flux of a path (radiance times mm^2 sr) to the value of the pixel
     /// that receives it.
     pub fn splat_scale(self, input: &LightPathInput<'_>) -> f64 {
@@ -57,10 +65,11 @@ pub(crate) struct SplatStage {
 }
 
 impl SplatStage {
-    /// Returns the stage of a number of paths, each of which is splatted through the filter.
-    pub fn filtered(count: PathCount, filter: &PixelFilter) -> Self {
+    /// Returns the stage of a number of paths, each of which is splatted through the filter in
+    /// several bands.
+    pub fn filtered(count: PathCount, filter: &PixelFilter, lens: &RealLens) -> Self {
         let [columns, rows] = filter.margin().map(|margin| (2.0 * margin).ceil() as u64 + 2);
-        Self { count, splats_per_path: columns * rows }
+        Self { count, splats_per_path: columns * rows * FrontEntry::bands_per_path(lens) }
     }
 
     /// Returns the number of waves that are traced before their splats are added to the film.

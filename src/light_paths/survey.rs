@@ -50,8 +50,6 @@ pub(crate) fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'
     let similar = |i: usize| (lengths[i] / lengths[0] - 1.0).abs() < 1e-6;
     match () {
         () if input.timing.is_some() => Some("something moves"),
-        () if lens.bands.len() > 1 => Some("the lens has dispersion"),
-        () if lens.bands[0].response != [1.0; 3] => Some("the film takes a passband"),
         () if lens.prescription.has_mirrors() => Some("the lens has mirrors"),
         () if lens.prescription.rear().index != 1.0 => Some("the film is not in air"),
         () if input.scene.has_media() => Some("the scene has media"),

@@ -60,6 +60,8 @@ pub(crate) struct LightPaths {
     shadow_rays: RayBatch,
     stack: TraversalStack,
     unoccluded_flux: [Column<f32>; 3],
+    /// A sink: blocked rays are counted only on the way from the film.
+    blocked: Vec<u64>,
 }
 
 impl LightPaths {
@@ -187,20 +189,21 @@ impl LightPaths {
         surfaces: &[Surface<f32>],
     ) -> bool {
         let mut arrives = false;
-        self.trace_with::<R>(lens, |batch, _| arrives = trace_ghost::<R>(batch, surfaces) > 0);
+        self.trace_with::<R>(lens, |batch, _, _| arrives = trace_ghost::<R>(batch, surfaces) > 0);
         arrives
     }
 
     /// Traces the wave to the film ([`Self::film_hits`]). `trace` takes the rays to the last vertex;
-    /// it gets them and their starts.
+    /// it gets them, their starts, and a count of blocked rays by row.
     pub fn trace_with<R: Real<Scalar = f32>>(
         &mut self,
         lens: &RealLens,
-        trace: impl FnOnce(&mut LensBatch<f32>, &LensBatch<f32>),
+        trace: impl FnOnce(&mut LensBatch<f32>, &LensBatch<f32>, &mut Vec<u64>),
     ) {
         self.batch.clone_from(&self.start);
         self.batch.resize::<R>(self.rays.len);
-        trace(&mut self.batch, &self.start);
+        self.blocked.resize(lens.prescription.rows.len(), 0);
+        trace(&mut self.batch, &self.start, &mut self.blocked);
         let batch = &mut self.batch;
         if !lens.film_pose.is_aligned() {
             for i in 0..batch.len {

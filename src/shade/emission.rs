@@ -35,9 +35,8 @@ impl ShadeInputs<'_> {
                 if light != [0.0; 3] && !self.ends_caustic(i) {
                     let weight = if let (0, Some(weights)) = (self.vertex.depth, self.direct_light)
                     {
-                        let throughput = max_component(rays.throughput(i));
-                        let found =
-                            FoundLight { origin, direction, hit, point: &point, throughput };
+                        let exposure = weights.exposure(rays, i);
+                        let found = FoundLight { origin, direction, hit, point: &point, exposure };
                         weights.camera_weight(scene, &found)
                     } else {
                         let facing = rays.facing(i);

@@ -1,5 +1,6 @@
 //! Spectral band: the surfaces of a lens for light of one wavelength.
 
+use crate::lanes::Real;
 use crate::lens::prescription::Prescription;
 use crate::lens::trace::sequence::{Side, sequence, sequence_at};
 use crate::lens::trace::surface::Surface;
@@ -51,6 +52,21 @@ impl Band {
             to_scene_f64: sequence::<f64>(lens, Side::Film(film_distance)),
             to_film: Vec::new(),
             to_film_f64: Vec::new(),
+        }
+    }
+
+    /// Returns the surfaces of a lens that has this band, for rays that start elsewhere.
+    pub(crate) fn sequence<R: Real>(
+        &self,
+        lens: &Prescription,
+        from: Side,
+    ) -> Vec<Surface<R::Scalar>> {
+        match self.to_film.is_empty() {
+            true => sequence::<R>(lens, from),
+            false => {
+                let lens = lens.at_checked_wavelength(self.wavelength);
+                sequence_at::<R>(&lens, from, self.wavelength)
+            }
         }
     }
 }

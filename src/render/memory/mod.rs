@@ -23,6 +23,7 @@ use crate::ghosts::Ghosts;
 use crate::io::ByteSize;
 use crate::io::image::ImageFormat;
 use crate::job::Job;
+use crate::lens::LensModel;
 use crate::plan::Effect;
 
 /// Task that takes memory.
@@ -74,19 +75,10 @@ impl Estimate {
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes_per_pixel(squares);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
-        // Ghosts, direct light and caustics take turns.
-        let waiting = [
-            job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(job.frame.resolution)),
-            (job.direct_light.as_ref())
-                .map(|_| DirectLight::bytes_waiting(&job.frame, &job.response.filter)),
-            (job.caustics.as_ref())
-                .map(|_| Caustics::bytes_waiting(&job.frame, &job.response.filter)),
-        ];
-        let splats = waiting
-            .into_iter()
-            .flatten()
-            .max()
-            .map_or(0, |bytes| pixels * FilmSums::bytes_per_pixel(false) + bytes);
+        let splats = match job.has_light_paths() {
+            true => pixels * FilmSums::bytes_per_pixel(false) + bytes_of_splats(job),
+            false => 0,
+        };
         let rounds = match job.stop_criteria.count_only() {
             true => 0,
             false => pixels * round_bytes(job),
@@ -162,6 +154,19 @@ impl fmt::Display for Estimate {
 const THREAD_BYTES: u64 = 1 << 18;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
+
+/// Returns the largest size of the splats that wait to be added to the film (bytes).
+fn bytes_of_splats(job: &Job) -> u64 {
+    let LensModel::Real(lens) = &job.camera.model else { return 0 };
+    let (frame, filter) = (&job.frame, &job.response.filter);
+    // Ghosts, direct light and caustics take turns.
+    let waiting = [
+        job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(frame.resolution)),
+        job.direct_light.as_ref().map(|_| DirectLight::bytes_waiting(frame, filter, lens)),
+        job.caustics.as_ref().map(|_| Caustics::bytes_waiting(frame, filter, lens)),
+    ];
+    waiting.into_iter().flatten().max().unwrap_or(0)
+}
 
 /// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
 fn thread_bytes(job: &Job) -> u64 {
