@@ -95,7 +95,8 @@ pub(super) fn casters(scene: &Scene) -> Result<Vec<Caster>, &'static str> {
 fn may_be_specular(scene: &Scene, material: u32) -> bool {
     match &scene.materials[material as usize].model {
         MaterialModel::Conductor { roughness, .. }
-        | MaterialModel::Dielectric { roughness, .. } => roughness.may_be_smooth(),
+        | MaterialModel::Dielectric { roughness, .. }
+        | MaterialModel::TintedDielectric { roughness, .. } => roughness.may_be_smooth(),
         MaterialModel::MetallicRoughness(surface) => {
             surface.roughness.may_be_smooth() || surface.coat_roughness.may_be_smooth()
         }

@@ -13,7 +13,12 @@ impl Shape {
     }
 
     /// Returns the alpha at a point of the shape, 0 to 1, object space.
-    pub(super) fn alpha_at(&self, uv: Vec2, point: &SurfacePoint) -> f32 {
+    pub(super) fn alpha_at(
+        &self,
+        uv: Vec2,
+        point: &SurfacePoint,
+        vertex_colour: Option<[f32; 4]>,
+    ) -> f32 {
         let Some(alpha) = &self.alpha else { return 1.0 };
         let at = TexturePoint {
             uv: uv.to_array(),
@@ -22,6 +27,7 @@ impl Shape {
             footprint: 0.0,
             uv_steps: [[0.0; 2]; 2],
             position_steps: [[0.0; 3]; 2],
+            vertex_colour,
         };
         alpha.scalar(&at).clamp(0.0, 1.0)
     }
@@ -43,7 +49,7 @@ impl Shape {
         };
         let uv = self.geometry.derivatives(hit, near).uv;
         let point = self.geometry.point(hit, near);
-        let alpha = self.alpha_at(uv, &point);
+        let alpha = self.alpha_at(uv, &point, self.geometry.vertex_colour(hit));
         alpha >= 1.0 || alpha > 0.0 && alpha_threshold(origin, direction, hit) < alpha
     }
 }

@@ -62,10 +62,22 @@ pub enum MaterialModel {
         /// Roughness.
         roughness: Roughness,
     },
+    /// The interface of a transparent medium that tints the light that passes through it, as in
+    /// glTF.
+    TintedDielectric {
+        /// Refractive index inside over that outside.
+        eta: f32,
+        /// Roughness.
+        roughness: Roughness,
+        /// Fraction of the transmitted light that is kept.
+        tint: Texture,
+    },
     /// A sheet of glass of zero thickness.
     ThinDielectric {
         /// Refractive index.
         eta: f32,
+        /// Fraction of the transmitted light that is kept.
+        tint: Texture,
     },
     /// A diffuse surface under a coat.
     CoatedDiffuse {
@@ -139,6 +151,10 @@ pub struct MetallicRoughnessSurface {
     pub roughness: Roughness,
     /// Refractive index of the plastic.
     pub eta: f32,
+    /// Strength of the reflection of the plastic (KHR_materials_specular), 1 for a real one.
+    pub specular: Texture,
+    /// Colour of that reflection at normal incidence.
+    pub specular_colour: Texture,
     /// Share of the surface that the coat covers.
     pub coat_coverage: Texture,
     /// Roughness of the coat.
@@ -182,6 +198,11 @@ impl Material {
         self.model.textures().into_iter().chain(&self.bump).any(|texture| texture.is_solid())
     }
 
+    /// Returns whether a texture of the material has the colours of vertices.
+    pub fn has_vertex_colours(&self) -> bool {
+        self.model.textures().into_iter().any(Texture::has_vertex_colours)
+    }
+
     /// Returns whether the material needs texture coordinates and surface derivatives.
     pub fn needs_derivatives(&self) -> bool {
         let constant = |texture: &&Texture| matches!(texture, Texture::Constant(_));
@@ -217,9 +238,9 @@ impl MaterialModel {
         let own = match self {
             Self::Interface
             | Self::Measured(_)
-            | Self::ThinDielectric { .. }
             | Self::Dielectric { .. }
             | Self::Subsurface { .. } => Vec::new(),
+            Self::ThinDielectric { tint, .. } | Self::TintedDielectric { tint, .. } => vec![tint],
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmission { reflectance, transmittance, .. } => {
                 vec![reflectance, transmittance]
@@ -232,7 +253,10 @@ impl MaterialModel {
                 coat.textures().into_iter().chain(metal.textures()).collect()
             }
             Self::MetallicRoughness(surface) => {
-                vec![&surface.base_colour, &surface.metallic, &surface.coat_coverage]
+                let MetallicRoughnessSurface { base_colour, metallic, coat_coverage, .. } =
+                    &**surface;
+                let MetallicRoughnessSurface { specular, specular_colour, .. } = &**surface;
+                vec![base_colour, metallic, coat_coverage, specular, specular_colour]
             }
             Self::Hair(fibre) => fibre.textures(),
             Self::Mix { amount, .. } => vec![amount],
@@ -253,6 +277,7 @@ impl MaterialModel {
             | Self::Mix { .. } => [None, None],
             Self::Conductor { roughness, .. }
             | Self::Dielectric { roughness, .. }
+            | Self::TintedDielectric { roughness, .. }
             | Self::Subsurface { roughness, .. } => [Some(roughness), None],
             Self::MetallicRoughness(surface) => {
                 [Some(&surface.roughness), Some(&surface.coat_roughness)]

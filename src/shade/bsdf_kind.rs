@@ -75,11 +75,12 @@ impl BsdfKind {
     pub(super) fn parameter_count(self) -> usize {
         match self {
             Self::Measured | Self::Interface => 0,
-            Self::ThinDielectric | Self::Medium => 1,
+            Self::Medium => 1,
             Self::SubsurfaceExit => 2,
-            Self::Diffuse | Self::Dielectric => 3,
-            Self::MetallicRoughness => 8,
-            Self::DiffuseTransmission => 6,
+            Self::Diffuse => 3,
+            Self::MetallicRoughness => 11,
+            Self::ThinDielectric => 4,
+            Self::DiffuseTransmission | Self::Dielectric => 6,
             Self::Hair => 8,
             Self::Conductor => PARAMETER_COUNT - COAT_PARAMETER_COUNT,
             Self::CoatedDiffuse | Self::CoatedConductor => PARAMETER_COUNT,
@@ -140,7 +141,9 @@ impl BsdfKind {
             MaterialModel::Diffuse { .. } => Self::Diffuse,
             MaterialModel::DiffuseTransmission { .. } => Self::DiffuseTransmission,
             MaterialModel::Conductor { .. } => Self::Conductor,
-            MaterialModel::Dielectric { .. } | MaterialModel::Subsurface { .. } => Self::Dielectric,
+            MaterialModel::Dielectric { .. }
+            | MaterialModel::TintedDielectric { .. }
+            | MaterialModel::Subsurface { .. } => Self::Dielectric,
             MaterialModel::ThinDielectric { .. } => Self::ThinDielectric,
             MaterialModel::CoatedDiffuse { .. } => Self::CoatedDiffuse,
             MaterialModel::CoatedConductor { .. } => Self::CoatedConductor,

@@ -3,7 +3,8 @@
 use super::bsdf::{
     Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair,
     HairParameters, Measured, MediumScattering, MetallicRoughness, MetallicRoughnessParameters,
-    MisWeights, SubsurfaceExit, ThinDielectric, conductor_reflectance,
+    MisWeights, SubsurfaceExit, ThinDielectric, TintedDielectric, conductor_reflectance,
+    dielectric_f0,
 };
 use super::bsdf_kind::resolve_mixture;
 use super::footprint::PixelFootprint;
@@ -47,13 +48,21 @@ pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
         }
         MaterialModel::Dielectric { eta, roughness } => {
             put(0, &alpha(roughness, context));
-            put(2, &[R::splat(*eta)]);
+            put(2, &[*eta, 1.0, 1.0, 1.0].map(R::splat));
         }
         MaterialModel::Subsurface { interior, roughness } => {
             put(0, &alpha(roughness, context));
-            put(2, &[R::splat(interior.eta)]);
+            put(2, &[interior.eta, 1.0, 1.0, 1.0].map(R::splat));
         }
-        MaterialModel::ThinDielectric { eta } => put(0, &[R::splat(*eta)]),
+        MaterialModel::TintedDielectric { eta, roughness, tint } => {
+            put(0, &alpha(roughness, context));
+            put(2, &[R::splat(*eta)]);
+            put(3, &clamp_to_unit(context.colour(tint)));
+        }
+        MaterialModel::ThinDielectric { eta, tint } => {
+            put(0, &[R::splat(*eta)]);
+            put(1, &clamp_to_unit(context.colour(tint)));
+        }
         MaterialModel::CoatedDiffuse { reflectance, coat } => {
             put(0, &clamp_to_unit(context.colour(reflectance)));
             put(BASE_PARAMETER_COUNT, &coat_parameters(coat, context));
@@ -76,7 +85,12 @@ pub(super) fn bsdf_parameters<R: Real<Scalar = f32>>(
                 R::splat(0.0),
             ]);
             let [coat, _] = alpha(&surface.coat_roughness, context);
-            put(0, &[along, r, g, b, metallic, R::splat(surface.eta), coat, coverage]);
+            let (zero, one) = (R::splat(0.0), R::splat(1.0));
+            let specular = context.number(&surface.specular).max(zero).min(one);
+            let f0 = dielectric_f0(R::splat(surface.eta));
+            // A colour above 1 reflects more, up to all light.
+            let [fr, fg, fb] = clamp_to_unit(scale(context.colour(&surface.specular_colour), f0));
+            put(0, &[along, r, g, b, metallic, specular, coat, coverage, fr, fg, fb]);
         }
         MaterialModel::Hair(fibre) => put(0, &hair_parameters(fibre, context)),
         MaterialModel::Measured(_) | MaterialModel::Interface | MaterialModel::Mix { .. } => {}
@@ -176,13 +190,6 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for Conductor<R> {
     }
 }
 
-impl<R: Real<Scalar = f32>> FromParameters<R> for Dielectric<R> {
-    #[inline(always)]
-    fn from_parameters([along, across, eta, ..]: [R; PARAMETER_COUNT]) -> Self {
-        Self::new([along, across], eta)
-    }
-}
-
 impl<R: Real<Scalar = f32>> FromParameters<R> for MediumScattering<R> {
     #[inline(always)]
     fn from_parameters([g, ..]: [R; PARAMETER_COUNT]) -> Self {
@@ -199,18 +206,34 @@ impl<R: Real<Scalar = f32>> FromParameters<R> for SubsurfaceExit<R> {
 
 impl<R: Real<Scalar = f32>> FromParameters<R> for ThinDielectric<R> {
     #[inline(always)]
-    fn from_parameters([eta, ..]: [R; PARAMETER_COUNT]) -> Self {
-        Self::new(eta)
+    fn from_parameters([eta, r, g, b, ..]: [R; PARAMETER_COUNT]) -> Self {
+        Self::new(eta).tinted([r, g, b])
+    }
+}
+
+impl<R: Real<Scalar = f32>> FromParameters<R> for TintedDielectric<R> {
+    #[inline(always)]
+    fn from_parameters([along, across, eta, r, g, b, ..]: [R; PARAMETER_COUNT]) -> Self {
+        Self { interface: Dielectric::new([along, across], eta), tint: [r, g, b] }
     }
 }
 
 impl<R: Real<Scalar = f32>> FromParameters<R> for MetallicRoughness<R> {
     #[inline(always)]
     fn from_parameters(
-        [alpha, r, g, b, metallic, eta, coat_alpha, coverage, ..]: [R; PARAMETER_COUNT],
+        [alpha, r, g, b, metallic, specular, coat_alpha, coverage, fr, fg, fb, ..]:
+            [R; PARAMETER_COUNT],
     ) -> Self {
-        let base = [r, g, b];
-        Self::new(MetallicRoughnessParameters { alpha, base, metallic, eta, coat_alpha, coverage })
+        let (base, f0) = ([r, g, b], [fr, fg, fb]);
+        Self::new(MetallicRoughnessParameters {
+            alpha,
+            base,
+            metallic,
+            f0,
+            specular,
+            coat_alpha,
+            coverage,
+        })
     }
 }
 
@@ -270,9 +293,10 @@ pub fn albedo(scene: &Scene, footprint: &PixelFootprint, ray: Ray, hit: Hit) -> 
         }
         MaterialModel::Measured(surface) => clamp_to_unit(Measured { surface }.albedo()),
         MaterialModel::Hair(fibre) => hair_albedo(fibre, &context),
+        MaterialModel::ThinDielectric { tint, .. }
+        | MaterialModel::TintedDielectric { tint, .. } => clamp_to_unit(context.colour(tint)),
         MaterialModel::Subsurface { .. }
         | MaterialModel::Dielectric { .. }
-        | MaterialModel::ThinDielectric { .. }
         | MaterialModel::Interface
         | MaterialModel::Mix { .. } => [1.0; 3],
     }

@@ -1,8 +1,8 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
 use super::bsdf::{
-    BsdfSample, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, Measured,
-    MediumScattering, MetallicRoughness, ShadingFrame, SubsurfaceExit, ThinDielectric,
+    BsdfSample, Conductor, Diffuse, DiffuseTransmission, Hair, Measured, MediumScattering,
+    MetallicRoughness, ShadingFrame, SubsurfaceExit, ThinDielectric, TintedDielectric,
 };
 use super::bsdf_kind::BsdfKind;
 use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
@@ -87,7 +87,7 @@ impl Vertices {
                     self.evaluate_packets::<R, Conductor<R>>(kind, random, false)
                 }
                 BsdfKind::Dielectric => {
-                    self.evaluate_packets::<R, Dielectric<R>>(kind, random, false)
+                    self.evaluate_packets::<R, TintedDielectric<R>>(kind, random, false)
                 }
                 BsdfKind::ThinDielectric => {
                     self.evaluate_packets::<R, ThinDielectric<R>>(kind, random, false);

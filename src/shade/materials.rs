@@ -25,7 +25,10 @@ impl ShadingContext {
         let (shape, point) = scene.surface(ray, hit);
         let patch = scene.surface_derivatives(ray, hit);
         let smooth = shape.geometry.is_smooth();
-        Self::new(point.into(), patch.into(), smooth, footprint, scene.has_solid_texture())
+        let solid = scene.has_solid_texture();
+        let mut context = Self::new(point.into(), patch.into(), smooth, footprint, solid);
+        context.vertex_colour = shape.geometry.vertex_colour(hit);
+        context
     }
 }
 
@@ -161,6 +164,7 @@ impl Vertices {
     ) {
         let perturbed = material.needs_shading_tangent();
         let own_tangents = perturbed && inputs.scene.has_tangents();
+        let vertex_colours = material.has_vertex_colours();
         let count = run.kind.parameter_count();
         for at in run.range.clone().step_by(R::LANES) {
             let lanes = R::LANES.min(run.range.end - at);
@@ -172,6 +176,9 @@ impl Vertices {
                         context.set_tangent(lane, tangent);
                     }
                 }
+            }
+            if vertex_colours {
+                context.vertex_colour = Some(self.vertex_colours(inputs, at, lanes));
             }
             let [normal, tangent] = match perturbed {
                 true => context.perturbed_normal(material),
@@ -186,6 +193,24 @@ impl Vertices {
                 parameter.store(&mut column[at..]);
             }
         }
+    }
+
+    /// Returns the colours of the meshes' vertices at a packet of hits.
+    fn vertex_colours<R: Real<Scalar = f32>>(
+        &self,
+        inputs: &ShadeInputs,
+        at: usize,
+        lanes: usize,
+    ) -> [R; 4] {
+        let mut colours = [[1.0; 8]; 4];
+        for lane in 0..lanes {
+            let hit = &inputs.hits[self.order[at + lane] as usize];
+            let geometry = &inputs.scene.shapes[hit.shape as usize].geometry;
+            if let Some(colour) = geometry.vertex_colour(hit) {
+                (0..4).for_each(|channel| colours[channel][lane] = colour[channel]);
+            }
+        }
+        colours.map(|channel| R::load(&channel))
     }
 
     /// Returns the context of a packet of vertices of one material.

@@ -24,6 +24,8 @@ pub(super) struct ShadingContext<R: Real = f32> {
     pub(super) tangent: [R; 3],
     /// Lanes whose meshes bump maps displace along the vertex normals or tangents.
     pub(super) smooth: R::Mask,
+    /// Colours of the vertices of meshes, if the material needs them.
+    pub(super) vertex_colour: Option<[R; 4]>,
     /// Rays of the neighbouring samples.
     pub(super) neighbours: [NeighbourRay<R>; 2],
     /// Whether textures need the change of the position to the neighbouring samples.
@@ -49,7 +51,16 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
     ) -> Self {
         let neighbours = footprint.neighbour_rays(points.position);
         let tangent = patch.dp[0];
-        Self { points, patch, tangent, smooth, neighbours, solid, texture_point: OnceCell::new() }
+        Self {
+            points,
+            patch,
+            tangent,
+            smooth,
+            vertex_colour: None,
+            neighbours,
+            solid,
+            texture_point: OnceCell::new(),
+        }
     }
 
     fn texture_point(&self) -> &TexturePoint<R> {
@@ -64,6 +75,7 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
                 footprint: a.abs().max(b.abs()).max(c.abs()).max(d.abs()),
                 uv_steps,
                 position_steps: if self.solid { self.position_steps() } else { none },
+                vertex_colour: self.vertex_colour,
             }
         })
     }
@@ -172,6 +184,7 @@ impl ShadingContext {
             patch: SurfaceDerivativesPacket { uv: [0.0; 2], dp: [none; 2], dn: [none; 2] },
             tangent: none,
             smooth: false,
+            vertex_colour: None,
             neighbours: [NeighbourRay::NONE; 2],
             solid: false,
             texture_point: OnceCell::new(),

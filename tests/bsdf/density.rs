@@ -108,6 +108,8 @@ fn samples_follow_the_density() {
         (Kind::Plastic([0.0; 3], 0.3, 1.5), 0.8),
         (Kind::Plastic([0.9; 3], 1.0, 2.4), -0.3),
         (Kind::Coated(REFLECTANCE, 0.5, 0.4, 0.2, 0.7), 0.3),
+        (Kind::Specular(0.4, 0.2, 0.6, [2.0, 1.0, 0.1]), 0.5),
+        (Kind::Tinted(0.3, 1.5, REFLECTANCE), -0.6),
         (Kind::Coated([1.0; 3], 0.2, 1.0, 0.6, 1.0), -0.6),
     ];
     for (seed, (kind, cos)) in kinds.into_iter().enumerate() {

@@ -50,6 +50,9 @@ fn kinds() -> Vec<Kind> {
         kinds.extend([0.0, 1.0, 1.5].map(|eta| Kind::Plastic(REFLECTANCE, alpha[0], eta)));
         kinds.push(Kind::Plastic([0.0; 3], alpha[0], 1.5));
         kinds.push(Kind::Coated(REFLECTANCE, alpha[0], 0.3, alpha[1], 0.8));
+        kinds.push(Kind::Specular(alpha[0], 0.3, 0.4, [3.0, 0.5, 0.0]));
+        kinds.push(Kind::Specular(alpha[0], 0.0, 0.0, [1.0; 3]));
+        kinds.push(Kind::Tinted(alpha[0], 1.5, REFLECTANCE));
         kinds.push(Kind::Coated([0.0; 3], alpha[1], 1.0, alpha[0], 1.0));
     }
     kinds.extend(crate::hair::extremes().map(Kind::Hair));

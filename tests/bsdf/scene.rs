@@ -3,7 +3,8 @@
 use petzval::lanes::{Real, f32x8};
 use petzval::shade::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairParameters,
-    MetallicRoughness, MetallicRoughnessParameters, ThinDielectric,
+    MetallicRoughness, MetallicRoughnessParameters, ThinDielectric, TintedDielectric,
+    dielectric_f0,
 };
 
 /// The PCG of O'Neill 2014, a different generator from the program's.
@@ -65,6 +66,10 @@ pub enum Kind {
     /// Base colour, alpha, share of metal, and alpha and coverage of the coat.
     Coated([f32; 3], f32, f32, f32, f32),
     Hair(HairParameters<f32>),
+    /// Alpha, share of metal, and strength and colour of the plastic's reflection.
+    Specular(f32, f32, f32, [f32; 3]),
+    /// Alpha, refractive index and tint.
+    Tinted(f32, f32, [f32; 3]),
 }
 
 pub const REFLECTANCE: [f32; 3] = [0.2, 0.5, 0.8];
@@ -78,10 +83,21 @@ fn metallic_roughness<R: Real<Scalar = f32>>(
     base: [f32; 3],
     numbers: [f32; 5],
 ) -> Box<dyn Bsdf<R>> {
+    specular_surface(base, numbers, 1.0, [1.0; 3])
+}
+
+/// As [`metallic_roughness`], with the strength and the colour of the plastic's reflection.
+fn specular_surface<R: Real<Scalar = f32>>(
+    base: [f32; 3],
+    numbers: [f32; 5],
+    specular: f32,
+    colour: [f32; 3],
+) -> Box<dyn Bsdf<R>> {
     let [alpha, metallic, eta, coat_alpha, coverage] = numbers.map(R::splat);
-    let base = splat(base);
+    let (base, specular) = (splat(base), R::splat(specular));
+    let f0 = splat(colour).map(|channel: R| channel * dielectric_f0(eta));
     let parameters =
-        MetallicRoughnessParameters { alpha, base, metallic, eta, coat_alpha, coverage };
+        MetallicRoughnessParameters { alpha, base, metallic, f0, specular, coat_alpha, coverage };
     Box::new(MetallicRoughness::new(parameters))
 }
 
@@ -105,6 +121,14 @@ impl Kind {
             Self::Coated(base, alpha, metallic, coat_alpha, coverage) => {
                 metallic_roughness(base, [alpha, metallic, 1.5, coat_alpha, coverage])
             }
+            Self::Specular(alpha, metallic, strength, colour) => {
+                let numbers = [alpha, metallic, 1.5, 0.0, 0.0];
+                specular_surface(REFLECTANCE, numbers, strength, colour)
+            }
+            Self::Tinted(alpha, eta, tint) => Box::new(TintedDielectric {
+                interface: Dielectric::new(splat([alpha; 2]), R::splat(eta)),
+                tint: splat(tint),
+            }),
             Self::Hair(hair) => Box::new(Hair::new(HairParameters {
                 absorption: splat(hair.absorption),
                 eta: R::splat(hair.eta),
@@ -121,6 +145,8 @@ impl Kind {
         match self {
             Self::Dielectric(_, eta) if wo[2] < 0.0 => 1.0 / eta,
             Self::Dielectric(_, eta) => eta,
+            Self::Tinted(_, eta, _) if wo[2] < 0.0 => 1.0 / eta,
+            Self::Tinted(_, eta, _) => eta,
             _ => 1.0,
         }
     }

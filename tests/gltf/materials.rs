@@ -2,7 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{Builder, mean, middle};
+use super::support::{folder, petzval};
+use super::{Builder, mean, middle, render};
 
 const RED: [u8; 4] = [255, 0, 0, 255];
 const GREEN: [u8; 4] = [0, 255, 0, 255];
@@ -82,6 +83,227 @@ fn texture_transforms_and_other_sets_of_coordinates_are_read() {
     let (picture, _) = builder.render(&["--spp", "4"]);
     let found = middle(&picture);
     assert!(found[0] > 0.9 && found[1] < 0.1, "{found:?}");
+}
+
+#[test]
+fn texture_transforms_turn_the_image_against_the_clock() {
+    let transform = json!({ "rotation": std::f64::consts::FRAC_PI_2, "offset": [0, 1] });
+    let mut builder = Builder::new();
+    let texture = builder.texture([2, 2], &[RED, GREEN, BLUE, [255; 4]]);
+    builder.json["samplers"] = json!([{ "magFilter": 9728 }]);
+    builder.json["textures"][texture]["sampler"] = json!(0);
+    let turned = json!({ "index": texture, "extensions": { "KHR_texture_transform": transform } });
+    let mesh =
+        builder.square(json!({ "emissiveFactor": [1, 1, 1], "emissiveTexture": turned.clone() }));
+    builder.node(json!({ "mesh": mesh }));
+    // (s, t) = (v, 1 - u): the upper left corner of the square shows the lower left of the image.
+    let expected = [
+        ([2, 2], [0.0, 0.0, 1.0]),
+        ([56, 2], [1.0, 0.0, 0.0]),
+        ([2, 56], [1.0, 1.0, 1.0]),
+        ([56, 56], [0.0, 1.0, 0.0]),
+    ];
+    let emissive = builder.render(&["--spp", "4"]).0;
+    // As a base colour, it is filtered.
+    builder.json["materials"][0] = json!({
+        "pbrMetallicRoughness": { "baseColorTexture": turned, "roughnessFactor": 0 },
+    });
+    let base = builder.render(&["--spp", "16"]).0;
+    for (picture, name) in [(emissive, "emissive"), (base, "base colour")] {
+        for ([x, y], colour) in expected {
+            let found = mean(&picture, [x, y], [x + 6, y + 6]);
+            assert_near(found, colour, 0.03, &format!("{name} at {x}, {y}"));
+        }
+    }
+}
+
+#[test]
+fn the_specular_factor_and_colour_change_the_reflection_of_the_dielectric() {
+    let at = |metallic: f64, ior: f64, specular: Value| {
+        let material = json!({
+            "pbrMetallicRoughness": { "metallicFactor": metallic, "roughnessFactor": 0,
+                                      "baseColorFactor": [0, 0, 0, 1] },
+            "extensions": { "KHR_materials_ior": { "ior": ior }, "KHR_materials_specular": specular },
+        });
+        under_sky(material, &["--spp", "256"])
+    };
+    let plain = at(0.0, 1.5, json!({}));
+    // The reflectance of an index of 1.5 is 4 % at normal incidence; the picture's middle is near it.
+    assert!(plain[0] > 0.04 && plain[0] < 0.042, "{plain:?}");
+    let half = at(0.0, 1.5, json!({ "specularFactor": 0.5 }));
+    assert_near(half, plain.map(|v| v / 2.0), 0.0005, "half");
+    assert_near(at(0.0, 1.5, json!({ "specularFactor": 0 })), [0.0; 3], 1e-6, "none");
+    // The colour leaves the light at grazing incidence, here 0.1 % of a channel.
+    let coloured = at(0.0, 1.5, json!({ "specularColorFactor": [1, 0.25, 3] }));
+    assert_near(coloured, [plain[0], 0.25 * plain[0], 3.0 * plain[0]], 0.002, "colour");
+    // (2.5 / 4.5)^2 = 0.31 times 4 reflects all light, and no more.
+    let all = at(0.0, 3.5, json!({ "specularColorFactor": [4, 1, 1] }));
+    assert_near(all, [1.0, 0.309, 0.309], 0.002, "all light");
+    let metal = at(1.0, 1.5, json!({ "specularFactor": 0.2, "specularColorFactor": [0, 0, 0] }));
+    assert_near(metal, at(1.0, 1.5, json!({})), 1e-6, "metal");
+}
+
+#[test]
+fn textures_of_the_specular_extension_are_alpha_and_colour() {
+    let render = |specular: Value, alpha: u8| {
+        let mut builder = Builder::new();
+        let strength = builder.texture([1, 1], &[[9, 9, 9, alpha]]);
+        // 188 is half of white in sRGB.
+        let colour = builder.texture([1, 1], &[[255, 188, 0, 7]]);
+        let mut specular = specular;
+        specular["specularTexture"] = json!({ "index": strength });
+        specular["specularColorTexture"] = json!({ "index": colour });
+        let mesh = builder.square(json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0,
+                                      "baseColorFactor": [0, 0, 0, 1] },
+            "extensions": { "KHR_materials_specular": specular },
+        }));
+        builder.node(json!({ "mesh": mesh }));
+        middle(&builder.render(&["--spp", "256"]).0)
+    };
+    let whole = render(json!({}), 255);
+    assert_near(whole, [0.0405, 0.0203, 0.0005], 0.001, "textures");
+    let both = render(json!({ "specularFactor": 0.5, "specularColorFactor": [0.5, 1, 1] }), 128);
+    assert_near(both, [whole[0] / 8.0, whole[1] / 4.0, 0.0], 0.0005, "times factors");
+}
+
+#[test]
+fn white_surfaces_stay_white_under_any_specular_strength() {
+    for (strength, roughness) in [(0.0, 0.5), (0.3, 0.0), (0.3, 0.5), (1.0, 0.5)] {
+        let material = json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": roughness },
+            "extensions": { "KHR_materials_specular": { "specularFactor": strength } },
+        });
+        let found = under_sky(material, &["--spp", "64"]);
+        assert_near(found, [1.0; 3], 0.01, &format!("strength {strength}, roughness {roughness}"));
+    }
+}
+
+#[test]
+fn colours_of_vertices_multiply_the_base_colour() {
+    // Red at the left, green at the right, and half of the blue everywhere.
+    let corners = [[0.8f32, 0.0, 0.5, 1.0], [0.0, 0.8, 0.5, 1.0]];
+    let corners = [corners[0], corners[1], corners[1], corners[0]];
+    let base = json!({ "pbrMetallicRoughness": { "roughnessFactor": 0,
+                                                 "baseColorFactor": [1, 0.5, 1, 1] } });
+    let integers = |most: f32| corners.map(|c| c.map(|v| (v * most).round() as u32));
+    for kind in ["floats", "floats of four", "bytes", "shorts"] {
+        let mut builder = Builder::new();
+        let mesh = builder.square(base.clone());
+        let (bytes, component, channels): (Vec<u8>, _, _) = match kind {
+            "floats" => {
+                let rgb = corners.iter().flat_map(|c| &c[..3]);
+                (rgb.flat_map(|v| v.to_le_bytes()).collect(), 5126, "VEC3")
+            }
+            "floats of four" => {
+                (corners.iter().flatten().flat_map(|v| v.to_le_bytes()).collect(), 5126, "VEC4")
+            }
+            "bytes" => (integers(255.0).iter().flatten().map(|&v| v as u8).collect(), 5121, "VEC4"),
+            _ => {
+                let all = integers(65535.0).into_iter().flatten();
+                (all.flat_map(|v| (v as u16).to_le_bytes()).collect(), 5123, "VEC4")
+            }
+        };
+        let view = builder.view(&bytes);
+        let accessor = builder.push(
+            "accessors",
+            json!({
+                "bufferView": view, "componentType": component, "count": 4, "type": channels,
+                "normalized": component != 5126,
+            }),
+        );
+        builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = json!(accessor);
+        builder.node(json!({ "mesh": mesh }));
+        let (picture, said) = builder.render(&["--spp", "16"]);
+        assert!(!said.contains("COLOR_0"), "{said}");
+        // Pixels of 64 across the square.
+        for x in [4, 30, 60] {
+            let u = (x as f32 + 1.0) / 64.0;
+            let expected = [0.8 * (1.0 - u), 0.5 * 0.8 * u, 0.5];
+            assert_near(
+                mean(&picture, [x, 20], [x + 2, 40]),
+                expected,
+                0.01,
+                &format!("{kind} at {x}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn vertex_colours_reach_albedo_instances_and_textures() {
+    let mut builder = Builder::new();
+    let texture = builder.texture([1, 1], &[[255, 188, 255, 255]]);
+    let mesh = builder.square(json!({
+        "pbrMetallicRoughness": { "metallicFactor": 0, "baseColorTexture": { "index": texture } },
+    }));
+    let colours = builder.vectors(&[[0.5f32, 0.5, 0.25]; 4]);
+    builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
+    builder.node(json!({ "mesh": mesh, "scale": [0.5, 1, 1], "translation": [-0.5, 0, 0] }));
+    builder.node(json!({ "mesh": mesh, "scale": [0.5, 1, 1], "translation": [0.5, 0, 0] }));
+    // The same material on a mesh without colours.
+    let other = builder.json["meshes"][mesh].clone();
+    let other = builder.push("meshes", other);
+    let attributes = &mut builder.json["meshes"][other]["primitives"][0]["attributes"];
+    attributes.as_object_mut().expect("attributes").remove("COLOR_0");
+    builder.node(json!({ "mesh": other, "translation": [0, 1.5, 0.01] }));
+    let folder = folder();
+    std::fs::write(folder.path().join("a.gltf"), builder.text()).expect("a file");
+    let options = ["--resolution", "64x64", "--spp", "4", "--aov", "albedo"];
+    render(folder.path(), "a.gltf", &options);
+    let image = exr::prelude::read_all_flat_layers_from_file(folder.path().join("a.exr"));
+    let image = image.expect("a picture");
+    let channel = |name: &str| {
+        let all = &image.layer_data[0].channel_data.list;
+        let found = all.iter().find(|channel| channel.name.to_string() == name).expect(name);
+        match &found.sample_data {
+            exr::prelude::FlatSamples::F32(values) => values.clone(),
+            _ => panic!("floats"),
+        }
+    };
+    let [r, g, b] = ["albedo.R", "albedo.G", "albedo.B"].map(channel);
+    for (x, y, expected) in
+        [(10, 40, [0.5, 0.25, 0.25]), (50, 40, [0.5, 0.25, 0.25]), (30, 4, [1.0, 0.5, 1.0])]
+    {
+        let at = y * 64 + x;
+        assert_near([r[at], g[at], b[at]], expected, 0.003, &format!("{x}, {y}"));
+    }
+}
+
+#[test]
+fn the_opacity_of_vertices_counts_in_blends() {
+    let mut builder = Builder::new();
+    let mesh = builder.square(json!({
+        "emissiveFactor": [2, 2, 2], "alphaMode": "BLEND",
+        "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, 0.5] },
+    }));
+    let colours = builder.vectors(&[[1.0f32, 1.0, 1.0, 0.5]; 4]);
+    builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
+    builder.node(json!({ "mesh": mesh }));
+    let found = middle(&builder.render(&["--spp", "256"]).0)[0];
+    assert!((found - 0.5).abs() < 0.02, "{found}");
+}
+
+#[test]
+fn colours_that_do_not_fit_are_errors() {
+    let refused = |accessor: Value, expected: &str| {
+        let mut builder = Builder::new();
+        let mesh = builder.square(json!({}));
+        let view = builder.view(&[0; 64]);
+        let mut accessor = accessor;
+        accessor["bufferView"] = json!(view);
+        let accessor = builder.push("accessors", accessor);
+        builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = json!(accessor);
+        builder.node(json!({ "mesh": mesh }));
+        let folder = folder();
+        std::fs::write(folder.path().join("a.gltf"), builder.text()).expect("a file");
+        let (code, _, said) = petzval(folder.path(), &["render", "a.gltf", "-o", "a.exr"]);
+        assert!(code == 2 && said.contains(expected), "{code} {said}");
+    };
+    let accessor = |component: u32, count: u32, kind: &str, normalized: bool| json!({ "componentType": component, "count": count, "type": kind, "normalized": normalized });
+    refused(accessor(5126, 3, "VEC4", false), "COLOR_0: 3 elements; there are 4 positions");
+    refused(accessor(5121, 4, "VEC4", false), "expected floats or normalized integers");
+    refused(accessor(5126, 4, "VEC2", false), "vectors of 2 components");
 }
 
 #[test]
@@ -307,6 +529,50 @@ fn thin_glass_transmits_and_only_the_dielectric_does() {
 }
 
 #[test]
+fn the_base_colour_tints_what_passes_through_each_face() {
+    let through = |base: Value, extensions: Value, faces: usize| {
+        let mut builder = Builder::new();
+        let mut base = base;
+        base["metallicFactor"] = json!(0);
+        base["roughnessFactor"] = json!(0);
+        let texture = builder.texture([1, 1], &[[255, 188, 255, 255]]);
+        if base["baseColorTexture"] == json!(true) {
+            base["baseColorTexture"] = json!({ "index": texture });
+        }
+        let mesh =
+            builder.square(json!({ "pbrMetallicRoughness": base, "extensions": extensions }));
+        builder.node(json!({ "mesh": mesh }));
+        if faces == 2 {
+            let back =
+                json!({ "mesh": mesh, "translation": [0, 0, -0.5], "rotation": [0, 1, 0, 0] });
+            builder.node(back);
+        }
+        let lamp = builder.square(json!({
+            "emissiveFactor": [1, 1, 1],
+            "pbrMetallicRoughness": { "baseColorFactor": [0, 0, 0, 1] },
+        }));
+        builder.node(json!({ "mesh": lamp, "translation": [0, 0, -1], "scale": [3, 3, 3] }));
+        let (picture, said) = builder.render(&["--spp", "128"]);
+        assert!(!said.contains("does not tint"), "{said}");
+        middle(&picture)
+    };
+    let sheet = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
+    let tint = json!({ "baseColorFactor": [0.9, 0.5, 0.1, 1] });
+    let share = 1.0 - 2.0 * 0.04 / 1.04;
+    let found = through(tint.clone(), sheet.clone(), 1);
+    assert_near(found, [0.9 * share, 0.5 * share, 0.1 * share], 0.01, "sheet");
+    let found = through(json!({ "baseColorTexture": true }), sheet, 1);
+    assert_near(found, [share, 0.5 * share, share], 0.01, "texture");
+    // Both faces of a body of index 1, which reflects nothing.
+    let body = json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1 },
+        "KHR_materials_ior": { "ior": 1 },
+        "KHR_materials_volume": { "thicknessFactor": 0.5 },
+    });
+    assert_near(through(tint, body, 2), [0.81, 0.25, 0.01], 0.01, "body");
+}
+
+#[test]
 fn a_clear_coat_reflects_over_its_coverage() {
     let at = |factor: f64| {
         let material = json!({
@@ -332,7 +598,7 @@ fn what_is_not_read_is_said() {
     builder.json["extensionsUsed"] = json!(["KHR_materials_unlit", "KHR_materials_sheen"]);
     builder.json["animations"] = json!([{ "channels": [], "samplers": [] }]);
     let colours = builder.vectors(&[[1.0f32, 0.0, 0.0]; 4]);
-    builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = json!(colours);
+    builder.json["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_1"] = json!(colours);
     builder.node(json!({ "mesh": mesh }));
     let more = builder.json["meshes"][mesh].clone();
     let more = builder.push("meshes", more);
@@ -341,7 +607,7 @@ fn what_is_not_read_is_said() {
     for expected in [
         "the extension KHR_materials_sheen is not read",
         "animations are not read",
-        "colours of vertices are not read (and 1 more like this)",
+        "only the first colours of vertices are read (and 1 more like this)",
         "an unlit material is read as one that light falls on",
         "the scene has no light",
     ] {

@@ -20,6 +20,8 @@ pub struct Mesh {
     pub tangents: Vec<[f32; 3]>,
     /// Texture coordinates by vertex; empty if there are none.
     pub uvs: Vec<[f32; 2]>,
+    /// Colours by vertex, linear RGB and opacity; empty if there are none.
+    pub colours: Vec<[f32; 4]>,
     /// Index of the first triangle of its bilinear patch, by triangle; empty without patches.
     pub patch_starts: Vec<u32>,
     /// Whether the normal is opposite to the winding, by ReverseOrientation or a mirroring
@@ -92,13 +94,14 @@ impl Mesh {
             normals,
             tangents,
             uvs,
+            colours,
             patch_starts: patches,
             flipped: _,
         } = self;
         let vectors: usize =
             [positions, normals, tangents].iter().map(|column| size_of_val(&column[..])).sum();
         let indices = size_of_val(&triangles[..]) + size_of_val(&patches[..]);
-        (vectors + size_of_val(&uvs[..]) + indices) as u64
+        (vectors + size_of_val(&uvs[..]) + size_of_val(&colours[..]) + indices) as u64
     }
 
     /// Returns the corners of a triangle.
@@ -153,6 +156,15 @@ impl Mesh {
             |corner: usize| self.tangents.get(corners[corner] as usize).map(|&t| Vec3::from(t));
         let along = at(0)? * (1.0 - hit.u - hit.v) + at(1)? * hit.u + at(2)? * hit.v;
         (along.length_squared() > 0.0).then_some(along)
+    }
+
+    /// Returns the colour of the vertices at a hit, or `None` if they have none.
+    pub fn colour(&self, hit: &Hit) -> Option<[f32; 4]> {
+        let corners = self.triangles[hit.primitive as usize];
+        let at = |corner: usize| self.colours.get(corners[corner] as usize);
+        let (a, b, c) = (at(0)?, at(1)?, at(2)?);
+        let w = 1.0 - hit.u - hit.v;
+        Some(std::array::from_fn(|i| a[i] * w + b[i] * hit.u + c[i] * hit.v))
     }
 
     /// Returns whether bump maps displace the mesh along tangents that follow its vertex normals.

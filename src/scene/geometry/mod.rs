@@ -74,6 +74,14 @@ impl Geometry {
         }
     }
 
+    /// Returns the colour of the vertices at a hit, linear RGB and opacity, if they have one.
+    pub fn vertex_colour(&self, hit: &Hit) -> Option<[f32; 4]> {
+        match self {
+            Self::Mesh(mesh) => mesh.colour(hit),
+            Self::Patches(_) | Self::Curves(_) | Self::Quadric(_) => None,
+        }
+    }
+
     /// Returns the surface point at a hit, object space. Only quadrics and curves call `near`,
     /// which returns the point that was hit to rounding, and the ray's direction, object space.
     pub(super) fn point(&self, hit: &Hit, near: impl FnOnce() -> RayPoint) -> SurfacePoint {

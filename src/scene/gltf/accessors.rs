@@ -143,6 +143,34 @@ impl Document {
         Ok(vectors)
     }
 
+    /// Returns the colours of an accessor that the element `named_at` names, linear RGB and opacity,
+    /// 0 to 1.
+    pub fn colours(
+        &self,
+        index: Index<Accessor>,
+        named_at: &str,
+    ) -> Result<Vec<[f32; 4]>, SceneError> {
+        let accessor = self.entry(&self.root.accessors, index.value(), "accessors", named_at)?;
+        let is_float = matches!(accessor.component_type, Checked::Valid(component)
+            if component.0 == ComponentType::F32);
+        if !is_float && !accessor.normalized {
+            let element = format!("accessors/{}", index.value());
+            let expected = "expected floats or normalized integers";
+            return Err(self.error(&element, "colours that are plain integers", expected));
+        }
+        let clamped = |v: f32| v.clamp(0.0, 1.0);
+        Ok(match accessor.type_ {
+            Checked::Valid(Type::Vec4) => {
+                let colours = self.vectors::<4>(index, named_at)?.into_iter();
+                colours.map(|colour| colour.map(clamped)).collect()
+            }
+            _ => {
+                let colours = self.vectors::<3>(index, named_at)?.into_iter();
+                colours.map(|[r, g, b]| [r, g, b, 1.0].map(clamped)).collect()
+            }
+        })
+    }
+
     /// Returns the indices of an accessor that the element `named_at` names.
     pub fn indices(&self, index: Index<Accessor>, named_at: &str) -> Result<Vec<u32>, SceneError> {
         let accessors = &self.root.accessors;

@@ -16,12 +16,13 @@ use crate::io::{Location, ReadContext, Warning, excerpt, without_byte_order_mark
 use crate::scene::pbrt::SceneError;
 
 /// Extensions that are read.
-const EXTENSIONS: [&str; 10] = [
+const EXTENSIONS: [&str; 11] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_volume",

@@ -1,5 +1,5 @@
-//! Materials: metallic-roughness surfaces with the extensions ior, transmission, volume, clearcoat
-//! and emissive strength.
+//! Materials: metallic-roughness surfaces with the extensions ior, specular, transmission, volume,
+//! clearcoat and emissive strength.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -34,11 +34,21 @@ pub(super) struct ShapeMaterial {
     pub normal_map: bool,
 }
 
-/// The materials that are made so far, by index and by whether their normal map is mirrored. The
-/// material of primitives that name none has no index.
+/// Variant of a material that a mesh needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Variant {
+    /// Whether the y axis of its normal map points the other way, for meshes whose texture
+    /// coordinates are mirrored.
+    pub mirrored: bool,
+    /// Whether the colours of vertices multiply its base colour.
+    pub coloured: bool,
+}
+
+/// The materials that are made so far, by index and variant. The material of primitives that name
+/// none has no index.
 #[derive(Default)]
 pub(super) struct Materials {
-    made: HashMap<(Option<usize>, bool), ShapeMaterial>,
+    made: HashMap<(Option<usize>, Variant), ShapeMaterial>,
     images: Images,
 }
 
@@ -53,18 +63,53 @@ struct Clearcoat {
     clearcoat_normal_texture: Option<serde_json::Value>,
 }
 
+/// The extension KHR_materials_specular, with the feature of gltf-json off, which would refuse what
+/// it does not know.
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct SpecularJson {
+    specular_factor: f32,
+    specular_texture: Option<gltf_json::texture::Info>,
+    specular_color_factor: [f32; 3],
+    specular_color_texture: Option<gltf_json::texture::Info>,
+}
+
+impl Default for SpecularJson {
+    fn default() -> Self {
+        Self {
+            specular_factor: 1.0,
+            specular_texture: None,
+            specular_color_factor: [1.0; 3],
+            specular_color_texture: None,
+        }
+    }
+}
+
+/// The reflection of a dielectric.
+struct Specular {
+    strength: Texture,
+    colour: Texture,
+}
+
+/// Returns the product of two textures; a factor of 1 is left out.
+fn product(one: Texture, other: Texture) -> Texture {
+    match one {
+        Texture::Constant([1.0, 1.0, 1.0]) => other,
+        one => Texture::Scale(Arc::new(one), Arc::new(other)),
+    }
+}
+
 impl Materials {
-    /// Returns a material. With `mirrored`, the y axis of its normal map points the other way, for
-    /// meshes whose texture coordinates are mirrored.
+    /// Returns a variant of a material.
     pub fn surface(
         &mut self,
         document: &Document,
         builder: &mut SceneBuilder,
         index: Option<usize>,
-        mirrored: bool,
+        variant: Variant,
         named_at: &str,
     ) -> Result<ShapeMaterial, SceneError> {
-        if let Some(surface) = self.made.get(&(index, mirrored)) {
+        if let Some(surface) = self.made.get(&(index, variant)) {
             return Ok(surface.clone());
         }
         let default = MaterialJson::default();
@@ -75,10 +120,10 @@ impl Materials {
             None => &default,
         };
         let element = format!("materials/{}", index.unwrap_or(0));
-        let mut reader =
-            MaterialReader { document, builder, images: &mut self.images, json, element };
-        let surface = reader.surface(mirrored)?;
-        self.made.insert((index, mirrored), surface.clone());
+        let images = &mut self.images;
+        let mut reader = MaterialReader { document, builder, images, json, element, variant };
+        let surface = reader.surface()?;
+        self.made.insert((index, variant), surface.clone());
         Ok(surface)
     }
 }
@@ -90,13 +135,14 @@ struct MaterialReader<'a> {
     images: &'a mut Images,
     json: &'a MaterialJson,
     element: String,
+    variant: Variant,
 }
 
 impl MaterialReader<'_> {
-    fn surface(&mut self, mirrored: bool) -> Result<ShapeMaterial, SceneError> {
+    fn surface(&mut self) -> Result<ShapeMaterial, SceneError> {
         let uv_set = self.uv_set();
         let normal_map = match &self.json.normal_texture {
-            Some(texture) => Some(self.normal_map(texture, mirrored)?),
+            Some(texture) => Some(self.normal_map(texture)?),
             None => None,
         };
         let has_normal_map = normal_map.is_some();
@@ -141,12 +187,15 @@ impl MaterialReader<'_> {
             None => Texture::Constant([pbr.metallic_factor.0; 3]),
         };
         let eta = self.ior()?;
+        let Specular { strength: specular, colour: specular_colour } = self.specular()?;
         let (coat_coverage, coat_roughness) = self.clearcoat()?;
         let surface = MetallicRoughnessSurface {
             base_colour,
             metallic,
             roughness,
             eta,
+            specular,
+            specular_colour,
             coat_coverage,
             coat_roughness,
         };
@@ -155,7 +204,7 @@ impl MaterialReader<'_> {
         };
         // Only the dielectric lets light through.
         let constant = |share: f32| Texture::Constant([share; 3]);
-        let glass = self.glass(eta, &surface.roughness);
+        let glass = self.glass(eta, &surface);
         let [opaque, metal] = [0.0, 1.0].map(|metallic| {
             let part = MetallicRoughnessSurface { metallic: constant(metallic), ..surface.clone() };
             self.add(MaterialModel::MetallicRoughness(Box::new(part)), normal_map.clone())
@@ -182,15 +231,21 @@ impl MaterialReader<'_> {
     }
 
     /// Returns the glass of a surface that transmits light: a sheet unless it has a thickness.
-    fn glass(&self, eta: f32, roughness: &Roughness) -> MaterialModel {
+    /// Its base colour tints what passes through each of its faces.
+    fn glass(&self, eta: f32, surface: &MetallicRoughnessSurface) -> MaterialModel {
+        let MetallicRoughnessSurface { roughness, base_colour: tint, .. } = surface;
         if self.has_volume() {
-            return MaterialModel::Dielectric { eta, roughness: roughness.clone() };
+            let roughness = roughness.clone();
+            return match tint {
+                Texture::Constant([1.0, 1.0, 1.0]) => MaterialModel::Dielectric { eta, roughness },
+                tint => MaterialModel::TintedDielectric { eta, roughness, tint: tint.clone() },
+            };
         }
         if !matches!(roughness.uv[0], Texture::Constant([0.0, ..])) {
             let message = "a rough sheet without thickness is clear: give it KHR_materials_volume";
             self.document.warn(&self.element, message);
         }
-        MaterialModel::ThinDielectric { eta }
+        MaterialModel::ThinDielectric { eta, tint: tint.clone() }
     }
 
     fn has_volume(&self) -> bool {
@@ -226,11 +281,9 @@ impl MaterialReader<'_> {
         if factor <= 0.0 {
             return Ok(None);
         }
-        if self.json.pbr_metallic_roughness.base_color_factor.0[..3] != [1.0; 3]
-            || self.json.pbr_metallic_roughness.base_color_texture.is_some()
-        {
-            let message = "the base colour does not tint the light that passes: use the \
-                           attenuation of KHR_materials_volume";
+        if extensions.is_some_and(|all| all.others.contains_key("KHR_materials_specular")) {
+            let message = "KHR_materials_specular does not change the reflection of what transmits \
+                           light";
             self.document.warn(&self.element, message);
         }
         let Some(info) = &transmission.transmission_texture else {
@@ -306,16 +359,54 @@ impl MaterialReader<'_> {
         Ok(Roughness { uv: [alpha.clone(), alpha], remap: false })
     }
 
-    /// Returns the base colour: its texture times its factor.
+    /// Returns the base colour: its texture times its factor and the colour of the vertices.
     fn base_colour(&mut self, factor: [f32; 3]) -> Result<Texture, SceneError> {
-        let pbr = &self.json.pbr_metallic_roughness;
-        let Some(info) = &pbr.base_color_texture else { return Ok(Texture::Constant(factor)) };
-        let at = "pbrMetallicRoughness/baseColorTexture";
-        let image = self.texture(info, at, Channels::Colour, 1.0)?;
-        Ok(match factor {
-            [1.0, 1.0, 1.0] => image,
-            _ => Texture::Scale(Arc::new(Texture::Constant(factor)), Arc::new(image)),
+        let info = self.json.pbr_metallic_roughness.base_color_texture.as_ref();
+        let colour = self.colour(factor, info, "pbrMetallicRoughness/baseColorTexture")?;
+        Ok(match self.variant.coloured {
+            true => product(colour, Texture::VertexColour),
+            false => colour,
         })
+    }
+
+    /// Returns a colour: its texture, if there is one, times its factor.
+    fn colour(
+        &mut self,
+        factor: [f32; 3],
+        texture: Option<&gltf_json::texture::Info>,
+        at: &str,
+    ) -> Result<Texture, SceneError> {
+        let Some(info) = texture else { return Ok(Texture::Constant(factor)) };
+        Ok(product(Texture::Constant(factor), self.texture(info, at, Channels::Colour, 1.0)?))
+    }
+
+    /// Returns strength and colour of the reflection of the dielectric.
+    fn specular(&mut self) -> Result<Specular, SceneError> {
+        let name = "KHR_materials_specular";
+        let extensions = self.json.extensions.as_ref();
+        let Some(value) = extensions.and_then(|all| all.others.get(name)) else {
+            let one = Texture::Constant([1.0; 3]);
+            return Ok(Specular { strength: one.clone(), colour: one });
+        };
+        let json = SpecularJson::deserialize(value).map_err(|error| {
+            let element = format!("{}/extensions/{name}", self.element);
+            self.document.error(&element, error.to_string(), "expected a specular reflection")
+        })?;
+        let strength = match &json.specular_texture {
+            Some(info) => {
+                let at = format!("extensions/{name}/specularTexture");
+                self.texture(
+                    info,
+                    &at,
+                    Channels::Single(3, Transfer::Linear),
+                    json.specular_factor,
+                )?
+            }
+            None => Texture::Constant([json.specular_factor; 3]),
+        };
+        let at = format!("extensions/{name}/specularColorTexture");
+        let texture = json.specular_color_texture.as_ref();
+        Ok(Specular { strength, colour: self.colour(json.specular_color_factor, texture, &at)? })
     }
 
     fn texture(
@@ -369,19 +460,30 @@ impl MaterialReader<'_> {
             }
         };
         let masked = matches!(channels, Channels::Mask { .. });
-        let Some(info) = &pbr.base_color_texture else {
-            let alpha = if masked { f32::from(factor >= cutoff) } else { factor };
-            return Ok(Some(Texture::Constant([alpha; 3])));
-        };
-        let scale = if masked { 1.0 } else { factor };
-        self.texture(info, "pbrMetallicRoughness/baseColorTexture", channels, scale).map(Some)
+        // A mask is a threshold of the texture's opacity, without that of the vertices.
+        let coloured = self.variant.coloured && !masked;
+        let alpha = self.opacity(channels, masked, factor, cutoff)?;
+        Ok(Some(if coloured { product(alpha, Texture::VertexOpacity) } else { alpha }))
     }
 
-    fn normal_map(
+    /// Returns the opacity of the base colour, or where it is at least the cutoff.
+    fn opacity(
         &mut self,
-        texture: &NormalTexture,
-        mirrored: bool,
-    ) -> Result<ImageMap, SceneError> {
+        channels: Channels,
+        masked: bool,
+        factor: f32,
+        cutoff: f32,
+    ) -> Result<Texture, SceneError> {
+        let pbr = &self.json.pbr_metallic_roughness;
+        let Some(info) = &pbr.base_color_texture else {
+            let alpha = if masked { f32::from(factor >= cutoff) } else { factor };
+            return Ok(Texture::Constant([alpha; 3]));
+        };
+        let scale = if masked { 1.0 } else { factor };
+        self.texture(info, "pbrMetallicRoughness/baseColorTexture", channels, scale)
+    }
+
+    fn normal_map(&mut self, texture: &NormalTexture) -> Result<ImageMap, SceneError> {
         let extensions = texture.extensions.as_ref();
         let element = format!("{}/normalTexture", self.element);
         let transform = extensions.and_then(|all| all.others.get("KHR_texture_transform"));
@@ -392,7 +494,11 @@ impl MaterialReader<'_> {
             transform: transform.as_ref(),
             element,
         };
-        let along = [texture.scale, if mirrored { -texture.scale } else { texture.scale }, 1.0];
+        let along = [
+            texture.scale,
+            if self.variant.mirrored { -texture.scale } else { texture.scale },
+            1.0,
+        ];
         let change = |signal: [f32; 3]| {
             let tilted: [f32; 3] = std::array::from_fn(|i| (2.0 * signal[i] - 1.0) * along[i]);
             let length = tilted.iter().map(|x| x * x).sum::<f32>().sqrt().max(1e-6);

@@ -21,6 +21,11 @@ pub(super) struct SidedMesh {
     pub mirrored: bool,
 }
 
+/// Returns whether the vertices of a primitive have colours.
+pub(super) fn is_coloured(primitive: &Primitive) -> bool {
+    primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0)))
+}
+
 /// Reads a primitive. Returns `None` if it has no triangles.
 pub(super) fn read_mesh(
     document: &Document,
@@ -47,8 +52,8 @@ pub(super) fn read_mesh(
     }
     let find = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let named_at = |name: &str| format!("{element}/attributes/{name}");
-    if find(Semantic::Colors(0)).is_some() {
-        document.warn(&named_at("COLOR_0"), "colours of vertices are not read");
+    if find(Semantic::Colors(1)).is_some() {
+        document.warn(&named_at("COLOR_1"), "only the first colours of vertices are read");
     }
     let Some(positions) = find(Semantic::Positions) else {
         document.warn(element, "a primitive without positions is left out");
@@ -78,9 +83,16 @@ pub(super) fn read_mesh(
         Some(uvs) => document.vectors(uvs, &named_at(&uv_name))?,
         None => Vec::new(),
     };
-    for (length, name) in
-        [(normals.len(), "NORMAL"), (tangents.len(), "TANGENT"), (uvs.len(), &uv_name)]
-    {
+    let colours = match find(Semantic::Colors(0)) {
+        Some(colours) => document.colours(colours, &named_at("COLOR_0"))?,
+        None => Vec::new(),
+    };
+    for (length, name) in [
+        (normals.len(), "NORMAL"),
+        (tangents.len(), "TANGENT"),
+        (uvs.len(), &uv_name),
+        (colours.len(), "COLOR_0"),
+    ] {
         if length > 0 {
             fits(length, name)?;
         }
@@ -102,7 +114,7 @@ pub(super) fn read_mesh(
     let normals = normals.into_iter().map(unit).collect();
     let sides = (!tangents.is_empty()).then(|| tangents.iter().map(|t| t[3]).collect());
     let tangents = tangents.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
-    let mesh = Mesh { positions, triangles, normals, tangents, uvs, ..Mesh::default() };
+    let mesh = Mesh { positions, triangles, normals, tangents, uvs, colours, ..Mesh::default() };
     let tree = Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
     let bytes = mesh.bytes() + mesh.triangles.len() as u64 * tree;
     document.context.claim(bytes).map_err(|refusal| document.too_large(element, &refusal))?;

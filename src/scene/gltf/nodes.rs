@@ -9,8 +9,8 @@ use super::SceneParts;
 use super::cameras::read_camera;
 use super::instances::{copies, quaternion};
 use super::lights::read_light;
-use super::materials::ShapeMaterial;
-use super::meshes::{PrimitiveMesh, SidedMesh, read_mesh, split_by_side};
+use super::materials::{ShapeMaterial, Variant};
+use super::meshes::{PrimitiveMesh, SidedMesh, is_coloured, read_mesh, split_by_side};
 use crate::scene::pbrt::SceneError;
 use crate::scene::{Geometry, ShapeSpec};
 
@@ -164,8 +164,15 @@ impl SceneParts<'_> {
             let element = format!("meshes/{index}/primitives/{i}");
             let material = primitive.material.map(|material| material.value());
             let named_at = format!("{element}/material");
-            let surface =
-                self.materials.surface(document, &mut self.builder, material, false, &named_at)?;
+            let coloured = is_coloured(primitive);
+            let variant = |mirrored: bool| Variant { mirrored, coloured };
+            let surface = self.materials.surface(
+                document,
+                &mut self.builder,
+                material,
+                variant(false),
+                &named_at,
+            )?;
             let Some(PrimitiveMesh { mesh: geometry, sides }) =
                 read_mesh(document, primitive, &element, surface.uv_set)?
             else {
@@ -195,7 +202,7 @@ impl SceneParts<'_> {
                         document,
                         &mut self.builder,
                         material,
-                        side,
+                        variant(side),
                         &named_at,
                     )?;
                     let mut mesh = mesh.clone();
@@ -209,7 +216,7 @@ impl SceneParts<'_> {
                     document,
                     &mut self.builder,
                     material,
-                    mirrored,
+                    variant(mirrored),
                     &named_at,
                 )?;
                 let shared = surface.normal_map;

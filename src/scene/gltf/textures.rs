@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{Mat2, Vec2};
 use gltf_json::Index;
 use gltf_json::extensions::texture::TextureTransform;
 use gltf_json::texture::{Info, MagFilter, Texture as TextureJson, WrappingMode};
@@ -41,12 +41,17 @@ impl<'a> TextureUse<'a> {
         self.transform.and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
     }
 
-    fn mapping(&self, document: &Document) -> Mapping {
+    fn mapping(&self) -> Mapping {
         let Some(transform) = self.transform else { return Mapping::default() };
-        if transform.rotation.0 != 0.0 {
-            document.warn(&self.element, "the rotation of a texture is not read");
+        let [scale, offset] = [transform.scale.0, transform.offset.0].map(Vec2::from);
+        match transform.rotation.0 {
+            0.0 => Mapping::Uv { scale, offset },
+            // v grows downwards, so that the angle turns the coordinates the other way.
+            angle => Mapping::UvMatrix {
+                matrix: Mat2::from_angle(-angle) * Mat2::from_diagonal(scale),
+                offset,
+            },
         }
-        Mapping::Uv { scale: Vec2::from(transform.scale.0), offset: Vec2::from(transform.offset.0) }
     }
 }
 
@@ -99,7 +104,7 @@ pub(super) fn image_texture(
     let Sampled { image, wrap, nearest } = sampled(document, texture)?;
     Ok(Texture::Image(Arc::new(ImageTexture {
         picture: images.mipmap(document, image, channels)?,
-        mapping: texture.mapping(document),
+        mapping: texture.mapping(),
         wrap,
         filter: if nearest { TextureFilter::Point } else { TextureFilter::Trilinear },
         max_anisotropy: (!nearest).then_some(MAX_ANISOTROPY),
@@ -128,7 +133,7 @@ pub(super) fn image_map(
     picture.pixels.iter_mut().for_each(|pixel| *pixel = change(*pixel));
     Ok(ImageMap {
         picture: Arc::new(picture),
-        mapping: texture.mapping(document),
+        mapping: texture.mapping(),
         wrap,
         top_down: true,
         scale: 1.0,

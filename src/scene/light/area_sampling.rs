@@ -128,7 +128,7 @@ impl AreaLight {
         u: [f32; 2],
     ) -> Option<LightSample> {
         let textured = self.emission.image.is_some() || !shape.is_opaque();
-        let mut uv = Vec2::ZERO;
+        let (mut uv, mut vertex_colour) = (Vec2::ZERO, None);
         let points = match &shape.geometry {
             Geometry::Mesh(mesh) => {
                 let triangle = mesh.triangle(primitive);
@@ -137,6 +137,7 @@ impl AreaLight {
                 if textured && points.valid {
                     let hit = Hit { u: b, v: c, primitive, ..Hit::MISS };
                     uv = mesh.derivatives(&hit).uv;
+                    vertex_colour = mesh.colour(&hit);
                 }
                 points
             }
@@ -154,7 +155,10 @@ impl AreaLight {
         let AreaSamples { direction, density, usable } = points.connect(&(*from).into(), two_sided);
         let singular = shape.is_invisible();
         usable.then(|| {
-            let alpha = if singular { 1.0 } else { shape.alpha_at(uv, &points.point.into()) };
+            let alpha = match singular {
+                true => 1.0,
+                false => shape.alpha_at(uv, &points.point.into(), vertex_colour),
+            };
             LightSample {
                 direction: direction.into(),
                 t_max: 1.0,

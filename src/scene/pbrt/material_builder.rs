@@ -82,9 +82,10 @@ impl MaterialBuilder<'_> {
                 eta: self.index(&["eta", "index"])?,
                 roughness: self.roughness("", 0.0)?,
             },
-            MaterialKind::ThinDielectric => {
-                MaterialModel::ThinDielectric { eta: self.index(&["eta"])? }
-            }
+            MaterialKind::ThinDielectric => MaterialModel::ThinDielectric {
+                eta: self.index(&["eta"])?,
+                tint: Texture::Constant([1.0; 3]),
+            },
             MaterialKind::CoatedDiffuse => MaterialModel::CoatedDiffuse {
                 reflectance: self.colour("reflectance", 0.5)?,
                 coat: self.coat("", &["eta"], 0.0)?,

@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Mat2, Vec2, Vec3};
 
 use super::TexturePoint;
 use crate::lanes::Real;
@@ -15,6 +15,13 @@ pub enum Mapping {
         /// Factors of u and v.
         scale: Vec2,
         /// Offset added to u and v.
+        offset: Vec2,
+    },
+    /// The surface's own coordinates (u, v), multiplied by a matrix and then offset.
+    UvMatrix {
+        /// The matrix, by column.
+        matrix: Mat2,
+        /// Offset added to s and t.
         offset: Vec2,
     },
     /// The direction from the origin of texture space: the angle from +z over pi, and the angle
@@ -47,7 +54,7 @@ impl Default for Mapping {
 
 impl Mapping {
     /// Returns the texture coordinates of a point, and the approximate radius of the footprint
-    /// there. The radius is 0 for all mappings except [`Self::Uv`].
+    /// there. The radius is 0 for mappings by position.
     #[inline(always)]
     pub fn at<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> ([R; 2], R) {
         match self {
@@ -57,12 +64,18 @@ impl Mapping {
                 let radius = at.footprint * R::splat(scale.abs().max_element());
                 ([u * su + du, v * sv + dv], radius)
             }
+            Self::UvMatrix { matrix, offset } => {
+                let [s, t] = product(matrix, at.uv);
+                let [ds, dt] = offset.to_array().map(R::splat);
+                let sums = matrix.x_axis.abs() + matrix.y_axis.abs();
+                ([s + ds, t + dt], at.footprint * R::splat(sums.max_element()))
+            }
             _ => (self.by_position(at.position), R::splat(0.0)),
         }
     }
 
     /// Returns the change of the texture coordinates to each of the two neighbouring samples; 0 for
-    /// all mappings except [`Self::Uv`].
+    /// mappings by position.
     #[inline(always)]
     pub fn steps<R: Real<Scalar = f32>>(&self, at: &TexturePoint<R>) -> [[R; 2]; 2] {
         match self {
@@ -70,6 +83,7 @@ impl Mapping {
                 let [su, sv] = [scale.x, scale.y].map(R::splat);
                 at.uv_steps.map(|[u, v]| [u * su, v * sv])
             }
+            Self::UvMatrix { matrix, .. } => at.uv_steps.map(|step| product(matrix, step)),
             _ => [[R::splat(0.0); 2]; 2],
         }
     }
@@ -89,10 +103,10 @@ impl Mapping {
         [R::load(&s), R::load(&t)]
     }
 
-    /// Returns the texture coordinates of a position, world space; 0 for [`Self::Uv`].
+    /// Returns the texture coordinates of a position, world space; 0 for mappings of (u, v).
     fn coordinates(&self, position: Vec3) -> Vec2 {
         match self {
-            Self::Uv { .. } => Vec2::ZERO,
+            Self::Uv { .. } | Self::UvMatrix { .. } => Vec2::ZERO,
             Self::Spherical { texture_from_world } => {
                 let p = texture_from_world.transform_point3(position);
                 let cos = (p.z / p.length()).clamp(-1.0, 1.0);
@@ -109,6 +123,13 @@ impl Mapping {
             }
         }
     }
+}
+
+/// Returns the product of a matrix and a vector.
+#[inline(always)]
+fn product<R: Real<Scalar = f32>>(matrix: &Mat2, [u, v]: [R; 2]) -> [R; 2] {
+    let [x, y] = [matrix.x_axis, matrix.y_axis].map(|axis| axis.to_array().map(R::splat));
+    [u * x[0] + v * y[0], u * x[1] + v * y[1]]
 }
 
 #[cfg(test)]
@@ -135,6 +156,20 @@ mod tests {
         let uv = [0.25, 0.5];
         let at = TexturePoint { uv, footprint: 0.125f32, ..TexturePoint::default() };
         assert_eq!(mapping.at(&at), ([1.0, -1.0], 0.5));
+    }
+
+    #[test]
+    fn a_matrix_maps_coordinates_steps_and_footprint() {
+        let matrix = Mat2::from_cols(Vec2::new(0.0, 2.0), Vec2::new(-1.0, 1.0));
+        let mapping = Mapping::UvMatrix { matrix, offset: Vec2::new(0.5, 1.0) };
+        let at = TexturePoint {
+            uv: [0.25, 0.5],
+            footprint: 0.125f32,
+            uv_steps: [[0.125, 0.0], [0.0, 0.0625]],
+            ..TexturePoint::default()
+        };
+        assert_eq!(mapping.at(&at), ([0.0, 2.0], 0.375));
+        assert_eq!(mapping.steps(&at), [[0.0, 0.25], [-0.0625, 0.0625]]);
     }
 
     #[test]

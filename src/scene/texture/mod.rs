@@ -48,6 +48,9 @@ pub struct TexturePoint<R = f32> {
     /// Change of the position to each of the two neighbouring samples, world space; 0 is a point.
     /// It is set only in scenes with a [`SolidTexture`].
     pub position_steps: [[R; 3]; 2],
+    /// Colour of the mesh's vertices, linear RGB and opacity; `None` is opaque white. It is set only
+    /// for materials with [`Texture::VertexColour`] and for alpha.
+    pub vertex_colour: Option<[R; 4]>,
 }
 
 /// A colour (linear RGB) or a scalar for every point of a surface.
@@ -58,6 +61,10 @@ pub enum Texture {
     Constant([f32; 3]),
     /// An image.
     Image(Arc<ImageTexture>),
+    /// The colour of the vertices of a mesh; white without one.
+    VertexColour,
+    /// The opacity of the vertices of a mesh; 1 without one.
+    VertexOpacity,
     /// The scalar of a texture as a grey colour.
     Scalar(Arc<Texture>),
     /// Two textures that alternate.
@@ -120,10 +127,21 @@ impl Texture {
         matches!(self, Self::Solid(_)) || self.operands().any(Self::is_solid)
     }
 
+    /// Returns whether the expression has colours of vertices.
+    pub fn has_vertex_colours(&self) -> bool {
+        matches!(self, Self::VertexColour | Self::VertexOpacity)
+            || self.operands().any(Self::has_vertex_colours)
+    }
+
     /// Returns the textures that the texture combines.
     fn operands(&self) -> impl Iterator<Item = &Texture> {
         let operands = match self {
-            Self::Constant(_) | Self::Image(_) | Self::Bilerp { .. } | Self::Solid(_) => [None; 3],
+            Self::Constant(_)
+            | Self::Image(_)
+            | Self::VertexColour
+            | Self::VertexOpacity
+            | Self::Bilerp { .. }
+            | Self::Solid(_) => [None; 3],
             Self::Scalar(texture) => [Some(texture), None, None],
             Self::Scale(one, other)
             | Self::Checkerboard { textures: [one, other], .. }
@@ -149,6 +167,14 @@ impl Texture {
         match self {
             Self::Constant(colour) => V::constant(*colour),
             Self::Image(image) => V::image(image, at),
+            Self::VertexColour => match at.vertex_colour {
+                Some([r, g, b, _]) => V::colour([r, g, b]),
+                None => V::constant([1.0; 3]),
+            },
+            Self::VertexOpacity => match at.vertex_colour {
+                Some([.., opacity]) => V::scalar(opacity),
+                None => V::constant([1.0; 3]),
+            },
             Self::Scalar(texture) => V::scalar(texture.scalar(at)),
             Self::Checkerboard { pattern, textures } => {
                 blend(textures, pattern.second_weight(at), at)

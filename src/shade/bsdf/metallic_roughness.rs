@@ -10,7 +10,8 @@ use crate::sampler::concentric_disk;
 const COAT_F0: f32 = 0.04;
 
 /// A metal, a Lambertian base below a dielectric interface, or a blend of both, below a clear coat;
-/// the same from both sides (glTF 2.0, appendix B, and KHR_materials_clearcoat).
+/// the same from both sides (glTF 2.0, appendix B, KHR_materials_specular and
+/// KHR_materials_clearcoat).
 ///
 /// glTF leaves open what light an interface keeps from what is below. Here the base reflects
 /// rho / pi (1 - E(wo)) (1 - E(wi)) / (1 - E_mean), where E is the albedo of the interface
@@ -21,8 +22,13 @@ pub struct MetallicRoughness<R: Real> {
     interface: SchlickInterface<R>,
     /// Share of light that the interface reflects at normal incidence, by colour channel.
     f0: [R; 3],
-    /// That of the dielectric part.
+    /// That at grazing incidence.
+    f90: R,
+    /// Largest channel of the dielectric part at normal incidence, over its share at grazing
+    /// incidence.
     dielectric_f0: R,
+    /// Share that the dielectric part reflects at grazing incidence.
+    specular: R,
     /// Share of light that the base reflects, by colour channel.
     reflectance: [R; 3],
     /// 1 / (1 - the mean albedo of the dielectric part).
@@ -40,12 +46,22 @@ pub struct MetallicRoughnessParameters<R> {
     pub base: [R; 3],
     /// Share of metal.
     pub metallic: R,
-    /// Refractive index of the dielectric.
-    pub eta: R,
+    /// Share of light that the dielectric reflects at normal incidence, over `specular`, by colour
+    /// channel; see [`dielectric_f0`].
+    pub f0: [R; 3],
+    /// Strength of the reflection of the dielectric (KHR_materials_specular), 1 for a real one.
+    pub specular: R,
     /// Width alpha of the microfacets of the coat.
     pub coat_alpha: R,
     /// Share of the surface that the coat covers.
     pub coverage: R,
+}
+
+/// Returns the share of light that a dielectric of this index reflects at normal incidence.
+#[inline(always)]
+pub fn dielectric_f0<R: Real<Scalar = f32>>(eta: R) -> R {
+    let one = R::splat(1.0);
+    ((eta - one) / (eta + one)).square().min(one)
 }
 
 /// What evaluation and sampling need to know about a direction `wo`.
@@ -62,35 +78,43 @@ impl<R: Real<Scalar = f32>> MetallicRoughness<R> {
     /// A surface of these parameters.
     #[inline(always)]
     pub fn new(parameters: MetallicRoughnessParameters<R>) -> Self {
-        let MetallicRoughnessParameters { alpha, base, metallic, eta, coat_alpha, coverage } =
-            parameters;
+        let MetallicRoughnessParameters { alpha, base, metallic, f0: dielectric, .. } = parameters;
+        let MetallicRoughnessParameters { specular, coat_alpha, coverage, .. } = parameters;
         let one = R::splat(1.0);
-        let ratio = (eta - one) / (eta + one);
-        let dielectric_f0 = ratio.square().min(one);
         let below = one - metallic;
         let interface = SchlickInterface::new(alpha);
         let mut f0 = [one; 3];
         let mut reflectance = [one; 3];
         for channel in 0..3 {
-            f0[channel] = metallic.mul_add(base[channel], below * dielectric_f0);
+            f0[channel] = metallic.mul_add(base[channel], below * (specular * dielectric[channel]));
             reflectance[channel] = below * base[channel];
         }
+        let dielectric_f0 = max_component(dielectric);
         Self {
             interface,
             f0,
+            f90: one - below * (one - specular),
             dielectric_f0,
+            specular,
             reflectance,
-            scale: one / (one - interface.mean_albedo(dielectric_f0)),
+            scale: one / (one - specular * interface.mean_albedo(dielectric_f0)),
             coat: SchlickInterface::new(coat_alpha),
             coverage,
         }
+    }
+
+    /// Returns the albedo of the dielectric part, that of the channel that reflects the most: the
+    /// base takes its colour from what is left of white light.
+    #[inline(always)]
+    fn dielectric_albedo(&self, cos: R) -> R {
+        self.specular * self.interface.albedo(cos, self.dielectric_f0)
     }
 
     #[inline(always)]
     fn lobes(&self, wo: [R; 3]) -> Lobes<R> {
         let one = R::splat(1.0);
         let cos = wo[2].abs();
-        let albedo = self.interface.albedo(cos, self.dielectric_f0);
+        let albedo = self.dielectric_albedo(cos);
         let mirrored = self.interface.albedo(cos, max_component(self.f0));
         let base = (one - albedo) * max_component(self.reflectance);
         let coat_albedo = self.coverage * self.coat.albedo(cos, R::splat(COAT_F0));
@@ -116,15 +140,15 @@ impl<R: Real<Scalar = f32>> MetallicRoughness<R> {
         let coat = self.coat.reflection(wo, wi);
         let cosine = wi[2].abs() * R::constant(std::f64::consts::FRAC_1_PI);
         let cosine = R::select(zero.lt(wo[2] * wi[2]), cosine, zero);
-        let through = (one - lobes.albedo)
-            * (one - self.interface.albedo(wi[2].abs(), self.dielectric_f0))
-            * self.scale;
+        let through =
+            (one - lobes.albedo) * (one - self.dielectric_albedo(wi[2].abs())) * self.scale;
         let passed = self.passed(lobes, wi);
-        let glint = self.coverage * coat.value(R::splat(COAT_F0));
+        let glint = self.coverage * coat.value(R::splat(COAT_F0), one);
         let mut value = [zero; 3];
         for channel in 0..3 {
             let base = self.reflectance[channel] * (through * cosine);
-            value[channel] = passed.mul_add(mirrored.value(self.f0[channel]) + base, glint);
+            value[channel] =
+                passed.mul_add(mirrored.value(self.f0[channel], self.f90) + base, glint);
         }
         let [first, second] = lobes.choices;
         let pdf = first
@@ -158,12 +182,12 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for MetallicRoughness<R> {
         let inverse = one / R::select(zero.lt(pdf), pdf, one);
         let cos = wo[2].abs();
         let [first, second] = lobes.choices;
-        let coat_share = self.coverage * SchlickInterface::fresnel(cos, R::splat(COAT_F0))
+        let coat_share = self.coverage * SchlickInterface::fresnel(cos, R::splat(COAT_F0), one)
             / R::select(coat, first, one);
         let inner = self.passed(&lobes, wi) / R::select(interface, second - first, one);
         let mut weight = [zero; 3];
         for channel in 0..3 {
-            let inner = inner * SchlickInterface::fresnel(cos, self.f0[channel]);
+            let inner = inner * SchlickInterface::fresnel(cos, self.f0[channel], self.f90);
             let glint = R::select(coat_glint, coat_share, inner);
             weight[channel] = R::select(singular, glint, value[channel] * inverse);
         }

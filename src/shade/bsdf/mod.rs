@@ -25,6 +25,7 @@ mod schlick_interface;
 mod shading_frame;
 mod subsurface_exit;
 mod thin_dielectric;
+mod tinted_dielectric;
 
 pub use crate::scene::henyey_greenstein;
 pub use any_bsdf::AnyBsdf;
@@ -35,12 +36,13 @@ pub use diffuse::{Diffuse, DiffuseTransmission};
 pub use fresnel::{Refraction, conductor_reflectance};
 pub use hair::{Hair, HairParameters};
 pub use measured::Measured;
-pub use metallic_roughness::{MetallicRoughness, MetallicRoughnessParameters};
+pub use metallic_roughness::{MetallicRoughness, MetallicRoughnessParameters, dielectric_f0};
 pub use microfacet::Microfacets;
 pub use phase_function::{MediumScattering, sample_henyey_greenstein};
 pub use shading_frame::ShadingFrame;
 pub use subsurface_exit::SubsurfaceExit;
 pub use thin_dielectric::ThinDielectric;
+pub use tinted_dielectric::TintedDielectric;
 
 use crate::lanes::Real;
 

@@ -34,10 +34,10 @@ pub(super) struct Reflection<R> {
 }
 
 impl<R: Real<Scalar = f32>> Reflection<R> {
-    /// Returns f |cos wi| of an interface of this reflectance at normal incidence.
+    /// Returns f |cos wi| of an interface of this reflectance at normal and at grazing incidence.
     #[inline(always)]
-    pub fn value(&self, f0: R) -> R {
-        self.factor * SchlickInterface::fresnel(self.cos, f0)
+    pub fn value(&self, f0: R, f90: R) -> R {
+        self.factor * SchlickInterface::fresnel(self.cos, f0, f90)
     }
 }
 
@@ -136,13 +136,14 @@ impl<R: Real<Scalar = f32>> SchlickInterface<R> {
         self.facets.smooth
     }
 
-    /// Returns the share of light that is reflected, given its share at normal incidence.
+    /// Returns the share of light that is reflected, given its share at normal and at grazing
+    /// incidence.
     #[inline(always)]
-    pub fn fresnel(cos: R, f0: R) -> R {
+    pub fn fresnel(cos: R, f0: R, f90: R) -> R {
         let one = R::splat(1.0);
         let away = (one - cos).max(R::splat(0.0));
         let fifth = away.square().square() * away;
-        (one - f0).mul_add(fifth, f0)
+        (f90 - f0).mul_add(fifth, f0)
     }
 
     /// Returns the reflection from `wi` to `wo`; 0 for a smooth interface.

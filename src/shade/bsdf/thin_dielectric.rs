@@ -10,6 +10,8 @@ use crate::lanes::vector::{negate, select};
 #[derive(Clone, Copy, Debug)]
 pub struct ThinDielectric<R> {
     eta: R,
+    /// Share of the transmitted light that is kept, by colour channel.
+    tint: [R; 3],
 }
 
 impl<R: Real<Scalar = f32>> ThinDielectric<R> {
@@ -17,7 +19,14 @@ impl<R: Real<Scalar = f32>> ThinDielectric<R> {
     /// as 1.
     #[inline(always)]
     pub fn new(eta: R) -> Self {
-        Self { eta: R::select(R::splat(0.0).lt(eta), eta, R::splat(1.0)) }
+        let one = R::splat(1.0);
+        Self { eta: R::select(R::splat(0.0).lt(eta), eta, one), tint: [one; 3] }
+    }
+
+    /// Returns the sheet with this share of the transmitted light kept, by colour channel.
+    #[inline(always)]
+    pub fn tinted(self, tint: [R; 3]) -> Self {
+        Self { tint, ..self }
     }
 }
 
@@ -33,10 +42,10 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for ThinDielectric<R> {
         let once = Refraction::new(wo[2].abs(), self.eta).reflectance;
         // The geometric series R + T R T + T R^3 T + ... of both sides.
         let reflected = R::splat(2.0) * once / (one + once);
-        let wi = select(choice.lt(reflected), [-wo[0], -wo[1], wo[2]], negate(wo));
+        let reflects = choice.lt(reflected);
         BsdfSample {
-            wi,
-            weight: [one; 3],
+            wi: select(reflects, [-wo[0], -wo[1], wo[2]], negate(wo)),
+            weight: select(reflects, [one; 3], self.tint),
             pdf: zero,
             singular: self.singular(),
             valid: zero.lt(wo[2].abs()),
