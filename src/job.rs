@@ -116,11 +116,12 @@ impl Job {
     /// Returns the parts of this job that the weights of camera paths depend on, if light paths find
     /// direct light too.
     pub fn direct_light_weights(&self) -> Option<DirectLightWeights<'_>> {
-        let Self { camera, frame, .. } = self;
+        let Self { camera, frame, timing, .. } = self;
         self.direct_light.as_ref().map(|direct_light| DirectLightWeights {
             direct_light,
             camera,
             frame,
+            timing: timing.as_ref(),
         })
     }
 

@@ -67,10 +67,21 @@ const MIXTURE: &str = r#"
     NamedMaterial "paint"
     Shape "bilinearmesh" "point3 P" [0.1 0 -0.2  0.1 0 0.2  0.1 0.3 -0.2  0.1 0.3 0.2]"#;
 
+/// A ball of glass that rolls, and one that stays.
+const ROLLING: &str = r#"
+    Material "dielectric" "float eta" 1.5
+    AttributeBegin
+        Translate -0.03 0.05 0 ActiveTransform EndTime Translate 0.06 0 0.02 Rotate 70 0 0 1 ActiveTransform All
+        Scale 1 1 0.9 Shape "sphere" "float radius" 0.05
+    AttributeEnd
+    AttributeBegin Translate -0.15 0.03 0.03 Shape "sphere" "float radius" 0.03 AttributeEnd"#;
+
 /// A picture with caustics.
 struct Case {
     name: &'static str,
     lens: &'static str,
+    /// Motion of the camera.
+    motion: &'static str,
     filter: &'static str,
     world: String,
     /// Samples per pixel of camera paths alone.
@@ -82,6 +93,7 @@ fn cases() -> Vec<Case> {
     let case = |name, lens, world: &[&str]| Case {
         name,
         lens,
+        motion: "",
         filter: "\"box\"",
         world: world.concat(),
         samples: 384,
@@ -91,6 +103,12 @@ fn cases() -> Vec<Case> {
         effects: "+tilt_shift,+fresnel,-ghosts,-diffraction".parse().expect("effects"),
         film_tilt: Some([6.0, -4.0]),
         film_shift: Some([1.0, -1.0]),
+        ..Changes::default()
+    };
+    let moving = |shutter: &str, rolling: Option<&str>| Changes {
+        effects: "-ghosts,-diffraction".parse().expect("effects"),
+        shutter: Some(shutter.parse().expect(shutter)),
+        rolling: rolling.map(|text| text.parse().expect(text)),
         ..Changes::default()
     };
     vec![
@@ -110,16 +128,25 @@ fn cases() -> Vec<Case> {
             },
             ..case("colours", "dgauss.50mm.dat", &[TABLE, BALL])
         },
+        Case {
+            changes: moving("open=0,close=1,opening=0.5", None),
+            ..case("rolling ball", "dgauss.50mm.dat", &[TABLE, ROLLING])
+        },
+        Case {
+            motion: "ActiveTransform EndTime Translate 0.05 0.02 0 ActiveTransform All",
+            changes: moving("open=0,close=0.4", Some("0.6,up")),
+            ..case("rolling ball and shutter", "dgauss.50mm.dat", &[TABLE, ROLLING])
+        },
     ]
 }
 
 fn job(case: &Case, light_paths: Option<bool>, seed: u32, samples: u32) -> Job {
-    let Case { lens, filter, world, .. } = case;
+    let Case { lens, motion, filter, world, .. } = case;
     let text = format!(
         r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" 22
            PixelFilter {filter}
            Integrator "path" "integer maxdepth" 5
-           LookAt 0 0.35 -0.6  0 0.03 0  0 1 0
+           {motion} LookAt 0 0.35 -0.6  0 0.03 0  0 1 0
            Camera "realistic" "string lensfile" "{}" "float focusdistance" 0.65
            WorldBegin {world}"#,
         root().join("lenses").join(lens).display()

@@ -31,8 +31,14 @@ pub(super) struct CasterPoint {
 }
 
 impl Caster {
-    /// Samples a point.
-    pub fn sample(&self, scene: &Scene, primitive: f32, [u, v]: [f32; 2]) -> Option<CasterPoint> {
+    /// Samples a point at a time.
+    pub fn sample(
+        &self,
+        scene: &Scene,
+        time: f32,
+        primitive: f32,
+        [u, v]: [f32; 2],
+    ) -> Option<CasterPoint> {
         let primitive = self.primitives.choose(primitive);
         let chosen = self.share * f64::from(self.primitives.probability(primitive));
         let (point, density) = match &scene.shapes[self.placed.shape as usize].geometry {
@@ -45,7 +51,7 @@ impl Caster {
             }
             Geometry::Patches(_) | Geometry::Curves(_) => return None,
         };
-        let (point, scale) = match &self.placed.pose {
+        let (point, scale) = match scene.placed_pose(&self.placed, time) {
             None => (point, 1.0),
             Some(pose) => (pose.place_point(&point), pose.area_scale(point.normal)),
         };
@@ -57,9 +63,6 @@ impl Caster {
 
 /// Returns the casters of a scene, or why light paths cannot find all caustics.
 pub(super) fn casters(scene: &Scene) -> Result<Vec<Caster>, &'static str> {
-    if !scene.animated_instances().is_empty() {
-        return Err("something moves");
-    }
     let mut casters = Vec::new();
     let specular: Vec<bool> =
         (0..scene.materials.len() as u32).map(|i| may_be_specular(scene, i)).collect();

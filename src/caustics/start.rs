@@ -6,7 +6,8 @@ use crate::lanes::Real;
 use crate::light_paths::LightPathInput;
 use crate::rays::{Ray, RayBatch, RayDifferential, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
-use crate::scene::{Scene, SurfacePoint, luminance};
+use crate::scene::{SurfacePoint, Surroundings, luminance};
+use crate::shutter::ArrivalTime;
 
 /// Largest difference of a hit from the sampled point, relative to its distance from the light.
 const NEAR: f32 = 1e-4;
@@ -18,6 +19,8 @@ pub(super) struct PathStart {
     pub flux: f64,
     /// Luminance of the light.
     pub radiance: f64,
+    /// Time of its arrival on the film.
+    pub time: ArrivalTime,
     /// Index of the caster.
     pub caster: u32,
     primitive: u32,
@@ -39,14 +42,17 @@ impl Caustics {
         for i in 0..WAVE_SIZE as u32 {
             let number = wave * WAVE_SIZE as u32 + i;
             (samples.key[i as usize], samples.sample[i as usize]) = (key, number);
-            if let Some((ray, radiance, start)) = self.sample_start(input.scene, key, number) {
+            let time = input.arrival_time(key, number);
+            samples.time[i as usize] = time.scene;
+            if let Some((ray, radiance, start)) = self.sample_start(input, key, number, time) {
                 next.push(ray, radiance, i);
                 starts.push(start);
             } else {
                 starts.push(PathStart::default());
             }
         }
-        input.scene.intersect::<R>(next, hits, stack);
+        let surroundings = Surroundings::of(input.scene, samples, 0, input.path_limits.max_depth);
+        input.scene.intersect_all::<R>(&surroundings, next, hits, stack);
         rays.len = 0;
         let mut kept = 0;
         for i in 0..next.len {
@@ -68,16 +74,18 @@ impl Caustics {
     /// Samples the ray of a light path. Returns it with its throughput.
     fn sample_start(
         &self,
-        scene: &Scene,
+        input: &LightPathInput<'_>,
         key: u32,
         number: u32,
+        time: ArrivalTime,
     ) -> Option<(Ray, [f32; 3], PathStart)> {
+        let scene = input.scene;
         let [choice, primitive] = sample_2d(key, number, Dimension::Pupil);
         let last = self.casters.len() - 1;
         let chosen = self.cumulative.partition_point(|&sum| sum <= choice).min(last);
         let caster = &self.casters[chosen];
         let at = sample_2d(key, number, Dimension::Film);
-        let on_caster = caster.sample(scene, primitive, at)?;
+        let on_caster = caster.sample(scene, time.scene, primitive, at)?;
         let from: &SurfacePoint = &on_caster.point;
         let [choice, u] =
             [Dimension::LightChoice(0), Dimension::Light(0)].map(|d| sample_2d(key, number, d));
@@ -98,6 +106,7 @@ impl Caustics {
         let start = PathStart {
             flux: cos * f64::from(brightest) / (on_caster.density * f64::from(light.density)),
             radiance: luminance,
+            time,
             caster: chosen as u32,
             primitive: on_caster.primitive,
         };

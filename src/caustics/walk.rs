@@ -10,10 +10,12 @@ use super::{Caustics, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{FrontEntry, LightPath, LightPathInput, LightPaths, SplatStage, splats};
+use crate::light_paths::{
+    CameraPose, CameraPoses, LightPath, LightPathInput, LightPaths, SplatStage, splats,
+};
 use crate::rays::{HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, pixel_key, sample_2d};
-use crate::scene::{PathLimits, TraversalStack};
+use crate::scene::{PathLimits, Surroundings, TraversalStack};
 use crate::shade::{PathVertex, PixelFootprint, ShadeColumns, ShadeInputs, shade_light_paths};
 use crate::stats::Stats;
 
@@ -104,8 +106,9 @@ impl Caustics {
                 break;
             }
             if surface > 0 {
-                let CausticColumns { rays, hits, stack, .. } = columns;
-                input.scene.intersect::<R>(rays, hits, stack);
+                let CausticColumns { samples, rays, hits, stack, .. } = columns;
+                let surroundings = Surroundings::of(input.scene, samples, surface, max_depth);
+                input.scene.intersect_all::<R>(&surroundings, rays, hits, stack);
             }
             // Depth 0 is that of camera rays.
             let limits = PathLimits { max_depth: max_depth + 1, ..input.path_limits };
@@ -142,13 +145,15 @@ impl Caustics {
             direct_light: None,
             caustics: false,
         };
+        let poses = CameraPoses::new(input);
         let mut target = |slot: u32, position: Vec3| -> Option<Vec3> {
             if vertex.depth == 1 {
                 return None;
             }
             let at = slot as usize;
             let u = sample_2d(samples.key[at], samples.sample[at], Dimension::Light(vertex.depth));
-            let (connection, towards_lens) = self.connection(input, lens, position, u)?;
+            let (connection, towards_lens) =
+                self.connection(&poses.at(samples.time[at]), lens, position, u)?;
             connections[at] = connection;
             Some(towards_lens)
         };
@@ -159,13 +164,13 @@ impl Caustics {
     /// point in the world.
     fn connection(
         &self,
-        input: &LightPathInput<'_>,
+        pose: &CameraPose,
         lens: &RealLens,
         position: Vec3,
         u: [f32; 2],
     ) -> Option<(Connection, Vec3)> {
-        let world = input.camera.world_from_camera;
-        let place = world.inverse().transform_point3(position.as_dvec3());
+        let camera_from_world = pose.world_from_camera.inverse();
+        let place = camera_from_world.transform_point3(position.as_dvec3());
         // Right, up and before the front vertex (mm).
         let from = (place - DVec3::Z * lens.front_depth) / lens.units_per_mm;
         if from.z <= 0.0 {
@@ -174,7 +179,7 @@ impl Caustics {
         let EntryPoint { at, density } = self.entry.sample(from, u);
         let way = from - DVec3::new(at[0], at[1], 0.0);
         let towards = way.try_normalize()?;
-        let to_lens = FrontEntry::world_point(input, lens, at) - position;
+        let to_lens = pose.front_point(lens, at) - position;
         let distance2 = f64::from(to_lens.length_squared());
         let factor = towards.z / (distance2 * density);
         factor.is_finite().then_some((Connection { at, towards, factor }, to_lens))
@@ -182,7 +187,8 @@ impl Caustics {
 
     /// Starts the connections at the lens.
     fn connect(&self, columns: &mut CausticColumns, found: &mut dyn FnMut(Connected)) {
-        let CausticColumns { shadows, paths, connections, eta2, starts, slots, .. } = columns;
+        let CausticColumns { samples, shadows, paths, connections, eta2, starts, slots, .. } =
+            columns;
         if shadows.len == 0 {
             return;
         }
@@ -192,8 +198,13 @@ impl Caustics {
             let slot = shadows.slot[i] as usize;
             let Connection { at, towards, factor } = connections[slot];
             let factor = factor * starts[slot].flux * f64::from(eta2[slot]);
-            let path =
-                LightPath { start: self.front.start(at, towards), towards, shadow: shadows.ray(i) };
+            let path = LightPath {
+                start: self.front.start(at, towards),
+                towards,
+                shadow: shadows.ray(i),
+                time: starts[slot].time,
+                sample: [samples.key[slot], samples.sample[slot]],
+            };
             let flux = shadows.throughput(i).map(|c| (f64::from(c) * factor) as f32);
             paths.push(&path, flux, [0.0; 2]);
             slots.push(slot as u32);

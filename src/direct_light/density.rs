@@ -3,12 +3,14 @@
 use glam::Vec3;
 
 use super::{DirectLight, path_count};
+use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
-use crate::light_paths::{FilmHit, FrontEntry};
+use crate::light_paths::{CameraPose, FilmHit};
 use crate::rays::{Hit, RayBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{Scene, SurfacePoint};
+use crate::shutter::Timing;
 
 /// Parts of a job that the weights of camera paths depend on.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +21,8 @@ pub struct DirectLightWeights<'a> {
     pub camera: &'a Camera,
     /// The pixels of the picture.
     pub frame: &'a Frame,
+    /// The times of the samples, if anything moves.
+    pub timing: Option<&'a Timing>,
 }
 
 /// A camera ray that found a light.
@@ -35,25 +39,32 @@ pub(crate) struct FoundLight<'a> {
     /// Weight of its film sample: the reciprocal of its density over etendue and over the area of the
     /// film (mm^2 sr), times the transmission of the lens.
     pub exposure: f64,
+    /// The time of its sample.
+    pub time: f32,
 }
 
 impl DirectLightWeights<'_> {
     /// Returns the weight of the film sample of the i-th camera ray of a wave, as in [`FoundLight`].
-    pub(crate) fn exposure(&self, rays: &RayBatch, i: usize) -> f64 {
-        match self.camera.bands() {
-            1 => {
+    pub(crate) fn exposure(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
+        match self.need_densities(scene) {
+            false => {
                 let brightest = rays.throughput(i).into_iter().fold(0.0f32, f32::max);
                 f64::from(brightest) / self.camera.imaging_ratio
             }
-            // The throughput is that of all bands that share the ray.
-            _ => 1.0 / f64::from(rays.pdf[i]),
+            true => 1.0 / f64::from(rays.pdf[i]),
         }
+    }
+
+    /// Returns whether camera rays need their densities beside their throughput, which is that of all
+    /// bands that share a ray, and contains the transmittance of media.
+    pub(crate) fn need_densities(&self, scene: &Scene) -> bool {
+        EFFECTS && (self.camera.bands() > 1 || scene.has_media())
     }
 
     /// Returns the weight of a camera path that ends at a light.
     pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
         let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
-        let camera = 1.0 / (self.pixel_area() * found.exposure);
+        let camera = self.row_exposure() / (self.pixel_area() * found.exposure);
         power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
@@ -62,7 +73,7 @@ impl DirectLightWeights<'_> {
         let [x, y, z] = hit.towards;
         let normal = lens.film_pose.film_normal();
         let cos = (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();
-        let camera = lens.sampling_density(hit.point, hit.towards)
+        let camera = self.row_exposure() * lens.sampling_density(hit.point, hit.towards)
             / (hit.transmission * cos * self.pixel_area());
         power_heuristic((density * self.light_paths()) as f32, camera as f32)
     }
@@ -73,6 +84,12 @@ impl DirectLightWeights<'_> {
         width * height
     }
 
+    /// Returns the density of the camera over time relative to that of light paths, in a row that is
+    /// exposed. Its mean is enough, as it is the same for both kinds of paths.
+    fn row_exposure(&self) -> f64 {
+        self.timing.map_or(1.0, Timing::mean_row_exposure)
+    }
+
     /// Returns the number of light paths per sample number.
     fn light_paths(&self) -> f64 {
         path_count(self.frame).paths()
@@ -81,12 +98,13 @@ impl DirectLightWeights<'_> {
     /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
     /// `None` if no light path finds it.
     fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
-        let FoundLight { origin, direction, hit, point, .. } = *found;
+        let FoundLight { origin, direction, hit, point, time, .. } = *found;
         let LensModel::Real(lens) = &self.camera.model else { return None };
         let lamps = self.direct_light;
         let light = scene.shapes[hit.shape as usize].light;
         let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
-        let (at_front, towards) = FrontEntry::crossing(self.camera, lens, origin, direction)?;
+        let pose = CameraPose::at(self.camera, self.timing, time);
+        let (at_front, towards) = pose.crossing(lens, origin, direction)?;
         let uv = at_front.map(|v| (v / lamps.front.half + 1.0) / 2.0);
         if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
             return None;
@@ -111,17 +129,21 @@ impl DirectLight {
 mod tests {
     use std::path::Path;
 
+    use glam::{DAffine3, DVec3};
+
     use super::super::splat::DirectColumns;
     use super::*;
     use crate::job::Job;
     use crate::lanes::f32x8;
     use crate::lens::LensColumns;
     use crate::light_paths::{LightPath, sample_film};
+    use crate::motion::Motion;
     use crate::prepare::{Changes, prepare};
-    use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch};
+    use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch, WAVE_SIZE};
     use crate::render::{DisperseColumns, disperse};
-    use crate::sampler::pixel_key;
+    use crate::sampler::{Dimension, pixel_key, sample_2d};
     use crate::scene::{TraversalStack, pbrt};
+    use crate::shutter::{ArrivalTime, ReadoutDirection, RollingShutter, Shutter, TimingEffects};
     use crate::stats::LensStats;
 
     fn night(effects: &str) -> Job {
@@ -137,7 +159,11 @@ mod tests {
     }
 
     /// Calls `check` for every ray of a wave that hits a lamp.
-    fn for_lamps(job: &Job, rays: &RayBatch, mut check: impl FnMut(usize, &FoundLight)) {
+    fn for_lamps(
+        job: &Job,
+        (rays, times): (&RayBatch, &[f32]),
+        mut check: impl FnMut(usize, &FoundLight),
+    ) {
         let (mut hits, mut stack) = (Box::<HitBatch>::default(), TraversalStack::default());
         job.scene.intersect::<f32x8>(rays, &mut hits, &mut stack);
         for i in 0..rays.len {
@@ -147,8 +173,9 @@ mod tests {
             }
             let (_, point) = job.scene.surface(&ray, hit);
             let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-            let exposure = job.direct_light_weights().expect("lamps").exposure(rays, i);
-            check(i, &FoundLight { origin, direction, hit, point: &point, exposure });
+            let time = times[rays.slot[i] as usize];
+            let exposure = job.direct_light_weights().expect("lamps").exposure(&job.scene, rays, i);
+            check(i, &FoundLight { origin, direction, hit, point: &point, exposure, time });
         }
     }
 
@@ -161,6 +188,20 @@ mod tests {
     fn weights_add_up_to_one_for_every_hero() {
         let job = night("+iris,+fresnel,+dispersion,-ghosts,-diffraction");
         assert_eq!(job.camera.bands(), 32);
+        check_weights(&job);
+    }
+
+    #[test]
+    fn weights_add_up_to_one_while_the_camera_moves_and_rows_are_read() {
+        let mut job = night("+iris,+fresnel,-dispersion,-ghosts,-diffraction");
+        let rolling = RollingShutter { time: 3.0, direction: ReadoutDirection::Up };
+        let shutter = Shutter { rolling: Some(rolling), ..Shutter::default() };
+        let timing = Timing::new(&shutter, [0.0, 4.0], TimingEffects::ALL);
+        let mut timing = timing.expect("a sound shutter");
+        let end =
+            DAffine3::from_translation(DVec3::new(0.3, 0.1, 0.2)) * DAffine3::from_rotation_y(0.02);
+        timing.camera_motion = Motion::between([DAffine3::IDENTITY, end]);
+        job.timing = Some(timing);
         check_weights(&job);
     }
 
@@ -181,16 +222,28 @@ mod tests {
             samples.band = wave as usize % job.camera.bands();
             job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
             disperse::<f32x8>(job, &samples, &mut columns, &mut dispersed, &mut rays);
+            columns.write_densities(&mut rays);
+            if let Some(timing) = &job.timing {
+                for i in 0..samples.len {
+                    let u = sample_2d(key, samples.sample[i], Dimension::Time)[0];
+                    samples.time[i] = timing.arrival_time(u).scene;
+                }
+                let motion = timing.camera_motion.as_ref().expect("a moving camera");
+                motion.transform_rays(&samples.time, &mut rays);
+            }
             let mut expected = Vec::new();
             paths.paths.clear();
-            for_lamps(job, &rays, |_, found| {
+            for_lamps(job, (&rays, &samples.time[..]), |_, found| {
                 let Some(density) = weights.light_path_density(&job.scene, found) else { return };
                 let (at_front, towards) =
-                    FrontEntry::crossing(&job.camera, lens, found.origin, found.direction)
+                    CameraPose::at(&job.camera, job.timing.as_ref(), found.time)
+                        .crossing(lens, found.origin, found.direction)
                         .expect("a ray from the lens");
                 let start = lamps.front.start(at_front, towards);
                 let shadow = Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], t_max: 1.0 };
-                paths.paths.push(&LightPath { start, towards, shadow }, [1.0; 3], [0.5; 2]);
+                let (time, sample) = (ArrivalTime::default(), [0; 2]);
+                let path = LightPath { start, towards, shadow, time, sample };
+                paths.paths.push(&path, [1.0; 3], [0.5; 2]);
                 expected.push((density, weights.camera_weight(&job.scene, found)));
             });
             lamps.front.trace::<f32x8>(lens, samples.band, &mut paths.paths);
@@ -221,7 +274,7 @@ mod tests {
                 let ray = Ray { t_max: f32::INFINITY, ..columns.paths.shadow_ray(i) };
                 rays.push(ray, [1.0; 3], i as u32);
             }
-            for_lamps(&job, &rays, |i, found| {
+            for_lamps(&job, (&rays, &[0.0; WAVE_SIZE]), |i, found| {
                 let density = weights.light_path_density(&job.scene, found).unwrap_or(0.0);
                 let ratio = density / columns.densities[i];
                 // Another lamp may be before the one that was sampled.

@@ -2,18 +2,16 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
-
 use super::{DirectLight, DirectLightWeights, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
 use crate::light_paths::{
-    FrontEntry, LightPath, LightPathInput, LightPaths, Splat, SplatStage, splats,
+    CameraPoses, LightPath, LightPathInput, LightPaths, Splat, SplatStage, splats,
 };
 use crate::rays::{Ray, WAVE_SIZE};
 use crate::sampler::{Dimension, pixel_key, sample_2d};
-use crate::scene::{SurfacePoint, gamma, luminance};
+use crate::scene::luminance;
 use crate::stats::Stats;
 
 /// Columns of one worker.
@@ -55,8 +53,7 @@ impl DirectLight {
         wave: u32,
     ) -> f64 {
         let mut radiance = 0.0;
-        let world = input.camera.world_from_camera;
-        let camera = world.matrix3.inverse();
+        let poses = CameraPoses::new(input);
         columns.paths.clear();
         columns.densities.clear();
         for i in wave * WAVE_SIZE as u32..(wave + 1) * WAVE_SIZE as u32 {
@@ -65,16 +62,15 @@ impl DirectLight {
             let lamp = &self.lamps[chosen.min(self.lamps.len() - 1)];
             let entry = lamp.entry.sample(sample_2d(key, i, Dimension::Pupil));
             let at_front = entry.uv.map(|u| (2.0 * f64::from(u) - 1.0) * self.front.half);
-            let normal = world.transform_vector3(DVec3::Z).normalize().as_vec3();
-            let position = FrontEntry::world_point(input, lens, at_front);
-            let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
-            let from = SurfacePoint { position, error, normal, shading_normal: normal };
+            let time = input.arrival_time(key, i);
+            let pose = poses.at(time.scene);
+            let from = pose.front_surface(lens, at_front);
             let primitive = lamp.primitives.choose(primitive);
             let at = sample_2d(key, i, Dimension::Light(0));
             let Some(light) = input.scene.sample_emitter(lamp.light, primitive, &from, at) else {
                 continue;
             };
-            let towards = (camera * light.direction.as_dvec3()).normalize();
+            let towards = (pose.vector_to_camera * light.direction.as_dvec3()).normalize();
             let to_light = light.density * lamp.primitives.probability(primitive);
             if !(towards.z > 0.0 && to_light > 0.0) || light.singular {
                 continue;
@@ -94,6 +90,8 @@ impl DirectLight {
                     direction: light.direction.to_array(),
                     t_max: light.t_max,
                 },
+                time,
+                sample: [key, i],
             };
             columns.paths.push(&path, flux, entry.uv);
             columns.densities.push(density);
@@ -111,8 +109,12 @@ impl DirectLight {
         bands: &[usize],
     ) -> Vec<Splat> {
         let DirectColumns { paths, densities } = columns;
-        let weights =
-            DirectLightWeights { direct_light: self, camera: input.camera, frame: input.frame };
+        let weights = DirectLightWeights {
+            direct_light: self,
+            camera: input.camera,
+            frame: input.frame,
+            timing: input.timing,
+        };
         let count = path_count(input.frame);
         splats::<R>(input, (lens, &self.front), (count, bands), paths, |i, hit| {
             f64::from(weights.light_weight(lens, densities[i], hit))

@@ -89,7 +89,9 @@ impl Ghosts {
             let LensBatch { x, y, weight, .. } = wave_paths.film_hits();
             for i in 0..wave_paths.len() {
                 if let Some(pixel) = film_pixel(input, [x[i], y[i]]) {
-                    let share = response.map(|r| (f64::from(weight[i]) * r * factor) as f32);
+                    let exposure = input.row_exposure(wave_paths.arrival_time(i), pixel);
+                    let share =
+                        response.map(|r| (f64::from(weight[i]) * r * factor * exposure) as f32);
                     arrivals.push(Arrival { slot: i as u32, pixel, share });
                 }
             }

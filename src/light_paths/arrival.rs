@@ -79,15 +79,20 @@ pub(crate) fn splats<R: Real<Scalar = f32>>(
             }
             let weight: f64 =
                 in_pixel.iter().map(|lit| magnitude(lit) / total * weights[lit.arrival]).sum();
+            let pixel = in_pixel[0].pixel.map(|p| p as u32);
+            let exposure = input.row_exposure(paths.arrival_time(of_path[0].path), pixel);
+            if exposure <= 0.0 {
+                continue;
+            }
             let mut light = [0.0; 3];
             for PixelLight { arrival, filter, .. } in in_pixel {
                 let Arrival { hit, response, .. } = &of_path[*arrival];
                 let factor = hit.transmission * weight * scale;
                 for c in 0..3 {
-                    light[c] += f64::from(flux[c]) * factor * filter * response[c] * share;
+                    light[c] +=
+                        f64::from(flux[c]) * factor * filter * response[c] * share * exposure;
                 }
             }
-            let pixel = in_pixel[0].pixel.map(|p| p as u32);
             splats.push(Splat { pixel, light: light.map(|c| c as f32) });
         }
     }

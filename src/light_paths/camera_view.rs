@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::{FrontEntry, LightPathInput};
+use super::{CameraPose, LightPathInput};
 use crate::lanes::f32x8;
 use crate::lens::{Camera, LensColumns, LensModel};
-use crate::rays::{HitBatch, NO_INDEX, RayBatch, SampleBatch, WAVE_SIZE};
+use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, pixel_key, sample_2d};
-use crate::scene::{TraversalStack, luminance};
+use crate::scene::{MediumColumns, Surroundings, TraversalStack, luminance};
 use crate::stats::LensStats;
 
 /// Waves of camera rays.
@@ -40,7 +40,10 @@ impl CameraView {
         let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
         let (mut hits, mut stack) = (HitBatch::default(), TraversalStack::default());
         let mut samples = SampleBatch::default();
+        let (mut media, mut emitted) = (MediumColumns::default(), <[Column<f32>; 3]>::default());
         let key = pixel_key(u32::MAX, u32::MAX - 2, input.seed);
+        // Rays leave the lens as those of a camera at rest.
+        let pose = CameraPose::at(input.camera, None, 0.0);
         for wave in 0..CAMERA_WAVES {
             sample_film(input.camera, key, wave, &mut samples);
             // Bands at even distances have the mean response of all, nearly.
@@ -48,19 +51,38 @@ impl CameraView {
             samples.band = (bands * (2 * wave as usize + 1)) / (2 * CAMERA_WAVES as usize);
             let mut stats = LensStats::default();
             input.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-            input.scene.intersect::<f32x8>(&rays, &mut hits, &mut stack);
             for i in 0..rays.len {
                 let [origin, direction] =
                     [rays.ray(i).origin, rays.ray(i).direction].map(Vec3::from);
-                let crossing = FrontEntry::crossing(input.camera, lens, origin, direction);
+                let crossing = pose.crossing(lens, origin, direction);
                 let reach = crossing.map_or(f64::INFINITY, |([x, y], _)| x.abs().max(y.abs()));
                 if reach <= farthest {
                     view.half = view.half.max(reach);
                 }
                 view.exposure += f64::from(luminance(rays.throughput(i)));
-                let shape = hits[i].shape;
-                if let Some(shape) =
-                    (shape != NO_INDEX).then(|| &input.scene.shapes[shape as usize])
+            }
+            for i in 0..samples.len {
+                samples.time[i] = input.arrival_time(key, samples.sample[i]).scene;
+            }
+            if let Some(motion) = input.timing.and_then(|timing| timing.camera_motion.as_ref()) {
+                motion.transform_rays(&samples.time, &mut rays);
+            }
+            let surroundings = Surroundings::of(input.scene, &samples, 0, 1);
+            input.scene.intersect_all::<f32x8>(&surroundings, &rays, &mut hits, &mut stack);
+            if surroundings.media {
+                let len = rays.len;
+                rays.medium[..len].fill(input.scene.camera_medium);
+                input.scene.travel::<f32x8>(
+                    &surroundings,
+                    &mut rays,
+                    &mut hits,
+                    &mut emitted,
+                    &mut media,
+                    &mut stack,
+                );
+            }
+            for i in 0..rays.len {
+                if let Some(shape) = input.scene.shapes.get(hits[i].shape as usize)
                     && let Some(count) = view.hits.get_mut(shape.light as usize)
                 {
                     *count += 1;
@@ -84,6 +106,7 @@ pub(crate) fn sample_film(camera: &Camera, key: u32, wave: u32, samples: &mut Sa
     samples.len = WAVE_SIZE;
     for i in 0..WAVE_SIZE {
         let number = wave * WAVE_SIZE as u32 + i as u32;
+        (samples.key[i], samples.sample[i]) = (key, number);
         let [film, pupil] = [Dimension::Film, Dimension::Pupil].map(|d| sample_2d(key, number, d));
         for axis in 0..2 {
             let place = (f64::from(film[axis]) - 0.5) * camera.film[axis];

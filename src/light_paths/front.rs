@@ -1,12 +1,11 @@
 //! Way of light paths from the plane of the front vertex through the lens to the pixels.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use super::LightPathInput;
 use super::wave::LightPaths;
 use crate::lanes::Real;
 use crate::lens::{
-    Band, Camera, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, trace,
+    Band, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, trace,
     trace_lossy,
 };
 use crate::sampler::{Dimension, pixel_key, sample_2d};
@@ -51,28 +50,6 @@ impl FrontEntry {
     /// Returns the largest number of bands that share a path.
     pub fn bands_per_path(lens: &RealLens) -> u64 {
         bands_of_ray(0, lens.bands.len()).map_or(1, |bands| bands.len() as u64)
-    }
-
-    /// Returns the world position of an entry point (mm in the plane of the front vertex).
-    pub fn world_point(input: &LightPathInput<'_>, lens: &RealLens, [x, y]: [f64; 2]) -> Vec3 {
-        let [right, up] = [x, y].map(|v| v * lens.units_per_mm);
-        let place = DVec3::new(right, up, lens.front_depth);
-        input.camera.world_from_camera.transform_point3(place).as_vec3()
-    }
-
-    /// Returns where a ray of the world crosses the plane of the front vertex (mm), and its direction
-    /// as a unit vector in the frame of the camera; `None` if it does not come from the lens.
-    pub fn crossing(
-        camera: &Camera,
-        lens: &RealLens,
-        origin: Vec3,
-        direction: Vec3,
-    ) -> Option<([f64; 2], DVec3)> {
-        let camera_from_world = camera.world_from_camera.inverse();
-        let towards = camera_from_world.transform_vector3(direction.as_dvec3()).try_normalize()?;
-        let from = camera_from_world.transform_point3(origin.as_dvec3());
-        let at = (from + towards * ((lens.front_depth - from.z) / towards.z)) / lens.units_per_mm;
-        (towards.z > 0.0).then_some(([at.x, at.y], towards))
     }
 
     /// Returns the start of the ray (mm, the frame of the first surface) that passes an entry point

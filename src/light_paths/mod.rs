@@ -6,6 +6,7 @@
 //! and the direct light of lamps both use them.
 
 mod arrival;
+mod camera_pose;
 mod camera_view;
 mod front;
 mod primitive_choice;
@@ -14,6 +15,7 @@ mod survey;
 mod wave;
 
 pub(crate) use arrival::splats;
+pub(crate) use camera_pose::{CameraPose, CameraPoses};
 pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
@@ -28,8 +30,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::film::{Frame, Response};
 use crate::lens::Camera;
+use crate::sampler::{Dimension, sample_2d};
 use crate::scene::{PathLimits, Scene};
-use crate::shutter::Timing;
+use crate::shutter::{ArrivalTime, Timing};
 
 /// Parts of a job that light paths depend on.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +57,19 @@ pub struct LightPathInput<'a> {
 }
 
 impl LightPathInput<'_> {
+    /// Returns the time at which a path arrives, given by the key and the number of its sample.
+    pub(crate) fn arrival_time(&self, key: u32, sample: u32) -> ArrivalTime {
+        self.timing.map_or_else(ArrivalTime::default, |timing| {
+            timing.arrival_time(sample_2d(key, sample, Dimension::Time)[0])
+        })
+    }
+
+    /// Returns the density with which the row of a pixel samples a time, relative to that with which
+    /// light paths do.
+    pub(crate) fn row_exposure(&self, time: ArrivalTime, pixel: [u32; 2]) -> f64 {
+        self.timing.map_or(1.0, |timing| timing.row_exposure(time, pixel, self.frame.resolution))
+    }
+
     /// Returns whether the work is to end.
     fn is_stopped(&self) -> bool {
         self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))

@@ -1,7 +1,8 @@
 //! Survey of light paths: whether they are worth their time in a picture, and why.
 
-use super::LightPathInput;
+use super::{CameraPose, LightPathInput};
 use crate::lens::RealLens;
+use crate::shutter::Timing;
 
 /// Result of a survey.
 #[derive(Clone, Debug)]
@@ -45,17 +46,26 @@ impl<T> LightPathSurvey<T> {
 
 /// Returns why light paths cannot find the light of this picture.
 pub(crate) fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
-    let matrix = input.camera.world_from_camera.matrix3;
-    let lengths = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.length_squared());
-    let similar = |i: usize| (lengths[i] / lengths[0] - 1.0).abs() < 1e-6;
+    let instants = input.timing.is_some_and(Timing::rows_are_instants);
     match () {
-        () if input.timing.is_some() => Some("something moves"),
+        () if instants => Some("a rolling shutter reads rows without motion blur"),
         () if lens.prescription.has_mirrors() => Some("the lens has mirrors"),
         () if lens.prescription.rear().index != 1.0 => Some("the film is not in air"),
-        () if input.scene.has_media() => Some("the scene has media"),
         () if input.response.max_component.is_some() => Some("bright samples are clamped"),
         () if input.camera.depth != [0.0, f64::INFINITY] => Some("the camera clips distances"),
-        () if !(similar(1) && similar(2)) => Some("the camera is stretched"),
+        () if is_stretched(input) => Some("the camera is stretched"),
         () => None,
     }
+}
+
+/// Returns whether the axes of the camera have different lengths, at the ends of the exposure or in its
+/// middle.
+fn is_stretched(input: &LightPathInput<'_>) -> bool {
+    let [first, last] = input.timing.map_or([0.0; 2], Timing::range);
+    [first, 0.5 * (first + last), last].into_iter().any(|time| {
+        let pose = CameraPose::at(input.camera, input.timing, time as f32);
+        let matrix = pose.world_from_camera.matrix3;
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|a| a.length_squared());
+        [y, z].into_iter().any(|length| (length / x - 1.0).abs() >= 1e-6)
+    })
 }

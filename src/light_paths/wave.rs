@@ -2,13 +2,14 @@
 
 use glam::{DVec3, Vec3};
 
-use super::LightPathInput;
+use super::{CameraPoses, LightPathInput};
 use crate::distribution::Distribution;
 use crate::lanes::Real;
 use crate::lens::{RealLens, Surface, trace_ghost};
-use crate::rays::{Column, LensBatch, Ray, RayBatch, WAVE_SIZE};
+use crate::rays::{Column, LensBatch, Ray, RayBatch, SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
-use crate::scene::{SurfacePoint, TraversalStack, gamma, luminance};
+use crate::scene::{MediumColumns, SurfacePoint, Surroundings, TraversalStack, gamma, luminance};
+use crate::shutter::ArrivalTime;
 
 /// A light path that arrives on the film.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +29,13 @@ pub(crate) struct LightPath {
     pub start: [f64; 3],
     /// Unit vector to the light in the frame of the camera.
     pub towards: DVec3,
-    /// Ray in the world that nothing must occlude: between the light and the lens.
+    /// Ray in the world that nothing must occlude: between the light and the lens, where it starts if
+    /// there are media.
     pub shadow: Ray,
+    /// Time of its arrival.
+    pub time: ArrivalTime,
+    /// Key and number of its random numbers.
+    pub sample: [u32; 2],
 }
 
 /// Where a light path meets the film.
@@ -55,11 +61,15 @@ pub(crate) struct LightPaths {
     rays: RayBatch,
     /// Entry points in the square about the front surface, 0 to 1.
     entry: Vec<[f32; 2]>,
-    /// Time of each path, if anything moves.
-    times: Column<f32>,
+    /// Time of each path.
+    arrival_times: Vec<ArrivalTime>,
+    /// Random numbers of each path, and its time in the scene.
+    samples: SampleBatch,
     shadow_rays: RayBatch,
     stack: TraversalStack,
     unoccluded_flux: [Column<f32>; 3],
+    /// Columns for scenes with media.
+    media: Option<Box<MediumColumns>>,
     /// A sink: blocked rays are counted only on the way from the film.
     blocked: Vec<u64>,
 }
@@ -78,8 +88,7 @@ impl LightPaths {
         let front = &lens.prescription.rows[0];
         let half = front.diameter / 2.0;
         let placed = lens.prescription.surface_transforms()[0];
-        let world = input.camera.world_from_camera;
-        let camera = world.matrix3.inverse();
+        let poses = CameraPoses::new(input);
         self.clear();
         for i in 0..WAVE_SIZE as u32 {
             let u = sample_2d(key, i, Dimension::Pupil);
@@ -101,16 +110,19 @@ impl LightPaths {
             let normal = placed.transform_vector3(DVec3::new(gx, gy, -1.0));
             let outward = DVec3::new(normal.x, normal.y, -normal.z);
             let [right, up, back] = (point * lens.units_per_mm).to_array();
-            let place = world.transform_point3(DVec3::new(right, up, lens.front_depth - back));
+            let time = input.arrival_time(key, i);
+            let pose = poses.at(time.scene);
+            let place = DVec3::new(right, up, lens.front_depth - back);
+            let place = pose.world_from_camera.transform_point3(place);
             // Normals transform by the inverse transpose; the length does not matter.
-            let normal = (camera.transpose() * outward).normalize().as_vec3();
+            let normal = (pose.vector_to_camera.transpose() * outward).normalize().as_vec3();
             let position = place.as_vec3();
             let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
             let from = SurfacePoint { position, error, normal, shading_normal: normal };
             let [choice, at] =
                 [Dimension::LightChoice(0), Dimension::Light(0)].map(|d| sample_2d(key, i, d));
             let Some(light) = input.scene.sample_light(&from, normal, choice, at) else { continue };
-            let towards = (camera * light.direction.as_dvec3()).normalize();
+            let towards = (pose.vector_to_camera * light.direction.as_dvec3()).normalize();
             // The kernels accept only rays that travel along the axis, towards the film.
             let facing = towards.dot(outward);
             if !(facing > 0.0 && towards.z > 0.0 && light.density > 0.0) {
@@ -126,11 +138,10 @@ impl LightPaths {
                     direction: light.direction.to_array(),
                     t_max: light.t_max,
                 },
+                time,
+                sample: [key, i],
             };
             let flux = light.radiance.map(|l| (f64::from(l) * flux) as f32);
-            self.times[self.rays.len] = input
-                .timing
-                .map_or(0.0, |timing| timing.first_row_time(sample_2d(key, i, Dimension::Time)[0]));
             self.push(&path, flux, uv);
         }
     }
@@ -138,12 +149,13 @@ impl LightPaths {
     /// Forgets all paths.
     pub fn clear(&mut self) {
         self.entry.clear();
+        self.arrival_times.clear();
         self.rays.len = 0;
     }
 
     /// Adds a path with its flux and its entry point (0 to 1). There must be room for it.
     pub fn push(&mut self, path: &LightPath, flux: [f32; 3], entry: [f32; 2]) {
-        let LightPath { start, towards, shadow } = path;
+        let LightPath { start, towards, shadow, time, sample } = path;
         let k = self.rays.len;
         [self.start.x[k], self.start.y[k], self.start.z[k]] = start.map(|v| v as f32);
         [self.start.tx[k], self.start.ty[k], self.start.tz[k]] =
@@ -151,6 +163,14 @@ impl LightPaths {
         self.start.weight[k] = 1.0;
         self.rays.push(*shadow, flux, k as u32);
         self.entry.push(entry);
+        self.arrival_times.push(*time);
+        self.samples.time[k] = time.scene;
+        [self.samples.key[k], self.samples.sample[k]] = *sample;
+    }
+
+    /// Returns the time at which a path arrives.
+    pub fn arrival_time(&self, i: usize) -> ArrivalTime {
+        self.arrival_times[i]
     }
 
     /// Returns the entry point of a path, 0 to 1.
@@ -239,7 +259,8 @@ impl LightPaths {
         })
     }
 
-    /// Tests which of these paths are unoccluded in the scene. A path may occur several times.
+    /// Tests which of these paths are unoccluded in the scene, and how much light its media let through.
+    /// A path may occur several times.
     pub fn connect<R: Real<Scalar = f32>>(
         &mut self,
         input: &LightPathInput<'_>,
@@ -254,10 +275,21 @@ impl LightPaths {
             self.unoccluded_flux.iter_mut().for_each(|column| column[i] = 0.0);
             self.shadow_rays.push(self.shadow_ray(i), self.rays.throughput(i), i as u32);
         }
-        if !input.scene.animated_instances().is_empty() {
-            input.scene.occlude_animated::<R>(&mut self.shadow_rays, &self.times, &mut self.stack);
+        let Self { shadow_rays, samples, stack, unoccluded_flux, media, .. } = self;
+        // The depth is that of shadow rays from the lens.
+        let surroundings = Surroundings::of(input.scene, samples, 0, 1);
+        match surroundings.media {
+            false => {
+                let (rays, flux) = (shadow_rays, unoccluded_flux);
+                input.scene.receive_in_vacuum::<R>(&surroundings, rays, flux, stack);
+            }
+            true => {
+                let (rays, flux) = (shadow_rays, unoccluded_flux);
+                let (len, media) = (rays.len, media.get_or_insert_default());
+                rays.medium[..len].fill(input.scene.camera_medium);
+                input.scene.receive::<R>(&surroundings, rays, flux, media, stack);
+            }
         }
-        input.scene.occlude::<R>(&self.shadow_rays, &mut self.stack, &mut self.unoccluded_flux);
     }
 
     /// Returns the flux of a path that was passed to [`Self::connect`]; 0 if it is in shadow.

@@ -23,8 +23,8 @@ pub struct RayBatch {
     /// Index of the sample of the ray in its wave.
     pub slot: Column<u32>,
     /// For bounces: the density of the direction by solid angle [1/sr]; infinite if no other
-    /// technique could have sampled it. For camera rays of a lens with dispersion, if light paths find
-    /// direct light: the density by etendue and area of the film.
+    /// technique could have sampled it. For camera rays, if light paths find direct light and throughputs
+    /// do not tell it: the density by etendue and area of the film.
     pub pdf: Column<f32>,
     /// For bounces: factor of the throughput for Russian roulette. It divides by the throughput of
     /// the camera ray and undoes the change of radiance by refraction.

@@ -16,8 +16,7 @@ pub struct DisperseColumns {
 
 /// Weights the rays that [`Camera::generate_rays`](crate::lens::Camera::generate_rays) has just made by
 /// all bands that share them ([`HeroWeights`]). Rays of a lens without dispersion, or with too few bands
-/// to share rays, stay as they are. Where light paths find direct light too, the density of each ray is
-/// that of its hero, over etendue and over the area of the film, divided by the transmission of the lens.
+/// to share rays, stay as they are.
 pub fn disperse<R: Real<Scalar = f32>>(
     job: &Job,
     samples: &SampleBatch,
@@ -27,11 +26,6 @@ pub fn disperse<R: Real<Scalar = f32>>(
 ) {
     let Job { camera, frame, response, .. } = job;
     let LensModel::Real(model) = &camera.model else { return };
-    if job.direct_light.is_some() && model.bands.len() > 1 {
-        for i in 0..rays.len {
-            rays.pdf[i] = 1.0 / lens.exposure()[rays.slot[i] as usize];
-        }
-    }
     let Some([hero, others @ ..]) = bands_of_ray(samples.band, model.bands.len()) else { return };
     let DisperseColumns { reprojection, hero_weights } = columns;
     lens.passed(samples.len, &mut reprojection.transmission);

@@ -129,6 +129,9 @@ impl Wave {
         if EFFECTS {
             disperse::<R>(job, samples, lens, columns, rays);
         }
+        if job.direct_light_weights().is_some_and(|weights| weights.need_densities(&job.scene)) {
+            lens.write_densities(rays);
+        }
         if let Some(ride) = timing.and_then(|timing| timing.camera_motion.as_ref()) {
             ride.transform_rays(&samples.time, rays);
         }

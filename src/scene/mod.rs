@@ -152,10 +152,8 @@ impl InstancePose {
 pub(crate) struct PlacedShape {
     /// Index of the shape.
     pub shape: u32,
-    /// Index of the instance, or [`NO_INDEX`].
+    /// Index of the instance, or [`NO_INDEX`]. Moving instances follow static ones.
     pub instance: u32,
-    /// Transforms of the instance.
-    pub pose: Option<InstancePose>,
 }
 
 /// Shapes, materials and lights, with the hierarchies for intersection. Clones share all large
@@ -193,21 +191,23 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Returns every shape of the world that does not move, and every copy in an instance.
+    /// Returns every shape of the world, and every copy in a static or moving instance.
     pub(crate) fn placed_shapes(&self) -> impl Iterator<Item = PlacedShape> {
-        let own = self.static_shapes.iter().map(|&shape| PlacedShape {
-            shape,
-            instance: NO_INDEX,
-            pose: None,
-        });
-        let copies = (0..).zip(self.instances.iter()).flat_map(|(number, instance)| {
-            self.object_shapes[instance.object as usize].iter().map(move |&shape| PlacedShape {
-                shape,
-                instance: number,
-                pose: Some(instance.pose),
-            })
+        let own = self.static_shapes.iter();
+        let own = own.map(|&shape| PlacedShape { shape, instance: NO_INDEX });
+        let still = self.instances.iter().map(|instance| instance.object);
+        let moving = self.animated.all.iter().map(|instance| instance.object);
+        let copies = (0..).zip(still.chain(moving)).flat_map(|(instance, object)| {
+            self.object_shapes[object as usize]
+                .iter()
+                .map(move |&shape| PlacedShape { shape, instance })
         });
         own.chain(copies)
+    }
+
+    /// Returns the pose of a shape at a time, if it is that of an instance.
+    pub(crate) fn placed_pose(&self, placed: &PlacedShape, time: f32) -> Option<InstancePose> {
+        (placed.instance != NO_INDEX).then(|| self.pose(placed.instance, time))
     }
 
     /// Returns the shape that was hit, and the point of its surface in world space.

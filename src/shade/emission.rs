@@ -5,14 +5,14 @@ use glam::Vec3;
 use super::spawn::max_component;
 use super::{SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::direct_light::FoundLight;
-use crate::rays::{Column, Hit, NO_INDEX};
+use crate::rays::{Column, Hit, NO_INDEX, SampleBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::SkySampling;
 
 impl ShadeInputs<'_> {
     /// Adds the light of the surfaces and skies that the rays found to the radiance of their
     /// samples.
-    pub(super) fn add_emitted_light(&self, radiance: &mut [Column<f32>; 3]) {
+    pub(super) fn add_emitted_light(&self, samples: &SampleBatch, radiance: &mut [Column<f32>; 3]) {
         let Self { scene, rays, hits, .. } = self;
         for i in 0..rays.len {
             let hit = &hits[i];
@@ -35,8 +35,10 @@ impl ShadeInputs<'_> {
                 if light != [0.0; 3] && !self.ends_caustic(i) {
                     let weight = if let (0, Some(weights)) = (self.vertex.depth, self.direct_light)
                     {
-                        let exposure = weights.exposure(rays, i);
-                        let found = FoundLight { origin, direction, hit, point: &point, exposure };
+                        let exposure = weights.exposure(scene, rays, i);
+                        let time = samples.time[rays.slot[i] as usize];
+                        let point = &point;
+                        let found = FoundLight { origin, direction, hit, point, exposure, time };
                         weights.camera_weight(scene, &found)
                     } else {
                         let facing = rays.facing(i);

@@ -120,7 +120,7 @@ pub fn shade<R: Real<Scalar = f32>>(
     let ShadeColumns { random, vertices } = columns;
     shadows.len = 0;
     next.len = 0;
-    inputs.add_emitted_light(radiance);
+    inputs.add_emitted_light(samples, radiance);
     if vertex.depth >= vertex.limits.max_depth {
         return LaneOccupancy::default();
     }

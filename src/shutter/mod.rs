@@ -14,7 +14,7 @@ pub use curve::ShutterCurve;
 pub use duration::parse_seconds;
 pub use rolling::{ReadoutDirection, RollingShutter};
 pub use settings::ShutterSettings;
-pub use timing::{Timing, TimingEffects};
+pub use timing::{ArrivalTime, Timing, TimingEffects};
 
 /// When and how the film is exposed.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,7 +13,7 @@ use crate::lanes::Real;
 use crate::lens::trace::frame_transform::{FrameTransform, FrameTransformKernel};
 use crate::lens::trace::kernel::{LensRay, SurfaceKernel};
 use crate::lens::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
-use crate::rays::{Column, LensBatch, ReprojectionBatch};
+use crate::rays::{Column, LensBatch, RayBatch, ReprojectionBatch};
 
 /// Working columns of reprojected rays.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +28,14 @@ impl LensColumns {
     /// band's response.
     pub fn exposure(&self) -> &Column<f32> {
         &self.batch.weight
+    }
+
+    /// Sets the density of the rays of the last wave: by etendue and area of the film, divided by the
+    /// transmittance of the lens.
+    pub fn write_densities(&self, rays: &mut RayBatch) {
+        for i in 0..rays.len {
+            rays.pdf[i] = 1.0 / self.batch.weight[rays.slot[i] as usize];
+        }
     }
 
     /// Writes the transmittance of the lens for each of the first `rays` rays of the last wave.

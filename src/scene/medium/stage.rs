@@ -97,6 +97,17 @@ impl Scene {
         if surroundings.media {
             return self.transmit::<R>(surroundings, rays, radiance, columns, stack);
         }
+        self.receive_in_vacuum::<R>(surroundings, rays, radiance, stack)
+    }
+
+    /// Adds the same contributions in a scene without media.
+    pub fn receive_in_vacuum<R: Real<Scalar = f32>>(
+        &self,
+        surroundings: &Surroundings,
+        rays: &mut RayBatch,
+        radiance: &mut [Column<f32>; 3],
+        stack: &mut TraversalStack,
+    ) -> LaneOccupancy {
         if surroundings.moves {
             self.occlude_animated::<R>(rays, &surroundings.samples.time, stack);
         }

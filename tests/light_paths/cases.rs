@@ -1,0 +1,278 @@
+//! Pictures of lamps, and the comparison of their light.
+
+use petzval::io::image::Picture;
+use petzval::job::Job;
+use petzval::prepare::{Changes, prepare};
+use petzval::render::Backend;
+use petzval::scene::pbrt;
+use petzval::spectrum::Passband;
+
+use crate::support::{folder, in_parallel, mean_and_error, picture, root, write};
+
+/// A lamp in the shape of a ball, and dim surroundings.
+pub const BALL: &str = r#"
+    LightSource "infinite" "rgb L" [0.01 0.01 0.02]
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [500 400 200]
+        Translate 0.3 0.2 6 Shape "sphere" "float radius" 0.04
+    AttributeEnd"#;
+
+/// A larger one, nearer to the camera.
+const LARGE: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate 0.3 0.2 3 Shape "sphere" "float radius" 0.1
+    AttributeEnd"#;
+
+/// A disk that faces the camera, before a wall.
+const DISK: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [300 300 900]
+        Translate -0.4 -0.3 5 Rotate 180 0 1 0 Shape "disk" "float radius" 0.05
+    AttributeEnd
+    Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
+    Shape "trianglemesh" "point3 P" [-5 -5 7  5 -5 7  5 5 7  -5 5 7] "integer indices" [0 2 1 0 3 2]"#;
+
+/// Lamps far off the axis.
+const ASIDE: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate 1.5 0.2 2 Shape "sphere" "float radius" 0.05
+    AttributeEnd
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate -2 0.2 0.7 Shape "sphere" "float radius" 0.05
+    AttributeEnd"#;
+
+/// A rectangle and a triangle of two sizes, the first half hidden by a post near the camera.
+const HIDDEN: &str = r#"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [200 300 100] "bool twosided" true
+        Shape "trianglemesh" "point3 P" [-0.1 0 4  0.1 0 4.1  0.1 0.05 4.1  -0.1 0.05 4
+                                         -0.6 -0.4 4  -0.5 -0.4 4  -0.5 -0.3 4]
+            "integer indices" [0 1 2 0 2 3 4 5 6]
+    AttributeEnd
+    Material "diffuse" "rgb reflectance" [0 0 0]
+    Shape "trianglemesh" "point3 P" [0 -1 1.5  0.5 -1 1.5  0.5 1 1.5  0 1 1.5]
+        "integer indices" [0 1 2 0 2 3]"#;
+
+/// A lens of one flint, about 100 mm of focal length, with colours far apart on the film.
+const SINGLET: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.0
+[[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 20.0\nglass = \"SF5\"
+[[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
+
+/// A far ball.
+const FAR: &str = r#"
+    LightSource "infinite" "rgb L" [0.01 0.01 0.02]
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [50 40 20]
+        Translate 0.03 0.015 6 Shape "sphere" "float radius" 0.02
+    AttributeEnd"#;
+
+/// A picture with lamps.
+#[derive(Clone)]
+pub struct Case {
+    pub name: &'static str,
+    /// File of the repository, or text.
+    pub lens: &'static str,
+    /// Diagonal of the film (mm).
+    pub diagonal: f64,
+    /// Text before the camera.
+    pub before: &'static str,
+    /// Parameters of the camera.
+    pub camera: &'static str,
+    pub filter: &'static str,
+    pub world: &'static str,
+    pub changes: Changes,
+}
+
+pub fn case(
+    name: &'static str,
+    lens: &'static str,
+    camera: &'static str,
+    world: &'static str,
+) -> Case {
+    let changes = Changes { effects: "none".parse().expect("effects"), ..Changes::default() };
+    Case { name, lens, diagonal: 22.0, before: "", camera, filter: "\"box\"", world, changes }
+}
+
+pub fn cases() -> Vec<Case> {
+    let with = |effects: &str, changes: Changes| Changes {
+        effects: effects.parse().expect("effects"),
+        ..changes
+    };
+    let monochrome = |effects: &str, range: [f64; 2]| Case {
+        diagonal: 2.4,
+        changes: with(
+            effects,
+            Changes { passband: Some(Passband { range }), ..Changes::default() },
+        ),
+        ..case(
+            "light of one colour",
+            SINGLET,
+            "\"float focusdistance\" 6 \"float aperturediameter\" 30",
+            FAR,
+        )
+    };
+    vec![
+        case("ball, out of focus", "dgauss.50mm.dat", "\"float focusdistance\" 2", BALL),
+        case("ball behind a wide angle", "wide.22mm.dat", "\"float focusdistance\" 0.5", LARGE),
+        Case {
+            filter: "\"gaussian\" \"float xradius\" 1.5 \"float yradius\" 1.2",
+            ..case(
+                "disk, in focus",
+                "dgauss.50mm.dat",
+                "\"float focusdistance\" 5 \"float aperturediameter\" 4",
+                DISK,
+            )
+        },
+        Case {
+            filter: "\"mitchell\"",
+            ..case("hidden", "dgauss.50mm.dat", "\"float focusdistance\" 3", HIDDEN)
+        },
+        Case {
+            changes: with(
+                "+tilt_shift,-ghosts,-diffraction",
+                Changes {
+                    film_tilt: Some([8.0, -5.0]),
+                    film_shift: Some([2.0, -3.0]),
+                    ..Changes::default()
+                },
+            ),
+            ..case("tilted film", "dgauss.50mm.dat", "\"float focusdistance\" 2", BALL)
+        },
+        Case {
+            changes: with("+fresnel,+iris,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "pentagon with losses",
+                "wide.22mm.pentagon.toml",
+                "\"float focusdistance\" 0.4",
+                DISK,
+            )
+        },
+        case("anamorphic", "anamorphic.toml", "\"float focusdistance\" 2", BALL),
+        Case {
+            diagonal: 2.4,
+            filter: "\"mitchell\"",
+            changes: with("+dispersion,+fresnel,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "colours pixels apart",
+                SINGLET,
+                "\"float focusdistance\" 6 \"float aperturediameter\" 30",
+                FAR,
+            )
+        },
+        Case {
+            changes: with("+dispersion,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "colours in one pixel",
+                "triplet.toml",
+                "\"float focusdistance\" 2 \"float aperturediameter\" 30",
+                BALL,
+            )
+        },
+        monochrome("+dispersion,-ghosts,-diffraction", [405.0, 415.0]),
+        monochrome("none", [540.0, 560.0]),
+        case(
+            "fisheye",
+            "fisheye.10mm.dat",
+            "\"float focusdistance\" 1 \"float aperturediameter\" 4",
+            ASIDE,
+        ),
+    ]
+}
+
+pub fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
+    let Case { lens, diagonal, before, camera, filter, world, .. } = case;
+    let folder = folder();
+    let lens = match lens.contains('\n') {
+        true => write(&folder, "lens.toml", lens),
+        false => root().join("lenses").join(lens),
+    };
+    let text = format!(
+        r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" {diagonal}
+           PixelFilter {filter}
+           Integrator "path" "integer maxdepth" 1 {before}
+           Camera "realistic" "string lensfile" "{}" {camera}
+           WorldBegin {world}"#,
+        lens.display()
+    );
+    let description = pbrt::read(&write(&folder, "lamp.pbrt", text)).expect("a scene");
+    let changes = Changes {
+        light_paths: Some(light_paths),
+        samples: Some(samples),
+        seed: Some(seed),
+        ..case.changes.clone()
+    };
+    prepare(description, &changes).expect("a job").0
+}
+
+/// Returns the sum of all channels of a picture's pixels.
+pub fn light(picture: &Picture) -> f64 {
+    picture.pixels.iter().flatten().map(|&c| f64::from(c)).sum()
+}
+
+/// Returns the sum of all channels of a picture's pixels, that of each channel, and the moment of
+/// inertia about the middle, which tells spread light.
+pub fn light_by_channel(picture: &Picture) -> Vec<f64> {
+    let radius2 = |i: usize| {
+        let [x, y] = [i % 48, i / 48].map(|p| p as f64);
+        (x - 23.5).powi(2) + (y - 15.5).powi(2)
+    };
+    let moment: f64 = (picture.pixels.iter().enumerate())
+        .map(|(i, pixel)| radius2(i) * f64::from(pixel[0] + pixel[1] + pixel[2]))
+        .sum();
+    let channel = |c: usize| picture.pixels.iter().map(|pixel| f64::from(pixel[c])).sum();
+    vec![light(picture), channel(0), channel(1), channel(2), moment]
+}
+
+/// Samples per pixel of camera paths alone, and of camera paths and light paths together.
+pub type Samples = [u32; 2];
+
+/// Compares the light of camera paths alone with that of camera paths and light paths together, whole
+/// and in parts. The error of the whole is below `noisiest` of it.
+pub fn assert_same_light(
+    cases: &[Case],
+    samples: Samples,
+    noisiest: f64,
+    parts: impl Fn(&Picture) -> Vec<f64> + Sync,
+) {
+    /// Pictures of each kind, each with another seed.
+    const PICTURES: u32 = 12;
+    in_parallel(cases, |case| {
+        let [camera, both] =
+            [(false, samples[0]), (true, samples[1])].map(|(light_paths, samples)| {
+                let sum = |seed| {
+                    let job = job(case, light_paths, seed, samples);
+                    assert_eq!(job.direct_light.is_some(), light_paths, "{}", job.plan.light_paths);
+                    parts(&picture(&job, Backend::Simd, 1))
+                };
+                (0..PICTURES).map(sum).collect::<Vec<Vec<f64>>>()
+            });
+        for part in 0..camera[0].len() {
+            let [camera, both] = [&camera, &both].map(|pictures| {
+                mean_and_error(&pictures.iter().map(|light| light[part]).collect::<Vec<f64>>())
+            });
+            let error = camera[1].hypot(both[1]);
+            let off = both[0] - camera[0];
+            println!(
+                "{} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
+                case.name,
+                100.0 * off / camera[0],
+                100.0 * error / camera[0],
+                off / error
+            );
+            assert!(
+                part > 0 || error < noisiest * camera[0],
+                "{}: {camera:?} and {both:?} are noisy",
+                case.name
+            );
+            // Student's t of 15 degrees of freedom, one in a million: 7.5.
+            assert!(
+                off.abs() < 7.5 * error,
+                "{} {part}: {camera:?}, and {both:?} with light paths",
+                case.name
+            );
+        }
+    });
+}
