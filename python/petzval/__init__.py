@@ -10,7 +10,6 @@ function that takes time releases the interpreter's lock, runs on all cores and 
 
 import itertools as _itertools
 import json as _json
-import operator as _operator
 
 from . import cpu as _cpu
 
@@ -19,6 +18,7 @@ _cpu.check()
 from . import arrays as _arrays
 from . import error_against_time as _error_against_time
 from . import progress as _progress
+from . import settings as _settings
 from ._petzval import (
     Image,
     ImageQuality,
@@ -31,6 +31,7 @@ from ._petzval import (
 )
 from ._petzval import Scene as _Scene
 from ._petzval import dataset as _dataset
+from ._petzval import lens_models as _lens_models
 from ._petzval import prepare as _prepare
 from .arrays import Mesh
 from .camera import Camera
@@ -47,6 +48,7 @@ __all__ = [
     "accuracy",
     "compare",
     "dataset",
+    "lens_models",
     "passes",
     "plan",
     "prepare",
@@ -64,6 +66,8 @@ class Scene(_Scene):
     are neither read nor copied again.
 
     :param path: the scene file
+    :param memory: the most that it may take: bytes, or a text such as ``"8GiB"``
+    :raises MemoryError: the scene declares more than that
     """
 
     @classmethod
@@ -101,7 +105,7 @@ class Scene(_Scene):
             lens.path if isinstance(lens, Lens) else lens,
             resolution,
             diagonal,
-            _nine_numbers(look_at),
+            _settings.nine_numbers(look_at),
             focus,
             spp,
             max_depth,
@@ -141,6 +145,7 @@ def prepare(
     zoom=None,
     focus_model=None,
     assume_vd=False,
+    catalogue=(),
 ):
     """Prepare a scene: add the lens, its focus and the plan of effects.
 
@@ -173,47 +178,37 @@ def prepare(
     :param zoom: focal length (mm), or the name of a state of the lens file
     :param focus_model: ``"sharpest"`` or ``"pbrt"``
     :param assume_vd: whether glass that is known by its index alone takes a similar glass's dispersion
+    :param catalogue: a glass catalogue (AGF), a folder of them, or a list of these; those of a
+        :class:`Lens` count too
     :raises OSError: a file cannot be read
     :raises ValueError: a file is wrong, or a setting does not fit the scene
     """
-    settings = {
-        "lens": lens,
-        "focus": focus,
-        "fstop": fstop,
-        "look_at": look_at,
-        "film_shift": film_shift,
-        "film_tilt": film_tilt,
-        "film_diagonal": film_diagonal,
-        "coating": coating,
-        "resolution": resolution,
-        "crop": crop,
-        "spp": _count("spp", spp, 1),
-        "seed": _count("seed", seed, 0),
-        "effects": effects,
-        "light_paths": light_paths,
-        "aov": [aov] if isinstance(aov, str) else list(aov),
-        "noise": noise,
-        "time": time,
-        "shutter": shutter,
-        "rolling_shutter": rolling_shutter,
-        "sensor": sensor,
-        "bayer": bayer,
-        "passband": passband,
-        "zoom": zoom,
-        "focus_model": focus_model,
-        "assume_vd": assume_vd,
-    }
-    if camera is not None:
-        if not isinstance(camera, Camera):
-            raise TypeError(f"camera: expected a petzval.Camera, not {type(camera).__name__}")
-        for name, value in camera.settings().items():
-            if settings[name] is None:
-                settings[name] = value
-    settings["look_at"] = _nine_numbers(settings["look_at"])
-    return _prepare(scene if isinstance(scene, _Scene) else Scene(scene), settings)
+    settings = dict(locals())
+    scene = settings.pop("scene")
+    settings = _settings.checked(settings, settings.pop("camera"))
+    return _prepare(_read(scene), settings, _settings.said(settings))
 
 
-def render(scene, camera=None, *, threads=0, progress=None, **settings):
+_DEFAULTS = _settings.defaults(prepare)
+
+
+def _read(scene, memory=None):
+    """Return a scene, which is read if it is a path."""
+    return scene if isinstance(scene, _Scene) else Scene(scene, memory)
+
+
+def render(
+    scene,
+    camera=None,
+    *,
+    threads=0,
+    progress=None,
+    checkpoint=None,
+    checkpoint_interval=60.0,
+    resume=False,
+    memory=None,
+    **settings,
+):
     """Render a scene. Returns an :class:`Image`.
 
     The picture has the bits of ``petzval render`` with the same settings, on any number of threads.
@@ -222,11 +217,24 @@ def render(scene, camera=None, *, threads=0, progress=None, **settings):
     :param threads: number of threads; 0 is one for each core
     :param progress: ``True`` for a bar on standard error, or a function that is called with the share
         of the samples that are done, 0 to 1
+    :param checkpoint: file for the state of the render, written while it goes on and when Ctrl-C ends
+        it, and removed when the picture is finished
+    :param checkpoint_interval: time between checkpoints (s)
+    :param resume: whether to go on from that file, if it exists, to the same picture bit for bit
+    :param memory: the most that the render may take: bytes, or a text such as ``"8GiB"``
     :param settings: those of :func:`prepare`
+    :raises MemoryError: the render is expected to take more than ``memory``
+    :raises ValueError: also if ``checkpoint`` is of another picture
     """
     report = _progress.reporter(progress)
-    threads = _count("threads", threads, 0)
-    return prepare(scene, camera, **settings).render(threads=threads, progress=report)
+    return prepare(_read(scene, memory), camera, **settings).render(
+        threads=_settings.count("threads", threads, 0),
+        progress=report,
+        checkpoint=checkpoint,
+        checkpoint_interval=checkpoint_interval,
+        resume=resume,
+        memory=memory,
+    )
 
 
 def passes(scene, camera=None, *, threads=0, **settings):
@@ -237,7 +245,7 @@ def passes(scene, camera=None, *, threads=0, **settings):
 
     :param settings: those of :func:`prepare`
     """
-    return prepare(scene, camera, **settings).passes(threads=_count("threads", threads, 0))
+    return prepare(scene, camera, **settings).passes(threads=_settings.count("threads", threads, 0))
 
 
 def sweep(scene, camera=None, *, threads=0, progress=None, **settings):
@@ -251,7 +259,7 @@ def sweep(scene, camera=None, *, threads=0, progress=None, **settings):
 
     :returns: an iterator over pairs: the settings that change, as a dictionary, and the :class:`Image`
     """
-    scene = scene if isinstance(scene, _Scene) else Scene(scene)
+    scene = _read(scene)
     lists = {k: v for k, v in settings.items() if isinstance(v, list) and k != "aov"}
     fixed = {k: v for k, v in settings.items() if k not in lists}
     for name, values in lists.items():
@@ -281,9 +289,9 @@ def dataset(spec, output, *, shard=None, threads=0, progress=None):
     :param progress: as in :func:`render`, with the share of the pairs that are done
     :returns: the rows of the manifest, a dictionary for each pair
     """
-    part = (1, 1) if shard is None else tuple(_count("shard", i, 0) for i in shard)
+    part = (1, 1) if shard is None else tuple(_settings.count("shard", i, 0) for i in shard)
     report = _progress.reporter(progress)
-    manifest = _dataset(spec, output, part, _count("threads", threads, 0), report)
+    manifest = _dataset(spec, output, part, _settings.count("threads", threads, 0), report)
     with open(manifest, encoding="utf-8") as rows:
         # A row that another process is writing has no end yet.
         return [_json.loads(row) for row in rows if row.endswith("\n")]
@@ -311,16 +319,40 @@ def accuracy(
     :param settings: those of :func:`prepare`
     :returns: a list of dictionaries: spp, seconds (of preparation and render) and error
     """
-    scene = scene if isinstance(scene, _Scene) else Scene(scene)
-    counts = [_count("spp", samples, 1) for samples in spp]
-    most = _count("reference_spp", reference_spp, 1)
+    scene = _read(scene)
+    counts = [_settings.count("spp", samples, 1) for samples in spp]
+    most = _settings.count("reference_spp", reference_spp, 1)
     if counts and max(counts) >= most:
         raise ValueError(f"reference_spp={most}: expected more than each of spp")
 
     def picture(samples, seed):
         return render(scene, camera, spp=samples, seed=seed, threads=threads, **settings)
 
-    return _error_against_time.measure(picture, counts, most, metric, _count("seed", seed, 0))
+    return _error_against_time.measure(picture, counts, most, metric, _settings.count("seed", seed, 0))
+
+
+def lens_models(scene, camera=None, *, budget=60.0, spp=None, progress=None, **settings):
+    """Measure what models of a lens cost and how exact they are, as ``petzval accuracy`` does.
+
+    The scene is photographed by a pinhole, a thin lens, a polynomial, every surface in f32 with and
+    without effects, and every surface in f64, each with more and more samples. Errors are against the
+    richest model, relative to the light of a pixel or that of the picture where it is dark. The
+    scene's camera must have a lens file.
+
+    :param budget: time for all of it (s)
+    :param spp: the most samples per pixel, if not as many as the time allows
+    :param progress: as in :func:`render`, with the share of the time
+    :param settings: those of :func:`prepare`; layers, sensor and stop criteria do not count
+    :returns: a list of dictionaries, one for each picture: ``model``, ``description``, ``spp``,
+        ``seconds``, ``film_error`` (rms distance of its rays on the film, um), ``error`` (rms, with
+        noise), ``noise``, ``own_error`` of the model (0 if noise explains it, ``None`` for the richest),
+        ``own_error_at_most``, ``mse``, ``relmse``, ``flip``, ``adds`` (the effect that the richest model
+        lacks), and ``best``: whether no other picture is as exact in less time
+    """
+    report = _progress.reporter(progress)
+    most = _settings.count("spp", spp, 4) or 2**20
+    settings = _settings.checked(_settings.completed(settings, _DEFAULTS), camera)
+    return _lens_models(_read(scene), settings, float(budget), most, report)
 
 
 def plan(scene, camera=None, **settings):
@@ -330,28 +362,3 @@ def plan(scene, camera=None, **settings):
     :returns: a list of dictionaries: effect, on, by, reason
     """
     return prepare(scene, camera, **settings).plan
-
-
-def _count(name, value, least):
-    """Return an integer that is at least so large and fits into 32 bits."""
-    if value is None:
-        return None
-    try:
-        number = _operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}={value!r}: expected an integer") from None
-    if not least <= number < 2**32:
-        raise ValueError(f"{name}={number}: expected {least} to {2**32 - 1}")
-    return number
-
-
-def _nine_numbers(look_at):
-    """Return eye, target and up in one list."""
-    if look_at is None:
-        return None
-    points = [list(map(float, point)) for point in look_at]
-    if len(points) == 2:
-        points.append([0.0, 1.0, 0.0])
-    if len(points) != 3 or any(len(point) != 3 for point in points):
-        raise ValueError("look_at: expected (eye, target) or (eye, target, up), each three numbers")
-    return sum(points, [])

@@ -14,7 +14,7 @@ Point = Sequence[float]
 class Lens:
     """A lens: surfaces along an axis, from the scene to the film. Lengths are in mm."""
 
-    def __init__(self, path: Path) -> None: ...
+    def __init__(self, path: Path, catalogue: Union[Path, Sequence[Path]] = ()) -> None: ...
     @staticmethod
     def from_table(
         rows: Sequence[tuple[float, float, float, float]], name: str = "table"
@@ -110,6 +110,8 @@ class Lens:
     def draw(
         self, ax: Any = None, rays: int = 9, film_distance: Optional[float] = None
     ) -> Any: ...
+    def svg(self, rays: int = 9, film_distance: Optional[float] = None) -> str: ...
+    def _repr_svg_(self) -> str: ...
 
 class ImageQuality:
     """Real rays of a lens, traced once for all analyses."""
@@ -150,7 +152,7 @@ class Mesh:
 class Scene:
     """A scene, in memory: a file in the language of pbrt-v4 or in glTF, or arrays."""
 
-    def __init__(self, path: Path) -> None: ...
+    def __init__(self, path: Path, memory: Union[int, str, None] = None) -> None: ...
     @classmethod
     def from_arrays(
         cls,
@@ -186,6 +188,7 @@ class Image:
     def save(
         self, path: Path, exposure: Union[float, Literal["auto"]] = 0.0, half: bool = False
     ) -> None: ...
+    def _repr_png_(self) -> bytes: ...
 
 class Job:
     """A scene with lens, focus and plan of effects, ready to be rendered."""
@@ -199,11 +202,76 @@ class Job:
     @property
     def metadata(self) -> dict[str, Union[str, float]]: ...
     def render(
+        self,
+        threads: int = 0,
+        progress: Optional[Callable[[float], Any]] = None,
+        checkpoint: Optional[Path] = None,
+        checkpoint_interval: float = 60.0,
+        resume: bool = False,
+        memory: Union[int, str, None] = None,
+    ) -> Image: ...
+    def passes(self, threads: int = 0) -> Iterator[Image]: ...
+
+@dataclass(frozen=True)
+class Camera:
+    """A camera, to be given to render and the like. ``None`` keeps what the scene says."""
+
+    lens: Union[Lens, Path, None] = None
+    pose: Optional[Sequence[Point]] = None
+    film: Optional[float] = None
+    focus: Union[float, tuple[int, int], Literal["auto"], None] = None
+    fstop: Optional[float] = None
+    shutter: Optional[str] = None
+    sensor: Optional[str] = None
+    resolution: Optional[tuple[int, int]] = None
+    film_shift: Optional[tuple[float, float]] = None
+    film_tilt: Optional[tuple[float, float]] = None
+    zoom: Union[float, str, None] = None
+    rolling_shutter: Optional[str] = None
+    bayer: Optional[str] = None
+    def settings(self) -> dict[str, Any]: ...
+
+def prepare(
+    scene: Union[Scene, Path],
+    camera: Optional[Camera] = None,
+    *,
+    lens: Union[Lens, Path, None] = None,
+    focus: Union[float, tuple[int, int], Literal["auto"], None] = None,
+    fstop: Optional[float] = None,
+    look_at: Optional[Sequence[Point]] = None,
+    film_shift: Optional[tuple[float, float]] = None,
+    film_tilt: Optional[tuple[float, float]] = None,
+    film_diagonal: Optional[float] = None,
+    coating: Optional[Literal["none", "mgf2", "broadband", "perfect"]] = None,
+    resolution: Optional[tuple[int, int]] = None,
+    crop: Optional[tuple[int, int, int, int]] = None,
+    spp: Optional[int] = None,
+    seed: Optional[int] = None,
+    effects: str = "auto",
+    light_paths: Optional[bool] = None,
+    aov: Union[str, Sequence[str]] = (),
+    noise: Optional[float] = None,
+    time: Optional[float] = None,
+    shutter: Optional[str] = None,
+    rolling_shutter: Optional[str] = None,
+    sensor: Optional[str] = None,
+    bayer: Optional[str] = None,
+    passband: Optional[tuple[float, float]] = None,
+    zoom: Union[float, str, None] = None,
+    focus_model: Optional[Literal["sharpest", "pbrt"]] = None,
+    assume_vd: bool = False,
+    catalogue: Union[Path, Sequence[Path]] = (),
+) -> Job: ...
+def render(
     scene: Union[Scene, Path],
     camera: Optional[Camera] = None,
     *,
     threads: int = 0,
     progress: Union[bool, Callable[[float], Any], None] = None,
+    checkpoint: Optional[Path] = None,
+    checkpoint_interval: float = 60.0,
+    resume: bool = False,
+    memory: Union[int, str, None] = None,
     **settings: Any,
 ) -> Image: ...
 def passes(
@@ -238,6 +306,15 @@ def accuracy(
     metric: Literal["mse", "relmse", "mape", "flip", "psnr"] = "relmse",
     seed: int = 0,
     threads: int = 0,
+    **settings: Any,
+) -> list[dict[str, Any]]: ...
+def lens_models(
+    scene: Union[Scene, Path],
+    camera: Optional[Camera] = None,
+    *,
+    budget: float = 60.0,
+    spp: Optional[int] = None,
+    progress: Union[bool, Callable[[float], Any], None] = None,
     **settings: Any,
 ) -> list[dict[str, Any]]: ...
 def plan(

@@ -4,11 +4,12 @@ use std::fmt::Display;
 use std::io;
 
 use petzval::dataset::DatasetError;
-use petzval::lens::LensError;
+use petzval::lens::{GlassError, LensError};
+use petzval::render::checkpoint::CheckpointError;
 use petzval::scene::ply::PlyError;
 use petzval::{ImageError, PrepareError, RenderError, SceneError, SceneErrors};
 use pyo3::PyErr;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 
 /// Returns the exception of a value that makes no sense.
 pub fn value_error(problem: impl Display) -> PyErr {
@@ -23,7 +24,9 @@ fn os_error(source: &io::Error, message: impl Display) -> PyErr {
 /// Returns the exception of a lens that cannot be read or used.
 pub fn lens_error(error: &LensError) -> PyErr {
     match error {
-        LensError::Io { source, .. } => os_error(source, error),
+        LensError::Io { source, .. } | LensError::Glass(GlassError::Io { source, .. }) => {
+            os_error(source, error)
+        }
         _ => value_error(error),
     }
 }
@@ -31,7 +34,7 @@ pub fn lens_error(error: &LensError) -> PyErr {
 /// Returns the exception of a scene that cannot be prepared.
 pub fn prepare_error(error: &PrepareError) -> PyErr {
     match error {
-        PrepareError::Lens(lens @ LensError::Io { .. }) => lens_error(lens),
+        PrepareError::Lens(lens) => lens_error(lens),
         PrepareError::Unreadable { source: LensError::Io { source, .. }, .. } => {
             os_error(source, error)
         }
@@ -50,6 +53,7 @@ pub fn scene_error(errors: &SceneErrors) -> PyErr {
             SceneError::Image { source: ImageError::Io { source, .. }, .. } => {
                 os_error(source, errors)
             }
+            SceneError::Limit { .. } => PyMemoryError::new_err(errors.to_string()),
             // The reader of meshes keeps no more of an error of the system than its text.
             SceneError::Mesh { source: PlyError { path, .. }, .. } if !path.exists() => {
                 os_error(&io::ErrorKind::NotFound.into(), errors)
@@ -62,7 +66,18 @@ pub fn scene_error(errors: &SceneErrors) -> PyErr {
 
 /// Returns the exception of a render that failed.
 pub fn render_error(error: &RenderError) -> PyErr {
-    PyRuntimeError::new_err(error.to_string())
+    match error {
+        RenderError::Checkpoint(error) => checkpoint_error(error),
+        _ => PyRuntimeError::new_err(error.to_string()),
+    }
+}
+
+/// Returns the exception of a checkpoint that cannot be read.
+pub fn checkpoint_error(error: &CheckpointError) -> PyErr {
+    match error {
+        CheckpointError::Io { source, .. } => os_error(source, error),
+        _ => value_error(error),
+    }
 }
 
 /// Returns the exception of a data set that cannot be made.

@@ -1,16 +1,20 @@
 //! Jobs: scenes that are ready to be rendered.
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use petzval::io::image::{ImageLayer, Note, Notes};
-use petzval::render::Convergence;
-use petzval::{Picture, Progress, RenderOptions, RenderOutput, render};
+use petzval::render::{Convergence, render_resumable};
+use petzval::{Picture, Progress, RenderError, RenderOptions, RenderOutput};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::checkpoint::{Checkpoint, JobInputs};
 use crate::error::{prepare_error, render_error, value_error};
 use crate::image::Image;
+use crate::memory::{self, MemorySetting};
 use crate::passes::Passes;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -30,17 +34,27 @@ pub struct Job {
     pub(crate) job: Arc<petzval::Job>,
     notes: Notes,
     warnings: Vec<String>,
+    inputs: JobInputs,
 }
 
-/// Prepares a scene: adds the lens, its focus and the plan of effects.
+/// Prepares a scene: adds the lens, its focus and the plan of effects. `said` are the settings that were
+/// given, as texts, by name. Ctrl-C ends the wait at once; what was begun ends in the background.
 #[pyfunction]
-pub fn prepare(py: Python<'_>, scene: &Scene, settings: Settings<'_>) -> PyResult<Job> {
+pub fn prepare(
+    py: Python<'_>,
+    scene: &Scene,
+    settings: Settings<'_>,
+    said: BTreeMap<String, String>,
+) -> PyResult<Job> {
     let changes = settings.changes()?;
     let description = scene.description.clone();
-    let prepared = worker::run_whole(py, || petzval::prepare(description, &changes))?;
+    let work = move || petzval::prepare(description, &changes);
+    let prepared = worker::run_or_abandon(py, || (), work)?;
     let (job, notes, warnings) = prepared.map_err(|error| prepare_error(&error))?;
     let job = Arc::new(job);
-    Ok(Job { job, notes, warnings: warnings.iter().map(ToString::to_string).collect() })
+    let warnings = warnings.iter().map(ToString::to_string).collect();
+    let inputs = JobInputs { scene: scene.file().to_owned(), settings: said };
+    Ok(Job { job, notes, warnings, inputs })
 }
 
 #[pymethods]
@@ -82,15 +96,46 @@ impl Job {
     ///
     /// `progress`, if given, is called some 20 times a second with the share of the samples that are
     /// done, from 0 to 1. Ctrl-C ends the render.
-    #[pyo3(signature = (threads = 0, progress = None))]
+    ///
+    /// `checkpoint` names a file for the state of the render: it is written every
+    /// `checkpoint_interval` seconds and when the render is ended, and removed when the picture is
+    /// finished. With `resume`, the render goes on from there, to the same picture bit for bit.
+    /// `memory` is the most that the render may take (bytes, or a text such as "8GiB"): one that is
+    /// expected to take more raises `MemoryError`.
+    #[pyo3(signature = (
+        threads = 0, progress = None, checkpoint = None, checkpoint_interval = 60.0, resume = false,
+        memory = None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords")]
     fn render(
         &self,
         py: Python<'_>,
         threads: usize,
         progress: Option<Py<PyAny>>,
+        checkpoint: Option<PathBuf>,
+        checkpoint_interval: f64,
+        resume: bool,
+        memory: Option<MemorySetting>,
     ) -> PyResult<Image> {
         check_threads(threads)?;
+        if let Some(limit) = &memory {
+            memory::check(&self.job, threads, limit)?;
+        }
+        let (checkpoint, saved) = match checkpoint {
+            None if resume => return Err(value_error("resume=True: name the file by checkpoint")),
+            None => (None, None),
+            Some(path) => {
+                let engine: PathBuf =
+                    py.import("petzval._petzval")?.getattr("__file__")?.extract()?;
+                let (job, inputs) = (&self.job, &self.inputs);
+                let (checkpoint, saved) =
+                    Checkpoint::open(path, checkpoint_interval, resume, job, inputs, &engine)?;
+                (Some(checkpoint), saved)
+            }
+        };
         let state = Progress::default();
+        let earlier = saved.as_ref().map_or(0, |saved| saved.head.film_samples);
+        state.samples.store(earlier, Ordering::Relaxed);
         let pulse = |py: Python<'_>| match &progress {
             Some(call) => call.call1(py, (self.share(&state),)).map(|_| ()),
             None => Ok(()),
@@ -98,12 +143,19 @@ impl Job {
         let work = || {
             let options =
                 RenderOptions { threads, progress: Some(&state), ..RenderOptions::default() };
-            let output = render(&self.job, options)?;
+            let checkpointer = checkpoint.as_ref().map(|checkpoint| &checkpoint.checkpointer);
+            let output = render_resumable(&self.job, options, checkpointer, saved)?;
+            if output.partial_mean_spp.is_some() {
+                return Err(RenderError::Stopped);
+            }
             let (layers, more) = (output.layers(&self.job), sample_notes(&output));
             Ok((output.into_picture(&self.job), layers, more))
         };
         let rendered = worker::run(py, &state.stop, pulse, work)?;
         let (picture, layers, more) = rendered.map_err(|error| render_error(&error))?;
+        if let Some(checkpoint) = &checkpoint {
+            checkpoint.clear();
+        }
         if let Some(call) = &progress {
             call.call1(py, (1.0,))?;
         }

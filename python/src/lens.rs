@@ -7,8 +7,10 @@ use glam::DVec3;
 use numpy::{
     BorrowError, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray,
 };
-use petzval::lens::{Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose};
-use petzval::{Paraxial, Prescription, RealRayFocus, read_lens};
+use petzval::lens::{
+    Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose, read_with,
+};
+use petzval::{Paraxial, Prescription, ReadContext, RealRayFocus, read_lens};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use rayon::prelude::*;
@@ -29,6 +31,7 @@ type RayArrays<'py> =
 pub struct Lens {
     lens: Prescription,
     path: PathBuf,
+    catalogues: Vec<PathBuf>,
     /// The file of a lens that was given as a table; it is removed with the lens.
     _table: Option<NamedTempFile>,
 }
@@ -36,10 +39,39 @@ pub struct Lens {
 /// A surface of a table: radius (0: plane), distance to the next, index behind it, diameter.
 type TableRow = [f64; 4];
 
+/// Glass catalogues: a path, or a list of them.
+#[derive(FromPyObject)]
+pub enum CatalogueSetting {
+    /// One.
+    One(PathBuf),
+    /// A list.
+    List(Vec<PathBuf>),
+}
+
+impl Default for CatalogueSetting {
+    fn default() -> Self {
+        Self::List(Vec::new())
+    }
+}
+
+impl CatalogueSetting {
+    pub fn paths(&self) -> Vec<PathBuf> {
+        match self {
+            Self::One(path) => vec![path.clone()],
+            Self::List(paths) => paths.clone(),
+        }
+    }
+}
+
 impl Lens {
     /// Returns the path of its file.
     pub fn file(&self) -> &Path {
         &self.path
+    }
+
+    /// Returns the glass catalogues that it was read with.
+    pub fn catalogues(&self) -> &[PathBuf] {
+        &self.catalogues
     }
 }
 
@@ -90,10 +122,16 @@ fn calibration_map(calibration: &Calibration, redistort: bool) -> Option<Vec<[f3
 #[pymethods]
 impl Lens {
     /// Reads a lens file, of any format that `petzval lens` reads.
+    ///
+    /// `catalogue` is a glass catalogue, an AGF file (Zemax), a folder of them, or a list of these: the
+    /// first that has a glass gives it. Renders with the lens use them too.
     #[new]
-    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let lens = py.detach(|| read_lens(&path)).map_err(|error| lens_error(&error))?;
-        Ok(Self { lens, path, _table: None })
+    #[pyo3(signature = (path, catalogue = CatalogueSetting::default()))]
+    fn new(py: Python<'_>, path: PathBuf, catalogue: CatalogueSetting) -> PyResult<Self> {
+        let catalogues = catalogue.paths();
+        let context = ReadContext::default().with_catalogues(catalogues.iter().cloned());
+        let lens = py.detach(|| read_with(&path, &context)).map_err(|error| lens_error(&error))?;
+        Ok(Self { lens, path, catalogues, _table: None })
     }
 
     /// Makes a lens of rows (radius, thickness, index, diameter), from the scene to the film, as in
@@ -112,8 +150,10 @@ impl Lens {
         let mut file =
             tempfile::Builder::new().prefix("petzval-lens-").suffix(".dat").tempfile()?;
         file.write_all(text.as_bytes())?;
-        let lens = read_lens(file.path()).map_err(|error| lens_error(&error))?;
-        Ok(Self { lens, path: file.path().to_owned(), _table: Some(file) })
+        let mut lens = read_lens(file.path()).map_err(|error| lens_error(&error))?;
+        lens.name = name.to_owned();
+        let (path, catalogues) = (file.path().to_owned(), Vec::new());
+        Ok(Self { lens, path, catalogues, _table: Some(file) })
     }
 
     /// Its name.
@@ -397,6 +437,22 @@ impl Lens {
     ) -> PyResult<Bound<'py, PyAny>> {
         let module = slf.py().import("petzval.drawing")?;
         module.call_method1("draw", (slf, ax, rays, film_distance))
+    }
+
+    /// Returns the drawing of the section with rays as the text of an SVG file; arguments are those of
+    /// `draw`. It needs no matplotlib.
+    #[pyo3(signature = (rays = 9, film_distance = None))]
+    fn svg<'py>(
+        slf: &Bound<'py, Self>,
+        rays: usize,
+        film_distance: Option<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("petzval.drawing")?.call_method1("svg", (slf, rays, film_distance))
+    }
+
+    /// Returns the drawing as SVG; notebooks show it.
+    fn _repr_svg_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Self::svg(slf, 9, None)
     }
 
     fn __repr__(&self) -> String {

@@ -4,12 +4,15 @@
 //! runs without the interpreter's lock.
 
 mod array;
+mod checkpoint;
 mod dataset;
 mod error;
 mod image;
 mod image_quality;
 mod job;
 mod lens;
+mod lens_models;
+mod memory;
 mod passes;
 mod picture;
 mod scene;
@@ -31,6 +34,7 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<image_quality::ImageQuality>()?;
     module.add_function(wrap_pyfunction!(dataset::dataset, module)?)?;
     module.add_function(wrap_pyfunction!(job::prepare, module)?)?;
+    module.add_function(wrap_pyfunction!(lens_models::lens_models, module)?)?;
     module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(picture::write_image, module)?)

@@ -1,11 +1,13 @@
 //! Scenes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use petzval::{Description, read_scene};
+use petzval::scene::read_with;
+use petzval::{Description, ReadContext};
 use pyo3::prelude::*;
 
 use crate::error::scene_error;
+use crate::memory::MemorySetting;
 use crate::worker;
 
 /// A scene file, read into memory.
@@ -18,12 +20,29 @@ pub struct Scene {
     path: PathBuf,
 }
 
+impl Scene {
+    /// Returns the path of its file.
+    pub fn file(&self) -> &Path {
+        &self.path
+    }
+}
+
 #[pymethods]
 impl Scene {
     /// Reads a scene in the language of pbrt-v4, or in glTF.
+    ///
+    /// `memory` is the most that it may take: bytes, or a text such as "8GiB". Ctrl-C ends the wait at
+    /// once; what was begun ends soon after in the background.
     #[new]
-    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let description = worker::run_whole(py, || read_scene(&path))?;
+    #[pyo3(signature = (path, memory = None))]
+    fn new(py: Python<'_>, path: PathBuf, memory: Option<MemorySetting>) -> PyResult<Self> {
+        let context = match memory {
+            Some(memory) => ReadContext::with_memory(memory.bytes()?),
+            None => ReadContext::default(),
+        };
+        let (shared, file) = (context.clone(), path.clone());
+        let work = move || read_with(&file, &shared);
+        let description = worker::run_or_abandon(py, || context.stop(), work)?;
         let description = description.map_err(|errors| scene_error(&errors))?;
         Ok(Self { description, path })
     }

@@ -14,7 +14,7 @@ use petzval::{Changes, FocusOn, StopCriteria};
 use pyo3::prelude::*;
 
 use crate::error::value_error;
-use crate::lens::Lens;
+use crate::lens::{CatalogueSetting, Lens};
 
 /// A lens: a file, or one that was read.
 #[derive(FromPyObject)]
@@ -65,6 +65,7 @@ pub struct Settings<'py> {
     zoom: Option<ZoomSetting>,
     focus_model: Option<String>,
     assume_vd: bool,
+    catalogue: Option<CatalogueSetting>,
 }
 
 /// A zoom setting: a focal length (mm), or the name of a state.
@@ -133,7 +134,11 @@ impl Settings<'_> {
         }
         Ok(Changes {
             lens: self.lens_file(),
-            lens_options: LensOptions { zoom: self.zoom()?, ..LensOptions::default() },
+            lens_options: LensOptions {
+                zoom: self.zoom()?,
+                catalogues: self.catalogues(),
+                ..LensOptions::default()
+            },
             focus: self.focus()?,
             focus_model: self.focus_model()?,
             f_number: self.fstop,
@@ -168,6 +173,15 @@ impl Settings<'_> {
             LensSetting::File(path) => path.clone(),
             LensSetting::Read(lens) => lens.file().to_owned(),
         })
+    }
+
+    /// Returns the glass catalogues of the settings, then those of the lens.
+    fn catalogues(&self) -> Vec<PathBuf> {
+        let mut all = self.catalogue.as_ref().map_or_else(Vec::new, CatalogueSetting::paths);
+        if let Some(LensSetting::Read(lens)) = &self.lens {
+            all.extend_from_slice(lens.catalogues());
+        }
+        all
     }
 
     fn focus(&self) -> PyResult<Option<FocusOn>> {

@@ -70,6 +70,37 @@ pub fn run<T: Send>(
     }
 }
 
+/// Runs `work` that cannot be stopped on a thread that Ctrl-C leaves to itself: it ends in the
+/// background, and its result is dropped. `abandoned` is called then.
+pub fn run_or_abandon<T: Send + 'static>(
+    py: Python<'_>,
+    abandoned: impl FnOnce(),
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    check_process()?;
+    let (send, receive) = mpsc::sync_channel(1);
+    let work = move || {
+        // Nobody may be left to take it.
+        let _ = send.send(catch_unwind(AssertUnwindSafe(work)));
+    };
+    std::thread::Builder::new().stack_size(STACK).spawn(work)?;
+    let receive = Mutex::new(receive);
+    loop {
+        let received = py.detach(|| {
+            receive.lock().unwrap_or_else(|poison| poison.into_inner()).recv_timeout(PULSE)
+        });
+        if let Err(interrupt) = py.check_signals() {
+            abandoned();
+            return Err(interrupt);
+        }
+        match received {
+            Ok(result) => return result.map_err(|panic| panicked(&*panic)),
+            Err(mpsc::RecvTimeoutError::Timeout) => {}
+            Err(mpsc::RecvTimeoutError::Disconnected) => return Err(panicked(&"")),
+        }
+    }
+}
+
 /// Runs `work` that cannot be stopped; Ctrl-C counts after it.
 pub fn run_whole<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     run(py, &AtomicBool::new(false), |_| Ok(()), work)

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use flate2::read::MultiGzDecoder;
@@ -40,16 +40,20 @@ pub struct ReadContext {
 struct Budget {
     limit: u64,
     claimed: AtomicU64,
+    stopped: AtomicBool,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { limit: u64::MAX, claimed: AtomicU64::new(0) }
+        Self { limit: u64::MAX, claimed: AtomicU64::new(0), stopped: AtomicBool::new(false) }
     }
 }
 
 impl Budget {
     fn check(&self, claimed: u64, bytes: u64) -> Result<(), String> {
+        if self.stopped.load(Ordering::Relaxed) {
+            return Err("reading was stopped".to_owned());
+        }
         if claimed.saturating_add(bytes) <= self.limit {
             return Ok(());
         }
@@ -97,9 +101,15 @@ impl ReadContext {
     #[must_use]
     pub fn temporary(&self) -> Self {
         let claimed = AtomicU64::new(self.budget.claimed.load(Ordering::Relaxed));
-        let budget = Budget { limit: self.budget.limit, claimed };
+        let stopped = AtomicBool::new(self.budget.stopped.load(Ordering::Relaxed));
+        let budget = Budget { limit: self.budget.limit, claimed, stopped };
         let (catalogues, approximate) = (self.catalogues.clone(), self.approximate);
         Self { budget: Arc::new(budget), files: Arc::default(), catalogues, approximate }
+    }
+
+    /// Stops the readers of this context: the next file or allocation is an error.
+    pub fn stop(&self) {
+        self.budget.stopped.store(true, Ordering::Relaxed);
     }
 
     /// Returns the files read so far.
@@ -212,6 +222,19 @@ mod tests {
         context.claim(4).unwrap();
         let refusal = context.check(1).unwrap_err();
         assert!(refusal.contains("beside the 10"), "{refusal}");
+    }
+
+    #[test]
+    fn a_stopped_context_reads_and_claims_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        fs::write(&path, "x").unwrap();
+        let context = ReadContext::default();
+        let clone = context.clone();
+        assert!(clone.bytes(&path).is_ok() && clone.claim(1).is_ok());
+        context.stop();
+        assert!(clone.claim(1).is_err() && clone.temporary().claim(1).is_err());
+        assert!(clone.bytes(&path).unwrap_err().to_string().contains("reading was stopped"));
     }
 
     #[test]

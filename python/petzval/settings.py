@@ -1,0 +1,86 @@
+"""Settings of pictures: defaults, checks, and texts that tell pictures apart."""
+
+import inspect
+import operator
+from collections.abc import Sequence
+
+from .camera import Camera
+
+#: Settings whose outcome tells pictures apart in place of their texts: files and layers.
+_BY_OUTCOME = ("lens", "aov", "catalogue", "spp", "seed", "resolution", "crop")
+
+
+def defaults(function):
+    """Return the default values of a function's keywords, by name."""
+    parameters = inspect.signature(function).parameters.values()
+    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY}
+
+
+def completed(settings, defaults):
+    """Return settings with the defaults of those that are not given."""
+    for name in settings:
+        if name not in defaults:
+            raise TypeError(f"unexpected keyword argument {name!r}")
+    return {**defaults, **settings}
+
+
+def checked(settings, camera):
+    """Return settings as the engine takes them, with those of a camera where there is none."""
+    settings = dict(settings)
+    aov = settings["aov"]
+    settings["aov"] = [aov] if isinstance(aov, str) else list(aov)
+    settings["spp"] = count("spp", settings["spp"], 1)
+    settings["seed"] = count("seed", settings["seed"], 0)
+    if camera is not None:
+        if not isinstance(camera, Camera):
+            raise TypeError(f"camera: expected a petzval.Camera, not {type(camera).__name__}")
+        for name, value in camera.settings().items():
+            if settings[name] is None:
+                settings[name] = value
+    settings["look_at"] = nine_numbers(settings["look_at"])
+    catalogue = settings["catalogue"]
+    settings["catalogue"] = list(catalogue) if isinstance(catalogue, (list, tuple)) else [catalogue]
+    return settings
+
+
+def said(settings):
+    """Return the settings that are given as texts, by name, to tell one picture from another."""
+    return {
+        name: _text(value)
+        for name, value in settings.items()
+        if value is not None and name not in _BY_OUTCOME
+    }
+
+
+def _text(value):
+    """Return a text that is equal for equal values, whatever their types."""
+    if isinstance(value, (str, bool)):
+        return str(value)
+    if isinstance(value, Sequence) or getattr(value, "ndim", 0):
+        return ",".join(_text(item) for item in value)
+    return repr(float(value))
+
+
+def count(name, value, least):
+    """Return an integer that is at least so large and fits into 32 bits."""
+    if value is None:
+        return None
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}={value!r}: expected an integer") from None
+    if not least <= number < 2**32:
+        raise ValueError(f"{name}={number}: expected {least} to {2**32 - 1}")
+    return number
+
+
+def nine_numbers(look_at):
+    """Return eye, target and up in one list."""
+    if look_at is None:
+        return None
+    points = [list(map(float, point)) for point in look_at]
+    if len(points) == 2:
+        points.append([0.0, 1.0, 0.0])
+    if len(points) != 3 or any(len(point) != 3 for point in points):
+        raise ValueError("look_at: expected (eye, target) or (eye, target, up), each three numbers")
+    return sum(points, [])

@@ -1,0 +1,44 @@
+"""Type stubs: every public name, with the parameters that it has."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import petzval as pz
+
+STUB = ast.parse((Path(pz.__file__).parent / "__init__.pyi").read_text())
+
+
+def parameters(arguments):
+    """Return the names of the parameters of a function in a stub."""
+    names = [a.arg for a in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+    return names + [a.arg for a in (arguments.vararg, arguments.kwarg) if a]
+
+
+def test_every_public_name_has_a_stub_with_its_parameters():
+    stubs = {node.name: node for node in STUB.body if hasattr(node, "name")}
+    for name in pz.__all__:
+        if name == "__version__":
+            continue
+        assert name in stubs, name
+        found, stub = getattr(pz, name), stubs[name]
+        if inspect.isclass(found):
+            methods = {node.name for node in ast.walk(stub) if hasattr(node, "name")}
+            fields = {node.target.id for node in stub.body if isinstance(node, ast.AnnAssign)}
+            public = {member for member in vars(found) if not member.startswith("_")}
+            assert public <= methods | fields, (name, public - methods - fields)
+            members = [
+                (getattr(found, node.name), node)
+                for node in stub.body
+                if isinstance(node, ast.FunctionDef) and not node.decorator_list and "__" not in node.name
+            ]
+        else:
+            members = [(found, stub)]
+        for function, node in members:
+            own = list(inspect.signature(function).parameters)
+            said = parameters(node.args)
+            # Arguments that are handed on stand for themselves in the stub.
+            handed_on = {"conditions", "settings"} & set(own)
+            own = [parameter for parameter in own if parameter not in handed_on]
+            assert set(own) <= set(said), (name, node.name, own, said)
+            assert handed_on or set(said) <= set(own), (name, node.name, own, said)
