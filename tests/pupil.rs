@@ -310,7 +310,7 @@ fn weights(camera: &Camera, waves: u32, rear_only: bool) -> Vec<f64> {
 fn no_ray_weighs_more_than_four_times_the_mean() {
     // The weight of samples aimed at the fan is its area. Samples of the whole rear element weigh
     // hundreds of times as much where the fan misses light, which makes fireflies. This many of them
-    // occur in 2.6e8 samples.
+    // occur in 2e9 samples.
     const REAR_WAVES: u32 = 1000;
     let cases: Vec<_> = LENSES
         .into_iter()

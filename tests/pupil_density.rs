@@ -4,10 +4,14 @@ mod support;
 
 use glam::DAffine3;
 use petzval::lens::{
-    Camera, FilmPlane, Iris, LensModel, Paraxial, Pose, Prescription, PupilSampling, RealLens, read,
+    Camera, FilmPlane, Iris, LensModel, Paraxial, Pose, Prescription, PupilBounds, PupilSampling,
+    REAR_SHARE, RIM_SHARE, RealLens, SHELL_ENDS, VICINITY_SHARE, read,
 };
 use petzval::rays::SampleBatch;
 use support::{Random, in_parallel, root};
+
+/// Share of the samples that are not drawn from the fan.
+const OUTSIDE_SHARE: f32 = REAR_SHARE + VICINITY_SHARE + RIM_SHARE;
 
 /// Returns a lens of the repository, and the film distance at which it is focused at infinity.
 fn focused(name: &str) -> (Prescription, f64) {
@@ -54,6 +58,12 @@ fn histogram_cases() -> Vec<(String, Prescription, f64, f64, [f64; 2])> {
         case("fisheye.10mm.dat", 35.0, [7.0, 9.0], &|_| ()),
         case("anamorphic.toml", 22.0, [10.0, -8.0], &|_| ()),
     ]
+}
+
+/// Returns a limit of chi-squared with a false alarm in one case of a million: Wilson & Hilferty
+/// 1931, 4.753 standard deviations.
+fn chi_squared_limit(cells: f64) -> f64 {
+    cells * (1.0 - 2.0 / (9.0 * cells) + 4.753 * (2.0 / (9.0 * cells)).sqrt()).powi(3)
 }
 
 #[test]
@@ -128,11 +138,106 @@ fn the_sampling_density_is_that_of_drawn_samples() {
         cells += 1.0;
         println!("{name}: integral {total:.5}, chi-squared {chi2:.1} of {cells}");
         assert!((total - 1.0).abs() < 0.004, "{name}: the density sums to {total}");
-        // False alarm one in a million: Wilson & Hilferty 1931, 4.753 standard deviations.
-        let limit =
-            cells * (1.0 - 2.0 / (9.0 * cells) + 4.753 * (2.0 / (9.0 * cells)).sqrt()).powi(3);
+        let limit = chi_squared_limit(cells);
         assert!(chi2 < limit, "{name}: chi-squared {chi2} of {cells} cells, limit {limit}");
     });
+}
+
+/// Returns the density of the samples that are not drawn from the fan, over the plane of the rear
+/// vertex, mm^-2.
+fn density_outside(bounds: &PupilBounds, at: [f64; 2], point: [f64; 2]) -> f64 {
+    let [at, point] = [at, point].map(|at| at.map(|v| v as f32));
+    let fan = f64::from(1.0 - OUTSIDE_SHARE) * f64::from(bounds.fan(at).density(point));
+    f64::from(bounds.density(at, point)) - fan
+}
+
+#[test]
+fn the_density_of_the_rim_is_that_of_drawn_samples() {
+    /// Scales of the fan that bound the shells of a histogram.
+    const SCALES: [f64; 7] = [1.0005, 1.004, 1.0077, 1.02, 1.0307, 1.06, 1.117];
+    const SAMPLES: u32 = 60_000;
+    let cases: Vec<_> = histogram_cases().into_iter().filter(|case| case.4[1] != 0.0).collect();
+    in_parallel(&cases, |(name, lens, film, half, at)| {
+        // Film points on the x axis see the pupil in the frame of the lens.
+        let at = [at[0].hypot(at[1]), 0.0];
+        let camera = camera(lens.clone(), *film, *half);
+        let LensModel::Real(real) = &camera.model else { unreachable!() };
+        let bounds = real.pupil_bounds();
+        let fan = bounds.fan(at.map(|v| v as f32));
+        let mut random = Random::new(29);
+        let mut samples = SampleBatch { len: 1, ..SampleBatch::default() };
+        let mut counts = [0u32; SCALES.len() - 1];
+        for _ in 0..SAMPLES {
+            for axis in 0..2 {
+                samples.film[axis][0] = at[axis] as f32;
+                samples.pupil[axis][0] = random.next() as f32;
+            }
+            samples.pupil[0][0] *= OUTSIDE_SHARE;
+            let path = camera.ray_path(&samples).expect("a lit film point");
+            let [dx, dy, dz] = [path.direction[0], path.direction[1], -path.direction[2]];
+            let scale = fan.scale_to_enclose([at[0] + dx / dz * film, at[1] + dy / dz * film]);
+            let shell = SCALES.iter().filter(|&&end| end <= scale).count();
+            if (1..SCALES.len()).contains(&shell) {
+                counts[shell - 1] += 1;
+            }
+        }
+        let mut chi2 = 0.0;
+        for (shell, &count) in counts.iter().enumerate() {
+            const POINTS: usize = 20_000;
+            let [inner, outer] = [shell, shell + 1].map(|i| SCALES[i] * SCALES[i]);
+            let mut mass = 0.0;
+            for i in 0..POINTS {
+                let [a, b] = [i % 32, i % 32 + 1].map(|k| fan.corners[k].map(f64::from));
+                let (along, scale) = (random.next(), random.between(inner, outer).sqrt());
+                let corner = [0, 1].map(|axis| a[axis] + along * (b[axis] - a[axis]));
+                let point = [0, 1].map(|i| f64::from(fan.centre[i]) + scale * corner[i]);
+                // A sum over 32 triangles of the area of the shell.
+                let area = (a[0] * b[1] - a[1] * b[0]) / 2.0 * (outer - inner) * 32.0;
+                mass += density_outside(bounds, at, point) * area.max(0.0) / POINTS as f64;
+            }
+            let expected = mass / f64::from(OUTSIDE_SHARE) * f64::from(SAMPLES);
+            chi2 += (f64::from(count) - expected).powi(2) / expected;
+            let range = &SCALES[shell..shell + 2];
+            println!("{name}: {count} samples at scales {range:?}, expected {expected:.1}");
+        }
+        let limit = chi_squared_limit(counts.len() as f64);
+        assert!(
+            chi2 < limit,
+            "{name}: chi-squared {chi2} of {} shells, limit {limit}",
+            counts.len()
+        );
+    });
+}
+
+#[test]
+fn a_sample_outside_the_fan_weighs_at_most_the_stated_limit() {
+    for (name, lens, film, half, at) in histogram_cases() {
+        let camera = camera(lens, film, half);
+        let LensModel::Real(real) = &camera.model else { unreachable!() };
+        let bounds = real.pupil_bounds();
+        let at = at.map(|v| v as f32);
+        let fan = bounds.fan(at);
+        let mut random = Random::new(31);
+        for _ in 0..4000 {
+            let k = (random.next() * 32.0) as usize;
+            let [a, b] = [k, k + 1].map(|k| fan.corners[k].map(f64::from));
+            let excess = 0.249 * (-8.0 * random.next()).exp();
+            let (along, scale) = (random.next(), (1.0 + excess).sqrt());
+            let point = [0, 1].map(|i| {
+                (f64::from(fan.centre[i]) + scale * (a[i] + along * (b[i] - a[i]))) as f32
+            });
+            let inside = 2.0 / (32.0 * (a[0] * b[1] - a[1] * b[0]));
+            let ratio = inside / f64::from(bounds.density(at, point));
+            let end = SHELL_ENDS.iter().position(|&end| excess <= f64::from(end)).expect("a shell");
+            let limit = [48.0, 144.0, 576.0][end];
+            // Rounding to single precision moves a point by some 1e-6 of the fan.
+            let next = SHELL_ENDS.iter().any(|&end| (excess / f64::from(end) - 1.0).abs() < 1e-4);
+            assert!(
+                ratio < 1.001 * limit || next,
+                "{name}: {ratio} times at {excess}, limit {limit}"
+            );
+        }
+    }
 }
 
 #[test]

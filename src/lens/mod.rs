@@ -99,7 +99,8 @@ pub use prescription::pose::{
 pub use prescription::surface_aperture::{ApertureForm, SurfaceAperture};
 pub use prescription::{CrossSection, Prescription, Row, Rows, TransverseAxis};
 pub use pupil::fan::Fan;
-pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE};
+pub use pupil::rim::SHELL_ENDS;
+pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE, RIM_SHARE, VICINITY_SHARE};
 pub use trace::asphere::Asphere;
 pub use trace::biradial::Biradial;
 pub use trace::frame_transform::FrameTransform;

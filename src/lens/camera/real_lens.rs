@@ -86,7 +86,7 @@ impl RealLens {
 
     /// Splits the light into bands: every ray is traced at one wavelength. The pupil bounds stay
     /// those of the d line until [`Self::bound_all_bands`]; light of other wavelengths outside them
-    /// is found only by the few samples of the whole rear element.
+    /// is found only by the few samples around them.
     pub fn disperse(&mut self, bands: &[LightBand]) {
         let one = |band: &LightBand| {
             Band::new(&self.prescription, self.film_distance, band.wavelength, band.response)

@@ -1,11 +1,13 @@
 //! Bounds of the exit pupil for every film point.
 
+use super::density::{Regions, Shares};
 use super::fan::{Fan, TRIANGLES};
 use super::film_grid::FilmGrid;
 use super::polar_grid::PolarGrid;
 use super::table::TableBuilder;
 use super::target::TriangleSteps;
-use super::{CELLS, Ellipse, PupilSampling, REAR_SHARE, RINGS};
+use super::vicinity::Vicinities;
+use super::{CELLS, Ellipse, PupilSampling, RINGS};
 use crate::lens::prescription::iris::Iris;
 use crate::lens::prescription::pose::FilmPlane;
 use crate::lens::prescription::{Prescription, Row};
@@ -19,10 +21,10 @@ pub struct PupilBounds {
     pub(super) rear: Vec<Ellipse>,
     /// For each of them the density of the samples drawn from the rear element, mm^-2.
     pub(super) rear_density: Vec<f32>,
+    pub(super) vicinities: Vicinities,
     pub(super) cells: FilmGrid,
     pub(super) rings_per_mm: f32,
-    /// Share of samples drawn from the rear element instead of the pupil.
-    pub rear_share: f32,
+    pub(super) shares: Shares,
     /// Whether samples outside the fans have no weight. Set for lens models that know no rims.
     pub(crate) fans_only: bool,
 }
@@ -85,14 +87,17 @@ impl PupilBounds {
         film: &FilmPlane,
         sampling: PupilSampling,
     ) -> Self {
-        if sampling == PupilSampling::RoundIris {
+        let with_round_iris = || {
             let round = |lens: &Prescription| {
                 let mut round = lens.clone();
                 round.rows.iter_mut().for_each(|row| row.iris = Iris::Round);
                 round
             };
             let others: Vec<Prescription> = others.iter().map(round).collect();
-            return Self::for_wavelengths(&round(lens), &others, film, PupilSampling::Pupil);
+            Self::for_wavelengths(&round(lens), &others, film, PupilSampling::Pupil)
+        };
+        if sampling == PupilSampling::RoundIris {
+            return with_round_iris();
         }
         let &FilmPlane { distance, pose, radius, half } = film;
         let builder = TableBuilder { lens, others, distance, pose };
@@ -100,28 +105,56 @@ impl PupilBounds {
         let [x, y] = pose.decentre;
         let radius = radius + x.hypot(y);
         let level = lens.is_round() && pose.is_untilted();
-        let (rear, table, rear_share) = match sampling {
+        let (rear, table, shares) = match sampling {
             PupilSampling::RearDisk => {
                 let half = lens.rear().diameter as f32 / 2.0;
                 let disk = Ellipse { centre: [0.0; 2], half: [half; 2] };
-                (vec![disk; RINGS], FanTable::RearOnly, 1.0)
+                (vec![disk; RINGS], FanTable::RearOnly, Shares::REAR_ONLY)
             }
             PupilSampling::Pupil if level => {
                 let edge = |i: usize| radius * i as f64 / RINGS as f64;
                 let ring = |i: usize| builder.rear_ellipse([edge(i), edge(i + 1)]);
-                ((0..RINGS).map(ring).collect(), builder.build_rings(radius), REAR_SHARE)
+                ((0..RINGS).map(ring).collect(), builder.build_rings(radius), Shares::AROUND_FAN)
             }
             PupilSampling::Pupil | PupilSampling::RoundIris => {
                 let nearly_round = lens.rows.iter().all(Row::is_round);
                 let polar = if nearly_round { builder.build_spokes(half) } else { None };
                 let table = polar.unwrap_or_else(|| builder.build_grid(half));
-                (builder.rear_cells(half), table, REAR_SHARE)
+                (builder.rear_cells(half), table, Shares::AROUND_FAN)
             }
         };
         let rings_per_mm = (RINGS as f64 / radius) as f32;
-        let rear_density = rear.iter().map(|ellipse| rear_share / ellipse.area()).collect();
-        let cells = FilmGrid::new(half);
-        Self { table, rear, rear_density, cells, rings_per_mm, rear_share, fans_only: false }
+        let mut bounds = Self {
+            table,
+            rear_density: rear.iter().map(|ellipse| shares.rear / ellipse.area()).collect(),
+            rear,
+            vicinities: Vicinities::default(),
+            cells: FilmGrid::new(half),
+            rings_per_mm,
+            shares,
+            fans_only: false,
+        };
+        let is_shaped =
+            bounds.uses_lens_frame() && lens.rows.iter().any(|row| row.iris != Iris::Round);
+        bounds.vicinities = match is_shaped {
+            true => {
+                let round = with_round_iris();
+                // Rings are centred on the axis; other tables cover the film itself.
+                let middle = match round.uses_lens_frame() {
+                    true => [0.0; 2],
+                    false => pose.decentre.map(|v| v as f32),
+                };
+                Vicinities::round(round, middle)
+            }
+            false => Vicinities::of(&bounds.table, lens.rear().diameter as f32 / 2.0),
+        };
+        if let FanTable::Round { fans, .. } = &bounds.table {
+            let densities: Vec<f32> = (0..fans.len()).map(|k| bounds.cell_density(k)).collect();
+            if let FanTable::Round { steps, .. } = &mut bounds.table {
+                steps.set_density(|ring| densities[ring]);
+            }
+        }
+        bounds
     }
 
     /// Returns whether pupil points are in the frame of the lens, and film points are looked up by
@@ -133,10 +166,22 @@ impl PupilBounds {
     /// Returns an ellipse that encloses the rear element as seen from a film point, mm.
     pub fn rear(&self, film: [f32; 2]) -> Ellipse {
         if self.uses_lens_frame() {
-            let [(i, _), (j, _)] = self.cells.cell(film);
-            return self.rear[j * CELLS + i];
+            return self.rear[self.cell(film)];
         }
         self.rear[self.rear_ring(film[0].hypot(film[1])) as usize]
+    }
+
+    /// Returns the index of the cell of a film point.
+    #[inline(always)]
+    pub(super) fn cell(&self, film: [f32; 2]) -> usize {
+        let [(column, _), (row, _)] = self.cells.cell(film);
+        row * CELLS + column
+    }
+
+    /// Returns the regions that the samples of a film point (mm) are drawn from.
+    pub(super) fn regions(&self, film: [f32; 2]) -> Regions {
+        let fan = self.fan(film);
+        Regions { vicinity: self.vicinity(film, &fan), fan, rear: self.rear(film) }
     }
 
     #[inline(always)]
@@ -146,7 +191,7 @@ impl PupilBounds {
 
     /// Returns the sample density of a triangle times twice its area.
     pub(crate) fn triangle_density(&self) -> f32 {
-        2.0 * (1.0 - self.rear_share) / TRIANGLES as f32
+        2.0 * (1.0 - self.shares.outside()) / TRIANGLES as f32
     }
 
     /// Returns the fan of a film point (mm); it is empty if all samples are drawn from the rear

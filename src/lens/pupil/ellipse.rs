@@ -17,6 +17,18 @@ impl Ellipse {
         std::f32::consts::PI * self.half[0] * self.half[1]
     }
 
+    /// Returns the density of points that are drawn uniformly from it, mm^-2; 0 outside. Rounding
+    /// leaves points on its edge inside.
+    pub(super) fn density(&self, point: [f32; 2]) -> f32 {
+        let [x, y] = [0, 1].map(|i| (point[i] - self.centre[i]) / self.half[i]);
+        if x * x + y * y <= 1.0 + 1e-5 { 1.0 / self.area() } else { 0.0 }
+    }
+
+    /// Returns the point at a place in the unit disk.
+    pub(super) fn at(&self, disk: [f32; 2]) -> [f32; 2] {
+        [0, 1].map(|i| self.half[i] * disk[i] + self.centre[i])
+    }
+
     pub(crate) fn scaled(self, by: f32) -> Self {
         Self { half: self.half.map(|half| half * by), ..self }
     }

@@ -82,16 +82,43 @@ impl Fan {
     /// Returns the weighted sum of fans.
     #[inline(always)]
     pub fn mix(fans: &[(&Self, f32)]) -> Self {
-        let sum = |of: &dyn Fn(&Self) -> [f32; 2]| weighted(fans, of);
-        Self {
-            centre: sum(&|fan| fan.centre),
-            corners: std::array::from_fn(|k| sum(&|fan| fan.corners[k])),
+        let mut sum = Self::EMPTY;
+        for (fan, weight) in fans {
+            for (to, from) in sum.centre.iter_mut().zip(fan.centre) {
+                *to += weight * from;
+            }
+            let corners = sum.corners.as_flattened_mut().iter_mut();
+            for (to, from) in corners.zip(fan.corners.as_flattened()) {
+                *to += weight * from;
+            }
         }
+        sum
     }
 
     /// Returns the fan scaled about its centre.
     pub fn scaled(&self, by: f32) -> Self {
         Self { centre: self.centre, corners: self.corners.map(|corner| corner.map(|v| v * by)) }
+    }
+
+    /// Returns the fan in a frame turned back by an angle: its u axis has this direction there.
+    pub(super) fn turned(&self, cos: f32, sin: f32) -> Self {
+        let turned = |[u, v]: [f32; 2]| [cos * u - sin * v, sin * u + cos * v];
+        Self { centre: turned(self.centre), corners: self.corners.map(turned) }
+    }
+
+    /// Returns the fan with each corner moved away from the centre by a factor.
+    pub(super) fn widened(&self, by: &[f64; TRIANGLES]) -> Self {
+        let moved = |k: usize| self.corners[k].map(|v| (f64::from(v) * by[k % TRIANGLES]) as f32);
+        Self { centre: self.centre, corners: std::array::from_fn(moved) }
+    }
+
+    /// Returns a point of a scaled copy of the outer side of a triangle. `turn` is 0 at its first
+    /// corner and 1 at the second; equal steps are about equal angles at the centre.
+    pub(super) fn outside(&self, triangle: usize, turn: f64, scale: f64) -> [f64; 2] {
+        let [a, b] = [triangle, triangle + 1].map(|k| self.corners[k].map(f64::from));
+        let [from, to] = [(1.0 - turn) * b[0].hypot(b[1]), turn * a[0].hypot(a[1])];
+        let along = if from + to > 0.0 { to / (from + to) } else { 0.0 };
+        [0, 1].map(|i| f64::from(self.centre[i]) + scale * (a[i] + along * (b[i] - a[i])))
     }
 
     #[inline(always)]
@@ -101,35 +128,52 @@ impl Fan {
 
     /// Returns the scale at which the fan just encloses a point; at most 1 for a point inside.
     pub fn scale_to_enclose(&self, point: [f64; 2]) -> f64 {
+        self.triangle_towards(point).map_or(0.0, |(_, scale)| scale)
+    }
+
+    /// Returns the triangle in whose sector a point lies, and the scale at which it just encloses
+    /// the point.
+    pub(super) fn triangle_towards(&self, point: [f64; 2]) -> Option<(usize, f64)> {
         let local = [0, 1].map(|axis| point[axis] - f64::from(self.centre[axis]));
         let corner = |k: usize| self.corners[k].map(f64::from);
         (0..TRIANGLES)
-            .find_map(|k| distance_over_chord(corner(k), corner(k + 1), local))
-            .unwrap_or(0.0)
+            .find_map(|k| Some((k, distance_over_chord(corner(k), corner(k + 1), local)?)))
     }
 
     /// Returns the density of its samples at a point, mm^-2; 0 outside.
-    pub fn density(&self, [x, y]: [f32; 2]) -> f32 {
+    pub fn density(&self, point: [f32; 2]) -> f32 {
+        let inside = self.sector(point).filter(|(scale, _)| *scale <= 1.0);
+        inside.map_or(0.0, |(_, area)| 1.0 / (TRIANGLES as f32 * area))
+    }
+
+    /// Returns the triangle in whose sector a point lies: the scale at which it just reaches the
+    /// point, and its area, mm^2. In a fan that overlaps itself it is the triangle that needs the
+    /// least scale, or the first that contains the point.
+    pub(super) fn sector(&self, [x, y]: [f32; 2]) -> Option<(f32, f32)> {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
+        // Twice the areas of the triangles that the point forms with the centre and a corner. This loop
+        // vectorizes, and few triangles pass the test in the next.
+        let mut crosses = [0.0; TRIANGLES + 1];
+        for (cross, [cx, cy]) in crosses.iter_mut().zip(self.corners) {
+            *cross = cx * y - cy * x;
+        }
+        let mut nearest: Option<(f32, f32)> = None;
         for k in 0..TRIANGLES {
-            let triangle = self.triangle(k);
-            let [[ax, ay], [bx, by]] = triangle.corners;
-            let area2 = triangle.area2();
-            // Twice the areas of the triangles that the point forms with the corners.
-            let (a, b) = (x * by - y * bx, ax * y - ay * x);
-            if area2 > 0.0 && a >= 0.0 && b >= 0.0 && a + b <= area2 {
-                return 2.0 / (TRIANGLES as f32 * area2);
+            let (a, b) = (-crosses[k + 1], crosses[k]);
+            if a < 0.0 || b < 0.0 {
+                continue;
+            }
+            let area2 = self.triangle(k).area2();
+            if area2 > 0.0 {
+                let found = ((a + b) / area2, area2 / 2.0);
+                if a + b <= area2 {
+                    return Some(found);
+                }
+                nearest = nearest.filter(|(scale, _)| *scale <= found.0).or(Some(found));
             }
         }
-        0.0
+        nearest
     }
-}
-
-fn weighted(fans: &[(&Fan, f32)], of: &dyn Fn(&Fan) -> [f32; 2]) -> [f32; 2] {
-    fans.iter().fold([0.0; 2], |sum, (fan, weight)| {
-        let v = of(fan);
-        [sum[0] + weight * v[0], sum[1] + weight * v[1]]
-    })
 }
 
 fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -11,21 +11,26 @@
 //!   the axis ([`polar_grid`]). Here and below, u and v are x and y of the lens.
 //! - Any other lens: a regular grid over the film ([`film_grid`]).
 //!
-//! A small share of the samples is drawn from the whole rear element, and weights use the density
-//! of the mixture. Light outside a fan is therefore still counted, and the picture stays unbiased.
+//! Fans can miss slivers of the light. A small share of the samples is therefore drawn around them,
+//! and weights use the density of the mixture, so that the picture stays unbiased. Three regions,
+//! each larger than the one before, bound the weight of light that the ones before miss: the
+//! [rim](mod@rim) just outside the fan, its [vicinity](mod@vicinity) and the whole rear element.
 
 pub(crate) mod aim;
 pub(crate) mod bounds;
 mod density;
 pub(crate) mod ellipse;
+mod enclosure;
 pub(crate) mod fan;
 pub(crate) mod film_grid;
 pub(crate) mod outline;
 pub(crate) mod polar_grid;
+pub(crate) mod rim;
 pub(crate) mod sample;
 pub(crate) mod table;
 pub(crate) mod target;
 pub(crate) mod tracker;
+mod vicinity;
 
 pub(crate) use bounds::FanTable;
 pub use bounds::PupilBounds;
@@ -35,8 +40,12 @@ pub use ellipse::Ellipse;
 pub(crate) const RINGS: usize = 64;
 /// Cells along each side of the grid for any other film; each of their corners has a fan.
 pub(crate) const CELLS: usize = 24;
+/// Share of the samples that are drawn from the rim of the fan.
+pub const RIM_SHARE: f32 = 1.0 / 1024.0;
+/// Share of the samples that are drawn from the vicinity of the fan.
+pub const VICINITY_SHARE: f32 = 1.0 / 512.0;
 /// Share of the samples that are drawn from the whole rear element.
-pub const REAR_SHARE: f32 = 1.0 / 256.0;
+pub const REAR_SHARE: f32 = 1.0 / 2048.0;
 
 /// How pupil points are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

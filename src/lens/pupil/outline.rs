@@ -225,7 +225,7 @@ impl OutlineFinder {
     }
 
     /// Returns through which points of the vertex plane a film point sees light.
-    fn lit(
+    pub(super) fn lit(
         &mut self,
         [x, y, z]: [f64; 3],
         count: usize,

@@ -106,14 +106,26 @@ impl PolarGrid {
         Some(Interpolation { cos, sin, around })
     }
 
+    /// Returns the fans at the corners of a cell.
+    pub fn around(&self, spoke: usize, ring: usize) -> impl Iterator<Item = &Fan> + Clone {
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter();
+        corners.map(move |(i, j)| &self.fans[Self::index(spoke + i, ring + j)])
+    }
+
+    /// Returns the cell of a film point, spoke after spoke, and its direction from the pole; `None`
+    /// beyond the end of the light.
+    pub fn cell(&self, film: [f32; 2]) -> Option<(usize, [f32; 2])> {
+        let Interpolation { cos, sin, around } = self.interpolation(film)?;
+        let (spoke, ring) = (around[0].0 / (POLAR_RINGS + 1), around[0].0 % (POLAR_RINGS + 1));
+        Some((spoke * POLAR_RINGS + ring, [cos, sin]))
+    }
+
     /// Returns the pupil of a film point, in the frame of the lens.
     pub fn fan(&self, film: [f32; 2]) -> Fan {
         let Some(Interpolation { cos, sin, around }) = self.interpolation(film) else {
             return Fan::EMPTY;
         };
-        let fan = Fan::mix(&around.map(|(i, weight)| (&self.fans[i], weight)));
-        let rotated = |[u, v]: [f32; 2]| [cos * u - sin * v, sin * u + cos * v];
-        Fan { centre: rotated(fan.centre), corners: fan.corners.map(rotated) }
+        Fan::mix(&around.map(|(i, weight)| (&self.fans[i], weight))).turned(cos, sin)
     }
 
     /// Returns one triangle of that pupil, as a target without the density; of no area if the film

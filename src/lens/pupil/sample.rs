@@ -1,10 +1,11 @@
 //! Sampling of pupil points from the pupil bounds.
 
+use super::RINGS;
 use super::bounds::{FanTable, PupilBounds, integer_part, ring, ring_position};
 use super::fan::{TRIANGLES, Triangle};
-use super::target::{PupilTarget, PupilTargets, TriangleSteps, point_target};
-use super::{CELLS, RINGS};
+use super::target::{DENSITY, PupilTarget, PupilTargets, TriangleSteps, point_target};
 use crate::rays::{Column, WAVE_SIZE};
+use crate::sampler::concentric_disk;
 
 /// Columns that are computed in SIMD before the fans are looked up.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +51,7 @@ impl PupilBounds {
         let count = film[0].len().min(WAVE_SIZE);
         let (x, y) = (&film[0][..count], &film[1][..count]);
         let (u, v) = (&pupil[0][..count], &pupil[1][..count]);
-        let share = self.rear_share;
+        let share = self.shares.outside();
         let per_triangle = TRIANGLES as f32 / (1.0 - share);
         // Two loops: this one is arithmetic over whole columns and vectorizes.
         for i in 0..count {
@@ -74,9 +75,9 @@ impl PupilBounds {
         }
         let density = &self.rear_density[..RINGS];
         for i in 0..count {
-            targets[i][6] = density[lookup.rear[i] as usize % RINGS];
+            targets[i][DENSITY] += density[lookup.rear[i] as usize % RINGS];
             if u[i] < share {
-                targets[i] = self.rear_target([x[i], y[i]], [u[i] / share, v[i]]);
+                targets[i] = self.outside_target([x[i], y[i]], [u[i], v[i]]);
             }
         }
     }
@@ -89,11 +90,11 @@ impl PupilBounds {
         lookup: &mut Lookup,
         targets: &mut PupilTargets,
     ) {
-        let share = self.rear_share;
+        let share = self.shares.outside();
         for i in 0..film[0].len() {
             let (point, u, v) = ([film[0][i], film[1][i]], pupil[0][i], pupil[1][i]);
             if u < share {
-                targets[i] = self.rear_target(point, [u / share, v]);
+                targets[i] = self.outside_target(point, [u, v]);
                 continue;
             }
             let place = (u - share) * (TRIANGLES as f32 / (1.0 - share));
@@ -103,8 +104,8 @@ impl PupilBounds {
                 FanTable::Polar(polar) => polar.target(point, k),
                 _ => self.grid_target(point, k),
             };
-            let [(column, _), (row, _)] = self.cells.cell(point);
-            target[6] = self.rear_density[row * CELLS + column];
+            // All light lies in both regions, so that the weight matters nowhere else.
+            target[DENSITY] = self.rear_density[self.cell(point)] + self.vicinity_density(point);
             targets[i] = target;
         }
     }
@@ -126,25 +127,27 @@ impl PupilBounds {
     #[inline(never)]
     fn rear_only_targets(&self, film: [&[f32]; 2], pupil: [&[f32]; 2], targets: &mut PupilTargets) {
         for i in 0..film[0].len() {
-            targets[i] = self.rear_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]);
+            targets[i] = self.outside_target([film[0][i], film[1][i]], [pupil[0][i], pupil[1][i]]);
         }
     }
 
-    /// Returns a sample of the whole rear element: [`REAR_SHARE`](super::REAR_SHARE) of all samples
-    /// if there are fans.
+    /// Returns a sample that is not drawn from a triangle. The first random number is below the share
+    /// of these samples; it chooses the region in the order of [`Shares`](super::density::Shares).
     #[inline(never)]
-    fn rear_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> PupilTarget {
-        let rear = self.rear(film);
-        let [disk_u, disk_v] = crate::sampler::concentric_disk(u, v);
-        let point =
-            [rear.half[0] * disk_u + rear.centre[0], rear.half[1] * disk_v + rear.centre[1]];
-        let fan = self.fan(film);
-        let rear_only = matches!(self.table, FanTable::RearOnly);
-        let density = fan.density(point);
-        let base = match rear_only || if self.fans_only { density > 0.0 } else { fan.is_open() } {
-            true => (1.0 - self.rear_share) * density + self.rear_share / rear.area(),
-            false => 0.0,
+    fn outside_target(&self, film: [f32; 2], [u, v]: [f32; 2]) -> PupilTarget {
+        let (shares, regions) = (&self.shares, self.regions(film));
+        let beyond_rear = u - shares.rear;
+        let beyond_vicinity = beyond_rear - shares.vicinity;
+        let point = if beyond_rear < 0.0 {
+            Some(regions.rear.at(concentric_disk(u / shares.rear, v)))
+        } else if beyond_vicinity < 0.0 {
+            regions.vicinity.point([beyond_rear / shares.vicinity, v])
+        } else {
+            regions.fan.rim_point([beyond_vicinity / shares.rim, v])
         };
-        point_target(point, base)
+        match point {
+            Some(point) => point_target(point, self.mixture_density(&regions, point)),
+            None => point_target([0.0; 2], 0.0),
+        }
     }
 }

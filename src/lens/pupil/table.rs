@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat2, DVec2, DVec3};
 
+use super::enclosure::{Between, enclose_light};
 use super::fan::Fan;
 use super::outline::{OutlineFinder, PupilOutline, PupilSymmetry};
 use super::polar_grid::{POLAR_RINGS, PolarGrid, SPOKES, direction, ring_fraction};
@@ -16,11 +17,14 @@ const REAR_MARGIN: f32 = 1.002;
 /// Enlargement of fans beyond the light that was found.
 const FAN_MARGIN: f64 = 1.002;
 /// Largest enlargement of a fan for the light between it and the next. Light beyond, at the very
-/// rim of the image circle, is left to the samples of the rear element.
+/// rim of the image circle, is left to the samples outside the fan.
 const MAX_WIDENING: f64 = 1.5;
 
 /// Subdivisions of a ring at which the light of a round lens is traced.
 const SUBSTEPS: usize = 4;
+
+/// Subdivisions of a side of a cell at whose ends light is sought outside the fan.
+const CELL_STEPS: usize = 2;
 
 /// Builds the pupil table of a lens.
 pub(crate) struct TableBuilder<'a> {
@@ -66,6 +70,7 @@ impl TableBuilder<'_> {
                 between.push(Midpoint { around: [(ring, 1.0 - share), (ring + 1, share)], light });
             }
         }
+        fans[RINGS] = at_the_end(&fans[RINGS], &fans[RINGS - 1]);
         widen_fans(&mut fans[..=RINGS], &between);
         let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.is_open()));
         let steps = TriangleSteps::of(&fans[..]);
@@ -77,46 +82,33 @@ impl TableBuilder<'_> {
     pub fn build_grid(&self, half: [f64; 2]) -> FanTable {
         let mut finder = self.finder(PupilSymmetry::None);
         let mut tracker = PupilTracker::new(self, &mut finder);
-        let place = |i: usize, j: usize, by: f64| self.cell(half, [i, j].map(|i| i as f64 + by));
+        let place = |at: [f64; 2]| self.cell(half, at);
+        let corner = |i: usize, j: usize| place([i, j].map(|i| i as f64));
         let side = CELLS + 1;
         let mut lights: Vec<Option<PupilOutline>> = Vec::with_capacity(side * side);
         for j in 0..side {
             for i in 0..side {
                 // The neighbours to the left and below, which are known.
-                let beside = (i > 0).then(|| (lights.len() - 1, place(i - 1, j, 0.0)));
-                let under = (j > 0).then(|| (lights.len() - side, place(i, j - 1, 0.0)));
+                let beside = (i > 0).then(|| (lights.len() - 1, corner(i - 1, j)));
+                let under = (j > 0).then(|| (lights.len() - side, corner(i, j - 1)));
                 let known = [beside, under]
                     .into_iter()
                     .flatten()
                     .find_map(|(k, at)| Some((at, lights[k].as_ref()?.bounds)));
-                lights.push(tracker.outline(place(i, j, 0.0), known));
+                lights.push(tracker.outline(corner(i, j), known));
             }
         }
-        let mut fans: Vec<Fan> = lights.iter().map(|light| fan(light.as_ref())).collect();
-        let mut cells = Vec::with_capacity(CELLS * CELLS);
-        for j in 0..CELLS {
-            for i in 0..CELLS {
-                let corners =
-                    [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| j * side + i);
-                let known = corners.iter().find_map(|&k| {
-                    Some((place(k % side, k / side, 0.0), lights[k].as_ref()?.bounds))
-                });
-                cells.push((corners, tracker.outline(place(i, j, 0.5), known)));
-            }
-        }
-        // A dark corner takes the fan of a lit one that shares a cell with it.
-        let dark: Vec<usize> = (0..fans.len()).filter(|&k| !fans[k].is_open()).collect();
-        let lit = fans.clone();
-        for k in dark {
-            let beside = cells.iter().filter(|(corners, _)| corners.contains(&k));
-            let mut around = beside.clone().flat_map(|(corners, _)| corners);
-            if let Some(&other) = around.find(|&&other| lit[other].is_open()) {
-                fans[k] = lit[other];
-            } else if let Some(light) = beside.filter_map(|(_, light)| light.as_ref()).next() {
-                fans[k] = fan(Some(light));
-            }
-        }
-        widen_fans(&mut fans, &cell_midpoints(cells));
+        let mut fans: Vec<Fan> =
+            lights.iter().map(|light| fan(light.as_ref()).scaled(FAN_MARGIN as f32)).collect();
+        extrapolate_centres(&mut fans);
+        let column = || steps(CELLS, CELL_STEPS);
+        let between = column().flat_map(|row| column().map(move |column| (column, row)));
+        let between = between.map(|((i, s), (j, t))| Between {
+            film: place([i as f64 + s, j as f64 + t]),
+            turn: [1.0, 0.0],
+            around: bilinear(|a, b| (j + b) * side + i + a, s, t),
+        });
+        enclose_light(&mut fans, between.collect(), tracker.finder);
         FanTable::Grid { fans }
     }
 
@@ -174,6 +166,11 @@ impl TableBuilder<'_> {
                 fans.push(fan(light.as_ref()));
                 frames.push(last);
             }
+        }
+        for spoke in 0..SPOKES {
+            let [before, end] =
+                [POLAR_RINGS - 1, POLAR_RINGS].map(|ring| PolarGrid::index(spoke, ring));
+            fans[end] = at_the_end(&fans[end], &fans[before]);
         }
         let mut between = Vec::with_capacity(SPOKES * POLAR_RINGS);
         for spoke in 0..SPOKES {
@@ -285,5 +282,57 @@ fn widen_fans<const N: usize>(fans: &mut [Fan], between: &[Midpoint<N>]) {
     }
     for (fan, by) in fans.iter_mut().zip(by) {
         *fan = fan.scaled(by as f32);
+    }
+}
+
+/// Returns the fan of the last ring: if no light was found there, the one before. The light ends
+/// somewhere near that ring, and fans between must not shrink towards nowhere.
+fn at_the_end(end: &Fan, before: &Fan) -> Fan {
+    if end.is_open() { *end } else { *before }
+}
+
+/// Returns positions along a line of cells, from its start to its end: a cell, and the position in
+/// it, 0 to 1.
+fn steps(cells: usize, per_cell: usize) -> impl Iterator<Item = (usize, f64)> {
+    (0..=cells * per_cell).map(move |step| {
+        let cell = (step / per_cell).min(cells - 1);
+        (cell, (step - cell * per_cell) as f64 / per_cell as f64)
+    })
+}
+
+/// Returns the four corners of a cell with their weights at a position in it.
+fn bilinear(corner: impl Fn(usize, usize) -> usize, s: f64, t: f64) -> [(usize, f32); 4] {
+    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(a, b)| {
+        let [x, y] = [(a, s), (b, t)].map(|(far, s)| if far == 1 { s } else { 1.0 - s });
+        (corner(a, b), (x * y) as f32)
+    })
+}
+
+/// Gives the dark corners of a grid the fan of a lit neighbour, for the light in the cells between
+/// them. The centre is where a line through the two nearest lit corners leads.
+fn extrapolate_centres(fans: &mut [Fan]) {
+    const SIDE: isize = CELLS as isize + 1;
+    const NEIGHBOURS: [[isize; 2]; 8] =
+        [[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1]];
+    let known = fans.to_vec();
+    let lit = |i: isize, j: isize| {
+        let inside = (0..SIDE).contains(&i) && (0..SIDE).contains(&j);
+        inside.then(|| &known[(j * SIDE + i) as usize]).filter(|fan| fan.is_open())
+    };
+    for j in 0..SIDE {
+        for i in 0..SIDE {
+            let at = |[x, y]: [isize; 2], far: isize| lit(i + far * x, j + far * y);
+            let fan = &mut fans[(j * SIDE + i) as usize];
+            if fan.is_open() {
+                continue;
+            }
+            let on_a_line = |by| Some((at(by, 1)?, at(by, 2)?));
+            if let Some((near, far)) = NEIGHBOURS.into_iter().find_map(on_a_line) {
+                let centre = [0, 1].map(|axis| 2.0 * near.centre[axis] - far.centre[axis]);
+                *fan = Fan { centre, ..*near };
+            } else if let Some(near) = NEIGHBOURS.into_iter().find_map(|by| at(by, 1)) {
+                *fan = *near;
+            }
+        }
     }
 }

@@ -9,6 +9,9 @@ use crate::rays::Column;
 /// dark; and 1 if the sample is not drawn from a triangle.
 pub(crate) type PupilTarget = [f32; 8];
 
+/// Lane of the density of samples that are not drawn from the fan.
+pub(super) const DENSITY: usize = 6;
+
 /// The target of an unused lane.
 pub(crate) const UNUSED_LANE: PupilTarget = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0];
 
@@ -41,6 +44,14 @@ impl TriangleSteps {
             |near: &PupilTarget, far: &PupilTarget| std::array::from_fn(|k| far[k] - near[k]);
         let pairs = rows.as_flattened().iter().zip(rows.as_flattened().iter().skip(TRIANGLES));
         Self(pairs.map(|(near, far)| [*near, step(near, far)]).collect())
+    }
+
+    /// Sets the density between each fan and the next.
+    pub(super) fn set_density(&mut self, density: impl Fn(usize) -> f32) {
+        for (i, [near, step]) in self.0.iter_mut().enumerate() {
+            near[DENSITY] = density(i / TRIANGLES);
+            step[DENSITY] = 0.0;
+        }
     }
 }
 
