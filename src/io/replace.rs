@@ -170,7 +170,9 @@ mod tests {
         .unwrap();
         assert_eq!(left(), [false, true, true]);
         assert_eq!(fs::read(&path).unwrap(), b"new");
-        drop(held);
+        // A process that another test starts holds a copy of the open file, and with it the lock, for
+        // a moment. Unlocking ends the lock of all copies.
+        held.unlock().unwrap();
         remove_stale(&path);
         assert_eq!(left(), [false, false, true]);
     }

@@ -342,6 +342,51 @@ fn multiple_importance_sampling_of_a_coat_is_unbiased() {
 }
 
 #[test]
+fn the_density_of_a_coat_counts_how_rarely_its_interface_reflects() {
+    let coated = Coated::new(layer(0.05, 1.5, 0.01), diffuse([0.5; 3]));
+    for cos in [1.0, 0.6, 0.25] {
+        let wo = direction(cos, 0.5);
+        let mirror = [-wo[0], -wo[1], wo[2]];
+        let in_lobe = |w: [f32; 3]| w[0] * mirror[0] + w[1] * mirror[1] + w[2] * mirror[2] > 0.98;
+        let mut random = Random::new(16);
+        let (mut sampled, mut integral) = (Mean::default(), Mean::default());
+        // The lobe holds all but the tails of the reflection, and little of the rest.
+        let solid_angle = 2.0 * PI * 0.02;
+        let lobe = Conductor::new([0.05; 2], [1.0; 3], [100.0; 3]);
+        for seed in 0..200_000 {
+            let u = [random.number(), random.number()];
+            let draw = coated.sample(wo, u, random.number(), seed);
+            sampled.add(f64::from(u8::from(draw.valid && in_lobe(draw.wi))));
+            // Half of the directions follow the lobe, half are uniform in the cone.
+            let u = [random.number(), random.number()];
+            let wi = if random.number() < 0.5 {
+                lobe.sample(wo, u, 0.0).wi
+            } else {
+                let (z, turn) = (1.0 - 0.02 * random.number(), 2.0 * PI as f32 * u[0]);
+                about(mirror, z, turn)
+            };
+            let counts = in_lobe(wi) && wi[2] > 0.0;
+            let pdf = 0.5 * f64::from(lobe.evaluate(wo, wi).1) + 0.5 / solid_angle;
+            let density =
+                if counts { f64::from(coated.evaluate(wo, wi, seed).1) / pdf } else { 0.0 };
+            integral.add(density);
+        }
+        let ((share, _), (integral, error)) = (sampled.mean_and_error(), integral.mean_and_error());
+        assert!(error < 0.01 * share, "{cos}: the estimate is too noisy: {error} of {share}");
+        // Multiple reflections and the tenth of uniform samples are the rest.
+        assert!((0.8..1.2).contains(&(integral / share)), "{cos}: {integral} for {share}");
+    }
+}
+
+/// Returns the unit vector at an angle of cosine `z` from `axis`, turned about it.
+fn about(axis: [f32; 3], z: f32, turn: f32) -> [f32; 3] {
+    let axis = glam::Vec3::from(axis);
+    let (x, y) = axis.any_orthonormal_pair();
+    let sin = (1.0 - z * z).max(0.0).sqrt();
+    (axis * z + (x * turn.cos() + y * turn.sin()) * sin).into()
+}
+
+#[test]
 fn coats_are_finite_for_extreme_directions() {
     let directions = [
         [0.0, 0.0, 1.0],

@@ -62,6 +62,12 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
         R::select(wo[2].lt(R::splat(0.0)), R::splat(1.0) / self.eta, self.eta)
     }
 
+    /// Returns the Fresnel reflectance of a smooth interface for light along `wo`.
+    #[inline(always)]
+    pub(super) fn smooth_reflectance(&self, wo: [R; 3]) -> R {
+        Refraction::new(wo[2].abs(), self.relative_index(wo)).reflectance
+    }
+
     /// Returns the square of `sum` = i.m + o.m / eta. It is kept above rounding errors, for indices
     /// that hardly differ.
     #[inline(always)]

@@ -18,7 +18,12 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     /// Returns an estimate of the density of [`Self::sample`], for multiple importance sampling.
     ///
     /// The estimate counts the first reflections, and treats a tenth of all samples as uniform over
-    /// the sphere. As in pbrt-v4, its integral is only close to 1.
+    /// the sphere. Its integral is only close to 1.
+    ///
+    /// The interface reflects a share of the samples, its Fresnel reflectance; the others enter the
+    /// layer. The density of pbrt-v4 takes all samples as reflected and also as entering: a coat
+    /// that reflects 4 % then seems to sample its reflections 25 times as often as it does, and
+    /// multiple importance sampling leaves bright lights in them to these rare samples.
     #[inline(never)]
     pub fn pdf(&self, wo: [R; 3], wi: [R; 3], seed: R::Word) -> R {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));
@@ -40,8 +45,10 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             let density = self.transmitted_pdf(wo, wi, random.substream(walk));
             sum = R::select(active, sum + density, sum);
         }
-        let (_, reflected) = self.layer.interface.evaluate_lobes(wo, wi, Lobes::REFLECTION);
-        let specific = reflected + sum / self.layer.samples.max(one);
+        let interface = &self.layer.interface;
+        let (_, reflected) = interface.evaluate_lobes(wo, wi, Lobes::BOTH);
+        let enters = (one - interface.smooth_reflectance(wo)) / self.layer.samples.max(one);
+        let specific = sum.mul_add(enters, reflected);
         let specific = R::select(reflects, specific, zero);
         R::select(none, zero, specific.mul_add(R::splat(0.9), uniform))
     }
