@@ -109,7 +109,11 @@ impl DirectLightWeights<'_> {
         if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
             return None;
         }
-        let entry = f64::from(lamp.entry.density(uv.map(|v| v as f32)));
+        let uv = uv.map(|v| v as f32);
+        if !lamp.is_traced(uv) {
+            return None;
+        }
+        let entry = f64::from(lamp.entry.density(uv));
         let to_light = scene.emitter_density(hit, origin, point, direction)
             * lamp.primitives.probability(hit.primitive);
         Some(lamps.density(f64::from(lamp.share), entry, f64::from(to_light), towards.z))
@@ -136,7 +140,7 @@ mod tests {
     use crate::job::Job;
     use crate::lanes::f32x8;
     use crate::lens::LensColumns;
-    use crate::light_paths::{LightPath, sample_film};
+    use crate::light_paths::{LightPath, film_pixels, sample_film};
     use crate::motion::Motion;
     use crate::prepare::{Changes, prepare};
     use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch, WAVE_SIZE};
@@ -147,12 +151,17 @@ mod tests {
     use crate::stats::LensStats;
 
     fn night(effects: &str) -> Job {
+        cropped_night(effects, None)
+    }
+
+    fn cropped_night(effects: &str, crop: Option<[[u32; 2]; 2]>) -> Job {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/night.pbrt");
         let changes = Changes {
             effects: effects.parse().expect("effects"),
             light_paths: Some(true),
             assume_vd: true,
             resolution: Some([90, 60]),
+            crop,
             ..Changes::default()
         };
         prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
@@ -285,5 +294,60 @@ mod tests {
             });
         }
         assert!(compared > 1000, "{compared}");
+    }
+
+    #[test]
+    fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
+        /// Returns the number of light paths, and where they arrive (pixels).
+        fn trace(crop: Option<[[u32; 2]; 2]>) -> (usize, Vec<[f64; 2]>) {
+            let job = cropped_night("+iris,+fresnel,-ghosts,-diffraction", crop);
+            let input = job.light_path_input();
+            let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
+            let lamps = job.direct_light_weights().expect("lamps").direct_light;
+            let mut columns = DirectColumns::default();
+            let (mut traced, mut arrivals) = (0, Vec::new());
+            for wave in 0..8 {
+                lamps.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
+                lamps.front.trace::<f32x8>(lens, 0, &mut columns.paths);
+                traced += columns.paths.len();
+                let hits = (0..columns.paths.len()).filter_map(|i| columns.paths.film_hit(i));
+                arrivals.extend(hits.map(|hit| film_pixels(&input, hit.point)));
+            }
+            (traced, arrivals)
+        }
+        let (all, arrivals) = trace(None);
+        let inside = |[x, y]: &[f64; 2]| (4.0..82.0).contains(x) && (4.0..52.0).contains(y);
+        let of_picture: Vec<[f64; 2]> = arrivals.iter().copied().filter(inside).collect();
+        let low = of_picture[of_picture.len() / 2].map(|x| x as u32 - 4);
+        let high = low.map(|x| x + 8);
+        let in_crop = |at: &&[f64; 2]| {
+            (0..2).all(|i| (f64::from(low[i])..f64::from(high[i])).contains(&at[i]))
+        };
+        let arrive: Vec<&[f64; 2]> = arrivals.iter().filter(in_crop).collect();
+        let (few, of_few) = trace(Some([low, high]));
+        println!("{} of {all} paths arrive; {few} of them are traced", arrive.len());
+        assert!(arrive.len() > 50, "{}", arrive.len());
+        assert_eq!(arrive, of_few.iter().filter(in_crop).collect::<Vec<_>>());
+        assert!(few < all / 2, "{few} of {all}");
+    }
+
+    #[test]
+    fn camera_paths_take_the_light_that_a_crop_traces_no_light_path_for() {
+        let job = cropped_night("+iris,+fresnel,-ghosts,-diffraction", Some([[0, 0], [9, 9]]));
+        let weights = job.direct_light_weights().expect("lamps");
+        let (mut columns, mut rays) = (Box::<LensColumns>::default(), Box::<RayBatch>::default());
+        let (mut samples, mut stats) = (Box::<SampleBatch>::default(), LensStats::default());
+        let mut alone = 0;
+        for wave in 0..16 {
+            sample_film(&job.camera, pixel_key(0, 0, 0), wave, &mut samples);
+            job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+            for_lamps(&job, (&rays, &samples.time[..]), |_, found| {
+                let is_alone = weights.light_path_density(&job.scene, found).is_none();
+                let weight = weights.camera_weight(&job.scene, found);
+                assert_eq!(is_alone, weight == 1.0, "{weight}");
+                alone += i32::from(is_alone);
+            });
+        }
+        assert!(alone > 100, "{alone}");
     }
 }

@@ -1,5 +1,6 @@
 //! Lamp: an area light with the sampling densities of its light paths.
 
+use super::reach::Reach;
 use crate::distribution::Distribution;
 use crate::light_paths::PrimitiveChoice;
 
@@ -19,6 +20,9 @@ pub(super) struct Lamp {
     pub entry: Distribution,
     /// Probability of each of its triangles, by area; one for a quadric.
     pub primitives: PrimitiveChoice,
+    /// Where its light paths must enter to reach the rendered pixels; `None` in a whole picture, where
+    /// most of them do.
+    pub reach: Option<Reach>,
 }
 
 impl Lamp {
@@ -27,8 +31,19 @@ impl Lamp {
     pub fn seen_everywhere(light: u32, areas: &[f64]) -> Option<Self> {
         let primitives = PrimitiveChoice::new(areas)?;
         let entry = entry_distribution(&[1; ENTRY_CELLS * ENTRY_CELLS])?;
-        Some(Self { light, share: 1.0, entry, primitives })
+        Some(Self { light, share: 1.0, entry, primitives, reach: None })
     }
+
+    /// Returns whether a light path that enters at a point of the square (0 to 1) is traced.
+    pub fn is_traced(&self, entry: [f32; 2]) -> bool {
+        self.reach.as_ref().is_none_or(|reach| reach.contains(entry))
+    }
+}
+
+/// Returns the cell of an entry point of the square (0 to 1).
+pub(super) fn entry_cell(entry: [f32; 2]) -> usize {
+    let [x, y] = entry.map(|u| ((u * ENTRY_CELLS as f32) as usize).min(ENTRY_CELLS - 1));
+    y * ENTRY_CELLS + x
 }
 
 /// Returns the density of entry points: uniform over the cells in and next to which light came, and

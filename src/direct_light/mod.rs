@@ -29,6 +29,7 @@
 
 mod density;
 mod lamp;
+mod reach;
 mod splat;
 mod survey;
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::lamp::Lamp;
+use super::reach::Reach;
 use super::{DirectLight, DirectLightWeights, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
@@ -34,6 +36,10 @@ impl DirectLight {
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
+        let is_outside = |lamp: &Lamp| lamp.reach.as_ref().is_some_and(Reach::is_empty);
+        if self.lamps.iter().all(is_outside) {
+            return;
+        }
         let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter, lens);
         stage.run(input, samples, film, stats, |columns: &mut DirectColumns, [wave, sample]| {
             let key = pixel_key(sample, u32::MAX - 2, input.seed);
@@ -61,6 +67,9 @@ impl DirectLight {
             let chosen = self.cumulative.partition_point(|&sum| sum <= choice);
             let lamp = &self.lamps[chosen.min(self.lamps.len() - 1)];
             let entry = lamp.entry.sample(sample_2d(key, i, Dimension::Pupil));
+            if !lamp.is_traced(entry.uv) {
+                continue;
+            }
             let at_front = entry.uv.map(|u| (2.0 * f64::from(u) - 1.0) * self.front.half);
             let time = input.arrival_time(key, i);
             let pose = poses.at(time.scene);

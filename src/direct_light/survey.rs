@@ -1,7 +1,8 @@
 //! Survey of the lamps that a camera sees: which of them light paths find better than camera paths.
 
 use super::DirectLight;
-use super::lamp::{ENTRY_CELLS, Lamp, entry_distribution};
+use super::lamp::{ENTRY_CELLS, Lamp, entry_cell, entry_distribution};
+use super::reach::{ArrivalBounds, Reach};
 use super::splat::DirectColumns;
 use crate::lanes::f32x8;
 use crate::lens::{LensModel, RealLens};
@@ -98,8 +99,33 @@ fn lamps_in_view(
         }
         _ => Ok(()),
     }?;
+    if input.frame.size() != input.frame.resolution {
+        for (lamp, _) in &mut found {
+            all.set_lamps(vec![(lamp.clone(), 1.0)]);
+            lamp.reach = Some(reach(&all, input, lens, share.clamp(fewest, most)));
+        }
+    }
     all.set_lamps(found);
     Ok(all)
+}
+
+/// Returns where light paths of the only lamp must enter to reach the rendered pixels, by this number
+/// of paths.
+fn reach(light: &DirectLight, input: &LightPathInput<'_>, lens: &RealLens, paths: u32) -> Reach {
+    let mut columns = DirectColumns::default();
+    let mut bounds = ArrivalBounds::new();
+    let key = pixel_key(light.lamps[0].light, u32::MAX - 7, input.seed);
+    for wave in 0..paths.div_ceil(WAVE_SIZE as u32) {
+        light.sample(input, lens, &mut columns, key, wave);
+        let bands = light.front.bands_of_wave(input.seed, wave);
+        light.front.trace::<f32x8>(lens, bands[0], &mut columns.paths);
+        for i in 0..columns.paths.len() {
+            if let Some(hit) = columns.paths.film_hit(i) {
+                bounds.add(input, columns.paths.entry(i), hit.point);
+            }
+        }
+    }
+    bounds.reach(input)
 }
 
 /// Image of one lamp, estimated by light paths.
@@ -152,11 +178,7 @@ impl LampImage {
                 if flux > 0.0 {
                     image.flux += flux;
                     arrived += 1;
-                    let [x, y] = columns
-                        .paths
-                        .entry(i)
-                        .map(|u| ((u * ENTRY_CELLS as f32) as usize).min(ENTRY_CELLS - 1));
-                    image.entry[y * ENTRY_CELLS + x] += 1;
+                    image.entry[entry_cell(columns.paths.entry(i))] += 1;
                 }
             }
         }

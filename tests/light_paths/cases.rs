@@ -207,6 +207,33 @@ pub fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
     prepare(description, &changes).expect("a job").0
 }
 
+/// Checks that a picture of light paths has the same bits for other numbers of threads and lanes, and
+/// in crops. Those begin one pixel right of the brightest one, so that filters reach into them, at the
+/// middle, and in a corner.
+pub fn assert_same_bits(case: &Case) {
+    let whole = job(case, true, 3, 8);
+    let expected = picture(&whole, Backend::Simd, 1);
+    for (backend, threads) in [(Backend::Simd, 2), (Backend::Scalar, 7)] {
+        let found = picture(&whole, backend, threads);
+        assert_eq!(expected, found, "{}: {threads} threads", case.name);
+    }
+    let brightest = (0..48 * 32)
+        .max_by(|&i, &k| expected.pixels[i][1].total_cmp(&expected.pixels[k][1]))
+        .expect("pixels");
+    let beside = [(brightest % 48 + 1).min(46) as u32, (brightest / 48).min(29) as u32];
+    for (low, high) in [(beside, [47, 30]), ([20, 10], [40, 25]), ([0, 0], [9, 7])] {
+        let changes = Changes { crop: Some([low, high]), ..case.changes.clone() };
+        let part = job(&Case { changes, ..case.clone() }, true, 3, 8);
+        let part = picture(&part, Backend::Simd, 2);
+        let width = high[0] - low[0];
+        for (i, inside) in (0..).zip(&part.pixels) {
+            let [x, y] = [low[0] + i % width, low[1] + i / width];
+            let pixel = expected.pixels[(y * 48 + x) as usize];
+            assert_eq!(*inside, pixel, "{}: pixel {x}, {y}", case.name);
+        }
+    }
+}
+
 /// Returns the sum of all channels of a picture's pixels.
 pub fn light(picture: &Picture) -> f64 {
     picture.pixels.iter().flatten().map(|&c| f64::from(c)).sum()
