@@ -6,6 +6,7 @@ mod support;
 mod cases;
 mod media;
 mod motion;
+mod thousandth;
 
 use std::sync::atomic::Ordering;
 

@@ -47,7 +47,7 @@ const FOG: &str = r#"
 
 const CLEAR: &str = r#"Integrator "volpath" "integer maxdepth" 1"#;
 
-fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     let focus = "\"float focusdistance\" 2 \"float aperturediameter\" 12";
     let with = |effects: &str| Changes {
         effects: effects.parse().expect("effects"),

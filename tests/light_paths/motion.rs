@@ -37,7 +37,7 @@ const RIDE: &str = r#"
 /// A camera that falls, so that lamps cross rows.
 const FALL: &str = "ActiveTransform EndTime Translate 0 0.5 0 ActiveTransform All";
 
-fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     let focus = "\"float focusdistance\" 3 \"float aperturediameter\" 8";
     let with = |shutter: &str, rolling: Option<&str>| Changes {
         effects: "-ghosts,-diffraction".parse().expect("effects"),
