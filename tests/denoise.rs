@@ -253,6 +253,17 @@ fn ctrl_c_ends_a_program_that_hangs_and_keeps_the_noisy_picture() {
 }
 
 #[test]
+fn ctrl_c_ends_the_trial_of_a_program_and_removes_its_folder() {
+    let studio = Studio::new("oidnDenoise", "echo hanging > hangs.txt; exec sleep 3\n");
+    let mut child = studio.command(&format!("{RENDER} --denoise")).spawn().expect("a child");
+    studio.0.wait_for_file(&mut child, "hangs.txt", 1);
+    signal(&child, "INT");
+    let (code, stderr) = finish(child);
+    assert_eq!(code, 130, "{stderr}");
+    studio.assert_no_temporary_files();
+}
+
+#[test]
 fn a_checkpoint_is_denoised_without_rendering_again() {
     let studio =
         Studio::new("oidnDenoise", &format!("{COPY}[ $big ] && [ ! -e works ] && exit 1\n:"));

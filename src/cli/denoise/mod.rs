@@ -13,6 +13,7 @@ use std::sync::atomic::AtomicBool;
 use petzval::io::image::{ImageLayer, Picture, write_pfm};
 
 use super::Failure;
+use super::signals::TemporaryFolder;
 
 /// Width and height of the picture that tries a program (pixels).
 const TRIAL: [usize; 2] = [16, 16];
@@ -152,11 +153,11 @@ impl Denoiser {
 }
 
 /// A temporary folder of portable float maps.
-struct Folder(tempfile::TempDir);
+struct Folder(TemporaryFolder);
 
 impl Folder {
     fn new() -> Result<Self, DenoiseError> {
-        tempfile::tempdir().map(Self).map_err(|error| unwritten(&std::env::temp_dir(), &error))
+        TemporaryFolder::new().map(Self).map_err(|error| unwritten(&std::env::temp_dir(), &error))
     }
 
     fn file(&self, name: &str) -> PathBuf {
