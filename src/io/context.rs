@@ -126,7 +126,8 @@ impl ReadContext {
         let read = || {
             let file = open(path)?;
             let length = file.metadata()?.len();
-            self.check(length).map_err(io::Error::other)?;
+            self.check(length)
+                .map_err(|found| io::Error::new(io::ErrorKind::OutOfMemory, found))?;
             let packed = read_to_end(file, length.max(MAX_PIPE))?;
             self.log(path, &packed);
             refuse_placeholder(&packed)?;

@@ -1,5 +1,6 @@
 //! Checks of declared picture sizes against the file and the memory budget, before any allocation.
 
+use std::io;
 use std::path::Path;
 
 use super::ImageError;
@@ -25,7 +26,7 @@ pub(super) fn claim_picture(
     bytes: u64,
 ) -> Result<(), ImageError> {
     check_against_file(path, "", size, 1)?;
-    context.claim(area(size).saturating_mul(bytes)).map_err(|found| malformed(path, found))
+    context.claim(area(size).saturating_mul(bytes)).map_err(|found| too_large(path, found))
 }
 
 /// Checks that a block of this size, with this many bytes per pixel, fits into the file and the
@@ -40,7 +41,7 @@ pub(super) fn check_block(
     bytes: u64,
 ) -> Result<(), ImageError> {
     check_against_file(path, "blocks of ", size, bytes.div_ceil(PIXEL))?;
-    context.check(area(size).saturating_mul(bytes)).map_err(|found| malformed(path, found))
+    context.check(area(size).saturating_mul(bytes)).map_err(|found| too_large(path, found))
 }
 
 fn check_against_file(
@@ -64,6 +65,12 @@ fn check_against_file(
 
 fn area([width, height]: [usize; 2]) -> u64 {
     (width as u64).saturating_mul(height as u64)
+}
+
+/// Returns the error of a picture that is larger than the budget.
+pub(super) fn too_large(path: &Path, found: String) -> ImageError {
+    let source = io::Error::new(io::ErrorKind::OutOfMemory, found);
+    ImageError::Io { verb: "read", path: path.to_owned(), source }
 }
 
 fn malformed(path: &Path, found: String) -> ImageError {

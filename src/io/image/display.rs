@@ -11,7 +11,7 @@ use std::str::FromStr;
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageDecoder, ImageEncoder};
 
-use super::declared::claim_picture;
+use super::declared::{claim_picture, too_large};
 use super::{ImageError, Note, Notes, Picture, Transfer};
 use crate::io::ReadContext;
 
@@ -165,7 +165,7 @@ pub(crate) fn decode_image(
     // Mipmaps take a third more.
     let bytes = 2 * u64::from(decoder.color_type().bytes_per_pixel());
     let size = u64::from(width) * u64::from(height);
-    context.claim(size.saturating_mul(bytes)).map_err(malformed)?;
+    context.claim(size.saturating_mul(bytes)).map_err(|found| too_large(name, found))?;
     DynamicImage::from_decoder(decoder).map_err(broken)
 }
 
