@@ -5,11 +5,13 @@
 >>> image.save("dgauss.exr")
 
 Lengths of lenses are in millimetres, distances of scenes in metres. Pictures are linear sRGB. Every
-function that takes time releases the interpreter's lock, runs on all cores and ends on Ctrl-C.
+function that takes time releases the interpreter's lock and runs on all cores. Ctrl-C ends renders,
+data sets, maps and the reading of scenes.
 """
 
 import itertools as _itertools
 import json as _json
+from collections.abc import Iterable as _Iterable
 
 from . import cpu as _cpu
 
@@ -105,7 +107,7 @@ class Scene(_Scene):
             lens.path if isinstance(lens, Lens) else lens,
             resolution,
             diagonal,
-            _settings.nine_numbers(look_at),
+            _settings.nine_numbers(() if look_at is None else look_at),
             focus,
             spp,
             max_depth,
@@ -165,7 +167,7 @@ def prepare(
     :param crop: left, top, right, bottom (pixels; the last two are not included)
     :param spp: samples per pixel; with ``noise`` or ``time``, the most
     :param seed: seed of the random numbers
-    :param effects: ``"auto"``, ``"all"``, ``"none"``, or a list such as ``"+dispersion,-iris"``
+    :param effects: ``"auto"``, ``"all"``, ``"none"``, or a text such as ``"+dispersion,-iris"``
     :param light_paths: whether lamps and caustics are found from the lights; ``None`` where it pays
     :param aov: names of layers, such as ``["depth", "normal", "coc"]``
     :param noise: stop when the picture is this exact, such as 0.02
@@ -243,8 +245,11 @@ def passes(scene, camera=None, *, threads=0, **settings):
     Each is the picture of :func:`render` with so many samples, without layers and diffraction. The last
     has all samples. To leave the loop ends the render.
 
-    :param settings: those of :func:`prepare`
+    :param settings: those of :func:`prepare`, without ``noise`` and ``time``
     """
+    for name in ("noise", "time"):
+        if settings.get(name) is not None:
+            raise ValueError(f"{name}: passes take all samples; leave the loop to stop earlier")
     return prepare(scene, camera, **settings).passes(threads=_settings.count("threads", threads, 0))
 
 
@@ -289,7 +294,10 @@ def dataset(spec, output, *, shard=None, threads=0, progress=None):
     :param progress: as in :func:`render`, with the share of the pairs that are done
     :returns: the rows of the manifest, a dictionary for each pair
     """
-    part = (1, 1) if shard is None else tuple(_settings.count("shard", i, 0) for i in shard)
+    part = (1, 1) if shard is None else shard
+    if not isinstance(part, (tuple, list)) or len(part) != 2:
+        raise TypeError(f"shard={shard!r}: expected (i, n)")
+    part = tuple(_settings.count("shard", i, 0) for i in part)
     report = _progress.reporter(progress)
     manifest = _dataset(spec, output, part, _settings.count("threads", threads, 0), report)
     with open(manifest, encoding="utf-8") as rows:
@@ -320,6 +328,8 @@ def accuracy(
     :returns: a list of dictionaries: spp, seconds (of preparation and render) and error
     """
     scene = _read(scene)
+    if not isinstance(spp, _Iterable) or isinstance(spp, str):
+        raise TypeError(f"spp={spp!r}: expected a list of whole numbers")
     counts = [_settings.count("spp", samples, 1) for samples in spp]
     most = _settings.count("reference_spp", reference_spp, 1)
     if counts and max(counts) >= most:

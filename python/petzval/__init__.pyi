@@ -14,7 +14,11 @@ Point = Sequence[float]
 class Lens:
     """A lens: surfaces along an axis, from the scene to the film. Lengths are in mm."""
 
-    def __init__(self, path: Path, catalogue: Union[Path, Sequence[Path]] = ()) -> None: ...
+    def __init__(
+        self,
+        path: Union[Path, Sequence[tuple[float, float, float, float]]],
+        catalogue: Union[Path, Sequence[Path]] = (),
+    ) -> None: ...
     @staticmethod
     def from_table(
         rows: Sequence[tuple[float, float, float, float]], name: str = "table"

@@ -1,6 +1,7 @@
 """Scenes of NumPy arrays: written as a scene file with PLY meshes, which the engine reads."""
 
 import tempfile
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional
@@ -8,6 +9,7 @@ from typing import Any, Optional
 import numpy as np
 
 from ._petzval import write_image
+from .settings import count
 
 
 @dataclass
@@ -40,24 +42,32 @@ def scene_file(
     copied = folder / Path(lens).name
     copied.write_bytes(Path(lens).read_bytes())
     [eye, target, up] = [look_at[i : i + 3] for i in (0, 3, 6)]
+    if np.shape(resolution) != (2,):
+        raise ValueError(f"resolution={resolution!r}: expected width and height")
+    width, height = (_count("resolution", side, 1) for side in resolution)
+    spp, max_depth = _count("spp", spp, 1), _count("max_depth", max_depth, 0)
     lines = [
-        f'Film "rgb" "integer xresolution" {int(resolution[0])} "integer yresolution" {int(resolution[1])}',
-        f'    "float diagonal" {_number(diagonal)}',
-        f'Sampler "zsobol" "integer pixelsamples" {int(spp)}',
-        f'Integrator "path" "integer maxdepth" {int(max_depth)}',
-        f"LookAt {_numbers(eye)}  {_numbers(target)}  {_numbers(up)}",
+        f'Film "rgb" "integer xresolution" {width} "integer yresolution" {height}',
+        f'    "float diagonal" {_number("diagonal", diagonal)}',
+        f'Sampler "zsobol" "integer pixelsamples" {spp}',
+        f'Integrator "path" "integer maxdepth" {max_depth}',
+        f"LookAt {_numbers('look_at', eye)}  {_numbers('look_at', target)}  {_numbers('look_at', up)}",
         f'Camera "realistic" "string lensfile" {_text(copied.name)}',
-        f'    "float focusdistance" {_number(focus)}',
+        f'    "float focusdistance" {_number("focus", focus)}',
         "WorldBegin",
     ]
-    for light in lights:
-        lines.append(f"LightSource {_typed(light, 'a light', folder, lines)}")
-    for number, mesh in enumerate(meshes):
+    for number, light in enumerate(_listed("lights", lights)):
+        lines.append(f"LightSource {_typed(light, f'light {number}', folder, lines, f'light{number}')}")
+    for number, mesh in enumerate(_listed("meshes", meshes)):
+        if not isinstance(mesh, Mesh):
+            raise TypeError(f"mesh {number}: expected a petzval.Mesh, not {type(mesh).__name__}")
         name = f"mesh{number}"
         _write_ply(folder / f"{name}.ply", mesh, f"mesh {number}")
         lines.append("AttributeBegin")
         if mesh.emission is not None:
-            lines.append(f'AreaLightSource "diffuse" {_parameter("L", tuple(mesh.emission))}')
+            if np.shape(mesh.emission) != (3,):
+                raise ValueError(f"mesh {number}: emission={mesh.emission!r}: expected (r, g, b)")
+            lines.append(f'AreaLightSource "diffuse" {_parameter("L", mesh.emission)}')
         material = _typed(mesh.material, f"the material of mesh {number}", folder, lines, name)
         lines += [f"Material {material}", f'Shape "plymesh" "string filename" "{name}.ply"', "AttributeEnd"]
     path = folder / "arrays.pbrt"
@@ -74,7 +84,10 @@ def _write_ply(path, mesh, what):
         columns.append(("uv", mesh.uv, "uv"))
     arrays, names = [], []
     for name, values, channels in columns:
-        array = np.asarray(values, dtype="<f4")
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiub":
+            raise TypeError(f"{what}: {name} are of {array.dtype}; expected real numbers")
+        array = array.astype("<f4")
         if array.ndim != 2 or array.shape[1] != len(channels):
             raise ValueError(f"{what}: {name} have the shape {array.shape}; expected N x {len(channels)}")
         if arrays and len(array) != len(arrays[0]):
@@ -99,8 +112,17 @@ def _write_ply(path, mesh, what):
         file.write(rows.tobytes())
 
 
-def _typed(description, what, folder, lines, name="light"):
+def _listed(name, values):
+    """Return the items of an argument that is a list."""
+    if not isinstance(values, Iterable) or isinstance(values, (str, Mapping)):
+        raise TypeError(f"{name}: expected a list, not {type(values).__name__}")
+    return values
+
+
+def _typed(description, what, folder, lines, name):
     """Return type and parameters in the scene language; textures are written and declared before."""
+    if not isinstance(description, Mapping):
+        raise TypeError(f'{what}: expected a dictionary with "type", not {type(description).__name__}')
     description = dict(description)
     kind = description.pop("type", None)
     if not isinstance(kind, str):
@@ -108,8 +130,13 @@ def _typed(description, what, folder, lines, name="light"):
     parts = [_text(kind)]
     for parameter, value in description.items():
         if isinstance(value, np.ndarray) and value.ndim == 3:
+            if value.dtype.kind != "f" or value.shape[2] != 3:
+                raise ValueError(
+                    f"{what}: {parameter} is an array of {value.dtype} of the shape {value.shape}; "
+                    "expected floats of linear light, height x width x 3"
+                )
             file = f"{name}.{parameter}.exr"
-            write_image(folder / file, np.ascontiguousarray(value, dtype=np.float32))
+            write_image(folder / file, value)
             texture = f"{name}.{parameter}"
             lines.append(f'Texture "{texture}" "spectrum" "imagemap" "string filename" "{file}"')
             parts.append(f'"texture {parameter}" "{texture}"')
@@ -124,7 +151,6 @@ def _parameter(name, value):
         return f'"string {name}" {_text(value)}'
     if isinstance(value, bool):
         return f'"bool {name}" {str(value).lower()}'
-    values = np.atleast_1d(np.asarray(value, dtype=np.float64))
     kinds = {(): "float", (3,): "rgb"}
     kind = kinds.get(np.shape(value))
     # Positions of lights are points, not colours.
@@ -132,17 +158,28 @@ def _parameter(name, value):
         kind = "point3"
     if kind is None:
         raise ValueError(f"{name}: expected a number, three numbers, a text or a texture")
-    return f'"{kind} {name}" [ {_numbers(values)} ]'
+    return f'"{kind} {name}" [ {_numbers(name, np.atleast_1d(value))} ]'
 
 
-def _number(value):
-    if not np.isfinite(value):
-        raise ValueError(f"{value} is not finite")
-    return repr(float(value))
+def _count(name, value, least):
+    number = count(name, value, least)
+    if number is None:
+        raise TypeError(f"{name}=None: expected an integer")
+    return number
 
 
-def _numbers(values):
-    return " ".join(_number(value) for value in values)
+def _number(name, value):
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}={value!r}: expected a number") from None
+    if not np.isfinite(number):
+        raise ValueError(f"{name}={value}: expected a finite number")
+    return repr(number)
+
+
+def _numbers(name, values):
+    return " ".join(_number(name, value) for value in values)
 
 
 def _text(text):

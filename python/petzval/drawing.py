@@ -94,6 +94,10 @@ def title(lens):
 
 def section(lens, rays=9, film_distance=None):
     """Return the lines of the section of a lens with rays from infinity."""
+    if not 0 <= rays <= 801:
+        raise ValueError(f"rays={rays}: expected 0 to 801")
+    if film_distance is not None and not np.isfinite(film_distance):
+        raise ValueError(f"film_distance={film_distance}: expected mm")
     lines = []
 
     def add(kind, z, y):

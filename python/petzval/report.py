@@ -11,7 +11,7 @@ FREQUENCIES = (10.0, 20.0, 40.0)
 def report(lens, frequencies=FREQUENCIES, **conditions):
     """Return a dictionary that JSON can hold; see :meth:`petzval.Lens.report`."""
     quality = lens.image_quality(**conditions)
-    tangential, sagittal = quality.mtf(list(frequencies))
+    tangential, sagittal = quality.mtf(frequencies)
     curve = quality.distortion(20)
     fields = []
     for i, (field, height) in enumerate(zip(quality.fields, quality.image_heights)):

@@ -2,7 +2,7 @@
 
 import inspect
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from .camera import Camera
 
@@ -28,7 +28,8 @@ def checked(settings, camera):
     """Return settings as the engine takes them, with those of a camera where there is none."""
     settings = dict(settings)
     aov = settings["aov"]
-    settings["aov"] = [aov] if isinstance(aov, str) else list(aov)
+    if isinstance(aov, Iterable):
+        settings["aov"] = [aov] if isinstance(aov, str) else list(aov)
     settings["spp"] = count("spp", settings["spp"], 1)
     settings["seed"] = count("seed", settings["seed"], 0)
     if camera is not None:
@@ -58,7 +59,11 @@ def _text(value):
         return str(value)
     if isinstance(value, Sequence) or getattr(value, "ndim", 0):
         return ",".join(_text(item) for item in value)
-    return repr(float(value))
+    try:
+        return repr(float(value))
+    except TypeError:
+        # The engine refuses it.
+        return repr(value)
 
 
 def count(name, value, least):
@@ -78,9 +83,15 @@ def nine_numbers(look_at):
     """Return eye, target and up in one list."""
     if look_at is None:
         return None
-    points = [list(map(float, point)) for point in look_at]
+    expected = "look_at: expected (eye, target) or (eye, target, up), each three numbers"
+    try:
+        points = [list(map(float, point)) for point in look_at]
+    except TypeError:
+        raise TypeError(expected) from None
+    except ValueError:
+        raise ValueError(expected) from None
     if len(points) == 2:
         points.append([0.0, 1.0, 0.0])
     if len(points) != 3 or any(len(point) != 3 for point in points):
-        raise ValueError("look_at: expected (eye, target) or (eye, target, up), each three numbers")
+        raise ValueError(expected)
     return sum(points, [])

@@ -27,7 +27,7 @@ pub fn floats<'py>(
 }
 
 /// Returns how messages write a shape: `3 x 4`.
-fn shown(shape: &[usize]) -> String {
+pub fn shown(shape: &[usize]) -> String {
     shape.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
 }
 

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use petzval::io::FileLog;
+use petzval::io::{FileLog, resolve_links};
 use petzval::render::Checkpointer;
 use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
 use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
@@ -69,6 +69,7 @@ impl Checkpoint {
                 "checkpoint_interval={interval}: expected seconds above 0"
             )));
         }
+        check_writable(&path)?;
         let mut inputs = inputs.of(job).map_err(PyOSError::new_err)?;
         // The program's own file is that of the interpreter.
         inputs.build = digest(engine);
@@ -143,6 +144,20 @@ impl Checkpoint {
             let _ = std::fs::remove_file(path);
         }
     }
+}
+
+/// Checks that a checkpoint can be written, so that a long render does not find out late.
+fn check_writable(path: &Path) -> PyResult<()> {
+    let write = || {
+        if path.is_dir() {
+            return Err(io::ErrorKind::IsADirectory.into());
+        }
+        let file = resolve_links(path)?;
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
+    };
+    let failed = |source| CheckpointError::Io { verb: "write", path: path.to_owned(), source };
+    write().map(|_| ()).map_err(|source| checkpoint_error(&failed(source)))
 }
 
 /// Returns the digest of a file; empty if it cannot be read.

@@ -67,8 +67,11 @@ impl Part<'_> {
         let [index, count] = self.shard;
         let pairs: Vec<u32> = (0..spec.pairs).filter(|pair| pair % count == index - 1).collect();
         all.store(pairs.len() as u32, Ordering::Relaxed);
-        std::fs::create_dir_all(self.output)
-            .map_err(|source| petzval::io::ReadError { path: self.output.to_owned(), source })?;
+        std::fs::create_dir_all(self.output).map_err(|source| DatasetError::Io {
+            verb: "write",
+            path: self.output.to_owned(),
+            source,
+        })?;
         let mut manifest = Manifest::open(self.output, &spec.digest, self.shard)?;
         let mut scenes: HashMap<PathBuf, DatasetScene> = HashMap::new();
         for pair in pairs {

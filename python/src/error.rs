@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::io;
+use std::path::Path;
 
 use petzval::dataset::DatasetError;
 use petzval::lens::{GlassError, LensError};
@@ -16,9 +17,16 @@ pub fn value_error(problem: impl Display) -> PyErr {
     PyValueError::new_err(problem.to_string())
 }
 
-/// Returns the subclass of `OSError` of an error of the system, with a message of ours.
+/// Returns the subclass of `OSError` of an error of the system, with a message of ours. Errors that
+/// come from the content of a file or from a memory limit are none of the system.
 fn os_error(source: &io::Error, message: impl Display) -> PyErr {
-    io::Error::new(source.kind(), message.to_string()).into()
+    match source.kind() {
+        io::ErrorKind::OutOfMemory => PyMemoryError::new_err(message.to_string()),
+        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput | io::ErrorKind::UnexpectedEof => {
+            value_error(message)
+        }
+        kind => io::Error::new(kind, message.to_string()).into(),
+    }
 }
 
 /// Returns the exception of a lens that cannot be read or used.
@@ -31,14 +39,38 @@ pub fn lens_error(error: &LensError) -> PyErr {
     }
 }
 
+/// Returns the exception of a lens that was given as rows, which name themselves in place of the file
+/// that holds them below a line of its own.
+pub fn table_error(error: &LensError, file: &Path) -> PyErr {
+    let text = error.to_string();
+    let place = text.strip_prefix(&format!("{}:", file.display()));
+    match place.and_then(|rest| rest.split_once(": ")) {
+        Some((line, problem)) => match line.parse::<usize>().ok().and_then(|n| n.checked_sub(2)) {
+            Some(row) => value_error(format!("rows[{row}]: {problem}")),
+            None => value_error(format!("rows: {problem}")),
+        },
+        None => lens_error(error),
+    }
+}
+
 /// Returns the exception of a scene that cannot be prepared.
 pub fn prepare_error(error: &PrepareError) -> PyErr {
+    match io_source(error) {
+        Some(source) => os_error(source, error),
+        None => value_error(error),
+    }
+}
+
+/// Returns the error of the system if a lens file or a catalogue could not be read.
+fn io_source(error: &PrepareError) -> Option<&io::Error> {
     match error {
-        PrepareError::Lens(lens) => lens_error(lens),
-        PrepareError::Unreadable { source: LensError::Io { source, .. }, .. } => {
-            os_error(source, error)
-        }
-        _ => value_error(error),
+        PrepareError::Lens(lens) | PrepareError::Unreadable { source: lens, .. } => match lens {
+            LensError::Io { source, .. } | LensError::Glass(GlassError::Io { source, .. }) => {
+                Some(source)
+            }
+            _ => None,
+        },
+        _ => None,
     }
 }
 
@@ -86,6 +118,14 @@ pub fn dataset_error(error: &DatasetError) -> PyErr {
         DatasetError::Read(read) => os_error(&read.source, error),
         DatasetError::Scene(errors) => scene_error(errors),
         DatasetError::Render(error) => render_error(error),
+        DatasetError::Io { source, .. } => os_error(source, error),
+        DatasetError::Image(error) => image_error(error),
+        DatasetError::Prepare { source, .. } | DatasetError::OwnCamera { source, .. } => {
+            match io_source(source) {
+                Some(source) => os_error(source, error),
+                None => value_error(error),
+            }
+        }
         _ => value_error(error),
     }
 }

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyArray3, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods, ToPyArray};
+use numpy::{Ix3, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
 use petzval::io::image::{ImageLayer, Notes, PictureWindow};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use crate::argument::refused;
 use crate::array;
 use crate::error::{image_error, value_error};
 
@@ -31,12 +33,24 @@ pub struct Image {
 }
 
 /// Exposure of 8-bit formats: stops, or `"auto"`.
-#[derive(FromPyObject)]
 pub enum ExposureSetting {
     /// Stops.
     Stops(f64),
     /// `"auto"`.
     Word(String),
+}
+
+impl<'py> FromPyObject<'_, 'py> for ExposureSetting {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(word) = value.extract() {
+            return Ok(Self::Word(word));
+        }
+        let expected = "stops or \"auto\"";
+        let stops = value.extract().map_err(|error| refused("exposure", &value, expected, error));
+        stops.map(Self::Stops)
+    }
 }
 
 impl ExposureSetting {
@@ -94,15 +108,30 @@ impl Image {
         let (layers, names) = (self.layers.bind(py), self.channels.bind(py));
         let mut result = Vec::new();
         for (name, array) in layers.iter() {
-            let name: String = name.extract()?;
-            let array: PyReadonlyArray3<'_, f32> = array.extract()?;
+            let name: String = name
+                .extract()
+                .map_err(|_| PyTypeError::new_err("layers: the name of a layer is no text"))?;
+            let what = format!("layers: {name:?}");
+            let array = array::floats(&what, &array)?;
             let names: Vec<String> = match names.get_item(&name)? {
-                Some(names) => names.extract()?,
+                Some(names) => names.extract().map_err(|_| {
+                    PyTypeError::new_err(format!("channels: {name:?}: expected a list of names"))
+                })?,
                 None => {
                     return Err(value_error(format!("layers: {name:?} has no names in channels")));
                 }
             };
             let view = array.as_array();
+            let (of_picture, of_layer) = (self.pixels.bind(py).shape(), view.shape());
+            if of_layer.len() != 3 || of_layer[..2] != of_picture[..2] {
+                return Err(value_error(format!(
+                    "{what}: the array is {}; expected {} x {} x channels",
+                    array::shown(of_layer),
+                    of_picture[0],
+                    of_picture[1]
+                )));
+            }
+            let view = view.into_dimensionality::<Ix3>().map_err(value_error)?;
             if names.len() != view.dim().2 {
                 return Err(value_error(format!(
                     "layers: {name:?} has {} channels, and names for {}",

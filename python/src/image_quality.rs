@@ -10,6 +10,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::argument::refused;
 use crate::error::value_error;
 use crate::worker;
 
@@ -26,7 +27,11 @@ type Modulations<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 type PointImage<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyDict>);
 
 /// Largest numbers of fields and of rays across the pupil.
-const MOST: [usize; 2] = [1000, 512];
+const MOST: [i64; 2] = [1000, 512];
+/// Largest number of rays of all fields, for each wavelength; each takes about a hundred bytes.
+const MOST_RAYS: i64 = 1 << 23;
+/// Largest number of frequencies.
+const MOST_FREQUENCIES: usize = 10_000;
 
 impl ImageQuality {
     /// Traces a lens for an object at a distance from the film (mm).
@@ -36,7 +41,7 @@ impl ImageQuality {
         distance: f64,
         film_distance: Option<f64>,
         image_height: Option<f64>,
-        [fields, pupil]: [usize; 2],
+        [fields, pupil]: [i64; 2],
     ) -> PyResult<Self> {
         if !(2..=MOST[0]).contains(&fields) || !(4..=MOST[1]).contains(&pupil) {
             return Err(value_error(format!(
@@ -44,6 +49,12 @@ impl ImageQuality {
                 MOST[0], MOST[1]
             )));
         }
+        if fields * pupil * pupil > MOST_RAYS {
+            return Err(value_error(format!(
+                "fields={fields}, rays={pupil}: expected fields x rays x rays up to {MOST_RAYS}"
+            )));
+        }
+        let [fields, pupil] = [fields, pupil].map(|count| count as usize);
         let lengths = [Some(distance), film_distance, image_height];
         if lengths.iter().flatten().any(|length| length.is_nan() || *length <= 0.0) {
             return Err(value_error(
@@ -60,9 +71,10 @@ impl ImageQuality {
     }
 
     /// Returns a field by its index.
-    fn field(&self, index: usize) -> PyResult<&FieldRays> {
+    fn field(&self, index: i64) -> PyResult<&FieldRays> {
         let count = self.quality.fields.len();
         let problem = || PyIndexError::new_err(format!("field {index}: there are {count}, from 0"));
+        let index = usize::try_from(index).map_err(|_| problem())?;
         self.quality.fields.get(index).ok_or_else(problem)
     }
 }
@@ -110,12 +122,12 @@ impl ImageQuality {
     /// dictionary of arrays with height (mm), distortion and f_theta, which are relative excesses of
     /// the image height over the tangent of the field angle and over the angle; NaN on the axis.
     #[pyo3(signature = (count = 20))]
-    fn distortion<'py>(&self, py: Python<'py>, count: u32) -> PyResult<Bound<'py, PyDict>> {
+    fn distortion<'py>(&self, py: Python<'py>, count: i64) -> PyResult<Bound<'py, PyDict>> {
         if !(1..=10_000).contains(&count) {
             return Err(value_error(format!("count={count}: expected 1 to 10000")));
         }
         let primary = self.quality.conditions.primary;
-        let curve = worker::run_whole(py, || self.quality.field_curve(primary, count))?;
+        let curve = worker::run_whole(py, || self.quality.field_curve(primary, count as u32))?;
         let column = |of: &dyn Fn(&FieldCurvePoint) -> f64| {
             curve.iter().map(of).collect::<Vec<f64>>().to_pyarray(py)
         };
@@ -135,7 +147,7 @@ impl ImageQuality {
     fn mtf<'py>(
         &self,
         py: Python<'py>,
-        frequencies: Vec<f64>,
+        frequencies: &Bound<'py, PyAny>,
         method: &str,
         defocus: f64,
     ) -> PyResult<Modulations<'py>> {
@@ -148,8 +160,19 @@ impl ImageQuality {
                 return Err(value_error(format!("method={method:?}: {expected}")));
             }
         };
+        let expected = "a list of numbers (cycles/mm)";
+        let wrong = |error| refused("frequencies", frequencies, expected, error);
+        let frequencies: Vec<f64> = frequencies.extract().map_err(wrong)?;
+        if frequencies.len() > MOST_FREQUENCIES {
+            let count = frequencies.len();
+            return Err(value_error(format!(
+                "frequencies: there are {count}; expected {MOST_FREQUENCIES} at most"
+            )));
+        }
         if !defocus.is_finite() || !frequencies.iter().all(|f| (0.0..1e9).contains(f)) {
-            return Err(value_error("expected frequencies from 0 and a finite defocus"));
+            return Err(value_error(
+                "expected frequencies from 0 to 1e9 cycles/mm and a finite defocus",
+            ));
         }
         let shape = [self.quality.fields.len(), frequencies.len()];
         let [tangential, sagittal] = worker::run_whole(py, || {
@@ -170,12 +193,10 @@ impl ImageQuality {
     /// chief ray), light and wavelength (nm) of each ray, centroid, rms and largest radius (um), and
     /// the radius of the Airy disc (um).
     #[pyo3(signature = (field, defocus = 0.0))]
-    fn spot<'py>(
-        &self,
-        py: Python<'py>,
-        field: usize,
-        defocus: f64,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    fn spot<'py>(&self, py: Python<'py>, field: i64, defocus: f64) -> PyResult<Bound<'py, PyDict>> {
+        if !defocus.is_finite() {
+            return Err(value_error(format!("defocus={defocus}: expected mm")));
+        }
         let field = self.field(field)?;
         let spot: SpotDiagram = field.spot();
         let lines = &self.quality.conditions.wavelengths;
@@ -208,8 +229,8 @@ impl ImageQuality {
     fn psf<'py>(
         &self,
         py: Python<'py>,
-        field: usize,
-        size: usize,
+        field: i64,
+        size: i64,
         width: Option<f64>,
     ) -> PyResult<PointImage<'py>> {
         let field = self.field(field)?;
@@ -221,6 +242,7 @@ impl ImageQuality {
                  {widest:.1} um, which these rays resolve"
             )));
         }
+        let size = size as usize;
         let image = worker::run_whole(py, || field.point_image(size, 1e-3 * width))?;
         let image =
             image.ok_or_else(|| value_error("no light reaches the film from this field"))?;

@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use numpy::{
@@ -11,15 +12,17 @@ use petzval::lens::{
     Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose, read_with,
 };
 use petzval::{Paraxial, Prescription, ReadContext, RealRayFocus, read_lens};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
 use crate::array;
-use crate::error::{lens_error, value_error};
+use crate::error::{lens_error, table_error, value_error};
 use crate::image_quality::ImageQuality;
-use crate::trace::{TracedRays, TravelFrom, trace};
+use crate::lens_source::{CatalogueSetting, LensSource, TableRow};
+use crate::trace::{TracedRays, TravelFrom, kernel_seconds, trace};
 use crate::worker;
 
 /// Rays behind a lens: points, directions and the surface that blocked each, or 0.
@@ -36,32 +39,10 @@ pub struct Lens {
     _table: Option<NamedTempFile>,
 }
 
-/// A surface of a table: radius (0: plane), distance to the next, index behind it, diameter.
-type TableRow = [f64; 4];
-
-/// Glass catalogues: a path, or a list of them.
-#[derive(FromPyObject)]
-pub enum CatalogueSetting {
-    /// One.
-    One(PathBuf),
-    /// A list.
-    List(Vec<PathBuf>),
-}
-
-impl Default for CatalogueSetting {
-    fn default() -> Self {
-        Self::List(Vec::new())
-    }
-}
-
-impl CatalogueSetting {
-    pub fn paths(&self) -> Vec<PathBuf> {
-        match self {
-            Self::One(path) => vec![path.clone()],
-            Self::List(paths) => paths.clone(),
-        }
-    }
-}
+/// Largest number of pixels of a map, which is that of a render.
+const MOST_PIXELS: i64 = 1 << 27;
+/// Range of wavelengths (nm); it catches those that are given in um or m.
+const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e6;
 
 impl Lens {
     /// Returns the path of its file.
@@ -80,13 +61,22 @@ impl Lens {
     fn calibration(
         &self,
         py: Python<'_>,
-        resolution: [u32; 2],
+        [columns, rows]: [i64; 2],
         width: f64,
         distance: f64,
     ) -> PyResult<Calibration> {
-        if resolution.contains(&0) || !(width > 0.0 && width.is_finite()) {
-            return Err(value_error("expected a resolution and a width above 0"));
+        let fits = |side: i64| (1..=MOST_PIXELS).contains(&side);
+        if !(fits(columns) && fits(rows) && columns * rows <= MOST_PIXELS) {
+            return Err(value_error(format!(
+                "resolution=({columns}, {rows}): expected width and height above 0, and \
+                 {MOST_PIXELS} pixels at most"
+            )));
         }
+        if !(width > 0.0 && width.is_finite()) {
+            return Err(value_error(format!("width={width}: expected mm above 0")));
+        }
+        // They are below MOST_PIXELS.
+        let resolution = [columns, rows].map(|side| side as u32);
         let setup = CalibrationSetup {
             lens: &self.lens,
             film_distance: self.focus(distance)?,
@@ -99,8 +89,12 @@ impl Lens {
 }
 
 /// Returns the place of every pixel in the other picture, row after row; `None` if no pinhole
-/// describes the lens.
-fn calibration_map(calibration: &Calibration, redistort: bool) -> Option<Vec<[f32; 2]>> {
+/// describes the lens. If `stop` is set, it ends soon, with places missing.
+fn calibration_map(
+    calibration: &Calibration,
+    redistort: bool,
+    stop: &AtomicBool,
+) -> Option<Vec<[f32; 2]>> {
     let matrix = calibration.pinhole_matrix()?;
     let fit = calibration.suggested();
     let place = |pixel: [f64; 2]| {
@@ -113,6 +107,9 @@ fn calibration_map(calibration: &Calibration, redistort: bool) -> Option<Vec<[f3
     };
     let [columns, rows] = calibration.pixels.resolution.map(|side| side as usize);
     let found = (0..rows * columns).into_par_iter().map(|i| {
+        if stop.load(Ordering::Relaxed) {
+            return [f32::NAN; 2];
+        }
         let pixel = [i % columns, i / columns].map(|k| k as f64);
         place(pixel).map_or([f32::NAN; 2], |place| place.map(|x| x as f32))
     });
@@ -121,13 +118,17 @@ fn calibration_map(calibration: &Calibration, redistort: bool) -> Option<Vec<[f3
 
 #[pymethods]
 impl Lens {
-    /// Reads a lens file, of any format that `petzval lens` reads.
+    /// Reads a lens file, of any format that `petzval lens` reads, or takes rows as `from_table` does.
     ///
     /// `catalogue` is a glass catalogue, an AGF file (Zemax), a folder of them, or a list of these: the
     /// first that has a glass gives it. Renders with the lens use them too.
     #[new]
     #[pyo3(signature = (path, catalogue = CatalogueSetting::default()))]
-    fn new(py: Python<'_>, path: PathBuf, catalogue: CatalogueSetting) -> PyResult<Self> {
+    fn new(py: Python<'_>, path: LensSource, catalogue: CatalogueSetting) -> PyResult<Self> {
+        let path = match path {
+            LensSource::File(path) => path,
+            LensSource::Table(rows) => return Self::from_table(rows, "table"),
+        };
         let catalogues = catalogue.paths();
         let context = ReadContext::default().with_catalogues(catalogues.iter().cloned());
         let lens = py.detach(|| read_with(&path, &context)).map_err(|error| lens_error(&error))?;
@@ -150,7 +151,7 @@ impl Lens {
         let mut file =
             tempfile::Builder::new().prefix("petzval-lens-").suffix(".dat").tempfile()?;
         file.write_all(text.as_bytes())?;
-        let mut lens = read_lens(file.path()).map_err(|error| lens_error(&error))?;
+        let mut lens = read_lens(file.path()).map_err(|error| table_error(&error, file.path()))?;
         lens.name = name.to_owned();
         let (path, catalogues) = (file.path().to_owned(), Vec::new());
         Ok(Self { lens, path, catalogues, _table: Some(file) })
@@ -215,6 +216,9 @@ impl Lens {
     /// `distance` is that of the object from the film (mm).
     #[pyo3(signature = (distance = f64::INFINITY))]
     fn focus(&self, distance: f64) -> PyResult<f64> {
+        if distance.is_nan() {
+            return Err(value_error("distance=NaN: expected mm"));
+        }
         RealRayFocus::new(&self.lens).film_distance(distance).map_err(value_error)
     }
 
@@ -230,7 +234,7 @@ impl Lens {
     /// ended them, counted from 1 at the scene; their points and directions are NaN.
     ///
     /// `wavelength` is in nm; by default the d line. `out`, the three arrays of an earlier call, takes
-    /// the result: new memory costs as much time as the rays.
+    /// the result: new memory can cost as much time as the rays.
     #[pyo3(signature = (points, directions, wavelength = None, side = "scene", out = None))]
     fn trace<'py>(
         &self,
@@ -239,14 +243,17 @@ impl Lens {
         directions: &Bound<'py, PyAny>,
         wavelength: Option<f64>,
         side: &str,
-        out: Option<RayArrays<'py>>,
+        out: Option<Bound<'py, PyAny>>,
     ) -> PyResult<RayArrays<'py>> {
         let from = TravelFrom::named(side)?;
         let coloured;
         let lens = match wavelength {
             None => &self.lens,
-            Some(nm) if !(nm > 0.0 && nm.is_finite()) => {
-                return Err(value_error(format!("wavelength={nm}: expected nm above 0")));
+            Some(nm) if !WAVELENGTHS.contains(&nm) => {
+                let [low, high] = [WAVELENGTHS.start(), WAVELENGTHS.end()];
+                return Err(value_error(format!(
+                    "wavelength={nm}: expected nm, from {low} to {high}"
+                )));
             }
             Some(nm) => {
                 coloured = self.lens.at_wavelength(nm).map_err(value_error)?;
@@ -261,19 +268,26 @@ impl Lens {
             return Err(value_error(format!("{count} points but {other} directions")));
         }
         let (points, directions) = (points.as_slice()?, directions.as_slice()?);
-        let arrays = match out {
-            Some(arrays) => arrays,
+        let expected = format!(
+            "expected arrays in C order: float32 of 3 x {count}, twice, and uint16 of {count}"
+        );
+        let arrays: RayArrays<'py> = match out {
+            Some(out) => {
+                let wrong = |_| PyTypeError::new_err(format!("out: {expected}"));
+                out.extract().map_err(wrong)?
+            }
             None => (
                 PyArray2::zeros(py, [3, count], false),
                 PyArray2::zeros(py, [3, count], false),
                 PyArray1::zeros(py, count, false),
             ),
         };
-        let fits = |shape: &[usize]| shape == [3, count];
-        if !(fits(arrays.0.shape()) && fits(arrays.1.shape()) && arrays.2.shape() == [count]) {
-            return Err(value_error(format!(
-                "out: expected float32 arrays of 3 x {count}, twice, and a uint16 array of {count}"
-            )));
+        let fits = |array: &Bound<'py, PyArray2<f32>>| {
+            array.shape() == [3, count] && array.is_c_contiguous()
+        };
+        let status = arrays.2.shape() == [count] && arrays.2.is_c_contiguous();
+        if !(fits(&arrays.0) && fits(&arrays.1) && status) {
+            return Err(value_error(format!("out: {expected}")));
         }
         let refused = |error: BorrowError| value_error(format!("out: {error}"));
         let mut to_points = arrays.0.try_readwrite().map_err(refused)?;
@@ -289,6 +303,22 @@ impl Lens {
         Ok(arrays)
     }
 
+    /// Returns the time (s) that the kernel of `trace` takes for these rays on one thread, for benchmarks.
+    fn _kernel_seconds(
+        &self,
+        py: Python<'_>,
+        points: &Bound<'_, PyAny>,
+        directions: &Bound<'_, PyAny>,
+    ) -> PyResult<f64> {
+        let [points, directions] =
+            [array::floats("points", points)?, array::floats("directions", directions)?];
+        if array::columns("points", &points)? != array::columns("directions", &directions)? {
+            return Err(value_error("expected as many directions as points"));
+        }
+        let (points, directions) = (points.as_slice()?, directions.as_slice()?);
+        worker::caught(py, || kernel_seconds(&self.lens, points, directions))
+    }
+
     /// Fits a camera model to the lens on a film.
     ///
     /// `resolution` is in pixels, `width` that of the film (mm), and `distance` that of the plane
@@ -301,7 +331,7 @@ impl Lens {
     fn intrinsics<'py>(
         &self,
         py: Python<'py>,
-        resolution: [u32; 2],
+        resolution: [i64; 2],
         width: f64,
         distance: f64,
         model: Option<&str>,
@@ -349,13 +379,15 @@ impl Lens {
     fn st_map<'py>(
         &self,
         py: Python<'py>,
-        resolution: [u32; 2],
+        resolution: [i64; 2],
         width: f64,
         distance: f64,
         redistort: bool,
     ) -> PyResult<Bound<'py, PyArray3<f32>>> {
         let calibration = self.calibration(py, resolution, width, distance)?;
-        let places = worker::run_whole(py, || calibration_map(&calibration, redistort))?;
+        let stop = AtomicBool::new(false);
+        let work = || calibration_map(&calibration, redistort, &stop);
+        let places = worker::run(py, &stop, |_| Ok(()), work)?;
         let places = places.ok_or_else(|| value_error("no pinhole describes this lens"))?;
         let [columns, rows] = resolution.map(|side| side as usize);
         places.as_flattened().to_pyarray(py).reshape([rows, columns, 2])
@@ -366,7 +398,7 @@ impl Lens {
     #[pyo3(signature = (frequencies, **conditions))]
     fn mtf<'py>(
         slf: &Bound<'py, Self>,
-        frequencies: Vec<f64>,
+        frequencies: &Bound<'py, PyAny>,
         conditions: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.call_method("image_quality", (), conditions)?.call_method1("mtf", (frequencies,))
@@ -377,7 +409,7 @@ impl Lens {
     #[pyo3(signature = (count = 20, **conditions))]
     fn distortion<'py>(
         slf: &Bound<'py, Self>,
-        count: u32,
+        count: i64,
         conditions: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.call_method("image_quality", (), conditions)?.call_method1("distortion", (count,))
@@ -388,8 +420,8 @@ impl Lens {
     #[pyo3(signature = (field = 0, size = 64, **conditions))]
     fn psf<'py>(
         slf: &Bound<'py, Self>,
-        field: usize,
-        size: usize,
+        field: i64,
+        size: i64,
         conditions: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.call_method("image_quality", (), conditions)?.call_method1("psf", (field, size))
@@ -407,8 +439,8 @@ impl Lens {
         distance: f64,
         film_distance: Option<f64>,
         image_height: Option<f64>,
-        fields: usize,
-        rays: usize,
+        fields: i64,
+        rays: i64,
     ) -> PyResult<ImageQuality> {
         ImageQuality::new(py, &self.lens, distance, film_distance, image_height, [fields, rays])
     }
@@ -432,7 +464,7 @@ impl Lens {
     fn draw<'py>(
         slf: &Bound<'py, Self>,
         ax: Option<Bound<'py, PyAny>>,
-        rays: usize,
+        rays: i64,
         film_distance: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let module = slf.py().import("petzval.drawing")?;
@@ -444,7 +476,7 @@ impl Lens {
     #[pyo3(signature = (rays = 9, film_distance = None))]
     fn svg<'py>(
         slf: &Bound<'py, Self>,
-        rays: usize,
+        rays: i64,
         film_distance: Option<f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("petzval.drawing")?.call_method1("svg", (slf, rays, film_distance))

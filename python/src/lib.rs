@@ -3,6 +3,7 @@
 //! `petzval/__init__.py` is the public package; this module is its engine. All work that takes time
 //! runs without the interpreter's lock.
 
+mod argument;
 mod array;
 mod checkpoint;
 mod dataset;
@@ -12,6 +13,7 @@ mod image_quality;
 mod job;
 mod lens;
 mod lens_models;
+mod lens_source;
 mod memory;
 mod passes;
 mod picture;

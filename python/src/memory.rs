@@ -6,15 +6,28 @@ use petzval::render::memory::{Estimate, MemoryTask, machine};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
+use crate::argument::refused;
 use crate::error::value_error;
 
 /// A limit: bytes, or a text such as "8GiB".
-#[derive(FromPyObject)]
 pub enum MemorySetting {
     /// Bytes.
     Bytes(u64),
     /// A number with its unit.
     Text(String),
+}
+
+impl<'py> FromPyObject<'_, 'py> for MemorySetting {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(text) = value.extract() {
+            return Ok(Self::Text(text));
+        }
+        let expected = "a whole number of bytes, or a text such as \"8GiB\"";
+        let bytes = value.extract().map_err(|error| refused("memory", &value, expected, error));
+        bytes.map(Self::Bytes)
+    }
 }
 
 impl MemorySetting {

@@ -12,9 +12,12 @@ use petzval::sensor::SensorSettings;
 use petzval::spectrum::{BAND_RANGE, Passband};
 use petzval::{Changes, FocusOn, StopCriteria};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
+use crate::argument::setting;
 use crate::error::value_error;
-use crate::lens::{CatalogueSetting, Lens};
+use crate::lens::Lens;
+use crate::lens_source::CatalogueSetting;
 
 /// A lens: a file, or one that was read.
 #[derive(FromPyObject)]
@@ -25,20 +28,21 @@ pub enum LensSetting<'py> {
     File(PathBuf),
 }
 
+/// Expected of a focus.
+const FOCUS: &str = "metres above 0, a pixel (x, y), or \"auto\"";
+
 /// A focus: metres from the film, or `"auto"`.
 #[derive(FromPyObject)]
 pub enum FocusSetting {
     /// Metres from the film.
     Distance(f64),
     /// The surface that a pixel sees.
-    Pixel([u32; 2]),
+    Pixel([i64; 2]),
     /// `"auto"`: the surface in the middle of the picture.
     Word(String),
 }
 
 /// Settings of a picture; `None` keeps what the scene says.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
 pub struct Settings<'py> {
     lens: Option<LensSetting<'py>>,
     focus: Option<FocusSetting>,
@@ -66,6 +70,48 @@ pub struct Settings<'py> {
     focus_model: Option<String>,
     assume_vd: bool,
     catalogue: Option<CatalogueSetting>,
+}
+
+impl<'py> FromPyObject<'_, 'py> for Settings<'py> {
+    type Error = PyErr;
+
+    fn extract(settings: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let settings = settings.cast::<PyDict>()?;
+        let pixels = "two whole numbers of pixels, width and height";
+        let name = "a name, as a text";
+        Ok(Self {
+            lens: setting(&settings, "lens", "a petzval.Lens or the path of a lens file")?,
+            focus: setting(&settings, "focus", FOCUS)?,
+            fstop: setting(&settings, "fstop", "a number")?,
+            look_at: setting(&settings, "look_at", "nine numbers")?,
+            film_shift: setting(&settings, "film_shift", "two numbers (mm)")?,
+            film_tilt: setting(&settings, "film_tilt", "two numbers (degrees)")?,
+            film_diagonal: setting(&settings, "film_diagonal", "a number (mm)")?,
+            coating: setting(&settings, "coating", name)?,
+            resolution: setting(&settings, "resolution", pixels)?,
+            crop: setting(&settings, "crop", "four whole numbers: left, top, right, bottom")?,
+            spp: setting(&settings, "spp", "a whole number")?,
+            seed: setting(&settings, "seed", "a whole number")?,
+            effects: setting(
+                &settings,
+                "effects",
+                "\"auto\", \"all\", \"none\", or a text such as \"+dispersion,-iris\"",
+            )?,
+            light_paths: setting(&settings, "light_paths", "True, False or None")?,
+            aov: setting(&settings, "aov", "names of layers, such as [\"depth\", \"normal\"]")?,
+            noise: setting(&settings, "noise", "a number between 0 and 1")?,
+            time: setting(&settings, "time", "a number (s)")?,
+            shutter: setting(&settings, "shutter", "a text such as \"time=1/100\"")?,
+            rolling_shutter: setting(&settings, "rolling_shutter", "a text such as \"20ms\"")?,
+            sensor: setting(&settings, "sensor", "a text such as \"iso=800\"")?,
+            bayer: setting(&settings, "bayer", "a text such as \"rggb\"")?,
+            passband: setting(&settings, "passband", "two wavelengths (nm)")?,
+            zoom: setting(&settings, "zoom", "a focal length (mm) or the name of a state")?,
+            focus_model: setting(&settings, "focus_model", name)?,
+            assume_vd: setting(&settings, "assume_vd", "True or False")?,
+            catalogue: setting(&settings, "catalogue", CatalogueSetting::EXPECTED)?,
+        })
+    }
 }
 
 /// A zoom setting: a focal length (mm), or the name of a state.
@@ -190,11 +236,16 @@ impl Settings<'_> {
             Some(FocusSetting::Distance(metres)) if *metres > 0.0 => {
                 Ok(Some(FocusOn::Distance(*metres)))
             }
-            Some(FocusSetting::Pixel(pixel)) => Ok(Some(FocusOn::Pixel(Some(*pixel)))),
+            Some(FocusSetting::Pixel(pixel)) => match pixel.map(u32::try_from) {
+                [Ok(x), Ok(y)] => Ok(Some(FocusOn::Pixel(Some([x, y])))),
+                _ => Err(value_error(format!("focus={pixel:?}: expected {FOCUS}"))),
+            },
             Some(FocusSetting::Word(word)) if word == "auto" => Ok(Some(FocusOn::Pixel(None))),
-            Some(_) => {
-                let expected = "focus: expected metres above 0, a pixel (x, y), or \"auto\"";
-                Err(value_error(expected))
+            Some(FocusSetting::Distance(metres)) => {
+                Err(value_error(format!("focus={metres}: expected {FOCUS}")))
+            }
+            Some(FocusSetting::Word(word)) => {
+                Err(value_error(format!("focus={word:?}: expected {FOCUS}")))
             }
         }
     }

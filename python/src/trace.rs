@@ -1,5 +1,7 @@
 //! Rays of arrays through a lens.
 
+use std::time::{Duration, Instant};
+
 use petzval::Prescription;
 use petzval::lanes::f32x8;
 use petzval::lens::{LensRay, Side, retrace_in_f64, sequence, trace as trace_batch, trace_one};
@@ -8,6 +10,9 @@ use pyo3::PyResult;
 use rayon::prelude::*;
 
 use crate::error::value_error;
+
+/// Squares of lengths that f32 holds with all its digits.
+const SQUARES: std::ops::Range<f32> = 1e-30..1e30;
 
 /// Side of the lens from which rays come.
 #[derive(Clone, Copy)]
@@ -51,6 +56,64 @@ fn columns_mut(values: &mut [f32], count: usize) -> [&mut [f32]; 3] {
     [x, y, z]
 }
 
+/// Returns a direction of any length as one whose length is the refractive index.
+fn unit_direction(direction: [f32; 3], index: f64) -> [f64; 3] {
+    let direction = direction.map(f64::from);
+    let length = direction.iter().map(|t| t * t).sum::<f64>().sqrt();
+    direction.map(|t| t / length * index)
+}
+
+/// Fills a wave with rays.
+fn load_wave(batch: &mut LensBatch<f32>, points: [&[f32]; 3], directions: [&[f32]; 3], index: f64) {
+    let count = points[0].len();
+    batch.x[..count].copy_from_slice(points[0]);
+    batch.y[..count].copy_from_slice(points[1]);
+    batch.z[..count].copy_from_slice(points[2]);
+    let [tx, ty, tz] = directions;
+    let mut regular = true;
+    for i in 0..count {
+        let direction = [tx[i], ty[i], tz[i]];
+        let square: f32 = direction.iter().map(|t| t * t).sum();
+        let scale = index as f32 / square.sqrt();
+        [batch.tx[i], batch.ty[i], batch.tz[i]] = direction.map(|t| t * scale);
+        regular &= SQUARES.contains(&square);
+    }
+    if !regular {
+        for i in 0..count {
+            let direction = unit_direction([tx[i], ty[i], tz[i]], index);
+            [batch.tx[i], batch.ty[i], batch.tz[i]] = direction.map(|t| t as f32);
+        }
+    }
+    batch.weight[..count].fill(1.0);
+    batch.resize::<f32x8>(count);
+}
+
+/// Returns the time (s) that the kernel takes on one thread for rays from the scene, without what
+/// [`trace`] adds: loads, stores and the status.
+pub fn kernel_seconds(lens: &Prescription, points: &[f32], directions: &[f32]) -> f64 {
+    let (side, index, count) = (Side::Scene(0.0), lens.index_before(0), points.len() / 3);
+    let (surfaces, exact) = (sequence::<f32x8>(lens, side), sequence::<f64>(lens, side));
+    let (points, directions) = (columns(points, count), columns(directions, count));
+    let (mut batch, mut blocked) = (Box::<LensBatch<f32>>::default(), vec![0; lens.rows.len()]);
+    let mut time = Duration::ZERO;
+    for start in (0..count).step_by(WAVE_SIZE) {
+        let rays = start..count.min(start + WAVE_SIZE);
+        let [points, directions] =
+            [points, directions].map(|all| all.map(|column| &column[rays.clone()]));
+        load_wave(&mut batch, points, directions, index);
+        let ray = |i: usize| {
+            let direction = directions.map(|column| column[i]);
+            let point = points.map(|column| f64::from(column[i]));
+            LensRay::new(point, unit_direction(direction, index))
+        };
+        let begun = Instant::now();
+        trace_batch::<f32x8>(&mut batch, &surfaces, &mut blocked);
+        retrace_in_f64::<f32x8>(&mut batch, &exact, &mut blocked, ray);
+        time += begun.elapsed();
+    }
+    time.as_secs_f64()
+}
+
 /// Traces rays, wave by wave, on all cores. Directions may have any length.
 pub fn trace(
     lens: &Prescription,
@@ -60,13 +123,9 @@ pub fn trace(
     traced: TracedRays<'_>,
 ) {
     let count = traced.status.len();
-    let side = match from {
-        TravelFrom::Scene => Side::Scene(0.0),
-        TravelFrom::Film => Side::Film(0.0),
-    };
-    let index = match from {
-        TravelFrom::Scene => lens.index_before(0),
-        TravelFrom::Film => lens.rear().index,
+    let (side, index) = match from {
+        TravelFrom::Scene => (Side::Scene(0.0), lens.index_before(0)),
+        TravelFrom::Film => (Side::Film(0.0), lens.rear().index),
     };
     let (surfaces, exact) = (sequence::<f32x8>(lens, side), sequence::<f64>(lens, side));
     let (points, directions) = (columns(points, count), columns(directions, count));
@@ -88,26 +147,9 @@ pub fn trace(
             let rays = wave * WAVE_SIZE..wave * WAVE_SIZE + x.len();
             let [px, py, pz] = points.map(|column| &column[rays.clone()]);
             let [tx, ty, tz] = directions.map(|column| &column[rays.clone()]);
-            batch.x[..px.len()].copy_from_slice(px);
-            batch.y[..px.len()].copy_from_slice(py);
-            batch.z[..px.len()].copy_from_slice(pz);
-            let unit = |i: usize| {
-                let length = (tx[i] * tx[i] + ty[i] * ty[i] + tz[i] * tz[i]).sqrt();
-                [tx[i], ty[i], tz[i]].map(|t| t * (index as f32 / length))
-            };
-            for i in 0..px.len() {
-                [batch.tx[i], batch.ty[i], batch.tz[i]] = unit(i);
-            }
-            batch.weight[..px.len()].fill(1.0);
-            batch.resize::<f32x8>(px.len());
-            let start = |i: usize| {
-                let direction = [tx[i], ty[i], tz[i]].map(f64::from);
-                let length = direction.iter().map(|t| t * t).sum::<f64>().sqrt();
-                LensRay::new(
-                    [px[i], py[i], pz[i]].map(f64::from),
-                    direction.map(|t| t / length * index),
-                )
-            };
+            let unit = |i: usize| unit_direction([tx[i], ty[i], tz[i]], index);
+            load_wave(batch, [px, py, pz], [tx, ty, tz], index);
+            let start = |i: usize| LensRay::new([px[i], py[i], pz[i]].map(f64::from), unit(i));
             trace_batch::<f32x8>(batch, &surfaces, blocked);
             retrace_in_f64::<f32x8>(batch, &exact, blocked, start);
             for i in 0..px.len() {
@@ -119,7 +161,7 @@ pub fn trace(
                 if batch.x[i].is_nan() {
                     [x[i], y[i], z[i], dx[i], dy[i], dz[i]] = [f32::NAN; 6];
                     // A ray that only f64 can trace exactly enough may pass in f32.
-                    let ray = LensRay::new([px[i], py[i], pz[i]], unit(i));
+                    let ray = LensRay::new([px[i], py[i], pz[i]], unit(i).map(|t| t as f32));
                     let end = trace_one(ray, &surfaces).err();
                     let end = end.or_else(|| trace_one(start(i), &exact).err());
                     status[i] = end.map_or(lens.stop(), |end| end.row) as u16 + 1;

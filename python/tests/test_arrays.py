@@ -79,9 +79,33 @@ def test_the_lens_of_a_table_lasts_as_long_as_the_scene():
         ({"material": {"type": "marble"}}, "marble"),
         ({"material": {"type": "diffuse", "reflectance": (1, 1)}}, "reflectance"),
         ({"material": {"type": 'diffuse" "x'}}, "quotes"),
-        ({"emission": (1, 2)}, "L"),
+        ({"emission": (1, 2)}, "emission"),
+        ({"emission": 3}, "emission=3"),
+        ({"material": {"type": "diffuse", "reflectance": np.ones((4, 4, 4))}}, "reflectance"),
+        # Bytes are not linear light.
+        ({"material": {"type": "diffuse", "reflectance": np.ones((4, 4, 3), np.uint8)}}, "uint8"),
     ],
 )
 def test_meshes_that_make_no_sense_are_refused(lens_path, changes, message):
     with pytest.raises(ValueError, match=message):
         scene(lens_path, [pz.Mesh(**{**WALL, **changes})])
+
+
+@pytest.mark.parametrize(
+    ("meshes", "settings", "message"),
+    [
+        ([3], {}, "petzval.Mesh"),
+        (pz.Mesh(**WALL), {}, "meshes"),
+        ([pz.Mesh(**{**WALL, "vertices": None})], {}, "vertices"),
+        ([pz.Mesh(**{**WALL, "material": "diffuse"})], {}, "material"),
+        ([pz.Mesh(**{**WALL, "material": None})], {}, "material"),
+        ([], {"lights": {"type": "infinite"}}, "lights"),
+        ([], {"lights": ["infinite"]}, "light 0"),
+        ([], {"focus": "auto"}, "focus='auto'"),
+        ([], {"diagonal": None}, "diagonal=None"),
+        ([], {"spp": None}, "spp=None"),
+    ],
+)
+def test_arguments_of_another_type_are_refused(lens_path, meshes, settings, message):
+    with pytest.raises(TypeError, match=message):
+        pz.Scene.from_arrays(meshes, lens=lens_path, look_at=((0, 0, 0), (0, 0, 1)), **settings)

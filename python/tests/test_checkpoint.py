@@ -73,6 +73,11 @@ def test_nonsense_about_checkpoints_is_refused(scene_path, tmp_path):
         pz.render(scene_path, resume=True)
     with pytest.raises(ValueError, match="checkpoint_interval"):
         pz.render(scene_path, checkpoint=tmp_path / "a", checkpoint_interval=0)
+    # A long render would find out at its first checkpoint.
+    with pytest.raises(FileNotFoundError, match="cannot write"):
+        pz.render(scene_path, checkpoint=tmp_path / "gone" / "a")
+    with pytest.raises(IsADirectoryError, match="cannot write"):
+        pz.render(scene_path, checkpoint=tmp_path)
     bad = tmp_path / "bad"
     bad.write_text("no checkpoint")
     with pytest.raises(ValueError, match="bad"):
@@ -107,6 +112,18 @@ def test_a_scene_that_declares_too_much_is_refused(scene_path, tmp_path):
     with pytest.raises(MemoryError):
         pz.render(path, memory="200kB")
     assert pz.Scene(path, memory="1GiB").path
+    # Also a file that is larger than all of it, and a texture.
+    with pytest.raises(MemoryError, match="there are 10 B"):
+        pz.Scene(scene_path, memory=10)
+    pz.write_image(tmp_path / "large.png", np.zeros((500, 500, 3), np.float32))
+    path.write_text(
+        'WorldBegin Texture "t" "spectrum" "imagemap" "string filename" "large.png"\n'
+    )
+    with pytest.raises(MemoryError, match="large.png"):
+        pz.Scene(path, memory=100_000)
+    for memory, error in [(-1, ValueError), (2**70, ValueError), (1.5, TypeError)]:
+        with pytest.raises(error, match="memory=.*: expected a whole number of bytes"):
+            pz.Scene(scene_path, memory=memory)
 
 
 WAITS = """

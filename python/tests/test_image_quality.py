@@ -109,6 +109,8 @@ def _table(report, *columns):
     [
         ({"fields": 1}, "fields"),
         ({"rays": 100_000}, "rays"),
+        ({"rays": -4}, "rays=-4"),
+        ({"fields": 1000, "rays": 512}, "fields x rays x rays up to"),
         ({"image_height": -5.0}, "height"),
         ({"distance": 1.0}, "nearest|focus"),
     ],
@@ -116,6 +118,27 @@ def _table(report, *columns):
 def test_conditions_that_make_no_sense_are_refused(lens_path, settings, message):
     with pytest.raises(ValueError, match=message):
         pz.Lens(lens_path).image_quality(**settings)
+
+
+def test_arguments_that_make_no_sense_are_refused(quality):
+    with pytest.raises(ValueError, match="10000 at most"):
+        quality.mtf(np.zeros(20_000))
+    for wrong in (20, None, ["a"]):
+        with pytest.raises(TypeError, match="frequencies=.*: expected a list"):
+            quality.mtf(wrong)
+    with pytest.raises(ValueError, match="defocus=inf"):
+        quality.spot(0, defocus=np.inf)
+    for field in (-1, 99):
+        with pytest.raises(IndexError, match=f"field {field}: there are"):
+            quality.psf(field)
+    with pytest.raises(ValueError, match="count=-1"):
+        quality.distortion(-1)
+
+
+@pytest.mark.parametrize("drawing", [{"rays": -1}, {"rays": 10**9}, {"film_distance": np.nan}])
+def test_drawings_that_make_no_sense_are_refused(lens_path, drawing):
+    with pytest.raises(ValueError, match=next(iter(drawing))):
+        pz.Lens(lens_path).svg(**drawing)
 
 
 def test_a_section_is_drawn(lens_path, tmp_path):

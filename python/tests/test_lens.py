@@ -106,6 +106,25 @@ def test_a_lens_of_a_table_has_the_power_of_its_formula():
         pz.Lens.from_table([(50.0, 5.0, float("nan"), 20.0)])
 
 
+def test_rows_make_a_lens(scene_path):
+    rows = [(50.0, 5.0, 1.5168, 20.0), (-50.0, 2.0, 1.0, 20.0), (0.0, 1.0, 0.0, 10.0)]
+    lens = pz.Lens(np.array(rows))
+    assert lens.efl == pz.Lens.from_table(rows).efl
+    assert pz.render(scene_path, lens=lens, effects="none").pixels.mean() > 0
+    # Messages name the row, not the file that holds it.
+    with pytest.raises(ValueError, match=r'^rows\[1\]: "NaN" is not'):
+        pz.Lens([rows[0], (np.nan, 1, 1, 1), rows[2]])
+    with pytest.raises(ValueError, match="^rows: no surface"):
+        pz.Lens([])
+    with pytest.raises(ValueError, match="expected a path, or rows"):
+        pz.Lens([(1, 2, 3)])
+    for wrong in (None, 3, [(1, 2, 3, "BK7")]):
+        with pytest.raises(TypeError, match="expected a path, or rows"):
+            pz.Lens(wrong)
+    with pytest.raises(TypeError, match="catalogue=3: expected the path"):
+        pz.Lens(rows, catalogue=3)
+
+
 def test_colours_leave_a_lens_in_different_directions(root):
     lens = pz.Lens(root / "lenses" / "triplet.toml")
     points, directions = np.array([[3.0], [0.0], [-1.0]]), np.array([[0.0], [0.0], [1.0]])
@@ -155,6 +174,20 @@ def test_arrays_of_an_earlier_call_take_the_result(lens_path):
     read_only.setflags(write=False)
     with pytest.raises(ValueError, match="out"):
         lens.trace(points, directions, out=(read_only, first[1], first[2]))
+    # Arrays whose columns are together would be filled in the wrong order.
+    for turned in (np.asfortranarray(first[0]), first[0].astype(np.float64), None):
+        with pytest.raises((TypeError, ValueError), match="out: expected arrays in C order"):
+            lens.trace(points, directions, out=(turned, first[1], first[2]))
+
+
+@pytest.mark.parametrize("length", [1e30, 1e-30])
+def test_directions_may_have_any_length(lens_path, length):
+    lens = pz.Lens(lens_path)
+    points, directions = rays(lens, 3000)
+    plain = lens.trace(points, directions)
+    scaled = lens.trace(points, directions * np.float32(length))
+    np.testing.assert_array_equal(scaled[2] == 0, plain[2] == 0)
+    np.testing.assert_allclose(scaled[1], plain[1], atol=1e-5)
 
 
 def test_nonsense_is_refused(lens_path, tmp_path):
@@ -171,6 +204,12 @@ def test_nonsense_is_refused(lens_path, tmp_path):
         pz.Lens(tmp_path / "none.dat")
     with pytest.raises(ValueError, match="nearest"):
         lens.focus(10.0)
+    with pytest.raises(ValueError, match="distance=NaN"):
+        lens.focus(np.nan)
+    # A wavelength in um or in m.
+    for wavelength in (0.55, 550e-9):
+        with pytest.raises(ValueError, match="expected nm"):
+            lens.trace(np.zeros((3, 2)), np.ones((3, 2)), wavelength=wavelength)
     broken = tmp_path / "broken.dat"
     broken.write_text("58.950 7.520 1.670 50.4\nfifty 0.24 1 50.4\n")
     with pytest.raises(ValueError, match="broken.dat:2"):
@@ -190,5 +229,12 @@ def test_a_camera_matrix_is_that_of_the_lens(lens_path):
     assert fit["rms"] <= fit["max"] < 0.5
     named = lens.intrinsics((600, 400), 36.0, model=fit["model"])
     assert named["model"] == fit["model"]
+    # Maps that do not fit into memory would end the process.
+    for resolution in [(0, 4), (-1, 4), (10**6, 10**6), (2**40, 1)]:
+        for method in (lens.st_map, lens.intrinsics):
+            with pytest.raises(ValueError, match=r"resolution=\(.*134217728 pixels at most"):
+                method(resolution, 36.0)
+    with pytest.raises(ValueError, match="width=-36"):
+        lens.st_map((6, 4), -36.0)
     with pytest.raises(ValueError, match="expected one of"):
         lens.intrinsics((600, 400), 36.0, model="pinhole camera")

@@ -129,6 +129,9 @@ def test_the_plan_says_why(scene_path):
         ({"look_at": ((0, 0), (0, 0, 0))}, "look_at"),
         ({"crop": (10, 10, 5, 5)}, "crop"),
         ({"crop": (0, 0, 1000, 1000)}, "crop"),
+        ({"crop": (0, 0, -1, 2)}, r"crop=\(0, 0, -1, 2\): expected four whole numbers"),
+        ({"resolution": (5,)}, r"resolution=\(5,\): expected two whole numbers"),
+        ({"focus": (-1, 2)}, "a pixel"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(scene_path, settings, message):
@@ -136,10 +139,63 @@ def test_settings_that_make_no_sense_are_refused(scene_path, settings, message):
         pz.prepare(scene_path, **settings)
 
 
-@pytest.mark.parametrize("settings", [{"spp": "many"}, {"resolution": 3}, {"sp": 3}, {"crop": (0, 0, -1, 2)}])
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"spp": "many"},
+        {"resolution": 3},
+        {"fstop": "f/4"},
+        {"fstop": {}},
+        {"aov": None},
+        {"aov": 3},
+        {"aov": [3]},
+        {"effects": ["+dispersion"]},
+        {"effects": None},
+        {"sensor": 800},
+        {"shutter": 0.01},
+        {"bayer": True},
+        {"lens": 3},
+        {"look_at": 3},
+        {"look_at": (1, 2, 3)},
+        {"assume_vd": 3},
+        {"catalogue": 3},
+    ],
+)
 def test_settings_of_another_type_are_refused(scene_path, settings):
-    with pytest.raises((TypeError, OverflowError)):
+    with pytest.raises(TypeError, match=f"{next(iter(settings))}.*: expected"):
         pz.prepare(scene_path, **settings)
+    with pytest.raises(TypeError, match="sp"):
+        pz.prepare(scene_path, sp=3)
+
+
+def test_exceptions_of_foreign_objects_come_through(scene_path):
+    class Broken:
+        def __float__(self):
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        pz.prepare(scene_path, fstop=Broken())
+
+
+def test_layers_that_do_not_fit_are_not_written(scene_path, tmp_path):
+    image = pz.render(scene_path, aov=["depth"])
+    path = tmp_path / "a.exr"
+    for layer, names, error in [
+        (np.zeros((3, 3, 1), np.float32), ["Y"], ValueError),
+        (np.zeros((32, 48), np.float32), ["Y"], ValueError),
+        (np.zeros((32, 48, 2), np.float32), ["Y"], ValueError),
+        (None, ["Y"], TypeError),
+        (np.zeros((32, 48, 1), np.float32), 3, TypeError),
+    ]:
+        image.layers["mine"], image.channels["mine"] = layer, names
+        with pytest.raises(error, match="mine"):
+            image.save(path)
+    assert not path.exists()
+    # Other numbers become float32.
+    image.layers["mine"], image.channels["mine"] = np.ones((32, 48, 1)), ["Y"]
+    image.save(path)
+    with pytest.raises(TypeError, match="exposure=None"):
+        image.save(path, exposure=None)
 
 
 def test_files_that_are_missing_or_wrong_are_named(scene_path, tmp_path):

@@ -3,8 +3,12 @@
 import io
 import json
 import multiprocessing
+import os
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -117,6 +121,29 @@ def test_a_data_set_has_the_bits_of_the_command(scene_path, tmp_path, command):
     assert sorted(row["pair"] for part in parts for row in part) == [0, 1, 2]
 
 
+def test_passes_take_all_samples(scene_path):
+    for setting in ({"noise": 0.1}, {"time": 1.0}):
+        with pytest.raises(ValueError, match="passes take all samples"):
+            pz.passes(scene_path, **setting)
+
+
+def test_lists_that_are_none_are_refused(scene_path, tmp_path):
+    with pytest.raises(TypeError, match="spp=4: expected a list"):
+        pz.accuracy(scene_path, spp=4)
+    for shard in (3, (1, 2, 3), "1/4"):
+        with pytest.raises(TypeError, match="shard=.*: expected"):
+            pz.dataset(tmp_path / "spec.toml", tmp_path / "out", shard=shard)
+
+
+def test_files_that_are_cut_off_are_value_errors(tmp_path):
+    for name in ("a.png", "a.exr", "a.jpg"):
+        path = tmp_path / name
+        pz.write_image(path, np.full((8, 8, 3), 0.5, np.float32))
+        path.write_bytes(path.read_bytes()[:40])
+        with pytest.raises(ValueError, match=name):
+            pz.read_image(path)
+
+
 def test_wrong_data_sets_are_refused(tmp_path, scene_path):
     spec = tmp_path / "spec.toml"
     spec.write_text(SPEC + "nonsense = 3\n")
@@ -128,6 +155,9 @@ def test_wrong_data_sets_are_refused(tmp_path, scene_path):
     for shard in [(0, 2), (3, 2)]:
         with pytest.raises(ValueError, match="shard"):
             pz.dataset(spec, tmp_path / "out", shard=shard)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileExistsError, match="cannot write"):
+        pz.dataset(spec, tmp_path / "file")
     spec.write_text(SPEC.replace("ball.pbrt", "gone.pbrt"))
     with pytest.raises((FileNotFoundError, ValueError), match="gone.pbrt"):
         pz.dataset(spec, tmp_path / "out")
@@ -257,6 +287,19 @@ def test_a_forked_process_is_refused_and_a_spawned_one_is_not(scene_path):
             assert isinstance(found, float) and found > 0
         else:
             assert "RuntimeError" in found and "spawn" in found
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+def test_ctrl_c_ends_a_map(lens_path):
+    lens = pz.Lens(lens_path)
+    start = time.monotonic()
+    timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        lens.st_map((10_000, 5_000), 36.0)
+    timer.join()
+    # It takes much longer than this.
+    assert time.monotonic() - start < 5
 
 
 def test_maps_straighten_a_lens(lens_path):

@@ -1,0 +1,42 @@
+//! Messages about arguments of the wrong type or size.
+
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Longest text of a value that a message repeats (characters).
+const LONGEST: usize = 60;
+
+/// Returns the exception of an argument that cannot be converted: `fstop='f/4': expected a number`.
+/// Numbers that do not fit and sequences of another length raise `ValueError`, others `TypeError`.
+pub fn refused(name: &str, value: &Bound<'_, PyAny>, expected: &str, error: PyErr) -> PyErr {
+    let py = value.py();
+    let Ok(shown) = value.repr() else { return error };
+    let shown = shown.to_string();
+    let shown = match shown.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", &shown[..end]),
+        None => shown,
+    };
+    let message = format!("{name}={shown}: expected {expected}");
+    if error.is_instance_of::<PyTypeError>(py) {
+        return PyTypeError::new_err(message);
+    }
+    match error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyOverflowError>(py) {
+        true => PyValueError::new_err(message),
+        // An exception of the user's own object.
+        false => error,
+    }
+}
+
+/// Returns a value of a dictionary of settings. `expected` is what messages ask for.
+pub fn setting<'py, T>(
+    settings: &Bound<'py, PyDict>,
+    name: &'static str,
+    expected: &str,
+) -> PyResult<T>
+where
+    T: for<'a> FromPyObject<'a, 'py>,
+{
+    let value = settings.as_any().get_item(name)?;
+    value.extract().map_err(|error| refused(name, &value, expected, T::Error::into(error)))
+}

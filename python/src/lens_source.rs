@@ -1,0 +1,69 @@
+//! Files, rows and glass catalogues of lenses, as Python gives them.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+
+use crate::argument::refused;
+
+/// A surface of a table: radius (0: plane), distance to the next, index behind it, diameter.
+pub type TableRow = [f64; 4];
+
+/// Where a lens comes from.
+pub enum LensSource {
+    /// A lens file.
+    File(PathBuf),
+    /// Rows.
+    Table(Vec<TableRow>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for LensSource {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(path) = value.extract() {
+            return Ok(Self::File(path));
+        }
+        let expected = "a path, or rows (radius, thickness, index, diameter)";
+        let rows = value.extract().map_err(|error| refused("path", &value, expected, error));
+        rows.map(Self::Table)
+    }
+}
+
+/// Glass catalogues: a path, or a list of them.
+pub enum CatalogueSetting {
+    /// One.
+    One(PathBuf),
+    /// A list.
+    List(Vec<PathBuf>),
+}
+
+impl Default for CatalogueSetting {
+    fn default() -> Self {
+        Self::List(Vec::new())
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for CatalogueSetting {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(path) = value.extract() {
+            return Ok(Self::One(path));
+        }
+        let refused = |error| refused("catalogue", &value, Self::EXPECTED, error);
+        value.extract().map(Self::List).map_err(refused)
+    }
+}
+
+impl CatalogueSetting {
+    /// Expected of the argument.
+    pub const EXPECTED: &str = "the path of a glass catalogue, or a list of paths";
+
+    pub fn paths(&self) -> Vec<PathBuf> {
+        match self {
+            Self::One(path) => vec![path.clone()],
+            Self::List(paths) => paths.clone(),
+        }
+    }
+}
