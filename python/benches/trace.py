@@ -1,4 +1,4 @@
-"""Rays through a lens by petzval in Python, and by optiland if it is installed: the same rays.
+"""Rays through a lens by petzval in Python, by its kernel alone, and by optiland: the same rays.
 
 Usage: python python/benches/trace.py [LENS]
 
@@ -79,7 +79,9 @@ def main():
         few = COUNT // 20
         ways["optiland"] = (few, lambda: other(points[:, :few], directions[:, :few]))
     times = {name: [] for name in ways}
+    kernel = []
     for _ in range(RUNS):
+        kernel.append(lens._kernel_seconds(points, directions))
         for name, (_, run) in ways.items():
             start = time.process_time()
             run()
@@ -89,6 +91,7 @@ def main():
         both = (out[2][:few] == 0) & np.isfinite(theirs.L)
         apart = np.hypot(theirs.L - ours[0], theirs.M - ours[1])[both].max()
         print(f"largest difference of directions: {apart:.1e}, over {both.sum()} rays")
+    print(f"{'kernel':14s} {COUNT / statistics.median(kernel) / 1e6:8.2f} million rays/s on one thread")
     for name, (count, _) in ways.items():
         print(f"{name:14s} {count / statistics.median(times[name]) / 1e6:8.2f} million rays/s of CPU time")
 
