@@ -45,8 +45,11 @@ def sag(surface, height):
 def draw(lens, ax=None, rays=9, film_distance=None):
     """Draw the section of a lens with rays; see :meth:`petzval.Lens.draw`."""
     if ax is None:
-        import matplotlib.pyplot as plt
-
+        try:
+            import matplotlib.pyplot as plt
+        except ImportError as error:
+            advice = "pip install matplotlib, or use Lens.svg, which does not need it"
+            raise ImportError(f"Lens.draw needs matplotlib: {advice}") from error
         _, ax = plt.subplots(figsize=(8, 4))
     for line in section(lens, rays, film_distance):
         colour, width, dashes = _STYLES[line.kind]

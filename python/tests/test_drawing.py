@@ -1,5 +1,6 @@
 """Drawings of lenses: matplotlib and SVG show the same lines."""
 
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -46,3 +47,9 @@ def test_names_are_escaped_and_the_film_moves():
     assert root.find(f"{SVG}text").text.startswith("<&>")
     film = next(line for line in drawing.section(lens, film_distance=80.0) if line.kind == "film")
     assert film.z == pytest.approx([86.0, 86.0])
+
+
+def test_without_matplotlib_the_error_says_how_to_get_it(monkeypatch, lens_path):
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(ImportError, match="pip install matplotlib, or use Lens.svg"):
+        pz.Lens(lens_path).draw()
