@@ -94,7 +94,8 @@ fn without_a_program_the_error_comes_before_the_scene_is_read() {
     for (arguments, expected) in [
         ("--denoise", "neither oidnDenoise nor petzval-denoise is on PATH; install Open Image"),
         ("--denoise=nothing", "--denoise: there is no program nothing; install"),
-        ("--denoise=./scene.pbrt", "--denoise: there is no program ./scene.pbrt"),
+        ("--denoise=./scene.pbrt", "--denoise: ./scene.pbrt is not executable; try chmod +x"),
+        ("--denoise=scene.pbrt", "for the file in this folder write ./scene.pbrt"),
         ("--denoise --sweep fstop=4,8", "neither oidnDenoise nor"),
     ] {
         let (code, stderr) = studio.run(&format!("render missing.pbrt -o a.exr {arguments}"));
@@ -253,6 +254,33 @@ fn ctrl_c_ends_a_program_that_hangs_and_keeps_the_noisy_picture() {
 }
 
 #[test]
+fn a_noisy_picture_that_cannot_be_written_is_an_error_before_the_render() {
+    let studio = Studio::new("oidnDenoise", COPY);
+    for (output, folder) in [("a.png", "a.noisy.png"), ("a.exr", "a.noisy.exr")] {
+        fs::create_dir(studio.0.path(folder)).expect("a folder");
+        let (code, stderr) =
+            studio.run(&RENDER.replace("a.exr", output).replace("--spp 4", "--spp 4 --denoise"));
+        assert_eq!(code, 2, "{stderr}");
+        assert!(stderr.contains(&format!("{folder} is a folder")), "{stderr}");
+        assert!(!stderr.contains("the samples are lost") && !studio.0.path(output).exists());
+    }
+    let command = studio.command(RENDER).arg("--denoise").env("TMPDIR", "/nowhere").output();
+    let (code, stderr) = exit_and_stderr(command.expect("the command starts"));
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("cannot write /nowhere") && !stderr.contains("install"), "{stderr}");
+}
+
+#[test]
+fn the_noisy_picture_of_an_earlier_failure_goes_with_the_next_success() {
+    let studio = Studio::new("oidnDenoise", "[ $big ] && exit 1\ncp \"$in\" \"$out\"\n");
+    assert_eq!(studio.run(&format!("{RENDER} --denoise")).0, 2);
+    assert_eq!(studio.files(), ["a.noisy.exr"]);
+    studio.program("oidnDenoise", COPY);
+    studio.run_ok(&format!("{RENDER} --denoise"));
+    assert_eq!(studio.files(), ["a.exr"]);
+}
+
+#[test]
 fn ctrl_c_ends_the_trial_of_a_program_and_removes_its_folder() {
     let studio = Studio::new("oidnDenoise", "echo hanging > hangs.txt; exec sleep 3\n");
     let mut child = studio.command(&format!("{RENDER} --denoise")).spawn().expect("a child");
@@ -278,6 +306,7 @@ fn a_checkpoint_is_denoised_without_rendering_again() {
     assert!(stderr.contains("resuming from a.exr.checkpoint"), "{stderr}");
     assert!(!before && !studio.0.path("a.exr.checkpoint").exists());
     let found: Vec<_> = noisy.channels.iter().filter(|(name, _)| !name.contains('.')).collect();
+    assert_eq!(found.len(), 3);
     let channels = studio.channels("a.exr", "noisy.");
     assert!(found.iter().zip(&channels).all(|(noisy, layer)| noisy.1 == layer.1));
 }
@@ -329,6 +358,18 @@ fn a_sweep_is_denoised_and_a_picture_is_not_an_input() {
     let again = "render scene.pbrt --spp 2 --sweep fstop=4,8 -o {fstop}.exr --resume";
     assert!(studio.run_ok(&format!("{again} --denoise")).contains("2 of them unchanged"));
     assert!(studio.run_ok(again).contains("0 of them unchanged"));
+    // A picture without its noisy one is not finished.
+    let png = "render scene.pbrt --spp 2 --sweep fstop=4,8 -o {fstop}.png --resume --denoise";
+    studio.run_ok(png);
+    assert!(studio.run_ok(png).contains("2 of them unchanged"));
+    fs::remove_file(studio.0.path("8.noisy.png")).expect("the noisy picture");
+    let stderr = studio.run_ok(png);
+    assert!(stderr.contains("the noisy picture of 8.png is missing"), "{stderr}");
+    assert!(studio.0.path("8.noisy.png").is_file());
+    // Another denoiser makes other pictures.
+    studio.program("mirror", COPY);
+    let other = png.replace("--denoise", "--denoise=mirror");
+    assert!(studio.run_ok(&other).contains("0 of them unchanged"));
     // The noisy picture must not replace a texture of the scene.
     fs::copy(studio.0.path("8.exr"), studio.0.path("b.noisy.exr")).expect("a texture");
     let scene = fs::read_to_string(studio.0.path("scene.pbrt")).expect("the scene");

@@ -229,7 +229,7 @@ fn a_white_sky_has_no_fireflies() {
     println!("light outside the fan: {outside:?}");
     // The bounds of all colours enclose the light of each, and those of one colour do not.
     assert!(outside[0] < 1e-4 && outside[1] > 3e-3, "light outside the fan: {outside:?}");
-    assert!(held < 0.3 && missed > 3.0 * held, "{held} and {missed}");
+    assert!(held < 0.3 && missed > (3.0 * held).max(0.5), "{held} and {missed}");
 }
 
 #[test]

@@ -39,7 +39,7 @@ def checked(settings, camera):
             if settings[name] is None:
                 settings[name] = value
     settings["look_at"] = nine_numbers(settings["look_at"])
-    catalogue = settings["catalogue"]
+    catalogue = () if settings["catalogue"] is None else settings["catalogue"]
     settings["catalogue"] = list(catalogue) if isinstance(catalogue, (list, tuple)) else [catalogue]
     return settings
 

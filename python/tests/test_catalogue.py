@@ -51,5 +51,7 @@ def test_a_render_takes_the_catalogues_of_its_lens_and_of_its_settings(files, sc
     one = pz.render(scene_path, lens=lens, catalogue=folder, **settings)
     other = pz.render(scene_path, lens=pz.Lens(lens, catalogue=folder), **settings)
     assert one.pixels.mean() > 0 and (one.pixels == other.pixels).all()
+    none = pz.render(scene_path, lens=pz.Lens(lens, catalogue=folder), catalogue=None, **settings)
+    assert (none.pixels == one.pixels).all()
     camera = pz.Camera(lens=pz.Lens(lens, catalogue=folder))
     assert (pz.render(scene_path, camera, **settings).pixels == one.pixels).all()

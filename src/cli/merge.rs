@@ -18,8 +18,8 @@ use super::denoise::Denoiser;
 use super::memory::{Memory, log_peak};
 use super::outputs::{check_distinct, check_writable};
 use super::render::{
-    Denoising, PictureOutput, add_guides, denoising_bytes, has_guides, inputs, job, noisy_files,
-    resume_command,
+    Denoising, PictureOutput, add_guides, check_noisy_files, denoising_bytes, has_guides, inputs,
+    job, noisy_files, resume_command,
 };
 use super::{Failure, Outcome, message};
 
@@ -78,6 +78,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     files.join(job.files.clone());
     check_distinct([output], "-o", &files)?;
     if program.is_some() {
+        check_noisy_files(output)?;
         check_distinct(noisy_files(output), "-o", &files)?;
     }
     message::warnings(&warnings);

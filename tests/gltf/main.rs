@@ -7,6 +7,7 @@ mod support;
 mod files;
 mod lights;
 mod materials;
+mod specular;
 mod view;
 
 use std::path::Path;

@@ -10,7 +10,7 @@ const GREEN: [u8; 4] = [0, 255, 0, 255];
 const BLUE: [u8; 4] = [0, 0, 255, 255];
 
 /// Renders a square of a material under a sky of radiance 1.
-fn under_sky(material: Value, options: &[&str]) -> [f32; 3] {
+pub fn under_sky(material: Value, options: &[&str]) -> [f32; 3] {
     let mut builder = Builder::new();
     let mesh = builder.square(material);
     builder.node(json!({ "mesh": mesh }));
@@ -19,7 +19,7 @@ fn under_sky(material: Value, options: &[&str]) -> [f32; 3] {
     middle(&picture)
 }
 
-fn assert_near(found: [f32; 3], expected: [f32; 3], within: f32, name: &str) {
+pub fn assert_near(found: [f32; 3], expected: [f32; 3], within: f32, name: &str) {
     for channel in 0..3 {
         let off = (found[channel] - expected[channel]).abs();
         assert!(off < within, "{name}: {found:?}, expected {expected:?}");
@@ -114,68 +114,6 @@ fn texture_transforms_turn_the_image_against_the_clock() {
             let found = mean(&picture, [x, y], [x + 6, y + 6]);
             assert_near(found, colour, 0.03, &format!("{name} at {x}, {y}"));
         }
-    }
-}
-
-#[test]
-fn the_specular_factor_and_colour_change_the_reflection_of_the_dielectric() {
-    let at = |metallic: f64, ior: f64, specular: Value| {
-        let material = json!({
-            "pbrMetallicRoughness": { "metallicFactor": metallic, "roughnessFactor": 0,
-                                      "baseColorFactor": [0, 0, 0, 1] },
-            "extensions": { "KHR_materials_ior": { "ior": ior }, "KHR_materials_specular": specular },
-        });
-        under_sky(material, &["--spp", "256"])
-    };
-    let plain = at(0.0, 1.5, json!({}));
-    // The reflectance of an index of 1.5 is 4 % at normal incidence; the picture's middle is near it.
-    assert!(plain[0] > 0.04 && plain[0] < 0.042, "{plain:?}");
-    let half = at(0.0, 1.5, json!({ "specularFactor": 0.5 }));
-    assert_near(half, plain.map(|v| v / 2.0), 0.0005, "half");
-    assert_near(at(0.0, 1.5, json!({ "specularFactor": 0 })), [0.0; 3], 1e-6, "none");
-    // The colour leaves the light at grazing incidence, here 0.1 % of a channel.
-    let coloured = at(0.0, 1.5, json!({ "specularColorFactor": [1, 0.25, 3] }));
-    assert_near(coloured, [plain[0], 0.25 * plain[0], 3.0 * plain[0]], 0.002, "colour");
-    // (2.5 / 4.5)^2 = 0.31 times 4 reflects all light, and no more.
-    let all = at(0.0, 3.5, json!({ "specularColorFactor": [4, 1, 1] }));
-    assert_near(all, [1.0, 0.309, 0.309], 0.002, "all light");
-    let metal = at(1.0, 1.5, json!({ "specularFactor": 0.2, "specularColorFactor": [0, 0, 0] }));
-    assert_near(metal, at(1.0, 1.5, json!({})), 1e-6, "metal");
-}
-
-#[test]
-fn textures_of_the_specular_extension_are_alpha_and_colour() {
-    let render = |specular: Value, alpha: u8| {
-        let mut builder = Builder::new();
-        let strength = builder.texture([1, 1], &[[9, 9, 9, alpha]]);
-        // 188 is half of white in sRGB.
-        let colour = builder.texture([1, 1], &[[255, 188, 0, 7]]);
-        let mut specular = specular;
-        specular["specularTexture"] = json!({ "index": strength });
-        specular["specularColorTexture"] = json!({ "index": colour });
-        let mesh = builder.square(json!({
-            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0,
-                                      "baseColorFactor": [0, 0, 0, 1] },
-            "extensions": { "KHR_materials_specular": specular },
-        }));
-        builder.node(json!({ "mesh": mesh }));
-        middle(&builder.render(&["--spp", "256"]).0)
-    };
-    let whole = render(json!({}), 255);
-    assert_near(whole, [0.0405, 0.0203, 0.0005], 0.001, "textures");
-    let both = render(json!({ "specularFactor": 0.5, "specularColorFactor": [0.5, 1, 1] }), 128);
-    assert_near(both, [whole[0] / 8.0, whole[1] / 4.0, 0.0], 0.0005, "times factors");
-}
-
-#[test]
-fn white_surfaces_stay_white_under_any_specular_strength() {
-    for (strength, roughness) in [(0.0, 0.5), (0.3, 0.0), (0.3, 0.5), (1.0, 0.5)] {
-        let material = json!({
-            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": roughness },
-            "extensions": { "KHR_materials_specular": { "specularFactor": strength } },
-        });
-        let found = under_sky(material, &["--spp", "64"]);
-        assert_near(found, [1.0; 3], 0.01, &format!("strength {strength}, roughness {roughness}"));
     }
 }
 

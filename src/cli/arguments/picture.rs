@@ -18,7 +18,7 @@ use super::values::{
 /// A scene, and changes to it.
 #[derive(Debug, clap::Args)]
 pub(in crate::cli) struct PictureArguments {
-    /// Scene file, pbrt-v4 or the pbrt-v2 of the 2016 course
+    /// Scene file: pbrt-v4, glTF, or the pbrt-v2 of the 2016 course
     pub scene: PathBuf,
     /// Samples per pixel
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]

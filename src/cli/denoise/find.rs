@@ -32,12 +32,20 @@ pub(super) fn program(named: Option<&Path>) -> Result<PathBuf, Failure> {
             return PROGRAMS.iter().find_map(|name| on_path(name.as_ref())).ok_or_else(problem);
         }
     };
-    let found = match name.components().count() {
-        1 => on_path(&name),
-        _ => Some(name.clone()).filter(|name| is_program(name)),
+    let is_bare = name.components().count() == 1;
+    let found = match is_bare {
+        true => on_path(&name),
+        false => Some(name.clone()).filter(|name| is_program(name)),
     };
-    let problem = || format!("{source}: there is no program {}; {ADVICE}", name.display()).into();
-    found.ok_or_else(problem)
+    let shown = name.display();
+    let problem = || match (is_bare, name.is_file()) {
+        (true, true) => {
+            format!("{source}: {shown} is not on PATH; for the file in this folder write ./{shown}")
+        }
+        (false, true) => format!("{source}: {shown} is not executable; try chmod +x {shown}"),
+        (_, false) => format!("{source}: there is no program {shown}; {ADVICE}"),
+    };
+    found.ok_or_else(|| problem().into())
 }
 
 /// Returns the first program of this name in the folders of PATH.

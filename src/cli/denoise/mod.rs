@@ -24,6 +24,9 @@ pub(super) enum DenoiseError {
     /// Ctrl-C or SIGTERM.
     #[error("interrupted while the picture was denoised")]
     Stopped,
+    /// A temporary file could not be written.
+    #[error("cannot write {}: {cause}", path.display())]
+    Unwritable { path: PathBuf, cause: io::Error },
     /// The program could not be run, or has written no picture.
     #[error("{0}")]
     Failed(String),
@@ -48,16 +51,17 @@ impl Denoiser {
     /// Returns an error if there is none or if it does not denoise.
     pub fn new(named: Option<&Path>) -> Result<Self, Failure> {
         let denoiser = Self { program: find::program(named)? };
-        let problem = match denoiser.check() {
-            Ok(()) => return Ok(denoiser),
-            Err(problem) => problem,
-        };
-        Err(format!(
-            "--denoise: {} does not denoise: {problem}; {}",
-            denoiser.program.display(),
-            find::ADVICE
-        )
-        .into())
+        let program = denoiser.program.display();
+        match denoiser.check() {
+            Ok(()) => Ok(denoiser),
+            Err(error @ DenoiseError::Unwritable { .. }) => {
+                Err(format!("--denoise: {error}; TMPDIR names another folder").into())
+            }
+            Err(error) => {
+                let advice = find::ADVICE;
+                Err(format!("--denoise: {program} does not denoise: {error}; {advice}").into())
+            }
+        }
     }
 
     /// Returns the name of the program.
@@ -157,7 +161,7 @@ struct Folder(TemporaryFolder);
 
 impl Folder {
     fn new() -> Result<Self, DenoiseError> {
-        TemporaryFolder::new().map(Self).map_err(|error| unwritten(&std::env::temp_dir(), &error))
+        TemporaryFolder::new().map(Self).map_err(|error| unwritten(&std::env::temp_dir(), error))
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -173,10 +177,10 @@ impl Folder {
         let path = self.file(name);
         let written =
             File::create(&path).and_then(|file| write_pfm(size, pixel, BufWriter::new(file)));
-        written.map_err(|error| unwritten(&path, &error))
+        written.map_err(|error| unwritten(&path, error))
     }
 }
 
-fn unwritten(path: &Path, error: &io::Error) -> DenoiseError {
-    DenoiseError::Failed(format!("cannot write {}: {error}", path.display()))
+fn unwritten(path: &Path, cause: io::Error) -> DenoiseError {
+    DenoiseError::Unwritable { path: path.to_owned(), cause }
 }

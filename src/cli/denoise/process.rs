@@ -44,7 +44,7 @@ pub(super) fn call(
     }
     match status.success() {
         true => Ok(()),
-        false => Err(failed(match last_words(log) {
+        false => Err(failed(match last_line(log) {
             words if words.is_empty() => status.to_string(),
             words => format!("{status}: {words}"),
         })),
@@ -75,7 +75,7 @@ fn wait(mut child: Child, stop: &AtomicBool) -> io::Result<ExitStatus> {
 }
 
 /// Returns the last line that a program has printed.
-fn last_words(log: &Path) -> String {
+fn last_line(log: &Path) -> String {
     let text = fs::read(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
     // A bar of progress returns to the start of its line.

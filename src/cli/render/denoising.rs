@@ -5,11 +5,13 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 use petzval::aov::Aov;
-use petzval::io::image::{EncodingOptions, ImageLayer, Picture, Primaries};
+use petzval::io::image::{EncodingOptions, ImageFormat, ImageLayer, Picture, Primaries};
 use petzval::job::Job;
 use petzval::render::read_out;
 
+use crate::cli::Failure;
 use crate::cli::denoise::{DenoiseError, Denoiser, Guides};
+use crate::cli::outputs::check_writable;
 
 /// Layers that the denoiser needs.
 const GUIDES: [Aov; 2] = [Aov::Albedo, Aov::Normal];
@@ -90,6 +92,20 @@ pub(super) fn noisy_layer(picture: &Picture, encoding: &EncodingOptions) -> Imag
 pub(in crate::cli) fn noisy_files(output: &Path) -> [PathBuf; 2] {
     let extension = output.extension().unwrap_or_default().to_string_lossy();
     [&*extension, "exr"].map(|extension| output.with_extension(format!("noisy.{extension}")))
+}
+
+/// Returns whether the noisy picture of a denoised one is there: as a layer, or beside it.
+pub(in crate::cli) fn has_noisy_picture(output: &Path) -> bool {
+    let [beside, _] = noisy_files(output);
+    ImageFormat::of(output).is_ok_and(|format| format == ImageFormat::Exr) || beside.is_file()
+}
+
+/// Checks that the noisy picture can be written under each of its names.
+///
+/// # Errors
+/// Returns an error if it cannot.
+pub(in crate::cli) fn check_noisy_files(output: &Path) -> Result<(), Failure> {
+    noisy_files(output).iter().try_for_each(|file| check_writable(file, "-o"))
 }
 
 /// Returns the memory that denoising takes besides picture and layers of the file (bytes).

@@ -9,7 +9,8 @@ mod resume;
 mod task;
 
 pub(super) use denoising::{
-    Denoising, add_guides, bytes as denoising_bytes, has_guides, noisy_files,
+    Denoising, add_guides, bytes as denoising_bytes, check_noisy_files, has_guides,
+    has_noisy_picture, noisy_files,
 };
 pub(super) use inputs::inputs;
 pub(super) use picture_output::PictureOutput;

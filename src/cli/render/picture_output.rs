@@ -1,5 +1,6 @@
 //! Writes a rendered picture with its layers and notes, and logs how it came about.
 
+use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -68,12 +69,12 @@ impl PictureOutput<'_> {
         let (convergence, partial) = (exposed.convergence.take(), exposed.partial_mean_spp);
         let (dropped, dark) = (std::mem::take(&mut exposed.film.dropped), exposed.film.is_dark());
         let image = pool.install(|| exposed.into_optical_image(job));
-        let mut denoise_time = None;
+        let (mut denoise_time, mut beside) = (None, None);
         let picture = match denoising {
             None => read_out(image, job),
             Some(denoising) => {
                 let begun = Instant::now();
-                let [beside, undenoised] = noisy_files(output);
+                let [noisy_file, undenoised] = noisy_files(output);
                 let (clean, noisy) = match denoising.apply(image, &layers, job) {
                     Ok(pictures) => pictures,
                     Err((cause, noisy)) => {
@@ -89,7 +90,7 @@ impl PictureOutput<'_> {
                 } else {
                     // Both pictures are equally bright.
                     encoding.exposure = DisplayExposure::by(encoding.exposure.factor(&clean));
-                    noisy.write(&beside, window, encoding, &notes)?;
+                    beside = Some((noisy, noisy_file, notes.clone()));
                 }
                 notes.push(("denoiser", Note::Text(denoising.denoiser.name())));
                 clean
@@ -98,6 +99,14 @@ impl PictureOutput<'_> {
         layers.retain(|layer| holds_layers && hidden.iter().all(|aov| aov.name() != layer.name));
         let developed = start.elapsed();
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
+        if let Some((noisy, file, notes)) = beside {
+            noisy.write(&file, window, encoding, &notes)?;
+        }
+        if denoise_time.is_some() {
+            // An earlier try, which failed, may have left it.
+            let [_, undenoised] = noisy_files(output);
+            let _ = fs::remove_file(undenoised);
+        }
 
         if label.is_none() {
             say!("{}", plan::table(&job.plan).trim_end());

@@ -15,7 +15,7 @@ use petzval::render::memory::{Estimate, MemoryTask, machine};
 use petzval::render::{Progress, RenderError, RenderOptions, render_resumable};
 use petzval::scene::pbrt::Description;
 
-use super::denoising::{self, Denoising, Undenoised, add_guides};
+use super::denoising::{self, Denoising, Undenoised, add_guides, check_noisy_files};
 use super::picture_output::PictureOutput;
 use super::resume::{Resume, partial_name, written_files};
 use super::{RenderArguments, inputs};
@@ -83,6 +83,9 @@ impl<'a> RenderTask<'a> {
         check_writable(&output, "-o")?;
         let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
         let denoises = arguments.denoise.is_some();
+        if denoises && !arguments.is_part() {
+            check_noisy_files(&output)?;
+        }
         check_distinct(written_files(&output, denoises), "-o", &job.files)?;
         let hidden = if denoises { add_guides(&mut job) } else { Vec::new() };
         if arguments.half && !holds_layers {
@@ -186,7 +189,7 @@ impl<'a> RenderTask<'a> {
                     say!("petzval: {failure}");
                     Ok(result(Outcome::Interrupted))
                 }
-                DenoiseError::Failed(_) => Err(failure),
+                DenoiseError::Failed(_) | DenoiseError::Unwritable { .. } => Err(failure),
             };
         }
         if alone {

@@ -27,8 +27,8 @@ use super::denoise::Denoiser;
 use super::memory::Memory;
 use super::outputs::{CreatedFolders, check_distinct, check_writable};
 use super::render::{
-    RenderArguments, RenderTask, SweepItem, checkpoint_name, resume_command, stop_at_signals,
-    written_files,
+    RenderArguments, RenderTask, SweepItem, checkpoint_name, has_noisy_picture, resume_command,
+    stop_at_signals, written_files,
 };
 use super::report::contact_sheet::ContactSheet;
 use super::{Failure, Outcome, message};
@@ -208,14 +208,20 @@ impl Sweep<'_> {
             let labelled = |error: Failure| -> Failure { format!("{label}: {error}").into() };
             let (task, warnings) = self.task(&arguments, argv).map_err(labelled)?;
             self.print_new(&warnings);
-            let inputs = input_digest(&arguments, &task);
+            let inputs = input_digest(&arguments, &task, denoiser);
             let name = &self.names[number];
             if let Some(row) = report.row(number) {
-                if row.matches_inputs(&inputs) {
+                let complete = denoiser.is_none() || has_noisy_picture(name);
+                if complete && row.matches_inputs(&inputs) {
                     unchanged += 1;
                     continue;
                 }
-                say!("petzval: the inputs of {} have changed; rendering it again", name.display());
+                let cause = match complete {
+                    true => "the inputs of {} have changed",
+                    false => "the noisy picture of {} is missing",
+                };
+                let cause = cause.replace("{}", &name.display().to_string());
+                say!("petzval: {cause}; rendering it again");
                 report.remove(number);
             }
             let numbered = format!("{} of {}: {label}", number + 1, self.names.len());
@@ -234,11 +240,15 @@ impl Sweep<'_> {
 }
 
 /// Returns a digest of everything that determines the file of a picture.
-fn input_digest(arguments: &RenderArguments, task: &RenderTask) -> String {
+fn input_digest(
+    arguments: &RenderArguments,
+    task: &RenderTask,
+    denoiser: Option<&Denoiser>,
+) -> String {
     let mut inputs = task.inputs.clone();
     let mut encoding = format!("{:?} {}", arguments.exposure, arguments.half);
-    if arguments.denoise.is_some() {
-        encoding += " denoised";
+    if let Some(denoiser) = denoiser {
+        encoding += &format!(" denoised by {}", denoiser.name());
     }
     inputs.options.insert("the encoding".to_owned(), encoding);
     inputs.digest()

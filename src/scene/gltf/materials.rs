@@ -91,6 +91,19 @@ struct Specular {
     colour: Texture,
 }
 
+impl SpecularJson {
+    /// Returns what is wrong with it.
+    fn problem(&self) -> Option<String> {
+        let [r, g, b] = self.specular_color_factor;
+        let strength = self.specular_factor;
+        if !(0.0..=1.0).contains(&strength) {
+            return Some(format!("a specularFactor of {strength}"));
+        }
+        let wrong = [r, g, b].iter().any(|value| !(value.is_finite() && *value >= 0.0));
+        wrong.then(|| format!("a specularColorFactor of {r}, {g}, {b}"))
+    }
+}
+
 /// Returns the product of two textures; a factor of 1 is left out.
 fn product(one: Texture, other: Texture) -> Texture {
     match one {
@@ -121,7 +134,9 @@ impl Materials {
         };
         let element = format!("materials/{}", index.unwrap_or(0));
         let images = &mut self.images;
-        let mut reader = MaterialReader { document, builder, images, json, element, variant };
+        let uv_sets = Vec::new();
+        let mut reader =
+            MaterialReader { document, builder, images, json, element, variant, uv_sets };
         let surface = reader.surface()?;
         self.made.insert((index, variant), surface.clone());
         Ok(surface)
@@ -136,11 +151,12 @@ struct MaterialReader<'a> {
     json: &'a MaterialJson,
     element: String,
     variant: Variant,
+    /// Sets of texture coordinates of the textures that were read.
+    uv_sets: Vec<u32>,
 }
 
 impl MaterialReader<'_> {
     fn surface(&mut self) -> Result<ShapeMaterial, SceneError> {
-        let uv_set = self.uv_set();
         let normal_map = match &self.json.normal_texture {
             Some(texture) => Some(self.normal_map(texture)?),
             None => None,
@@ -148,12 +164,13 @@ impl MaterialReader<'_> {
         let has_normal_map = normal_map.is_some();
         let transmits = self.transmission()?;
         let material = self.layers(normal_map, transmits.as_ref())?;
+        let (emission, alpha) = (self.emission()?, self.alpha()?);
         Ok(ShapeMaterial {
             material,
-            emission: self.emission()?,
-            alpha: self.alpha()?,
+            emission,
+            alpha,
             interface: transmits.is_some().then(|| self.interior()).flatten(),
-            uv_set,
+            uv_set: self.uv_set(),
             normal_map: has_normal_map,
         })
     }
@@ -388,10 +405,15 @@ impl MaterialReader<'_> {
             let one = Texture::Constant([1.0; 3]);
             return Ok(Specular { strength: one.clone(), colour: one });
         };
-        let json = SpecularJson::deserialize(value).map_err(|error| {
-            let element = format!("{}/extensions/{name}", self.element);
-            self.document.error(&element, error.to_string(), "expected a specular reflection")
-        })?;
+        let element = format!("{}/extensions/{name}", self.element);
+        let expected = "expected an object with a specularFactor from 0 to 1 and a \
+                        specularColorFactor of 0 or more";
+        let json = match value.is_object() {
+            true => SpecularJson::deserialize(value).map_err(|error| error.to_string()),
+            false => Err(format!("found {value}")),
+        };
+        let json = json.and_then(|json| json.problem().map_or(Ok(json), Err));
+        let json = json.map_err(|found| self.document.error(&element, found, expected))?;
         let strength = match &json.specular_texture {
             Some(info) => {
                 let at = format!("extensions/{name}/specularTexture");
@@ -417,6 +439,7 @@ impl MaterialReader<'_> {
         scale: f32,
     ) -> Result<Texture, SceneError> {
         let texture = TextureUse::new(info, format!("{}/{at}", self.element));
+        self.uv_sets.push(texture.set());
         image_texture(self.document, self.images, &texture, channels, scale)
     }
 
@@ -437,6 +460,7 @@ impl MaterialReader<'_> {
         let image = match &self.json.emissive_texture {
             Some(info) => {
                 let texture = TextureUse::new(info, format!("{}/emissiveTexture", self.element));
+                self.uv_sets.push(texture.set());
                 Some(image_map(self.document, self.images, &texture, false, |colour| colour)?)
             }
             None => None,
@@ -494,6 +518,7 @@ impl MaterialReader<'_> {
             transform: transform.as_ref(),
             element,
         };
+        self.uv_sets.push(used.set());
         let along = [
             texture.scale,
             if self.variant.mirrored { -texture.scale } else { texture.scale },
@@ -507,23 +532,16 @@ impl MaterialReader<'_> {
         image_map(self.document, self.images, &used, true, change)
     }
 
-    /// Returns the set of texture coordinates that most of the textures use.
+    /// Returns the set of texture coordinates of the base colour, or else of the first texture.
     fn uv_set(&self) -> u32 {
-        let pbr = &self.json.pbr_metallic_roughness;
-        let infos =
-            [&pbr.base_color_texture, &pbr.metallic_roughness_texture, &self.json.emissive_texture];
-        let normal = self.json.normal_texture.as_ref().map(|texture| texture.tex_coord);
-        let sets: Vec<u32> = infos
-            .into_iter()
-            .flatten()
-            .map(|info| TextureUse::new(info, String::new()).set())
-            .chain(normal)
-            .collect();
-        let first = sets.first().copied().unwrap_or(0);
-        if sets.iter().any(|&set| set != first) {
-            let message = "a material reads one set of texture coordinates: all its textures use \
-                           that of the first";
-            self.document.warn(&self.element, message);
+        let base = self.json.pbr_metallic_roughness.base_color_texture.as_ref();
+        let base = base.map(|info| TextureUse::new(info, String::new()).set());
+        let first = base.or(self.uv_sets.first().copied()).unwrap_or(0);
+        if self.uv_sets.iter().any(|&set| set != first) {
+            let message = format!(
+                "a material reads one set of texture coordinates: all its textures use set {first}"
+            );
+            self.document.warn(&self.element, &message);
         }
         first
     }
