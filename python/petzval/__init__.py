@@ -187,7 +187,8 @@ def prepare(
     """
     settings = dict(locals())
     scene = settings.pop("scene")
-    settings = _settings.checked(settings, settings.pop("camera"))
+    camera = settings.pop("camera")
+    settings = _settings.checked(settings, camera)
     return _prepare(_read(scene), settings, _settings.said(settings))
 
 

@@ -1,6 +1,6 @@
 //! Lamp: an area light with the sampling densities of its light paths.
 
-use super::reach::Reach;
+use super::reach::EntryReach;
 use crate::distribution::Distribution;
 use crate::light_paths::PrimitiveChoice;
 
@@ -22,7 +22,7 @@ pub(super) struct Lamp {
     pub primitives: PrimitiveChoice,
     /// Where its light paths must enter to reach the rendered pixels; `None` in a whole picture, where
     /// most of them do.
-    pub reach: Option<Reach>,
+    pub reach: Option<EntryReach>,
 }
 
 impl Lamp {

@@ -16,11 +16,11 @@ const MARGIN_PIXELS: f64 = 4.0;
 
 /// Cells of the entry points from which light can reach the rendered pixels.
 #[derive(Clone, Debug)]
-pub(super) struct Reach {
+pub(super) struct EntryReach {
     cells: Vec<bool>,
 }
 
-impl Reach {
+impl EntryReach {
     /// Returns whether no light of the lamp can reach the pixels.
     pub fn is_empty(&self) -> bool {
         !self.cells.contains(&true)
@@ -55,7 +55,7 @@ impl ArrivalBounds {
 
     /// Returns the cells from which light can reach the rendered pixels, by the arrivals of each and of
     /// its neighbours.
-    pub fn reach(&self, input: &LightPathInput<'_>) -> Reach {
+    pub fn reach(&self, input: &LightPathInput<'_>) -> EntryReach {
         let filter = input.response.filter.margin();
         let Frame { low, high, .. } = input.frame;
         let near = |i: usize| i.saturating_sub(1)..(i + 2).min(ENTRY_CELLS);
@@ -72,7 +72,7 @@ impl ArrivalBounds {
                 first[i] - margin < f64::from(high[i]) && last[i] + margin > f64::from(low[i])
             })
         };
-        Reach { cells: (0..self.cells.len()).map(reaches).collect() }
+        EntryReach { cells: (0..self.cells.len()).map(reaches).collect() }
     }
 }
 

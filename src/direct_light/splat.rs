@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::lamp::Lamp;
-use super::reach::Reach;
+use super::reach::EntryReach;
 use super::{DirectLight, DirectLightWeights, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
@@ -36,7 +36,7 @@ impl DirectLight {
         stats: &mut Stats,
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        let is_outside = |lamp: &Lamp| lamp.reach.as_ref().is_some_and(Reach::is_empty);
+        let is_outside = |lamp: &Lamp| lamp.reach.as_ref().is_some_and(EntryReach::is_empty);
         if self.lamps.iter().all(is_outside) {
             return;
         }

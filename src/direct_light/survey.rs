@@ -2,7 +2,7 @@
 
 use super::DirectLight;
 use super::lamp::{ENTRY_CELLS, Lamp, entry_cell, entry_distribution};
-use super::reach::{ArrivalBounds, Reach};
+use super::reach::{ArrivalBounds, EntryReach};
 use super::splat::DirectColumns;
 use crate::lanes::f32x8;
 use crate::lens::{LensModel, RealLens};
@@ -111,7 +111,12 @@ fn lamps_in_view(
 
 /// Returns where light paths of the only lamp must enter to reach the rendered pixels, by this number
 /// of paths.
-fn reach(light: &DirectLight, input: &LightPathInput<'_>, lens: &RealLens, paths: u32) -> Reach {
+fn reach(
+    light: &DirectLight,
+    input: &LightPathInput<'_>,
+    lens: &RealLens,
+    paths: u32,
+) -> EntryReach {
     let mut columns = DirectColumns::default();
     let mut bounds = ArrivalBounds::new();
     let key = pixel_key(light.lamps[0].light, u32::MAX - 7, input.seed);

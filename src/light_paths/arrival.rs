@@ -60,15 +60,15 @@ pub(crate) fn splats<R: Real<Scalar = f32>>(
     paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.path as u32));
     let scale = count.splat_scale(input);
     let share = 1.0 / bands.len() as f64;
-    let (mut splats, mut lit) = (Vec::new(), Vec::new());
+    let (mut splats, mut lit, mut weights) = (Vec::new(), Vec::new(), Vec::new());
     for of_path in arrivals.chunk_by(|a, b| a.path == b.path) {
         let flux = paths.flux(of_path[0].path);
         if !(luminance(flux) > 0.0 && flux.iter().all(|c| c.is_finite())) {
             continue;
         }
         find_pixels(input, of_path, &mut lit);
-        let weights: Vec<f64> =
-            of_path.iter().map(|Arrival { path, hit, .. }| weight(*path, hit)).collect();
+        weights.clear();
+        weights.extend(of_path.iter().map(|Arrival { path, hit, .. }| weight(*path, hit)));
         for in_pixel in lit.chunk_by(|a, b| a.pixel == b.pixel) {
             let magnitude = |PixelLight { arrival, filter, .. }: &PixelLight| {
                 filter.abs() * of_path[*arrival].hit.transmission

@@ -79,6 +79,7 @@ fn wrong_values_of_the_specular_extension_are_refused() {
         (json!({ "specularFactor": 1.5 }), "a specularFactor of 1.5"),
         (json!({ "specularColorFactor": [-1, 2, 1] }), "a specularColorFactor of -1, 2, 1"),
         (json!({ "specularColorFactor": [1, 1] }), "invalid length 2"),
+        (json!("strong"), "found \"strong\""),
     ] {
         let mut builder = Builder::new();
         let extensions = json!({ "KHR_materials_specular": specular });

@@ -1,6 +1,7 @@
 //! Light paths while something moves: objects before lamps, the camera, and rows that are read in turn.
 
 use petzval::io::image::Picture;
+use petzval::job::Job;
 use petzval::plan::Effect;
 use petzval::prepare::Changes;
 use petzval::render::Backend;
@@ -107,12 +108,22 @@ fn motion_and_rolling_shutter_are_simulated_and_move_light() {
             timing.camera_motion = None;
             timing
         });
+        let mut others = vec![("objects", Job { timing: None, ..moving.clone() })];
         if !case.before.is_empty() {
-            let [moving, still] = [&moving, &still].map(|job| picture(job, Backend::Simd, 2));
-            let off: f64 = (moving.pixels.iter().zip(&still.pixels))
+            others.push(("camera", still));
+        }
+        if rolls {
+            let changes = Changes { rolling: None, ..case.changes.clone() };
+            others.push(("rows", job(&Case { changes, ..case.clone() }, true, 1, 64)));
+        }
+        let moving = picture(&moving, Backend::Simd, 2);
+        for (what, other) in others {
+            let other = picture(&other, Backend::Simd, 2);
+            let off: f64 = (moving.pixels.iter().zip(&other.pixels))
                 .map(|(a, b)| f64::from((a[1] - b[1]).abs()))
                 .sum();
-            assert!(off > 0.05 * light(&moving), "{}: {off}", case.name);
+            println!("{}, {what}: {:.3}", case.name, off / light(&moving));
+            assert!(off > 0.05 * light(&moving), "{}, {what}: {off}", case.name);
         }
     }
 }

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use super::document::Document;
 use super::images::{Channels, Images};
+use super::material_extensions::{self, Clearcoat, MaterialExtension, Specular};
 use super::textures::{TextureUse, image_map, image_texture};
 use crate::io::image::Transfer;
 use crate::scene::pbrt::SceneError;
@@ -52,56 +53,10 @@ pub(super) struct Materials {
     images: Images,
 }
 
-/// The extension KHR_materials_clearcoat, which gltf-json does not define.
-#[derive(Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-struct Clearcoat {
-    clearcoat_factor: f32,
-    clearcoat_texture: Option<gltf_json::texture::Info>,
-    clearcoat_roughness_factor: f32,
-    clearcoat_roughness_texture: Option<gltf_json::texture::Info>,
-    clearcoat_normal_texture: Option<serde_json::Value>,
-}
-
-/// The extension KHR_materials_specular, with the feature of gltf-json off, which would refuse what
-/// it does not know.
-#[derive(Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-struct SpecularJson {
-    specular_factor: f32,
-    specular_texture: Option<gltf_json::texture::Info>,
-    specular_color_factor: [f32; 3],
-    specular_color_texture: Option<gltf_json::texture::Info>,
-}
-
-impl Default for SpecularJson {
-    fn default() -> Self {
-        Self {
-            specular_factor: 1.0,
-            specular_texture: None,
-            specular_color_factor: [1.0; 3],
-            specular_color_texture: None,
-        }
-    }
-}
-
 /// The reflection of a dielectric.
-struct Specular {
+struct DielectricReflection {
     strength: Texture,
     colour: Texture,
-}
-
-impl SpecularJson {
-    /// Returns what is wrong with it.
-    fn problem(&self) -> Option<String> {
-        let [r, g, b] = self.specular_color_factor;
-        let strength = self.specular_factor;
-        if !(0.0..=1.0).contains(&strength) {
-            return Some(format!("a specularFactor of {strength}"));
-        }
-        let wrong = [r, g, b].iter().any(|value| !(value.is_finite() && *value >= 0.0));
-        wrong.then(|| format!("a specularColorFactor of {r}, {g}, {b}"))
-    }
 }
 
 /// Returns the product of two textures; a factor of 1 is left out.
@@ -204,7 +159,8 @@ impl MaterialReader<'_> {
             None => Texture::Constant([pbr.metallic_factor.0; 3]),
         };
         let eta = self.ior()?;
-        let Specular { strength: specular, colour: specular_colour } = self.specular()?;
+        let DielectricReflection { strength: specular, colour: specular_colour } =
+            self.specular()?;
         let (coat_coverage, coat_roughness) = self.clearcoat()?;
         let surface = MetallicRoughnessSurface {
             base_colour,
@@ -298,7 +254,7 @@ impl MaterialReader<'_> {
         if factor <= 0.0 {
             return Ok(None);
         }
-        if extensions.is_some_and(|all| all.others.contains_key("KHR_materials_specular")) {
+        if extensions.is_some_and(|all| all.others.contains_key(Specular::NAME)) {
             let message = "KHR_materials_specular does not change the reflection of what transmits \
                            light";
             self.document.warn(&self.element, message);
@@ -327,20 +283,20 @@ impl MaterialReader<'_> {
         }
     }
 
+    /// Reads an extension of the material.
+    fn extension<E: MaterialExtension>(&self) -> Result<Option<E>, SceneError> {
+        material_extensions::read(self.document, self.json, &self.element)
+    }
+
     /// Returns the coverage and the roughness of the clear coat.
     fn clearcoat(&mut self) -> Result<(Texture, Roughness), SceneError> {
-        let name = "KHR_materials_clearcoat";
-        let extensions = self.json.extensions.as_ref();
-        let Some(value) = extensions.and_then(|all| all.others.get(name)) else {
+        let Some(coat) = self.extension::<Clearcoat>()? else {
             return Ok((Texture::Constant([0.0; 3]), Roughness::smooth()));
         };
-        let element = format!("{}/extensions/{name}", self.element);
-        let coat = Clearcoat::deserialize(value).map_err(|error| {
-            self.document.error(&element, error.to_string(), "expected a clear coat")
-        })?;
+        let name = Clearcoat::NAME;
         if coat.clearcoat_normal_texture.is_some() {
-            let message = "the normal map of a clear coat is not read";
-            self.document.warn(&format!("{element}/clearcoatNormalTexture"), message);
+            let element = format!("{}/extensions/{name}/clearcoatNormalTexture", self.element);
+            self.document.warn(&element, "the normal map of a clear coat is not read");
         }
         let coverage = match &coat.clearcoat_texture {
             Some(info) => {
@@ -398,22 +354,9 @@ impl MaterialReader<'_> {
     }
 
     /// Returns strength and colour of the reflection of the dielectric.
-    fn specular(&mut self) -> Result<Specular, SceneError> {
-        let name = "KHR_materials_specular";
-        let extensions = self.json.extensions.as_ref();
-        let Some(value) = extensions.and_then(|all| all.others.get(name)) else {
-            let one = Texture::Constant([1.0; 3]);
-            return Ok(Specular { strength: one.clone(), colour: one });
-        };
-        let element = format!("{}/extensions/{name}", self.element);
-        let expected = "expected an object with a specularFactor from 0 to 1 and a \
-                        specularColorFactor of 0 or more";
-        let json = match value.is_object() {
-            true => SpecularJson::deserialize(value).map_err(|error| error.to_string()),
-            false => Err(format!("found {value}")),
-        };
-        let json = json.and_then(|json| json.problem().map_or(Ok(json), Err));
-        let json = json.map_err(|found| self.document.error(&element, found, expected))?;
+    fn specular(&mut self) -> Result<DielectricReflection, SceneError> {
+        let json = self.extension::<Specular>()?.unwrap_or_default();
+        let name = Specular::NAME;
         let strength = match &json.specular_texture {
             Some(info) => {
                 let at = format!("extensions/{name}/specularTexture");
@@ -428,7 +371,10 @@ impl MaterialReader<'_> {
         };
         let at = format!("extensions/{name}/specularColorTexture");
         let texture = json.specular_color_texture.as_ref();
-        Ok(Specular { strength, colour: self.colour(json.specular_color_factor, texture, &at)? })
+        Ok(DielectricReflection {
+            strength,
+            colour: self.colour(json.specular_color_factor, texture, &at)?,
+        })
     }
 
     fn texture(

@@ -14,6 +14,7 @@ mod document;
 mod images;
 mod instances;
 mod lights;
+mod material_extensions;
 mod materials;
 mod meshes;
 mod nodes;
