@@ -1,4 +1,5 @@
-//! The light of six scenes, of camera paths alone and together with light paths, to a thousandth.
+//! The light of seven scenes, of camera paths alone and together with light paths, to a thousandth:
+//! `cargo test --release --test light_paths -- --ignored --nocapture thousandth`, half an hour.
 
 use petzval::io::image::Picture;
 use petzval::job::Job;
@@ -75,30 +76,61 @@ fn light_of(subject: &Subject, light_paths: bool, error: f64) -> [f64; 2] {
     unreachable!("seeds do not end")
 }
 
+/// Checks that camera paths alone have the light of camera paths and light paths, to a thousandth.
+fn check(subject: &Subject) {
+    let [[camera, camera_error], [both, both_error]] =
+        [false, true].map(|light_paths| light_of(subject, light_paths, ERROR / 2f64.sqrt()));
+    let (off, error) = (both / camera - 1.0, camera_error.hypot(both_error) / camera);
+    println!("{}: {:.3} +- {:.3} %", subject.name, 100.0 * off, 100.0 * error);
+    assert!(error < 1.1 * ERROR && off.abs() < 1e-3, "{}: {off} +- {error}", subject.name);
+}
+
+/// The pixels of a street lamp at night.
+const LAMP: [[u32; 2]; 3] = [[300, 200], [44, 52], [62, 70]];
+
+fn whole(resolution: [u32; 2]) -> [[u32; 2]; 3] {
+    [resolution, [0, 0], resolution]
+}
+
 #[test]
-#[ignore = "takes half an hour"]
-fn six_scenes_have_the_same_light_within_a_thousandth() {
-    let whole = |resolution| [resolution, [0, 0], resolution];
+#[ignore = "takes minutes"]
+fn a_street_lamp_in_focus() {
+    check(&scene(("night", "night.pbrt"), LAMP, None, [4096, 2048]));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_street_lamp_out_of_focus() {
     let near = Some(FocusOn::Distance(1.0));
-    let subjects = [
-        scene(
-            ("night, a lamp", "night.pbrt"),
-            [[300, 200], [44, 52], [62, 70]],
-            None,
-            [16384, 512],
-        ),
-        scene(("night, bokeh", "night.pbrt"), [[300, 200], [44, 52], [62, 70]], near, [16384, 512]),
-        scene(("caustic", "caustic.pbrt"), whole([150, 100]), None, [512, 128]),
-        scene(("atelier", "atelier.pbrt"), whole([90, 60]), None, [256, 256]),
-        of_case(motion::cases().swap_remove(2), [1024, 192]),
-        of_case(media::cases().swap_remove(0), [1024, 128]),
-        of_case(cases::cases().swap_remove(7), [768, 96]),
-    ];
-    for subject in &subjects {
-        let [[camera, camera_error], [both, both_error]] =
-            [false, true].map(|light_paths| light_of(subject, light_paths, ERROR / 2f64.sqrt()));
-        let (off, error) = (both / camera - 1.0, camera_error.hypot(both_error) / camera);
-        println!("{}: {:.3} +- {:.3} %", subject.name, 100.0 * off, 100.0 * error);
-        assert!(error < 1.1 * ERROR && off.abs() < 1e-3, "{}: {off} +- {error}", subject.name);
-    }
+    check(&scene(("night, focus at 1 m", "night.pbrt"), LAMP, near, [16384, 2048]));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn caustics() {
+    check(&scene(("caustic", "caustic.pbrt"), whole([150, 100]), None, [512, 256]));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn lamps_and_caustics_of_the_atelier() {
+    check(&scene(("atelier", "atelier.pbrt"), whole([90, 60]), None, [256, 256]));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_rolling_shutter_in_a_moving_camera() {
+    check(&of_case(motion::cases().swap_remove(2), [1024, 192]));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_lamp_in_fog() {
+    check(&of_case(media::cases().swap_remove(0), [1024, 128]));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_lamp_in_the_colours_of_a_flint() {
+    check(&of_case(cases::cases().swap_remove(7), [768, 96]));
 }
