@@ -271,16 +271,6 @@ fn a_noisy_picture_that_cannot_be_written_is_an_error_before_the_render() {
 }
 
 #[test]
-fn the_noisy_picture_of_an_earlier_failure_goes_with_the_next_success() {
-    let studio = Studio::new("oidnDenoise", "[ $big ] && exit 1\ncp \"$in\" \"$out\"\n");
-    assert_eq!(studio.run(&format!("{RENDER} --denoise")).0, 2);
-    assert_eq!(studio.files(), ["a.noisy.exr"]);
-    studio.program("oidnDenoise", COPY);
-    studio.run_ok(&format!("{RENDER} --denoise"));
-    assert_eq!(studio.files(), ["a.exr"]);
-}
-
-#[test]
 fn ctrl_c_ends_the_trial_of_a_program_and_removes_its_folder() {
     let studio = Studio::new("oidnDenoise", "echo hanging > hangs.txt; exec sleep 3\n");
     let mut child = studio.command(&format!("{RENDER} --denoise")).spawn().expect("a child");

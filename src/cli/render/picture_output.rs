@@ -1,6 +1,5 @@
 //! Writes a rendered picture with its layers and notes, and logs how it came about.
 
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -101,11 +100,6 @@ impl PictureOutput<'_> {
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
         if let Some((noisy, file, notes)) = beside {
             noisy.write(&file, window, encoding, &notes)?;
-        }
-        if denoise_time.is_some() {
-            // An earlier try, which failed, may have left it.
-            let [_, undenoised] = noisy_files(output);
-            let _ = fs::remove_file(undenoised);
         }
 
         if label.is_none() {

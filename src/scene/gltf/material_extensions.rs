@@ -12,7 +12,7 @@ use crate::scene::pbrt::SceneError;
 pub(super) trait MaterialExtension: for<'a> Deserialize<'a> {
     /// Its name.
     const NAME: &str;
-    /// What is expected in the place of a wrong value.
+    /// The second half of the error about a wrong value: "expected ...".
     const EXPECTED: &str;
 
     /// Returns the first value that is not allowed.
