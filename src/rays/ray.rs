@@ -32,6 +32,11 @@ pub struct RayBatch {
     /// For bounces: the unit normal of the surface that the ray left, on the side from which light
     /// counts; 0 if it counts from both sides.
     pub facing: [Column<f32>; 3],
+    /// For bounces in scenes of which a surface chooses lights by its glossy lobe: the unit vector to
+    /// where that lobe reflects light.
+    pub wo: [Column<f32>; 3],
+    /// The squared width alpha of that lobe, and its weight; 0 for surfaces that scatter widely.
+    pub gloss: [Column<f32>; 2],
     /// In scenes with media: the index of the medium at the origin, or [`NO_INDEX`](super::NO_INDEX).
     pub medium: Column<u32>,
     /// For bounces: the ray differential, in scenes with filtered textures.
@@ -76,6 +81,10 @@ impl RayBatch {
             self.direction[axis][to] = self.direction[axis][from];
             self.throughput[axis][to] = self.throughput[axis][from];
             self.facing[axis][to] = self.facing[axis][from];
+            self.wo[axis][to] = self.wo[axis][from];
+        }
+        for gloss in &mut self.gloss {
+            gloss[to] = gloss[from];
         }
         self.t_max[to] = self.t_max[from];
         self.slot[to] = self.slot[from];

@@ -66,6 +66,12 @@ impl DeferredPaths {
             group.rays.medium[to] = rays.medium[i];
             group.rays.roulette_scale[to] = rays.roulette_scale[i];
             group.rays.set_facing(to, rays.facing(i).to_array());
+            for axis in 0..3 {
+                group.rays.wo[axis][to] = rays.wo[axis][i];
+            }
+            for (to_column, column) in group.rays.gloss.iter_mut().zip(&rays.gloss) {
+                to_column[to] = column[i];
+            }
             group.rays.differential[to] = rays.differential[i];
             // The sample is accumulated with the wave that its path continues in.
             samples.pixel[from] = NO_INDEX;

@@ -36,9 +36,9 @@ pub use geometry::{
 };
 pub use hair::{HairColour, HairFibre};
 pub use light::{
-    AreaLight, Emission, IntensityDistribution, Light, LightColumns, LightInputs, LightSample,
-    LightSamples, Lights, NoRectangle, PointLight, Portal, Sky, SkyImage, SkyLayout, SkySampling,
-    cosine_hemisphere, luminance,
+    AreaLight, Emission, GlossyLobe, IntensityDistribution, Light, LightColumns, LightInputs,
+    LightSample, LightSamples, Lights, LobeColumns, NoRectangle, PointLight, Portal, Reception,
+    Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere, luminance,
 };
 pub use material::{
     DielectricCoat, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,

@@ -18,7 +18,7 @@ use crate::scene::{DielectricCoat, Material, MaterialModel, Metal, Roughness, Sc
 /// Largest number of parameters of a BSDF: those of a coat follow those of its base.
 pub(super) const PARAMETER_COUNT: usize = BASE_PARAMETER_COUNT + COAT_PARAMETER_COUNT;
 /// Largest number of parameters of a BSDF without a coat.
-const BASE_PARAMETER_COUNT: usize = 11;
+pub(super) const BASE_PARAMETER_COUNT: usize = 11;
 /// Number of parameters of a coat.
 pub(super) const COAT_PARAMETER_COUNT: usize = 10;
 

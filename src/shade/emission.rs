@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::spawn::max_component;
 use super::{SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::direct_light::FoundLight;
-use crate::rays::{Column, Hit, NO_INDEX, SampleBatch};
+use crate::rays::{Column, Hit, NO_INDEX, RayBatch, SampleBatch};
 use crate::sampler::mis::power_heuristic;
-use crate::scene::SkySampling;
+use crate::scene::{GlossyLobe, Reception, SkySampling};
 
 impl ShadeInputs<'_> {
     /// Adds the light of the surfaces and skies that the rays found to the radiance of their
@@ -41,15 +41,23 @@ impl ShadeInputs<'_> {
                         let found = FoundLight { origin, direction, hit, point, exposure, time };
                         weights.camera_weight(scene, &found)
                     } else {
-                        let facing = rays.facing(i);
                         self.weight(i, || {
-                            scene.area_light_density(origin, facing, hit, &point, direction)
+                            let reception = self.reception(i);
+                            scene.area_light_density(origin, reception, hit, &point, direction)
                         })
                     };
                     self.add(i, light, weight, radiance);
                 }
             }
         }
+    }
+
+    /// Returns how the surface that the i-th ray left receives light.
+    fn reception(&self, i: usize) -> Reception {
+        let RayBatch { wo, gloss: [alpha2, share], .. } = self.rays;
+        let wo = [wo[0][i], wo[1][i], wo[2][i]];
+        let lobe = GlossyLobe::new(wo, alpha2[i], share[i]);
+        Reception { facing: self.rays.facing(i).to_array(), lobe }
     }
 
     /// Returns whether the i-th ray ends a path that light paths find as a caustic: from a surface

@@ -133,7 +133,7 @@ impl Vertices {
 
     /// Returns the parameters of a packet of a kind.
     #[inline(always)]
-    fn packet_parameters<R: Real<Scalar = f32>>(
+    pub(super) fn packet_parameters<R: Real<Scalar = f32>>(
         &self,
         kind: BsdfKind,
         at: usize,

@@ -25,6 +25,7 @@ impl Vertices {
         let inputs = LightInputs {
             surfaces: &self.surfaces,
             facing: &self.facing,
+            lobes: self.lobes.columns(&self.wo),
             choice: &random.choice,
             u: &random.light,
             entries: &self.lit,

@@ -11,6 +11,7 @@ mod bsdf_parameters;
 mod emission;
 mod evaluate;
 mod footprint;
+mod glossy_lobe;
 mod hair_parameters;
 mod light_path;
 mod light_sampling;
@@ -132,6 +133,7 @@ pub fn shade<R: Real<Scalar = f32>>(
     if vertex.limits.regularize {
         vertices.regularize(inputs);
     }
+    vertices.load_lobes::<R>(inputs);
     random.fill(&vertex, vertices, vertices.first_spawning(skip_mis), samples);
     vertices.sample_lights::<R>(scene, random);
     vertices.evaluate::<R>(inputs.scene, random, skip_mis);

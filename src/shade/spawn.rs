@@ -10,7 +10,7 @@ use super::{PathVertex, SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::lanes::Real;
 use crate::lanes::vector::scale;
 use crate::rays::{Hit, Ray, RayBatch, RayDifferential, SpawnedRays};
-use crate::scene::load_vector;
+use crate::scene::{LobeColumns, load_vector};
 
 /// Returns the largest channel of a throughput.
 #[inline(always)]
@@ -146,6 +146,13 @@ impl Vertices {
         for axis in 0..3 {
             next.facing[axis].pack(first, lanes, R::load(&self.facing[axis][at..]));
         }
+        if let Some(LobeColumns { wo, alpha2, share }) = self.lobes.columns(&self.wo) {
+            for axis in 0..3 {
+                next.wo[axis].pack(first, lanes, R::load(&wo[axis][at..]));
+            }
+            next.gloss[0].pack(first, lanes, R::load(&alpha2[at..]));
+            next.gloss[1].pack(first, lanes, R::load(&share[at..]));
+        }
         if inputs.vertex.limits.regularize {
             for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
                 let scattered = inputs.has_scattered(self.order[at + lane] as usize);
@@ -205,6 +212,7 @@ impl Vertices {
             next.pdf[last] = if scattered { SPECULAR_AFTER_OTHERS } else { f32::INFINITY };
             next.roulette_scale[last] = inputs.roulette_scale(i);
             next.set_facing(last, [0.0; 3]);
+            next.gloss[1][last] = 0.0;
             if inputs.scene.has_media() {
                 next.medium[last] = self.medium_towards(inputs, at, ray.direction);
             }

@@ -5,6 +5,7 @@ use super::random::pair;
 use super::vertices::vector;
 use super::{ShadeColumns, ShadeInputs};
 use crate::rays::{Hit, NO_INDEX};
+use crate::scene::{GlossyLobe, LobeColumns, Reception};
 
 /// Outcome of a path at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,10 +78,14 @@ impl ShadeColumns {
         };
         record.normal = (kind != BsdfKind::Medium).then(|| vector(&vertices.normal, at));
         let position = vertices.surfaces.points::<f32>(at).position.into();
-        let facing = vector(&vertices.facing, at).into();
+        let lobe =
+            vertices.lobes.columns(&vertices.wo).and_then(|LobeColumns { wo, alpha2, share }| {
+                GlossyLobe::new(vector(wo, at), alpha2[at], share[at])
+            });
+        let reception = Reception { facing: vector(&vertices.facing, at), lobe };
         let radiance = vector(&vertices.lights.radiance, at);
         record.light = (radiance != [0.0; 3]).then(|| SampledLight {
-            light: scene.sampled_light(position, facing, pair(&random.choice, at)),
+            light: scene.sampled_light(position, reception, pair(&random.choice, at)),
             pdf: vertices.lights.density[at],
             radiance,
         });

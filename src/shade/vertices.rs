@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::bsdf::MisWeights;
 use super::bsdf_kind::{BsdfKind, KIND_COUNT};
 use super::bsdf_parameters::PARAMETER_COUNT;
+use super::glossy_lobe::VertexLobes;
 use super::sort::MaterialRun;
 use crate::rays::SortedColumn;
 use crate::scene::{LightColumns, LightSamples, SurfaceColumns, VectorColumns};
@@ -44,6 +45,8 @@ pub(super) struct Vertices {
     /// Unit shading normal on the side from which light counts, world space; 0 if it counts from
     /// both sides.
     pub(super) facing: VectorColumns,
+    /// Lobes of the glossy ones.
+    pub(super) lobes: VertexLobes,
     /// Vertices whose BSDF is not singular.
     pub(super) lit: Vec<u32>,
     /// Work columns of light sampling.

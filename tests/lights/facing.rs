@@ -6,13 +6,13 @@ use glam::Vec3;
 use petzval::io::image::{EncodingOptions, PictureWindow};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval::scene::{Reception, pbrt};
 
 use super::support::{self, Random};
 use super::{Mean, at, closest, patchwork, read, scene};
 
 /// Returns a scene of many small lights above and below a floor.
-fn small_lights() -> petzval::scene::Scene {
+pub fn small_lights() -> petzval::scene::Scene {
     let mut random = Random::new(5);
     let mut world = String::from("AreaLightSource \"diffuse\" \"bool twosided\" true\n");
     for i in 0..60 {
@@ -58,14 +58,21 @@ fn a_receiver_of_one_side_gets_the_same_light_with_less_noise() {
 
 #[test]
 fn the_density_of_a_hit_knows_the_side_of_the_receiver() {
+    check_densities(|normal| normal.into());
+}
+
+/// Checks that the density of a hit is that with which the light was sampled, for a receiver of this
+/// normal.
+pub fn check_densities(reception: impl Fn(Vec3) -> Reception) {
     let scene = small_lights();
     let from = at([0.3, 0.2, 0.1], [0.2, 0.1, 1.0]);
+    let reception = reception(from.normal);
     let mut random = Random::new(9);
     let mut compared = 0;
     for _ in 0..20_000 {
         let mut pair = || [random.next() as f32, random.next() as f32].map(|u| u.min(0.999_999_94));
         let (choice, u) = (pair(), pair());
-        let Some(sample) = scene.sample_light(&from, from.normal, choice, u) else { continue };
+        let Some(sample) = scene.sample_light(&from, reception, choice, u) else { continue };
         let direction = sample.direction.normalize();
         let (ray, hit) = closest(&scene, from.position, direction);
         if hit.shape == petzval::rays::NO_INDEX {
@@ -75,7 +82,7 @@ fn the_density_of_a_hit_knows_the_side_of_the_receiver() {
         if point.position.distance(from.position + sample.direction) > 1e-3 {
             continue;
         }
-        let density = scene.area_light_density(from.position, from.normal, &hit, &point, direction);
+        let density = scene.area_light_density(from.position, reception, &hit, &point, direction);
         let grazing = 1e-4 / point.normal.dot(direction).powi(2);
         let off = (density / sample.density - 1.0).abs();
         assert!(off < 1e-3 + grazing, "{density}, not {}", sample.density);

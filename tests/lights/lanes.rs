@@ -5,8 +5,8 @@ use glam::Vec3;
 use petzval::lanes::{Real, f32x8};
 use petzval::rays::{HitBatch, NO_INDEX, Ray, RayBatch, SortedColumn, WAVE_SIZE};
 use petzval::scene::{
-    LightColumns, LightInputs, LightSamples, Scene, SurfaceColumns, SurfaceInputs, TraversalStack,
-    VectorColumns, store_vector,
+    GlossyLobe, LightColumns, LightInputs, LightSamples, LobeColumns, Reception, Scene,
+    SurfaceColumns, SurfaceInputs, TraversalStack, VectorColumns, store_vector,
 };
 
 use super::support::Random;
@@ -102,18 +102,10 @@ fn surface_points_of_eight_lanes_are_those_of_one() {
     }
 }
 
-/// Samples a light for every second entry.
-fn lights<R: Real<Scalar = f32>>(
-    scene: &Scene,
-    surfaces: &SurfaceColumns,
-    facing: &VectorColumns,
-    numbers: &[[SortedColumn<f32>; 2]; 2],
-    entries: &[u32],
-) -> Box<LightSamples> {
+/// Samples a light for every entry.
+fn lights<R: Real<Scalar = f32>>(scene: &Scene, inputs: &LightInputs) -> Box<LightSamples> {
     let mut samples = Box::<LightSamples>::default();
-    let [choice, u] = numbers;
-    let inputs = LightInputs { surfaces, facing, choice, u, entries };
-    scene.sample_lights::<R>(&inputs, &mut LightColumns::default(), &mut samples);
+    scene.sample_lights::<R>(inputs, &mut LightColumns::default(), &mut samples);
     samples
 }
 
@@ -133,8 +125,27 @@ fn light_samples_of_eight_lanes_are_those_of_one_and_of_single_points() {
         store_vector::<f32>(&mut facing, at, if at % 3 == 0 { [0.0; 3] } else { normal });
     }
     let entries: Vec<u32> = (0..wave.2.len() as u32).filter(|at| at % 5 != 1).collect();
-    let eight = lights::<f32x8>(&scene, &surfaces, &facing, &numbers, &entries);
-    let one = lights::<f32>(&scene, &surfaces, &facing, &numbers, &entries);
+    // A third of the surfaces that receive light from one side are glossy.
+    let mut lobes: Box<(VectorColumns, [SortedColumn<f32>; 2])> = Box::default();
+    let (wo, [alpha2, share]) = &mut *lobes;
+    for at in 0..wave.2.len() {
+        let tilt = Vec3::new(0.4, -0.3, 0.2);
+        let towards = (Vec3::from(surfaces.shading_normal(at)) + tilt).normalize();
+        store_vector::<f32>(wo, at, towards.to_array());
+        alpha2[at] = [1e-6, 0.01, 0.3][at / 9 % 3];
+        share[at] = if at % 9 == 4 { 0.9 } else { 0.0 };
+    }
+    let lobes = LobeColumns { wo, alpha2, share };
+    let inputs = LightInputs {
+        surfaces: &surfaces,
+        facing: &facing,
+        lobes: Some(lobes),
+        choice: &numbers[0],
+        u: &numbers[1],
+        entries: &entries,
+    };
+    let eight = lights::<f32x8>(&scene, &inputs);
+    let one = lights::<f32>(&scene, &inputs);
     let mut found = 0;
     for at in entries.iter().map(|&at| at as usize) {
         let vector = |columns: &VectorColumns| [0, 1, 2].map(|axis| columns[axis][at]);
@@ -148,7 +159,9 @@ fn light_samples_of_eight_lanes_are_those_of_one_and_of_single_points() {
         assert_eq!(row(&eight), row(&one), "entry {at}");
         let pair = |i: usize| [numbers[i][0][at], numbers[i][1][at]];
         let point = surfaces.points::<f32>(at).into();
-        let sample = scene.sample_light(&point, vector(&facing).into(), pair(0), pair(1));
+        let lobe = GlossyLobe::new(vector(wo), alpha2[at], share[at]);
+        let reception = Reception { facing: vector(&facing), lobe };
+        let sample = scene.sample_light(&point, reception, pair(0), pair(1));
         let radiance = vector(&eight.radiance);
         let Some(sample) = sample.filter(|sample| sample.radiance != [0.0; 3]) else {
             assert_eq!(radiance, [0.0; 3], "entry {at}");

@@ -2,6 +2,7 @@
 
 mod density;
 mod facing;
+mod glossy;
 mod lanes;
 mod many;
 mod nasty;

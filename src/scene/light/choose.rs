@@ -92,7 +92,7 @@ impl Lights {
             let lanes = LaneIndices::new::<R>(chunk);
             let receiver = Receiver {
                 position: inputs.surfaces.gather_positions(&lanes),
-                facing: lanes.load_vector(inputs.facing),
+                reception: inputs.reception(&lanes),
             };
             let mut descent = Descent {
                 u: [lanes.load(&u[0][..]), lanes.load(&u[1][..])],

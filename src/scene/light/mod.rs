@@ -5,6 +5,7 @@ mod area_sampling;
 mod choose;
 mod point;
 mod portal;
+mod reception;
 mod sampler;
 mod sky;
 mod spherical_triangle;
@@ -16,6 +17,7 @@ mod windowed_distribution;
 pub use area::{AreaLight, Emission};
 pub use point::{IntensityDistribution, PointLight, luminance};
 pub use portal::{NoRectangle, Portal};
+pub use reception::{GlossyLobe, LobeColumns, Reception};
 pub use sampler::Lights;
 pub use sky::{Sky, SkyImage, SkyLayout, SkySampling};
 pub use stage::{LightColumns, LightInputs, LightSamples};
@@ -70,19 +72,18 @@ fn mean([r, g, b]: [f32; 3]) -> f32 {
 }
 
 impl Scene {
-    /// Samples a light for a point of a surface, without tracing a shadow ray. `facing` is the unit
-    /// normal on the side from which light counts, or 0 if it counts from both sides. `choice`
-    /// selects the light and its triangle, `u` the point on it. The selection depends only on the
-    /// position and on `facing`. Every light that reaches the point can be sampled, other than by
-    /// the stage [`Self::sample_lights`]. Returns `None` if the sample cannot contribute.
+    /// Samples a light for a point of a surface, without tracing a shadow ray. `choice` selects the
+    /// light and its triangle, `u` the point on it. The selection depends only on the position and
+    /// on how the surface receives light. Every light that reaches the point can be sampled, other
+    /// than by the stage [`Self::sample_lights`]. Returns `None` if the sample cannot contribute.
     pub fn sample_light(
         &self,
         from: &SurfacePoint,
-        facing: Vec3,
+        reception: impl Into<Reception>,
         choice: [f32; 2],
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let choice = self.lights.choose(&receiver(from.position, facing), choice)?;
+        let choice = self.lights.choose(&receiver(from.position, reception), choice)?;
         self.sample_choice(choice, from, u, SkySampling::Complete)
     }
 
@@ -137,8 +138,13 @@ impl Scene {
     }
 
     /// Returns the index of the light that [`Self::sample_light`] selects for a point.
-    pub fn sampled_light(&self, from: Vec3, facing: Vec3, choice: [f32; 2]) -> Option<u32> {
-        self.lights.choose(&receiver(from, facing), choice).map(|choice| choice.light)
+    pub fn sampled_light(
+        &self,
+        from: Vec3,
+        reception: impl Into<Reception>,
+        choice: [f32; 2],
+    ) -> Option<u32> {
+        self.lights.choose(&receiver(from, reception), choice).map(|choice| choice.light)
     }
 
     /// Returns the density [1/sr] with which [`Self::sample_light`] samples the unit `direction`
@@ -146,14 +152,14 @@ impl Scene {
     pub fn area_light_density(
         &self,
         from: Vec3,
-        facing: Vec3,
+        reception: impl Into<Reception>,
         hit: &Hit,
         point: &SurfacePoint,
         direction: Vec3,
     ) -> f32 {
         let Some((light, geometry)) = self.emitter(hit) else { return 0.0 };
         let emitter = light.first_emitter + hit.primitive;
-        let probability = self.lights.probability(&receiver(from, facing), emitter);
+        let probability = self.lights.probability(&receiver(from, reception), emitter);
         if probability <= 0.0 {
             return 0.0;
         }
@@ -258,8 +264,8 @@ impl Scene {
 }
 
 /// Returns a point that receives light.
-fn receiver(from: Vec3, facing: Vec3) -> Receiver<f32> {
-    Receiver { position: from.to_array(), facing: facing.to_array() }
+fn receiver(from: Vec3, reception: impl Into<Reception>) -> Receiver<f32> {
+    Receiver { position: from.to_array(), reception: reception.into() }
 }
 
 /// Samples a direction about a unit normal with density cos / pi. Returns it and its cosine.

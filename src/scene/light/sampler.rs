@@ -160,6 +160,11 @@ impl Lights {
         LightChoice { light: self.distant[index], primitive: 0, probability }
     }
 
+    /// Returns whether there is a choice that depends on how a surface receives light.
+    pub fn choose_by_reception(&self) -> bool {
+        !self.tree.is_empty() && self.tree.only_emitter().is_none()
+    }
+
     /// Returns the class of an emitter.
     pub(super) fn class(&self, emitter: u32) -> EmitterClass {
         self.emitters[emitter as usize].class

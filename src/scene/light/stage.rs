@@ -4,6 +4,7 @@ use glam::Vec2;
 
 use super::area_sampling::EmitterPoints;
 use super::choose::{ChosenLights, Descents};
+use super::reception::{GlossyLobe, LobeColumns, Reception};
 use super::sampler::EmitterClass;
 use super::visible_cap::SpherePacket;
 use super::{AreaLight, Light, SkySampling};
@@ -20,6 +21,9 @@ pub struct LightInputs<'a> {
     pub surfaces: &'a SurfaceColumns,
     /// Unit normals on the side from which light counts; 0 if it counts from both sides.
     pub facing: &'a VectorColumns,
+    /// Lobes of glossy surfaces, which make lights in them more probable. `None` if lights are selected
+    /// as if all surfaces scattered widely.
+    pub lobes: Option<LobeColumns<'a>>,
     /// Numbers in [0, 1) that select a light.
     pub choice: &'a [SortedColumn<f32>; 2],
     /// Numbers in [0, 1) that select a point of it.
@@ -55,6 +59,17 @@ pub struct LightColumns {
 struct EmissionLanes {
     radiance: [[f32; 8]; 3],
     two_sided: [f32; 8],
+}
+
+impl LightInputs<'_> {
+    /// Returns how the surfaces of a packet receive light.
+    #[inline(always)]
+    pub(super) fn reception<R: Real<Scalar = f32>>(&self, lanes: &LaneIndices) -> Reception<R> {
+        let lobe = self.lobes.and_then(|LobeColumns { wo, alpha2, share }| {
+            GlossyLobe::new(lanes.load_vector(wo), lanes.load(&alpha2[..]), lanes.load(&share[..]))
+        });
+        Reception { facing: lanes.load_vector(self.facing), lobe }
+    }
 }
 
 impl LightSamples {

@@ -171,12 +171,18 @@ impl LightTree {
 mod tests {
     use glam::Vec3;
 
+    use super::super::GlossyLobe;
     use super::*;
     use crate::sampler::{Dimension, sample_2d};
 
     /// A point that receives light from all sides.
     fn at(p: Vec3) -> Receiver<f32> {
-        Receiver { position: p.to_array(), facing: [0.0; 3] }
+        Receiver { position: p.to_array(), reception: Vec3::ZERO.into() }
+    }
+
+    /// A narrow lobe in any direction.
+    fn lobe(numbers: &mut Numbers) -> Option<GlossyLobe> {
+        GlossyLobe::new(numbers.vector().normalize().to_array(), 1e-4, 0.98)
     }
 
     /// Lehmer's generator of uniform numbers in [0, 1).
@@ -249,19 +255,22 @@ mod tests {
     fn frequencies_equal_the_recomputed_probabilities() {
         let mut numbers = Numbers(3);
         let tree = LightTree::new(emitters(100, &mut numbers), 100);
-        for _ in 0..5 {
-            let p = numbers.vector() * 12.0;
+        for round in 0..8 {
+            let mut receiver = at(numbers.vector() * 12.0);
+            if round % 2 == 1 {
+                receiver.reception.lobe = lobe(&mut numbers);
+            }
             let n = 1 << 18;
             let mut counts = [0.0; 100];
             for i in 0..n {
                 let u = sample_2d(7, i, Dimension::LightChoice(0));
-                let Some((emitter, probability)) = tree.choose(&at(p), u) else { continue };
+                let Some((emitter, probability)) = tree.choose(&receiver, u) else { continue };
                 counts[emitter as usize] += 1.0;
-                let again = tree.probability(&at(p), emitter);
+                let again = tree.probability(&receiver, emitter);
                 assert!((again / probability - 1.0).abs() < 1e-6, "{again} {probability}");
             }
             for (i, count) in (0..).zip(counts) {
-                let expected = f64::from(tree.probability(&at(p), i)) * f64::from(n);
+                let expected = f64::from(tree.probability(&receiver, i)) * f64::from(n);
                 // An emitter is a rectangle of the unit square. A (0, 18, 2)-net in base 2 has at
                 // most 18 / 3 + 19 / 9 points too many or too few in a rectangle at a corner
                 // (Niederreiter 1987), and four times as many in any rectangle.
@@ -275,15 +284,19 @@ mod tests {
         let mut numbers = Numbers(4);
         let emitters = emitters(300, &mut numbers);
         let tree = LightTree::new(emitters.clone(), 300);
-        for _ in 0..200 {
+        for i in 0..400 {
             let p = numbers.vector() * 15.0;
+            let mut receiver = at(p);
+            if i % 2 == 1 {
+                receiver.reception.lobe = lobe(&mut numbers);
+            }
             for Emitter { bounds, index } in &emitters {
                 let point = bounds.low + (bounds.high - bounds.low) * numbers.vector().abs();
                 let towards = (p - point).normalize();
                 let cos = towards.dot(bounds.normals.axis);
                 let all_directions = bounds.normals.angle > 0.0 || bounds.two_sided;
                 if all_directions || cos > 0.0 {
-                    assert!(tree.probability(&at(p), *index) > 0.0, "{p} {bounds:?}");
+                    assert!(tree.probability(&receiver, *index) > 0.0, "{p} {bounds:?}");
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! Node of the light tree: eight light bounds, whose importance is computed at once.
 
+use super::super::reception::Reception;
 use super::bounds::LightBounds;
 use crate::lanes::vector::{splat, sub};
 use crate::lanes::{Real, f32x8};
@@ -139,9 +140,7 @@ impl LightNode {
             two_sided: load(&self.two_sided),
         };
         let mut importance = [0.0; 8];
-        let receiver =
-            Receiver { position: splat(receiver.position), facing: splat(receiver.facing) };
-        children.importance(&receiver).store(&mut importance);
+        children.importance(&receiver.splat()).store(&mut importance);
         importance
     }
 
@@ -157,8 +156,16 @@ impl LightNode {
 pub(in crate::scene::light) struct Receiver<R> {
     /// Position.
     pub(in crate::scene::light) position: [R; 3],
-    /// Unit normal on the side from which light counts; 0 if it counts from both sides.
-    pub(in crate::scene::light) facing: [R; 3],
+    /// How the surface there receives light.
+    pub(in crate::scene::light) reception: Reception<R>,
+}
+
+impl Receiver<f32> {
+    /// Returns the point in every lane.
+    #[inline(always)]
+    fn splat<R: Real<Scalar = f32>>(&self) -> Receiver<R> {
+        Receiver { position: splat(self.position), reception: self.reception.splat() }
+    }
 }
 
 /// Bounds of a child in every lane, or of all children; see [`LightNode`].
@@ -202,14 +209,23 @@ impl<R: Real<Scalar = f32>> ChildBounds<R> {
         let nearest = cos_x * cos_b + sin_x * sin_b;
         let cos = R::select(cos_b.le(cos_x), one, nearest);
         let seen = self.cos_emission.lt(cos);
-        let [nx, ny, nz] = receiver.facing;
+        let Reception { facing: [nx, ny, nz], lobe } = receiver.reception;
         let cos_r = -(nx * x + ny * y + nz * z) * inverse;
         let one_sided = zero.lt(nx.abs().max(ny.abs()).max(nz.abs()));
         let brightest = cos_r * cos_b + sine(cos_r) * sin_b + R::splat(RECEIVER_SLACK);
         let received = R::select(cos_b.le(cos_r), one, brightest.max(zero));
-        let received = R::select(one_sided, received, one);
+        let mut received = R::select(one_sided, received, one);
+        let mut within = one;
+        if let Some(lobe) = lobe {
+            let towards = [x, y, z].map(|d| -d * inverse);
+            let glossy = lobe.reflection([nx, ny, nz], towards, cos_r, sin2_b);
+            let above = zero.lt(received);
+            received = R::select(above, lobe.blend(received, glossy), zero);
+            // Lights all around widen the lobe to the whole hemisphere.
+            within = lobe.blend(one, R::splat(0.5));
+        }
         let outside = R::select(seen, value * cos.max(zero) * received, zero);
-        R::select(d2.le(r2), value, outside)
+        R::select(d2.le(r2), value * within, outside)
     }
 }
 
@@ -217,8 +233,14 @@ impl<R: Real<Scalar = f32>> ChildBounds<R> {
 mod tests {
     use glam::Vec3;
 
+    use super::super::super::reception::GlossyLobe;
     use super::super::cone::Cone;
     use super::*;
+
+    /// A point of a surface that scatters widely.
+    fn receiver(position: [f32; 3], facing: [f32; 3]) -> Receiver<f32> {
+        Receiver { position, reception: Vec3::from(facing).into() }
+    }
 
     #[test]
     fn importance_is_zero_behind_a_one_sided_light_and_positive_in_front() {
@@ -233,8 +255,7 @@ mod tests {
         let mut node = LightNode::EMPTY;
         node.set_child(0, &bounds, LightChild::Emitter(0));
         node.set_child(5, &LightBounds { two_sided: true, ..bounds }, LightChild::Emitter(1));
-        let at =
-            |x: f32, z: f32| node.importance(&Receiver { position: [x, 0.0, z], facing: [0.0; 3] });
+        let at = |x: f32, z: f32| node.importance(&receiver([x, 0.0, z], [0.0; 3]));
         let [behind, in_front] = [-5.0, 5.0].map(|z| at(0.0, z));
         assert_eq!(behind[0], 0.0);
         assert_eq!(in_front[0], 1.0 / 25.0);
@@ -242,14 +263,15 @@ mod tests {
         assert!(at(1e6, 1e-3)[0] > 0.0);
         assert_eq!(in_front[1..5], [0.0; 4]);
         for i in 0..6 {
-            let receiver = Receiver { position: [1.0, 2.0, 3.0], facing: [0.0, 0.6, -0.8] };
-            let lanes = Receiver {
-                position: receiver.position.map(f32x8::splat),
-                facing: receiver.facing.map(f32x8::splat),
-            };
-            let expected = node.importance(&receiver)[i];
-            assert_eq!(node.importance_of::<f32x8>(i, &lanes).to_array(), [expected; 8]);
-            assert_eq!(node.importance_of::<f32>(i, &receiver), expected);
+            let wide = receiver([1.0, 2.0, 3.0], [0.0, 0.6, -0.8]);
+            for lobe in [None, GlossyLobe::new([0.0, 0.0, -1.0], 0.01, 0.7)] {
+                let mut receiver = wide;
+                receiver.reception.lobe = lobe;
+                let expected = node.importance(&receiver)[i];
+                let lanes = node.importance_of::<f32x8>(i, &receiver.splat());
+                assert_eq!(lanes.to_array(), [expected; 8]);
+                assert_eq!(node.importance_of::<f32>(i, &receiver), expected);
+            }
         }
     }
 
@@ -265,8 +287,7 @@ mod tests {
         };
         let mut node = LightNode::EMPTY;
         node.set_child(0, &bounds, LightChild::Emitter(0));
-        let facing =
-            |facing: [f32; 3]| node.importance(&Receiver { position: [0.0; 3], facing })[0];
+        let facing = |facing: [f32; 3]| node.importance(&receiver([0.0; 3], facing))[0];
         assert_eq!(facing([0.0, 0.0, -1.0]), 0.0);
         assert_eq!(facing([0.0, 0.0, 1.0]), facing([0.0; 3]));
         // A part of the light is above the horizon.
