@@ -64,12 +64,18 @@ impl DirectLightWeights<'_> {
     /// Returns the weight of a camera path that ends at a light.
     pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
         let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
+        if self.direct_light.alone {
+            return if density > 0.0 { 0.0 } else { 1.0 };
+        }
         let camera = self.row_exposure() / (self.pixel_area() * found.exposure);
         power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
     /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1).
     pub(super) fn light_weight(&self, lens: &RealLens, density: f64, hit: &FilmHit) -> f32 {
+        if self.direct_light.alone {
+            return 1.0;
+        }
         let [x, y, z] = hit.towards;
         let normal = lens.film_pose.film_normal();
         let cos = (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();

@@ -52,6 +52,8 @@ pub struct DirectLight {
     by_light: Vec<Option<u32>>,
     /// The lens as the paths enter it.
     front: FrontEntry,
+    /// Whether camera paths leave all that light paths can find to them.
+    alone: bool,
 }
 
 /// Samples of the picture per light path. Lamps are small, so that this is a dozen paths for each of
@@ -77,7 +79,14 @@ impl DirectLight {
             cumulative: Vec::new(),
             by_light: vec![None; lights],
             front: FrontEntry::new(lens, half),
+            alone: false,
         }
+    }
+
+    /// Leaves the light that light paths can find to them alone, instead of weighing it against that of
+    /// camera paths. The picture has the same light, and shows whether light paths find all of it.
+    pub fn take_alone(&mut self) {
+        self.alone = true;
     }
 
     /// Sets the lamps, each with the number that its probability is proportional to.

@@ -256,8 +256,28 @@ pub fn light_by_channel(picture: &Picture) -> Vec<f64> {
 /// Samples per pixel of camera paths alone, and of camera paths and light paths together.
 pub type Samples = [u32; 2];
 
-/// Compares the light of camera paths alone with that of camera paths and light paths together, whole
-/// and in parts. The error of the whole is below `noisiest` of it.
+/// Paths that find the direct light of lamps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Paths {
+    Camera,
+    Both,
+    /// Light paths, and camera paths for what those cannot find.
+    Light,
+}
+
+/// Returns a job, as prepared with or without light paths, in which these paths find lamps.
+pub fn with_paths(paths: Paths, prepare: impl Fn(bool) -> Job) -> Job {
+    let mut job = prepare(paths != Paths::Camera);
+    let found = job.direct_light.is_some() || job.caustics.is_some();
+    assert_eq!(found, paths != Paths::Camera, "{}", job.plan.light_paths);
+    if let (Paths::Light, Some(lamps)) = (paths, &mut job.direct_light) {
+        lamps.take_alone();
+    }
+    job
+}
+
+/// Compares the light of camera paths with that of light paths, alone and together, whole and in parts.
+/// The error of the whole is below `noisiest` of it.
 pub fn assert_same_light(
     cases: &[Case],
     samples: Samples,
@@ -267,28 +287,32 @@ pub fn assert_same_light(
     /// Pictures of each kind, each with another seed.
     const PICTURES: u32 = 12;
     in_parallel(cases, |case| {
-        let [camera, both] =
-            [(false, samples[0]), (true, samples[1])].map(|(light_paths, samples)| {
-                let sum = |seed| {
-                    let job = job(case, light_paths, seed, samples);
-                    assert_eq!(job.direct_light.is_some(), light_paths, "{}", job.plan.light_paths);
-                    parts(&picture(&job, Backend::Simd, 1))
-                };
-                (0..PICTURES).map(sum).collect::<Vec<Vec<f64>>>()
-            });
-        for part in 0..camera[0].len() {
-            let [camera, both] = [&camera, &both].map(|pictures| {
+        let pictures = |paths, samples| {
+            let sum = |seed| {
+                let job = with_paths(paths, |light_paths| job(case, light_paths, seed, samples));
+                parts(&picture(&job, Backend::Simd, 1))
+            };
+            (0..PICTURES).map(sum).collect::<Vec<Vec<f64>>>()
+        };
+        let camera = pictures(Paths::Camera, samples[0]);
+        let kinds = [Paths::Both, Paths::Light].map(|paths| (paths, pictures(paths, samples[1])));
+        for ((paths, found), part) in
+            kinds.iter().flat_map(|kind| (0..camera[0].len()).map(move |part| (kind, part)))
+        {
+            let [camera, both] = [&camera, found].map(|pictures| {
                 mean_and_error(&pictures.iter().map(|light| light[part]).collect::<Vec<f64>>())
             });
             let error = camera[1].hypot(both[1]);
             let off = both[0] - camera[0];
             println!(
-                "{} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
+                "{}, {paths:?} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
                 case.name,
                 100.0 * off / camera[0],
                 100.0 * error / camera[0],
                 off / error
             );
+            // Light paths alone lose what the weights of both gain.
+            let noisiest = if *paths == Paths::Light { 2.0 * noisiest } else { noisiest };
             assert!(
                 part > 0 || error < noisiest * camera[0],
                 "{}: {camera:?} and {both:?} are noisy",
