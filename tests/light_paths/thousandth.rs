@@ -13,7 +13,7 @@ use crate::support::{folder, mean_and_error, picture, root, write};
 use crate::{media, motion};
 
 /// Largest standard error of the difference, relative to the light.
-const ERROR: f64 = 4e-4;
+const ERROR: f64 = 3.5e-4;
 /// Pictures of each kind, each with another seed. Their number is fixed: to stop where the error looks
 /// small would favour pictures without rare bright paths.
 const PICTURES: u32 = 24;

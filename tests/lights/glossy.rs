@@ -85,7 +85,7 @@ fn extreme_lobes_leave_all_lights_that_the_surface_faces() {
                     let density = sample.density;
                     assert!(density > 0.0 && density.is_finite(), "{reception:?} {sample:?}");
                 }
-                // Below the surface is nothing to reflect.
+                // Lights outside the lobe are selected as well.
                 let above = (0..2000).filter_map(|_| {
                     let mut pair = || [random.next() as f32, random.next() as f32];
                     scene.sampled_light(from.position, reception, pair())

@@ -125,7 +125,7 @@ fn light_samples_of_eight_lanes_are_those_of_one_and_of_single_points() {
         store_vector::<f32>(&mut facing, at, if at % 3 == 0 { [0.0; 3] } else { normal });
     }
     let entries: Vec<u32> = (0..wave.2.len() as u32).filter(|at| at % 5 != 1).collect();
-    // A third of the surfaces that receive light from one side are glossy.
+    // A sixth of the surfaces that receive light from one side are glossy.
     let mut lobes: Box<(VectorColumns, [SortedColumn<f32>; 2])> = Box::default();
     let (wo, [alpha2, share]) = &mut *lobes;
     for at in 0..wave.2.len() {
