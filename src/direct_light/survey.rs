@@ -30,7 +30,7 @@ const LARGEST: f64 = 0.02;
 const BRIGHTEST: f64 = 10.0;
 /// Smallest variance of a camera sample that is worth light paths, relative to the square of the mean
 /// of the picture: that of all lamps together.
-const NOISIEST: f64 = 10.0;
+const NOISIEST: f64 = 1.0;
 
 /// Surveys the lamps of a scene.
 pub fn survey(
