@@ -16,8 +16,13 @@ use petzval::render::{RenderOptions, render};
 use petzval::scene::{luminance, pbrt};
 
 /// Scenes, with the focus distance (m) of each; none for the scene's own.
-const SCENES: [(&str, Option<f64>); 4] =
-    [("night", None), ("night", Some(1.0)), ("caustic", None), ("atelier", None)];
+const SCENES: [(&str, Option<f64>); 5] = [
+    ("night", None),
+    ("night", Some(1.0)),
+    ("snowman", None),
+    ("caustic", None),
+    ("atelier", None),
+];
 const RESOLUTION: [u32; 2] = [300, 200];
 const SAMPLES: u32 = 32;
 /// Pictures of each kind.

@@ -12,6 +12,13 @@ use crate::lanes::vector::scale;
 use crate::rays::{Hit, Ray, RayBatch, RayDifferential, SpawnedRays};
 use crate::scene::{LobeColumns, load_vector};
 
+/// Share of the camera ray's throughput that makes a path survive Russian roulette in any case.
+///
+/// What a path meets later may be much brighter than its pixel, so one that has lost half of its
+/// throughput is still worth its time. Relative variance times CPU time, relative to that of 1: 0.81, 0.77
+/// and 0.79 with 1/2, 1/4 and 1/8 in the atelier; 0.86, 0.81 and 0.85 at night (300 x 200, 96 samples).
+const SURE_SURVIVAL: f32 = 0.25;
+
 /// Returns the largest channel of a throughput.
 #[inline(always)]
 pub(super) fn max_component(throughput: [f32; 3]) -> f32 {
@@ -28,7 +35,7 @@ impl Vertices {
     #[inline(always)]
     pub(super) fn survival_probability(&self, vertex: &PathVertex, at: usize) -> Option<f32> {
         let scale = self.roulette_scale[at] * self.next_eta2[at];
-        let left = max_component(vector(&self.next_throughput, at)) * scale;
+        let left = max_component(vector(&self.next_throughput, at)) * scale / SURE_SURVIVAL;
         (vertex.depth >= 1 && left < 1.0).then_some(left)
     }
 
@@ -126,7 +133,7 @@ impl Vertices {
         }
         let roulette_scale = R::load(&self.roulette_scale[at..]) * R::load(&self.next_eta2[at..]);
         if inputs.vertex.depth >= 1 {
-            let left = brightest * roulette_scale;
+            let left = brightest * roulette_scale / R::splat(SURE_SURVIVAL);
             let certain = one.le(left);
             alive = alive & (certain | R::load(&random.roulette[0][at..]).lt(left));
             throughput = scale(throughput, one / R::select(certain, one, left));

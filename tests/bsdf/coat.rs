@@ -7,7 +7,7 @@ use petzval::shade::bsdf::{
 };
 
 use crate::scene::{ETA, K, REFLECTANCE, Random, direction};
-use crate::twin::fresnel;
+use crate::twin::{COAT, chances, fresnel};
 
 fn layer(alpha: f32, eta: f32, thickness: f32) -> CoatLayer<f32> {
     CoatLayer {
@@ -111,19 +111,25 @@ fn samples_of_a_clear_coat_over_a_diffuse_base_have_the_closed_form() {
         for cos in [1.0, 0.5, 0.1] {
             let wo = direction(cos, 1.0);
             let mut random = Random::new(9);
-            let (mut reflected, mut means) = (0.0, <[Mean; 3]>::default());
+            let (mut reflected, mut weights) = (0.0, 0.0);
+            let mut means = <[Mean; 3]>::default();
             let n = 200_000;
             for seed in 0..n {
                 let u = [random.number(), random.number()];
                 let draw = coated.sample(wo, u, random.number(), seed);
                 let through = draw.valid && !draw.singular;
-                reflected += f64::from(u8::from(draw.valid && draw.singular)) / f64::from(n);
+                if draw.valid && draw.singular {
+                    reflected += 1.0 / f64::from(n);
+                    weights += f64::from(draw.weight[0]) / f64::from(n);
+                }
                 for c in 0..3 {
                     means[c].add(if through { f64::from(draw.weight[c]) } else { 0.0 });
                 }
             }
             let f = fresnel(cos, 1.5, 0.0);
-            assert!((reflected - f).abs() < 5.0 * (f * (1.0 - f) / f64::from(n)).sqrt());
+            let [reflects, passes] = chances(f, COAT);
+            assert!((reflected - reflects).abs() < 5.0 * (reflects * passes / f64::from(n)).sqrt());
+            assert!((weights - reflected * f / reflects).abs() < 1e-4 * weights);
             for channel in 0..3 {
                 let back = albedo_under_layer(f64::from(REFLECTANCE[channel]), thickness);
                 let exact = transmitted_to_base(cos, thickness) * back * leaves;
@@ -246,7 +252,11 @@ fn a_lossless_coat_returns_all_light() {
                 let draw = coated.sample(wo, u, random.number(), seed);
                 // A walk fails if it would take a step of zero length, once in 16 million.
                 assert!(draw.valid && draw.wi[2] * wo[2] > 0.0, "{layer:?} {wo:?}");
-                assert!((draw.weight[0] - 1.0).abs() < 1e-3, "{layer:?} {wo:?}: {draw:?}");
+                let f = fresnel(f64::from(wo[2].abs()), 1.5, 0.0);
+                let [reflects, passes] = chances(f, COAT);
+                let expected = if draw.singular { f / reflects } else { (1.0 - f) / passes };
+                let off = (f64::from(draw.weight[0]) - expected).abs();
+                assert!(off < 1e-3, "{layer:?} {wo:?}: {draw:?}, not {expected}");
                 assert_eq!(draw.eta2, 1.0, "the walk enters and leaves the layer");
             }
         }

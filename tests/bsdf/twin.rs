@@ -44,6 +44,17 @@ pub fn fresnel(cos: f64, eta: f64, k: f64) -> f64 {
     (size2(s) + size2(p)) / 2.0
 }
 
+/// Power of the share of light by which glass samples its lobes.
+pub const GLASS: f64 = 0.75;
+/// Power of the share of light by which a coat samples its reflection.
+pub const COAT: f64 = 0.5;
+
+/// Returns the probabilities with which reflection and transmission are sampled.
+pub fn chances(reflectance: f64, power: f64) -> [f64; 2] {
+    let powers = [reflectance, 1.0 - reflectance].map(|share| share.powf(power));
+    powers.map(|p| p / (powers[0] + powers[1]))
+}
+
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -95,13 +106,14 @@ pub fn scatter(kind: Kind, wo: [f32; 3], wi: [f32; 3]) -> (f64, f64) {
         return (d(m, alpha) * g * f / (4.0 * o[2].abs()), seen / (4.0 * om));
     }
     let f = if 1.0 - om * om >= ratio * ratio { 1.0 } else { fresnel(om, ratio, 0.0) };
+    let [reflects, passes] = chances(f, GLASS);
     if same {
-        (d(m, alpha) * g * f / (4.0 * o[2].abs()), f * seen / (4.0 * om))
+        (d(m, alpha) * g * f / (4.0 * o[2].abs()), reflects * seen / (4.0 * om))
     } else {
         let jacobian = im.abs() * ratio * ratio / (om + ratio * im).powi(2);
         let bsdf = d(m, alpha) * g * (1.0 - f) * om * jacobian / o[2].abs();
         // Refraction divides radiance by the squared index.
-        (bsdf / (ratio * ratio), (1.0 - f) * seen * jacobian)
+        (bsdf / (ratio * ratio), passes * seen * jacobian)
     }
 }
 

@@ -276,6 +276,10 @@ pub fn with_paths(paths: Paths, prepare: impl Fn(bool) -> Job) -> Job {
     job
 }
 
+/// Samples per pixel of light paths alone, relative to those of both kinds: they lose what the weights of
+/// both gain.
+const SAMPLES_ALONE: u32 = 3;
+
 /// Compares the light of camera paths with that of light paths, alone and together, whole and in parts.
 /// The error of the whole is below `noisiest` of it.
 pub fn assert_same_light(
@@ -295,7 +299,8 @@ pub fn assert_same_light(
             (0..PICTURES).map(sum).collect::<Vec<Vec<f64>>>()
         };
         let camera = pictures(Paths::Camera, samples[0]);
-        let kinds = [Paths::Both, Paths::Light].map(|paths| (paths, pictures(paths, samples[1])));
+        let kinds = [(Paths::Both, samples[1]), (Paths::Light, SAMPLES_ALONE * samples[1])]
+            .map(|(paths, samples)| (paths, pictures(paths, samples)));
         for ((paths, found), part) in
             kinds.iter().flat_map(|kind| (0..camera[0].len()).map(move |part| (kind, part)))
         {
@@ -311,8 +316,6 @@ pub fn assert_same_light(
                 100.0 * error / camera[0],
                 off / error
             );
-            // Light paths alone lose what the weights of both gain.
-            let noisiest = if *paths == Paths::Light { 2.0 * noisiest } else { noisiest };
             assert!(
                 part > 0 || error < noisiest * camera[0],
                 "{}: {camera:?} and {both:?} are noisy",

@@ -15,17 +15,43 @@ pub struct Dielectric<R: Real> {
     singular: R::Mask,
 }
 
-/// Selection of lobes, as a factor of the probability of each.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lobes {
-    reflection: f32,
-    transmission: f32,
+/// Selection of lobes, and how often each is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lobes {
+    /// Both, each in proportion to the light that it scatters.
+    Both,
+    /// Both, the fainter one more often: the interface of a body of glass.
+    OfGlass,
+    /// Both, the fainter one even more often: the outer side of a coat.
+    OfCoat,
+    /// Reflection alone.
+    Reflection,
+    /// Transmission alone.
+    Transmission,
 }
 
 impl Lobes {
-    pub(super) const BOTH: Self = Self { reflection: 1.0, transmission: 1.0 };
-    pub(super) const REFLECTION: Self = Self { reflection: 1.0, transmission: 0.0 };
-    pub(super) const TRANSMISSION: Self = Self { reflection: 0.0, transmission: 1.0 };
+    /// Returns the probabilities of reflection and of transmission, for a reflectance.
+    ///
+    /// Glass reflects 4 % of the light, but the lamps and windows that it mirrors are often more than
+    /// 25 times as bright as what lies behind. The probability therefore follows a power of the share
+    /// of light: 3/4 for glass, 1/2 for coats. No sample then weighs more than 1.09 or 1.21. In the
+    /// atelier (300 x 200, 96 samples) relative variance times CPU time falls 1.11 times with 3/4 for
+    /// glass, and 1.07 times with 1/2: a path meets many interfaces of glass, but one coat.
+    #[inline(always)]
+    pub(super) fn chances<R: Real<Scalar = f32>>(self, reflectance: R) -> [R; 2] {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let shares = [reflectance, one - reflectance];
+        let powers = match self {
+            Self::Both => return shares,
+            Self::Reflection => return [one, zero],
+            Self::Transmission => return [zero, one],
+            Self::OfGlass => shares.map(|share| share.sqrt() * share.sqrt().sqrt()),
+            Self::OfCoat => shares.map(|share| share.sqrt()),
+        };
+        let scale = one / (powers[0] + powers[1]);
+        powers.map(|power| power * scale)
+    }
 }
 
 /// The quantity that is transported along `wo`.
@@ -35,13 +61,6 @@ pub(super) enum Transport {
     Radiance,
     /// Importance, the adjoint, which refraction does not scale.
     Importance,
-}
-
-/// Returns `part / total`, or 0 if the total is 0.
-#[inline(always)]
-fn ratio<R: Real<Scalar = f32>>(part: R, total: R) -> R {
-    let some = R::splat(0.0).lt(total);
-    R::select(some, part / R::select(some, total, R::splat(1.0)), R::splat(0.0))
 }
 
 impl<R: Real<Scalar = f32>> Dielectric<R> {
@@ -94,8 +113,7 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
 
         let reflected = Refraction::new(om.max(zero), eta).reflectance;
         let passed = one - reflected;
-        let here = reflected * R::splat(lobes.reflection);
-        let there = passed * R::splat(lobes.transmission);
+        let [here, there] = lobes.chances(reflected);
         let (o, i) = (self.facets.stretch(wo), self.facets.stretch(wi));
         let inverse = one / eta;
         let jacobian = im.abs() / Self::clamped_square(om.mul_add(inverse, im));
@@ -104,7 +122,7 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
         let lobe = R::select(same, reflected * quarter, passed * transmitted * inverse.square());
         let chance = R::select(same, here * quarter, there * transmitted);
         let value = area * Microfacets::g_over_cos(o, i) * lobe;
-        let pdf = area * Microfacets::g1_over_cos(o) * ratio(chance, here + there);
+        let pdf = area * Microfacets::g1_over_cos(o) * chance;
         (R::select(scatters, value, zero), R::select(scatters, pdf, zero))
     }
 
@@ -124,10 +142,8 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
         let m = select(wo[2].lt(zero), negate(m), m);
         let cos = dot(wo, m).max(zero);
         let fresnel = Refraction::new(cos, eta);
-        let here = fresnel.reflectance * R::splat(lobes.reflection);
-        let there = (one - fresnel.reflectance) * R::splat(lobes.transmission);
-        let total = here + there;
-        let reflects = (choice * total).lt(here);
+        let [here, there] = lobes.chances(fresnel.reflectance);
+        let reflects = choice.lt(here);
 
         let back = negate(wo);
         let inverse = one / eta;
@@ -140,7 +156,9 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
         let (o, i) = (self.facets.stretch(wo), self.facets.stretch(wi));
         let visible = Microfacets::g1_over_cos(o);
         let unshadowed = Microfacets::g_over_cos(o, i) / visible;
-        let weight = total * R::select(self.singular, one, unshadowed);
+        let share = R::select(reflects, fresnel.reflectance, one - fresnel.reflectance);
+        let lobe_weight = share / R::select(reflects, here, there);
+        let weight = lobe_weight * R::select(self.singular, one, unshadowed);
         let radiance_scale = match transport {
             Transport::Radiance => R::select(reflects, one, inverse.square()),
             Transport::Importance => one,
@@ -148,7 +166,7 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
         let bent = Self::clamped_square((cos - fresnel.eta_cos) * inverse);
         let transmitted = cos * fresnel.eta_cos * inverse / bent;
         let chance = R::select(reflects, here * R::splat(0.25), there * transmitted);
-        let pdf = self.facets.distribution(m) * visible * ratio(chance, total);
+        let pdf = self.facets.distribution(m) * visible * chance;
         let weight = weight * radiance_scale;
         BsdfSample {
             wi,
@@ -158,24 +176,45 @@ impl<R: Real<Scalar = f32>> Dielectric<R> {
             valid: sides,
             eta2: R::select(reflects, one, eta.square()),
         }
-        .only(zero.lt(total) & zero.lt(cos))
+        .only(zero.lt(share) & zero.lt(cos))
     }
 }
 
 impl<R: Real<Scalar = f32>> Bsdf<R> for Dielectric<R> {
     #[inline(always)]
     fn evaluate(&self, wo: [R; 3], wi: [R; 3]) -> ([R; 3], R) {
-        let (value, pdf) = self.evaluate_lobes(wo, wi, Lobes::BOTH);
+        let (value, pdf) = self.evaluate_lobes(wo, wi, Lobes::OfGlass);
         ([value; 3], pdf)
     }
 
     #[inline(always)]
     fn sample(&self, wo: [R; 3], u: [R; 2], choice: R) -> BsdfSample<R> {
-        self.sample_lobes(wo, u, choice, Lobes::BOTH, Transport::Radiance)
+        self.sample_lobes(wo, u, choice, Lobes::OfGlass, Transport::Radiance)
     }
 
     #[inline(always)]
     fn singular(&self) -> R::Mask {
         self.singular
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_lobe_is_sampled_and_no_sample_weighs_much_more_than_1() {
+        let tiny = [f32::MIN_POSITIVE, 1e-8, 1.0 - f32::EPSILON / 2.0];
+        for reflectance in (0..=1000).map(|i| i as f32 / 1000.0).chain(tiny) {
+            for (lobes, heaviest) in [(Lobes::OfGlass, 1.09), (Lobes::OfCoat, 1.21)] {
+                let chances = lobes.chances(reflectance);
+                let sum = chances[0] + chances[1];
+                assert!((sum - 1.0).abs() < 1e-6, "{lobes:?}, {reflectance}: {chances:?}");
+                for (share, chance) in [reflectance, 1.0 - reflectance].into_iter().zip(chances) {
+                    assert_eq!(share > 0.0, chance > 0.0, "{lobes:?}, {reflectance}: {chances:?}");
+                    assert!(share <= heaviest * chance, "{lobes:?}, {reflectance}: {chances:?}");
+                }
+            }
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! Thin dielectric: a sheet of glass without thickness.
 
+use super::dielectric::Lobes;
 use super::fresnel::Refraction;
 use super::{Bsdf, BsdfSample};
 use crate::lanes::Real;
-use crate::lanes::vector::{negate, select};
+use crate::lanes::vector::{negate, scale, select};
 
 /// A sheet of glass without thickness. Light is reflected or goes straight on, after any number of
 /// reflections between the two sides.
@@ -42,10 +43,12 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for ThinDielectric<R> {
         let once = Refraction::new(wo[2].abs(), self.eta).reflectance;
         // The geometric series R + T R T + T R^3 T + ... of both sides.
         let reflected = R::splat(2.0) * once / (one + once);
-        let reflects = choice.lt(reflected);
+        let [here, there] = Lobes::OfGlass.chances(reflected);
+        let reflects = choice.lt(here);
+        let passed = (one - reflected) / there;
         BsdfSample {
             wi: select(reflects, [-wo[0], -wo[1], wo[2]], negate(wo)),
-            weight: select(reflects, [one; 3], self.tint),
+            weight: select(reflects, [reflected / here; 3], scale(self.tint, passed)),
             pdf: zero,
             singular: self.singular(),
             valid: zero.lt(wo[2].abs()),

@@ -5,7 +5,7 @@ use super::super::phase_function::sample_henyey_greenstein;
 use super::super::{Bsdf, BsdfSample};
 use super::Coated;
 use super::walk::{Walk, any, continues, draw};
-use crate::lanes::vector::{negate, select};
+use crate::lanes::vector::{negate, scale, select};
 use crate::lanes::{Real, Word};
 use crate::sampler::RandomStream;
 
@@ -36,18 +36,16 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     #[inline(never)]
     fn sample_from_above(&self, wo: [R; 3], u: [R; 2], choice: R, seed: R::Word) -> BsdfSample<R> {
         let (zero, interface) = (R::splat(0.0), &self.layer.interface);
-        let (both, radiance) = (Lobes::BOTH, Transport::Radiance);
-        let first = interface.sample_lobes(wo, u, choice, both, radiance);
+        let radiance = Transport::Radiance;
+        let first = interface.sample_lobes(wo, u, choice, Lobes::OfCoat, radiance);
         let (goes, up) = (continues(&first), zero.lt(first.wi[2]));
         let mut result = first.only(goes & up);
         let seed = seed ^ R::Word::splat(SAMPLE_STREAM);
         let random = RandomStream::new(seed, [wo[0], wo[1], wo[2], u[0], u[1], choice]);
-        let mut walk = Walk {
-            z: self.layer.thickness,
-            w: first.wi,
-            throughput: first.weight,
-            active: goes & !up,
-        };
+        // Roulette in the layer does not know how rarely walks enter it.
+        let throughput = [R::splat(1.0); 3];
+        let (z, w) = (self.layer.thickness, first.wi);
+        let mut walk = Walk { z, w, throughput, active: goes & !up };
         let mut singular = first.singular;
         for depth in 0.. {
             let random = random.substream(depth);
@@ -73,12 +71,13 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
                 singular = singular & (sample.singular | !arrival.base);
             }
             if any::<R>(arrival.interface) {
-                let sample = interface.sample_lobes(back, u, choice, both, radiance);
+                let sample = interface.sample_lobes(back, u, choice, Lobes::Both, radiance);
                 walk.follow(arrival.interface, &sample);
                 singular = singular & (sample.singular | !arrival.interface);
                 let leaves = arrival.interface & walk.active & zero.lt(sample.wi[2]);
                 result.wi = select(leaves, walk.w, result.wi);
-                result.weight = select(leaves, walk.throughput, result.weight);
+                let weight = scale(walk.throughput, first.weight[0]);
+                result.weight = select(leaves, weight, result.weight);
                 result.singular = (leaves & singular) | (result.singular & !leaves);
                 result.valid = result.valid | leaves;
                 walk.active = walk.active & !leaves;

@@ -70,7 +70,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             }
         }
         let share = one / self.layer.samples.max(one);
-        let (reflected, _) = self.layer.interface.evaluate_lobes(wo, wi, Lobes::REFLECTION);
+        let (reflected, _) = self.layer.interface.evaluate_lobes(wo, wi, Lobes::Reflection);
         for channel in 0..3 {
             let value = sum[channel].mul_add(share, reflected);
             sum[channel] = R::select(scatters, value, zero);
@@ -120,7 +120,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             }
             if any::<R>(arrival.interface) {
                 let (u, choice) = (random.pair(draw::DIRECTION), random.number(draw::LOBE));
-                let (lobes, transport) = (Lobes::REFLECTION, Transport::Radiance);
+                let (lobes, transport) = (Lobes::Reflection, Transport::Radiance);
                 let sample = self.layer.interface.sample_lobes(back, u, choice, lobes, transport);
                 walk.follow(arrival.interface, &sample);
             }
@@ -195,10 +195,10 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     #[inline(always)]
     fn exit(&self, w: [R; 3], wi: [R; 3]) -> (R, R) {
         let (interface, back) = (&self.layer.interface, negate(w));
-        let (value, pdf) = interface.evaluate_lobes(back, wi, Lobes::TRANSMISSION);
+        let (value, pdf) = interface.evaluate_lobes(back, wi, Lobes::Transmission);
         match self.layer.weights {
             MisWeights::Pbrt => (value, pdf),
-            MisWeights::Exact => (value, interface.evaluate_lobes(wi, back, Lobes::TRANSMISSION).1),
+            MisWeights::Exact => (value, interface.evaluate_lobes(wi, back, Lobes::Transmission).1),
         }
     }
 }

@@ -117,7 +117,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
         random: RandomStream<R>,
     ) -> BsdfSample<R> {
         let (u, choice) = (random.pair(draw::DIRECTION), random.number(draw::LOBE));
-        self.layer.interface.sample_lobes(w, u, choice, Lobes::TRANSMISSION, transport)
+        self.layer.interface.sample_lobes(w, u, choice, Lobes::Transmission, transport)
     }
 
     /// Moves walks to their next event.
