@@ -20,6 +20,8 @@ const PATHS_PER_LAMP: [u32; 2] = [1 << 10, 1 << 12];
 /// Most light paths of a lamp of which few arrive: the pupil of a wide lens is a small part of its
 /// front.
 const PATHS_OF_RARE_LAMP: u32 = 1 << 16;
+/// Light paths after which a lamp is out of view if none has arrived.
+const PATHS_OF_UNSEEN_LAMP: u32 = 1 << 14;
 /// Arrivals on the film that are enough for the distribution of a lamp's entry points.
 const ENOUGH_ARRIVALS: u32 = 32;
 /// Largest number of lights that are surveyed.
@@ -149,7 +151,7 @@ impl LampImage {
         self.flux > 0.0 && self.flux.is_finite()
     }
 
-    /// Traces the first number of light paths, and up to the second if few arrive.
+    /// Traces the first number of light paths, and up to the second if few arrive, but some do.
     fn trace(
         light: &DirectLight,
         input: &LightPathInput<'_>,
@@ -163,7 +165,8 @@ impl LampImage {
         let (mut radiance, mut sampled) = (0.0, 0.0f64);
         let (mut arrived, mut traced) = (0, 0);
         for wave in 0..most / WAVE_SIZE as u32 {
-            if traced >= paths && arrived >= ENOUGH_ARRIVALS {
+            let seen = traced >= paths && arrived >= ENOUGH_ARRIVALS;
+            if seen || (traced >= PATHS_OF_UNSEEN_LAMP && arrived == 0) {
                 break;
             }
             traced += WAVE_SIZE as u32;
