@@ -12,7 +12,7 @@ use crate::lanes::vector::scale;
 use crate::rays::{Hit, Ray, RayBatch, RayDifferential, SpawnedRays};
 use crate::scene::{LobeColumns, load_vector};
 
-/// Share of the camera ray's throughput that makes a path survive Russian roulette in any case.
+/// Share of its first throughput that makes a path survive Russian roulette in any case.
 ///
 /// What a path meets later may be much brighter than its pixel, so one that has lost half of its
 /// throughput is still worth its time. Relative variance times CPU time, relative to that of 1: 0.81, 0.77
@@ -29,9 +29,10 @@ impl Vertices {
     /// Returns the probability with which a path survives Russian roulette, or `None` if it
     /// survives in any case.
     ///
-    /// The probability is the share of the camera ray's throughput that is left, without the factor
-    /// of refraction on radiance. The camera ray's own throughput contains the exposure. It is
-    /// divided out because the noise of a picture must not depend on the f-number or the ISO.
+    /// The probability is the share of the camera ray's throughput that is left, over
+    /// [`SURE_SURVIVAL`] and without the factor of refraction on radiance. The camera ray's own
+    /// throughput contains the exposure. It is divided out because the noise of a picture must not
+    /// depend on the f-number or the ISO.
     #[inline(always)]
     pub(super) fn survival_probability(&self, vertex: &PathVertex, at: usize) -> Option<f32> {
         let scale = self.roulette_scale[at] * self.next_eta2[at];

@@ -42,7 +42,8 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
         let mut result = first.only(goes & up);
         let seed = seed ^ R::Word::splat(SAMPLE_STREAM);
         let random = RandomStream::new(seed, [wo[0], wo[1], wo[2], u[0], u[1], choice]);
-        // Roulette in the layer does not know how rarely walks enter it.
+        // Walks that enter more often than light does weigh little, and refraction divides by eta^2:
+        // roulette must take neither back.
         let throughput = [R::splat(1.0); 3];
         let (z, w) = (self.layer.thickness, first.wi);
         let mut walk = Walk { z, w, throughput, active: goes & !up };
