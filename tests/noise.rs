@@ -90,7 +90,9 @@ fn reference(world: &str) -> (Vec<f64>, f64) {
 
 #[test]
 fn the_error_equals_the_requested_noise() {
-    for (world, asked) in [(ROOM, 0.012), (CORNER, 0.004)] {
+    // No sample may influence how many follow it in its half of the picture, so a render that met bright
+    // rare light ends above the requested noise: the fewer samples it takes, the farther.
+    for (world, asked, spread) in [(ROOM, 0.02, 0.25), (ROOM, 0.012, 0.15), (CORNER, 0.004, 0.15)] {
         let (reference, own) = reference(world);
         let job = job(world, &until(asked));
         let (mut errors, mut estimate, seeds) = (0.0, 0.0, 20);
@@ -100,7 +102,7 @@ fn the_error_equals_the_requested_noise() {
             let reached = exposed.convergence.expect("a convergence");
             let error = square_error(&exposed.picture(&job), &reference) - own;
             println!("{seed}: {:.4} {reached:?}", error.sqrt());
-            assert!((reached.noise / asked - 1.0).abs() < 0.15, "{seed}: {reached:?}");
+            assert!((reached.noise / asked - 1.0).abs() < spread, "{seed}: {reached:?}");
             errors += error / f64::from(seeds);
             estimate += reached.noise.powi(2) / f64::from(seeds);
         }

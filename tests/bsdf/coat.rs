@@ -239,10 +239,10 @@ fn weights_of_pbrt_differ_only_if_interface_and_base_are_rough() {
 #[test]
 fn a_lossless_coat_returns_all_light() {
     // The interface is smooth, the base white, and the medium only scatters.
-    let white = CoatLayer { albedo: [1.0; 3], max_depth: 3000.0, ..layer(0.0, 1.5, 0.7) };
-    let clear = CoatLayer { max_depth: 3000.0, ..layer(0.0, 1.5, 0.0) };
-    for g in [-0.4, 0.0, 0.8] {
-        for layer in [CoatLayer { g, ..white }, CoatLayer { g, ..clear }] {
+    for (eta, g) in [(1.5, -0.4), (1.5, 0.0), (1.5, 0.8), (2.4, 0.0)] {
+        let white = CoatLayer { albedo: [1.0; 3], max_depth: 3000.0, g, ..layer(0.0, eta, 0.7) };
+        let clear = CoatLayer { max_depth: 3000.0, g, ..layer(0.0, eta, 0.0) };
+        for layer in [white, clear] {
             let coated = Coated::new(layer, diffuse([1.0; 3]));
             let mut random = Random::new(11);
             for seed in 0..4000 {
@@ -252,7 +252,7 @@ fn a_lossless_coat_returns_all_light() {
                 let draw = coated.sample(wo, u, random.number(), seed);
                 // A walk fails if it would take a step of zero length, once in 16 million.
                 assert!(draw.valid && draw.wi[2] * wo[2] > 0.0, "{layer:?} {wo:?}");
-                let f = fresnel(f64::from(wo[2].abs()), 1.5, 0.0);
+                let f = fresnel(f64::from(wo[2].abs()), f64::from(eta), 0.0);
                 let [reflects, passes] = chances(f, COAT);
                 let expected = if draw.singular { f / reflects } else { (1.0 - f) / passes };
                 let off = (f64::from(draw.weight[0]) - expected).abs();
