@@ -20,9 +20,6 @@ const WAVES: [u32; 2] = [12, 16];
 const ANYWHERE: f64 = 0.2;
 /// Reflectance that is assumed of surfaces on which caustics fall.
 const REFLECTANCE: f64 = 0.5;
-/// Smallest variance of a camera sample by caustics that is worth light paths, relative to the square
-/// of the mean of the picture.
-const NOISIEST: f64 = 1.0;
 /// Largest variance of light paths relative to that of camera paths.
 const LARGEST: f64 = 0.5;
 
@@ -82,11 +79,13 @@ fn caustics_in_view(
         .map(|(moment, area)| (1.0 - ANYWHERE) * moment / total + ANYWHERE * area / anywhere)
         .collect();
     caustics.set_shares(&shares);
-    let LightPathSelection::Noisy { mean } = selection else { return Ok(caustics) };
+    if matches!(selection, LightPathSelection::All) {
+        return Ok(caustics);
+    }
     let second = Pilot::trace(&caustics, input, WAVES[0]..WAVES[0] + WAVES[1]);
     // A camera path that finds the light has the value v: the variance is v times the mean.
     let camera = view.exposure * REFLECTANCE * second.light_by_radiance;
-    if camera < NOISIEST * mean * mean {
+    if !selection.includes(camera) {
         return Err("caustics add little noise");
     }
     if second.squares.iter().sum::<f64>() > LARGEST * camera {

@@ -30,9 +30,6 @@ const MAX_LIGHTS: usize = 512;
 const LARGEST: f64 = 0.02;
 /// Smallest brightness of the lamp's image, relative to the mean of the picture.
 const BRIGHTEST: f64 = 10.0;
-/// Smallest variance of a camera sample that is worth light paths, relative to the square of the mean
-/// of the picture: that of all lamps together.
-const NOISIEST: f64 = 1.0;
 
 /// Surveys the lamps of a scene.
 pub fn survey(
@@ -96,9 +93,7 @@ fn lamps_in_view(
         LightPathSelection::Noisy { .. } if found.is_empty() => {
             Err("no lamp in view is small and bright enough")
         }
-        LightPathSelection::Noisy { mean } if variance < NOISIEST * mean * mean => {
-            Err("the lamps in view add little noise")
-        }
+        _ if !selection.includes(variance) => Err("the lamps in view add little noise"),
         _ => Ok(()),
     }?;
     if input.frame.size() != input.frame.resolution {

@@ -25,6 +25,17 @@ pub enum LightPathSelection {
     },
 }
 
+impl LightPathSelection {
+    /// Returns whether light paths are selected for light that gives a camera sample this variance: in
+    /// a selection of noisy light, if it is not below the square of the picture's mean.
+    pub(crate) fn includes(self, variance: f64) -> bool {
+        match self {
+            Self::All => true,
+            Self::Noisy { mean } => variance >= mean * mean,
+        }
+    }
+}
+
 impl<T> LightPathSurvey<T> {
     /// Returns the survey of light paths that the user does not want.
     pub fn unwanted() -> Self {
