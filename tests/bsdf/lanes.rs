@@ -41,7 +41,8 @@ const ALPHAS: [[f32; 2]; 8] = [
 ];
 
 fn kinds() -> Vec<Kind> {
-    let mut kinds = vec![Kind::Diffuse, Kind::DiffuseTransmission, Kind::Thin];
+    let mut kinds = vec![Kind::Diffuse, Kind::DiffuseTransmission];
+    kinds.extend([1.5, 0.7, 1.0, 0.0, 1e19, 3e19].map(|eta| Kind::Thin(eta, REFLECTANCE)));
     for alpha in ALPHAS {
         kinds.extend([Kind::Conductor(alpha), Kind::Mirror(alpha)]);
         kinds.extend([1.5, 0.7, 1.0, 1.000_000_1, 0.0].map(|eta| Kind::Dielectric(alpha, eta)));

@@ -60,7 +60,8 @@ pub enum Kind {
     Mirror([f32; 2]),
     /// Alphas along x and y, and refractive index.
     Dielectric([f32; 2], f32),
-    Thin,
+    /// Refractive index and tint.
+    Thin(f32, [f32; 3]),
     /// Base colour, alpha, and refractive index.
     Plastic([f32; 3], f32, f32),
     /// Base colour, alpha, share of metal, and alpha and coverage of the coat.
@@ -114,7 +115,9 @@ impl Kind {
                 Box::new(Conductor::new(splat(alpha), splat([1.0; 3]), splat([1e7; 3])))
             }
             Self::Dielectric(alpha, eta) => Box::new(Dielectric::new(splat(alpha), R::splat(eta))),
-            Self::Thin => Box::new(ThinDielectric::new(R::splat(1.5))),
+            Self::Thin(eta, tint) => {
+                Box::new(ThinDielectric::new(R::splat(eta)).tinted(splat(tint)))
+            }
             Self::Plastic(base, alpha, eta) => {
                 metallic_roughness(base, [alpha, 0.0, eta, 0.0, 0.0])
             }

@@ -45,16 +45,16 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for ThinDielectric<R> {
         let reflected = R::splat(2.0) * once / (one + once);
         let [here, there] = Lobes::OfGlass.chances(reflected);
         let reflects = choice.lt(here);
-        let passed = (one - reflected) / there;
+        let passed = one - reflected;
         BsdfSample {
             wi: select(reflects, [-wo[0], -wo[1], wo[2]], negate(wo)),
-            weight: select(reflects, [reflected / here; 3], scale(self.tint, passed)),
+            weight: select(reflects, [reflected / here; 3], scale(self.tint, passed / there)),
             pdf: zero,
             singular: self.singular(),
             valid: zero.lt(wo[2].abs()),
             eta2: one,
         }
-        .only(self.singular())
+        .only(reflects | zero.lt(passed))
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use super::super::{Bsdf, BsdfSample};
 use super::super::{henyey_greenstein, sample_henyey_greenstein};
 use super::walk::{Walk, any, continues, draw, transmittance, upright};
 use super::{Coated, MisWeights};
-use crate::lanes::vector::{dot, negate};
+use crate::lanes::vector::{dot, negate, scale};
 use crate::lanes::{Real, Word};
 use crate::sampler::RandomStream;
 use crate::sampler::mis::power_heuristic;
@@ -104,7 +104,8 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             rough: !self.layer.interface.singular(),
             sum: [R::splat(0.0); 3],
         };
-        let (z, w, throughput) = (self.layer.thickness, into.wi, into.weight);
+        // Refraction divides radiance by eta^2, which is no reason for roulette to end walks.
+        let (z, w, throughput) = (self.layer.thickness, into.wi, [R::splat(1.0); 3]);
         let mut walk = Walk { z, w, throughput, active };
         for depth in 0.. {
             let random = random.substream(2 + depth);
@@ -128,7 +129,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
                 self.scatter_at_base(arrival.base, back, &mut walk, &mut light, &random);
             }
         }
-        light.sum
+        scale(light.sum, into.weight[0])
     }
 
     /// Scatters walks in the medium, and adds the light that they find.
