@@ -17,6 +17,7 @@ mod dielectric;
 mod diffuse;
 mod fresnel;
 mod hair;
+mod lobe_choice;
 mod measured;
 mod metallic_roughness;
 mod microfacet;

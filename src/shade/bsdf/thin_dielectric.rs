@@ -1,7 +1,7 @@
 //! Thin dielectric: a sheet of glass without thickness.
 
-use super::dielectric::Lobes;
 use super::fresnel::Refraction;
+use super::lobe_choice::LobeChoice;
 use super::{Bsdf, BsdfSample};
 use crate::lanes::Real;
 use crate::lanes::vector::{negate, scale, select};
@@ -43,7 +43,7 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for ThinDielectric<R> {
         let once = Refraction::new(wo[2].abs(), self.eta).reflectance;
         // The geometric series R + T R T + T R^3 T + ... of both sides.
         let reflected = R::splat(2.0) * once / (one + once);
-        let [here, there] = Lobes::OfGlass.chances(reflected);
+        let [here, there] = LobeChoice::OfGlass.chances(reflected);
         let reflects = choice.lt(here);
         let passed = one - reflected;
         BsdfSample {

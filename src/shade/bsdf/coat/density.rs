@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use super::super::Bsdf;
-use super::super::dielectric::{Lobes, Transport};
+use super::super::dielectric::Transport;
+use super::super::lobe_choice::LobeChoice;
 use super::Coated;
 use super::walk::{any, continues, draw, upright};
 use crate::lanes::vector::negate;
@@ -20,7 +21,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     /// The estimate counts the first reflections, and treats a tenth of all samples as uniform over
     /// the sphere. Its integral is only close to 1.
     ///
-    /// The interface reflects a share of the samples, by [`Lobes::OfCoat`]; the others enter the
+    /// The interface reflects a share of the samples, by [`LobeChoice::OfCoat`]; the others enter the
     /// layer. The density of pbrt-v4 takes all samples as reflected and also as entering: a coat
     /// that reflects 4 % then seems to sample its reflections 25 times as often as it does, and
     /// multiple importance sampling leaves bright lights in them to these rare samples.
@@ -46,8 +47,8 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             sum = R::select(active, sum + density, sum);
         }
         let interface = &self.layer.interface;
-        let (_, reflected) = interface.evaluate_lobes(wo, wi, Lobes::OfCoat);
-        let [_, enters] = Lobes::OfCoat.chances(interface.smooth_reflectance(wo));
+        let (_, reflected) = interface.evaluate_lobes(wo, wi, LobeChoice::OfCoat);
+        let [_, enters] = LobeChoice::OfCoat.chances(interface.smooth_reflectance(wo));
         let enters = enters / self.layer.samples.max(one);
         let specific = sum.mul_add(enters, reflected);
         let specific = R::select(reflects, specific, zero);
@@ -69,7 +70,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             let random = random.substream(2);
             let (u, choice) = (random.pair(draw::DIRECTION), random.number(draw::LOBE));
             let sample = self.base.sample(back, u, choice);
-            let (_, out) = interface.evaluate_lobes(negate(sample.wi), wi, Lobes::Both);
+            let (_, out) = interface.evaluate_lobes(negate(sample.wi), wi, LobeChoice::Both);
             let both = reflected * power_heuristic(light.pdf, reflected)
                 + out * power_heuristic(sample.pdf, out);
             let found = R::select(self.base.singular(), out, both);

@@ -1,6 +1,7 @@
 //! Sampling of a coat's BSDF.
 
-use super::super::dielectric::{Lobes, Transport};
+use super::super::dielectric::Transport;
+use super::super::lobe_choice::LobeChoice;
 use super::super::phase_function::sample_henyey_greenstein;
 use super::super::{Bsdf, BsdfSample};
 use super::Coated;
@@ -37,7 +38,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     fn sample_from_above(&self, wo: [R; 3], u: [R; 2], choice: R, seed: R::Word) -> BsdfSample<R> {
         let (zero, interface) = (R::splat(0.0), &self.layer.interface);
         let radiance = Transport::Radiance;
-        let first = interface.sample_lobes(wo, u, choice, Lobes::OfCoat, radiance);
+        let first = interface.sample_lobes(wo, u, choice, LobeChoice::OfCoat, radiance);
         let (goes, up) = (continues(&first), zero.lt(first.wi[2]));
         let mut result = first.only(goes & up);
         let seed = seed ^ R::Word::splat(SAMPLE_STREAM);
@@ -72,7 +73,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
                 singular = singular & (sample.singular | !arrival.base);
             }
             if any::<R>(arrival.interface) {
-                let sample = interface.sample_lobes(back, u, choice, Lobes::Both, radiance);
+                let sample = interface.sample_lobes(back, u, choice, LobeChoice::Both, radiance);
                 walk.follow(arrival.interface, &sample);
                 singular = singular & (sample.singular | !arrival.interface);
                 let leaves = arrival.interface & walk.active & zero.lt(sample.wi[2]);

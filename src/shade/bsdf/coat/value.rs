@@ -1,6 +1,7 @@
 //! Estimate of a coat's BSDF value.
 
-use super::super::dielectric::{Lobes, Transport};
+use super::super::dielectric::Transport;
+use super::super::lobe_choice::LobeChoice;
 use super::super::{Bsdf, BsdfSample};
 use super::super::{henyey_greenstein, sample_henyey_greenstein};
 use super::walk::{Walk, any, continues, draw, transmittance, upright};
@@ -70,7 +71,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             }
         }
         let share = one / self.layer.samples.max(one);
-        let (reflected, _) = self.layer.interface.evaluate_lobes(wo, wi, Lobes::Reflection);
+        let (reflected, _) = self.layer.interface.evaluate_lobes(wo, wi, LobeChoice::Reflection);
         for channel in 0..3 {
             let value = sum[channel].mul_add(share, reflected);
             sum[channel] = R::select(scatters, value, zero);
@@ -121,7 +122,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
             }
             if any::<R>(arrival.interface) {
                 let (u, choice) = (random.pair(draw::DIRECTION), random.number(draw::LOBE));
-                let (lobes, transport) = (Lobes::Reflection, Transport::Radiance);
+                let (lobes, transport) = (LobeChoice::Reflection, Transport::Radiance);
                 let sample = self.layer.interface.sample_lobes(back, u, choice, lobes, transport);
                 walk.follow(arrival.interface, &sample);
             }
@@ -196,10 +197,12 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     #[inline(always)]
     fn exit(&self, w: [R; 3], wi: [R; 3]) -> (R, R) {
         let (interface, back) = (&self.layer.interface, negate(w));
-        let (value, pdf) = interface.evaluate_lobes(back, wi, Lobes::Transmission);
+        let (value, pdf) = interface.evaluate_lobes(back, wi, LobeChoice::Transmission);
         match self.layer.weights {
             MisWeights::Pbrt => (value, pdf),
-            MisWeights::Exact => (value, interface.evaluate_lobes(wi, back, Lobes::Transmission).1),
+            MisWeights::Exact => {
+                (value, interface.evaluate_lobes(wi, back, LobeChoice::Transmission).1)
+            }
         }
     }
 }

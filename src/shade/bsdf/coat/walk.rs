@@ -1,6 +1,7 @@
 //! Random walk between the interface and the base of a coat.
 
-use super::super::dielectric::{Lobes, Transport};
+use super::super::dielectric::Transport;
+use super::super::lobe_choice::LobeChoice;
 use super::super::{Bsdf, BsdfSample};
 use super::Coated;
 use crate::lanes::Real;
@@ -117,7 +118,7 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
         random: RandomStream<R>,
     ) -> BsdfSample<R> {
         let (u, choice) = (random.pair(draw::DIRECTION), random.number(draw::LOBE));
-        self.layer.interface.sample_lobes(w, u, choice, Lobes::Transmission, transport)
+        self.layer.interface.sample_lobes(w, u, choice, LobeChoice::Transmission, transport)
     }
 
     /// Moves walks to their next event.
