@@ -9,7 +9,7 @@ use crate::lens::{Camera, LensModel, RealLens};
 use crate::light_paths::{CameraPose, FilmHit};
 use crate::rays::{Hit, RayBatch};
 use crate::sampler::mis::power_heuristic;
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::{Scene, SkySampling, SurfacePoint};
 use crate::shutter::Timing;
 
 /// Parts of a job that the weights of camera paths depend on.
@@ -25,6 +25,15 @@ pub struct DirectLightWeights<'a> {
     pub timing: Option<&'a Timing>,
 }
 
+/// Light source that a ray found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum LightSource<'a> {
+    /// A point of a shape, and its hit.
+    Shape(&'a Hit, &'a SurfacePoint),
+    /// A sky, by its index among the lights.
+    Sky(u32),
+}
+
 /// A camera ray that found a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FoundLight<'a> {
@@ -32,10 +41,8 @@ pub(crate) struct FoundLight<'a> {
     pub origin: Vec3,
     /// Its unit direction.
     pub direction: Vec3,
-    /// Its hit.
-    pub hit: &'a Hit,
-    /// The point that it hit.
-    pub point: &'a SurfacePoint,
+    /// What it found.
+    pub source: LightSource<'a>,
     /// Weight of its film sample: the reciprocal of its density over etendue and over the area of the
     /// film (mm^2 sr), times the transmission of the lens.
     pub exposure: f64,
@@ -104,10 +111,13 @@ impl DirectLightWeights<'_> {
     /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
     /// `None` if no light path finds it.
     fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
-        let FoundLight { origin, direction, hit, point, time, .. } = *found;
+        let FoundLight { origin, direction, source, time, .. } = *found;
         let LensModel::Real(lens) = &self.camera.model else { return None };
         let lamps = self.direct_light;
-        let light = scene.shapes[hit.shape as usize].light;
+        let light = match source {
+            LightSource::Shape(hit, _) => scene.shapes[hit.shape as usize].light,
+            LightSource::Sky(sky) => sky,
+        };
         let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
         let pose = CameraPose::at(self.camera, self.timing, time);
         let (at_front, towards) = pose.crossing(lens, origin, direction)?;
@@ -120,8 +130,15 @@ impl DirectLightWeights<'_> {
             return None;
         }
         let entry = f64::from(lamp.entry.density(uv));
-        let to_light = scene.emitter_density(hit, origin, point, direction)
-            * lamp.primitives.probability(hit.primitive);
+        let to_light = match source {
+            LightSource::Shape(hit, point) => {
+                scene.emitter_density(hit, origin, point, direction)
+                    * lamp.primitives.probability(hit.primitive)
+            }
+            LightSource::Sky(sky) => {
+                scene.density_in_sky(sky, origin, direction, SkySampling::Complete)
+            }
+        };
         Some(lamps.density(f64::from(lamp.share), entry, f64::from(to_light), towards.z))
     }
 }
@@ -137,12 +154,14 @@ impl DirectLight {
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
     use std::path::Path;
 
     use glam::{DAffine3, DVec3};
 
     use super::super::splat::DirectColumns;
     use super::*;
+    use crate::io::image::write_pfm;
     use crate::job::Job;
     use crate::lanes::f32x8;
     use crate::lens::LensColumns;
@@ -173,7 +192,38 @@ mod tests {
         prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
     }
 
-    /// Calls `check` for every ray of a wave that hits a lamp.
+    /// A sky with a sun in view, and a lamp before it.
+    fn sunny(effects: &str) -> Job {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = |name: &str| folder.path().join(name);
+        let sky = File::create(path("sky.pfm")).expect("a file");
+        let sun = |i: usize| if i == 126 * 256 + 131 { [9e4, 8e4, 7e4] } else { [0.1, 0.2, 0.3] };
+        write_pfm([256; 2], sun, sky).expect("a sky");
+        let lens = Path::new(env!("CARGO_MANIFEST_DIR")).join("lenses/dgauss.50mm.dat");
+        let text = format!(
+            r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" 22
+               Camera "realistic" "string lensfile" "{}" "float focusdistance" 2
+               WorldBegin LightSource "infinite" "string filename" "sky.pfm"
+               AreaLightSource "diffuse" "rgb L" [500 400 200] Translate 0.3 0.2 6
+               Shape "sphere" "float radius" 0.04"#,
+            lens.display()
+        );
+        std::fs::write(path("sky.pbrt"), text).expect("a scene");
+        let changes = Changes {
+            effects: effects.parse().expect("effects"),
+            light_paths: Some(true),
+            ..Changes::default()
+        };
+        let job = prepare(pbrt::read(&path("sky.pbrt")).expect("a scene"), &changes);
+        let job = job.expect("a job").0;
+        assert_eq!(
+            job.plan.light_paths.reason.split(';').next(),
+            Some("one lamp and a sky in view")
+        );
+        job
+    }
+
+    /// Calls `check` for every ray of a wave that finds a lamp or a sky with an image.
     fn for_lamps(
         job: &Job,
         (rays, times): (&RayBatch, &[f32]),
@@ -183,20 +233,23 @@ mod tests {
         job.scene.intersect::<f32x8>(rays, &mut hits, &mut stack);
         for i in 0..rays.len {
             let (hit, ray) = (&hits[i], rays.ray(i));
-            if hit.shape == NO_INDEX || job.scene.shapes[hit.shape as usize].light == NO_INDEX {
-                continue;
-            }
-            let (_, point) = job.scene.surface(&ray, hit);
             let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
             let time = times[rays.slot[i] as usize];
             let exposure = job.direct_light_weights().expect("lamps").exposure(&job.scene, rays, i);
-            check(i, &FoundLight { origin, direction, hit, point: &point, exposure, time });
+            let mut found =
+                |source| check(i, &FoundLight { origin, direction, source, exposure, time });
+            if hit.shape == NO_INDEX {
+                job.scene.lights.sampled_skies().for_each(|sky| found(LightSource::Sky(sky)));
+            } else if job.scene.shapes[hit.shape as usize].light != NO_INDEX {
+                found(LightSource::Shape(hit, &job.scene.surface(&ray, hit).1));
+            }
         }
     }
 
     #[test]
     fn weights_of_camera_path_and_light_path_add_up_to_one() {
         check_weights(&night("+iris,+fresnel,-ghosts,-diffraction,-dispersion"));
+        check_weights(&sunny("none"));
     }
 
     #[test]
@@ -276,7 +329,11 @@ mod tests {
 
     #[test]
     fn the_density_of_a_light_path_is_that_of_its_sample() {
-        let job = night("+iris,+fresnel,-ghosts,-diffraction");
+        check_densities(&night("+iris,+fresnel,-ghosts,-diffraction"));
+        check_densities(&sunny("none"));
+    }
+
+    fn check_densities(job: &Job) {
         let input = job.light_path_input();
         let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
         let weights = job.direct_light_weights().expect("lamps");
@@ -289,7 +346,7 @@ mod tests {
                 let ray = Ray { t_max: f32::INFINITY, ..columns.paths.shadow_ray(i) };
                 rays.push(ray, [1.0; 3], i as u32);
             }
-            for_lamps(&job, (&rays, &[0.0; WAVE_SIZE]), |i, found| {
+            for_lamps(job, (&rays, &[0.0; WAVE_SIZE]), |i, found| {
                 let density = weights.light_path_density(&job.scene, found).unwrap_or(0.0);
                 let ratio = density / columns.densities[i];
                 // Another lamp may be before the one that was sampled.

@@ -1,4 +1,4 @@
-//! Lamp: an area light with the sampling densities of its light paths.
+//! Lamp: an area light or a sky, with the sampling densities of its light paths.
 
 use super::reach::EntryReach;
 use crate::distribution::Distribution;
@@ -9,7 +9,7 @@ pub(super) const ENTRY_CELLS: usize = 32;
 /// Share of the entry points that are uniform over the square, so that every path can be sampled.
 const UNIFORM: f64 = 0.1;
 
-/// An area light of the scene that light paths start from.
+/// An area light or a sky of the scene that light paths start from.
 #[derive(Clone, Debug)]
 pub(super) struct Lamp {
     /// Index of the light.
@@ -18,7 +18,7 @@ pub(super) struct Lamp {
     pub share: f32,
     /// Sampling density of the entry points, over the square about the front vertex.
     pub entry: Distribution,
-    /// Probability of each of its triangles, by area; one for a quadric.
+    /// Probability of each of its triangles, by area; one for a quadric or a sky.
     pub primitives: PrimitiveChoice,
     /// Where its light paths must enter to reach the rendered pixels; `None` in a whole picture, where
     /// most of them do.

@@ -1,4 +1,4 @@
-//! Direct light: the picture of small bright lamps, found from the lamps.
+//! Direct light: the picture of small bright lamps and of a sun in a sky, found from the lamps.
 //!
 //! A camera path finds a lamp only if its pixel and its point of the pupil happen to look at it. At
 //! the rim of a lamp and in its bokeh few paths do, and each that does is as bright as the lamp. A
@@ -24,8 +24,7 @@
 //! density is that of the hero. A light path is traced in the same bands, and takes what the rays of
 //! each hero leave ([`splats`](crate::light_paths)).
 //!
-//! Paths by way of other surfaces, skies and lamps that a mirror or a window shows stay with the
-//! camera.
+//! Paths by way of other surfaces, and lamps that a mirror or a window shows, stay with the camera.
 
 mod density;
 mod lamp;
@@ -34,7 +33,7 @@ mod splat;
 mod survey;
 
 pub use density::DirectLightWeights;
-pub(crate) use density::FoundLight;
+pub(crate) use density::{FoundLight, LightSource};
 pub use survey::survey;
 
 use crate::film::{Frame, PixelFilter};

@@ -22,6 +22,8 @@ pub(super) struct DirectColumns {
     pub paths: Box<LightPaths>,
     /// Density of each path over etendue (mm^-2 sr^-1).
     pub densities: Vec<f64>,
+    /// Luminance of each path's light.
+    pub luminances: Vec<f64>,
 }
 
 impl DirectLight {
@@ -49,7 +51,7 @@ impl DirectLight {
         });
     }
 
-    /// Samples a wave of light paths. Returns the sum of the luminances of the lamps.
+    /// Samples a wave of light paths.
     pub(super) fn sample(
         &self,
         input: &LightPathInput<'_>,
@@ -57,11 +59,11 @@ impl DirectLight {
         columns: &mut DirectColumns,
         key: u32,
         wave: u32,
-    ) -> f64 {
-        let mut radiance = 0.0;
+    ) {
         let poses = CameraPoses::new(input);
         columns.paths.clear();
         columns.densities.clear();
+        columns.luminances.clear();
         for i in wave * WAVE_SIZE as u32..(wave + 1) * WAVE_SIZE as u32 {
             let [choice, primitive] = sample_2d(key, i, Dimension::LightChoice(0));
             let chosen = self.cumulative.partition_point(|&sum| sum <= choice);
@@ -104,9 +106,8 @@ impl DirectLight {
             };
             columns.paths.push(&path, flux, entry.uv);
             columns.densities.push(density);
-            radiance += f64::from(luminance(light.radiance));
+            columns.luminances.push(f64::from(luminance(light.radiance)));
         }
-        radiance
     }
 
     /// Returns the splats of a wave in some bands.
@@ -117,7 +118,7 @@ impl DirectLight {
         columns: &mut DirectColumns,
         bands: &[usize],
     ) -> Vec<Splat> {
-        let DirectColumns { paths, densities } = columns;
+        let DirectColumns { paths, densities, .. } = columns;
         let weights = DirectLightWeights {
             direct_light: self,
             camera: input.camera,

@@ -36,9 +36,16 @@ pub fn survey(
     input: &LightPathInput<'_>,
     selection: LightPathSelection,
 ) -> LightPathSurvey<DirectLight> {
-    LightPathSurvey::new(lamps_in_view(input, selection), |found| match found.lamps() {
-        1 => "one lamp in view".to_owned(),
-        count => format!("{count} lamps in view"),
+    LightPathSurvey::new(lamps_in_view(input, selection), |found| {
+        let is_sky = |lamp: &&Lamp| input.scene.lights.skies.contains(&lamp.light);
+        let skies = found.lamps.iter().filter(is_sky).count();
+        match (found.lamps() - skies, skies) {
+            (1, 0) => "one lamp in view".to_owned(),
+            (lamps, 0) => format!("{lamps} lamps in view"),
+            (0, _) => "a sky in view".to_owned(),
+            (1, _) => "one lamp and a sky in view".to_owned(),
+            (lamps, _) => format!("{lamps} lamps and a sky in view"),
+        }
     })
 }
 
@@ -51,7 +58,8 @@ fn lamps_in_view(
         return Err("the camera has no lens of glass");
     };
     obstacle(input, lens).map_or(Ok(()), Err)?;
-    let lights = input.scene.area_lights();
+    let mut lights = input.scene.area_lights();
+    lights.extend(input.scene.lights.sampled_skies());
     if lights.is_empty() {
         return Err("no surface emits light");
     }
@@ -134,7 +142,7 @@ fn reach(
 struct LampImage {
     /// Light on the film, as luminance times mm^2 sr.
     flux: f64,
-    /// Mean luminance of the radiance of the lamp.
+    /// Mean luminance of the lamp where its light on the film comes from.
     radiance: f64,
     /// Number of arrivals on the film, by cell of the entry points.
     entry: Vec<u32>,
@@ -157,7 +165,6 @@ impl LampImage {
         let mut image =
             Self { flux: 0.0, radiance: 0.0, entry: vec![0; ENTRY_CELLS * ENTRY_CELLS] };
         let key = pixel_key(light.lamps[0].light, u32::MAX - 3, input.seed);
-        let (mut radiance, mut sampled) = (0.0, 0.0f64);
         let (mut arrived, mut traced) = (0, 0);
         for wave in 0..most / WAVE_SIZE as u32 {
             let seen = traced >= paths && arrived >= ENOUGH_ARRIVALS;
@@ -165,8 +172,7 @@ impl LampImage {
                 break;
             }
             traced += WAVE_SIZE as u32;
-            radiance += light.sample(input, lens, &mut columns, key, wave);
-            sampled += columns.paths.len() as f64;
+            light.sample(input, lens, &mut columns, key, wave);
             let bands = light.front.bands_of_wave(input.seed, wave);
             light.front.trace::<f32x8>(lens, bands[0], &mut columns.paths);
             let hits = columns.paths.film_hits();
@@ -180,13 +186,14 @@ impl LampImage {
                 let flux = f64::from(luminance(columns.paths.flux(i)));
                 if flux > 0.0 {
                     image.flux += flux;
+                    image.radiance += flux * columns.luminances[i];
                     arrived += 1;
                     image.entry[entry_cell(columns.paths.entry(i))] += 1;
                 }
             }
         }
+        image.radiance /= image.flux.max(f64::MIN_POSITIVE);
         image.flux /= f64::from(traced);
-        image.radiance = if sampled > 0.0 { radiance / sampled } else { 0.0 };
         image
     }
 }

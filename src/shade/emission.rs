@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::spawn::max_component;
 use super::{SPECULAR_AFTER_OTHERS, ShadeInputs};
-use crate::direct_light::FoundLight;
+use crate::direct_light::{FoundLight, LightSource};
 use crate::rays::{Column, Hit, NO_INDEX, RayBatch, SampleBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{GlossyLobe, Reception, SkySampling};
@@ -23,7 +23,10 @@ impl ShadeInputs<'_> {
                     let light = scene.sky_radiance(sky, origin, direction);
                     let compensated = SkySampling::Compensated;
                     let pdf = || scene.sky_density(sky, origin, direction, compensated);
-                    self.add(i, light, self.weight(i, pdf), radiance);
+                    let source = LightSource::Sky(sky);
+                    let weight = self.camera_weight(samples, i, source);
+                    let weight = weight.unwrap_or_else(|| self.weight(i, pdf));
+                    self.add(i, light, weight, radiance);
                 }
             } else if hit.shape != Hit::IN_MEDIUM
                 && scene.shapes[hit.shape as usize].light != NO_INDEX
@@ -33,23 +36,28 @@ impl ShadeInputs<'_> {
                 let (_, point) = scene.surface(&ray, hit);
                 let light = scene.emitted_radiance(&ray, hit, point.normal, -direction);
                 if light != [0.0; 3] && !self.ends_caustic(i) {
-                    let weight = if let (0, Some(weights)) = (self.vertex.depth, self.direct_light)
-                    {
-                        let exposure = weights.exposure(scene, rays, i);
-                        let time = samples.time[rays.slot[i] as usize];
-                        let point = &point;
-                        let found = FoundLight { origin, direction, hit, point, exposure, time };
-                        weights.camera_weight(scene, &found)
-                    } else {
+                    let weight = self.camera_weight(samples, i, LightSource::Shape(hit, &point));
+                    let weight = weight.unwrap_or_else(|| {
                         self.weight(i, || {
                             let reception = self.reception(i);
                             scene.area_light_density(origin, reception, hit, &point, direction)
                         })
-                    };
+                    });
                     self.add(i, light, weight, radiance);
                 }
             }
         }
+    }
+
+    /// Returns the weight of light that the i-th ray found, if that is a camera ray and light paths find
+    /// direct light, too.
+    fn camera_weight(&self, samples: &SampleBatch, i: usize, source: LightSource) -> Option<f32> {
+        let weights = self.direct_light.filter(|_| self.vertex.depth == 0)?;
+        let (ray, time) = (self.rays.ray(i), samples.time[self.rays.slot[i] as usize]);
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+        let exposure = weights.exposure(self.scene, self.rays, i);
+        let found = FoundLight { origin, direction, source, exposure, time };
+        Some(weights.camera_weight(self.scene, &found))
     }
 
     /// Returns how the surface that the i-th ray left receives light.

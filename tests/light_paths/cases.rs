@@ -1,6 +1,6 @@
 //! Pictures of lamps, and the comparison of their light.
 
-use petzval::io::image::Picture;
+use petzval::io::image::{Picture, write_pfm};
 use petzval::job::Job;
 use petzval::prepare::{Changes, prepare};
 use petzval::render::Backend;
@@ -68,6 +68,19 @@ const FAR: &str = r#"
         AreaLightSource "diffuse" "rgb L" [50 40 20]
         Translate 0.03 0.015 6 Shape "sphere" "float radius" 0.02
     AttributeEnd"#;
+
+/// A sky with a sun in view, and a lamp before it.
+const SUNNY: &str = r#"
+    LightSource "infinite" "string filename" "sky.pfm"
+    AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [500 400 200]
+        Translate 0.3 0.2 6 Shape "sphere" "float radius" 0.04
+    AttributeEnd"#;
+
+/// The sky behind a window.
+const WINDOW: &str = r#"
+    LightSource "infinite" "string filename" "sky.pfm"
+        "point3 portal" [-0.9 -0.6 3  -0.9 0.6 3  0.9 0.6 3  0.9 -0.6 3]"#;
 
 /// A picture with lamps.
 #[derive(Clone)]
@@ -179,7 +192,26 @@ pub fn cases() -> Vec<Case> {
             "\"float focusdistance\" 1 \"float aperturediameter\" 4",
             ASIDE,
         ),
+        case("sun, out of focus", "dgauss.50mm.dat", "\"float focusdistance\" 2", SUNNY),
+        Case {
+            filter: "\"gaussian\" \"float xradius\" 1.5 \"float yradius\" 1.2",
+            changes: with("+dispersion,-ghosts,-diffraction", Changes::default()),
+            ..case(
+                "sun behind a window",
+                "triplet.toml",
+                "\"float focusdistance\" 2 \"float aperturediameter\" 30",
+                WINDOW,
+            )
+        },
     ]
+}
+
+/// Returns the file of a dim sky with a sun of 0.8 degrees, 3.5 degrees from the axis of the camera.
+fn sky() -> Vec<u8> {
+    let mut file = Vec::new();
+    let sun = |i: usize| if i == 126 * 256 + 131 { [9e3, 8e3, 7e3] } else { [0.01, 0.02, 0.03] };
+    write_pfm([256; 2], sun, &mut file).expect("a sky");
+    file
 }
 
 pub fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
@@ -189,6 +221,9 @@ pub fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
         true => write(&folder, "lens.toml", lens),
         false => root().join("lenses").join(lens),
     };
+    if world.contains("sky.pfm") {
+        write(&folder, "sky.pfm", sky());
+    }
     let text = format!(
         r#"Film "rgb" "integer xresolution" 48 "integer yresolution" 32 "float diagonal" {diagonal}
            PixelFilter {filter}

@@ -172,9 +172,9 @@ impl Scene {
         (0..self.lights.all.len() as u32).filter(is_area).collect()
     }
 
-    /// Returns the area of each triangle of an area light, or one number for a quadric.
+    /// Returns the area of each triangle of an area light, or one number for a quadric or a sky.
     pub(crate) fn emitter_areas(&self, light: u32) -> Vec<f64> {
-        let Light::Area(area) = &self.lights.all[light as usize] else { return Vec::new() };
+        let Light::Area(area) = &self.lights.all[light as usize] else { return vec![1.0] };
         match &self.shapes[area.shape as usize].geometry {
             Geometry::Mesh(mesh) => mesh.patch_areas().into_iter().map(f64::from).collect(),
             Geometry::Quadric(_) => vec![1.0],
@@ -182,8 +182,8 @@ impl Scene {
         }
     }
 
-    /// Samples a point of a triangle of an area light, or of a quadric, for a point of a surface. The
-    /// density [1/sr] does not include the choice of light and triangle.
+    /// Samples a point of a triangle of an area light or of a quadric, or a direction of a sky, for a
+    /// point of a surface. The density [1/sr] does not include the choice of light and triangle.
     pub(crate) fn sample_emitter(
         &self,
         light: u32,
@@ -191,8 +191,8 @@ impl Scene {
         from: &SurfacePoint,
         u: [f32; 2],
     ) -> Option<LightSample> {
-        let Light::Area(area) = &self.lights.all[light as usize] else { return None };
-        area.sample(&self.shapes[area.shape as usize], primitive, from, u)
+        let choice = LightChoice { light, primitive, probability: 1.0 };
+        self.sample_choice(choice, from, u, SkySampling::Complete)
     }
 
     /// Returns the density [1/sr] with which [`Self::sample_emitter`] samples the unit `direction`
@@ -213,13 +213,21 @@ impl Scene {
     /// [`Self::sample_light`] if `sampling` is complete, by the stage [`Self::sample_lights`] if it
     /// is compensated.
     pub fn sky_density(&self, sky: u32, from: Vec3, direction: Vec3, sampling: SkySampling) -> f32 {
+        self.lights.distant_probability(sky) * self.density_in_sky(sky, from, direction, sampling)
+    }
+
+    /// Returns the density (1/sr) with which a unit direction is sampled from a point, among those of
+    /// a sky. If `sampling` is complete, it is that of [`Self::sample_emitter`].
+    pub(crate) fn density_in_sky(
+        &self,
+        sky: u32,
+        from: Vec3,
+        direction: Vec3,
+        sampling: SkySampling,
+    ) -> f32 {
         match &self.lights.all[sky as usize] {
-            Light::Portal(portal) => {
-                self.lights.distant_probability(sky) * portal.density(from, direction)
-            }
-            Light::Infinite(light) => {
-                self.lights.distant_probability(sky) * light.density(direction, sampling)
-            }
+            Light::Portal(portal) => portal.density(from, direction),
+            Light::Infinite(light) => light.density(direction, sampling),
             _ => 0.0,
         }
     }

@@ -203,6 +203,11 @@ impl Lights {
         in_tree * self.choice_probability()
     }
 
+    /// Returns the indices of the skies that are sampled: those with an image, and portals.
+    pub(crate) fn sampled_skies(&self) -> impl Iterator<Item = u32> {
+        self.skies.iter().copied().filter(|sky| self.distant.contains(sky))
+    }
+
     /// Returns the probability with which [`Self::choose`] selects a light at infinite distance.
     pub(super) fn distant_probability(&self, light: u32) -> f32 {
         if self.distant.contains(&light) { self.choice_probability() } else { 0.0 }
