@@ -117,12 +117,8 @@ impl Job {
     /// direct light too.
     pub fn direct_light_weights(&self) -> Option<DirectLightWeights<'_>> {
         let Self { camera, frame, timing, .. } = self;
-        self.direct_light.as_ref().map(|direct_light| DirectLightWeights {
-            direct_light,
-            camera,
-            frame,
-            timing: timing.as_ref(),
-        })
+        let direct_light = self.direct_light.as_ref()?;
+        Some(DirectLightWeights::new(direct_light, camera, frame, timing.as_ref()))
     }
 
     /// Returns the calibration of the lens for the whole picture; `None` without a real lens.

@@ -44,7 +44,7 @@ fn caustics_in_view(
     obstacle(input, lens).map_or(Ok(()), Err)?;
     let limits = input.path_limits;
     match () {
-        () if input.scene.area_lights().is_empty() => Err("no surface emits light"),
+        () if input.scene.area_lights().is_empty() => Err("no surface emits light for caustics"),
         () if limits.max_depth < 2 || limits.direct_only => Err("paths are too short for caustics"),
         () if input.scene.has_media() => Err("the scene has media"),
         () if limits.regularize => Err("the scene removes caustics"),

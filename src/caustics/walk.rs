@@ -145,7 +145,7 @@ impl Caustics {
             direct_light: None,
             caustics: false,
         };
-        let poses = CameraPoses::new(input);
+        let poses = CameraPoses::new(input.camera, input.timing);
         let mut target = |slot: u32, position: Vec3| -> Option<Vec3> {
             if vertex.depth == 1 {
                 return None;
@@ -169,8 +169,7 @@ impl Caustics {
         position: Vec3,
         u: [f32; 2],
     ) -> Option<(Connection, Vec3)> {
-        let camera_from_world = pose.world_from_camera.inverse();
-        let place = camera_from_world.transform_point3(position.as_dvec3());
+        let place = pose.camera_from_world.transform_point3(position.as_dvec3());
         // Right, up and before the front vertex (mm).
         let from = (place - DVec3::Z * lens.front_depth) / lens.units_per_mm;
         if from.z <= 0.0 {

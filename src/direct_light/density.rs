@@ -6,7 +6,7 @@ use super::{DirectLight, path_count};
 use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
-use crate::light_paths::{CameraPose, FilmHit};
+use crate::light_paths::{CameraPoses, FilmHit};
 use crate::rays::{Hit, RayBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{Scene, SkySampling, SurfacePoint};
@@ -15,14 +15,11 @@ use crate::shutter::Timing;
 /// Parts of a job that the weights of camera paths depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectLightWeights<'a> {
-    /// The lamps.
-    pub direct_light: &'a DirectLight,
-    /// The camera.
-    pub camera: &'a Camera,
-    /// The pixels of the picture.
-    pub frame: &'a Frame,
-    /// The times of the samples, if anything moves.
-    pub timing: Option<&'a Timing>,
+    direct_light: &'a DirectLight,
+    camera: &'a Camera,
+    frame: &'a Frame,
+    timing: Option<&'a Timing>,
+    poses: CameraPoses<'a>,
 }
 
 /// Light source that a ray found.
@@ -50,7 +47,19 @@ pub(crate) struct FoundLight<'a> {
     pub time: f32,
 }
 
-impl DirectLightWeights<'_> {
+impl<'a> DirectLightWeights<'a> {
+    /// The weights for light paths, a camera, the pixels of the picture, and the times of the samples if
+    /// anything moves.
+    pub fn new(
+        direct_light: &'a DirectLight,
+        camera: &'a Camera,
+        frame: &'a Frame,
+        timing: Option<&'a Timing>,
+    ) -> Self {
+        let poses = CameraPoses::new(camera, timing);
+        Self { direct_light, camera, frame, timing, poses }
+    }
+
     /// Returns the weight of the film sample of the i-th camera ray of a wave, as in [`FoundLight`].
     pub(crate) fn exposure(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
         match self.need_densities(scene) {
@@ -119,7 +128,7 @@ impl DirectLightWeights<'_> {
             LightSource::Sky(sky) => sky,
         };
         let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
-        let pose = CameraPose::at(self.camera, self.timing, time);
+        let pose = self.poses.at(time);
         let (at_front, towards) = pose.crossing(lens, origin, direction)?;
         let uv = at_front.map(|v| (v / lamps.front.half + 1.0) / 2.0);
         if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
@@ -130,13 +139,14 @@ impl DirectLightWeights<'_> {
             return None;
         }
         let entry = f64::from(lamp.entry.density(uv));
+        let from = pose.front_point(lens, at_front);
         let to_light = match source {
             LightSource::Shape(hit, point) => {
-                scene.emitter_density(hit, origin, point, direction)
+                scene.emitter_density(hit, from, point, direction)
                     * lamp.primitives.probability(hit.primitive)
             }
             LightSource::Sky(sky) => {
-                scene.density_in_sky(sky, origin, direction, SkySampling::Complete)
+                scene.sky_direction_density(sky, from, direction, SkySampling::Complete)
             }
         };
         Some(lamps.density(f64::from(lamp.share), entry, f64::from(to_light), towards.z))
@@ -165,7 +175,7 @@ mod tests {
     use crate::job::Job;
     use crate::lanes::f32x8;
     use crate::lens::LensColumns;
-    use crate::light_paths::{LightPath, film_pixels, sample_film};
+    use crate::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
     use crate::motion::Motion;
     use crate::prepare::{Changes, prepare};
     use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch, WAVE_SIZE};

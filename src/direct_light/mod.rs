@@ -55,7 +55,7 @@ pub struct DirectLight {
     alone: bool,
 }
 
-/// Samples of the picture per light path. Lamps are small, so that this is a dozen paths for each of
+/// Samples of the picture per light path. Lamps and suns are small, so that this is a dozen paths for each of
 /// their pixels and each sample of them.
 pub const SAMPLES_PER_PATH: u64 = 16;
 

@@ -60,7 +60,7 @@ impl DirectLight {
         key: u32,
         wave: u32,
     ) {
-        let poses = CameraPoses::new(input);
+        let poses = CameraPoses::new(input.camera, input.timing);
         columns.paths.clear();
         columns.densities.clear();
         columns.luminances.clear();
@@ -119,12 +119,7 @@ impl DirectLight {
         bands: &[usize],
     ) -> Vec<Splat> {
         let DirectColumns { paths, densities, .. } = columns;
-        let weights = DirectLightWeights {
-            direct_light: self,
-            camera: input.camera,
-            frame: input.frame,
-            timing: input.timing,
-        };
+        let weights = DirectLightWeights::new(self, input.camera, input.frame, input.timing);
         let count = path_count(input.frame);
         splats::<R>(input, (lens, &self.front), (count, bands), paths, |i, hit| {
             f64::from(weights.light_weight(lens, densities[i], hit))

@@ -26,7 +26,7 @@ const PATHS_OF_UNSEEN_LAMP: u32 = 1 << 14;
 const ENOUGH_ARRIVALS: u32 = 32;
 /// Largest number of lights that are surveyed.
 const MAX_LIGHTS: usize = 512;
-/// Largest share of the camera rays that hit a lamp which is worth light paths.
+/// Largest share of the picture of a lamp which is worth light paths.
 const LARGEST: f64 = 0.02;
 /// Smallest brightness of the lamp's image, relative to the mean of the picture.
 const BRIGHTEST: f64 = 10.0;
@@ -38,14 +38,18 @@ pub fn survey(
 ) -> LightPathSurvey<DirectLight> {
     LightPathSurvey::new(lamps_in_view(input, selection), |found| {
         let is_sky = |lamp: &&Lamp| input.scene.lights.skies.contains(&lamp.light);
-        let skies = found.lamps.iter().filter(is_sky).count();
-        match (found.lamps() - skies, skies) {
-            (1, 0) => "one lamp in view".to_owned(),
-            (lamps, 0) => format!("{lamps} lamps in view"),
-            (0, _) => "a sky in view".to_owned(),
-            (1, _) => "one lamp and a sky in view".to_owned(),
-            (lamps, _) => format!("{lamps} lamps and a sky in view"),
-        }
+        let skies = match found.lamps.iter().filter(is_sky).count() {
+            0 => "",
+            1 => "a sky",
+            _ => "skies",
+        };
+        let shapes = match found.lamps.iter().filter(|lamp| !is_sky(lamp)).count() {
+            0 => String::new(),
+            1 => "one lamp".to_owned(),
+            count => format!("{count} lamps"),
+        };
+        let and = if skies.is_empty() || shapes.is_empty() { "" } else { " and " };
+        format!("{shapes}{and}{skies} in view")
     })
 }
 
@@ -58,14 +62,16 @@ fn lamps_in_view(
         return Err("the camera has no lens of glass");
     };
     obstacle(input, lens).map_or(Ok(()), Err)?;
-    let mut lights = input.scene.area_lights();
-    lights.extend(input.scene.lights.sampled_skies());
-    if lights.is_empty() {
-        return Err("no surface emits light");
+    let skies: Vec<u32> = input.scene.lights.sampled_skies().collect();
+    let shapes = input.scene.area_lights();
+    if skies.is_empty() && shapes.is_empty() {
+        return Err("no surface and no image of a sky emits light");
     }
     let view = CameraView::new(input).ok_or("no ray leaves the lens")?;
-    let lights: Vec<u32> = lights
-        .into_iter()
+    let lights: Vec<u32> = skies
+        .iter()
+        .copied()
+        .chain(shapes)
         .filter(|&light| {
             matches!(selection, LightPathSelection::All) || view.share(light) <= LARGEST
         })
@@ -82,16 +88,18 @@ fn lamps_in_view(
         let Some(lamp) = Lamp::seen_everywhere(light, &areas) else { continue };
         all.set_lamps(vec![(lamp.clone(), 1.0)]);
         let image = LampImage::trace(&all, input, lens, paths);
-        let bright = match selection {
+        // A lamp of value v on a share s of the film has the mean v s and the variance v^2 s.
+        let value = view.exposure * image.radiance;
+        let mean_value = input.camera.imaging_ratio * image.flux / film_area;
+        let small_and_bright = match selection {
             LightPathSelection::All => true,
             LightPathSelection::Noisy { mean } => {
-                view.exposure * image.radiance >= BRIGHTEST * mean
+                mean_value <= LARGEST * value && value >= BRIGHTEST * mean
             }
         };
-        if let (true, Some(entry)) = (bright && image.is_lit(), entry_distribution(&image.entry)) {
-            // A lamp of value v on a share s of the film has the variance v^2 s.
-            let value = input.camera.imaging_ratio * image.flux / film_area;
-            variance += view.exposure * image.radiance * value;
+        let taken = small_and_bright && image.is_lit();
+        if let (true, Some(entry)) = (taken, entry_distribution(&image.entry)) {
+            variance += value * mean_value;
             // The root gives faint lamps more paths than their light alone.
             found.push((Lamp { entry, ..lamp }, image.flux.sqrt()));
         }
@@ -105,7 +113,8 @@ fn lamps_in_view(
         _ => Ok(()),
     }?;
     if input.frame.size() != input.frame.resolution {
-        for (lamp, _) in &mut found {
+        // Dim parts of a sky reach the film from everywhere, but few of the samples come from them.
+        for (lamp, _) in found.iter_mut().filter(|(lamp, _)| !skies.contains(&lamp.light)) {
             all.set_lamps(vec![(lamp.clone(), 1.0)]);
             lamp.reach = Some(reach(&all, input, lens, share.clamp(fewest, most)));
         }

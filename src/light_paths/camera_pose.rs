@@ -2,7 +2,6 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-use super::LightPathInput;
 use crate::lens::{Camera, RealLens};
 use crate::scene::{SurfacePoint, gamma};
 use crate::shutter::Timing;
@@ -12,13 +11,16 @@ use crate::shutter::Timing;
 pub(crate) struct CameraPose {
     /// Camera space to world space.
     pub world_from_camera: DAffine3,
+    /// World space to camera space.
+    pub camera_from_world: DAffine3,
     /// Vectors of the world to camera space.
     pub vector_to_camera: DMat3,
 }
 
 impl CameraPose {
     fn new(world_from_camera: DAffine3) -> Self {
-        Self { world_from_camera, vector_to_camera: world_from_camera.matrix3.inverse() }
+        let camera_from_world = world_from_camera.inverse();
+        Self { world_from_camera, camera_from_world, vector_to_camera: camera_from_world.matrix3 }
     }
 
     /// Returns the pose of a camera at a time.
@@ -53,7 +55,7 @@ impl CameraPose {
         origin: Vec3,
         direction: Vec3,
     ) -> Option<([f64; 2], DVec3)> {
-        let camera_from_world = self.world_from_camera.inverse();
+        let camera_from_world = self.camera_from_world;
         let towards = camera_from_world.transform_vector3(direction.as_dvec3()).try_normalize()?;
         let from = camera_from_world.transform_point3(origin.as_dvec3());
         let at = (from + towards * ((lens.front_depth - from.z) / towards.z)) / lens.units_per_mm;
@@ -62,23 +64,24 @@ impl CameraPose {
 }
 
 /// Poses of the camera during the exposure.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraPoses<'a> {
-    input: &'a LightPathInput<'a>,
+    camera: &'a Camera,
+    timing: Option<&'a Timing>,
     /// Pose of a camera that does not move.
     still: Option<CameraPose>,
 }
 
 impl<'a> CameraPoses<'a> {
-    /// Prepares the poses of the camera of a picture.
-    pub fn new(input: &'a LightPathInput<'a>) -> Self {
-        let moves = input.timing.is_some_and(|timing| timing.camera_motion.is_some());
-        let still = (!moves).then(|| CameraPose::at(input.camera, None, 0.0));
-        Self { input, still }
+    /// Prepares the poses of a camera.
+    pub fn new(camera: &'a Camera, timing: Option<&'a Timing>) -> Self {
+        let moves = timing.is_some_and(|timing| timing.camera_motion.is_some());
+        let still = (!moves).then(|| CameraPose::at(camera, None, 0.0));
+        Self { camera, timing, still }
     }
 
     /// Returns the pose at a time.
     pub fn at(&self, time: f32) -> CameraPose {
-        let LightPathInput { camera, timing, .. } = self.input;
-        self.still.unwrap_or_else(|| CameraPose::at(camera, *timing, time))
+        self.still.unwrap_or_else(|| CameraPose::at(self.camera, self.timing, time))
     }
 }

@@ -88,7 +88,7 @@ impl LightPaths {
         let front = &lens.prescription.rows[0];
         let half = front.diameter / 2.0;
         let placed = lens.prescription.surface_transforms()[0];
-        let poses = CameraPoses::new(input);
+        let poses = CameraPoses::new(input.camera, input.timing);
         self.clear();
         for i in 0..WAVE_SIZE as u32 {
             let u = sample_2d(key, i, Dimension::Pupil);

@@ -21,6 +21,9 @@ impl ShadeInputs<'_> {
                 let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
                 for &sky in &scene.lights.skies {
                     let light = scene.sky_radiance(sky, origin, direction);
+                    if light == [0.0; 3] {
+                        continue;
+                    }
                     let compensated = SkySampling::Compensated;
                     let pdf = || scene.sky_density(sky, origin, direction, compensated);
                     let source = LightSource::Sky(sky);

@@ -206,11 +206,19 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns the file of a dim sky with a sun of 0.8 degrees, 3.5 degrees from the axis of the camera.
-fn sky() -> Vec<u8> {
+/// Returns the file of a sky with a sun of 0.8 degrees, 3.5 degrees from the axis of the camera, and light
+/// about it.
+pub fn sky() -> Vec<u8> {
+    let pixel = |i: usize| {
+        let [x, y] = [i % 256, i / 256].map(|p| p as f32);
+        let distance2 = (x - 131.0).powi(2) + (y - 126.0).powi(2);
+        match distance2 {
+            0.0 => [9e3, 8e3, 7e3],
+            _ => [20.0 / distance2, 30.0 / distance2, 40.0 / distance2],
+        }
+    };
     let mut file = Vec::new();
-    let sun = |i: usize| if i == 126 * 256 + 131 { [9e3, 8e3, 7e3] } else { [0.01, 0.02, 0.03] };
-    write_pfm([256; 2], sun, &mut file).expect("a sky");
+    write_pfm([256; 2], pixel, &mut file).expect("a sky");
     file
 }
 

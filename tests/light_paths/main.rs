@@ -11,7 +11,7 @@ mod thousandth;
 use std::sync::atomic::Ordering;
 
 use cases::{BALL, Case, assert_same_bits, assert_same_light, cases, job, light, light_by_channel};
-use petzval::io::image::Picture;
+use petzval::io::image::{Picture, write_pfm};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{Backend, Progress, RenderOptions, render_resumable};
 use petzval::scene::pbrt;
@@ -119,6 +119,17 @@ fn pictures_without_small_bright_lamps_take_no_light_paths() {
             root().join("lenses/dgauss.50mm.dat").display()
         );
         let folder = folder();
+        write(&folder, "sky.pfm", cases::sky());
+        for (name, bright) in [("dull.pfm", 0), ("window.pfm", 12)] {
+            // A part of the sky, larger than a sun, is 100 times as bright as the rest.
+            let pixel = |i: usize| {
+                let inside = [i % 256, i / 256].iter().all(|p| (128..128 + bright).contains(p));
+                [if inside { 100.0 } else { 1.0 }; 3]
+            };
+            let mut file = Vec::new();
+            write_pfm([256; 2], pixel, &mut file).expect("a sky");
+            write(&folder, name, file);
+        }
         let description = pbrt::read(&write(&folder, "lamp.pbrt", text)).expect("a scene");
         prepare(description, &Changes::default()).expect("a job").0
     };
@@ -139,11 +150,18 @@ fn pictures_without_small_bright_lamps_take_no_light_paths() {
                Translate 0 0 6 Shape "sphere" "float radius" {radius}"#
         )
     };
+    let [dull, window, sun] = [
+        "LightSource \"infinite\" \"string filename\" \"dull.pfm\"",
+        "LightSource \"infinite\" \"string filename\" \"window.pfm\"",
+        "LightSource \"infinite\" \"string filename\" \"sky.pfm\"",
+    ];
     let clamped = "\"float maxcomponentvalue\" 5";
     for (world, more, reason) in [
         (wall, "", "no lamp in view is small and bright enough"),
         (behind, "", "no lamp in view is small and bright enough"),
-        ("LightSource \"infinite\"", "", "no surface emits light"),
+        ("LightSource \"infinite\"", "", "no surface and no image of a sky emits light"),
+        (dull, "", "no lamp in view is small and bright enough"),
+        (window, "", "no lamp in view is small and bright enough"),
         (BALL, clamped, "bright samples are clamped"),
         (&ball(0.036), "", "the lamps in view add little noise"),
     ] {
@@ -151,7 +169,7 @@ fn pictures_without_small_bright_lamps_take_no_light_paths() {
         assert!(job.direct_light.is_none(), "{reason}: {}", job.plan.light_paths);
         assert!(job.plan.light_paths.reason.contains(reason), "{}", job.plan.light_paths);
     }
-    for world in [BALL, &ball(0.16)] {
+    for world in [BALL, &ball(0.16), sun] {
         let job = auto(world, "");
         assert!(job.direct_light.is_some(), "{}", job.plan.light_paths);
     }

@@ -213,12 +213,13 @@ impl Scene {
     /// [`Self::sample_light`] if `sampling` is complete, by the stage [`Self::sample_lights`] if it
     /// is compensated.
     pub fn sky_density(&self, sky: u32, from: Vec3, direction: Vec3, sampling: SkySampling) -> f32 {
-        self.lights.distant_probability(sky) * self.density_in_sky(sky, from, direction, sampling)
+        self.lights.distant_probability(sky)
+            * self.sky_direction_density(sky, from, direction, sampling)
     }
 
     /// Returns the density (1/sr) with which a unit direction is sampled from a point, among those of
     /// a sky. If `sampling` is complete, it is that of [`Self::sample_emitter`].
-    pub(crate) fn density_in_sky(
+    pub(crate) fn sky_direction_density(
         &self,
         sky: u32,
         from: Vec3,
