@@ -66,8 +66,10 @@ impl CameraPose {
 /// Poses of the camera during the exposure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraPoses<'a> {
-    camera: &'a Camera,
-    timing: Option<&'a Timing>,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The times of the samples, if anything moves.
+    pub timing: Option<&'a Timing>,
     /// Pose of a camera that does not move.
     still: Option<CameraPose>,
 }

@@ -192,7 +192,7 @@ pub fn cases() -> Vec<Case> {
             "\"float focusdistance\" 1 \"float aperturediameter\" 4",
             ASIDE,
         ),
-        case("sun, out of focus", "dgauss.50mm.dat", "\"float focusdistance\" 2", SUNNY),
+        case("sun, sharp", "dgauss.50mm.dat", "\"float focusdistance\" 2", SUNNY),
         Case {
             filter: "\"gaussian\" \"float xradius\" 1.5 \"float yradius\" 1.2",
             changes: with("+dispersion,-ghosts,-diffraction", Changes::default()),
@@ -203,6 +203,12 @@ pub fn cases() -> Vec<Case> {
                 WINDOW,
             )
         },
+        case(
+            "sun, out of focus",
+            "dgauss.50mm.dat",
+            "\"float focusdistance\" 1 \"float aperturediameter\" 12",
+            SUNNY,
+        ),
     ]
 }
 

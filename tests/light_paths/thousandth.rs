@@ -1,5 +1,5 @@
 //! The light of seven scenes, of camera paths, of light paths and of both, to a thousandth:
-//! `cargo test --release --test light_paths -- --ignored --nocapture thousandth`, half an hour.
+//! `cargo test --release --test light_paths -- --ignored --nocapture thousandth`, almost an hour.
 
 use std::fs;
 

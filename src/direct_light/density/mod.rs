@@ -1,0 +1,163 @@
+//! Density of light paths, and the weight of the camera paths that find the same light.
+
+use glam::Vec3;
+
+use super::{DirectLight, path_count};
+use crate::effects::EFFECTS;
+use crate::film::Frame;
+use crate::lens::{Camera, LensModel, RealLens};
+use crate::light_paths::{CameraPoses, FilmHit};
+use crate::rays::{Hit, RayBatch};
+use crate::sampler::mis::power_heuristic;
+use crate::scene::{Scene, SkySampling, SurfacePoint};
+use crate::shutter::Timing;
+
+/// Parts of a job that the weights of camera paths depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectLightWeights<'a> {
+    direct_light: &'a DirectLight,
+    frame: &'a Frame,
+    poses: CameraPoses<'a>,
+}
+
+/// Light source that a ray found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum LightSource<'a> {
+    /// A point of a shape, and its hit.
+    Shape(&'a Hit, &'a SurfacePoint),
+    /// A sky, by its index among the lights.
+    Sky(u32),
+}
+
+/// A camera ray that found a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoundLight<'a> {
+    /// Where the ray leaves the lens, in the world.
+    pub origin: Vec3,
+    /// Its unit direction.
+    pub direction: Vec3,
+    /// The light source that it found.
+    pub source: LightSource<'a>,
+    /// Weight of its film sample: the reciprocal of its density over etendue and over the area of the
+    /// film (mm^2 sr), times the transmission of the lens.
+    pub exposure: f64,
+    /// The time of its sample.
+    pub time: f32,
+}
+
+impl<'a> DirectLightWeights<'a> {
+    /// The weights for light paths, a camera, the pixels of the picture, and the times of the samples if
+    /// anything moves.
+    pub fn new(
+        direct_light: &'a DirectLight,
+        camera: &'a Camera,
+        frame: &'a Frame,
+        timing: Option<&'a Timing>,
+    ) -> Self {
+        Self { direct_light, frame, poses: CameraPoses::new(camera, timing) }
+    }
+
+    /// Returns the weight of the film sample of the i-th camera ray of a wave, as in [`FoundLight`].
+    pub(crate) fn exposure(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
+        match self.need_densities(scene) {
+            false => {
+                let brightest = rays.throughput(i).into_iter().fold(0.0f32, f32::max);
+                f64::from(brightest) / self.poses.camera.imaging_ratio
+            }
+            true => 1.0 / f64::from(rays.pdf[i]),
+        }
+    }
+
+    /// Returns whether camera rays need their densities beside their throughput, which is that of all
+    /// bands that share a ray, and contains the transmittance of media.
+    pub(crate) fn need_densities(&self, scene: &Scene) -> bool {
+        EFFECTS && (self.poses.camera.bands() > 1 || scene.has_media())
+    }
+
+    /// Returns the weight of a camera path that ends at a light.
+    pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
+        let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
+        if self.direct_light.alone {
+            return if density > 0.0 { 0.0 } else { 1.0 };
+        }
+        let camera = self.row_exposure() / (self.pixel_area() * found.exposure);
+        power_heuristic(camera as f32, (density * self.light_paths()) as f32)
+    }
+
+    /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1).
+    pub(super) fn light_weight(&self, lens: &RealLens, density: f64, hit: &FilmHit) -> f32 {
+        if self.direct_light.alone {
+            return 1.0;
+        }
+        let [x, y, z] = hit.towards;
+        let normal = lens.film_pose.film_normal();
+        let cos = (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();
+        let camera = self.row_exposure() * lens.sampling_density(hit.point, hit.towards)
+            / (hit.transmission * cos * self.pixel_area());
+        power_heuristic((density * self.light_paths()) as f32, camera as f32)
+    }
+
+    /// Returns the area of a pixel (mm^2). The camera takes one path per pixel.
+    fn pixel_area(&self) -> f64 {
+        let [width, height] = self.poses.camera.pixel_pitch(self.frame.resolution);
+        width * height
+    }
+
+    /// Returns the density of the camera over time relative to that of light paths, in a row that is
+    /// exposed. Its mean is enough, as it is the same for both kinds of paths.
+    fn row_exposure(&self) -> f64 {
+        self.poses.timing.map_or(1.0, Timing::mean_row_exposure)
+    }
+
+    /// Returns the number of light paths per sample number.
+    fn light_paths(&self) -> f64 {
+        path_count(self.frame).paths()
+    }
+
+    /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
+    /// `None` if no light path finds it.
+    fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
+        let FoundLight { origin, direction, source, time, .. } = *found;
+        let LensModel::Real(lens) = &self.poses.camera.model else { return None };
+        let lamps = self.direct_light;
+        let light = match source {
+            LightSource::Shape(hit, _) => scene.shapes[hit.shape as usize].light,
+            LightSource::Sky(sky) => sky,
+        };
+        let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
+        let pose = self.poses.at(time);
+        let (at_front, towards) = pose.crossing(lens, origin, direction)?;
+        let uv = at_front.map(|v| (v / lamps.front.half + 1.0) / 2.0);
+        if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
+            return None;
+        }
+        let uv = uv.map(|v| v as f32);
+        if !lamp.is_traced(uv) {
+            return None;
+        }
+        let entry = f64::from(lamp.entry.density(uv));
+        let from = pose.front_point(lens, at_front);
+        let to_light = match source {
+            LightSource::Shape(hit, point) => {
+                scene.emitter_density(hit, from, point, direction)
+                    * lamp.primitives.probability(hit.primitive)
+            }
+            LightSource::Sky(sky) => {
+                scene.sky_direction_density(sky, from, direction, SkySampling::Complete)
+            }
+        };
+        Some(lamps.density(f64::from(lamp.share), entry, f64::from(to_light), towards.z))
+    }
+}
+
+impl DirectLight {
+    /// Returns the density over etendue (mm^-2 sr^-1) of one light path: with the probability of
+    /// its lamp, the density of its entry point over the unit square, that of its direction (1/sr)
+    /// and its cosine to the axis.
+    pub(super) fn density(&self, share: f64, entry: f64, to_light: f64, cos: f64) -> f64 {
+        share * entry / (4.0 * self.front.half * self.front.half) * to_light / cos
+    }
+}
+
+#[cfg(test)]
+mod tests;
