@@ -76,6 +76,15 @@ pub fn normalize<R: Real>(a: [R; 3]) -> ([R; 3], R::Mask) {
     ([clear(a[0], some) * inverse, clear(a[1], some) * inverse, clear(a[2], some) * inverse], some)
 }
 
+/// Scales a vector that is nearly of unit length to unit length, by a step of Newton's method for
+/// 1 / sqrt(a.a). A relative error e of the length becomes 3/2 e^2, below the rounding errors of f32 for
+/// e < 1e-4, so that a direction which passes through this function at every step of a path keeps its
+/// length over any number of steps. Cheaper than [`normalize`], and defined for the vector 0, which stays.
+#[inline(always)]
+pub fn renormalize<R: Real>(a: [R; 3]) -> [R; 3] {
+    scale(a, R::constant(1.5) - R::constant(0.5) * dot(a, a))
+}
+
 /// Returns two unit vectors that are orthogonal to a unit vector and to each other, so that the
 /// cross product of the first and the second is the vector (Duff et al. 2017, "Building an
 /// orthonormal basis, revisited").

@@ -9,7 +9,7 @@ use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
 use super::random::RandomColumns;
 use super::vertices::Vertices;
 use crate::lanes::Real;
-use crate::lanes::vector::select;
+use crate::lanes::vector::{renormalize, select};
 use crate::sampler::mis::power_heuristic_fused;
 use crate::scene::{MaterialModel, Scene, load_vector as load, store_vector as store};
 
@@ -60,7 +60,8 @@ impl<R: Real<Scalar = f32>> VertexPacket<R> {
         let [wr, wg, wb] = sample.weight;
         Scattered {
             contribution,
-            next: frame.to_world(sample.wi),
+            // The next direction is made of this one: rounding errors of its length must not add up.
+            next: renormalize(frame.to_world(sample.wi)),
             throughput: [tr * wr, tg * wg, tb * wb],
             pdf: R::select(sample.singular, R::constant(f64::INFINITY), sample.pdf),
             eta2: sample.eta2,

@@ -11,7 +11,7 @@ use crate::scene::{Kind, Random, direction, splat};
 use crate::twin::fresnel;
 
 /// A brown hair of pbrt-v4's defaults.
-const BROWN: HairParameters<f32> = HairParameters {
+pub const BROWN: HairParameters<f32> = HairParameters {
     absorption: [0.545, 0.906, 1.781],
     eta: 1.55,
     beta_m: 0.3,

@@ -3,6 +3,7 @@
 #[path = "../support/naive_hair.rs"]
 mod naive_hair;
 
+mod chain;
 mod coat;
 mod density;
 mod furnace;

@@ -8,6 +8,7 @@ mod compare;
 mod depth;
 mod furnace;
 mod language;
+mod long_paths;
 mod material;
 mod matter;
 mod media;

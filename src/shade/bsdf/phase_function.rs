@@ -4,7 +4,7 @@ use super::shading_frame::ShadingFrame;
 use super::{Bsdf, BsdfSample};
 use crate::lanes::Real;
 use crate::lanes::math::sin_cos_turns;
-use crate::lanes::vector::dot;
+use crate::lanes::vector::{dot, renormalize};
 use crate::scene::{henyey_greenstein, sample_henyey_greenstein_cosine};
 
 /// Scattering in a medium, by the phase function of Henyey & Greenstein.
@@ -41,12 +41,14 @@ impl<R: Real<Scalar = f32>> Bsdf<R> for MediumScattering<R> {
     }
 }
 
-/// Samples a direction to where light comes from, with the density of [`henyey_greenstein`].
+/// Samples a direction to where light comes from, with the density of [`henyey_greenstein`]. It is a unit
+/// vector if `wo` is nearly one: a frame about `wo` doubles the error of its length, and the next
+/// scattering would double it again.
 #[inline(always)]
 pub fn sample_henyey_greenstein<R: Real<Scalar = f32>>(wo: [R; 3], g: R, u: [R; 2]) -> [R; 3] {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let cos = sample_henyey_greenstein_cosine(g, u[0]);
     let sin = (one - cos * cos).max(zero).sqrt();
     let [y, x] = sin_cos_turns(u[1]);
-    ShadingFrame::about(wo, [zero; 3]).to_world([sin * x, sin * y, cos])
+    renormalize(ShadingFrame::about(wo, [zero; 3]).to_world([sin * x, sin * y, cos]))
 }

@@ -6,7 +6,7 @@ use super::super::{Bsdf, BsdfSample};
 use super::Coated;
 use crate::lanes::Real;
 use crate::lanes::math::{exp_negative, ln};
-use crate::lanes::vector::{max_component, negate, scale, select};
+use crate::lanes::vector::{max_component, negate, renormalize, scale, select};
 use crate::sampler::RandomStream;
 
 /// Indices of the random numbers of an event.
@@ -67,7 +67,7 @@ impl<R: Real<Scalar = f32>> Walk<R> {
     /// Continues walks along sampled directions, and ends those that have none.
     #[inline(always)]
     pub(super) fn follow(&mut self, lanes: R::Mask, sample: &BsdfSample<R>) {
-        self.w = select(lanes, sample.wi, self.w);
+        self.w = select(lanes, renormalize(sample.wi), self.w);
         self.attenuate(lanes, sample.weight);
         self.active = self.active & (continues(sample) | !lanes);
     }
