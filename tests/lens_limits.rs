@@ -173,7 +173,15 @@ fn eyes_afocal_lenses_and_films_inside_the_lens_have_a_useful_report() {
         + &surface("diameter = 8");
     // f = n R / (n - 1) behind and R / (n - 1) before; a rod of n (R1 - R2) / (n - 1) is afocal.
     for (text, expected) in [
-        (&eye, &["index of the image space          1.3360", "22.2667 mm", "16.6667 mm"][..]),
+        (
+            &eye,
+            &[
+                "index before the film             1.3360",
+                "rear focal length",
+                "22.2667 mm",
+                "16.6667 mm",
+            ][..],
+        ),
         (
             &afocal,
             &["focal length                      afocal", "angular magnification", "not known: "],

@@ -61,7 +61,6 @@ pub(crate) fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'
     match () {
         () if instants => Some("a rolling shutter reads rows without motion blur"),
         () if lens.prescription.has_mirrors() => Some("the lens has mirrors"),
-        () if lens.prescription.rear().index != 1.0 => Some("the film is not in air"),
         () if input.response.max_component.is_some() => Some("bright samples are clamped"),
         () if input.camera.depth != [0.0, f64::INFINITY] => Some("the camera clips distances"),
         () if is_stretched(input) => Some("the camera is stretched"),

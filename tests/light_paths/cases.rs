@@ -61,6 +61,12 @@ const SINGLET: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.
 [[surface]]\nradius = 120.0\nthickness = 2.0\ndiameter = 20.0\nglass = \"SF5\"
 [[surface]]\nradius = -120.0\nthickness = 90.0\ndiameter = 20.0\n";
 
+/// A lens whose film stands in its last glass.
+const FILM_IN_GLASS: &str = "[[surface]]\nstop = true\ndiameter = 12.0\nthickness = 5.0
+[[surface]]\nradius = 60.0\nthickness = 6.0\ndiameter = 24.0\nglass = \"SF5\"
+[[surface]]\nradius = -120.0\nthickness = 40.0\ndiameter = 24.0
+[[surface]]\ndiameter = 24.0\nglass = \"SF5\"\n";
+
 /// A far ball.
 const FAR: &str = r#"
     LightSource "infinite" "rgb L" [0.01 0.01 0.02]
@@ -209,6 +215,11 @@ pub fn cases() -> Vec<Case> {
             "\"float focusdistance\" 1 \"float aperturediameter\" 12",
             SUNNY,
         ),
+        case("film in glass", FILM_IN_GLASS, "\"float focusdistance\" 2", BALL),
+        Case {
+            changes: with("+dispersion,+fresnel,-ghosts,-diffraction", Changes::default()),
+            ..case("colours in glass", FILM_IN_GLASS, "\"float focusdistance\" 2", LARGE)
+        },
     ]
 }
 

@@ -36,7 +36,7 @@ pub(super) fn describe(lens: &Prescription) -> String {
         "source": lens.source,
         "wavelength": lens.design.primary_wavelength(),
         "focal_length": number(paraxial.focal_length),
-        "focal_length_in_air": number(paraxial.focal_length / paraxial.film_index),
+        "rear_focal_length": number(paraxial.rear_focal_length()),
         "film_index": paraxial.film_index,
         "back_focal_distance": number(paraxial.back_focal_distance),
         "length": paraxial.length,

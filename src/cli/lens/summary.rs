@@ -51,14 +51,12 @@ pub(super) fn summary(
         (false, false) => " nm  (the primary one, for which all figures hold)",
     };
     line("wavelength", wavelength, unit);
-    if paraxial.film_index == 1.0 {
-        line("focal length", paraxial.focal_length, " mm");
-    } else {
+    line("focal length", paraxial.focal_length, " mm");
+    if paraxial.film_index != 1.0 {
         let index = paraxial.film_index;
-        line("index of the image space", index, "     (the medium in which the film stands)");
-        line("focal length in air", paraxial.focal_length / index, " mm  (1 / power)");
-        let times = format!(" mm  ({index:.4} times that in air)");
-        line("focal length at the film", paraxial.focal_length, &times);
+        line("index before the film", index, "     (the f-numbers below hold for any medium)");
+        let times = format!(" mm  ({index:.4} times the focal length)");
+        line("rear focal length", paraxial.rear_focal_length(), &times);
     }
     if paraxial.is_afocal() {
         let magnification = paraxial.whole.d / paraxial.film_index;

@@ -84,7 +84,8 @@ impl<'a> DirectLightWeights<'a> {
         power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
-    /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1).
+    /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1). The etendue at the
+    /// film contains the square of the index before it.
     pub(super) fn light_weight(&self, lens: &RealLens, density: f64, hit: &FilmHit) -> f32 {
         if self.direct_light.alone {
             return 1.0;
@@ -92,8 +93,9 @@ impl<'a> DirectLightWeights<'a> {
         let [x, y, z] = hit.towards;
         let normal = lens.film_pose.film_normal();
         let cos = (normal[0] * x + normal[1] * y + normal[2] * z) / (x * x + y * y + z * z).sqrt();
+        let etendue = lens.prescription.rear().index.powi(2) * cos;
         let camera = self.row_exposure() * lens.sampling_density(hit.point, hit.towards)
-            / (hit.transmission * cos * self.pixel_area());
+            / (hit.transmission * etendue * self.pixel_area());
         power_heuristic((density * self.light_paths()) as f32, camera as f32)
     }
 

@@ -237,9 +237,10 @@ impl<'a> RealRayFocus<'a> {
         Some(1.0 / near)
     }
 
-    /// Returns the f-number by a traced marginal ray: 1 / (2 sin theta). Theta is the angle with
+    /// Returns the f-number by a traced marginal ray: 1 / (2 n sin theta). Theta is the angle with
     /// the axis of the outermost ray that leaves the lens from the centre of a film focused at
-    /// infinity. A uniform sky of radiance L gives that point the irradiance pi L / (4 N^2).
+    /// infinity, and n the index of the medium before the film. A uniform sky of radiance L gives that
+    /// point the irradiance pi L / (4 N^2): in a medium the radiance is n^2 L.
     ///
     /// It equals focal length over pupil diameter if the lens obeys the sine condition, and differs
     /// from [`Paraxial::f_number`] by aberrations and by rims narrower than the stop. `None` if the
@@ -253,10 +254,10 @@ impl<'a> RealRayFocus<'a> {
             trace_one::<f64>(LensRay::new([0.0; 3], t), &surfaces).is_ok()
         };
         // The search range is twice the paraxial value, which may be far off.
-        let expected = (0.5 / self.paraxial.f_number()).min(0.5);
+        let expected = (0.5 / (n * self.paraxial.f_number())).min(0.5);
         let height = |i: u32| 2.0 * expected * f64::from(i) / f64::from(HEIGHTS);
         let last = (1..=HEIGHTS).rev().find(|&i| passes(height(i)))?;
-        Some(0.5 / bisect(height(last), (height(last + 1)).min(1.0), passes))
+        Some(0.5 / (n * bisect(height(last), (height(last + 1)).min(1.0), passes)))
     }
 }
 

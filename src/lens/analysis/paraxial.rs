@@ -91,7 +91,8 @@ pub struct Paraxial {
     pub length: f64,
     /// Direction of travel behind the lens: -1 after an odd number of mirrors, otherwise 1.
     pub travel: f64,
-    /// Effective focal length, on the film side.
+    /// Effective focal length: the inverse of the power, whatever medium the film stands in. A distant
+    /// object of angular size w has an image of f tan w.
     pub focal_length: f64,
     /// Distance from the rear vertex to the rear focal point.
     pub back_focal_distance: f64,
@@ -183,7 +184,7 @@ impl Paraxial {
             film_index,
             length: lens.length(),
             travel: lens.travel_before(lens.rows.len()),
-            focal_length: -film_index / whole.c,
+            focal_length: -1.0 / whole.c,
             back_focal_distance: -whole.a * film_index / whole.c,
             entrance_pupil: Pupil {
                 position: front.b / front.a,
@@ -205,7 +206,14 @@ impl Paraxial {
         self.focal_length.is_nan() || self.focal_length.abs() >= Self::AFOCAL
     }
 
-    /// Returns the focal length over the diameter of the entrance pupil.
+    /// Returns the distance of the rear focal point from the rear principal plane (mm): the focal
+    /// length times the index of the medium before the film.
+    pub fn rear_focal_length(&self) -> f64 {
+        self.focal_length * self.film_index
+    }
+
+    /// Returns the focal length over the diameter of the entrance pupil: 1 / (2 NA) of a distant point
+    /// on the axis by first-order optics, whatever medium the film stands in.
     pub fn f_number(&self) -> f64 {
         self.focal_length.abs() / self.entrance_pupil.diameter
     }

@@ -12,6 +12,8 @@ pub struct Band {
     pub wavelength: f64,
     /// Response in red, green and blue; 1 on average over all bands.
     pub response: [f64; 3],
+    /// Refractive index of the medium before the film.
+    pub(crate) film_index: f64,
     /// Surfaces for rays from the film.
     pub(crate) to_scene: Vec<Surface<f32>>,
     /// The same surfaces in f64.
@@ -35,6 +37,7 @@ impl Band {
         Self {
             wavelength,
             response,
+            film_index: lens.rear().index,
             to_scene: sequence_at::<f32>(&lens, Side::Film(film_distance), wavelength),
             to_scene_f64: sequence_at::<f64>(&lens, Side::Film(film_distance), wavelength),
             to_film: sequence_at::<f32>(&lens, Side::Scene(0.0), wavelength),
@@ -48,6 +51,7 @@ impl Band {
         Self {
             wavelength: lens.design.primary_wavelength(),
             response: [1.0; 3],
+            film_index: lens.rear().index,
             to_scene: sequence::<f32>(lens, Side::Film(film_distance)),
             to_scene_f64: sequence::<f64>(lens, Side::Film(film_distance)),
             to_film: Vec::new(),

@@ -173,11 +173,11 @@ impl RealLens {
         per_area * d2 * d2.sqrt() / ahead
     }
 
-    /// Returns the film as rays start from it.
-    fn plane(&self) -> LaunchPlane {
+    /// Returns the film as rays of a band start from it.
+    fn plane(&self, band: usize) -> LaunchPlane {
         LaunchPlane {
             distance: self.film_distance as f32,
-            index: self.prescription.rear().index as f32,
+            index: self.bands[band].film_index as f32,
             pose: self.film_pose,
         }
     }
@@ -191,7 +191,7 @@ impl RealLens {
         stats: &mut LensStats,
     ) -> LaunchPlane {
         let LensColumns { batch, targets, .. } = columns;
-        let plane = self.plane();
+        let plane = self.plane(samples.band);
         aim::<R>(samples, &self.pupil_bounds, &plane, targets, batch);
         stats.aimed += batch.live as u64;
         plane

@@ -38,6 +38,8 @@ pub struct LaunchPlane {
 struct LaunchLanes<R> {
     distance: R,
     index: R,
+    /// The square of the index: radiance in a medium over radiance in air.
+    index2: R,
     /// Normal of the film, towards the scene.
     normal: [R; 3],
     /// Sample density of a triangle times twice its area.
@@ -61,6 +63,7 @@ impl<R: Real<Scalar = f32>> LaunchLanes<R> {
         Self {
             distance: R::splat(plane.distance),
             index: R::splat(plane.index),
+            index2: R::splat(plane.index * plane.index),
             normal: [-z[0], -z[1], z[2]].map(R::splat),
             triangle: R::splat(bound.triangle_density()),
         }
@@ -111,7 +114,7 @@ impl<R: Real<Scalar = f32>> LaunchLanes<R> {
             }
             false => cos2 * cos2,
         };
-        let exposure = geometry * area2 / (z2 * pdf_area2);
+        let exposure = geometry * (self.index2 * area2) / (z2 * pdf_area2);
         let ray = LensRay {
             p: [R::select(closed, R::constant(f64::NAN), x), y, if TILTED { z } else { zero }],
             t: [dx * per_length, dy * per_length, dz * per_length],
@@ -148,10 +151,11 @@ fn transform_film_points<R: Real<Scalar = f32>>(
 
 /// Aims every sample at a pupil point and computes its weight: a stage.
 ///
-/// Rays start on the film. Their weight is cos theta cos theta' / (d^2 pdf): theta is the angle at
+/// Rays start on the film. Their weight is n^2 cos theta cos theta' / (d^2 pdf): theta is the angle at
 /// the film's normal, theta' that at the axis, d the distance to the point in the plane of the rear
-/// vertex, and pdf the density there, mm^-2. Rays from dark film points have weight 0. For untilted
-/// film the weight is cos^4 / (Z^2 pdf) (Kolb, Mitchell & Hanrahan 1995, eq. 3).
+/// vertex, and pdf the density there, mm^-2. A film in a medium of index n receives n^2 times the
+/// radiance of the scene (Nicodemus 1963). Rays from dark film points have weight 0. For untilted
+/// film in air the weight is cos^4 / (Z^2 pdf) (Kolb, Mitchell & Hanrahan 1995, eq. 3).
 pub fn aim<R: Real<Scalar = f32>>(
     samples: &SampleBatch,
     bound: &PupilBounds,

@@ -52,8 +52,8 @@ pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failur
     let mut figures = Vec::new();
     let mut add = |name: &str, value: f64, unit| figures.push((name.to_owned(), value, unit));
     add("wavelength", conditions.primary_line().nm, "nm");
-    add("effective_focal_length", primary.focal_length / primary.film_index, "mm");
-    add("rear_focal_length", primary.focal_length, "mm");
+    add("effective_focal_length", primary.focal_length, "mm");
+    add("rear_focal_length", primary.rear_focal_length(), "mm");
     add("back_focal_distance", primary.back_focal_distance, "mm");
     add("front_focal_distance", -front_focus(primary), "mm");
     add("object_distance", conditions.object_distance, "mm");
@@ -82,7 +82,7 @@ pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failur
             vec![
                 inputs.nm(i),
                 conditions.wavelengths[i].weight,
-                paraxial.focal_length / paraxial.film_index,
+                paraxial.focal_length,
                 paraxial.back_focal_distance,
                 paraxial.image_distance(conditions.object_distance),
                 1e3 * inputs.quality.paraxial_focus(i),
@@ -123,7 +123,7 @@ fn front_focus(paraxial: &Paraxial) -> f64 {
 fn paraxial_working(inputs: &ReportInputs, paraxial: &Paraxial) -> f64 {
     let object = inputs.quality.conditions.object_distance;
     if object.is_infinite() {
-        return paraxial.f_number() / paraxial.film_index;
+        return paraxial.f_number();
     }
     let slope =
         paraxial.entrance_pupil.diameter / 2.0 / (object + paraxial.entrance_pupil.position);

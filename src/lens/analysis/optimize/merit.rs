@@ -92,9 +92,7 @@ impl DesignMerit {
             (0..fields.len()).max_by(|&a, &b| fields[a].abs().total_cmp(&fields[b].abs()))?;
         let conditions = &self.imaging.conditions;
         let ideal = match conditions.field_kind {
-            FieldKind::Angle => {
-                paraxial.focal_length / paraxial.film_index * fields[largest].to_radians().tan()
-            }
+            FieldKind::Angle => paraxial.focal_length * fields[largest].to_radians().tan(),
             _ => paraxial.magnification(conditions.object_distance) * fields[largest],
         };
         let spot = &spots[largest];

@@ -91,11 +91,11 @@ impl FilmPoint {
     }
 
     /// Returns the weight of a ray to a point of the plane of the rear vertex [mm^-2]: the cosines
-    /// at the film and at that plane over the square of its length.
+    /// at the film and at that plane over the square of its length, times the square of the index.
     pub fn weight(&self, point: [f64; 2]) -> f64 {
         let (way, [nx, ny, nz]) = (self.way(point), self.normal);
         let along = (nx * way[0] + ny * way[1] + nz * way[2]).max(0.0);
-        along * way[2] / squared(way).powi(2)
+        self.index * self.index * along * way[2] / squared(way).powi(2)
     }
 
     fn way(&self, [u, v]: [f64; 2]) -> [f64; 3] {

@@ -42,12 +42,7 @@ impl SequentialSystem {
         for (i, surface) in self.surfaces.iter().enumerate() {
             joined.push(i, surface, self.design.primary_wavelength(), path)?;
         }
-        if joined.let_film_touch_glass() {
-            self.design.notes.push(
-                "the last surface touches the film; the film stands inside the glass before it"
-                    .to_owned(),
-            );
-        }
+        let touches = joined.let_film_touch_glass();
         let Joined {
             mut rows, mut breaks, gap, frame, broken, places, lines, unknown, front, ..
         } = joined;
@@ -68,6 +63,17 @@ impl SequentialSystem {
             let stop = likely_stop(&rows);
             rows[stop].stop = true;
             notes.push(format!("the file names no stop; surface {} is taken as it", stop + 1));
+        }
+        let film_index = rows[rows.len() - 1].index;
+        match touches {
+            true => notes.push(
+                "the last surface touches the film; the film stands inside the glass before it"
+                    .to_owned(),
+            ),
+            false if film_index != 1.0 => {
+                notes.push(format!("the film stands in a medium of index {film_index:.4}"));
+            }
+            false => {}
         }
         if broken {
             breaks.push(CoordinateBreak { row: rows.len(), transform: along(-gap) * frame });
@@ -197,7 +203,7 @@ impl SystemAperture {
             Self::EntrancePupil(diameter) => diameter,
             Self::FNumber(number) => paraxial.focal_length.abs() / number,
             Self::ImageNa(na) => {
-                2.0 * paraxial.focal_length.abs() * tangent(na / paraxial.film_index)
+                2.0 * paraxial.rear_focal_length().abs() * tangent(na / paraxial.film_index)
             }
             Self::ObjectNa(na) => {
                 2.0 * (object + paraxial.entrance_pupil.position).abs() * tangent(na)
