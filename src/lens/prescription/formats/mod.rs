@@ -26,6 +26,7 @@ use super::Prescription;
 use super::design::SpectralLine;
 use super::error::LensError;
 use crate::io::{ReadContext, open};
+use crate::lens::analysis::focus::RealRayFocus;
 use format::LensFormat;
 
 /// Largest size of a lens file (bytes).
@@ -37,6 +38,9 @@ pub(crate) const MAX_SURFACES: usize = 1000;
 /// Distance (in units of the file) from which an object is at infinity: optical-design programs write
 /// 1e10 to 1e20.
 pub(crate) const INFINITE: f64 = 1e9;
+
+/// Ratio of the f-number of the marginal ray to the stated one from which a file is suspicious.
+const NARROWEST_RATIO: f64 = 1.25;
 
 /// Largest refractive index. Germanium in the far infrared has 4.
 pub(crate) const MAX_INDEX: f64 = 10.0;
@@ -139,7 +143,22 @@ fn parse(path: &Path, context: &ReadContext) -> Result<(Prescription, LensFormat
         LensFormat::Csv => csv::parse(path, &text, context),
         LensFormat::DiffOptics => diff_optics::parse(path, &text, context),
     };
-    Ok((lens?, format))
+    let mut lens = lens?;
+    compare_with_stated(&mut lens);
+    Ok((lens, format))
+}
+
+/// Notes a marginal ray that does not reach the f-number that the file states: some surface, diameter or
+/// unit may have been read otherwise than it was meant.
+fn compare_with_stated(lens: &mut Prescription) {
+    let Some(stated) = lens.stated_f_number else { return };
+    let found = RealRayFocus::new(lens).f_number();
+    if let Some(found) = found.filter(|found| *found > NARROWEST_RATIO * stated) {
+        lens.design.notes.push(format!(
+            "the file states f/{stated:.2}, and its marginal ray gives f/{found:.2}: check the stop and \
+             the clear diameters"
+        ));
+    }
 }
 
 /// Splits "FILE#ENTRY", which names a lens in a file of many. A file whose own name has a # is not

@@ -7,6 +7,7 @@ use crate::lens::prescription::Prescription;
 use crate::lens::prescription::design::FieldKind;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence};
+use crate::lens::trace::surface::Surface;
 use crate::lens::trace::trace_one;
 
 /// Room between the outermost ray and the rim.
@@ -14,6 +15,19 @@ const MARGIN: f64 = 1.02;
 
 /// Half field of a lens whose file states none (degrees).
 const UNKNOWN_FIELD: f64 = 10.0;
+
+/// Field points, in shares of the half field.
+const FIELD_SHARES: [f64; 5] = [0.0, 0.35, 0.7, 0.85, 1.0];
+
+/// Steepest slope of an asphere at its rim: 72 degrees. The steepest of the lenses of phones have 70.
+const STEEPEST: f64 = 3.0;
+
+/// Heights at which the slope of an asphere is tested.
+const VALIDITY_STEPS: u32 = 1000;
+
+/// Steps of the search for the ends of a pupil, by radius of the pupil, and halvings of its last step.
+const PUPIL_STEPS: i32 = 20;
+const PUPIL_HALVINGS: u32 = 30;
 
 /// Widest field that first-order optics aims at (degrees).
 const WIDEST_FIELD: f64 = 80.0;
@@ -53,7 +67,7 @@ pub(super) fn complete_diameters(
     }
     let heights = heights(lens, &unknown, object, notes);
     for &row in &unknown {
-        lens.rows[row].diameter = 2.0 * MARGIN * heights[row];
+        lens.rows[row].diameter = (2.0 * MARGIN * heights[row]).min(widest(lens, row));
     }
     notes.push(format!(
         "the file states no diameter of {} of {} surfaces; those that its rays need are used",
@@ -72,48 +86,17 @@ fn heights(
     let paraxial = Paraxial::new(lens);
     let field = half_field(lens, &paraxial, object);
     let mut open = lens.clone();
-    let widest = 1e3 * open.rows.iter().map(|row| row.diameter).fold(1.0, f64::max);
     for &row in unknown {
-        let row = &mut open.rows[row];
-        row.diameter = (0.9995 * row.edge()).min(widest);
-        // Beyond its clear diameter an asphere is of no concern: only crossings are wanted.
-        if !row.asphere.is_empty() || row.across.is_some() {
-            row.diameter = row.diameter.min(20.0 * lens.rows[lens.stop()].diameter);
-        }
+        open.rows[row].diameter = widest(lens, row);
     }
     if let Some(angle) = wide_field(lens, object) {
         return wide_heights(lens, &open, angle, notes);
     }
-    let pupil = paraxial.entrance_pupil;
-    let start = (2.0 * pupil.diameter).max(1.0);
-    let surfaces = sequence::<f64>(&open, Side::Scene(start));
+    let fields = FieldRays::new(&open, &paraxial, object);
     let mut heights = paraxial_heights(lens, field, object);
     let mut found = vec![0.0f64; lens.rows.len()];
-    for angle in [0.0, 0.7 * field, field] {
-        let slope = angle.to_radians().tan();
-        for at in [[0.0, 0.0], [0.0, 1.0], [0.0, -1.0], [1.0, 0.0]] {
-            let target = at.map(|v| v * pupil.diameter / 2.0);
-            // The ray through a point of the entrance pupil, from the field point.
-            let slopes = match object.is_finite() {
-                false => [0.0, slope],
-                true => {
-                    let height = -slope * (object + pupil.position);
-                    let run = object + pupil.position;
-                    [target[0] / run, (target[1] - height) / run]
-                }
-            };
-            let run = start + pupil.position;
-            let p = [target[0] - slopes[0] * run, target[1] - slopes[1] * run, 0.0];
-            let scale = 1.0 / (1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]).sqrt();
-            let mut ray = LensRay::<f64>::new(p, [slopes[0] * scale, slopes[1] * scale, scale]);
-            for surface in &surfaces {
-                match trace_one::<f64>(ray, std::slice::from_ref(surface)) {
-                    Ok(next) => ray = next,
-                    Err(_) => break,
-                }
-                found[surface.row] = found[surface.row].max(ray.p[0].hypot(ray.p[1]));
-            }
-        }
+    for share in FIELD_SHARES {
+        fields.raise((share * field).to_radians().tan(), &mut found);
     }
     for (height, found) in heights.iter_mut().zip(found) {
         if found > 0.0 {
@@ -121,6 +104,111 @@ fn heights(
         }
     }
     heights
+}
+
+/// Returns the diameter of an open rim (mm), within which the surface is one that can be made: a
+/// polynomial beyond its last valid height falls or rises steeply, and rays find a second crossing there.
+fn widest(lens: &Prescription, row: usize) -> f64 {
+    let size = 1e3 * lens.rows.iter().map(|row| row.diameter).fold(1.0, f64::max);
+    let row = &lens.rows[row];
+    let open = (0.9995 * row.edge()).min(size);
+    if row.asphere.is_empty() && row.across.is_none() {
+        return open;
+    }
+    let open = open.min(20.0 * lens.rows[lens.stop()].diameter);
+    let height = |i: u32| open / 2.0 * f64::from(i) / f64::from(VALIDITY_STEPS);
+    let steep = |i: &u32| row.slope(height(*i)).is_nan() || row.slope(height(*i)).abs() > STEEPEST;
+    match (1..=VALIDITY_STEPS).find(steep) {
+        Some(i) => 2.0 * height(i - 1).max(1e-3),
+        None => open,
+    }
+}
+
+/// Rays from a field point through a lens whose unknown rims are open.
+struct FieldRays {
+    surfaces: Vec<Surface<f64>>,
+    rows: usize,
+    object: f64,
+    /// Position (mm) and radius (mm) of the entrance pupil of first-order optics.
+    pupil: [f64; 2],
+    /// Distance of the first plane before the front vertex (mm).
+    start: f64,
+}
+
+impl FieldRays {
+    fn new(open: &Prescription, paraxial: &Paraxial, object: f64) -> Self {
+        let pupil = paraxial.entrance_pupil;
+        let start = (2.0 * pupil.diameter).max(1.0);
+        let surfaces = sequence::<f64>(open, Side::Scene(start));
+        let rows = open.rows.len();
+        Self { surfaces, rows, object, pupil: [pupil.position, pupil.diameter / 2.0], start }
+    }
+
+    /// Returns the heights at all rows (mm) of the ray from a field point to a point of the pupil's plane,
+    /// in radii of the pupil; `None` if it does not leave the lens.
+    fn trace(&self, slope: f64, at: [f64; 2]) -> Option<Vec<f64>> {
+        let [position, radius] = self.pupil;
+        let target = at.map(|v| v * radius);
+        let slopes = match self.object.is_finite() {
+            false => [0.0, slope],
+            true => {
+                let run = self.object + position;
+                let height = -slope * run;
+                [target[0] / run, (target[1] - height) / run]
+            }
+        };
+        let run = self.start + position;
+        let p = [target[0] - slopes[0] * run, target[1] - slopes[1] * run, 0.0];
+        let scale = 1.0 / (1.0 + slopes[0] * slopes[0] + slopes[1] * slopes[1]).sqrt();
+        let mut ray = LensRay::<f64>::new(p, [slopes[0] * scale, slopes[1] * scale, scale]);
+        let mut heights = vec![0.0f64; self.rows];
+        for surface in &self.surfaces {
+            ray = trace_one::<f64>(ray, std::slice::from_ref(surface)).ok()?;
+            heights[surface.row] = heights[surface.row].max(ray.p[0].hypot(ray.p[1]));
+        }
+        Some(heights)
+    }
+
+    /// Raises the heights to those of the rays of a field point that the stop and the known rims let
+    /// through. The pupil of real rays may be larger than that of first-order optics, and elsewhere: its
+    /// ends are searched along y, and then along x through its middle.
+    fn raise(&self, slope: f64, heights: &mut [f64]) {
+        let mut raise = |found: Vec<f64>| {
+            for (height, found) in heights.iter_mut().zip(found) {
+                *height = height.max(found);
+            }
+        };
+        let along_y = |y: f64| self.trace(slope, [0.0, y]);
+        let Some([low, high]) = passing(&along_y) else { return };
+        [low, high].into_iter().filter_map(along_y).for_each(&mut raise);
+        let middle = (low + high) / 2.0;
+        let along_x = |x: f64| self.trace(slope, [x, middle]);
+        let ends = passing(&along_x);
+        ends.into_iter().flatten().filter_map(along_x).for_each(raise);
+    }
+}
+
+/// Returns the ends of the interval of pupil coordinates, from -2 to 2, in which rays pass: that about the
+/// passing coordinate nearest to 0.
+fn passing(trace: &dyn Fn(f64) -> Option<Vec<f64>>) -> Option<[f64; 2]> {
+    let at = |i: i32| f64::from(i) / f64::from(PUPIL_STEPS);
+    let passes = |i: &i32| trace(at(*i)).is_some();
+    let middle = (0..=2 * PUPIL_STEPS).flat_map(|i| [i, -i]).find(passes)?;
+    let end = |sign: i32| {
+        let steps = 2 * PUPIL_STEPS - sign * middle;
+        let outside = (1..=steps).map(|i| middle + sign * i).find(|i| !passes(i));
+        let Some(outside) = outside else { return 2.0 * f64::from(sign) };
+        let (mut inside, mut outside) = (at(outside - sign), at(outside));
+        for _ in 0..PUPIL_HALVINGS {
+            let between = (inside + outside) / 2.0;
+            match trace(between).is_some() {
+                true => inside = between,
+                false => outside = between,
+            }
+        }
+        inside
+    };
+    Some([end(-1), end(1)])
 }
 
 /// Returns the largest angle of a field that is too wide for first-order optics (degrees).
