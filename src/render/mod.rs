@@ -10,6 +10,7 @@ mod replay;
 mod splat_accumulator;
 mod uniform;
 mod wave;
+mod wave_pool;
 mod workers;
 
 pub mod checkpoint;

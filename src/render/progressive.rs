@@ -1,6 +1,5 @@
 //! Progressive render: a picture that is shown while it is refined.
 
-use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use rayon::ThreadPool;
@@ -8,8 +7,8 @@ use rayon::prelude::*;
 
 use super::splat_accumulator::SplatAccumulator;
 use super::uniform::PASS_SAMPLES;
-use super::wave::{Wave, WorkItem};
-use super::workers::lock;
+use super::wave::WorkItem;
+use super::wave_pool::WavePool;
 use super::{Progress, RenderError, read_out};
 use crate::film::{FilmSums, Tile, TileSums};
 use crate::io::image::Picture;
@@ -26,8 +25,7 @@ use crate::stats::Stats;
 pub struct ProgressiveRender<'a> {
     job: &'a Job,
     pool: ThreadPool,
-    /// The columns of each worker.
-    waves: Vec<Mutex<Box<Wave>>>,
+    waves: WavePool,
     tiles: Vec<Tile>,
     /// The samples of the current pass, by tile.
     pass: Vec<TileSums>,
@@ -47,7 +45,7 @@ impl<'a> ProgressiveRender<'a> {
         let tiles = job.frame.tiles();
         Ok(Self {
             job,
-            waves: (0..pool.current_num_threads()).map(|_| Mutex::new(Wave::new(job))).collect(),
+            waves: WavePool::default(),
             pool,
             pass: tiles.iter().map(TileSums::new).collect(),
             tiles,
@@ -79,9 +77,9 @@ impl<'a> ProgressiveRender<'a> {
                     return;
                 }
                 let item = WorkItem { tile, samples: samples.clone(), seed: job.seed };
-                let worker = rayon::current_thread_index().unwrap_or(0);
-                let mut wave = lock(&waves[worker]);
-                if let Some((result, _)) = wave.render_item::<f32x8>(job, &item, progress) {
+                let rendered =
+                    waves.lend(job, |wave| wave.render_item::<f32x8>(job, &item, progress));
+                if let Some((result, _)) = rendered {
                     sums.add_exactly(&result.sums);
                 }
             });

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::Progress;
 use super::checkpoint::{self, CheckpointError, Head};
 use super::checkpointer::{Checkpointer, RenderState};
-use super::wave::{Wave, WorkItem};
+use super::wave::WorkItem;
+use super::wave_pool::WavePool;
 use crate::job::Job;
 use crate::lanes::Real;
 use crate::stats::Stats;
@@ -24,12 +25,11 @@ pub(super) struct Workers<'a> {
     pub job: &'a Job,
     pub progress: &'a Progress,
     checkpointer: Option<&'a Checkpointer>,
-    waves: Vec<Mutex<Box<Wave>>>,
+    waves: WavePool,
     /// The number of film samples of all completed items, including those of the resumed render.
     samples_taken: AtomicU64,
-    /// Statistics of each worker up to its last completed item. The last entry belongs to no worker:
-    /// it holds those of the resumed render and of splats.
-    worker_stats: Vec<Mutex<Stats>>,
+    /// Statistics of all completed items, of splats, and of the resumed render.
+    stats: Mutex<Stats>,
     start: Instant,
     /// The time of the last checkpoint, or of the last attempt.
     last_checkpoint: Mutex<Instant>,
@@ -40,28 +40,23 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<'a> Workers<'a> {
-    /// Returns workers, one for each thread of the current pool, that resume from the counts of a
-    /// checkpoint.
+    /// Returns workers that resume from the counts of a checkpoint.
     pub fn new(
         job: &'a Job,
         progress: &'a Progress,
         checkpointer: Option<&'a Checkpointer>,
         resumed: Option<&Head>,
     ) -> Self {
-        let workers = rayon::current_num_threads();
-        let mut worker_stats: Vec<Mutex<Stats>> = Vec::new();
-        worker_stats.resize_with(workers, Mutex::default);
         let (samples_taken, earlier) =
             resumed.map(|head| (head.film_samples, head.stats.clone())).unwrap_or_default();
-        worker_stats.push(Mutex::new(earlier));
         let start = Instant::now();
         Self {
             job,
             progress,
             checkpointer,
-            waves: (0..workers).map(|_| Mutex::new(Wave::new(job))).collect(),
+            waves: WavePool::default(),
             samples_taken: AtomicU64::new(samples_taken),
-            worker_stats,
+            stats: Mutex::new(earlier),
             start,
             last_checkpoint: Mutex::new(start),
         }
@@ -82,14 +77,15 @@ impl<'a> Workers<'a> {
             if state.is_done(number) || self.stopped() {
                 return;
             }
-            let worker = rayon::current_thread_index().unwrap_or(0);
-            let mut wave = lock(&self.waves[worker]);
-            let rendered = wave.render_item::<R>(self.job, item, self.progress);
-            if let Some((mut result, samples)) = rendered {
+            let rendered = self.waves.lend(self.job, |wave| {
+                let rendered = wave.render_item::<R>(self.job, item, self.progress)?;
+                Some((rendered, std::mem::take(&mut wave.stats)))
+            });
+            if let Some(((mut result, samples), stats)) = rendered {
                 result.sums.round();
                 state.add_result(number, result);
                 self.samples_taken.fetch_add(samples, Ordering::Relaxed);
-                lock(&self.worker_stats[worker]).clone_from(&wave.stats);
+                lock(&self.stats).add(&stats);
             }
         };
         let work = || items.par_iter().enumerate().for_each(render);
@@ -114,9 +110,7 @@ impl<'a> Workers<'a> {
         while !state.splats().covers(samples) && !self.stopped() {
             let mut stats = Stats::default();
             state.splats().add_sample::<R>(self.job, &mut stats, None);
-            if let Some(last) = self.worker_stats.last() {
-                lock(last).add(&stats);
-            }
+            lock(&self.stats).add(&stats);
             if self.interval().is_some_and(|interval| self.time_to_checkpoint(interval).is_zero()) {
                 self.try_checkpoint(state);
             }
@@ -189,11 +183,9 @@ impl<'a> Workers<'a> {
         Head { complete, film_samples, stats: self.stats(), ..checkpointer.head.clone() }
     }
 
-    /// Returns the statistics of all workers.
+    /// Returns the statistics of all completed items.
     pub fn stats(&self) -> Stats {
-        let mut all = Stats::default();
-        self.worker_stats.iter().for_each(|stats| all.add(&lock(stats)));
-        all
+        lock(&self.stats).clone()
     }
 }
 
