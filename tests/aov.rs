@@ -4,6 +4,7 @@ mod support;
 
 use petzval::aov::Aov;
 use petzval::io::image::ImageLayer;
+use petzval::lens::LensModel;
 use petzval::plan::EffectSelection;
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{RenderOptions, render};
@@ -175,6 +176,30 @@ fn the_circle_of_confusion_equals_the_blur_of_a_point() {
             (estimate / measured - 1.0).abs() < 0.04,
             "{estimate} um in the layer, {measured} um measured"
         );
+    }
+}
+
+/// The sky is blurred by the circle of infinity: f^2 / (N (s - f)) for a thin lens.
+#[test]
+fn the_circle_of_confusion_of_the_sky_is_that_of_infinity() {
+    let text = format!(
+        "Film \"rgb\" \"integer xresolution\" 12 \"integer yresolution\" 8 \"float diagonal\" 4
+         Camera \"realistic\" \"string lensfile\" \"{}\" \"float aperturediameter\" 5
+         \"float focusdistance\" 2\nWorldBegin LightSource \"infinite\"",
+        root().join("lenses/dgauss.50mm.dat").display()
+    );
+    let folder = folder();
+    let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
+    let effects = EffectSelection::None;
+    let changes = Changes { layers: vec![Aov::Coc], effects, ..Changes::default() };
+    let (job, _, _) = prepare(description, &changes).expect("a job");
+    let exposed = render(&job, RenderOptions::default()).expect("a picture");
+    let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    let focal = lens.paraxial.focal_length;
+    let expected = 1e3 * focal * lens.paraxial.entrance_pupil.diameter / (2000.0 - focal);
+    for &um in channel(&exposed.layers(&job)[0], "um") {
+        // The distance is measured from the film, not from the principal plane: a few percent.
+        assert!((f64::from(um) / expected - 1.0).abs() < 0.08, "{um} um, not {expected}");
     }
 }
 

@@ -93,10 +93,26 @@ fn every_source_of_noise_is_as_strong_as_its_definition() {
         let expected = electrons + read * read + step * step / 12.0;
         let [mean, variance] = readings(options, value);
         let error = 5.0 * (expected / 2.4e6).sqrt();
-        // Readings below black are clipped where there is little light.
         assert!((mean * white - electrons).abs() < error + 1e-6 * white, "{options}: mean {mean}");
         let off = variance * white * white / expected - 1.0;
         assert!(off.abs() < VARIANCE, "{options}: the variance is {off} off");
+    }
+}
+
+/// Noise below black is kept: a dark frame has the mean 0 and the variance of read noise and rounding.
+#[test]
+fn a_dark_frame_has_no_bias() {
+    for options in ["", "iso=6400,read=6,bits=12", "iso=1600,read=3,bits=10,bayer=gbrg"] {
+        let sensor = options.parse::<SensorSettings>().expect("settings").sensor(100.0, 4.0);
+        let read = sensor.read_out(&flat([0.0; 3], [1000, 800]), [0, 0], 5);
+        let step = sensor.white_electrons() / f64::from(sensor.max_code() - sensor.black_level);
+        let expected = sensor.read_noise.powi(2) + step * step / 12.0;
+        let [mean, variance] = moments(&read, 1).map(|m| m * sensor.white_electrons());
+        let (variance, n) = (variance * sensor.white_electrons(), 8e5f64);
+        assert!(mean.abs() < 5.0 * (expected / n).sqrt(), "{options}: {mean} electrons");
+        let off = variance / expected - 1.0;
+        assert!(off.abs() < 5.0 * (2.0 / n).sqrt() + 1e-3, "{options}: the variance is {off} off");
+        assert!(read.pixels.iter().any(|pixel| pixel[1] < 0.0), "{options}: codes below black");
     }
 }
 

@@ -40,16 +40,23 @@ impl CircleOfConfusion {
         })
     }
 
-    /// Returns the diameter (um) for a point at a depth [camera units], seen from a film point
-    /// (mm).
+    /// Returns the diameter (um) for a point at a depth [camera units], which may be infinite, seen
+    /// from a film point (mm).
     pub fn diameter(&self, depth: f64, film: [f64; 2]) -> f64 {
         let distance = (depth - self.front) * self.mm_per_unit;
         let [position, diameter] = self.pupil;
-        // Slope of the ray through the rim of the pupil.
-        let slope = diameter / 2.0 / (distance + position);
         let back = self.tilt[0] * film[0] + self.tilt[1] * film[1];
         let [offset, per_distance] = self.per_film_shift.map(|change| change * back);
-        (2e3 * slope * (self.offset + offset + distance * (self.per_distance + per_distance))).abs()
+        let per_distance = self.per_distance + per_distance;
+        // Slope of the ray through the rim of the pupil times its coefficient.
+        let height = match distance.is_infinite() {
+            true => diameter / 2.0 * per_distance,
+            false => {
+                let slope = diameter / 2.0 / (distance + position);
+                slope * (self.offset + offset + distance * per_distance)
+            }
+        };
+        (2e3 * height).abs()
     }
 
     /// Returns the nearest and the farthest distance from the front vertex (mm) whose circle of
@@ -123,6 +130,18 @@ mod tests {
         let [near, far] =
             thin(f64::INFINITY).depth_of_field(f64::INFINITY, circle).expect("limits");
         assert!((near / (hyperfocal - 50.0) - 1.0).abs() < 1e-9 && far.is_infinite(), "{near}");
+    }
+
+    #[test]
+    fn infinity_is_the_limit_of_far_points() {
+        for focus in [500.0, 2000.0, f64::INFINITY] {
+            let confusion = thin(focus);
+            let [far, infinity] = [1e12, f64::INFINITY].map(|at| confusion.diameter(at, [0.0; 2]));
+            assert!((far - infinity).abs() < 1e-6, "{focus}: {far} and {infinity}");
+            // A thin lens focused at s blurs the sky by D f / (s - f).
+            let expected = 1e3 * 25.0 * 50.0 / (focus - 50.0);
+            assert!((infinity - expected).abs() < 1e-6 * expected.max(1.0), "{focus}: {infinity}");
+        }
     }
 
     #[test]

@@ -3,10 +3,11 @@
 use std::io;
 
 use super::features::TileFeatures;
-use super::{Aov, LayerRequest};
+use super::{Aov, CircleOfConfusion, LayerRequest};
 use crate::film::{Frame, Tile, clamp_to_f32};
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::io::image::ImageLayer;
+use crate::lens::Camera;
 
 /// Feature sums of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -128,8 +129,27 @@ impl FeatureFilm {
         self.put(tile, &sums);
     }
 
+    /// Returns the circle of confusion of every pixel (um): that of infinity where a pixel sees no
+    /// surface.
+    fn circles(&self, camera: &Camera) -> Vec<f32> {
+        let confusion = CircleOfConfusion::new(camera);
+        let width = self.frame.size()[0] as usize;
+        let circle = |(i, sum): (usize, &PixelFeatures)| {
+            if sum.weight[1] > 0.0 {
+                return sum.coc / sum.weight[1];
+            }
+            let Some(confusion) = confusion.filter(|_| sum.weight[0] > 0.0) else { return 0.0 };
+            let [x, y] = [i % width, i / width];
+            let middle =
+                [x as f64 + f64::from(self.frame.low[0]), y as f64 + f64::from(self.frame.low[1])]
+                    .map(|at| at + 0.5);
+            confusion.diameter(f64::INFINITY, camera.film_point(middle, self.frame.resolution))
+        };
+        self.sums.iter().enumerate().map(circle).map(clamp_to_f32).collect()
+    }
+
     /// Returns a layer of first-surface features; `None` for other layers.
-    pub(super) fn layer(&self, aov: Aov) -> Option<ImageLayer> {
+    pub(super) fn layer(&self, aov: Aov, camera: &Camera) -> Option<ImageLayer> {
         let all = |value: &dyn Fn(&PixelFeatures) -> f64| -> Vec<f32> {
             self.sums.iter().map(|sum| clamp_to_f32(value(sum))).collect()
         };
@@ -164,7 +184,7 @@ impl FeatureFilm {
                     one("passed", all(&|sum| f64::from(sum.passed))),
                 ],
             ),
-            Aov::Coc => ("coc", vec![one("um", all(&|sum| mean(sum.coc, sum.weight[1])))]),
+            Aov::Coc => ("coc", vec![one("um", self.circles(camera))]),
             Aov::Variance | Aov::Vignetting => return None,
         };
         Some(ImageLayer { name: name.to_owned(), channels })

@@ -46,7 +46,8 @@ pub enum Aov {
     /// `samples.taken` and `samples.passed`: the number of samples of the pixel, and of those that
     /// passed the lens.
     Samples,
-    /// Mean diameter on the film of the circle of confusion of these surfaces, to first order (um).
+    /// Mean diameter on the film of the circle of confusion of these surfaces, to first order (um); that
+    /// of infinity where there is none.
     Coc,
     /// The share of the light that each surface of the lens blocks.
     Vignetting,
@@ -160,7 +161,7 @@ pub fn layers(
                 channels: channels.map(|(c, name)| (name.to_owned(), channel(c))).collect(),
             })
         }
-        (aov, _) => features?.layer(*aov),
+        (aov, _) => features?.layer(*aov, request.camera),
     };
     request.layers.iter().filter_map(layer).collect()
 }

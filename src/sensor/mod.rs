@@ -15,7 +15,8 @@
 //! For each channel: Poisson-distributed electrons (shot noise), clipped at the full well; plus
 //! Gaussian read noise, in electrons; times the gain, plus the black level; rounded and clipped to
 //! a code of the sensor's bit depth. The output picture is computed from the codes: black is 0, the
-//! last code 1, and read noise below black is 0.
+//! last code 1. Codes below the black level are negative, so that noise has no bias: a dark frame has the
+//! mean 0 and all of its variance. (A black level of 0 cuts the noise below it, as a sensor would.)
 //!
 //! Channels are linear sRGB, and all have the same full well: there is no colour matrix and no
 //! white balance between photosites and picture. Without a mosaic, every pixel has a photosite for
@@ -115,9 +116,9 @@ impl Sensor {
         code.round().clamp(0.0, f64::from(self.max_code())) as u32
     }
 
-    /// Returns the picture value of a code.
+    /// Returns the picture value of a code; negative below the black level.
     fn value(&self, code: u32) -> f32 {
-        (f64::from(code.saturating_sub(self.black_level)) / self.code_span()) as f32
+        ((f64::from(code) - f64::from(self.black_level)) / self.code_span()) as f32
     }
 
     /// Returns the noise that the sensor adds to pixels of this value, % of the signal: 100 / SNR.

@@ -23,7 +23,7 @@ pub struct SensorSettings {
     pub iso: Option<f64>,
     /// Pixel pitch (um), which determines the full well; by default that of the film.
     pub pixel: Option<f64>,
-    /// Full well (electrons); by default [`WELL_PER_UM2`] times the pixel's area.
+    /// Full well (electrons), whatever the pitch; by default [`WELL_PER_UM2`] times the pixel's area.
     pub well: Option<f64>,
     /// Standard deviation of the read noise (electrons).
     pub read: f64,
@@ -107,11 +107,6 @@ impl FromStr for SensorSettings {
                 settings.bits
             ));
         }
-        if settings.pixel.is_some() && settings.well.is_some() {
-            return Err("well and pixel are both given, but pixel only sets the default of well; \
-                        leave one out"
-                .to_owned());
-        }
         Ok(settings)
     }
 }
@@ -156,6 +151,8 @@ mod tests {
         assert_eq!(said.sensor(100.0, 6.0), expected);
         let pitch: SensorSettings = "pixel=4".parse().unwrap();
         assert_eq!(pitch.sensor(100.0, 45.0).full_well, 24_000.0);
+        let both: SensorSettings = "well=9000,pixel=4".parse().unwrap();
+        assert_eq!(both.sensor(100.0, 45.0).full_well, 9_000.0);
     }
 
     #[test]
@@ -190,7 +187,6 @@ mod tests {
             ("black=5000,bits=12", "expected less than 4095"),
             ("bayer=rgb", "expected rggb, bggr, grbg or gbrg, found \"rgb\""),
             ("iso=100,iso=200", "iso is given twice"),
-            ("well=100,pixel=6", "leave one out"),
         ] {
             let said = text.parse::<SensorSettings>().expect_err(text);
             assert!(said.contains(expected), "{text}: {said}");
