@@ -2,7 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
+use petzval::rays::Hit;
 use petzval::scene::{
     CurveSegment, Mesh, Quadric, QuadricForm, SubdivisionError, split_patches, subdivide,
     tessellate_curve,
@@ -284,6 +285,41 @@ fn a_flat_patch_gives_two_triangles_and_an_emitting_twisted_one_many() {
     let many = vec![[0, 1, 2, 4]; 600_000];
     let count = split_patches(&mut mesh, &many).tessellate(1 << 20).triangles.len();
     assert!((1_200_000..=1 << 22).contains(&count), "{count}");
+}
+
+#[test]
+fn a_flat_patch_interpolates_twisted_texture_coordinates_and_normals_as_a_patch() {
+    let square = Mesh {
+        positions: [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [2.0, 1.0]]
+            .map(|[x, y]| [x, y, 0.0])
+            .into(),
+        ..Mesh::default()
+    };
+    let mut twisted = square.clone();
+    twisted.uvs = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let curved = split_patches(&mut twisted, &[[0, 1, 2, 3]]);
+    assert!(twisted.triangles.is_empty());
+    for (u, v) in [(0.25, 0.5), (0.5, 0.5), (0.9, 0.2)] {
+        let hit = Hit { u, v, ..Hit::MISS };
+        let found = curved.derivatives(&Hit { primitive: 0, ..hit }).uv;
+        let expected = Vec2::new(u + v - 2.0 * u * v, v);
+        assert!((found - expected).length() < 1e-6, "{found} {expected}");
+    }
+    // An emitter keeps them, too.
+    let emitter = curved.tessellate(1 << 20);
+    for (p, uv) in emitter.positions.iter().zip(&emitter.uvs) {
+        let [u, v] = [p[0] / 2.0, p[1]];
+        assert!((uv[0] - (u + v - 2.0 * u * v)).abs() < 1e-5 && (uv[1] - v).abs() < 1e-5);
+    }
+    let mut bulged = square.clone();
+    let up = Vec3::Z.to_array();
+    bulged.normals = vec![up, up, up, Vec3::new(1.0, 1.0, 1.0).normalize().to_array()];
+    assert_eq!(split_patches(&mut bulged, &[[0, 1, 2, 3]]).patches.len(), 1);
+    // Straight ones are two triangles, however large they are.
+    let mut straight = square;
+    straight.uvs = straight.positions.iter().map(|p| [p[0] * 1000.0 + 7000.0, p[1]]).collect();
+    straight.normals = vec![up; 4];
+    assert!(split_patches(&mut straight, &[[0, 1, 2, 3]]).patches.is_empty());
 }
 
 fn area(mesh: &Mesh) -> f64 {

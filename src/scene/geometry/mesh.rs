@@ -136,7 +136,11 @@ impl Mesh {
         let mut triangle = ShadingTriangle {
             positions: corners.map(|i| self.positions[i as usize]),
             normals: [[0.0; 3]; 3],
-            uvs: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+            uvs: match self.patch_starts.get(index as usize) {
+                // The second triangle of a patch begins at its corner (1, 1).
+                Some(&start) if start != index => [[1.0, 1.0], [0.0, 1.0], [0.0, 0.0]],
+                _ => [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+            },
             side: if self.flipped { -1.0 } else { 1.0 },
         };
         if !self.normals.is_empty() {
