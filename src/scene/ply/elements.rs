@@ -1,6 +1,7 @@
 //! Vertices and faces of a PLY file.
 
 use super::header::PlyElement;
+use super::polygons::Polygon;
 use super::values::ValueReader;
 use crate::io::ReadContext;
 use crate::scene::Mesh;
@@ -60,30 +61,22 @@ pub(super) fn read_vertices(
     Ok(())
 }
 
-/// Limit of the corners of a polygon that becomes a fan, as in most programs.
-const MAX_FAN_CORNERS: usize = 16;
-
-/// Bisects a polygon until triangles are left. A fan of many corners would consist of slivers with
-/// overlapping bounds, which make the tree slow to build and to traverse.
-pub(super) fn bisect_polygon(corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
-    let mut todo = vec![corners];
-    while let Some(part) = todo.pop() {
-        let [first, .., last] = *part else { continue };
-        let middle = part.len() / 2;
-        if part.len() > 2 {
-            triangles.push([first, part[middle], last]);
-            todo.extend([&part[middle..], &part[..=middle]]);
-        }
-    }
+/// The faces of a PLY file.
+#[derive(Default)]
+pub(super) struct Faces {
+    /// Triangles, and the fans of `polygons`.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Faces of four corners, in the order of bilinear patches.
+    pub(super) quads: Vec<[u32; 4]>,
+    /// Faces of more corners.
+    pub(super) polygons: Vec<Polygon>,
 }
 
-/// Reads faces. Faces of four corners become patches, all others triangles; faces of fewer than
-/// three corners are left out.
+/// Reads faces. Faces of fewer than three corners are left out.
 pub(super) fn read_faces(
     element: &PlyElement,
     values: &mut ValueReader,
-    mesh: &mut Mesh,
-    quads: &mut Vec<[u32; 4]>,
+    faces: &mut Faces,
     context: &ReadContext,
 ) -> Result<(), String> {
     let mut corners: Vec<u32> = Vec::new();
@@ -103,16 +96,13 @@ pub(super) fn read_faces(
             }
             match corners[..] {
                 _ if !wanted => {}
-                [a, b, c] => mesh.triangles.push([a, b, c]),
-                [a, b, c, d] => quads.push([a, b, d, c]),
+                [a, b, c] => faces.triangles.push([a, b, c]),
+                [a, b, c, d] => faces.quads.push([a, b, d, c]),
                 [] | [_] | [_, _] => {}
-                [a, ref rest @ ..] if corners.len() <= MAX_FAN_CORNERS => {
-                    mesh.triangles.extend(rest.windows(2).map(|edge| [a, edge[0], edge[1]]));
-                }
                 _ => {
-                    let count = (mesh.triangles.len() + corners.len()) as u64;
+                    let count = (faces.triangles.len() + corners.len()) as u64;
                     context.check(count * size_of::<[u32; 3]>() as u64)?;
-                    bisect_polygon(&corners, &mut mesh.triangles);
+                    faces.polygons.extend(Polygon::add_fan(&corners, &mut faces.triangles));
                 }
             }
         }

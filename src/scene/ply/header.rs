@@ -72,9 +72,14 @@ pub(super) fn parse_header(bytes: &[u8]) -> Result<Header, String> {
     let mut encoding = None;
     let mut elements: Vec<PlyElement> = Vec::new();
     let mut next = 0;
+    // All lines end as the first one, with \n, \r\n or \r: binary data after \r may begin with \n.
+    let first = bytes.iter().take(1000).position(|&b| b == b'\n' || b == b'\r');
+    let ends_with_return =
+        first.is_some_and(|at| bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n'));
+    let line_end = if ends_with_return { b'\r' } else { b'\n' };
     for line in 1.. {
         let rest = &bytes[next..];
-        let end = rest.iter().take(1000).position(|&b| b == b'\n');
+        let end = rest.iter().take(1000).position(|&b| b == line_end);
         let Some(end) = end else { return Err(format!("line {line}: the header does not end")) };
         let text = String::from_utf8_lossy(&rest[..end]);
         let words: Vec<&str> = text.split_whitespace().collect();

@@ -6,14 +6,16 @@
 
 mod elements;
 mod header;
+mod polygons;
 mod values;
 
 use std::path::{Path, PathBuf};
 
 use super::geometry::{Mesh, PatchMesh, split_patches};
 use crate::io::{ReadContext, path_excerpt};
-use elements::{read_faces, read_vertices};
+use elements::{Faces, read_faces, read_vertices};
 use header::{Encoding, Header, parse_header};
+use polygons::{split_concave_quad, triangulate};
 use values::{ValueReader, skip_element};
 
 /// An error that stops the reading of a PLY file.
@@ -65,7 +67,7 @@ fn read_faces_of(path: &Path, context: &ReadContext) -> Result<(Mesh, Vec<[u32; 
 fn parse(bytes: &[u8], context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), String> {
     let Header { encoding, elements, size } = parse_header(bytes)?;
     let mut values = ValueReader::new(encoding, bytes, size);
-    let (mut mesh, mut quads) = (Mesh::default(), Vec::new());
+    let (mut mesh, mut faces) = (Mesh::default(), Faces::default());
     let mut declared = 0u64;
     for element in &elements {
         // Even an empty list takes a byte, in ascii two with the space.
@@ -93,10 +95,12 @@ fn parse(bytes: &[u8], context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), S
         context.check(declared)?;
         match element.name.as_str() {
             "vertex" => read_vertices(element, &mut values, &mut mesh)?,
-            "face" => read_faces(element, &mut values, &mut mesh, &mut quads, context)?,
+            "face" => read_faces(element, &mut values, &mut faces, context)?,
             _ => skip_element(element, &mut values)?,
         }
     }
+    let Faces { triangles, mut quads, polygons } = faces;
+    mesh.triangles = triangles;
     if mesh.positions.is_empty() || mesh.triangles.is_empty() && quads.is_empty() {
         return Err("the mesh has no vertices or no faces".to_owned());
     }
@@ -107,12 +111,18 @@ fn parse(bytes: &[u8], context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), S
     if quads.iter().flatten().any(|&v| v >= count) {
         return Err("a quad names a vertex that does not exist".to_owned());
     }
+    triangulate(&mut mesh, &polygons);
+    // A concave quad as a bilinear patch would fold over.
+    quads.retain(|&[a, b, d, c]| {
+        let halves = split_concave_quad(&mesh.positions, [a, b, c, d]);
+        mesh.triangles.extend(halves.into_iter().flatten());
+        halves.is_none()
+    });
     Ok((mesh, quads))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::elements::bisect_polygon;
     use super::{Mesh, PatchMesh, ReadContext};
 
     fn parse(bytes: &[u8]) -> Result<(Mesh, PatchMesh), String> {
@@ -190,20 +200,74 @@ mod tests {
     }
 
     #[test]
-    fn a_polygon_of_many_corners_becomes_triangles_of_its_own_area() {
-        let corners: Vec<u32> = (0..1000).collect();
-        let mut triangles = Vec::new();
-        bisect_polygon(&corners, &mut triangles);
-        assert_eq!(triangles.len(), 998);
-        let at = |i: u32| glam::DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 1000.0);
-        let area = |[a, b, c]: [u32; 3]| (at(b) - at(a)).perp_dot(at(c) - at(a)) / 2.0;
-        assert!(triangles.iter().all(|&t| area(t) > 0.0), "they turn as the polygon does");
-        let sum: f64 = triangles.iter().map(|&t| area(t)).sum();
-        let exact = 500.0 * (std::f64::consts::TAU / 1000.0).sin();
-        assert!((sum - exact).abs() < 1e-9, "{sum} of {exact}");
-        // Of a fan, each would be as long as the polygon.
-        let short = triangles.iter().filter(|t| at(t[0]).distance(at(t[2])) < 0.1).count();
-        assert!(short > 800, "{short}");
+    fn a_concave_quad_has_its_own_area_whatever_its_first_corner() {
+        let arrow = ASCII.replace("1 1 0 1 1", "0.25 0.25 0 1 1");
+        for corners in ["0 1 2 3", "1 2 3 0", "2 3 0 1", "3 0 1 2", "3 2 1 0", "0 3 2 1"] {
+            let (mesh, curved) =
+                parse(arrow.replace("4 0 1 2 3", &format!("4 {corners}")).as_bytes()).unwrap();
+            assert!(curved.patches.is_empty());
+            let area: f32 = (0..2).map(|i| mesh.area(i)).sum();
+            assert!((area - 0.25).abs() < 1e-6, "{corners}: {area}");
+            let normal = |i: u32| {
+                let [a, b, c] = mesh.corners(i);
+                (b - a).cross(c - a).z
+            };
+            assert!(normal(0) * normal(1) > 0.0, "{corners}: the halves face opposite sides");
+        }
+    }
+
+    #[test]
+    fn faces_may_stand_before_their_vertices() {
+        let text = "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_index\n\
+            element vertex 5\nproperty float x\nproperty float y\nproperty float z\nend_header\n\
+            5 0 1 2 3 4\n0 0 0\n2 0 0\n2 2 0\n1 0.5 0\n0 2 0\n";
+        let (mesh, _) = parse(text.as_bytes()).unwrap();
+        let area: f32 = (0..3).map(|i| mesh.area(i)).sum();
+        assert!((area - 2.5).abs() < 1e-6, "{area}");
+    }
+
+    #[test]
+    fn lines_may_end_with_carriage_returns() {
+        let expected = parse(ASCII.as_bytes()).unwrap().0;
+        for end in ["\r", "\r\n"] {
+            assert_eq!(parse(ASCII.replace('\n', end).as_bytes()).unwrap().0, expected);
+            for big in [false, true] {
+                let bytes = binary(big);
+                let body = bytes.len() - 4 * 5 * 4 - 17;
+                let mut changed = String::from_utf8(bytes[..body].to_vec())
+                    .unwrap()
+                    .replace('\n', end)
+                    .into_bytes();
+                changed.extend(&bytes[body..]);
+                assert_eq!(parse(&changed).unwrap().0, expected, "{end:?}");
+            }
+        }
+        let wrong = ASCII.replace("1 1 0 1 1", "1 x 0 1 1").replace('\n', "\r");
+        assert!(parse(wrong.as_bytes()).unwrap_err().starts_with("line 15: "));
+    }
+
+    #[test]
+    fn a_quad_without_texture_coordinates_has_those_of_its_patch() {
+        let text = ASCII.replace("property float u\nproperty float v\n", "");
+        let text = ["0 0 0 0 0", "1 0 0 1 0", "1 1 0 1 1", "0 1 0 0 1"]
+            .iter()
+            .fold(text, |text, row| text.replace(row, &row[..5]));
+        let (mesh, curved) = parse(text.as_bytes()).unwrap();
+        assert!(mesh.uvs.is_empty() && curved.patches.is_empty());
+        for i in 0..2 {
+            let triangle = mesh.triangle(i);
+            for (p, uv) in triangle.positions.iter().zip(triangle.uvs) {
+                assert_eq!(p[..2], uv);
+            }
+        }
+    }
+
+    #[test]
+    fn a_flat_quad_whose_texture_coordinates_are_twisted_is_a_patch() {
+        let twisted = ASCII.replace("1 1 0 1 1", "1 1 0 0 1").replace("0 1 0 0 1", "0 1 0 1 1");
+        let (mesh, curved) = parse(twisted.as_bytes()).unwrap();
+        assert!(mesh.triangles.is_empty());
+        assert_eq!(curved.patches.len(), 1);
     }
 
     #[test]

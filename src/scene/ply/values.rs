@@ -57,7 +57,10 @@ impl<'a> ValueReader<'a> {
         self.next += end;
         let text = String::from_utf8_lossy(&rest[start..end]);
         text.parse().map_err(|_| {
-            let line = 1 + self.bytes[..self.next].iter().filter(|&&b| b == b'\n').count();
+            let before = &self.bytes[..self.next];
+            let lines = before.iter().filter(|&&b| b == b'\n').count();
+            let returns = before.windows(2).filter(|b| b[0] == b'\r' && b[1] != b'\n').count();
+            let line = 1 + lines + returns;
             format!("line {line}: \"{}\" is not a number", excerpt(&text))
         })
     }
