@@ -51,6 +51,47 @@ fn a_document_is_the_same_from_every_container() {
 }
 
 #[test]
+fn integers_may_have_a_fraction_of_zero_or_an_exponent_and_extras_any_value() {
+    let folder = folder();
+    let text = simple().text();
+    let write = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).expect("a file");
+        meshes(folder.path(), name)
+    };
+    let expected = write("a.gltf", &text);
+    let mut changed = text.clone();
+    for (plain, other) in [
+        ("\"componentType\": 5126", "\"componentType\": 5126.0"),
+        ("\"componentType\": 5123", "\"componentType\": 5.123e3"),
+        ("\"count\": 4", "\"count\": 0.4e1"),
+        ("\"mesh\": 0", "\"mesh\": 0.0"),
+        ("\"byteOffset\": 48", "\"byteOffset\": 4.8E+1"),
+    ] {
+        assert!(changed.contains(plain), "{plain}");
+        changed = changed.replace(plain, other);
+    }
+    assert_eq!(write("b.gltf", &changed), expected);
+    for extras in ["5", "\"a\"", "[1, {\"scene\": 4294967296}]", "null", "true", "{\"a\": {}}"] {
+        // At every object of the document.
+        let object = format!("{{ \"extras\": {extras},");
+        let with = text.replace("{\n", &format!("{object}\n"));
+        assert!(with.matches("extras").count() > 15);
+        assert_eq!(write("c.gltf", &with), expected, "{extras}");
+    }
+}
+
+#[test]
+fn indices_of_two_to_the_32_are_refused_with_their_place() {
+    let text = simple().text();
+    for (key, large) in [("mesh", "4294967296"), ("POSITION", "4294967296.0"), ("buffer", "1e30")] {
+        let said =
+            refused(&text.replacen(&format!("\"{key}\": 0"), &format!("\"{key}\": {large}"), 1));
+        assert!(said.contains(&format!("an index of {large}; expected less than 2^32")), "{said}");
+        assert!(said.contains(" | ") && said.contains(large), "{said}");
+    }
+}
+
+#[test]
 fn strides_normalized_integers_and_sparse_values_are_read() {
     let expected = {
         let folder = folder();

@@ -12,6 +12,7 @@ use gltf_json::Root;
 use percent_encoding::percent_decode_str;
 use serde_json::value::RawValue;
 
+use super::integers::{LargeIndex, plain_integers};
 use crate::io::{Location, ReadContext, Warning, excerpt, without_byte_order_mark};
 use crate::scene::pbrt::SceneError;
 
@@ -71,7 +72,14 @@ impl Document {
                 not_text(&file, format!("byte {offset} is not UTF-8; expected a glTF document"))
             })?
             .to_owned();
-        let root = serde_json::from_str(&text).map_err(|error| {
+        let plain = plain_integers(&text).map_err(|LargeIndex { offset, found }| {
+            let message = format!("an index of {found}; expected less than 2^32");
+            match binary {
+                true => not_text(&file, format!("{message} (byte {} of its text)", offset + 1)),
+                false => SceneError::Invalid { at: place(&file, &text, offset), message },
+            }
+        })?;
+        let root = serde_json::from_str(&plain).map_err(|error| {
             let message = format!("this is no glTF document: {}", without_place(&error));
             let line = u32::try_from(error.line().max(1)).unwrap_or(u32::MAX);
             let column = u32::try_from(error.column().max(1)).unwrap_or(u32::MAX);
@@ -83,6 +91,7 @@ impl Document {
                 },
             }
         })?;
+        drop(plain);
         let chunk = chunk.map(<[u8]>::to_vec);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let mut document = Self {
@@ -140,15 +149,10 @@ impl Document {
 
     /// Returns the place of an element, such as `meshes/2/primitives/0`.
     pub fn location(&self, element: &str) -> Location {
-        let file = Arc::clone(&self.file);
         if self.binary {
-            return Location { file, line: 1, column: 1 };
+            return Location { file: Arc::clone(&self.file), line: 1, column: 1 };
         }
-        let before = &self.text[..offset(&self.text, element)];
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-        let [line, column] = [line, column].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-        Location { file, line, column }
+        place(&self.file, &self.text, offset(&self.text, element))
     }
 
     /// Returns an error about an element.
@@ -282,6 +286,15 @@ impl Document {
         }
         Ok(self.folder.join(&*name))
     }
+}
+
+/// Returns the location of an offset (bytes) in a text.
+fn place(file: &Arc<Path>, text: &str, offset: usize) -> Location {
+    let before = &text[..offset];
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+    let [line, column] = [line, column].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    Location { file: Arc::clone(file), line, column }
 }
 
 /// Returns how messages write the path of an element: `meshes[2].primitives[0]`.

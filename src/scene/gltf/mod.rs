@@ -13,6 +13,7 @@ mod cameras;
 mod document;
 mod images;
 mod instances;
+mod integers;
 mod lights;
 mod material_extensions;
 mod materials;
