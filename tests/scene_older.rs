@@ -178,3 +178,132 @@ fn parameters_of_v4_are_accepted() {
          Attribute \"medium\" \"float scale\" 2\nShape \"sphere\"",
     );
 }
+
+/// Reads a scene of pbrt-v3: its film is an image.
+fn read_v3(world: &str) -> Description {
+    let text = format!("Film \"image\"\nCamera \"perspective\"\nWorldBegin\n{world}\nWorldEnd");
+    read(&text).expect(world)
+}
+
+#[test]
+fn unused_parameters_of_older_files_are_a_warning_and_of_new_ones_an_error() {
+    let world = "Material \"matte\" \"rgb Kd\" [.5 .5 .5] \"rgb Ks\" [.2 .2 .2]\n\
+        LightSource \"point\" \"bool castshadows\" \"true\"\nShape \"sphere\" \"float forked\" 3";
+    let scene = read_v3(world);
+    let messages: Vec<&str> = scene.warnings.iter().map(|w| w.message.as_str()).collect();
+    for name in ["\"Ks\" of Material", "\"castshadows\" of LightSource", "\"forked\" of Shape"] {
+        assert!(
+            messages.iter().any(|m| m.contains(name) && m.contains("left out")),
+            "{messages:?}"
+        );
+    }
+    assert!(read(&format!("Camera \"perspective\"\nWorldBegin\n{world}")).is_err());
+    // Each sign of an older dialect counts.
+    for before in ["Film \"image\"", "SurfaceIntegrator \"path\""] {
+        assert!(read(&format!("{before}\nWorldBegin\n{world}")).is_ok(), "{before}");
+    }
+    let text = format!("WorldBegin\n{world}\n");
+    assert!(read(&format!("{text}WorldEnd # the end")).is_ok());
+    assert!(read(&format!("{text}# WorldEnd\n")).is_err());
+}
+
+#[test]
+fn shapes_override_parameters_of_their_material_before_v4() {
+    let world = "Material \"matte\" \"rgb Kd\" [.1 .1 .1]\nShape \"sphere\" \"rgb Kd\" [.8 .1 .1]\n\
+        MakeNamedMaterial \"a\" \"string type\" \"matte\" \"rgb Kd\" [.2 .2 .2]\n\
+        AttributeBegin\nNamedMaterial \"a\"\nShape \"sphere\" \"rgb Kd\" [.3 .3 .3]\n\
+        Shape \"sphere\" \"float radius\" 2\nAttributeEnd\nShape \"sphere\" \"float radius\" 3";
+    let Description { scene, warnings, .. } = read_v3(world);
+    assert!(warnings.is_empty(), "{warnings:#?}");
+    let found: Vec<[f32; 3]> = scene
+        .shapes
+        .iter()
+        .map(|shape| match &scene.materials[shape.material as usize].model {
+            MaterialModel::Diffuse { reflectance } => colour(reflectance),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(found, [[0.8, 0.1, 0.1], [0.3; 3], [0.2; 3], [0.1; 3]]);
+    assert!(read(&format!("WorldBegin\n{world}")).is_err(), "pbrt-v4 refuses it");
+}
+
+#[test]
+fn attributes_and_objects_share_one_stack_before_v4() {
+    let object = "AttributeBegin\nTranslate 5 0 0\nObjectBegin \"a\"\nTranslate 0 7 0\n\
+        Shape \"sphere\"\nAttributeEnd\nObjectEnd\n";
+    let Description { scene, warnings, .. } =
+        read_v3(&format!("{object}ObjectInstance \"a\"\nShape \"sphere\""));
+    assert!(warnings.is_empty(), "{warnings:#?}");
+    // The object stands where it was defined, and the transforms before it are restored.
+    let [low, high] = scene.bounds().expect("bounds");
+    assert_eq!([low.to_array(), high.to_array()], [[-1.0, -1.0, -1.0], [6.0, 8.0, 1.0]]);
+    assert!(read(&format!("WorldBegin\n{object}Shape \"sphere\"")).is_err());
+    // Transforms have a stack of their own.
+    let crossed = "Translate 1 0 0\nTransformBegin\nTranslate 2 0 0\nAttributeBegin\n\
+        Translate 4 0 0\nTransformEnd\nShape \"sphere\" \"float radius\" 0.5\nAttributeEnd\n\
+        Shape \"sphere\" \"float radius\" 0.25";
+    let shapes = read_v3(crossed).scene.shapes;
+    let middle = |i: usize| match &shapes[i].geometry {
+        petzval::scene::Geometry::Quadric(sphere) => sphere.whole_sphere().expect("one").centre.x,
+        _ => panic!("no sphere"),
+    };
+    assert_eq!([middle(0), middle(1)], [3.0, 1.0]);
+    let open = read_v3("AttributeBegin\nShape \"sphere\"");
+    assert!(open.warnings[0].message.contains("AttributeBegin without AttributeEnd"));
+}
+
+#[test]
+fn an_area_light_on_no_material_shines_before_v4() {
+    let world = "AttributeBegin\nMaterial \"none\"\nAreaLightSource \"diffuse\" \"rgb L\" [1 1 1]\n\
+        Shape \"sphere\"\nAttributeEnd\nLookAt 0 0 5 0 0 0 0 1 0";
+    let text = |film: &str| {
+        format!(
+            "Film \"{film}\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+             LookAt 0 0 -5 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 10\n\
+             Sampler \"random\" \"integer pixelsamples\" 4\nWorldBegin\n{world}\n"
+        )
+    };
+    let picture = support::rendered(&text("image"));
+    assert!(picture.pixels.iter().flatten().all(|&v| (v - 1.0).abs() < 1e-5));
+    assert!(support::rendered(&text("rgb")).pixels.iter().flatten().all(|&v| v == 0.0));
+    // Rays pass through it: behind the lamp, the sky shines.
+    let sky = text("image") + "LightSource \"infinite\" \"rgb L\" [2 2 2]\n";
+    let picture = support::rendered(&sky);
+    assert!(picture.pixels.iter().flatten().all(|&v| (v - 3.0).abs() < 1e-4));
+}
+
+#[test]
+fn a_shutter_of_no_time_is_a_still_picture_before_v4() {
+    let camera = "Camera \"perspective\" \"float shutteropen\" 0.5 \"float shutterclose\" 0.5\n";
+    let scene = read(&format!("Film \"image\"\n{camera}WorldBegin\nShape \"sphere\"")).expect("v3");
+    assert_eq!(scene.shutter.open, 0.5);
+    assert!(scene.shutter.time() > 0.0 && scene.shutter.time() < 1e-6);
+    let CameraSpec::Thin(thin) = scene.camera else { panic!("a lens") };
+    assert_eq!(thin.exposure_time, 1.0);
+    assert!(read(&format!("{camera}WorldBegin\nShape \"sphere\"")).is_err());
+}
+
+#[test]
+fn an_empty_name_of_a_picture_is_none() {
+    for light in [
+        "LightSource \"infinite\" \"rgb L\" [1 1 1] \"string filename\" \"\"",
+        "LightSource \"infinite\" \"rgb L\" [1 1 1] \"string mapname\" [\"\"]",
+        "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"string filename\" \"\"",
+        "Material \"diffuse\" \"string normalmap\" \"\"",
+    ] {
+        read_world(&format!("{light}\nShape \"sphere\""));
+    }
+}
+
+#[test]
+fn measured_surfaces_of_v2_have_a_substitute() {
+    for file in ["a.brdf", "b.BINARY"] {
+        let world = format!(
+            "Material \"measured\" \"string filename\" \"{file}\" \"rgb Kd\" [.1 .2 .3]\nShape \"sphere\""
+        );
+        let Description { scene, warnings, .. } = read_v3(&world);
+        assert!(warnings.iter().any(|w| w.message.contains("not supported")), "{warnings:#?}");
+        let MaterialModel::Diffuse { reflectance } = &last(&scene).model else { panic!("{file}") };
+        assert_eq!(colour(reflectance), [0.1, 0.2, 0.3]);
+    }
+}

@@ -209,6 +209,19 @@ impl SceneBuilder {
         dark
     }
 
+    /// Lets a shape whose material is an interface emit, as pbrt-v3 does: the shape emits, and rays
+    /// pass through it.
+    pub fn keep_interface_emission(&mut self, shape: u32) {
+        let Shape { material, light, .. } = self.shapes[shape as usize];
+        let is_interface = |m: &Material| matches!(m.model, MaterialModel::Interface);
+        if light != NO_INDEX && is_interface(&self.materials[material as usize]) {
+            // A pane without refraction transmits all.
+            let model =
+                MaterialModel::ThinDielectric { eta: 1.0, tint: Texture::Constant([1.0; 3]) };
+            self.shapes[shape as usize].material = self.add_material(Material::new(model));
+        }
+    }
+
     /// Builds the hierarchies.
     ///
     /// # Errors

@@ -122,18 +122,26 @@ impl CameraDirective {
         Self { kind: CameraKind::Perspective, params, motion }
     }
 
-    pub(super) fn spec(&self) -> Result<CameraSpec, SceneError> {
+    pub(super) fn spec(&self, dialect: Dialect) -> Result<CameraSpec, SceneError> {
+        let params = &self.params;
+        let exposure_time = || exposure_time(params, dialect);
         match self.kind {
-            CameraKind::Realistic => realistic(&self.params),
-            CameraKind::Perspective => thin(&self.params, Some(fov(&self.params)?)),
-            CameraKind::Orthographic => thin(&self.params, None),
-            CameraKind::Spherical => spherical(&self.params, mapping(&self.params)?),
-            CameraKind::Environment => spherical(&self.params, SphericalMapping::Equirectangular),
+            CameraKind::Realistic => realistic(params, exposure_time),
+            CameraKind::Perspective => thin(params, Some(fov(params)?), exposure_time()?),
+            CameraKind::Orthographic => thin(params, None, exposure_time()?),
+            CameraKind::Spherical => Ok(CameraSpec::Spherical(SphericalSpec {
+                mapping: mapping(params)?,
+                exposure_time: exposure_time()?,
+            })),
+            CameraKind::Environment => Ok(CameraSpec::Spherical(SphericalSpec {
+                mapping: SphericalMapping::Equirectangular,
+                exposure_time: exposure_time()?,
+            })),
         }
     }
 
-    pub(super) fn shutter(&self) -> Result<Shutter, SceneError> {
-        shutter(&self.params)
+    pub(super) fn shutter(&self, dialect: Dialect) -> Result<Shutter, SceneError> {
+        shutter(&self.params, dialect)
     }
 }
 
@@ -168,7 +176,10 @@ impl SceneReader {
     }
 }
 
-fn realistic(params: &Params) -> Result<CameraSpec, SceneError> {
+fn realistic(
+    params: &Params,
+    exposure_time: impl FnOnce() -> Result<f64, SceneError>,
+) -> Result<CameraSpec, SceneError> {
     if let Some(file) = params.text("specfile")? {
         return Ok(CameraSpec::Realistic(RealisticSpec::V2 {
             lens: resolve(&params.folder, file),
@@ -193,9 +204,10 @@ fn realistic(params: &Params) -> Result<CameraSpec, SceneError> {
         aperture: params.positive("aperturediameter", 1.0)?,
         iris: params
             .text("aperture")?
+            .filter(|name| !name.is_empty())
             .map(|name| IrisSpec { path: resolve(&params.folder, name), name: name.to_owned() }),
         focus: params.positive("focusdistance", 10.0)?,
-        exposure_time: exposure_time(params)?,
+        exposure_time: exposure_time()?,
         film_pose: film_pose(params)?,
     }))
 }
@@ -259,13 +271,8 @@ fn mapping(params: &Params) -> Result<SphericalMapping, SceneError> {
     }
 }
 
-fn spherical(params: &Params, mapping: SphericalMapping) -> Result<CameraSpec, SceneError> {
-    let exposure_time = exposure_time(params)?;
-    Ok(CameraSpec::Spherical(SphericalSpec { mapping, exposure_time }))
-}
-
 /// Returns a camera with a field of view, or with parallel rays.
-fn thin(params: &Params, fov: Option<f64>) -> Result<CameraSpec, SceneError> {
+fn thin(params: &Params, fov: Option<f64>, exposure_time: f64) -> Result<CameraSpec, SceneError> {
     let default = ThinSpec::default();
     let window = match params.numbers("screenwindow", &["float"])? {
         None => None,
@@ -292,7 +299,7 @@ fn thin(params: &Params, fov: Option<f64>) -> Result<CameraSpec, SceneError> {
         lens_radius,
         focal_distance: params.positive("focaldistance", default.focal_distance)?,
         depth: depth_range(params, default.depth)?,
-        exposure_time: exposure_time(params)?,
+        exposure_time,
     }))
 }
 
@@ -305,10 +312,14 @@ fn depth_range(params: &Params, default: [f64; 2]) -> Result<[f64; 2], SceneErro
     Ok([near, far])
 }
 
-fn exposure_time(params: &Params) -> Result<f64, SceneError> {
+fn exposure_time(params: &Params, dialect: Dialect) -> Result<f64, SceneError> {
     let time = params.float("shutterclose", 1.0)? - params.float("shutteropen", 0.0)?;
     if time > 0.0 {
         return Ok(time);
+    }
+    // Before pbrt-v4, a picture does not depend on the time, and 0 s is a still picture.
+    if time == 0.0 && dialect.is_older() {
+        return Ok(1.0);
     }
     let found = format!("a shutter that is open for {time} s");
     Err(params.refuse("shutterclose", found, "expected shutterclose after shutteropen"))

@@ -3,10 +3,10 @@
 //!
 //! A new kind or parameter is added to the table of its directive.
 
-use super::SceneError;
 use super::attributes::Target;
 use super::params::{Param, Params};
 use super::reader::SceneReader;
+use super::{Dialect, SceneError};
 use crate::io::hint;
 
 /// A directive that selects one of several kinds by name.
@@ -39,6 +39,9 @@ pub(super) type Ignored = (&'static str, &'static str);
 /// Suppresses the warning about a parameter or kind that changes the mean of no pixel, or that
 /// pbrt-v4's upgrade of a scene drops, too.
 pub(super) const SILENT: &str = "";
+
+/// The consequence of a parameter that a kind does not read, before pbrt-v4.
+const UNUSED: &str = "no part of this kind reads it, and it is left out";
 
 /// A kind of a directive that a scene selects, with parameters that are checked if the kind is
 /// supported.
@@ -95,17 +98,32 @@ impl<K: Copy> Directive<K> {
         })
     }
 
+    /// Returns whether the kind of this name reads a parameter.
+    pub(super) fn reads_param(&self, kind: &str, param: &str) -> bool {
+        let entry = self.kinds.iter().find(|entry| entry.name == kind);
+        entry.is_some_and(|entry| self.reads(entry).any(|name| name == param))
+    }
+
+    /// Returns whether the kind of this name reads a parameter, or ignores it knowingly.
+    pub(super) fn knows_param(&self, kind: &str, param: &str) -> bool {
+        let entry = self.kinds.iter().find(|entry| entry.name == kind);
+        let ignores = entry.is_some_and(|e| e.ignores.iter().any(|(name, _)| *name == param));
+        ignores || self.reads_param(kind, param)
+    }
+
     /// Returns the names of every parameter that a kind reads.
     fn reads(&self, entry: &KindEntry<K>) -> impl Iterator<Item = &'static str> {
         entry.reads.iter().chain(self.shared).copied()
     }
 
-    /// Checks that every parameter is known. Calls `warn` for each one that is ignored.
+    /// Checks that every parameter is known. Calls `warn` for each one that is ignored, or unknown in
+    /// a dialect that only warns.
     fn check_params(
         &self,
         entry: &KindEntry<K>,
         params: &Params,
-        mut warn: impl FnMut(&Param, &'static str),
+        dialect: Dialect,
+        mut warn: impl FnMut(&Param, &str),
     ) -> Result<(), SceneError> {
         for param in &params.all {
             let name = param.name.as_str();
@@ -127,6 +145,10 @@ impl<K: Copy> Directive<K> {
                 }
                 hint => hint,
             };
+            if dialect.is_older() {
+                warn(param, UNUSED);
+                continue;
+            }
             let found =
                 format!("unknown parameter \"{name}\" of {} \"{}\"{hint}", self.name, entry.name);
             return Err(SceneError::at(param.at.clone(), found, ""));
@@ -168,7 +190,7 @@ impl SceneReader {
             self.warnings.unsupported(&params.at, &feature, instead);
         }
         if kind.is_some() {
-            directive.check_params(entry, &params, |param, instead| {
+            directive.check_params(entry, &params, self.dialect, |param, instead| {
                 let feature = format!("\"{}\" of {} \"{name}\"", param.name, directive.name);
                 self.warnings.unsupported(&param.at, &feature, instead);
             })?;

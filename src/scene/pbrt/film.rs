@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::SceneError;
 use super::description::{FilmSpec, FilterSpec};
 use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar};
 use super::params::Params;
 use super::reader::SceneReader;
+use super::{Dialect, SceneError};
 use crate::film::filter::Profile;
 use crate::io::hint;
 use crate::spectrum::{CameraSensor, ColourSpace};
@@ -96,6 +96,10 @@ impl SceneReader {
         self.require_before_world("Film")?;
         let name = self.string()?;
         let params = self.params()?;
+        // Only before pbrt-v4 is a film an image.
+        if name == "image" && self.dialect == Dialect::V4 {
+            self.dialect = Dialect::V3;
+        }
         let Selected { kind, params, .. } = self.check_kind(&FILM, &name, params)?;
         self.film = kind.map(|kind| (kind, params));
         Ok(())

@@ -6,6 +6,7 @@ use glam::DAffine3;
 
 use super::SceneError;
 use super::attributes::Target;
+use super::materials::MaterialDirective;
 use super::memory::granted;
 use super::params::Param;
 use super::reader::SceneReader;
@@ -23,6 +24,9 @@ pub(super) struct GraphicsState {
     pub(super) reverse_orientation: bool,
     /// Index of the current material.
     pub(super) material: u32,
+    /// The directive of the current material, in a file of pbrt-v3 or older: parameters of a shape
+    /// override its own.
+    pub(super) material_directive: Option<Arc<MaterialDirective>>,
     pub(super) area_light: Option<Emission>,
     /// The media on the sides of shapes.
     pub(super) media: MediumInterface,
@@ -39,6 +43,7 @@ impl GraphicsState {
             active: [true; 2],
             reverse_orientation: false,
             material,
+            material_directive: None,
             area_light: None,
             media: MediumInterface { inside: VACUUM, outside: VACUUM },
             colour_space: ColourSpace::default(),
@@ -95,6 +100,9 @@ impl SceneReader {
     }
 
     pub(super) fn end_block(&mut self, block: Block) -> Result<(), SceneError> {
+        if self.dialect.is_older() {
+            self.match_open_block(block);
+        }
         match self.open_blocks.pop() {
             Some(open) if open.block == block => {
                 if block == Block::Transform {
@@ -123,6 +131,30 @@ impl SceneReader {
             }
             None => self.refuse(format!("{0}End without {0}Begin", block.name()), "remove it"),
         }
+    }
+
+    /// Makes the innermost open block one of the kind that ends, as pbrt reads blocks before v4:
+    /// attributes and objects share one stack of states, and transforms have a stack of their own.
+    fn match_open_block(&mut self, block: Block) {
+        let shares_stack = |a: Block, b: Block| (a == Block::Transform) == (b == Block::Transform);
+        let in_file = self.open_blocks.iter().rev().take_while(|b| b.block != Block::Import);
+        let Some(depth) = in_file.map(|b| b.block).position(|open| shares_stack(open, block))
+        else {
+            return;
+        };
+        let last = self.open_blocks.len() - 1;
+        // The transforms of the blocks between stay in their order, each in the place of the one
+        // that it is behind.
+        let taken = self.open_blocks.remove(last - depth);
+        let mut transforms = (taken.saved.ctm, taken.saved.active);
+        for open in &mut self.open_blocks[last - depth..] {
+            let saved = (&mut open.saved.ctm, &mut open.saved.active);
+            std::mem::swap(saved.0, &mut transforms.0);
+            std::mem::swap(saved.1, &mut transforms.1);
+        }
+        let mut saved = taken.saved;
+        (saved.ctm, saved.active) = transforms;
+        self.open_blocks.push(OpenBlock { block, saved, at: taken.at });
     }
 
     /// Closes the innermost block of this kind in the file and all blocks in it, so that one

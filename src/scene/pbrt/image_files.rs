@@ -84,14 +84,16 @@ impl ImageFiles {
 }
 
 impl TextureLibrary {
-    /// Reads the image of a light or a normal map, in f32.
+    /// Reads the image of a light or a normal map, in f32. As in pbrt, an empty name is no image.
     pub(super) fn whole_image(
         &mut self,
         params: &Params,
         name: &str,
         transfer: Transfer,
     ) -> Result<Option<Arc<Picture>>, SceneError> {
-        let Some(file) = params.text(name)? else { return Ok(None) };
+        let Some(file) = params.text(name)?.filter(|file| !file.is_empty()) else {
+            return Ok(None);
+        };
         let key = (resolve(&params.folder, file), transfer.into());
         if let Some(picture) = self.image_files.whole.get(&key) {
             return Ok(Some(picture.clone()));

@@ -129,6 +129,17 @@ impl Lexer {
         Err(SceneError::NotText { at: self.here(), message: found })
     }
 
+    /// Returns whether the text has a `WorldEnd`, which pbrt-v4 does not have.
+    pub(super) fn has_world_end(&self) -> bool {
+        const WORD: &[u8] = b"WorldEnd";
+        let is_there = |line: &[u8]| {
+            let code = line.split(|&b| b == b'#').next().unwrap_or(line);
+            code.split(|&b| DELIMITERS[usize::from(b)]).any(|word| word == WORD)
+        };
+        // It is one of the last lines.
+        self.text.rsplit(|&b| b == b'\n' || b == b'\r').any(is_there)
+    }
+
     /// Returns the location of the next byte to be read.
     pub(super) fn here(&self) -> Location {
         Location { file: self.file.clone(), line: self.line, column: self.column(self.next) }
@@ -219,7 +230,8 @@ impl Lexer {
                 }
                 b'#' => {
                     let rest = &self.text[self.next..];
-                    self.next += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+                    let end = rest.iter().position(|&b| b == b'\n' || b == b'\r');
+                    self.next += end.unwrap_or(rest.len());
                     continue;
                 }
                 _ if byte.is_ascii_whitespace() => {}

@@ -122,8 +122,8 @@ impl SceneReader {
             Some(picture) => {
                 let square = picture.size[0] == picture.size[1];
                 let layout = match self.dialect {
-                    Dialect::V4 if square => SkyLayout::EqualArea,
-                    Dialect::V4 | Dialect::V2 => SkyLayout::Equirectangular,
+                    Dialect::V4 | Dialect::V3 if square => SkyLayout::EqualArea,
+                    Dialect::V4 | Dialect::V3 | Dialect::V2 => SkyLayout::Equirectangular,
                 };
                 let picture = unframed(picture, true);
                 let image = SkyImage::new(picture, light_from_world.as_mat3(), layout);

@@ -14,6 +14,9 @@ use crate::scene::{
     Texture,
 };
 
+/// Extensions of the files of measured surfaces of pbrt-v2: tables of samples, and those of MERL.
+const OLD_MEASURED: [&str; 3] = ["brdf", "binary", "merl"];
+
 /// The parameters of a material and the textures that they name.
 pub(super) struct MaterialBuilder<'a> {
     pub(super) params: &'a Params,
@@ -101,7 +104,7 @@ impl MaterialBuilder<'_> {
                 reflectance: self.colour("Kd", 0.25)?,
                 coat: self.coat("", &["eta", "index"], 0.1)?,
             },
-            MaterialKind::Measured => MaterialModel::Measured(self.measured()?),
+            MaterialKind::Measured => self.measured()?,
             MaterialKind::CoatedConductor => MaterialModel::CoatedConductor {
                 metal: self.metal("conductor.eta", "conductor.k")?,
                 roughness: self.roughness("conductor.", 0.0)?,
@@ -112,20 +115,28 @@ impl MaterialBuilder<'_> {
         })
     }
 
-    /// Reads the file of a measured surface.
-    fn measured(&self) -> Result<Arc<MeasuredSurface>, SceneError> {
+    /// Reads the file of a measured surface. Those of pbrt-v2 have a substitute.
+    fn measured(&mut self) -> Result<MaterialModel, SceneError> {
         let Some(file) = self.params.text("filename")? else {
             let found = "a measured material without \"string filename\"";
             return Err(self.params.refuse("filename", found, "expected the name of a .bsdf file"));
         };
         let path = resolve(&self.params.folder, file);
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or("");
+        if OLD_MEASURED.iter().any(|old| extension.eq_ignore_ascii_case(old)) {
+            let feature = format!("a measured material of a .{} file", extension.to_lowercase());
+            let instead = "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
+            self.warnings.unsupported(&self.params.location("filename"), &feature, instead);
+            return Ok(self.substitute());
+        }
         let refuse = |found: String| {
             let expected = "expected a .bsdf file of the RGL's material database";
             self.params.refuse("filename", found, expected)
         };
         let bytes = self.params.context.bytes(&path).map_err(|error| refuse(error.to_string()))?;
         let read = MeasuredSurface::read(&bytes);
-        read.map(Arc::new).map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))
+        read.map(|surface| MaterialModel::Measured(Arc::new(surface)))
+            .map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))
     }
 
     /// Reads a surface over a medium, whose coefficients must be the same everywhere.

@@ -1,10 +1,12 @@
 //! The Material, MakeNamedMaterial and NamedMaterial directives.
 
+use std::sync::Arc;
+
 use super::directive_kinds::Selected;
 use super::forward_references::Deferred;
 use super::material_builder::MaterialBuilder;
 use super::material_kinds::{MATERIAL, MaterialKind};
-use super::params::{Params, Values};
+use super::params::{Param, Params, Values};
 use super::reader::SceneReader;
 use super::{SceneError, suggestion_or};
 use crate::io::image::Transfer;
@@ -14,10 +16,18 @@ use crate::scene::{ImageMap, Mapping, Material, MaterialModel, Wrap};
 /// A material that is defined or used by name.
 pub(super) struct NamedMaterial {
     pub(super) index: u32,
+    /// Its directive, in a file of pbrt-v3 or older.
+    directive: Option<Arc<MaterialDirective>>,
     /// The location of its first use, until it is defined.
     pub(super) forward_reference: Option<Location>,
     /// Depth of nested mixes, itself included.
     pub(super) mix_depth: u32,
+}
+
+/// The kind and the parameters of a material.
+pub(super) struct MaterialDirective {
+    kind: String,
+    params: Params,
 }
 
 /// A checked material, whose textures may not be defined yet.
@@ -52,9 +62,11 @@ impl SceneReader {
         self.require_in_world("Material")?;
         let kind = self.string()?;
         let params = self.params()?;
+        let directive = self.older_directive(&kind, &params);
         let draft = self.draft_material(&kind, params, Naming::Unnamed)?;
         let index = self.builder.add_material(Material::diffuse([0.5; 3]));
         self.state.material = index;
+        self.state.material_directive = directive;
         self.define_or_defer(Deferred::Material { index, draft })
     }
 
@@ -69,13 +81,14 @@ impl SceneReader {
             );
         };
         params.all.retain(|param| param.name != "type");
+        let directive = self.older_directive(&kind, &params);
         let draft = self.draft_material(&kind, params, Naming::Named)?;
         let index = match self.materials.get(&name) {
             Some(NamedMaterial { index, forward_reference: Some(_), .. }) => *index,
             _ => self.builder.add_material(Material::diffuse([0.5; 3])),
         };
         let mix_depth = draft.mixed.depth;
-        let named = NamedMaterial { index, forward_reference: None, mix_depth };
+        let named = NamedMaterial { index, directive, forward_reference: None, mix_depth };
         self.materials.insert(name, named);
         self.define_or_defer(Deferred::Material { index, draft })
     }
@@ -86,8 +99,43 @@ impl SceneReader {
         self.require_in_world("NamedMaterial")?;
         let name = self.string()?;
         let at = self.at.clone();
+        let directive = self.materials.get(&name).and_then(|named| named.directive.clone());
+        self.state.material_directive = directive;
         self.state.material = self.material_index(name, &at);
         Ok(())
+    }
+
+    /// Returns the directive of a material, which shapes may override in files of pbrt-v3 and older.
+    fn older_directive(&self, kind: &str, params: &Params) -> Option<Arc<MaterialDirective>> {
+        let (kind, params) = (kind.to_owned(), params.clone());
+        self.dialect.is_older().then(|| Arc::new(MaterialDirective { kind, params }))
+    }
+
+    /// Takes the parameters of a shape that the current material reads and the shape does not, and
+    /// returns the material with them, or the current one if there are none. `is_own` tells the
+    /// parameters of the shape.
+    pub(super) fn overridden_material(
+        &mut self,
+        params: &mut Params,
+        is_own: impl Fn(&str) -> bool,
+    ) -> Result<u32, SceneError> {
+        let Some(directive) = self.state.material_directive.clone() else {
+            return Ok(self.state.material);
+        };
+        let overrides = |name: &str| !is_own(name) && MATERIAL.reads_param(&directive.kind, name);
+        let (own, taken): (Vec<Param>, Vec<Param>) =
+            std::mem::take(&mut params.all).into_iter().partition(|p| !overrides(&p.name));
+        params.all = own;
+        if taken.is_empty() {
+            return Ok(self.state.material);
+        }
+        let mut all = directive.params.clone();
+        all.all.retain(|param| taken.iter().all(|other| other.name != param.name));
+        all.all.extend(taken);
+        let draft = self.draft_material(&directive.kind, all, Naming::Unnamed)?;
+        let index = self.builder.add_material(Material::diffuse([0.5; 3]));
+        self.define_or_defer(Deferred::Material { index, draft })?;
+        Ok(index)
     }
 
     /// Returns the index of a named material, which may be defined later.
@@ -95,6 +143,7 @@ impl SceneReader {
         let Self { materials, builder, .. } = self;
         let named = materials.entry(name).or_insert_with(|| NamedMaterial {
             index: builder.add_material(Material::diffuse([0.5; 3])),
+            directive: None,
             forward_reference: Some(at.clone()),
             mix_depth: 0,
         });
@@ -187,7 +236,7 @@ impl SceneReader {
         let mut mixed = Mixed { materials: [0; 2], depth: 1 };
         for (material, name) in mixed.materials.iter_mut().zip(names) {
             *material = match (self.materials.get(name), name) {
-                (Some(NamedMaterial { index, forward_reference: None, mix_depth }), _) => {
+                (Some(NamedMaterial { index, forward_reference: None, mix_depth, .. }), _) => {
                     mixed.depth = mixed.depth.max(mix_depth + 1);
                     *index
                 }

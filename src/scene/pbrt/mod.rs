@@ -1,5 +1,5 @@
-//! Reader of scene files in pbrt's language: the v4 dialect, and the v2 dialect as far as the
-//! scenes of 2016 use it.
+//! Reader of scene files in pbrt's language: the v4 dialect, and those of v1 to v3 as far as
+//! `pbrt --upgrade` translates them.
 //!
 //! An unknown word is an error with file, line and column. A known word that is not supported yet
 //! is a warning that names the substitute.
@@ -143,14 +143,24 @@ pub enum SceneError {
     },
 }
 
-/// The dialect of a scene file, for words that the two dialects read differently.
+/// The dialect of a scene file, for words that the dialects read differently.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Dialect {
-    /// pbrt-v2.
+    /// pbrt-v2, or a file of an older one that cannot be told from it.
     V2,
+    /// pbrt-v3, or a file of an older one that cannot be told from it.
+    V3,
     /// pbrt-v4.
     #[default]
     V4,
+}
+
+impl Dialect {
+    /// Returns whether it is older than pbrt-v4, which checks more than the others: they warn of
+    /// parameters that nothing reads, and keep the blocks of attributes and objects in one stack.
+    fn is_older(self) -> bool {
+        self != Self::V4
+    }
 }
 
 /// The warnings so far: the first of each kind, and the number of the others.

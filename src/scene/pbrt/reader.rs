@@ -11,7 +11,7 @@ use super::curves::OpenCurves;
 use super::description::{Description, FilmSpec, FilterSpec};
 use super::film::{FilmKind, film_spec};
 use super::forward_references::Deferred;
-use super::graphics_state::{GraphicsState, OpenBlock};
+use super::graphics_state::{Block, GraphicsState, OpenBlock};
 use super::include::Included;
 use super::lexer::{Lexer, Token, TokenKind};
 use super::materials::NamedMaterial;
@@ -111,6 +111,7 @@ impl SceneReader {
         let text = context.bytes(path)?;
         let lexer = Lexer::new(Arc::from(path), text);
         lexer.check_language()?;
+        let dialect = if lexer.has_world_end() { Dialect::V3 } else { Dialect::V4 };
         let mut builder = SceneBuilder::default();
         let material = builder.add_material(Material::diffuse([0.5; 3]));
         let (at, folder) = (lexer.here(), Arc::from(path.parent().unwrap_or(Path::new(""))));
@@ -126,7 +127,7 @@ impl SceneReader {
             coordinate_systems: HashMap::new(),
             in_world: false,
             ended: false,
-            dialect: Dialect::V4,
+            dialect,
             film: None,
             camera,
             samples: None,
@@ -197,10 +198,15 @@ impl SceneReader {
 
     /// Reports what is missing at the end of the file.
     fn check_end(&mut self) {
-        if let Some(open) = self.open_blocks.pop()
-            && !self.recovery.blocks_mismatch
-        {
-            self.report(open.unclosed());
+        match self.open_blocks.pop() {
+            Some(OpenBlock { block, at, .. })
+                if self.dialect.is_older() && block != Block::Import =>
+            {
+                let kind = format!("{0}Begin without {0}End", block.name());
+                self.warnings.warn(&at, &kind, || format!("{kind}: it ends with the file"));
+            }
+            Some(open) if !self.recovery.blocks_mismatch => self.report(open.unclosed()),
+            _ => {}
         }
         if !self.in_world {
             let here = self.lexers.first().map_or_else(|| self.at.clone(), Lexer::here);
@@ -230,7 +236,9 @@ impl SceneReader {
             self.check_end();
         }
         for (shape, at) in std::mem::take(&mut self.emitters) {
-            if self.builder.remove_interface_emission(shape) {
+            if self.dialect.is_older() {
+                self.builder.keep_interface_emission(shape);
+            } else if self.builder.remove_interface_emission(shape) {
                 let feature = "an area light on an interface";
                 self.warnings.unsupported(&at, feature, "the shape emits no light");
             }
@@ -244,7 +252,7 @@ impl SceneReader {
             None => Ok(FilmSpec::default()),
         };
         let film = self.report_any(film);
-        let (camera, shutter) = (self.camera.spec(), self.camera.shutter());
+        let (camera, shutter) = (self.camera.spec(self.dialect), self.camera.shutter(self.dialect));
         let (camera, shutter) = (self.report_any(camera), self.report_any(shutter));
         let at = self.at.clone();
         let scene = std::mem::take(&mut self.builder).build();
@@ -270,7 +278,7 @@ impl SceneReader {
             samples: self.samples.unwrap_or(16),
             seed: self.sampler_seed.or(self.option_seed).unwrap_or(0),
             filter: self.filter.unwrap_or(match self.dialect {
-                Dialect::V4 => {
+                Dialect::V4 | Dialect::V3 => {
                     FilterSpec { profile: Profile::Gaussian { sigma: 0.5 }, radius: [1.5; 2] }
                 }
                 Dialect::V2 => FilterSpec { profile: Profile::Box, radius: [0.5; 2] },

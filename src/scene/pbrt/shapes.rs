@@ -120,7 +120,13 @@ static SHAPE: Directive<ShapeKind> = Directive {
 impl SceneReader {
     pub(super) fn shape(&mut self) -> Result<(), SceneError> {
         self.require_in_world("Shape")?;
-        let Selected { name, kind: Some(kind), mut params } = self.select(&SHAPE)? else {
+        let name = self.string()?;
+        let mut params = self.params()?;
+        let is_own = |param: &str| SHAPE.knows_param(&name, param);
+        let material = self.overridden_material(&mut params, is_own)?;
+        let Selected { name, kind: Some(kind), mut params } =
+            self.check_kind(&SHAPE, &name, params)?
+        else {
             return Ok(());
         };
         let Some(ShapeSpace { object, transform: ctm }) =
@@ -128,7 +134,7 @@ impl SceneReader {
         else {
             return Ok(());
         };
-        let GraphicsState { reverse_orientation, material, area_light, .. } = self.state.clone();
+        let GraphicsState { reverse_orientation, area_light, .. } = self.state.clone();
         let geometries = match kind {
             ShapeKind::Quadric(kind) => {
                 let quadric = quadric(kind, &params, &ctm, reverse_orientation)?;

@@ -1,12 +1,20 @@
 //! Shutter parameters of a camera. pbrt has the times at which the shutter opens and closes; the
 //! parameters of its curtains and of the rolling read-out are extensions.
 
-use super::SceneError;
 use super::params::Params;
+use super::{Dialect, SceneError};
 use crate::shutter::{Curtain, RollingShutter, Shutter};
 
-pub(super) fn shutter(params: &Params) -> Result<Shutter, SceneError> {
-    let [open, close] = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
+/// Exposure time of a shutter that closes when it opens (s), which pbrt reads before v4 as a still
+/// picture: nothing moves visibly in it, and times of 1e6 s still differ by it.
+const STILL: f64 = 1e-9;
+
+/// Reads the shutter of a camera.
+pub(super) fn shutter(params: &Params, dialect: Dialect) -> Result<Shutter, SceneError> {
+    let [open, mut close] = [params.float("shutteropen", 0.0)?, params.float("shutterclose", 1.0)?];
+    if open == close && dialect.is_older() {
+        close += STILL.max(open.abs() * STILL);
+    }
     if open > close {
         let found = format!("a shutter that opens at {open} and closes at {close}");
         return Err(params.refuse(
