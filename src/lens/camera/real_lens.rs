@@ -228,7 +228,7 @@ impl RealLens {
         start: impl Fn(usize) -> LensRay<f64>,
     ) {
         if self.trace_in_f64 {
-            self.trace_batch_f64(band, batch, exact, fresnel, stats);
+            self.trace_batch_f64::<R>(band, batch, exact, fresnel, stats);
             return;
         }
         let band = &self.bands[band];

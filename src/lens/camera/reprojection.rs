@@ -58,13 +58,18 @@ impl Camera {
     ) {
         let LensModel::Real(lens) = &self.model else { return };
         let band = &lens.bands[band];
-        let LensColumns { batch, landing: back, .. } = columns;
+        let LensColumns { batch, landing: back, exact, .. } = columns;
         back.blocked.resize(lens.prescription.rows.len(), 0);
         back.turn_around::<R>(batch);
-        if lens.trace_in_f64 {
-            back.doubt_all();
+        let fresnel = EFFECTS && lens.fresnel;
+        match lens.trace_in_f64 {
+            // In air a direction has length 1.
+            true => {
+                let ReprojectionColumns { batch, blocked } = back;
+                exact.trace::<R>(batch, &band.to_film_f64, 1.0, fresnel, blocked);
+            }
+            false => back.trace::<R>(band, fresnel, batch),
         }
-        back.trace::<R>(band, EFFECTS && lens.fresnel, lens.trace_in_f64, batch);
         lens.meet_film::<R>(&back.batch, landing);
     }
 }
@@ -92,19 +97,10 @@ impl ReprojectionColumns {
         (back.len, back.live) = (len, alive.sum::<u32>() as usize);
     }
 
-    /// Marks all rays to be traced in f64.
-    fn doubt_all(&mut self) {
-        let LensBatch { len, x, needs_f64: doubtful, .. } = &mut self.batch;
-        doubtful.clear();
-        doubtful.extend((0..*len as u32).filter(|&i| !x[i as usize].is_nan()));
-        x[..*len].fill(f32::NAN);
-    }
-
     fn trace<R: Real<Scalar = f32>>(
         &mut self,
         band: &Band,
         fresnel: bool,
-        double: bool,
         out: &LensBatch<f32>,
     ) {
         let Self { batch, blocked } = self;
@@ -115,14 +111,10 @@ impl ReprojectionColumns {
             LensRay::new(point, direction.normalize().to_array())
         };
         if fresnel {
-            if !double {
-                trace_lossy::<R>(batch, &band.to_film, blocked);
-            }
+            trace_lossy::<R>(batch, &band.to_film, blocked);
             retrace_in_f64_lossy::<R>(batch, &band.to_film_f64, blocked, start);
         } else {
-            if !double {
-                trace::<R>(batch, &band.to_film, blocked);
-            }
+            trace::<R>(batch, &band.to_film, blocked);
             retrace_in_f64::<R>(batch, &band.to_film_f64, blocked, start);
         }
     }
