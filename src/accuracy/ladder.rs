@@ -36,12 +36,17 @@ pub struct Rung {
     pub adds: Option<Effect>,
     /// Distance of its rays from those of the richest rung, on film.
     pub film: FilmError,
+    /// Factor on its pictures, for the same exposure as that of the richest rung. It differs from 1
+    /// if one of the two has Fresnel losses and no coating is known: an even loss then is a matter
+    /// of exposure, as in the plan.
+    pub exposure: f32,
     pub(super) variant: JobVariant,
 }
 
 impl Rung {
     fn new(name: String, sentence: String, fidelity: Fidelity, variant: JobVariant) -> Self {
-        Self { name, sentence, fidelity, adds: None, film: FilmError::default(), variant }
+        let film = FilmError::default();
+        Self { name, sentence, fidelity, adds: None, film, exposure: 1.0, variant }
     }
 }
 
@@ -51,11 +56,14 @@ pub(super) struct JobVariant {
     camera: Camera,
     plan: Plan,
     ghosts: Option<Ghosts>,
+    /// Share of the light that is left by losses which count as exposure.
+    light: f64,
 }
 
 impl JobVariant {
     fn of(job: &Job) -> Self {
-        Self { camera: job.camera.clone(), plan: job.plan.clone(), ghosts: job.ghosts.clone() }
+        let (camera, plan) = (job.camera.clone(), job.plan.clone());
+        Self { light: light(&camera, &plan), camera, plan, ghosts: job.ghosts.clone() }
     }
 
     fn with_fidelity(&self, fidelity: Fidelity) -> Self {
@@ -68,6 +76,17 @@ impl JobVariant {
         std::mem::swap(&mut self.plan, &mut job.plan);
         std::mem::swap(&mut self.ghosts, &mut job.ghosts);
     }
+}
+
+/// Returns the share of the light that surfaces transmit, as a mean over the film, if they have
+/// losses and their coatings are assumed; otherwise 1.
+fn light(camera: &Camera, plan: &Plan) -> f64 {
+    let LensModel::Real(lens) = &camera.model else { return 1.0 };
+    if !plan.has(Effect::Fresnel) || !lens.prescription.assumed_coating {
+        return 1.0;
+    }
+    let through = lens.throughput(camera.half_diagonal());
+    through.map_or(1.0, |through| through.mean).max(f64::from(f32::EPSILON))
 }
 
 /// A scene and its rungs.
@@ -141,15 +160,18 @@ impl Ladder {
     /// Measures how far the rays of every rung are from those of the richest.
     fn measure_film(&mut self) {
         let Self { job, rungs, .. } = self;
-        let Some(best) = rungs.last().map(|rung| rung.variant.camera.clone()) else { return };
+        let Some(best) = rungs.last().map(|rung| rung.variant.clone()) else { return };
         let time = job.timing.as_ref().map_or(0.0, |timing| timing.first_row_middle() as f32);
         let mut stack = TraversalStack::default();
         for rung in rungs {
-            rung.film = film_error(&rung.variant.camera, &best, |ray| {
+            let exposure = best.light / rung.variant.light;
+            rung.exposure = exposure as f32;
+            rung.film = film_error(&rung.variant.camera, &best.camera, |ray| {
                 let hit = job.scene.closest_at::<f32x8>(ray, time, &mut stack);
                 let length = ray.direction.iter().map(|v| v * v).sum::<f32>().sqrt();
                 if hit.shape == NO_INDEX { f64::INFINITY } else { f64::from(hit.t * length) }
             });
+            rung.film.light *= exposure;
         }
     }
 
@@ -236,7 +258,8 @@ impl Variants<'_> {
                 impossible.push(effect);
                 continue;
             }
-            let effects = format!("with {name}, which the plan leaves out");
+            let same = if variant.light == 1.0 { "" } else { ", at the same exposure" };
+            let effects = format!("with {name}, which the plan leaves out{same}");
             let rung = single(&format!(" + {name}"), &effects, variant);
             rungs.push(Rung { adds: Some(effect), ..rung });
         }

@@ -249,7 +249,10 @@ impl<'a> LadderRunner<'a> {
         let time = begun.elapsed();
         view.swap(job);
         let exposed = exposed?;
-        Ok(Exposure { picture: exposed.film.picture(count), time, stats: exposed.stats })
+        let mut picture = exposed.film.picture(count);
+        let factor = self.ladder.rungs[rung].exposure;
+        picture.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(|v| v * factor));
+        Ok(Exposure { picture, time, stats: exposed.stats })
     }
 
     fn reference(&self) -> Reference {

@@ -24,8 +24,6 @@ const ENTRY_CELLS: usize = 16;
 pub struct GhostEstimate {
     /// The lens with its known or assumed coating.
     lens: Prescription,
-    /// Whether its coating is known, not assumed.
-    pub coated: bool,
     /// All pairs through which light arrives on the film, the brightest first.
     pairs: Vec<PairEstimate>,
     /// Largest sum of all ghosts in a cell of the film, as luminance of the picture.
@@ -74,8 +72,8 @@ impl FilmCells {
 /// Estimates the ghosts of a picture. `None` if the camera has no real lens, or if no light reaches
 /// the film by reflections.
 ///
-/// A lens without any known coating is assumed to have a layer of magnesium fluoride on every
-/// surface, as nearly all lenses since the middle of the twentieth century.
+/// A lens without any known coating is taken to have the assumed one
+/// ([`Prescription::assume_coating`]).
 pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
     let LensModel::Real(lens) = &input.camera.model else { return None };
     // A sequence of a pair reflects at its two rows only.
@@ -83,10 +81,7 @@ pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
         return None;
     }
     let mut coated = lens.prescription.clone();
-    let known = coated.rows.iter().any(|row| row.coating.is_some());
-    if !known {
-        coated.coat(Coating::Mgf2);
-    }
+    coated.assume_coating();
     let mut waves = unoccluded_waves(input, lens);
     if waves.is_empty() {
         return None;
@@ -116,7 +111,6 @@ pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
     let pair_peak = seen.iter().map(|seen| seen.peak).fold(0.0, f64::max);
     (!seen.is_empty()).then(|| GhostEstimate {
         lens: coated,
-        coated: known,
         pairs: seen,
         peak: all.peak(),
         pair_peak,

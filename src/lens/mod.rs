@@ -78,8 +78,8 @@ pub use camera::spherical::SphericalMapping;
 pub use camera::thin_lens::ThinLens;
 pub use camera::{Camera, LensColumns, LensModel, RealLens};
 pub use prescription::coating::{
-    BROADBAND_REFLECTANCE, BareInterface, Coating, CoatingModel, DESIGN_WAVELENGTH, MGF2_INDEX,
-    QuarterWaveLayer,
+    ASSUMED_COATING, BROADBAND_REFLECTANCE, BareInterface, Coating, CoatingModel,
+    DESIGN_WAVELENGTH, MGF2_INDEX, QuarterWaveLayer,
 };
 pub use prescription::configuration::{Zoom, ZoomError};
 pub use prescription::design::{

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{DecidedBy, Effect};
+use super::{DecidedBy, Effect, VisibilityThreshold};
 
 /// Estimated error of the picture if an effect is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,29 @@ pub enum OmissionError {
     },
     /// Error of the brightness (percent).
     Signal(f64),
+}
+
+/// Visibility threshold of a change of brightness [percent]: the contrast threshold of the eye
+/// (Weber fraction, 1 to 2 %).
+pub(super) const VISIBLE_PERCENT: f64 = 1.0;
+
+impl OmissionError {
+    /// Returns whether the error can be seen: a blur from the threshold on, a change of brightness
+    /// from 1 % on. Effects that are neither asked for nor excluded are simulated by this rule.
+    pub fn is_visible(&self, threshold: VisibilityThreshold) -> bool {
+        match self {
+            Self::Blur { pixels, .. } => *pixels >= threshold.pixels,
+            Self::Signal(percent) => *percent >= VISIBLE_PERCENT,
+        }
+    }
+
+    /// Returns the least visible error of the same kind, in words.
+    pub(super) fn limit(&self, threshold: VisibilityThreshold) -> String {
+        match self {
+            Self::Blur { .. } => format!("{} pixels", threshold.pixels),
+            Self::Signal(_) => format!("{VISIBLE_PERCENT} %"),
+        }
+    }
 }
 
 impl fmt::Display for OmissionError {

@@ -1,7 +1,7 @@
 //! Decision about diffraction, from the width of the point spread.
 
 use super::{
-    Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, VEIL_THRESHOLD, cost, pixels_per_um,
+    Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, cost, pixels_per_um,
 };
 use crate::diffraction::{Diffraction, PointSpread};
 use crate::film::Frame;
@@ -29,9 +29,10 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let per_um = pixels_per_um(input);
     let um = pupil.airy_radius(GREEN);
     let pixels = um * per_um;
-    let blurs = pixels >= input.threshold.pixels;
+    let error = OmissionError::Blur { um, pixels };
+    let blurs = error.is_visible(input.threshold);
     let percent = star(input, &pupil, per_um);
-    let shines = percent >= VEIL_THRESHOLD;
+    let shines = OmissionError::Signal(percent).is_visible(input.threshold);
     let working = 0.5 / pupil.numerical_aperture();
     let waves = Wavefront::new(lens, [0.0; 2], &pupil).map(|front| 1e3 * front.rms / GREEN);
     let front = match waves {
@@ -52,7 +53,7 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
         reason: format!(
             "at f/{working:.1} the Airy disc's radius is {um:.1} um, {pixels:.2} pixels{front}{highlights}"
         ),
-        error: Some(OmissionError::Blur { um, pixels }),
+        error: Some(error),
         possible: true,
         by_default: blurs || shines,
         cost: price(input, blurs || shines),

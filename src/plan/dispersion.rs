@@ -28,6 +28,7 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     }
     let um = displacement(input, lens);
     let pixels = um * pixels_per_um(input);
+    let error = OmissionError::Blur { um, pixels };
     let part = match (input.assumed_dispersion, known < all) {
         (true, _) => " (Abbe numbers that the file does not give are guessed)".to_owned(),
         (_, true) => format!(" (of {known} of {all} media; of the others nothing is known)"),
@@ -36,9 +37,9 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     Finding {
         by: if input.assumed_dispersion { DecidedBy::Flag } else { DecidedBy::Lens },
         reason: format!("colours land {um:.2} um apart, {pixels:.2} pixels{part}"),
-        error: Some(OmissionError::Blur { um, pixels }),
+        error: Some(error),
         possible: true,
-        by_default: pixels >= input.threshold.pixels,
+        by_default: error.is_visible(input.threshold),
         cost: cost(input, SORTING + rows.iter().map(crossing).sum::<f64>()),
     }
 }

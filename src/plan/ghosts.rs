@@ -2,7 +2,7 @@
 
 use crate::lens::LensModel;
 
-use super::{DecidedBy, Effect, Finding, OmissionError, PlanInput, VEIL_THRESHOLD, cost};
+use super::{DecidedBy, Effect, Finding, OmissionError, PlanInput, cost};
 
 /// Cost [ns per film sample] of a quarter of a light path through the lens and of its shadow ray.
 /// Measured by `cargo bench --bench effects -- ghosts`.
@@ -12,6 +12,14 @@ const NS: f64 = 110.0;
 fn has_mirrors(input: &PlanInput) -> bool {
     match &input.camera.model {
         LensModel::Real(lens) => lens.prescription.has_mirrors(),
+        _ => false,
+    }
+}
+
+/// Returns whether the coatings of the lens are assumed.
+fn has_assumed_coating(input: &PlanInput) -> bool {
+    match &input.camera.model {
+        LensModel::Real(lens) => lens.prescription.assumed_coating,
         _ => false,
     }
 }
@@ -29,10 +37,11 @@ pub(super) fn find(input: &PlanInput) -> Finding {
     };
     let percent = input.pilot.percent(estimate.peak);
     let (kept, dropped) = estimate.significant();
-    let assumption = match estimate.coated {
-        true => "",
-        false => "; no coating is known, a layer of MgF2 is taken",
+    let assumption = match has_assumed_coating(input) {
+        true => format!("; {}", super::fresnel::ASSUMPTION),
+        false => String::new(),
     };
+    let error = OmissionError::Signal(percent);
     Finding {
         by: DecidedBy::Scene,
         reason: format!(
@@ -40,9 +49,9 @@ pub(super) fn find(input: &PlanInput) -> Finding {
              pairs of surfaces, the others make {dropped:.1} % of the ghosts{assumption}",
             estimate.pairs()
         ),
-        error: Some(OmissionError::Signal(percent)),
+        error: Some(error),
         possible: true,
-        by_default: percent >= VEIL_THRESHOLD,
+        by_default: error.is_visible(input.threshold),
         cost: cost(input, NS),
     }
 }

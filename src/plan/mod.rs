@@ -90,10 +90,6 @@ impl PilotEstimate {
     }
 }
 
-/// Visibility threshold of a veil of light, relative to the picture's mean [percent]: the contrast
-/// threshold of the eye (Weber fraction, 1 to 2 %).
-const VEIL_THRESHOLD: f64 = 1.0;
-
 /// Data about an effect on which its decision is based.
 struct Finding {
     by: DecidedBy,
@@ -133,6 +129,13 @@ fn decide(effect: Effect, input: &PlanInput) -> Decision {
     let (on, by, reason) = match input.selection.of(effect) {
         Some(true) if possible => (true, DecidedBy::Flag, format!("asked for; {reason}")),
         Some(false) if possible => (false, DecidedBy::Flag, format!("not wanted; {reason}")),
+        None if possible && !by_default => match error {
+            Some(error) if !error.is_visible(input.threshold) => {
+                let limit = error.limit(input.threshold);
+                (false, by, format!("{reason}; below {limit}, so not visible"))
+            }
+            _ => (false, by, reason),
+        },
         _ => (by_default && possible, by, reason),
     };
     Decision { effect, on, by, reason, error, cost }

@@ -27,7 +27,8 @@ pub(super) fn find(input: &PlanInput) -> Finding {
         (true, true) => "objects and the camera move",
         _ => "the camera moves",
     };
-    let by_default = pixels >= input.threshold.pixels;
+    let error = OmissionError::Blur { um, pixels };
+    let by_default = error.is_visible(input.threshold);
     let frozen = match input.selection.of(Effect::Motion).unwrap_or(by_default) {
         true => "",
         false => "; everything stays where it is in the middle of that time",
@@ -37,7 +38,7 @@ pub(super) fn find(input: &PlanInput) -> Finding {
         reason: format!(
             "{subject} by up to {um:.1} um, {pixels:.1} pixels, while the shutter is open{frozen}"
         ),
-        error: Some(OmissionError::Blur { um, pixels }),
+        error: Some(error),
         possible: true,
         by_default,
         cost: cost(input, cost_ns(input)),

@@ -19,6 +19,7 @@ pub(super) fn find(input: &PlanInput) -> Finding {
     let rows = [motion.timing.first_row_middle(), motion.timing.last_row_middle()];
     let pixels = image_motion(input, rows);
     let um = pixels * motion.pitch;
+    let error = OmissionError::Blur { um, pixels };
     Finding {
         by,
         reason: format!(
@@ -27,9 +28,9 @@ pub(super) fn find(input: &PlanInput) -> Finding {
             1e3 * rolling.time,
             rolling.direction.name()
         ),
-        error: Some(OmissionError::Blur { um, pixels }),
+        error: Some(error),
         possible: true,
-        by_default: pixels >= input.threshold.pixels,
+        by_default: error.is_visible(input.threshold),
         cost: cost(input, NS),
     }
 }

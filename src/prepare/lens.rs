@@ -34,6 +34,7 @@ pub(super) fn read_lens(
     if let Some(coating) = changes.coating {
         prescription.coat(coating);
     }
+    prescription.assume_coating();
     if changes.assume_vd {
         let guessed = prescription.assume_dispersion();
         let names: Vec<&str> = guessed.iter().map(|glass| &*glass.name).collect();

@@ -67,9 +67,9 @@ pub(super) struct LensArguments {
     #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
     /// Coating of glass-air surfaces for which the lens file gives none: none, mgf2, broadband or
-    /// perfect
-    #[arg(long, value_name = "COATING", value_parser = coating, default_value = "none")]
-    coating: Coating,
+    /// perfect [default: mgf2 if the file names none]
+    #[arg(long, value_name = "COATING", value_parser = coating)]
+    coating: Option<Coating>,
     /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
     /// --focus, or at infinity
     #[arg(long, value_name = "FILE", group = "pictured")]
@@ -148,7 +148,10 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
             check_writable(output, option)?;
         }
     }
-    lens.coat(arguments.coating);
+    match arguments.coating {
+        Some(coating) => lens.coat(coating),
+        None => lens.assume_coating(),
+    }
     let open = lens.rows[lens.stop()].diameter;
     if let Some(stop) = arguments.stop {
         if stop > open {

@@ -201,5 +201,9 @@ fn coatings(lens: &Prescription) -> String {
     surfaces.for_each(|i| counts[lens.rows[i].coating.unwrap_or_default() as usize] += 1);
     let used = counts.iter().zip(Coating::NAMES).filter(|(count, _)| **count > 0);
     let words: Vec<String> = used.map(|(count, name)| format!("{name} on {count}")).collect();
-    if words.is_empty() { String::new() } else { format!("; coatings: {}", words.join(", ")) }
+    let assumed = if lens.assumed_coating { ", assumed" } else { "" };
+    match words.is_empty() {
+        true => String::new(),
+        false => format!("; coatings: {}{assumed}", words.join(", ")),
+    }
 }

@@ -20,6 +20,9 @@ pub struct Throughput {
     pub on_axis: f64,
     /// Mean over the film, weighted by the light.
     pub mean: f64,
+    /// Root mean square of the relative deviation from the mean over the film, weighted by the
+    /// light: what is left of the loss at the same exposure.
+    pub unevenness: f64,
     /// Least and largest transmittance of all sample points.
     pub range: [f64; 2],
 }
@@ -74,6 +77,7 @@ impl RealLens {
         let mut probe = FilmPointTracer::new(self);
         let mut sum = WeightSums::default();
         let mut range = [f64::INFINITY, 0.0f64];
+        let mut points = Vec::new();
         for i in 0..POINTS {
             let r = radius * ((f64::from(i) + 0.5) / f64::from(POINTS)).sqrt();
             let (sin, cos) = (GOLDEN * f64::from(i)).sin_cos();
@@ -81,11 +85,15 @@ impl RealLens {
             if let Some(share) = light.share() {
                 (sum.all, sum.left) = (sum.all + light.all, sum.left + light.left);
                 range = [range[0].min(share), range[1].max(share)];
+                points.push((light.all, share));
             }
         }
         let mean = sum.share()?;
         let axis = probe.light([0.0; 2]).share().unwrap_or(mean);
-        Some(Throughput { on_axis: axis, mean, range: [range[0].min(axis), range[1].max(axis)] })
+        let squares = points.iter().map(|(all, share)| all * (share / mean - 1.0).powi(2));
+        let unevenness = (squares.sum::<f64>() / sum.all).sqrt();
+        let range = [range[0].min(axis), range[1].max(axis)];
+        Some(Throughput { on_axis: axis, mean, unevenness, range })
     }
 }
 

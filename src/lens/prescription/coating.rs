@@ -36,6 +36,10 @@ pub enum Coating {
     Perfect,
 }
 
+/// Coating that a lens has if nothing names one: a layer of magnesium fluoride, as on nearly all
+/// lenses since the middle of the twentieth century.
+pub const ASSUMED_COATING: Coating = Coating::Mgf2;
+
 /// Refractive index of magnesium fluoride near 550 nm (Dodge 1984, ordinary ray, rounded).
 pub const MGF2_INDEX: f64 = 1.38;
 /// Wavelength of which the layer is a quarter (nm).

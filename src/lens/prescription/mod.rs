@@ -19,7 +19,7 @@ pub(crate) mod system;
 use std::fmt;
 use std::sync::Arc;
 
-use coating::Coating;
+use coating::{ASSUMED_COATING, Coating};
 use design::Design;
 use error::LensError;
 use pose::{CoordinateBreak, TiltDecenter};
@@ -41,6 +41,8 @@ pub struct Prescription {
     pub stated_f_number: Option<f64>,
     /// Surfaces in the order in which light meets them.
     pub rows: Rows,
+    /// Whether the coatings of the rows are those of [`Self::assume_coating`].
+    pub assumed_coating: bool,
     /// Tilted or decentred elements and groups, inner ones before those that contain them.
     pub tilt_decenters: Vec<TiltDecenter>,
     /// Changes of the axis for all that follows, in the order of the rows.
@@ -61,6 +63,7 @@ impl Prescription {
             stated_focal_length: None,
             stated_f_number: None,
             rows: Rows::new(rows)?,
+            assumed_coating: false,
             tilt_decenters: Vec::new(),
             breaks: Vec::new(),
             design: Design::default(),
@@ -163,6 +166,15 @@ impl Prescription {
             if self.rows[i].coating.is_none() && Coating::applies_to(self.indices(i)) {
                 self.rows[i].coating = Some(coating);
             }
+        }
+    }
+
+    /// Coats all glass-air surfaces of a lens that names no coating with [`ASSUMED_COATING`]. This is
+    /// the only assumption about coatings: losses, ghosts and T-stops all take it.
+    pub fn assume_coating(&mut self) {
+        if self.rows.iter().all(|row| row.coating.is_none()) {
+            self.coat(ASSUMED_COATING);
+            self.assumed_coating = true;
         }
     }
 

@@ -151,11 +151,15 @@ pub(super) fn ghosts(inputs: &ReportInputs) -> ReportSection {
     let ghosts = inputs.quality.ghost_foci(&inputs.lens);
     let note = match inputs.lens.has_mirrors() {
         true => "Not computed for a lens with mirrors.".to_owned(),
-        false => "By first-order optics, for a point on the axis and the reflectances of the \
-                  coatings in the lens file (bare glass without). Light is reflected at the first \
-                  surface named, then at the second. The irradiance is the share of the point's \
-                  light per mm² of film; the focus is behind the film."
-            .to_owned(),
+        false => format!(
+            "By first-order optics, for a point on the axis and the reflectances of {}. Light is \
+             reflected at the first surface named, then at the second. The irradiance is the share \
+             of the point's light per mm² of film; the focus is behind the film.",
+            match inputs.lens.assumed_coating {
+                true => "a layer of MgF2 on every surface to air, as the file names no coating",
+                false => "the coatings in the lens file",
+            }
+        ),
     };
     let rows = ghosts
         .iter()

@@ -66,6 +66,7 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let mut lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
+    lens.assume_coating();
     let conditions = arguments.conditions.conditions(&arguments.lens, &mut lens)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let grid = ImagingGrid {
