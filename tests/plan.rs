@@ -248,7 +248,9 @@ fn every_effect_that_stays_off_says_why() {
             match row["on"] == true {
                 true => assert!(!threshold(&row), "{scene}: {row}"),
                 // By the rule, an error that is seen turns the effect on.
-                false => assert!(!visible && (error.is_null() || threshold(&row)), "{scene}: {row}"),
+                false => {
+                    assert!(!visible && (error.is_null() || threshold(&row)), "{scene}: {row}")
+                }
             }
         }
     }

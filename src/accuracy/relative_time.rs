@@ -9,6 +9,10 @@ const MIN_TOLERANCE: f64 = 0.05;
 /// another.
 const FIRST_PASS_TOLERANCE: f64 = 0.3;
 
+/// Largest tolerance of a reliable time, as a share of the longer of the two. The parts of a run on a
+/// quiet machine agree to a few percent.
+const RELIABLE: f64 = 0.3;
+
 /// Student's t for three degrees of freedom and 95 % of both tails, over the root of four quarters.
 const T_OVER_ROOT: f64 = 3.182 / 2.0;
 
@@ -39,14 +43,21 @@ impl RelativeTime {
         Some(Self { times, tolerance: MIN_TOLERANCE.max(T_OVER_ROOT * variance.sqrt()) })
     }
 
+    /// Returns whether the parts of the run agree well enough to tell a time at all. On a busy
+    /// machine they do not.
+    pub fn reliable(&self) -> bool {
+        self.tolerance <= RELIABLE * self.times.max(1.0)
+    }
+
     /// Returns whether the model takes less time, and not by chance.
     pub fn faster(&self) -> bool {
-        self.times < 1.0 - self.tolerance
+        self.reliable() && self.times < 1.0 - self.tolerance
     }
 
     /// Describes the comparison, such as "0.80x the time".
     pub fn words(&self) -> String {
         match (self.times - 1.0).abs() <= self.tolerance {
+            _ if !self.reliable() => "time not reliable, run again".to_owned(),
             true => format!("the same time within {:.0} %", (100.0 * self.tolerance).ceil()),
             false => format!("{:.2}x the time", self.times),
         }
@@ -77,19 +88,33 @@ mod tests {
 
     #[test]
     fn a_difference_within_the_scatter_is_no_gain() {
-        let time = RelativeTime::of(&point([0.6, 1.2, 0.9, 0.8]), &point([1.0; 4])).expect("times");
-        assert!((time.times - 0.85).abs() < 1e-12, "{time:?}");
+        let time =
+            RelativeTime::of(&point([0.8, 1.1, 0.95, 0.9]), &point([1.0; 4])).expect("times");
+        assert!((time.times - 0.925).abs() < 1e-12, "{time:?}");
         assert!(!time.faster(), "{time:?}");
-        assert_eq!(time.words(), "the same time within 40 %");
+        assert_eq!(time.words(), "the same time within 20 %");
         // A difference smaller than that of any two runs is no gain either.
         assert!(!RelativeTime::of(&point([0.96; 4]), &point([1.0; 4])).expect("times").faster());
         assert!(RelativeTime::of(&point([0.94; 4]), &point([1.0; 4])).expect("times").faster());
     }
 
     #[test]
-    fn one_delayed_quarter_does_not_count() {
+    fn one_delayed_quarter_does_not_move_the_time() {
         let time = RelativeTime::of(&point([1.0, 1.0, 9.0, 1.0]), &point([1.0; 4])).expect("times");
         assert!((time.times - 1.0).abs() < 1e-12, "{time:?}");
+    }
+
+    #[test]
+    fn a_busy_machine_gives_no_time() {
+        for turns in [[0.1, 4.0, 0.9, 1.0], [0.3, 0.4, 0.9, 1.2], [9.0, 1.0, 1.0, 1.0]] {
+            let time = RelativeTime::of(&point(turns), &point([1.0; 4])).expect("times");
+            assert!(!time.reliable() && !time.faster(), "{time:?}");
+            assert_eq!(time.words(), "time not reliable, run again");
+        }
+        // A large factor may have a large tolerance.
+        let time = RelativeTime::of(&point([7.5, 8.0, 8.5, 8.0]), &point([1.0; 4])).expect("times");
+        assert!(time.reliable() && time.tolerance > 0.3, "{time:?}");
+        assert_eq!(time.words(), "8.00x the time");
     }
 
     #[test]

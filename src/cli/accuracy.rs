@@ -16,7 +16,7 @@ use super::arguments::values::{crop, time};
 use super::message;
 use super::outputs::{CreatedFolders, check_distinct};
 use super::progress::TimeBar;
-use super::report::accuracy::{AccuracyReport, FILES};
+use super::report::accuracy::{AccuracyReport, FILES, times as relative_time};
 use super::signals::on_stop;
 use super::{Failure, Outcome};
 
@@ -162,9 +162,10 @@ fn write(report: &AccuracyReport, folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns the table of the last point of every model, 80 columns wide, and the advice.
+/// Returns the advice, the table of the last point of every model, 80 columns wide, and the verdicts.
 fn table(report: &AccuracyReport) -> String {
-    let mut text = format!(
+    let mut text = report.recommendation().map_or_else(String::new, |words| words + "\n\n");
+    text += &format!(
         "{:<24}{:>6}{:>9}{:>7}{:>10}{:>9}{:>9}{:>6}\n{:<24}{:>6}{:>9}{:>7}{:>10}{:>9}{:>9}{:>6}\n",
         "model",
         "spp",
@@ -197,7 +198,7 @@ fn table(report: &AccuracyReport) -> String {
             rung.name,
             point.samples,
             point.seconds,
-            times.map_or_else(|| "-".to_owned(), |time| format!("{:.2}", time.times)),
+            relative_time(times),
             rung.film.rms_um,
             100.0 * point.error.max(0.0).sqrt(),
             own,
@@ -205,9 +206,6 @@ fn table(report: &AccuracyReport) -> String {
         );
     }
     text.push('\n');
-    if let Some(recommendation) = report.recommendation() {
-        text += &format!("{recommendation}\n");
-    }
     for verdict in verdicts {
         text += &format!("{}: {}\n", report.ladder.rungs[verdict.rung].name, verdict.sentence);
     }

@@ -1,8 +1,6 @@
 //! Decision about diffraction, from the width of the point spread.
 
-use super::{
-    Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, cost, pixels_per_um,
-};
+use super::{Cost, DecidedBy, Effect, Finding, OmissionError, PlanInput, cost, pixels_per_um};
 use crate::diffraction::{Diffraction, PointSpread};
 use crate::film::Frame;
 use crate::lens::{ExitPupil, RealLens, Wavefront};

@@ -2,5 +2,6 @@
 
 pub(super) mod accuracy;
 pub(super) mod contact_sheet;
+pub(super) mod date;
 pub(super) mod lens_drawing;
 pub(in crate::cli) mod svg;

@@ -97,12 +97,7 @@ impl ReprojectionColumns {
         (back.len, back.live) = (len, alive.sum::<u32>() as usize);
     }
 
-    fn trace<R: Real<Scalar = f32>>(
-        &mut self,
-        band: &Band,
-        fresnel: bool,
-        out: &LensBatch<f32>,
-    ) {
+    fn trace<R: Real<Scalar = f32>>(&mut self, band: &Band, fresnel: bool, out: &LensBatch<f32>) {
         let Self { batch, blocked } = self;
         // In air a direction has length 1, here to the precision of f64.
         let start = |i: usize| {

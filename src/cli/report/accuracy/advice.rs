@@ -128,8 +128,9 @@ fn time(ladder: &Ladder, run: &LadderRun, rung: usize) -> Option<RelativeTime> {
     })
 }
 
-/// Recommends a model in a sentence or more; `None` if a rung was not measured. `usual` is the rung
-/// that renders use. Richer rungs come after it and are never recommended for their speed.
+/// Recommends a model in a sentence, with remarks in further ones; `None` if a rung was not measured.
+/// `usual` is the rung that renders use. Richer rungs come after it and are never recommended for
+/// their speed.
 pub(super) fn recommendation(
     names: &[&str],
     usual: usize,
@@ -144,6 +145,12 @@ pub(super) fn recommendation(
         let poorer = verdicts.iter().filter(move |verdict| verdict.rung < usual);
         poorer.filter(faster).filter(move |verdict| verdict.visible == wanted)
     };
+    let unreliable = |verdict: &&Verdict| verdict.time.is_some_and(|time| !time.reliable());
+    let busy = verdicts.iter().find(unreliable).is_some();
+    let undecided = verdicts
+        .iter()
+        .filter(unreliable)
+        .any(|verdict| verdict.rung < usual && verdict.visible != Some(true));
     let name = names[usual];
     let own = verdicts.iter().find(|verdict| verdict.rung == usual)?;
     let mut words = match own.visible {
@@ -160,8 +167,13 @@ pub(super) fn recommendation(
         Some(false) => {
             let time = |verdict: &Verdict| verdict.time.map_or(f64::INFINITY, |time| time.times);
             match faster(Some(false)).min_by(|a, b| time(a).total_cmp(&time(b))) {
+                _ if undecided => format!(
+                    "The times are not reliable, run again: the machine was busy, so that no model \
+                     can be called faster than {name}."
+                ),
                 None => format!(
-                    "No model is known to be faster here than {name} without a visible error."
+                    "Keep {name}, which renders use: no model is known to be faster here without a \
+                     visible error."
                 ),
                 Some(best) => format!(
                     "The fastest model without a visible error here is {}, with {:.2}x the time of \
@@ -172,6 +184,19 @@ pub(super) fn recommendation(
             }
         }
     };
+    if busy && !undecided {
+        words += " Some times are not reliable, as the machine was busy: run again for them.";
+    }
+    let richest = verdicts.iter().find(|v| v.rung + 1 == names.len() && v.rung > usual);
+    if let Some((richest, time)) = richest.and_then(|v| Some((v, v.time.filter(|_| !busy)?)))
+        && richest.visible == Some(false)
+    {
+        words += &format!(
+            " {} takes {} and changes nothing visible.",
+            names[richest.rung],
+            time.words()
+        );
+    }
     let open: Vec<&Verdict> = faster(None).collect();
     if !open.is_empty() {
         let names: Vec<&str> = open.iter().map(|verdict| names[verdict.rung]).collect();
@@ -296,10 +321,11 @@ mod tests {
         assert!(good.starts_with("The fastest model") && good.contains("is thick, with 0.50x"));
         // Neither an equally fast model, nor a wrong one, nor a richer one is recommended.
         for crude in [(0.95, no), (0.5, Some(true)), (1.2, no)] {
-            let words = recommended(crude, no, (0.4, no));
+            let words = recommended(crude, no, (1.4, no));
             assert_eq!(
                 words,
-                "No model is known to be faster here than real f32 without a visible error."
+                "Keep real f32, which renders use: no model is known to be faster here without a \
+                 visible error. real f64 takes 1.40x the time and changes nothing visible."
             );
         }
     }
@@ -313,6 +339,28 @@ mod tests {
         );
         assert!(!recommended((1.5, None), Some(false), (1.1, Some(false))).contains("Not known"));
         assert!(recommended((0.5, None), None, (1.1, None)).contains("too noisy"));
+    }
+
+    #[test]
+    fn a_busy_machine_is_no_ground_for_a_choice() {
+        let of = |rung, times, tolerance, visible| Verdict {
+            rung,
+            time: Some(RelativeTime { times, tolerance }),
+            visible: Some(visible),
+            more_samples: 1.0,
+            sentence: String::new(),
+        };
+        let names = ["thick", "real f32", "real f64"];
+        let words = |crude: Verdict| {
+            let verdicts = [crude, of(1, 1.0, 0.05, false), of(2, 1.1, 0.05, false)];
+            recommendation(&names, 1, &verdicts, Duration::from_secs(10)).expect("advice")
+        };
+        let undecided = words(of(0, 0.5, 3.05, false));
+        assert!(undecided.starts_with("The times are not reliable, run again"), "{undecided}");
+        assert!(!undecided.contains("305"), "{undecided}");
+        // The time of a model that is visibly wrong does not matter for the choice.
+        let wrong = words(of(0, 0.5, 3.05, true));
+        assert!(wrong.starts_with("Keep real f32") && wrong.contains("run again"), "{wrong}");
     }
 
     #[test]

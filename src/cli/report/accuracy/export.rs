@@ -111,6 +111,7 @@ pub(super) fn json(
             "adds": rung.adds.map(|effect| effect.name()),
             "times": verdict.and_then(|verdict| verdict.time).map(|time| time.times),
             "times_tolerance": verdict.and_then(|verdict| verdict.time).map(|time| time.tolerance),
+            "times_reliable": verdict.and_then(|verdict| verdict.time).map(|time| time.reliable()),
             "visible": verdict.and_then(|verdict| verdict.visible),
             "verdict": verdict.map(|verdict| &verdict.sentence),
             "points": run.points.iter().filter(|p| p.rung == i).map(point).collect::<Vec<_>>(),

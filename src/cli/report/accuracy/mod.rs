@@ -8,7 +8,7 @@ mod plot;
 
 use std::time::Duration;
 
-use petzval::accuracy::{Ladder, LadderRun, Machine, Point, RunEnd};
+use petzval::accuracy::{Ladder, LadderRun, Machine, Point, RelativeTime, RunEnd};
 use petzval::plan::Effect;
 
 use super::svg;
@@ -35,6 +35,15 @@ pub struct AccuracyReport<'a> {
     pub budget: Duration,
     /// Machine of the measurements.
     pub machine: Machine,
+}
+
+/// Formats a relative time for a table; a question mark for one that is not reliable.
+pub(in crate::cli) fn times(time: Option<RelativeTime>) -> String {
+    match time {
+        None => "-".to_owned(),
+        Some(time) if !time.reliable() => "?".to_owned(),
+        Some(time) => format!("{:.2}", time.times),
+    }
 }
 
 impl AccuracyReport<'_> {

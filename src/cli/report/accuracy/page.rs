@@ -10,6 +10,7 @@ use base64::engine::general_purpose::STANDARD;
 use petzval::accuracy::{QUARTERS, Reference, Rung};
 use petzval::io::image::Picture;
 
+use super::super::date::now;
 use super::super::svg::escape;
 use super::advice::{Verdict, two_digits};
 use super::crops::{GAIN, Region, crops, regions};
@@ -27,7 +28,7 @@ const STYLE: &str = "
 body { font: 16px/1.5 Helvetica, Arial, sans-serif; max-width: 62rem; margin: 2rem auto; \
 padding: 0 1rem; color: CanvasText; background: Canvas; }
 h1 { font-size: 1.6rem; margin-bottom: 0.2rem; } h2 { font-size: 1.2rem; margin-top: 2rem; }
-p, li { max-width: 46rem; } .note { font-size: 0.85rem; opacity: 0.8; }
+p, li { max-width: 46rem; } .answer { font-size: 1.25rem; font-weight: bold; } .note { font-size: 0.85rem; opacity: 0.8; }
 .partial { border-left: 4px solid #d55e00; padding-left: 0.8rem; }
 svg { width: 100%; height: auto; } .whole { position: relative; display: inline-block; }
 .whole svg { position: absolute; inset: 0; height: 100%; } img { display: block; }
@@ -55,9 +56,8 @@ pub(super) fn page(
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <title>What accuracy costs: {scene}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
     );
-    head(&mut page, report, &scene);
-    advice(&mut page, report, verdicts, recommendation);
-    let _ = write!(page, "<h2>Time against error</h2>\n{}", plot::inline(report));
+    answer(&mut page, report, &scene, recommendation);
+    page += &plot::inline(report);
     let _ = writeln!(
         page,
         "<p class=\"note\">Each line is a model through its ladder of samples, from {} to as many as \
@@ -66,6 +66,7 @@ pub(super) fn page(
          only the model's own error is left.</p>",
         QUARTERS
     );
+    models(&mut page, report, verdicts);
     if let Some(reference) = &report.run.reference {
         pictures(&mut page, report, reference)?;
     }
@@ -75,41 +76,27 @@ pub(super) fn page(
     Ok(page)
 }
 
-fn head(page: &mut String, report: &AccuracyReport, scene: &str) {
-    let [width, height] = report.ladder.size();
-    let machine = &report.machine;
-    let _ = writeln!(
-        page,
-        "<h1>What accuracy costs: {scene}</h1>\n<p class=\"note\">{}; {width} x {height} pixels of \
-         {} um; {:.1} s of a budget of {} s; {}, {} threads, {}; petzval {}</p>",
-        escape(&report.ladder.lens),
-        two_digits(report.ladder.pitch()),
-        report.run.seconds,
-        two_digits(report.budget.as_secs_f64()),
-        escape(&machine.cpu),
-        machine.threads,
-        escape(&machine.system),
-        machine.version,
-    );
+/// Adds the title and the answer: the recommendation, or why there is none.
+fn answer(page: &mut String, report: &AccuracyReport, scene: &str, recommendation: Option<&str>) {
+    let _ = writeln!(page, "<h1>What accuracy costs: {scene}</h1>");
+    if let Some(recommendation) = recommendation {
+        let (answer, remarks) = match recommendation.split_once(". ") {
+            Some((answer, remarks)) => (format!("{answer}."), remarks),
+            None => (recommendation.to_owned(), ""),
+        };
+        let _ = writeln!(page, "<p class=\"answer\">{}</p>", escape(&answer));
+        if !remarks.is_empty() {
+            let _ = writeln!(page, "<p>{}</p>", escape(remarks));
+        }
+    }
     if let Some(words) = report.partial() {
         let _ = writeln!(page, "<p class=\"partial\"><strong>{words}</strong></p>");
     }
-    if let Some(words) = report.not_compared() {
-        let _ = writeln!(page, "<p>{words}</p>");
-    }
 }
 
-fn advice(
-    page: &mut String,
-    report: &AccuracyReport,
-    verdicts: &[Verdict],
-    recommendation: Option<&str>,
-) {
-    page.push_str("<h2>Advice</h2>\n");
-    if let Some(recommendation) = recommendation {
-        let _ = writeln!(page, "<p><strong>{}</strong></p>", escape(recommendation));
-    }
-    page.push_str("<ul>\n");
+/// Adds the verdict on every model.
+fn models(page: &mut String, report: &AccuracyReport, verdicts: &[Verdict]) {
+    page.push_str("<h2>The models</h2>\n<ul>\n");
     for verdict in verdicts {
         let rung = &report.ladder.rungs[verdict.rung];
         let _ = writeln!(
@@ -124,6 +111,9 @@ fn advice(
         page.push_str("<li>None: there are no measurements.</li>\n");
     }
     page.push_str("</ul>\n");
+    if let Some(words) = report.not_compared() {
+        let _ = writeln!(page, "<p class=\"note\">{words}</p>");
+    }
 }
 
 /// Adds the whole picture, and crops of every model's.
@@ -234,7 +224,7 @@ fn table(page: &mut String, report: &AccuracyReport, verdicts: &[Verdict]) {
             escape(&rung.name),
             point.samples,
             point.seconds,
-            times.map_or_else(|| "-".to_owned(), |time| format!("{:.2}", time.times)),
+            super::times(times),
             point.rays / 1e6,
             two_digits(rung.film.rms_um),
             two_digits(rung.film.corner_um),
@@ -248,7 +238,7 @@ fn table(page: &mut String, report: &AccuracyReport, verdicts: &[Verdict]) {
     page.push_str(
         "</table></div>\n<p class=\"note\">The last point of every model; accuracy.csv has all points. \
          Times are wall-clock times on all threads: four times the median over the quarters of the \
-         samples, which models render in turns. Own with a + is no error but the change by an \
+         samples, which models render in turns. A time with a ? is not reliable: run again. Own with a + is no error but the change by an \
          effect that the reference lacks; MSE, relMSE, FLIP and error contain it too. On film is \
          the distance of rays from those of real f64, root mean square over film and pupil, and \
          over the outermost part of the picture. MSE, relMSE, FLIP and error compare the picture \
@@ -280,7 +270,23 @@ fn method(page: &mut String, report: &AccuracyReport) {
          are shown here. The frontier has the points that no other beats in both \
          time and error; errors within 1 % and times within 5 % count as the same. The real lens \
          is traced surface by surface (Kolb, Mitchell &amp; Hanrahan 1995); the polynomial is \
-         after Hullin, Hanika &amp; Heidrich 2012.</p>\n<p class=\"note\">The command: {}</p>",
+         after Hullin, Hanika &amp; Heidrich 2012.</p>",
+    );
+    let [width, height] = report.ladder.size();
+    let machine = &report.machine;
+    let _ = writeln!(
+        page,
+        "<p class=\"note\">{}; {width} x {height} pixels of {} um; {:.1} s of a budget of {} s; {}, \
+         {} threads, {}; petzval {}, {}<br/>The command: {}</p>",
+        escape(&report.ladder.lens),
+        two_digits(report.ladder.pitch()),
+        report.run.seconds,
+        two_digits(report.budget.as_secs_f64()),
+        escape(&machine.cpu),
+        machine.threads,
+        escape(&machine.system),
+        machine.version,
+        now(),
         escape(&report.command)
     );
 }
