@@ -1,14 +1,23 @@
-//! Prescription and first-order data of a lens, as JSON with every digit.
+//! Prescription and first-order data of a lens, as JSON.
 
 use petzval::lens::{Paraxial, Prescription, RealRayFocus, TransverseAxis};
 use serde_json::{Value, json};
 
 /// Returns a number, or null if it is not finite.
 fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
+    if value.is_finite() { json!(tidy(value)) } else { Value::Null }
 }
 
-/// Describes a lens: lengths in mm, wavelengths in nm, null for what is infinite or unknown.
+/// Rounds a number to 15 significant digits, which an f64 holds: 21.63, not 21.630000000000006.
+pub(super) fn tidy(value: f64) -> f64 {
+    match value.is_finite() {
+        // No negative zero.
+        true => format!("{value:.14e}").parse().unwrap_or(value) + 0.0,
+        false => value,
+    }
+}
+
+/// Describes a lens, with 15 digits: lengths in mm, wavelengths in nm, null for what is infinite or unknown.
 pub(super) fn describe(lens: &Prescription) -> String {
     let paraxial = Paraxial::new(lens);
     let focus = RealRayFocus::new(lens);
@@ -18,13 +27,15 @@ pub(super) fn describe(lens: &Prescription) -> String {
         .map(|row| {
             json!({
                 "radius": number(row.radius),
-                "conic": row.conic,
+                "conic": number(row.conic),
                 "asphere": row.asphere,
                 "radius_x": row.across.map(|across| number(across.curvature().recip())),
                 "axis": row.axis.map(|axis| if axis == TransverseAxis::X { "x" } else { "y" }),
-                "thickness": row.thickness,
-                "index": row.index,
-                "diameter": row.diameter,
+                "thickness": number(row.thickness),
+                "index": number(row.index),
+                "glass": row.glass.name(),
+                "abbe_number": row.glass.abbe_number().map(number),
+                "diameter": number(row.diameter),
                 "stop": row.stop,
                 "mirror": row.mirror,
             })
@@ -34,12 +45,12 @@ pub(super) fn describe(lens: &Prescription) -> String {
     let value = json!({
         "name": lens.name,
         "source": lens.source,
-        "wavelength": lens.design.primary_wavelength(),
+        "wavelength": number(lens.design.primary_wavelength()),
         "focal_length": number(paraxial.focal_length),
         "rear_focal_length": number(paraxial.rear_focal_length()),
-        "film_index": paraxial.film_index,
+        "film_index": number(paraxial.film_index),
         "back_focal_distance": number(paraxial.back_focal_distance),
-        "length": paraxial.length,
+        "length": number(paraxial.length),
         "f_number": number(paraxial.f_number()),
         "f_number_marginal": focus.f_number().map(number),
         "film_distance": focus.film_distance(f64::INFINITY).ok().map(number),

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use petzval::lens::{
-    Coating, D_LINE, FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens,
-    RealRayFocus, Row, TransverseAxis,
+    Coating, D_LINE, FieldKind, FocusError, FocusModel, Paraxial, Prescription, PupilSampling,
+    RealLens, RealRayFocus, Row, TransverseAxis,
 };
 
 use super::LensArguments;
@@ -32,18 +32,7 @@ pub(super) fn summary(
     if lens.is_misaligned() {
         text += "All figures below are for the lens without tilt and decentre.\n\n";
     }
-    let mut line = |name: &str, value: f64, unit: &str| {
-        let word = match name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL {
-            true => Some("afocal"),
-            false if value.is_nan() => Some("none"),
-            false if value.is_infinite() => Some("infinite"),
-            false => None,
-        };
-        let _ = match word {
-            Some(word) => writeln!(text, "{name:<28}{word:>12}"),
-            None => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
-        };
-    };
+    let mut line = |name: &str, value: f64, unit: &str| write_line(&mut text, name, value, unit);
     let wavelength = lens.design.primary_wavelength();
     let unit = match (lens.is_monochromatic(), wavelength == D_LINE) {
         (true, _) => " nm  (all indices; the file states no dispersion)",
@@ -89,6 +78,10 @@ pub(super) fn summary(
             line("T-stop", light.t_number(f_number), &by);
         }
     }
+    if let Some(fields) = fields(lens) {
+        let _ = writeln!(text, "{:<28}{fields}  (as the file states)", "fields");
+    }
+    let mut line = |name: &str, value: f64, unit: &str| write_line(&mut text, name, value, unit);
     line("back focal distance", paraxial.back_focal_distance, " mm  (rear vertex to focus)");
     line("length", paraxial.length, " mm  (front to rear vertex)");
     line("entrance pupil position", paraxial.entrance_pupil.position, " mm  (behind front vertex)");
@@ -151,6 +144,42 @@ pub(super) fn summary(
     }
     text += &missing;
     Ok(Summary { text, film })
+}
+
+/// Writes a figure, or a word for one that is not a number.
+fn write_line(text: &mut String, name: &str, value: f64, unit: &str) {
+    let word = match name.starts_with("focal length") && value.abs() >= Paraxial::AFOCAL {
+        true => Some("afocal"),
+        false if value.is_nan() => Some("none"),
+        false if value.is_infinite() => Some("infinite"),
+        false => None,
+    };
+    let _ = match word {
+        Some(word) => writeln!(text, "{name:<28}{word:>12}"),
+        None => writeln!(text, "{name:<28}{value:>12.4}{unit}"),
+    };
+}
+
+/// Most field points in a line.
+const FIELDS: usize = 6;
+
+/// Lists the field points that the file states, if any.
+fn fields(lens: &Prescription) -> Option<String> {
+    let fields = lens.design.fields.as_ref()?;
+    let (unit, what) = match fields.kind {
+        FieldKind::Angle => ("deg", "field angle"),
+        FieldKind::ObjectHeight => ("mm", "object height"),
+        FieldKind::ImageHeight => ("mm", "image height"),
+    };
+    let mut distances: Vec<f64> = fields.points.iter().map(|[x, y]| x.hypot(*y)).collect();
+    distances.sort_by(f64::total_cmp);
+    distances.dedup();
+    let largest = *distances.last()?;
+    let words = match distances.len() <= FIELDS {
+        true => distances.iter().map(|v| super::report::rounded(*v)).collect::<Vec<_>>().join(", "),
+        false => format!("{} up to {}", distances.len(), super::report::rounded(largest)),
+    };
+    Some(format!("{words:>12} {unit}  {what}"))
 }
 
 /// Returns the film distance, or NaN if the lens forms no image.

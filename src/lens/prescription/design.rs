@@ -30,6 +30,25 @@ pub struct SpectralLine {
     pub weight: f64,
 }
 
+impl SpectralLine {
+    /// Creates a line from a wavelength in micrometres, as lens files state it. The product with
+    /// 1000 is rounded to 12 digits, so that 0.5875618 um are 587.5618 nm and not
+    /// 587.5618000000001.
+    pub fn from_um(um: f64, weight: f64) -> Self {
+        Self { nm: rounded(1000.0 * um), weight }
+    }
+
+    /// Returns the wavelength in micrometres, with 12 digits.
+    pub fn um(&self) -> f64 {
+        rounded(self.nm / 1000.0)
+    }
+}
+
+/// Rounds a number to 12 significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
 /// Field points of a design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fields {

@@ -203,16 +203,17 @@ impl fmt::Display for Prescription {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{:>4}  {:>12}  {:>12}  {:>8}  {:>9}  {:>9}",
-            "", "radius", "thickness", "index", "diameter", "transmits"
+            "{:>4}  {:>11}  {:>10}  {:>8}  {:>6}  {:>9}  {:>9}",
+            "", "radius", "thickness", "index", "Abbe", "diameter", "transmits"
         )?;
         for (i, row) in self.rows.iter().enumerate() {
             let [before, behind] = self.indices(i);
-            let radius = if row.stop && row.radius.is_infinite() {
+            let bare_stop = row.stop && row.radius.is_infinite();
+            let radius = if bare_stop {
                 if before == behind { "stop".to_owned() } else { "plane stop".to_owned() }
             } else if row.radius.is_infinite() {
                 "plane".to_owned()
-            } else if row.radius.abs() >= 1e7 {
+            } else if row.radius.abs() >= 1e6 {
                 format!("{:.4e}", row.radius)
             } else {
                 format!("{:.4}", row.radius)
@@ -222,14 +223,25 @@ impl fmt::Display for Prescription {
             } else {
                 format!("{:.4}", row.thickness)
             };
-            writeln!(
-                f,
-                "{:>4}  {radius:>12}  {thickness:>12}  {:>8.4}  {:>9.3}  {:>9.5}",
+            let abbe = row.glass.abbe_number().map_or_else(String::new, |vd| format!("{vd:.2}"));
+            let stop = if row.stop && !bare_stop { Some("stop") } else { None };
+            let mirror = if row.mirror { Some("mirror") } else { None };
+            let name = row.glass.name().filter(|_| !row.mirror);
+            let words: Vec<&str> = [name, stop, mirror].into_iter().flatten().collect();
+            let line = format!(
+                "{:>4}  {radius:>11}  {thickness:>10}  {:>8.4}  {abbe:>6}  {:>9.3}  {:>9.5}  {}",
                 i + 1,
                 row.index,
                 row.diameter,
-                self.transmittance(i)
-            )?;
+                self.transmittance(i),
+                words.join(", ")
+            );
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        for (i, row) in self.rows.iter().enumerate() {
+            for line in row.shape_lines() {
+                writeln!(f, "surface {}: {line}", i + 1)?;
+            }
         }
         for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| !row.pose.is_aligned()) {
             writeln!(f, "surface {}: {}", i + 1, row.pose)?;

@@ -98,6 +98,32 @@ pub struct Row {
     pub ideal: Option<[RayTransferMatrix; 2]>,
 }
 
+/// Most coefficients in a line of text.
+const TERMS_A_LINE: usize = 4;
+
+/// Formats a number with seven significant digits, without trailing zeros.
+pub(crate) fn significant(value: f64) -> String {
+    if value.is_infinite() {
+        return "infinite".to_owned();
+    }
+    match value.abs() {
+        size if size == 0.0 || (1e-3..1e6).contains(&size) => {
+            let places = 6 - size.max(1e-3).log10().floor() as i32;
+            let text = format!("{value:.*}", places.clamp(0, 9) as usize);
+            match text.contains('.') {
+                true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+                false => text,
+            }
+        }
+        _ => {
+            let text = format!("{value:.6e}");
+            let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
+            let digits = digits.trim_end_matches('0').trim_end_matches('.');
+            format!("{digits}e{power}")
+        }
+    }
+}
+
 impl Default for Row {
     /// Returns a plane of diameter 0 in air.
     fn default() -> Self {
@@ -124,6 +150,26 @@ impl Default for Row {
 }
 
 impl Row {
+    /// Describes what the radius does not say about the shape: conic constants, coefficients of an
+    /// asphere [mm^(1 - p)] and the section along x; no lines for a sphere.
+    pub fn shape_lines(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        let conic = |k: f64| (k != 0.0).then(|| format!("conic {}", significant(k)));
+        if let Some(across) = &self.across {
+            let radius = significant(across.curvature().recip());
+            lines.push(format!("radius {radius} along x; all other figures are along y"));
+        }
+        if let Some(axis) = self.axis {
+            let name = if axis == TransverseAxis::X { "x" } else { "y" };
+            lines.push(format!("a cylinder, straight along {name}"));
+        }
+        lines.extend(conic(self.conic));
+        let terms = |(power, value): &(u32, f64)| format!("a{power} {}", significant(*value));
+        let terms: Vec<String> = self.asphere.iter().map(terms).collect();
+        lines.extend(terms.chunks(TERMS_A_LINE).map(|terms| terms.join(", ")));
+        lines
+    }
+
     /// Returns the curvature at the vertex (1/mm); 0 for a plane.
     pub fn curvature(&self) -> f64 {
         self.radius.recip()

@@ -133,6 +133,25 @@ impl Glass {
         }
     }
 
+    /// Returns the Abbe number (nd - 1) / (nF - nC); `None` without stated dispersion, or if the data
+    /// do not cover the three lines.
+    pub fn abbe_number(&self) -> Option<f64> {
+        if !self.disperses() {
+            return None;
+        }
+        let index = |nm| self.index(1.0, nm).ok();
+        let [d, blue, red] = [index(D_LINE)?, index(F_LINE)?, index(C_LINE)?];
+        Some((d - 1.0) / (blue - red)).filter(|vd| vd.is_finite())
+    }
+
+    /// Returns the name of a glass; `None` for a medium that is given by its index or dispersion.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Catalogue(glass) => Some(&glass.name),
+            _ => None,
+        }
+    }
+
     /// Returns whether the index is known to change with wavelength.
     pub fn disperses(&self) -> bool {
         match self {

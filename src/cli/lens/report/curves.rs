@@ -2,6 +2,7 @@
 
 use petzval::lens::FieldCurvePoint;
 
+use super::super::json::tidy;
 use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
@@ -13,6 +14,10 @@ const STEPS: u32 = 50;
 const ZONES: u32 = 20;
 /// Lines of the distortion grid to each side of the axis.
 const GRID: i32 = 5;
+/// Largest displacement in the picture of the grid, in cells.
+const MOST_DISPLACED: f64 = 0.75;
+/// Exaggerations of the distortion.
+const EXAGGERATIONS: [f64; 10] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 
 /// Imagery next to the chief rays, by wavelength.
 pub(super) struct FieldCurves(Vec<Vec<FieldCurvePoint>>);
@@ -127,15 +132,19 @@ pub(super) fn distortion(inputs: &ReportInputs) -> ReportSection {
     }];
     let imaged: Vec<FieldCurvePoint> =
         primary.iter().filter(|point| point.height.is_finite()).copied().collect();
-    if !wide && inputs.lens.is_round() && imaged.len() > 1 {
-        plots.push(grid(&imaged));
+    if inputs.lens.is_round() && imaged.len() > 1 {
+        plots.push(match wide {
+            true => grid(&imaged, "f theta", |point| point.f_theta_height),
+            false => grid(&imaged, "f tan theta", |point| point.linear_height),
+        });
     }
     ReportSection {
         name: "distortion",
         title: "Distortion",
         note: "Excess of the chief ray's image height over an image that is linear in the \
                tangent of the field angle (or in the height of a near object), and over one \
-               that is linear in the angle, both scaled at the axis."
+               that is linear in the angle, both scaled at the axis. The grid shows the image of a \
+               square grid beside that without distortion, exaggerated as its title says."
             .to_owned(),
         figures,
         tables: vec![table],
@@ -149,23 +158,26 @@ pub(super) fn distortion(inputs: &ReportInputs) -> ReportSection {
     }
 }
 
-/// Returns the picture of a square grid that reaches the edge of the field with its corners.
-fn grid(curve: &[FieldCurvePoint]) -> Plot {
-    let reach = curve.last().map_or(0.0, |point| point.linear_height);
-    // Image height by linear height, between the traced fields.
-    let height = |linear: f64| -> f64 {
-        let above = curve
-            .partition_point(|p| p.linear_height.abs() < linear)
-            .clamp(1, curve.len().max(2) - 1);
+/// Returns the picture of a square grid that reaches the edge of the field with its corners, beside
+/// the grid without distortion. The distortion is exaggerated so that it can be seen.
+fn grid(curve: &[FieldCurvePoint], name: &str, ideal: impl Fn(&FieldCurvePoint) -> f64) -> Plot {
+    let ideal = |point: &FieldCurvePoint| ideal(point).abs();
+    let reach = curve.last().map_or(0.0, &ideal);
+    // Displacement by ideal height, between the traced fields.
+    let displacement = |height: f64| -> f64 {
+        let above = curve.partition_point(|p| ideal(p) < height).clamp(1, curve.len().max(2) - 1);
         let (a, b) = (&curve[above - 1], &curve[above.min(curve.len() - 1)]);
-        let share =
-            (linear - a.linear_height.abs()) / (b.linear_height.abs() - a.linear_height.abs());
-        a.height.abs() + share * (b.height.abs() - a.height.abs())
+        let share = (height - ideal(a)) / (ideal(b) - ideal(a));
+        let off = |point: &FieldCurvePoint| point.height.abs() - ideal(point);
+        off(a) + share * (off(b) - off(a))
     };
-    let corner = reach.abs() / std::f64::consts::SQRT_2;
+    let corner = reach / std::f64::consts::SQRT_2;
+    let most = curve.iter().map(|p| (p.height.abs() - ideal(p)).abs()).fold(0.0, f64::max);
+    let room = MOST_DISPLACED * corner / f64::from(GRID);
+    let factor = EXAGGERATIONS.into_iter().rfind(|factor| factor * most <= room).unwrap_or(1.0);
     let real = |[x, y]: [f64; 2]| {
         let r = x.hypot(y);
-        let scale = if r > 0.0 { height(r) / r } else { 1.0 };
+        let scale = if r > 0.0 { 1.0 + factor * displacement(r) / r } else { 1.0 };
         [x * scale, y * scale]
     };
     let mut series = Vec::new();
@@ -179,7 +191,7 @@ fn grid(curve: &[FieldCurvePoint]) -> Plot {
                 })
                 .collect();
             series.push(Series {
-                name: if i == -GRID && axis == 0 { "linear".to_owned() } else { String::new() },
+                name: if i == -GRID && axis == 0 { name.to_owned() } else { String::new() },
                 colour: 6,
                 style: Style::Dashed,
                 points: points.clone(),
@@ -194,7 +206,10 @@ fn grid(curve: &[FieldCurvePoint]) -> Plot {
     }
     Plot {
         name: "grid".to_owned(),
-        title: "Distortion of a grid".to_owned(),
+        title: match factor > 1.0 {
+            true => format!("Grid, distortion times {factor}"),
+            false => "Distortion of a grid".to_owned(),
+        },
         axes: ["x (mm)".to_owned(), "y (mm)".to_owned()],
         series,
         square: true,
@@ -213,7 +228,7 @@ pub(super) fn lateral_colour(inputs: &ReportInputs) -> ReportSection {
         })
         .collect();
     let names: Vec<String> =
-        inputs.wavelengths().map(|w| format!("shift_um_{}nm", inputs.nm(w))).collect();
+        inputs.wavelengths().map(|w| format!("shift_um_{}nm", tidy(inputs.nm(w)))).collect();
     let mut columns = vec![inputs.field_column()];
     columns.extend(names.iter().map(String::as_str));
     let series = inputs.wavelengths().map(|wavelength| Series {

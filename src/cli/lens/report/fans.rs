@@ -74,7 +74,7 @@ impl Fans {
                 let at = inputs.field_name(field.field);
                 plots.push(Plot {
                     name: format!("{name}-{}", at.replace(' ', "")),
-                    title: format!("{at}, {name}"),
+                    title: format!("{}, {name}", inputs.field_title(field.field)),
                     axes: ["height in the stop".to_owned(), unit.to_owned()],
                     series: series.collect(),
                     ranges: [Some([-1.0, 1.0]), Some([-1.08 * reach, 1.08 * reach])],

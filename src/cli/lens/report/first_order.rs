@@ -1,21 +1,23 @@
 //! Prescription, first-order data and Seidel sums.
 
-use petzval::lens::{Paraxial, SeidelSums};
+use petzval::lens::{FieldRays, Paraxial, Row, SeidelSums};
 
-use super::inputs::ReportInputs;
+use super::inputs::{ReportInputs, rounded};
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::cli::Failure;
 
 pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
-    let rows = inputs.lens.rows.iter().enumerate().map(|(i, row)| {
+    let all = &inputs.lens.rows;
+    let rows = all.iter().enumerate().map(|(i, row)| {
         vec![
             i as f64 + 1.0,
             row.radius,
             row.conic,
             row.thickness,
             row.index,
+            row.glass.abbe_number().unwrap_or(f64::NAN),
             row.diameter / 2.0,
             f64::from(u8::from(row.stop)),
         ]
@@ -26,20 +28,33 @@ pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
         "conic",
         "thickness_mm",
         "index_behind",
+        "abbe_number_behind",
         "semi_diameter_mm",
         "stop",
     ];
+    let glass = |row: &Row| row.glass.name().unwrap_or_default().to_owned();
+    let mut surfaces = Table::new("", &columns, rows.collect());
+    surfaces.words = vec![("glass_behind", all.iter().map(glass).collect())];
+    let terms = all.iter().enumerate().flat_map(|(i, row)| {
+        row.asphere
+            .iter()
+            .map(move |(power, value)| vec![i as f64 + 1.0, f64::from(*power), *value])
+    });
+    let aspheres = Table::new("aspheres", &["surface", "power", "coefficient"], terms.collect());
+    let tables = [surfaces, aspheres].into_iter().filter(|table| !table.rows.is_empty());
     ReportSection {
         name: "prescription",
         title: "Prescription",
         note: format!(
-            "Indices at {} nm. Thicknesses are those to the next vertex.",
-            inputs.quality.conditions.primary_line().nm
+            "Indices at {} nm. Thicknesses are those to the next vertex. Coefficients a_p of \
+             aspheres multiply r^p and are in mm^(1 - p).",
+            rounded(inputs.quality.conditions.primary_line().nm)
         ),
-        tables: vec![Table::new("", &columns, rows.collect()).shown()],
+        tables: tables.collect(),
         absences: vec![
             Absence::usual("radius_mm", "a plane has no finite radius"),
             Absence::usual("semi_diameter_mm", "the surface has no rim"),
+            Absence::usual("abbe_number", "no dispersion in the F, d and C lines is known"),
         ],
         ..ReportSection::default()
     }
@@ -105,13 +120,25 @@ pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failur
                that of the real pupil on the axis."
             .to_owned(),
         figures,
-        tables: vec![Table::new("by-wavelength", &columns, rows).shown()],
+        tables: vec![fields(inputs), Table::new("by-wavelength", &columns, rows).shown()],
         absences: vec![
             Absence::usual("object_distance", "the object is distant"),
             Absence::of_lens("", "the lens or its pupil is afocal"),
         ],
         ..ReportSection::default()
     })
+}
+
+/// Returns the angles and image heights of the shown fields.
+fn fields(inputs: &ReportInputs) -> Table {
+    let primary = inputs.quality.conditions.primary;
+    let row = |field: &FieldRays| {
+        let angle = field.chief(primary).map_or(f64::NAN, |chief| chief.angle().to_degrees());
+        vec![field.field, angle, field.reference.point[1]]
+    };
+    let rows = inputs.shown.iter().map(row).collect();
+    Table::new("fields", &[inputs.field_column(), "field_angle_deg", "image_height_mm"], rows)
+        .shown()
 }
 
 /// Returns the distance of the front focal point before the front vertex.
@@ -155,27 +182,43 @@ pub(super) fn seidel(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
     let mut wave_rows: Vec<Vec<f64>> =
         seidel.rows.iter().enumerate().map(|(i, sums)| wave_row(i as f64 + 1.0, sums)).collect();
     wave_rows.push(wave_row(f64::NAN, &seidel.total));
-    let names = ["S I", "S II", "S III", "S IV", "S V"];
-    // A group of bars for each surface.
-    let bar = |i: usize, k: usize| i as f64 + 1.0 + (k as f64 - 2.0) * 0.15;
+    let chromatic = seidel.rows.iter().flat_map(|sums| sums.chromatic).any(|sum| sum != 0.0);
+    let names = ["S I", "S II", "S III", "S IV", "S V", "C L", "C T"];
+    let names = &names[..if chromatic { 7 } else { 5 }];
+    let sums = |sums: &SeidelSums| {
+        let all = sums.monochromatic.into_iter().chain(sums.chromatic);
+        all.map(|sum| 1e3 * sum).collect::<Vec<f64>>()
+    };
+    // A group of bars for each surface, and one for the sum behind a gap.
+    let count = seidel.rows.len();
+    let place = |i: usize| if i < count { i as f64 + 1.0 } else { i as f64 + 2.0 };
+    let groups: Vec<(f64, Vec<f64>)> = seidel
+        .rows
+        .iter()
+        .chain([&seidel.total])
+        .enumerate()
+        .map(|(i, group)| (place(i), sums(group)))
+        .collect();
+    let middle = (names.len() as f64 - 1.0) / 2.0;
     let series = names.iter().enumerate().map(|(k, name)| Series {
         name: (*name).to_owned(),
         colour: k,
         style: Style::Bars,
-        points: seidel
-            .rows
+        points: groups
             .iter()
-            .enumerate()
-            .flat_map(|(i, sums)| [[bar(i, k), 0.0], [bar(i, k), 1e3 * sums.monochromatic[k]]])
+            .map(|(x, sums)| (x + (k as f64 - middle) * 0.12, sums[k]))
+            .flat_map(|(x, sum)| [[x, 0.0], [x, sum]])
             .collect(),
     });
+    let label = |i: usize| if i < count { (i + 1).to_string() } else { "sum".to_owned() };
+    let ticks = (0..=count).map(|i| (place(i), label(i))).collect();
     Ok(ReportSection {
         name: "seidel",
         title: "Seidel sums by surface",
         note:
             "S I to S V: spherical aberration, coma, astigmatism, Petzval curvature, distortion; \
                C L and C T: axial and lateral colour between the shortest and the longest \
-               wavelength. The row without a number is the sum. For the edge of the field and \
+               wavelength. The last row and the last bars are the sum. For the edge of the field and \
                the full stop."
                 .to_owned(),
         figures: vec![
@@ -191,6 +234,9 @@ pub(super) fn seidel(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
             title: "Seidel sums".to_owned(),
             axes: ["surface".to_owned(), "sum (µm)".to_owned()],
             series: series.collect(),
+            ranges: [Some([0.3, count as f64 + 2.7]), None],
+            broad: true,
+            ticks,
             ..Plot::default()
         }],
         absences: vec![

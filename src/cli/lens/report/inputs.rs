@@ -9,6 +9,9 @@ use super::fans::Fans;
 use super::plot::colour;
 use super::wave::PointImages;
 
+/// Size below which a number is shown as 0.
+const NEGLIGIBLE: f64 = 2e-6;
+
 /// A lens with its traced fields.
 pub(super) struct ReportInputs {
     /// The lens at its primary wavelength.
@@ -59,6 +62,23 @@ impl ReportInputs {
     /// Returns the name of a field, such as "14 mm" or "20°".
     pub fn field_name(&self, field: f64) -> String {
         format!("{} {}", rounded(field), self.field_unit())
+    }
+
+    /// Returns the name of a field with the angle of its chief ray, such as "14 mm (15.6°)"; for an
+    /// angle with the image height.
+    pub fn field_title(&self, field: f64) -> String {
+        let name = self.field_name(field).replace(" deg", "°");
+        if field == 0.0 {
+            return "on axis".to_owned();
+        }
+        let Some(rays) = self.traced(field) else { return name };
+        let chief = rays.chief(self.quality.conditions.primary);
+        let angle = chief.map_or(f64::NAN, |chief| chief.angle().to_degrees());
+        match self.quality.conditions.field_kind {
+            FieldKind::Angle => format!("{name} ({:.2} mm)", rays.reference.point[1] + 0.0),
+            _ if angle.is_finite() => format!("{name} ({:.1}°)", angle.abs()),
+            _ => name,
+        }
     }
 
     pub fn field_unit(&self) -> &'static str {
@@ -112,8 +132,12 @@ impl ReportInputs {
     }
 }
 
-/// Returns a number with four digits at most, without trailing zeros.
-pub(super) fn rounded(value: f64) -> String {
+/// Returns a number with four digits at most, without trailing zeros; 0 for lengths and angles that
+/// are only not 0 for the sake of the arithmetic.
+pub(in crate::cli::lens) fn rounded(value: f64) -> String {
+    if value.abs() < NEGLIGIBLE {
+        return "0".to_owned();
+    }
     let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
     let text = format!("{value:.digits$}");
     match text.contains('.') {

@@ -4,6 +4,7 @@ mod curves;
 mod fans;
 mod files;
 mod first_order;
+mod heading;
 mod inputs;
 mod light;
 mod missing;
@@ -28,6 +29,7 @@ use crate::cli::{Failure, Outcome};
 use inputs::ReportInputs;
 use section::ReportSection;
 
+pub(super) use inputs::rounded;
 pub(in crate::cli) use point::point_report;
 
 /// Arguments of `petzval lens report`.

@@ -4,11 +4,12 @@
 
 use std::fmt::Write as _;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
-
+use super::heading::{heading, in_words};
 use super::inputs::{ReportInputs, rounded};
-use super::section::{ReportSection, Table};
+use super::plot::Plot;
+use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
+use crate::cli::arguments::argv::{argv, shell_line};
+use crate::cli::report::date::now;
 use crate::cli::report::lens_drawing::draw;
 use crate::cli::report::svg::escape;
 
@@ -22,16 +23,25 @@ nav { display: flex; flex-wrap: wrap; gap: 0.2rem 1rem; font-size: 0.9rem; }
 svg { width: 100%; height: auto; }
 .drawing { background: #fff; padding: 0.5rem; }
 .plots { display: grid; grid-template-columns: repeat(auto-fill, minmax(22rem, 1fr)); gap: 1rem; }
-.square { grid-template-columns: repeat(auto-fill, minmax(14rem, 1fr)); }
-.narrow { max-width: 20rem; }
-.plots figure { margin: 0; } .plots img { width: 100%; image-rendering: pixelated; }
-figcaption { font-size: 0.85rem; }
-.scroll { overflow-x: auto; max-height: 30rem; }
+.square { grid-template-columns: repeat(auto-fill, minmax(18rem, 1fr)); }
+.narrow { max-width: 20rem; } .broad { grid-column: 1 / -1; }
+.plots figure { margin: 0; }
+figcaption { font-size: 0.85rem; font-weight: bold; }
 table { border-collapse: collapse; font-size: 0.8rem; font-variant-numeric: tabular-nums; \
-margin: 0.8rem 0; }
+margin: 0.8rem 0; max-width: 100%; }
 th, td { text-align: right; padding: 0.15rem 0.6rem; \
 border-bottom: 1px solid color-mix(in srgb, currentColor 25%, transparent); }
-th { vertical-align: bottom; } th:first-child, td:first-child { text-align: left; }
+th { vertical-align: bottom; } .words { text-align: left; }
+th:first-child, td:first-child { text-align: left; }
+tr.stop td { font-weight: bold; } tr.sum td { border-top: 2px solid; font-weight: bold; }
+footer { margin-top: 3rem; border-top: 1px solid; }
+@media print {
+:root { color-scheme: light; } body { max-width: none; margin: 0; font-size: 11pt; }
+nav { display: none; } h2 { break-after: avoid; } figure, tr, .drawing { break-inside: avoid; }
+.plots { grid-template-columns: repeat(2, 1fr); } .square { grid-template-columns: repeat(3, 1fr); }
+svg, rect { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+}
+@page { margin: 15mm; }
 ";
 
 /// Most rows of a table on the page.
@@ -63,8 +73,15 @@ pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection]) -> String 
     let drawing = draw(&inputs.lens, Some(quality.conditions.film_distance), height);
     let _ = writeln!(page, "<div class=\"drawing\">{drawing}</div>");
     for section in sections {
-        write_section(&mut page, section);
+        write_section(&mut page, section, inputs);
     }
+    let _ = writeln!(
+        page,
+        "<footer><p class=\"note\">petzval {}, {}<br/>The command: {}</p></footer>",
+        env!("CARGO_PKG_VERSION"),
+        now(),
+        escape(&shell_line(&argv()))
+    );
     page.push_str("</body>\n</html>\n");
     page
 }
@@ -88,27 +105,30 @@ fn conditions(inputs: &ReportInputs) -> String {
         })
         .collect();
     format!(
-        "Real rays: {object}; film {:.4} mm behind the rear vertex; fields up to {}; {}.",
-        conditions.film_distance,
-        inputs.field_name(conditions.largest_field),
+        "Real rays: {object}; film {} mm behind the rear vertex; fields up to {}; {}.",
+        shown(conditions.film_distance),
+        inputs.field_title(conditions.largest_field),
         lines.join(", ")
     )
 }
 
-fn write_section(page: &mut String, section: &ReportSection) {
+fn write_section(page: &mut String, section: &ReportSection, inputs: &ReportInputs) {
     let _ = writeln!(page, "<h2 id=\"{}\">{}</h2>", section.name, escape(section.title));
     if !section.note.is_empty() {
         let _ = writeln!(page, "<p class=\"note\">{}</p>", escape(&section.note));
     }
     for (text, _) in section.missing.iter().filter(|(_, usual)| !usual) {
-        let _ = writeln!(page, "<p class=\"note\">Missing: {}</p>", escape(text));
+        let _ = writeln!(page, "<p class=\"note\">Missing: {}</p>", escape(&in_words(text)));
+    }
+    if section.name == "prescription" {
+        write_prescription(page, inputs);
     }
     if !section.figures.is_empty() {
         page.push_str("<table>\n");
         for (name, value, unit) in &section.figures {
-            let words = escape(&name.replace('_', " "));
-            let unit = unit.replace("um", "µm");
-            let _ = writeln!(page, "<tr><td>{words}</td><td>{} {unit}</td></tr>", shown(*value));
+            let (name, unit) = (heading(name), unit.replace("um", "µm").replace("deg", "°"));
+            let value = shown(*value);
+            let _ = writeln!(page, "<tr><td>{}</td><td>{value} {unit}</td></tr>", escape(&name));
         }
         page.push_str("</table>\n");
     }
@@ -116,17 +136,17 @@ fn write_section(page: &mut String, section: &ReportSection) {
         let narrow = section.plots.iter().all(|plot| plot.square);
         let _ = writeln!(page, "<div class=\"plots{}\">", if narrow { " square" } else { "" });
         for plot in &section.plots {
-            let class = if plot.square { " class=\"narrow\"" } else { "" };
+            let class = match plot {
+                Plot { square: true, .. } => " class=\"narrow\"",
+                Plot { broad: true, .. } => " class=\"broad\"",
+                _ => "",
+            };
             let _ = writeln!(page, "<figure{class}>{}</figure>", plot.inline());
         }
-        for picture in &section.pictures {
+        for (i, picture) in section.pictures.iter().enumerate() {
             let caption = escape(&picture.caption);
-            let _ = writeln!(
-                page,
-                "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{}\"/>\
-                 <figcaption>{caption}</figcaption></figure>",
-                STANDARD.encode(&picture.png)
-            );
+            let drawing = picture.inline(&format!("{}-colours-{i}", section.name));
+            let _ = writeln!(page, "<figure><figcaption>{caption}</figcaption>{drawing}</figure>");
         }
         page.push_str("</div>\n");
     }
@@ -135,20 +155,58 @@ fn write_section(page: &mut String, section: &ReportSection) {
     }
 }
 
+/// Writes the surfaces as a lens designer reads them: with glasses, and with the stop marked.
+fn write_prescription(page: &mut String, inputs: &ReportInputs) {
+    let lens = &inputs.lens;
+    page.push_str(
+        "<table>\n<tr><th>surface</th><th>radius (mm)</th><th>thickness (mm)</th><th class=\"words\">glass</th>\
+         <th>n</th><th>Abbe number</th><th>semi-diameter (mm)</th><th class=\"words\">shape</th></tr>\n",
+    );
+    for (i, row) in lens.rows.iter().enumerate() {
+        let class = if row.stop { " class=\"stop\"" } else { "" };
+        let stop = if row.stop { " stop" } else { "" };
+        let last = i + 1 == lens.rows.len();
+        let thickness = if last { "to film".to_owned() } else { shown(row.thickness) };
+        let glass = if row.mirror { "mirror" } else { row.glass.name().unwrap_or_default() };
+        let in_air = row.index == 1.0 && row.glass.name().is_none();
+        let index = if in_air { String::new() } else { shown(row.index) };
+        let abbe = row.glass.abbe_number().map_or_else(String::new, |vd| format!("{vd:.2}"));
+        let shape = row.shape_lines().join(", ");
+        let _ = writeln!(
+            page,
+            "<tr{class}><td>{}{stop}</td><td>{}</td><td>{thickness}</td><td class=\"words\">{}</td>\
+             <td>{index}</td><td>{abbe}</td><td>{}</td><td class=\"words\">{}</td></tr>",
+            i + 1,
+            shown(row.radius),
+            escape(glass),
+            shown(row.diameter / 2.0),
+            escape(&shape)
+        );
+    }
+    page.push_str("</table>\n");
+}
+
 fn write_table(page: &mut String, table: &Table) {
-    page.push_str("<div class=\"scroll\"><table>\n<tr>");
+    page.push_str("<table>\n<tr>");
     for column in &table.columns {
-        let _ = write!(page, "<th>{}</th>", escape(&column.replace('_', " ")));
+        let _ = write!(page, "<th>{}</th>", escape(&heading(column)));
     }
     page.push_str("</tr>\n");
+    let by_surface = table.columns.first().is_some_and(|column| column == "surface");
     for row in table.rows.iter().take(ROWS) {
-        page.push_str("<tr>");
-        for value in row {
-            let _ = write!(page, "<td>{}</td>", shown(*value));
+        let sum = by_surface && row[0].is_nan();
+        page.push_str(if sum { "<tr class=\"sum\">" } else { "<tr>" });
+        for (i, value) in row.iter().enumerate() {
+            let cell = match table.columns[i] == WAVELENGTH_COLUMN && value.is_nan() {
+                _ if sum && i == 0 => "sum".to_owned(),
+                true => "all".to_owned(),
+                false => shown(*value),
+            };
+            let _ = write!(page, "<td>{cell}</td>");
         }
         page.push_str("</tr>\n");
     }
-    page.push_str("</table></div>\n");
+    page.push_str("</table>\n");
     if table.rows.len() > ROWS {
         let left = table.rows.len() - ROWS;
         let _ = writeln!(page, "<p class=\"note\">{left} more rows are in the files.</p>");
@@ -174,5 +232,9 @@ fn shown(value: f64) -> String {
         return format!("{value:.4e}");
     }
     let digits = (5 - value.abs().log10().floor() as i32).clamp(0, 7) as usize;
-    format!("{value:.digits$}")
+    let text = format!("{value:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
 }

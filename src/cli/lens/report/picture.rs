@@ -1,7 +1,13 @@
 //! Pictures of point images and wavefronts.
 
+use std::fmt::Write as _;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use petzval::io::image::{Picture, srgb_decode};
 use petzval::lens::{PointImage, PupilGrid};
+
+use super::inputs::rounded;
 
 /// A picture of a section.
 #[derive(Debug)]
@@ -11,6 +17,88 @@ pub(super) struct SectionPicture {
     pub caption: String,
     /// The picture as a PNG file.
     pub png: Vec<u8>,
+    pub scale: PictureScale,
+}
+
+/// Meaning of the colours of a picture, and its size.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum PictureScale {
+    /// Red is ahead by as many wavelengths, blue behind.
+    Waves(f64),
+    /// Decades from black to white; the picture is as wide (um).
+    Decades {
+        /// The width (um).
+        width: f64,
+    },
+}
+
+/// Side of a picture on the page, and its height with the colour bar [px].
+const SHOWN: [f64; 2] = [300.0, 342.0];
+/// Left end and base line of the labels of the colour bar [px].
+const LABELS: f64 = 336.0;
+
+impl SectionPicture {
+    /// Returns the picture as a part of a page, with a bar of its colours and of its scale. `id` is
+    /// unique on the page. All text is plain.
+    pub fn inline(&self, id: &str) -> String {
+        let [side, height] = SHOWN;
+        let (stops, labels) = match self.scale {
+            PictureScale::Waves(reach) => (
+                ["#00f", "#fff", "#f00"],
+                [
+                    format!("−{} waves", rounded(reach)),
+                    "0".to_owned(),
+                    format!("+{}", rounded(reach)),
+                ],
+            ),
+            PictureScale::Decades { .. } => (
+                ["#000", "#808080", "#fff"],
+                ["10⁻⁴ of the peak".to_owned(), "10⁻²".to_owned(), "1".to_owned()],
+            ),
+        };
+        let mut svg = format!(
+            "<svg viewBox=\"0 0 {side} {height}\" role=\"img\" font-family=\"Helvetica, Arial, \
+             sans-serif\" font-size=\"12\" fill=\"currentColor\">\n<image width=\"{side}\" \
+             height=\"{side}\" style=\"image-rendering: pixelated\" \
+             href=\"data:image/png;base64,{}\"/>\n<defs><linearGradient id=\"{id}\">",
+            STANDARD.encode(&self.png)
+        );
+        for (i, colour) in stops.iter().enumerate() {
+            let _ = write!(svg, "<stop offset=\"{}\" stop-color=\"{colour}\"/>", i as f64 / 2.0);
+        }
+        let _ = writeln!(
+            svg,
+            "</linearGradient></defs>\n<rect x=\"0.5\" y=\"307\" width=\"299\" height=\"12\" \
+             fill=\"url(#{id})\" stroke=\"currentColor\" stroke-opacity=\"0.4\"/>"
+        );
+        for (i, label) in labels.iter().enumerate() {
+            let (x, anchor) = [(0.0, "start"), (side / 2.0, "middle"), (side, "end")][i];
+            let _ = writeln!(
+                svg,
+                "<text x=\"{x}\" y=\"{LABELS}\" text-anchor=\"{anchor}\">{label}</text>"
+            );
+        }
+        if let PictureScale::Decades { width } = self.scale {
+            let bar = round_length(width / 3.0);
+            let px = side * bar / width;
+            let _ = writeln!(
+                svg,
+                "<path d=\"M12 283v8M12 287h{px:.1}M{:.1} 283v8\" stroke=\"#fff\" \
+                 stroke-width=\"1.5\" fill=\"none\"/>\n<text x=\"12\" y=\"276\" \
+                 fill=\"#fff\">{} µm</text>",
+                12.0 + px,
+                rounded(bar)
+            );
+        }
+        svg + "</svg>"
+    }
+}
+
+/// Returns the largest round length up to this one: 1, 2 or 5 times a power of ten.
+fn round_length(most: f64) -> f64 {
+    let power = 10f64.powf(most.max(f64::MIN_POSITIVE).log10().floor());
+    let round = [5.0, 2.0, 1.0].map(|digit| digit * power);
+    round.into_iter().find(|length| *length <= most).unwrap_or(power)
 }
 
 /// Pixels along each side of a sample.

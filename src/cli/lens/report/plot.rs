@@ -24,6 +24,12 @@ pub(super) struct Plot {
     pub bare: bool,
     /// Whether it is small enough for a column beside a picture.
     pub narrow: bool,
+    /// Whether it takes the whole width of the page.
+    pub broad: bool,
+    /// Labels along x in place of numbers.
+    pub ticks: Vec<(f64, String)>,
+    /// Lines of text below the legend.
+    pub captions: Vec<String>,
 }
 
 /// A curve or a cloud of points.
@@ -44,7 +50,7 @@ pub(super) enum Style {
     Dots,
     /// A closed outline.
     Outline,
-    /// Bars between the points of each pair.
+    /// Bars between the points of each pair, seven side by side within a unit of x.
     Bars,
 }
 
@@ -52,6 +58,13 @@ pub(super) enum Style {
 const WIDE: Position = [480.0, 320.0];
 const SQUARE: Position = [300.0, 320.0];
 const NARROW: Position = [300.0, 220.0];
+const BROAD: Position = [976.0, 340.0];
+/// Height of a line of the legend or of text below it [px].
+const ROW: f64 = 15.0;
+/// Width of a bar along x.
+const BAR: f64 = 0.11;
+/// Least distance between two labels along x [px].
+const LABEL: f64 = 24.0;
 /// Margins: left, top, right, bottom [px].
 const MARGIN: [f64; 4] = [62.0, 28.0, 14.0, 46.0];
 const TYPE: f64 = 11.0;
@@ -109,12 +122,15 @@ impl Plot {
         let size = match self {
             Self { square: true, .. } => SQUARE,
             Self { narrow: true, .. } => NARROW,
+            Self { broad: true, .. } => BROAD,
             _ => WIDE,
         };
         let rows = if self.bare { 0 } else { legend_rows(&legend, size[0]) };
-        let size = [size[0], size[1] + 15.0 * rows as f64];
+        let captions: &[String] = if self.narrow { &[] } else { &self.captions };
+        let below = ROW * (rows + captions.len()) as f64;
+        let size = [size[0], size[1] + below];
         let [left, top, right, bottom] = MARGIN;
-        let frame = [[left, size[0] - right], [size[1] - bottom - 15.0 * rows as f64, top]];
+        let frame = [[left, size[0] - right], [size[1] - bottom - below, top]];
         let mut ranges = [self.range(0), self.range(1)];
         if self.square {
             let half = ranges.map(|[low, high]| (high - low) / 2.0);
@@ -140,10 +156,15 @@ impl Plot {
         for series in &self.series {
             let points: Vec<Position> =
                 series.points.iter().map(|p| [place(0, p[0]), place(1, p[1])]).collect();
-            draw_series(&mut sheet, series, &points, frame);
+            draw_series(&mut sheet, series, &points, frame, BAR * (place(0, 1.0) - place(0, 0.0)));
         }
+        let captions_top = size[1] - ROW * captions.len() as f64;
         if !self.bare {
-            self.legend(&mut sheet, &legend, size, rows);
+            self.legend(&mut sheet, &legend, [size[0], captions_top], rows);
+        }
+        for (i, caption) in captions.iter().enumerate() {
+            let y = captions_top + ROW * i as f64 + 7.0;
+            sheet.text([MARGIN[0] - 40.0, y], TYPE, "", caption);
         }
         (sheet, size)
     }
@@ -154,6 +175,24 @@ impl Plot {
             (high - low) / if axis == 0 && (self.square || self.narrow) { 4.0 } else { 6.0 },
         );
         let [from, to] = frame[axis];
+        let middle = f64::midpoint(from, to);
+        let name = &self.axes[axis];
+        if axis == 0 && !self.ticks.is_empty() {
+            let mut free = f64::NEG_INFINITY;
+            for (value, label) in &self.ticks {
+                let at = from + (value - low) / (high - low) * (to - from);
+                // The last label is that of a sum.
+                let last = self.ticks.last().is_some_and(|(end, _)| end == value);
+                if at >= free || last {
+                    let place = [at, frame[1][0] + 14.0];
+                    sheet.text(place, TYPE, "text-anchor=\"middle\"", label);
+                    free = at + LABEL;
+                }
+            }
+            let place = [middle, frame[1][0] + 31.0];
+            sheet.text(place, TYPE, "text-anchor=\"middle\"", name);
+            return;
+        }
         let digits = (-step.log10().floor()).clamp(0.0, 9.0) as usize;
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
@@ -172,8 +211,6 @@ impl Plot {
                 _ => sheet.text([frame[0][0] - 5.0, at + 4.0], TYPE, "text-anchor=\"end\"", &label),
             }
         }
-        let middle = f64::midpoint(from, to);
-        let name = &self.axes[axis];
         match axis {
             0 => {
                 sheet.text([middle, frame[1][0] + 31.0], TYPE, "text-anchor=\"middle\"", name);
@@ -193,7 +230,7 @@ impl Plot {
             if x + room > size[0] && x > MARGIN[0] - 40.0 {
                 (x, row) = (MARGIN[0] - 40.0, row + 1);
             }
-            let y = size[1] - 8.0 - 15.0 * (rows - 1 - row) as f64;
+            let y = size[1] - 8.0 - ROW * (rows - 1 - row) as f64;
             let line = [[x, y - 4.0], [x + 18.0, y - 4.0]];
             let sample = Series { points: Vec::new(), ..(*series).clone() };
             match series.style {
@@ -235,7 +272,14 @@ fn stroke(series: &Series) -> String {
     format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.6\"{dashes}")
 }
 
-fn draw_series(sheet: &mut Sheet, series: &Series, points: &[Position], frame: [[f64; 2]; 2]) {
+/// Draws a series; bars are `bar` px wide.
+fn draw_series(
+    sheet: &mut Sheet,
+    series: &Series,
+    points: &[Position],
+    frame: [[f64; 2]; 2],
+    bar: f64,
+) {
     let inside = |p: &Position| {
         let within = |v: f64, [a, b]: [f64; 2]| (a.min(b) - 0.5..=a.max(b) + 0.5).contains(&v);
         within(p[0], frame[0]) && within(p[1], frame[1])
@@ -249,7 +293,7 @@ fn draw_series(sheet: &mut Sheet, series: &Series, points: &[Position], frame: [
         }
         Style::Outline => sheet.path(points, true, &stroke(series)),
         Style::Bars => {
-            let wide = stroke(series).replace("1.6", "4");
+            let wide = stroke(series).replace("1.6", &format!("{:.2}", bar.clamp(0.5, 8.0)));
             points.chunks(2).for_each(|pair| sheet.path(pair, false, &wide));
         }
         Style::Line | Style::Dashed => {

@@ -2,6 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
+use super::super::json::tidy;
 use super::missing::Absence;
 use super::picture::SectionPicture;
 use super::plot::Plot;
@@ -40,6 +41,8 @@ pub(super) struct Table {
     pub columns: Vec<String>,
     /// Rows; a number that does not exist is NaN, and the section says why.
     pub rows: Vec<Vec<f64>>,
+    /// Columns of words behind the numbers: their names and cells.
+    pub words: Vec<(&'static str, Vec<String>)>,
     /// Whether the page shows the table; long ones are only in the files.
     pub shown: bool,
 }
@@ -47,23 +50,26 @@ pub(super) struct Table {
 impl Table {
     pub fn new(name: impl Into<String>, columns: &[&str], rows: Vec<Vec<f64>>) -> Self {
         let columns = columns.iter().map(|column| (*column).to_owned()).collect();
-        Self { name: name.into(), columns, rows, shown: false }
+        Self { name: name.into(), columns, rows, words: Vec::new(), shown: false }
     }
 
     pub fn shown(self) -> Self {
         Self { shown: true, ..self }
     }
 
-    /// Returns the table as CSV, with all digits; cells of numbers that do not exist are empty.
+    /// Returns the table as CSV, with 15 digits; cells of numbers that do not exist are empty.
     ///
     /// # Errors
     /// Returns an error if a row has not as many cells as the table has columns.
     pub fn csv(&self) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
         let mut file = csv::Writer::from_writer(Vec::new());
-        file.write_record(&self.columns)?;
-        let cell = |value: &f64| if value.is_nan() { String::new() } else { value.to_string() };
-        for row in &self.rows {
-            file.write_record(row.iter().map(cell))?;
+        let names = self.words.iter().map(|(name, _)| *name);
+        file.write_record(self.columns.iter().map(String::as_str).chain(names))?;
+        let cell =
+            |value: &f64| if value.is_nan() { String::new() } else { tidy(*value).to_string() };
+        for (i, row) in self.rows.iter().enumerate() {
+            let words = self.words.iter().map(|(_, cells)| cells[i].clone());
+            file.write_record(row.iter().map(cell).chain(words))?;
         }
         Ok(file.into_inner()?)
     }
@@ -71,7 +77,7 @@ impl Table {
 
 /// Returns a JSON number, or null if it is not finite.
 pub(super) fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
+    if value.is_finite() { json!(tidy(value)) } else { Value::Null }
 }
 
 impl ReportSection {
@@ -88,12 +94,17 @@ impl ReportSection {
             .iter()
             .filter(|table| bulk || table.rows.len() <= BULK)
             .map(|table| {
+                let words = |i: usize| table.words.iter().map(move |(_, cells)| json!(cells[i]));
                 let rows: Vec<Vec<Value>> = table
                     .rows
                     .iter()
-                    .map(|row| row.iter().copied().map(number).collect())
+                    .enumerate()
+                    .map(|(i, row)| row.iter().copied().map(number).chain(words(i)).collect())
                     .collect();
-                json!({ "name": table.name, "columns": table.columns, "rows": rows })
+                let names = table.words.iter().map(|(name, _)| *name);
+                let columns: Vec<&str> =
+                    table.columns.iter().map(String::as_str).chain(names).collect();
+                json!({ "name": table.name, "columns": columns, "rows": rows })
             })
             .collect();
         let missing: Vec<&str> = self.missing.iter().map(|(text, _)| text.as_str()).collect();

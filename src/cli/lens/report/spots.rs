@@ -2,7 +2,7 @@
 
 use petzval::lens::SpotDiagram;
 
-use super::inputs::ReportInputs;
+use super::inputs::{ReportInputs, rounded};
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
@@ -78,8 +78,9 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
         name: "spot",
         title: "Spot diagrams",
         note:
-            "Around the chief ray at the primary wavelength; the circle is the Airy disc of that \
-               wavelength. Rays carry the light that enters the lens. A size without a wavelength \
+            "Around the chief ray at the primary wavelength, all at the same scale; the circle is \
+               the Airy disc of that wavelength. RMS and GEO are the root mean square and the \
+               largest distance of rays from their centroid. Rays carry the light that enters the lens. A size without a wavelength \
                is that of all, by their weights."
                 .to_owned(),
         figures,
@@ -93,7 +94,14 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
     }
 }
 
+/// Returns the spots, all at the scale of the largest.
 fn plots(inputs: &ReportInputs, diagrams: &[SpotDiagram]) -> Vec<Plot> {
+    let rays = diagrams.iter().flat_map(|spot| &spot.rays);
+    let reach = rays.flat_map(|ray| ray.point).fold(0.0, |most: f64, mm| most.max(1e3 * mm.abs()));
+    let airy = inputs.shown.iter().filter_map(|field| {
+        field.grids[inputs.quality.conditions.primary].as_ref().map(|grid| 1e3 * grid.airy_radius())
+    });
+    let reach = 1.05 * airy.fold(reach, f64::max).max(1e-6);
     inputs
         .shown
         .iter()
@@ -127,12 +135,18 @@ fn plots(inputs: &ReportInputs, diagrams: &[SpotDiagram]) -> Vec<Plot> {
                 });
             }
             let at = inputs.field_name(field.field);
+            let caption = spot.size(0.0, None).map(|size| {
+                let [rms, largest] = [size.rms, size.largest].map(|mm| rounded(1e3 * mm));
+                format!("RMS {rms} µm, GEO {largest} µm")
+            });
             Plot {
                 name: at.replace(' ', ""),
-                title: at,
+                title: inputs.field_title(field.field),
                 axes: ["x (µm)".to_owned(), "y (µm)".to_owned()],
                 series,
                 square: true,
+                ranges: [Some([-reach, reach]); 2],
+                captions: caption.into_iter().collect(),
                 ..Plot::default()
             }
         })

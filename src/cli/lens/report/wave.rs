@@ -2,9 +2,9 @@
 
 use petzval::lens::{FieldRays, PointImage};
 
-use super::inputs::{ReportInputs, rounded};
+use super::inputs::ReportInputs;
 use super::missing::Absence;
-use super::picture::{self, SectionPicture};
+use super::picture::{self, PictureScale, SectionPicture};
 use super::plot::{Plot, Series};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::cli::Failure;
@@ -57,8 +57,9 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
                 let at = inputs.field_name(field.field);
                 pictures.push(SectionPicture {
                     name: at.replace(' ', ""),
-                    caption: format!("{at}: white to red or blue is {} waves", rounded(reach)),
+                    caption: inputs.field_title(field.field),
                     png: picture::wavefront(grid, reach)?,
+                    scale: PictureScale::Waves(reach),
                 });
             }
         }
@@ -70,7 +71,7 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
         note: "Path differences to the reference sphere of the primary wavelength's chief ray, in \
                wavelengths of the light itself, positive where the path is shorter. Coefficients \
                in Noll's order and normalization over the unit circle of the stop, fitted to the \
-               rays that pass."
+               rays that pass. Maps are red where light is ahead and grey outside the pupil."
             .to_owned(),
         figures,
         tables: vec![
@@ -118,8 +119,9 @@ pub(super) fn psf(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
         let at = inputs.field_name(field.field);
         pictures.push(SectionPicture {
             name: at.replace(' ', ""),
-            caption: format!("{at}: {} µm wide, four decades from white to black", rounded(width)),
+            caption: inputs.field_title(field.field),
             png: picture::point_image(image)?,
+            scale: PictureScale::Decades { width },
         });
         let middle = (image.side as f64 - 1.0) / 2.0;
         for (i, value) in image.values.iter().enumerate() {

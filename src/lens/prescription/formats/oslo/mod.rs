@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         }
         let weight = |i: usize| self.weights.get(i).copied().unwrap_or(1.0);
         let lines = self.wavelengths.iter().enumerate();
-        let wavelengths = lines.map(|(i, um)| SpectralLine { nm: 1000.0 * um, weight: weight(i) });
+        let wavelengths = lines.map(|(i, um)| SpectralLine::from_um(*um, weight(i)));
         let fields = self.field.map(|(kind, value)| {
             let value = if kind == FieldKind::Angle { value } else { value * unit };
             Fields { kind, points: vec![[0.0, 0.0], [0.0, 0.7 * value], [0.0, value]] }

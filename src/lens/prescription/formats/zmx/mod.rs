@@ -156,13 +156,10 @@ impl<'a> Reader<'a> {
             "XFLN" | "XFLD" => self.fields[0] = all()?,
             "YFLN" | "YFLD" => self.fields[1] = all()?,
             "WAVM" => {
-                let line =
-                    SpectralLine { nm: 1000.0 * number(1)?, weight: number(2).unwrap_or(1.0) };
-                self.wavelengths.push(line);
+                self.wavelengths.push(SpectralLine::from_um(number(1)?, number(2).unwrap_or(1.0)));
             }
             "WAVL" | "WAVN" => {
-                let lines =
-                    all()?.into_iter().map(|um| SpectralLine { nm: 1000.0 * um, weight: 1.0 });
+                let lines = all()?.into_iter().map(|um| SpectralLine::from_um(um, 1.0));
                 self.wavelengths = lines.collect();
             }
             "WWGT" | "WWGN" => {

@@ -15,7 +15,7 @@ use super::super::INFINITE;
 use super::super::write::WrittenLens;
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::Prescription;
-use crate::lens::prescription::design::FieldKind;
+use crate::lens::prescription::design::{FieldKind, SpectralLine};
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::system::SystemAperture;
 use crate::spectrum::glass::D_LINE;
@@ -174,8 +174,8 @@ fn header(lens: &Prescription, by_f_number: bool, notes: &mut Vec<String>) -> St
         let _ = writeln!(text, "{keyword} {}", vec!["0.0"; points.len()].join(" "));
     }
     let _ = writeln!(text, "FWGN {}", vec!["1.0"; points.len()].join(" "));
-    for (number, [nm, weight]) in (1..).zip(&lines) {
-        let micrometres = inverse(*nm, nm / 1000.0, |um| 1000.0 * um);
+    for (number, &[nm, weight]) in (1..).zip(&lines) {
+        let micrometres = SpectralLine { nm, weight }.um();
         let _ = writeln!(text, "WAVM {number} {micrometres:?} {weight:?}");
     }
     let _ = writeln!(text, "PWAV {}", design.primary + 1);
