@@ -8,6 +8,7 @@
 use std::error::Error;
 use std::path::Path;
 
+use petzval::io::OutputFile;
 use petzval::io::image::{DisplayExposure, EncodingOptions};
 use petzval::prepare::{Changes, FocusOn, prepare};
 use petzval::render::{RenderOptions, render};
@@ -33,10 +34,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let exposed = render(&job, RenderOptions::default())?;
 
         let path = Path::new(folder).join(format!("focus-{distance}.png"));
+        let output = OutputFile::new(&path, &job.files)?;
         let window = job.frame.window();
         let encoding =
             EncodingOptions { exposure: DisplayExposure::Auto, ..EncodingOptions::default() };
-        exposed.into_picture(&job).write(&path, window, encoding, &notes)?;
+        exposed.into_picture(&job).write(&output, window, encoding, &notes)?;
         println!("{}", path.display());
     }
     Ok(())

@@ -8,6 +8,7 @@
 use std::error::Error;
 use std::path::Path;
 
+use petzval::io::OutputFile;
 use petzval::io::image::{DisplayExposure, EncodingOptions};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::{RenderOptions, render};
@@ -33,11 +34,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // Zero threads means one for each core. The picture does not depend on their number.
+    // The picture must not replace a file of the scene.
+    let output = OutputFile::new(picture, &job.files)?;
     let exposed = render(&job, RenderOptions::default())?;
     let window = job.frame.window();
     // PNG and JPEG need an exposure; EXR keeps the linear light as it is.
     let encoding =
         EncodingOptions { exposure: DisplayExposure::Auto, ..EncodingOptions::default() };
-    exposed.into_picture(&job).write(Path::new(picture), window, encoding, &notes)?;
+    exposed.into_picture(&job).write(&output, window, encoding, &notes)?;
     Ok(())
 }

@@ -9,7 +9,9 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use petzval::{Changes, EncodingOptions, RenderOptions, prepare, read_scene, render};
+//! use petzval::{
+//!     Changes, EncodingOptions, OutputFile, RenderOptions, prepare, read_scene, render,
+//! };
 //!
 //! # let folder = tempfile::tempdir()?;
 //! // Read the scene, prepare it with 4 samples per pixel, and render it on all cores.
@@ -20,7 +22,10 @@
 //! let output = render(&job, RenderOptions::default())?;
 //!
 //! let file = folder.path().join("dgauss.exr");
-//! output.into_picture(&job).write(&file, job.frame.window(), EncodingOptions::default(), &notes)?;
+//! let encoding = EncodingOptions::default();
+//! // An output is none of the files that the picture was read from.
+//! let output_file = OutputFile::new(&file, &job.files)?;
+//! output.into_picture(&job).write(&output_file, job.frame.window(), encoding, &notes)?;
 //! # assert!(file.metadata()?.len() > 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -215,8 +220,8 @@ pub mod spectrum;
 pub mod stats;
 
 pub use aov::Aov;
-pub use io::ReadContext;
 pub use io::image::{DisplayExposure, EncodingOptions, ImageError, Picture};
+pub use io::{OutputFile, ReadContext};
 pub use job::{Job, StopCriteria};
 pub use lens::{
     Fidelity, LensError, LensRay, Paraxial, Prescription, RealRayFocus, Side, read as read_lens,

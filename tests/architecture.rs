@@ -43,6 +43,70 @@ fn no_test_or_benchmark_includes_sources_of_the_crate() {
     assert!(included.is_empty(), "import from the library instead:\n{}", included.join("\n"));
 }
 
+/// Files that may write without [`petzval::io::OutputFile`], and why.
+const WRITERS: [(&str, &str); 8] = [
+    ("src/io/output.rs", "the owner of outputs"),
+    ("src/io/replace.rs", "the owner's atomic replacement of files"),
+    ("src/cli/bench/files.rs", "writes into a temporary folder that it makes"),
+    ("src/cli/denoise/mod.rs", "writes into a temporary folder that it makes"),
+    ("src/cli/denoise/process.rs", "writes the log of a program into that folder"),
+    ("src/cli/signals.rs", "removes temporary folders"),
+    ("src/cli/view/frame.rs", "writes into a temporary folder that it makes"),
+    ("python/src/lens.rs", "writes a lens into a temporary file that it makes"),
+];
+
+#[test]
+fn files_are_written_past_the_check_of_outputs() {
+    let python = files("python/src").into_iter();
+    let python = python.map(|path| (without_tests(&tokens(&read(&path))).0, path));
+    let sources = Source::all("src").into_iter().map(|source| (source.tokens, source.path));
+    let mut found = BTreeMap::new();
+    for (tokens, path) in sources.chain(python) {
+        let writes = writes(&tokens);
+        if !writes.is_empty() {
+            found.insert(path, writes);
+        }
+    }
+    let owners = WRITERS.map(|(path, _)| PathBuf::from(path));
+    let strangers: Vec<_> = found.iter().filter(|(path, _)| !owners.contains(path)).collect();
+    assert!(strangers.is_empty(), "write by OutputFile of petzval::io instead: {strangers:?}");
+    let idle: Vec<_> = owners.iter().filter(|path| !found.contains_key(*path)).collect();
+    assert!(idle.is_empty(), "remove from WRITERS, as they write nothing: {idle:?}");
+}
+
+/// Returns the calls of the system that write, rename or remove files, and outputs that know no inputs.
+fn writes(tokens: &[Token]) -> Vec<String> {
+    const OF_FS: [&str; 6] =
+        ["write", "rename", "copy", "hard_link", "remove_file", "remove_dir_all"];
+    const OF_FILE: [&str; 3] = ["create", "create_new", "options"];
+    const ALONE: [&str; 4] = ["OpenOptions", "NamedTempFile", "tempfile_in", "without_inputs"];
+    let mut found = Vec::new();
+    for (i, token) in tokens.iter().enumerate() {
+        let Word(word) = token else { continue };
+        if ALONE.contains(&word.as_str()) {
+            found.push(word.clone());
+        }
+        let members: &[&str] = match word.as_str() {
+            "fs" => &OF_FS,
+            "File" => &OF_FILE,
+            _ => continue,
+        };
+        if tokens.get(i + 1..i + 3) != Some(&[Mark(':'), Mark(':')]) {
+            continue;
+        }
+        let end = match tokens.get(i + 3) {
+            Some(Mark('{')) => behind_bracket(tokens, i + 3),
+            _ => tokens.len().min(i + 4),
+        };
+        let used = tokens[i + 3..end].iter().filter_map(|token| match token {
+            Word(used) if members.contains(&used.as_str()) => Some(format!("{word}::{used}")),
+            _ => None,
+        });
+        found.extend(used);
+    }
+    found
+}
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -476,6 +540,25 @@ mod checkers {
         }
         for other in ["struct Item;", "pub fn Item() {}", "#[cfg(test)] pub struct Item;"] {
             assert!(of("pub struct Item;", other).is_empty(), "{other}");
+        }
+    }
+
+    #[test]
+    fn a_write_is_found_in_every_form() {
+        for text in [
+            "std::fs::write(path, text)",
+            "use std::fs::{self, File, rename};",
+            "fs::remove_file(path)",
+            "File::create(path)",
+            "fs::File::options()",
+            "OpenOptions::new()",
+            "Outputs::without_inputs()",
+            "tempfile::tempfile_in(folder)",
+        ] {
+            assert_eq!(writes(&tokens(text)).len(), 1, "{text}");
+        }
+        for text in ["fs::read(path)", "file.write(fill)", "// fs::write", "\"File::create\""] {
+            assert!(writes(&tokens(text)).is_empty(), "{text}");
         }
     }
 

@@ -110,7 +110,12 @@ fn equal_pictures_have_no_error_and_opposites_the_largest() {
 fn save(at: &Path, name: &str, picture: &Picture) {
     let window = PictureWindow { origin: [0, 0], frame: picture.size.map(|n| n as u32) };
     picture
-        .write(&at.join(name), window, EncodingOptions::default(), &Vec::new())
+        .write(
+            &petzval::io::Outputs::without_inputs().claim(at.join(name)).unwrap(),
+            window,
+            EncodingOptions::default(),
+            &Vec::new(),
+        )
         .expect("a picture");
 }
 

@@ -59,6 +59,23 @@ fn read(folder: &Path, pair: u32, kind: &str) -> Picture {
     Picture::read(&folder.join(format!("out/{pair:06}.{kind}.exr"))).expect("a picture")
 }
 
+#[test]
+fn a_list_of_another_length_is_refused_and_a_failure_leaves_nothing() {
+    let folder = folder();
+    scene(&folder, "");
+    let draw = "[draw]\nscene = \"scene.pbrt\"\n";
+    for (spec, expected) in [
+        (format!("pairs = 1\nresolution = [16, 12, 99]\n{draw}"), "expected 2 numbers, found 3"),
+        (format!("pairs = 1\nresolution = [16]\n{draw}"), "expected 2 numbers, found 1"),
+        (format!("pairs = 1\n{draw}move = [0.1, 0.1, 0.1, 9.0]\n"), "or three in brackets"),
+        (format!("pairs = 1\n{draw}lens = \"missing.dat\"\n"), "missing.dat"),
+    ] {
+        let (code, _, log) = run(folder.path(), &spec, &[]);
+        assert!(code == 2 && log.contains(expected), "{log}");
+        assert!(!folder.path().join("out").exists(), "{spec}");
+    }
+}
+
 const DRAWN: &str = "
 pairs = 5
 seed = 3

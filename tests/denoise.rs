@@ -271,14 +271,37 @@ fn a_noisy_picture_that_cannot_be_written_is_an_error_before_the_render() {
 }
 
 #[test]
+fn no_picture_is_written_over_the_program() {
+    let studio = Studio::new("mine.exr", COPY);
+    let program = fs::read(studio.0.path("bin/mine.exr")).expect("the program");
+    std::os::unix::fs::symlink("bin/mine.exr", studio.0.path("a.noisy.exr")).expect("a link");
+    for arguments in [
+        "-o bin/mine.exr --denoise=bin/mine.exr",
+        "-o bin/../bin/mine.exr --denoise=mine.exr",
+        "-o a.png --denoise=mine.exr",
+        "-o bin/{fstop}.exr --sweep fstop=8 --contact b.png --denoise=bin/8.exr",
+    ] {
+        fs::hard_link(studio.0.path("bin/mine.exr"), studio.0.path("bin/8.exr")).expect("a link");
+        let (code, stderr) = studio.run(&format!("render scene.pbrt --spp 1 {arguments}"));
+        assert!(code == 2 && stderr.contains("an input"), "{arguments}: {stderr}");
+        assert_eq!(fs::read(studio.0.path("bin/mine.exr")).expect("the program"), program);
+        fs::remove_file(studio.0.path("bin/8.exr")).expect("the link");
+    }
+}
+
+#[test]
 fn ctrl_c_ends_the_trial_of_a_program_and_removes_its_folder() {
-    let studio = Studio::new("oidnDenoise", "echo hanging > hangs.txt; exec sleep 3\n");
+    // A program that it starts would write a file later.
+    let body = "(sleep 2; echo lives > lives.txt) & echo hanging > hangs.txt; wait\n";
+    let studio = Studio::new("oidnDenoise", body);
     let mut child = studio.command(&format!("{RENDER} --denoise")).spawn().expect("a child");
     studio.0.wait_for_file(&mut child, "hangs.txt", 1);
     signal(&child, "INT");
     let (code, stderr) = finish(child);
     assert_eq!(code, 130, "{stderr}");
     studio.assert_no_temporary_files();
+    std::thread::sleep(std::time::Duration::from_millis(2500));
+    assert!(!studio.0.path("lives.txt").exists(), "the program outlives the command");
 }
 
 #[test]

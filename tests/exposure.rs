@@ -177,7 +177,14 @@ fn write_mask(folder: &tempfile::TempDir, name: &str, value: impl Fn(usize, usiz
     let window = PictureWindow { origin: [0, 0], frame: [16, 16] };
     let picture = Picture { size: [16, 16], pixels };
     let path = folder.path().join(name);
-    picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a picture");
+    picture
+        .write(
+            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+            window,
+            EncodingOptions::default(),
+            &Vec::new(),
+        )
+        .expect("a picture");
 }
 
 #[test]

@@ -185,7 +185,14 @@ fn a_metric_of_nan_fails_the_comparison() {
         let picture = Picture { size: [16, 16], pixels: vec![[value; 3]; 256] };
         let window = PictureWindow { origin: [0; 2], frame: [16; 2] };
         let path = folder.path().join(name);
-        picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a picture");
+        picture
+            .write(
+                &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+                window,
+                EncodingOptions::default(),
+                &Vec::new(),
+            )
+            .expect("a picture");
     };
     picture("a.exr", 0.5);
     picture("nan.exr", f32::NAN);

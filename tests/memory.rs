@@ -156,7 +156,14 @@ fn temporary_pictures_return_their_memory() {
     let (path, size) = (workspace.path("a.exr"), [400, 400]);
     let picture = Picture { size, pixels: vec![[0.5; 3]; size[0] * size[1]] };
     let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
-    picture.write(&path, window, EncodingOptions::default(), &Notes::new()).expect("a file");
+    picture
+        .write(
+            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+            window,
+            EncodingOptions::default(),
+            &Notes::new(),
+        )
+        .expect("a file");
     let read = |context: &ReadContext| {
         Picture::read_with(&path, Transfer::Srgb, context).map(|picture| picture.size)
     };

@@ -5,6 +5,7 @@ mod support;
 use std::fs;
 use std::path::PathBuf;
 
+use petzval::io::Outputs;
 use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
 use support::workspace::{CAMERA, Workspace};
 
@@ -51,8 +52,12 @@ fn workspace() -> Workspace {
     let picture = Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] };
     let window = PictureWindow { origin: [0; 2], frame: [2; 2] };
     for name in INPUTS.into_iter().filter(|name| name.ends_with(".png")) {
-        let written =
-            picture.write(&workspace.path(name), window, EncodingOptions::default(), &Vec::new());
+        let written = picture.write(
+            &Outputs::without_inputs().claim(workspace.path(name)).unwrap(),
+            window,
+            EncodingOptions::default(),
+            &Vec::new(),
+        );
         written.expect("a texture");
     }
     workspace
@@ -172,6 +177,89 @@ fn no_output_of_the_lens_command_is_written_over_its_file() {
     refuses_to_overwrite(&workspace, "lens lens.svg --draw lens.svg", "lens.svg", "lens.svg");
     fs::copy(workspace.path("lens.dat"), workspace.path("lens.png")).expect("a lens");
     refuses_to_overwrite(&workspace, "lens lens.png --psf ./lens.png", "./lens.png", "lens.png");
+}
+
+#[test]
+fn no_file_of_a_lens_report_is_written_over_its_inputs() {
+    let workspace = workspace();
+    fs::remove_dir_all(workspace.path("report")).expect("the folder");
+    fs::create_dir(workspace.path("report")).expect("a folder");
+    let report = "lens report --fields 2 --pupil 8";
+    for name in ["report.json", "prescription.csv", "mtf.csv", "index.html", "spot.svg"] {
+        let path = format!("report/{name}");
+        fs::copy(workspace.path("lens.dat"), workspace.path(&path)).expect("a lens");
+        refuses_to_overwrite(&workspace, &format!("{report} {path} -o report"), &path, &path);
+        fs::remove_file(workspace.path(&path)).expect("the lens");
+        // A catalogue of which no glass is needed, under another name.
+        fs::hard_link(workspace.path("mesh.ply"), workspace.path(&path)).expect("a link");
+        let catalogue = format!("{report} lens.dat --catalogue mesh.ply -o report");
+        refuses_to_overwrite(&workspace, &catalogue, &path, "mesh.ply");
+        fs::remove_file(workspace.path(&path)).expect("the link");
+    }
+    workspace.run_ok(&format!("{report} lens.dat -o report"));
+}
+
+#[test]
+fn two_outputs_are_two_files() {
+    let workspace = workspace();
+    let tolerance = "lens tolerance lens.dat --trials 1";
+    for (csv, output) in [("x.toml", "x.toml"), ("x.toml", "sub/../x.toml"), ("./x.toml", "x.toml")]
+    {
+        let expected =
+            format!("cannot write {output}: it is the same file as {csv}, another output");
+        workspace.refuses(&format!("{tolerance} --csv {csv} -o {output}"), &expected);
+    }
+    let sweep = "render scene.pbrt --effects none --sweep fstop=2.8,4 -o {fstop}.png --contact";
+    workspace.refuses(&format!("{sweep} sub/../4.png"), "another output");
+    assert!(!workspace.path("x.toml").exists() && !workspace.path("4.png").exists());
+}
+
+#[test]
+fn no_file_of_a_data_set_is_written_over_an_input_of_any_pair() {
+    let workspace = workspace();
+    let spec = |lens: &str, scenes: &str| {
+        let spec = format!(
+            "pairs = 8\nresolution = [16, 12]\nspp = 1\npsf = true\n[draw]\nscene = {scenes}\n\
+             lens = \"{lens}\"\n[degraded]\nsensor = \"\"\n"
+        );
+        fs::write(workspace.path("spec.toml"), spec).expect("a specification");
+    };
+    let one = "\"scene.pbrt\"";
+    for name in ["000000.psf.npy", "000003.clean.exr", "000007.raw.exr", "manifest.jsonl"] {
+        let path = format!("sub/{name}");
+        fs::copy(workspace.path("lens.dat"), workspace.path(&path)).expect("a lens");
+        spec(&path, one);
+        let (code, stderr) = workspace.run("dataset spec.toml -o sub");
+        assert!(code == 2 && stderr.contains("an input"), "{name}: {stderr}");
+        let [lens, kept] = ["lens.dat", &path].map(|path| fs::read(workspace.path(path)).ok());
+        assert_eq!(lens, kept, "{name}");
+        fs::remove_dir_all(workspace.path("sub")).expect("the folder");
+        fs::create_dir(workspace.path("sub")).expect("a folder");
+    }
+    // A texture of one scene, whose name is that of a picture of the other, wherever it is drawn.
+    fs::copy(workspace.path("wood.png"), workspace.path("sub/000000.clean.exr"))
+        .expect("a texture");
+    let scene = fs::read_to_string(workspace.path("scene.pbrt")).expect("the scene");
+    let exr = workspace.path("sub/000000.clean.exr");
+    let written = Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] }.write(
+        &Outputs::without_inputs().claim(&exr).expect("an output"),
+        PictureWindow { origin: [0; 2], frame: [2; 2] },
+        EncodingOptions::default(),
+        &Vec::new(),
+    );
+    written.expect("a texture");
+    let texture = fs::read(&exr).expect("the texture");
+    let other = scene.replacen("wood.png\"\n        Material", "wood.png\"\n Material", 1);
+    let other = other.replace("\"report/plot.png\"", "\"sub/000000.clean.exr\"");
+    let other =
+        other.replace("\"texture reflectance\" \"wood\"", "\"texture reflectance\" \"fourth\"");
+    fs::write(workspace.path("other.pbrt"), other).expect("a scene");
+    spec("lens.dat", "[\"scene.pbrt\", \"other.pbrt\"]");
+    let (code, stderr) = workspace.run("dataset spec.toml -o sub");
+    assert!(code == 2 && stderr.contains("an input"), "{stderr}");
+    assert_eq!(fs::read(&exr).expect("the texture"), texture);
+    let left: Vec<_> = fs::read_dir(workspace.path("sub")).expect("a folder").collect();
+    assert_eq!(left.len(), 1, "no empty manifest is left: {left:?}");
 }
 
 #[test]

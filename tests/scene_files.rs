@@ -245,7 +245,14 @@ fn textures_are_upright() {
     let picture = petzval::io::image::Picture { size: [4, 4], pixels };
     let window = petzval::io::image::PictureWindow { origin: [0, 0], frame: [4, 4] };
     let path = folder.path().join("half.png");
-    picture.write(&path, window, Default::default(), &Vec::new()).unwrap();
+    picture
+        .write(
+            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+            window,
+            Default::default(),
+            &Vec::new(),
+        )
+        .unwrap();
     let seen = |v: &str| {
         let text = format!(
             "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\

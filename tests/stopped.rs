@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use petzval::aov::Aov;
+use petzval::io::{OutputFile, Outputs};
 use petzval::job::{Job, StopCriteria};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::checkpoint::{Head, SavedRender};
@@ -29,9 +30,13 @@ fn job(workspace: &Workspace, changes: Changes) -> Job {
     prepare(description, &changes).expect("a job").0
 }
 
+fn output(path: &Path) -> OutputFile {
+    Outputs::without_inputs().claim(path).expect("an output")
+}
+
 fn checkpointer(path: &Path) -> Checkpointer {
     Checkpointer {
-        path: path.to_owned(),
+        path: output(path),
         interval: Some(Duration::from_secs(3600)),
         part_path: None,
         head: Head::default(),
@@ -52,7 +57,7 @@ fn try_render(
     checkpointer: &Checkpointer,
     samples: u64,
 ) -> (Result<RenderOutput, RenderError>, u64) {
-    let path = &checkpointer.path;
+    let path = checkpointer.path.path();
     let from = SavedRender::open(path).ok();
     let progress = Progress::default();
     let earlier = from.as_ref().map_or(0, |saved| saved.head.film_samples);
@@ -221,12 +226,14 @@ fn a_part_that_cannot_be_written_leaves_a_checkpoint() {
     let (workspace, folder) = (Workspace::new(), support::folder());
     let path = folder.path().join("checkpoint");
     let job = job(&workspace, Changes { samples: Some(4), ..Changes::default() });
-    let checkpointer =
-        Checkpointer { part_path: Some(folder.path().join("no/part")), ..checkpointer(&path) };
+    let checkpointer = Checkpointer {
+        part_path: Some(output(&folder.path().join("no/part"))),
+        ..checkpointer(&path)
+    };
     let (exposed, taken) = try_render(&job, &checkpointer, u64::MAX);
     assert!(exposed.expect_err("no part").to_string().contains("cannot write"));
     assert_eq!(SavedRender::open(&path).expect("a checkpoint").head.film_samples, taken);
-    let part = Some(folder.path().join("part"));
+    let part = Some(output(&folder.path().join("part")));
     let (_, again) = try_render(&job, &Checkpointer { part_path: part, ..checkpointer }, u64::MAX);
     assert_eq!(again, taken, "all samples were there");
     assert!(SavedRender::open(&folder.path().join("part")).expect("a part").head.complete);

@@ -2,6 +2,7 @@
 --denoise`` needs, for machines that have its library alone."""
 
 import argparse
+import os
 import sys
 
 import numpy as np
@@ -20,6 +21,9 @@ def main(arguments=None):
     flags = {"hdr": options.hdr is not None, "cleanAux": options.clean_aux}
     try:
         images = {name: read_pfm(path) for name, path in files.items()}
+        for path in files.values():
+            if os.path.exists(options.output) and os.path.samefile(options.output, path):
+                raise ValueError(f"cannot write {options.output}: it is the same file as {path}, an input")
         result = denoise.filtered(images, [name for name, on in flags.items() if on])
         write_pfm(options.output, result)
     except (ImportError, OSError, RuntimeError, ValueError) as problem:

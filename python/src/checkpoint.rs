@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use petzval::io::{FileLog, resolve_links};
+use petzval::io::{FileLog, OutputFile};
 use petzval::render::Checkpointer;
 use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
 use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
@@ -69,7 +69,9 @@ impl Checkpoint {
                 "checkpoint_interval={interval}: expected seconds above 0"
             )));
         }
-        check_writable(&path)?;
+        let failed = |source| CheckpointError::Io { verb: "write", path: path.clone(), source };
+        petzval::io::check_writable(&path).map_err(|source| checkpoint_error(&failed(source)))?;
+        let path = OutputFile::new(&path, &job.files).map_err(value_error)?;
         let mut inputs = inputs.of(job).map_err(PyOSError::new_err)?;
         // The program's own file is that of the interpreter.
         inputs.build = digest(engine);
@@ -97,7 +99,7 @@ impl Checkpoint {
 
     fn saved(&mut self, resume: bool) -> PyResult<Option<SavedRender>> {
         let path = &self.checkpointer.path;
-        let found = match SavedRender::open(path) {
+        let found = match SavedRender::open(path.path()) {
             Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 return Ok(None);
             }
@@ -139,25 +141,11 @@ impl Checkpoint {
     pub fn clear(&self) {
         let path = &self.checkpointer.path;
         let own = |saved: SavedRender| self.changes(&saved.head).is_empty();
-        if SavedRender::open(path).is_ok_and(own) {
+        if SavedRender::open(path.path()).is_ok_and(own) {
             // A file that cannot be removed is harmless.
-            let _ = std::fs::remove_file(path);
+            let _ = path.remove();
         }
     }
-}
-
-/// Checks that a checkpoint can be written, so that a long render does not find out late.
-fn check_writable(path: &Path) -> PyResult<()> {
-    let write = || {
-        if path.is_dir() {
-            return Err(io::ErrorKind::IsADirectory.into());
-        }
-        let file = resolve_links(path)?;
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
-    };
-    let failed = |source| CheckpointError::Io { verb: "write", path: path.to_owned(), source };
-    write().map(|_| ()).map_err(|source| checkpoint_error(&failed(source)))
 }
 
 /// Returns the digest of a file; empty if it cannot be read.

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use petzval::dataset::{
     DatasetError, DatasetScene, DatasetSpec, Manifest, prepare_pair, write_pair,
 };
+use petzval::io::Outputs;
 use petzval::{Progress, ReadContext, RenderError, RenderOptions};
 use pyo3::prelude::*;
 
@@ -67,27 +68,34 @@ impl Part<'_> {
         let [index, count] = self.shard;
         let pairs: Vec<u32> = (0..spec.pairs).filter(|pair| pair % count == index - 1).collect();
         all.store(pairs.len() as u32, Ordering::Relaxed);
+        let outputs = Outputs::beside(&context.files());
+        outputs.protect(&spec.named_files());
         std::fs::create_dir_all(self.output).map_err(|source| DatasetError::Io {
             verb: "write",
             path: self.output.to_owned(),
             source,
         })?;
-        let mut manifest = Manifest::open(self.output, &spec.digest, self.shard)?;
+        let mut manifest = Manifest::open(self.output, &spec.digest, self.shard, &outputs)?;
         let mut scenes: HashMap<PathBuf, DatasetScene> = HashMap::new();
+        // The first pair must not replace a texture of the last one's scene.
+        for &pair in pairs.iter().filter(|&&pair| !manifest.has(pair)) {
+            let draw = spec.draw(pair);
+            if !scenes.contains_key(&draw.scene) {
+                let scene = DatasetScene::read(&draw.scene, &spec, &context)?;
+                outputs.protect(&scene.files);
+                scenes.insert(draw.scene, scene);
+            }
+        }
         for pair in pairs {
             if !manifest.has(pair) {
                 let draw = spec.draw(pair);
-                if !scenes.contains_key(&draw.scene) {
-                    let scene = DatasetScene::read(&draw.scene, &spec, &context)?;
-                    scenes.insert(draw.scene.clone(), scene);
-                }
                 let pair = prepare_pair(&spec, draw.clone(), &scenes[&draw.scene])?;
                 let options = RenderOptions {
                     threads: self.threads,
                     progress: Some(state),
                     ..RenderOptions::default()
                 };
-                let row = write_pair(&spec, &pair, manifest.folder(), options)?;
+                let row = write_pair(&spec, &pair, manifest.folder(), &outputs, options)?;
                 manifest.add(pair.draw.pair, row)?;
                 if state.stop.load(Ordering::Relaxed) {
                     return Err(DatasetError::Render(RenderError::Stopped));
@@ -95,6 +103,7 @@ impl Part<'_> {
             }
             done.fetch_add(1, Ordering::Relaxed);
         }
+        manifest.create()?;
         Ok(manifest.path)
     }
 }

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use numpy::{Ix3, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
 use petzval::io::image::{ImageLayer, Notes, PictureWindow};
+use petzval::io::{FileLog, OutputFile};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::argument::refused;
+use crate::argument::{Listed, refused};
 use crate::array;
 use crate::error::{image_error, value_error};
 
@@ -30,6 +31,8 @@ pub struct Image {
     metadata: Py<PyDict>,
     notes: Notes,
     window: PictureWindow,
+    /// The files that the picture was rendered from, which it must not replace.
+    inputs: FileLog,
 }
 
 /// Exposure of 8-bit formats: stops, or `"auto"`.
@@ -72,6 +75,7 @@ impl Image {
         metadata: Py<PyDict>,
         notes: Notes,
         window: PictureWindow,
+        inputs: FileLog,
     ) -> PyResult<Self> {
         let [width, height] = picture.size;
         let pixels = picture.pixels.as_flattened().to_pyarray(py).reshape([height, width, 3])?;
@@ -95,6 +99,7 @@ impl Image {
             metadata,
             notes,
             window,
+            inputs,
         })
     }
 
@@ -114,7 +119,7 @@ impl Image {
             let what = format!("layers: {name:?}");
             let array = array::floats(&what, &array)?;
             let names: Vec<String> = match names.get_item(&name)? {
-                Some(names) => names.extract().map_err(|_| {
+                Some(names) => names.extract().map(|Listed(names)| names).map_err(|_: PyErr| {
                     PyTypeError::new_err(format!("channels: {name:?}: expected a list of names"))
                 })?,
                 None => {
@@ -159,7 +164,8 @@ impl Image {
     /// Writes the picture: .exr (linear, with all layers), .png or .jpg.
     ///
     /// `exposure` is the brightness of PNG and JPEG in stops, or "auto". `half` writes 16-bit floats
-    /// to EXR. A file is replaced as a whole or not at all.
+    /// to EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
+    /// or the lens.
     #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false))]
     fn save(
         &self,
@@ -173,7 +179,8 @@ impl Image {
         let picture = self.picture(py)?;
         let holds_layers = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         let layers = if holds_layers { self.image_layers(py)? } else { Vec::new() };
-        py.detach(|| picture.write_with_layers(&layers, &path, self.window, encoding, &self.notes))
+        let file = OutputFile::new(path, &self.inputs).map_err(value_error)?;
+        py.detach(|| picture.write_with_layers(&layers, &file, self.window, encoding, &self.notes))
             .map_err(|error| image_error(&error))
     }
 
@@ -197,6 +204,7 @@ impl Image {
             metadata: self.metadata.clone_ref(py),
             notes: self.notes.clone(),
             window: self.window,
+            inputs: self.inputs.clone(),
         })
     }
 

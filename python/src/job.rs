@@ -184,7 +184,8 @@ impl Job {
         notes.retain(|(name, _)| more.iter().all(|(other, _)| other != name));
         notes.extend(more);
         let metadata = metadata(py, &notes)?.unbind();
-        Image::new(py, picture, layers, metadata, notes, self.job.frame.window())
+        let (window, inputs) = (self.job.frame.window(), self.job.files.clone());
+        Image::new(py, picture, layers, metadata, notes, window, inputs)
     }
 
     /// Returns the share of the samples that are taken.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray3, PyArrayMethods, ToPyArray};
 use petzval::io::image::PictureWindow;
+use petzval::io::{FileLog, OutputFile};
 use petzval::metric::DynamicRange;
 use petzval::{EncodingOptions, Metric, Picture, measure};
 use pyo3::prelude::*;
@@ -69,6 +70,8 @@ pub fn write_image(
     let encoding = EncodingOptions { exposure: exposure.exposure()?, ..EncodingOptions::default() };
     let frame = picture.size.map(|side| side as u32);
     let window = PictureWindow { origin: [0, 0], frame };
-    py.detach(|| picture.write(&path, window, encoding, &Vec::new()))
+    // The array is all that it is made of.
+    let file = OutputFile::new(path, &FileLog::default()).map_err(value_error)?;
+    py.detach(|| picture.write(&file, window, encoding, &Vec::new()))
         .map_err(|error| image_error(&error))
 }

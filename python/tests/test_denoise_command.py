@@ -63,6 +63,17 @@ def test_without_the_library_the_command_says_how_to_get_it(scene_path, tmp_path
     assert "pip install pyoidn" in done.stderr
 
 
+def test_the_picture_is_not_written_over_its_input(tmp_path, capsys):
+    path = tmp_path / "a.pfm"
+    denoise_command.write_pfm(path, np.ones((2, 2, 3), np.float32))
+    before = path.read_bytes()
+    (tmp_path / "b.pfm").symlink_to(path)
+    for output in (path, tmp_path / "b.pfm"):
+        assert denoise_command.main(["--hdr", str(path), "-o", str(output)]) == 1
+        assert "same file" in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
 def test_files_keep_their_rows_and_bits(tmp_path):
     pixels = np.random.default_rng(1).normal(size=(5, 7, 3)).astype(np.float32)
     denoise_command.write_pfm(tmp_path / "a.pfm", pixels)

@@ -177,6 +177,28 @@ def test_exceptions_of_foreign_objects_come_through(scene_path):
         pz.prepare(scene_path, fstop=Broken())
 
 
+def test_a_list_that_lies_about_its_length_is_read(scene_path):
+    class Liar(list):
+        def __len__(self):
+            return 2**62
+
+    job = pz.prepare(scene_path, aov=Liar(["depth"]), resolution=(8, 8), spp=1)
+    assert list(job.render().layers) == ["depth"]
+
+
+def test_a_picture_does_not_replace_a_file_of_its_scene(scene_path, tmp_path):
+    before = scene_path.read_bytes()
+    image = pz.render(scene_path, spp=1, effects="none", resolution=(8, 8))
+    link = tmp_path / "link.exr"
+    link.symlink_to(scene_path)
+    for path in (link, tmp_path / "." / "link.exr"):
+        with pytest.raises(ValueError, match="same file"):
+            image.save(path)
+    assert scene_path.read_bytes() == before
+    image.save(tmp_path / "a.exr")
+    image.save(tmp_path / "a.exr")
+
+
 def test_layers_that_do_not_fit_are_not_written(scene_path, tmp_path):
     image = pz.render(scene_path, aov=["depth"])
     path = tmp_path / "a.exr"

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use petzval::accuracy::{Budget, Ladder, Machine, RunEnd, RunMonitor, run_ladder};
-use petzval::io::replace_file;
+use petzval::io::OutputFile;
 use petzval::prepare::{Changes, PrepareError};
 use petzval::render::RenderError;
 use petzval::scene;
@@ -14,7 +14,7 @@ use super::arguments::PictureArguments;
 use super::arguments::argv::{argv, shell_line};
 use super::arguments::values::{crop, time};
 use super::message;
-use super::outputs::{CreatedFolders, check_distinct};
+use super::outputs::{CreatedFolders, claim};
 use super::progress::TimeBar;
 use super::report::accuracy::{AccuracyReport, FILES, times as relative_time};
 use super::signals::on_stop;
@@ -63,7 +63,8 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     // Fail now rather than after a long run.
     let folder = output.display();
     let mut folders = CreatedFolders::default();
-    folders.create(output).and_then(|()| tempfile::tempfile_in(output)).map_err(|error| {
+    let probe = || petzval::io::check_writable(&output.join(FILES[0]));
+    folders.create(output).and_then(|()| probe()).map_err(|error| {
         format!("cannot write to the folder {folder}: {error}; name another with -o")
     })?;
     let changes = Changes { crop: *crop, ..picture.changes() };
@@ -77,9 +78,11 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
         }
         other => other?,
     };
-    let written = [output.clone(), output.join(PARTIAL)];
-    let written = written.iter().flat_map(|folder| FILES.map(|name| folder.join(name)));
-    check_distinct(written, "-o", ladder.files())?;
+    let outputs = picture.lens_file.outputs(ladder.files());
+    let claim = |folder: &Path| -> Result<Vec<OutputFile>, Failure> {
+        FILES.iter().map(|name| claim(&outputs, folder.join(name), "-o")).collect()
+    };
+    let (whole, partial) = (claim(output)?, claim(&output.join(PARTIAL))?);
     message::warnings(&ladder.warnings);
     let samples = picture.spp.unwrap_or(DEFAULT_SAMPLES);
     let budget = Budget { begun, time: *time, samples };
@@ -99,9 +102,10 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
         budget: *time,
         machine: Machine::this(),
     };
-    let output = &report_folder(output, report.partial().is_some());
+    let beside = keeps_whole(output, report.partial().is_some());
+    let output = &if beside { output.join(PARTIAL) } else { output.clone() };
     let folder = output.display();
-    write(&report, output)?;
+    write(&report, output, if beside { &partial } else { &whole })?;
     super::print(&table(&report))?;
     if let Some(words) = report.partial() {
         say!("petzval: {words}");
@@ -133,31 +137,29 @@ fn end_without_report(monitor: &RunMonitor, time: Duration) -> Result<Outcome, F
     .into())
 }
 
-/// Returns the folder of a report: a partial one goes into a subfolder if there is a whole one.
-fn report_folder(output: &Path, partial: bool) -> PathBuf {
+/// Returns whether a report goes into a subfolder: a partial one does if there is a whole one.
+fn keeps_whole(output: &Path, partial: bool) -> bool {
     let whole = || {
         let text = std::fs::read(output.join("accuracy.json")).ok()?;
         let found: serde_json::Value = serde_json::from_slice(&text).ok()?;
         Some(found["ended"] == "planned")
     };
     if !partial || whole() != Some(true) {
-        return output.to_owned();
+        return false;
     }
-    let beside = output.join(PARTIAL);
     say!("petzval: {} holds a whole report, which is kept", output.display());
-    beside
+    true
 }
 
 /// Writes all files atomically, after all have been encoded.
-fn write(report: &AccuracyReport, folder: &Path) -> Result<(), Failure> {
+fn write(report: &AccuracyReport, folder: &Path, to: &[OutputFile]) -> Result<(), Failure> {
     use std::io::Write as _;
     let files = report.files()?;
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("cannot create the folder {}: {error}", folder.display()))?;
-    for (name, bytes) in FILES.iter().zip(&files) {
-        let path = folder.join(name);
-        replace_file(&path, |file| file.write_all(bytes))
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    for (file, bytes) in to.iter().zip(&files) {
+        file.write(|file| file.write_all(bytes))
+            .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
     }
     Ok(())
 }

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use petzval::io::image::{
     EncodingOptions, ImageError, ImageFormat, Picture, PictureWindow, Transfer,
 };
-use petzval::io::{ReadContext, path_excerpt};
+use petzval::io::{Outputs, ReadContext, path_excerpt};
 use petzval::metric::{DynamicRange, Measurement, Metric, measure};
 use serde_json::{Map, Value, json};
 
 use super::arguments::values::limit;
-use super::outputs::{check_distinct, check_writable};
+use super::outputs::claim_writable;
 use super::{Failure, Outcome};
 
 /// Arguments of `petzval compare`.
@@ -40,12 +40,13 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let read = |path| Picture::read_with(path, Transfer::Srgb, &context);
     let (picture, reference) = (read(a)?, read(b)?);
-    let files = context.files();
-    if let Some(map) = map {
-        ImageFormat::of(map)?;
-        check_distinct([map], "--map", &files)?;
-        check_writable(map, "--map")?;
-    }
+    let map = match map {
+        Some(map) => {
+            ImageFormat::of(map)?;
+            Some(claim_writable(&Outputs::beside(&context.files()), map, "--map")?)
+        }
+        None => None,
+    };
     if picture.size != reference.size {
         let [[w, h], [v, g]] = [picture.size, reference.size];
         return Err(format!(
@@ -78,14 +79,14 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
         values.push((metric, value));
         first_map.get_or_insert(map);
     }
-    if let (Some(path), Some(errors)) = (map, first_map) {
+    if let (Some(file), Some(errors)) = (map, first_map) {
         let most = errors.iter().copied().fold(0.0, f32::max).max(f32::MIN_POSITIVE);
         // FLIP is at most 1; the other metrics are scaled by their largest value.
         let scale = if metrics[0] == Metric::Flip { 1.0 } else { 1.0 / most };
         let pixels = errors.iter().map(|&error| heat(error * scale)).collect();
         let size = picture.size;
         let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
-        Picture { size, pixels }.write(path, window, EncodingOptions::default(), &Vec::new())?;
+        Picture { size, pixels }.write(&file, window, EncodingOptions::default(), &Vec::new())?;
     }
     let text = if *json {
         let finite = |&(metric, value): &(Metric, f64)| {

@@ -1,7 +1,7 @@
 //! `petzval dataset`: pairs of clean and degraded pictures.
 
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -10,7 +10,7 @@ use petzval::dataset::{
     DatasetError, DatasetScene, DatasetSpec, Draw, Manifest, prepare_pair, write_pair,
 };
 use petzval::io::image::ImageFormat;
-use petzval::io::{ByteSize, Warning};
+use petzval::io::{ByteSize, Outputs, Warning};
 use petzval::render::memory::{MemoryTask, machine};
 use petzval::render::{Progress, RenderError, RenderOptions};
 
@@ -53,11 +53,13 @@ pub(super) fn run(arguments: &DatasetArguments) -> Result<Outcome, Failure> {
             pairs.iter().map(|&pair| format!("{pair:06}  {}\n", spec.draw(pair))).collect();
         return super::print(&lines.concat());
     }
+    let outputs = Outputs::beside(&memory.context().files());
+    outputs.protect(&spec.named_files());
     let mut folders = CreatedFolders::default();
     folders
         .create(&arguments.output)
         .map_err(|error| format!("-o {}: {error}", arguments.output.display()))?;
-    let manifest = Manifest::open(&arguments.output, &spec.digest, [index, count])?;
+    let manifest = Manifest::open(&arguments.output, &spec.digest, [index, count], &outputs)?;
     let before = pairs.iter().filter(|&&pair| manifest.has(pair)).count();
     if before > 0 {
         say!("petzval: {before} of {} pairs are done", pairs.len());
@@ -69,16 +71,19 @@ pub(super) fn run(arguments: &DatasetArguments) -> Result<Outcome, Failure> {
         spec: &spec,
         memory: &memory,
         manifest,
+        outputs,
         progress,
         scenes: HashMap::new(),
         printed: HashSet::new(),
     };
     let begun = Instant::now();
+    let pending: Vec<u32> = pairs.iter().copied().filter(|&pair| !run.manifest.has(pair)).collect();
+    // The first pair must not replace a texture of the last one's scene.
+    for &pair in &pending {
+        run.read_scene(&spec.draw(pair).scene)?;
+    }
     let mut new = 0;
-    for &pair in &pairs {
-        if run.manifest.has(pair) {
-            continue;
-        }
+    for &pair in &pending {
         if !run.take(spec.draw(pair))? {
             let done = before + new;
             say!(
@@ -90,6 +95,7 @@ pub(super) fn run(arguments: &DatasetArguments) -> Result<Outcome, Failure> {
         }
         new += 1;
     }
+    run.manifest.create()?;
     let hours = begun.elapsed().as_secs_f64() / 3600.0;
     let rate = if new > 0 {
         format!(", {:.0} pairs/hour", f64::from(new as u32) / hours)
@@ -106,6 +112,7 @@ struct DatasetRun<'a> {
     spec: &'a DatasetSpec,
     memory: &'a Memory,
     manifest: Manifest,
+    outputs: Outputs,
     progress: Arc<Progress>,
     /// The scenes read so far.
     scenes: HashMap<PathBuf, DatasetScene>,
@@ -114,15 +121,21 @@ struct DatasetRun<'a> {
 }
 
 impl DatasetRun<'_> {
+    /// Reads a scene if it is not read yet.
+    fn read_scene(&mut self, scene: &Path) -> Result<(), Failure> {
+        if !self.progress.stop.load(Ordering::Relaxed) && !self.scenes.contains_key(scene) {
+            let read = DatasetScene::read(scene, self.spec, self.memory.context())?;
+            self.outputs.protect(&read.files);
+            self.scenes.insert(scene.to_owned(), read);
+        }
+        Ok(())
+    }
+
     /// Renders one pair. Returns false if it was stopped.
     fn take(&mut self, draw: Draw) -> Result<bool, Failure> {
         let start = Instant::now();
         if self.progress.stop.load(Ordering::Relaxed) {
             return Ok(false);
-        }
-        if !self.scenes.contains_key(&draw.scene) {
-            let scene = DatasetScene::read(&draw.scene, self.spec, self.memory.context())?;
-            self.scenes.insert(draw.scene.clone(), scene);
         }
         let pair = prepare_pair(self.spec, draw.clone(), &self.scenes[&draw.scene])?;
         let new = |warning: &&Warning| self.printed.insert(warning.to_string());
@@ -136,7 +149,7 @@ impl DatasetRun<'_> {
         }
         let options =
             RenderOptions { threads, progress: Some(&self.progress), ..RenderOptions::default() };
-        match write_pair(self.spec, &pair, self.manifest.folder(), options) {
+        match write_pair(self.spec, &pair, self.manifest.folder(), &self.outputs, options) {
             Ok(row) => self.manifest.add(number, row)?,
             Err(DatasetError::Render(RenderError::Stopped)) => return Ok(false),
             Err(error) => return Err(error.into()),

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use petzval::io::ByteSize;
-use petzval::io::FileLog;
 use petzval::io::image::{DisplayExposure, ImageFormat};
+use petzval::io::{FileLog, Outputs};
 use petzval::render::checkpoint::{Head, Inputs, SavedRender};
 use petzval::render::memory::MemoryTask;
 use petzval::render::merge;
@@ -16,7 +16,7 @@ use petzval::scene;
 use super::arguments::argv::{argv, parse_render, shell_line};
 use super::denoise::Denoiser;
 use super::memory::{Memory, log_peak};
-use super::outputs::{check_distinct, check_writable};
+use super::outputs::{check_writable, claim};
 use super::render::{
     Denoising, PictureOutput, add_guides, check_noisy_files, denoising_bytes, has_guides, inputs,
     job, noisy_files, resume_command,
@@ -76,10 +76,16 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         return Err(format!("--denoise: {problem}").into());
     }
     files.join(job.files.clone());
-    check_distinct([output], "-o", &files)?;
-    if program.is_some() {
+    let outputs = Outputs::beside(&files);
+    let file = claim(&outputs, output, "-o")?;
+    if let Some(program) = &program {
         check_noisy_files(output)?;
-        check_distinct(noisy_files(output), "-o", &files)?;
+        outputs.protect(&program.files());
+        let mut noisy = noisy_files(output).to_vec();
+        noisy.dedup();
+        for noisy in noisy {
+            claim(&outputs, noisy, "-o")?;
+        }
     }
     message::warnings(&warnings);
     // Merging works with any build, but all parts must be of one.
@@ -109,7 +115,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
         argv,
         rendered_by,
         label,
-        output,
+        output: &file,
         encoding,
         hidden: &hidden,
         // Ctrl-C ends a merge at once; its parts stay.

@@ -7,8 +7,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use petzval::io::resolve_links;
-use petzval::io::{FileIdentities, FileLog};
+use petzval::io::{OutputFile, Outputs};
 
 use super::Failure;
 
@@ -17,48 +16,40 @@ use super::Failure;
 /// # Errors
 /// Returns an error if the name is that of a folder or its folder cannot be written to.
 pub(super) fn check_writable(output: &Path, option: &str) -> Result<(), Failure> {
+    let shown = output.display();
     if output.is_dir() {
-        return Err(format!("{} is a folder; name a file in it", output.display()).into());
+        return Err(format!("{shown} is a folder; name a file in it").into());
     }
-    let write = || {
-        let file = resolve_links(output)?;
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        tempfile::tempfile_in(folder.unwrap_or(Path::new(".")))
-    };
-    match write() {
-        Ok(_) => Ok(()),
-        Err(error) => Err(format!(
-            "cannot write {}: {error}; name another file with {option}",
-            output.display()
-        )
-        .into()),
-    }
+    petzval::io::check_writable(output)
+        .map_err(|error| format!("cannot write {shown}: {error}; name another file with {option}"))
+        .map_err(Failure::from)
 }
 
-/// Checks that no output is an input, under whatever name it was read. Every command that writes
-/// calls this with all names that it may write to. `option` is the one that gives other names.
+/// Names an output, which is neither an input, under whatever name it was read, nor another output.
+/// `option` is the one that gives another name.
 ///
 /// # Errors
-/// Returns an error if an output is an input.
-pub(super) fn check_distinct<P: AsRef<Path>>(
-    outputs: impl IntoIterator<Item = P>,
+/// Returns an error if the output is refused.
+pub(super) fn claim(
+    outputs: &Outputs,
+    output: impl Into<PathBuf>,
     option: &str,
-    inputs: &FileLog,
-) -> Result<(), Failure> {
-    let inputs = FileIdentities::of(inputs);
-    for output in outputs {
-        let output = output.as_ref();
-        if let Some(input) = inputs.find(output) {
-            return Err(format!(
-                "cannot write {}: it is the same file as {}, an input of this command; name \
-                 another file with {option}",
-                output.display(),
-                input.display()
-            )
-            .into());
-        }
-    }
-    Ok(())
+) -> Result<OutputFile, Failure> {
+    let claimed = outputs.claim(output);
+    claimed.map_err(|error| format!("{error}; name another file with {option}").into())
+}
+
+/// Names an output as [`claim`] does, and checks that it can be written.
+///
+/// # Errors
+/// Returns an error if the output is refused or cannot be written.
+pub(super) fn claim_writable(
+    outputs: &Outputs,
+    output: &Path,
+    option: &str,
+) -> Result<OutputFile, Failure> {
+    let file = claim(outputs, output, option)?;
+    check_writable(output, option).map(|()| file)
 }
 
 /// Folders that this command created. Those that are still empty are removed on drop.

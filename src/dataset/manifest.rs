@@ -4,13 +4,14 @@
 //! of its own, so that no two processes write to one; all files of the folder are read.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions};
-use std::io::{Seek as _, SeekFrom, Write as _};
+use std::fs::{self, File};
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
 use super::DatasetError;
+use crate::io::{OutputFile, Outputs, check_writable};
 
 /// The data of one pair and its files, as an object of JSON.
 #[derive(Clone, Debug)]
@@ -19,24 +20,27 @@ pub struct ManifestRow(pub(super) Map<String, Value>);
 /// The finished pairs of a folder.
 #[derive(Debug)]
 pub struct Manifest {
-    /// The file that new rows are written to.
+    /// The file that new rows are written to. It is created with its first row.
     pub path: PathBuf,
-    file: File,
+    output: OutputFile,
+    file: Option<File>,
     folder: PathBuf,
     digest: String,
     done: BTreeSet<u32>,
 }
 
 impl Manifest {
-    /// Reads the manifests of a folder, and opens that of a shard, numbered from 1, to write to.
+    /// Reads the manifests of a folder, and names that of a shard, numbered from 1, to write to.
     /// `digest` is that of the specification.
     ///
     /// # Errors
-    /// Returns an error if a file cannot be read or written, or a row is of another specification.
+    /// Returns an error if a file cannot be read or written, if the manifest is an input, or if a row
+    /// is of another specification.
     pub fn open(
         folder: &Path,
         digest: &str,
         [index, count]: [u32; 2],
+        outputs: &Outputs,
     ) -> Result<Self, DatasetError> {
         let name = match count {
             1 => "manifest.jsonl".to_owned(),
@@ -52,19 +56,30 @@ impl Manifest {
                 read_rows(&entry.path(), folder, digest, &mut done)?;
             }
         }
-        let mut file = OpenOptions::new()
-            .create(true)
-            .read(true)
-            .write(true)
-            .truncate(false)
-            .open(&path)
-            .map_err(DatasetError::io("write", &path))?;
-        // A killed process may have left the beginning of a row.
-        let text = fs::read(&path).map_err(DatasetError::io("read", &path))?;
-        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1) as u64;
-        let cut = file.set_len(whole).and_then(|()| file.seek(SeekFrom::Start(whole)).map(|_| ()));
-        cut.map_err(DatasetError::io("write", &path))?;
-        Ok(Self { path, file, folder: folder.to_owned(), digest: digest.to_owned(), done })
+        let output = outputs.claim(&path)?;
+        check_writable(&path).map_err(DatasetError::io("write", &path))?;
+        let (folder, digest) = (folder.to_owned(), digest.to_owned());
+        Ok(Self { path, output, file: None, folder, digest, done })
+    }
+
+    /// Creates the file, or opens it behind its last whole row.
+    ///
+    /// # Errors
+    /// Returns an error if it cannot be written.
+    pub fn create(&mut self) -> Result<(), DatasetError> {
+        if self.file.is_none() {
+            let open = || {
+                let mut file = self.output.open_to_extend()?;
+                // A killed process may have left the beginning of a row.
+                let mut text = Vec::new();
+                file.read_to_end(&mut text)?;
+                let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+                file.set_len(whole as u64)?;
+                file.seek(SeekFrom::Start(whole as u64)).map(|_| file)
+            };
+            self.file = Some(open().map_err(DatasetError::io("write", &self.path))?);
+        }
+        Ok(())
     }
 
     /// Returns whether a pair is finished.
@@ -97,8 +112,11 @@ impl Manifest {
         row.insert("petzval".to_owned(), Value::String(env!("CARGO_PKG_VERSION").to_owned()));
         let mut line = Value::Object(row).to_string();
         line.push('\n');
-        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
-        written.map_err(DatasetError::io("write", &self.path))?;
+        self.create()?;
+        if let Some(file) = &mut self.file {
+            let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_data());
+            written.map_err(DatasetError::io("write", &self.path))?;
+        }
         self.done.insert(pair);
         Ok(())
     }

@@ -27,7 +27,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::io::image::ImageError;
-use crate::io::{ReadError, path_excerpt};
+use crate::io::{OutputError, ReadError, path_excerpt};
 use crate::prepare::PrepareError;
 use crate::render::RenderError;
 use crate::scene::pbrt::SceneErrors;
@@ -94,6 +94,9 @@ pub enum DatasetError {
     /// A picture cannot be written.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// A file of the data set is an input of it.
+    #[error("{0}; choose another folder for the data set")]
+    Output(#[from] OutputError),
     /// Another file cannot be written or read.
     #[error("cannot {verb} {}: {source}", path_excerpt(path))]
     Io {

@@ -11,7 +11,7 @@ use super::spec::{CleanCamera, DatasetSpec};
 use super::{DatasetError, Draw};
 use crate::aov::Aov;
 use crate::io::image::{DisplayExposure, Note, Notes, Picture};
-use crate::io::{ReadContext, Warning, npy, replace_file};
+use crate::io::{FileLog, OutputFile, Outputs, ReadContext, Warning, npy};
 use crate::job::Job;
 use crate::lens::{
     Calibration, CalibrationSetup, FNumberError, Fidelity, LensModel, on_axis_irradiance,
@@ -30,6 +30,8 @@ const DEEP_F_NUMBER: f64 = 64.0;
 #[derive(Clone, Debug)]
 pub struct DatasetScene {
     description: Description,
+    /// The files that the scene was read from, with those of its own lens.
+    pub files: FileLog,
     /// The value of a pixel in the middle for a radiance of 1, by the scene's own lens and stop;
     /// `None` without a real lens.
     exposure: Option<f64>,
@@ -51,7 +53,8 @@ impl DatasetScene {
         let own = prepare_draft(description.clone(), &changes, None).map_err(|source| {
             DatasetError::OwnCamera { scene: path.to_owned(), source: Box::new(source) }
         })?;
-        Ok(Self { description, exposure: on_axis_value(&own) })
+        let exposure = on_axis_value(&own);
+        Ok(Self { description, files: own.files, exposure })
     }
 }
 
@@ -165,52 +168,62 @@ fn pitch(job: &Job) -> f64 {
 /// `NNNNNN.degraded.exr`, and, as the specification asks, `NNNNNN.raw.exr` and `NNNNNN.psf.npy`.
 ///
 /// # Errors
-/// Returns an error if the render was stopped, or a file cannot be written.
+/// Returns an error if the render was stopped, or a file cannot be written or is an input: of this pair,
+/// or of those that `outputs` knows.
 pub fn write_pair(
     spec: &DatasetSpec,
     pair: &Pair,
     folder: &Path,
+    outputs: &Outputs,
     options: RenderOptions<'_>,
 ) -> Result<ManifestRow, DatasetError> {
+    for job in [&pair.clean, &pair.degraded] {
+        outputs.protect(&job.files);
+    }
+    // All are claimed before the pair is rendered.
     let name = |kind: &str| folder.join(format!("{:06}.{kind}", pair.draw.pair));
+    let clean = outputs.claim(name("clean.exr"))?;
+    let degraded_file = outputs.claim(name("degraded.exr"))?;
+    let raw_file = pair.sensor.as_ref().map(|_| outputs.claim(name("raw.exr"))).transpose()?;
+    let psf_file = pair.psf.then(|| outputs.claim(name("psf.npy"))).transpose()?;
     let mut files = Map::new();
-    let mut add = |kind: &str, path: &Path| -> Result<(), DatasetError> {
+    let mut add = |kind: &str, file: &OutputFile| -> Result<(), DatasetError> {
+        let path = file.path();
         let bytes = path.metadata().map_err(DatasetError::io("read", path))?.len();
         files.insert(kind.to_owned(), json!({ "file": relative(folder, path), "bytes": bytes }));
         Ok(())
     };
     let mut degraded = None;
-    for (kind, job) in [("clean", &pair.clean), ("degraded", &pair.degraded)] {
-        let path = name(&format!("{kind}.exr"));
-        let picture = render_job(job, &path, spec, pair, options)?;
-        add(kind, &path)?;
+    for (kind, job, file) in
+        [("clean", &pair.clean, &clean), ("degraded", &pair.degraded, &degraded_file)]
+    {
+        let picture = render_job(job, file, spec, pair, options)?;
+        add(kind, file)?;
         if kind == "degraded" {
             degraded = Some(picture);
         }
     }
-    if let (Some(sensor), Some(picture)) = (&pair.sensor, degraded) {
-        let path = name("raw.exr");
+    if let (Some(sensor), Some(picture), Some(file)) = (&pair.sensor, degraded, &raw_file) {
         let raw = sensor.read_out(&picture, pair.degraded.frame.low, pair.degraded.seed);
         let mut encoding = pair.degraded.encoding(DisplayExposure::default());
         // A half float has fewer codes than most sensors.
         (encoding.half, encoding.space) = (false, None);
-        raw.write(&path, pair.degraded.frame.window(), encoding, &Notes::new())?;
-        add("raw", &path)?;
+        raw.write(file, pair.degraded.frame.window(), encoding, &Notes::new())?;
+        add("raw", file)?;
     }
     let setup = pair.degraded.calibration_setup();
     let calibrated = setup.as_ref().map(CalibrationSetup::calibrate_quickly);
-    if let (true, Some(setup), Some(calibrated)) = (pair.psf, &setup, &calibrated) {
+    if let (Some(file), Some(setup), Some(calibrated)) = (&psf_file, &setup, &calibrated) {
         let failed = |error: &dyn Display| DatasetError::PointSpreads {
             pair: pair.draw.pair,
             problem: error.to_string(),
         };
         let calibration = calibrated.as_ref().map_err(|error| failed(error))?;
         let spots = setup.usual_spots(calibration).map_err(|error| failed(&error))?;
-        let path = name("psf.npy");
         let array = npy::encode(&spots.shape(), &spots.shares);
-        replace_file(&path, |file| file.write_all(&array))
-            .map_err(DatasetError::io("write", &path))?;
-        add("psf", &path)?;
+        let written = file.write(|file| file.write_all(&array));
+        written.map_err(DatasetError::io("write", file.path()))?;
+        add("psf", file)?;
     }
     // Some lenses have no centre of projection, or no model describes them: the row says null.
     let calibration = calibrated.and_then(Result::ok);
@@ -219,7 +232,7 @@ pub fn write_pair(
 
 fn render_job(
     job: &Job,
-    path: &Path,
+    file: &OutputFile,
     spec: &DatasetSpec,
     pair: &Pair,
     options: RenderOptions<'_>,
@@ -239,7 +252,7 @@ fn render_job(
     if std::ptr::eq(job, &pair.degraded) {
         notes.extend(pair.notes.iter().cloned());
     }
-    picture.write_with_layers(&layers, path, job.frame.window(), encoding, &notes)?;
+    picture.write_with_layers(&layers, file, job.frame.window(), encoding, &notes)?;
     Ok(picture)
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::DatasetError;
 use crate::aov::Aov;
-use crate::io::ReadContext;
+use crate::io::{FileLog, ReadContext};
 use crate::plan::EffectSelection;
 use crate::sensor::SensorSettings;
 use crate::shutter::{RollingShutter, ShutterSettings};
@@ -30,7 +30,7 @@ pub struct DatasetSpec {
     #[serde(default)]
     pub seed: u32,
     /// The size of the pictures (pixels).
-    #[serde(default = "default_resolution")]
+    #[serde(default = "default_resolution", deserialize_with = "exactly")]
     pub resolution: [u32; 2],
     /// The samples per pixel of either picture.
     #[serde(default = "default_samples")]
@@ -169,7 +169,7 @@ pub enum Reach {
     /// The same along all axes.
     Same(f64),
     /// One for each axis.
-    Each([f64; 3]),
+    Each(#[serde(deserialize_with = "exactly")] [f64; 3]),
 }
 
 impl Reach {
@@ -188,6 +188,18 @@ fn default_resolution() -> [u32; 2] {
 
 fn default_samples() -> u32 {
     32
+}
+
+/// Reads a list of N numbers. By itself, the reader of arrays ignores all that follow.
+fn exactly<'de, D, T, const N: usize>(from: D) -> Result<[T; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    let numbers = Vec::<T>::deserialize(from)?;
+    let found = numbers.len();
+    let expected = format!("expected {N} numbers, found {found}");
+    numbers.try_into().map_err(|_| serde::de::Error::custom(expected))
 }
 
 /// Reads a text and parses it.
@@ -230,6 +242,19 @@ impl DatasetSpec {
         resolve(&mut spec.draw.scene);
         spec.draw.lens.as_mut().map(resolve);
         Ok(spec)
+    }
+
+    /// Returns the scenes and lenses that pairs may draw.
+    pub fn named_files(&self) -> FileLog {
+        let mut files = FileLog::default();
+        for drawn in std::iter::once(&self.draw.scene).chain(&self.draw.lens) {
+            match drawn {
+                DrawnFrom::One(path) => files.add(path, None),
+                DrawnFrom::List(paths) => paths.iter().for_each(|path| files.add(path, None)),
+                DrawnFrom::Range(_) => {}
+            }
+        }
+        files
     }
 
     fn check(&self) -> Result<(), String> {

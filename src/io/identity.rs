@@ -4,14 +4,12 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::FileLog;
-
 /// The files that were read, by identity: by device and inode, which hard links share, and by the
 /// canonical path, for systems without inodes and network file systems that change them.
-#[derive(Clone, Debug, Default)]
-pub struct FileIdentities<'a> {
-    inodes: HashMap<Inode, &'a Path>,
-    paths: HashMap<PathBuf, &'a Path>,
+#[derive(Debug, Default)]
+pub(super) struct FileIdentities {
+    inodes: HashMap<Inode, PathBuf>,
+    paths: HashMap<PathBuf, PathBuf>,
 }
 
 /// A device and the number of an inode on it.
@@ -21,26 +19,22 @@ struct Inode {
     number: u64,
 }
 
-impl<'a> FileIdentities<'a> {
-    /// Returns the identities of these files. A file that does not exist any more has none.
-    pub fn of(files: &'a FileLog) -> Self {
-        let mut identities = Self::default();
-        for (path, _) in files.iter() {
-            if let Some(inode) = inode(path) {
-                identities.inodes.entry(inode).or_insert(path);
-            }
-            if let Ok(real) = fs::canonicalize(path) {
-                identities.paths.entry(real).or_insert(path);
-            }
+impl FileIdentities {
+    /// Adds a file. One that does not exist any more has no identity.
+    pub fn add(&mut self, path: &Path) {
+        if let Some(inode) = inode(path) {
+            self.inodes.entry(inode).or_insert_with(|| path.to_owned());
         }
-        identities
+        if let Ok(real) = fs::canonicalize(path) {
+            self.paths.entry(real).or_insert_with(|| path.to_owned());
+        }
     }
 
     /// Returns the path under which a file was read, given any path of it.
-    pub fn find(&self, path: &Path) -> Option<&'a Path> {
+    pub fn find(&self, path: &Path) -> Option<&Path> {
         let by_inode = inode(path).and_then(|inode| self.inodes.get(&inode));
         let by_path = || self.paths.get(&fs::canonicalize(path).ok()?);
-        by_inode.or_else(by_path).copied()
+        by_inode.or_else(by_path).map(PathBuf::as_path)
     }
 }
 
@@ -60,7 +54,6 @@ fn inode(_: &Path) -> Option<Inode> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::ReadContext;
 
     #[test]
     fn every_path_of_a_file_identifies_it_and_that_of_a_copy_does_not() {
@@ -70,10 +63,8 @@ mod tests {
         fs::write(path("copy"), "x").unwrap();
         fs::create_dir(path("sub")).unwrap();
         fs::hard_link(path("a"), path("hard")).unwrap();
-        let context = ReadContext::default();
-        context.register(&path("a")).unwrap();
-        let files = context.files();
-        let identities = FileIdentities::of(&files);
+        let mut identities = FileIdentities::default();
+        identities.add(&path("a"));
         let mut names = vec!["a", "sub/../a", "hard"];
         #[cfg(unix)]
         {

@@ -1,5 +1,5 @@
-//! Input and output: the context of readers, locations and excerpts for messages, the replacement
-//! of files, the binary codec, and image files.
+//! Input and output: the context of readers, locations and excerpts for messages, output
+//! files, the binary codec, and image files.
 
 pub(crate) mod codec;
 mod context;
@@ -10,6 +10,7 @@ mod identity;
 pub mod image;
 mod location;
 pub mod npy;
+mod output;
 mod replace;
 mod size;
 mod source_line;
@@ -20,9 +21,8 @@ pub use context::{ReadContext, open};
 pub use excerpt::{excerpt, excerpt_words, path_excerpt};
 pub use files::{FileLog, file_digest};
 pub(crate) use foreign::{foreign_scene, wide_encoding, without_byte_order_mark};
-pub use identity::FileIdentities;
 pub use location::{Location, Warning};
-pub use replace::{remove_stale, replace_file, resolve_links};
+pub use output::{OutputError, OutputFile, Outputs, check_writable};
 pub use size::ByteSize;
 pub use source_line::SourceLine;
 pub use suggestion::{hint, nearest_word};

@@ -13,20 +13,26 @@ const STALE_AGE: Duration = Duration::from_secs(60);
 const MAX_LINKS: usize = 40;
 const SUFFIX: &str = ".tmp";
 
-/// Writes a file under a temporary name in the same folder, then renames it. The name holds either
-/// the complete new file or the previous one, even if the program or the machine stops. A symbolic
-/// link stays, and its target is replaced.
+/// Writes a file, behind all links, under a temporary name in the same folder, then renames it. The
+/// name holds either the complete new file or the previous one, even if the program or the machine
+/// stops. `check` is called before the rename.
 ///
 /// # Errors
-/// Returns an error if the file cannot be written. The previous file is then unchanged, and no
-/// temporary file is left.
-pub fn replace_file(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    let path = &resolve_links(path)?;
+/// Returns an error if the file cannot be written, if `check` does, or if the file exists and
+/// `only_new` is set. The previous file is then unchanged, and no temporary file is left.
+pub(super) fn persist(
+    path: &Path,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
+    only_new: bool,
+    check: impl FnOnce() -> io::Result<()>,
+) -> io::Result<()> {
     remove_stale_beside(path);
     let mut file = create_locked(path)?;
     fill(file.as_file_mut())?;
     file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
+    check()?;
+    let persisted = if only_new { file.persist_noclobber(path) } else { file.persist(path) };
+    persisted.map_err(|error| error.error)?;
     // The rename is durable only after the folder is synchronised. Systems whose folders cannot be
     // opened, such as Windows, do this themselves.
     match File::open(folder(path)) {
@@ -43,7 +49,7 @@ pub fn replace_file(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>)
 /// # Errors
 /// Returns an error if the links are circular, or lead to a pipe or a device, which cannot be
 /// replaced.
-pub fn resolve_links(path: &Path) -> io::Result<PathBuf> {
+pub(super) fn resolve_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {
         match fs::read_link(&path) {
@@ -60,13 +66,14 @@ pub fn resolve_links(path: &Path) -> io::Result<PathBuf> {
 }
 
 /// Removes the temporary files that killed programs left when they wrote this file.
-pub fn remove_stale(path: &Path) {
+pub(super) fn remove_stale(path: &Path) {
     if let Ok(path) = resolve_links(path) {
         remove_stale_beside(&path);
     }
 }
 
-fn folder(path: &Path) -> &Path {
+/// Returns the folder of a file.
+pub(super) fn folder(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -130,6 +137,10 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+
+    fn replace_file(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+        persist(&resolve_links(path)?, fill, false, || Ok(()))
+    }
 
     #[test]
     fn a_failure_leaves_the_previous_file_and_no_other() {

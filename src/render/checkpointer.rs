@@ -1,23 +1,23 @@
 //! Checkpoints of a running render: their options, and the state that they save.
 
 use std::io;
-use std::path::PathBuf;
 use std::time::Duration;
 
 use super::checkpoint::{CheckpointError, Head};
 use super::splat_accumulator::SplatAccumulator;
 use super::wave::TileResult;
+use crate::io::OutputFile;
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 
 /// Options of the checkpoints of a render.
 #[derive(Clone, Debug)]
 pub struct Checkpointer {
     /// The file of the checkpoint.
-    pub path: PathBuf,
+    pub path: OutputFile,
     /// The time between checkpoints. Without it none are written, not even when the render is stopped.
     pub interval: Option<Duration>,
     /// The file for the sums of a complete render, for merging them with other parts.
-    pub part_path: Option<PathBuf>,
+    pub part_path: Option<OutputFile>,
     /// The data of the head that are known before the render begins.
     pub head: Head,
     /// The number of film samples in an existing checkpoint of the same picture that is not resumed.

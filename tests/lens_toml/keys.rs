@@ -149,7 +149,14 @@ fn the_iris_has_blades_or_a_shape() {
 /// Writes a picture of one row per entry.
 fn picture(path: &Path, size: [usize; 2], pixels: Vec<[f32; 3]>) {
     let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
-    Picture { size, pixels }.write(path, window, EncodingOptions::default(), &Vec::new()).unwrap();
+    Picture { size, pixels }
+        .write(
+            &petzval::io::Outputs::without_inputs().claim(path).unwrap(),
+            window,
+            EncodingOptions::default(),
+            &Vec::new(),
+        )
+        .unwrap();
 }
 
 #[test]

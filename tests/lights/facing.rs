@@ -98,7 +98,13 @@ fn a_floor_under_a_picture_of_the_sky_has_the_brightness_of_its_irradiance() {
     let (folder, sky) = (support::folder(), patchwork([16, 16]));
     let window = PictureWindow { origin: [0, 0], frame: [16, 16] };
     let path = folder.path().join("sky.exr");
-    sky.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a picture");
+    sky.write(
+        &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+        window,
+        EncodingOptions::default(),
+        &Vec::new(),
+    )
+    .expect("a picture");
     let light = "LightSource \"infinite\" \"string filename\" \"sky.exr\"";
     let scene = read(&[("sky.exr", &sky)], light).expect("a scene");
     let expected = Mean::irradiance(&scene, &at([0.0; 3], [0.0, 0.0, 1.0]), 4_000_000);

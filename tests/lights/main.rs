@@ -25,7 +25,14 @@ fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneErrors
         let frame = picture.size.map(|n| n as u32);
         let window = PictureWindow { origin: [0, 0], frame };
         let path = folder.path().join(name);
-        picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a picture");
+        picture
+            .write(
+                &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+                window,
+                EncodingOptions::default(),
+                &Vec::new(),
+            )
+            .expect("a picture");
     }
     let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
     pbrt::read(&write(&folder, "test.pbrt", text)).map(|description| description.scene)

@@ -497,6 +497,20 @@ fn tev_packet(stream: &mut TcpStream) -> (u8, Vec<u8>) {
 }
 
 #[test]
+fn a_tev_that_takes_no_data_does_not_block_the_end() {
+    let tev = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = tev.local_addr().expect("an address").to_string();
+    // More than the buffers of a connection hold.
+    let options = ["--resolution", "1600x1200", "--spp", "1", "--tev", &address];
+    let mut view = View::start("dgauss.pbrt", &options);
+    let (_stream, _) = tev.accept().expect("a connection");
+    view.client().finished(1);
+    std::thread::sleep(Duration::from_millis(500));
+    support::workspace::signal(&view.child, "INT");
+    wait_until("the end of the view", || view.child.try_wait().expect("a status").is_some());
+}
+
+#[test]
 fn tev_receives_the_picture() {
     let tev = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = tev.local_addr().expect("an address").to_string();

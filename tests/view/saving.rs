@@ -93,6 +93,48 @@ fn files_are_written_under_plain_new_names_only() {
     assert_eq!([count("."), count("scenes")], [3, 3]);
 }
 
+#[test]
+fn no_file_beside_the_final_picture_is_replaced() {
+    let folder = dgauss();
+    let options = ["--resolution=240x160", "--spp=4000"];
+    let view = View::start_in(folder.path(), "dgauss.pbrt", &options);
+    let mut client = view.client();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("p.partial.exr"), "mine").expect("a file");
+    let answer = ask(&mut client, &json!({ "type": "render", "name": "p.exr" }));
+    assert_eq!(answer["type"], "refused", "{answer}");
+    // Another's files appear while it renders.
+    client.send(&json!({ "type": "render", "name": "q.exr" }));
+    until(&mut client, "running");
+    fs::write(path("q.partial.exr"), "mine").expect("a file");
+    client.send(&json!({ "type": "cancel" }));
+    let failed = loop {
+        let message = client.hear("render");
+        if ["cancelled", "failed"].contains(&message["status"].as_str().unwrap_or_default()) {
+            break message;
+        }
+    };
+    assert!(failed["problem"].as_str().is_some_and(|p| p.contains("exists")), "{failed}");
+    for name in ["p.partial.exr", "q.partial.exr"] {
+        assert_eq!(fs::read(path(name)).expect("a file"), b"mine", "{name}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_scene_with_a_strange_name_is_saved_as_a_scene() {
+    let folder = dgauss();
+    let name = "a\nWorldBegin\n.pbrt";
+    let scenes = folder.path().join("scenes");
+    fs::copy(scenes.join("dgauss.pbrt"), scenes.join(name)).expect("a copy");
+    let view = View::start_in(folder.path(), name, &["--resolution=24x16", "--spp=1"]);
+    let mut client = view.client();
+    client.set(json!({ "fstop": "4" }));
+    let saved = ask(&mut client, &json!({ "type": "save", "name": "saved.pbrt" }));
+    assert_eq!(saved["type"], "saved", "{saved}");
+    run(folder.path(), "petzval render scenes/saved.pbrt --spp 1", "saved.exr");
+}
+
 /// Waits for a status of the final render.
 fn until(client: &mut Client, status: &str) -> Value {
     loop {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use petzval::io::{FileLog, Outputs};
 use petzval::lens::{LensOptions, Zoom};
 
 use super::values::{wavelengths, zoom};
@@ -35,5 +36,19 @@ impl LensFileArguments {
             catalogues: self.catalogue.clone(),
             approximate: self.approximate,
         }
+    }
+
+    /// Returns the outputs of a command with these inputs. Catalogues are inputs even if no glass of
+    /// them was needed.
+    pub fn outputs(&self, inputs: &FileLog) -> Outputs {
+        let mut catalogues = FileLog::default();
+        for path in &self.catalogue {
+            catalogues.add(path, None);
+            let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
+            entries.for_each(|entry| catalogues.add(&entry.path(), None));
+        }
+        let outputs = Outputs::beside(inputs);
+        outputs.protect(&catalogues);
+        outputs
     }
 }

@@ -9,7 +9,9 @@ use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
+use petzval::io::FileLog;
 use petzval::io::image::{ImageLayer, Picture, write_pfm};
 
 use super::Failure;
@@ -17,6 +19,9 @@ use super::signals::TemporaryFolder;
 
 /// Width and height of the picture that tries a program (pixels).
 const TRIAL: [usize; 2] = [16, 16];
+/// Longest time that a program may take for it. Those that load a model onto a graphics card take
+/// seconds.
+const TRIAL_TIME: Duration = Duration::from_secs(60);
 
 /// Why a picture was not denoised.
 #[derive(Debug, thiserror::Error)]
@@ -64,6 +69,13 @@ impl Denoiser {
         }
     }
 
+    /// Returns the file of the program, behind all links too, as an input.
+    pub fn files(&self) -> FileLog {
+        let mut files = FileLog::default();
+        files.add(&self.program, None);
+        files
+    }
+
     /// Returns the name of the program.
     pub fn name(&self) -> String {
         self.program.file_stem().unwrap_or_default().to_string_lossy().into_owned()
@@ -95,10 +107,11 @@ impl Denoiser {
                 &folder,
                 &[option.as_ref(), from.as_ref(), "-o".as_ref(), to.as_ref()],
                 stop,
+                None,
             )?;
         }
         folder.write("beauty", size, |i| noisy.pixels[i])?;
-        self.denoise_guided(&folder, size, stop)
+        self.denoise_guided(&folder, size, stop, None)
     }
 
     /// Denoises a constant picture.
@@ -107,7 +120,7 @@ impl Denoiser {
         for name in ["beauty", "albedo", "normal"] {
             folder.write(name, TRIAL, |_| [0.5; 3])?;
         }
-        self.denoise_guided(&folder, TRIAL, &AtomicBool::new(false)).map(|_| ())
+        self.denoise_guided(&folder, TRIAL, &AtomicBool::new(false), Some(TRIAL_TIME)).map(|_| ())
     }
 
     /// Denoises the beauty of a folder by its albedo and normal, which have no noise.
@@ -116,6 +129,7 @@ impl Denoiser {
         folder: &Folder,
         size: [usize; 2],
         stop: &AtomicBool,
+        limit: Option<Duration>,
     ) -> Result<Picture, DenoiseError> {
         let [beauty, albedo, normal, clean] =
             ["beauty", "albedo", "normal", "clean"].map(|name| folder.file(name));
@@ -130,7 +144,7 @@ impl Denoiser {
             "-o".as_ref(),
             clean.as_ref(),
         ];
-        self.call(folder, &arguments, stop)?;
+        self.call(folder, &arguments, stop, limit)?;
         let failed = |problem: String| {
             DenoiseError::Failed(format!("{} wrote no picture: {problem}", self.program.display()))
         };
@@ -151,8 +165,9 @@ impl Denoiser {
         folder: &Folder,
         arguments: &[&OsStr],
         stop: &AtomicBool,
+        limit: Option<Duration>,
     ) -> Result<(), DenoiseError> {
-        process::call(&self.program, arguments, &folder.0.path().join("log.txt"), stop)
+        process::call(&self.program, arguments, &folder.0.path().join("log.txt"), stop, limit)
     }
 }
 

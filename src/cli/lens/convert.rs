@@ -1,14 +1,14 @@
 //! `petzval lens convert`: writes a lens file in another format.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use petzval::io::{ReadContext, replace_file};
+use petzval::io::{OutputFile, ReadContext};
 use petzval::lens::{Prescription, write_lens};
 
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::outputs::check_distinct;
-use crate::cli::{Failure, Outcome};
+use crate::cli::outputs::claim;
+use crate::cli::{Failure, Outcome, message};
 
 /// Arguments of `petzval lens convert`.
 #[derive(Debug, clap::Args)]
@@ -27,8 +27,8 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
-    check_distinct([&arguments.output], "--output", &context.files())?;
-    save(&arguments.output, &lens)?;
+    let output = claim(&arguments.file.outputs(&context.files()), &arguments.output, "--output")?;
+    save(&output, &lens)?;
     Ok(Outcome::Done)
 }
 
@@ -36,12 +36,11 @@ pub(super) fn run(arguments: &ConvertArguments) -> Result<Outcome, Failure> {
 ///
 /// # Errors
 /// Returns an error if the format cannot hold the lens, or the file cannot be written.
-pub(super) fn save(output: &Path, lens: &Prescription) -> Result<(), Failure> {
-    let written = write_lens(output, lens)?;
-    for note in &written.notes {
-        say!("petzval: warning: {}: {note}", output.display());
-    }
-    replace_file(output, |file| file.write_all(written.text.as_bytes()))
+pub(super) fn save(output: &OutputFile, lens: &Prescription) -> Result<(), Failure> {
+    let written = write_lens(output.path(), lens)?;
+    message::file_warnings(output.path(), &written.notes);
+    output
+        .write(|file| file.write_all(written.text.as_bytes()))
         .map_err(|error| format!("cannot write the lens {}: {error}", output.display()))?;
     Ok(())
 }

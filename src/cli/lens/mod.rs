@@ -16,14 +16,14 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use petzval::io::{ReadContext, replace_file};
+use petzval::io::{OutputFile, ReadContext};
 use petzval::lens::{Coating, FocusModel, Prescription};
 
 use super::arguments::lens_file::LensFileArguments;
 use super::arguments::values::{coating, focus_model, length, length_or_inf, point};
-use super::outputs::{check_distinct, check_writable};
+use super::outputs::claim_writable;
 use super::report::lens_drawing::draw;
-use super::{Failure, Outcome};
+use super::{Failure, Outcome, message};
 use calibrate::CalibrateArguments;
 use convert::ConvertArguments;
 use optimize::OptimizeArguments;
@@ -139,15 +139,13 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
     }
     let context = ReadContext::default();
     let mut lens = arguments.file.options().read(file, &context)?;
-    let files = context.files();
+    let outputs = arguments.file.outputs(&context.files());
     warn_of_notes(file, &lens);
     warn_indices(file, &lens, [lens.design.primary_wavelength(); 2]);
-    for (option, output) in [("--draw", &arguments.draw), ("--psf", &arguments.psf)] {
-        if let Some(output) = output {
-            check_distinct([output], option, &files)?;
-            check_writable(output, option)?;
-        }
-    }
+    let claim = |output: &Option<PathBuf>, option: &str| {
+        output.as_ref().map(|output| claim_writable(&outputs, output, option)).transpose()
+    };
+    let (drawing, spread) = (claim(&arguments.draw, "--draw")?, claim(&arguments.psf, "--psf")?);
     match arguments.coating {
         Some(coating) => lens.coat(coating),
         None => lens.assume_coating(),
@@ -172,32 +170,28 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         (lens, groups_film) = (moved, Some(film));
     }
     let Summary { mut text, film } = summary(&lens, arguments, groups_film)?;
-    if let Some(drawing) = &arguments.draw {
+    if let Some(drawing) = &drawing {
         write_drawing(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
     }
     if arguments.vignetting {
         let film = film.ok_or_else(|| no_film("--vignetting"))?;
         text = vignetting::table(&lens, film, arguments.film_diagonal)?;
     }
-    if let Some(path) = &arguments.psf {
+    if let Some(spread) = &spread {
         let film = film.ok_or_else(|| no_film("--psf"))?;
-        text += &psf::draw(path, &lens, film, arguments.at)?;
+        text += &psf::draw(spread, &lens, film, arguments.at)?;
     }
     super::print(&text)
 }
 
 /// Shows what the reader of a lens file assumed or left out.
 fn warn_of_notes(file: &Path, lens: &Prescription) {
-    for note in &lens.design.notes {
-        say!("petzval: warning: {}: {note}", file.display());
-    }
+    message::file_warnings(file, &lens.design.notes);
 }
 
 /// Warns of glass whose data do not cover the wavelengths from `range[0]` to `range[1]` (nm).
 fn warn_indices(file: &Path, lens: &Prescription, range: [f64; 2]) {
-    for warning in lens.index_warnings(range) {
-        say!("petzval: warning: {}: {warning}", file.display());
-    }
+    message::file_warnings(file, lens.index_warnings(range));
 }
 
 fn no_film(option: &str) -> String {
@@ -222,16 +216,16 @@ fn check_svg(path: &Path) -> Result<(), Failure> {
 }
 
 fn write_drawing(
-    path: &Path,
+    file: &OutputFile,
     lens: &Prescription,
     film: Option<f64>,
     film_radius: f64,
 ) -> Result<(), Failure> {
     let text = draw(lens, film, film_radius);
-    replace_file(path, |file| file.write_all(text.as_bytes()))
-        .map_err(|error| format!("cannot write the drawing {}: {error}", path.display()))?;
+    file.write(|file| file.write_all(text.as_bytes()))
+        .map_err(|error| format!("cannot write the drawing {}: {error}", file.display()))?;
     if film.is_none() {
-        say!("petzval: the lens forms no real image: {} has no film and no rays", path.display());
+        say!("petzval: the lens forms no real image: {} has no film and no rays", file.display());
     }
     Ok(())
 }

@@ -15,7 +15,7 @@ use super::conditions::{FieldArguments, refocus};
 use super::convert::save;
 use super::tolerance::check_toml;
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::outputs::{check_distinct, check_writable};
+use crate::cli::outputs::claim_writable;
 use crate::cli::{Failure, Outcome, signals};
 
 /// Arguments of `petzval lens optimize`.
@@ -82,8 +82,8 @@ pub(super) fn run(arguments: &OptimizeArguments) -> Result<Outcome, Failure> {
     let mut lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
     check_toml(&arguments.output)?;
-    check_distinct([&arguments.output], "--output", &context.files())?;
-    check_writable(&arguments.output, "--output")?;
+    let outputs = arguments.file.outputs(&context.files());
+    let output = claim_writable(&outputs, &arguments.output, "--output")?;
     let conditions = arguments.conditions.conditions(&arguments.lens, &mut lens)?;
     let variables = variables(arguments, &lens, conditions.film_distance)?;
     let varies_film = variables.iter().any(|variable| variable.kind == VariableKind::Film);
@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &OptimizeArguments) -> Result<Outcome, Failure> {
     signals::on_stop(move || !asked.swap(true, Ordering::Relaxed));
     let design = optimize_design(&lens, &conditions, &goal, |_, _| !stop.load(Ordering::Relaxed))
         .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
-    save(&arguments.output, &design.lens)?;
+    save(&output, &design.lens)?;
     let outcome = super::super::print(&describe(&goal, &design))?;
     match design.reason {
         StopReason::Interrupted => Ok(Outcome::Interrupted),

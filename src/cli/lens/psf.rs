@@ -1,8 +1,7 @@
 //! `petzval lens --psf`: picture of a pupil's point spread in white light.
 
-use std::path::Path;
-
 use petzval::diffraction::PointSpread;
+use petzval::io::OutputFile;
 use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
 use petzval::lens::{ExitPupil, Prescription, PupilSampling, RealLens, Wavefront};
 use petzval::spectrum::bands;
@@ -24,7 +23,7 @@ const GREEN: f64 = 0.55;
 /// # Errors
 /// Returns an error if no light reaches the point, or the file cannot be written.
 pub(super) fn draw(
-    path: &Path,
+    file: &OutputFile,
     lens: &Prescription,
     film: f64,
     at: [f64; 2],
@@ -48,14 +47,14 @@ pub(super) fn draw(
     };
     let picture = Picture { size: [SIDE; 2], pixels: (0..SIDE * SIDE).map(pixel).collect() };
     let window = PictureWindow { origin: [0, 0], frame: [SIDE as u32; 2] };
-    picture.write(path, window, EncodingOptions::default(), &Vec::new())?;
+    picture.write(file, window, EncodingOptions::default(), &Vec::new())?;
     let front = Wavefront::new(&lens, at, &pupil).map_or_else(String::new, |front| {
         format!(", wavefront {:.3} waves rms", 1e3 * front.rms / GREEN)
     });
     Ok(format!(
         "{}: point spread of the pupil at ({}, {}) mm, {:.1} um wide, {DECADES} decades from white to \
          black; f/{:.2}, Airy radius {airy:.2} um{front}\n",
-        path.display(),
+        file.display(),
         at[0],
         at[1],
         2.0 * RADII * airy,

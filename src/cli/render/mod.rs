@@ -14,7 +14,7 @@ pub(super) use denoising::{
 };
 pub(super) use inputs::inputs;
 pub(super) use picture_output::PictureOutput;
-pub(super) use resume::{checkpoint_name, resume_command, written_files};
+pub(super) use resume::{RenderFiles, checkpoint_name, partial_name, resume_command};
 pub(super) use task::{RenderTask, SweepItem, TaskResult, job, stop_at_signals};
 
 use std::ops::Range;
@@ -176,7 +176,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let denoiser = arguments.denoiser()?;
     let memory = Memory::new(arguments.memory);
     let description = scene::read_with(&arguments.picture.scene, memory.context())?;
-    let (task, warnings) = RenderTask::new(arguments, argv(), description, &memory, start)?;
+    let (task, warnings) =
+        RenderTask::new(arguments, argv(), description, denoiser.as_ref(), &memory, start)?;
     message::warnings(&warnings);
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());

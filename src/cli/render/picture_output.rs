@@ -1,10 +1,10 @@
 //! Writes a rendered picture with its layers and notes, and logs how it came about.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use petzval::aov::Aov;
 use petzval::film::{DroppedSamples, SampleId};
+use petzval::io::OutputFile;
 use petzval::io::image::{DisplayExposure, EncodingOptions, ImageFormat, Note, Notes};
 use petzval::job::Job;
 use petzval::plan::Effect;
@@ -27,7 +27,7 @@ pub(in crate::cli) struct PictureOutput<'a> {
     pub rendered_by: &'a [String],
     /// Number and values of a picture of a sweep, which is logged in one line.
     pub label: Option<&'a str>,
-    pub output: &'a Path,
+    pub output: &'a OutputFile,
     pub encoding: EncodingOptions,
     /// Layers that are not written.
     pub hidden: &'a [Aov],
@@ -53,7 +53,7 @@ impl PictureOutput<'_> {
         notes.extend(dropped_notes(&exposed.film.dropped));
         notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
         notes.push(("commandLine", Note::Text(shell_line(argv))));
-        let holds_layers = ImageFormat::of(output)? == ImageFormat::Exr;
+        let holds_layers = ImageFormat::of(output.path())? == ImageFormat::Exr;
         if holds_layers {
             notes.extend(camera_model::notes(job));
         }
@@ -73,14 +73,18 @@ impl PictureOutput<'_> {
             None => read_out(image, job),
             Some(denoising) => {
                 let begun = Instant::now();
-                let [noisy_file, undenoised] = noisy_files(output);
+                let [noisy_file, undenoised] = noisy_files(output.path());
+                let noisy_file = output.renamed(noisy_file)?;
+                let undenoised = output.renamed(undenoised)?;
                 let (clean, noisy) = match denoising.apply(image, &layers, job) {
                     Ok(pictures) => pictures,
                     Err((cause, noisy)) => {
                         noisy
                             .write_with_layers(&layers, &undenoised, window, encoding, &notes)
                             .inspect_err(|_| say!("petzval: {cause}"))?;
-                        return Err(Undenoised { cause, noisy: undenoised }.into());
+                        return Err(
+                            Undenoised { cause, noisy: undenoised.path().to_owned() }.into()
+                        );
                     }
                 };
                 denoise_time = Some(begun.elapsed());

@@ -1,11 +1,10 @@
 //! Checkpoint of a render: where it resumes from, and the messages about it.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use petzval::io::{remove_stale, resolve_links};
+use petzval::io::{OutputFile, Outputs};
 use petzval::job::Job;
 use petzval::render::Checkpointer;
 use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
@@ -13,6 +12,7 @@ use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
 use super::RenderArguments;
 use super::denoising::noisy_files;
 use crate::cli::arguments::argv::{is_faithful, shell_line};
+use crate::cli::outputs::claim;
 use crate::cli::{Failure, Outcome};
 
 /// The checkpoint that a render writes, and the one that it may resume from.
@@ -22,25 +22,72 @@ pub(super) struct Resume {
     pub argv: Vec<String>,
     /// The checkpoint that exists already.
     found: Option<Result<SavedRender, CheckpointError>>,
-    /// The picture or the part to write.
-    output: PathBuf,
+    /// The files that the render may write.
+    files: RenderFiles,
+}
+
+/// The files that a render may write, none of which is an input.
+#[derive(Clone, Debug)]
+pub(in crate::cli) struct RenderFiles {
+    /// The picture or the part.
+    pub output: OutputFile,
+    /// The unfinished picture.
+    pub partial: OutputFile,
+    checkpoint: OutputFile,
+    noisy: Vec<OutputFile>,
+}
+
+impl RenderFiles {
+    /// Names the files of a picture or part.
+    ///
+    /// # Errors
+    /// Returns an error if one of them is an input.
+    pub fn claim(output: &Path, denoises: bool, outputs: &Outputs) -> Result<Self, Failure> {
+        let claim = |path: PathBuf| claim(outputs, path, "-o");
+        let mut noisy: Vec<PathBuf> = Vec::new();
+        if denoises {
+            noisy = noisy_files(output).into();
+            noisy.dedup();
+        }
+        Ok(Self {
+            output: claim(output.to_owned())?,
+            checkpoint: claim(checkpoint_name(output))?,
+            partial: claim(partial_name(output))?,
+            noisy: noisy.into_iter().map(claim).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Returns the files of which no picture replaces another.
+    #[must_use]
+    pub fn only_new(self) -> Self {
+        // The unfinished picture of a render that is resumed is replaced, as its checkpoint is.
+        let resumed = self.checkpoint.path().exists();
+        let new = |file: OutputFile| if resumed { file } else { file.only_new() };
+        Self {
+            output: self.output.only_new(),
+            partial: new(self.partial),
+            noisy: self.noisy.into_iter().map(new).collect(),
+            checkpoint: self.checkpoint,
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &OutputFile> {
+        [&self.output, &self.checkpoint, &self.partial].into_iter().chain(&self.noisy)
+    }
 }
 
 impl Resume {
     /// Opens an existing checkpoint. `all` is the number of samples per pixel of the whole picture.
     pub fn new(
         arguments: &RenderArguments,
-        output: &Path,
+        files: RenderFiles,
         argv: Vec<String>,
         inputs: Inputs,
         job: &Job,
         all: u32,
     ) -> Self {
-        let path = checkpoint_name(output);
-        for path in written_files(output, arguments.denoise.is_some()) {
-            remove_stale(&path);
-        }
-        let found = match SavedRender::open(&path) {
+        files.all().for_each(OutputFile::remove_stale);
+        let found = match SavedRender::open(files.checkpoint.path()) {
             Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
                 None
             }
@@ -55,14 +102,14 @@ impl Resume {
             ..Head::default()
         };
         let keeper = Checkpointer {
-            path,
+            path: files.checkpoint.clone(),
             interval: arguments.checkpoint.0,
-            part_path: part.then(|| output.to_owned()),
+            part_path: part.then(|| files.output.clone()),
             head,
             existing_samples: 0,
             on_error: |error| say!("petzval: warning: {error}; the render continues"),
         };
-        Self { checkpointer: keeper, argv, found, output: output.to_owned() }
+        Self { checkpointer: keeper, argv, found, files }
     }
 
     /// Returns the state to resume from, if requested and available.
@@ -149,7 +196,7 @@ impl Resume {
         let head = &self.checkpointer.head;
         say!(
             "{}: samples {}..{} of {}, {:.2} s",
-            self.output.display(),
+            self.files.output.display(),
             head.samples.start,
             head.samples.end,
             head.total_samples,
@@ -161,7 +208,7 @@ impl Resume {
 
     fn say_interrupted(&self) {
         let Checkpointer { path, interval: every, .. } = &self.checkpointer;
-        say!("petzval: interrupted; {} was not written", self.output.display());
+        say!("petzval: interrupted; {} was not written", self.files.output.display());
         if every.is_none() {
             say!("petzval: there is no checkpoint (--checkpoint off)");
             return;
@@ -202,16 +249,15 @@ impl Resume {
     /// Returns whether there is a checkpoint of this picture.
     fn holds_own(&self) -> bool {
         let own = |saved: SavedRender| !saved.head.complete && self.changes(&saved.head).is_empty();
-        SavedRender::open(&self.checkpointer.path).is_ok_and(own)
+        SavedRender::open(self.checkpointer.path.path()).is_ok_and(own)
     }
 
     /// Removes the checkpoint and the unfinished picture of a finished render.
     fn clear(&self) {
-        let path = &self.checkpointer.path;
         if self.holds_own() {
-            for path in [path, &partial_name(&self.output)] {
+            for file in [&self.files.checkpoint, &self.files.partial] {
                 // A file that cannot be removed is harmless. A link is the user's and stays.
-                let _ = resolve_links(path).and_then(fs::remove_file);
+                let _ = file.remove();
             }
         }
     }
@@ -240,15 +286,6 @@ pub(in crate::cli) fn resume_command(argv: &[String]) -> String {
     shell_line(&words)
 }
 
-/// Returns the names that a render of this picture or part may write to.
-pub(in crate::cli) fn written_files(output: &Path, denoises: bool) -> Vec<PathBuf> {
-    let mut names = vec![output.to_owned(), checkpoint_name(output), partial_name(output)];
-    if denoises {
-        names.extend(noisy_files(output));
-    }
-    names
-}
-
 /// Returns the name of a picture's checkpoint.
 pub(in crate::cli) fn checkpoint_name(output: &Path) -> PathBuf {
     let mut name = output.as_os_str().to_owned();
@@ -257,7 +294,7 @@ pub(in crate::cli) fn checkpoint_name(output: &Path) -> PathBuf {
 }
 
 /// Returns the name of an unfinished picture.
-pub(super) fn partial_name(output: &Path) -> PathBuf {
+pub(in crate::cli) fn partial_name(output: &Path) -> PathBuf {
     let extension = output.extension().unwrap_or_default().to_string_lossy();
     output.with_extension(format!("partial.{extension}"))
 }

@@ -17,11 +17,11 @@ use petzval::scene::pbrt::Description;
 
 use super::denoising::{self, Denoising, Undenoised, add_guides, check_noisy_files};
 use super::picture_output::PictureOutput;
-use super::resume::{Resume, partial_name, written_files};
+use super::resume::{RenderFiles, Resume};
 use super::{RenderArguments, inputs};
 use crate::cli::denoise::{DenoiseError, Denoiser};
 use crate::cli::memory::{Memory, log_peak};
-use crate::cli::outputs::{check_distinct, check_writable};
+use crate::cli::outputs::check_writable;
 use crate::cli::progress::RenderBar;
 use crate::cli::signals::on_stop;
 use crate::cli::{Failure, Outcome};
@@ -30,7 +30,7 @@ use crate::cli::{Failure, Outcome};
 pub(in crate::cli) struct RenderTask<'a> {
     arguments: &'a RenderArguments,
     argv: Vec<String>,
-    output: PathBuf,
+    files: RenderFiles,
     pub job: Job,
     notes: Notes,
     /// Everything that determines its samples.
@@ -71,6 +71,7 @@ impl<'a> RenderTask<'a> {
         arguments: &'a RenderArguments,
         argv: Vec<String>,
         description: Description,
+        denoiser: Option<&Denoiser>,
         memory: &Memory,
         start: Instant,
     ) -> Result<(Self, Vec<Warning>), Failure> {
@@ -86,7 +87,9 @@ impl<'a> RenderTask<'a> {
         if denoises && !arguments.is_part() {
             check_noisy_files(&output)?;
         }
-        check_distinct(written_files(&output, denoises), "-o", &job.files)?;
+        let outputs = arguments.picture.lens_file.outputs(&job.files);
+        denoiser.iter().for_each(|denoiser| outputs.protect(&denoiser.files()));
+        let files = RenderFiles::claim(&output, denoises, &outputs)?;
         let hidden = if denoises { add_guides(&mut job) } else { Vec::new() };
         if arguments.half && !holds_layers {
             say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
@@ -103,7 +106,7 @@ impl<'a> RenderTask<'a> {
         let task = Self {
             arguments,
             argv,
-            output,
+            files,
             job,
             notes,
             inputs,
@@ -116,6 +119,12 @@ impl<'a> RenderTask<'a> {
         Ok((task, warnings))
     }
 
+    /// Returns the task, which then replaces no picture.
+    #[must_use]
+    pub fn only_new(self) -> Self {
+        Self { files: self.files.only_new(), ..self }
+    }
+
     /// Renders and writes the picture, or what there is of it when `progress` is stopped.
     pub fn run(
         self,
@@ -123,9 +132,9 @@ impl<'a> RenderTask<'a> {
         denoiser: Option<&Denoiser>,
         item: Option<SweepItem>,
     ) -> Result<TaskResult, Failure> {
-        let Self { arguments, argv, output, job, notes, inputs, all, threads, .. } = self;
+        let Self { arguments, argv, files, job, notes, inputs, all, threads, .. } = self;
         let Self { hidden, estimate, start, .. } = self;
-        let mut resume = Resume::new(arguments, &output, argv.clone(), inputs, &job, all);
+        let mut resume = Resume::new(arguments, files.clone(), argv.clone(), inputs, &job, all);
         if let Some(item) = &item {
             resume.argv = item.argv.to_vec();
         }
@@ -157,8 +166,8 @@ impl<'a> RenderTask<'a> {
         }
         let output = match partial {
             // The final name may hold a complete picture.
-            true => partial_name(&output),
-            false => output,
+            true => files.partial,
+            false => files.output,
         };
         let mut encoding = job.encoding(arguments.exposure);
         encoding.half |= arguments.half;
@@ -195,7 +204,7 @@ impl<'a> RenderTask<'a> {
         if alone {
             log_peak(&estimate);
         }
-        resume.end(partial, output).map(result)
+        resume.end(partial, output.path()).map(result)
     }
 }
 

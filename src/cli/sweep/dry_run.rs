@@ -26,7 +26,7 @@ impl Sweep<'_> {
                 say!("petzval: checking {some} of {all} pictures before the first is rendered");
             }
             let (argv, arguments) = self.command(number)?;
-            let task = self.task(&arguments, argv);
+            let task = self.task(&arguments, argv, None);
             let (task, warnings) =
                 task.map_err(|error| format!("{}: {error}", self.label(number)))?;
             size = task.job.frame.size();

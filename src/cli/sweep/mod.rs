@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use petzval::io::image::{DisplayExposure, ImageFormat};
-use petzval::io::{FileLog, Warning};
+use petzval::io::{FileLog, Outputs, Warning};
 use petzval::render::Progress;
 use petzval::scene;
 use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
@@ -25,10 +25,10 @@ use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
 use super::arguments::argv::{argv, parse_render};
 use super::denoise::Denoiser;
 use super::memory::Memory;
-use super::outputs::{CreatedFolders, check_distinct, check_writable};
+use super::outputs::{CreatedFolders, claim, claim_writable};
 use super::render::{
-    RenderArguments, RenderTask, SweepItem, checkpoint_name, has_noisy_picture, resume_command,
-    stop_at_signals, written_files,
+    RenderArguments, RenderFiles, RenderTask, SweepItem, checkpoint_name, has_noisy_picture,
+    resume_command, stop_at_signals,
 };
 use super::report::contact_sheet::ContactSheet;
 use super::{Failure, Outcome, message};
@@ -67,9 +67,12 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let (inputs, printed) = (description.files.clone(), HashSet::new());
     let mut sweep = Sweep { arguments, argv, plan, memory, description, names, inputs, printed };
     let size = sweep.dry_run()?;
-    let written = sweep.names.iter().flat_map(|name| written_files(name, denoiser.is_some()));
-    check_distinct(written, "-o", &sweep.inputs)?;
-    let mut report = sweep.report(size)?;
+    let outputs = arguments.picture.lens_file.outputs(&sweep.inputs);
+    denoiser.iter().for_each(|denoiser| outputs.protect(&denoiser.files()));
+    for name in &sweep.names {
+        RenderFiles::claim(name, denoiser.is_some(), &outputs)?;
+    }
+    let mut report = sweep.report(size, &outputs)?;
     let progress = Arc::new(Progress::default());
     stop_at_signals(progress.clone());
     let begun = Instant::now();
@@ -78,7 +81,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let written = report.write();
     let (outcome, unchanged) = outcome?;
     written?;
-    let (done, count, sheet) = (report.done(), sweep.names.len(), report.sheet_path.display());
+    let (done, count, sheet) = (report.done(), sweep.names.len(), report.sheet_file.display());
     match &outcome {
         Outcome::Interrupted => say!("petzval: {done} of {count} pictures are done; see {sheet}"),
         _ => say!(
@@ -121,8 +124,10 @@ impl Sweep<'_> {
         &self,
         arguments: &'b RenderArguments,
         argv: Vec<String>,
+        denoiser: Option<&Denoiser>,
     ) -> Result<(RenderTask<'b>, Vec<Warning>), Failure> {
-        RenderTask::new(arguments, argv, self.description.clone(), &self.memory, Instant::now())
+        let (description, now) = (self.description.clone(), Instant::now());
+        RenderTask::new(arguments, argv, description, denoiser, &self.memory, now)
     }
 
     /// Prints the warnings that have not been printed before.
@@ -133,7 +138,7 @@ impl Sweep<'_> {
     }
 
     /// Creates the report. A sweep that resumes takes finished pictures over into it.
-    fn report(&self, size: [u32; 2]) -> Result<SweepReport, Failure> {
+    fn report(&self, size: [u32; 2], outputs: &Outputs) -> Result<SweepReport, Failure> {
         let sheet = match &self.arguments.contact {
             Some(sheet) => sheet.clone(),
             None => self.plan.folder().join("sweep.png"),
@@ -141,14 +146,8 @@ impl Sweep<'_> {
         if ImageFormat::of(&sheet)? == ImageFormat::Exr {
             return Err(format!("--contact {}: expected .png or .jpg", sheet.display()).into());
         }
-        check_writable(&sheet, "--contact")?;
-        let table = sheet.with_extension("csv");
-        check_distinct([&sheet, &table], "--contact", &self.inputs)?;
-        if let Some(name) = self.names.iter().find(|&name| [&sheet, &table].contains(&name)) {
-            let name = name.display();
-            let problem = "is both a picture and the contact sheet or its table";
-            return Err(format!("{name} {problem}; name another with --contact").into());
-        }
+        let table = claim(outputs, sheet.with_extension("csv"), "--contact")?;
+        let sheet = claim_writable(outputs, &sheet, "--contact")?;
         let scene = self.arguments.picture.scene.file_name().unwrap_or_default();
         let axes: Vec<&str> = self.plan.axes.iter().map(|axis| axis.name.as_str()).collect();
         let title = format!("{} by {}", scene.to_string_lossy(), axes.join(" and "));
@@ -167,7 +166,7 @@ impl Sweep<'_> {
             self.memory.context(),
         );
         let known = report.read(&self.names)?;
-        let table = report.table_path.display().to_string();
+        let table = report.table.display().to_string();
         match (self.arguments.resume, known.is_empty()) {
             (true, true) => {
                 say!("petzval: {table} lists none of these pictures; all are rendered");
@@ -206,7 +205,7 @@ impl Sweep<'_> {
             let (argv, arguments) = self.command(number)?;
             let label = self.label(number);
             let labelled = |error: Failure| -> Failure { format!("{label}: {error}").into() };
-            let (task, warnings) = self.task(&arguments, argv).map_err(labelled)?;
+            let (task, warnings) = self.task(&arguments, argv, denoiser).map_err(labelled)?;
             self.print_new(&warnings);
             let inputs = input_digest(&arguments, &task, denoiser);
             let name = &self.names[number];

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use petzval::io::ReadContext;
 use petzval::io::image::{
     DisplayExposure, EncodingOptions, Note, Notes, Picture, PictureWindow, Transfer,
 };
+use petzval::io::{OutputFile, ReadContext};
 
 use super::plan::SweepPlan;
 use super::table::{self, Entry, TableRow};
@@ -21,8 +21,8 @@ const WRITE_INTERVAL: u32 = 50;
 /// The contact sheet and the table, with the pictures on them.
 pub(super) struct SweepReport {
     context: ReadContext,
-    pub sheet_path: PathBuf,
-    pub table_path: PathBuf,
+    pub sheet_file: OutputFile,
+    pub table: OutputFile,
     sheet: ContactSheet,
     exposure: DisplayExposure,
     notes: Notes,
@@ -45,7 +45,7 @@ impl SweepReport {
     pub fn new(
         title: String,
         plan: &SweepPlan,
-        [sheet_path, table_path]: [PathBuf; 2],
+        [sheet_file, table]: [OutputFile; 2],
         size: [u32; 2],
         exposure: DisplayExposure,
         argv: &[String],
@@ -60,8 +60,8 @@ impl SweepReport {
         let sheet = ContactSheet::new(title, plan.sheet_axes(), size);
         Self {
             context: context.clone(),
-            sheet_path,
-            table_path,
+            sheet_file,
+            table,
             sheet,
             exposure,
             notes,
@@ -76,7 +76,7 @@ impl SweepReport {
 
     /// Reads the existing table. Returns its lines about these pictures, by number.
     pub fn read(&mut self, names: &[PathBuf]) -> Result<Vec<(usize, TableRow)>, Failure> {
-        let entries = table::read(&self.table_path, &self.options)?;
+        let entries = table::read(self.table.path(), &self.options)?;
         let numbers: HashMap<String, usize> = names
             .iter()
             .enumerate()
@@ -93,7 +93,7 @@ impl SweepReport {
 
     /// Returns a picture's name in the table.
     fn name_in_table(&self, picture: &Path) -> String {
-        table::relative_name(self.table_path.parent().unwrap_or(Path::new("")), picture)
+        table::relative_name(self.table.path().parent().unwrap_or(Path::new("")), picture)
     }
 
     /// Returns the line of a finished picture.
@@ -142,12 +142,12 @@ impl SweepReport {
         let begun = Instant::now();
         let own: BTreeMap<_, _> = self.before.iter().chain(&self.rows).collect();
         let entries = own.into_values().chain(&self.others);
-        let written = table::write(&self.table_path, &self.options, entries);
-        written.map_err(|error| format!("cannot write {}: {error}", self.table_path.display()))?;
+        let written = table::write(&self.table, &self.options, entries);
+        written.map_err(|error| format!("cannot write {}: {error}", self.table.display()))?;
         let sheet = self.sheet.draw(self.exposure)?;
         let frame = sheet.size.map(|n| n as u32);
         let window = PictureWindow { origin: [0, 0], frame };
-        sheet.write(&self.sheet_path, window, EncodingOptions::default(), &self.notes)?;
+        sheet.write(&self.sheet_file, window, EncodingOptions::default(), &self.notes)?;
         (self.written, self.write_time) = (Instant::now(), begun.elapsed());
         Ok(())
     }

@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
+use petzval::io::OutputFile;
 use petzval::io::file_digest;
-use petzval::io::replace_file;
 
 use crate::cli::Failure;
 use crate::cli::render::TaskResult;
@@ -119,7 +119,7 @@ pub(super) fn read(path: &Path, options: &[String]) -> Result<Vec<Entry>, Failur
 
 /// Writes a table of these options.
 pub(super) fn write<'a>(
-    path: &Path,
+    file: &OutputFile,
     options: &[String],
     entries: impl Iterator<Item = &'a Entry>,
 ) -> io::Result<()> {
@@ -130,5 +130,5 @@ pub(super) fn write<'a>(
         table.write_record(std::iter::once(name).chain(values).chain(figures))?;
     }
     let bytes = table.into_inner().map_err(|error| error.into_error())?;
-    replace_file(path, |file| file.write_all(&bytes))
+    file.write(|file| file.write_all(&bytes))
 }

@@ -8,6 +8,8 @@ use crate::cli::Failure;
 
 /// Random bytes in a token.
 const TOKEN_BYTES: usize = 16;
+/// Port of an address without one.
+const HTTP: u16 = 80;
 
 /// The address of the page.
 #[derive(Clone, Debug)]
@@ -40,13 +42,22 @@ impl PageAddress {
     /// localhost. Another name may be one that an attacker has pointed at this machine (DNS
     /// rebinding).
     pub fn is_host(&self, host: &str) -> bool {
-        let named = host.strip_prefix("localhost:").and_then(|port| port.parse().ok());
-        if named == Some(self.socket.port()) {
-            return true;
+        // Browsers leave the port of HTTP out.
+        let address = host.parse().ok().or_else(|| {
+            let ip = host.strip_prefix('[').and_then(|ip| ip.strip_suffix(']')).unwrap_or(host);
+            Some(SocketAddr::new(ip.parse().ok()?, HTTP))
+        });
+        if let Some(address) = address {
+            let own = self.socket.ip();
+            let is_own = own.is_unspecified() || address.ip() == own;
+            return address.port() == self.socket.port() && is_own;
         }
-        let Ok(socket) = host.parse::<SocketAddr>() else { return false };
-        let own = self.socket.ip();
-        socket.port() == self.socket.port() && (own.is_unspecified() || socket.ip() == own)
+        let port = match host.split_once(':') {
+            Some(("localhost", port)) => port.parse().ok(),
+            None if host == "localhost" => Some(HTTP),
+            _ => None,
+        };
+        port == Some(self.socket.port())
     }
 
     /// Returns the rest of a path behind the token, or `None` if the token is wrong. The time does
@@ -95,6 +106,15 @@ mod tests {
         for host in ["", "127.0.0.1", "127.0.0.1:80", "evil.example:8000", "192.168.0.2:8000"] {
             assert!(!loopback.is_host(host), "{host}");
         }
+        let http = address("127.0.0.1:80");
+        for host in ["127.0.0.1", "localhost", "127.0.0.1:80", "localhost:80"] {
+            assert!(http.is_host(host), "{host}");
+            assert!(!loopback.is_host(host) && !address("[::1]:80").is_host("127.0.0.1"), "{host}");
+        }
+        for host in ["", "127.0.0.2", "localhost:8000", "evil.example", "[::1]"] {
+            assert!(!http.is_host(host), "{host}");
+        }
+        assert!(address("[::1]:80").is_host("[::1]") && address("[::1]:80").is_host("[::1]:80"));
         let all = address("0.0.0.0:8000");
         assert!(all.is_host("192.168.0.2:8000") && !all.is_host("evil.example:8000"));
         assert_eq!(all.to_string(), "http://127.0.0.1:8000/00ff/");

@@ -19,7 +19,7 @@ use super::state::ViewState;
 use crate::cli::arguments::argv::parse_render;
 use crate::cli::memory::Memory;
 use crate::cli::progress::film_samples;
-use crate::cli::render::{RenderTask, checkpoint_name};
+use crate::cli::render::{RenderTask, checkpoint_name, partial_name};
 use crate::cli::{Failure, Outcome};
 
 /// Time between two reports of the progress.
@@ -40,6 +40,11 @@ impl FinalRender {
     /// Returns a message if the name is refused or taken, or if other work is in progress.
     pub fn start(&self, name: &str, settings: &ViewSettings) -> Result<(), String> {
         let file = new_file(Path::new(""), name, &["exr", "png", "jpg"])?;
+        let partial = partial_name(&file);
+        if partial.symlink_metadata().is_ok() && !checkpoint_name(&file).exists() {
+            let partial = partial.display();
+            return Err(format!("{partial} exists already; choose another name"));
+        }
         let mut argv = settings.argv();
         argv.push(format!("--output={}", file.display()));
         let progress = Arc::new(Progress::default());
@@ -95,7 +100,9 @@ fn render(
     let mut arguments = parse_render(&argv)?;
     arguments.resume = checkpoint_name(file).exists();
     let memory = Memory::new(arguments.memory);
-    let (task, _) = RenderTask::new(&arguments, argv, description, &memory, Instant::now())?;
+    let (task, _) = RenderTask::new(&arguments, argv, description, None, &memory, Instant::now())?;
+    // A file that appears while it renders is another's.
+    let task = task.only_new();
     let all = film_samples(&task.job);
     let (ended, end) = channel::<()>();
     thread::scope(|scope| {

@@ -3,6 +3,7 @@
 use std::fs;
 
 use petzval::film::Frame;
+use petzval::io::Outputs;
 use petzval::io::image::{EncodingOptions, Note, Picture};
 
 use crate::cli::Failure;
@@ -56,7 +57,12 @@ impl ViewFrame {
         let path = folder.path().join("picture.exr");
         let window = Frame::whole(self.picture.size.map(|n| n as u32)).window();
         let notes = vec![("samplesPerPixel", Note::Number(self.samples.into()))];
-        self.picture.write(&path, window, EncodingOptions::default(), &notes)?;
+        self.picture.write(
+            &Outputs::without_inputs().claim(&path)?,
+            window,
+            EncodingOptions::default(),
+            &notes,
+        )?;
         Ok(fs::read(&path)?)
     }
 }

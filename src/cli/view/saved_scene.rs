@@ -1,10 +1,10 @@
 //! Saved scene: the scene file with the camera as it is set, and the command for the rest.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write as _;
 use std::path::{Component, Path, PathBuf};
 
-use petzval::io::Location;
+use petzval::io::{FileLog, Location, OutputFile};
 use petzval::lens::{Camera, LensModel, RealLens};
 use petzval::scene::gltf;
 use petzval::scene::pbrt::{CameraEdit, CameraSpec, CameraValue, Description, RealisticSpec};
@@ -20,6 +20,7 @@ const FAR: f64 = 1e12;
 pub(super) struct SceneSaver {
     scene: PathBuf,
     camera_at: Location,
+    files: FileLog,
     /// Whether the scene gives the film's distance instead of the focus, as in pbrt-v2; `None`
     /// without a lens file.
     by_film: Option<bool>,
@@ -38,7 +39,8 @@ impl SceneSaver {
             CameraSpec::Realistic(spec) => Some(matches!(spec, RealisticSpec::V2 { .. })),
             _ => None,
         };
-        Self { scene: scene.to_owned(), camera_at: description.camera_at.clone(), by_film }
+        let (camera_at, files) = (description.camera_at.clone(), description.files.clone());
+        Self { scene: scene.to_owned(), camera_at, files, by_film }
     }
 
     fn folder(&self) -> &Path {
@@ -75,17 +77,19 @@ impl SceneSaver {
             )
         })?;
         let command = shell_line(&settings.of_scene(&file, &written));
+        let name = self.scene.file_name().unwrap_or_default().to_string_lossy();
         let head = format!(
-            "# {} with the camera of petzval view. The rest of the settings:\n# {command}\n",
-            self.scene.file_name().unwrap_or_default().display()
+            "# {} with the camera of petzval view. The rest of the settings:\n# {}\n",
+            one_line(&name),
+            one_line(&command)
         );
+        let output = OutputFile::new(&file, &self.files).map_err(|error| error.to_string())?;
         // It does not follow a link, and leaves a file that has come in between alone.
-        let created = File::options().write(true).create_new(true).open(&file);
-        let write = |mut to: File| {
+        let write = |to: &mut fs::File| {
             to.write_all(head.as_bytes())?;
             to.write_all(&edited)
         };
-        created.and_then(write).map_err(|error| format!("{}: {error}", file.display()))?;
+        output.only_new().write(write).map_err(|error| format!("{}: {error}", file.display()))?;
         Ok(SavedScene { file, command })
     }
 
@@ -142,6 +146,11 @@ impl SceneSaver {
         }
         Ok((edit, written))
     }
+}
+
+/// Returns text that stays in the comment of a line: control characters become blanks.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 fn stop_diameter(lens: &RealLens) -> f64 {

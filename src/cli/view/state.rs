@@ -69,6 +69,11 @@ impl ViewState {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Returns whether the view has ended.
+    pub fn is_stopped(&self) -> bool {
+        self.lock().stopped
+    }
+
     /// Changes the settings and stops the work for the old ones. Returns the new generation.
     pub fn set(&self, changes: &Map<String, Value>) -> Result<u64, String> {
         let mut shared = self.lock();

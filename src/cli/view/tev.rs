@@ -3,7 +3,7 @@
 //! Protocol: `src/python/ipc.py` of tev (Müller). A packet is its length in bytes as a 32-bit
 //! number, its kind, and its content, all little-endian.
 
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
@@ -20,6 +20,8 @@ const ROWS: usize = 64;
 
 /// Time between looks at whether the view has ended.
 const LOOK: Duration = Duration::from_secs(1);
+/// The same while tev takes no data.
+const PATIENCE: Duration = Duration::from_millis(200);
 
 /// A connection to tev.
 pub(super) struct TevStream {
@@ -38,6 +40,7 @@ impl TevStream {
                  127.0.0.1:14158"
             )
         })?;
+        stream.set_write_timeout(Some(PATIENCE))?;
         Ok(Self { address: address.to_owned(), stream, name })
     }
 
@@ -55,7 +58,10 @@ impl TevStream {
                 Some(Some(number)) => seen = number,
             }
             let Some(frame) = state.frame().filter(|frame| !frame.draft) else { continue };
-            if let Err(error) = self.send(&frame, &mut size) {
+            if let Err(error) = self.send(&frame, &mut size, state) {
+                if state.is_stopped() {
+                    return;
+                }
                 say!("petzval: warning: --tev {}: {error}; no more frames go there", self.address);
                 return;
             }
@@ -63,14 +69,19 @@ impl TevStream {
     }
 
     /// Sends a frame, and creates its picture if tev has none of its size.
-    fn send(&mut self, frame: &ViewFrame, size: &mut Option<[usize; 2]>) -> io::Result<()> {
+    fn send(
+        &mut self,
+        frame: &ViewFrame,
+        size: &mut Option<[usize; 2]>,
+        state: &ViewState,
+    ) -> io::Result<()> {
         let [width, height] = frame.picture.size;
         if *size != Some(frame.picture.size) {
             let mut packet = self.packet(CREATE_IMAGE, true);
             put(&mut packet, width);
             put(&mut packet, height);
             put_channels(&mut packet);
-            self.write(packet)?;
+            self.write(packet, state)?;
             *size = Some(frame.picture.size);
         }
         for (band, rows) in frame.picture.pixels.chunks(ROWS * width.max(1)).enumerate() {
@@ -84,7 +95,7 @@ impl TevStream {
                 packet.extend(number.to_le_bytes());
             }
             rows.as_flattened().iter().for_each(|value| packet.extend(value.to_le_bytes()));
-            self.write(packet)?;
+            self.write(packet, state)?;
         }
         Ok(())
     }
@@ -97,10 +108,24 @@ impl TevStream {
         packet
     }
 
-    fn write(&mut self, packet: Vec<u8>) -> io::Result<()> {
+    /// Sends a packet. A tev that takes no data does not keep the view from its end.
+    fn write(&mut self, packet: Vec<u8>, state: &ViewState) -> io::Result<()> {
         let length = (packet.len() + size_of::<u32>()) as u32;
-        self.stream.write_all(&length.to_le_bytes())?;
-        self.stream.write_all(&packet)
+        for bytes in [&length.to_le_bytes()[..], &packet] {
+            let mut left = bytes;
+            while !left.is_empty() {
+                match self.stream.write(left) {
+                    Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                    Ok(count) => left = &left[count..],
+                    Err(error) => match error.kind() {
+                        ErrorKind::Interrupted => {}
+                        ErrorKind::WouldBlock | ErrorKind::TimedOut if !state.is_stopped() => {}
+                        _ => return Err(error),
+                    },
+                }
+            }
+        }
+        Ok(())
     }
 }
 

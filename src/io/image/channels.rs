@@ -1,9 +1,7 @@
 //! Images of numbers that are not colours, such as maps of coordinates, with pixels beyond the frame.
 
-use std::path::Path;
-
 use super::{ImageError, Notes, exr};
-use crate::io::replace_file;
+use crate::io::OutputFile;
 
 /// Channels of 32-bit floats. In an EXR, `origin` and `size` are the data window and `frame` is the
 /// display window: pixels of the data window beyond the frame are overscan.
@@ -25,15 +23,16 @@ impl ChannelImage {
     /// # Errors
     /// Returns an error if the file cannot be written or a channel has another size. The previous
     /// file of that name is then unchanged.
-    pub fn write(&self, path: &Path, notes: &Notes) -> Result<(), ImageError> {
-        replace_file(path, |file| exr::write_channels(self, notes, file))
-            .map_err(|source| ImageError::Io { verb: "write", path: path.to_owned(), source })
+    pub fn write(&self, to: &OutputFile, notes: &Notes) -> Result<(), ImageError> {
+        let io = |source| ImageError::Io { verb: "write", path: to.path().to_owned(), source };
+        to.write(|file| exr::write_channels(self, notes, file)).map_err(io)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::FileLog;
     use crate::io::image::Picture;
 
     #[test]
@@ -47,7 +46,7 @@ mod tests {
             frame: [2, 1],
             channels: vec![("R", values(0)), ("G", values(1)), ("B", values(2))],
         };
-        image.write(&path, &Notes::new()).unwrap();
+        image.write(&OutputFile::new(&path, &FileLog::default()).unwrap(), &Notes::new()).unwrap();
         let picture = Picture::read(&path).unwrap();
         assert_eq!(picture.size, [4, 3]);
         assert_eq!(picture.pixels[5], [5.0, 15.0, 25.0]);
@@ -74,7 +73,8 @@ mod tests {
             channels: vec![("R", vec![0.0; 3])],
             ..ChannelImage::default()
         };
-        let error = image.write(&folder.path().join("map.exr"), &Notes::new()).unwrap_err();
+        let to = OutputFile::new(folder.path().join("map.exr"), &FileLog::default()).unwrap();
+        let error = image.write(&to, &Notes::new()).unwrap_err();
         assert!(error.to_string().contains("channel R has 3 values"), "{error}");
     }
 }

@@ -347,6 +347,7 @@ fn ascii(text: &str) -> Text {
 mod tests {
     use super::*;
     use crate::io::ReadContext;
+    use crate::io::{FileLog, OutputFile};
     use crate::primaries::tests::ACES;
 
     fn written(space: Option<Primaries>, half: bool) -> (tempfile::TempDir, std::path::PathBuf) {
@@ -355,7 +356,8 @@ mod tests {
         let picture = Picture { size: [2, 1], pixels: vec![[1.0; 3], [0.6, 0.3, 0.1]] };
         let window = PictureWindow { origin: [0, 0], frame: [2, 1] };
         let encoding = EncodingOptions { space, half, ..EncodingOptions::default() };
-        picture.write(&path, window, encoding, &Vec::new()).unwrap();
+        let to = OutputFile::new(&path, &FileLog::default()).unwrap();
+        picture.write(&to, window, encoding, &Vec::new()).unwrap();
         (folder, path)
     }
 

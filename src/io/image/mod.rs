@@ -22,7 +22,7 @@ pub use raster::{ImageSamples, Raster, Transfer};
 
 pub use crate::primaries::Primaries;
 
-use crate::io::{ReadContext, path_excerpt, replace_file};
+use crate::io::{OutputFile, ReadContext, path_excerpt};
 
 /// Pixels in linear sRGB, row 0 at the top.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -212,12 +212,12 @@ impl Picture {
     /// file of that name is then unchanged.
     pub fn write(
         &self,
-        path: &Path,
+        to: &OutputFile,
         window: PictureWindow,
         encoding: EncodingOptions,
         notes: &Notes,
     ) -> Result<(), ImageError> {
-        self.write_with_layers(&[], path, window, encoding, notes)
+        self.write_with_layers(&[], to, window, encoding, notes)
     }
 
     /// Encodes the picture, multiplied by a factor, as a PNG file.
@@ -248,17 +248,18 @@ impl Picture {
     pub fn write_with_layers(
         &self,
         layers: &[ImageLayer],
-        path: &Path,
+        to: &OutputFile,
         window: PictureWindow,
         encoding: EncodingOptions,
         notes: &Notes,
     ) -> Result<(), ImageError> {
+        let path = to.path();
         let format = ImageFormat::of(path)?;
         if !layers.is_empty() && format != ImageFormat::Exr {
             return Err(ImageError::NoLayers { path: path.to_owned() });
         }
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
-        replace_file(path, |file| match format {
+        to.write(|file| match format {
             ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
             ImageFormat::Png => {
                 display::write_png(self, encoding.exposure, notes, BufWriter::new(file))

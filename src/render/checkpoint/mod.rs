@@ -27,8 +27,8 @@ use std::path::{Path, PathBuf};
 pub use head::Head;
 pub use inputs::Inputs;
 
+use crate::io::OutputFile;
 use crate::io::codec::{ChecksumReader, ChecksumWriter, invalid_data, read_array};
-use crate::io::replace_file;
 use crate::io::{check_seekable, path_excerpt};
 use crate::job::Job;
 use crate::lens::LensModel;
@@ -185,7 +185,7 @@ fn parse(mut file: File, size: u64) -> io::Result<(Head, File, u64)> {
 /// # Errors
 /// Returns an error if it cannot be written. An older file of this name is then still there.
 pub(crate) fn write(
-    path: &Path,
+    to: &OutputFile,
     head: &Head,
     fill: impl FnOnce(&mut ChecksumWriter) -> io::Result<()>,
 ) -> Result<(), CheckpointError> {
@@ -204,8 +204,8 @@ pub(crate) fn write(
         file.seek(SeekFrom::Start(HEAD_OFFSET + text.len() as u64 + 4))?;
         file.write_all(&length.to_le_bytes())
     };
-    replace_file(path, write).map_err(|source| {
-        let path = path.to_owned();
+    to.write(write).map_err(|source| {
+        let path = to.path().to_owned();
         CheckpointError::Io { verb: "write", path, source }
     })
 }

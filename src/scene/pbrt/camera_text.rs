@@ -94,6 +94,8 @@ impl CameraEdit {
                 CameraValue::Pair([x, y]) => write!(added, "\n    \"point2 {name}\" [ {x} {y} ]"),
                 CameraValue::Text(text) => {
                     let escaped = text.replace('\\', "\\\\").replace('"', "\\\"");
+                    // Strings end with their line.
+                    let escaped = escaped.replace('\n', "\\n").replace('\r', "\\r");
                     write!(added, "\n    \"string {name}\" [ \"{escaped}\" ]")
                 }
             };
@@ -118,7 +120,7 @@ mod tests {
             parameters: vec![
                 ("focusdistance", CameraValue::Number(0.25)),
                 ("filmshift", CameraValue::Pair([1.5, -2.0])),
-                ("lensfile", CameraValue::Text("a \"b\".dat".to_owned())),
+                ("lensfile", CameraValue::Text("a \"b\".dat\n".to_owned())),
             ],
         };
         let edited =

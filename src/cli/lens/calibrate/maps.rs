@@ -4,14 +4,12 @@
 //! the colour: R from 0 at the left edge of the frame to 1 at the right, G from 0 at the lower edge
 //! to 1 at the upper. Beyond the frame there is overscan. Pixels without a place have -1.
 
-use std::path::Path;
-
 use glam::DVec3;
 use petzval::io::image::{ChannelImage, Note, Notes};
 use petzval::lens::CameraMatrix;
 use rayon::prelude::*;
 
-use super::Report;
+use super::{CalibrationFiles, Report};
 use crate::cli::Failure;
 
 /// Largest overscan beyond each edge, as a share of the frame.
@@ -31,7 +29,10 @@ pub(super) struct MapWindow {
 
 /// Writes the maps. Returns the window of the undistorted picture, unless no model describes the
 /// lens.
-pub(super) fn write(report: &Report, folder: &Path) -> Result<Option<MapWindow>, Failure> {
+pub(super) fn write(
+    report: &Report,
+    files: &CalibrationFiles,
+) -> Result<Option<MapWindow>, Failure> {
     let calibration = &report.calibration;
     let frame = calibration.pixels.resolution;
     let size = frame.map(|n| n as usize);
@@ -41,7 +42,7 @@ pub(super) fn write(report: &Report, folder: &Path) -> Result<Option<MapWindow>,
     ];
     let light = rows([0, 0], size, |pixel| calibration.relative_illumination(pixel) as f32);
     let illumination = ChannelImage { origin: [0, 0], size, frame, channels: vec![("Y", light)] };
-    illumination.write(&folder.join("illumination.exr"), &notes)?;
+    illumination.write(files.named("illumination.exr")?, &notes)?;
     let Some(matrix) = calibration.pinhole_matrix() else { return Ok(None) };
 
     let place = |found: Option<[f64; 2]>| match found {
@@ -54,7 +55,8 @@ pub(super) fn write(report: &Report, folder: &Path) -> Result<Option<MapWindow>,
     let write = |name: &str, origin: [i32; 2], size: [usize; 2], places: Vec<[f32; 2]>| {
         let channel = |i: usize| places.iter().map(|place| place[i]).collect();
         let channels = vec![("R", channel(0)), ("G", channel(1))];
-        ChannelImage { origin, size, frame, channels }.write(&folder.join(name), &notes)
+        let image = ChannelImage { origin, size, frame, channels };
+        image.write(files.named(name)?, &notes).map_err(Failure::from)
     };
     let redistort = rows([0, 0], size, |pixel| place(calibration.undistorted(&matrix, pixel)));
     write("st_redistort.exr", [0, 0], size, redistort)?;

@@ -11,12 +11,11 @@ mod openlensio;
 mod psf;
 mod summary;
 
-use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use petzval::io::{ReadContext, replace_file};
+use petzval::io::{OutputFile, Outputs, ReadContext};
 use petzval::lens::{
     Calibration, CalibrationSetup, FieldRay, FocusModel, PixelGrid, Pose, Prescription,
     RealRayFocus,
@@ -24,7 +23,7 @@ use petzval::lens::{
 
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::arguments::values::{distance, f_number, sensor_size, size};
-use crate::cli::outputs::{CreatedFolders, check_distinct, check_writable};
+use crate::cli::outputs::{CreatedFolders, check_writable, claim};
 use crate::cli::{Failure, Outcome};
 
 /// Largest number of pixels: each map has an entry for every one.
@@ -88,6 +87,27 @@ struct Report<'a> {
     stop_diameter: f64,
 }
 
+/// The files that the command may write, by name.
+struct CalibrationFiles(Vec<(&'static str, OutputFile)>);
+
+impl CalibrationFiles {
+    fn new(folder: &Path, outputs: &Outputs) -> Result<Self, Failure> {
+        let named = |name| Ok((name, claim(outputs, folder.join(name), "-o")?));
+        Ok(Self(NAMES.into_iter().map(named).collect::<Result<_, Failure>>()?))
+    }
+
+    fn named(&self, name: &str) -> Result<&OutputFile, Failure> {
+        let found = self.0.iter().find(|(other, _)| *other == name);
+        Ok(&found.ok_or_else(|| format!("{name} is no file of a calibration"))?.1)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
+        let file = self.named(name)?;
+        file.write(|file| file.write_all(bytes))
+            .map_err(|error| format!("cannot write {}: {error}", file.display()).into())
+    }
+}
+
 /// All names that the command may write.
 const NAMES: [&str; 15] = [
     "calibration.json",
@@ -125,9 +145,8 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
     folders
         .create(output)
         .map_err(|error| format!("cannot make the folder {}: {error}", output.display()))?;
-    let paths = NAMES.map(|name| output.join(name));
-    check_distinct(&paths, "-o", &context.files())?;
-    check_writable(&paths[0], "-o")?;
+    let files = CalibrationFiles::new(output, &arguments.file.outputs(&context.files()))?;
+    check_writable(&output.join(NAMES[0]), "-o")?;
 
     let used = PixelGrid::used_part(*resolution, *sensor);
     let (lens, film_distance) = focused(file, lens, arguments, used)?;
@@ -153,11 +172,10 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
         setup,
         calibration,
     };
-    let written = report.write(output)?;
-    let stale = paths.iter().zip(NAMES).filter(|(_, name)| !written.contains(name));
-    for (path, _) in stale {
+    let written = report.write(&files)?;
+    for (_, file) in files.0.iter().filter(|(name, _)| !written.contains(name)) {
         // A file of an earlier calibration does not describe this camera.
-        let _ = fs::remove_file(path);
+        let _ = file.remove();
     }
     crate::cli::print(&summary::text(&report, output, &written))
 }
@@ -198,13 +216,11 @@ fn focused(
 
 impl Report<'_> {
     /// Writes all files that describe this camera, and returns their names.
-    fn write(&self, folder: &Path) -> Result<Vec<&'static str>, Failure> {
+    fn write(&self, files: &CalibrationFiles) -> Result<Vec<&'static str>, Failure> {
         let mut written = Vec::new();
         let mut put = |name: &'static str, text: Option<String>| -> Result<(), Failure> {
             let Some(text) = text else { return Ok(()) };
-            let path = folder.join(name);
-            replace_file(&path, |file| file.write_all(text.as_bytes()))
-                .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+            files.write(name, text.as_bytes())?;
             written.push(name);
             Ok(())
         };
@@ -223,9 +239,9 @@ impl Report<'_> {
         let photographic = lensfun::Photographic::new(&self.calibration, channels);
         put("lensfun.xml", lensfun::text(self, &photographic))?;
         put("openlensio.json", openlensio::text(self))?;
-        let maps = maps::write(self, folder)?;
+        let maps = maps::write(self, files)?;
         let spots = match colour {
-            Ok(_) => Some(psf::write(self, folder)?),
+            Ok(_) => Some(psf::write(self, files)?),
             Err(_) => None,
         };
         let text = json::describe(self, &photographic, maps.as_ref(), spots.as_ref());

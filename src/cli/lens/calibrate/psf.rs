@@ -1,23 +1,17 @@
 //! Point spreads of a calibration, as a mosaic in EXR and as an array for NumPy.
 
-use std::io::Write as _;
-use std::path::Path;
-
 use petzval::io::image::{ChannelImage, Note, Notes};
-use petzval::io::{npy, replace_file};
+use petzval::io::npy;
 use petzval::lens::SpotGrid;
 
-use super::Report;
+use super::{CalibrationFiles, Report};
 use crate::cli::Failure;
 
 /// Writes the spreads and returns them.
-pub(super) fn write(report: &Report, folder: &Path) -> Result<SpotGrid, Failure> {
+pub(super) fn write(report: &Report, files: &CalibrationFiles) -> Result<SpotGrid, Failure> {
     let spots = report.setup.usual_spots(&report.calibration)?;
-    let path = folder.join("psf.npy");
-    let array = npy::encode(&spots.shape(), &spots.shares);
-    replace_file(&path, |file| file.write_all(&array))
-        .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    mosaic(&spots).write(&folder.join("psf.exr"), &notes(report))?;
+    files.write("psf.npy", &npy::encode(&spots.shape(), &spots.shares))?;
+    mosaic(&spots).write(files.named("psf.exr")?, &notes(report))?;
     Ok(spots)
 }
 

@@ -3,30 +3,29 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use petzval::io::replace_file;
+use petzval::io::Outputs;
 
 use super::inputs::ReportInputs;
 use super::page::page;
 use super::section::ReportSection;
 use crate::cli::Failure;
+use crate::cli::outputs::CreatedFolders;
 
 /// Writes all files of a report to a folder, which is created, and returns their number.
 ///
 /// # Errors
-/// Returns an error if a file cannot be written.
+/// Returns an error if a file cannot be written, or, before any is, if one is an input.
 pub(super) fn write(
     folder: &Path,
     inputs: &ReportInputs,
     sections: &[ReportSection],
+    outputs: &Outputs,
 ) -> Result<usize, Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot create the folder {}: {error}", folder.display()))?;
-    let mut count = 0;
+    let mut files = Vec::new();
     let mut put = |name: &str, bytes: &[u8]| -> Result<(), Failure> {
-        let path = folder.join(name);
-        replace_file(&path, |file| file.write_all(bytes))
-            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-        count += 1;
+        let file = outputs.claim(folder.join(name));
+        let file = file.map_err(|error| format!("{error}; name another folder with -o"))?;
+        files.push((file, bytes.to_owned()));
         Ok(())
     };
     let values: Vec<_> = sections.iter().map(|section| section.json(false)).collect();
@@ -48,5 +47,13 @@ pub(super) fn write(
         }
     }
     put("index.html", page(inputs, sections).as_bytes())?;
-    Ok(count)
+    let mut folders = CreatedFolders::default();
+    folders
+        .create(folder)
+        .map_err(|error| format!("cannot create the folder {}: {error}", folder.display()))?;
+    for (file, bytes) in &files {
+        file.write(|file| file.write_all(bytes))
+            .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    }
+    Ok(files.len())
 }

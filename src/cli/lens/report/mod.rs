@@ -105,7 +105,8 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
         };
         return super::super::print(&text);
     };
-    let count = files::write(folder, &inputs, &sections)?;
+    let count =
+        files::write(folder, &inputs, &sections, &arguments.file.outputs(&context.files()))?;
     let page = folder.join("index.html");
     super::super::print(&format!("wrote {count} files; the page is {}\n", page.display()))
 }

@@ -1,9 +1,8 @@
 //! Files of an analysis: a table of the trials, and one of its lenses.
 
 use std::io::Write as _;
-use std::path::Path;
 
-use petzval::io::replace_file;
+use petzval::io::OutputFile;
 
 use super::super::convert::save;
 use super::ToleranceArguments;
@@ -12,7 +11,7 @@ use super::table::limits;
 use crate::cli::Failure;
 
 /// Writes figures and deviations of each trial, with all digits.
-pub(super) fn write_csv(path: &Path, sample: &ToleranceSample) -> Result<(), Failure> {
+pub(super) fn write_csv(file: &OutputFile, sample: &ToleranceSample) -> Result<(), Failure> {
     let analysis = &sample.analysis;
     let mut head = vec!["trial".to_owned(), "spot_mm".to_owned(), "mtf".to_owned()];
     head.push("film_movement_mm".to_owned());
@@ -37,14 +36,14 @@ pub(super) fn write_csv(path: &Path, sample: &ToleranceSample) -> Result<(), Fai
         writer.write_record(&row)?;
     }
     let bytes = writer.into_inner().map_err(|error| error.to_string())?;
-    replace_file(path, |file| file.write_all(&bytes))
-        .map_err(|error| format!("cannot write the table {}: {error}", path.display()))?;
+    file.write(|file| file.write_all(&bytes))
+        .map_err(|error| format!("cannot write the table {}: {error}", file.display()))?;
     Ok(())
 }
 
 /// Writes the lens of the rank that the arguments name, and says where its film is.
 pub(super) fn write_lens(
-    path: &Path,
+    file: &OutputFile,
     source: &str,
     sample: &ToleranceSample,
     arguments: &ToleranceArguments,
@@ -59,10 +58,10 @@ pub(super) fn write_lens(
         sample.trials.len(),
         limits(&arguments.limits())
     ));
-    save(path, &lens)?;
+    save(file, &lens)?;
     say!(
         "petzval: {}: trial {number}, spot {:.2} um, MTF {:.3}, film {:.4} mm behind the rear vertex",
-        path.display(),
+        file.display(),
         1e3 * trial.figures.spot(),
         trial.figures.modulation(),
         lens.design.film_distance.unwrap_or(f64::NAN)

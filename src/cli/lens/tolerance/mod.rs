@@ -17,7 +17,7 @@ use petzval::lens::{
 use super::conditions::{FieldArguments, refocus};
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::arguments::values::length;
-use crate::cli::outputs::{check_distinct, check_writable};
+use crate::cli::outputs::claim_writable;
 use crate::cli::{Failure, Outcome};
 pub(super) use limits::check_toml;
 use sample::{Criterion, ToleranceSample};
@@ -115,12 +115,11 @@ pub(super) fn run(arguments: &ToleranceArguments) -> Result<Outcome, Failure> {
     let context = ReadContext::default();
     let mut lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
-    for (option, output) in [("--csv", &arguments.csv), ("--output", &arguments.output)] {
-        if let Some(output) = output {
-            check_distinct([output], option, &context.files())?;
-            check_writable(output, option)?;
-        }
-    }
+    let outputs = arguments.file.outputs(&context.files());
+    let claim = |output: &Option<PathBuf>, option: &str| {
+        output.as_ref().map(|output| claim_writable(&outputs, output, option)).transpose()
+    };
+    let (csv, output) = (claim(&arguments.csv, "--csv")?, claim(&arguments.output, "--output")?);
     if let Some(output) = &arguments.output {
         check_toml(output)?;
     }
@@ -138,12 +137,12 @@ pub(super) fn run(arguments: &ToleranceArguments) -> Result<Outcome, Failure> {
     let analysis = ToleranceAnalysis::new(&lens, conditions, settings)
         .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
     let sample = ToleranceSample::new(analysis, u64::from(arguments.trials), arguments.criterion);
-    if let Some(path) = &arguments.csv {
-        files::write_csv(path, &sample)?;
+    if let Some(file) = &csv {
+        files::write_csv(file, &sample)?;
     }
-    if let Some(path) = &arguments.output {
+    if let Some(file) = &output {
         let source = arguments.lens.display().to_string();
-        files::write_lens(path, &source, &sample, arguments)?;
+        files::write_lens(file, &source, &sample, arguments)?;
     }
     match arguments.json {
         true => super::super::print(&json::describe(&sample, arguments)),
