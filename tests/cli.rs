@@ -39,6 +39,19 @@ fn small<'a>(output: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     arguments
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    for arguments in [&["--help"][..], &["render", "--help"], &["--version"]] {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_petzval"));
+        let output = command.args(arguments).stdout(full).output().expect("the command starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.contains("No space left"), "{stderr}");
+    }
+}
+
 #[test]
 fn a_scene_becomes_a_picture_with_its_attributes() {
     let folder = folder();

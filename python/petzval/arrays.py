@@ -75,6 +75,16 @@ def scene_file(
     return path
 
 
+# Most vertices or faces of a mesh. A broadcast view states far more than there is memory for.
+MOST = 1 << 28
+
+
+def _check_count(what, name, array):
+    """Check the rows of an array before any of them is looked at."""
+    if array.ndim and len(array) > MOST:
+        raise ValueError(f"{what}: {len(array)} {name}; expected at most {MOST}")
+
+
 def _write_ply(path, mesh, what):
     """Write a mesh as binary PLY."""
     columns = [("vertices", mesh.vertices, "xyz")]
@@ -85,6 +95,7 @@ def _write_ply(path, mesh, what):
     arrays, names = [], []
     for name, values, channels in columns:
         array = np.asarray(values)
+        _check_count(what, name, array)
         if array.dtype.kind not in "fiub":
             raise TypeError(f"{what}: {name} are of {array.dtype}; expected real numbers")
         array = array.astype("<f4")
@@ -97,6 +108,7 @@ def _write_ply(path, mesh, what):
         arrays.append(array)
         names += channels
     faces = np.asarray(mesh.faces)
+    _check_count(what, "faces", faces)
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
         raise ValueError(f"{what}: faces are {faces.dtype} of the shape {faces.shape}; expected integers, F x 3")
     if faces.size and (faces.min() < 0 or faces.max() >= len(arrays[0])):

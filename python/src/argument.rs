@@ -2,7 +2,10 @@
 
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyFrozenSet, PySet, PyString};
+
+/// Most items of a list. An iterator may have no end.
+const MOST_ITEMS: usize = 1 << 20;
 
 /// Longest text of a value that a message repeats (characters).
 const LONGEST: usize = 60;
@@ -39,4 +42,33 @@ where
 {
     let value = settings.as_any().get_item(name)?;
     value.extract().map_err(|error| refused(name, &value, expected, T::Error::into(error)))
+}
+
+/// Items of a list or of another ordered collection. Its own statement of its length is not trusted, as
+/// that of PyO3's lists is, which reserve so much memory.
+pub struct Listed<T>(pub Vec<T>);
+
+impl<'py, T> FromPyObject<'_, 'py> for Listed<T>
+where
+    T: for<'a> FromPyObject<'a, 'py>,
+{
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let unordered = value.is_instance_of::<PyDict>()
+            || value.is_instance_of::<PySet>()
+            || value.is_instance_of::<PyFrozenSet>();
+        if unordered || value.is_instance_of::<PyString>() {
+            return Err(PyTypeError::new_err("expected a list"));
+        }
+        let mut items = Vec::new();
+        for item in value.try_iter()? {
+            if items.len() == MOST_ITEMS {
+                let problem = format!("expected a list of at most {MOST_ITEMS} items");
+                return Err(PyValueError::new_err(problem));
+            }
+            items.push(item?.extract().map_err(|error| T::Error::into(error))?);
+        }
+        Ok(Self(items))
+    }
 }

@@ -10,7 +10,7 @@ use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::refused;
+use crate::argument::{Listed, refused};
 use crate::error::value_error;
 use crate::worker;
 
@@ -162,7 +162,7 @@ impl ImageQuality {
         };
         let expected = "a list of numbers (cycles/mm)";
         let wrong = |error| refused("frequencies", frequencies, expected, error);
-        let frequencies: Vec<f64> = frequencies.extract().map_err(wrong)?;
+        let Listed(frequencies): Listed<f64> = frequencies.extract().map_err(wrong)?;
         if frequencies.len() > MOST_FREQUENCIES {
             let count = frequencies.len();
             return Err(value_error(format!(

@@ -18,6 +18,7 @@ use pyo3::types::{PyDict, PyList};
 use rayon::prelude::*;
 use tempfile::NamedTempFile;
 
+use crate::argument::Listed;
 use crate::array;
 use crate::error::{lens_error, table_error, value_error};
 use crate::image_quality::ImageQuality;
@@ -127,7 +128,7 @@ impl Lens {
     fn new(py: Python<'_>, path: LensSource, catalogue: CatalogueSetting) -> PyResult<Self> {
         let path = match path {
             LensSource::File(path) => path,
-            LensSource::Table(rows) => return Self::from_table(rows, "table"),
+            LensSource::Table(rows) => return Self::from_table(Listed(rows), "table"),
         };
         let catalogues = catalogue.paths();
         let context = ReadContext::default().with_catalogues(catalogues.iter().cloned());
@@ -139,12 +140,12 @@ impl Lens {
     /// pbrt's tables: a plane has radius 0, and the stop has radius 0 and index 0.
     #[staticmethod]
     #[pyo3(signature = (rows, name = "table"))]
-    fn from_table(rows: Vec<TableRow>, name: &str) -> PyResult<Self> {
+    fn from_table(rows: Listed<TableRow>, name: &str) -> PyResult<Self> {
         if name.contains(['\n', '\r']) {
             return Err(value_error("name: expected one line"));
         }
         let mut text = format!("# {name}\n");
-        for row in &rows {
+        for row in &rows.0 {
             text.push_str(&row.map(|number| format!("{number:?}")).join(" "));
             text.push('\n');
         }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 
-use crate::argument::refused;
+use crate::argument::{Listed, refused};
 
 /// A surface of a table: radius (0: plane), distance to the next, index behind it, diameter.
 pub type TableRow = [f64; 4];
@@ -26,7 +26,7 @@ impl<'py> FromPyObject<'_, 'py> for LensSource {
         }
         let expected = "a path, or rows (radius, thickness, index, diameter)";
         let rows = value.extract().map_err(|error| refused("path", &value, expected, error));
-        rows.map(Self::Table)
+        rows.map(|Listed(rows)| Self::Table(rows))
     }
 }
 
@@ -52,7 +52,7 @@ impl<'py> FromPyObject<'_, 'py> for CatalogueSetting {
             return Ok(Self::One(path));
         }
         let refused = |error| refused("catalogue", &value, Self::EXPECTED, error);
-        value.extract().map(Self::List).map_err(refused)
+        value.extract().map(|Listed(paths)| Self::List(paths)).map_err(refused)
     }
 }
 

@@ -14,7 +14,7 @@ use petzval::{Changes, FocusOn, StopCriteria};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::setting;
+use crate::argument::{Listed, setting};
 use crate::error::value_error;
 use crate::lens::Lens;
 use crate::lens_source::CatalogueSetting;
@@ -98,7 +98,12 @@ impl<'py> FromPyObject<'_, 'py> for Settings<'py> {
                 "\"auto\", \"all\", \"none\", or a text such as \"+dispersion,-iris\"",
             )?,
             light_paths: setting(&settings, "light_paths", "True, False or None")?,
-            aov: setting(&settings, "aov", "names of layers, such as [\"depth\", \"normal\"]")?,
+            aov: setting::<Listed<_>>(
+                &settings,
+                "aov",
+                "names of layers, such as [\"depth\", \"normal\"]",
+            )?
+            .0,
             noise: setting(&settings, "noise", "a number between 0 and 1")?,
             time: setting(&settings, "time", "a number (s)")?,
             shutter: setting(&settings, "shutter", "a text such as \"time=1/100\"")?,

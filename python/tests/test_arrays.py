@@ -79,6 +79,9 @@ def test_the_lens_of_a_table_lasts_as_long_as_the_scene():
         ({"material": {"type": "marble"}}, "marble"),
         ({"material": {"type": "diffuse", "reflectance": (1, 1)}}, "reflectance"),
         ({"material": {"type": 'diffuse" "x'}}, "quotes"),
+        # Views of one row, which take no memory.
+        ({"faces": np.broadcast_to([0, 1, 2], (10**10, 3))}, "10000000000 faces"),
+        ({"vertices": np.broadcast_to([0.0, 1.0, 2.0], (10**10, 3))}, "10000000000 vertices"),
         ({"emission": (1, 2)}, "emission"),
         ({"emission": 3}, "emission=3"),
         ({"material": {"type": "diffuse", "reflectance": np.ones((4, 4, 4))}}, "reflectance"),

@@ -138,7 +138,9 @@ pub fn run() -> ExitCode {
 /// Writes the result of a command to stdout.
 fn print(text: &str) -> Result<Outcome, Failure> {
     use std::io::Write as _;
-    match std::io::stdout().write_all(text.as_bytes()) {
+    let mut stdout = std::io::stdout();
+    // What is left in its buffer would be lost without an error.
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         // The reader has closed the pipe, as `head` does.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(Outcome::Done),
         other => Ok(other.map(|()| Outcome::Done)?),
