@@ -185,11 +185,22 @@ fn no_file_of_a_lens_report_is_written_over_its_inputs() {
     fs::remove_dir_all(workspace.path("report")).expect("the folder");
     fs::create_dir(workspace.path("report")).expect("a folder");
     let report = "lens report --fields 2 --pupil 8";
-    for name in ["report.json", "prescription.csv", "mtf.csv", "index.html", "spot.svg"] {
+    for name in ["report.json", "prescription.csv", "mtf.csv", "index.html", "distortion-curve.svg"]
+    {
         let path = format!("report/{name}");
-        fs::copy(workspace.path("lens.dat"), workspace.path(&path)).expect("a lens");
-        refuses_to_overwrite(&workspace, &format!("{report} {path} -o report"), &path, &path);
-        fs::remove_file(workspace.path(&path)).expect("the lens");
+        if name.ends_with(".csv") {
+            fs::copy(workspace.path("lens.dat"), workspace.path(&path)).expect("a lens");
+            refuses_to_overwrite(&workspace, &format!("{report} {path} -o report"), &path, &path);
+            fs::remove_file(workspace.path(&path)).expect("the lens");
+        }
+        fs::hard_link(workspace.path("lens.dat"), workspace.path(&path)).expect("a link");
+        refuses_to_overwrite(
+            &workspace,
+            &format!("{report} lens.dat -o report"),
+            &path,
+            "lens.dat",
+        );
+        fs::remove_file(workspace.path(&path)).expect("the link");
         // A catalogue of which no glass is needed, under another name.
         fs::hard_link(workspace.path("mesh.ply"), workspace.path(&path)).expect("a link");
         let catalogue = format!("{report} lens.dat --catalogue mesh.ply -o report");

@@ -47,6 +47,7 @@ impl Manifest {
             _ => format!("manifest.{index:05}-of-{count:05}.jsonl"),
         };
         let path = folder.join(name);
+        let output = outputs.claim(&path)?;
         let mut done = BTreeSet::new();
         let entries = fs::read_dir(folder).map_err(DatasetError::io("read", folder))?;
         for entry in entries {
@@ -56,7 +57,6 @@ impl Manifest {
                 read_rows(&entry.path(), folder, digest, &mut done)?;
             }
         }
-        let output = outputs.claim(&path)?;
         check_writable(&path).map_err(DatasetError::io("write", &path))?;
         let (folder, digest) = (folder.to_owned(), digest.to_owned());
         Ok(Self { path, output, file: None, folder, digest, done })
