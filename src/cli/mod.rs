@@ -1,10 +1,11 @@
 //! The `petzval` command: its subcommands, and how it ends.
 
-/// Writes a line to stderr. A failure to write it must not end a render.
+/// Writes a line to stderr, as a terminal may show it. A failure to write it must not end a render.
 macro_rules! say {
     ($($word:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($word)*);
+        let line = format!($($word)*);
+        let _ = writeln!(std::io::stderr(), "{}", petzval::io::printable(&line));
     }};
 }
 
@@ -135,10 +136,10 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Writes the result of a command to stdout.
+/// Writes the result of a command to stdout, as a terminal may show it.
 fn print(text: &str) -> Result<Outcome, Failure> {
     use std::io::Write as _;
-    let mut stdout = std::io::stdout();
+    let (text, mut stdout) = (petzval::io::printable(text), std::io::stdout());
     // What is left in its buffer would be lost without an error.
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         // The reader has closed the pipe, as `head` does.

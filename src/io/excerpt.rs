@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use super::printable::is_unprintable;
+
 /// Limit of the characters of input that a message shows in one piece.
 const MAX_CHARACTERS: usize = 80;
 /// Number of them from the start of the input. The end of a path is more specific than its start.
@@ -12,7 +14,7 @@ const ELLIPSIS: char = '…';
 /// Returns input as a message shows it: on one line, and with an ellipsis in its middle if it is
 /// longer than 80 characters.
 pub fn excerpt(input: &str) -> String {
-    let flat = |c: char| if c.is_control() { ' ' } else { c };
+    let flat = |c: char| if is_unprintable(c) { ' ' } else { c };
     // The input may be a whole file: only its ends are read.
     let Some((most, _)) = input.char_indices().nth(MAX_CHARACTERS) else {
         return input.chars().map(flat).collect();

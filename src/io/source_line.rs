@@ -2,6 +2,7 @@
 
 use std::{fmt, fs};
 
+use super::printable::is_unprintable;
 use super::{Location, ReadContext, without_byte_order_mark};
 
 /// Limit of the characters kept on each side of the fault. A line of a mesh may have millions.
@@ -34,7 +35,7 @@ impl SourceLine {
         let fault = at.column.checked_sub(1)? as usize;
         let skipped = fault.saturating_sub(KEPT);
         let line = String::from_utf8_lossy(line);
-        let flat = |c: char| if c.is_control() { ' ' } else { c };
+        let flat = |c: char| if is_unprintable(c) { ' ' } else { c };
         let mut text: Vec<char> =
             line.trim_end().chars().skip(skipped).take(2 * KEPT + 1).map(flat).collect();
         let more = text.len() > 2 * KEPT;
