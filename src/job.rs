@@ -9,7 +9,7 @@ use crate::direct_light::{DirectLight, DirectLightWeights};
 use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::Ghosts;
 use crate::io::FileLog;
-use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
+use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries, ToneCurve};
 use crate::lens::{CalibrationSetup, Camera, FieldRay, LensModel, PixelGrid};
 use crate::light_paths::LightPathInput;
 use crate::plan::Plan;
@@ -72,7 +72,7 @@ impl Job {
     pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
         let space = self.colour_space;
         let space = (space != ColourSpace::Srgb).then(|| space.primaries());
-        EncodingOptions { half: self.half, exposure, space }
+        EncodingOptions { half: self.half, exposure, tone: ToneCurve::Linear, space }
     }
 
     /// Returns the footprint of a pixel of this picture.

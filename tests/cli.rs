@@ -60,11 +60,17 @@ fn a_scene_becomes_a_picture_with_its_attributes() {
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     assert!(output.stdout.is_empty(), "standard output is not empty");
-    for expected in
-        ["intersect", "% of the rays leave the lens", "a.exr: 40 x 30 pixels, 16 samples"]
-    {
-        assert!(stderr.contains(expected), "{stderr}");
+    for (line, expected) in stderr.lines().zip([
+        "picture: 40 x 30 pixels, 16 samples a pixel; dgauss.50mm, f/2.03, focus 4.01 m",
+        "time:    ",
+        "plan:    no effects are simulated",
+        "file:    ",
+        "next:    petzval view scenes/dgauss.pbrt",
+    ]) {
+        assert!(line.starts_with(expected), "{stderr}");
     }
+    assert_eq!(stderr.lines().count(), 5, "{stderr}");
+    assert!(stderr.contains("a.exr, linear light, 32-bit floats\n"), "{stderr}");
     assert!(
         !stderr.contains('\r') && !stderr.contains('\u{1b}'),
         "a progress bar without a terminal: {stderr:?}"
@@ -101,8 +107,8 @@ fn a_png_and_a_jpeg_look_like_the_exr() {
     };
     let exr = read("a.exr", &[]);
     let half = read("half.exr", &["--half"]);
-    let png = read("a.png", &[]);
-    let jpeg = read("a.jpg", &[]);
+    let png = read("a.png", &["--exposure", "0"]);
+    let jpeg = read("a.jpg", &["--exposure", "0"]);
     let brighter = read("b.png", &["--exposure", "-1"]);
     let auto = read("c.png", &["--exposure", "auto"]);
     let code = |v: f32| petzval::io::image::srgb_encode(v) * 255.0;
@@ -125,6 +131,70 @@ fn a_png_and_a_jpeg_look_like_the_exr() {
     // The sRGB chunk tells viewers the colour space.
     let bytes = std::fs::read(folder.path().join("a.png")).unwrap();
     assert!(bytes.windows(4).any(|w| w == b"sRGB"));
+}
+
+#[test]
+fn verbose_prints_tables_quiet_nothing_and_lines_fit_the_terminal() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let run = |more: &[&str], columns: &str| {
+        let output = command(&small(&path, more)).env("COLUMNS", columns).output().unwrap();
+        assert!(output.status.success());
+        text(&output.stderr)
+    };
+    let all = run(&["-v"], "200");
+    for expected in ["ns/sample", "intersect", "% of the rays leave the lens", "memory: ", "next: "]
+    {
+        assert!(all.contains(expected), "{expected}: {all}");
+    }
+    assert_eq!(run(&["--quiet"], "200"), "");
+    let narrow = run(&[], "60");
+    // Words, such as the name of the file, are not broken.
+    let wide = |line: &&str| line.chars().count() > 60 && !line.contains(".exr");
+    assert_eq!(narrow.lines().find(wide), None, "{narrow}");
+    assert!(narrow.lines().count() > 5, "{narrow}");
+    let plan = |columns: &str| {
+        let output = command(&["plan", "scenes/dgauss.pbrt"]).env("COLUMNS", columns).output();
+        text(&output.unwrap().stdout)
+    };
+    for columns in [60, 100, 120] {
+        let table = plan(&columns.to_string());
+        let wide = |line: &&str| line.chars().count() > columns.max(68);
+        assert_eq!(table.lines().find(wide), None, "{table}");
+        assert!(table.contains(" ms ") || table.contains(" s "), "{table}");
+    }
+    // Errors are printed in any case.
+    let output = petzval(&["render", "no.pbrt", "--quiet"]);
+    assert!(text(&output.stderr).contains("cannot read no.pbrt"));
+}
+
+#[test]
+fn the_automatic_exposure_is_printed_and_stored_to_lock_a_series() {
+    let folder = folder();
+    let path = folder.path().join("a.png");
+    let output = petzval(&small(&path, &[]));
+    let stderr = text(&output.stderr);
+    let found = stderr.split("; --exposure ").nth(1).expect("an exposure");
+    let stops = found.split(' ').next().expect("a number");
+    let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
+    let reader = reader.read_info().unwrap();
+    let notes = &reader.info().utf8_text;
+    let stored = notes.iter().find(|note| note.keyword == "displayExposure").expect("a note");
+    let stored: f64 = stored.get_text().unwrap().parse().unwrap();
+    assert!((stored - stops.parse::<f64>().unwrap()).abs() <= 0.0051, "{stored}: {stderr}");
+    let again = folder.path().join("b.png");
+    let output = petzval(&small(&again, &["--exposure", &format!("{stops}EV")]));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let [one, other] =
+        [&path, &again].map(|path| petzval::io::image::Picture::read(path).unwrap().pixels);
+    let far = one.iter().zip(&other).filter(|(a, b)| (a[1] - b[1]).abs() > 0.02).count();
+    assert_eq!(far, 0, "the locked picture is as bright");
+    let filmic = folder.path().join("c.png");
+    assert!(petzval(&small(&filmic, &["--tone", "filmic"])).status.success());
+    let filmic = petzval::io::image::Picture::read(&filmic).unwrap().pixels;
+    let clipped = |pixels: &[[f32; 3]]| pixels.iter().filter(|p| p.contains(&1.0)).count();
+    assert!(clipped(&filmic) < clipped(&one), "{} and {}", clipped(&filmic), clipped(&one));
+    refuses(&small(&again, &["--tone", "log"]), "expected linear or filmic");
 }
 
 #[test]
@@ -332,7 +402,7 @@ fn a_stage_without_rays_has_no_time_per_ray() {
     );
     let scene = write(&folder, "sky.pbrt", scene);
     let out = folder.path().join("sky.exr");
-    let run = petzval(&["render", scene.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    let run = petzval(&["render", scene.to_str().unwrap(), "-v", "-o", out.to_str().unwrap()]);
     let log = String::from_utf8(run.stderr).unwrap();
     let line = log.lines().find(|line| line.starts_with("occlude ")).expect("a stage");
     let cells: Vec<&str> = line.split_whitespace().collect();

@@ -46,7 +46,8 @@ fn the_memory_of_a_render_is_close_to_its_estimate_and_not_above() {
     ] {
         let threads = if arguments.contains("--threads") { "" } else { " --threads 2" };
         let paths = if arguments.contains("--light-paths") { "" } else { " --light-paths off" };
-        let stderr = workspace.run_ok(&format!("render scene.pbrt -o {arguments}{threads}{paths}"));
+        let stderr =
+            workspace.run_ok(&format!("render -v scene.pbrt -o {arguments}{threads}{paths}"));
         let [peak_and_estimate, expected] = peak_and_estimate(&stderr);
         println!("{arguments}: {} of {} MB", peak_and_estimate / 1e6, expected / 1e6);
         assert!(

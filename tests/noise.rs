@@ -319,7 +319,7 @@ fn the_picture_records_the_noise_and_samples_reached() {
     let output = petzval(&path, &["--noise", "0.1", "--spp", "400"]);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(stderr.contains("noise: ") && stderr.contains("samples a pixel: "), "{stderr}");
+    assert!(stderr.contains(", noise ") && stderr.contains(" samples a pixel ("), "{stderr}");
     let meta = exr::meta::MetaData::read_from_file(&path, true).expect("a picture");
     let other = &meta.headers[0].own_attributes.other;
     let number = |name: &str| match other.get(&exr::meta::attribute::Text::from(name)) {

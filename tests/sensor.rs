@@ -309,7 +309,7 @@ fn the_command_reports_and_records_the_settings_of_the_camera() {
     let run = |more: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_petzval"));
         command.args(["render", "scenes/wide.pbrt", "--spp", "1", "--resolution", "30x20"]);
-        command.args(["--threads", "1", "-o"]).arg(&out).args(more);
+        command.args(["--threads", "1", "-v", "-o"]).arg(&out).args(more);
         let output = command.current_dir(root()).stdin(Stdio::null()).output().expect("it starts");
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };

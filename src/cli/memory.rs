@@ -8,6 +8,7 @@ use petzval::job::Job;
 use petzval::render::memory::{Estimate, MemoryTask, ResidentMemory, machine};
 
 use super::Failure;
+use super::screen::is_verbose;
 
 /// Memory limit of a command.
 pub(super) struct Memory {
@@ -109,8 +110,11 @@ fn suggestions(job: &Job, work: MemoryTask) -> String {
     }
 }
 
-/// Logs the peak memory beside the expected one.
+/// Logs the peak memory beside the expected one, with --verbose.
 pub(super) fn log_peak(estimate: &Estimate) {
+    if !is_verbose() {
+        return;
+    }
     match machine::resident().peak {
         0 => say!("memory: expected {estimate}"),
         peak => say!("memory: {} at most; expected {estimate}", ByteSize(peak)),

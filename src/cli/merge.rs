@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use petzval::io::ByteSize;
-use petzval::io::image::{DisplayExposure, ImageFormat};
+use petzval::io::image::{DisplayExposure, ImageFormat, ToneCurve};
 use petzval::io::{FileLog, Outputs};
 use petzval::render::checkpoint::{Head, Inputs, SavedRender};
 use petzval::render::memory::MemoryTask;
@@ -18,8 +18,8 @@ use super::denoise::Denoiser;
 use super::memory::{Memory, log_peak};
 use super::outputs::{check_writable, claim};
 use super::render::{
-    Denoising, PictureOutput, add_guides, check_noisy_files, denoising_bytes, has_guides, inputs,
-    job, noisy_files, resume_command,
+    Denoising, PictureOutput, add_guides, check_noisy_files, default_exposure, denoising_bytes,
+    has_guides, inputs, job, noisy_files, resume_command,
 };
 use super::{Failure, Outcome, message};
 
@@ -35,9 +35,12 @@ pub(super) struct MergeArguments {
     /// Write 16-bit floats (EXR)
     #[arg(long)]
     half: bool,
-    /// Brightness of PNG and JPEG in stops, or "auto"
-    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
-    exposure: DisplayExposure,
+    /// Brightness of PNG and JPEG in stops, or auto, as for petzval render
+    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true)]
+    exposure: Option<DisplayExposure>,
+    /// Tone curve of PNG and JPEG, as for petzval render
+    #[arg(long, value_name = "linear|filmic", default_value = "linear")]
+    tone: ToneCurve,
     /// Remove the noise, as petzval render does, of parts that were rendered with --denoise
     #[arg(long, value_name = "PROGRAM", num_args = 0..=1, require_equals = true)]
     denoise: Option<Option<PathBuf>>,
@@ -51,7 +54,8 @@ pub(super) struct MergeArguments {
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let MergeArguments { parts, output, half, exposure, threads, memory, denoise } = arguments;
+    let MergeArguments { parts, output, half, exposure, tone, threads, memory, denoise } =
+        arguments;
     let program = denoise.as_ref().map(|program| Denoiser::new(program.as_deref())).transpose()?;
     let memory = Memory::new(*memory);
     let format = ImageFormat::of(output)?;
@@ -105,8 +109,9 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let estimate = memory.check(&job, MemoryTask::Merge, Some(format), more)?;
     let read = start.elapsed();
     let exposed = merge(&job, &parts)?;
-    let mut encoding = job.encoding(*exposure);
+    let mut encoding = job.encoding(default_exposure(*exposure, &job));
     encoding.half |= *half;
+    encoding.tone = *tone;
     let threads = threads.map_or(0, usize::from);
     let (argv, label, never) = (&argv(), None, AtomicBool::new(false));
     let picture = PictureOutput {

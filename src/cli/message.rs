@@ -9,9 +9,9 @@ use std::process::ExitCode;
 use petzval::io::{SourceLine, Warning, excerpt, excerpt_words, path_excerpt};
 use petzval::prepare::PrepareError;
 use petzval::scene::pbrt::SceneErrors;
-use terminal_size::{Width, terminal_size_of};
 
 use super::Failure;
+use super::screen::columns;
 
 /// Most messages of one kind that are printed; the rest are counted.
 const MOST_ALIKE: usize = 3;
@@ -44,14 +44,13 @@ impl Kinds {
         *count <= MOST_ALIKE
     }
 
-    /// Says how many messages were not printed.
-    fn say_rest(&self, what: &str, argv: &[String]) {
-        for (kind, message) in &self.first {
-            let more = self.counts[kind].saturating_sub(MOST_ALIKE);
-            if more > 0 {
-                say!("petzval: {more} more {what} such as: {}", brief(message, argv));
-            }
-        }
+    /// Returns lines that say how many messages were not printed.
+    fn rest(&self, what: &str, argv: &[String]) -> Vec<String> {
+        let line = |(kind, message): &(String, String)| {
+            let more = self.counts[kind].checked_sub(MOST_ALIKE).filter(|&more| more > 0)?;
+            Some(format!("petzval: {more} more {what} such as: {}", brief(message, argv)))
+        };
+        self.first.iter().filter_map(line).collect()
     }
 }
 
@@ -61,18 +60,13 @@ pub(super) fn error(failure: &Failure) {
     if let Some(errors) = failure.downcast_ref::<SceneErrors>() {
         return scene_errors(errors, &argv);
     }
-    say!("petzval: error: {}", brief(&failure.to_string(), &argv));
+    say_error!("petzval: error: {}", brief(&failure.to_string(), &argv));
     if let Some(PrepareError::Unreadable { at, .. } | PrepareError::Camera { at, .. }) =
         failure.downcast_ref()
         && let Some(line) = SourceLine::read(at)
     {
-        say!("{}", line.shown(columns()));
+        say_error!("{}", line.shown(columns()));
     }
-}
-
-/// Returns the width of the terminal, or the largest number if there is none.
-fn columns() -> usize {
-    terminal_size_of(std::io::stderr()).map_or(usize::MAX, |(Width(columns), _)| columns.into())
 }
 
 /// Prints the errors of a scene, each with the line of the source that it is about.
@@ -84,14 +78,16 @@ fn scene_errors(errors: &SceneErrors, argv: &[String]) {
         if !kinds.add(text.strip_prefix(&place).unwrap_or(&text)) {
             continue;
         }
-        say!("petzval: error: {}", brief(&text, argv));
+        say_error!("petzval: error: {}", brief(&text, argv));
         if let Some(line) = &fault.source_line {
-            say!("{}", line.shown(columns()));
+            say_error!("{}", line.shown(columns()));
         }
     }
-    kinds.say_rest("errors", argv);
+    for line in kinds.rest("errors", argv) {
+        say_error!("{line}");
+    }
     if errors.is_incomplete() {
-        say!("petzval: stopped after {} errors; there may be more", errors.faults().len());
+        say_error!("petzval: stopped after {} errors; there may be more", errors.faults().len());
     }
 }
 
@@ -114,7 +110,9 @@ fn warn(warnings: impl Iterator<Item = (String, String)>) {
             say!("petzval: warning: {place}: {}", brief(&message, &argv));
         }
     }
-    kinds.say_rest("warnings", &argv);
+    for line in kinds.rest("warnings", &argv) {
+        say!("{line}");
+    }
 }
 
 /// Prints what is wrong with a command line, or the help or version that it asks for.
@@ -122,12 +120,12 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
     let message = error.render().to_string();
     let brief = brief(&message, &longest_first());
     match error.use_stderr() && brief != message {
-        true => say!("{}", brief.trim_end()),
+        true => say_error!("{}", brief.trim_end()),
         // clap prints colours on a terminal.
         false => match error.print().and_then(|()| std::io::stdout().flush()) {
             // The reader of help has closed the pipe, as `head` does.
             Err(problem) if problem.kind() != std::io::ErrorKind::BrokenPipe => {
-                say!("petzval: error: cannot write to the standard output: {problem}");
+                say_error!("petzval: error: cannot write to the standard output: {problem}");
                 return ExitCode::from(2);
             }
             _ => {}

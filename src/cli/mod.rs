@@ -1,11 +1,21 @@
 //! The `petzval` command: its subcommands, and how it ends.
 
-/// Writes a line to stderr, as a terminal may show it. A failure to write it must not end a render.
-macro_rules! say {
+/// Writes the line of an error to stderr, as a terminal may show it. A failure to write it must not end a
+/// render.
+macro_rules! say_error {
     ($($word:tt)*) => {{
         use std::io::Write as _;
         let line = format!($($word)*);
         let _ = writeln!(std::io::stderr(), "{}", petzval::io::printable(&line));
+    }};
+}
+
+/// Writes a line to stderr, unless --quiet is given.
+macro_rules! say {
+    ($($word:tt)*) => {{
+        if !$crate::cli::screen::is_quiet() {
+            say_error!($($word)*);
+        }
     }};
 }
 
@@ -25,6 +35,7 @@ mod progress;
 mod render;
 mod replay;
 mod report;
+mod screen;
 mod signals;
 mod sweep;
 mod view;
@@ -42,6 +53,7 @@ use merge::MergeArguments;
 use plan::PlanArguments;
 use render::RenderArguments;
 use replay::ReplayArguments;
+use screen::MessageArguments;
 use view::ViewArguments;
 
 /// Photographs 3-D scenes through real, multi-element camera lenses.
@@ -50,6 +62,8 @@ use view::ViewArguments;
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    messages: MessageArguments,
 }
 
 #[derive(Debug, Subcommand)]
@@ -110,6 +124,7 @@ pub fn run() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return message::usage(&error),
     };
+    arguments.messages.apply();
     if let Some(notice) = crate::cpu::portable_notice() {
         say!("petzval: {notice}");
     }

@@ -12,8 +12,15 @@ use petzval::film::Tile;
 use petzval::job::Job;
 use petzval::render::Progress;
 
+use super::screen::is_quiet;
+
 /// Time between two drawings of a bar.
 const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Returns whether bars are drawn: on a terminal, unless --quiet is given.
+fn is_shown() -> bool {
+    !is_quiet() && std::io::stderr().is_terminal()
+}
 
 /// A bar that a thread of its own draws.
 struct DrawnBar {
@@ -62,7 +69,7 @@ impl TimeBar {
             bar.set_position((begun.elapsed().as_millis() as u64).min(all));
             bar.set_message(monitor.activity());
         };
-        Self { shown: std::io::stderr().is_terminal().then(|| DrawnBar::start(all, draw)) }
+        Self { shown: is_shown().then(|| DrawnBar::start(all, draw)) }
     }
 
     /// Removes the bar.
@@ -87,7 +94,7 @@ pub(super) struct RenderBar {
 impl RenderBar {
     /// Shows the bar if stderr is a terminal.
     pub(super) fn start(job: &Job, progress: Arc<Progress>) -> Self {
-        if !std::io::stderr().is_terminal() {
+        if !is_shown() {
             return Self { shown: None };
         }
         let (most, uniform) = (film_samples(job), job.stop_criteria.count_only());

@@ -6,6 +6,7 @@ mod inputs;
 mod log;
 mod picture_output;
 mod resume;
+mod summary;
 mod task;
 
 pub(super) use denoising::{
@@ -24,7 +25,8 @@ use std::time::{Duration, Instant};
 
 use petzval::aov::Aov;
 use petzval::io::ByteSize;
-use petzval::io::image::DisplayExposure;
+use petzval::io::image::{DisplayExposure, ToneCurve};
+use petzval::job::Job;
 use petzval::render::Progress;
 use petzval::scene;
 
@@ -112,9 +114,15 @@ pub(super) struct RenderArguments {
     /// Layers to add to the picture (EXR)
     #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = layer::parser())]
     pub aov: Vec<Aov>,
-    /// Brightness of PNG and JPEG in stops, or "auto"
-    #[arg(long, value_name = "EV", default_value = "0", allow_hyphen_values = true)]
-    pub exposure: DisplayExposure,
+    /// Brightness of PNG and JPEG in stops, such as -1.5 or 2EV, or auto, which is the default and
+    /// prints the stops it finds. 0 shows a value of 1 as white; it is the default with --sensor,
+    /// whose white is the full well, and for --sweep, whose pictures are compared
+    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true)]
+    pub exposure: Option<DisplayExposure>,
+    /// Tone curve of PNG and JPEG: linear, which clips light above white, or filmic, which keeps
+    /// middle grey and rolls highlights off over three more stops without a change of hue
+    #[arg(long, value_name = "linear|filmic", default_value = "linear")]
+    pub tone: ToneCurve,
     /// Remove the noise of the finished picture, before the sensor, by a program: oidnDenoise of Open
     /// Image Denoise or petzval-denoise of the Python package, on PATH, in the environment variable
     /// PETZVAL_DENOISER, or named here. The noisy picture is kept as the layer "noisy" (EXR) or as
@@ -130,6 +138,15 @@ impl RenderArguments {
         match (&self.denoise, self.is_part()) {
             (Some(program), false) => Denoiser::new(program.as_deref()).map(Some),
             _ => Ok(None),
+        }
+    }
+
+    /// Returns the exposure of 8-bit files. A sensor and the pictures of a sweep have a white of
+    /// their own.
+    pub fn display_exposure(&self, job: &Job, in_sweep: bool) -> DisplayExposure {
+        match (self.exposure, in_sweep) {
+            (None, true) => DisplayExposure::Stops(0.0),
+            (given, _) => default_exposure(given, job),
         }
     }
 
@@ -166,6 +183,14 @@ impl RenderArguments {
             }
         }
     }
+}
+
+/// Returns the exposure of 8-bit files, given or by default: that of a sensor is its own.
+pub(super) fn default_exposure(given: Option<DisplayExposure>, job: &Job) -> DisplayExposure {
+    given.unwrap_or(match job.sensor {
+        Some(_) => DisplayExposure::Stops(0.0),
+        None => DisplayExposure::Auto,
+    })
 }
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {

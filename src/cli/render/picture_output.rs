@@ -13,8 +13,11 @@ use petzval::render::{Convergence, RenderOutput, read_out, thread_pool};
 use super::camera_model;
 use super::denoising::{Denoising, Undenoised, noisy_files, noisy_layer};
 use super::log::{log_dropped, log_exposure, log_statistics, reason_for_black};
+use super::summary::{RenderSummary, seconds};
+use crate::cli::Failure;
 use crate::cli::arguments::argv::shell_line;
-use crate::cli::{Failure, plan};
+use crate::cli::plan::{self, Work};
+use crate::cli::screen::{columns, is_verbose};
 
 /// A rendered picture on its way to a file.
 pub(in crate::cli) struct PictureOutput<'a> {
@@ -91,9 +94,7 @@ impl PictureOutput<'_> {
                 if holds_layers {
                     layers.push(noisy_layer(&noisy, &encoding));
                 } else {
-                    // Both pictures are equally bright.
-                    encoding.exposure = DisplayExposure::by(encoding.exposure.factor(&clean));
-                    beside = Some((noisy, noisy_file, notes.clone()));
+                    beside = Some((noisy, noisy_file));
                 }
                 notes.push(("denoiser", Note::Text(denoising.denoiser.name())));
                 clean
@@ -101,23 +102,34 @@ impl PictureOutput<'_> {
         };
         layers.retain(|layer| holds_layers && hidden.iter().all(|aov| aov.name() != layer.name));
         let developed = start.elapsed();
+        let mut found_stops = None;
+        if !holds_layers {
+            // A series can be locked to the exposure that is found, and the noisy picture is as bright.
+            let by = DisplayExposure::by(encoding.exposure.factor(&picture));
+            if let DisplayExposure::Stops(stops) = by {
+                found_stops = (encoding.exposure == DisplayExposure::Auto).then_some(stops);
+                notes.push(("displayExposure", Note::Number(stops)));
+            }
+            encoding.exposure = by;
+        }
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
-        if let Some((noisy, file, notes)) = beside {
+        if let Some((noisy, file)) = beside {
             noisy.write(&file, window, encoding, &notes)?;
         }
 
-        if label.is_none() {
-            say!("{}", plan::table(&job.plan).trim_end());
+        if label.is_none() && is_verbose() {
+            let table = plan::table(&job.plan, Work::of(job, threads), columns());
+            say!("{}", table.trim_end());
             log_statistics(job, &stats);
             log_exposure(job, &notes);
         }
         let samples = match (&convergence, partial) {
             (Some(Convergence { noise, mean_spp: mean, min_spp: least, max_spp: most }), _) => {
-                say!("noise: {:.3} %; samples a pixel: {least} to {most}", 100.0 * noise);
-                format!("{mean:.1}")
+                let noise = 100.0 * noise;
+                format!("{mean:.1} samples a pixel ({least} to {most}), noise {noise:.3} %")
             }
-            (None, Some(mean)) => format!("{mean:.1}"),
-            (None, None) => job.samples.end.to_string(),
+            (None, Some(mean)) => format!("{mean:.1} samples a pixel"),
+            (None, None) => format!("{} samples a pixel", job.samples.end),
         };
         log_dropped(&dropped, rendered_by, job.seed);
         if dark && partial.is_none() {
@@ -130,29 +142,38 @@ impl PictureOutput<'_> {
                 output.display()
             );
         }
-        let mut also = String::new();
+        let mut parts = vec![("read", read), ("render", rendered - read)];
         if job.plan.has(Effect::Diffraction) || job.sensor.is_some() {
-            let seconds = (developed - layered - denoise_time.unwrap_or_default()).as_secs_f64();
-            also += &format!(", diffraction and sensor {seconds:.2}");
+            let time = developed - layered - denoise_time.unwrap_or_default();
+            parts.push(("diffraction and sensor", time));
         }
-        if let Some(time) = denoise_time {
-            also += &format!(", denoise {:.2}", time.as_secs_f64());
-        }
+        parts.extend(denoise_time.map(|time| ("denoise", time)));
         if !layers.is_empty() {
-            also += &format!(", layers {:.2}", (layered - rendered).as_secs_f64());
+            parts.push(("layers", layered - rendered));
         }
-        say!(
-            "{}{}: {} x {} pixels, {samples} samples, {:.2} s (read {:.2}, render {:.2}{also}, \
-             write {:.2})",
-            label.map_or_else(String::new, |label| format!("{label}: ")),
-            output.display(),
-            picture.size[0],
-            picture.size[1],
-            start.elapsed().as_secs_f64(),
-            read.as_secs_f64(),
-            (rendered - read).as_secs_f64(),
-            (start.elapsed() - developed).as_secs_f64(),
-        );
+        parts.push(("write", start.elapsed() - developed));
+        let parts = parts.iter().map(|&(name, time)| format!("{name} {}", seconds(time)));
+        let parts = parts.collect::<Vec<String>>().join(", ");
+        let time = format!("{} ({parts})", seconds(start.elapsed()));
+        let size = picture.size;
+        match label {
+            Some(label) => {
+                let [width, height] = size;
+                say!("{label}: {}: {width} x {height} pixels, {samples}, {time}", output.display());
+            }
+            None => RenderSummary {
+                job,
+                notes: &notes,
+                rendered_by,
+                output,
+                size,
+                samples: &samples,
+                time: &time,
+                encoding,
+                found_stops,
+            }
+            .print(),
+        }
         Ok(())
     }
 }

@@ -169,8 +169,9 @@ impl<'a> RenderTask<'a> {
             true => files.partial,
             false => files.output,
         };
-        let mut encoding = job.encoding(arguments.exposure);
+        let mut encoding = job.encoding(arguments.display_exposure(&job, item.is_some()));
         encoding.half |= arguments.half;
+        encoding.tone = arguments.tone;
         let (output, argv, label) = (&output, &argv, item.map(|item| item.label));
         let alone = label.is_none();
         let picture = PictureOutput {

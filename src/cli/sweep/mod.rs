@@ -153,7 +153,9 @@ impl Sweep<'_> {
         let title = format!("{} by {}", scene.to_string_lossy(), axes.join(" and "));
         // 8-bit pictures have their exposure already; only EXR pictures get one on the sheet.
         let exposure = match ImageFormat::of(&self.names[0])? {
-            ImageFormat::Exr if !axes.contains(&"exposure") => self.arguments.exposure,
+            ImageFormat::Exr if !axes.contains(&"exposure") => {
+                self.arguments.exposure.unwrap_or_default()
+            }
             _ => DisplayExposure::default(),
         };
         let mut report = SweepReport::new(
@@ -245,7 +247,7 @@ fn input_digest(
     denoiser: Option<&Denoiser>,
 ) -> String {
     let mut inputs = task.inputs.clone();
-    let mut encoding = format!("{:?} {}", arguments.exposure, arguments.half);
+    let mut encoding = format!("{:?} {:?} {}", arguments.exposure, arguments.tone, arguments.half);
     if let Some(denoiser) = denoiser {
         encoding += &format!(" denoised by {}", denoiser.name());
     }

@@ -5,12 +5,13 @@ use petzval::io::image::Note;
 use petzval::job::Job;
 use petzval::lens::{Camera, LensModel, RealLens};
 use petzval::prepare::{Changes, Viewpoint};
+use petzval::render::memory::machine;
 use serde_json::{Value, json};
 
 use super::preparer::Prepared;
 use super::settings::ViewSettings;
 use crate::cli::lens::AxialLight;
-use crate::cli::plan;
+use crate::cli::plan::{self, Work};
 
 /// The state of the last picture.
 #[derive(Debug, Default)]
@@ -47,7 +48,7 @@ impl Panel {
             "size": job.frame.size(),
             "resolution": job.frame.resolution,
             "samples": job.samples.len(),
-            "plan": plan::json(&job.plan),
+            "plan": plan::json(&job.plan, Work::of(job, machine::cores())),
             "warnings": warnings,
             "lens": lens,
             "film": job.camera.film,

@@ -12,8 +12,12 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageDecoder, ImageEncoder};
 
 use super::declared::{claim_picture, too_large};
+use super::tone::ToneCurve;
 use super::{ImageError, Note, Notes, Picture, Transfer};
 use crate::io::ReadContext;
+
+/// Reflectance of middle grey, the usual aim of a light meter.
+const MIDDLE_GREY: f32 = 0.18;
 
 /// Factor on a picture before 8-bit formats clip it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +25,9 @@ use crate::io::ReadContext;
 pub enum DisplayExposure {
     /// Two to the power of this many stops.
     Stops(f64),
-    /// The factor that makes a hundredth of the lit pixels brighter than white.
+    /// The factor that makes a hundredth of the lit pixels brighter than white. A darker picture is
+    /// brightened further, until its median is middle grey (18 %) or a twentieth of the lit pixels
+    /// is brighter than white.
     Auto,
 }
 
@@ -38,7 +44,7 @@ impl FromStr for DisplayExposure {
         if text == "auto" {
             return Ok(Self::Auto);
         }
-        match text.parse::<f64>() {
+        match text.strip_suffix("EV").unwrap_or(text).trim().parse::<f64>() {
             Ok(stops) if stops.abs() <= 100.0 => Ok(Self::Stops(stops)),
             _ => Err("expected stops (-1.5, 0, 2 ...) or \"auto\"".to_owned()),
         }
@@ -62,9 +68,14 @@ impl DisplayExposure {
                 if lit.is_empty() {
                     return 1.0;
                 }
-                let place = (lit.len() - 1) * 99 / 100;
-                let (_, white, _) = lit.select_nth_unstable_by(place, f32::total_cmp);
-                1.0 / *white
+                let mut at = |percent: usize| {
+                    let place = (lit.len() - 1) * percent / 100;
+                    *lit.select_nth_unstable_by(place, f32::total_cmp).1
+                };
+                let [middle, bright, white] = [50, 95, 99].map(&mut at);
+                // Light so weak that its inverse overflows is shown as it is.
+                let factor = (MIDDLE_GREY / middle).clamp(1.0 / white, 1.0 / bright);
+                if factor.is_finite() { factor } else { 1.0 }
             }
         }
     }
@@ -83,10 +94,25 @@ pub fn srgb_decode(signal: f32) -> f32 {
     if signal <= 0.040_45 { signal / 12.92 } else { ((signal + 0.055) / 1.055).powf(2.4) }
 }
 
-fn encoded(picture: &Picture, exposure: DisplayExposure) -> Vec<u8> {
+/// Map from linear light to the signals of 8-bit files.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DisplayMapping {
+    pub exposure: DisplayExposure,
+    pub tone: ToneCurve,
+}
+
+impl DisplayMapping {
+    /// Multiplies by a factor above 0.
+    pub fn by(factor: f32) -> Self {
+        Self { exposure: DisplayExposure::by(factor), tone: ToneCurve::Linear }
+    }
+}
+
+fn encoded(picture: &Picture, DisplayMapping { exposure, tone }: DisplayMapping) -> Vec<u8> {
     let factor = exposure.factor(picture);
-    let code = |v: f32| (srgb_encode(v * factor) * 255.0).round() as u8;
-    picture.pixels.iter().flat_map(|pixel| pixel.map(code)).collect()
+    let code = |v: f32| (srgb_encode(v) * 255.0).round() as u8;
+    let pixel = |pixel: &[f32; 3]| tone.apply(pixel.map(|v| v * factor)).map(code);
+    picture.pixels.iter().flat_map(pixel).collect()
 }
 
 fn dimensions(picture: &Picture) -> [u32; 2] {
@@ -95,7 +121,7 @@ fn dimensions(picture: &Picture) -> [u32; 2] {
 
 pub(super) fn write_png(
     picture: &Picture,
-    exposure: DisplayExposure,
+    mapping: DisplayMapping,
     notes: &Notes,
     file: impl Write,
 ) -> io::Result<()> {
@@ -112,20 +138,20 @@ pub(super) fn write_png(
         encoder.add_itxt_chunk((*name).to_owned(), text)?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&encoded(picture, exposure))?;
+    writer.write_image_data(&encoded(picture, mapping))?;
     writer.finish()?;
     Ok(())
 }
 
 pub(super) fn write_jpeg(
     picture: &Picture,
-    exposure: DisplayExposure,
+    mapping: DisplayMapping,
     quality: u8,
     file: impl Write,
 ) -> io::Result<()> {
     let [width, height] = dimensions(picture);
     JpegEncoder::new_with_quality(file, quality)
-        .write_image(&encoded(picture, exposure), width, height, image::ExtendedColorType::Rgb8)
+        .write_image(&encoded(picture, mapping), width, height, image::ExtendedColorType::Rgb8)
         .map_err(io::Error::other)
 }
 

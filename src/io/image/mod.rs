@@ -9,16 +9,19 @@ mod display;
 mod exr;
 mod pfm;
 mod raster;
+mod tone;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 pub use channels::ChannelImage;
+use display::DisplayMapping;
 pub(crate) use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
+pub use tone::ToneCurve;
 
 pub use crate::primaries::Primaries;
 
@@ -71,9 +74,17 @@ pub struct EncodingOptions {
     pub half: bool,
     /// Exposure of 8-bit formats.
     pub exposure: DisplayExposure,
+    /// Tone curve of 8-bit formats.
+    pub tone: ToneCurve,
     /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. 8-bit
     /// files are always sRGB.
     pub space: Option<Primaries>,
+}
+
+impl EncodingOptions {
+    fn mapping(&self) -> DisplayMapping {
+        DisplayMapping { exposure: self.exposure, tone: self.tone }
+    }
 }
 
 /// File formats that can be written.
@@ -226,7 +237,7 @@ impl Picture {
     /// Returns an error if PNG does not support the size.
     pub fn png(&self, factor: f32) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        display::write_png(self, DisplayExposure::by(factor), &Vec::new(), &mut file)?;
+        display::write_png(self, DisplayMapping::by(factor), &Vec::new(), &mut file)?;
         Ok(file)
     }
 
@@ -236,7 +247,7 @@ impl Picture {
     /// Returns an error if JPEG does not support the size.
     pub fn jpeg(&self, factor: f32, quality: u8) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        display::write_jpeg(self, DisplayExposure::by(factor), quality, &mut file)?;
+        display::write_jpeg(self, DisplayMapping::by(factor), quality, &mut file)?;
         Ok(file)
     }
 
@@ -262,10 +273,10 @@ impl Picture {
         to.write(|file| match format {
             ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
             ImageFormat::Png => {
-                display::write_png(self, encoding.exposure, notes, BufWriter::new(file))
+                display::write_png(self, encoding.mapping(), notes, BufWriter::new(file))
             }
             ImageFormat::Jpeg => {
-                display::write_jpeg(self, encoding.exposure, JPEG_QUALITY, BufWriter::new(file))
+                display::write_jpeg(self, encoding.mapping(), JPEG_QUALITY, BufWriter::new(file))
             }
         })
         .map_err(io)

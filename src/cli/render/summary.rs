@@ -1,0 +1,129 @@
+//! Summary of a finished render: what, time, plan, file, and what to do next.
+
+use std::path::Path;
+use std::time::Duration;
+
+use petzval::io::image::{EncodingOptions, ImageFormat, Note, Notes};
+use petzval::job::Job;
+use petzval::plan::Plan;
+
+use crate::cli::arguments::argv::{parse_render, shell_line};
+use crate::cli::screen::{columns, wrap};
+
+/// Width of the first column (characters).
+const LABEL: usize = 9;
+
+/// Facts about a finished picture that is alone, not one of a sweep.
+pub(super) struct RenderSummary<'a> {
+    pub job: &'a Job,
+    pub notes: &'a Notes,
+    /// The command line that rendered it.
+    pub rendered_by: &'a [String],
+    pub output: &'a Path,
+    pub size: [usize; 2],
+    /// Samples per pixel, with their noise if it was measured.
+    pub samples: &'a str,
+    /// Time of the command, and of its parts.
+    pub time: &'a str,
+    pub encoding: EncodingOptions,
+    /// Exposure in stops that an automatic choice found, for 8-bit files.
+    pub found_stops: Option<f64>,
+}
+
+impl RenderSummary<'_> {
+    /// Prints five lines, which are broken if the terminal is narrower.
+    pub fn print(&self) {
+        let lines = [
+            ("picture", self.picture()),
+            ("time", self.time.to_owned()),
+            ("plan", plan_line(&self.job.plan)),
+            ("file", self.file()),
+            ("next", self.next()),
+        ];
+        for (label, text) in lines {
+            let line = format!("{:<LABEL$}{text}", format!("{label}:"));
+            say!("{}", wrap(&line, columns(), LABEL));
+        }
+    }
+
+    fn picture(&self) -> String {
+        let [width, height] = self.size;
+        let mut text = format!("{width} x {height} pixels, {}", self.samples);
+        if let Some(Note::Text(lens)) = self.note("lensModel") {
+            text += &format!("; {lens}");
+            if let Some(Note::Number(f_number)) = self.note("aperture") {
+                text += &format!(", f/{}", significant(*f_number));
+            }
+            if let Some(Note::Number(focus)) = self.note("focus") {
+                text += &match focus.is_finite() {
+                    true => format!(", focus {} m", significant(*focus)),
+                    false => ", focus at infinity".to_owned(),
+                };
+            }
+        }
+        text
+    }
+
+    fn note(&self, name: &str) -> Option<&Note> {
+        self.notes.iter().find(|(other, _)| *other == name).map(|(_, note)| note)
+    }
+
+    fn file(&self) -> String {
+        let name = self.output.display();
+        if self.is_linear() {
+            let bits = if self.encoding.half { 16 } else { 32 };
+            return format!("{name}, linear light, {bits}-bit floats");
+        }
+        match self.found_stops {
+            Some(stops) => format!(
+                "{name}, 8 bits, {stops:+.2} EV found; --exposure {stops:.2} locks it for a series"
+            ),
+            None => format!("{name}, 8 bits"),
+        }
+    }
+
+    fn is_linear(&self) -> bool {
+        matches!(ImageFormat::of(self.output), Ok(ImageFormat::Exr))
+    }
+
+    fn next(&self) -> String {
+        let scene = parse_render(self.rendered_by).map(|arguments| arguments.picture.scene);
+        let view = scene.map_or_else(
+            |_| "petzval view".to_owned(),
+            |scene| {
+                let words = ["petzval", "view", &scene.to_string_lossy()].map(str::to_owned);
+                shell_line(&words)
+            },
+        );
+        let screen = if self.is_linear() { "; -o FILE.png for any screen" } else { "" };
+        format!("{view} to try focus and stop{screen}; -v for tables")
+    }
+}
+
+/// Lists the simulated effects in a line.
+fn plan_line(plan: &Plan) -> String {
+    let on = plan.effects.iter().filter(|decision| decision.on);
+    let on: Vec<&str> = on.map(|decision| decision.effect.name()).collect();
+    let off = plan.effects.len() - on.len();
+    match (on.is_empty(), off) {
+        (true, _) => "no effects are simulated; petzval plan says why".to_owned(),
+        (false, 0) => format!("{}: all effects", on.join(", ")),
+        (false, 1) => format!("{}; 1 effect is off; petzval plan says why", on.join(", ")),
+        (false, off) => format!("{}; {off} effects are off; petzval plan says why", on.join(", ")),
+    }
+}
+
+/// Formats a number above 0 with three significant digits.
+fn significant(number: f64) -> String {
+    let decimals = match number.abs() {
+        size if size >= 100.0 => 0,
+        size if size >= 10.0 => 1,
+        _ => 2,
+    };
+    format!("{number:.decimals$}")
+}
+
+/// Formats seconds.
+pub(super) fn seconds(time: Duration) -> String {
+    format!("{:.2} s", time.as_secs_f64())
+}
