@@ -72,9 +72,11 @@ fn integers_may_have_a_fraction_of_zero_or_an_exponent_and_extras_any_value() {
     }
     assert_eq!(write("b.gltf", &changed), expected);
     for extras in ["5", "\"a\"", "[1, {\"scene\": 4294967296}]", "null", "true", "{\"a\": {}}"] {
-        // At every object of the document.
+        // At every object of the document; the keys of attributes are semantics.
         let object = format!("{{ \"extras\": {extras},");
+        let attributes = |object: &str| format!("\"attributes\": {object}\n");
         let with = text.replace("{\n", &format!("{object}\n"));
+        let with = with.replace(&attributes(&object), &attributes("{"));
         assert!(with.matches("extras").count() > 15);
         assert_eq!(write("c.gltf", &with), expected, "{extras}");
     }
