@@ -10,7 +10,7 @@ use petzval::bench::lens_wave::{LensWave, starts};
 use petzval::bench::{hills, textbook};
 use petzval::film::FilmSums;
 use petzval::job::Job;
-use petzval::lanes::f32x8;
+use petzval::lanes::{f32x8, f64x8};
 use petzval::lens::{
     Coating, Fidelity, LensModel, LensRay, Prescription, RealLens, Side, ThinLens, read, sequence,
     trace_one,
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &BenchArguments) -> Result<Outcome, Failure> {
     for (name, of) in [
         ("ratio.simd_scalar", ["lens.trace.dgauss.f32x8", "lens.trace.dgauss.f32"]),
         ("ratio.simd_textbook", ["lens.trace.dgauss.f32x8", "lens.trace.dgauss.textbook"]),
-        ("ratio.f64_f32", ["lens.trace.dgauss.f64", "lens.trace.dgauss.f32x8"]),
+        ("ratio.f64_f32", ["lens.trace.dgauss.f64x8", "lens.trace.dgauss.f32x8"]),
         ("ratio.real_thin", ["render.dgauss.real", "render.dgauss.thin"]),
         ("ratio.real_pinhole", ["render.dgauss.real", "render.dgauss.pinhole"]),
     ] {
@@ -80,6 +80,8 @@ fn traces(suite: &mut Suite, lens: &Prescription) {
     suite.rate("lens.trace.dgauss.f32", rays, || {
         black_box(single.iter().filter(|ray| trace_one::<f32>(**ray, &surfaces).is_ok()).count());
     });
+    let mut wide_double = LensWave::<f64x8>::new(lens, FILM, WAVE_SIZE, 1.0);
+    suite.rate("lens.trace.dgauss.f64x8", rays, || wide_double.trace());
     let mut double = LensWave::<f64>::new(lens, FILM, WAVE_SIZE, 1.0);
     suite.rate("lens.trace.dgauss.f64", rays, || double.trace());
     let table = textbook::table(lens, FILM);
