@@ -198,7 +198,9 @@ fn the_report_is_finished_within_its_budget() {
     });
     let (options, stdout) = report.expect("a report within its budget");
     assert!(stdout.lines().all(|line| !line.contains("partial")) && stdout.contains("real f64"));
-    let table = stdout.split("\n\n").next().expect("a table");
+    let (answer, rest) = stdout.split_once("\n\n").expect("an answer before the table");
+    assert!(!answer.contains('\n') && answer.contains("real f32"), "{answer}");
+    let table = rest.split("\n\n").next().expect("a table");
     assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
     assert!(is_complete(&folder.path().join("a/b")));
     let page = std::fs::read_to_string(folder.path().join("a/b/index.html")).expect("a page");

@@ -53,7 +53,7 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
                 map.extend(grid.open().map(|(_, cell)| row(cell)));
                 let name = format!("rms_at_{}", inputs.field_name(field.field).replace(' ', ""));
                 figures.push((name, fit.rms_without_tilt, "waves"));
-                let reach = fit.peak_to_valley.max(1e-6);
+                let reach = reach(grid.open().map(|(_, cell)| cell.path_difference / waves));
                 let at = inputs.field_name(field.field);
                 pictures.push(SectionPicture {
                     name: at.replace(' ', ""),
@@ -71,7 +71,8 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
         note: "Path differences to the reference sphere of the primary wavelength's chief ray, in \
                wavelengths of the light itself, positive where the path is shorter. Coefficients \
                in Noll's order and normalization over the unit circle of the stop, fitted to the \
-               rays that pass. Maps are red where light is ahead and grey outside the pupil."
+               rays that pass. Maps are red where light is ahead and grey outside the pupil; the colours end where \
+               99 % of the pupil does."
             .to_owned(),
         figures,
         tables: vec![
@@ -96,6 +97,14 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
         absences: vec![Absence::of_lens("rms_at", "too few rays of the field pass the lens")],
         ..ReportSection::default()
     })
+}
+
+/// Returns the path difference of the strongest colours (waves): that which 99 % of the cells do not
+/// exceed. Few rays at a rim would hide all others.
+fn reach(waves: impl Iterator<Item = f64>) -> f64 {
+    let mut sizes: Vec<f64> = waves.map(f64::abs).filter(|size| size.is_finite()).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() * 99 / 100).map_or(1e-6, |size| size.max(1e-6))
 }
 
 /// Images of points of the shown fields.
