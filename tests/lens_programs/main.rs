@@ -5,10 +5,10 @@ mod support;
 
 use petzval::io::ReadContext;
 use petzval::lens::{
-    LensError, LensOptions, LensRay, Paraxial, Prescription, Side, read, read_with, sequence,
+    LensError, LensOptions, LensRay, Paraxial, Prescription, Side, Zoom, read, read_with, sequence,
     trace_one,
 };
-use support::{folder, write};
+use support::{folder, petzval, write};
 
 const ZMX: &str = include_str!("../fuzz/corpus/lens/singlet.zmx");
 const SEQ: &str = include_str!("../fuzz/corpus/lens/singlet.seq");
@@ -236,5 +236,214 @@ fn special_surfaces_and_zoomed_glasses_of_code_v_are_refused_by_name() {
         let text = format!("{}\n{line}{}", &SEQ[..at], &SEQ[at..]);
         let error = parsed("a.seq", &text).expect_err(line).to_string();
         assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
+fn surfaces_without_rdm_state_curvatures_unless_these_are_impossible() {
+    let text = "tit 'meniscus'\ndim m\nso 0. 1.0e+10\ns 0. 2.0\nsto\ns -0.19 0.3 517642\n\
+                s -0.38 9.6\nsi 0 0\nepd 1.0\nwl 587.6\nyan 0 10\n";
+    let lens = parsed("a.seq", text).expect("a lens");
+    let radii = |lens: &Prescription| lens.rows.iter().map(|row| row.radius).collect::<Vec<_>>();
+    assert_eq!(radii(&lens)[1..], [-1.0 / 0.19, -1.0 / 0.38]);
+    let stated =
+        parsed("a.seq", format!("RDM\n{}", text.replace("-0.19", "-5").replace("-0.38", "-3")));
+    assert_eq!(radii(&stated.expect("a lens"))[1..], [-5.0, -3.0]);
+    assert!(lens.design.notes.iter().all(|note| !note.contains("RDM")));
+    // Hand-written files leave RDM out and mean radii: a beam of 10 mm passes no radius of 0.05 mm.
+    let text = "EPD 10\nWL 587.6\nSO 0 inf\nS 22 4 620603\nSTO\nS -435 40\nSI 0 0\n";
+    let lens = parsed("a.seq", text).expect("a lens");
+    assert_eq!(radii(&lens), [22.0, -435.0]);
+    assert!(lens.design.notes.iter().any(|note| note.contains("no RDM")));
+    // What follows the line of the surface counts.
+    let lens = parsed("a.seq", text.replace("STO\n", "STO\nRDY 25\n")).expect("a lens");
+    assert_eq!(lens.rows[0].radius, 25.0);
+    assert_eq!(
+        radii(&parsed("a.seq", text.replace("S -435", "RDM;S -inf")).expect("a plane"))[1],
+        f64::INFINITY
+    );
+}
+
+const ZOOM: &str = "MNUM 2 1\nTHIC 2 1 10 0 0 0 1 1 1 0 0\nTHIC 2 2 49 0 0 0 1 1 1 0 0\n\
+                    CRVT 2 1 -0.01 0 0 0\nCRVT 2 2 -0.02 0 0 0\nAPER 0 1 8 0 0\nAPER 0 2 10 0 0\n";
+
+#[test]
+fn the_operands_of_the_current_configuration_hold() {
+    let both = |current: &str| {
+        let text = format!("{ZMX}{}", ZOOM.replace("MNUM 2 1", &format!("MNUM 2 {current}")));
+        parsed("a.zmx", text).expect("a lens")
+    };
+    let [first, second] = [both("1"), both("2")];
+    assert_eq!((first.rows[1].radius, second.rows[1].radius), (-100.0, -50.0));
+    assert_eq!((first.design.film_distance, second.design.film_distance), (Some(10.0), Some(49.0)));
+    let pupil = |lens: &Prescription| Paraxial::new(lens).entrance_pupil.diameter / 2.0;
+    assert!((pupil(&first) - 4.0).abs() < 1e-9 && (pupil(&second) - 5.0).abs() < 1e-9);
+    for (lens, name) in [(&first, "1"), (&second, "2")] {
+        let note = format!("configuration {name} of 2");
+        assert!(lens.design.notes.iter().any(|text| text.contains(&note)), "{name}");
+        assert_eq!(lens.design.configurations.len(), 2);
+        let zoomed = |state: &str| lens.at_zoom(&Zoom::State(state.into())).expect("a state").0;
+        assert_eq!([zoomed("1").rows[1].radius, zoomed("2").rows[1].radius], [-100.0, -50.0]);
+    }
+}
+
+#[test]
+fn a_tilted_image_tilts_the_film() {
+    let tilted = |image: &str| {
+        let (lens, _) = ZMX.split_once("SURF 3\n").expect("an image");
+        parsed("a.zmx", format!("{lens}SURF 3\n{image}")).expect("a lens")
+    };
+    let film = |lens: &Prescription| lens.film_axis().matrix3.z_axis;
+    let by_break = tilted("  TYPE COORDBRK\n  PARM 3 20\n  DISZ 0\nSURF 4\n  DISZ 0\n");
+    let tangent = 20f64.to_radians().tan();
+    let by_type = tilted(&format!("  TYPE TILTSURF\n  PARM 1 0\n  PARM 2 {tangent}\n  DISZ 0\n"));
+    assert!(film(&by_break).abs_diff_eq(film(&by_type), 1e-12));
+    assert!((film(&by_type).z - 20f64.to_radians().cos()).abs() < 1e-12);
+    assert!(film(&tilted("  TYPE TILTSURF\n  DISZ 0\n")).z == 1.0);
+    for lens in [by_break, by_type] {
+        assert!(lens.to_string().contains("film: decentred by"), "{lens}");
+    }
+    let surface = with_front(
+        "  STOP\n  TYPE TILTSURF\n  PARM 1 0.1\n  DISZ 5\n  GLAS ___BLANK 1 0 1.5 60 0\n  DIAM 8 1\n",
+    );
+    assert!((surface.rows[0].pose.tilt[1] + 0.1f64.atan().to_degrees()).abs() < 1e-12);
+}
+
+#[test]
+fn infinity_is_a_radius_a_distance_and_an_outer_rim() {
+    let annulus =
+        with_front("  STOP\n  DISZ 5\n  GLAS ___BLANK 1 0 1.5 60 0\n  DIAM 8 1\n  CLAP 3 INF 0\n");
+    assert_eq!((annulus.rows[0].obstruction, annulus.rows[0].diameter), (6.0, 10.0));
+    assert!(parsed("a.zmx", ZMX.replace("DISZ INFINITY", "DISZ inf")).is_ok());
+    let bench = "[descriptive data]\ntitle\tx\n[variable distances]\nFocal Length\t50\nd0\tInfinity\n\
+                 Bf\t47\n[lens data]\n1\t50\t4\t1.5168\t20\t64.2\n2\t-Infinity\t1\t\t20\n3\tAS\tBf\t\t15\n";
+    assert!(parsed("a.txt", bench).expect("a lens").rows[1].radius.is_infinite());
+    let table = "50 6 1.5168 24\ninf 4 1 24\n0 6 0 12\n-45 5 1.62 20\n-60 0 1 20\n";
+    let lens = parsed("a.dat", table).expect("a lens");
+    assert!(lens.rows[1].radius.is_infinite() && lens.stop() == 2);
+    assert!(parsed("a.dat", table.replace("4 1 24", "inf 1 24")).is_err());
+    // Index 0 behind a second plane is air.
+    let filter = parsed("a.dat", "50 6 1.5 24\n-50 4 1 24\n0 6 1 12\n0 1 1.5 20\n0 9 0 20\n");
+    assert_eq!(filter.expect("a lens").rows.last().map(|row| row.index), Some(1.0));
+}
+
+#[test]
+fn media_may_be_thinner_than_air_and_model_glasses_of_negative_index_reflect() {
+    let gas = parsed(
+        "a.zmx",
+        ZMX.replace("  CURV -0.02\n", "  CURV -0.02\n  GLAS ___BLANK 1 0 0.999712 0\n"),
+    );
+    assert_eq!(gas.expect("a lens").rows[1].index, 0.999712);
+    let mirror =
+        with_front("  STOP\n  CURV -0.005\n  DISZ -100\n  GLAS ___BLANK 1 0 -1 0\n  DIAM 20 1\n");
+    assert!(mirror.rows[0].mirror);
+    assert!(parsed("a.zmx", ZMX.replace("0 1.5 60", "0 0.5 60")).is_err());
+    let waves =
+        ZMX.replace("WAVM 1 0.5875618 1", "WAVM 1 3000 1").replace("0 1.5 60 0", "0 1.5 0 0");
+    assert_eq!(parsed("a.zmx", waves).expect("a lens").design.primary_wavelength(), 3e6);
+    let json = "{\"name\":\"x\",\"type\":\"multi element lens\",\"surfaces\":[\
+        {\"radius\":50,\"thickness\":4,\"ior\":1.5168,\"semi_aperture\":10,\"conic_constant\":[]},\
+        {\"radius\":-50,\"thickness\":1,\"ior\":1,\"semi_aperture\":10,\"conic_constant\":[]},\
+        {\"radius\":0,\"thickness\":40,\"ior\":0,\"semi_aperture\":6,\"conic_constant\":[]}]}";
+    assert_eq!(parsed("a.json", json).expect("a lens").rows[0].conic, 0.0);
+}
+
+const TABLE: &str = "# radius thickness material [nd Vd] housing radius\n22.0 3.2 abbe 1.6204 60.3 8.0\n\
+    -430.0 6.0 air 8.0\n-22.2 1.0/2.0/3.0 abbe 1.6200 36.4 5.0\n20.3 1.0 air 5.0\n\
+    100000 4.0 iris 4.6\n79.0 3.0 abbe 1.6204 60.3 7.5 #!aspheric=0,1e-6,0,0,0\n-18.4 42.0 air 7.5\n";
+
+#[test]
+fn tables_of_polynomial_optics_are_read() {
+    let lens = parsed("own.fx", TABLE).expect("a lens");
+    let paraxial = Paraxial::new(&lens);
+    assert!((paraxial.focal_length - 49.4458).abs() < 1e-4, "{}", paraxial.focal_length);
+    assert!((paraxial.back_focal_distance - 42.1956).abs() < 1e-4);
+    assert_eq!((lens.stop(), lens.rows[4].diameter), (4, 9.2));
+    assert_eq!(lens.rows[5].asphere, [(4, 1e-6)]);
+    let long = lens.at_zoom(&Zoom::State("long".into())).expect("a zoom").0;
+    assert_eq!((lens.rows[2].thickness, long.rows[2].thickness), (1.0, 3.0));
+    let double = parsed("own.fx", format!("#!scale 2\n{TABLE}")).expect("a lens");
+    assert!((Paraxial::new(&double).focal_length - 2.0 * paraxial.focal_length).abs() < 1e-9);
+    let cylinder = parsed("own.fx", TABLE.replace("8.0\n-430.0 6.0 air", "8.0\n-430.0 6.0 cx_air"));
+    assert!(cylinder.expect("a lens").rows[1].axis.is_some());
+    for (bad, part) in [
+        (TABLE.replace("22.0 3.2 abbe", "22.0 abbe"), ":2:"),
+        (TABLE.replace("air 5.0", "air"), ":5:1: 3 columns"),
+        (TABLE.replace("=0,1e-6,0,0,0", "=0,1e-6"), "aspheric coefficients"),
+        (TABLE.replace("1.6204 60.3 8.0", "0.5 60.3 8.0"), "index 0.5"),
+        (TABLE.replace("1.0/2.0/3.0", "1/2/3/4"), "4 thicknesses"),
+    ] {
+        let error = parsed("own.fx", &bad).expect_err(part).to_string();
+        assert!(error.contains(part), "{part}: {error}");
+    }
+}
+
+#[test]
+fn a_name_of_several_makers_is_a_warning_that_names_them() {
+    let named =
+        |glass: &str| ZMX.replace("___BLANK 1 0 1.5 60 0", &format!("{glass} 0 0 1.5 40 0"));
+    let warned = |lens: &Prescription| {
+        lens.design.notes.iter().any(|note| note.contains("CDGM F2") && note.contains("Schott F2"))
+    };
+    assert!(warned(&parsed("a.zmx", named("F2")).expect("a lens")));
+    let preferred = named("F2").replace("ENPD 10", "GCAT SCHOTT CDGM\nENPD 10");
+    assert!(!warned(&parsed("a.zmx", preferred).expect("a lens")));
+    for (glass, expected) in [("F2", true), ("Schott F2", false)] {
+        let toml = format!(
+            "[[surface]]\nradius = 50\nthickness = 5\ndiameter = 10\nglass = \"{glass}\"\n\
+             [[surface]]\nradius = 0\ndiameter = 10\nstop = true\n"
+        );
+        assert_eq!(warned(&parsed("a.toml", toml).expect("a lens")), expected, "{glass}");
+    }
+    for plastic in ["OKP4", "COC", "TOPAS", "APL5014", "EP5000", "SP1516"] {
+        assert!(parsed("a.zmx", named(plastic)).is_ok(), "{plastic}");
+    }
+}
+
+#[test]
+fn an_index_that_is_taken_as_rounded_is_noted() {
+    let table = "radius;thickness;material;index;v-no;sa\n50;5;BK7;1.517;64.2;10\n-50;2;air;;;10\n;40;air;;;8\n";
+    let lens = parsed("a.csv", table).expect("a lens");
+    assert!(
+        lens.design.notes.iter().any(|note| note.contains("1.517") && note.contains("1.51680"))
+    );
+}
+
+#[test]
+fn a_faulty_glass_is_an_error_only_where_it_is_used() {
+    let good = "CD 1.03961212 0.00600069867 0.231792344 0.0200179144 1.01046945 103.560653\n";
+    let catalogue = format!(
+        "NM GOODGLASS 2 517642 1.5168 64.17 0 1\n{good}LD 0.3 2.5\nNM BADGLASS 2 517642 1.5168 64.17\n\
+         {good}LD 0.365 0.000\nNM UNKNOWN 99\n{good}LD 0.3 2.5\n"
+    );
+    let folder = folder();
+    let agf = write(&folder, "own.agf", catalogue);
+    let context = ReadContext::default().with_catalogues([agf]);
+    let named =
+        |glass: &str| ZMX.replace("___BLANK 1 0 1.5 60 0", &format!("{glass} 0 0 1.5 40 0"));
+    let with = |glass: &str| read_with(&write(&folder, "a.zmx", named(glass)), &context);
+    assert!((with("GOODGLASS").expect("a lens").rows[0].index - 1.5168).abs() < 1e-4);
+    let error = with("BADGLASS").expect_err("a range without length").to_string();
+    assert!(
+        error.contains("\"BADGLASS\" cannot be used") && error.contains("own.agf:6"),
+        "{error}"
+    );
+    let error = with("UNKNOWN").expect_err("no formula").to_string();
+    assert!(error.contains("formula \"99\""), "{error}");
+}
+
+#[test]
+fn names_reach_the_terminal_without_escape_sequences_and_hidden_characters() {
+    let folder = folder();
+    let toml = "name = \"a\\u001b[31mred\\u202Edlog\"\n[[surface]]\nradius = 50\nthickness = 5\ndiameter = 10\n\
+                index = 1.5\n[[surface]]\nradius = 0\ndiameter = 10\nstop = true\n";
+    write(&folder, "a.toml", toml);
+    write(&folder, "bad.zmx", "MODE SEQ\nUNIT \u{1b}[2J\u{202e}MM\n");
+    for (file, code) in [("a.toml", 0), ("bad.zmx", 2)] {
+        let (exit, stdout, stderr) = petzval(folder.path(), &["lens", file]);
+        assert_eq!(exit, code, "{stderr}");
+        let hidden = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!stdout.contains(hidden) && !stderr.contains(hidden), "{stdout:?} {stderr:?}");
+        assert_eq!(stdout.contains("a\\u001B[31mred\\u202Edlog"), code == 0, "{stdout}");
     }
 }

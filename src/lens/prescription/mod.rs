@@ -254,6 +254,14 @@ impl fmt::Display for Prescription {
         for TiltDecenter { rows: [first, last], pose } in &self.tilt_decenters {
             writeln!(f, "surfaces {} to {}: {pose}", first + 1, last + 1)?;
         }
+        for axis in &self.breaks {
+            match axis.row < self.rows.len() {
+                true => write!(f, "axis before surface {}: ", axis.row + 1)?,
+                false => write!(f, "film: ")?,
+            }
+            let ([x, y, _], [ax, ay]) = (axis.transform.translation.to_array(), axis.tilt());
+            writeln!(f, "decentred by {x:.4}, {y:.4} mm, tilted by {ax:.4}, {ay:.4} degrees")?;
+        }
         Ok(())
     }
 }

@@ -140,6 +140,15 @@ pub struct CoordinateBreak {
     pub transform: DAffine3,
 }
 
+impl CoordinateBreak {
+    /// Returns the tilt of the new axis about x and about the tilted y (degrees), as in [`Pose`].
+    pub fn tilt(&self) -> [f64; 2] {
+        let axis = self.transform.matrix3.z_axis;
+        [(-axis.y).atan2(axis.z), axis.x.clamp(-1.0, 1.0).asin()]
+            .map(|angle| 0.0 + angle.to_degrees())
+    }
+}
+
 impl Prescription {
     /// Returns whether any surface or group is tilted or decentred, or any axis broken.
     pub fn is_misaligned(&self) -> bool {

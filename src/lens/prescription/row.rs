@@ -62,7 +62,7 @@ pub struct Row {
     pub radius: f64,
     /// Conic constant k: 0 for a sphere, -1 for a paraboloid.
     pub conic: f64,
-    /// Powers p from 2 to 20, each at most once, and their coefficients a_p [mm^(1 - p)].
+    /// Powers p from 2 to 30, each at most once, and their coefficients a_p [mm^(1 - p)].
     pub asphere: Vec<(u32, f64)>,
     /// Section along x, if it differs from that along y: radius, conic constant and asphere are
     /// then those along y. Not together with `axis`.

@@ -18,7 +18,11 @@ pub(super) fn by_code(shelf: &Shelf, code: &str) -> Option<GlassMatch> {
     if !(1.2..4.5).contains(&nd) || !(5.0..200.0).contains(&vd) {
         return None;
     }
-    let model = |substitution| GlassMatch { glass: Glass::model(nd, vd, 0.0), substitution };
+    let model = |substitution| GlassMatch {
+        glass: Glass::model(nd, vd, 0.0),
+        substitution,
+        ambiguity: None,
+    };
     let Some(maker) = maker.map(|maker| maker.trim_end_matches(')')) else {
         return Some(model(None));
     };
@@ -40,7 +44,7 @@ pub(super) fn by_code(shelf: &Shelf, code: &str) -> Option<GlassMatch> {
             "no glass of {maker} has the code {shown}: a model glass of nd {nd} and Vd {vd} stands in"
         ))));
     };
-    Some(GlassMatch { glass: Glass::Catalogue(glass.clone()), substitution: None })
+    Some(GlassMatch { glass: Glass::Catalogue(glass.clone()), substitution: None, ambiguity: None })
 }
 
 /// Returns nd and Vd of a number, and whether they are rounded to three digits.

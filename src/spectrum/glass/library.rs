@@ -3,13 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{CatalogueGlass, Glass, GlassError, agf, built_in, code, shelf::Shelf, spelling};
+use super::{
+    CatalogueGlass, Glass, GlassError, agf, built_in, code, shelf::Shelf, shelf::bare, spelling,
+};
 use crate::io::{ReadContext, nearest_word};
 
 /// The built-in glasses, and the catalogues that the user names. Clones share them.
 #[derive(Clone, Debug)]
 pub struct GlassLibrary {
     shelf: Arc<Shelf>,
+    /// Bare names of glasses of the user's catalogues whose lines are invalid, and their faults.
+    faults: Arc<Vec<(String, String)>>,
 }
 
 /// The medium of a name or a code in a lens file.
@@ -20,6 +24,16 @@ pub struct GlassMatch {
     /// A sentence that names both glasses if the medium is not exactly the one that was asked for;
     /// a reader of lenses reports it as a warning.
     pub substitution: Option<String>,
+    /// A sentence that names the other makers if glasses of several have this name, their indices
+    /// differ, and neither the name nor a preference says which is meant.
+    pub ambiguity: Option<String>,
+}
+
+impl GlassMatch {
+    /// Returns what a reader of lenses reports about the match.
+    pub fn warnings(self) -> impl Iterator<Item = String> {
+        self.substitution.into_iter().chain(self.ambiguity)
+    }
 }
 
 impl GlassLibrary {
@@ -29,7 +43,7 @@ impl GlassLibrary {
     }
 
     pub(super) fn new(glasses: Vec<Arc<CatalogueGlass>>) -> Self {
-        Self { shelf: Arc::new(Shelf::new(glasses)) }
+        Self { shelf: Arc::new(Shelf::new(glasses)), faults: Arc::default() }
     }
 
     /// Returns the built-in glasses with the catalogues of a context.
@@ -44,14 +58,24 @@ impl GlassLibrary {
     }
 
     /// Adds the glasses of an AGF file (Zemax), or of all such files of a folder, and logs the files.
-    /// They come before the built-in ones.
+    /// They come before the built-in ones. A glass whose lines are invalid is left out;
+    /// [`Self::fault`] says why.
     ///
     /// # Errors
-    /// Returns an error if a file cannot be read or is not a catalogue, with the line.
+    /// Returns an error if a file cannot be read or has no valid glass, with the line.
     pub fn with_catalogue(self, path: &Path, context: &ReadContext) -> Result<Self, GlassError> {
-        let mut glasses = agf::read(path, context)?;
+        let agf::Catalogue { mut glasses, faulty } = agf::read(path, context)?;
         glasses.extend(self.glasses().cloned());
-        Ok(Self::new(glasses))
+        let faults = faulty.iter().map(|glass| (bare(&glass.name), glass.error.to_string()));
+        let faults = faults.chain(self.faults.iter().cloned()).collect();
+        Ok(Self { faults: Arc::new(faults), ..Self::new(glasses) })
+    }
+
+    /// Returns why a glass of the user's catalogues cannot be used, if its lines are invalid.
+    pub fn fault(&self, name: &str) -> Option<&str> {
+        let name = bare(name);
+        let fault = self.faults.iter().find(|(faulty, _)| *faulty == name);
+        fault.map(|(_, fault)| fault.as_str())
     }
 
     /// Returns the glasses, those of user's catalogues first.
@@ -99,7 +123,7 @@ impl Default for GlassLibrary {
 /// never taken for another: "BK7" is not "N-BK7".
 pub fn find_glass(name: &str) -> Option<Arc<CatalogueGlass>> {
     match GlassLibrary::built_in().find(name, &[])? {
-        GlassMatch { glass: Glass::Catalogue(glass), substitution: None } => Some(glass),
+        GlassMatch { glass: Glass::Catalogue(glass), substitution: None, .. } => Some(glass),
         _ => None,
     }
 }

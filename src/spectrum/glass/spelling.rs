@@ -20,6 +20,10 @@ const ALIASES: &[(&str, &str)] = &[
     ("POLYSTYRENE", "POLYSTYR"),
     ("PS", "POLYSTYR"),
     ("STYRENE", "POLYSTYR"),
+    ("COC", "TOPAS5013"),
+    ("TOPAS", "TOPAS5013"),
+    ("APL5014CL", "APL5014"),
+    ("EP5000F", "EP5000"),
     ("ZEONEXE48R", "E48R"),
     ("GE", "GERMANIUM"),
     ("SI", "SILICON"),
@@ -45,12 +49,21 @@ pub(super) fn find(shelf: &Shelf, name: &str, makers: &[&str]) -> Option<GlassMa
     let preferred = [&stated, makers].concat();
     let exact = |key: &str| choose(shelf, name, key, &stated, &preferred);
     let whole = bare(name);
-    if let Some(glass) = choose(shelf, name, &whole, &[], makers).or_else(|| exact(&key)) {
-        return Some(GlassMatch { glass: Glass::Catalogue(glass), substitution: None });
+    let found = |glass: Arc<CatalogueGlass>, key: &str, stated: &[&str]| {
+        let ambiguity = ambiguity(shelf, &glass, key, stated, &preferred);
+        let glass = Glass::Catalogue(glass);
+        Some(GlassMatch { glass, substitution: None, ambiguity })
+    };
+    if let Some(glass) = choose(shelf, name, &whole, &[], makers) {
+        return found(glass, &whole, &[]);
+    }
+    if let Some(glass) = exact(&key) {
+        return found(glass, &key, &stated);
     }
     let alias = ALIASES.iter().find(|(alias, _)| *alias == key).map(|(_, listed)| *listed);
     if let Some(glass) = alias.and_then(|listed| choose(shelf, name, listed, &[], makers)) {
-        return Some(GlassMatch { glass: Glass::Catalogue(glass), substitution: None });
+        let glass = Glass::Catalogue(glass);
+        return Some(GlassMatch { glass, substitution: None, ambiguity: None });
     }
     let (glass, relation) = relative(&key, exact)?;
     let asked = name.trim().trim_matches(['\'', '"']);
@@ -58,7 +71,52 @@ pub(super) fn find(shelf: &Shelf, name: &str, makers: &[&str]) -> Option<GlassMa
         "no catalogue has the glass {asked}: {relation} {} stands in for it",
         glass.full_name()
     );
-    Some(GlassMatch { glass: Glass::Catalogue(glass), substitution: Some(substitution) })
+    let (glass, substitution) = (Glass::Catalogue(glass), Some(substitution));
+    Some(GlassMatch { glass, substitution, ambiguity: None })
+}
+
+/// Difference of nd, and that of Vd, from which two glasses of one name are two glasses: catalogues
+/// of different years round and melt a little differently.
+const DIFFERENT: [f64; 2] = [2e-4, 0.3];
+
+/// Returns a sentence about other glasses of the name of a chosen one, if nothing says which is meant.
+fn ambiguity(
+    shelf: &Shelf,
+    chosen: &CatalogueGlass,
+    key: &str,
+    stated: &[&str],
+    preferred: &[&str],
+) -> Option<String> {
+    let is_meant = |glass: &CatalogueGlass| {
+        preferred.iter().any(|maker| !glass.maker.is_empty() && is_of(glass, maker))
+    };
+    if is_meant(chosen) {
+        return None;
+    }
+    let differs = |glass: &CatalogueGlass| {
+        (glass.nd() - chosen.nd()).abs() > DIFFERENT[0]
+            || (glass.vd() - chosen.vd()).abs() > DIFFERENT[1]
+    };
+    let described = |glass: &CatalogueGlass| {
+        format!("{} (nd {:.5}, Vd {:.2})", glass.full_name(), glass.nd(), glass.vd())
+    };
+    let mut others: Vec<String> = shelf
+        .named(key)
+        .filter(|glass| stated.iter().all(|maker| is_of(glass, maker)))
+        .filter(|glass| glass.maker != chosen.maker && differs(glass))
+        .map(|glass| described(glass))
+        .collect();
+    others.dedup();
+    (!others.is_empty()).then(|| {
+        format!(
+            "several makers have a glass {}: {} is used, and not {}; write the maker beside the name \
+             to choose, as in \"{}\"",
+            chosen.name,
+            described(chosen),
+            others.join(" or "),
+            chosen.full_name()
+        )
+    })
 }
 
 /// Returns the glass of a bare name that a name means best: spelled in the same way, then of the

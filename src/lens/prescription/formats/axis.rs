@@ -17,6 +17,12 @@ pub(crate) fn tilt_then_decentre(decentre: [f64; 3], tilt: [f64; 3]) -> DAffine3
     decentre_then_tilt(decentre.map(|v| -v), tilt.map(|v| -v)).inverse()
 }
 
+/// Returns the angles about x and the tilted y (degrees) of the plane z = x tan_x + y tan_y.
+pub(crate) fn tangents_to_angles([tan_x, tan_y]: [f64; 2]) -> [f64; 2] {
+    let about_x = tan_y.atan();
+    [about_x, (-tan_x * about_x.cos()).atan()].map(f64::to_degrees)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -27,6 +33,18 @@ mod tests {
         let back = tilt_then_decentre(decentre.map(|v| -v), tilt.map(|v| -v));
         let both = decentre_then_tilt(decentre, tilt) * back;
         assert!(both.abs_diff_eq(DAffine3::IDENTITY, 1e-14));
+    }
+
+    #[test]
+    fn tangents_give_the_angles_of_their_plane() {
+        for [tan_x, tan_y] in [[0.0, 0.5], [0.3, 0.0], [0.3, -0.7], [-2.0, 1.0]] {
+            let [x, y] = tangents_to_angles([tan_x, tan_y]);
+            let plane = decentre_then_tilt([0.0; 3], [x, y, 0.0]);
+            for side in [DVec3::X, DVec3::Y] {
+                let point = plane.transform_vector3(side);
+                assert!((point.z - tan_x * point.x - tan_y * point.y).abs() < 1e-14);
+            }
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Checks of the figures of a surface, shared by the readers of foreign formats.
 
 use super::report::ReadReport;
-use super::{MAX_INDEX, MIN_RADIUS};
+use super::{MAX_INDEX, MAX_POWER, MIN_INDEX, MIN_RADIUS};
 use crate::lens::prescription::system::MediumBehind;
 use crate::spectrum::glass::Glass;
 
@@ -38,7 +38,7 @@ pub(super) fn radius_of_curvature(curvature: f64) -> Result<f64, String> {
 /// Even powers from `first` on with those coefficients that are not 0.
 ///
 /// # Errors
-/// Returns a sentence if a power is beyond 20.
+/// Returns a sentence if a power is beyond 30.
 pub(super) fn even_powers(first: u32, coefficients: &[f64]) -> Result<Vec<(u32, f64)>, String> {
     powers((first..).step_by(2).zip(coefficients.iter().copied()))
 }
@@ -46,12 +46,12 @@ pub(super) fn even_powers(first: u32, coefficients: &[f64]) -> Result<Vec<(u32, 
 /// Powers with those coefficients that are not 0.
 ///
 /// # Errors
-/// Returns a sentence if a power is below 2 or beyond 20.
+/// Returns a sentence if a power is below 2 or beyond 30.
 pub(super) fn powers(
     terms: impl IntoIterator<Item = (u32, f64)>,
 ) -> Result<Vec<(u32, f64)>, String> {
     let terms: Vec<(u32, f64)> = terms.into_iter().filter(|&(_, value)| value != 0.0).collect();
-    match terms.iter().find(|(power, _)| !(2..=20).contains(power)) {
+    match terms.iter().find(|(power, _)| !(2..=MAX_POWER).contains(power)) {
         Some((power, _)) => Err(format!("a coefficient of the power {power}")),
         None => Ok(terms),
     }
@@ -59,7 +59,7 @@ pub(super) fn powers(
 
 /// Medium of a stated index, Abbe number and glass name, as far as they are stated. The name counts if
 /// nothing else is stated, or if the glass has the stated index: catalogues know the dispersion better
-/// than one Abbe number. Index 0 means air.
+/// than one Abbe number. Index 0 means air, and a negative index a mirror.
 ///
 /// # Errors
 /// Returns a sentence if no index is stated and the glass is unknown, or if the index is not one.
@@ -74,7 +74,10 @@ pub(super) fn medium(
     let is_air = ["air", "vacuum", "occluder", "iris"].contains(&lower.as_str());
     match index {
         Some(index) if index == 0.0 || index == 1.0 => return Ok(MediumBehind::Air),
-        Some(index) if !(1.0..=MAX_INDEX).contains(&index) => return Err(format!("index {index}")),
+        Some(index) if (-MAX_INDEX..=-1.0).contains(&index) => return Ok(MediumBehind::Mirror),
+        Some(index) if !(MIN_INDEX..=MAX_INDEX).contains(&index) => {
+            return Err(format!("index {index}"));
+        }
         None if is_air || name.is_empty() => return Ok(MediumBehind::Air),
         _ => {}
     }
@@ -89,11 +92,13 @@ pub(super) fn medium(
         false => report.glasses().map_err(|error| error.to_string())?.resolve(name, &[]),
     };
     let Some(index) = index else {
-        let found = found.ok_or_else(|| format!("an unknown glass \"{name}\""))?;
-        if let Some(substitution) = found.substitution {
-            report.note(substitution);
+        if let Some(fault) = report.glasses().ok().and_then(|library| library.fault(name)) {
+            return Err(format!("the glass \"{name}\", which cannot be used: {fault}"));
         }
-        return Ok(MediumBehind::Glass(found.glass));
+        let found = found.ok_or_else(|| format!("an unknown glass \"{name}\""))?;
+        let glass = found.glass.clone();
+        found.warnings().for_each(|warning| report.note(warning));
+        return Ok(MediumBehind::Glass(glass));
     };
     // Three decimals are common in textbooks.
     let rounded = ((index * 1e3).round() - index * 1e3).abs() < 1e-6;
@@ -102,6 +107,13 @@ pub(super) fn medium(
         && found.substitution.is_none()
         && (found.glass.nd() - index).abs() <= tolerance
     {
+        let nd = found.glass.nd();
+        if (nd - index).abs() > SAME_INDEX {
+            report.note(format!(
+                "the index {index} of {name} is taken as rounded: {nd:.5} of {} is used",
+                found.glass
+            ));
+        }
         return Ok(MediumBehind::Glass(found.glass));
     }
     Ok(match abbe {

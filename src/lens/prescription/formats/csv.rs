@@ -65,11 +65,8 @@ fn surface(
     let number = |aliases: &[&str]| cell(aliases).map(|cell| line.number_of(cell)).transpose();
     let mut row = Row::default();
     if let Some(word) = cell(&["radius", "roc"]) {
-        row.radius = match word.to_lowercase().as_str() {
-            "inf" | "infinity" => f64::INFINITY,
-            _ => radius(line.number_of(word)?)
-                .map_err(|found| line.error(word, found, "expected 1e-6 mm or more, or nothing"))?,
-        };
+        row.radius = radius(line.length_of(word)?)
+            .map_err(|found| line.error(word, found, "expected 1e-6 mm or more, or nothing"))?;
     }
     row.thickness = number(&["thickness", "distance"])?.unwrap_or(0.0);
     if let Some(conic) = number(&["conic", "k"])? {

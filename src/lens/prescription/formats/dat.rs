@@ -2,8 +2,8 @@
 //!
 //! The columns are `radius  thickness  index  diameter`; a word may follow that tells a cylinder:
 //! CYLINDER_X or CYLINDER_Y, by its axis. `#`, `%` and `//` start a comment. Radius 0 marks the stop;
-//! of several such rows it is the one that does not refract, and the others are planes. Index 0 at
-//! the stop means air, and a stop whose medium differs from that before it is a plane that refracts;
+//! of several such rows it is the one that does not refract, and the others are planes, as are those of
+//! infinite radius. Index 0 at a plane or the stop means air, and a stop whose medium differs from that before it is a plane that refracts;
 //! it is the medium of before if the next vertex is at the stop, or if the focal length is then nearer
 //! to the one that the file states.
 //! Two conventions share the format: the thickness is the distance AFTER the surface (pbrt's own
@@ -14,7 +14,7 @@
 
 use std::path::Path;
 
-use super::{MAX_INDEX, MIN_RADIUS};
+use super::{MAX_INDEX, MIN_INDEX, MIN_RADIUS};
 use crate::io::excerpt;
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::error::LensError;
@@ -45,6 +45,8 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
         for word in data.split_whitespace() {
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() => numbers.push(number),
+                // A plane, and not the stop that radius 0 marks.
+                Ok(radius) if radius.is_infinite() && numbers.is_empty() => numbers.push(radius),
                 _ if numbers.len() == 4 && axis_of(word).is_some() => {
                     axis = axis_of(word).flatten();
                 }
@@ -113,11 +115,13 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             // No room for air.
             true if thickness == 0.0 && i + 1 < table.len() => index_before,
             true => 1.0,
+            // The rear face of a filter: air.
+            false if plane && index == 0.0 => 1.0,
             false => index,
         };
-        if !(1.0..=MAX_INDEX).contains(&medium) {
+        if !(MIN_INDEX..=MAX_INDEX).contains(&medium) {
             let found = format!("index {index:?}");
-            return Err(error(line, found, "expected 1 (air) to 10; 0 only at the stop"));
+            return Err(error(line, found, "expected 1 (air) to 10; 0 only at a plane"));
         }
         if medium == 1.0 && index == 0.0 && index_before != 1.0 {
             ambiguous = Some((i, index_before));
@@ -126,7 +130,7 @@ pub fn parse(path: &Path, lines: &[impl AsRef<str>]) -> Result<Prescription, Len
             let found = format!("diameter {diameter}");
             return Err(error(line, found, "expected the full clear diameter, above 0 mm"));
         }
-        if !plane && diameter / 2.0 > radius.abs() {
+        if diameter / 2.0 > radius.abs() && !plane {
             let found = format!("diameter {diameter} on a sphere of radius {radius}");
             return Err(error(line, found, "a clear diameter is at most twice the radius"));
         }

@@ -77,7 +77,7 @@ fn surface(
     let terms: Result<Vec<f64>, LensError> =
         words.iter().skip(6).map(|word| line.number_of(word)).collect();
     row.asphere = even_powers(4, &terms?)
-        .map_err(|found| line.error(words[0], found, "expected powers up to 20"))?;
+        .map_err(|found| line.error(words[0], found, "expected powers up to 30"))?;
     let medium = match row.stop {
         true => MediumBehind::Same,
         false => medium(None, None, words[4], left_out)

@@ -66,11 +66,14 @@ impl GlassNames {
         }
         let makers: Vec<&str> = self.makers.iter().map(String::as_str).collect();
         let library = report.glasses()?.clone();
+        if let Some(fault) = library.fault(name) {
+            let found = format!("the glass \"{}\" cannot be used", excerpt(name));
+            return Err(line.error(word, found, fault));
+        }
         if let Some(found) = library.resolve(name, &makers) {
-            if let Some(substitution) = found.substitution {
-                report.note(substitution);
-            }
-            return Ok(MediumBehind::Glass(found.glass));
+            let glass = found.glass.clone();
+            found.warnings().for_each(|warning| report.note(warning));
+            return Ok(MediumBehind::Glass(glass));
         }
         let near = library.suggest(name);
         let near = near.map_or_else(String::new, |near| format!(" (did you mean {near}?)"));

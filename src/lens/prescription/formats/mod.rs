@@ -42,6 +42,16 @@ pub(crate) const INFINITE: f64 = 1e9;
 /// Ratio of the f-number of the marginal ray to the stated one from which a file is suspicious.
 const NARROWEST_RATIO: f64 = 1.25;
 
+/// Highest power of an aspheric polynomial. Smaller coefficients than single precision holds belong to
+/// higher ones.
+pub(crate) const MAX_POWER: u32 = 30;
+
+/// Range of wavelengths (nm): from the vacuum ultraviolet to radio waves of a metre.
+pub(crate) const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e9;
+
+/// Smallest refractive index, relative to air: gases and vacuum have a little less than 1.
+pub(crate) const MIN_INDEX: f64 = 0.99;
+
 /// Largest refractive index. Germanium in the far infrared has 4.
 pub(crate) const MAX_INDEX: f64 = 10.0;
 

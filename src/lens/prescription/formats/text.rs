@@ -61,6 +61,18 @@ impl<'a> Line<'a> {
         }
     }
 
+    /// Parses a word of this line as a radius or a distance, which may be infinite: "inf",
+    /// "-Infinity", "1e400".
+    ///
+    /// # Errors
+    /// Returns an error with line and column if it is none.
+    pub fn length_of(&self, word: &str) -> Result<f64, LensError> {
+        match word.parse::<f64>() {
+            Ok(length) if length.is_infinite() => Ok(length),
+            _ => self.number_of(word),
+        }
+    }
+
     /// Parses a word of this line as a finite number.
     ///
     /// # Errors

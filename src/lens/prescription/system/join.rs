@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use super::{MediumBehind, SystemSurface};
 use crate::lens::prescription::Row;
 use crate::lens::prescription::error::LensError;
+use crate::lens::prescription::formats::{MAX_INDEX, MIN_INDEX};
 use crate::lens::prescription::pose::CoordinateBreak;
 use crate::spectrum::glass::Glass;
 
@@ -82,7 +83,7 @@ impl Joined {
             // Outside its data, for which the reader of the file checks, it is that of the nearest end.
             MediumBehind::Glass(glass) => (glass.nearest_index(1.0, nm), glass.clone()),
         };
-        if !(1.0..crate::lens::prescription::formats::MAX_INDEX).contains(&index) {
+        if !(MIN_INDEX..MAX_INDEX).contains(&index) {
             return Err(LensError::Malformed {
                 path: path.to_owned(),
                 line: surface.line,

@@ -15,15 +15,28 @@ use crate::io::{ReadContext, excerpt};
 /// Largest size of a catalogue (bytes). The largest of a maker has 2 MB.
 const MAX_BYTES: usize = 1 << 26;
 
+/// A glass of a catalogue whose lines are invalid: an error where it is used.
+#[derive(Debug)]
+pub(super) struct FaultyGlass {
+    /// Name in the catalogue.
+    pub name: String,
+    /// The first fault.
+    pub error: GlassError,
+}
+
+/// Glasses of catalogues.
+#[derive(Debug, Default)]
+pub(super) struct Catalogue {
+    pub glasses: Vec<Arc<CatalogueGlass>>,
+    pub faulty: Vec<FaultyGlass>,
+}
+
 /// Reads a catalogue, or all of a folder in the order of their names, and logs the files.
 ///
 /// # Errors
-/// Returns an error if a file cannot be read or is not a catalogue, or if a folder has none.
-pub(super) fn read(
-    path: &Path,
-    context: &ReadContext,
-) -> Result<Vec<Arc<CatalogueGlass>>, GlassError> {
-    let mut glasses = Vec::new();
+/// Returns an error if a file cannot be read or has no valid glass, or if a folder has none.
+pub(super) fn read(path: &Path, context: &ReadContext) -> Result<Catalogue, GlassError> {
+    let mut all = Catalogue::default();
     for file in files(path)? {
         let bytes = context
             .bytes(&file)
@@ -32,9 +45,14 @@ pub(super) fn read(
             let source = std::io::Error::other("it is larger than 64 MiB");
             return Err(GlassError::Io { path: file, source });
         }
-        glasses.extend(parse(&file, &bytes)?.into_iter().map(Arc::new));
+        let Catalogue { glasses, mut faulty } = parse_all(&file, &bytes)?;
+        if glasses.is_empty() && !faulty.is_empty() {
+            return Err(faulty.swap_remove(0).error);
+        }
+        all.glasses.extend(glasses);
+        all.faulty.extend(faulty);
     }
-    Ok(glasses)
+    Ok(all)
 }
 
 fn files(path: &Path) -> Result<Vec<PathBuf>, GlassError> {
@@ -62,8 +80,20 @@ fn files(path: &Path) -> Result<Vec<PathBuf>, GlassError> {
 /// # Errors
 /// Returns an error if a line is invalid, or if there is no glass.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CatalogueGlass>, GlassError> {
+    let Catalogue { glasses, faulty } = parse_all(path, bytes)?;
+    match faulty.into_iter().next() {
+        Some(first) => Err(first.error),
+        None => Ok(glasses.into_iter().map(Arc::unwrap_or_clone).collect()),
+    }
+}
+
+/// Returns the valid and the faulty glasses of a catalogue.
+///
+/// # Errors
+/// Returns an error if there is neither.
+fn parse_all(path: &Path, bytes: &[u8]) -> Result<Catalogue, GlassError> {
     let maker = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mut glasses = Vec::new();
+    let mut all = Catalogue::default();
     let mut open: Option<Entry> = None;
     // Coefficients may go on in the lines that follow.
     let mut in_coefficients = false;
@@ -72,30 +102,42 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CatalogueGlass>, GlassErro
         let (keyword, words) = (words.next().unwrap_or_default(), words.collect::<Vec<_>>());
         let at = Place { path, number, keyword };
         in_coefficients = keyword == "CD" || (in_coefficients && keyword.parse::<f64>().is_ok());
-        match (keyword, &mut open) {
-            ("NM", _) => {
-                if let Some(entry) = open.replace(Entry::new(&at, &words)?) {
-                    glasses.push(entry.finish(path, &maker)?);
-                }
+        if keyword == "NM" {
+            all.close(open.take(), path, &maker);
+            match Entry::new(&at, &words) {
+                Ok(entry) => open = Some(entry),
+                Err(error) => all.refuse(words.first().copied().unwrap_or_default(), error),
             }
-            ("CD", Some(entry)) => entry.coefficients = Some(at.numbers(&words)?),
-            (first, Some(Entry { coefficients: Some(coefficients), .. })) if in_coefficients => {
-                coefficients.extend(at.numbers(&[first])?);
-                coefficients.extend(at.numbers(&words)?);
-            }
-            ("LD", Some(entry)) => entry.range = Some(at.range(&words)?),
-            _ => {}
+        } else if let Some(entry) = &mut open
+            && let Err(error) = entry.read(&at, &words, in_coefficients)
+        {
+            all.refuse(&entry.name, error);
+            open = None;
         }
     }
-    if let Some(entry) = open {
-        glasses.push(entry.finish(path, &maker)?);
-    }
-    match glasses.is_empty() {
+    all.close(open, path, &maker);
+    match all.glasses.is_empty() && all.faulty.is_empty() {
         true => {
             let at = Place { path, number: 1, keyword: "" };
             Err(at.error("no glass in the file".into(), "expected an AGF catalogue with NM lines"))
         }
-        false => Ok(glasses),
+        false => Ok(all),
+    }
+}
+
+impl Catalogue {
+    /// Adds a glass whose lines are complete.
+    fn close(&mut self, entry: Option<Entry>, path: &Path, maker: &str) {
+        let Some(entry) = entry else { return };
+        let name = entry.name.clone();
+        match entry.finish(path, maker) {
+            Ok(glass) => self.glasses.push(Arc::new(glass)),
+            Err(error) => self.refuse(&name, error),
+        }
+    }
+
+    fn refuse(&mut self, name: &str, error: GlassError) {
+        self.faulty.push(FaultyGlass { name: name.to_owned(), error });
     }
 }
 
@@ -131,6 +173,25 @@ impl Entry {
             coefficients: None,
             range: None,
         })
+    }
+
+    /// Reads a line behind NM.
+    fn read(
+        &mut self,
+        at: &Place,
+        words: &[&str],
+        in_coefficients: bool,
+    ) -> Result<(), GlassError> {
+        match (at.keyword, &mut self.coefficients) {
+            ("CD", coefficients) => *coefficients = Some(at.numbers(words)?),
+            (first, Some(coefficients)) if in_coefficients => {
+                coefficients.extend(at.numbers(&[first])?);
+                coefficients.extend(at.numbers(words)?);
+            }
+            ("LD", _) => self.range = Some(at.range(words)?),
+            _ => {}
+        }
+        Ok(())
     }
 
     fn finish(self, path: &Path, maker: &str) -> Result<CatalogueGlass, GlassError> {

@@ -17,7 +17,7 @@ use std::path::Path;
 use super::glass_name::GlassNames;
 use super::report::ReadReport;
 use super::text::Line;
-use super::{INFINITE, MAX_SURFACES};
+use super::{INFINITE, MAX_SURFACES, WAVELENGTHS};
 use crate::io::{ReadContext, excerpt};
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::design::{Design, FieldKind, Fields, SpectralLine};
@@ -34,8 +34,9 @@ struct Reader<'a> {
     glasses: GlassNames,
     name: String,
     unit: f64,
-    /// Whether surfaces state radii; else curvatures.
-    radii: bool,
+    /// Whether surfaces state radii (`RDM`) or curvatures (`RDM N`), once the file says so. CODE V's
+    /// own default is curvatures.
+    radii: Option<bool>,
     aperture: Option<SystemAperture>,
     field_kind: FieldKind,
     fields: [Vec<f64>; 2],
@@ -63,7 +64,7 @@ pub(super) fn parse(
         glasses: GlassNames::default(),
         name: String::new(),
         unit: 1.0,
-        radii: true,
+        radii: None,
         aperture: None,
         field_kind: FieldKind::Angle,
         fields: [Vec::new(), Vec::new()],
@@ -132,15 +133,39 @@ impl<'a> Reader<'a> {
             let found = format!("more than {MAX_SURFACES} surfaces");
             return Err(command.error(found, "expected a lens of fewer"));
         }
-        let first = values[0].number()?;
         let curvature = match self.radii {
-            true if first == 0.0 => 0.0,
-            true => first.recip(),
-            false => first,
+            Some(true) => curvature_of(values[0].length()?),
+            Some(false) | None => values[0].number()?,
         };
         let medium = values.get(2).copied();
-        self.surfaces.push(CodeVSurface::new(command.line, curvature, values[1].number()?, medium));
+        let mut surface = CodeVSurface::new(command.line, curvature, values[1].length()?, medium);
+        surface.by_default = self.radii.is_none();
+        self.surfaces.push(surface);
         Ok(())
+    }
+
+    /// Reads the numbers of a file without `RDM` as radii if they cannot be curvatures: the radii
+    /// that they would mean are all smaller than the beam.
+    fn read_unlikely_curvatures(&mut self) {
+        let reach = match self.aperture {
+            Some(SystemAperture::EntrancePupil(diameter)) if diameter > 0.0 => diameter / 2.0,
+            _ => 1.0,
+        };
+        let mut stated: Vec<&mut CodeVSurface<'a>> = self
+            .surfaces
+            .iter_mut()
+            .filter(|surface| surface.by_default && surface.curvature != 0.0)
+            .collect();
+        if stated.is_empty() || stated.iter().any(|s| s.curvature.abs() * reach <= 1.0) {
+            return;
+        }
+        for surface in &mut stated {
+            surface.curvature = curvature_of(surface.curvature);
+        }
+        self.report.note(
+            "the file has no RDM, so its surfaces state curvatures; as curvatures all of them \
+             would be smaller than the beam, and they are read as radii",
+        );
     }
 
     fn read_system(
@@ -156,7 +181,7 @@ impl<'a> Reader<'a> {
         };
         let text = || values.first().map_or("", |word| word.text);
         match keyword {
-            "RDM" => self.radii = !text().to_ascii_uppercase().starts_with('N'),
+            "RDM" => self.radii = Some(!text().to_ascii_uppercase().starts_with('N')),
             "TIT" => self.name = text().trim_matches(['\'', '"']).trim().to_owned(),
             "DIM" => {
                 self.unit = match text().to_ascii_uppercase().chars().next() {
@@ -198,6 +223,7 @@ impl<'a> Reader<'a> {
             let found = format!("{count} surfaces");
             return Err(end.error("", found, "expected object, lens and image: SO, S ... SI"));
         }
+        self.read_unlikely_curvatures();
         if let Some(stop) = self.stop.and_then(|stop| self.surfaces.get_mut(stop)) {
             stop.stop = true;
         }
@@ -249,9 +275,9 @@ impl<'a> Reader<'a> {
 
     /// Returns wavelengths and fields.
     fn design(&self, end: &Line) -> Result<Design, LensError> {
-        if let Some(nm) = self.wavelengths.iter().find(|nm| !(100.0..=1e6).contains(*nm)) {
+        if let Some(nm) = self.wavelengths.iter().find(|nm| !WAVELENGTHS.contains(*nm)) {
             let found = format!("a wavelength of {nm} nm");
-            return Err(end.error("", found, "expected 100 to 1000000 nm (WL)"));
+            return Err(end.error("", found, "expected 100 to 1000000000 nm (WL)"));
         }
         let weight = |i: usize| self.weights.get(i).copied().unwrap_or(1.0);
         let lines = self.wavelengths.iter().enumerate();
@@ -270,6 +296,11 @@ impl<'a> Reader<'a> {
             ..Design::default()
         })
     }
+}
+
+/// Returns the curvature of a radius; 0 and infinity mean a plane.
+fn curvature_of(radius: f64) -> f64 {
+    if radius == 0.0 { 0.0 } else { radius.recip() }
 }
 
 /// Returns whether a word names a surface (S, SO, SI, S12), and its number if it has one.

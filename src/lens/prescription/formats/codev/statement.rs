@@ -18,6 +18,11 @@ impl CodeVWord<'_> {
         self.line.number_of(self.text)
     }
 
+    /// Returns the word as a radius or a distance, which may be infinite.
+    pub fn length(&self) -> Result<f64, LensError> {
+        self.line.length_of(self.text)
+    }
+
     /// Returns an error at this word.
     pub fn error(&self, found: impl Into<String>, expected: &str) -> LensError {
         self.line.error(self.text, found, expected)

@@ -8,7 +8,7 @@ use super::super::text::Line;
 use super::super::{INFINITE, MIN_RADIUS};
 use super::aperture::Apertures;
 use super::decentre::{Decentre, Frames};
-use super::{CodeVWord, surface_place};
+use super::{CodeVWord, curvature_of, surface_place};
 use crate::lens::analysis::paraxial::RayTransferMatrix;
 use crate::lens::prescription::Row;
 use crate::lens::prescription::error::LensError;
@@ -26,7 +26,9 @@ const UNSIMULATED: [&str; 22] = [
 /// Commands about one surface, in units of the file.
 pub(super) struct CodeVSurface<'a> {
     line: Line<'a>,
-    curvature: f64,
+    pub curvature: f64,
+    /// Whether the curvature is a number of the surface's line, read by CODE V's default.
+    pub by_default: bool,
     pub thickness: f64,
     pub medium: Option<CodeVWord<'a>>,
     pub stop: bool,
@@ -57,6 +59,7 @@ impl<'a> CodeVSurface<'a> {
         Self {
             line,
             curvature,
+            by_default: false,
             thickness,
             medium,
             stop: false,
@@ -80,6 +83,10 @@ impl<'a> CodeVSurface<'a> {
             Some(word) => word.number(),
             None => Err(command.error(format!("{keyword} without a value"), "expected a number")),
         };
+        let length = || match values.last() {
+            Some(word) => word.length(),
+            None => Err(command.error(format!("{keyword} without a value"), "expected a number")),
+        };
         let kind = || values.first().map_or("", |word| word.text).to_ascii_uppercase();
         if let Some(i) = COEFFICIENTS.iter().position(|name| *name == keyword) {
             self.coefficients[i] = last()?;
@@ -93,12 +100,16 @@ impl<'a> CodeVSurface<'a> {
         }
         match keyword {
             "RDY" => {
-                let radius = last()?;
-                self.curvature = if radius == 0.0 { 0.0 } else { radius.recip() };
+                let radius = length()?;
+                self.curvature = curvature_of(radius);
+                self.by_default = false;
             }
-            "CUY" => self.curvature = last()?,
+            "CUY" => {
+                self.curvature = last()?;
+                self.by_default = false;
+            }
             // Solves such as "THI HMY 0.0": the value is stored.
-            "THI" if values.len() == 1 => self.thickness = last()?,
+            "THI" if values.len() == 1 => self.thickness = length()?,
             "THI" => {}
             "GLA" => {
                 let zoomed = values.windows(2).any(|pair| pair[0].text != pair[1].text);

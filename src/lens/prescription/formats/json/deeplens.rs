@@ -72,7 +72,7 @@ fn read_surface(
                 left_out.leave_out(&place.line, place.word, "an asphere of normalized height")?;
             } else if let Some(terms) = surface.get("ai").filter(|_| kind == "aspheric") {
                 row.asphere = even_powers(2, &terms.numbers()?)
-                    .map_err(|found| terms.error(found, "expected powers up to 20"))?;
+                    .map_err(|found| terms.error(found, "expected powers up to 30"))?;
             }
         }
         "plane" => {}

@@ -92,7 +92,7 @@ fn read_surface(
             Ok(Vec::new())
         }
     };
-    row.asphere = terms.map_err(|found| kind.error(found, "expected powers from 2 to 20"))?;
+    row.asphere = terms.map_err(|found| kind.error(found, "expected powers from 2 to 30"))?;
     if let Some(conic) = surface.get("Conic") {
         row.conic = conic.number()?;
     }

@@ -10,6 +10,7 @@ use super::value::{Content, Json};
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::formats::checks::{medium, powers, radius};
+use crate::lens::prescription::formats::{MAX_INDEX, MIN_INDEX};
 use crate::lens::prescription::system::{MediumBehind, SequentialSystem, SystemSurface};
 use crate::lens::prescription::{CrossSection, Prescription, Row};
 use crate::spectrum::glass::Glass;
@@ -114,7 +115,7 @@ fn read_surface(
         ..Row::default()
     };
     let mut conic_x = 0.0;
-    if let Some(conic) = surface.get("conic_constant") {
+    if let Some(conic) = surface.get("conic_constant").filter(|value| !is_empty(value)) {
         let [x, y] = pair(conic)?;
         conic_x = x;
         row.conic = y;
@@ -182,7 +183,7 @@ fn asphere(terms: &Json<'_>, left_out: &mut ReadReport<'_>) -> Result<Vec<(u32, 
             left_out.leave_out(&terms.line, terms.word, what)?;
         }
     }
-    powers(found).map_err(|found| terms.error(found, "expected powers from 2 to 20"))
+    powers(found).map_err(|found| terms.error(found, "expected powers from 2 to 30"))
 }
 
 /// An index, or a table of wavelengths (nm) and indices.
@@ -198,7 +199,7 @@ fn index(value: &Json<'_>, left_out: &mut ReadReport<'_>) -> Result<MediumBehind
     let mut table: Vec<[f64; 2]> =
         wavelengths.iter().zip(&indices).map(|(&nm, &index)| [nm, index]).collect();
     let rises = table.windows(2).all(|pair| pair[0][0] < pair[1][0]);
-    let plausible = |&[nm, index]: &[f64; 2]| nm > 0.0 && (1.0..=10.0).contains(&index);
+    let plausible = |&[nm, index]: &[f64; 2]| nm > 0.0 && (MIN_INDEX..=MAX_INDEX).contains(&index);
     if table.is_empty() || wavelengths.len() != indices.len() || !rises {
         return Err(bad(format!("{} wavelengths, {} indices", wavelengths.len(), indices.len())));
     }

@@ -120,7 +120,7 @@ fn read_element(
     }
     if let Some(terms) = element.get("aspherical-equation") {
         row.asphere = even_powers(4, &terms.numbers()?)
-            .map_err(|found| terms.error(found, "expected powers up to 20"))?;
+            .map_err(|found| terms.error(found, "expected powers up to 30"))?;
     }
     let number = |name: &str| element.get(name).map(Json::number).transpose();
     let medium = medium(number("ior")?, number("abbe")?, material, left_out)

@@ -100,7 +100,7 @@ fn read_surface(
             Ok(Vec::new())
         }
     };
-    row.asphere = terms.map_err(|found| kind.error(found, "expected powers from 2 to 20"))?;
+    row.asphere = terms.map_err(|found| kind.error(found, "expected powers from 2 to 30"))?;
     let reflects = is("is_reflective")
         || surface
             .get("interaction_model")

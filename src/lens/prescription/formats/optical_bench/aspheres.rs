@@ -99,7 +99,7 @@ pub(super) fn read(
         let row = &mut system.surfaces[surface].row;
         row.conic = conic;
         row.asphere = powers(terms)
-            .map_err(|found| line.error(cells[0], found, "expected powers from 2 to 20"))?;
+            .map_err(|found| line.error(cells[0], found, "expected powers from 2 to 30"))?;
     }
     Ok(())
 }

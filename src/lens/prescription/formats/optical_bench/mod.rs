@@ -88,9 +88,9 @@ fn surface(
     match cell(1).to_ascii_uppercase().as_str() {
         "AS" | "STO" | "STOP" => row.stop = true,
         "FS" => clips = true,
-        "CG" | "INFINITY" | "INF" | "∞" => {}
+        "CG" | "∞" | "-∞" => {}
         _ => {
-            let value = sections::number(line, cell(1))?;
+            let value = sections::length(line, cell(1))?;
             let expected = "expected 1e-6 mm or more, or AS, FS, CG or Infinity";
             row.radius = radius(value).map_err(|found| line.error(cell(1), found, expected))?;
         }

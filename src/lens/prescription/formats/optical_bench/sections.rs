@@ -57,6 +57,18 @@ impl<'a> Sections<'a> {
     }
 }
 
+/// Parses a cell as a radius, which may be infinite; a minus sign of typography counts as one.
+///
+/// # Errors
+/// Returns an error with line and column if it is none.
+pub(super) fn length(line: &Line<'_>, word: &str) -> Result<f64, LensError> {
+    let plain = word.replace(['\u{2212}', '\u{2013}'], "-");
+    match plain.parse::<f64>() {
+        Ok(length) if length.is_infinite() => Ok(length),
+        _ => number(line, word),
+    }
+}
+
 /// Parses a cell as a finite number; a minus sign of typography counts as one.
 ///
 /// # Errors

@@ -4,7 +4,7 @@ use super::super::axis::{decentre_then_tilt, tilt_then_decentre};
 use super::super::glass_name::{GlassNames, ModelFigures};
 use super::super::report::ReadReport;
 use super::super::text::Line;
-use super::super::{INFINITE, MIN_RADIUS};
+use super::super::{INFINITE, MAX_POWER, MIN_RADIUS};
 use crate::lens::analysis::paraxial::RayTransferMatrix;
 use crate::lens::prescription::Row;
 use crate::lens::prescription::error::LensError;
@@ -154,7 +154,7 @@ impl<'a> OsloSurface<'a> {
             }
         }
         for &(power, coefficient) in self.terms.iter().filter(|(_, value)| *value != 0.0) {
-            if !(2..=20).contains(&power) {
+            if !(2..=MAX_POWER).contains(&power) {
                 let what = format!("the term r^{power} of surface {number}");
                 report.unsimulated(line, "", what, "without it")?;
                 continue;

@@ -5,7 +5,7 @@ use super::value::Section;
 use crate::io::excerpt;
 use crate::lens::prescription::Row;
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::formats::MAX_INDEX;
+use crate::lens::prescription::formats::{MAX_INDEX, MIN_INDEX, WAVELENGTHS};
 use crate::spectrum::glass::{Glass, GlassMatch};
 
 /// Reads the index and the dispersion of the medium behind a surface; `previous` is the surface
@@ -73,8 +73,12 @@ fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
     }
     let Some(name) = section.string("glass")? else { return Ok(None) };
     let library = section.source.glasses;
+    if let Some(fault) = library.fault(name) {
+        let found = format!("the glass \"{}\" cannot be used", excerpt(name));
+        return Err(section.error("glass", found, fault));
+    }
     let found = library.find(name, &[]);
-    let Some(GlassMatch { glass, substitution: None }) = found else {
+    let Some(GlassMatch { glass, substitution: None, ambiguity }) = found else {
         // A file of petzval's own names its glass exactly: a substitute is only suggested.
         let near = match found {
             Some(GlassMatch { glass: Glass::Catalogue(glass), .. }) => Some(glass.name.to_string()),
@@ -86,14 +90,17 @@ fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
                         numbers";
         return Err(section.error("glass", found, expected));
     };
+    if let Some(ambiguity) = ambiguity {
+        section.source.note(ambiguity);
+    }
     Ok(Some((glass.nd(), glass)))
 }
 
 fn by_index(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
     let in_range = |at: usize, index: f64| {
         let found = format!("index {index}");
-        let expected = format!("expected 1 (air) to {MAX_INDEX}");
-        match (1.0..=MAX_INDEX).contains(&index) {
+        let expected = format!("expected 1 (air) to {MAX_INDEX}, or {MIN_INDEX} for a gas");
+        match (MIN_INDEX..=MAX_INDEX).contains(&index) {
             true => Ok(index),
             false => Err(section.source.error_at(at, found, expected)),
         }
@@ -138,9 +145,9 @@ fn table(
     let mut entries = section.number_pairs("index", form)?;
     for &(at, [nm, n]) in &entries {
         in_range(at, n)?;
-        if !(100.0..=1e6).contains(&nm) {
+        if !WAVELENGTHS.contains(&nm) {
             let found = format!("wavelength {nm}");
-            return Err(section.source.error_at(at, found, "expected nm, 100 to 1000000"));
+            return Err(section.source.error_at(at, found, "expected nm, 100 to 1000000000"));
         }
     }
     entries.sort_by(|(_, a), (_, b)| a[0].total_cmp(&b[0]));

@@ -13,7 +13,7 @@
 //! | `glass` | catalogue name of the medium, instead of `index` | |
 //! | `stop` | `true` for exactly one surface | |
 //! | `conic` | conic constant k: 0 for a sphere, -1 for a paraboloid | 0 |
-//! | `asphere` | `[[power, coefficient], ...]`, powers 2 to 20, even or odd | |
+//! | `asphere` | `[[power, coefficient], ...]`, powers 2 to 30, even or odd | |
 //! | `shape` | `"biconic"` or `"toroid"`: `radius_x` (and for a biconic `conic_x`) along x, all else along y | |
 //! | `axis` | `"x"` or `"y"`: a cylinder that is straight along it | |
 //! | `mirror` | `true` for a surface that reflects; the thicknesses behind it are then negative up to the next mirror | `false` |
@@ -65,6 +65,7 @@ mod row;
 mod value;
 mod write;
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use ::toml::de::{DeTable, DeValue};
@@ -94,7 +95,8 @@ pub(crate) fn parse_with(
     context: &ReadContext,
 ) -> Result<Prescription, LensError> {
     let glasses = GlassLibrary::for_context(context)?;
-    let source = Source { path, text, context, glasses: &glasses };
+    let notes = RefCell::default();
+    let source = Source { path, text, context, glasses: &glasses, notes: &notes };
     let table = DeTable::parse(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let found = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
@@ -153,6 +155,7 @@ pub(crate) fn parse_with(
         design: design::read(&top, rows.len())?,
         ..Prescription::new(name, rows)?
     };
+    lens.design.notes.extend(notes.take());
     if !lens.design.wavelengths.is_empty() {
         lens = lens.at_wavelength(lens.design.primary_wavelength()).map_err(|error| {
             top.error("wavelengths", error.to_string(), "expected a range that the glasses have")

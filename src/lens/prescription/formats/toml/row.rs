@@ -9,7 +9,7 @@ use crate::io::{excerpt, hint};
 use crate::lens::analysis::paraxial::RayTransferMatrix;
 use crate::lens::prescription::coating::Coating;
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::formats::MIN_RADIUS;
+use crate::lens::prescription::formats::{MAX_POWER, MIN_RADIUS};
 use crate::lens::prescription::{CrossSection, Row, TransverseAxis};
 
 const KEYS: &[&str] = &[
@@ -184,8 +184,8 @@ fn asphere(section: &Section) -> Result<Vec<(u32, f64)>, LensError> {
     let mut terms: Vec<(u32, f64)> = Vec::new();
     for (at, [power, coefficient]) in section.number_pairs("asphere", form)? {
         let error = |found: String, expected| Err(section.source.error_at(at, found, expected));
-        if !(2.0..=20.0).contains(&power) || power.fract() != 0.0 {
-            return error(format!("power {power}"), "expected a whole number from 2 to 20");
+        if !(2.0..=f64::from(MAX_POWER)).contains(&power) || power.fract() != 0.0 {
+            return error(format!("power {power}"), "expected a whole number from 2 to 30");
         }
         let power = power as u32;
         if terms.iter().any(|(earlier, _)| *earlier == power) {

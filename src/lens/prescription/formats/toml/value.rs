@@ -1,5 +1,6 @@
 //! Typed access to the values of a TOML table, with their positions.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use toml::Spanned;
@@ -19,9 +20,19 @@ pub(super) struct Source<'a> {
     pub(super) text: &'a str,
     pub(super) context: &'a ReadContext,
     pub(super) glasses: &'a GlassLibrary,
+    /// What the user should know about the glasses of the file.
+    pub(super) notes: &'a RefCell<Vec<String>>,
 }
 
 impl Source<'_> {
+    /// Adds a note once.
+    pub(super) fn note(&self, note: String) {
+        let mut notes = self.notes.borrow_mut();
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
+
     /// Returns an error at a byte offset of the text.
     pub(super) fn error_at(
         &self,

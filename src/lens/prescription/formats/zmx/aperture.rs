@@ -33,6 +33,10 @@ impl<'a> Aperture<'a> {
         values: &[&'a str],
     ) -> Result<bool, LensError> {
         let number = |i: usize| number_at(&line, keyword, values, i);
+        let rim = |i: usize| match values.get(i) {
+            Some(word) => line.length_of(word),
+            None => number(i),
+        };
         let half_widths = || -> Result<[f64; 2], LensError> {
             let half_widths = [number(0)?, number(1)?];
             match half_widths.iter().find(|half| !(1e-9..=1e9).contains(*half)) {
@@ -48,8 +52,9 @@ impl<'a> Aperture<'a> {
             Ok(Some(SurfaceAperture { form, half_widths, centre: NO_DECENTRE, obscures }))
         };
         match keyword {
-            "CLAP" | "FLAP" => self.open = Some([number(0)?, number(1)?]),
-            "OBSC" => self.blocked = Some([number(0)?, number(1)?]),
+            // "CLAP 15 INF" has no outer rim.
+            "CLAP" | "FLAP" => self.open = Some([number(0)?, rim(1)?]),
+            "OBSC" => self.blocked = Some([number(0)?, rim(1)?]),
             "OBDC" => self.decentre = [number(0)?, number(1)?],
             "SQAP" => self.shape = shape(ApertureForm::Rectangle, false)?,
             "SQOB" => self.shape = shape(ApertureForm::Rectangle, true)?,
@@ -96,13 +101,13 @@ impl<'a> Aperture<'a> {
     fn apply_centred_circles(&self, unit: f64, surface: &mut SystemSurface) {
         if let Some([inner, outer]) = self.open {
             surface.row.obstruction = 2.0 * unit * inner.max(0.0);
-            if outer > 0.0 {
+            if outer > 0.0 && outer.is_finite() {
                 surface.semi_diameter = Some(outer * unit);
                 surface.clips = true;
             }
         }
         match self.blocked {
-            Some([inner, outer]) if inner <= 0.0 => {
+            Some([inner, outer]) if inner <= 0.0 && outer.is_finite() => {
                 surface.row.obstruction = surface.row.obstruction.max(2.0 * unit * outer.max(0.0));
             }
             Some([inner, _]) => {
@@ -121,8 +126,10 @@ impl<'a> Aperture<'a> {
         if self.decentre == NO_DECENTRE {
             return shapes;
         }
-        let circle =
-            |radius: f64| (radius > 0.0).then(|| SurfaceAperture::circle(radius, NO_DECENTRE));
+        let circle = |radius: f64| {
+            (radius > 0.0 && radius.is_finite())
+                .then(|| SurfaceAperture::circle(radius, NO_DECENTRE))
+        };
         if let Some([inner, outer]) = self.open {
             shapes.extend(circle(outer));
             shapes.extend(circle(inner).map(SurfaceAperture::obscuring));

@@ -4,6 +4,7 @@ use super::super::INFINITE;
 use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::number_at;
+use super::surface::ZemaxSurface;
 use crate::lens::prescription::design::{Configuration, Quantity, Setting};
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::system::SystemAperture;
@@ -45,6 +46,36 @@ impl<'a> Operand<'a> {
             value,
             number: value.parse().ok().filter(|number: &f64| number.is_finite()),
         }))
+    }
+}
+
+/// Gives the surfaces and the aperture the values of one configuration, from 1: in a file the operands
+/// of the current one hold, whatever stands beside the surfaces.
+pub(super) fn settle(
+    operands: &[Operand],
+    current: usize,
+    surfaces: &mut [ZemaxSurface],
+    aperture: &mut Option<SystemAperture>,
+) {
+    for operand in operands.iter().filter(|operand| operand.configuration == current) {
+        let is_infinite = operand.value.to_ascii_uppercase().starts_with("INF");
+        if let ("APER", Some(value)) = (operand.keyword, operand.number) {
+            *aperture = aperture.map(|aperture| match aperture {
+                SystemAperture::EntrancePupil(_) => SystemAperture::EntrancePupil(value),
+                SystemAperture::FNumber(_) => SystemAperture::FNumber(value),
+                SystemAperture::ImageNa(_) => SystemAperture::ImageNa(value),
+                SystemAperture::ObjectNa(_) => SystemAperture::ObjectNa(value),
+            });
+        }
+        let Some(surface) = surfaces.get_mut(operand.surface) else { continue };
+        match (operand.keyword, operand.number) {
+            ("THIC", Some(value)) => surface.thickness = value,
+            ("THIC", None) if is_infinite => surface.thickness = f64::INFINITY,
+            ("CRVT", Some(value)) => surface.curvature = value,
+            ("CONN", Some(value)) => surface.conic = value,
+            ("SDIA", Some(value)) => surface.semi_diameter = Some(value),
+            _ => {}
+        }
     }
 }
 

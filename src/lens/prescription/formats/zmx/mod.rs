@@ -17,12 +17,12 @@ use std::path::Path;
 use super::glass_name::GlassNames;
 use super::report::ReadReport;
 use super::text::Line;
-use super::{INFINITE, MAX_SURFACES};
+use super::{INFINITE, MAX_SURFACES, WAVELENGTHS};
 use crate::io::{ReadContext, excerpt};
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::design::{Design, FieldKind, Fields, SpectralLine};
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::system::{SequentialSystem, SystemAperture};
+use crate::lens::prescription::system::{SequentialSystem, SystemAperture, SystemSurface};
 use configuration::Operand;
 use surface::ZemaxSurface;
 
@@ -45,6 +45,8 @@ struct Reader<'a> {
     primary: usize,
     surfaces: Vec<ZemaxSurface<'a>>,
     configurations: usize,
+    /// Configuration in which the file was written, from 1; none if it states no configurations.
+    current: Option<usize>,
     operands: Vec<Operand<'a>>,
 }
 
@@ -74,6 +76,7 @@ pub(super) fn parse(
         primary: 0,
         surfaces: Vec::new(),
         configurations: 1,
+        current: None,
         operands: Vec::new(),
     };
     let mut end = start;
@@ -102,7 +105,7 @@ impl<'a> Reader<'a> {
         {
             return Ok(());
         }
-        if self.configurations > 1 && configuration::is_operand(keyword) {
+        if self.current.is_some() && configuration::is_operand(keyword) {
             self.operands.extend(Operand::read(line, keyword, &values)?);
             return Ok(());
         }
@@ -169,7 +172,11 @@ impl<'a> Reader<'a> {
             }
             "PWAV" => self.primary = (number(0)? as usize).saturating_sub(1),
             "GCAT" => self.glasses.prefer(values.iter().copied()),
-            "MNUM" => self.configurations = (number(0)? as usize).clamp(1, MAX_SURFACES),
+            "MNUM" => {
+                self.configurations = (number(0)? as usize).clamp(1, MAX_SURFACES);
+                let current = if values.len() > 1 { number(1)? as usize } else { 1 };
+                self.current = Some(current.clamp(1, self.configurations));
+            }
             "ENVD" if self.other_environment(values) => {
                 self.report.note(
                     "indices are those at 20 degrees C and 1 atm, not those of the environment \
@@ -195,6 +202,11 @@ impl<'a> Reader<'a> {
             let found = format!("{count} surfaces");
             return Err(end.error("", found, "expected object, lens and image: SURF 0, 1, 2 ..."));
         }
+        if let Some(current) = self.current {
+            let (operands, surfaces) = (&self.operands, &mut self.surfaces);
+            configuration::settle(operands, current, surfaces, &mut self.aperture);
+            self.note_current_configuration();
+        }
         let mut system = SequentialSystem {
             name: std::mem::take(&mut self.name),
             source: (!self.notes.is_empty()).then(|| self.notes.join(" ")),
@@ -215,6 +227,11 @@ impl<'a> Reader<'a> {
             };
             places[1 + i] = Some(system.surfaces.len());
             system.surfaces.push(surface);
+        }
+        if let Some(axis) = self.surfaces[count - 1].tilted_axis() {
+            let line = self.surfaces[count - 1].line.number;
+            let coordinate_break = Some(axis);
+            system.surfaces.push(SystemSurface { line, coordinate_break, ..Default::default() });
         }
         let object = &self.surfaces[0];
         if let Some(glass) = &object.glass {
@@ -250,13 +267,23 @@ impl<'a> Reader<'a> {
         Ok(system)
     }
 
+    /// Says which configuration the lens is in, if there are several.
+    fn note_current_configuration(&mut self) {
+        if let (Some(current), count @ 2..) = (self.current, self.configurations) {
+            self.report.note(format!(
+                "the lens is in configuration {current} of {count}, the current one of the file; \
+                 --zoom chooses another"
+            ));
+        }
+    }
+
     /// Returns wavelengths and fields.
     fn design(&mut self, end: &Line) -> Result<Design, LensError> {
         let count = self.wavelength_count.filter(|&count| count > 0);
         self.wavelengths.truncate(count.unwrap_or_else(|| self.wavelengths.len().min(1)));
-        if let Some(line) = self.wavelengths.iter().find(|line| !(100.0..=1e6).contains(&line.nm)) {
+        if let Some(line) = self.wavelengths.iter().find(|line| !WAVELENGTHS.contains(&line.nm)) {
             let found = format!("a wavelength of {} um", line.nm / 1000.0);
-            return Err(end.error("", found, "expected 0.1 to 1000 um (WAVM)"));
+            return Err(end.error("", found, "expected 0.1 to 1000000 um (WAVM)"));
         }
         let [x, y] = &self.fields;
         let count = self.field_count.unwrap_or(x.len().max(y.len())).min(x.len().max(y.len()));

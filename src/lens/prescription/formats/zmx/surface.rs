@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::super::axis::{decentre_then_tilt, tilt_then_decentre};
+use glam::DAffine3;
+
+use super::super::axis::{decentre_then_tilt, tangents_to_angles, tilt_then_decentre};
 use super::super::glass_name::{GlassNames, ModelFigures};
 use super::super::report::ReadReport;
 use super::super::text::Line;
-use super::super::{INFINITE, MAX_INDEX, MIN_RADIUS};
+use super::super::{INFINITE, MAX_INDEX, MIN_INDEX, MIN_RADIUS};
 use super::aperture::Aperture;
 use super::{keyword, number_at, surface_type};
 use crate::lens::prescription::Row;
@@ -28,7 +30,7 @@ pub(super) struct ZemaxSurface<'a> {
     /// `XDAT` by number.
     pub extra: BTreeMap<usize, f64>,
     pub glass: Option<NamedGlass<'a>>,
-    semi_diameter: Option<f64>,
+    pub semi_diameter: Option<f64>,
     aperture: Aperture<'a>,
     stop: bool,
     ignored: bool,
@@ -82,7 +84,12 @@ impl<'a> ZemaxSurface<'a> {
             "DISZ" if values.first().is_some_and(|word| word.starts_with("INF")) => {
                 self.thickness = f64::INFINITY;
             }
-            "DISZ" => self.thickness = number(0)?,
+            "DISZ" => {
+                self.thickness = match values.first() {
+                    Some(word) => line.length_of(word)?,
+                    None => number(0)?,
+                }
+            }
             "PARM" => {
                 self.parameters.insert(index(0)?, number(1)?);
             }
@@ -146,6 +153,14 @@ impl<'a> ZemaxSurface<'a> {
         Ok(Some(surface))
     }
 
+    /// Returns the axis of a tilted plane, if it is one.
+    pub fn tilted_axis(&self) -> Option<DAffine3> {
+        let tangents = [1, 2].map(|i| self.parameters.get(&i).copied().unwrap_or(0.0));
+        let tilted = self.kind.1 == "TILTSURF" && tangents != [0.0; 2];
+        let [x, y] = tangents_to_angles(tangents);
+        tilted.then(|| decentre_then_tilt([0.0; 3], [x, y, 0.0]))
+    }
+
     fn medium(
         &self,
         glasses: &GlassNames,
@@ -159,6 +174,8 @@ impl<'a> ZemaxSurface<'a> {
         let glass = picked(glass).unwrap_or_else(|| glass.clone());
         Ok(match (glass.name, glass.figures) {
             ("MIRROR", _) => MediumBehind::Mirror,
+            // A model glass of negative index reflects.
+            ("___BLANK", Some(figures)) if figures.nd < 0.0 => MediumBehind::Mirror,
             ("___BLANK", Some(figures)) => figures.medium(),
             ("___BLANK", None) | ("AIR" | "VACUUM", _) => MediumBehind::Air,
             (name, figures) => {
@@ -189,10 +206,11 @@ impl<'a> NamedGlass<'a> {
         let number = |i: usize| values.get(i).map_or(Ok(0.0), |word| line.number_of(word));
         let figures = ModelFigures { nd: number(3)?, vd: number(4)?, dpgf: number(5)? };
         let kind = number(1)?;
-        let stated = figures.nd > 1.0 && figures.nd < MAX_INDEX;
+        let mirror = name == "___BLANK" && (-MAX_INDEX..=-1.0).contains(&figures.nd);
+        let stated = mirror || (figures.nd != 1.0 && (MIN_INDEX..MAX_INDEX).contains(&figures.nd));
         if name == "___BLANK" && !stated && kind < 2.0 && figures.nd != 1.0 && figures.nd != 0.0 {
             let found = format!("a model glass of index {}", figures.nd);
-            return Err(line.error(values[3], found, "expected 1 to 10"));
+            return Err(line.error(values[3], found, "expected 1 to 10, or -1 for a mirror"));
         }
         let unnamed = name == "___BLANK" && !stated;
         let pickup = (unnamed && kind >= 2.0).then_some(number(2)? as usize);

@@ -1,14 +1,13 @@
 //! Types of surfaces in Zemax files.
 
+use super::super::MAX_POWER;
+use super::super::axis::tangents_to_angles;
 use super::super::report::ReadReport;
 use super::surface::ZemaxSurface;
 use crate::io::excerpt;
 use crate::lens::analysis::paraxial::RayTransferMatrix;
 use crate::lens::prescription::error::LensError;
 use crate::lens::prescription::{CrossSection, Row};
-
-/// Highest power of an asphere.
-const MAX_POWER: u32 = 20;
 
 /// Sets the shape of a surface beside its curvature and conic constant.
 ///
@@ -54,7 +53,13 @@ pub(super) fn shape(
             (even(2), effective(3))
         }
         "DGRATING" => (Vec::new(), parameter(1) * parameter(2) != 0.0),
-        "IRREGULA" | "TILTSURF" => (Vec::new(), any(1)),
+        "TILTSURF" => {
+            // A plane: its curvature is not used.
+            row.radius = f64::INFINITY;
+            row.pose.tilt = tangents_to_angles([1, 2].map(parameter));
+            (Vec::new(), false)
+        }
+        "IRREGULA" => (Vec::new(), any(1)),
         "BINARY_1" | "BINARY_2" | "FZERNSAG" | "FZERNPHA" => (even(1), effective(3)),
         "XPOLYNOM" | "QED_TYPE" => (Vec::new(), effective(3)),
         _ => (Vec::new(), true),

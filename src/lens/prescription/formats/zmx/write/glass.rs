@@ -90,7 +90,7 @@ impl GlassWriter {
     fn finds(&self, name: &str, makers: &[String], glass: &CatalogueGlass) -> bool {
         let makers: Vec<&str> = makers.iter().map(String::as_str).collect();
         let found = self.library.resolve(name, &makers);
-        matches!(&found, Some(GlassMatch { glass: Glass::Catalogue(found), substitution: None })
+        matches!(&found, Some(GlassMatch { glass: Glass::Catalogue(found), substitution: None, .. })
             if **found == *glass)
     }
 

@@ -1,8 +1,12 @@
 //! Reader of the `.fx` files of polynomial-optics and crayg: `[Metadata]`, `[Surfaces]` with a line
 //! of column names, `[Aspheric Coefficients]` by the number of the surface from 0.
 //!
+//! polynomial-optics itself has files without sections, which [`table`] reads.
+//!
 //! The stop has radius 0 and air on both sides. "Housing-Radius" holds semi-diameters, and diameters
 //! in some files.
+
+mod table;
 
 use std::path::Path;
 
@@ -31,6 +35,9 @@ pub(super) fn parse(
     text: &str,
     context: &ReadContext,
 ) -> Result<Prescription, LensError> {
+    if !text.lines().any(|line| line.trim_start().starts_with('[')) {
+        return table::parse(path, text, context);
+    }
     let mut left_out = ReadReport::new(context);
     let mut system =
         SequentialSystem { column_of_semi_diameters: true, ..SequentialSystem::default() };
@@ -118,7 +125,7 @@ fn surface(
         })
     };
     let number = |name: &str| cell(name).map(|word| line.number_of(word)).transpose();
-    let stated = line.number_of(need("radius")?)?;
+    let stated = line.length_of(need("radius")?)?;
     let mut row = Row {
         radius: radius(stated)
             .map_err(|found| line.error(words[0], found, "expected 1e-6 mm or more, or 0"))?,
@@ -167,18 +174,18 @@ fn asphere(
         let last = system.surfaces.len().saturating_sub(1);
         return Err(line.error(first, found, &format!("expected its number, 0 to {last}")));
     };
-    let mut terms = vec![0.0; 10];
+    let mut terms = vec![0.0; 15];
     for word in words {
         let (name, value) = word.split_once('=').unwrap_or(("", word));
         let power = name.strip_prefix('a').and_then(|power| power.parse::<usize>().ok());
         match power {
             _ if name == "k" => system.surfaces[number].row.conic = line.number_of(value)?,
-            Some(power) if power % 2 == 0 && (2..=20).contains(&power) => {
+            Some(power) if power % 2 == 0 && (2..=30).contains(&power) => {
                 terms[power / 2 - 1] = line.number_of(value)?;
             }
             _ => {
                 let found = format!("\"{}\"", excerpt(word));
-                return Err(line.error(word, found, "expected k=, or a2= to a20= for even powers"));
+                return Err(line.error(word, found, "expected k=, or a2= to a30= for even powers"));
             }
         }
     }
@@ -201,7 +208,7 @@ fn place_coefficients(
     for (line, number, terms) in coefficients {
         let first = if shifted { 4 } else { 2 };
         system.surfaces[*number].row.asphere = even_powers(first, terms)
-            .map_err(|found| line.error(line.text, found, "expected powers up to 20"))?;
+            .map_err(|found| line.error(line.text, found, "expected powers up to 30"))?;
     }
     if shifted {
         system.design.notes.push(
