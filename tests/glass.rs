@@ -134,9 +134,11 @@ fn chromatic_focal_shift_follows_the_published_indices() {
 fn lens_trace_refracts_each_wavelength_by_its_published_index() {
     let folder = folder();
     for name in ["F2", "N-BK7", "S-TIH6", "FCD1"] {
+        // Several makers have an F2.
+        let glass = name.replace("F2", "Schott F2");
         let file = format!(
             "[[surface]]\nstop = true\ndiameter = 10\nthickness = 1\n\
-             [[surface]]\nradius = 50\nthickness = 5\ndiameter = 20\nglass = \"{name}\"\n\
+             [[surface]]\nradius = 50\nthickness = 5\ndiameter = 20\nglass = \"{glass}\"\n\
              [[surface]]\nradius = -50\ndiameter = 20\n"
         );
         write(&folder, "lens.toml", file);
