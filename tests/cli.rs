@@ -174,7 +174,7 @@ fn the_automatic_exposure_is_printed_and_stored_to_lock_a_series() {
     let path = folder.path().join("a.png");
     let output = petzval(&small(&path, &[]));
     let stderr = text(&output.stderr);
-    let found = stderr.split("; --exposure ").nth(1).expect("an exposure");
+    let found = stderr.split("; --exposure=").nth(1).expect("an exposure");
     let stops = found.split(' ').next().expect("a number");
     let reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
     let reader = reader.read_info().unwrap();
@@ -195,6 +195,78 @@ fn the_automatic_exposure_is_printed_and_stored_to_lock_a_series() {
     let clipped = |pixels: &[[f32; 3]]| pixels.iter().filter(|p| p.contains(&1.0)).count();
     assert!(clipped(&filmic) < clipped(&one), "{} and {}", clipped(&filmic), clipped(&one));
     refuses(&small(&again, &["--tone", "log"]), "expected linear or filmic");
+}
+
+#[test]
+fn a_quantity_with_its_unit_means_the_same_in_every_command() {
+    let folder = folder();
+    let pixels = |more: &[&str]| {
+        let path = folder.path().join("unit.exr");
+        let output = petzval(&small(&path, more));
+        assert!(output.status.success(), "{more:?}: {}", text(&output.stderr));
+        petzval::io::image::Picture::read(&path).unwrap().pixels
+    };
+    let plain = pixels(&["--focus", "2", "--fstop", "8", "--film-diagonal", "30"]);
+    let units = pixels(&["--focus", "2000mm", "--fstop", "f/8", "--film-diagonal", "3cm"]);
+    assert!(plain == units, "2 is 2 m, 8 is f/8, and 30 is 30 mm");
+    let plan = |more: &[&str]| {
+        let output = petzval(&[&["plan", "scenes/dgauss.pbrt", "--json"], more].concat());
+        assert!(output.status.success(), "{more:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    assert_eq!(
+        plan(&["--focus", "0.85", "--shutter", "time=1/60"]),
+        plan(&["--focus", "85cm", "--shutter", "time=1/60s"])
+    );
+    let lens = |more: &[&str]| {
+        let output = petzval(&[&["lens", "lenses/dgauss.50mm.dat"], more].concat());
+        assert!(output.status.success(), "{more:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    assert_eq!(
+        lens(&["--focus", "2000", "--stop", "8"]),
+        lens(&["--focus", "2m", "--stop", "8mm"])
+    );
+    refuses(&small(&folder.path().join("a.exr"), &["--focus", "2kg"]), "such as 2m or 850mm");
+    refuses(&small(&folder.path().join("a.exr"), &["--fstop", "8mm"]), "such as 2.8 or f/2.8");
+}
+
+#[test]
+fn short_help_is_short_and_options_stand_in_groups() {
+    let help = |flag: &str| text(&petzval(&["render", flag]).stdout);
+    let [short, long] = ["-h", "--help"].map(help);
+    for heading in ["Picture:", "Lens:", "Camera:", "Effects:", "Large jobs:", "Messages:"] {
+        for text in [&short, &long] {
+            assert_eq!(
+                text.lines().filter(|line| *line == heading).count(),
+                1,
+                "{heading}: {text}"
+            );
+        }
+    }
+    let lines = [&short, &long].map(|text| text.lines().count());
+    assert!(2 * lines[0] < lines[1], "{lines:?}");
+    assert!(long.contains("A number alone is in metres") && !short.contains("in metres"));
+}
+
+#[test]
+fn a_lens_for_a_small_film_says_so_and_offers_a_film_that_it_fills() {
+    let folder = folder();
+    let path = folder.path().join("a.exr");
+    let run = |more: &[&str]| {
+        let output = petzval(&small(&path, more));
+        assert!(output.status.success(), "{more:?}: {}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    let stderr = run(&["--lens", "lenses/phone.toml"]);
+    let offered = stderr.split("--film-diagonal ").nth(1).expect("an offer");
+    let offered = offered.split(' ').next().expect("a length");
+    let fitted = run(&["--lens", "lenses/phone.toml", "--film-diagonal", offered]);
+    assert!(!fitted.contains("--film-diagonal"), "{fitted}");
+    let picture = petzval::io::image::Picture::read(&path).unwrap();
+    // The sky of the scene is black, and its ground is not.
+    assert!(picture.pixels[40 * 29][1] > 0.0, "the lower left corner is black");
+    assert!(!run(&["--lens", "lenses/dgauss.50mm.dat"]).contains("--film-diagonal"));
 }
 
 #[test]
@@ -263,7 +335,7 @@ fn errors_end_with_exit_code_2_and_advice() {
     for length in ["nan", "-3", "0", "x"] {
         refuses(
             &["lens", "lenses/dgauss.50mm.dat", "--focus", length],
-            "expected a length above 0",
+            "expected a length above 0 such as 850mm or 2m (a number alone is in mm)",
         );
         refuses(
             &["lens", "lenses/dgauss.50mm.dat", "--film-distance", length],

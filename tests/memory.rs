@@ -127,7 +127,8 @@ fn the_memory_of_a_merge_does_not_grow_with_the_parts() {
             })
             .collect();
         peak_and_estimate(
-            &workspace.run_ok(&format!("merge {} -o {shards}.exr --memory 1GiB", names.join(" "))),
+            &workspace
+                .run_ok(&format!("merge -v {} -o {shards}.exr --memory 1GiB", names.join(" "))),
         )
     };
     let ([few, _], [many, expected]) = (merge(2), merge(12));

@@ -26,8 +26,9 @@ pub(super) struct AccuracyArguments {
     /// Folder for the report: index.html, plot.svg, plot.png, accuracy.csv, accuracy.json
     #[arg(short, long, value_name = "FOLDER", default_value = "report")]
     output: PathBuf,
-    /// Total time; --spp is then the largest number of samples per pixel. Reading the scene counts,
-    /// but is not cut short
+    /// Total time; --spp is then the largest number of samples per pixel
+    ///
+    /// Reading the scene counts, but is not cut short
     #[arg(
         long,
         value_name = "60s",

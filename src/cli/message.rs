@@ -11,7 +11,7 @@ use petzval::prepare::PrepareError;
 use petzval::scene::pbrt::SceneErrors;
 
 use super::Failure;
-use super::screen::columns;
+use super::screen::{columns, wrap};
 
 /// Most messages of one kind that are printed; the rest are counted.
 const MOST_ALIKE: usize = 3;
@@ -107,11 +107,12 @@ fn warn(warnings: impl Iterator<Item = (String, String)>) {
     let (argv, mut kinds) = (longest_first(), Kinds::default());
     for (place, message) in warnings {
         if kinds.add(&message) {
-            say!("petzval: warning: {place}: {}", brief(&message, &argv));
+            let line = format!("petzval: warning: {place}: {}", brief(&message, &argv));
+            say!("{}", wrap(&line, columns(), 2));
         }
     }
     for line in kinds.rest("warnings", &argv) {
-        say!("{line}");
+        say!("{}", wrap(&line, columns(), 2));
     }
 }
 

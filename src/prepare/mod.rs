@@ -211,6 +211,9 @@ fn plan_job(
         report.check_indices(lens, ghosts)?;
     }
     report.warn_crop(&job.frame, &job.plan);
+    if changes.lens.is_some() && changes.film_diagonal.is_none() {
+        report.warn_small_circle(&job.camera);
+    }
     if !changes.stop_criteria.count_only() {
         job.samples = 0..changes.samples.unwrap_or(StopCriteria::DEFAULT_MAX_SAMPLES);
         job.stop_criteria = changes.stop_criteria;

@@ -4,9 +4,19 @@ use super::PrepareError;
 use crate::film::Frame;
 use crate::io::image::{Note, Notes};
 use crate::io::{Location, Warning};
-use crate::lens::RealLens;
+use crate::lens::{Camera, LensModel, RealLens};
 use crate::plan::{Decision, Effect, EffectSelection, Plan};
 use crate::spectrum::LightBand;
+
+/// Steps along the half diagonal of the film in which the end of the light is looked for.
+const STEPS: u32 = 200;
+
+/// Share of the film's diagonal below which the circle of light counts as small: a picture of the
+/// usual formats then has black corners that no photographer wants, and a fitted film has none.
+const SMALL_CIRCLE: f64 = 0.7;
+
+/// Share of the circle of light that the fitted film spans, as the light falls off before its end.
+const FITTED: f64 = 0.9;
 
 /// Notes and warnings of a preparation.
 pub(super) struct Report {
@@ -70,6 +80,35 @@ impl Report {
             self.warn(format!("lens {}: {doubt}", prescription.name));
         }
         Ok(())
+    }
+
+    /// Warns if a lens that is not the scene's lights a small part of the film, as that of a phone
+    /// does on the film of a full-frame camera.
+    pub fn warn_small_circle(&mut self, camera: &Camera) {
+        let LensModel::Real(lens) = &camera.model else { return };
+        let corner = camera.film.map(|side| side / 2.0);
+        // Cells of a grid over the film, along its diagonals from the middle outwards.
+        let lit = |step: u32| {
+            let sides = [f64::from(STEPS + step), f64::from(STEPS - 1 - step)];
+            let cells =
+                [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[x, y]: [usize; 2]| [sides[x], sides[y]]);
+            cells
+                .iter()
+                .any(|&[x, y]| camera.sees_light([x, y], [x + 1.0, y + 1.0], [2 * STEPS; 2]))
+        };
+        let Some(last) = (0..STEPS).rev().find(|&step| lit(step)) else { return };
+        let share = f64::from(last + 1) / f64::from(STEPS);
+        if share < SMALL_CIRCLE {
+            let diagonal = 2.0 * corner[0].hypot(corner[1]);
+            let circle = diagonal * share;
+            self.warn(format!(
+                "lens {}: its light falls on a circle of about {circle:.1} mm, and the diagonal of \
+                 the film is {diagonal:.1} mm, so the rest of the picture is black; \
+                 --film-diagonal {:.1}mm fits the film to the lens",
+                lens.prescription.name,
+                circle * FITTED
+            ));
+        }
     }
 
     /// Warns if diffraction would need the light around a cropped picture.

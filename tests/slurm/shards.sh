@@ -61,7 +61,7 @@ while left=$(squeue --array --noheader --format=%j | sort | uniq -c | xargs) && 
     sleep 0.2
 done
 [ -e out.exr ] || fail 'there is no picture'
-say "$(tail -n 1 out.exr.parts/merge.log)"
+say "$(grep '^picture:' out.exr.parts/merge.log)"
 for shard in {1..8}; do
     [ "$(grep -c 'from the beginning' "out.exr.parts/$shard.log")" = 1 ] ||
         fail "shard $shard did not go on from its checkpoint"

@@ -12,18 +12,20 @@ use super::values::{wavelengths, zoom};
 pub(in crate::cli) struct LensFileArguments {
     /// Zoom setting: a focal length between those of the lens file, or the name or number of one of
     /// its states
-    #[arg(long, value_name = "MM|STATE", value_parser = zoom)]
+    #[arg(long, value_name = "MM|STATE", value_parser = zoom, help_heading = "Lens")]
     pub zoom: Option<Zoom>,
     /// Wavelengths of the lens, nm, instead of those of its file; figures are for the middle one
-    #[arg(long, value_name = "NM,...", value_parser = wavelengths)]
+    #[arg(long, value_name = "NM,...", value_parser = wavelengths, help_heading = "Lens")]
     pub wavelengths: Option<std::sync::Arc<[f64]>>,
-    /// Glass catalogue for the lens: an AGF file (Zemax), or a folder of them; may be repeated, and
-    /// the first that has a glass gives it
-    #[arg(long, value_name = "PATH")]
+    /// Glass catalogue for the lens
+    ///
+    /// An AGF file (Zemax), or a folder of them; may be repeated, and the first that has a glass
+    /// gives it
+    #[arg(long, value_name = "PATH", help_heading = "Lens")]
     pub catalogue: Vec<PathBuf>,
     /// Leave out terms of the lens file that are not simulated (gratings, graded indices), with a
     /// warning
-    #[arg(long)]
+    #[arg(long, help_heading = "Lens")]
     pub approximate: bool,
 }
 

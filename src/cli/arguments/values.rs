@@ -17,14 +17,12 @@ fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
     numbers.try_into().ok()
 }
 
-/// Parses two finite numbers.
+/// Parses two finite lengths (mm).
 pub(in crate::cli) fn point(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Option<Vec<f64>> = text
-        .split(',')
-        .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-        .collect();
-    let point = numbers.and_then(|numbers| numbers.try_into().ok());
-    point.ok_or_else(|| "expected two numbers X,Y in mm, such as 0,10".to_owned())
+    let lengths: Option<Vec<f64>> =
+        text.split(',').map(|part| signed(part, &LENGTHS, MILLIMETRE)).collect();
+    let point = lengths.and_then(|lengths| lengths.try_into().ok());
+    point.ok_or_else(|| "expected two lengths X,Y in mm, such as 0,10 or 0mm,10mm".to_owned())
 }
 
 pub(in crate::cli) fn pixel(text: &str) -> Result<[u32; 2], String> {
@@ -45,10 +43,52 @@ pub(in crate::cli) fn size(text: &str) -> Result<[u32; 2], String> {
     size.ok_or_else(|| "expected WxH in pixels, such as 1200x800, up to 65536".to_owned())
 }
 
-/// Parses a number above 0; infinity is allowed.
-pub(in crate::cli) fn above_zero(text: &str, expected: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|&number: &f64| number > 0.0);
-    number.ok_or_else(|| format!("expected {expected}"))
+/// Units of length (mm). A unit stands before those that end like it.
+const LENGTHS: [(&str, f64); 7] = [
+    ("nm", 1e-6),
+    ("um", 1e-3),
+    ("mm", MILLIMETRE),
+    ("cm", 10.0),
+    ("in", 25.4),
+    ("ft", 304.8),
+    ("m", METRE),
+];
+
+/// Millimetre and metre (mm), as units of options without one.
+const MILLIMETRE: f64 = 1.0;
+const METRE: f64 = 1e3;
+
+/// Parses a finite number of any sign with a unit, in units of `default`, which is also the unit of
+/// a number without one.
+fn signed(text: &str, units: &[(&str, f64)], default: f64) -> Option<f64> {
+    let text = text.trim();
+    let with_unit = units.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?, *size)));
+    let (number, scale) = match with_unit {
+        Some((number, size)) if size != default => (number, size / default),
+        Some((number, _)) => (number, 1.0),
+        None => (text, 1.0),
+    };
+    number.trim().parse().ok().map(|v: f64| v * scale).filter(|v| v.is_finite())
+}
+
+/// Parses a length above 0, in units of `default`. Infinity is `inf`.
+fn length_above_zero(text: &str, default: f64) -> Option<f64> {
+    match text.trim() {
+        "inf" => Some(f64::INFINITY),
+        text => signed(text, &LENGTHS, default).filter(|&length| length > 0.0),
+    }
+}
+
+/// Parses a finite number above 0 with one of these endings, which do not change it.
+fn above_zero(text: &str, endings: &[&str]) -> Option<f64> {
+    let endings: Vec<(&str, f64)> = endings.iter().map(|&ending| (ending, 1.0)).collect();
+    signed(text, &endings, 1.0).filter(|&number| number > 0.0)
+}
+
+/// Parses a spatial frequency (cycles/mm).
+pub(in crate::cli) fn frequency(text: &str) -> Result<f64, String> {
+    let found = above_zero(text, &["cycles/mm", "lp/mm", "/mm"]);
+    found.ok_or_else(|| "expected a frequency above 0 in cycles/mm, such as 30 or 30/mm".to_owned())
 }
 
 /// Parses a number; infinity is allowed. NaN is refused, as every picture would pass it.
@@ -65,14 +105,17 @@ pub(in crate::cli) fn sensor(text: &str) -> Result<SensorSettings, String> {
 }
 
 pub(in crate::cli) fn focus(text: &str) -> Result<FocusOn, String> {
-    let expected = "a distance above 0, in m, or inf, auto, auto@X,Y";
+    let expected = "a distance above 0 such as 2m or 850mm (a number alone is in m), or inf, auto, \
+                    auto@X,Y";
     match text.strip_prefix("auto") {
         Some("") => Ok(FocusOn::Pixel(None)),
         Some(pixel) => match pixel.strip_prefix('@').and_then(|pixel| list(pixel, ',')) {
             Some(pixel) => Ok(FocusOn::Pixel(Some(pixel))),
             None => Err(format!("expected {expected}")),
         },
-        None => above_zero(text, expected).map(FocusOn::Distance),
+        None => length_above_zero(text, METRE)
+            .map(FocusOn::Distance)
+            .ok_or_else(|| format!("expected {expected}")),
     }
 }
 
@@ -144,9 +187,10 @@ pub(in crate::cli) fn range(text: &str) -> Result<Range<u32>, String> {
 }
 
 pub(in crate::cli) fn passband(text: &str) -> Result<Passband, String> {
-    let ends = text.split_once("..").map(|(low, high)| [low, high].map(str::parse));
+    let nm = |text: &str| above_zero(text, &["nm"]);
+    let ends = text.split_once("..").map(|(low, high)| [low, high].map(nm));
     match ends {
-        Some([Ok(low), Ok(high)])
+        Some([Some(low), Some(high)])
             if BAND_RANGE[0] <= low && low < high && high <= BAND_RANGE[1] =>
         {
             Ok(Passband { range: [low, high] })
@@ -155,16 +199,17 @@ pub(in crate::cli) fn passband(text: &str) -> Result<Passband, String> {
     }
 }
 
+/// Parses an f-number: 2.8, f/2.8 or f2.8.
 pub(in crate::cli) fn f_number(text: &str) -> Result<f64, String> {
-    above_zero(text, "an f-number such as 2.8").and_then(|number| match number.is_finite() {
-        true => Ok(number),
-        false => Err("expected an f-number such as 2.8".to_owned()),
-    })
+    let text = text.trim();
+    let number = text.strip_prefix(['f', 'F']).unwrap_or(text);
+    above_zero(number.strip_prefix('/').unwrap_or(number), &[])
+        .ok_or_else(|| "expected an f-number such as 2.8 or f/2.8".to_owned())
 }
 
-/// Parses two numbers from -most to most.
-fn two(text: &str, most: f64, unit: &str) -> Result<[f64; 2], String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+/// Parses two numbers from -most to most, each with this unit or none.
+fn two(text: &str, most: f64, units: &[(&str, f64)], unit: &str) -> Result<[f64; 2], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| signed(part, units, 1.0)).collect();
     match numbers.as_deref() {
         Some(&[x, y]) if x.abs() <= most && y.abs() <= most => Ok([x, y]),
         _ => Err(format!("expected X,Y, each from -{most} to {most} {unit}")),
@@ -172,11 +217,11 @@ fn two(text: &str, most: f64, unit: &str) -> Result<[f64; 2], String> {
 }
 
 pub(in crate::cli) fn shift(text: &str) -> Result<[f64; 2], String> {
-    two(text, MAX_DECENTRE, "mm")
+    two(text, MAX_DECENTRE, &LENGTHS, "mm")
 }
 
 pub(in crate::cli) fn tilt(text: &str) -> Result<[f64; 2], String> {
-    two(text, MAX_TILT, "degrees")
+    two(text, MAX_TILT, &[("degrees", 1.0), ("deg", 1.0), ("°", 1.0)], "degrees")
 }
 
 /// Choice about light paths; `None` for where they pay.
@@ -211,7 +256,8 @@ pub(in crate::cli) fn zoom(text: &str) -> Result<Zoom, String> {
 
 /// Parses wavelengths (nm).
 pub(in crate::cli) fn wavelengths(text: &str) -> Result<Arc<[f64]>, String> {
-    let one = |part: &str| part.trim().parse().ok().filter(|nm| (100.0..=1e5).contains(nm));
+    let nm = [("nm", 1.0), ("um", 1e3)];
+    let one = |part: &str| signed(part, &nm, 1.0).filter(|nm| (100.0..=1e5).contains(nm));
     let all: Option<Arc<[f64]>> = text.split(',').map(one).collect();
     all.ok_or_else(|| {
         "expected wavelengths from 100 to 100000 nm with commas between, such as 486.1,587.6,656.3"
@@ -221,37 +267,81 @@ pub(in crate::cli) fn wavelengths(text: &str) -> Result<Arc<[f64]>, String> {
 
 /// Parses the width and height of a sensor (mm).
 pub(in crate::cli) fn sensor_size(text: &str) -> Result<[f64; 2], String> {
-    let side = |part: &str| part.trim().parse().ok().filter(|mm| (1e-3..=1e4).contains(mm));
-    let sides = text.strip_suffix("mm").unwrap_or(text).split_once('x');
-    match sides.map(|(width, height)| [side(width), side(height)]) {
+    let side =
+        |part: &str| signed(part, &LENGTHS, MILLIMETRE).filter(|mm| (1e-3..=1e4).contains(mm));
+    let sides = text.split_once('x').map(|(width, height)| [side(width), side(height)]);
+    match sides {
         Some([Some(width), Some(height)]) => Ok([width, height]),
-        _ => Err("expected WxH in mm, such as 36x24".to_owned()),
+        _ => Err("expected WxH in mm, such as 36x24 or 36mmx24mm".to_owned()),
     }
 }
 
 /// Parses a distance with its unit (mm), or infinity.
 pub(in crate::cli) fn distance(text: &str) -> Result<f64, String> {
-    let expected = "expected a distance with its unit, such as 2m or 850mm, or inf";
-    let text = text.trim();
-    if text == "inf" {
-        return Ok(f64::INFINITY);
-    }
-    let (number, unit) = match (text.strip_suffix("mm"), text.strip_suffix('m')) {
-        (Some(number), _) => (number, 1.0),
-        (None, Some(number)) => (number, 1e3),
-        (None, None) => return Err(expected.to_owned()),
-    };
-    let number = number.trim().parse().ok().filter(|v: &f64| *v > 0.0 && v.is_finite());
-    number.map(|number| number * unit).ok_or_else(|| expected.to_owned())
+    let has_unit = text.trim() == "inf" || text.trim().ends_with(|c: char| c.is_alphabetic());
+    let distance = length_above_zero(text, MILLIMETRE).filter(|_| has_unit);
+    distance
+        .ok_or_else(|| "expected a distance with its unit, such as 2m or 850mm, or inf".to_owned())
 }
 
+/// Parses a length (mm), or infinity.
 pub(in crate::cli) fn length_or_inf(text: &str) -> Result<f64, String> {
-    above_zero(text, "a length above 0, in mm")
+    length_above_zero(text, MILLIMETRE).ok_or_else(|| {
+        "expected a length above 0 such as 850mm or 2m (a number alone is in mm), or inf".to_owned()
+    })
 }
 
+/// Parses a finite length (mm).
 pub(in crate::cli) fn length(text: &str) -> Result<f64, String> {
-    length_or_inf(text).and_then(|length| match length.is_finite() {
-        true => Ok(length),
-        false => Err("expected a finite length, in mm".to_owned()),
+    let length = length_above_zero(text, MILLIMETRE).filter(|length| length.is_finite());
+    length.ok_or_else(|| {
+        "expected a length above 0 such as 36mm or 3.6cm (a number alone is in mm)".to_owned()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_take_their_units_and_numbers_alone_keep_theirs() {
+        for (text, mm) in
+            [("2m", 2000.0), ("850mm", 850.0), ("85 cm", 850.0), ("3", 3.0), ("500um", 0.5)]
+        {
+            assert!((length(text).unwrap() - mm).abs() < 1e-12 * mm, "{text}");
+            assert_eq!(length_or_inf(text), length(text));
+        }
+        let metres = |text: &str| match focus(text) {
+            Ok(FocusOn::Distance(metres)) => metres,
+            other => panic!("{text}: {other:?}"),
+        };
+        let found = ["2", "2m", "850mm", "inf", "2.5e-1m", "10ft"].map(metres);
+        assert_eq!(found, [2.0, 2.0, 0.85, f64::INFINITY, 0.25, 3.048]);
+        assert_eq!(distance("2m"), Ok(2000.0));
+        assert!(distance("2").is_err(), "no unit");
+        for bad in ["", "m", "-2m", "0mm", "nan", "nanmm", "infm", "2 m m", "2kg", "1e999m", "+-1"]
+        {
+            assert!(length(bad).is_err() && focus(bad).is_err() && distance(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn other_quantities_take_their_units() {
+        for text in ["8", "f/8", "F8", "f8", "F/8.0"] {
+            assert_eq!(f_number(text), Ok(8.0), "{text}");
+        }
+        for bad in ["f/", "f//8", "f/0", "ff8", "inf", "f/inf", "8mm"] {
+            assert!(f_number(bad).is_err(), "{bad}");
+        }
+        assert_eq!(shift("1mm,-0.2cm"), shift("1,-2"));
+        assert_eq!(tilt("1deg,-2°"), Ok([1.0, -2.0]));
+        assert_eq!(passband("540nm..560nm"), passband("540..560"));
+        assert_eq!(wavelengths("587nm, 0.5um"), wavelengths("587,500"));
+        assert_eq!(sensor_size("36mmx24mm"), Ok([36.0, 24.0]));
+        assert_eq!(sensor_size("36x24mm"), Ok([36.0, 24.0]));
+        assert_eq!(point("1cm,-2"), Ok([10.0, -2.0]));
+        assert_eq!(frequency("30lp/mm"), frequency("30"));
+        assert_eq!(time("1/60s"), time("1/60"));
+        assert!(time("1/60s").is_ok());
+    }
 }

@@ -10,18 +10,22 @@ use crate::cli::arguments::values::{length, length_or_inf};
 /// Stop, object, film and largest field.
 #[derive(Debug, clap::Args)]
 pub(super) struct ConditionArguments {
-    /// Stop the lens down to this diameter of the stop, mm
-    #[arg(long, value_name = "MM", value_parser = length)]
+    /// Stop the lens down to this diameter of the stop, such as 8mm (a number alone is in mm)
+    #[arg(long, value_name = "8mm", value_parser = length)]
     stop: Option<f64>,
-    /// Distance of the object from the film, mm (or inf), instead of that of the lens file
-    #[arg(long, value_name = "MM", value_parser = length_or_inf)]
+    /// Distance of the object from the film, such as 2m, 850mm or inf, instead of that of the lens
+    /// file
+    ///
+    /// A number alone is in mm, and in metres for petzval render
+    #[arg(long, value_name = "2m|850mm|inf", value_parser = length_or_inf)]
     focus: Option<f64>,
     /// Distance of the film behind the rear vertex, mm, instead of that of the lens file, or of the
     /// sharpest one
     #[arg(long, value_name = "MM", value_parser = length)]
     film_distance: Option<f64>,
-    /// Largest image height, mm, instead of the fields of the lens file; without either, 21.63 or
-    /// nearly the end of the light
+    /// Largest image height, mm, instead of the fields of the lens file
+    ///
+    /// Without either, 21.63 or nearly the end of the light
     #[arg(long, value_name = "MM", value_parser = length)]
     image_height: Option<f64>,
 }

@@ -15,8 +15,10 @@ use crate::cli::{Failure, Outcome, message};
 pub(super) struct ConvertArguments {
     /// Lens file of any format that petzval reads
     lens: PathBuf,
-    /// File to write: .toml holds everything, .zmx (Zemax) all but coatings and
-    /// some dispersion, .dat centred spheres without dispersion
+    /// File to write
+    ///
+    /// .toml holds everything, .zmx (Zemax) all but coatings and some dispersion, .dat centred
+    /// spheres without dispersion
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]

@@ -45,17 +45,27 @@ pub(super) struct LensArguments {
     lens: Option<PathBuf>,
     #[command(flatten)]
     file: LensFileArguments,
-    /// Show the distance in focus on a film at this distance behind the rear vertex, mm
-    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    /// Show the distance in focus on a film at this distance behind the rear vertex, such as 36.8mm
+    /// (a number alone is in mm)
+    #[arg(long, value_name = "36.8mm", value_parser = length, allow_hyphen_values = true)]
     film_distance: Option<f64>,
-    /// Show the film position that focuses at this distance from the film, mm (or inf)
-    #[arg(long, value_name = "MM", value_parser = length_or_inf, allow_hyphen_values = true)]
+    /// Show the film position that focuses at this distance from the film, such as 2m, 850mm or inf
+    ///
+    /// A number alone is in mm, and in metres for petzval render
+    #[arg(
+        long,
+        value_name = "2m|850mm|inf",
+        value_parser = length_or_inf,
+        allow_hyphen_values = true
+    )]
     focus: Option<f64>,
     /// Print surfaces and first-order data as JSON, with every digit
     #[arg(long, conflicts_with_all = ["pictured", "psf", "film_distance", "focus"])]
     json: bool,
-    /// Film position for --draw, --vignetting and --psf: sharpest, where the rays of the whole
-    /// aperture make the smallest spot, or pbrt, by the thick-lens formula of pbrt-v4
+    /// Film position for --draw, --vignetting and --psf
+    ///
+    /// sharpest, where the rays of the whole aperture make the smallest spot, or pbrt, by the
+    /// thick-lens formula of pbrt-v4
     #[arg(
         long,
         value_name = "sharpest|pbrt",
@@ -63,24 +73,28 @@ pub(super) struct LensArguments {
         default_value = "sharpest"
     )]
     focus_model: FocusModel,
-    /// Stop the lens down to this diameter of the stop, mm
-    #[arg(long, value_name = "MM", value_parser = length, allow_hyphen_values = true)]
+    /// Stop the lens down to this diameter of the stop, such as 8mm (a number alone is in mm)
+    #[arg(long, value_name = "8mm", value_parser = length, allow_hyphen_values = true)]
     stop: Option<f64>,
     /// Coating of glass-air surfaces for which the lens file gives none: none, mgf2, broadband or
     /// perfect [default: mgf2 if the file names none]
     #[arg(long, value_name = "COATING", value_parser = coating)]
     coating: Option<Coating>,
-    /// Draw the section of the lens, with rays, to this SVG file; focused by --film-distance or
-    /// --focus, or at infinity
+    /// Draw the section of the lens, with rays, to this SVG file
+    ///
+    /// Focused by --film-distance or --focus, or at infinity
     #[arg(long, value_name = "FILE", group = "pictured")]
     draw: Option<PathBuf>,
     /// Print the share of the light that each surface blocks, from the middle of the film to its
-    /// corner, and the relative illumination; focused at infinity by default
+    /// corner, and the relative illumination
+    ///
+    /// Focused at infinity by default
     #[arg(long, group = "pictured")]
     vignetting: bool,
     /// Draw the point spread of the lens's pupil in white light (diffraction without aberrations),
-    /// over six decades of brightness, to this picture, and print its scale; focused at infinity by
-    /// default
+    /// over six decades of brightness, to this picture, and print its scale
+    ///
+    /// Focused at infinity by default
     #[arg(long, value_name = "FILE")]
     psf: Option<PathBuf>,
     /// Point of the film for --psf, mm from the axis

@@ -34,8 +34,10 @@ pub(super) struct OptimizeArguments {
     /// (conic), a3_6 (asphere coefficient of power 6), n3 (index behind it), film (its distance)
     #[arg(long, value_name = "NAME,...", required = true, value_delimiter = ',')]
     vary: Vec<String>,
-    /// Target, may be repeated: efl=MM, spot, distortion=PERCENT, bfd=MM or film=MM; :WEIGHT behind
-    /// it for another weight than 1
+    /// Target, may be repeated
+    ///
+    /// efl=MM, spot, distortion=PERCENT, bfd=MM or film=MM; :WEIGHT behind it for another weight
+    /// than 1
     #[arg(long, value_name = "NAME=VALUE", required = true)]
     target: Vec<DesignTarget>,
     /// Bounds of a variable other than a radius, may be repeated: t3=1..8
@@ -44,15 +46,27 @@ pub(super) struct OptimizeArguments {
     /// Least thickness of elements and gaps at their rims, mm
     #[arg(long, value_name = "MM", default_value_t = 0.1, value_parser = edge)]
     min_edge: f64,
-    /// Film of each lens that is tried: moved to the best focus of all fields or of the axis, or
-    /// off: it stays [default: fields; off if film is a variable]
+    /// Film of each lens that is tried
+    ///
+    /// Moved to the best focus of all fields or of the axis, or off: it stays [default: fields; off
+    /// if film is a variable]
     #[arg(long, value_name = "fields|axis|off", value_parser = refocus)]
     refocus: Option<Refocus>,
     /// Hexapolar rings of rays over the stop: 5 are 91 rays
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=30))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        value_parser = clap::value_parser!(u32).range(2..=30)
+    )]
     rings: u32,
     /// Most iterations
-    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 500,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
     iterations: u32,
 }
 

@@ -29,7 +29,9 @@ pub(super) struct TraceArguments {
     /// Floating-point precision of the trace
     #[arg(long, value_enum, default_value_t)]
     precision: PrecisionArgument,
-    /// Rays per kernel call: eight lanes or one. The result is the same
+    /// Rays per kernel call: eight lanes or one
+    ///
+    /// The result is the same
     #[arg(long, value_enum, default_value_t)]
     backend: BackendArgument,
 }

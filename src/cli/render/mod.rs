@@ -45,89 +45,152 @@ use super::{Failure, Outcome, message, sweep};
 #[derive(Debug, clap::Args)]
 pub(super) struct RenderArguments {
     /// Picture to write: .exr, .png, .jpg; by default the name that the scene gives
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArguments,
     /// Stop when the picture is this exact: the root mean square, over its pixels, of the standard
-    /// error over the luminance and a tenth of the picture's mean. Tiles take as many samples as
-    /// they need; --spp, if given, is the largest mean. The picture is the same every time
-    #[arg(long, value_name = "ERROR", value_parser = noise, allow_hyphen_values = true)]
+    /// error over the luminance and a tenth of the picture's mean
+    ///
+    /// Tiles take as many samples as they need; --spp, if given, is the largest mean. The picture
+    /// is the same every time
+    #[arg(
+        long,
+        value_name = "ERROR",
+        value_parser = noise,
+        allow_hyphen_values = true,
+        help_heading = "Picture"
+    )]
     pub noise: Option<f64>,
     /// Stop after this time of rendering, without reading, with samples where they are needed;
-    /// whichever of --noise, --time and --spp comes first. Every pixel takes 4 samples, however
-    /// long that takes; the picture is not the same every time
-    #[arg(long, value_name = "30s", value_parser = time, allow_hyphen_values = true)]
+    /// whichever of --noise, --time and --spp comes first
+    ///
+    /// Every pixel takes 4 samples, however long that takes; the picture is not the same every time
+    #[arg(
+        long,
+        value_name = "30s",
+        value_parser = time,
+        allow_hyphen_values = true,
+        help_heading = "Picture"
+    )]
     pub time: Option<Duration>,
     /// Time between checkpoints, written beside the picture as FILE.checkpoint and removed when the
-    /// picture is finished. Off: never, not even when stopped
+    /// picture is finished
+    ///
+    /// Off: never, not even when stopped
     #[arg(
         long,
         value_name = "60s|off",
         value_parser = checkpoint_interval,
-        default_value = "60s"
+        default_value = "60s",
+        help_heading = "Large jobs"
     )]
     pub checkpoint: CheckpointInterval,
     /// Continue from that file; the picture is the same as without the interruption, bit for bit
-    /// (except with --time). Refused if scene, lens, options or version have changed since
-    #[arg(long)]
+    /// (except with --time)
+    ///
+    /// Refused if scene, lens, options or version have changed since
+    #[arg(long, help_heading = "Large jobs")]
     pub resume: bool,
     /// Render the I-th of N parts of the samples, I from 1, to PART.petzval for petzval merge
-    #[arg(long, value_name = "I/N", value_parser = shard, conflicts_with = "samples")]
+    #[arg(
+        long,
+        value_name = "I/N",
+        value_parser = shard,
+        conflicts_with = "samples",
+        help_heading = "Large jobs"
+    )]
     pub shard: Option<Shard>,
     /// Render these samples of every pixel, from 0, B not included, to PART.petzval for petzval
     /// merge
-    #[arg(long, value_name = "A..B", value_parser = range)]
+    #[arg(long, value_name = "A..B", value_parser = range, help_heading = "Large jobs")]
     pub samples: Option<Range<u32>>,
     /// Render a picture for each of these values of an option: fstop=2,4,8 or focus=0.5..5:8 (8
     /// values, evenly spaced) or fstop=2..16:4:log (by a factor); separate values that contain
-    /// commas with ;. Repeat the option for all combinations. Scene and BVH are loaded once. The
-    /// picture's name has placeholders, such as out/{lens}_{fstop}_{focus}.exr; {{ is a brace.
-    /// Missing folders are created
-    #[arg(long, value_name = "NAME=VALUES", value_parser = sweep_axis)]
+    /// commas with ;
+    ///
+    /// Repeat the option for all combinations. Scene and BVH are loaded once. The picture's name
+    /// has placeholders, such as out/{lens}_{fstop}_{focus}.exr; {{ is a brace. Missing folders are
+    /// created
+    #[arg(
+        long,
+        value_name = "NAME=VALUES",
+        value_parser = sweep_axis,
+        help_heading = "Large jobs"
+    )]
     pub sweep: Vec<SweepAxis>,
-    /// Contact sheet of a sweep: .png, .jpg; the table of its pictures goes beside it, as .csv; by
-    /// default sweep.png beside the pictures
-    #[arg(long, value_name = "FILE", requires = "sweep")]
+    /// Contact sheet of a sweep
+    ///
+    /// .png, .jpg; the table of its pictures goes beside it, as .csv; by default sweep.png beside
+    /// the pictures
+    #[arg(long, value_name = "FILE", requires = "sweep", help_heading = "Large jobs")]
     pub contact: Option<PathBuf>,
-    /// Number of threads; one per core by default. The picture is the same for any number
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    /// Number of threads; one per core by default
+    ///
+    /// The picture is the same for any number
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u16).range(1..=4096),
+        help_heading = "Large jobs"
+    )]
     pub threads: Option<u16>,
-    /// Largest memory use, such as 8GiB or 500MB. A picture that is expected to take more, or a
-    /// scene that declares more, is refused at the start, with a list of what takes how much. By
-    /// default the memory of the machine, or of the group that limits the process (Linux)
-    #[arg(long, value_name = "SIZE")]
+    /// Largest memory use, such as 8GiB or 500MB
+    ///
+    /// A picture that is expected to take more, or a scene that declares more, is refused at the
+    /// start, with a list of what takes how much. By default the memory of the machine, or of the
+    /// group that limits the process (Linux)
+    #[arg(long, value_name = "SIZE", help_heading = "Large jobs")]
     pub memory: Option<ByteSize>,
-    /// Rays per kernel call: eight lanes or one. The picture is the same
-    #[arg(long, value_enum, default_value_t)]
+    /// Rays per kernel call: eight lanes or one
+    ///
+    /// The picture is the same
+    #[arg(long, value_enum, default_value_t, help_heading = "Large jobs")]
     pub backend: BackendArgument,
     /// Render only a part of the picture; X1 and Y1 are not included
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, help_heading = "Picture")]
     pub crop: Option<[[u32; 2]; 2]>,
     /// Target of rays from the film: the exit pupil, or the rear element's disk as in the course of
     /// 2016
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = "Lens")]
     pub pupil: PupilArgument,
     /// Write 16-bit floats (EXR)
-    #[arg(long)]
+    #[arg(long, help_heading = "Picture")]
     pub half: bool,
     /// Layers to add to the picture (EXR)
-    #[arg(long, value_name = "LAYER", value_delimiter = ',', value_parser = layer::parser())]
+    #[arg(
+        long,
+        value_name = "LAYER",
+        value_delimiter = ',',
+        value_parser = layer::parser(),
+        help_heading = "Picture"
+    )]
     pub aov: Vec<Aov>,
-    /// Brightness of PNG and JPEG in stops, such as -1.5 or 2EV, or auto, which is the default and
-    /// prints the stops it finds. 0 shows a value of 1 as white; it is the default with --sensor,
-    /// whose white is the full well, and for --sweep, whose pictures are compared
-    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true)]
+    /// Brightness of PNG and JPEG in stops, such as -1.5 or 2EV, or auto (default)
+    ///
+    /// The summary of the render prints the stops that auto finds, and PNG files store them. 0 shows
+    /// a value of 1 as white. It is the default with --sensor, whose white is the full well, and
+    /// with --sweep, whose pictures are compared
+    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true, help_heading = "Picture")]
     pub exposure: Option<DisplayExposure>,
-    /// Tone curve of PNG and JPEG: linear, which clips light above white, or filmic, which keeps
-    /// middle grey and rolls highlights off over three more stops without a change of hue
-    #[arg(long, value_name = "linear|filmic", default_value = "linear")]
+    /// Tone curve of PNG and JPEG
+    ///
+    /// linear, which clips light above white, or filmic, which keeps middle grey and rolls
+    /// highlights off over three more stops without a change of hue
+    #[arg(long, value_name = "linear|filmic", default_value = "linear", help_heading = "Picture")]
     pub tone: ToneCurve,
-    /// Remove the noise of the finished picture, before the sensor, by a program: oidnDenoise of Open
-    /// Image Denoise or petzval-denoise of the Python package, on PATH, in the environment variable
-    /// PETZVAL_DENOISER, or named here. The noisy picture is kept as the layer "noisy" (EXR) or as
-    /// FILE.noisy.png
-    #[arg(long, value_name = "PROGRAM", num_args = 0..=1, require_equals = true)]
+    /// Remove the noise of the finished picture, before the sensor, by a program: oidnDenoise of
+    /// Open Image Denoise or petzval-denoise of the Python package, on PATH, in the environment
+    /// variable PETZVAL_DENOISER, or named here
+    ///
+    /// The noisy picture is kept as the layer "noisy" (EXR) or as FILE.noisy.png
+    #[arg(
+        long,
+        value_name = "PROGRAM",
+        num_args = 0..=1,
+        require_equals = true,
+        help_heading = "Picture"
+    )]
     pub denoise: Option<Option<PathBuf>>,
 }
 

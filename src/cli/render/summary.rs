@@ -76,7 +76,7 @@ impl RenderSummary<'_> {
         }
         match self.found_stops {
             Some(stops) => format!(
-                "{name}, 8 bits, {stops:+.2} EV found; --exposure {stops:.2} locks it for a series"
+                "{name}, 8 bits, {stops:+.2} EV found; --exposure={stops:.2} locks it for a series"
             ),
             None => format!("{name}, 8 bits"),
         }

@@ -35,7 +35,9 @@ pub(super) struct ReplayArguments {
     /// Target of rays from the film, as for petzval render
     #[arg(long, value_enum, default_value_t)]
     pupil: PupilArgument,
-    /// Rays per kernel call: eight lanes or one. The result is the same
+    /// Rays per kernel call: eight lanes or one
+    ///
+    /// The result is the same
     #[arg(long, value_enum, default_value_t)]
     backend: BackendArgument,
     /// Print one JSON object

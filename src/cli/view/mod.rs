@@ -61,8 +61,10 @@ pub(super) struct ViewArguments {
     /// Port of the page; by default one that is free
     #[arg(long, value_name = "N", default_value_t = 0)]
     port: u16,
-    /// Serve the page at this address of the machine instead of the loopback. Everybody who can reach
-    /// it and knows the page's address sees the picture and can change it; nothing is encrypted
+    /// Serve the page at this address of the machine instead of the loopback
+    ///
+    /// Everybody who can reach it and knows the page's address sees the picture and can change it;
+    /// nothing is encrypted
     #[arg(long, value_name = "IP", default_value = "127.0.0.1")]
     bind: IpAddr,
     /// Print the address of the page without opening a browser

@@ -34,21 +34,31 @@ const MAX_PIXELS: u64 = 1 << 26;
 pub(super) struct CalibrateArguments {
     /// Lens file of any format that petzval reads
     lens: PathBuf,
-    /// Size of the sensor, mm. The picture uses the largest part of it that has the aspect of
-    /// --resolution: pixels are square
+    /// Size of the sensor, mm
+    ///
+    /// The picture uses the largest part of it that has the aspect of --resolution: pixels are
+    /// square
     #[arg(long, value_name = "WxH", value_parser = sensor_size, allow_hyphen_values = true)]
     sensor: [f64; 2],
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", value_parser = size)]
     resolution: [u32; 2],
     /// Distance in focus from the film plane, such as 2m, 850mm or inf
-    #[arg(long, value_name = "DISTANCE", value_parser = distance, allow_hyphen_values = true, default_value = "inf")]
+    #[arg(
+        long,
+        value_name = "DISTANCE",
+        value_parser = distance,
+        allow_hyphen_values = true,
+        default_value = "inf"
+    )]
     focus: f64,
     /// f-number; by default the lens is wide open
     #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
     fstop: Option<f64>,
-    /// Ray that stands for a pixel: the centroid of all rays that pass, where pictures show points,
-    /// or the chief ray through the centre of the stop
+    /// Ray that stands for a pixel
+    ///
+    /// The centroid of all rays that pass, where pictures show points, or the chief ray through the
+    /// centre of the stop
     #[arg(long, value_enum, default_value_t)]
     ray: RayArgument,
     #[command(flatten)]

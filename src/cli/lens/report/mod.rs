@@ -24,7 +24,7 @@ use petzval::lens::{ImageQuality, ImagingGrid, in_parallel};
 
 use super::conditions::ConditionArguments;
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::arguments::values::length;
+use crate::cli::arguments::values::frequency;
 use crate::cli::{Failure, Outcome};
 use inputs::ReportInputs;
 use section::ReportSection;
@@ -49,13 +49,23 @@ pub(super) struct ReportArguments {
     conditions: ConditionArguments,
     /// Largest spatial frequency of the MTF, cycles/mm, instead of about half of the diffraction
     /// limit and 200 at most
-    #[arg(long, value_name = "CYCLES/MM", value_parser = length)]
+    #[arg(long, value_name = "CYCLES/MM", value_parser = frequency)]
     frequency: Option<f64>,
     /// Fields from the axis to the edge
-    #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u16).range(2..=1001))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 21,
+        value_parser = clap::value_parser!(u16).range(2..=1001)
+    )]
     fields: u16,
     /// Rays along each side of the grid over the pupil
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(8..=512))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 64,
+        value_parser = clap::value_parser!(u16).range(8..=512)
+    )]
     pupil: u16,
 }
 

@@ -16,7 +16,7 @@ use petzval::lens::{
 
 use super::conditions::{FieldArguments, refocus};
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::arguments::values::length;
+use crate::cli::arguments::values::frequency;
 use crate::cli::outputs::claim_writable;
 use crate::cli::{Failure, Outcome};
 pub(super) use limits::check_toml;
@@ -32,7 +32,12 @@ pub(super) struct ToleranceArguments {
     #[command(flatten)]
     conditions: FieldArguments,
     /// Lenses to make; 0 prints the nominal lens alone
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(0..=10_000_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(0..=10_000_000)
+    )]
     trials: u32,
     /// Seed: trial i is the same for the same seed
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -62,18 +67,24 @@ pub(super) struct ToleranceArguments {
     /// off)
     #[arg(long, value_name = "ANGLE", value_parser = limits::angle)]
     wedge: Option<f64>,
-    /// Distribution of the errors: normal (standard deviation of half the limit, cut off at the
-    /// limit), uniform or extremes
+    /// Distribution of the errors
+    ///
+    /// normal (standard deviation of half the limit, cut off at the limit), uniform or extremes
     #[arg(long, value_name = "SHAPE", value_parser = limits::shape, default_value = "normal")]
     distribution: DeviationShape,
     /// Film of each lens: moved to the best focus of all fields or of the axis, or off: it stays
     #[arg(long, value_name = "fields|axis|off", value_parser = refocus, default_value = "fields")]
     refocus: Refocus,
     /// Spatial frequency of the MTF, cycles/mm
-    #[arg(long, value_name = "CYCLES/MM", value_parser = length, default_value = "30")]
+    #[arg(long, value_name = "CYCLES/MM", value_parser = frequency, default_value = "30")]
     frequency: f64,
     /// Hexapolar rings of rays over the stop: 12 are 469 rays
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(2..=100))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 12,
+        value_parser = clap::value_parser!(u32).range(2..=100)
+    )]
     rings: u32,
     /// Figure that ranks the lenses: spot (all fields) or mtf (lowest of all fields)
     #[arg(long, value_name = "spot|mtf", value_parser = limits::criterion, default_value = "spot")]
@@ -88,7 +99,13 @@ pub(super) struct ToleranceArguments {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Rank of that lens, 1 for the worst
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "output", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        requires = "output",
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
     worst: u32,
 }
 
