@@ -112,16 +112,16 @@ fn missing_parts_of_a_scene_are_errors() {
 #[test]
 fn unsupported_features_are_warnings_that_name_the_replacement() {
     let description = read(&format!(
-        "{HEAD}Material \"kdsubsurface\" \"rgb mfp\" [1 1 1]\nMaterial \"kdsubsurface\"\n\
-         Shape \"nurbs\"\nMaterial \"uber\" \"rgb opacity\" [0 0 0]\n\
+        "{HEAD}Material \"disney\" \"rgb mfp\" [1 1 1]\nMaterial \"disney\"\n\
+         Material \"fourier\"\nMaterial \"uber\" \"rgb opacity\" [0 0 0]\n\
          Shape \"sphere\" \"texture shadowalpha\" \"holes\"\nLightSource \"infinite\"\n"
     ))
     .unwrap();
     let messages: Vec<String> = description.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(messages.len(), 4, "each feature has one warning: {messages:#?}");
     for (message, (line, expected)) in messages.iter().zip([
-        ("3:1", "Material \"kdsubsurface\" is not supported yet: a diffuse surface"),
-        ("5:1", "Shape \"nurbs\" is not supported yet: the shape is left out"),
+        ("3:1", "Material \"disney\" is not supported yet: a diffuse surface"),
+        ("5:1", "Material \"fourier\" is not supported yet: a diffuse surface"),
         ("6:17", "\"opacity\" of Material \"uber\" is not supported yet: the surface is opaque"),
         ("7:16", "\"shadowalpha\" of Shape \"sphere\" is not supported yet: alpha alone decides"),
     ]) {
@@ -377,7 +377,7 @@ fn nesting_is_limited() {
 #[test]
 fn features_that_pbrt_knows_are_never_errors() {
     for world in [
-        "Material \"kdsubsurface\"",
+        "Material \"fourier\"",
         "Volume \"homogeneous\"",
         "ObjectBegin \"a\" Shape \"sphere\" ObjectEnd\n\
          ConcatTransform [1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1] ObjectInstance \"a\"",

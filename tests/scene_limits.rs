@@ -107,6 +107,16 @@ fn files_that_include_each_other_are_refused_quickly() {
 }
 
 #[test]
+fn a_small_file_may_be_included_often() {
+    let folder = folder();
+    write(&folder, "tiny.pbrt", "# nothing\n");
+    let many = "Include \"tiny.pbrt\"\n".repeat(100_000);
+    let path = write(&folder, "a.pbrt", format!("WorldBegin\n{many}Shape \"sphere\""));
+    let scene = promptly("100,000 inclusions", || petzval::scene::pbrt::read(&path));
+    assert_eq!(scene.expect("a scene").scene.shapes.len(), 1);
+}
+
+#[test]
 fn mixes_nest_up_to_64_levels() {
     let diffuse = "MakeNamedMaterial \"m0\" \"string type\" \"diffuse\"\n";
     let mixes = |count: u32| {

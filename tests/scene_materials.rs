@@ -179,7 +179,7 @@ fn old_materials_are_converted_as_in_pbrt_and_others_warn() {
         ("\"uber\" \"rgb Kt\" [0 0 0]", "CoatedDiffuse"),
         ("\"translucent\" \"rgb reflect\" [1 1 1]", "DiffuseTransmission"),
         ("\"shinymetal\" \"float roughness\" 0.2", "Conductor"),
-        ("\"kdsubsurface\" \"rgb Kd\" [0.1 0.2 0.3]", "Diffuse"),
+        ("\"kdsubsurface\" \"rgb Kd\" [0.1 0.2 0.3]", "Subsurface"),
         ("\"subsurface\" \"rgb reflectance\" [0.1 0.2 0.3]", "Subsurface"),
     ] {
         let description = read_world_with_warnings(&format!("Material {world} Shape \"sphere\""));

@@ -308,3 +308,62 @@ fn measured_surfaces_of_v2_have_a_substitute() {
         assert_eq!(colour(reflectance), [0.1, 0.2, 0.3]);
     }
 }
+
+#[test]
+fn kdsubsurface_is_a_subsurface_of_its_reflectance() {
+    let model = |scene: &Scene| match &last(scene).model {
+        MaterialModel::Subsurface { interior, .. } => (interior.medium.clone(), interior.eta),
+        other => panic!("{other:?}"),
+    };
+    let old =
+        "Material \"kdsubsurface\" \"rgb Kd\" [.8 .5 .2] \"rgb mfp\" [2 2 2] \"float index\" 1.4";
+    let new = "Material \"subsurface\" \"rgb reflectance\" [.8 .5 .2] \"rgb mfp\" [2 2 2] \"float eta\" 1.4";
+    let scene = |material: &str| read_world(&format!("{material}\nShape \"sphere\"")).scene;
+    assert_eq!(model(&scene(old)), model(&scene(new)));
+}
+
+#[test]
+fn ambient_occlusion_is_the_share_of_the_sky() {
+    // Under an endless plane, nothing is seen; beside a wall at right angles, half.
+    let text = "Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n\
+        LookAt 0 0 1e-3 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 1\n\
+        Sampler \"independent\" \"integer pixelsamples\" 256\n\
+        Integrator \"ambientocclusion\"\nWorldBegin\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0]\n\
+        AreaLightSource \"diffuse\" \"rgb L\" [9 9 9]\nShape \"disk\" \"float radius\" 50\n\
+        Translate -0.002 0 0\nRotate 90 0 1 0\nShape \"disk\" \"float radius\" 50\n";
+    let mean = support::mean(&support::rendered(text));
+    assert!((mean[0] - 0.5).abs() < 0.03, "{mean:?}");
+}
+
+#[test]
+fn goniometric_pictures_of_v3_have_any_size_and_ies_files_are_read() {
+    let folder = support::folder();
+    let lamp = "TILT=NONE\n1 1000 1 2 1 1 2 0 0 0 1 1 50\n0 90\n0\n100 0\n";
+    support::write(&folder, "lamp.IES", lamp);
+    let pixels = vec![[2.0; 3]; 12];
+    let picture = petzval::io::image::Picture { size: [6, 2], pixels };
+    support::write(&folder, "map.pfm", pfm(&picture));
+    let light = |head: &str, light: &str| {
+        let text = format!("{head}\nWorldBegin\nLightSource \"goniometric\" {light}");
+        let scene = petzval::scene::pbrt::read(&support::write(&folder, "a.pbrt", text));
+        scene.map(|scene| match &scene.scene.lights.lights[0] {
+            Light::Point(light) => light.clone(),
+            other => panic!("{other:?}"),
+        })
+    };
+    let down = light("", "\"string filename\" \"lamp.IES\"").expect("an IES file");
+    assert!(down.towards(glam::Vec3::NEG_Y)[0] > 98.0);
+    assert_eq!(down.towards(glam::Vec3::Y)[0], 0.0);
+    let map = light("Film \"image\"", "\"string mapname\" \"map.pfm\"").expect("a map of v3");
+    assert!((map.towards(glam::Vec3::X)[0] - 2.0).abs() < 1e-5);
+    let none = light("Film \"image\"", "\"rgb I\" [3 3 3]").expect("no map");
+    assert_eq!(none.towards(glam::Vec3::X), [3.0; 3]);
+    assert!(light("", "\"string filename\" \"map.pfm\"").is_err());
+}
+
+/// Returns a picture as a PFM file.
+fn pfm(picture: &petzval::io::image::Picture) -> Vec<u8> {
+    let [width, height] = picture.size;
+    let values = picture.pixels.iter().flatten().flat_map(|v| v.to_le_bytes());
+    format!("PF\n{width} {height}\n-1\n").into_bytes().into_iter().chain(values).collect()
+}

@@ -260,7 +260,7 @@ fn parameters_without_effect_on_the_picture_cause_no_warning() {
     for text in [
         "Material \"uber\" \"rgb opacity\" [0.5 0.5 0.5]",
         "Material \"plastic\" \"texture bumpmap\" \"t\" \"float sigma\" 3",
-        "Material \"kdsubsurface\"",
+        "Material \"disney\"",
     ] {
         let text = format!("Texture \"t\" \"float\" \"constant\"\n{text}\nShape \"sphere\"");
         match read(&format!("WorldBegin\n{text}")) {

@@ -13,11 +13,11 @@ fn warnings(world: &str) -> Vec<String> {
 #[test]
 fn warnings_of_one_kind_are_counted() {
     let media: String = (0..172).map(|i| format!("Volume \"m{i}\"\n")).collect();
-    let found = warnings(&format!("{media}Shape \"nurbs\""));
+    let found = warnings(&format!("{media}Material \"disney\""));
     assert_eq!(found.len(), 2, "{found:#?}");
     let expected = "Volume is not supported yet: the medium is left out (and 171 more like this)";
     assert_eq!(found[0], expected);
-    assert!(found[1].ends_with("the shape is left out"), "{found:#?}");
+    assert!(found[1].ends_with("or of 0.5, is used"), "{found:#?}");
 }
 
 #[test]

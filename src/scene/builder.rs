@@ -10,7 +10,7 @@ use super::world::{build_object, build_world};
 use super::{
     AnimatedInstance, AreaLight, Bvh, CurveSet, DiffuseBoundary, Emission, Geometry, Instance,
     InstancePose, Light, Lights, Material, MaterialModel, Medium, MediumInterface, Scene, Shape,
-    Texture, VACUUM,
+    Sky, Texture, VACUUM,
 };
 use crate::motion::Motion;
 use crate::rays::NO_INDEX;
@@ -191,6 +191,19 @@ impl SceneBuilder {
     /// Sets the alpha of a shape.
     pub fn set_alpha(&mut self, shape: u32, alpha: Option<Texture>) {
         self.shapes[shape as usize].alpha = alpha.filter(|alpha| !is_opaque(alpha));
+    }
+
+    /// Makes all surfaces white and diffuse, and one white sky the only light, without media: the
+    /// direct light is then the ambient occlusion.
+    pub fn whiten(&mut self) {
+        self.remove_media();
+        for material in &mut self.materials {
+            if !matches!(material.model, MaterialModel::Interface) {
+                *material = Material::diffuse([1.0; 3]);
+            }
+        }
+        self.shapes.iter_mut().for_each(|shape| shape.light = NO_INDEX);
+        self.lights = vec![Light::Infinite(Sky { radiance: [1.0; 3], image: None })];
     }
 
     /// Removes the emission of a shape whose material is an interface, as pbrt-v4 does. Returns

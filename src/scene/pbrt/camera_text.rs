@@ -1,6 +1,7 @@
 //! Edits of the Camera directive in the text of a scene file.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat4};
 
@@ -35,7 +36,7 @@ impl CameraEdit {
     /// # Errors
     /// Returns an error if the text is not one of a scene.
     pub fn apply(&self, text: &[u8], at: &Location) -> Result<Option<Vec<u8>>, SceneError> {
-        let mut lexer = Lexer::new(at.file.clone(), text.to_vec());
+        let mut lexer = Lexer::new(at.file.clone(), Arc::new(text.to_vec()));
         loop {
             let before = lexer.offset();
             let Some(token) = lexer.token()? else { return Ok(None) };

@@ -1,48 +1,90 @@
 //! Included and imported files.
 
+use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
 
 use super::graphics_state::{Block, OpenBlock};
 use super::lexer::Lexer;
 use super::reader::SceneReader;
 use super::{SceneError, resolve};
-use crate::io::ByteSize;
+use crate::io::{ByteSize, ReadContext, ReadError};
 
 /// Limit of the chain of files that include each other.
 const MAX_DEPTH: usize = 32;
 
-/// The files included so far; a file counts each time that it is included.
-#[derive(Clone, Copy, Default)]
+/// The files included so far.
+#[derive(Default)]
 pub(super) struct Included {
-    files: u64,
+    /// By the names that directives give them.
+    files: HashMap<String, IncludedFile>,
+    /// Number of inclusions, and the sum of their sizes (bytes).
+    count: u64,
     bytes: u64,
 }
 
-const MAX_INCLUDED: Included = Included { files: 1 << 15, bytes: 1 << 32 };
+/// A file that is included once or more.
+struct IncludedFile {
+    path: Arc<Path>,
+    /// The content from the second inclusion on: most files are included once.
+    text: Option<Arc<Vec<u8>>>,
+}
+
+/// Limits of the inclusions of a scene: each costs about as long as its bytes take to read.
+const MAX_COUNT: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 32;
+
+impl Included {
+    /// Returns the path and the content of a file.
+    fn open(
+        &mut self,
+        name: &str,
+        folder: &Path,
+        context: &ReadContext,
+    ) -> Result<(Arc<Path>, Arc<Vec<u8>>), ReadError> {
+        if let Some(IncludedFile { path, text: Some(text) }) = self.files.get(name) {
+            return Ok((path.clone(), text.clone()));
+        }
+        let path: Arc<Path> = Arc::from(resolve(folder, name));
+        let text = Arc::new(context.bytes(&path)?);
+        match self.files.get_mut(name) {
+            // A scene that has no room for the text reads it again each time.
+            Some(file) if context.claim(text.len() as u64).is_ok() => {
+                file.text = Some(text.clone())
+            }
+            Some(_) => {}
+            None => {
+                let file = IncludedFile { path: path.clone(), text: None };
+                self.files.insert(name.to_owned(), file);
+            }
+        }
+        Ok((path, text))
+    }
+}
 
 impl SceneReader {
     /// Reads another file in place of the directive.
     pub(super) fn include(&mut self) -> Result<(), SceneError> {
         let name = self.string()?;
-        let path = resolve(&self.folder, &name);
         if self.lexers.len() >= MAX_DEPTH {
             let found = format!("more than {MAX_DEPTH} files include each other");
             let expected = "does one include itself?";
             return Err(SceneError::limit(self.at.clone(), found, expected));
         }
-        let text = self.context.bytes(&path);
-        let text = text.map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
-        self.included.files += 1;
+        let opened = self.included.open(&name, &self.folder, &self.context);
+        let (path, text) =
+            opened.map_err(|source| SceneError::Include { at: self.at.clone(), source })?;
+        self.included.count += 1;
         self.included.bytes += text.len() as u64;
-        let Included { files, bytes } = self.included;
-        if files > MAX_INCLUDED.files || bytes > MAX_INCLUDED.bytes {
-            let found = format!("{files} included files of {} in all", ByteSize(bytes));
-            let most = format!("{} of {}", MAX_INCLUDED.files, ByteSize(MAX_INCLUDED.bytes));
+        let Included { count, bytes, .. } = self.included;
+        if count > MAX_COUNT || bytes > MAX_BYTES {
+            let found = format!("{count} included files of {} in all", ByteSize(bytes));
+            let most = format!("{MAX_COUNT} of {}", ByteSize(MAX_BYTES));
             let expected = format!("expected at most {most}: do they include each other?");
             return Err(SceneError::limit(self.at.clone(), found, expected));
         }
         debug_assert!(self.peeked.is_none(), "Include does not look ahead of its file name");
-        let lexer = Lexer::new(Arc::from(path), text);
+        let lexer = Lexer::new(path, text);
         lexer.check_language()?;
         self.lexers.push(lexer);
         Ok(())

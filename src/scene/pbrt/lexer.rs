@@ -50,7 +50,7 @@ pub(super) struct Token {
 #[derive(Clone, Debug)]
 pub(super) struct Lexer {
     file: Arc<Path>,
-    text: Vec<u8>,
+    text: Arc<Vec<u8>>,
     next: usize,
     line: u32,
     /// A position in the line from which columns are counted on, so that the time for a line of a
@@ -85,7 +85,7 @@ const DELIMITERS: [bool; 256] = {
 };
 
 impl Lexer {
-    pub(super) fn new(file: Arc<Path>, text: Vec<u8>) -> Self {
+    pub(super) fn new(file: Arc<Path>, text: Arc<Vec<u8>>) -> Self {
         let next = text.len() - without_byte_order_mark(&text).len();
         Self { file, text, next, line: 1, counted: Counted::line_start(next), imported: false }
     }

@@ -2,6 +2,7 @@
 //! `scale` multiplies them, `power` is in lumens and `illuminance` in lux.
 
 use std::f32::consts::PI;
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -12,8 +13,9 @@ use super::directive_kinds::{Directive, SILENT, Selected, known};
 use super::params::Params;
 use super::portals::{portal, portal_corners};
 use super::reader::SceneReader;
-use super::{Dialect, SceneError};
+use super::{Dialect, SceneError, goniometric, resolve};
 use crate::io::image::{Picture, Transfer};
+use crate::io::path_excerpt;
 use crate::scene::{
     ImageMap, IntensityDistribution, Light, Mapping, PointLight, Sky, SkyImage, SkyLayout, Wrap,
 };
@@ -166,16 +168,9 @@ impl SceneReader {
                 IntensityDistribution::Projection { picture, tangent }
             }
             LocalLight::Goniometric => {
-                let picture = self.required_image(name, params)?;
-                let [width, height] = picture.size;
-                if width != height {
-                    let found = format!("a goniometric diagram of {width} x {height} pixels");
-                    let expected = "expected a square of all directions (equal-area octahedral)";
-                    return Err(params.refuse("filename", found, expected));
-                }
                 let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
                 light_from_world = swap * light_from_world;
-                IntensityDistribution::Goniometric(picture)
+                self.goniometric(name, params)?
             }
         };
         let factor = match requested(params, "power")? {
@@ -192,6 +187,43 @@ impl SceneReader {
         Ok(Light::Point(PointLight { position, light_from_world, intensity, distribution }))
     }
 
+    fn goniometric(
+        &mut self,
+        name: &str,
+        params: &Params,
+    ) -> Result<IntensityDistribution, SceneError> {
+        let is_ies = |file: &str| {
+            let extension = Path::new(file).extension();
+            extension.is_some_and(|extension| extension.eq_ignore_ascii_case("ies"))
+        };
+        if let Some(file) = params.text(image_name(params))?.filter(|file| is_ies(file)) {
+            let path = resolve(&params.folder, file);
+            let refuse = |found: String| {
+                params.refuse(image_name(params), found, "expected an IES file (LM-63) of type C")
+            };
+            let bytes = self.context.bytes(&path).map_err(|error| refuse(error.to_string()))?;
+            let picture = goniometric::from_ies(&bytes)
+                .map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))?;
+            return Ok(IntensityDistribution::Goniometric(picture));
+        }
+        if self.dialect.is_older() {
+            // A light without a picture shines alike in all directions.
+            let picture = self.light_image(params)?;
+            return Ok(picture.map_or(IntensityDistribution::Isotropic, |picture| {
+                let picture = goniometric::from_longitude_latitude(&picture);
+                IntensityDistribution::Goniometric(picture)
+            }));
+        }
+        let picture = self.required_image(name, params)?;
+        let [width, height] = picture.size;
+        if width != height {
+            let found = format!("a goniometric diagram of {width} x {height} pixels");
+            let expected = "expected a square of all directions (equal-area octahedral)";
+            return Err(params.refuse("filename", found, expected));
+        }
+        Ok(IntensityDistribution::Goniometric(picture))
+    }
+
     fn required_image(&mut self, name: &str, params: &Params) -> Result<Arc<Picture>, SceneError> {
         self.light_image(params)?.ok_or_else(|| {
             let found = format!("a {name} light without \"string filename\"");
@@ -204,7 +236,7 @@ impl SceneReader {
         &mut self,
         params: &Params,
     ) -> Result<Option<Arc<Picture>>, SceneError> {
-        let name = if params.find("mapname").is_some() { "mapname" } else { "filename" };
+        let name = image_name(params);
         let picture = self.library.whole_image(params, name, Transfer::Srgb)?;
         if let Some(picture) = &picture
             && !picture.pixels.iter().flatten().all(|v| v.is_finite())
@@ -214,6 +246,11 @@ impl SceneReader {
         }
         Ok(picture)
     }
+}
+
+/// Returns the name of the parameter that names the image of a light.
+fn image_name(params: &Params) -> &'static str {
+    if params.find("mapname").is_some() { "mapname" } else { "filename" }
 }
 
 fn distant(params: &Params, ctm: &DAffine3, strength: [f32; 3]) -> Result<Light, SceneError> {

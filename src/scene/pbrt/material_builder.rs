@@ -14,6 +14,35 @@ use crate::scene::{
     Texture,
 };
 
+/// The names of the parameters of a subsurface material.
+#[derive(Clone, Copy)]
+struct SubsurfaceNames {
+    /// Colours, each with its name in pbrt-v4.
+    colours: &'static [(&'static str, &'static str)],
+    /// Refractive index.
+    eta: &'static [&'static str],
+    /// The reflectance if none is given; `None` is that of a measured medium.
+    reflectance: Option<f32>,
+}
+
+const SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
+    colours: &[
+        ("sigma_a", "sigma_a"),
+        ("sigma_s", "sigma_s"),
+        ("reflectance", "reflectance"),
+        ("mfp", "mfp"),
+    ],
+    eta: &["eta"],
+    reflectance: None,
+};
+
+/// The names in pbrt-v2 and v3 of what `pbrt --upgrade` makes a `subsurface`.
+const KD_SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
+    colours: &[("Kd", "reflectance"), ("mfp", "mfp"), ("meanfreepath", "mfp")],
+    eta: &["eta", "index"],
+    reflectance: Some(0.5),
+};
+
 /// Extensions of the files of measured surfaces of pbrt-v2: tables of samples, and those of MERL.
 const OLD_MEASURED: [&str; 3] = ["brdf", "binary", "merl"];
 
@@ -80,7 +109,8 @@ impl MaterialBuilder<'_> {
                 eta: self.index(&["eta"])?,
                 roughness: self.roughness("", 0.0)?,
             },
-            MaterialKind::Subsurface => self.subsurface()?,
+            MaterialKind::Subsurface => self.subsurface(SUBSURFACE)?,
+            MaterialKind::KdSubsurface => self.subsurface(KD_SUBSURFACE)?,
             MaterialKind::Glass => MaterialModel::Dielectric {
                 eta: self.index(&["eta", "index"])?,
                 roughness: self.roughness("", 0.0)?,
@@ -139,16 +169,26 @@ impl MaterialBuilder<'_> {
             .map_err(|found| refuse(format!("{}: {found}", path_excerpt(&path))))
     }
 
-    /// Reads a surface over a medium, whose coefficients must be the same everywhere.
-    fn subsurface(&mut self) -> Result<MaterialModel, SceneError> {
-        let eta = match self.params.find("eta") {
-            Some(_) => self.index(&["eta"])?,
-            None => 1.33,
+    /// Reads a surface over a medium, whose coefficients must be the same everywhere. `names` are its
+    /// parameters.
+    fn subsurface(&mut self, names: SubsurfaceNames) -> Result<MaterialModel, SceneError> {
+        let eta = match names.eta.iter().any(|name| self.params.find(name).is_some()) {
+            true => self.index(names.eta)?,
+            false => 1.33,
         };
         let (library, params) = (&self.library, self.params);
-        let texture = |name: &str, role| library.colour_or_texture(params, name, role);
-        for name in ["sigma_a", "sigma_s", "reflectance", "mfp"] {
-            if !matches!(texture(name, ColourRole::Unbounded)?, None | Some(Texture::Constant(_))) {
+        let texture = |wanted: &str, role| -> Result<Option<Texture>, SceneError> {
+            let given = names.colours.iter().filter(|(_, meaning)| *meaning == wanted);
+            let mut found = None;
+            for (name, _) in given {
+                found = found.or(library.colour_or_texture(params, name, role)?);
+            }
+            let is_missing = found.is_none() && wanted == "reflectance";
+            Ok(if is_missing { names.reflectance.map(grey) } else { found })
+        };
+        for (name, meaning) in names.colours {
+            let found = texture(meaning, ColourRole::Unbounded)?;
+            if !matches!(found, None | Some(Texture::Constant(_))) {
                 let feature = "a texture in a subsurface material";
                 let instead = "a diffuse surface of its reflectance, or of 0.5, is used";
                 self.warnings.unsupported(&params.location(name), feature, instead);

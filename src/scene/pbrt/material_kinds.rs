@@ -28,6 +28,7 @@ pub(super) enum MaterialKind {
     Mirror,
     ShinyMetal,
     Translucent,
+    KdSubsurface,
 }
 
 const UNSUPPORTED: &str = "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
@@ -178,6 +179,23 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
         ),
         unsupported("disney", UNSUPPORTED),
         unsupported("fourier", UNSUPPORTED),
-        unsupported("kdsubsurface", UNSUPPORTED),
+        known(
+            "kdsubsurface",
+            MaterialKind::KdSubsurface,
+            &[
+                "Kd",
+                "mfp",
+                "meanfreepath",
+                "scale",
+                "g",
+                "eta",
+                "index",
+                "roughness",
+                "uroughness",
+                "vroughness",
+                "remaproughness",
+            ],
+            OLD_IGNORES,
+        ),
     ],
 };

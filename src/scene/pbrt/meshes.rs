@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::memory::{MeshSize, require_memory};
+use super::parametric_shapes::{height_field, hyperboloid, nurbs, paraboloid};
 use super::params::Params;
 use super::{SceneError, WarningLog, resolve};
 use crate::io::ReadContext;
@@ -15,6 +16,10 @@ pub(super) enum MeshKind {
     Triangles,
     BilinearPatches,
     LoopSubdivision,
+    Paraboloid,
+    Hyperboloid,
+    HeightField,
+    Nurbs,
 }
 
 /// Limit of the triangles of a subdivision surface.
@@ -30,6 +35,10 @@ pub(super) fn make(
         MeshKind::Triangles => triangle_mesh(params)?,
         MeshKind::BilinearPatches => return bilinear_patches(params),
         MeshKind::LoopSubdivision => subdivision(params, warnings)?,
+        MeshKind::Paraboloid => paraboloid(params)?,
+        MeshKind::Hyperboloid => hyperboloid(params)?,
+        MeshKind::HeightField => height_field(params)?,
+        MeshKind::Nurbs => nurbs(params)?,
     };
     Ok((triangles, PatchMesh::default()))
 }

@@ -50,6 +50,8 @@ enum IntegratorKind {
     Path,
     /// Paths that scatter in media.
     VolumePath,
+    /// The share of the hemisphere that each point sees.
+    AmbientOcclusion,
 }
 
 const PATH_READS: &[&str] = &["maxdepth", "regularize"];
@@ -76,6 +78,15 @@ const PATH_IGNORES: &[Ignored] = &[
     ("imagewritefrequency", SILENT),
 ];
 const PATH_INSTEAD: &str = "path is used";
+const AO_IGNORES: &[Ignored] = &[
+    ("cossample", SILENT),
+    ("nsamples", SILENT),
+    ("maxdist", "the distance has no limit"),
+    ("maxdistance", "the distance has no limit"),
+    ("pixelbounds", "the whole picture is rendered"),
+];
+const AO_INSTEAD: &str =
+    "white surfaces under a white sky have the same picture, before a white background";
 
 static INTEGRATOR: Directive<IntegratorKind> = Directive {
     name: "Integrator",
@@ -98,8 +109,8 @@ static INTEGRATOR: Directive<IntegratorKind> = Directive {
         unsupported("exphotonmap", PATH_INSTEAD),
         unsupported("irradiancecache", PATH_INSTEAD),
         unsupported("igi", PATH_INSTEAD),
-        unsupported("ambientocclusion", PATH_INSTEAD),
-        unsupported("ao", PATH_INSTEAD),
+        similar("ambientocclusion", IntegratorKind::AmbientOcclusion, &[], AO_IGNORES, AO_INSTEAD),
+        similar("ao", IntegratorKind::AmbientOcclusion, &[], AO_IGNORES, AO_INSTEAD),
     ],
 };
 
@@ -176,6 +187,12 @@ impl SceneReader {
             let found = format!("\"maxdepth\" is {depth}");
             let expected = "expected a whole number from 0 to 1000000";
             return Err(params.refuse("maxdepth", found, expected));
+        }
+        self.ambient_occlusion = selected.kind == Some(IntegratorKind::AmbientOcclusion);
+        if self.ambient_occlusion {
+            let limits = PathLimits { max_depth: 1, direct_only: true, regularize: false };
+            self.path_limits = Some(limits);
+            return Ok(());
         }
         let direct_only = selected.kind == Some(IntegratorKind::DirectLighting);
         self.path_limits = Some(PathLimits { max_depth: depth as u32, direct_only, regularize });

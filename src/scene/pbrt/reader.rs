@@ -87,6 +87,8 @@ pub(super) struct SceneReader {
     pub(super) media: NamedMedia,
     /// Whether the integrator of the scene ignores media.
     pub(super) ignores_media: bool,
+    /// Whether the integrator of the scene computes ambient occlusion.
+    pub(super) ambient_occlusion: bool,
     pub(super) objects: HashMap<String, Object>,
     /// The name of the object between `ObjectBegin` and `ObjectEnd`.
     pub(super) open_object: Option<String>,
@@ -109,7 +111,7 @@ pub(super) struct SceneReader {
 impl SceneReader {
     fn new(path: &Path, context: &ReadContext) -> Result<Self, SceneError> {
         let text = context.bytes(path)?;
-        let lexer = Lexer::new(Arc::from(path), text);
+        let lexer = Lexer::new(Arc::from(path), Arc::new(text));
         lexer.check_language()?;
         let dialect = if lexer.has_world_end() { Dialect::V3 } else { Dialect::V4 };
         let mut builder = SceneBuilder::default();
@@ -142,6 +144,7 @@ impl SceneReader {
             materials: HashMap::new(),
             media: NamedMedia::default(),
             ignores_media: false,
+            ambient_occlusion: false,
             objects: HashMap::new(),
             open_object: None,
             instance_count: 0,
@@ -246,6 +249,9 @@ impl SceneReader {
         if self.ignores_media && self.builder.remove_media() {
             let instead = "pbrt-v4's does not scatter in media either; use \"volpath\"";
             self.warnings.unsupported(&self.at, "a medium in a scene of this integrator", instead);
+        }
+        if self.ambient_occlusion {
+            self.builder.whiten();
         }
         let film = match &self.film {
             Some((kind, params)) => film_spec(*kind, params),

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DAffine3;
 
 use super::attributes::Target;
-use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, unsupported};
+use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known};
 use super::forward_references::Deferred;
 use super::graphics_state::GraphicsState;
 use super::meshes::{self, MeshKind};
@@ -32,7 +32,6 @@ enum QuadricKind {
     Cone,
 }
 
-const UNSUPPORTED: &str = "the shape is left out";
 const UNDISPLACED: &str = "the surface is not displaced; write it as a plymesh";
 const SHADOW_ALPHA: Ignored = ("shadowalpha", "alpha alone decides");
 const PLY_IGNORES: &[Ignored] = &[
@@ -92,8 +91,18 @@ static SHAPE: Directive<ShapeKind> = Directive {
             &["radius", "zmin", "zmax", "phimax"],
             &[SHADOW_ALPHA],
         ),
-        unsupported("paraboloid", UNSUPPORTED),
-        unsupported("hyperboloid", UNSUPPORTED),
+        known(
+            "paraboloid",
+            ShapeKind::Mesh(MeshKind::Paraboloid),
+            &["radius", "zmin", "zmax", "phimax"],
+            &[SHADOW_ALPHA],
+        ),
+        known(
+            "hyperboloid",
+            ShapeKind::Mesh(MeshKind::Hyperboloid),
+            &["p1", "p2", "phimax"],
+            &[SHADOW_ALPHA],
+        ),
         known(
             "bilinearmesh",
             ShapeKind::Mesh(MeshKind::BilinearPatches),
@@ -112,8 +121,21 @@ static SHAPE: Directive<ShapeKind> = Directive {
             &["P", "N", "basis", "degree", "type", "width", "width0", "width1"],
             &[SHADOW_ALPHA, ("splitdepth", SILENT)],
         ),
-        unsupported("nurbs", UNSUPPORTED),
-        unsupported("heightfield", UNSUPPORTED),
+        known(
+            "nurbs",
+            ShapeKind::Mesh(MeshKind::Nurbs),
+            &[
+                "nu", "uorder", "uknots", "u0", "u1", "nv", "vorder", "vknots", "v0", "v1", "P",
+                "Pw",
+            ],
+            &[SHADOW_ALPHA],
+        ),
+        known(
+            "heightfield",
+            ShapeKind::Mesh(MeshKind::HeightField),
+            &["nu", "nv", "Pz"],
+            &[SHADOW_ALPHA],
+        ),
     ],
 };
 
