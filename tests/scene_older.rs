@@ -346,7 +346,7 @@ fn goniometric_pictures_of_v3_have_any_size_and_ies_files_are_read() {
     let light = |head: &str, light: &str| {
         let text = format!("{head}\nWorldBegin\nLightSource \"goniometric\" {light}");
         let scene = petzval::scene::pbrt::read(&support::write(&folder, "a.pbrt", text));
-        scene.map(|scene| match &scene.scene.lights.lights[0] {
+        scene.map(|scene| match &scene.scene.lights.all[0] {
             Light::Point(light) => light.clone(),
             other => panic!("{other:?}"),
         })
