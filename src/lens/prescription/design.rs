@@ -31,16 +31,23 @@ pub struct SpectralLine {
 }
 
 impl SpectralLine {
-    /// Creates a line from a wavelength in micrometres, as lens files state it. The product with
-    /// 1000 is rounded to 12 digits, so that 0.5875618 um are 587.5618 nm and not
-    /// 587.5618000000001.
+    /// Creates a line from a wavelength in micrometres, as lens files state it. A product with
+    /// 1000 that is off a number of 12 digits by rounding alone is that number, so that 0.5875618 um
+    /// are 587.5618 nm and not 587.5618000000001.
     pub fn from_um(um: f64, weight: f64) -> Self {
-        Self { nm: rounded(1000.0 * um), weight }
+        let nm = 1000.0 * um;
+        let short = rounded(nm);
+        let nm = if (short - nm).abs() <= 2.0 * f64::EPSILON * nm.abs() { short } else { nm };
+        Self { nm, weight }
     }
 
-    /// Returns the wavelength in micrometres, with 12 digits.
+    /// Returns the number of micrometres from which [`Self::from_um`] gives this wavelength, with as
+    /// few digits as it takes.
     pub fn um(&self) -> f64 {
-        rounded(self.nm / 1000.0)
+        let guess = self.nm / 1000.0;
+        let candidates = [rounded(guess), guess, guess.next_up(), guess.next_down()];
+        let exact = |um: &f64| Self::from_um(*um, self.weight).nm == self.nm;
+        candidates.into_iter().find(exact).unwrap_or(guess)
     }
 }
 
