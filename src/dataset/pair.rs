@@ -30,7 +30,7 @@ const DEEP_F_NUMBER: f64 = 64.0;
 #[derive(Clone, Debug)]
 pub struct DatasetScene {
     description: Description,
-    /// The files that the scene was read from, with those of its own lens.
+    /// The files that the scene was read from.
     pub files: FileLog,
     /// The value of a pixel in the middle for a radiance of 1, by the scene's own lens and stop;
     /// `None` without a real lens.
@@ -53,8 +53,8 @@ impl DatasetScene {
         let own = prepare_draft(description.clone(), &changes, None).map_err(|source| {
             DatasetError::OwnCamera { scene: path.to_owned(), source: Box::new(source) }
         })?;
-        let exposure = on_axis_value(&own);
-        Ok(Self { description, files: own.files, exposure })
+        let (files, exposure) = (description.files.clone(), on_axis_value(&own));
+        Ok(Self { description, files, exposure })
     }
 }
 
