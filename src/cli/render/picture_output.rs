@@ -165,7 +165,7 @@ impl PictureOutput<'_> {
                 job,
                 notes: &notes,
                 rendered_by,
-                output,
+                output: output.path(),
                 size,
                 samples: &samples,
                 time: &time,
