@@ -46,7 +46,7 @@ impl Projection {
         let origin = at(*corners.first()?);
         let next = |i: usize| if i + 1 < corners.len() { i + 1 } else { 0 };
         let edge = |i: usize| [at(corners[i]) - origin, at(corners[next(i)]) - origin];
-        let area: DVec3 = (0..corners.len()).map(|i| edge(i)).map(|[p, q]| p.cross(q)).sum();
+        let area: DVec3 = (0..corners.len()).map(edge).map(|[p, q]| p.cross(q)).sum();
         let normal = area.try_normalize()?;
         let x = normal.any_orthonormal_vector();
         let y = normal.cross(x);
