@@ -142,7 +142,8 @@ fn the_circle_of_confusion_equals_the_blur_of_a_point() {
         let folder = folder();
         let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
         let effects = EffectSelection::None;
-        let changes = Changes { layers: vec![Aov::Coc], effects, ..Changes::default() };
+        let layers = vec![Aov::Coc, Aov::Depth];
+        let changes = Changes { layers, effects, ..Changes::default() };
         let (job, _, _) = prepare(description, &changes).expect("a job");
         let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
             .expect("a picture");
@@ -150,9 +151,10 @@ fn the_circle_of_confusion_equals_the_blur_of_a_point() {
         let picture = exposed.film.picture(4096);
         let lit: Vec<usize> =
             (0..picture.pixels.len()).filter(|&i| picture.pixels[i][0] > 0.0).collect();
-        let values = channel(&coc[0], "um");
-        let seen: Vec<f64> =
-            lit.iter().map(|&i| f64::from(values[i])).filter(|&um| um > 0.0).collect();
+        let (values, coverage) = (channel(&coc[0], "um"), channel(&coc[1], "coverage"));
+        // Light paths light pixels whose camera rays miss the ball: those have the circle of infinity.
+        let hit = lit.iter().filter(|&&i| coverage[i] > 0.0);
+        let seen: Vec<f64> = hit.map(|&i| f64::from(values[i])).collect();
         let estimate = seen.iter().sum::<f64>() / seen.len() as f64;
         // The second moment of a uniform disc of diameter d is d^2 / 8, and that of a square pixel of
         // side p is p^2 / 6.

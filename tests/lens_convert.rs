@@ -161,6 +161,11 @@ fn a_zmx_file_holds_all_shapes_glasses_states_and_wavelengths() {
     rows[1].asphere = vec![(3, 1e-6), (4, third * 1e-7)];
     rows[2].asphere = vec![(4, 1e-7), (20, third * 1e-25)];
     rows[3].asphere = vec![(3, 1e-7), (9, third * 1e-15)];
+    // The lens is in its first state.
+    rows[3].radius = (-third).recip();
+    rows[3].diameter = 5.0;
+    rows[4].diameter = 3.0;
+    rows[2].thickness = 0.3;
     rows[4].across = Some(petzval::lens::CrossSection::Biconic { radius: -70.25, conic: third });
     rows[5].across = Some(petzval::lens::CrossSection::Toroid { radius: f64::INFINITY });
     rows[5].asphere = vec![(4, 1e-8)];
@@ -169,7 +174,7 @@ fn a_zmx_file_holds_all_shapes_glasses_states_and_wavelengths() {
     rows[7].glass = Glass::Catalogue(find_glass("N-BK7").expect("listed"));
     rows[7].thickness = -4.0;
     rows[8].glass = Glass::model(1.6, 40.0 + third, 0.003);
-    rows[8].thickness = -0.1;
+    rows[8].thickness = -0.3;
     rows[9].stop = true;
     rows[9].radius = f64::INFINITY;
     rows[9].index = 1.0;
@@ -190,10 +195,15 @@ fn a_zmx_file_holds_all_shapes_glasses_states_and_wavelengths() {
     };
     lens.design =
         Design { configurations: vec![state("1", 1.0), state("2", 1.7)], ..design(third) };
+    lens.design.object_distance = Some(100.0);
+    lens.design.film_distance = Some(11.0);
     let lens = lens.at_wavelength(550.0 + third).expect("in range");
     let (mut read, notes) = through_zmx(&lens);
     assert_eq!(notes, Vec::<String>::new());
-    assert_eq!(read.design.notes, Vec::<String>::new());
+    let state =
+        "the lens is in configuration 1 of 2, the current one of the file; --zoom chooses another";
+    assert_eq!(read.design.notes, [state]);
+    read.design.notes.clear();
     let mut expected = lens;
     for lens in [&mut read, &mut expected] {
         lens.rows[9].thickness = 0.0;

@@ -8,7 +8,7 @@ use petzval::lens::{
     BlockReason, LensError, LensRay, Paraxial, Prescription, Side, parse_dat, parse_toml, sequence,
     trace_one,
 };
-use support::{folder, oracle, petzval, write};
+use support::{folder, lens, oracle, petzval, root, write};
 
 fn toml(text: &str) -> Result<Prescription, LensError> {
     parse_toml(Path::new("test.toml"), text)
@@ -117,4 +117,33 @@ fn a_plane_stop_between_two_glasses_must_name_its_medium() {
     // Without room behind the stop there is no air, as in the pupil of an eye.
     let eye = dat("25.84 4 1.5 20\n0 0 0 10\n-30 2 1.6 20\n-60 0 1 20").unwrap();
     assert_eq!(eye.rows[1].index, 1.5);
+}
+
+/// Makers round: the course's lens of 50 mm and f/2 opens to f/2.02, and is asked for f/2.
+#[test]
+fn an_f_number_within_three_percent_of_the_widest_means_the_widest() {
+    let lens = lens("dgauss.50mm");
+    let open = petzval::lens::RealRayFocus::new(&lens).f_number().expect("an image");
+    let wide = lens.rows[lens.stop()].diameter;
+    for asked in [2.0, 0.971 * open, open] {
+        let diameter = lens.f_number_diameter(asked).expect("an f-number of the lens");
+        assert!((diameter / wide - 1.0).abs() < 1e-9, "f/{asked}: {diameter} mm of {wide} mm");
+    }
+    assert_eq!(lens.rounded_f_number(2.0), Some(open));
+    for asked in [1.0, 0.969 * open, open, 2.8] {
+        assert_eq!(lens.rounded_f_number(asked), None, "f/{asked}");
+    }
+    assert!(lens.f_number_diameter(0.969 * open).is_err());
+}
+
+#[test]
+fn a_sweep_of_the_round_f_numbers_of_the_help_runs() {
+    let folder = folder();
+    let scene = root().join("scenes/dgauss.pbrt");
+    let arguments = "--sweep fstop=2,8 --spp 1 --resolution 12x12 -o f{fstop}.exr".split(' ');
+    let mut all = vec!["render", scene.to_str().expect("a path")];
+    all.extend(arguments);
+    let (code, _, stderr) = petzval(folder.path(), &all);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stderr.contains("f/2 is the widest of this lens, which opens to f/2.02"), "{stderr}");
 }

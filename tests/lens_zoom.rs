@@ -160,7 +160,7 @@ fn the_f_number_of_a_picture_is_that_at_infinity_wherever_groups_move() {
     let scene = support::root().join("scenes/snowman.pbrt").display().to_string();
     let exposure = |focus: &str| {
         let options = ["--lens", "zoom.toml", "--zoom", "wide", "--fstop", "8", "--focus", focus];
-        let size = ["--resolution", "12x8", "--spp", "1", "--effects", "none", "-o", "a.exr"];
+        let size = ["--resolution", "12x8", "--spp", "1", "--effects", "none", "-v", "-o", "a.exr"];
         let arguments = [&["render", scene.as_str()][..], &options, &size].concat();
         let (code, _, err) = petzval(folder.path(), &arguments);
         assert_eq!(code, 0, "{err}");

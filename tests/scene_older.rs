@@ -312,7 +312,7 @@ fn measured_surfaces_of_v2_have_a_substitute() {
 #[test]
 fn kdsubsurface_is_a_subsurface_of_its_reflectance() {
     let model = |scene: &Scene| match &last(scene).model {
-        MaterialModel::Subsurface { interior, .. } => (interior.medium.clone(), interior.eta),
+        MaterialModel::Subsurface { interior, .. } => (interior.medium, interior.eta),
         other => panic!("{other:?}"),
     };
     let old =

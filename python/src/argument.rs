@@ -67,7 +67,7 @@ where
                 let problem = format!("expected a list of at most {MOST_ITEMS} items");
                 return Err(PyValueError::new_err(problem));
             }
-            items.push(item?.extract().map_err(|error| T::Error::into(error))?);
+            items.push(item?.extract().map_err(T::Error::into)?);
         }
         Ok(Self(items))
     }

@@ -1,6 +1,7 @@
 //! Data sets of paired pictures.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -79,11 +80,10 @@ impl Part<'_> {
         let mut scenes: HashMap<PathBuf, DatasetScene> = HashMap::new();
         // The first pair must not replace a texture of the last one's scene.
         for &pair in pairs.iter().filter(|&&pair| !manifest.has(pair)) {
-            let draw = spec.draw(pair);
-            if !scenes.contains_key(&draw.scene) {
-                let scene = DatasetScene::read(&draw.scene, &spec, &context)?;
+            if let Entry::Vacant(place) = scenes.entry(spec.draw(pair).scene) {
+                let scene = DatasetScene::read(place.key(), &spec, &context)?;
                 outputs.protect(&scene.files);
-                scenes.insert(draw.scene, scene);
+                place.insert(scene);
             }
         }
         for pair in pairs {

@@ -80,7 +80,10 @@ impl CreatedFolders {
             fs::create_dir_all(folder)?;
             self.0.push(folder.to_owned());
         }
-        Ok(())
+        match folder.as_os_str().is_empty() || folder.is_dir() {
+            true => Ok(()),
+            false => Err(io::ErrorKind::NotADirectory.into()),
+        }
     }
 }
 

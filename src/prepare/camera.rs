@@ -145,7 +145,7 @@ impl CameraInput<'_> {
         let mut prescription = read_lens(self, spec, report)?;
         let (RealisticSpec::V4 { aperture, .. } | RealisticSpec::V2 { aperture, .. }) = spec;
         let aperture = match changes.f_number {
-            Some(f_number) => f_number_diameter(&prescription, f_number)?,
+            Some(f_number) => f_number_diameter(&prescription, f_number, report)?,
             None => *aperture,
         };
         let stop_diameter = prescription.stop_down(aperture);

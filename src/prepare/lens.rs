@@ -75,11 +75,19 @@ fn read_iris(
     })
 }
 
-/// Returns the diameter of the stop (mm) that gives an f-number.
+/// Returns the diameter of the stop (mm) that gives an f-number. A slightly larger one may be the widest
+/// of the lens; the report says so.
 ///
 /// # Errors
 /// Returns an error if the lens forms no image or does not open so wide.
-pub(super) fn f_number_diameter(lens: &Prescription, asked: f64) -> Result<f64, PrepareError> {
+pub(super) fn f_number_diameter(
+    lens: &Prescription,
+    asked: f64,
+    report: &mut Report,
+) -> Result<f64, PrepareError> {
+    if let Some(open) = lens.rounded_f_number(asked) {
+        report.warn(format!("f/{asked} is the widest of this lens, which opens to f/{open:.2}"));
+    }
     lens.f_number_diameter(asked).map_err(|source| PrepareError::FNumber {
         asked,
         lens: lens.name.clone(),

@@ -47,7 +47,10 @@ impl LensFileArguments {
         for path in &self.catalogue {
             catalogues.add(path, None);
             let entries = std::fs::read_dir(path).into_iter().flatten().flatten();
-            entries.for_each(|entry| catalogues.add(&entry.path(), None));
+            let files = entries.map(|entry| entry.path()).filter(|file| {
+                file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("agf"))
+            });
+            files.for_each(|file| catalogues.add(&file, None));
         }
         let outputs = Outputs::beside(inputs);
         outputs.protect(&catalogues);

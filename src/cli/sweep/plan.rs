@@ -252,7 +252,7 @@ mod tests {
         sweeps("--sweep half=1", "--half takes no values");
         sweeps("--sweep fstop=2 --fstop 4", "--fstop is given, too");
         sweeps("--sweep fstop=2 --sweep fstop=4", "--fstop is swept twice");
-        sweeps("--sweep fstop=2,x", "--sweep fstop=2,x: invalid value 'x' for '--fstop <N>'");
+        sweeps("--sweep fstop=2,x", "--sweep fstop=2,x: invalid value 'x' for '--fstop <f/N>'");
         sweeps("--sweep focus=0.5..5", "a range reads FIRST..LAST:COUNT");
         sweeps("--sweep film-shift=0,4", "separate values that contain commas with ;");
         sweeps("--sweep seed=0..9:10 --shard 1/2 -o a.petzval", "--shard with --sweep: give each");

@@ -6,6 +6,10 @@ use crate::lens::prescription::Prescription;
 /// Bisection steps: they reach the precision of f64.
 const HALVINGS: u32 = 50;
 
+/// Excess of the widest f-number over one that is asked for at which the widest is meant: makers round,
+/// so that a lens sold as 50 mm f/2 opens to f/2.02.
+const ROUNDED: f64 = 0.03;
+
 /// Why a lens has no such f-number.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -24,7 +28,8 @@ pub enum FNumberError {
 impl Prescription {
     /// Returns the diameter of the stop (mm) that gives an f-number, measured by a traced marginal
     /// ray ([`RealRayFocus::f_number`]). So the light on the film follows the f-number whatever the
-    /// aberrations of the pupil.
+    /// aberrations of the pupil. Up to 3 % below its widest f-number, the stop is wide open
+    /// ([`Self::rounded_f_number`]).
     ///
     /// # Errors
     /// Returns an error if the lens forms no image or does not open so wide.
@@ -39,7 +44,7 @@ impl Prescription {
         if open.is_infinite() {
             return Err(FNumberError::NoImage);
         }
-        if asked < open * (1.0 - 1e-3) {
+        if asked < open * (1.0 - ROUNDED) {
             return Err(FNumberError::TooFast { open });
         }
         for _ in 0..HALVINGS {
@@ -51,5 +56,12 @@ impl Prescription {
             }
         }
         Ok(wide)
+    }
+
+    /// Returns the widest f-number of the lens if it is meant by a slightly smaller one that is asked for
+    /// ([`Self::f_number_diameter`]), and differs from it by more than a thousandth.
+    pub fn rounded_f_number(&self, asked: f64) -> Option<f64> {
+        let open = RealRayFocus::new(self).f_number()?;
+        (open * (1.0 - ROUNDED)..open * (1.0 - 1e-3)).contains(&asked).then_some(open)
     }
 }

@@ -100,7 +100,9 @@ pub(super) fn plain_integers(text: &str) -> Result<Cow<'_, str>, LargeIndex<'_>>
                 if extras.is_none() && is_index(key) && number.parse().is_ok_and(is_large) {
                     return Err(LargeIndex { offset: start, found: number });
                 }
-                if let Some(integer) = as_integer(number) {
+                // A part of what is no number, such as .5e1, is left to the parser.
+                let is_whole = start == 0 || !is_part(&bytes[start - 1]);
+                if let Some(integer) = as_integer(number).filter(|_| is_whole) {
                     let plain = plain.get_or_insert_with(|| String::with_capacity(text.len()));
                     plain.push_str(&text[copied..start]);
                     plain.push_str(&format!("{integer:<width$}", width = number.len()));

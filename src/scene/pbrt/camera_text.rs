@@ -138,7 +138,7 @@ mod tests {
         let expected = format!(
             "# Camera \"x\"\nFilm \"rgb\" # film\nScale 5 5 5 {transform}Camera \"realistic\"  # m\n  \
              \"float shutterclose\" 2\n    \"float focusdistance\" [ 0.25 ]\n    \
-             \"point2 filmshift\" [ 1.5 -2 ]\n    \"string lensfile\" [ \"a \\\"b\\\".dat\" ]\n\n\
+             \"point2 filmshift\" [ 1.5 -2 ]\n    \"string lensfile\" [ \"a \\\"b\\\".dat\\n\" ]\n\n\
              WorldBegin # all\nShape \"sphere\""
         );
         assert_eq!(edit(text, 3, 13).as_deref(), Some(&expected[..]));

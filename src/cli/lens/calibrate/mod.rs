@@ -199,6 +199,11 @@ fn focused(
 ) -> Result<(Prescription, f64), Failure> {
     let named = |problem: String| Failure::from(format!("{}: {problem}", file.display()));
     if let Some(f_number) = arguments.fstop {
+        if let Some(open) = lens.rounded_f_number(f_number) {
+            say!(
+                "petzval: warning: f/{f_number} is the widest of this lens, which opens to f/{open:.2}"
+            );
+        }
         let diameter = lens
             .f_number_diameter(f_number)
             .map_err(|error| format!("--fstop {f_number}: {} {error}", lens.name))?;
