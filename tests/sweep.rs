@@ -237,7 +237,10 @@ fn impossible_sweeps_are_refused_before_anything_is_rendered() {
             "--sweep fstop=8,4 -o {fstop}.exr --contact a.exr",
             "--contact a.exr: expected .png or .jpg",
         ),
-        ("--sweep fstop=8,4 -o {fstop}.png --contact 8.png", "8.png is both a picture"),
+        (
+            "--sweep fstop=8,4 -o {fstop}.png --contact 8.png",
+            "8.png: it is the same file as 8.png, another output",
+        ),
         ("--sweep fstop=8,4 -o {fstop}.exr --samples 0..2", "--samples with --sweep"),
         ("--sweep fstop=8,4 -o {fstop}.png --aov depth", "only EXR holds layers"),
         ("--sweep fstop", "expected NAME=VALUES"),

@@ -484,7 +484,7 @@ fn the_blur_map_is_sharp_where_the_focus_is() {
     let [focus, front] = [30, 38].map(|y| blur[60 * y + 30]);
     // The floor in row 38 is much nearer than in row 30.
     assert!(focus > 0.0 && focus < 0.2 && front > 2.0 * focus, "{focus} and {front}");
-    assert_eq!(blur[30], 0.0, "the sky has no surface");
+    assert!(blur[30] > 2.0 * focus, "the sky has the blur of infinity: {}", blur[30]);
 }
 
 /// Reads one packet for tev: its kind and its content.

@@ -15,8 +15,8 @@ const MAGIC: [u8; 4] = *b"PZC1";
 
 /// Measures the blur of the surfaces in a picture. Returns the message for the page: the magic, width
 /// and height as 32-bit numbers, the generation as a 64-bit number, and the diameter of the circle
-/// of confusion in pixels of the picture as 32-bit floats, row by row from the top; 0 where there is
-/// no surface. All are little-endian.
+/// of confusion in pixels of the picture as 32-bit floats, row by row from the top; that of infinity where
+/// there is no surface, and 0 without light. All are little-endian.
 ///
 /// Returns `None` without a real lens, and if `progress` is stopped.
 pub(super) fn blur_map(
