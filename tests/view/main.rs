@@ -501,7 +501,7 @@ fn a_tev_that_takes_no_data_does_not_block_the_end() {
     let tev = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = tev.local_addr().expect("an address").to_string();
     // More than the buffers of a connection hold.
-    let options = ["--resolution", "1600x1200", "--spp", "1", "--tev", &address];
+    let options = ["--resolution", "1200x1000", "--spp", "1", "--tev", &address];
     let mut view = View::start("dgauss.pbrt", &options);
     let (_stream, _) = tev.accept().expect("a connection");
     view.client().finished(1);
