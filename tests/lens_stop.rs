@@ -125,7 +125,7 @@ fn an_f_number_within_three_percent_of_the_widest_means_the_widest() {
     let lens = lens("dgauss.50mm");
     let open = petzval::lens::RealRayFocus::new(&lens).f_number().expect("an image");
     let wide = lens.rows[lens.stop()].diameter;
-    for asked in [2.0, 0.971 * open, open] {
+    for asked in [2.0, 0.971 * open] {
         let diameter = lens.f_number_diameter(asked).expect("an f-number of the lens");
         assert!((diameter / wide - 1.0).abs() < 1e-9, "f/{asked}: {diameter} mm of {wide} mm");
     }
