@@ -29,7 +29,8 @@ def checked(settings, camera):
     settings = dict(settings)
     aov = settings["aov"]
     if isinstance(aov, Iterable):
-        settings["aov"] = [aov] if isinstance(aov, str) else list(aov)
+        # list() would make room for the length that an object claims.
+        settings["aov"] = [aov] if isinstance(aov, str) else [name for name in aov]
     settings["spp"] = count("spp", settings["spp"], 1)
     settings["seed"] = count("seed", settings["seed"], 0)
     if camera is not None:
