@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::band::Band;
 use super::{Camera, LensColumns, LensModel, RealLens};
 use crate::effects::EFFECTS;
 use crate::lanes::Real;
@@ -92,9 +93,9 @@ impl RealLens {
     pub fn path_between(&self, film: [f64; 2], rear: [f64; 2]) -> RayPath {
         let start = self.film_pose.film_point(film);
         let way = [rear[0] - start[0], rear[1] - start[1], self.film_distance - start[2]];
-        let direction = DVec3::from_array(way).normalize() * self.prescription.rear().index;
+        let Band { to_scene_f64: surfaces, film_index, .. } = &self.bands[self.bands.len() / 2];
+        let direction = DVec3::from_array(way).normalize() * *film_index;
         let ray = LensRay { p: start, t: direction.to_array(), weight: 1.0 };
-        let surfaces = &self.bands[self.bands.len() / 2].to_scene_f64;
         let mut recorder = PathRecorder::new(self, EFFECTS && self.fresnel);
         let end = recorder.trace::<f64>(ray, surfaces, surfaces);
         RayPath { retraced: true, ..recorder.path(ray, end) }

@@ -2,6 +2,7 @@
 
 use crate::lanes::{Real, narrow, widen};
 use crate::lens::camera::RealLens;
+use crate::lens::camera::band::Band;
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::surface::Surface;
 use crate::lens::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
@@ -24,10 +25,9 @@ impl RealLens {
         fresnel: bool,
         stats: &mut LensStats,
     ) {
-        let surfaces = &self.bands[band].to_scene_f64;
+        let Band { to_scene_f64: surfaces, film_index, .. } = &self.bands[band];
         let blocked = stats.blocked_mut(self.prescription.rows.len());
-        let index = self.prescription.rear().index;
-        stats.retraced += exact.trace::<R>(batch, surfaces, index, fresnel, blocked);
+        stats.retraced += exact.trace::<R>(batch, surfaces, *film_index, fresnel, blocked);
     }
 }
 
@@ -129,6 +129,7 @@ mod tests {
     use crate::lens::{Coating, LensColumns, PupilSampling};
     use crate::rays::{SampleBatch, WAVE_SIZE};
     use crate::sampler::{Dimension, sample_2d};
+    use crate::spectrum::LightBand;
 
     #[test]
     fn eight_lanes_of_f64_trace_the_rays_of_one() {
@@ -150,6 +151,41 @@ mod tests {
             let eight = traced::<f32x8>(&lens, &samples, fresnel);
             assert!(one.len() > 500, "{} rays", one.len());
             assert_eq!(one, eight, "bit for bit");
+        }
+    }
+
+    /// A film in glass: rays of every band start with the index of the glass at their wavelength, in f64
+    /// as in f32.
+    #[test]
+    fn the_bands_of_a_film_in_glass_are_those_of_f32() {
+        let text = "[[surface]]\nstop = true\ndiameter = 12\nthickness = 5
+            [[surface]]\nradius = 60\nthickness = 6\ndiameter = 24\nglass = \"SF5\"
+            [[surface]]\nradius = -120\nthickness = 40\ndiameter = 24
+            [[surface]]\ndiameter = 24\nglass = \"SF5\"\n";
+        let lens = crate::lens::parse_toml("glass.toml".as_ref(), text).expect("a lens");
+        let mut lens = RealLens::new(lens, 60.0, 10.0, PupilSampling::Pupil, 1e-3, 0.0);
+        let bands = [420.0, 680.0].map(|wavelength| LightBand { wavelength, response: [1.0; 3] });
+        lens.disperse(&bands);
+        for band in 0..bands.len() {
+            let mut samples = SampleBatch { len: WAVE_SIZE, band, ..SampleBatch::default() };
+            for i in 0..samples.len {
+                samples.film[0][i] = 8.0;
+                let pupil = sample_2d(0, i as u32, Dimension::Pupil);
+                [samples.pupil[0][i], samples.pupil[1][i]] = pupil;
+            }
+            let (mut columns, mut stats) = (LensColumns::default(), LensStats::default());
+            lens.trace_samples::<f32x8>(&samples, &mut columns, false, &mut stats);
+            let single = columns.batch.clone();
+            lens.launch::<f32x8>(&samples, &mut columns, &mut stats);
+            let LensColumns { batch, exact, .. } = &mut columns;
+            lens.trace_batch_f64::<f32x8>(band, batch, exact, false, &mut stats);
+            let living: Vec<usize> = (0..batch.len).filter(|&i| !batch.x[i].is_nan()).collect();
+            assert!(living.len() > 500, "{} rays", living.len());
+            for i in living {
+                let off =
+                    (batch.tx[i] - single.tx[i]).abs().max((batch.ty[i] - single.ty[i]).abs());
+                assert!(off < 1e-5, "band {band}, ray {i}: {off}");
+            }
         }
     }
 

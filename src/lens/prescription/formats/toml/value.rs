@@ -20,7 +20,7 @@ pub(super) struct Source<'a> {
     pub(super) text: &'a str,
     pub(super) context: &'a ReadContext,
     pub(super) glasses: &'a GlassLibrary,
-    /// What the user should know about the glasses of the file.
+    /// Notes about the glasses of the file, for the user.
     pub(super) notes: &'a RefCell<Vec<String>>,
 }
 
