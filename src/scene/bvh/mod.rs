@@ -10,6 +10,7 @@
 
 mod build;
 mod collapse;
+mod ploc;
 mod primitives;
 mod traverse;
 
