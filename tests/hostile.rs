@@ -295,3 +295,97 @@ fn a_signal_while_the_command_reads_ends_it_with_exit_code_130() {
         }
     }
 }
+
+/// Runs the command with so much address space at most (kB), beyond which allocations fail.
+#[cfg(target_os = "linux")]
+fn confined(folder: &Path, kilobytes: u64, arguments: &str) -> (i32, String) {
+    let mut command = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_petzval");
+    let script = format!("ulimit -v {kilobytes} && exec '{program}' {arguments}");
+    command.args(["-c", &script]).current_dir(folder).stdin(Stdio::null());
+    // Arenas of threads take address space, not memory.
+    command.env("MALLOC_ARENA_MAX", "1").env("RAYON_NUM_THREADS", "2");
+    let output = support::promptly(arguments, || command.output().expect("the command starts"));
+    exit_and_stderr(output)
+}
+
+/// Returns a glTF document of one triangle mesh whose accessors have no data, with instances.
+#[cfg(target_os = "linux")]
+fn without_data(count: u64, instances: u64) -> String {
+    let accessor = |kind: &str, count: u64| {
+        format!("{{\"componentType\":5126,\"count\":{count},\"type\":\"{kind}\"}}")
+    };
+    let accessors = [
+        accessor("VEC3", count),
+        accessor("VEC2", count),
+        accessor("VEC4", count),
+        accessor("VEC3", instances),
+    ]
+    .join(",");
+    format!(
+        "{{\"asset\":{{\"version\":\"2.0\"}},\"scene\":0,\"scenes\":[{{\"nodes\":[0,1]}}],\
+         \"cameras\":[{{\"type\":\"perspective\",\"perspective\":{{\"yfov\":1,\"znear\":0.1}}}}],\
+         \"nodes\":[{{\"camera\":0}},{{\"mesh\":0,\"extensions\":{{\"EXT_mesh_gpu_instancing\":\
+         {{\"attributes\":{{\"TRANSLATION\":3}}}}}}}}],\"accessors\":[{accessors}],\
+         \"meshes\":[{{\"primitives\":[{{\"attributes\":\
+         {{\"POSITION\":0,\"NORMAL\":0,\"TEXCOORD_0\":1,\"TANGENT\":2}}}}]}}]}}"
+    )
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn small_files_that_declare_much_are_refused_before_it_is_allocated() {
+    let folder = folder();
+    for (count, instances, place) in [
+        (3, 5_000_000, "nodes[1]"),
+        (3, 30_000_000, "nodes[1]"),
+        (3, 1 << 62, "accessors[3]"),
+        (12_000_000, 1, "accessors[2]"),
+        (1 << 60, 1, "accessors[0]"),
+    ] {
+        write(&folder, "a.gltf", without_data(count, instances));
+        let arguments = "render a.gltf -o a.exr --spp 1 --memory 400MB --resolution 16x16";
+        let (code, stderr) = confined(folder.path(), 1_500_000, arguments);
+        assert_eq!(code, 2, "{count}, {instances}: {stderr}");
+        assert!(stderr.contains("of memory") && stderr.contains(place), "{place}: {stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_texture_of_floats_claims_all_that_it_takes() {
+    let folder = folder();
+    let size = [2500, 2500];
+    let picture = Picture { size, pixels: vec![[0.5; 3]; size[0] * size[1]] };
+    let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
+    let path = folder.path().join("a.exr");
+    picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a file");
+    drop(picture);
+    let world = "Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\"\n\
+                 Material \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"";
+    write(&folder, "a.pbrt", scene(world));
+    // 28 bytes a pixel for a time, and 16 in the end.
+    for (memory, code) in [(150, 2), (400, 0)] {
+        let arguments =
+            format!("render a.pbrt -o b.exr --spp 1 --resolution 16x16 --memory {memory}MB");
+        let (found, stderr) = confined(folder.path(), 1_200_000, &arguments);
+        assert_eq!(found, code, "{memory} MB: {stderr}");
+        assert!(code == 0 || stderr.contains("a.exr") && stderr.contains("of memory"), "{stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn rays_without_an_end_are_refused() {
+    let folder = folder();
+    write(&folder, "a.dat", "10 1 1.5 1\n-10 1 1 1\n0 0 0 1\n");
+    let (code, stderr) = confined(folder.path(), 1_000_000, "lens trace a.dat --rays /dev/zero");
+    assert!(code == 2 && stderr.contains("it is a device"), "{code}: {stderr}");
+    let program = env!("CARGO_BIN_EXE_petzval");
+    let script = format!("yes 0,0,9,0,0,-1 | '{program}' lens trace a.dat --rays /dev/stdin");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script]).current_dir(folder.path());
+    let output = support::promptly("endless rays", || command.output().expect("a shell"));
+    let (code, stderr) = exit_and_stderr(output);
+    assert!(code == 2 && stderr.contains("it does not end"), "{code}: {stderr}");
+}

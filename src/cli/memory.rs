@@ -5,6 +5,7 @@ use std::cell::{Cell, OnceCell};
 use petzval::io::image::ImageFormat;
 use petzval::io::{ByteSize, ReadContext};
 use petzval::job::Job;
+use petzval::render::ProgressiveRender;
 use petzval::render::memory::{Estimate, MemoryTask, ResidentMemory, machine};
 
 use super::Failure;
@@ -65,17 +66,8 @@ impl Memory {
         if let Some(bytes) = denoising {
             estimate = estimate.with_extra("denoising", bytes);
         }
+        self.require(&estimate, job, work)?;
         let bytes = estimate.bytes();
-        if let Some(most) = self.most.filter(|most| bytes > *most) {
-            let (most, whose) = match self.asked {
-                true => (ByteSize(most), "--memory allows"),
-                false => {
-                    (ByteSize(most), "this machine, or the group that limits the process, has")
-                }
-            };
-            let suggestions = suggestions(job, work);
-            return Err(format!("this takes {estimate}, and {whose} {most}; {suggestions}").into());
-        }
         if let Some(free) = machine::available()
             .filter(|&free| !self.asked && bytes.saturating_sub(resident.now) > free)
         {
@@ -86,6 +78,38 @@ impl Memory {
             say!("petzval: warning: this takes {estimate}, and only {free} are free now");
         }
         Ok(estimate)
+    }
+
+    /// Checks a job whose picture is shown while it is refined, with `shown` bytes for a pixel of what
+    /// shows it.
+    ///
+    /// # Errors
+    /// Returns an error if its expected memory exceeds the limit, or what is free now.
+    pub fn check_shown(&self, job: &Job, threads: usize, shown: u64) -> Result<(), Failure> {
+        let resident = *self.resident.get_or_init(machine::resident);
+        let work = MemoryTask::Render { threads };
+        let pixels: u64 = job.frame.size().map(u64::from).iter().product();
+        let estimate = Estimate::new(job, resident, work, None)
+            .with_extra("pictures that are shown", ProgressiveRender::bytes(job) + pixels * shown);
+        self.require(&estimate, job, work)?;
+        let now = machine::resident().now;
+        let free = machine::available().filter(|free| estimate.bytes() > now + free);
+        free.map_or(Ok(()), |free| {
+            let (free, suggestions) = (ByteSize(free), suggestions(job, work));
+            Err(format!("this takes {estimate}, and only {free} are free now; {suggestions}")
+                .into())
+        })
+    }
+
+    /// Returns an error if an estimate exceeds the limit.
+    fn require(&self, estimate: &Estimate, job: &Job, work: MemoryTask) -> Result<(), Failure> {
+        let Some(most) = self.most.filter(|most| estimate.bytes() > *most) else { return Ok(()) };
+        let whose = match self.asked {
+            true => "--memory allows",
+            false => "this machine, or the group that limits the process, has",
+        };
+        let (most, suggestions) = (ByteSize(most), suggestions(job, work));
+        Err(format!("this takes {estimate}, and {whose} {most}; {suggestions}").into())
     }
 }
 

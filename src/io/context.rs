@@ -4,12 +4,12 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use flate2::read::MultiGzDecoder;
 
 use super::foreign::{refuse_placeholder, refuse_placeholder_file};
-use super::{ByteSize, FileLog, ReadError};
+use super::{ByteSize, FileLog, ReadError, machine};
 
 /// Largest content of a pipe, whose size is not known (bytes).
 const MAX_PIPE: u64 = 1 << 28;
@@ -20,13 +20,15 @@ const MAX_UNPACKED_RATIO: u64 = 100;
 
 /// Memory budget and file log of the readers of input files.
 ///
-/// Files declare sizes before their data follows. A reader checks each declared size against the
-/// budget before it allocates, so that a scene that is too large is refused early, even if only the
-/// sum of many files is too large. The log is the list of inputs on which a picture depends.
+/// Files declare sizes before their data follows. A reader claims what it is about to allocate, so that
+/// a scene that is too large is refused early, even if only the sum of many files is too large. What a
+/// reader needs for a time only is returned after use. The log is the list of inputs on which a picture
+/// depends.
 ///
 /// It also carries the paths of the glass catalogues that the user names, which readers of lenses need.
 ///
-/// Clones share all. The default has no limit and no catalogue.
+/// Clones share all. The default has the memory of the machine, or of the group that limits the
+/// process, and no catalogue.
 #[derive(Clone, Debug, Default)]
 pub struct ReadContext {
     budget: Arc<Budget>,
@@ -41,36 +43,130 @@ struct Budget {
     limit: u64,
     claimed: AtomicU64,
     stopped: AtomicBool,
+    /// The budget that this one is a part of. Its claims return there when it is dropped.
+    whole: Option<Arc<Budget>>,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { limit: u64::MAX, claimed: AtomicU64::new(0), stopped: AtomicBool::new(false) }
+        static LIMIT: OnceLock<Option<u64>> = OnceLock::new();
+        Self::new(LIMIT.get_or_init(machine::limit).unwrap_or(u64::MAX))
+    }
+}
+
+impl Drop for Budget {
+    fn drop(&mut self) {
+        if let Some(whole) = &self.whole {
+            whole.release(*self.claimed.get_mut());
+        }
     }
 }
 
 impl Budget {
-    fn check(&self, claimed: u64, bytes: u64) -> Result<(), String> {
-        if self.stopped.load(Ordering::Relaxed) {
+    fn new(limit: u64) -> Self {
+        let (claimed, stopped) = (AtomicU64::new(0), AtomicBool::new(false));
+        // No allocation is larger.
+        Self { limit: limit.min(isize::MAX as u64), claimed, stopped, whole: None }
+    }
+
+    /// Returns the budgets that hold a claim: this one, and that which it is a part of.
+    fn chain(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(Some(self), |budget| budget.whole.as_deref())
+    }
+
+    fn claim(&self, bytes: u64) -> Result<(), String> {
+        if self.chain().any(|budget| budget.stopped.load(Ordering::Relaxed)) {
             return Err("reading was stopped".to_owned());
         }
-        if claimed.saturating_add(bytes) <= self.limit {
-            return Ok(());
+        match &self.whole {
+            Some(whole) => {
+                whole.claim(bytes)?;
+                self.claimed.fetch_add(bytes, Ordering::Relaxed);
+                Ok(())
+            }
+            None => self.add(bytes),
         }
-        let before = match claimed {
-            0 => String::new(),
-            _ => format!(" beside the {} read before", ByteSize(claimed)),
-        };
-        let limit = ByteSize(self.limit);
-        Err(format!("it takes {} of memory{before}, and there are {limit}", ByteSize(bytes)))
+    }
+
+    fn add(&self, bytes: u64) -> Result<(), String> {
+        let add = |claimed: u64| claimed.checked_add(bytes).filter(|sum| *sum <= self.limit);
+        let added = self.claimed.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add);
+        added.map(|_| ()).map_err(|claimed| {
+            let before = match claimed {
+                0 => String::new(),
+                _ => format!(" beside the {} read before", ByteSize(claimed)),
+            };
+            let limit = ByteSize(self.limit);
+            format!("it takes {} of memory{before}, and there are {limit}", ByteSize(bytes))
+        })
+    }
+
+    fn release(&self, bytes: u64) {
+        for budget in self.chain() {
+            budget.claimed.fetch_sub(bytes, Ordering::Relaxed);
+        }
+    }
+
+    /// Returns the bytes that are not claimed.
+    fn left(&self) -> u64 {
+        let left =
+            |budget: &Self| budget.limit.saturating_sub(budget.claimed.load(Ordering::Relaxed));
+        self.chain().map(left).min().unwrap_or(0)
+    }
+}
+
+/// Bytes that are claimed for a time. They return to the budget when this is dropped.
+#[derive(Debug)]
+#[must_use]
+pub(crate) struct HeldMemory {
+    budget: Arc<Budget>,
+    bytes: u64,
+}
+
+impl HeldMemory {
+    /// Claims more bytes for the same time.
+    pub(crate) fn add(&mut self, bytes: u64) -> Result<(), String> {
+        self.budget.claim(bytes)?;
+        self.bytes += bytes;
+        Ok(())
+    }
+
+    /// Joins memory of the same budget that is held for the same time.
+    pub(crate) fn with(mut self, mut other: Self) -> Self {
+        self.bytes += std::mem::take(&mut other.bytes);
+        self
+    }
+
+    /// Changes the number of bytes.
+    pub(crate) fn resize(&mut self, bytes: u64) -> Result<(), String> {
+        match bytes.checked_sub(self.bytes) {
+            Some(more) => self.add(more),
+            None => {
+                self.budget.release(self.bytes - bytes);
+                self.bytes = bytes;
+                Ok(())
+            }
+        }
+    }
+
+    /// Turns so many of the bytes into a claim that lasts, and returns the others.
+    pub(crate) fn keep(mut self, bytes: u64) -> Result<(), String> {
+        self.resize(bytes)?;
+        self.bytes = 0;
+        Ok(())
+    }
+}
+
+impl Drop for HeldMemory {
+    fn drop(&mut self) {
+        self.budget.release(self.bytes);
     }
 }
 
 impl ReadContext {
     /// Creates a context whose readers may claim this many bytes in all.
     pub fn with_memory(limit: u64) -> Self {
-        let budget = Budget { limit, ..Budget::default() };
-        Self { budget: Arc::new(budget), ..Self::default() }
+        Self { budget: Arc::new(Budget::new(limit)), ..Self::default() }
     }
 
     /// Returns the context with leave to replace what cannot be simulated by something near, with a
@@ -97,12 +193,11 @@ impl ReadContext {
     }
 
     /// Returns a context for data that is dropped after use: its readers may claim what is left of
-    /// this budget, but those claims do not count here. Its log is empty.
+    /// this budget, and their claims return when the last of its clones is dropped. Its log is empty.
     #[must_use]
     pub fn temporary(&self) -> Self {
-        let claimed = AtomicU64::new(self.budget.claimed.load(Ordering::Relaxed));
-        let stopped = AtomicBool::new(self.budget.stopped.load(Ordering::Relaxed));
-        let budget = Budget { limit: self.budget.limit, claimed, stopped };
+        let mut budget = Budget::new(u64::MAX);
+        budget.whole = Some(Arc::clone(&self.budget));
         let (catalogues, approximate) = (self.catalogues.clone(), self.approximate);
         Self { budget: Arc::new(budget), files: Arc::default(), catalogues, approximate }
     }
@@ -120,22 +215,23 @@ impl ReadContext {
     /// Returns the content of a file, unpacked if it is gzipped, and logs it.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be read, does not end, unpacks to more than 100 times its
-    /// size, or is a pointer of Git LFS or a web page.
+    /// Returns an error if the file cannot be read, does not end, exceeds the memory budget, unpacks
+    /// to more than 100 times its size, or is a pointer of Git LFS or a web page.
     pub fn bytes(&self, path: &Path) -> Result<Vec<u8>, ReadError> {
+        let exceeds = |found| io::Error::new(io::ErrorKind::OutOfMemory, found);
         let read = || {
             let file = open(path)?;
             let length = file.metadata()?.len();
-            self.check(length)
-                .map_err(|found| io::Error::new(io::ErrorKind::OutOfMemory, found))?;
-            let packed = read_to_end(file, length.max(MAX_PIPE))?;
+            let mut held = self.hold(length).map_err(exceeds)?;
+            let packed = read_to_end(file, length.max(MAX_PIPE), length + self.budget.left())?;
+            held.add((packed.len() as u64).saturating_sub(length)).map_err(exceeds)?;
             self.log(path, &packed);
             refuse_placeholder(&packed)?;
             if !packed.starts_with(&[0x1f, 0x8b]) {
                 return Ok(packed);
             }
             let most = MAX_UNPACKED + MAX_UNPACKED_RATIO * packed.len() as u64;
-            read_to_end(MultiGzDecoder::new(&packed[..]), most)
+            read_to_end(MultiGzDecoder::new(&packed[..]), most, self.budget.left())
         };
         read().map_err(|source| ReadError { path: path.to_owned(), source })
     }
@@ -157,20 +253,20 @@ impl ReadContext {
         self.files.lock().unwrap_or_else(PoisonError::into_inner).add(path, Some(content));
     }
 
-    /// Returns an error if an allocation is larger than the rest of the budget. Claims nothing.
-    pub(crate) fn check(&self, bytes: u64) -> Result<(), String> {
-        self.budget.check(self.budget.claimed.load(Ordering::Relaxed), bytes)
+    /// Claims bytes for a time, or returns an error if they are more than the rest of the budget.
+    pub(crate) fn hold(&self, bytes: u64) -> Result<HeldMemory, String> {
+        self.budget.claim(bytes)?;
+        Ok(HeldMemory { budget: Arc::clone(&self.budget), bytes })
     }
 
     /// Claims bytes, or returns an error if they are more than the rest of the budget.
     pub(crate) fn claim(&self, bytes: u64) -> Result<(), String> {
-        let mut granted = Ok(());
-        let add = |claimed: u64| {
-            granted = self.budget.check(claimed, bytes);
-            granted.is_ok().then(|| claimed + bytes)
-        };
-        let _ = self.budget.claimed.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add);
-        granted
+        self.budget.claim(bytes)
+    }
+
+    /// Returns an error if an allocation is larger than the rest of the budget. Claims nothing.
+    pub(crate) fn check(&self, bytes: u64) -> Result<(), String> {
+        self.hold(bytes).map(drop)
     }
 }
 
@@ -199,13 +295,19 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-fn read_to_end(from: impl Read, most: u64) -> io::Result<Vec<u8>> {
+/// Reads all bytes: at most `most`, and what there is memory for.
+fn read_to_end(from: impl Read, most: u64, memory: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    from.take(most + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > most {
-        true => Err(io::Error::other("it does not end")),
-        false => Ok(bytes),
+    from.take(most.min(memory).saturating_add(1)).read_to_end(&mut bytes)?;
+    let length = bytes.len() as u64;
+    if length > most {
+        return Err(io::Error::other("it does not end"));
     }
+    if length > memory {
+        let found = format!("it takes more memory than the {} that are left", ByteSize(memory));
+        return Err(io::Error::new(io::ErrorKind::OutOfMemory, found));
+    }
+    Ok(bytes)
 }
 
 #[cfg(test)]
@@ -218,11 +320,50 @@ mod tests {
         context.clone().claim(6).unwrap();
         assert!(context.claim(5).is_err());
         let temporary = context.temporary();
-        temporary.claim(4).unwrap();
-        assert!(temporary.claim(1).is_err());
+        temporary.clone().claim(4).unwrap();
+        assert!(temporary.claim(1).is_err() && context.claim(1).is_err());
+        drop(temporary);
         context.claim(4).unwrap();
-        let refusal = context.check(1).unwrap_err();
+        let refusal = context.claim(1).unwrap_err();
         assert!(refusal.contains("beside the 10"), "{refusal}");
+    }
+
+    #[test]
+    fn held_memory_returns_unless_it_is_kept() {
+        let context = ReadContext::with_memory(10);
+        let mut held = context.hold(6).unwrap();
+        held.add(2).unwrap();
+        assert!(held.add(3).is_err() && context.hold(3).is_err());
+        held.keep(5).unwrap();
+        assert!(context.hold(6).is_err());
+        drop(context.hold(5).unwrap());
+        // More may be kept than was held.
+        context.hold(1).unwrap().keep(4).unwrap();
+        assert!(context.hold(1).unwrap().keep(2).is_err());
+        assert!(context.claim(u64::MAX).is_err());
+        context.claim(1).unwrap();
+    }
+
+    #[test]
+    fn files_pipes_and_packed_files_stay_within_the_budget() {
+        use std::io::Write;
+        let folder = tempfile::tempdir().unwrap();
+        let [plain, packed] = ["a", "a.gz"].map(|name| folder.path().join(name));
+        fs::write(&plain, vec![b'x'; 5000]).unwrap();
+        let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        gz.write_all(&vec![b'x'; 1_000_000]).unwrap();
+        fs::write(&packed, gz.finish().unwrap()).unwrap();
+        let small = ReadContext::with_memory(4000);
+        for path in [&plain, &packed] {
+            let refusal = small.bytes(path).unwrap_err().to_string();
+            assert!(refusal.contains("memory"), "{refusal}");
+        }
+        // What is read for a time returns.
+        let larger = ReadContext::with_memory(1_100_000);
+        for _ in 0..3 {
+            assert_eq!(larger.bytes(&packed).unwrap().len(), 1_000_000);
+        }
+        larger.claim(1_100_000).unwrap();
     }
 
     #[test]

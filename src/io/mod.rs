@@ -9,6 +9,7 @@ mod foreign;
 mod identity;
 pub mod image;
 mod location;
+pub mod machine;
 pub mod npy;
 mod output;
 mod printable;
@@ -17,7 +18,7 @@ mod size;
 mod source_line;
 mod suggestion;
 
-pub(crate) use context::check_seekable;
+pub(crate) use context::{HeldMemory, check_seekable};
 pub use context::{ReadContext, open};
 pub use excerpt::{excerpt, excerpt_words, path_excerpt};
 pub use files::{FileLog, file_digest};

@@ -55,6 +55,13 @@ impl<'a> ProgressiveRender<'a> {
         })
     }
 
+    /// Returns the memory of the pixels of a job besides its film (bytes): the sums of a pass and their
+    /// errors, and a copy of the film from which a picture is made.
+    pub fn bytes(job: &Job) -> u64 {
+        let pixels: u64 = job.frame.size().map(u64::from).iter().product();
+        3 * pixels * FilmSums::bytes_per_pixel(false)
+    }
+
     /// Returns the number of samples that every pixel has taken.
     pub fn samples(&self) -> u32 {
         self.samples

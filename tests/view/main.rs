@@ -342,6 +342,23 @@ fn settings_that_are_not_of_the_camera_are_refused() {
 }
 
 #[test]
+fn pictures_beyond_the_memory_are_refused() {
+    let options = ["--resolution", "48x32", "--spp", "6", "--memory", "1GB"];
+    let view = View::start("dgauss.pbrt", &options);
+    let mut client = view.client();
+    client.hear("state");
+    client.send(&json!({ "type": "set", "options": { "resolution": "11585x11585" } }));
+    loop {
+        let state = client.hear("state");
+        if let Some(error) = state["error"].as_str() {
+            assert!(error.contains("--memory allows 1 GB"), "{error}");
+            break;
+        }
+    }
+    assert_eq!(client.set(json!({ "resolution": "48x32" })).samples, 6);
+}
+
+#[test]
 fn the_finished_picture_has_the_bits_of_its_command() {
     let view = View::start("dgauss.pbrt", &["--resolution", "45x31", "--spp", "9", "--fstop=4"]);
     let mut client = view.client();

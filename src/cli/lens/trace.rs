@@ -10,6 +10,7 @@ use petzval::lanes::{Real, f32x8};
 use petzval::lens::{BlockReason, Blocked, IndexRangeError, LensRay, Prescription, Side, Surface};
 use petzval::lens::{sequence, trace, trace_one};
 use petzval::rays::{LensBatch, WAVE_SIZE};
+use petzval::render::memory::machine;
 
 use crate::cli::arguments::BackendArgument;
 use crate::cli::arguments::lens_file::LensFileArguments;
@@ -42,6 +43,10 @@ enum PrecisionArgument {
     F32,
     F64,
 }
+
+/// Memory of the rays and of the text of the result, for each byte of the file (bytes). A line has 12
+/// bytes or more.
+const MEMORY_PER_BYTE: u64 = 16;
 
 /// A ray of the file, in lens space: the front vertex at z = 0, the film at +z (mm).
 struct RayRow {
@@ -82,13 +87,16 @@ pub(super) fn run(arguments: &TraceArguments) -> Result<Outcome, Failure> {
 /// whether the file has a header.
 fn rows(path: &Path, primary: f64) -> Result<(bool, Vec<RayRow>), Failure> {
     let name = path.display();
+    let memory = machine::limit().unwrap_or(u64::MAX) / MEMORY_PER_BYTE;
+    let bytes = ReadContext::with_memory(memory)
+        .bytes(path)
+        .map_err(|error| format!("cannot read the rays {name}: {}", error.source))?;
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|error| format!("cannot read the rays {name}: {error}"))?;
+        .from_reader(&bytes[..]);
     let (mut header, mut rows) = (false, Vec::new());
     for (i, record) in reader.records().enumerate() {
         let record = record.map_err(|error| format!("{name}: {error}"))?;

@@ -9,6 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use petzval::film::Frame;
+use petzval::io::ByteSize;
 use petzval::job::Job;
 use petzval::plan::Plan;
 use petzval::prepare::{Changes, prepare_draft};
@@ -23,6 +24,7 @@ use super::preparer::{PrepareStatus, Prepared, Preparer};
 use super::settings::ViewSettings;
 use super::state::ViewState;
 use crate::cli::Failure;
+use crate::cli::memory::Memory;
 
 /// Time that the first sample of a draft should take.
 const DRAFT_TIME: Duration = Duration::from_millis(40);
@@ -44,6 +46,8 @@ const LOOK: Duration = Duration::from_millis(5);
 pub(super) struct Engine {
     description: Description,
     threads: usize,
+    /// The limit that the user gives.
+    memory: Option<ByteSize>,
     pub state: Arc<ViewState>,
 }
 
@@ -53,9 +57,10 @@ impl Engine {
         description: Description,
         settings: ViewSettings,
         threads: usize,
+        memory: Option<ByteSize>,
     ) -> Result<Self, Failure> {
         settings.changes()?;
-        Ok(Self { description, threads, state: Arc::new(ViewState::new(settings)) })
+        Ok(Self { description, threads, memory, state: Arc::new(ViewState::new(settings)) })
     }
 
     /// Renders until the state is stopped.
@@ -65,6 +70,7 @@ impl Engine {
             let guess = FIRST_GUESS / self.threads as f64;
             let mut work = EngineWork {
                 engine: self,
+                memory: Memory::new(self.memory),
                 preparer,
                 panel: Panel::default(),
                 plan: None,
@@ -86,6 +92,7 @@ impl Engine {
 /// The work of an engine.
 struct EngineWork<'a> {
     engine: &'a Engine,
+    memory: Memory,
     preparer: Preparer,
     panel: Panel,
     /// The plan of the last picture.
@@ -198,11 +205,13 @@ impl EngineWork<'_> {
         let Prepared { mut job, .. } = prepared;
         self.plan = Some(job.plan.clone());
         job.layers.clear();
+        let threads = self.engine.threads;
+        let fits = self.memory.check_shown(&job, threads, ViewFrame::BYTES_PER_PIXEL);
+        fits.map_err(|failure| failure.to_string())?;
         self.engine.state.set_bench(LensBench::new(&job));
         let blur = blur_map(&job, generation, self.engine.threads, &self.engine.state.progress);
         self.engine.state.publish_blur(blur.unwrap_or_default());
         let target = job.samples.len() as u32;
-        let threads = self.engine.threads;
         let mut picture = ProgressiveRender::new(&job, threads).map_err(|e| e.to_string())?;
         while picture.samples() < target {
             while self.engine.state.is_paused() {

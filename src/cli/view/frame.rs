@@ -27,6 +27,8 @@ pub(super) struct ViewFrame {
 impl ViewFrame {
     /// First bytes of a message.
     const MAGIC: [u8; 4] = *b"PZV1";
+    /// Memory of a pixel: in a frame and its message, and in those before (bytes).
+    pub const BYTES_PER_PIXEL: u64 = 4 * size_of::<[f32; 3]>() as u64;
     /// Bytes before the pixels.
     const HEADER: usize = 32;
 

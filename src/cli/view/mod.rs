@@ -24,6 +24,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
+use petzval::io::ByteSize;
 use petzval::render::memory::machine;
 use petzval::scene;
 
@@ -58,6 +59,10 @@ pub(super) struct ViewArguments {
     /// Number of threads that render; one per core by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=4096))]
     threads: Option<u16>,
+    /// Largest memory use, such as 8GiB or 500MB. A picture that is expected to take more is refused.
+    /// By default what the machine has, and no more than is free
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<ByteSize>,
     /// Port of the page; by default one that is free
     #[arg(long, value_name = "N", default_value_t = 0)]
     port: u16,
@@ -73,7 +78,7 @@ pub(super) struct ViewArguments {
 }
 
 pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
-    let memory = Memory::new(None);
+    let memory = Memory::new(arguments.memory);
     let scene = &arguments.picture.scene;
     let description = scene::read_with(scene, memory.context())?;
     message::warnings(&description.warnings);
@@ -81,7 +86,7 @@ pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let drawer = LensDrawer::new(&description, &arguments.lenses)?;
     let threads = arguments.threads.map_or_else(machine::cores, usize::from);
     let saver = SceneSaver::new(scene, &description);
-    let engine = Engine::new(description.clone(), settings, threads)?;
+    let engine = Engine::new(description.clone(), settings, threads, arguments.memory)?;
     let background = Arc::new(Background::default());
     let final_render = FinalRender {
         description: description.clone(),

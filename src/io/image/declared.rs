@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use super::ImageError;
-use crate::io::ReadContext;
+use crate::io::{HeldMemory, ReadContext};
 
 /// Most pixels of a file of any size.
 const MAX_PIXELS: u64 = 1 << 20;
@@ -15,33 +15,28 @@ const MAX_PIXELS_PER_BYTE: u64 = 1100;
 /// Bytes of a pixel of four floats; a larger pixel counts as several.
 const PIXEL: u64 = 16;
 
-/// Claims memory for a picture of this size, with this many bytes per pixel.
+/// Holds the memory that the reading of a picture of this size takes, with this many bytes per pixel.
 ///
 /// # Errors
 /// Returns an error if the file is too small for the picture, or the budget is.
-pub(super) fn claim_picture(
+pub(super) fn hold_picture(
     context: &ReadContext,
     path: &Path,
     size: [usize; 2],
     bytes: u64,
-) -> Result<(), ImageError> {
+) -> Result<HeldMemory, ImageError> {
     check_against_file(path, "", size, 1)?;
-    context.claim(area(size).saturating_mul(bytes)).map_err(|found| too_large(path, found))
+    context.hold(area(size).saturating_mul(bytes)).map_err(|found| too_large(path, found))
 }
 
-/// Checks that a block of this size, with this many bytes per pixel, fits into the file and the
-/// budget. OpenEXR's reader allocates a whole block before it knows its content.
+/// Returns the memory of a block of this size (bytes), with this many bytes per pixel, if it fits into
+/// the file. OpenEXR's reader allocates a whole block before it knows its content.
 ///
 /// # Errors
-/// Returns an error if the file is too small for the block, or the budget is.
-pub(super) fn check_block(
-    context: &ReadContext,
-    path: &Path,
-    size: [usize; 2],
-    bytes: u64,
-) -> Result<(), ImageError> {
+/// Returns an error if the file is too small for the block.
+pub(super) fn block_bytes(path: &Path, size: [usize; 2], bytes: u64) -> Result<u64, ImageError> {
     check_against_file(path, "blocks of ", size, bytes.div_ceil(PIXEL))?;
-    context.check(area(size).saturating_mul(bytes)).map_err(|found| too_large(path, found))
+    Ok(area(size).saturating_mul(bytes))
 }
 
 fn check_against_file(

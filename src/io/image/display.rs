@@ -9,12 +9,12 @@ use std::path::Path;
 use std::str::FromStr;
 
 use image::codecs::jpeg::JpegEncoder;
-use image::{DynamicImage, ImageDecoder, ImageEncoder};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder};
 
-use super::declared::{claim_picture, too_large};
+use super::declared::{hold_picture, too_large};
 use super::tone::ToneCurve;
 use super::{ImageError, Note, Notes, Picture, Transfer};
-use crate::io::ReadContext;
+use crate::io::{HeldMemory, ReadContext};
 
 /// Reflectance of middle grey, the usual aim of a light meter.
 const MIDDLE_GREY: f32 = 0.18;
@@ -155,8 +155,12 @@ pub(super) fn write_jpeg(
         .map_err(io::Error::other)
 }
 
-/// Reads a picture in the file's own pixel format.
-pub(super) fn decode(path: &Path, context: &ReadContext) -> Result<DynamicImage, ImageError> {
+/// Reads a picture in the file's own pixel format. Returns also the memory that is held for it, and for
+/// its conversion: floats of four channels, and then of three; bytes lose their alpha.
+pub(super) fn decode(
+    path: &Path,
+    context: &ReadContext,
+) -> Result<(DynamicImage, HeldMemory), ImageError> {
     let io = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
     let malformed = |error: image::ImageError| match error {
         image::ImageError::IoError(error) => io(error),
@@ -165,12 +169,19 @@ pub(super) fn decode(path: &Path, context: &ReadContext) -> Result<DynamicImage,
     let open = || image::ImageReader::open(path).and_then(image::ImageReader::with_guessed_format);
     let decoder = open().map_err(io)?.into_decoder().map_err(malformed)?;
     let (width, height) = decoder.dimensions();
-    let bytes = decoder.color_type().bytes_per_pixel();
-    claim_picture(context, path, [width as usize, height as usize], bytes.into())?;
-    open().map_err(io)?.decode().map_err(malformed)
+    let bytes = u64::from(decoder.color_type().bytes_per_pixel());
+    let converted = match decoder.color_type() {
+        ColorType::L8 | ColorType::Rgb8 => 0,
+        ColorType::La8 => 1,
+        ColorType::Rgba8 => 3,
+        _ => 16 + 12,
+    };
+    let held = hold_picture(context, path, [width as usize, height as usize], bytes + converted)?;
+    Ok((open().map_err(io)?.decode().map_err(malformed)?, held))
 }
 
-/// Decodes an image that is in memory. `name` is its name in messages.
+/// Decodes an image that is in memory. `name` is its name in messages. Returns also the memory that is
+/// held for it.
 ///
 /// # Errors
 /// Returns an error if it is not an image, has no pixels, or exceeds the memory budget.
@@ -178,7 +189,7 @@ pub(crate) fn decode_image(
     name: &Path,
     content: &[u8],
     context: &ReadContext,
-) -> Result<DynamicImage, ImageError> {
+) -> Result<(DynamicImage, HeldMemory), ImageError> {
     let malformed = |found: String| ImageError::Malformed { path: name.to_owned(), found };
     let open = || image::ImageReader::new(Cursor::new(content)).with_guessed_format();
     let broken = |error: image::ImageError| malformed(error.to_string());
@@ -188,28 +199,32 @@ pub(crate) fn decode_image(
     if width == 0 || height == 0 {
         return Err(malformed("it has no pixels".to_owned()));
     }
-    // Mipmaps take a third more.
-    let bytes = 2 * u64::from(decoder.color_type().bytes_per_pixel());
+    let bytes = u64::from(decoder.color_type().bytes_per_pixel());
     let size = u64::from(width) * u64::from(height);
-    context.claim(size.saturating_mul(bytes)).map_err(|found| too_large(name, found))?;
-    DynamicImage::from_decoder(decoder).map_err(broken)
+    let held = context.hold(size.saturating_mul(bytes)).map_err(|found| too_large(name, found))?;
+    Ok((DynamicImage::from_decoder(decoder).map_err(broken)?, held))
 }
 
 pub(super) fn read(
     path: &Path,
     transfer: Transfer,
     context: &ReadContext,
-) -> Result<Picture, ImageError> {
-    let pixels = decode(path, context)?.into_rgb32f();
+) -> Result<(Picture, HeldMemory), ImageError> {
+    let (image, mut held) = decode(path, context)?;
+    // Floats of the file's signals, and those of light.
+    let floats = 24 * u64::from(image.width()) * u64::from(image.height());
+    held.add(floats).map_err(|found| too_large(path, found))?;
+    let pixels = image.into_rgb32f();
     let decode = |v: f32| match transfer {
         Transfer::Linear => v,
         Transfer::Srgb => srgb_decode(v),
         Transfer::Gamma(gamma) => v.powf(gamma),
     };
-    Ok(Picture {
+    let picture = Picture {
         size: [pixels.width() as usize, pixels.height() as usize],
         pixels: pixels.pixels().map(|p| p.0.map(decode)).collect(),
-    })
+    };
+    Ok((picture, held))
 }
 
 #[cfg(test)]

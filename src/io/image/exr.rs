@@ -13,18 +13,33 @@ use exr::meta::header::Header;
 use exr::prelude::*;
 use glam::{DMat3, DVec3};
 
-use super::declared::{check_block, claim_picture};
+use super::declared::{block_bytes, hold_picture, too_large};
 use super::{
     EncodingOptions, ImageError, ImageSamples, Note, Notes, Picture, PictureWindow, Primaries,
     Raster,
 };
-use crate::io::ReadContext;
+use crate::io::{HeldMemory, ReadContext, machine};
 
 /// Largest finite 16-bit float.
 const HALF_MAX: f32 = 65504.0;
 
-pub(super) fn read(path: &Path, context: &ReadContext) -> std::result::Result<Picture, ImageError> {
-    claim_parts(path, context)?;
+/// Bytes of a pixel of a picture, and of a picture with alpha from which the alpha is removed: four
+/// floats, and three.
+const PICTURE: u64 = 12;
+const RASTER: u64 = 16 + 12;
+/// Blocks that are unpacked at once for each core: packed, unpacked, and sorted by channels.
+const BLOCK_COPIES: u64 = 3;
+
+/// Reads a picture, and returns the memory that is held for it.
+pub(super) fn read(
+    path: &Path,
+    context: &ReadContext,
+) -> std::result::Result<(Picture, HeldMemory), ImageError> {
+    let held = hold_parts(path, context, PICTURE)?;
+    Ok((read_held(path)?, held))
+}
+
+fn read_held(path: &Path) -> std::result::Result<Picture, ImageError> {
     let create = |size: Vec2<usize>| Picture {
         size: [size.width(), size.height()],
         pixels: vec![[0.0; 3]; size.area()],
@@ -80,25 +95,44 @@ pub(super) fn read(path: &Path, context: &ReadContext) -> std::result::Result<Pi
         })
 }
 
-/// Claims memory for the parts of a file. A header that cannot be read is left to the reader's
-/// error.
-fn claim_parts(path: &Path, context: &ReadContext) -> std::result::Result<(), ImageError> {
-    let Ok(meta) = MetaData::read_from_file(path, false) else { return Ok(()) };
-    meta.headers.iter().try_for_each(|header| {
-        // A pixel has at least one float.
-        claim_picture(context, path, [header.layer_size.width(), header.layer_size.height()], 4)?;
+/// Holds the memory that the reading of a file takes, with this many bytes per pixel: those of the first
+/// picture that is valid, thus of the largest part, and the blocks in work. A header that cannot be read is
+/// left to the reader's error.
+fn hold_parts(
+    path: &Path,
+    context: &ReadContext,
+    pixel: u64,
+) -> std::result::Result<HeldMemory, ImageError> {
+    let refused = |found| too_large(path, found);
+    let mut held = context.hold(0).map_err(refused)?;
+    let Ok(meta) = MetaData::read_from_file(path, false) else { return Ok(held) };
+    let size = |header: &Header| [header.layer_size.width(), header.layer_size.height()];
+    for header in &meta.headers {
         let block = header.max_block_pixel_size();
         let bytes = header.channels.bytes_per_pixel as u64;
-        check_block(context, path, [block.width(), block.height()], bytes)
-    })
+        let block = block_bytes(path, [block.width(), block.height()], bytes)?;
+        // There are no more blocks in work than in the picture.
+        let all = (size(header)[0] as u64 * bytes).saturating_mul(size(header)[1] as u64);
+        let blocks = block.saturating_mul(machine::cores() as u64).min(all.max(block));
+        held.add(blocks.saturating_mul(BLOCK_COPIES)).map_err(refused)?;
+    }
+    let area = |header: &&Header| header.layer_size.area();
+    if let Some(largest) = meta.headers.iter().max_by_key(area) {
+        held = hold_picture(context, path, size(largest), pixel)?.with(held);
+    }
+    Ok(held)
 }
 
-/// Reads a picture with its alpha, or with luminance alone.
+/// Reads a picture with its alpha, or with luminance alone. Returns also the memory that is held for it.
 pub(super) fn read_raster(
     path: &Path,
     context: &ReadContext,
-) -> std::result::Result<Raster, ImageError> {
-    claim_parts(path, context)?;
+) -> std::result::Result<(Raster, HeldMemory), ImageError> {
+    let held = hold_parts(path, context, RASTER)?;
+    Ok((read_raster_held(path)?, held))
+}
+
+fn read_raster_held(path: &Path) -> std::result::Result<Raster, ImageError> {
     type Pixels = (Vec2<usize>, Vec<f32>);
     let rgba = exr::prelude::read()
         .no_deep_data()
@@ -134,7 +168,7 @@ pub(super) fn read_raster(
         }
         Err(_) => {}
     }
-    let Picture { size, pixels } = read(path, context)?;
+    let Picture { size, pixels } = read_held(path)?;
     let samples = ImageSamples::Floats(pixels.iter().map(|[y, _, _]| *y).collect());
     Ok(Raster { size, channels: 1, samples })
 }

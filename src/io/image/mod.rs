@@ -199,21 +199,29 @@ impl Picture {
     ) -> Result<Self, ImageError> {
         let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
         context.register(path).map_err(refused)?;
-        match extension(path).as_str() {
-            "exr" => exr::read(path, context),
+        let (picture, held) = match extension(path).as_str() {
+            "exr" => exr::read(path, context)?,
             "png" | "jpg" | "jpeg" | "tga" | "bmp" | "gif" => {
-                display::read(path, transfer, context)
+                display::read(path, transfer, context)?
             }
-            "qoi" => display::read(path, qoi_transfer(path)?, context),
+            "qoi" => display::read(path, qoi_transfer(path)?, context)?,
             // Radiance pictures hold linear light.
-            "hdr" => display::read(path, Transfer::Linear, context),
-            "pfm" => Ok(pfm::read(path, context)?.into_picture()),
-            found => Err(ImageError::Format {
-                path: path.to_owned(),
-                found: found.to_owned(),
-                known: READABLE,
-            }),
-        }
+            "hdr" => display::read(path, Transfer::Linear, context)?,
+            "pfm" => {
+                let (raster, held) = pfm::read(path, context)?;
+                (raster.into_picture(), held)
+            }
+            found => {
+                return Err(ImageError::Format {
+                    path: path.to_owned(),
+                    found: found.to_owned(),
+                    known: READABLE,
+                });
+            }
+        };
+        let kept = held.keep(size_of_val(&picture.pixels[..]) as u64);
+        kept.map_err(|found| declared::too_large(path, found))?;
+        Ok(picture)
     }
 
     /// Writes the picture in the format of the file's extension.

@@ -3,17 +3,24 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use super::declared::too_large;
 use super::{ImageError, ImageSamples, Raster};
-use crate::io::{ReadContext, ReadError};
+use crate::io::{HeldMemory, ReadContext, ReadError};
 
-pub(super) fn read(path: &Path, context: &ReadContext) -> Result<Raster, ImageError> {
+/// Reads a map. Returns also the memory that is held for it, and for its conversion to a picture.
+pub(super) fn read(path: &Path, context: &ReadContext) -> Result<(Raster, HeldMemory), ImageError> {
     let bytes = context.bytes(path).map_err(|ReadError { path, source }| ImageError::Io {
         verb: "read",
         path,
         source,
     })?;
-    parse(&bytes)
-        .map_err(|found| ImageError::Malformed { path: path.to_owned(), found: found.to_owned() })
+    // The file, its floats, and three for each in a picture.
+    let held = context.hold(5 * bytes.len() as u64).map_err(|found| too_large(path, found))?;
+    let raster = parse(&bytes).map_err(|found| ImageError::Malformed {
+        path: path.to_owned(),
+        found: found.to_owned(),
+    })?;
+    Ok((raster, held))
 }
 
 fn parse(bytes: &[u8]) -> Result<Raster, &'static str> {

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use image::DynamicImage;
 
-use super::{ImageError, Picture, READABLE, display, exr, extension, pfm, qoi_transfer};
+use super::{ImageError, Picture, READABLE, declared, display, exr, extension, pfm, qoi_transfer};
 use super::{srgb_decode, srgb_encode};
-use crate::io::ReadContext;
+use crate::io::{HeldMemory, ReadContext};
 
 /// Transfer curve between light and the samples of a file with 8 or 16 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,16 +75,31 @@ impl Raster {
         transfer: Transfer,
         context: &ReadContext,
     ) -> Result<Self, ImageError> {
+        let (raster, held) = Self::read_held(path, transfer, context)?;
+        held.keep(raster.bytes()).map_err(|found| declared::too_large(path, found))?;
+        Ok(raster)
+    }
+
+    /// Reads a picture as [`Raster::read`]. Returns also the memory that is held for it.
+    pub(crate) fn read_held(
+        path: &Path,
+        transfer: Transfer,
+        context: &ReadContext,
+    ) -> Result<(Self, HeldMemory), ImageError> {
         let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
         context.register(path).map_err(refused)?;
-        let raster = match extension(path).as_str() {
+        let decode = |transfer| {
+            let (image, held) = display::decode(path, context)?;
+            Ok::<_, ImageError>((from_image(image, transfer), held))
+        };
+        let (raster, mut held) = match extension(path).as_str() {
             "exr" => exr::read_raster(path, context)?,
             "pfm" => pfm::read(path, context)?,
-            "png" => from_image(display::decode(path, context)?, transfer),
-            "qoi" => from_image(display::decode(path, context)?, qoi_transfer(path)?),
+            "png" => decode(transfer)?,
+            "qoi" => decode(qoi_transfer(path)?)?,
             "jpg" | "jpeg" | "tga" | "bmp" | "gif" | "hdr" => {
-                let raster = from_image(display::decode(path, context)?, Transfer::Srgb);
-                raster.without_alpha(|_| true)
+                let (raster, held) = decode(Transfer::Srgb)?;
+                (raster.without_alpha(|_| true), held)
             }
             found => {
                 return Err(ImageError::Format {
@@ -102,7 +117,17 @@ impl Raster {
             let found = format!("its pixel {x}, {y} is not finite");
             return Err(ImageError::Malformed { path: path.to_owned(), found });
         }
-        Ok(raster.without_alpha(Raster::opaque))
+        let raster = raster.without_alpha(Raster::opaque);
+        held.resize(raster.bytes()).map_err(|found| declared::too_large(path, found))?;
+        Ok((raster, held))
+    }
+
+    /// Returns the memory of the samples (bytes).
+    pub fn bytes(&self) -> u64 {
+        match &self.samples {
+            ImageSamples::Bytes(bytes, _) => bytes.len() as u64,
+            ImageSamples::Floats(floats) => size_of_val(&floats[..]) as u64,
+        }
     }
 
     /// Returns the first pixel with a sample that is not finite, from the upper left.

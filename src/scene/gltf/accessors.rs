@@ -6,6 +6,7 @@ use gltf_json::buffer::View;
 use gltf_json::validation::Checked;
 
 use super::document::Document;
+use crate::io::HeldMemory;
 use crate::scene::pbrt::SceneError;
 
 /// Items of equal size in a buffer.
@@ -76,11 +77,13 @@ fn width(kind: Type) -> usize {
 }
 
 impl Document {
-    /// Returns the vectors of an accessor that the element `named_at` names.
+    /// Returns the vectors of an accessor that the element `named_at` names. Their memory is added to
+    /// `held`.
     pub fn vectors<const N: usize>(
         &self,
         index: Index<Accessor>,
         named_at: &str,
+        held: &mut HeldMemory,
     ) -> Result<Vec<[f32; N]>, SceneError> {
         let accessors = &self.root.accessors;
         let accessor = self.entry(accessors, index.value(), "accessors", named_at)?;
@@ -98,7 +101,7 @@ impl Document {
         let layout = Layout { component: component.0, normalized: accessor.normalized };
         let size = N * layout.component.size();
         let vector = |item: &[u8]| std::array::from_fn(|i| layout.number(item, i));
-        let count = self.count(accessor.count.0, N * size_of::<f32>(), &element)?;
+        let count = self.hold(held, accessor.count.0, N * size_of::<f32>(), &element)?;
         let mut vectors: Vec<[f32; N]> = match accessor.buffer_view {
             Some(view) => {
                 let start = accessor.byte_offset.unwrap_or_default().0;
@@ -108,7 +111,7 @@ impl Document {
         };
         if let Some(sparse) = &accessor.sparse {
             let element = format!("{element}/sparse");
-            let count = self.count(sparse.count.0, size_of::<u64>(), &element)?;
+            let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
             let Checked::Valid(component) = sparse.indices.component_type else {
                 let expected = "expected unsigned integers";
                 return Err(self.error(&element, "indices of no known type", expected));
@@ -144,11 +147,12 @@ impl Document {
     }
 
     /// Returns the colours of an accessor that the element `named_at` names, linear RGB and opacity,
-    /// 0 to 1.
+    /// 0 to 1. Their memory is added to `held`.
     pub fn colours(
         &self,
         index: Index<Accessor>,
         named_at: &str,
+        held: &mut HeldMemory,
     ) -> Result<Vec<[f32; 4]>, SceneError> {
         let accessor = self.entry(&self.root.accessors, index.value(), "accessors", named_at)?;
         let is_float = matches!(accessor.component_type, Checked::Valid(component)
@@ -161,18 +165,26 @@ impl Document {
         let clamped = |v: f32| v.clamp(0.0, 1.0);
         Ok(match accessor.type_ {
             Checked::Valid(Type::Vec4) => {
-                let colours = self.vectors::<4>(index, named_at)?.into_iter();
+                let colours = self.vectors::<4>(index, named_at, held)?.into_iter();
                 colours.map(|colour| colour.map(clamped)).collect()
             }
             _ => {
-                let colours = self.vectors::<3>(index, named_at)?.into_iter();
+                let colours = self.vectors::<3>(index, named_at, held)?;
+                self.hold(held, colours.len() as u64, size_of::<[f32; 4]>(), named_at)?;
+                let colours = colours.into_iter();
                 colours.map(|[r, g, b]| [r, g, b, 1.0].map(clamped)).collect()
             }
         })
     }
 
-    /// Returns the indices of an accessor that the element `named_at` names.
-    pub fn indices(&self, index: Index<Accessor>, named_at: &str) -> Result<Vec<u32>, SceneError> {
+    /// Returns the indices of an accessor that the element `named_at` names. Their memory is added to
+    /// `held`.
+    pub fn indices(
+        &self,
+        index: Index<Accessor>,
+        named_at: &str,
+        held: &mut HeldMemory,
+    ) -> Result<Vec<u32>, SceneError> {
         let accessors = &self.root.accessors;
         let accessor = self.entry(accessors, index.value(), "accessors", named_at)?;
         let element = format!("accessors/{}", index.value());
@@ -186,17 +198,22 @@ impl Document {
         let Some(view) = accessor.buffer_view.filter(|_| accessor.sparse.is_none()) else {
             return refuse("indices that are sparse");
         };
-        let count = self.count(accessor.count.0, size_of::<u32>(), &element)?;
+        let count = self.hold(held, accessor.count.0, size_of::<u32>(), &element)?;
         let start = accessor.byte_offset.unwrap_or_default().0;
         let items = self.items(view, start, count, component.0.size(), &element)?;
         let all: Option<Vec<u32>> = items.iter().map(|item| integer(component.0, item)).collect();
         all.map_or_else(|| refuse("indices of another type"), Ok)
     }
 
-    /// Returns a number of items if the memory budget holds them.
-    fn count(&self, count: u64, bytes: usize, element: &str) -> Result<usize, SceneError> {
-        self.context
-            .check(count.saturating_mul(bytes as u64))
+    /// Holds memory for items of so many bytes, and returns their number.
+    fn hold(
+        &self,
+        held: &mut HeldMemory,
+        count: u64,
+        bytes: usize,
+        element: &str,
+    ) -> Result<usize, SceneError> {
+        held.add(count.saturating_mul(bytes as u64))
             .map_err(|refusal| self.too_large(element, &refusal))?;
         Ok(count as usize)
     }

@@ -8,6 +8,7 @@ use gltf_json::image::Image;
 use image::DynamicImage;
 
 use super::document::Document;
+use crate::io::HeldMemory;
 use crate::io::image::{ImageSamples, Picture, Raster, Transfer, decode_image};
 use crate::scene::pbrt::SceneError;
 use crate::scene::{MipMap, PendingImage};
@@ -32,7 +33,7 @@ pub(super) enum Channels {
 /// The decoded images, and what is made of them.
 #[derive(Default)]
 pub(super) struct Images {
-    decoded: HashMap<usize, Arc<DynamicImage>>,
+    decoded: HashMap<usize, (Arc<DynamicImage>, HeldMemory)>,
     unpacked: Vec<(usize, Channels, PendingImage)>,
 }
 
@@ -49,7 +50,19 @@ impl Images {
             return Ok(made.clone());
         }
         let decoded = self.decode(document, image)?;
+        let element = format!("images/{image}");
+        let refused = |found: String| document.too_large(&element, &found);
+        let size = [decoded.width() as usize, decoded.height() as usize];
+        let (picked, _) = picked(channels);
+        let floats = is_deep(&decoded) && !matches!(channels, Channels::Mask { .. });
+        let [coarse, working] = MipMap::more_bytes(size, picked.len(), floats);
+        let pixels = size[0] as u64 * size[1] as u64;
+        let kept = coarse + pixels * picked.len() as u64 * if floats { 4 } else { 1 };
+        // All channels, in 8 bits or floats, before some are picked.
+        let all = pixels * if matches!(channels, Channels::Mask { .. }) || floats { 16 } else { 4 };
+        let held = document.context.hold(kept + working.max(all)).map_err(refused)?;
         let made = PendingImage::from(MipMap::new(unpack(&decoded, channels)));
+        held.keep(kept).map_err(refused)?;
         self.unpacked.push((image, channels, made.clone()));
         Ok(made)
     }
@@ -62,12 +75,19 @@ impl Images {
         linear: bool,
     ) -> Result<Picture, SceneError> {
         let decoded = self.decode(document, image)?;
+        let element = format!("images/{image}");
+        let refused = |found: String| document.too_large(&element, &found);
+        // Signals, and their light.
+        let bytes = 12 * u64::from(decoded.width()) * u64::from(decoded.height());
+        let held = document.context.hold(2 * bytes).map_err(refused)?;
         let transfer = if linear { Transfer::Linear } else { Transfer::Srgb };
         let pixels = decoded.to_rgb32f();
-        Ok(Picture {
+        let picture = Picture {
             size: [pixels.width() as usize, pixels.height() as usize],
             pixels: pixels.pixels().map(|p| p.0.map(|v| transfer.decode(v))).collect(),
-        })
+        };
+        held.keep(bytes).map_err(refused)?;
+        Ok(picture)
     }
 
     fn decode(
@@ -75,16 +95,16 @@ impl Images {
         document: &Document,
         index: usize,
     ) -> Result<Arc<DynamicImage>, SceneError> {
-        if let Some(decoded) = self.decoded.get(&index) {
+        if let Some((decoded, _)) = self.decoded.get(&index) {
             return Ok(Arc::clone(decoded));
         }
         let element = format!("images/{index}");
         let image = &document.root.images[index];
         let (content, name) = content(document, image, &element)?;
-        let decoded = decode_image(&name, &content, &document.context)
+        let (decoded, held) = decode_image(&name, &content, &document.context)
             .map_err(|source| SceneError::Image { at: document.location(&element), source })?;
         let decoded = Arc::new(decoded);
-        self.decoded.insert(index, Arc::clone(&decoded));
+        self.decoded.insert(index, (Arc::clone(&decoded), held));
         Ok(decoded)
     }
 }
@@ -112,25 +132,34 @@ fn content(
     }
 }
 
-/// Returns channels of an image in its own precision: 8 bits, or floats if it has more.
-fn unpack(image: &DynamicImage, channels: Channels) -> Raster {
-    let size = [image.width() as usize, image.height() as usize];
-    let deep = !matches!(
+/// Returns whether an image has more than 8 bits.
+fn is_deep(image: &DynamicImage) -> bool {
+    !matches!(
         image,
         DynamicImage::ImageLuma8(_)
             | DynamicImage::ImageLumaA8(_)
             | DynamicImage::ImageRgb8(_)
             | DynamicImage::ImageRgba8(_)
-    );
-    let (picked, transfer): (&[usize], _) = match channels {
+    )
+}
+
+/// Returns the numbers of the channels, and their curve.
+fn picked(channels: Channels) -> (&'static [usize], Transfer) {
+    match channels {
         Channels::Colour => (&[0, 1, 2], Transfer::Srgb),
         Channels::Alpha | Channels::Mask { .. } => (&[3], Transfer::Linear),
         Channels::Single(0, transfer) => (&[0], transfer),
         Channels::Single(1, transfer) => (&[1], transfer),
         Channels::Single(2, transfer) => (&[2], transfer),
         Channels::Single(_, transfer) => (&[3], transfer),
-    };
-    let samples = match (deep, channels) {
+    }
+}
+
+/// Returns channels of an image in its own precision: 8 bits, or floats if it has more.
+fn unpack(image: &DynamicImage, channels: Channels) -> Raster {
+    let size = [image.width() as usize, image.height() as usize];
+    let (picked, transfer) = picked(channels);
+    let samples = match (is_deep(image), channels) {
         (_, Channels::Mask { factor, cutoff }) => {
             let pixels = image.to_rgba32f();
             let opaque = |alpha: f32| if alpha * factor >= cutoff { 255 } else { 0 };

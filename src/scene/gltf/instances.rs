@@ -9,6 +9,7 @@ use gltf_json::scene::Node;
 use serde::Deserialize;
 
 use super::document::Document;
+use crate::io::HeldMemory;
 use crate::scene::pbrt::SceneError;
 
 /// The extension, which gltf-json does not define.
@@ -18,11 +19,12 @@ struct Instancing {
 }
 
 /// Returns the poses of the copies of a node's mesh, in the space of the node; one if the node has
-/// no such extension.
+/// no such extension. Their memory is added to `held`.
 pub(super) fn copies(
     document: &Document,
     node: &Node,
     element: &str,
+    held: &mut HeldMemory,
 ) -> Result<Vec<DAffine3>, SceneError> {
     let name = "EXT_mesh_gpu_instancing";
     let value = node.extensions.as_ref().and_then(|all| all.others.get(name));
@@ -33,12 +35,13 @@ pub(super) fn copies(
     })?;
     let named_at = |name: &str| format!("{element}/attributes/{name}");
     let find = |name: &str| instancing.attributes.get(name).copied();
-    let vectors = |name: &str| -> Result<Option<Vec<[f32; 3]>>, SceneError> {
-        find(name).map(|index| document.vectors(index, &named_at(name))).transpose()
+    let mut vectors = |name: &str| -> Result<Option<Vec<[f32; 3]>>, SceneError> {
+        find(name).map(|index| document.vectors(index, &named_at(name), held)).transpose()
     };
     let (translations, scales) = (vectors("TRANSLATION")?, vectors("SCALE")?);
-    let rotations: Option<Vec<[f32; 4]>> =
-        find("ROTATION").map(|index| document.vectors(index, &named_at("ROTATION"))).transpose()?;
+    let rotations: Option<Vec<[f32; 4]>> = find("ROTATION")
+        .map(|index| document.vectors(index, &named_at("ROTATION"), held))
+        .transpose()?;
     let lengths = [
         translations.as_ref().map(Vec::len),
         scales.as_ref().map(Vec::len),
@@ -50,6 +53,8 @@ pub(super) fn copies(
         let expected = "expected as many of each attribute";
         return Err(document.error(&element, "attributes of different counts", expected));
     }
+    held.add((size_of::<DAffine3>() * count) as u64)
+        .map_err(|refusal| document.too_large(&element, &refusal))?;
     let triple = |all: &Option<Vec<[f32; 3]>>, i: usize, default: DVec3| {
         all.as_ref().map_or(default, |all| DVec3::from_array(all[i].map(f64::from)))
     };

@@ -55,11 +55,13 @@ pub(super) fn read_mesh(
     if find(Semantic::Colors(1)).is_some() {
         document.warn(&named_at("COLOR_1"), "only the first colours of vertices are read");
     }
+    let refused = |refusal: String| document.too_large(element, &refusal);
+    let mut held = document.context.hold(0).map_err(refused)?;
     let Some(positions) = find(Semantic::Positions) else {
         document.warn(element, "a primitive without positions is left out");
         return Ok(None);
     };
-    let positions: Vec<[f32; 3]> = document.vectors(positions, &named_at("POSITION"))?;
+    let positions: Vec<[f32; 3]> = document.vectors(positions, &named_at("POSITION"), &mut held)?;
     let fits = |length: usize, name: &str| match length == positions.len() {
         true => Ok(()),
         false => {
@@ -69,22 +71,22 @@ pub(super) fn read_mesh(
         }
     };
     let normals: Vec<[f32; 3]> = match find(Semantic::Normals) {
-        Some(normals) => document.vectors(normals, &named_at("NORMAL"))?,
+        Some(normals) => document.vectors(normals, &named_at("NORMAL"), &mut held)?,
         None => Vec::new(),
     };
     let tangents: Vec<[f32; 4]> = match find(Semantic::Tangents) {
         Some(tangents) if !normals.is_empty() => {
-            document.vectors(tangents, &named_at("TANGENT"))?
+            document.vectors(tangents, &named_at("TANGENT"), &mut held)?
         }
         _ => Vec::new(),
     };
     let uv_name = format!("TEXCOORD_{uv_set}");
     let uvs: Vec<[f32; 2]> = match find(Semantic::TexCoords(uv_set)) {
-        Some(uvs) => document.vectors(uvs, &named_at(&uv_name))?,
+        Some(uvs) => document.vectors(uvs, &named_at(&uv_name), &mut held)?,
         None => Vec::new(),
     };
     let colours = match find(Semantic::Colors(0)) {
-        Some(colours) => document.colours(colours, &named_at("COLOR_0"))?,
+        Some(colours) => document.colours(colours, &named_at("COLOR_0"), &mut held)?,
         None => Vec::new(),
     };
     for (length, name) in [
@@ -98,14 +100,20 @@ pub(super) fn read_mesh(
         }
     }
     let indices = match primitive.indices {
-        Some(indices) => document.indices(indices, &format!("{element}/indices"))?,
-        None => (0..u32::try_from(positions.len()).unwrap_or(u32::MAX)).collect(),
+        Some(indices) => document.indices(indices, &format!("{element}/indices"), &mut held)?,
+        None => {
+            held.add(size_of::<u32>() as u64 * positions.len() as u64).map_err(refused)?;
+            (0..u32::try_from(positions.len()).unwrap_or(u32::MAX)).collect()
+        }
     };
     if let Some(&index) = indices.iter().find(|&&index| index as usize >= positions.len()) {
         let expected = format!("there are {} positions", positions.len());
         let found = format!("an index of {index}");
         return Err(document.error(&format!("{element}/indices"), found, &expected));
     }
+    // Strips and fans have a triangle for each index; tangents become vectors and sides.
+    let triangles_size = (size_of::<[u32; 3]>() * indices.len()) as u64;
+    held.add(triangles_size + size_of_val(&tangents[..]) as u64).map_err(refused)?;
     let triangles = triangles(&indices, mode);
     if triangles.is_empty() {
         return Ok(None);
@@ -117,7 +125,7 @@ pub(super) fn read_mesh(
     let mesh = Mesh { positions, triangles, normals, tangents, uvs, colours, ..Mesh::default() };
     let tree = Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
     let bytes = mesh.bytes() + mesh.triangles.len() as u64 * tree;
-    document.context.claim(bytes).map_err(|refusal| document.too_large(element, &refusal))?;
+    held.keep(bytes).map_err(refused)?;
     Ok(Some(PrimitiveMesh { mesh, sides }))
 }
 

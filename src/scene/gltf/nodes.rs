@@ -11,8 +11,9 @@ use super::instances::{copies, quaternion};
 use super::lights::read_light;
 use super::materials::{ShapeMaterial, Variant};
 use super::meshes::{PrimitiveMesh, SidedMesh, is_coloured, read_mesh, split_by_side};
-use crate::scene::pbrt::SceneError;
-use crate::scene::{Geometry, ShapeSpec};
+use crate::io::HeldMemory;
+use crate::scene::pbrt::{INSTANCE_BYTES, SceneError};
+use crate::scene::{Bvh, Geometry, ShapeSpec};
 
 /// A copy of a mesh in the world.
 struct Placement {
@@ -22,6 +23,9 @@ struct Placement {
     node: usize,
 }
 
+/// Memory of a placement: in the list of all, which grows by doubling, and in that of its mesh (bytes).
+const PLACEMENT_BYTES: u64 = (2 * (size_of::<Placement>() + size_of::<&Placement>())) as u64;
+
 impl SceneParts<'_> {
     /// Walks the tree of nodes and adds what they hold.
     pub fn place_nodes(&mut self) -> Result<(), SceneError> {
@@ -29,6 +33,8 @@ impl SceneParts<'_> {
         let root = &document.root;
         let mut visited = vec![false; root.nodes.len()];
         let mut placements = Vec::new();
+        let refused = |refusal: String| document.too_large("nodes", &refusal);
+        let mut held = document.context.hold(0).map_err(refused)?;
         let mut todo: Vec<(usize, DAffine3, String)> = Vec::new();
         let scene = match (root.scene, &root.scenes[..]) {
             (Some(scene), all) => {
@@ -57,7 +63,7 @@ impl SceneParts<'_> {
                 let expected = "expected finite transforms";
                 return Err(document.error(&element, "a transform beyond all numbers", expected));
             }
-            self.place(index, node, &element, &world_from_node, &mut placements)?;
+            self.place(index, node, &element, &world_from_node, &mut placements, &mut held)?;
             let children = node.children.as_deref().unwrap_or_default();
             for (i, child) in children.iter().enumerate().rev() {
                 todo.push((child.value(), world_from_node, format!("{element}/children/{i}")));
@@ -95,6 +101,7 @@ impl SceneParts<'_> {
         element: &str,
         world_from_node: &DAffine3,
         placements: &mut Vec<Placement>,
+        held: &mut HeldMemory,
     ) -> Result<(), SceneError> {
         let document = self.document;
         if let Some(mesh) = node.mesh {
@@ -107,7 +114,11 @@ impl SceneParts<'_> {
             if node.weights.is_some() {
                 document.warn(element, "morph targets are not read: the mesh has its first form");
             }
-            for world_from_copy in copies(document, node, element)? {
+            let refused = |refusal: String| document.too_large(element, &refusal);
+            let mut poses = document.context.hold(0).map_err(refused)?;
+            let copies = copies(document, node, element, &mut poses)?;
+            held.add(PLACEMENT_BYTES * copies.len() as u64).map_err(refused)?;
+            for world_from_copy in copies {
                 let world_from_mesh = *world_from_node * world_from_copy;
                 placements.push(Placement { mesh: mesh.value(), world_from_mesh, node: index });
             }
@@ -192,9 +203,13 @@ impl SceneParts<'_> {
                     _ => places.iter().filter(reflected).copied().collect(),
                 };
                 let more = own.len().saturating_sub(1) as u64;
+                let tree = Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
+                let bytes = mesh.bytes()
+                    + mesh.triangles.len() as u64 * tree
+                    + 2 * size_of::<ShapeSpec>() as u64;
                 document
                     .context
-                    .claim(more.saturating_mul(mesh.bytes()))
+                    .claim(more.saturating_mul(bytes))
                     .map_err(|refusal| document.too_large(&element, &refusal))?;
                 for place in &own {
                     let side = mirrored != reflected(&place);
@@ -223,6 +238,10 @@ impl SceneParts<'_> {
                 let id = match (object, shared) {
                     (Some(id), false) => id,
                     _ => {
+                        document
+                            .context
+                            .claim(INSTANCE_BYTES * places.len() as u64)
+                            .map_err(|refusal| document.too_large(&element, &refusal))?;
                         let id = self.builder.add_object();
                         for place in places.iter().filter(|place| !(shared && reflected(place))) {
                             self.builder.add_instance(id, place.world_from_mesh);

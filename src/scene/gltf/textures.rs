@@ -125,11 +125,6 @@ pub(super) fn image_map(
 ) -> Result<ImageMap, SceneError> {
     let Sampled { image, wrap, .. } = sampled(document, texture)?;
     let mut picture = images.picture(document, image, linear)?;
-    let bytes = size_of_val(&picture.pixels[..]) as u64;
-    document
-        .context
-        .claim(bytes)
-        .map_err(|refusal| document.too_large(&texture.element, &refusal))?;
     picture.pixels.iter_mut().for_each(|pixel| *pixel = change(*pixel));
     Ok(ImageMap {
         picture: Arc::new(picture),

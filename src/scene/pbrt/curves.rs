@@ -80,7 +80,7 @@ pub(super) fn mesh(params: &Params) -> Result<Mesh, SceneError> {
         size.vertices += vertices;
         size.triangles += triangles;
     }
-    require_memory(params, &what, size)?;
+    let _held = require_memory(params, &what, size)?;
     Ok(tessellate_curve(&segments))
 }
 

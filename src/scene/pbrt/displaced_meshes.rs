@@ -53,6 +53,8 @@ impl SceneReader {
         for error in self.library.image_files.read(&self.context) {
             self.report(error);
         }
+        // The mesh claims its own memory once it is whole.
+        let mut held = None;
         let world_from_shape: DAffine3 = self.state.ctm[0];
         let world = |p: Vec3| world_from_shape.transform_point3(p.as_dvec3());
         mesh.refine(
@@ -66,7 +68,10 @@ impl SceneReader {
                 }
                 // There are twice as many triangles, and an entry for each edge that is split.
                 let size = MeshSize { vertices: 3 * vertices, triangles: 2 * vertices };
-                require_memory(params, &format!("a displaced mesh of {vertices} vertices"), size)
+                let what = format!("a displaced mesh of {vertices} vertices");
+                held = None;
+                held = Some(require_memory(params, &what, size)?);
+                Ok(())
             },
         )?;
         let to_normal = world_from_shape.matrix3.inverse().transpose();

@@ -91,9 +91,10 @@ impl OpenBlock {
 
 impl SceneReader {
     pub(super) fn begin_block(&mut self, block: Block) -> Result<(), SceneError> {
+        // Lists grow by doubling.
         let bytes = (self.open_blocks.len() + 1) * 2 * size_of::<OpenBlock>();
         let what = format!("{} nested blocks", self.open_blocks.len() + 1);
-        granted(&self.at, &what, self.context.check(bytes as u64))?;
+        granted(&self.at, &what, self.memory_of_blocks.resize(bytes as u64))?;
         let (saved, at) = (self.state.clone(), self.at.clone());
         self.open_blocks.push(OpenBlock { block, saved, at });
         Ok(())

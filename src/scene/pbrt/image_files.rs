@@ -2,6 +2,7 @@
 //! scene file, those of lights and normal maps at once.
 
 use std::collections::HashMap;
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,7 +11,7 @@ use rayon::prelude::*;
 use super::params::Params;
 use super::texture_library::TextureLibrary;
 use super::{SceneError, resolve};
-use crate::io::image::{Picture, Raster, Transfer};
+use crate::io::image::{ImageError, ImageSamples, Picture, Raster, Transfer};
 use crate::io::{Location, ReadContext};
 use crate::scene::{MipMap, PendingImage};
 
@@ -70,16 +71,42 @@ impl ImageFiles {
 
     /// Reads all images that are requested and not read yet. Returns the error of each image that
     /// cannot be read, in the order of the scene file.
+    ///
+    /// Several at once need more memory for a time than one after another: an image that finds too
+    /// little is read again alone.
     pub(super) fn read(&mut self, context: &ReadContext) -> Vec<SceneError> {
-        let read =
-            |Request { path, transfer, at, image }| match Raster::read(&path, transfer, context) {
-                Ok(raster) => {
-                    image.set(MipMap::new(raster));
-                    None
-                }
-                Err(source) => Some(SceneError::Image { at, source }),
+        let requests = std::mem::take(&mut self.unread);
+        let results: Vec<_> = requests.par_iter().map(|request| request.read(context)).collect();
+        let again = |(request, result): (&Request, Result<(), ImageError>)| {
+            let crowded = |error: &ImageError| {
+                matches!(error, ImageError::Io { source, .. }
+                    if source.kind() == io::ErrorKind::OutOfMemory)
             };
-        std::mem::take(&mut self.unread).into_par_iter().filter_map(read).collect()
+            let source = match result {
+                Err(error) if crowded(&error) => request.read(context).err()?,
+                other => other.err()?,
+            };
+            Some(SceneError::Image { at: request.at.clone(), source })
+        };
+        requests.iter().zip(results).filter_map(again).collect()
+    }
+}
+
+impl Request {
+    /// Reads the image with all its scales.
+    fn read(&self, context: &ReadContext) -> Result<(), ImageError> {
+        let refused = |found| ImageError::Io {
+            verb: "read",
+            path: self.path.clone(),
+            source: io::Error::new(io::ErrorKind::OutOfMemory, found),
+        };
+        let (raster, mut held) = Raster::read_held(&self.path, self.transfer, context)?;
+        let floats = matches!(raster.samples, ImageSamples::Floats(_));
+        let [kept, working] = MipMap::more_bytes(raster.size, raster.channels, floats);
+        let bytes = raster.bytes() + kept;
+        held.resize(bytes + working).map_err(refused)?;
+        self.image.set(MipMap::new(raster));
+        held.keep(bytes).map_err(refused)
     }
 }
 

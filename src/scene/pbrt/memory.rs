@@ -5,15 +5,15 @@ use glam::DAffine3;
 use super::SceneError;
 use super::params::Params;
 use super::reader::SceneReader;
-use crate::io::Location;
+use crate::io::{HeldMemory, Location};
 use crate::scene::{Bvh, Geometry, Instance};
 
 /// Turns a refusal of the budget into an error at a location.
-pub(super) fn granted(
+pub(super) fn granted<T>(
     at: &Location,
     what: &str,
-    answer: Result<(), String>,
-) -> Result<(), SceneError> {
+    answer: Result<T, String>,
+) -> Result<T, SceneError> {
     let expected = "use a smaller scene, a larger --memory or a larger machine";
     answer.map_err(|found| SceneError::limit(at.clone(), format!("{what}: {found}"), expected))
 }
@@ -25,19 +25,26 @@ pub(super) struct MeshSize {
     pub(super) triangles: u64,
 }
 
-/// Returns an error if the budget does not hold a mesh that is still to be made, and its tree.
+/// Holds the memory of a mesh that is still to be made, and its tree. The mesh claims its own once it is
+/// there.
 pub(super) fn require_memory(
     params: &Params,
     what: &str,
     size: MeshSize,
-) -> Result<(), SceneError> {
+) -> Result<HeldMemory, SceneError> {
     const VERTEX: u64 = size_of::<[f32; 8]>() as u64;
     const TRIANGLE: u64 =
         size_of::<[u32; 3]>() as u64 + Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
     let MeshSize { vertices, triangles } = size;
     let bytes = vertices.saturating_mul(VERTEX).saturating_add(triangles.saturating_mul(TRIANGLE));
-    granted(&params.at, what, params.context.check(bytes))
+    granted(&params.at, what, params.context.hold(bytes))
 }
+
+/// Memory of an instance: in the description, in the scene and in its tree (bytes).
+pub(in crate::scene) const INSTANCE_BYTES: u64 =
+    INSTANCE + Bvh::BYTES_PER_PRIMITIVE + Bvh::BUILD_BYTES_PER_PRIMITIVE;
+const INSTANCE: u64 =
+    (size_of::<(u32, DAffine3)>() + size_of::<Instance>()) as u64 + Bvh::BYTES_PER_QUADRIC;
 
 impl SceneReader {
     /// Claims the memory of a shape in an object, or in the world.
@@ -61,8 +68,6 @@ impl SceneReader {
 
     /// Claims the memory of instances in the world.
     pub(super) fn claim_instances(&mut self, count: u64) -> Result<(), SceneError> {
-        const INSTANCE: u64 =
-            (size_of::<(u32, DAffine3)>() + size_of::<Instance>()) as u64 + Bvh::BYTES_PER_QUADRIC;
         self.claim("an instance of an object", None, count, count.saturating_mul(INSTANCE))
     }
 
@@ -79,7 +84,8 @@ impl SceneReader {
         *count = count.saturating_add(items);
         let build = count.saturating_mul(Bvh::BUILD_BYTES_PER_PRIMITIVE);
         let bytes = bytes.saturating_add(items.saturating_mul(Bvh::BYTES_PER_PRIMITIVE));
-        let answer = self.context.claim(bytes).and_then(|()| self.context.check(build));
-        granted(&self.at, what, answer)
+        // Trees are built one after another once all is read.
+        let built = |()| self.context.hold(build).map(drop);
+        granted(&self.at, what, self.context.claim(bytes).and_then(built))
     }
 }

@@ -152,7 +152,7 @@ fn subdivision(params: &Params, warnings: &mut WarningLog) -> Result<Mesh, Scene
     let refined = triangles.len() as u64 * 4u64.pow(levels as u32);
     let what = format!("{refined} triangles");
     // The mesh has half as many vertices as triangles, and a second copy of them for a time.
-    require_memory(params, &what, MeshSize { vertices: refined, triangles: refined })?;
+    let _held = require_memory(params, &what, MeshSize { vertices: refined, triangles: refined })?;
     let mesh = Mesh { positions: mesh.positions, triangles, ..Mesh::default() };
     subdivide(&mesh, levels as u32).or_else(|why| {
         let feature = format!("a loopsubdiv where {why}");

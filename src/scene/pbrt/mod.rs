@@ -60,6 +60,7 @@ pub use camera_text::{CameraEdit, CameraValue};
 pub use description::{
     CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, SphericalSpec, ThinSpec,
 };
+pub(in crate::scene) use memory::INSTANCE_BYTES;
 pub use reader::{read, read_with};
 pub use scene_errors::{SceneErrors, SceneFault};
 

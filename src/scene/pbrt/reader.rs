@@ -16,6 +16,7 @@ use super::include::Included;
 use super::lexer::{Lexer, Token, TokenKind};
 use super::materials::NamedMaterial;
 use super::media::NamedMedia;
+use super::memory::granted;
 use super::moving_shapes::MovingObject;
 use super::objects::Object;
 use super::params::Params;
@@ -24,7 +25,7 @@ use super::scene_errors::SceneErrors;
 use super::texture_library::TextureLibrary;
 use super::{Dialect, SceneError, WarningLog};
 use crate::film::filter::Profile;
-use crate::io::{Location, ReadContext};
+use crate::io::{HeldMemory, Location, ReadContext};
 use crate::scene::{Material, PathLimits, SceneBuilder};
 
 /// Reads a scene file and all files that it includes.
@@ -60,6 +61,7 @@ pub(super) struct SceneReader {
 
     pub(super) state: GraphicsState,
     pub(super) open_blocks: Vec<OpenBlock>,
+    pub(super) memory_of_blocks: HeldMemory,
     pub(super) coordinate_systems: HashMap<String, [DAffine3; 2]>,
     pub(super) in_world: bool,
     /// Whether `WorldEnd` has been read.
@@ -118,6 +120,7 @@ impl SceneReader {
         let material = builder.add_material(Material::diffuse([0.5; 3]));
         let (at, folder) = (lexer.here(), Arc::from(path.parent().unwrap_or(Path::new(""))));
         let camera = CameraDirective::default_at(at.clone(), Arc::clone(&folder), context.clone());
+        let memory_of_blocks = granted(&at, "a scene", context.hold(0))?;
         Ok(Self {
             context: context.clone(),
             folder,
@@ -126,6 +129,7 @@ impl SceneReader {
             lexers: vec![lexer],
             state: GraphicsState::new(material),
             open_blocks: Vec::new(),
+            memory_of_blocks,
             coordinate_systems: HashMap::new(),
             in_world: false,
             ended: false,

@@ -73,6 +73,18 @@ impl MipMap {
         }
     }
 
+    /// Returns the memory that the mipmap of an image takes besides the image, and that which its making
+    /// takes for a time (bytes).
+    pub(crate) fn more_bytes(size: [usize; 2], channels: usize, floats: bool) -> [u64; 2] {
+        // A level has half of each side, and at least a pixel: in all, at most as much again as a line.
+        let [width, height] = size.map(|n| n as u64);
+        let pixels = width.saturating_mul(height);
+        let coarse = pixels / 3 + width.max(height) + 1;
+        let sample = if floats { size_of::<f32>() as u64 } else { 1 };
+        let floats = 2 * (pixels / 3 + width.max(height)) * size_of::<f32>() as u64;
+        [coarse * sample, floats].map(|bytes| bytes.saturating_mul(channels as u64))
+    }
+
     /// Returns width and height (pixels).
     pub fn size(&self) -> [usize; 2] {
         self.levels[0].size

@@ -6,9 +6,7 @@
 //! machine has, and [`ReadContext`](crate::io::ReadContext) refuses a scene that declares too much while
 //! it is read.
 
-pub mod machine;
-
-pub use machine::ResidentMemory;
+pub use crate::io::machine::{self, ResidentMemory};
 
 use std::fmt;
 
