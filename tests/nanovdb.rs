@@ -175,6 +175,157 @@ fn trees_with_shared_nodes_and_backward_links_are_refused() {
     }
 }
 
+/// Returns a content without nodes: the root has these tiles, keys and values, and these active voxels.
+fn root_tiles(tiles: &[([i32; 3], f32)], active: [[i32; 3]; 2]) -> Vec<u8> {
+    let root = GRID + TREE;
+    let mut bytes = vec![0; root + 64 + 32 * tiles.len()];
+    let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
+    for axis in 0..3 {
+        put(384 + 32 * axis, &1f64.to_le_bytes());
+    }
+    put(GRID + 24, &(TREE as u64).to_le_bytes());
+    for (i, value) in active.as_flattened().iter().enumerate() {
+        put(root + 4 * i, &value.to_le_bytes());
+    }
+    put(root + 24, &(tiles.len() as u32).to_le_bytes());
+    for (i, (origin, value)) in tiles.iter().enumerate() {
+        let [x, y, z] = origin.map(|v| u64::from(v as u32 >> 12));
+        let at = root + 64 + 32 * i;
+        put(at, &(x << 42 | y << 21 | z).to_le_bytes());
+        put(at + 20, &value.to_le_bytes());
+    }
+    bytes
+}
+
+fn packed(content: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(content).expect("room");
+    let packed = encoder.finish().expect("room");
+    let stored = [&(packed.len() as u64).to_le_bytes()[..], &packed].concat();
+    file("density", 1, 1, content, &stored)
+}
+
+/// Files of some hundred bytes that filled gigabytes with voxels of one value.
+#[test]
+fn tiles_of_any_size_take_no_memory_for_their_voxels() {
+    let folder = folder();
+    let corner = [-4096, 0, 8192];
+    for (tiles, active) in [
+        (vec![(corner, 1.5)], [[-4090, 3, 8200], [-1, 4095, 12287]]),
+        (vec![(corner, 1.5)], [corner, [-3000, 1000, 9000]]),
+        (vec![([0; 3], 9.0), (corner, 1.5)], [[-4096, 0, 0], [61_439, 65_535, 12_287]]),
+    ] {
+        let bytes = packed(&root_tiles(&tiles, active));
+        assert!(bytes.len() < 400, "{} bytes", bytes.len());
+        let path = write(&folder, "a.nvdb", bytes);
+        let context = ReadContext::with_memory(1_000_000);
+        let grid = support::promptly("a tile", || read(&path, "density", &context))
+            .unwrap_or_else(|error| panic!("{error}"))
+            .expect("a grid");
+        assert!(grid.voxels.bytes() < 100_000, "{} bytes", grid.voxels.bytes());
+        let [low, high] = active.map(IVec3::from);
+        let value = |at: IVec3| {
+            let place = at - grid.first;
+            grid.voxels.value(place.to_array().map(|v| v as u32))
+        };
+        // Tiles are between the active voxels alone.
+        let in_tile = (high).min(IVec3::from(corner) + 4095);
+        let first = low.max(IVec3::from(corner));
+        for at in [first, in_tile, (first + in_tile) / 2] {
+            assert_eq!(value(at), 1.5, "{at}");
+        }
+        if grid.first.x < low.x {
+            assert_eq!(value(first - IVec3::X), 0.0);
+        }
+        let all = grid.voxels.resolution().map(|n| 0..n);
+        let mut most = 0.0f32;
+        support::promptly("the maximum", || {
+            grid.voxels.visit_range(all, &mut |value| most = most.max(value));
+        });
+        assert_eq!(most, if tiles.len() == 2 { 9.0 } else { 1.5 });
+    }
+}
+
+#[test]
+fn a_million_equal_tiles_take_no_time() {
+    let tiles = vec![([0; 3], 2.0); 1 << 20];
+    let bytes = packed(&root_tiles(&tiles, [[0; 3], [4095; 3]]));
+    let grid = support::promptly("2^20 tiles", || opened(&bytes)).expect("a file").expect("a grid");
+    assert_eq!(grid.voxels.value([7, 8, 4095]), 2.0);
+}
+
+#[test]
+fn what_is_unpacked_is_held_and_returned() {
+    let folder = folder();
+    let path = write(&folder, "a.nvdb", packed(&tree(-8, 0.0)));
+    let content = (GRID + TREE + ROOT + UPPER + LOWER + LEAF) as u64;
+    let small = ReadContext::with_memory(content - 1);
+    let refusal = read(&path, "density", &small).expect_err("too little").to_string();
+    assert!(refusal.contains("of memory"), "{refusal}");
+    let context = ReadContext::with_memory(4 * content);
+    for _ in 0..9 {
+        assert!(read(&path, "density", &context).expect("enough").is_some());
+    }
+}
+
+/// A brick grid and the voxels that it should have.
+#[test]
+fn bricks_and_tiles_are_found_at_every_offset() {
+    for offset in [0, 8, 4088, 1000 * 8] {
+        let mut grid = BrickGrid::aligned([150, 30, 30], [offset; 3], [3, 0, 0]);
+        let shift = i64::from(offset % 4096);
+        // Multiples of the sizes, from the place in the largest tile on.
+        let at = |v: i64, side: i64| v - (v + shift) % side;
+        grid.set_tile([at(20, 8), at(20, 8), at(20, 8)], 2, 5.0);
+        grid.set_brick([at(130, 8), at(9, 8), at(9, 8)], |[x, y, z]| (x + 8 * y + 64 * z) as f32);
+        grid.set([0, 0, 29], 7.0);
+        let inside =
+            |v: [i64; 3], of: [i64; 3]| (0..3).all(|i| (0..8).contains(&(v[i] - at(of[i], 8))));
+        let (mut sum, mut expected_sum) = (0.0, 0.0);
+        for z in 0..30 {
+            for y in 0..30 {
+                for x in 0..150 {
+                    let voxel = [x, y, z].map(i64::from);
+                    let [i, j, k] = [(0, 130), (1, 9), (2, 9)].map(|(i, v)| voxel[i] - at(v, 8));
+                    let expected = match voxel {
+                        [0, 0, 29] => 7.0,
+                        _ if inside(voxel, [20; 3]) => 5.0,
+                        _ if inside(voxel, [130, 9, 9]) => (i + 8 * j + 64 * k) as f32,
+                        _ => 0.0,
+                    };
+                    assert_eq!(grid.value([x, y, z]), expected, "{voxel:?} at {offset}");
+                    expected_sum += f64::from(expected).min(4.0);
+                }
+            }
+        }
+        // Ranges of one voxel visit each once.
+        for z in 0..30 {
+            for y in 0..30 {
+                for x in 0..150 {
+                    let range = [x..x + 1, y..y + 1, z..z + 1];
+                    grid.visit_range(range, &mut |value| sum += f64::from(value).min(4.0));
+                }
+            }
+        }
+        assert_eq!(sum, expected_sum);
+        grid.visit_range([3..3, 0..9, 0..9], &mut |_| panic!("an empty range"));
+        let mut most = 0.0f32;
+        grid.visit_range([100..150, 0..30, 0..30], &mut |value| most = most.max(value));
+        assert_eq!(most, 511.0);
+    }
+    // A large tile, and smaller ones that replace it in part.
+    let mut grid = BrickGrid::aligned([5000, 9, 9], [8; 3], [0; 3]);
+    grid.set_tile([-8; 3], 0, 1.0);
+    grid.set_tile([120, -8, -8], 1, 2.0);
+    grid.set_tile([128, 0, 0], 2, 3.0);
+    grid.set([129, 0, 0], 4.0);
+    for (x, expected) in [(0, 1.0), (119, 1.0), (120, 2.0), (128, 3.0), (129, 4.0), (136, 2.0)] {
+        assert_eq!(grid.value([x, 0, 0]), expected, "{x}");
+    }
+    assert_eq!([248, 4087, 4088].map(|x| grid.value([x, 0, 0])), [1.0, 1.0, 0.0]);
+}
+
 #[test]
 fn a_sparse_grid_interpolates_across_bricks() {
     let mut grid = BrickGrid::empty([20, 9, 9]);

@@ -58,13 +58,9 @@ impl<G: Voxels> PlacedGrid<G> {
             start..end.min(ends[axis])
         };
         let mut maximum = 0.0f32;
-        for z in range(2) {
-            for y in range(1) {
-                for x in range(0) {
-                    maximum = maximum.max(number(self.grid.value([x, y, z])));
-                }
-            }
-        }
+        self.grid.visit_range([range(0), range(1), range(2)], &mut |value| {
+            maximum = maximum.max(number(value));
+        });
         maximum
     }
 }

@@ -1,6 +1,6 @@
 //! Grids of voxels, and trilinear interpolation between their centres.
 
-use std::ops::{Add, Mul};
+use std::ops::{Add, Mul, Range};
 
 use glam::Vec3;
 
@@ -18,18 +18,39 @@ pub trait Voxels {
     /// Returns the value at a point between voxels.
     #[inline]
     fn interpolate(&self, at: Vec3) -> Self::Value {
-        let low = at.floor();
-        let offset = at - low;
-        let [x, y, z] = low.to_array().map(|v| v as i64);
-        let resolution = self.resolution().map(i64::from);
-        let corner = |i: i64, j: i64, k: i64| {
-            let inside = [i, j, k].iter().zip(resolution).all(|(&v, end)| v >= 0 && v < end);
-            if inside { self.value([i, j, k].map(|v| v as u32)) } else { Self::Value::default() }
-        };
-        let along_x = |j, k| lerp(offset.x, corner(x, j, k), corner(x + 1, j, k));
-        let in_plane = |k| lerp(offset.y, along_x(y, k), along_x(y + 1, k));
-        lerp(offset.z, in_plane(z), in_plane(z + 1))
+        trilinear(self, at, |grid, voxel| grid.value(voxel))
     }
+
+    /// Calls a function with every value of the voxels in a range inside the box, once or more often.
+    fn visit_range(&self, [x, y, z]: [Range<u32>; 3], visit: &mut dyn FnMut(Self::Value)) {
+        for z in z {
+            for y in y.clone() {
+                for x in x.clone() {
+                    visit(self.value([x, y, z]));
+                }
+            }
+        }
+    }
+}
+
+/// Returns the value at a point between voxels, by a function that returns that of a voxel inside.
+#[inline(always)]
+pub(super) fn trilinear<G: Voxels + ?Sized>(
+    grid: &G,
+    at: Vec3,
+    value: impl Fn(&G, [u32; 3]) -> G::Value,
+) -> G::Value {
+    let low = at.floor();
+    let offset = at - low;
+    let [x, y, z] = low.to_array().map(|v| v as i64);
+    let resolution = grid.resolution().map(i64::from);
+    let corner = |i: i64, j: i64, k: i64| {
+        let inside = [i, j, k].iter().zip(resolution).all(|(&v, end)| v >= 0 && v < end);
+        if inside { value(grid, [i, j, k].map(|v| v as u32)) } else { G::Value::default() }
+    };
+    let along_x = |j, k| lerp(offset.x, corner(x, j, k), corner(x + 1, j, k));
+    let in_plane = |k| lerp(offset.y, along_x(y, k), along_x(y + 1, k));
+    lerp(offset.z, in_plane(z), in_plane(z + 1))
 }
 
 #[inline(always)]

@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DVec3, IVec3};
 
 use super::medium::BrickGrid;
-use crate::io::{ReadContext, path_excerpt};
+use crate::io::{HeldMemory, ReadContext, path_excerpt};
 use segments::{GridEntry, entries};
-use tree::Tree;
+use tree::{Tree, TreeVisitor};
 
 /// An error that stops the reading of a NanoVDB file.
 #[derive(Debug, thiserror::Error)]
@@ -51,9 +51,10 @@ pub fn read(
     let refuse = |found: String| NanoVdbError { path: path.to_owned(), found };
     let bytes =
         context.bytes(path).map_err(|error| refuse(format!("cannot read it: {}", error.source)))?;
+    let mut held = context.hold(bytes.len() as u64).map_err(refuse)?;
     for entry in entries(&bytes).map_err(refuse)? {
         if entry.name == name.as_bytes() {
-            return grid(&entry, context).map(Some).map_err(refuse);
+            return grid(&entry, &mut held).map(Some).map_err(refuse);
         }
     }
     Ok(None)
@@ -71,9 +72,32 @@ pub fn names(path: &Path, context: &ReadContext) -> Result<Vec<String>, NanoVdbE
     Ok(entries.iter().map(|entry| String::from_utf8_lossy(entry.name).into_owned()).collect())
 }
 
-fn grid(entry: &GridEntry, context: &ReadContext) -> Result<NanoGrid, String> {
-    let content = entry.content(context)?;
-    let tree = Tree::new(&content, context)?;
+/// The grid that is made of a tree.
+struct GridBuilder {
+    voxels: BrickGrid,
+    /// Index coordinates of the first voxel.
+    first: IVec3,
+}
+
+impl GridBuilder {
+    fn place(&self, at: IVec3) -> [i64; 3] {
+        (at.as_i64vec3() - self.first.as_i64vec3()).to_array()
+    }
+}
+
+impl TreeVisitor for GridBuilder {
+    fn tile(&mut self, origin: IVec3, size: usize, value: f32) {
+        self.voxels.set_tile(self.place(origin), size, value);
+    }
+
+    fn leaf(&mut self, origin: IVec3, value: &dyn Fn([u32; 3]) -> f32) {
+        self.voxels.set_brick(self.place(origin), value);
+    }
+}
+
+fn grid(entry: &GridEntry, held: &mut HeldMemory) -> Result<NanoGrid, String> {
+    let content = entry.content(held)?;
+    let tree = Tree::new(&content)?;
     let [low, high] = tree.active();
     if low.cmpgt(high).any() {
         return Err("the grid has no active voxels".to_owned());
@@ -82,21 +106,22 @@ fn grid(entry: &GridEntry, context: &ReadContext) -> Result<NanoGrid, String> {
     let first = low & IVec3::splat(!7);
     let size = high.as_i64vec3() - first.as_i64vec3() + 1;
     let resolution = size.to_array().map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-    const MOST: u32 = 1 << 16;
+    const MOST: u32 = BrickGrid::MAX_RESOLUTION;
     if resolution.iter().any(|&n| n > MOST) {
         return Err(format!(
             "a grid of {resolution:?} voxels; at most {MOST} an axis are possible"
         ));
     }
-    context.check(BrickGrid::index_bytes(resolution))?;
-    context.check(tree.leaves() * BrickGrid::BRICK_BYTES)?;
-    let mut voxels = BrickGrid::empty(resolution);
-    tree.visit(&mut |at, value| {
-        let place = at - first;
-        if place.cmpge(IVec3::ZERO).all() {
-            voxels.set(place.to_array().map(|v| v as u32), value);
-        }
-    })?;
+    // A node or a leaf takes less memory than in the file, where none is visited twice. Their lists grow
+    // by doubling.
+    held.add(2 * content.len() as u64 + BrickGrid::MAX_ROOT_BYTES)?;
+    let within = |at: IVec3, of: IVec3| (at - of).to_array().map(|v| v as u32);
+    let in_tile = within(first, first & IVec3::splat(!(BrickGrid::TILE_SIDES[0] as i32 - 1)));
+    let voxels = BrickGrid::aligned(resolution, in_tile, within(low, first));
+    let mut builder = GridBuilder { voxels, first };
+    tree.visit(&mut builder)?;
+    let mut voxels = builder.voxels;
+    voxels.shrink();
     let (rows, translation) = tree.map();
     let matrix = DMat3::from_cols_array(&rows).transpose();
     let medium_from_index = DAffine3 { matrix3: matrix, translation: DVec3::from(translation) };

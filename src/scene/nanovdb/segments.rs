@@ -5,7 +5,7 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use crate::io::ReadContext;
+use crate::io::HeldMemory;
 
 /// "NanoVDB0" in ASCII.
 const MAGIC: u64 = 0x3042_4456_6f6e_614e;
@@ -100,8 +100,8 @@ pub(super) fn entries(bytes: &[u8]) -> Result<Vec<GridEntry<'_>>, String> {
 }
 
 impl<'a> GridEntry<'a> {
-    /// Returns the tree of the grid, unpacked.
-    pub(super) fn content(&self, context: &ReadContext) -> Result<Cow<'a, [u8]>, String> {
+    /// Returns the tree of the grid, unpacked. Its memory is added to `held`.
+    pub(super) fn content(&self, held: &mut HeldMemory) -> Result<Cow<'a, [u8]>, String> {
         let name = String::from_utf8_lossy(self.name);
         if self.kind != FLOAT {
             return Err(format!(
@@ -112,10 +112,20 @@ impl<'a> GridEntry<'a> {
         match self.codec {
             0 => Ok(Cow::Borrowed(self.stored)),
             1 => {
-                context.check(self.size)?;
                 let packed = self.stored.get(8..).unwrap_or_default();
+                // Deflate packs a byte into a 1032nd at best.
+                let most = packed.len() as u64 * 1032;
+                if self.size > most {
+                    let (packed, size) = (packed.len(), self.size);
+                    return Err(format!(
+                        "the grid \"{name}\" cannot be unpacked: {packed} bytes do not hold {size}"
+                    ));
+                }
+                held.add(self.size)?;
                 let mut unpacked = Vec::new();
-                let read = ZlibDecoder::new(packed).take(self.size + 1).read_to_end(&mut unpacked);
+                // Memory grows with what is there, not with what is declared.
+                let most = self.size.saturating_add(1);
+                let read = ZlibDecoder::new(packed).take(most).read_to_end(&mut unpacked);
                 match read {
                     Ok(_) if unpacked.len() as u64 == self.size => Ok(Cow::Owned(unpacked)),
                     Ok(_) => Err(format!("the grid \"{name}\" does not unpack to its size")),

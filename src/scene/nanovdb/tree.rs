@@ -2,9 +2,7 @@
 
 use std::cell::Cell;
 
-use glam::{I64Vec3, IVec3};
-
-use crate::io::ReadContext;
+use glam::IVec3;
 
 /// Bytes of the head of a grid, before its tree.
 const GRID: u64 = 672;
@@ -17,7 +15,7 @@ const ROOT_TILE: u64 = 32;
 /// Most entries of a root: each covers 4096 voxels along each axis.
 const MAX_ROOT_TILES: u32 = 1 << 20;
 /// Number of voxels of a leaf along an axis.
-const LEAF_SIDE: i32 = 8;
+const LEAF_SIDE: u32 = 8;
 /// Offset of the voxels of a leaf.
 const LEAF_VALUES: u64 = 96;
 
@@ -27,6 +25,8 @@ struct Level {
     log2: u32,
     /// Voxels of a child along an axis.
     child_side: i32,
+    /// Size of a child that is a tile: 1 for the second largest, 2 for the smallest.
+    tile: usize,
     /// Offsets of the mask of children and of their table.
     children: u64,
     table: u64,
@@ -34,27 +34,40 @@ struct Level {
     below: Option<&'static Level>,
 }
 
-const LOWER: Level = Level { log2: 4, child_side: 8, children: 32 + 512, table: 1088, below: None };
-const UPPER: Level =
-    Level { log2: 5, child_side: 128, children: 32 + 4096, table: 8256, below: Some(&LOWER) };
+const LOWER: Level =
+    Level { log2: 4, child_side: 8, tile: 2, children: 32 + 512, table: 1088, below: None };
+const UPPER: Level = Level {
+    log2: 5,
+    child_side: 128,
+    tile: 1,
+    children: 32 + 4096,
+    table: 8256,
+    below: Some(&LOWER),
+};
 
-/// Side of a tile of the root (voxels).
-const ROOT_SIDE: i32 = 4096;
+/// Receiver of the contents of a tree.
+pub(super) trait TreeVisitor {
+    /// A tile of one value, from its first voxel on: the largest are of size 0, with 4096 voxels along an
+    /// axis, those of size 1 have 128, and those of size 2 have 8.
+    fn tile(&mut self, origin: IVec3, size: usize, value: f32);
+
+    /// A leaf of 8 voxels along each axis, from its first voxel on, as a function of the place in it.
+    fn leaf(&mut self, origin: IVec3, value: &dyn Fn([u32; 3]) -> f32);
+}
 
 /// A tree. Its bytes are not checked before they are read.
 pub(super) struct Tree<'a> {
     bytes: &'a [u8],
     /// Offset of the root.
     root: u64,
-    context: &'a ReadContext,
     /// Bytes that nodes which are still to be visited may take: nodes do not overlap.
     unvisited: Cell<u64>,
 }
 
 impl<'a> Tree<'a> {
-    pub(super) fn new(bytes: &'a [u8], context: &'a ReadContext) -> Result<Self, String> {
+    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, String> {
         let unvisited = Cell::new(bytes.len() as u64);
-        let mut tree = Self { bytes, root: 0, context, unvisited };
+        let mut tree = Self { bytes, root: 0, unvisited };
         tree.root = GRID.checked_add(tree.u64(GRID + 24)?).ok_or_else(broken)?;
         // Everything that is read without further checks.
         tree.slice(tree.root, ROOT)?;
@@ -109,11 +122,6 @@ impl<'a> Tree<'a> {
         [corner(0), corner(3)]
     }
 
-    /// Returns the number of leaves that the tree claims to have.
-    pub(super) fn leaves(&self) -> u64 {
-        u64::from(self.u32(GRID + 32).unwrap_or_default())
-    }
-
     /// Returns the matrix from index space, row by row, and the translation.
     pub(super) fn map(&self) -> ([f64; 9], [f64; 3]) {
         let number = |at: u64| self.array(at).map(f64::from_le_bytes).unwrap_or_default();
@@ -121,9 +129,8 @@ impl<'a> Tree<'a> {
         (matrix, std::array::from_fn(|i| number(TRANSLATION + 8 * i as u64)))
     }
 
-    /// Calls a function with the index coordinates and the value of every voxel of the leaves, and of
-    /// the tiles between the active voxels that are not 0.
-    pub(super) fn visit(&self, voxel: &mut dyn FnMut(IVec3, f32)) -> Result<(), String> {
+    /// Visits every leaf, and every tile that is not 0.
+    pub(super) fn visit(&self, visitor: &mut dyn TreeVisitor) -> Result<(), String> {
         let tiles = self.u32(self.root + 24)?;
         if tiles > MAX_ROOT_TILES {
             return Err(broken());
@@ -134,8 +141,8 @@ impl<'a> Tree<'a> {
             let coordinate = |shift: u32| (((key >> shift) & 0x1f_ffff) << 12) as u32 as i32;
             let origin = IVec3::new(coordinate(42), coordinate(21), coordinate(0));
             match self.u64(at + 8)? {
-                0 => self.fill(origin, ROOT_SIDE, self.f32(at + 20)?, voxel)?,
-                _ => self.visit_node(&UPPER, self.child(self.root, at + 8)?, origin, voxel)?,
+                0 => visit_tile(visitor, origin, 0, self.f32(at + 20)?),
+                _ => self.visit_node(&UPPER, self.child(self.root, at + 8)?, origin, visitor)?,
             }
         }
         Ok(())
@@ -146,7 +153,7 @@ impl<'a> Tree<'a> {
         level: &Level,
         node: u64,
         origin: IVec3,
-        voxel: &mut dyn FnMut(IVec3, f32),
+        visitor: &mut dyn TreeVisitor,
     ) -> Result<(), String> {
         let side = 1u64 << level.log2;
         self.node(node, level.table + 8 * side.pow(3))?;
@@ -155,14 +162,14 @@ impl<'a> Tree<'a> {
                 self.bytes[(node + level.children + i / 8) as usize] >> (i % 8) & 1 == 1;
             // z is fastest.
             let place = [i / (side * side), i / side % side, i % side].map(|v| v as i32);
-            let corner = origin + level.child_side * IVec3::from(place);
+            let corner = origin.wrapping_add(level.child_side * IVec3::from(place));
             let entry = node + level.table + 8 * i;
             match (has_child, level.below) {
-                (false, _) => self.fill(corner, level.child_side, self.f32(entry)?, voxel)?,
+                (false, _) => visit_tile(visitor, corner, level.tile, self.f32(entry)?),
                 (true, Some(below)) => {
-                    self.visit_node(below, self.child(node, entry)?, corner, voxel)?;
+                    self.visit_node(below, self.child(node, entry)?, corner, visitor)?;
                 }
-                (true, None) => self.visit_leaf(self.child(node, entry)?, corner, voxel)?,
+                (true, None) => self.visit_leaf(self.child(node, entry)?, corner, visitor)?,
             }
         }
         Ok(())
@@ -172,41 +179,21 @@ impl<'a> Tree<'a> {
         &self,
         leaf: u64,
         origin: IVec3,
-        voxel: &mut dyn FnMut(IVec3, f32),
+        visitor: &mut dyn TreeVisitor,
     ) -> Result<(), String> {
         let values = &self.node(leaf, LEAF_VALUES + 4 * 512)?[LEAF_VALUES as usize..];
-        for (i, value) in (0..).zip(values.as_chunks::<4>().0) {
-            let place = IVec3::new(i / 64, i / LEAF_SIDE % LEAF_SIDE, i % LEAF_SIDE);
-            voxel(origin + place, f32::from_le_bytes(*value));
-        }
+        let values = values.as_chunks::<4>().0;
+        visitor.leaf(origin, &|[x, y, z]| {
+            let i = (x * LEAF_SIDE + y) * LEAF_SIDE + z;
+            f32::from_le_bytes(values[i as usize])
+        });
         Ok(())
     }
+}
 
-    /// Visits the voxels of a tile that are between the active ones.
-    fn fill(
-        &self,
-        origin: IVec3,
-        side: i32,
-        value: f32,
-        voxel: &mut dyn FnMut(IVec3, f32),
-    ) -> Result<(), String> {
-        if value == 0.0 {
-            return Ok(());
-        }
-        let [low, high] = self.active();
-        let first = origin.max(low);
-        let last = origin.saturating_add(IVec3::splat(side - 1)).min(high);
-        let size = (last.as_i64vec3() - first.as_i64vec3() + 1).max(I64Vec3::ZERO);
-        let voxels = size.to_array().iter().fold(1u64, |all, &n| all.saturating_mul(n as u64));
-        self.context.check(voxels.saturating_mul(4))?;
-        for x in first.x..=last.x {
-            for y in first.y..=last.y {
-                for z in first.z..=last.z {
-                    voxel(IVec3::new(x, y, z), value);
-                }
-            }
-        }
-        Ok(())
+fn visit_tile(visitor: &mut dyn TreeVisitor, origin: IVec3, size: usize, value: f32) {
+    if value != 0.0 {
+        visitor.tile(origin, size, value);
     }
 }
 
