@@ -359,7 +359,14 @@ fn a_texture_of_floats_claims_all_that_it_takes() {
     let picture = Picture { size, pixels: vec![[0.5; 3]; size[0] * size[1]] };
     let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
     let path = folder.path().join("a.exr");
-    picture.write(&path, window, EncodingOptions::default(), &Vec::new()).expect("a file");
+    picture
+        .write(
+            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
+            window,
+            EncodingOptions::default(),
+            &Vec::new(),
+        )
+        .expect("a file");
     drop(picture);
     let world = "Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\"\n\
                  Material \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"";

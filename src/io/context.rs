@@ -263,11 +263,6 @@ impl ReadContext {
     pub(crate) fn claim(&self, bytes: u64) -> Result<(), String> {
         self.budget.claim(bytes)
     }
-
-    /// Returns an error if an allocation is larger than the rest of the budget. Claims nothing.
-    pub(crate) fn check(&self, bytes: u64) -> Result<(), String> {
-        self.hold(bytes).map(drop)
-    }
 }
 
 /// Returns an error for a pipe or a device, which a reader cannot open more than once.

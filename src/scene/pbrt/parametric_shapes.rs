@@ -37,7 +37,7 @@ fn grid(
     let [columns, rows] = cells;
     let triangles = 2 * u64::from(columns) * u64::from(rows);
     let size = MeshSize { vertices: triangles, triangles };
-    require_memory(params, &format!("{triangles} triangles"), size)?;
+    let _held = require_memory(params, &format!("{triangles} triangles"), size)?;
     let mut mesh = Mesh::default();
     for row in 0..=rows {
         for column in 0..=columns {

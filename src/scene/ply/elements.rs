@@ -3,7 +3,7 @@
 use super::header::PlyElement;
 use super::polygons::Polygon;
 use super::values::ValueReader;
-use crate::io::ReadContext;
+use crate::io::HeldMemory;
 use crate::scene::Mesh;
 
 /// Reads vertices: positions, and normals and texture coordinates if all their components are
@@ -72,12 +72,12 @@ pub(super) struct Faces {
     pub(super) polygons: Vec<Polygon>,
 }
 
-/// Reads faces. Faces of fewer than three corners are left out.
+/// Reads faces. Faces of fewer than three corners are left out. The memory of polygons is added to `held`.
 pub(super) fn read_faces(
     element: &PlyElement,
     values: &mut ValueReader,
     faces: &mut Faces,
-    context: &ReadContext,
+    held: &mut HeldMemory,
 ) -> Result<(), String> {
     let mut corners: Vec<u32> = Vec::new();
     for i in 0..element.count {
@@ -100,8 +100,8 @@ pub(super) fn read_faces(
                 [a, b, c, d] => faces.quads.push([a, b, d, c]),
                 [] | [_] | [_, _] => {}
                 _ => {
-                    let count = (faces.triangles.len() + corners.len()) as u64;
-                    context.check(count * size_of::<[u32; 3]>() as u64)?;
+                    let fan = corners.len() * size_of::<[u32; 3]>();
+                    held.add((fan + size_of::<Polygon>()) as u64)?;
                     faces.polygons.extend(Polygon::add_fan(&corners, &mut faces.triangles));
                 }
             }

@@ -68,7 +68,7 @@ fn parse(bytes: &[u8], context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), S
     let Header { encoding, elements, size } = parse_header(bytes)?;
     let mut values = ValueReader::new(encoding, bytes, size);
     let (mut mesh, mut faces) = (Mesh::default(), Faces::default());
-    let mut declared = 0u64;
+    let mut held = context.hold(0)?;
     for element in &elements {
         // Even an empty list takes a byte, in ascii two with the space.
         let least: usize =
@@ -90,12 +90,11 @@ fn parse(bytes: &[u8], context: &ReadContext) -> Result<(Mesh, Vec<[u32; 4]>), S
             "vertex" | "face" => size_of::<[f32; 3]>() as u64,
             _ => 0,
         };
-        // The owner of the mesh claims its memory; this only keeps allocations within the budget.
-        declared = declared.saturating_add((element.count as u64).saturating_mul(columns));
-        context.check(declared)?;
+        // The owner of the mesh claims its memory; this is held until the mesh is whole.
+        held.add((element.count as u64).saturating_mul(columns))?;
         match element.name.as_str() {
             "vertex" => read_vertices(element, &mut values, &mut mesh)?,
-            "face" => read_faces(element, &mut values, &mut faces, context)?,
+            "face" => read_faces(element, &mut values, &mut faces, &mut held)?,
             _ => skip_element(element, &mut values)?,
         }
     }
