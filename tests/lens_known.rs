@@ -5,7 +5,7 @@ mod support;
 use petzval::lens::{
     FocusError, LensRay, Paraxial, Prescription, RealRayFocus, Side, sequence, trace_one,
 };
-use support::{LENSES, lens, oracle, row};
+use support::{LENSES, lens, oracle, root, row};
 
 /// Focal length (mm), back focal distance (mm), f-number, and distance in focus before the front vertex
 /// (mm) at the film distance of the scene. An independent trace in f64 for the course gave them to three
@@ -27,6 +27,22 @@ fn the_course_lenses_have_their_published_data() {
         assert!(near(paraxial.f_number(), f_number, 1e-2), "{name}: {}", paraxial.f_number());
         assert!(near(paraxial.object_distance(film), focus, 1.0), "{name}");
     }
+}
+
+/// The table of US patent 2,673,491 states the back focal distance, 0.71436 of the focal length. It has no
+/// figure for colours; a single lens of the first glass would focus F and C 1.06 mm apart (f / V).
+#[test]
+fn the_double_gauss_has_the_focus_and_the_colours_of_its_patent() {
+    let path = root().join("lenses/double-gauss.50mm.toml");
+    let lens = petzval::lens::read(&path).expect("a lens of the repository");
+    let of = |nm: f64| Paraxial::new(&lens.at_wavelength(nm).expect("an index"));
+    let paraxial = Paraxial::new(&lens);
+    let ratio = paraxial.back_focal_distance / paraxial.focal_length;
+    assert!((ratio - 0.71436).abs() < 1e-4, "{ratio}");
+    assert!((paraxial.focal_length - 50.0).abs() < 0.01, "{}", paraxial.focal_length);
+    let [blue, red] = [486.1327, 656.2725].map(|nm| of(nm).back_focal_distance);
+    assert!((blue - red).abs() < 0.1, "{blue} mm, {red} mm");
+    assert!((RealRayFocus::new(&lens).f_number().expect("an image") - 2.0).abs() < 0.005);
 }
 
 #[test]

@@ -141,7 +141,9 @@ fn a_sweep_of_the_round_f_numbers_of_the_help_runs() {
     let folder = folder();
     let scene = root().join("scenes/dgauss.pbrt");
     let arguments = "--sweep fstop=2,8 --spp 1 --resolution 12x12 -o f{fstop}.exr".split(' ');
-    let mut all = vec!["render", scene.to_str().expect("a path")];
+    let lens = root().join("lenses/dgauss.50mm.dat");
+    let [scene, lens] = [&scene, &lens].map(|path| path.to_str().expect("a path"));
+    let mut all = vec!["render", scene, "--lens", lens];
     all.extend(arguments);
     let (code, _, stderr) = petzval(folder.path(), &all);
     assert_eq!(code, 0, "{stderr}");

@@ -51,6 +51,14 @@ fn the_course_scenes_need_no_effects_except_ghosts_of_a_visible_light() {
 }
 
 #[test]
+fn the_first_picture_disperses_where_its_pixels_show_it() {
+    for (pixels, on) in [("300x300", false), ("6000x6000", true)] {
+        let effects = effects(&["scenes/dgauss.pbrt", "--resolution", pixels]);
+        assert_eq!(of(&effects, "dispersion")["on"], on, "{pixels}: {effects:#?}");
+    }
+}
+
+#[test]
 fn costs_are_shares_of_the_render_and_reproducible() {
     let plan = |scene: &str| effects(&[&format!("scenes/{scene}.pbrt")]);
     let share = |effects: &[Value]| of(effects, "fresnel")["cost"]["percent"].as_f64();

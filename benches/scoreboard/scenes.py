@@ -73,6 +73,7 @@ def prepare_stored(name, folder):
     # pbrt rounds its film to half floats by default, and does not read lenses in TOML.
     text = text.replace('Film "rgb"', 'Film "rgb" "bool savefp16" false')
     text = text.replace("wide.22mm.pentagon.toml", "wide.22mm.dat")
+    text = text.replace("double-gauss.50mm.toml", "dgauss.50mm.dat")
     path.write_text(text)
     return Scene(name, spp, path)
 

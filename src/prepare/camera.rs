@@ -195,8 +195,10 @@ impl CameraInput<'_> {
         };
         let lens = placer.focus(placement)?;
         // Groups that move for focus change the focal length and the pupil; the f-number is that at
-        // infinity.
-        let f_number = Paraxial::new(&prescription).f_number();
+        // infinity. As for an f-number that is asked for, it is that of the marginal ray.
+        let f_number = RealRayFocus::new(&prescription)
+            .f_number()
+            .unwrap_or_else(|| Paraxial::new(&prescription).f_number());
         let film_distance = lens.film_distance;
         let object_distance = RealRayFocus::new(&lens.prescription)
             .object_distance(film_distance)

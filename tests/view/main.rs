@@ -351,7 +351,7 @@ fn pictures_beyond_the_memory_are_refused() {
     loop {
         let state = client.hear("state");
         if let Some(error) = state["error"].as_str() {
-            assert!(error.contains("--memory allows 1 GB"), "{error}");
+            assert!(error.contains("--memory allows 1.00 GB"), "{error}");
             break;
         }
     }

@@ -12,9 +12,12 @@ use super::{Client, View, folder, root, wait_until};
 /// Returns a folder with a copy of the scene dgauss.pbrt and its lens.
 fn dgauss() -> tempfile::TempDir {
     let folder = folder();
-    for file in
-        ["scenes/dgauss.pbrt", "scenes/cones.pbrt", "scenes/grid.png", "lenses/dgauss.50mm.dat"]
-    {
+    for file in [
+        "scenes/dgauss.pbrt",
+        "scenes/cones.pbrt",
+        "scenes/grid.png",
+        "lenses/double-gauss.50mm.toml",
+    ] {
         let to = folder.path().join(file);
         fs::create_dir_all(to.parent().expect("a folder")).expect("a folder");
         fs::copy(root().join(file), to).expect("a copy");

@@ -10,8 +10,9 @@ macro_rules! embedded {
     };
 }
 
-const FILES: [(&str, &[u8]); 10] = embedded![
+const FILES: [(&str, &[u8]); 11] = embedded![
     "lenses/dgauss.50mm.dat",
+    "lenses/double-gauss.50mm.toml",
     "lenses/fisheye.10mm.dat",
     "lenses/telephoto.250mm.dat",
     "lenses/wide.22mm.dat",

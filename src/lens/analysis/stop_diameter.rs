@@ -59,9 +59,9 @@ impl Prescription {
     }
 
     /// Returns the widest f-number of the lens if it is meant by a slightly smaller one that is asked for
-    /// ([`Self::f_number_diameter`]), and differs from it by more than a thousandth.
+    /// ([`Self::f_number_diameter`]), and differs from it by more than a rounding to two digits.
     pub fn rounded_f_number(&self, asked: f64) -> Option<f64> {
         let open = RealRayFocus::new(self).f_number()?;
-        (open * (1.0 - ROUNDED)..open * (1.0 - 1e-3)).contains(&asked).then_some(open)
+        (open * (1.0 - ROUNDED)..open * (1.0 - 5e-3)).contains(&asked).then_some(open)
     }
 }
