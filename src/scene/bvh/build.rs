@@ -109,8 +109,10 @@ mod tests {
     use obvhs::BvhBuildParams;
     use obvhs::bvh2::builder::build_bvh2;
 
+    use super::super::primitives::PrimitiveGroup;
     use super::*;
     use crate::sampler::hash;
+    use crate::scene::geometry::Mesh;
 
     fn random(i: u32, axis: u32) -> f32 {
         hash(8 * i + axis) as f32 / u32::MAX as f32
@@ -152,6 +154,31 @@ mod tests {
                 assert_eq!(found.primitive_indices, expected.primitive_indices);
             }
         }
+    }
+
+    #[test]
+    fn triangles_without_an_area_are_in_no_tree() {
+        let mut mesh = Mesh {
+            positions: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.1, 0.7, 0.0],
+                [0.2, 1.4, 0.0],
+                [1e-30; 3],
+            ],
+            triangles: vec![[0; 3], [0, 1, 1], [0, 2, 3]],
+            ..Mesh::default()
+        };
+        let included = |mesh: &Mesh| {
+            let mut list = PrimitiveList::default();
+            list.push(PrimitiveGroup::Mesh { shape: 0, mesh, alpha_tested: false });
+            BinaryBvh::new(&list).map(|tree| tree.included)
+        };
+        assert_eq!(included(&mesh), None);
+        mesh.triangles.extend([[0, 1, 2], [0, 1, 4], [1; 3]]);
+        assert_eq!(included(&mesh), Some(Some(vec![3, 4])));
+        mesh.triangles.retain(|triangle| [[0, 1, 2], [0, 1, 4]].contains(triangle));
+        assert_eq!(included(&mesh), Some(None));
     }
 
     /// Returns the depth of a tree, and the number of its leaves.

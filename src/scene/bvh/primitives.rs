@@ -1,6 +1,6 @@
 //! List of the primitives that a hierarchy is built over, by reference.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::PlacedQuadric;
 use crate::scene::geometry::{CurvePiece, CurveSet, Mesh, PatchMesh};
@@ -111,7 +111,8 @@ impl<'a> PrimitiveList<'a> {
         }
     }
 
-    /// Returns the index and the box of every primitive with finite bounds. No ray hits the others.
+    /// Returns the index and the box of every primitive with finite bounds, but for triangles without an
+    /// area. No ray hits the others.
     pub(super) fn finite_bounds(&self) -> impl Iterator<Item = (u32, [Vec3; 2])> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         let bounds = self.groups.iter().zip(starts).flat_map(|(group, start)| {
@@ -125,7 +126,8 @@ impl<'a> PrimitiveList<'a> {
                 }
             }
             let triangles = mesh.into_iter().flat_map(|mesh| {
-                (0..mesh.triangles.len() as u32).map(|triangle| bounds_of(mesh.corners(triangle)))
+                (0..mesh.triangles.len() as u32)
+                    .map(|triangle| triangle_box(mesh.corners(triangle)))
             });
             let patches = patches.into_iter().flat_map(|mesh| {
                 (0..mesh.patches.len() as u32).map(|patch| bounds_of(mesh.corners(patch)))
@@ -142,6 +144,16 @@ impl<'a> PrimitiveList<'a> {
 /// Returns the box around a piece of a curve.
 fn piece_box(curves: &CurveSet, piece: CurvePiece) -> [Vec3; 2] {
     round_outward(curves.piece_bounds(piece).corners)
+}
+
+/// Returns the box around a triangle, or NaN if it is not finite or has no area: files hold many such
+/// triangles in one place, and a ray that starts there would meet all of them.
+fn triangle_box(corners: [Vec3; 3]) -> [Vec3; 2] {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    match (b - a).cross(c - a) == DVec3::ZERO {
+        true => [Vec3::NAN; 2],
+        false => bounds_of(corners),
+    }
 }
 
 /// Returns the box around corners, or NaN if one is not finite.
