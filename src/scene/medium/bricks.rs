@@ -202,16 +202,19 @@ impl BrickGrid {
         self.bricks.get_mut(brick as usize).map(|brick| &mut **brick)
     }
 
-    /// Returns the brick or the tile around a place.
+    /// Returns the lowest inner node around a place, or the tile in its place.
     #[inline(always)]
-    fn find(&self, at: [u32; 3]) -> Cell {
-        let [lower, upper] = &self.nodes;
-        let Cell::Child(node) = self.root[self.root_index(at)] else {
-            return self.root[self.root_index(at)];
-        };
-        let cell = upper[node as usize][child_index(at, SIDES[1], LEVELS[1])];
+    fn node_around(&self, at: [u32; 3]) -> Cell {
+        let cell = self.root[self.root_index(at)];
         let Cell::Child(node) = cell else { return cell };
-        lower[node as usize][child_index(at, SIDES[0], LEVELS[0])]
+        self.nodes[1][node as usize][child_index(at, SIDES[1], LEVELS[1])]
+    }
+
+    /// Returns the brick or the tile around a place in a lowest inner node.
+    #[inline(always)]
+    fn brick_in(&self, node: Cell, at: [u32; 3]) -> Cell {
+        let Cell::Child(child) = node else { return node };
+        self.nodes[0][child as usize][child_index(at, SIDES[0], LEVELS[0])]
     }
 
     /// Returns the value of a voxel in a cell.
@@ -298,23 +301,34 @@ impl Voxels for BrickGrid {
 
     #[inline(always)]
     fn value(&self, voxel: [u32; 3]) -> f32 {
-        self.value_in(self.find(self.aligned_place(voxel)), voxel)
+        let at = self.aligned_place(voxel);
+        self.value_in(self.brick_in(self.node_around(at), at), voxel)
     }
 
-    /// Returns the value at a point between voxels. Most have all eight in one brick or tile.
+    /// Returns the value at a point between voxels. Most have all eight in one brick or tile, and nearly all
+    /// in one node.
     #[inline]
     fn interpolate(&self, at: Vec3) -> f32 {
         let low = at.floor().to_array().map(|v| v as i64);
         let inside =
             (0..3).all(|axis| low[axis] >= 0 && low[axis] + 1 < i64::from(self.resolution[axis]));
-        if inside {
-            let first = self.aligned_place(low.map(|v| v as u32));
-            if first.iter().all(|v| v % (1 << BRICK) < (1 << BRICK) - 1) {
-                let cell = self.find(first);
-                return trilinear(self, at, |grid, voxel| grid.value_in(cell, voxel));
-            }
+        if !inside {
+            return trilinear(at, |voxel| self.value_or_zero(voxel));
         }
-        trilinear(self, at, |grid, voxel| grid.value(voxel))
+        let first = self.aligned_place(low.map(|v| v as u32));
+        let together = |side: u32| first.iter().all(|v| v % (1 << side) < (1 << side) - 1);
+        if !together(SIDES[1]) {
+            return trilinear(at, |voxel| self.value_or_zero(voxel));
+        }
+        let node = self.node_around(first);
+        if together(SIDES[0]) {
+            let cell = self.brick_in(node, first);
+            return trilinear(at, |voxel| self.value_in(cell, voxel.map(|v| v as u32)));
+        }
+        trilinear(at, |voxel| {
+            let voxel = voxel.map(|v| v as u32);
+            self.value_in(self.brick_in(node, self.aligned_place(voxel)), voxel)
+        })
     }
 
     fn visit_range(&self, range: [Range<u32>; 3], visit: &mut dyn FnMut(f32)) {

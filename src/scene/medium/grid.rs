@@ -18,7 +18,15 @@ pub trait Voxels {
     /// Returns the value at a point between voxels.
     #[inline]
     fn interpolate(&self, at: Vec3) -> Self::Value {
-        trilinear(self, at, |grid, voxel| grid.value(voxel))
+        trilinear(at, |voxel| self.value_or_zero(voxel))
+    }
+
+    /// Returns the value of a voxel, or 0 outside the box.
+    #[inline(always)]
+    fn value_or_zero(&self, voxel: [i64; 3]) -> Self::Value {
+        let mut axes = voxel.iter().zip(self.resolution());
+        let inside = axes.all(|(v, end)| (0..i64::from(end)).contains(v));
+        if inside { self.value(voxel.map(|v| v as u32)) } else { Self::Value::default() }
     }
 
     /// Calls a function with every value of the voxels in a range inside the box, once or more often.
@@ -33,22 +41,16 @@ pub trait Voxels {
     }
 }
 
-/// Returns the value at a point between voxels, by a function that returns that of a voxel inside.
+/// Returns the value at a point between voxels, by a function that returns that of a voxel.
 #[inline(always)]
-pub(super) fn trilinear<G: Voxels + ?Sized>(
-    grid: &G,
+pub(super) fn trilinear<V: Copy + Add<Output = V> + Mul<f32, Output = V>>(
     at: Vec3,
-    value: impl Fn(&G, [u32; 3]) -> G::Value,
-) -> G::Value {
+    value: impl Fn([i64; 3]) -> V,
+) -> V {
     let low = at.floor();
     let offset = at - low;
     let [x, y, z] = low.to_array().map(|v| v as i64);
-    let resolution = grid.resolution().map(i64::from);
-    let corner = |i: i64, j: i64, k: i64| {
-        let inside = [i, j, k].iter().zip(resolution).all(|(&v, end)| v >= 0 && v < end);
-        if inside { value(grid, [i, j, k].map(|v| v as u32)) } else { G::Value::default() }
-    };
-    let along_x = |j, k| lerp(offset.x, corner(x, j, k), corner(x + 1, j, k));
+    let along_x = |j, k| lerp(offset.x, value([x, j, k]), value([x + 1, j, k]));
     let in_plane = |k| lerp(offset.y, along_x(y, k), along_x(y + 1, k));
     lerp(offset.z, in_plane(z), in_plane(z + 1))
 }
