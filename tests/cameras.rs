@@ -216,8 +216,8 @@ fn a_draft_shows_the_light_of_the_picture() {
     *iris = Some(IrisSpec { path: "pentagon".into(), name: "pentagon".into() });
     for (description, blades) in [(description, false), (with_blades, true)] {
         let (job, ..) = prepare(description.clone(), &changes).expect("a job");
-        let first = prepare_draft(description.clone(), &changes, None).expect("a draft");
-        let draft = prepare_draft(description, &changes, Some(&job.plan)).expect("a draft");
+        let (first, ..) = prepare_draft(description.clone(), &changes, None).expect("a draft");
+        let (draft, ..) = prepare_draft(description, &changes, Some(&job.plan)).expect("a draft");
         let jobs = [&job, &draft, &first];
         let [whole, draft, first] = jobs.map(|job| mean(&picture(job, Backend::Simd, 2))[1]);
         // All have 64 samples: 1 % is far above their noise, and a stop is 100 %.

@@ -50,7 +50,7 @@ impl DatasetScene {
         let description = scene::read_with(path, context)?;
         // On the same film the same rays measure the exposure.
         let changes = Changes { resolution: Some(spec.resolution), ..Changes::default() };
-        let own = prepare_draft(description.clone(), &changes, None).map_err(|source| {
+        let (own, ..) = prepare_draft(description.clone(), &changes, None).map_err(|source| {
             DatasetError::OwnCamera { scene: path.to_owned(), source: Box::new(source) }
         })?;
         let (files, exposure) = (description.files.clone(), on_axis_value(&own));

@@ -110,7 +110,7 @@ const FIRST_DRAFT_EFFECTS: [Effect; 3] = [Effect::Iris, Effect::TiltShift, Effec
 /// Prepares a draft of a picture, in a fraction of the time of [`prepare`], for a viewer. Its effects
 /// are those of the plan of a similar picture, except for dispersion, ghosts, diffraction and the
 /// sensor; without one, they are the shape of the iris, tilt, shift and media. It has no layers, and
-/// no light paths.
+/// no light paths. Its notes and warnings are those of [`prepare`] that need no plan.
 ///
 /// # Errors
 /// Returns an error as [`prepare`].
@@ -118,7 +118,7 @@ pub fn prepare_draft(
     description: Description,
     changes: &Changes,
     similar: Option<&Plan>,
-) -> Result<Job, PrepareError> {
+) -> Result<(Job, Notes, Vec<Warning>), PrepareError> {
     let aim = match changes.aim {
         PupilSampling::Pupil => PupilSampling::RoundIris,
         other => other,
@@ -126,11 +126,9 @@ pub fn prepare_draft(
     let changes = &Changes { aim, ..changes.clone() };
     let context = description.context.temporary();
     let exposure = Exposure::new(&description, changes)?;
-    let mut report = Report {
-        camera_at: description.camera_at.clone(),
-        warnings: Vec::new(),
-        notes: Notes::new(),
-    };
+    let warnings = description.warnings.clone();
+    let mut report =
+        Report { camera_at: description.camera_at.clone(), warnings, notes: Notes::new() };
     let excluded = ExcludedEffects::new(&changes.effects);
     let Draft { mut job, .. } =
         draft(description, changes, &context, excluded, &exposure, &mut report)?;
@@ -140,7 +138,7 @@ pub fn prepare_draft(
     }
     (job.layers, job.sensor) = (Vec::new(), None);
     apply_plan(&mut job, exposure, None)?;
-    Ok(job)
+    Ok((job, report.notes, report.warnings))
 }
 
 /// Effects that the user turns off and that shape the input of the plan, so that they are left out

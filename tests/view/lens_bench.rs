@@ -52,6 +52,59 @@ fn the_bench_says_which_surfaces_end_the_rays_of_a_place() {
 }
 
 #[test]
+fn a_draft_shows_the_new_lens_before_the_picture_is_prepared() {
+    let view = View::start("dgauss.pbrt", &["--resolution", "600x400", "--spp=1"]);
+    let mut client = view.client();
+    client.finished(1);
+    let old = view.client().hear("state");
+    let lens = "scenes/../lenses/wide.22mm.dat";
+    client.send(&json!({ "type": "set", "options": { "lens": lens, "fstop": null } }));
+    let generation = client.hear("set")["generation"].clone();
+    let mut state = || loop {
+        let state = client.hear("state");
+        if state["generation"] == generation {
+            break state;
+        }
+    };
+    let draft = state();
+    assert_eq!(draft["draft"], true, "{draft}");
+    let [before, name] =
+        [&old, &draft].map(|state| state["lens"]["name"].as_str().expect("a name").to_owned());
+    assert_ne!(name, before);
+    let focal_length = draft["lens"]["focal_length"].as_f64().expect("a length");
+    assert!((focal_length - 22.0).abs() < 0.1, "{focal_length}");
+    // The page asks for the section as soon as it knows the state.
+    let section = json_of(&view, "rays/0.5,0.5.json")["section"].clone();
+    assert!(section.as_str().expect("a drawing").contains(&format!("<title>{name}")), "{section}");
+    assert_eq!(draft["plan"], old["plan"], "a draft has a plan of its own");
+    let picture = state();
+    assert_eq!([&picture["draft"], &picture["error"]], [&json!(false), &Value::Null]);
+    assert_eq!(picture["lens"]["name"], draft["lens"]["name"]);
+    assert_ne!(picture["plan"], old["plan"]);
+}
+
+#[test]
+fn the_f_number_is_that_of_the_marginal_ray_as_fstop_counts_it() {
+    let view = View::start("dgauss.pbrt", &["--resolution", "24x16", "--spp=1"]);
+    let mut client = view.client();
+    let mut stops = |lens: &str, stop: Value| {
+        client.set(json!({ "lens": format!("scenes/../lenses/{lens}"), "fstop": stop }));
+        let lens = view.client().hear("state")["lens"].clone();
+        ["f_number", "widest_f_number"].map(|name| lens[name].as_f64().expect("an f-number"))
+    };
+    // First-order optics says 2.68 and 2.03.
+    for (lens, open) in [("wide.22mm.dat", 2.7753), ("dgauss.50mm.dat", 2.0206)] {
+        let [_, widest] = stops(lens, json!("8"));
+        assert!((widest - open).abs() < 1e-3, "{lens}: {widest} instead of {open}");
+        for (asked, expected) in [(2.0 * open, 2.0 * open), (open * 0.99, open)] {
+            let [found, again] = stops(lens, json!(asked.to_string()));
+            assert!((found - expected).abs() < 1e-3, "{lens}: {found} instead of {expected}");
+            assert_eq!(again, widest);
+        }
+    }
+}
+
+#[test]
 fn the_image_of_a_place_is_blurred_by_defocus() {
     let view = View::start("dgauss.pbrt", &["--resolution", "48x32", "--spp=1", "--fstop=4"]);
     let mut client = view.client();

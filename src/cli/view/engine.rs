@@ -19,7 +19,7 @@ use petzval::scene::pbrt::Description;
 use super::blur_map::{blur_map, reduced};
 use super::frame::ViewFrame;
 use super::lens_bench::LensBench;
-use super::panel::Panel;
+use super::panel::{Panel, PreparedAs};
 use super::preparer::{PrepareStatus, Prepared, Preparer};
 use super::settings::ViewSettings;
 use super::state::ViewState;
@@ -72,7 +72,7 @@ impl Engine {
                 engine: self,
                 memory: Memory::new(self.memory),
                 preparer,
-                panel: Panel::default(),
+                panel: Panel::new(&self.description),
                 plan: None,
                 draft: None,
                 sample_time: guess,
@@ -136,9 +136,32 @@ impl EngineWork<'_> {
             let description = self.engine.description.clone();
             prepare_draft(description, changes, self.plan.as_ref()).ok()
         };
-        let job = moved.or_else(prepare)?;
+        let job = match moved {
+            Some(job) => job,
+            None => {
+                let (job, notes, warnings) = prepare()?;
+                let prepared = Prepared { job: Box::new(job), notes, warnings };
+                self.show_camera(settings, changes, &prepared, PreparedAs::Draft);
+                *prepared.job
+            }
+        };
         self.draft = Some((settings.clone(), job.clone()));
         Some(job)
+    }
+
+    /// Shows the camera of a draft or a picture: first its lens, for which a page asks when it has the
+    /// state of the panel.
+    fn show_camera(
+        &mut self,
+        settings: &ViewSettings,
+        changes: &Changes,
+        prepared: &Prepared,
+        purpose: PreparedAs,
+    ) {
+        let state = &self.engine.state;
+        state.set_bench(LensBench::new(&prepared.job));
+        let panel = self.panel.update(self.generation, settings, changes, prepared, purpose);
+        state.publish_panel(self.generation, &panel, self.panel.focus());
     }
 
     /// Returns the picture once it is prepared, or `None` if the settings have changed.
@@ -199,16 +222,13 @@ impl EngineWork<'_> {
         prepared: Prepared,
     ) -> Result<(), String> {
         let generation = self.generation;
-        let panel = self.panel.update(generation, settings, changes, &prepared);
-        let focus = self.panel.focus();
-        self.engine.state.publish_panel(generation, &panel, focus);
+        self.show_camera(settings, changes, &prepared, PreparedAs::Picture);
         let Prepared { mut job, .. } = prepared;
         self.plan = Some(job.plan.clone());
         job.layers.clear();
         let threads = self.engine.threads;
         let fits = self.memory.check_shown(&job, threads, ViewFrame::BYTES_PER_PIXEL);
         fits.map_err(|failure| failure.to_string())?;
-        self.engine.state.set_bench(LensBench::new(&job));
         let blur = blur_map(&job, generation, self.engine.threads, &self.engine.state.progress);
         self.engine.state.publish_blur(blur.unwrap_or_default());
         let target = job.samples.len() as u32;

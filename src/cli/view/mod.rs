@@ -17,6 +17,7 @@ mod server;
 mod settings;
 mod state;
 mod tev;
+mod widest_stop;
 
 use std::net::{IpAddr, TcpListener, TcpStream};
 use std::path::PathBuf;

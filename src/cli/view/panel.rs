@@ -3,31 +3,48 @@
 use petzval::aov::CircleOfConfusion;
 use petzval::io::image::Note;
 use petzval::job::Job;
-use petzval::lens::{Camera, LensModel, RealLens};
+use petzval::lens::{Camera, FocusModel, LensModel, RealLens, RealRayFocus};
 use petzval::prepare::{Changes, Viewpoint};
 use petzval::render::memory::machine;
+use petzval::scene::pbrt::Description;
 use serde_json::{Value, json};
 
 use super::preparer::Prepared;
 use super::settings::ViewSettings;
+use super::widest_stop::WidestStop;
 use crate::cli::lens::AxialLight;
 use crate::cli::plan::{self, Work};
 
-/// The state of the last picture.
-#[derive(Debug, Default)]
+/// What is prepared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum PreparedAs {
+    /// A draft, whose plan is not that of the picture.
+    Draft,
+    Picture,
+}
+
+/// The state of the last draft or picture.
+#[derive(Debug)]
 pub(super) struct Panel {
     last: Value,
     focus: Option<f64>,
+    widest: WidestStop,
 }
 
 impl Panel {
-    /// Returns the state of a picture that is prepared.
+    pub fn new(description: &Description) -> Self {
+        Self { last: Value::Null, focus: None, widest: WidestStop::new(description) }
+    }
+
+    /// Returns the state of a draft or a picture that is prepared. A draft keeps the plan of the last
+    /// picture.
     pub fn update(
         &mut self,
         generation: u64,
         settings: &ViewSettings,
         changes: &Changes,
         prepared: &Prepared,
+        purpose: PreparedAs,
     ) -> Value {
         let Prepared { job, notes, warnings } = prepared;
         let number = |name: &str| match notes.iter().find(|(other, _)| *other == name) {
@@ -35,20 +52,27 @@ impl Panel {
             _ => None,
         };
         let lens = match &job.camera.model {
-            LensModel::Real(lens) => lens_json(lens, number("aperture")),
+            LensModel::Real(lens) => {
+                lens_json(lens, job.camera.half_diagonal(), self.widest.f_number(changes))
+            }
             _ => Value::Null,
+        };
+        let plan = match purpose {
+            PreparedAs::Draft => self.last["plan"].take(),
+            PreparedAs::Picture => plan::json(&job.plan, Work::of(job, machine::cores())),
         };
         self.focus = number("focus");
         let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
         self.last = json!({
             "type": "state",
             "generation": generation,
+            "draft": purpose == PreparedAs::Draft,
             "options": settings.to_json(),
             "command": settings.command(),
             "size": job.frame.size(),
             "resolution": job.frame.resolution,
             "samples": job.samples.len(),
-            "plan": plan::json(&job.plan, Work::of(job, machine::cores())),
+            "plan": plan,
             "warnings": warnings,
             "lens": lens,
             "film": job.camera.film,
@@ -81,7 +105,9 @@ impl Panel {
     }
 }
 
-fn lens_json(lens: &RealLens, f_number: Option<f64>) -> Value {
+/// Returns the facts of a lens on a film of this half diagonal (mm).
+fn lens_json(lens: &RealLens, half_diagonal: f64, widest: Option<f64>) -> Value {
+    let f_number = f_number(lens, half_diagonal);
     let t_number =
         f_number.zip(AxialLight::of(lens)).map(|(f_number, light)| light.t_number(f_number));
     let prescription = &lens.prescription;
@@ -89,9 +115,21 @@ fn lens_json(lens: &RealLens, f_number: Option<f64>) -> Value {
         "name": prescription.name,
         "focal_length": lens.paraxial.focal_length,
         "f_number": f_number,
+        "widest_f_number": widest,
         "t_number": t_number,
         "zoom": prescription.zoom_range(),
+        "tilt": lens.film_pose.tilt,
+        "shift": lens.film_pose.film_shift(),
     })
+}
+
+/// Returns the f-number by the marginal ray, as `--fstop` counts it: focused at infinity, also if the
+/// lens is focused nearer by groups that move.
+fn f_number(lens: &RealLens, half_diagonal: f64) -> Option<f64> {
+    let near = &lens.prescription;
+    let distant = near.focus_by_groups(f64::INFINITY, FocusModel::default(), 2.0 * half_diagonal);
+    let distant = distant.and_then(Result::ok).map(|(lens, _)| lens);
+    RealRayFocus::new(distant.as_ref().unwrap_or(near)).f_number()
 }
 
 /// Diameter of the circle of confusion that counts as sharp: the diagonal of the film over this.

@@ -10,7 +10,7 @@ use petzval::job::Job;
 use petzval::prepare::{Changes, PrepareError, prepare};
 use petzval::scene::pbrt::Description;
 
-/// A picture that is ready to render.
+/// A picture or a draft that is ready to render.
 pub(super) struct Prepared {
     pub job: Box<Job>,
     pub notes: Notes,

@@ -40,7 +40,7 @@ pub(super) struct Shared {
     /// The message of the background work, empty before the first one, and the number of such messages
     /// so far.
     pub work_message: (u64, Utf8Bytes),
-    /// The camera of the last picture.
+    /// The camera of the last picture or draft.
     bench: Option<Arc<LensBench>>,
     /// The distance in focus of a generation (m).
     focus: Option<(u64, f64)>,
@@ -163,12 +163,12 @@ impl ViewState {
         (shared.settings.clone(), focus.map(|(_, focus)| focus))
     }
 
-    /// Sets the camera of the last picture.
+    /// Sets the camera of the last picture or draft.
     pub fn set_bench(&self, bench: LensBench) {
         self.lock().bench = Some(Arc::new(bench));
     }
 
-    /// Returns the camera of the last picture.
+    /// Returns the camera of the last picture or draft.
     pub fn bench(&self) -> Option<Arc<LensBench>> {
         self.lock().bench.clone()
     }
