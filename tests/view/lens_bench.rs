@@ -105,6 +105,17 @@ fn the_f_number_is_that_of_the_marginal_ray_as_fstop_counts_it() {
 }
 
 #[test]
+fn sections_of_the_drawer_are_too_small_for_words() {
+    let view = View::small();
+    let lenses = json_of(&view, "lenses.json");
+    for lens in lenses.as_array().expect("lenses") {
+        let path = lens["section"].as_str().expect("a path");
+        let section = view.get(&format!("/{}{path}", view.token), "");
+        assert!(section.contains("class=\"field\"") && !section.contains("<text"), "{section}");
+    }
+}
+
+#[test]
 fn the_image_of_a_place_is_blurred_by_defocus() {
     let view = View::start("dgauss.pbrt", &["--resolution", "48x32", "--spp=1", "--fstop=4"]);
     let mut client = view.client();

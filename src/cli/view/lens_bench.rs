@@ -166,7 +166,7 @@ fn words(Blocked { row, reason }: Blocked) -> String {
 fn colour(end: Option<Blocked>) -> &'static str {
     match end.map(|blocked| blocked.reason) {
         None => PASSING,
-        Some(BlockReason::Stop) => "#5b5b59",
+        Some(BlockReason::Stop) => "#7f7f7f",
         Some(BlockReason::Clip) => "#d55e00",
         Some(BlockReason::Miss) => "#e69f00",
         Some(BlockReason::Tir) => "#cc79a7",

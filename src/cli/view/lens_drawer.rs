@@ -10,7 +10,7 @@ use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
 use serde_json::{Value, json};
 
 use crate::cli::Failure;
-use crate::cli::report::lens_drawing::draw;
+use crate::cli::report::lens_drawing::draw_small;
 
 /// Extensions of lens files. Files of other kinds in the folder are left out.
 const EXTENSIONS: [&str; 7] = ["dat", "toml", "zmx", "seq", "len", "json", "fx"];
@@ -93,7 +93,7 @@ impl LensDrawer {
                 "f_number": focus.f_number(),
                 "zoom": lens.zoom_range(),
             });
-            Some(LensCard { facts, section: draw(&lens, film, self.film_radius) })
+            Some(LensCard { facts, section: draw_small(&lens, film, self.film_radius) })
         });
         card.as_ref()
     }

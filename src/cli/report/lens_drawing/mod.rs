@@ -61,6 +61,17 @@ pub fn draw(lens: &Prescription, film_distance: Option<f64>, film_radius: f64) -
     sheet.finish(figure.size(), &lens.name)
 }
 
+/// Draws what [`draw`] draws, without words, legend and scale: for drawings so small that nobody could
+/// read them.
+pub fn draw_small(lens: &Prescription, film_distance: Option<f64>, film_radius: f64) -> String {
+    let distance = film_distance.filter(|d| d.is_finite() && *d > 0.0);
+    let section = Section::of(lens, distance, film_radius);
+    let figure = Figure::plain(section.bounds());
+    let mut sheet = Sheet::default();
+    section.draw(&figure, &mut sheet);
+    sheet.finish(figure.size(), &lens.name)
+}
+
 /// Points of a line.
 type Line = Vec<Position>;
 

@@ -33,30 +33,42 @@ export class Accuracy {
       else link.send({ type: "accuracy", budget: Number(by("budget").value) });
     });
     by("accuracy").addEventListener("toggle", () => this.draw());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.last && this.list(this.last));
   }
 
   show(message) {
-    const { status, activity, seconds, budget, models, verdicts, recommendation, partial, problem } = message;
+    const { status, activity, seconds, budget, models, recommendation, partial, problem } = message;
     this.running = status === "running";
     by("measure").textContent = this.running ? "Cancel" : "Measure";
     by("measured").textContent = {
       running: `${Math.min(Math.round(seconds), budget)} of ${budget} s: ${activity}`,
-      finished: recommendation ?? "Measured.",
+      finished: recommendation ?? partial ?? "Measured.",
       cancelled: partial ?? "Cancelled.",
       failed: problem,
     }[status];
     if (!models) return;
+    document.documentElement.dataset.points = String(message.points.length);
+    this.list(message);
+  }
+
+  /** Lists the models, in the colours of the plot, and draws it. A model that has no point there is named so. */
+  list(message) {
     this.last = message;
-    const words = new Map((verdicts ?? []).map(({ model, sentence }) => [model, sentence]));
+    const { models, points, verdicts, status } = message;
+    const words = new Map((verdicts ?? []).map(({ model, sentence }) => [model, `: ${sentence}`]));
     by("models").replaceChildren(...models.map((name, i) => {
       const [item, swatch, title] = ["li", "i", "b"].map((tag) => document.createElement(tag));
-      swatch.style.borderColor = this.colour(i);
-      if (!this.repeats(i)) swatch.style.background = this.colour(i);
+      const measured = points.some(({ model }) => model === i);
+      item.classList.toggle("unmeasured", !measured);
+      if (measured) {
+        swatch.style.borderColor = this.colour(i);
+        if (!this.repeats(i)) swatch.style.background = this.colour(i);
+      }
       title.textContent = name;
-      item.append(swatch, title, words.has(i) ? `: ${words.get(i)}` : "");
+      const missing = status === "running" ? ": not measured yet" : ": not measured";
+      item.append(swatch, title, measured ? words.get(i) ?? "" : missing);
       return item;
     }));
-    document.documentElement.dataset.points = String(message.points.length);
     this.draw();
   }
 

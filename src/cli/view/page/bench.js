@@ -1,17 +1,15 @@
 // Lens bench: the rays and the image of the place under the cursor.
 
+import { showDrawing } from "./drawing.js";
+
 const by = (id) => document.getElementById(id);
 
 // Time that the cursor rests before the image is computed, which takes longer than the rays (ms).
 const REST = 200;
 
-/** Shows an SVG text in an image. */
-function showDrawing(image, svg, words) {
-  const old = image.src;
-  image.src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
-  image.alt = words;
-  if (old.startsWith("blob:")) URL.revokeObjectURL(old);
-}
+/** A dot in the colour of rays in the section. */
+const dot = (colour) =>
+  `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><circle cx="5" cy="5" r="5" fill="${colour}"/></svg>`;
 
 const RIM = "the rim of surface ";
 
@@ -43,10 +41,16 @@ export class Bench {
     this.renew();
   }
 
-  /** Shows the place again, after the lens has changed; `lens` says whether there is one. */
-  show(lens) {
-    this.lens = lens;
+  /** Shows the place again, after the lens has changed. The draft and the picture of a generation have the same. */
+  show({ lens, generation }) {
+    if (generation === this.generation && Boolean(lens) === this.lens) return;
+    Object.assign(this, { lens: Boolean(lens), generation });
     this.renew();
+  }
+
+  /** Takes the next lens for another one. */
+  forget() {
+    this.generation = null;
   }
 
   renew() {
@@ -82,8 +86,8 @@ export class Bench {
     by("rays-words").textContent = `${height.toFixed(1)} mm from the axis. ${words}`;
     showDrawing(by("lens-section"), section, `Section of the lens with rays. ${words}`);
     by("rays-fates").replaceChildren(...inGroups(fates).map(({ words: fate, colour, share }) => {
-      const [item, swatch] = ["li", "i"].map((tag) => document.createElement(tag));
-      swatch.style.background = colour;
+      const [item, swatch] = ["li", "span"].map((tag) => document.createElement(tag));
+      showDrawing(swatch, dot(colour), "");
       const percent = share < 0.1 ? (100 * share).toFixed(1) : Math.round(100 * share);
       item.append(swatch, `${percent} % ${fate === "pass" ? "pass" : `end at ${fate}`}`);
       return item;

@@ -1,10 +1,18 @@
 // Scales of a camera, and how their values are written.
 
 // f-numbers in thirds of a stop, as engraved.
-export const STOPS = [
+const STOPS = [
   1, 1.1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 2.8, 3.2, 3.5, 4, 4.5, 5, 5.6, 6.3, 7.1, 8, 9, 10, 11,
   13, 14, 16, 18, 20, 22, 25, 29, 32,
 ];
+
+// Engraved f-numbers so close to the widest are left out.
+const NEXT = 1.03;
+
+/** The f-numbers of an aperture ring, from the widest of the lens on. */
+export function stopsFrom(widest) {
+  return widest ? [widest, ...STOPS.filter((stop) => stop > widest * NEXT)] : STOPS;
+}
 
 // Exposure times (s) in whole stops, from the shortest.
 export const TIMES = [
@@ -48,9 +56,33 @@ export function metres(value) {
   return `${value.toFixed(value < 1 ? 3 : value < 10 ? 2 : 1)} m`;
 }
 
+/** A time, as a fraction where it is one. */
 export function seconds(value) {
   if (!value) return "";
-  return value < 0.3 ? `1/${Math.round(1 / value)} s` : `${+value.toFixed(1)} s`;
+  const part = Math.round(1 / value);
+  if (part > 2 && Math.abs(part * value - 1) < 0.005) return `1/${part} s`;
+  return `${+value.toPrecision(3)} s`;
+}
+
+export function fNumber(value) {
+  return value ? `f/${value < 10 ? value.toFixed(1) : +value.toFixed(1)}` : "";
+}
+
+export function tNumber(value) {
+  return value ? `T${value.toFixed(1)}` : "";
+}
+
+/** A stop with the light that the lens passes. */
+export function aperture(fStop, tStop) {
+  return [fNumber(fStop), tNumber(tStop)].filter(Boolean).join("  ");
+}
+
+export function speed(iso) {
+  return iso ? `ISO ${Math.round(iso)}` : "";
+}
+
+export function millimetres(value) {
+  return value ? `${value.toFixed(1)} mm` : "";
 }
 
 export function stops(value) {

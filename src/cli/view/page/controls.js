@@ -1,76 +1,121 @@
 // Controls: rings, switches and lists, bound to the settings of the camera.
 
-import { FILMS, FOCUS_STEPS, SPEEDS, STOPS, TIMES, focusAt, focusStep, metres, nearest, seconds, stops } from "./camera.js";
+import {
+  FILMS, FOCUS_STEPS, SPEEDS, TIMES, aperture, focusAt, focusStep, metres, millimetres, nearest, seconds, speed, stops,
+  stopsFrom,
+} from "./camera.js";
+import { showWhenSeen } from "./drawing.js";
 
 export const by = (id) => document.getElementById(id);
 
 /** Binds a range to a scale: `write` formats a step, `send` is called with it. */
 function ring(id, steps, write, send) {
   const input = by(id);
-  if (steps) [input.min, input.max] = [0, steps - 1];
-  const say = () => {
-    const words = write(Number(input.value));
+  const turn = (count) => { [input.min, input.max] = [0, count - 1]; };
+  if (steps) turn(steps);
+  const say = (words) => {
     by(`${id}-value`).textContent = words;
     input.setAttribute("aria-valuetext", words);
   };
   input.addEventListener("input", () => {
-    say();
+    say(write(Number(input.value)));
     send(Number(input.value));
   });
-  say();
   return {
     input,
-    say,
-    // A ring in the hand does not jump.
-    show(step) {
-      if (document.activeElement !== input || !input.matches(":active")) input.value = step;
-      say();
+    turn,
+    /** Turns to the nearest step, and says the value itself. A ring in the hand does not jump. */
+    show(step, words) {
+      if (document.activeElement === input && input.matches(":active")) return;
+      input.value = step;
+      say(words);
     },
   };
 }
 
+/** Steps of the zoom ring: about one a millimetre, with both ends. */
+const zoomSteps = ([low, high]) => Math.max(1, Math.ceil(high - low));
+
 export class Controls {
   constructor(link, screen) {
-    Object.assign(this, { link, screen, lenses: [], state: null });
+    Object.assign(this, { link, screen, lenses: [], state: null, scale: stopsFrom(null), zoom: [0, 1], own: {} });
     const set = (options) => link.set(options);
     this.rings = {
-      stop: ring("stop", STOPS.length, (i) => `f/${STOPS[i]}${this.tNumber(STOPS[i])}`, (i) => set({ fstop: String(STOPS[i]) })),
-      time: ring("time", TIMES.length, (i) => `${TIMES[i][1]} s`, (i) => set({ shutter: `time=${TIMES[i][1]}` })),
-      iso: ring("iso", SPEEDS.length, (i) => (SPEEDS[i] ? `${SPEEDS[i]}` : "no noise"), (i) => set({ sensor: SPEEDS[i] ? `iso=${SPEEDS[i]}` : null })),
+      stop: ring("stop", 0, (i) => this.aperture(this.scale[i]), (i) => set({ fstop: this.option(i) })),
+      time: ring("time", TIMES.length, (i) => seconds(TIMES[i][0]), (i) => set({ shutter: `time=${TIMES[i][1]}` })),
+      iso: ring("iso", SPEEDS.length, (i) => speed(SPEEDS[i]) || "no noise", (i) => set({ sensor: SPEEDS[i] ? `iso=${SPEEDS[i]}` : null })),
       exposure: ring("exposure", 0, (i) => stops(i / 3), (i) => screen.setExposure(i / 3)),
       focus: ring("focus", FOCUS_STEPS + 1, (i) => metres(focusAt(i)), (i) => {
         const distance = focusAt(i);
         set({ focus: Number.isFinite(distance) ? distance.toPrecision(5) : "inf" });
       }),
-      zoom: ring("zoom", 0, (i) => `${i} mm`, (i) => set({ zoom: String(i) })),
+      zoom: ring("zoom", 0, (i) => millimetres(this.zoomAt(i)), (i) => set({ zoom: String(this.zoomAt(i)) })),
     };
-    this.pair("tilt-x", "tilt-y", "film-tilt", (i) => i / 2, "\u00b0");
-    this.pair("shift-x", "shift-y", "film-shift", (i) => i / 2, " mm");
+    this.rings.exposure.show(0, stops(0));
+    this.pair(["tilt-x", "tilt-y"], "film-tilt", "tilt", "\u00b0");
+    this.pair(["shift-x", "shift-y"], "film-shift", "shift", " mm");
     by("film").addEventListener("change", () => set({ "film-diagonal": by("film").value || null }));
     this.bindDrawer();
-    this.load();
   }
 
-  /** Binds two ranges to an option of two numbers. */
-  pair(first, second, option, value, unit) {
-    const inputs = [first, second].map(by);
-    const send = () => {
-      const numbers = inputs.map((input) => value(Number(input.value)));
-      this.link.set({ [option]: numbers.some(Boolean) ? numbers.join(",") : null });
-    };
-    this.rings[first] = ring(first, 0, (i) => `${value(i)}${unit}`, send);
-    this.rings[second] = ring(second, 0, (i) => `${value(i)}${unit}`, send);
+  /** Lets the controls work, or stops them all while there is no camera. */
+  enable(yes) {
+    by("controls").disabled = by("wipe").disabled = !yes;
+    if (!yes) by("drawer").close();
+    else if (!this.lenses.length) this.load();
   }
 
-  tNumber(fNumber) {
+  /** Binds two ranges of half units to an option of two numbers, which `of` names in the state of the lens. */
+  pair(ids, option, of, unit) {
+    const write = (value) => `${+value.toFixed(2)}${unit}`;
+    ids.forEach((id, i) => {
+      this.rings[id] = ring(id, 0, (step) => write(step / 2), (step) => {
+        // The other one of the two stays, also between the steps of its ring.
+        this.values[of][i] = step / 2;
+        const numbers = this.values[of].join(",");
+        this.link.set({ [option]: numbers === this.own[of] ? null : numbers });
+      });
+    });
+    this.pairs = [...(this.pairs ?? []), { ids, option, of, write }];
+    this.values = { ...this.values, [of]: [0, 0] };
+  }
+
+  showPairs({ lens, options }) {
+    for (const { ids, option, of, write } of this.pairs) {
+      const numbers = options[option]?.split(",").map(Number);
+      const given = numbers?.every(Number.isFinite) ? numbers : null;
+      const values = given ?? lens?.[of] ?? [0, 0];
+      if (!numbers) this.own[of] = values.join(",");
+      this.values[of] = [...values];
+      ids.forEach((id, i) => this.rings[id].show(2 * values[i], write(values[i])));
+    }
+  }
+
+  /** The words of a stop, with the T-number that the lens has there. */
+  aperture(stop) {
     const lens = this.state?.lens;
-    if (!lens?.t_number) return "";
-    return `  T${((fNumber * lens.t_number) / lens.f_number).toFixed(1)}`;
+    return aperture(stop, lens?.t_number && (stop * lens.t_number) / lens.f_number);
+  }
+
+  /** The option of a step of the aperture ring. The first is the widest stop, which is not rounded up. */
+  option(step) {
+    return String(Math.floor(this.scale[step] * 1e4) / 1e4);
+  }
+
+  /** The focal length of a step of the zoom ring (mm). */
+  zoomAt(step) {
+    const [low, high] = this.zoom;
+    const steps = zoomSteps(this.zoom);
+    return step < steps ? low + ((high - low) * step) / steps : high;
   }
 
   async load() {
-    this.lenses = await (await fetch("lenses.json")).json();
-    if (this.state) this.showLens();
+    try {
+      this.lenses = await (await fetch("lenses.json")).json();
+      if (by("drawer").open) this.fillDrawer();
+    } catch {
+      // The link says that the camera is gone.
+    }
   }
 
   bindDrawer() {
@@ -93,14 +138,15 @@ export class Controls {
 
   fillDrawer() {
     const card = (lens) => {
-      const [item, button, image, name, facts] = ["li", "button", "img", "b", "span"].map((tag) => document.createElement(tag));
-      [image.src, image.alt] = [lens.section, ""];
+      const [item, button, section, name, facts] = ["li", "button", "span", "b", "span"].map((tag) => document.createElement(tag));
+      section.className = "plate";
+      showWhenSeen(section, lens.section);
       name.textContent = lens.name;
-      const opening = lens.f_number ? `, f/${lens.f_number.toFixed(1)}` : "";
-      facts.textContent = `${lens.focal_length.toFixed(1)} mm${opening} \u00b7 ${lens.file}`;
+      const words = [millimetres(lens.focal_length), aperture(lens.f_number)].filter(Boolean).join(", ");
+      facts.textContent = `${words} \u00b7 ${lens.file}`;
       button.type = "button";
       button.setAttribute("aria-pressed", String(lens === this.lens));
-      button.append(image, name, facts);
+      button.append(section, name, facts);
       button.addEventListener("click", () => {
         // The stop and the zoom of the old lens may not exist on the new one.
         this.link.set({ lens: lens.scene ? null : lens.path, fstop: null, zoom: null });
@@ -113,13 +159,13 @@ export class Controls {
   }
 
   showLens() {
-    const { lens } = this;
-    const name = this.state?.lens?.name;
-    by("lens-name").textContent = name ?? "No lens of glass";
-    by("open-drawer").disabled = !name;
-    const input = this.rings.stop.input;
-    input.min = lens?.f_number ? STOPS.findIndex((stop) => stop >= lens.f_number * 0.999) : 0;
-    if (this.state?.lens?.f_number) this.rings.stop.show(nearest(STOPS, this.state.lens.f_number));
+    const lens = this.state?.lens;
+    by("lens-name").textContent = lens?.name ?? "No lens of glass";
+    by("open-drawer").disabled = !lens;
+    this.scale = stopsFrom(lens?.widest_f_number);
+    this.rings.stop.turn(this.scale.length);
+    if (lens?.f_number) this.rings.stop.show(nearest(this.scale, lens.f_number), aperture(lens.f_number, lens.t_number));
+    else this.rings.stop.show(0, "");
   }
 
   /** Shows a state of the camera. */
@@ -127,20 +173,20 @@ export class Controls {
     this.state = state;
     const { lens, rings } = { lens: state.lens, rings: this.rings };
     for (const id of ["stop", "focus", "tilt-x", "tilt-y", "shift-x", "shift-y"]) rings[id].input.disabled = !lens;
-    if (state.exposure_time) rings.time.show(nearest(TIMES.map(([s]) => s), state.exposure_time));
-    rings.iso.show(state.sensor ? nearest(SPEEDS.slice(1), state.iso) + 1 : 0);
-    rings.focus.show(focusStep(state.focus ?? Infinity));
+    rings.time.show(nearest(TIMES.map(([s]) => s), state.exposure_time || 1), seconds(state.exposure_time));
+    if (state.sensor) rings.iso.show(nearest(SPEEDS.slice(1), state.iso) + 1, speed(state.iso));
+    else rings.iso.show(0, [speed(state.iso), "no noise"].filter(Boolean).join(", "));
+    rings.focus.show(focusStep(state.focus ?? Infinity), lens ? metres(state.focus ?? Infinity) : "");
     const zoom = lens?.zoom ?? [];
     by("zoom-row").hidden = zoom.length < 2;
     if (zoom.length > 1) {
-      const ends = [Math.min(...zoom), Math.max(...zoom)];
-      [rings.zoom.input.min, rings.zoom.input.max] = [Math.ceil(ends[0]), Math.floor(ends[1])];
-      rings.zoom.show(Math.round(lens.focal_length));
+      this.zoom = [Math.min(...zoom), Math.max(...zoom)];
+      const [low, high] = this.zoom;
+      const steps = zoomSteps(this.zoom);
+      rings.zoom.turn(steps + 1);
+      rings.zoom.show(Math.round((steps * (lens.focal_length - low)) / (high - low)), millimetres(lens.focal_length));
     }
-    const numbers = (option) => (state.options[option] ?? "0,0").split(",").map(Number);
-    const [tilt, shift] = [numbers("film-tilt"), numbers("film-shift")];
-    [rings["tilt-x"], rings["tilt-y"]].forEach((one, i) => one.show(2 * tilt[i]));
-    [rings["shift-x"], rings["shift-y"]].forEach((one, i) => one.show(2 * shift[i]));
+    this.showPairs(state);
     this.showFilm(state);
     this.showLens();
     this.showReadout(state);
@@ -178,11 +224,10 @@ export class Controls {
   }
 
   showReadout({ lens, exposure_time: time, exposure_value: ev, iso, focus }) {
-    by("r-lens").textContent = lens?.focal_length ? `${lens.focal_length.toFixed(1)} mm` : "no lens";
-    const t = lens?.t_number ? `  T${lens.t_number.toFixed(1)}` : "";
-    by("r-stop").textContent = lens?.f_number ? `f/${lens.f_number.toFixed(1)}${t}` : "";
+    by("r-lens").textContent = lens ? millimetres(lens.focal_length) : "no lens";
+    by("r-stop").textContent = aperture(lens?.f_number, lens?.t_number);
     by("r-time").textContent = seconds(time);
-    by("r-iso").textContent = iso ? `ISO ${Math.round(iso)}` : "";
+    by("r-iso").textContent = speed(iso);
     by("r-ev").textContent = ev === null || ev === undefined ? "" : `EV ${ev.toFixed(1)}`;
     by("r-focus").textContent = lens ? `focus ${metres(focus ?? Infinity)}` : "";
   }

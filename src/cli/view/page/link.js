@@ -34,6 +34,8 @@ export class Link {
   /** `on` has the methods frame, blur, state, saved, render, accuracy, refused and connected. */
   constructor(on) {
     this.on = on;
+    // Whether the camera has told its state since the connection was made.
+    this.live = false;
     this.pending = null;
     this.inFlight = false;
     this.awaited = 0;
@@ -48,8 +50,6 @@ export class Link {
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
       this.delay = 250;
-      this.inFlight = false;
-      this.on.connected(true);
       this.next();
     };
     this.socket.onmessage = ({ data }) => {
@@ -58,6 +58,10 @@ export class Link {
       else this.hear(JSON.parse(data));
     };
     this.socket.onclose = () => {
+      this.live = false;
+      // Wishes that the camera has not heard do not surprise it later.
+      this.pending = null;
+      this.arrived();
       this.on.connected(false);
       setTimeout(() => this.connect(), this.delay);
       this.delay = Math.min(2 * this.delay, 5000);
@@ -82,6 +86,10 @@ export class Link {
   hear(message) {
     if (message.type === "set") this.awaited = message.generation;
     if (message.type === "state") {
+      if (!this.live) {
+        this.live = true;
+        this.on.connected(true);
+      }
       this.on.state(message);
       if (message.error) this.arrived();
     }
@@ -96,6 +104,7 @@ export class Link {
 
   /** Sets options, and merges those that come faster than frames. */
   set(options) {
+    if (!this.live) return;
     this.pending = { ...this.pending, ...options };
     if (!this.inFlight) this.flush();
   }

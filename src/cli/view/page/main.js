@@ -31,7 +31,12 @@ function measure() {
 
 const link = new Link({
   connected(yes) {
-    complain(yes ? null : "No connection to the camera. Is petzval view still running?");
+    complain(yes ? null : "No connection to the camera. Is petzval view still running? The controls come back with it.");
+    document.documentElement.dataset.connection = yes ? "live" : "lost";
+    controls.enable(yes);
+    canvas.tabIndex = yes ? 0 : -1;
+    canvas.setAttribute("aria-disabled", String(!yes));
+    if (!yes) bench.forget();
   },
   frame(frame) {
     screen.show(frame);
@@ -52,7 +57,7 @@ const link = new Link({
     if (received.size) {
       screen.size = received.size;
       controls.show(received);
-      bench.show(Boolean(received.lens));
+      bench.show(received);
     }
     complain(received.error);
   },
@@ -71,6 +76,7 @@ let drag = null;
 let moving = 0;
 
 function move(next) {
+  if (!link.live) return;
   view = next;
   link.set({ "look-at": text(view) });
   clearTimeout(moving);
@@ -114,6 +120,7 @@ canvas.addEventListener("pointerleave", () => {
 });
 
 function focusAt({ x, y }) {
+  if (!link.live) return;
   const pixel = [x, y].map((share, i) => {
     const whole = state.resolution[i];
     return Math.max(0, Math.min(whole - 1, Math.floor(share * state.size[i])));
@@ -158,6 +165,8 @@ by("home").addEventListener("click", () => {
 
 // Assistance.
 for (const [id, option] of [["grid", "grid"], ["clip", "clip"], ["peak", "peak"], ["false", "false"], ["use-loupe", "loupe"]]) {
+  // A browser may keep the boxes of the last visit.
+  screen.options[option] = by(id).checked;
   by(id).addEventListener("change", (event) => {
     screen.options[option] = event.target.checked;
     screen.redraw();
@@ -172,7 +181,7 @@ function setWipe(on) {
   for (const id of ["wipe", "wipe-a", "wipe-b"]) by(id).hidden = !on;
   if (!on) return;
   const { left, top, width, height } = screen.box;
-  Object.assign(by("wipe").style, { left: `${left}px`, top: `${top + height - 28}px`, width: `${width}px` });
+  Object.assign(by("wipe").style, { left: `${left}px`, top: `${top + height - by("wipe").offsetHeight - 8}px`, width: `${width}px` });
   Object.assign(by("wipe-a").style, { left: `${left + 8}px`, top: `${top + 8}px` });
   Object.assign(by("wipe-b").style, { left: `${left + width - 36}px`, top: `${top + 8}px` });
 }
@@ -194,4 +203,4 @@ new ResizeObserver(() => {
 }).observe(by("stage"));
 
 // For tests and for the curious.
-window.petzval = { link, get frame() { return screen.frame; }, get state() { return state; } };
+window.petzval = { link, screen, accuracy, get frame() { return screen.frame; }, get state() { return state; } };

@@ -2,6 +2,13 @@
 
 import { by } from "./controls.js";
 
+/** Saves a file of the browser or of the camera. */
+function download(address, name) {
+  const anchor = document.createElement("a");
+  [anchor.href, anchor.download] = [address, name];
+  anchor.click();
+}
+
 const say = (words) => { by("said").textContent = words; };
 
 export class Save {
@@ -9,13 +16,12 @@ export class Save {
     this.link = link;
     by("copy").addEventListener("click", () => this.copy());
     by("save-png").addEventListener("click", async () => {
-      const anchor = document.createElement("a");
-      anchor.href = URL.createObjectURL(await screen.png());
-      anchor.download = "picture.png";
-      anchor.click();
-      setTimeout(() => URL.revokeObjectURL(anchor.href), 10000);
+      const address = URL.createObjectURL(await screen.png());
+      download(address, "picture.png");
+      setTimeout(() => URL.revokeObjectURL(address), 10000);
       say("Saved as picture.png, as it is shown here.");
     });
+    by("save-exr").addEventListener("click", () => download("picture.exr", "picture.exr"));
     by("save-scene").addEventListener("click", () => {
       say("");
       link.send({ type: "save", name: by("scene-name").value });

@@ -28,7 +28,7 @@ export class Screen {
   constructor(picture, overlay, loupe) {
     Object.assign(this, { picture, overlay, loupe });
     this.exposure = 0;
-    this.options = { clip: true, false: false, peak: false, grid: false, loupe: false };
+    this.options = { clip: false, false: false, peak: false, grid: false, loupe: false };
     this.frame = null;
     this.blur = null;
     this.kept = null;

@@ -5,7 +5,7 @@ const STYLE: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 /// Path, kind and content.
-const ASSETS: [(&str, &str, &str); 13] = [
+const ASSETS: [(&str, &str, &str); 14] = [
     ("", HTML, include_str!("../page/index.html")),
     ("icon.svg", "image/svg+xml", include_str!("../page/icon.svg")),
     ("style.css", STYLE, include_str!("../page/style.css")),
@@ -14,6 +14,7 @@ const ASSETS: [(&str, &str, &str); 13] = [
     ("bench.js", SCRIPT, include_str!("../page/bench.js")),
     ("camera.js", SCRIPT, include_str!("../page/camera.js")),
     ("controls.js", SCRIPT, include_str!("../page/controls.js")),
+    ("drawing.js", SCRIPT, include_str!("../page/drawing.js")),
     ("histogram.js", SCRIPT, include_str!("../page/histogram.js")),
     ("link.js", SCRIPT, include_str!("../page/link.js")),
     ("orbit.js", SCRIPT, include_str!("../page/orbit.js")),
