@@ -117,7 +117,8 @@ impl<'a> RayComparison<'a> {
         other: impl Fn(LensRay<f64>) -> LensRay<f64>,
     ) -> Vec<Option<SceneLine>> {
         let Self { samples, columns: LensColumns { batch, exact, .. }, fresh, stats, .. } = self;
-        let index = self.lens.prescription.rear().index;
+        let band = samples.band.min(lens.bands.len() - 1);
+        let index = lens.bands[band].film_index;
         let start = |i| other(launched(fresh, index, i));
         batch.clone_from(fresh);
         for i in 0..batch.len {
@@ -125,7 +126,6 @@ impl<'a> RayComparison<'a> {
             [batch.x[i], batch.y[i], batch.z[i]] = ray.p.map(|v| v as f32);
             [batch.tx[i], batch.ty[i], batch.tz[i]] = ray.t.map(|v| v as f32);
         }
-        let band = samples.band.min(lens.bands.len() - 1);
         lens.trace_batch::<f32x8>(band, batch, exact, lens.fresnel, stats, start);
         (0..WAVE_SIZE).map(|i| SceneLine::of_ray(batch, i)).collect()
     }
@@ -160,6 +160,7 @@ impl<'a> RayComparison<'a> {
     fn thin(&self, lens: ThinLens, i: usize) -> Option<SceneLine> {
         let from_camera = self.from_world * self.camera.world_from_camera;
         let centre = from_camera.transform_point3(DVec3::ZERO);
+        // The lens of the pupil point is that of the primary wavelength.
         let ray = launched(&self.fresh, self.lens.prescription.rear().index, i);
         let [x, y] = if lens.radius > 0.0 { self.pupil.trace(ray, centre.z)? } else { [0.0; 2] };
         let seen = [0, 1].map(|axis| {
@@ -215,4 +216,46 @@ fn moved(
     let way = DVec3::new(way[0], way[1], to - p[2]);
     let t = way * (DVec3::from(t).length() / way.length());
     LensRay { p: [start[0], start[1], p[2]], t: t.to_array(), weight }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::PupilSampling;
+    use crate::spectrum::LightBand;
+
+    /// A film in flint: rays of every band start with the index of the flint at their wavelength, as
+    /// those of a picture do.
+    #[test]
+    fn compared_rays_of_a_film_in_glass_are_those_of_the_picture() {
+        let text = "[[surface]]\nstop = true\ndiameter = 12\nthickness = 5
+            [[surface]]\nradius = 60\nthickness = 6\ndiameter = 24\nglass = \"SF5\"
+            [[surface]]\nradius = -120\nthickness = 40\ndiameter = 24
+            [[surface]]\ndiameter = 24\nglass = \"SF5\"\n";
+        let lens = crate::lens::parse_toml("glass.toml".as_ref(), text).expect("a lens");
+        let mut lens = RealLens::new(lens, 60.0, 10.0, PupilSampling::Pupil, 1.0, 0.0);
+        let bands = [420.0, 680.0].map(|wavelength| LightBand { wavelength, response: [1.0; 3] });
+        lens.disperse(&bands);
+        let camera = Camera {
+            model: LensModel::Real(Box::new(lens.clone())),
+            film: [16.0, 12.0],
+            world_from_camera: DAffine3::IDENTITY,
+            imaging_ratio: 1.0,
+            depth: [0.0, f64::INFINITY],
+        };
+        let mut comparison = RayComparison::new(&camera, &camera, &lens);
+        for band in 0..bands.len() {
+            let mut sums = Sums::default();
+            comparison.compare_wave(band, &mut |_| f64::INFINITY, &mut sums);
+            let (mut columns, mut stats) = (LensColumns::default(), LensStats::default());
+            lens.trace_samples::<f32x8>(&comparison.samples, &mut columns, false, &mut stats);
+            let (picture, compared) = (&columns.batch, &comparison.out);
+            let living: Vec<usize> = (0..picture.len).filter(|&i| !picture.x[i].is_nan()).collect();
+            assert!(living.len() > 500, "{} rays", living.len());
+            for i in living {
+                let off = (picture.tx[i] - compared.tx[i]).abs();
+                assert!(off < 1e-5, "band {band}, ray {i}: {off}");
+            }
+        }
+    }
 }
