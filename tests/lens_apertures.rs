@@ -21,7 +21,7 @@ const SEQ: &str = include_str!("fuzz/corpus/lens/singlet.seq");
 const ZMX: &str = include_str!("fuzz/corpus/lens/singlet.zmx");
 
 fn shape(form: ApertureForm, half_widths: [f64; 2], centre: [f64; 2]) -> SurfaceAperture {
-    SurfaceAperture { form, half_widths, centre, obscures: false }
+    SurfaceAperture { form, half_widths, centre, rotation: 0.0, obscures: false }
 }
 
 fn rectangle(half_widths: [f64; 2], centre: [f64; 2]) -> SurfaceAperture {
@@ -296,8 +296,7 @@ fn zemax_apertures_are_read_and_written() {
     two.rows[1].apertures = vec![rectangle([1.0; 2], [0.0; 2]), ellipse([1.0; 2], [1.0, 0.0])];
     let notes = write_lens(Path::new("b.zmx"), &two).expect("a file").notes;
     assert!(notes.iter().any(|note| note.contains("more than one aperture")), "{notes:?}");
-    for (lines, expected) in [("SQAP 3 0 0", "half-width of 0"), ("SPID 3 4 0", "SPID of surface")]
-    {
+    for (lines, expected) in [("SQAP 3 0 0", "half-width of 0"), ("SPID 3 90 0", "1 to 64 arms")] {
         let folder = folder();
         let file = write(&folder, "a.zmx", ZMX.replace("  STOP", &format!("  STOP\n  {lines}")));
         let error = read(&file).expect_err(lines).to_string();
@@ -336,5 +335,69 @@ fn code_v_apertures_are_read() {
         let error = read(&file).expect_err(command).to_string();
         assert!(error.contains("surface 1") && error.contains("--approximate"), "{error}");
         assert!(read_with(&file, &ReadContext::default().approximating(true)).is_ok());
+    }
+}
+
+/// Share of the light of a stop of 20 mm that the arms of a spider block: a file of a stop and a lens.
+fn blocked_by_spider(line: &str) -> (f64, Prescription) {
+    let text = ZMX.replace("  STOP", &format!("  STOP\n  {line}"));
+    let with = parsed("spider.zmx", &text);
+    let mut without = with.clone();
+    for row in &mut without.rows {
+        row.apertures.clear();
+    }
+    let film = 60.0;
+    let light = |lens: &Prescription| {
+        let vignetting = Vignetting::new(lens, film, 1 << 16);
+        vignetting.budget([0.0; 2], petzval::lens::Normalization::Rear).expect("light").irradiance
+    };
+    (1.0 - light(&with) / light(&without), with)
+}
+
+#[test]
+fn the_arms_of_a_spider_take_their_area_from_the_light() {
+    for (line, arms, width) in
+        [("SPID 0.5 4", 4.0, 0.5), ("SPID 1 3 0", 3.0, 1.0), ("SPID 2 1", 1.0, 2.0)]
+    {
+        let (share, lens) = blocked_by_spider(line);
+        let radius = lens.rows[lens.stop()].diameter / 2.0;
+        // Arms from the vertex to the rim, without their overlap in the middle: a few widths squared.
+        let area = std::f64::consts::PI * radius * radius;
+        let (most, least) = (arms * width * radius / area, arms * width * (radius - width) / area);
+        assert!(share < most * 1.02 && share > least * 0.98, "{line}: {share}, {least} to {most}");
+        // The pupil is sampled as that of the open lens, so that no light beside an arm is missed.
+        let film = petzval::lens::RealRayFocus::new(&lens).film_distance(f64::INFINITY).unwrap();
+        let real = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0);
+        let left = real.unobstructed_share([0.0; 2]).expect("light");
+        assert!((1.0 - left - share).abs() < 0.015, "{line}: {left}, and {share} is blocked");
+        // Focus and f-number are those of the lens without arms, which lie along x and y.
+        let mut open = lens.clone();
+        open.rows.iter_mut().for_each(|row| row.apertures.clear());
+        let f_number = |lens: &Prescription| petzval::lens::RealRayFocus::new(lens).f_number();
+        assert!(f_number(&lens).is_some() && f_number(&lens) == f_number(&open), "{line}");
+    }
+}
+
+#[test]
+fn rotated_apertures_agree_with_their_definition_and_survive_toml() {
+    let arm = SurfaceAperture::arm(2.0, 10.0, 30.0);
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let at = |along: f64, across: f64| {
+        arm.transmits(along * cos - across * sin, along * sin + across * cos)
+    };
+    assert!(!at(1.0, 0.9) && !at(9.9, -0.9) && at(1.0, 1.1) && at(10.1, 0.0) && at(-0.1, 0.0));
+    let lens = stop_with(&[arm]);
+    let text = write_lens(Path::new("a.toml"), &lens).expect("a file").text;
+    assert!(text.contains("rotation = 30.0"), "{text}");
+    assert_eq!(parse_toml("a.toml".as_ref(), &text).expect("a lens").rows[0].apertures, [arm]);
+}
+
+#[test]
+fn a_user_defined_aperture_is_a_warning_that_says_what_it_costs() {
+    for keyword in ["UDAD", "USAP", "USOB"] {
+        let text = ZMX.replace("  STOP", &format!("  STOP\n  {keyword} 0 0 0"));
+        let notes = parsed("user.zmx", &text).design.notes;
+        let said = notes.iter().any(|note| note.contains(keyword) && note.contains("block passes"));
+        assert!(said, "{notes:?}");
     }
 }

@@ -6,6 +6,7 @@ mod support;
 mod bench;
 mod diameters;
 mod errors;
+mod rayoptics;
 mod tables;
 
 use petzval::io::ReadContext;
@@ -110,7 +111,7 @@ fn approximated(name: &str, text: &str) -> Result<Prescription, LensError> {
 fn one_lens_is_the_same_in_every_format() {
     let expected = parsed("a.dat", TABLE).expect("a table");
     let focal_length = Paraxial::new(&expected).focal_length;
-    let optiland = optiland();
+    let (optiland, rayoptics) = (optiland(), rayoptics::two_lenses());
     for (name, text) in [
         ("bench.txt", BENCH),
         ("a.fx", FX),
@@ -118,6 +119,7 @@ fn one_lens_is_the_same_in_every_format() {
         ("deeplens.json", DEEPLENS),
         ("geopter.json", GEOPTER),
         ("optiland.json", &optiland),
+        ("rayoptics.roa", &rayoptics),
         ("a.csv", CSV),
         ("diff_optics.txt", DIFF_OPTICS),
         // The name decides nothing.

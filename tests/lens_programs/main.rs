@@ -64,7 +64,6 @@ fn content_decides_and_units_scale_everything() {
 fn terms_that_are_not_simulated_are_named_and_noted_if_allowed() {
     let cases = [
         ("a.zmx", ZMX.replace("EVENASPH", "GRINSUR3"), ":15:8: surface 1 of the type GRINSUR3"),
-        ("a.zmx", ZMX.replace("  STOP", "  SPID 3 4 0"), ":14:3: the aperture SPID of surface 1"),
         ("a.seq", SEQ.replace("  STO\n", "  STO\n  YTO\n"), ":16:3: the command YTO"),
         ("a.len", OSLO.replace("AST", "AST\nCVX 0.1"), ":15:5: the command CVX"),
     ];
@@ -446,4 +445,50 @@ fn names_reach_the_terminal_without_escape_sequences_and_hidden_characters() {
         assert!(!stdout.contains(hidden) && !stderr.contains(hidden), "{stdout:?} {stderr:?}");
         assert_eq!(stdout.contains("a\\u001B[31mred\\u202Edlog"), code == 0, "{stdout}");
     }
+}
+
+/// An object inside a medium is read as standing in air at a window: the image is where first-order
+/// optics of the file's own medium puts it.
+#[test]
+fn an_object_inside_a_medium_touches_a_window() {
+    let (n, distance, fields) = (1.333, 200.0, "object stands in a medium of index 1.3330");
+    let water = format!("GLAS ___BLANK 1 0 {n} 0 0");
+    let near = ZMX.replacen("DISZ INFINITY", &format!("DISZ {distance}\n  {water}"), 1);
+    let lens = parsed("water.zmx", &near).expect("an object in water");
+    assert!(lens.design.notes.iter().any(|note| note.contains(fields)), "{:?}", lens.design.notes);
+    // n' / s' = n / s + power, at both surfaces of the lens of radii 50 and -50 mm.
+    let first = (-n / distance + (1.5 - n) / 50.0) / 1.5;
+    let second = 1.5 / (1.0 / first - 5.0) + (1.0 - 1.5) / -50.0;
+    let expected = 1.0 / second;
+    let found = Paraxial::new(&lens).image_distance(lens.design.object_distance.expect("near"));
+    assert!((found / expected - 1.0).abs() < 1e-5, "{found}, not {expected}");
+    let in_air = parsed("air.zmx", near.replace(&water, "")).expect("an object in air");
+    let in_air = Paraxial::new(&in_air).image_distance(distance);
+    assert!((found - in_air).abs() > 1.0, "water moves the image: {found} and {in_air}");
+
+    // A real ray from the object point on the axis obeys the law of refraction at the first surface.
+    let start = lens.design.object_distance.expect("near");
+    let surfaces = sequence::<f64>(&lens, Side::Scene(start));
+    let slope = 1e-4;
+    let air = n * slope;
+    let ray = LensRay::new([0.0; 3], [air, 0.0, (1.0f64 - air * air).sqrt()]);
+    let ray = trace_one::<f64>(ray, &surfaces).expect("passes");
+    let crossing = ray.p[2] - ray.p[0] * ray.t[2] / ray.t[0];
+    assert!((crossing / expected - 1.0).abs() < 1e-4, "{crossing}, not {expected}");
+}
+
+#[test]
+fn field_angles_in_a_medium_become_those_in_air() {
+    let water = "GLAS ___BLANK 1 0 1.333 0 0";
+    let far = ZMX.replacen("DISZ INFINITY", &format!("DISZ INFINITY\n  {water}"), 1);
+    let far = far.replacen("SURF 0", "FTYP 0 0 3 1\nXFLN 0 0 0\nYFLN 0 10 60\nSURF 0", 1);
+    let lens = parsed("water.zmx", &far).expect("an object in water");
+    let fields = lens.design.fields.expect("fields").points;
+    assert_eq!(fields.len(), 2, "60 degrees are reflected totally: {fields:?}");
+    let expected = (1.333 * 10f64.to_radians().sin()).asin().to_degrees();
+    assert!((fields[1][1] - expected).abs() < 1e-9, "{fields:?}");
+    let seq = SEQ.replacen("SO 0.0 0.1e14", "SO 0.0 0.1e14 N-BK7", 1);
+    assert_ne!(seq, SEQ);
+    let lens = parsed("a.seq", seq).expect("an object in glass");
+    assert!(lens.design.notes.iter().any(|note| note.contains("medium of index 1.51")));
 }

@@ -11,8 +11,8 @@
 use std::borrow::Cow;
 
 use super::paraxial::{FocusError, Paraxial, RayTransferMatrix};
-use crate::lens::prescription::Prescription;
 use crate::lens::prescription::surface_aperture::SurfaceAperture;
+use crate::lens::prescription::{Prescription, Row};
 use crate::lens::trace::kernel::LensRay;
 use crate::lens::trace::sequence::{Side, sequence};
 use crate::lens::trace::surface::Surface;
@@ -39,9 +39,11 @@ fn leaves_out_vertex(aperture: &SurfaceAperture) -> bool {
     !aperture.obscures && !aperture.transmits(0.0, 0.0)
 }
 
-/// Returns the lens of which an off-axis lens is a part.
+/// Returns the lens of which an off-axis lens is a part, without the arms of spiders, which block rays
+/// in the planes of x and y.
 fn parent_lens(mut lens: Prescription) -> Prescription {
     for row in &mut lens.rows {
+        row.remove_arms();
         row.apertures.retain(|aperture| !leaves_out_vertex(aperture));
     }
     lens
@@ -54,7 +56,8 @@ impl<'a> RealRayFocus<'a> {
             true => Cow::Owned(lens.centred()),
             false => Cow::Borrowed(lens),
         };
-        let lens = match lens.rows.iter().flat_map(|row| &row.apertures).any(leaves_out_vertex) {
+        let misled = |row: &Row| row.has_arms() || row.apertures.iter().any(leaves_out_vertex);
+        let lens = match lens.rows.iter().any(misled) {
             true => Cow::Owned(parent_lens(lens.into_owned())),
             false => lens,
         };

@@ -218,6 +218,17 @@ impl Row {
         Some([aperture.centre, aperture.ellipse_around()])
     }
 
+    /// Returns whether any of its apertures is the opaque arm of a spider.
+    pub(crate) fn has_arms(&self) -> bool {
+        self.apertures.iter().any(|aperture| aperture.is_arm(self.diameter / 2.0))
+    }
+
+    /// Removes the arms of spiders.
+    pub(crate) fn remove_arms(&mut self) {
+        let semi_diameter = self.diameter / 2.0;
+        self.apertures.retain(|aperture| !aperture.is_arm(semi_diameter));
+    }
+
     /// Opens all of the clear diameter.
     pub(crate) fn open_all(&mut self) {
         (self.iris, self.obstruction) = (Iris::Round, 0.0);

@@ -87,6 +87,17 @@ impl PupilBounds {
         film: &FilmPlane,
         sampling: PupilSampling,
     ) -> Self {
+        if lens.rows.iter().any(Row::has_arms) {
+            // An outline would be notched at each arm, and miss the light beside it. Rays that meet an
+            // arm are lost.
+            let without_arms = |lens: &Prescription| {
+                let mut lens = lens.clone();
+                lens.rows.iter_mut().for_each(Row::remove_arms);
+                lens
+            };
+            let others: Vec<Prescription> = others.iter().map(without_arms).collect();
+            return Self::for_wavelengths(&without_arms(lens), &others, film, sampling);
+        }
         let with_round_iris = || {
             let round = |lens: &Prescription| {
                 let mut round = lens.clone();

@@ -71,6 +71,8 @@ pub struct ClipShape<T> {
     rectangle: bool,
     obscures: bool,
     centre: [T; 2],
+    /// Cosine and sine of its rotation.
+    turn: [T; 2],
     per_half_width: [T; 2],
 }
 
@@ -81,6 +83,10 @@ impl<T> ClipShape<T> {
             rectangle: aperture.form == ApertureForm::Rectangle,
             obscures: aperture.obscures,
             centre: aperture.centre.map(R::from_f64),
+            turn: {
+                let (sin, cos) = aperture.rotation.to_radians().sin_cos();
+                [cos, sin].map(R::from_f64)
+            },
             per_half_width: aperture.half_widths.map(|half| R::from_f64(half.recip())),
         }
     }
@@ -97,12 +103,15 @@ impl<R: Real> SurfaceKernel<R> for ClipKernel<'_, R> {
     fn cross(&self, ray: LensRay<R>) -> KernelOutput<R> {
         let [x, y, _] = ray.p;
         let shape = self.0;
-        let [u, v] = [(x, 0), (y, 1)]
-            .map(|(p, i)| (p - R::splat(shape.centre[i])) * R::splat(shape.per_half_width[i]));
+        let [x, y] = [(x, 0), (y, 1)].map(|(p, i)| p - R::splat(shape.centre[i]));
+        let [cos, sin] = shape.turn.map(R::splat);
+        let [u, v] = [x.mul_add(cos, y * sin), y.mul_add(cos, -(x * sin))];
+        let [u, v] = [(u, 0), (v, 1)].map(|(p, i)| p * R::splat(shape.per_half_width[i]));
         // 1 on the edge, less inside.
         let place = if shape.rectangle { u.abs().max(v.abs()) } else { u.mul_add(u, v * v) };
         let one = R::constant(1.0);
         let inside = if shape.obscures { one.le(place) } else { place.le(one) };
+        let [x, ..] = ray.p;
         KernelOutput { ray, met: x.equals(x), inside: inside & x.equals(x), xi2: place }
     }
 }

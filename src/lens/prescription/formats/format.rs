@@ -60,7 +60,7 @@ impl LensFormat {
                 "zmx" => Self::Zmx,
                 "len" => Self::Oslo,
                 "fx" => Self::Fx,
-                "json" => Self::Json,
+                "json" | "roa" => Self::Json,
                 _ => Self::Dat,
             }
         }

@@ -38,6 +38,7 @@ impl SequentialSystem {
             return Err(error(surface.line, found, "expected one lens"));
         }
         self.read_semi_diameters();
+        self.put_window_before_object_medium();
         let mut joined = Joined::default();
         for (i, surface) in self.surfaces.iter().enumerate() {
             joined.push(i, surface, self.design.primary_wavelength(), path)?;

@@ -9,6 +9,7 @@ mod build;
 mod choose_stop;
 mod diameters;
 mod join;
+mod object_space;
 mod wide_field;
 
 pub(crate) use choose_stop::choose_stop;
@@ -38,6 +39,8 @@ pub(crate) struct SequentialSystem {
     /// Wavelengths, fields, conjugates and configurations. Rows of settings are indices of
     /// [`Self::surfaces`].
     pub design: Design,
+    /// Medium of the object, before the first surface.
+    pub object_medium: MediumBehind,
     /// Surfaces from the scene to the film. The thickness of the last one leads to the film.
     pub surfaces: Vec<SystemSurface>,
     /// Half-diameters of which the file says that they are semi-diameters. If they exceed the

@@ -122,9 +122,8 @@ impl Outline<'_> {
             let what = format!("the rotated aperture of surface {number}");
             report.unsimulated(&turn.line, turn.text, what, "with it not rotated")?;
         }
-        let shape =
-            SurfaceAperture { form, half_widths: [x, y], centre: self.centre, obscures: false };
-        Ok(Some(shape))
+        let (centre, half_widths) = (self.centre, [x, y]);
+        Ok(Some(SurfaceAperture { form, half_widths, centre, rotation: 0.0, obscures: false }))
     }
 }
 

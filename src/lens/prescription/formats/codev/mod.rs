@@ -249,12 +249,7 @@ impl<'a> Reader<'a> {
             )?;
         }
         let object = &self.surfaces[0];
-        if let Some(medium) =
-            object.medium.filter(|medium| !medium.text.eq_ignore_ascii_case("AIR"))
-        {
-            let found = "an object inside a medium";
-            self.report.unsimulated(&medium.line, medium.text, found, "with its object in air")?;
-        }
+        system.object_medium = object.medium_behind(&self.glasses, &mut self.report)?;
         let near = object.thickness.abs() < INFINITE;
         let distance = if near { object.thickness * self.unit } else { f64::INFINITY };
         system.design.object_distance = Some(distance);

@@ -184,6 +184,23 @@ impl<'a> CodeVSurface<'a> {
         Ok(Some(last))
     }
 
+    /// Returns the medium behind the surface.
+    ///
+    /// # Errors
+    /// Returns an error if its glass is not known.
+    pub fn medium_behind(
+        &self,
+        glasses: &GlassNames,
+        report: &mut ReadReport,
+    ) -> Result<MediumBehind, LensError> {
+        let Some(word) = self.medium else { return Ok(MediumBehind::Air) };
+        Ok(match word.text.to_ascii_uppercase().as_str() {
+            "AIR" | "REFR" => MediumBehind::Air,
+            "REFL" | "TIRO" => MediumBehind::Mirror,
+            _ => glasses.resolve(&word.line, word.text, None, report)?,
+        })
+    }
+
     fn surface(
         &self,
         number: usize,
@@ -210,15 +227,7 @@ impl<'a> CodeVSurface<'a> {
             let c = -(focal_length * unit).recip();
             row.ideal = Some([RayTransferMatrix { a: 1.0, b: 0.0, c, d: 1.0 }; 2]);
         }
-        let medium = match self.medium {
-            None => MediumBehind::Air,
-            Some(word) => match word.text.to_ascii_uppercase().as_str() {
-                "AIR" => MediumBehind::Air,
-                "REFL" | "TIRO" => MediumBehind::Mirror,
-                "REFR" => MediumBehind::Air,
-                _ => glasses.resolve(&word.line, word.text, None, report)?,
-            },
-        };
+        let medium = self.medium_behind(glasses, report)?;
         let mut surface =
             SystemSurface { line: line.number, row, medium, ..SystemSurface::default() };
         self.apertures.apply(number, unit, &mut surface, report)?;

@@ -6,6 +6,7 @@ mod iset;
 mod lentil;
 mod optiland;
 mod parser;
+mod rayoptics;
 mod value;
 
 use std::path::Path;
@@ -39,6 +40,8 @@ pub(super) fn parse(
         lentil::read(path, &json, entry, &mut left_out)
     } else if is_lens(&json) {
         lentil::read_lens(path, "", &json, &mut left_out)
+    } else if let Some(model) = json.get("optical_model") {
+        rayoptics::read(path, model, &mut left_out)
     } else if json.get("surface_group").is_some() {
         optiland::read(path, &json, &mut left_out)
     } else if let Some(assembly) = json.get("Assembly") {
@@ -55,7 +58,7 @@ pub(super) fn parse(
         Err(json.error(
             "JSON without a lens",
             "expected a file of ISET or DeepLens (\"surfaces\"), optiland (\"surface_group\"), \
-             geopter (\"Assembly\") or lentil (\"optical-elements-patent\")",
+             rayoptics (\"optical_model\"), geopter (\"Assembly\") or lentil (\"optical-elements-patent\")",
         ))
     }
 }

@@ -39,9 +39,7 @@ pub(super) fn read(
     }
     let distance = positions.get(1).map_or(f64::INFINITY, |first| first - positions[0]);
     system.design.object_distance = Some(distance.abs());
-    if !matches!(material(object, "material_post", left_out)?, MediumBehind::Air) {
-        left_out.leave_out(&object.line, object.word, "an object in another medium than air")?;
-    }
+    system.object_medium = material(object, "material_post", left_out)?;
     for (i, surface) in lens.iter().enumerate() {
         let thickness = positions[i + 2] - positions[i + 1];
         if !thickness.is_finite() {

@@ -164,6 +164,7 @@ impl<'a> Reader<'a> {
         let object = self.surfaces[0].thickness;
         let near = object.abs() < INFINITE;
         system.design.object_distance = Some(if near { object * unit } else { f64::INFINITY });
+        system.object_medium = self.surfaces[0].medium_behind(&self.glasses, &mut self.report)?;
         // The thickness of the image is its distance from the stated place.
         let defocus = self.surfaces[count - 1].thickness;
         self.surfaces[count - 2].thickness += defocus;

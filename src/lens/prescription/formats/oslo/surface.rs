@@ -131,6 +131,23 @@ impl<'a> OsloSurface<'a> {
         Ok(true)
     }
 
+    /// Returns the medium behind the surface.
+    ///
+    /// # Errors
+    /// Returns an error if its glass is not known.
+    pub fn medium_behind(
+        &self,
+        glasses: &GlassNames,
+        report: &mut ReadReport,
+    ) -> Result<MediumBehind, LensError> {
+        Ok(match &self.medium {
+            OsloMedium::Air => MediumBehind::Air,
+            OsloMedium::Mirror => MediumBehind::Mirror,
+            OsloMedium::Named(line, name) => glasses.resolve(line, name, None, report)?,
+            OsloMedium::Model(figures) => figures.medium(),
+        })
+    }
+
     /// Appends the surface to a system, with the changes of the axis around it.
     pub fn append(
         &self,
@@ -166,12 +183,7 @@ impl<'a> OsloSurface<'a> {
             let c = -(focal_length * unit).recip();
             row.ideal = Some([RayTransferMatrix { a: 1.0, b: 0.0, c, d: 1.0 }; 2]);
         }
-        let medium = match &self.medium {
-            OsloMedium::Air => MediumBehind::Air,
-            OsloMedium::Mirror => MediumBehind::Mirror,
-            OsloMedium::Named(line, name) => glasses.resolve(line, name, None, report)?,
-            OsloMedium::Model(figures) => figures.medium(),
-        };
+        let medium = self.medium_behind(glasses, report)?;
         let [a, b, c] = self.tilt;
         let (shift, tilt) = (self.shift.map(|v| v * unit), [-a, -b, c]);
         let moved = self.shift != [0.0; 3] || self.tilt != [0.0; 3];

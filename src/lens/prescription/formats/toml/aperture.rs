@@ -26,7 +26,7 @@ pub(super) fn read(section: &Section) -> Result<Vec<SurfaceAperture>, LensError>
 }
 
 fn one(section: &Section) -> Result<SurfaceAperture, LensError> {
-    section.reject_unknown_keys(&["shape", "half_widths", "centre", "obscures"])?;
+    section.reject_unknown_keys(&["shape", "half_widths", "centre", "rotation", "obscures"])?;
     let expected = "expected shape = \"rectangle\" or \"ellipse\"";
     let Some(name) = section.string("shape")? else {
         return Err(section.error("shape", "an aperture without a shape", expected));
@@ -47,8 +47,13 @@ fn one(section: &Section) -> Result<SurfaceAperture, LensError> {
     if let Some(place) = centre.iter().find(|place| place.abs() > 1e9) {
         return Err(section.error("centre", format!("a centre at {place} mm"), expected));
     }
+    let expected = "expected a rotation from -360 to 360 degrees";
+    let rotation = section.number("rotation")?.unwrap_or(0.0);
+    if rotation.abs() > 360.0 {
+        return Err(section.error("rotation", format!("a rotation of {rotation}"), expected));
+    }
     let obscures = section.boolean("obscures")?;
-    Ok(SurfaceAperture { form, half_widths, centre, obscures })
+    Ok(SurfaceAperture { form, half_widths, centre, rotation, obscures })
 }
 
 /// Writes the apertures of a surface.
@@ -57,12 +62,15 @@ pub(super) fn write(apertures: &[SurfaceAperture], text: &mut String) {
         return;
     }
     text.push_str("apertures = [\n");
-    for SurfaceAperture { form, half_widths, centre, obscures } in apertures {
+    for SurfaceAperture { form, half_widths, centre, rotation, obscures } in apertures {
         let name =
             FORMS.iter().find(|(_, known)| known == form).map_or("ellipse", |(name, _)| name);
         let _ = write!(text, "    {{ shape = {name:?}, half_widths = {half_widths:?}");
         if *centre != [0.0; 2] {
             let _ = write!(text, ", centre = {centre:?}");
+        }
+        if *rotation != 0.0 {
+            let _ = write!(text, ", rotation = {rotation:?}");
         }
         text.push_str(if *obscures { ", obscures = true },\n" } else { " },\n" });
     }

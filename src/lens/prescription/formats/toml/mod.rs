@@ -19,7 +19,7 @@
 //! | `mirror` | `true` for a surface that reflects; the thicknesses behind it are then negative up to the next mirror | `false` |
 //! | `coating` | coating of a glass-air surface: `"none"`, `"mgf2"`, `"broadband"`, `"perfect"` | bare |
 //! | `obstruction` | diameter of an opaque disk around the axis | 0 |
-//! | `apertures` | tables, each with `shape` (`"rectangle"` or `"ellipse"`), `half_widths` (`[x, y]`), `centre` (`[x, y]`, from the vertex) and `obscures` (`true` for an opaque inside) | none |
+//! | `apertures` | tables, each with `shape` (`"rectangle"` or `"ellipse"`), `half_widths` (`[x, y]`), `centre` (`[x, y]`, from the vertex), `rotation` (about the centre, from x towards y, degrees) and `obscures` (`true` for an opaque inside) | none |
 //! | `blades` | blades of the stop: 3 to 64, with `rotation` (degrees) and `curvature` (0 to 1) | round |
 //! | `aperture` | opening of the stop: `"circular"`, `"gaussian"`, `"square"`, `"pentagon"`, `"star"`, or a picture beside the lens file | round |
 //! | `decentre` | `[x, y]`: displacement of the vertex, to the right and up as seen from behind the camera | `[0, 0]` |

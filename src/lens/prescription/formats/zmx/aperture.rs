@@ -10,6 +10,9 @@ use crate::lens::prescription::system::SystemSurface;
 /// Decentre of an aperture around the axis.
 const NO_DECENTRE: [f64; 2] = [0.0; 2];
 
+/// Greatest number of arms of a spider.
+const MOST_ARMS: f64 = 64.0;
+
 /// Apertures of one surface, in units of the file.
 #[derive(Default)]
 pub(super) struct Aperture<'a> {
@@ -19,8 +22,10 @@ pub(super) struct Aperture<'a> {
     blocked: Option<[f64; 2]>,
     /// Rectangle or ellipse around the origin.
     shape: Option<SurfaceAperture>,
-    /// Another shape, by the line of its keyword.
-    other: Option<(Line<'a>, &'a str)>,
+    /// Width and number of the arms of a spider.
+    spider: Option<[f64; 2]>,
+    /// Keyword of a shape in a file of its own.
+    other: Option<&'a str>,
     decentre: [f64; 2],
 }
 
@@ -49,7 +54,8 @@ impl<'a> Aperture<'a> {
         };
         let shape = |form: ApertureForm, obscures: bool| -> Result<_, LensError> {
             let half_widths = half_widths()?;
-            Ok(Some(SurfaceAperture { form, half_widths, centre: NO_DECENTRE, obscures }))
+            let centre = NO_DECENTRE;
+            Ok(Some(SurfaceAperture { form, half_widths, centre, rotation: 0.0, obscures }))
         };
         match keyword {
             // "CLAP 15 INF" has no outer rim.
@@ -60,9 +66,15 @@ impl<'a> Aperture<'a> {
             "SQOB" => self.shape = shape(ApertureForm::Rectangle, true)?,
             "ELAP" => self.shape = shape(ApertureForm::Ellipse, false)?,
             "ELOB" => self.shape = shape(ApertureForm::Ellipse, true)?,
-            "SPID" | "UDAD" | "UDOB" | "USAP" | "USOB" | "UDAP" => {
-                self.other = Some((line, keyword));
+            "SPID" => {
+                let [width, arms] = [number(0)?, number(1)?];
+                if !(0.0..=1e9).contains(&width) || !(0.0..=MOST_ARMS).contains(&arms) {
+                    let found = format!("SPID with {arms} arms of the width {width}");
+                    return Err(line.error(keyword, found, "expected a width, and 1 to 64 arms"));
+                }
+                self.spider = Some([width, arms.trunc()]);
             }
+            "UDAD" | "UDOB" | "USAP" | "USOB" | "UDAP" => self.other = Some(keyword),
             _ => return Ok(false),
         }
         Ok(true)
@@ -76,9 +88,12 @@ impl<'a> Aperture<'a> {
         surface: &mut SystemSurface,
         report: &mut ReadReport,
     ) -> Result<(), LensError> {
-        if let Some((line, keyword)) = self.other {
-            let what = format!("the aperture {keyword} of surface {number}");
-            report.unsimulated(&line, keyword, what, "without it")?;
+        if let Some(keyword) = self.other {
+            report.note(format!(
+                "surface {number}: the shape of its user-defined aperture ({keyword}) stands in a file \
+                 of its own and is not used; light that it would block passes, up to the \
+                 semi-diameter: state it by apertures of a .toml lens (petzval lens convert)"
+            ));
         }
         if self.decentre == NO_DECENTRE {
             self.apply_centred_circles(unit, surface);
@@ -95,7 +110,39 @@ impl<'a> Aperture<'a> {
             }
             surface.row.apertures.push(aperture);
         }
+        if let Some([width, arms]) = self.spider
+            && width > 0.0
+        {
+            self.apply_spider(number, [width * unit, arms], unit, surface, report);
+        }
         Ok(())
+    }
+
+    /// Adds the arms of a spider, the first along x and all at equal angles. They reach beyond any rim,
+    /// or from a decentred spider beyond the rim on its other side.
+    fn apply_spider(
+        &self,
+        number: usize,
+        [width, arms]: [f64; 2],
+        unit: f64,
+        surface: &mut SystemSurface,
+        report: &mut ReadReport,
+    ) {
+        let [x, y] = self.decentre.map(|place| place * unit);
+        let Some(semi) = surface.semi_diameter else {
+            report.note(format!(
+                "surface {number}: its spider (SPID) is left out, because the file states no \
+                 semi-diameter of the surface; its arms would block light"
+            ));
+            return;
+        };
+        let reach = 2.0 * semi + x.hypot(y);
+        for arm in 0..arms as u32 {
+            let direction = 360.0 * f64::from(arm) / arms;
+            let arm = SurfaceAperture::arm(width, reach, direction);
+            let centre = [arm.centre[0] + x, arm.centre[1] + y];
+            surface.row.apertures.push(SurfaceAperture { centre, ..arm });
+        }
     }
 
     fn apply_centred_circles(&self, unit: f64, surface: &mut SystemSurface) {

@@ -234,11 +234,7 @@ impl<'a> Reader<'a> {
             system.surfaces.push(SystemSurface { line, coordinate_break, ..Default::default() });
         }
         let object = &self.surfaces[0];
-        if let Some(glass) = &object.glass {
-            let found = "an object inside a medium";
-            let instead = "with its object in air";
-            self.report.unsimulated(&glass.line, glass.name, found, instead)?;
-        }
+        system.object_medium = object.medium(&self.glasses, &pickups, &mut self.report)?;
         let distance = object.thickness * self.unit;
         system.design.object_distance =
             Some(if object.thickness.abs() < INFINITE { distance } else { f64::INFINITY });

@@ -161,7 +161,8 @@ impl<'a> ZemaxSurface<'a> {
         tilted.then(|| decentre_then_tilt([0.0; 3], [x, y, 0.0]))
     }
 
-    fn medium(
+    /// Returns the medium behind the surface.
+    pub fn medium(
         &self,
         glasses: &GlassNames,
         all: &[Option<NamedGlass<'a>>],

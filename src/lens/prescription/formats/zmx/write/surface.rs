@@ -79,6 +79,7 @@ fn loses_apertures(row: &Row) -> bool {
         !aperture.obscures && row.diameter / 2.0 < aperture.reach() * (1.0 - 1e-9)
     };
     row.apertures.len() > 1
+        || row.apertures.iter().any(|aperture| aperture.rotation != 0.0)
         || !row.apertures.is_empty() && row.obstruction > 0.0
         || row.apertures.iter().any(outside)
 }
