@@ -223,10 +223,15 @@ fn a_quantity_with_its_unit_means_the_same_in_every_command() {
         assert!(output.status.success(), "{more:?}: {}", text(&output.stderr));
         text(&output.stdout)
     };
-    assert_eq!(
-        lens(&["--focus", "2000", "--stop", "8"]),
-        lens(&["--focus", "2m", "--stop", "8mm"])
-    );
+    assert_eq!(lens(&["--focus", "2", "--stop", "8"]), lens(&["--focus", "2m", "--stop", "8mm"]));
+    assert_eq!(lens(&["--fstop", "4"]), lens(&["--fstop", "f/4"]));
+    assert!(lens(&["--fstop", "4"]).contains("f-number, marginal ray            4.0000"));
+    // A distance that was meant in mm is not taken in metres.
+    for command in ["lens", "lens report", "lens tolerance", "lens calibrate"] {
+        let mut words: Vec<&str> = command.split(' ').collect();
+        words.extend(["lenses/dgauss.50mm.dat", "--focus", "2000"]);
+        refuses(&words, "a number alone is in metres; write 2000mm, or 2000m");
+    }
     refuses(&small(&folder.path().join("a.exr"), &["--focus", "2kg"]), "such as 2m or 850mm");
     refuses(&small(&folder.path().join("a.exr"), &["--fstop", "8mm"]), "such as 2.8 or f/2.8");
 }
@@ -335,7 +340,7 @@ fn errors_end_with_exit_code_2_and_advice() {
     for length in ["nan", "-3", "0", "x"] {
         refuses(
             &["lens", "lenses/dgauss.50mm.dat", "--focus", length],
-            "expected a length above 0 such as 850mm or 2m (a number alone is in mm)",
+            "expected a distance above 0 such as 2m or 850mm (a number alone is in m), or inf",
         );
         refuses(
             &["lens", "lenses/dgauss.50mm.dat", "--film-distance", length],
@@ -345,7 +350,7 @@ fn errors_end_with_exit_code_2_and_advice() {
     refuses(&["rendr"], "unrecognized subcommand");
     refuses(&["lens", "no.dat"], "cannot read the lens no.dat");
     refuses(&["lens", "lenses/dgauss.50mm.dat", "--stop", "18"], "at most 17.1 mm");
-    refuses(&["lens", "lenses/dgauss.50mm.dat", "--focus", "10"], "the nearest it can is");
+    refuses(&["lens", "lenses/dgauss.50mm.dat", "--focus", "10mm"], "the nearest it can is");
     assert!(!Path::new(out).exists());
     let near = std::fs::read_to_string(root().join("scenes/dgauss.pbrt")).unwrap();
     let near = near

@@ -172,7 +172,7 @@ fn focal_lengths_are_finite_or_reported_as_afocal() {
 
 /// Asserts that the report of an afocal lens has no film distance, not even an infinite one.
 fn assert_no_film_distance(at: &Path) {
-    let (code, stdout, stderr) = petzval(at, &["lens", "plane.dat", "--focus", "1000"]);
+    let (code, stdout, stderr) = petzval(at, &["lens", "plane.dat", "--focus", "1m"]);
     assert_eq!(code, 0, "{stderr}");
     assert!(stdout.contains("it is afocal") && !stdout.contains("inf mm"), "{stdout}");
     assert!(stdout.contains("not known: ") && stdout.contains("film distance"), "{stdout}");

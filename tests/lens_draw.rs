@@ -217,7 +217,7 @@ fn the_command_writes_a_drawing_with_its_settings() {
     assert!(usual.contains("f = 50.4 mm, f/2.0, focused at infinity"), "{usual}");
     assert!(usual.contains("21.6 mm"), "{usual}");
     assert!(drawing_with(&["--film-diagonal", "20"]).contains("10.0 mm"));
-    assert!(drawing_with(&["--focus", "500"]).contains("focused at 500.0 mm from the film"));
+    assert!(drawing_with(&["--focus", "500mm"]).contains("focused at 500.0 mm from the film"));
     assert!(
         drawing_with(&["--film-distance", "36.77"]).contains("focused at 4.01 m from the film")
     );
@@ -244,7 +244,7 @@ fn the_command_refuses_outputs_that_it_cannot_write() {
     refuses(&["--draw", "a"], "name the file a.svg");
     refuses(&["--draw", ""], "a value is required");
     refuses(&["--draw", "no/such/a.svg"], "cannot write no/such/a.svg: ");
-    refuses(&["--draw", svg, "--focus", "10"], "the lens cannot focus at 10.0000 mm");
+    refuses(&["--draw", svg, "--focus", "0.01"], "the lens cannot focus at 10.0000 mm");
     refuses(&["--draw", svg, "--film-diagonal", "0"], "a length above 0");
     refuses(&["--film-diagonal", "9"], "--draw");
     assert!(!Path::new(svg).exists());

@@ -67,7 +67,7 @@ fn the_report_says_when_all_rays_are_blocked() {
 
 #[test]
 fn a_focus_that_is_too_near_stays_an_error() {
-    let (code, _, stderr) = report(&biconvex("index = 1.5", ""), &["--focus", "10"]);
+    let (code, _, stderr) = report(&biconvex("index = 1.5", ""), &["--focus", "10mm"]);
     assert!(code == 2 && stderr.contains("the nearest it can is"), "{stderr}");
 }
 

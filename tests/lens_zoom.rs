@@ -122,7 +122,7 @@ fn the_command_focuses_by_groups() {
         let focused = zoom().focus_by_groups(distance, FocusModel::Sharpest, DIAGONAL);
         let (moved, film) = focused.expect("moves groups").expect("in range");
         let (code, out, err) =
-            petzval(folder.path(), &["lens", "zoom.toml", "--focus", &distance.to_string()]);
+            petzval(folder.path(), &["lens", "zoom.toml", "--focus", &format!("{distance}mm")]);
         assert_eq!(code, 0, "{err}");
         let focal = Paraxial::new(&moved).focal_length;
         assert!(out.contains(&format!("{focal:.4} mm")), "{focal}: {out}");

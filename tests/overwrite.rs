@@ -184,7 +184,7 @@ fn no_file_of_a_lens_report_is_written_over_its_inputs() {
     let workspace = workspace();
     fs::remove_dir_all(workspace.path("report")).expect("the folder");
     fs::create_dir(workspace.path("report")).expect("a folder");
-    let report = "lens report --fields 2 --pupil 8";
+    let report = "lens report --field-count 2 --pupil-grid 8";
     for name in ["report.json", "prescription.csv", "mtf.csv", "index.html", "distortion-curve.svg"]
     {
         let path = format!("report/{name}");

@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use petzval::lens::{LightBudget, Normalization, Prescription, Rows, Vignetting, read};
+use petzval::lens::{LightBudget, Normalization, Prescription, Row, Rows, Vignetting, read};
 use support::{LENSES, folder, lens, oracle, root, row};
 
 /// Number of rays that gives shares to about 0.1 %.
@@ -265,6 +265,83 @@ fn the_table_has_a_line_for_each_zone_and_fits_a_terminal() {
     assert!(closed.contains("film of 20 mm diagonal") && !closed.contains("other\n"), "{closed}");
 }
 
+/// Returns a lens of so many surfaces, a stop in their middle: weak lenses and plates by turns.
+fn many_surfaces(count: usize) -> Vec<Row> {
+    let pairs = count / 2;
+    let thickness = 50.0 / count as f64;
+    let radius = 30.0 * 0.5168 * pairs as f64;
+    let glass = |pair: usize| {
+        let bend = if pair % 2 == 0 { radius } else { f64::INFINITY };
+        [(bend, 1.5168), (f64::INFINITY, 1.0)].map(|(radius, index)| Row {
+            radius,
+            index,
+            thickness,
+            diameter: 30.0,
+            ..Row::default()
+        })
+    };
+    let stop = Row { stop: true, thickness, diameter: 20.0, ..Row::default() };
+    let (front, rear) = (0..pairs / 2, pairs / 2..pairs);
+    front.flat_map(glass).chain([stop]).chain(rear.flat_map(glass)).collect()
+}
+
+#[test]
+fn light_budgets_do_not_depend_on_threads_and_fewer_rays_err_as_stated() {
+    let lens = Prescription::new("many", many_surfaces(60)).expect("one stop");
+    let film = petzval::lens::RealRayFocus::new(&lens).film_distance(f64::INFINITY).unwrap();
+    let budgets = |threads: usize, rays: u32| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let vignetting = Vignetting::new(&lens, film, rays);
+        pool.install(|| {
+            [0.0, 12.0, 20.0].map(|x| vignetting.budget([x, 0.0], Normalization::Stop).unwrap())
+        })
+    };
+    let few = budgets(1, 1 << 14);
+    assert_eq!(few, budgets(3, 1 << 14), "the same bits on one thread and on three");
+    assert!(few[2].pass < 0.97, "rims take light: {}", few[2].pass);
+    for (few, many) in few.iter().zip(budgets(2, 1 << 18)) {
+        assert!((few.pass - many.pass).abs() < 0.003, "{} and {}", few.pass, many.pass);
+        assert!((few.irradiance / many.irradiance - 1.0).abs() < 0.003);
+    }
+}
+
+#[test]
+fn the_time_for_very_many_surfaces_is_linear() {
+    let seconds = |count: usize| {
+        let lens = Prescription::new("many", many_surfaces(count)).expect("one stop");
+        let times = (0..5).map(|_| {
+            let start = std::time::Instant::now();
+            assert!(petzval::lens::Paraxial::new(&lens).focal_length > 0.0);
+            start.elapsed().as_secs_f64()
+        });
+        times.fold(f64::INFINITY, f64::min)
+    };
+    // Quadratic steps make it 64 times; the larger lens does not fit the cache.
+    let ratio = seconds(64_000) / seconds(8_000);
+    assert!(ratio < 32.0, "8 times the surfaces take {ratio:.1} times the time");
+
+    let folder = folder();
+    let rows = many_surfaces(3000);
+    let line = |row: &Row| {
+        let radius = match (row.stop, row.radius.is_finite()) {
+            (true, _) => 0.0,
+            (false, true) => row.radius,
+            (false, false) => 1e12,
+        };
+        format!("{radius} {} {} {}\n", row.thickness, row.index, row.diameter)
+    };
+    let file = support::write(&folder, "many.dat", &rows.iter().map(line).collect::<String>());
+    let drawing = folder.path().join("many.svg");
+    let (file, drawing) = (file.to_str().unwrap(), drawing.to_str().unwrap());
+    let start = std::time::Instant::now();
+    let text = table(&[file]);
+    assert!(text.contains("The lens has 3001 surfaces: 32768 rays for each height"), "{text}");
+    assert!(petzval(&["lens", file, "--draw", drawing]).status.success());
+    // A minute and more with a quarter of a million rays for each height on one thread.
+    let seconds = start.elapsed().as_secs_f64();
+    assert!(seconds < 60.0, "{seconds:.0} s");
+}
+
 #[test]
 fn layers_read_back_and_add_up_to_one() {
     let folder = folder();
@@ -331,7 +408,7 @@ fn wrong_arguments_end_with_exit_code_2() {
     let lens = "lenses/dgauss.50mm.dat";
     refuses(&["lens", lens, "--film-diagonal", "30"], "--vignetting");
     refuses(&["lens", lens, "--vignetting", "--film-diagonal", "-3"], "expected a length");
-    refuses(&["lens", lens, "--vignetting", "--focus", "10"], "the nearest it can is");
+    refuses(&["lens", lens, "--vignetting", "--focus", "10mm"], "the nearest it can is");
     let hollow = "name = 'hollow'\n[[surface]]\nstop = true\ndiameter = 5\nthickness = 1\n\
                   [[surface]]\nradius = 20\ndiameter = 10\nthickness = 3\nindex = 1.5\nabbe = 60\n\
                   [[surface]]\nradius = 30\ndiameter = 10\n";

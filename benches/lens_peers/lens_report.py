@@ -48,7 +48,7 @@ class Report:
     """Output of `petzval lens report --json all`."""
 
     def __init__(self, petzval, path, wavelength):
-        command = [petzval, "lens", "report", path, "--json", "all", "--focus", "inf", "--pupil", "256",
+        command = [petzval, "lens", "report", path, "--json", "all", "--focus", "inf", "--pupil-grid", "256",
                    "--wavelengths", repr(wavelength)]
         output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         self.analyses = {analysis["analysis"]: analysis for analysis in json.loads(output)}
@@ -281,8 +281,8 @@ def speed(petzval, path, lens):
     from optiland.wavefront import OPDFan
 
     wavelengths = ",".join(str(nm) for nm in WAVELENGTHS)
-    command = [petzval, "lens", "report", path, "--json", "all", "--focus", "inf", "--fields", str(FIELDS),
-               "--pupil", "64", "--wavelengths", wavelengths]
+    command = [petzval, "lens", "report", path, "--json", "all", "--focus", "inf", "--field-count", str(FIELDS),
+               "--pupil-grid", "64", "--wavelengths", wavelengths]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     report = {analysis["analysis"]: analysis for analysis in json.loads(output)}
     figures = report["first-order"]["figures"]

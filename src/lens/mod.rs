@@ -38,7 +38,7 @@ pub use analysis::imaging::field_curve::FieldCurvePoint;
 pub use analysis::imaging::frozen_imaging::{
     FieldSpot, FrozenImaging, FrozenImagingError, RimPolicy,
 };
-pub use analysis::imaging::ghost_focus::GhostFocus;
+pub use analysis::imaging::ghost_focus::{GhostFocus, MOST_GHOST_SURFACES};
 pub use analysis::imaging::image_quality::{FieldRays, ImageQuality, ImagingGrid, in_parallel};
 pub use analysis::imaging::lens_at_wavelength::SceneRay;
 pub use analysis::imaging::point_image::PointImage;

@@ -163,7 +163,7 @@ def project(matrix, coefficients, points):
 
 def main():
     petzval, lens, folder = sys.argv[1:4]
-    run(petzval, "lens", "calibrate", lens, "--sensor", "x".join(map(str, SENSOR)),
+    run(petzval, "lens", "calibrate", lens, "--film-size", "x".join(map(str, SENSOR)),
         "--resolution", f"{WIDTH}x{HEIGHT}", "--focus", f"{FOCUS}m", "--fstop", F_NUMBER,
         "-o", f"{folder}/cal")
     exported = cv2.FileStorage(f"{folder}/cal/opencv_brown_conrady.yaml", cv2.FILE_STORAGE_READ)

@@ -251,7 +251,7 @@ fn files(arguments: &[&str]) -> (tempfile::TempDir, String) {
     let mut words = vec!["lens", "calibrate"];
     let path = root().join("lenses").join(arguments[0]);
     let path = path.to_string_lossy();
-    words.extend([&*path, "-o", "cal", "--sensor", "36x24"]);
+    words.extend([&*path, "-o", "cal", "--film-size", "36x24"]);
     words.extend(&arguments[1..]);
     let (code, stdout, stderr) = petzval(folder.path(), &words);
     assert_eq!(code, 0, "{stderr}");
@@ -396,7 +396,8 @@ fn a_fisheye_leaves_no_file_of_an_earlier_lens() {
     let stale = folder.path().join("cal/opencv_thin_prism.yaml");
     fs::write(&stale, "of an earlier run").unwrap();
     let lens = root().join("lenses/fisheye.10mm.dat");
-    let again = ["lens", "calibrate", &*lens.to_string_lossy(), "-o", "cal", "--sensor", "36x24"];
+    let again =
+        ["lens", "calibrate", &*lens.to_string_lossy(), "-o", "cal", "--film-size", "36x24"];
     let again = [&again[..], &arguments[1..]].concat();
     let (code, _, stderr) = petzval(folder.path(), &again);
     assert_eq!(code, 0, "{stderr}");
@@ -411,7 +412,7 @@ fn wrong_arguments_are_refused_with_what_is_expected() {
     let path = root().join("lenses/dgauss.50mm.dat");
     let path = path.to_string_lossy();
     let refused = |changed: &[&str], expected: &str| {
-        let usual = [("--sensor", "36x24"), ("--resolution", "240x160"), ("--focus", "2m")];
+        let usual = [("--film-size", "36x24"), ("--resolution", "240x160"), ("--focus", "2m")];
         let mut words = vec!["lens", "calibrate", &*path, "-o", "cal"];
         for (option, value) in usual {
             if changed[0] != option {
@@ -424,10 +425,10 @@ fn wrong_arguments_are_refused_with_what_is_expected() {
         assert!(stderr.contains(expected), "{changed:?}\n{stderr}");
         assert!(!stderr.contains("panicked"), "{stderr}");
     };
-    refused(&["--focus", "2000"], "expected a distance with its unit, such as 2m or 850mm, or inf");
-    refused(&["--focus", "-1m"], "expected a distance with its unit");
+    refused(&["--focus", "2000"], "a number alone is in metres; write 2000mm, or 2000m");
+    refused(&["--focus", "-1m"], "expected a distance above 0 such as 2m or 850mm");
     refused(&["--focus", "60mm"], "the lens cannot focus at 60.0000 mm");
-    refused(&["--sensor", "36"], "expected WxH in mm, such as 36x24");
+    refused(&["--film-size", "36"], "expected WxH in mm, such as 36x24");
     refused(&["--fstop", "1.2"], "opens to f/2.0");
     refused(&["--resolution", "60000x60000"], "expected at most 67108864");
 }

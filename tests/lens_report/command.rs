@@ -8,7 +8,7 @@ fn lens(name: &str) -> String {
     root().join("lenses").join(name).display().to_string()
 }
 
-const FEW: [&str; 4] = ["--fields", "5", "--pupil", "16"];
+const FEW: [&str; 4] = ["--field-count", "5", "--pupil-grid", "16"];
 
 fn report(lens: &str, rest: &[&str]) -> (i32, String, String) {
     let folder = folder();
@@ -308,7 +308,7 @@ fn wrong_arguments_say_what_to_do() {
     let (code, _, err) = report("none.dat", &["--json", "all"]);
     assert_eq!(code, 2);
     assert!(err.contains("none.dat"), "{err}");
-    let (code, _, err) = report(&lens("triplet.toml"), &["--json", "mtf", "--focus", "10"]);
+    let (code, _, err) = report(&lens("triplet.toml"), &["--json", "mtf", "--focus", "10mm"]);
     assert_eq!(code, 2);
     assert!(err.contains("triplet.toml") && err.contains("nearest"), "{err}");
 }

@@ -17,10 +17,14 @@ fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {
     numbers.try_into().ok()
 }
 
+/// Parses a finite length of any sign (mm).
+pub(in crate::cli) fn signed_length(text: &str) -> Option<f64> {
+    signed(text, &LENGTHS, MILLIMETRE)
+}
+
 /// Parses two finite lengths (mm).
 pub(in crate::cli) fn point(text: &str) -> Result<[f64; 2], String> {
-    let lengths: Option<Vec<f64>> =
-        text.split(',').map(|part| signed(part, &LENGTHS, MILLIMETRE)).collect();
+    let lengths: Option<Vec<f64>> = text.split(',').map(signed_length).collect();
     let point = lengths.and_then(|lengths| lengths.try_into().ok());
     point.ok_or_else(|| "expected two lengths X,Y in mm, such as 0,10 or 0mm,10mm".to_owned())
 }
@@ -276,18 +280,20 @@ pub(in crate::cli) fn sensor_size(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
-/// Parses a distance with its unit (mm), or infinity.
-pub(in crate::cli) fn distance(text: &str) -> Result<f64, String> {
-    let has_unit = text.trim() == "inf" || text.trim().ends_with(|c: char| c.is_alphabetic());
-    let distance = length_above_zero(text, MILLIMETRE).filter(|_| has_unit);
-    distance
-        .ok_or_else(|| "expected a distance with its unit, such as 2m or 850mm, or inf".to_owned())
-}
+/// Largest distance (m) that a number alone gives a command for lens files. A larger one was more
+/// likely meant in mm, which lens files are in.
+const FARTHEST_ALONE: f64 = 100.0;
 
-/// Parses a length (mm), or infinity.
-pub(in crate::cli) fn length_or_inf(text: &str) -> Result<f64, String> {
-    length_above_zero(text, MILLIMETRE).ok_or_else(|| {
-        "expected a length above 0 such as 850mm or 2m (a number alone is in mm), or inf".to_owned()
+/// Parses a distance in focus as [`focus`] does, for commands without a scene, in mm.
+pub(in crate::cli) fn focus_distance(text: &str) -> Result<f64, String> {
+    let alone = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    if let Some(number) = alone.filter(|number| *number > FARTHEST_ALONE) {
+        return Err(format!("a number alone is in metres; write {number}mm, or {number}m"));
+    }
+    let unit = if alone.is_some() { METRE } else { MILLIMETRE };
+    length_above_zero(text, unit).map(|length| length * unit).ok_or_else(|| {
+        "expected a distance above 0 such as 2m or 850mm (a number alone is in m), or inf"
+            .to_owned()
     })
 }
 
@@ -309,7 +315,6 @@ mod tests {
             [("2m", 2000.0), ("850mm", 850.0), ("85 cm", 850.0), ("3", 3.0), ("500um", 0.5)]
         {
             assert!((length(text).unwrap() - mm).abs() < 1e-12 * mm, "{text}");
-            assert_eq!(length_or_inf(text), length(text));
         }
         let metres = |text: &str| match focus(text) {
             Ok(FocusOn::Distance(metres)) => metres,
@@ -317,11 +322,20 @@ mod tests {
         };
         let found = ["2", "2m", "850mm", "inf", "2.5e-1m", "10ft"].map(metres);
         assert_eq!(found, [2.0, 2.0, 0.85, f64::INFINITY, 0.25, 3.048]);
-        assert_eq!(distance("2m"), Ok(2000.0));
-        assert!(distance("2").is_err(), "no unit");
+        // One meaning of a number alone in all commands.
+        for text in ["2", "2m", "850mm", "inf", "2.5e-1m", "0.1", "100"] {
+            let found = focus_distance(text).unwrap();
+            assert!(
+                found == 1e3 * metres(text) || (found / 1e3 / metres(text) - 1.0).abs() < 1e-15
+            );
+        }
+        assert_eq!(focus_distance("3720.8515mm"), Ok(3720.8515));
+        let hint = focus_distance("2000").unwrap_err();
+        assert!(hint.contains("2000mm") && hint.contains("2000m"), "{hint}");
         for bad in ["", "m", "-2m", "0mm", "nan", "nanmm", "infm", "2 m m", "2kg", "1e999m", "+-1"]
         {
-            assert!(length(bad).is_err() && focus(bad).is_err() && distance(bad).is_err(), "{bad}");
+            assert!(length(bad).is_err() && focus(bad).is_err(), "{bad}");
+            assert!(focus_distance(bad).is_err(), "{bad}");
         }
     }
 

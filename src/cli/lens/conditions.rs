@@ -5,19 +5,64 @@ use std::path::Path;
 use petzval::lens::{ConditionChoices, ImagingConditions, Prescription, Refocus};
 
 use crate::cli::Failure;
-use crate::cli::arguments::values::{length, length_or_inf};
+use crate::cli::arguments::values::{f_number, focus_distance, length};
+
+/// Opening of the stop.
+#[derive(Debug, clap::Args)]
+pub(super) struct StopArguments {
+    /// Stop the lens down to this diameter of the stop, such as 8mm (a number alone is in mm)
+    #[arg(long, value_name = "8mm", value_parser = length, allow_hyphen_values = true)]
+    stop: Option<f64>,
+    /// f-number that the lens is stopped down to, such as f/8 or 8; by default the lens is wide open
+    #[arg(
+        long,
+        value_name = "f/N",
+        value_parser = f_number,
+        allow_hyphen_values = true,
+        conflicts_with = "stop"
+    )]
+    fstop: Option<f64>,
+}
+
+impl StopArguments {
+    /// Stops the lens down.
+    ///
+    /// # Errors
+    /// Returns an error if the lens does not open so wide, or has no f-number.
+    pub fn stop_down(&self, lens: &mut Prescription) -> Result<(), Failure> {
+        if let Some(stop) = self.stop {
+            let open = lens.rows[lens.stop()].diameter;
+            if stop > open {
+                return Err(format!("--stop {stop}: expected at most {open} mm").into());
+            }
+            lens.stop_down(stop);
+        }
+        if let Some(f_number) = self.fstop {
+            if let Some(open) = lens.rounded_f_number(f_number) {
+                say!(
+                    "petzval: warning: f/{f_number} is the widest of this lens, which opens to \
+                     f/{open:.2}"
+                );
+            }
+            let diameter = lens
+                .f_number_diameter(f_number)
+                .map_err(|error| format!("--fstop {f_number}: {} {error}", lens.name))?;
+            lens.stop_down(diameter);
+        }
+        Ok(())
+    }
+}
 
 /// Stop, object, film and largest field.
 #[derive(Debug, clap::Args)]
 pub(super) struct ConditionArguments {
-    /// Stop the lens down to this diameter of the stop, such as 8mm (a number alone is in mm)
-    #[arg(long, value_name = "8mm", value_parser = length)]
-    stop: Option<f64>,
+    #[command(flatten)]
+    stop: StopArguments,
     /// Distance of the object from the film, such as 2m, 850mm or inf, instead of that of the lens
     /// file
     ///
-    /// A number alone is in mm, and in metres for petzval render
-    #[arg(long, value_name = "2m|850mm|inf", value_parser = length_or_inf)]
+    /// A number alone is in metres
+    #[arg(long, value_name = "2m|850mm|inf", value_parser = focus_distance)]
     focus: Option<f64>,
     /// Distance of the film behind the rear vertex, mm, instead of that of the lens file, or of the
     /// sharpest one
@@ -36,8 +81,8 @@ pub(super) struct FieldArguments {
     #[command(flatten)]
     conditions: ConditionArguments,
     /// Fields as shares of the largest field angle or object height
-    #[arg(long, value_name = "SHARE,...", value_parser = shares, default_value = "0,0.7,1")]
-    fields: Shares,
+    #[arg(long, value_name = "SHARE,...", value_parser = field_shares, default_value = "0,0.7,1")]
+    fields: FieldShares,
     /// Threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -45,12 +90,13 @@ pub(super) struct FieldArguments {
 
 /// Shares of the largest field, in the order of the user.
 #[derive(Clone, Debug)]
-struct Shares(Vec<f64>);
+pub(super) struct FieldShares(pub Vec<f64>);
 
-fn shares(text: &str) -> Result<Shares, String> {
+/// Parses fields as shares of the largest.
+pub(super) fn field_shares(text: &str) -> Result<FieldShares, String> {
     let one = |part: &str| part.trim().parse().ok().filter(|share| (0.0..=1.0).contains(share));
     let all: Option<Vec<f64>> = text.split(',').map(one).collect();
-    all.map(Shares).ok_or_else(|| {
+    all.map(FieldShares).ok_or_else(|| {
         "expected shares from 0 to 1 with commas between, such as 0,0.7,1".to_owned()
     })
 }
@@ -62,13 +108,7 @@ impl ConditionArguments {
         file: &Path,
         lens: &mut Prescription,
     ) -> Result<ImagingConditions, Failure> {
-        if let Some(stop) = self.stop {
-            let open = lens.rows[lens.stop()].diameter;
-            if stop > open {
-                return Err(format!("--stop {stop}: expected at most {open} mm").into());
-            }
-            lens.stop_down(stop);
-        }
+        self.stop.stop_down(lens)?;
         let choices = ConditionChoices {
             focus: self.focus,
             film_distance: self.film_distance,

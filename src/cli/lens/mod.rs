@@ -20,11 +20,13 @@ use petzval::io::{OutputFile, ReadContext};
 use petzval::lens::{Coating, FocusModel, Prescription};
 
 use super::arguments::lens_file::LensFileArguments;
-use super::arguments::values::{coating, focus_model, length, length_or_inf, point};
+use super::arguments::values::{coating, focus_distance, focus_model, length, point};
 use super::outputs::claim_writable;
+use super::progress::StepBar;
 use super::report::lens_drawing::draw;
 use super::{Failure, Outcome, message};
 use calibrate::CalibrateArguments;
+use conditions::StopArguments;
 use convert::ConvertArguments;
 use optimize::OptimizeArguments;
 use report::ReportArguments;
@@ -51,11 +53,11 @@ pub(super) struct LensArguments {
     film_distance: Option<f64>,
     /// Show the film position that focuses at this distance from the film, such as 2m, 850mm or inf
     ///
-    /// A number alone is in mm, and in metres for petzval render
+    /// A number alone is in metres
     #[arg(
         long,
         value_name = "2m|850mm|inf",
-        value_parser = length_or_inf,
+        value_parser = focus_distance,
         allow_hyphen_values = true
     )]
     focus: Option<f64>,
@@ -73,9 +75,8 @@ pub(super) struct LensArguments {
         default_value = "sharpest"
     )]
     focus_model: FocusModel,
-    /// Stop the lens down to this diameter of the stop, such as 8mm (a number alone is in mm)
-    #[arg(long, value_name = "8mm", value_parser = length, allow_hyphen_values = true)]
-    stop: Option<f64>,
+    #[command(flatten)]
+    stop: StopArguments,
     /// Coating of glass-air surfaces for which the lens file gives none: none, mgf2, broadband or
     /// perfect [default: mgf2 if the file names none]
     #[arg(long, value_name = "COATING", value_parser = coating)]
@@ -164,13 +165,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         Some(coating) => lens.coat(coating),
         None => lens.assume_coating(),
     }
-    let open = lens.rows[lens.stop()].diameter;
-    if let Some(stop) = arguments.stop {
-        if stop > open {
-            return Err(format!("--stop {stop}: expected at most {open} mm").into());
-        }
-        lens.stop_down(stop);
-    }
+    arguments.stop.stop_down(&mut lens)?;
     if arguments.json {
         return super::print(&json::describe(&lens));
     }
@@ -183,18 +178,22 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         let (moved, film) = focused?;
         (lens, groups_film) = (moved, Some(film));
     }
+    let bar = StepBar::start("focus, f-number and T-stop");
     let Summary { mut text, film } = summary(&lens, arguments, groups_film)?;
     if let Some(drawing) = &drawing {
+        bar.begin("rays of the drawing", 0);
         write_drawing(drawing, &lens, film, arguments.film_diagonal / 2.0)?;
     }
     if arguments.vignetting {
         let film = film.ok_or_else(|| no_film("--vignetting"))?;
-        text = vignetting::table(&lens, film, arguments.film_diagonal)?;
+        text = vignetting::table(&lens, film, arguments.film_diagonal, &bar)?;
     }
     if let Some(spread) = &spread {
         let film = film.ok_or_else(|| no_film("--psf"))?;
+        bar.begin("point spread", 0);
         text += &psf::draw(spread, &lens, film, arguments.at)?;
     }
+    drop(bar);
     super::print(&text)
 }
 

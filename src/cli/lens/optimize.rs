@@ -15,7 +15,9 @@ use super::conditions::{FieldArguments, refocus};
 use super::convert::save;
 use super::tolerance::check_toml;
 use crate::cli::arguments::lens_file::LensFileArguments;
+use crate::cli::arguments::values::signed_length;
 use crate::cli::outputs::claim_writable;
+use crate::cli::progress::StepBar;
 use crate::cli::{Failure, Outcome, signals};
 
 /// Arguments of `petzval lens optimize`.
@@ -86,9 +88,9 @@ fn bound(text: &str) -> Result<Bound, String> {
     parts.ok_or_else(|| "expected NAME=A..B with A below B, such as t3=1..8".to_owned())
 }
 
+/// Parses a length (mm) of any sign, with its unit or without.
 fn edge(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|mm: &f64| mm.is_finite());
-    number.ok_or_else(|| "expected a length in mm, such as 0.5".to_owned())
+    signed_length(text).ok_or_else(|| "expected a length such as 0.5 or 0.5mm".to_owned())
 }
 
 pub(super) fn run(arguments: &OptimizeArguments) -> Result<Outcome, Failure> {
@@ -128,8 +130,14 @@ pub(super) fn run(arguments: &OptimizeArguments) -> Result<Outcome, Failure> {
     let asked = Arc::clone(&stop);
     // A second signal ends the command at once.
     signals::on_stop(move || !asked.swap(true, Ordering::Relaxed));
-    let design = optimize_design(&lens, &conditions, &goal, |_, _| !stop.load(Ordering::Relaxed))
-        .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
+    let bar = StepBar::start("iterations");
+    bar.begin("iterations", goal.iterations as usize);
+    let design = optimize_design(&lens, &conditions, &goal, |_, _| {
+        bar.advance();
+        !stop.load(Ordering::Relaxed)
+    })
+    .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
+    drop(bar);
     save(&output, &design.lens)?;
     let outcome = super::super::print(&describe(&goal, &design))?;
     match design.reason {

@@ -29,7 +29,8 @@ pub(super) fn draw(
     at: [f64; 2],
 ) -> Result<String, Failure> {
     let radius = at[0].hypot(at[1]) + 1.0;
-    let lens = RealLens::new(lens.clone(), film, radius, PupilSampling::Pupil, 1.0, 0.0);
+    let sampling = if at == [0.0; 2] { PupilSampling::Axis } else { PupilSampling::Pupil };
+    let lens = RealLens::new(lens.clone(), film, radius, sampling, 1.0, 0.0);
     let Some(pupil) = ExitPupil::trace(&lens, at) else {
         return Err(format!("--psf: no light reaches the film at {}, {} mm", at[0], at[1]).into());
     };

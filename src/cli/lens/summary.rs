@@ -136,7 +136,10 @@ pub(super) fn summary(
         if let (Ok(sharpest), Ok(pbrt)) = (sharpest, pbrt) {
             line("", pbrt - sharpest, " mm  (farther from the lens)");
         }
-        let distance = film_for(arguments.focus_model, focus);
+        let distance = match arguments.focus_model {
+            FocusModel::Pbrt => pbrt,
+            _ => sharpest,
+        };
         film = arguments.film_distance.or(distance.ok());
         if let (Err(error), true) = (distance, missing.is_empty()) {
             let _ = write!(missing, "\nnot known: film distance for this focus:\n{error}\n");
@@ -219,7 +222,7 @@ impl AxialLight {
 /// Returns the losses of the light to the middle of the film, focused at infinity.
 fn axial_light(lens: &Prescription) -> Option<AxialLight> {
     let film = RealRayFocus::new(lens).film_distance(f64::INFINITY).ok()?;
-    let lens = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0);
+    let lens = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Axis, 1.0, 0.0);
     AxialLight::of(&lens)
 }
 

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::lens::prescription::{Prescription, TransverseAxis};
+use crate::lens::prescription::{Prescription, Row, TransverseAxis};
 
 /// A ray transfer matrix: y' = a y + b nu, nu' = c y + d nu. Lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,13 +31,15 @@ impl RayTransferMatrix {
 
     /// Returns this matrix followed by row `i` of a lens, for rays in the plane of an axis.
     pub(crate) fn through_row(self, lens: &Prescription, i: usize, plane: TransverseAxis) -> Self {
-        let row = &lens.rows[i];
+        self.through(&lens.rows[i], lens.signed_indices(i), plane)
+    }
+
+    /// Returns this matrix followed by a row between media of these indices, which are negative where
+    /// light travels along -z, for rays in the plane of an axis.
+    pub(crate) fn through(self, row: &Row, [n, n_after]: [f64; 2], plane: TransverseAxis) -> Self {
         match row.ideal {
             Some(ideal) => self.then(ideal[plane as usize]),
-            None => {
-                let [n, n_after] = lens.signed_indices(i);
-                self.refract(row.curvatures()[plane as usize], n, n_after)
-            }
+            None => self.refract(row.curvatures()[plane as usize], n, n_after),
         }
     }
 
@@ -48,9 +50,15 @@ impl RayTransferMatrix {
         rows: Range<usize>,
         plane: TransverseAxis,
     ) -> Self {
+        // The direction is followed from row to row: a count of the mirrors before each would make
+        // the time quadratic.
+        let mut travel = lens.travel_before(rows.start);
         rows.fold(self, |m, i| {
-            let row = &lens.rows[i];
-            m.through_row(lens, i, plane).transfer(row.thickness, lens.signed_indices(i)[1])
+            let (row, [before, behind]) = (&lens.rows[i], lens.indices(i));
+            let n = travel * before;
+            travel = if row.mirror { -travel } else { travel };
+            let n_after = travel * behind;
+            m.through(row, [n, n_after], plane).transfer(row.thickness, n_after)
         })
     }
 

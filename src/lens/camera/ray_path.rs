@@ -107,13 +107,16 @@ struct PathRecorder<'a> {
     lens: &'a RealLens,
     fresnel: bool,
     placed: Vec<DAffine3>,
+    /// Directions of travel before each row and behind the last.
+    travels: Vec<f64>,
     crossings: Vec<SurfaceCrossing>,
 }
 
 impl<'a> PathRecorder<'a> {
     fn new(lens: &'a RealLens, fresnel: bool) -> Self {
         let placed = lens.prescription.surface_transforms();
-        Self { lens, fresnel, placed, crossings: Vec::new() }
+        let travels = lens.prescription.travels();
+        Self { lens, fresnel, placed, travels, crossings: Vec::new() }
     }
 
     /// Returns the recorded path of a ray that leaves the film.
@@ -172,10 +175,9 @@ impl<'a> PathRecorder<'a> {
         };
         let probe = trace_one(*before, std::slice::from_ref(&open)).ok();
         // Behind a mirror, +z of the trace is the direction after the reflection.
-        let lens = self.prescription();
         let place = |ray: &LensRay<f64>, row: usize| {
             let [x, y, z] = ray.p;
-            [x, y, -lens.travel_before(row) * z]
+            [x, y, -self.travels[row] * z]
         };
         let p = behind.map(|ray| place(ray, surface.row));
         let p = p.or(probe.as_ref().map(|ray| place(ray, surface.row + 1)));

@@ -138,6 +138,16 @@ impl Prescription {
         }
     }
 
+    /// Returns the directions of travel before each row, in the order of the rows, and behind the
+    /// last: 1 along +z, -1 after an odd number of mirrors.
+    pub fn travels(&self) -> Vec<f64> {
+        let turn = |travel: &mut f64, row: &Row| {
+            *travel = if row.mirror { -*travel } else { *travel };
+            Some(*travel)
+        };
+        std::iter::once(1.0).chain(self.rows.iter().scan(1.0, turn)).collect()
+    }
+
     /// Returns the position of a film (mm behind the front vertex of the centred lens), by its
     /// distance from the rear vertex along the way of the light (mm).
     pub fn film_position(&self, distance: f64) -> f64 {
@@ -155,9 +165,20 @@ impl Prescription {
     }
 
     /// Returns the indices before and behind row `i`, negative where light travels along -z.
+    /// [`Self::all_signed_indices`] returns those of all rows without a walk for each.
     pub(crate) fn signed_indices(&self, i: usize) -> [f64; 2] {
         let [before, behind] = self.indices(i);
         [self.travel_before(i) * before, self.travel_before(i + 1) * behind]
+    }
+
+    /// Returns [`Self::signed_indices`] of all rows.
+    pub(crate) fn all_signed_indices(&self) -> Vec<[f64; 2]> {
+        let travels = self.travels();
+        let signed = |i: usize| {
+            let [before, behind] = self.indices(i);
+            [travels[i] * before, travels[i + 1] * behind]
+        };
+        (0..self.rows.len()).map(signed).collect()
     }
 
     /// Coats all glass-air surfaces that have no coating of their own.

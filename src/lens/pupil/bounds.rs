@@ -122,12 +122,15 @@ impl PupilBounds {
                 let disk = Ellipse { centre: [0.0; 2], half: [half; 2] };
                 (vec![disk; RINGS], FanTable::RearOnly, Shares::REAR_ONLY)
             }
-            PupilSampling::Pupil if level => {
+            PupilSampling::Pupil | PupilSampling::Axis if level => {
                 let edge = |i: usize| radius * i as f64 / RINGS as f64;
                 let ring = |i: usize| builder.rear_ellipse([edge(i), edge(i + 1)]);
-                ((0..RINGS).map(ring).collect(), builder.build_rings(radius), Shares::AROUND_FAN)
+                let axis = sampling == PupilSampling::Axis;
+                let table =
+                    if axis { builder.build_axis(radius) } else { builder.build_rings(radius) };
+                ((0..RINGS).map(ring).collect(), table, Shares::AROUND_FAN)
             }
-            PupilSampling::Pupil | PupilSampling::RoundIris => {
+            PupilSampling::Pupil | PupilSampling::Axis | PupilSampling::RoundIris => {
                 let nearly_round = lens.rows.iter().all(Row::is_round);
                 let polar = if nearly_round { builder.build_spokes(half) } else { None };
                 let table = polar.unwrap_or_else(|| builder.build_grid(half));

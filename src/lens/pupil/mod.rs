@@ -57,6 +57,9 @@ pub enum PupilSampling {
     /// fraction of the time if the iris alone is not round. Rays between the iris and the circle
     /// about it are lost.
     RoundIris,
+    /// Within the bounds of the exit pupil of the middle of the film, which are computed in a small
+    /// part of the time if the lens is round. Samples of other film points may miss light.
+    Axis,
     /// Over the disk of the rear element's diameter in its vertex plane, as in the course of 2016:
     /// most rays are lost, and those that cross the rim outside the disk are missed.
     RearDisk,

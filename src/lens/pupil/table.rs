@@ -23,6 +23,10 @@ const MAX_WIDENING: f64 = 1.5;
 /// Subdivisions of a ring at which the light of a round lens is traced.
 const SUBSTEPS: usize = 4;
 
+/// Rings that are traced for the middle of the film: the next one, and the one by which that is
+/// widened.
+const AXIS_RINGS: usize = 2;
+
 /// Subdivisions of a side of a cell at whose ends light is sought outside the fan.
 const CELL_STEPS: usize = 2;
 
@@ -51,10 +55,22 @@ impl TableBuilder<'_> {
         let mut finder = self.finder(PupilSymmetry::Mirrored);
         let mut tracker = PupilTracker::new(self, &mut finder);
         let end = tracker.light_radius(radius);
+        Self::trace_rings(&mut tracker, end, RINGS)
+    }
+
+    /// Builds the fan of the middle of the film as [`Self::build_rings`] does, if the light reaches
+    /// `radius`; that of the next ring, which the first one is mixed with, stands for all others.
+    pub fn build_axis(&self, radius: f64) -> FanTable {
+        let mut finder = self.finder(PupilSymmetry::Mirrored);
+        Self::trace_rings(&mut PupilTracker::new(self, &mut finder), radius, AXIS_RINGS)
+    }
+
+    /// Builds the fans of the first rings, of those that end where the light does.
+    fn trace_rings(tracker: &mut PupilTracker, end: f64, rings: usize) -> FanTable {
         let mut fans = Box::new([Fan::EMPTY; RINGS + 3]);
         let mut between = Vec::with_capacity(RINGS * (SUBSTEPS - 1));
         let mut last = None;
-        for i in 0..=SUBSTEPS * RINGS {
+        for i in 0..=SUBSTEPS * rings {
             // The inverse of `ring_position`.
             let rest = 1.0 - i as f64 / (SUBSTEPS * RINGS) as f64;
             let r = end * (1.0 - rest * rest);
@@ -70,8 +86,10 @@ impl TableBuilder<'_> {
                 between.push(Midpoint { around: [(ring, 1.0 - share), (ring + 1, share)], light });
             }
         }
-        fans[RINGS] = at_the_end(&fans[RINGS], &fans[RINGS - 1]);
-        widen_fans(&mut fans[..=RINGS], &between);
+        fans[rings] = at_the_end(&fans[rings], &fans[rings - 1]);
+        widen_fans(&mut fans[..=rings], &between);
+        let last = fans[rings];
+        fans[rings..=RINGS].fill(last);
         let open = fans.iter().rev().fold(0, |bits, fan| bits << 1 | u128::from(fan.is_open()));
         let steps = TriangleSteps::of(&fans[..]);
         // The last film point, if lit, must not count as beyond the light.

@@ -93,6 +93,8 @@ struct Builder<'a, R: Real> {
     crossed: Option<usize>,
     /// Transforms of the rows from their own frames; empty if the lens is centred.
     placements: Vec<DAffine3>,
+    /// Directions of travel before each row and behind the last, as of [`Prescription::travels`].
+    travels: Vec<f64>,
     surfaces: Vec<Surface<R::Scalar>>,
 }
 
@@ -110,7 +112,8 @@ impl<'a, R: Real> Builder<'a, R> {
     fn new(lens: &'a Prescription, nm: f64) -> Self {
         let placements = if lens.is_misaligned() { lens.surface_transforms() } else { Vec::new() };
         let surfaces = Vec::with_capacity(lens.rows.len());
-        Self { lens, nm, height: 0.0, sag: 0.0, crossed: None, placements, surfaces }
+        let travels = lens.travels();
+        Self { lens, nm, height: 0.0, sag: 0.0, crossed: None, placements, travels, surfaces }
     }
 
     /// Appends a row that refracts, at its thickness or another distance from the one before.
@@ -129,8 +132,8 @@ impl<'a, R: Real> Builder<'a, R> {
         let between = if travel == Travel::ToFilm { row.wrapping_sub(1) } else { row };
         let [before, behind] = lens.indices(row);
         let (sign, n, n_after) = match travel {
-            Travel::ToFilm => (lens.travel_before(row), before, behind),
-            Travel::ToScene => (-lens.travel_before(row + 1), behind, before),
+            Travel::ToFilm => (self.travels[row], before, behind),
+            Travel::ToScene => (-self.travels[row + 1], behind, before),
         };
         // Behind an odd number of mirrors thicknesses are negative.
         let unfolded = sign * travel.sign();

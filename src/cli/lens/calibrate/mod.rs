@@ -21,9 +21,11 @@ use petzval::lens::{
     RealRayFocus,
 };
 
+use super::conditions::StopArguments;
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::arguments::values::{distance, f_number, sensor_size, size};
+use crate::cli::arguments::values::{focus_distance, sensor_size, size};
 use crate::cli::outputs::{CreatedFolders, check_writable, claim};
+use crate::cli::progress::StepBar;
 use crate::cli::{Failure, Outcome};
 
 /// Largest number of pixels: each map has an entry for every one.
@@ -34,27 +36,35 @@ const MAX_PIXELS: u64 = 1 << 26;
 pub(super) struct CalibrateArguments {
     /// Lens file of any format that petzval reads
     lens: PathBuf,
-    /// Size of the sensor, mm
+    /// Size of the film or sensor, such as 36x24 or 36mmx24mm (numbers alone are in mm)
     ///
     /// The picture uses the largest part of it that has the aspect of --resolution: pixels are
     /// square
-    #[arg(long, value_name = "WxH", value_parser = sensor_size, allow_hyphen_values = true)]
+    // --sensor is its older name, which petzval render has for the readout.
+    #[arg(
+        long = "film-size",
+        alias = "sensor",
+        value_name = "WxH",
+        value_parser = sensor_size,
+        allow_hyphen_values = true
+    )]
     sensor: [f64; 2],
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", value_parser = size)]
     resolution: [u32; 2],
     /// Distance in focus from the film plane, such as 2m, 850mm or inf
+    ///
+    /// A number alone is in metres
     #[arg(
         long,
-        value_name = "DISTANCE",
-        value_parser = distance,
+        value_name = "2m|850mm|inf",
+        value_parser = focus_distance,
         allow_hyphen_values = true,
         default_value = "inf"
     )]
     focus: f64,
-    /// f-number; by default the lens is wide open
-    #[arg(long, value_name = "N", value_parser = f_number, allow_hyphen_values = true)]
-    fstop: Option<f64>,
+    #[command(flatten)]
+    stop: StopArguments,
     /// Ray that stands for a pixel
     ///
     /// The centroid of all rays that pass, where pictures show points, or the chief ray through the
@@ -158,6 +168,7 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
     let files = CalibrationFiles::new(output, &arguments.file.outputs(&context.files()))?;
     check_writable(&output.join(NAMES[0]), "-o")?;
 
+    let bar = StepBar::start("calibration");
     let used = PixelGrid::used_part(*resolution, *sensor);
     let (lens, film_distance) = focused(file, lens, arguments, used)?;
     let setup = CalibrationSetup {
@@ -182,7 +193,9 @@ pub(super) fn run(arguments: &CalibrateArguments) -> Result<Outcome, Failure> {
         setup,
         calibration,
     };
+    bar.begin("maps and point spreads", 0);
     let written = report.write(&files)?;
+    drop(bar);
     for (_, file) in files.0.iter().filter(|(name, _)| !written.contains(name)) {
         // A file of an earlier calibration does not describe this camera.
         let _ = file.remove();
@@ -198,17 +211,7 @@ fn focused(
     film: [f64; 2],
 ) -> Result<(Prescription, f64), Failure> {
     let named = |problem: String| Failure::from(format!("{}: {problem}", file.display()));
-    if let Some(f_number) = arguments.fstop {
-        if let Some(open) = lens.rounded_f_number(f_number) {
-            say!(
-                "petzval: warning: f/{f_number} is the widest of this lens, which opens to f/{open:.2}"
-            );
-        }
-        let diameter = lens
-            .f_number_diameter(f_number)
-            .map_err(|error| format!("--fstop {f_number}: {} {error}", lens.name))?;
-        lens.stop_down(diameter);
-    }
+    arguments.stop.stop_down(&mut lens)?;
     let (focus, diagonal) = (arguments.focus, film[0].hypot(film[1]));
     let refused = |error: petzval::lens::FocusError| named(error.to_string());
     let model = FocusModel::Sharpest;

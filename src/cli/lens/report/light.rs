@@ -1,6 +1,6 @@
 //! Relative illumination, vignetting by surface and ghosts.
 
-use petzval::lens::{Normalization, Vignetting};
+use petzval::lens::{MOST_GHOST_SURFACES, Normalization, Vignetting};
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
@@ -151,6 +151,10 @@ pub(super) fn ghosts(inputs: &ReportInputs) -> ReportSection {
     let ghosts = inputs.quality.ghost_foci(&inputs.lens);
     let note = match inputs.lens.has_mirrors() {
         true => "Not computed for a lens with mirrors.".to_owned(),
+        false if ghosts.is_none() => format!(
+            "Not computed for a lens of more than {MOST_GHOST_SURFACES} surfaces that reflect: it has \
+             too many pairs of them."
+        ),
         false => format!(
             "By first-order optics, for a point on the axis and the reflectances of {}. Light is \
              reflected at the first surface named, then at the second. The irradiance is the share \
@@ -161,6 +165,7 @@ pub(super) fn ghosts(inputs: &ReportInputs) -> ReportSection {
             }
         ),
     };
+    let ghosts = ghosts.unwrap_or_default();
     let rows = ghosts
         .iter()
         .take(GHOSTS)

@@ -22,9 +22,10 @@ use std::path::PathBuf;
 use petzval::io::ReadContext;
 use petzval::lens::{ImageQuality, ImagingGrid, in_parallel};
 
-use super::conditions::ConditionArguments;
+use super::conditions::{ConditionArguments, FieldShares, field_shares};
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::arguments::values::frequency;
+use crate::cli::progress::StepBar;
 use crate::cli::{Failure, Outcome};
 use inputs::ReportInputs;
 use section::ReportSection;
@@ -42,8 +43,15 @@ pub(super) struct ReportArguments {
     /// Folder for the page, index.html, and for JSON, CSV, SVG and PNG files
     #[arg(short, long, value_name = "FOLDER", required_unless_present = "json")]
     output: Option<PathBuf>,
-    /// Print one analysis as JSON instead of writing files; "all" prints every one
-    #[arg(long, value_name = "ANALYSIS", value_parser = analysis, conflicts_with = "output")]
+    /// Print JSON instead of writing files: all analyses, or one by its name
+    #[arg(
+        long,
+        value_name = "ANALYSIS",
+        num_args = 0..=1,
+        default_missing_value = ALL,
+        value_parser = analysis,
+        conflicts_with = "output"
+    )]
     json: Option<String>,
     #[command(flatten)]
     conditions: ConditionArguments,
@@ -51,17 +59,23 @@ pub(super) struct ReportArguments {
     /// limit and 200 at most
     #[arg(long, value_name = "CYCLES/MM", value_parser = frequency)]
     frequency: Option<f64>,
-    /// Fields from the axis to the edge
+    /// Fields that are shown one by one, as shares of the largest field angle or height
+    /// [default: those of the lens file, or 0,0.5,0.7,0.85,1]
+    #[arg(long, value_name = "SHARE,...", value_parser = field_shares)]
+    fields: Option<FieldShares>,
+    /// Number of fields from the axis to the edge, for curves over the field
     #[arg(
         long,
         value_name = "N",
         default_value_t = 21,
         value_parser = clap::value_parser!(u16).range(2..=1001)
     )]
-    fields: u16,
+    field_count: u16,
     /// Rays along each side of the grid over the pupil
+    // --pupil is its older name, which petzval render has for where film points aim.
     #[arg(
-        long,
+        long = "pupil-grid",
+        alias = "pupil",
         value_name = "N",
         default_value_t = 64,
         value_parser = clap::value_parser!(u16).range(8..=512)
@@ -79,17 +93,19 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     let mut lens = arguments.file.options().read(&arguments.lens, &context)?;
     super::warn_of_notes(&arguments.lens, &lens);
     lens.assume_coating();
+    let bar = StepBar::start("film, field and end of the light");
     let conditions = arguments.conditions.conditions(&arguments.lens, &mut lens)?;
+    bar.begin("rays of the fields", 0);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let grid = ImagingGrid {
-        fields: usize::from(arguments.fields),
+        fields: usize::from(arguments.field_count),
         pupil: usize::from(arguments.pupil),
         threads,
     };
     let lens = lens.at_wavelength(conditions.primary_line().nm)?;
     let quality = ImageQuality::new(&lens, conditions, grid)?;
     let (mut shown, mut left_out) = (Vec::new(), quality.left_out.clone());
-    for field in shown_fields(&quality) {
+    for field in shown_fields(&quality, arguments.fields.as_ref()) {
         match quality.field(field, grid.pupil) {
             Some(rays) => shown.push(rays),
             None => left_out.push(field),
@@ -101,22 +117,27 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<Outcome, Failure> {
     let wanted =
         |name: &&str| arguments.json.as_deref().is_none_or(|asked| asked == ALL || asked == *name);
     let names: Vec<&str> = ANALYSES.into_iter().filter(wanted).collect();
+    bar.begin("analyses", names.len());
     let sections = in_parallel(&names, threads, |name| -> Result<ReportSection, String> {
         let mut section = section(name, &inputs).map_err(|error| error.to_string())?;
         missing::state_missing(&mut section, &inputs);
+        bar.advance();
         Ok(section)
     });
     let sections = sections.into_iter().collect::<Result<Vec<_>, String>>()?;
+    bar.begin("files", 0);
     let Some(folder) = &arguments.output else {
         let values: Vec<_> = sections.iter().map(|section| section.json(true)).collect();
         let text = match values.as_slice() {
             [one] => format!("{one:#}\n"),
             _ => format!("{:#}\n", serde_json::Value::Array(values)),
         };
+        drop(bar);
         return super::super::print(&text);
     };
     let count =
         files::write(folder, &inputs, &sections, &arguments.file.outputs(&context.files()))?;
+    drop(bar);
     let page = folder.join("index.html");
     super::super::print(&format!("wrote {count} files; the page is {}\n", page.display()))
 }
@@ -133,8 +154,14 @@ fn analysis(name: &str) -> Result<String, String> {
 }
 
 /// Returns the fields that are shown one by one, in ascending order.
-fn shown_fields(quality: &ImageQuality) -> Vec<f64> {
+fn shown_fields(quality: &ImageQuality, asked: Option<&FieldShares>) -> Vec<f64> {
     let conditions = &quality.conditions;
+    if let Some(FieldShares(shares)) = asked {
+        let mut shares = shares.clone();
+        shares.sort_by(f64::total_cmp);
+        shares.dedup();
+        return shares.iter().map(|share| share * conditions.largest_field).collect();
+    }
     let mut fields = conditions.stated_fields.clone();
     fields.sort_by(f64::total_cmp);
     fields.dedup();

@@ -6,9 +6,12 @@ use petzval::lens::{DeviationShape, RadiusLimit, ToleranceGrade};
 
 use super::sample::Criterion;
 use crate::cli::Failure;
+use crate::cli::arguments::values;
 
 /// Largest tolerance of a radius or an Abbe number (percent).
 const MOST_PERCENT: f64 = 20.0;
+/// Largest tolerance of a length (mm).
+const MOST_LENGTH: f64 = 10.0;
 /// Largest tolerance of an angle (arc minutes).
 const MOST_ANGLE: f64 = 600.0;
 
@@ -42,8 +45,14 @@ pub(super) fn percent(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Parses a length (mm) with its unit or without.
 pub(super) fn length(text: &str) -> Result<f64, String> {
-    within(text, 10.0, "a length up to 10, in mm, or off")
+    let expected = "a length up to 10 mm, such as 0.02 or 20um (a number alone is in mm), or off";
+    match values::length(text) {
+        Ok(length) if length <= MOST_LENGTH => Ok(length),
+        Ok(_) => Err(format!("expected {expected}")),
+        Err(_) => within(text, MOST_LENGTH, expected),
+    }
 }
 
 pub(super) fn index(text: &str) -> Result<f64, String> {

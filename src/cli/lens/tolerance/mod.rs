@@ -18,6 +18,7 @@ use super::conditions::{FieldArguments, refocus};
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::arguments::values::frequency;
 use crate::cli::outputs::claim_writable;
+use crate::cli::progress::StepBar;
 use crate::cli::{Failure, Outcome};
 pub(super) use limits::check_toml;
 use sample::{Criterion, ToleranceSample};
@@ -151,9 +152,11 @@ pub(super) fn run(arguments: &ToleranceArguments) -> Result<Outcome, Failure> {
         seed: arguments.seed,
         threads: arguments.conditions.threads(),
     };
+    let bar = StepBar::start("tolerances");
     let analysis = ToleranceAnalysis::new(&lens, conditions, settings)
         .map_err(|error| format!("{}: {error}", arguments.lens.display()))?;
     let sample = ToleranceSample::new(analysis, u64::from(arguments.trials), arguments.criterion);
+    drop(bar);
     if let Some(file) = &csv {
         files::write_csv(file, &sample)?;
     }

@@ -24,8 +24,6 @@ pub(super) struct DrawnRay {
     pub points: Vec<Position>,
     /// Direction in which it leaves the lens, not normalised.
     pub towards: Position,
-    /// Height in the stop (mm).
-    stop: f64,
 }
 
 /// The rays of one film point.
@@ -53,6 +51,10 @@ pub(super) struct Tracer<'a> {
     lens: &'a Prescription,
     placed: &'a [DAffine3],
     distance: f64,
+    /// Directions of travel before each row and behind the last.
+    travels: Vec<f64>,
+    /// Axis of the film.
+    film_axis: DAffine3,
     surfaces: Vec<Surface<f64>>,
     /// The same with wider rims, to find the middle of the stop.
     wide: Vec<Surface<f64>>,
@@ -75,35 +77,63 @@ impl<'a> Tracer<'a> {
             };
         }
         let from = Side::Film(distance);
-        let surfaces = sequence::<f64>(lens, from);
-        Self { lens, placed, distance, surfaces, wide: sequence::<f64>(&wide, from) }
+        // An arm of a spider in the plane of the drawing would block all of its rays.
+        let mut open = lens.clone();
+        for row in &mut open.rows {
+            let semi_diameter = row.diameter / 2.0;
+            row.apertures.retain(|aperture| !aperture.is_arm(semi_diameter));
+        }
+        let surfaces = sequence::<f64>(&open, from);
+        let (travels, film_axis) = (lens.travels(), lens.film_axis());
+        let wide = sequence::<f64>(&wide, from);
+        Self { lens, placed, distance, travels, film_axis, surfaces, wide }
+    }
+
+    /// Traces the ray from a film height to a height in the plane of the rear vertex, if it passes,
+    /// and shows it behind every surface, with the row.
+    fn trace(
+        &self,
+        surfaces: &[Surface<f64>],
+        [height, aim]: [f64; 2],
+        mut show: impl FnMut(usize, &LensRay<f64>),
+    ) -> Option<LensRay<f64>> {
+        let (dy, dz) = (aim - height, self.distance);
+        let scale = self.lens.rear().index / dy.hypot(dz);
+        let mut ray = LensRay::new([0.0, height, 0.0], [0.0, dy * scale, dz * scale]);
+        for surface in surfaces {
+            ray = trace_one::<f64>(ray, slice::from_ref(surface)).ok()?;
+            if !matches!(surface.kind, SurfaceKind::FrameTransform(_)) {
+                show(surface.row, &ray);
+            }
+        }
+        let finite = ray.p.iter().chain(&ray.t).all(|v| v.is_finite());
+        finite.then_some(ray)
     }
 
     /// Returns the ray from a film height to a height in the plane of the rear vertex, if it
     /// passes.
-    fn ray(&self, surfaces: &[Surface<f64>], height: f64, aim: f64) -> Option<DrawnRay> {
-        let (dy, dz) = (aim - height, self.distance);
-        let scale = self.lens.rear().index / dy.hypot(dz);
-        let mut ray = LensRay::new([0.0, height, 0.0], [0.0, dy * scale, dz * scale]);
-        let travel = self.lens.travel_before(self.lens.rows.len());
-        let mut points = vec![drawn(&self.lens.film_axis(), [0.0, height, travel * self.distance])];
-        let mut stop = f64::NAN;
-        for surface in surfaces {
-            ray = trace_one::<f64>(ray, slice::from_ref(surface)).ok()?;
-            let row = surface.row;
-            if matches!(surface.kind, SurfaceKind::FrameTransform(_)) {
-                continue;
-            }
+    fn ray(&self, height: f64, aim: f64) -> Option<DrawnRay> {
+        let travel = self.travels[self.travels.len() - 1];
+        let mut points = vec![drawn(&self.film_axis, [0.0, height, travel * self.distance])];
+        let ray = self.trace(&self.surfaces, [height, aim], |row, ray| {
             let [x, y, z] = ray.p;
-            points.push(drawn(&self.placed[row], [x, y, -self.lens.travel_before(row) * z]));
+            points.push(drawn(&self.placed[row], [x, y, -self.travels[row] * z]));
+        })?;
+        let towards = [-ray.t[2], ray.t[1]];
+        let finite = points.iter().flatten().all(|v| v.is_finite());
+        finite.then_some(DrawnRay { points, towards })
+    }
+
+    /// Returns the height (mm) at which a ray meets the stop of the lens with wider rims, if it
+    /// passes.
+    fn stop_height(&self, height: f64, aim: f64) -> Option<f64> {
+        let mut stop = f64::NAN;
+        self.trace(&self.wide, [height, aim], |row, ray| {
             if self.lens.rows[row].stop {
                 stop = ray.p[1];
             }
-        }
-        let towards = [-ray.t[2], ray.t[1]];
-        let finite =
-            points.iter().chain([&towards]).flatten().chain([&stop]).all(|v| v.is_finite());
-        finite.then_some(DrawnRay { points, towards, stop })
+        })?;
+        stop.is_finite().then_some(stop)
     }
 
     fn aims(&self, height: f64) -> Vec<f64> {
@@ -111,12 +141,12 @@ impl<'a> Tracer<'a> {
     }
 
     fn passes(&self, height: f64, aim: f64) -> bool {
-        self.ray(&self.surfaces, height, aim).is_some()
+        self.trace(&self.surfaces, [height, aim], |_, _| {}).is_some()
     }
 
     /// Returns the aim of the ray through the middle of the stop, if that ray passes.
     fn chief(&self, height: f64) -> Option<f64> {
-        let stop = |aim: f64| self.ray(&self.wide, height, aim).map(|ray| ray.stop);
+        let stop = |aim: f64| self.stop_height(height, aim);
         let aims = self.aims(height);
         let mut before: Option<(f64, f64)> = None;
         for aim in aims {
@@ -141,9 +171,9 @@ impl<'a> Tracer<'a> {
         let aims = self.aims(height);
         let side = |aims: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
             let mut last = 0.0;
-            let farther = |&aim: &f64| match self.ray(&self.wide, height, aim) {
-                Some(ray) if ray.stop.abs() >= last => {
-                    last = ray.stop.abs();
+            let farther = |&aim: &f64| match self.stop_height(height, aim) {
+                Some(stop) if stop.abs() >= last => {
+                    last = stop.abs();
                     true
                 }
                 _ => false,
@@ -175,7 +205,7 @@ impl<'a> Tracer<'a> {
     /// Returns the rays of a film point, if any pass.
     pub(super) fn bundle(&self, height: f64) -> Option<Bundle> {
         let passes = |aim: f64| self.passes(height, aim);
-        let ray = |aim: f64| self.ray(&self.surfaces, height, aim);
+        let ray = |aim: f64| self.ray(height, aim);
         let chief = self.chief(height);
         let aims = match chief {
             Some(chief) => self.around(height, chief),

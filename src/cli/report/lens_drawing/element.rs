@@ -88,9 +88,9 @@ pub(super) fn opening(row: &Row) -> [f64; 2] {
 /// Returns the glass elements of a lens, from the scene to the film; cemented ones share a curve.
 pub(super) fn elements(lens: &Prescription, placed: &[DAffine3]) -> Vec<Element> {
     let vertices = lens.vertex_positions();
+    let travels = lens.travels();
     let face = |i: usize| {
-        let row = &lens.rows[i];
-        let travel = lens.travel_before(i);
+        let (row, travel) = (&lens.rows[i], travels[i]);
         Face { row, vertex: vertices[i], travel, placed: placed[i], half: row.diameter / 2.0 }
     };
     // A stop inside an element does not divide it.

@@ -20,7 +20,7 @@ pub use paths::{DrawnPath, draw_paths};
 
 use glam::DAffine3;
 
-use petzval::lens::{Prescription, Row};
+use petzval::lens::{Prescription, Row, SurfaceAperture};
 
 use super::svg::{Position, Sheet};
 
@@ -99,7 +99,8 @@ impl Section {
         };
         let mut disks: Vec<Line> = lens.rows.iter().zip(&placed).filter_map(disk).collect();
         for (row, placed) in lens.rows.iter().zip(&placed) {
-            let obscurations = row.apertures.iter().filter(|aperture| aperture.obscures);
+            let drawn = |one: &&SurfaceAperture| one.obscures && !one.is_arm(row.diameter / 2.0);
+            let obscurations = row.apertures.iter().filter(drawn);
             disks.extend(obscurations.map(|one| arc_between(row, placed, one.range_along_y())));
         }
         let mirrors: Vec<Line> = (0..lens.rows.len())

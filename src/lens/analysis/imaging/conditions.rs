@@ -3,7 +3,7 @@
 use super::lens_at_wavelength::LensAtWavelength;
 use crate::lens::analysis::focus::RealRayFocus;
 use crate::lens::analysis::paraxial::{FocusError, Paraxial};
-use crate::lens::analysis::vignetting::{Normalization, Vignetting};
+use crate::lens::analysis::vignetting::Vignetting;
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::design::{FieldKind, SpectralLine};
 use crate::spectrum::glass::IndexRangeError;
@@ -193,10 +193,7 @@ impl ImagingConditions {
         let chief = LensAtWavelength::new(lens, &stated, stated.primary)
             .ok()
             .and_then(|lens| lens.chief_of_field(&stated, [0.0, largest]));
-        let lit = chief.is_some_and(|chief| {
-            let budget = light.budget(chief.film, Normalization::Stop);
-            budget.is_some_and(|budget| budget.pass > 0.0)
-        });
+        let lit = chief.is_some_and(|chief| light.is_lit(chief.film));
         if lit {
             *self = stated;
         }

@@ -24,73 +24,120 @@ impl GhostFocus {
     }
 }
 
-impl ImageQuality {
-    /// Returns the ghosts of the axis point at the primary wavelength, the brightest first; none
-    /// for a lens with mirrors. The lens is the one at that wavelength.
-    pub fn ghost_foci(&self, lens: &Prescription) -> Vec<GhostFocus> {
-        if lens.has_mirrors() {
-            return Vec::new();
+/// Most reflecting surfaces of which all pairs are computed: a hundred thousand pairs, each with a ray
+/// through the whole lens.
+pub const MOST_GHOST_SURFACES: usize = 512;
+
+/// A marginal ray by first-order optics on its way through a lens, and the narrowest rim so far.
+#[derive(Clone, Copy)]
+struct GhostRay {
+    y: f64,
+    u: f64,
+    /// Least ratio of a rim to the height of the ray there, at most 1.
+    open: f64,
+}
+
+/// The lens of ghosts, as their rays need it.
+struct GhostLens<'a> {
+    lens: &'a Prescription,
+    /// Radius of the rim (mm) and curvature (1/mm) of each row.
+    rims: Vec<[f64; 2]>,
+    film_distance: f64,
+}
+
+impl GhostLens<'_> {
+    /// Crosses a row from one index to another: negative while the light travels to the scene.
+    fn cross(&self, ray: &mut GhostRay, row: usize, [n, after]: [f64; 2]) {
+        let [rim, curvature] = self.rims[row];
+        ray.open = ray.open.min(rim / ray.y.abs());
+        ray.u = (n * ray.u - ray.y * curvature * (after - n)) / after;
+    }
+
+    /// Returns the ghosts by the reflections at a row and at each of these before it, given the ray
+    /// before that row.
+    fn with_second(&self, mut ray: GhostRay, second: usize, firsts: &[usize]) -> Vec<GhostFocus> {
+        let (lens, mut ghosts) = (self.lens, Vec::with_capacity(firsts.len()));
+        let n = lens.indices(second)[0];
+        self.cross(&mut ray, second, [n, -n]);
+        let mut row = second;
+        for &first in firsts.iter().rev() {
+            while row > first + 1 {
+                row -= 1;
+                ray.y -= lens.rows[row].thickness * ray.u;
+                let [before, behind] = lens.indices(row);
+                self.cross(&mut ray, row, [-behind, -before]);
+            }
+            let mut reflected = ray;
+            reflected.y -= lens.rows[first].thickness * ray.u;
+            let n = lens.indices(first)[1];
+            self.cross(&mut reflected, first, [-n, n]);
+            ghosts.push(self.at_film(reflected, [second, first]));
         }
-        let reflects = |row: &usize| lens.transmittance(*row) < 1.0;
-        let rows: Vec<usize> = (0..lens.rows.len()).filter(reflects).collect();
-        let mut ghosts: Vec<GhostFocus> = rows
-            .iter()
-            .flat_map(|&second| {
-                let first = rows.iter().filter(move |first| **first < second);
-                first.map(move |&first| self.ghost_focus(lens, [second, first]))
-            })
-            .collect();
-        ghosts.sort_by(|a, b| b.irradiance().total_cmp(&a.irradiance()));
+        ghosts.reverse();
         ghosts
     }
 
-    fn ghost_focus(&self, lens: &Prescription, rows: [usize; 2]) -> GhostFocus {
+    /// Follows a ray from its second reflection to the film.
+    fn at_film(&self, mut ray: GhostRay, rows: [usize; 2]) -> GhostFocus {
+        let lens = self.lens;
+        for row in rows[1] + 1..lens.rows.len() {
+            ray.y += lens.rows[row - 1].thickness * ray.u;
+            self.cross(&mut ray, row, lens.indices(row));
+        }
+        let GhostRay { y, u, open } = ray;
+        let reflectance: f64 = rows.iter().map(|row| 1.0 - lens.transmittance(*row)).product();
+        GhostFocus {
+            rows,
+            focus: -y / u - self.film_distance,
+            radius: (open * (y + self.film_distance * u)).abs(),
+            share: reflectance * open * open,
+        }
+    }
+}
+
+impl ImageQuality {
+    /// Returns the ghosts of the axis point at the primary wavelength, the brightest first; none
+    /// for a lens with mirrors, and `None` for one of more than [`MOST_GHOST_SURFACES`] surfaces that
+    /// reflect. The lens is the one at that wavelength.
+    pub fn ghost_foci(&self, lens: &Prescription) -> Option<Vec<GhostFocus>> {
+        if lens.has_mirrors() {
+            return Some(Vec::new());
+        }
+        let reflects = |row: &usize| lens.transmittance(*row) < 1.0;
+        let rows: Vec<usize> = (0..lens.rows.len()).filter(reflects).collect();
+        if rows.len() > MOST_GHOST_SURFACES {
+            return None;
+        }
+        let ghost_lens = GhostLens {
+            lens,
+            rims: lens.rows.iter().map(|row| [row.diameter / 2.0, row.curvature()]).collect(),
+            film_distance: self.conditions.film_distance,
+        };
+        let mut ray = self.axis_ray();
+        let (mut ghosts, mut crossed) = (Vec::new(), 0);
+        for (i, &second) in rows.iter().enumerate() {
+            for row in crossed..second {
+                ghost_lens.cross(&mut ray, row, lens.indices(row));
+                ray.y += lens.rows[row].thickness * ray.u;
+            }
+            crossed = second;
+            ghosts.extend(ghost_lens.with_second(ray, second, &rows[..i]));
+        }
+        ghosts.sort_by(|a: &GhostFocus, b| b.irradiance().total_cmp(&a.irradiance()));
+        Some(ghosts)
+    }
+
+    /// Returns the marginal ray of the axis point at the front vertex.
+    fn axis_ray(&self) -> GhostRay {
         let pupil = self.primary().paraxial.entrance_pupil;
         let object = self.conditions.object_distance;
-        let (mut y, mut u) = match object.is_finite() {
+        let (y, u) = match object.is_finite() {
             true => {
                 let slope = pupil.diameter / 2.0 / (object + pupil.position);
                 (slope * object, slope)
             }
             false => (pupil.diameter / 2.0, 0.0),
         };
-        let radii: Vec<f64> = lens.rows.iter().map(|row| row.diameter / 2.0).collect();
-        let mut open = 1.0_f64;
-        // Signed indices: negative while the light travels to the scene.
-        let mut cross = |row: usize, n: f64, after: f64, y: f64, u: f64| {
-            open = open.min(radii[row] / y.abs());
-            (n * u - y * lens.rows[row].curvature() * (after - n)) / after
-        };
-        let index = |row: usize| lens.indices(row);
-        let [second, first] = rows;
-        for row in 0..second {
-            let [n, after] = index(row);
-            u = cross(row, n, after, y, u);
-            y += lens.rows[row].thickness * u;
-        }
-        let n = index(second)[0];
-        u = cross(second, n, -n, y, u);
-        for row in (first + 1..second).rev() {
-            y -= lens.rows[row].thickness * u;
-            let [before, behind] = index(row);
-            u = cross(row, -behind, -before, y, u);
-        }
-        y -= lens.rows[first].thickness * u;
-        let n = index(first)[1];
-        u = cross(first, -n, n, y, u);
-        for row in first + 1..lens.rows.len() {
-            y += lens.rows[row - 1].thickness * u;
-            let [n, after] = index(row);
-            u = cross(row, n, after, y, u);
-        }
-        let film = self.conditions.film_distance;
-        let at_film = y + film * u;
-        let reflectance: f64 = rows.iter().map(|row| 1.0 - lens.transmittance(*row)).product();
-        GhostFocus {
-            rows,
-            focus: -y / u - film,
-            radius: (open * at_film).abs(),
-            share: reflectance * open * open,
-        }
+        GhostRay { y, u, open: 1.0 }
     }
 }

@@ -82,13 +82,15 @@ impl ImageQuality {
         let paraxial = Paraxial::in_plane(&lens, plane);
         let [mut marginal, mut chief] = self.paraxial_rays(&paraxial, conditions);
         let invariant = marginal.y * chief.nu - marginal.nu * chief.y;
+        let media = lens.all_signed_indices();
+        let media_at_ends = [ends[0].all_signed_indices(), ends[1].all_signed_indices()];
         let mut rows = Vec::with_capacity(lens.rows.len());
         let mut total = SeidelSums::default();
         for (i, row) in lens.rows.iter().enumerate() {
             let after = |ray: ParaxialRay| {
-                ray.through(RayTransferMatrix::IDENTITY.through_row(&lens, i, plane))
+                ray.through(RayTransferMatrix::IDENTITY.through(row, media[i], plane))
             };
-            let [n, n_after] = lens.signed_indices(i);
+            let [n, n_after] = media[i];
             let c = row.curvatures()[1];
             let (m, k) = (after(marginal), after(chief));
             // Refraction invariants n i = n u + n c y.
@@ -114,8 +116,8 @@ impl ImageQuality {
             sums[4] += figure * ratio.powi(3);
             // Dispersion over index, negative indices behind mirrors included.
             let spread = |side: usize| {
-                let of = |lens: &Prescription| lens.signed_indices(i)[side];
-                (of(&ends[0]) - of(&ends[1])) / [n, n_after][side]
+                let [short, long] = [0, 1].map(|end: usize| media_at_ends[end][i][side]);
+                (short - long) / [n, n_after][side]
             };
             let colour = spread(0) - spread(1);
             let sums =
@@ -133,11 +135,11 @@ impl ImageQuality {
             .iter()
             .enumerate()
             .map(|(i, row)| {
-                let [n, n_after] = lens.signed_indices(i);
+                let [n, n_after] = media[i];
                 row.curvatures()[1] * (1.0 / n_after - 1.0 / n)
             })
             .sum();
-        let image_index = lens.signed_indices(lens.rows.len() - 1)[1];
+        let image_index = media[media.len() - 1][1];
         Ok(Seidel { rows, total, invariant, petzval_radius: 1.0 / (image_index * petzval) })
     }
 

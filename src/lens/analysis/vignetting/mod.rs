@@ -13,6 +13,8 @@
 mod ray_end;
 mod stop_finder;
 
+use rayon::prelude::*;
+
 use ray_end::{FilmPoint, RayEnd, RayEndTracer};
 use stop_finder::StopFinder;
 
@@ -109,27 +111,53 @@ impl Vignetting {
         }
     }
 
-    /// Returns the light budget of a film point (mm); `None` if there is no such light.
+    /// Returns the light budget of a film point (mm); `None` if there is no such light. It does not
+    /// depend on the number of threads.
     pub fn budget(&self, film: [f64; 2], normalization: Normalization) -> Option<LightBudget> {
-        let (start, mut tracer) = (self.start(film), RayEndTracer::default());
+        let start = self.start(film);
         let pupil_box = match normalization {
-            Normalization::Stop => self.stop_finder.find(start, &mut tracer)?,
+            Normalization::Stop => self.stop_finder.find(start, &mut RayEndTracer::default())?,
             Normalization::Rear => self.rear(start),
         };
-        let (middle, size) = (pupil_box.centre(), pupil_box.size());
-        let mut sums = BudgetSums::new(&self.lens, normalization);
-        let mut open = RayEndTracer::default();
-        for wave in self.points.chunks(WAVE_SIZE) {
-            let at = |i: usize| {
-                [0, 1].map(|axis| middle[axis] + (f64::from(wave[i][axis]) - 0.5) * size[axis])
-            };
-            let open = open.trace(start, wave.len(), at, &self.open);
-            let itself = tracer.trace(start, wave.len(), at, &self.itself);
-            for (i, (open, itself)) in open.iter().zip(itself).enumerate() {
-                sums.add(start.weight(at(i)), *open, *itself);
+        let part = |tracers: &mut [RayEndTracer; 2], wave: &[[f32; 2]]| {
+            let mut sums = BudgetSums::new(&self.lens, normalization);
+            let at = |i: usize| place(pupil_box, wave[i]);
+            let [itself, open] = tracers;
+            let itself = itself.trace(start, wave.len(), at, &self.itself);
+            // Wider rims change the end of those rays alone that a rim may have blocked.
+            let undecided: Vec<usize> =
+                (0..wave.len()).filter(|&i| sums.needs_open(itself[i])).collect();
+            let opened = open.trace(start, undecided.len(), |k| at(undecided[k]), &self.open);
+            let mut opened = undecided.iter().zip(opened).peekable();
+            for (i, &end) in itself.iter().enumerate() {
+                let open = opened.next_if(|(ray, _)| **ray == i).map_or(end, |(_, open)| *open);
+                sums.add(start.weight(at(i)), open, end);
             }
-        }
+            sums
+        };
+        let parts: Vec<BudgetSums> =
+            self.points.par_chunks(WAVE_SIZE).map_init(Default::default, part).collect();
+        // In the order of the rays, whichever thread traced them.
+        let sums = parts.into_iter().reduce(BudgetSums::with)?;
+        let size = pupil_box.size();
         sums.finish(size[0] * size[1] / self.points.len() as f64)
+    }
+
+    /// Returns whether any light of a film point (mm) leaves the lens, as far as the rays find it.
+    pub fn is_lit(&self, film: [f64; 2]) -> bool {
+        let start = self.start(film);
+        let Some(pupil_box) = self.stop_finder.find(start, &mut RayEndTracer::default()) else {
+            return false;
+        };
+        self.points.par_chunks(WAVE_SIZE).any(|wave| {
+            let at = |i: usize| place(pupil_box, wave[i]);
+            let mut tracer = RayEndTracer::default();
+            let ends = tracer.trace(start, wave.len(), at, &self.itself);
+            (0..wave.len()).any(|i| {
+                let light = f64::from(ends[i].transmittance) * start.weight(at(i));
+                ends[i].passes() && light > 0.0
+            })
+        })
     }
 
     /// Returns the angle to the axis (degrees) of the chief ray of the film point (x, 0): the ray
@@ -151,12 +179,9 @@ impl Vignetting {
         pupil_box: PupilBox,
         tracer: &mut RayEndTracer,
     ) -> Option<[f64; 2]> {
-        let (middle, size) = (pupil_box.centre(), pupil_box.size());
         let mut passed = Vec::new();
         for wave in self.points.chunks(WAVE_SIZE) {
-            let at = |i: usize| {
-                [0, 1].map(|axis| middle[axis] + (f64::from(wave[i][axis]) - 0.5) * size[axis])
-            };
+            let at = |i: usize| place(pupil_box, wave[i]);
             let ends = tracer.trace(start, wave.len(), at, &self.itself);
             passed.extend((0..wave.len()).filter(|&i| ends[i].passes()).map(at));
         }
@@ -170,10 +195,7 @@ impl Vignetting {
     /// Returns the distance from the axis along x at which the light ends (mm), if that is before
     /// `reach`. It is exact to 1e-4 of `reach`, as far as the rays find the last light.
     pub fn light_radius(&self, reach: f64) -> Option<f64> {
-        let lit = |x: f64| {
-            let budget = self.budget([x, 0.0], Normalization::Stop);
-            budget.is_some_and(|budget| budget.pass > 0.0)
-        };
+        let lit = |x: f64| self.is_lit([x, 0.0]);
         if lit(reach) {
             return None;
         }
@@ -216,11 +238,17 @@ impl Vignetting {
     }
 }
 
+/// Returns a point of the plane of the rear vertex, by its place in a box: 0 to 1 along each side.
+fn place(pupil_box: PupilBox, share: [f32; 2]) -> [f64; 2] {
+    let (middle, size) = (pupil_box.centre(), pupil_box.size());
+    [0, 1].map(|axis| middle[axis] + (f64::from(share[axis]) - 0.5) * size[axis])
+}
+
 /// Sums of a light budget.
 struct BudgetSums {
     normalization: Normalization,
-    stop: u16,
-    rear: u16,
+    stop: u32,
+    rear: u32,
     rows: Vec<RowLoss>,
     all: f64,
     passed: f64,
@@ -230,8 +258,25 @@ impl BudgetSums {
     fn new(lens: &Prescription, normalization: Normalization) -> Self {
         let count = lens.rows.len();
         let rows = vec![RowLoss::default(); count];
-        let (stop, rear) = (lens.stop() as u16, count as u16 - 1);
+        let (stop, rear) = (lens.stop() as u32, count as u32 - 1);
         Self { normalization, stop, rear, rows, all: 0.0, passed: 0.0 }
+    }
+
+    /// Returns whether the open copy may end a ray elsewhere than the lens itself, and it matters. Only
+    /// the stop, which both have, transmits a part of a ray.
+    fn needs_open(&self, itself: RayEnd) -> bool {
+        let unseen = self.normalization == Normalization::Rear && itself.row == self.rear;
+        !itself.passes() && itself.row != self.stop && !unseen
+    }
+
+    /// Adds the sums of other rays.
+    fn with(mut self, other: Self) -> Self {
+        for (own, other) in self.rows.iter_mut().zip(&other.rows) {
+            own.rim += other.rim;
+            own.refraction += other.refraction;
+        }
+        (self.all, self.passed) = (self.all + other.all, self.passed + other.passed);
+        self
     }
 
     /// Adds a ray, given where it ends in the open copy and in the lens itself.
@@ -254,7 +299,7 @@ impl BudgetSums {
         // Only the opening of the stop transmits a part of a ray.
         let row = if itself.passes() { self.stop } else { itself.row };
         let lost = light * (1.0 - share);
-        let loss = &mut self.rows[usize::from(row)];
+        let loss = &mut self.rows[row as usize];
         if open.row == row && row != self.stop {
             loss.refraction += lost;
         } else {

@@ -21,14 +21,14 @@ pub(super) struct FilmPoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RayEnd {
     /// The row where it ends, or [`RayEnd::PASSED`].
-    pub row: u16,
+    pub row: u32,
     /// Transmittance of the shaped openings on its way.
     pub transmittance: f32,
 }
 
 impl RayEnd {
     /// No row: the ray passes all surfaces.
-    pub const PASSED: u16 = u16::MAX;
+    pub const PASSED: u32 = u32::MAX;
 
     pub fn passes(self) -> bool {
         self.row == Self::PASSED
@@ -40,6 +40,8 @@ impl RayEnd {
 pub(super) struct RayEndTracer {
     batch: Box<LensBatch<f32>>,
     ends: Vec<RayEnd>,
+    /// Blocked rays by row of the surface that was crossed last.
+    blocked: Vec<u64>,
 }
 
 impl RayEndTracer {
@@ -52,7 +54,7 @@ impl RayEndTracer {
         at: impl Fn(usize) -> [f64; 2],
         surfaces: &[Surface<f32>],
     ) -> &[RayEnd] {
-        let Self { batch, ends } = self;
+        let Self { batch, ends, blocked } = self;
         let count = count.min(WAVE_SIZE);
         for i in 0..count {
             let [u, v] = at(i);
@@ -65,13 +67,25 @@ impl RayEndTracer {
         ends.clear();
         ends.resize(count, RayEnd { row: RayEnd::PASSED, transmittance: 1.0 });
         let rows = surfaces.iter().map(|surface| surface.row + 1).max().unwrap_or(0);
-        let mut uncounted = vec![0; rows];
+        blocked.clear();
+        blocked.resize(rows, 0);
+        let mut ended = 0;
         for surface in surfaces {
-            trace::<f32x8>(batch, std::slice::from_ref(surface), &mut uncounted);
+            // The trace counts from the start of the batch: all rays that have ended so far.
+            blocked[surface.row] = 0;
+            trace::<f32x8>(batch, std::slice::from_ref(surface), blocked);
+            // Most surfaces block nothing, and need no look at the rays.
+            if blocked[surface.row] == ended {
+                continue;
+            }
+            ended = blocked[surface.row];
             for (i, end) in ends.iter_mut().enumerate() {
                 if end.passes() && batch.x[i].is_nan() {
-                    end.row = surface.row as u16;
+                    end.row = surface.row as u32;
                 }
+            }
+            if ended == count as u64 {
+                break;
             }
         }
         for (i, end) in ends.iter_mut().enumerate() {

@@ -41,7 +41,11 @@ fn row_matrices(lens: &Prescription, row: usize) -> [RayTransferMatrix; 2] {
 /// Returns the lens with every surface replaced by a plane that refracts by first-order optics.
 /// Rims and openings stay. Mirrors are unfolded, see [`unfolded`].
 pub(super) fn paraxial(lens: &Prescription) -> Prescription {
-    let row = |i: usize| ideal(&lens.rows[i], row_matrices(lens, i));
+    let media = lens.all_signed_indices();
+    let matrices = |i: usize| {
+        AXES.map(|axis| RayTransferMatrix::IDENTITY.through(&lens.rows[i], media[i], axis))
+    };
+    let row = |i: usize| ideal(&lens.rows[i], matrices(i));
     let ideal = Prescription { rows: lens.rows.map(row), ..lens.clone() };
     if lens.has_mirrors() { unfolded(lens, ideal) } else { ideal }
 }
@@ -50,9 +54,8 @@ pub(super) fn paraxial(lens: &Prescription) -> Prescription {
 /// refract as the mirrors reflect. A row's matrix holds for heights and index times slope along the
 /// way of the light, which are the same on the folded way. Folds and tilts are left out.
 fn unfolded(folded: &Prescription, mut ideal: Prescription) -> Prescription {
-    for i in 0..folded.rows.len() {
-        let row = &mut ideal.rows[i];
-        row.thickness *= folded.travel_before(i + 1);
+    for (row, travel) in ideal.rows.iter_mut().zip(&folded.travels()[1..]) {
+        row.thickness *= travel;
         row.mirror = false;
     }
     ideal.centre();
