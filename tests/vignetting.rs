@@ -271,7 +271,7 @@ fn many_surfaces(count: usize) -> Vec<Row> {
     let thickness = 50.0 / count as f64;
     let radius = 30.0 * 0.5168 * pairs as f64;
     let glass = |pair: usize| {
-        let bend = if pair % 2 == 0 { radius } else { f64::INFINITY };
+        let bend = if pair.is_multiple_of(2) { radius } else { f64::INFINITY };
         [(bend, 1.5168), (f64::INFINITY, 1.0)].map(|(radius, index)| Row {
             radius,
             index,
@@ -330,7 +330,7 @@ fn the_time_for_very_many_surfaces_is_linear() {
         };
         format!("{radius} {} {} {}\n", row.thickness, row.index, row.diameter)
     };
-    let file = support::write(&folder, "many.dat", &rows.iter().map(line).collect::<String>());
+    let file = support::write(&folder, "many.dat", rows.iter().map(line).collect::<String>());
     let drawing = folder.path().join("many.svg");
     let (file, drawing) = (file.to_str().unwrap(), drawing.to_str().unwrap());
     let start = std::time::Instant::now();
