@@ -2,13 +2,13 @@
 
 mod support;
 
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::io::image::Picture;
 use petzval::metric::{
     DynamicRange, Measurement, Metric, flip_hdr, flip_ldr, measure, pixels_per_degree,
 };
 use petzval::sampler::hash;
 use std::path::Path;
-use support::{folder, petzval, write};
+use support::{folder, petzval, write, write_picture};
 
 const SIZE: [usize; 2] = [72, 48];
 
@@ -108,15 +108,7 @@ fn equal_pictures_have_no_error_and_opposites_the_largest() {
 }
 
 fn save(at: &Path, name: &str, picture: &Picture) {
-    let window = PictureWindow { origin: [0, 0], frame: picture.size.map(|n| n as u32) };
-    picture
-        .write(
-            &petzval::io::Outputs::without_inputs().claim(at.join(name)).unwrap(),
-            window,
-            EncodingOptions::default(),
-            &Vec::new(),
-        )
-        .expect("a picture");
+    write_picture(picture, at.join(name));
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod support;
 
 use std::f64::consts::PI;
 
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::lens::{
     FocusError, FocusModel, LensModel, LensRay, Paraxial, Prescription, RealRayFocus, Side,
@@ -13,7 +13,7 @@ use petzval::lens::{sequence, trace_one};
 use petzval::prepare::{Changes, FocusOn, prepare};
 use petzval::render::Backend;
 use petzval::scene::pbrt;
-use support::{LENSES, folder, lens, mean, picture, root, write};
+use support::{LENSES, folder, lens, mean, picture, root, write, write_picture};
 
 /// Returns a render of the centre of the film under a uniform sky of radiance 1.
 fn centre(lens: &str, changes: &Changes) -> Job {
@@ -174,17 +174,7 @@ fn brightness_with(folder: &tempfile::TempDir, aperture: &str) -> f64 {
 /// Writes a picture of 16 x 16 pixels of these values.
 fn write_mask(folder: &tempfile::TempDir, name: &str, value: impl Fn(usize, usize) -> f32) {
     let pixels = (0..256).map(|i| [value(i % 16, i / 16); 3]).collect();
-    let window = PictureWindow { origin: [0, 0], frame: [16, 16] };
-    let picture = Picture { size: [16, 16], pixels };
-    let path = folder.path().join(name);
-    picture
-        .write(
-            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-            window,
-            EncodingOptions::default(),
-            &Vec::new(),
-        )
-        .expect("a picture");
+    write_picture(&Picture { size: [16, 16], pixels }, folder.path().join(name));
 }
 
 #[test]

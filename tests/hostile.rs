@@ -5,9 +5,9 @@ mod support;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::io::image::Picture;
 use support::workspace::{Workspace, exit_and_stderr, finish, signal};
-use support::{folder, petzval, write};
+use support::{folder, petzval, write, write_picture};
 
 /// Maximum number of characters of input that an error shows in one piece.
 const MAX_QUOTED: usize = 80;
@@ -183,16 +183,7 @@ fn a_metric_of_nan_fails_the_comparison() {
     let folder = folder();
     let picture = |name: &str, value: f32| {
         let picture = Picture { size: [16, 16], pixels: vec![[value; 3]; 256] };
-        let window = PictureWindow { origin: [0; 2], frame: [16; 2] };
-        let path = folder.path().join(name);
-        picture
-            .write(
-                &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-                window,
-                EncodingOptions::default(),
-                &Vec::new(),
-            )
-            .expect("a picture");
+        write_picture(&picture, folder.path().join(name));
     };
     picture("a.exr", 0.5);
     picture("nan.exr", f32::NAN);
@@ -357,16 +348,7 @@ fn a_texture_of_floats_claims_all_that_it_takes() {
     let folder = folder();
     let size = [2500, 2500];
     let picture = Picture { size, pixels: vec![[0.5; 3]; size[0] * size[1]] };
-    let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
-    let path = folder.path().join("a.exr");
-    picture
-        .write(
-            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-            window,
-            EncodingOptions::default(),
-            &Vec::new(),
-        )
-        .expect("a file");
+    write_picture(&picture, folder.path().join("a.exr"));
     drop(picture);
     let world = "Texture \"a\" \"spectrum\" \"imagemap\" \"string filename\" \"a.exr\"\n\
                  Material \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"";

@@ -4,8 +4,9 @@
 mod support;
 
 use petzval::io::ReadContext;
-use petzval::io::image::{EncodingOptions, Notes, Picture, PictureWindow, Transfer};
+use petzval::io::image::{Picture, Transfer};
 use support::workspace::Workspace;
+use support::write_picture;
 
 /// Parses a size such as "23 MB" or "1.54 GB" to bytes.
 fn bytes(text: &str) -> f64 {
@@ -157,15 +158,7 @@ fn temporary_pictures_return_their_memory() {
     let workspace = Workspace::new();
     let (path, size) = (workspace.path("a.exr"), [400, 400]);
     let picture = Picture { size, pixels: vec![[0.5; 3]; size[0] * size[1]] };
-    let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
-    picture
-        .write(
-            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-            window,
-            EncodingOptions::default(),
-            &Notes::new(),
-        )
-        .expect("a file");
+    write_picture(&picture, &path);
     let read = |context: &ReadContext| {
         Picture::read_with(&path, Transfer::Srgb, context).map(|picture| picture.size)
     };

@@ -5,9 +5,9 @@ mod support;
 use std::fs;
 use std::path::PathBuf;
 
-use petzval::io::Outputs;
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::io::image::Picture;
 use support::workspace::{CAMERA, Workspace};
+use support::write_picture;
 
 /// Names a file of each kind that a scene reads: textures, a mesh, an included file.
 const SCENE: &str = r#"
@@ -50,15 +50,8 @@ fn workspace() -> Workspace {
     fs::write(workspace.path("mesh.ply"), MESH).expect("a mesh");
     fs::copy(workspace.path("lens.dat"), workspace.path("lens.svg")).expect("a lens");
     let picture = Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] };
-    let window = PictureWindow { origin: [0; 2], frame: [2; 2] };
     for name in INPUTS.into_iter().filter(|name| name.ends_with(".png")) {
-        let written = picture.write(
-            &Outputs::without_inputs().claim(workspace.path(name)).unwrap(),
-            window,
-            EncodingOptions::default(),
-            &Vec::new(),
-        );
-        written.expect("a texture");
+        write_picture(&picture, workspace.path(name));
     }
     workspace
 }
@@ -252,13 +245,7 @@ fn no_file_of_a_data_set_is_written_over_an_input_of_any_pair() {
         .expect("a texture");
     let scene = fs::read_to_string(workspace.path("scene.pbrt")).expect("the scene");
     let exr = workspace.path("sub/000000.clean.exr");
-    let written = Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] }.write(
-        &Outputs::without_inputs().claim(&exr).expect("an output"),
-        PictureWindow { origin: [0; 2], frame: [2; 2] },
-        EncodingOptions::default(),
-        &Vec::new(),
-    );
-    written.expect("a texture");
+    write_picture(&Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] }, &exr);
     let texture = fs::read(&exr).expect("the texture");
     let other = scene.replacen("wood.png\"\n        Material", "wood.png\"\n Material", 1);
     let other = other.replace("\"report/plot.png\"", "\"sub/000000.clean.exr\"");

@@ -3,7 +3,7 @@
 mod support;
 
 use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec, SceneErrors};
-use support::{folder, mean, rendered, write};
+use support::{folder, mean, rendered, write, write_picture};
 
 fn read(text: &str) -> Result<Description, SceneErrors> {
     let folder = folder();
@@ -243,16 +243,8 @@ fn textures_are_upright() {
     let mut pixels = vec![[1.0f32; 3]; 8];
     pixels.extend([[0.0; 3]; 8]);
     let picture = petzval::io::image::Picture { size: [4, 4], pixels };
-    let window = petzval::io::image::PictureWindow { origin: [0, 0], frame: [4, 4] };
     let path = folder.path().join("half.png");
-    picture
-        .write(
-            &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-            window,
-            Default::default(),
-            &Vec::new(),
-        )
-        .unwrap();
+    write_picture(&picture, &path);
     let seen = |v: &str| {
         let text = format!(
             "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\

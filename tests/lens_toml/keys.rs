@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::io::image::Picture;
 use petzval::lens::{
     ApertureMask, Coating, D_LINE, Glass, Iris, MaskConvention, Row, TransverseAxis, find_glass,
     read,
 };
 
-use super::support::{LENSES, folder, lens, write};
+use super::support::{LENSES, folder, lens, write, write_picture};
 use super::{by_line, parsed, singlet, stopped};
 
 fn iris(keys: &str) -> Iris {
@@ -148,15 +148,7 @@ fn the_iris_has_blades_or_a_shape() {
 
 /// Writes a picture of one row per entry.
 fn picture(path: &Path, size: [usize; 2], pixels: Vec<[f32; 3]>) {
-    let window = PictureWindow { origin: [0, 0], frame: size.map(|n| n as u32) };
-    Picture { size, pixels }
-        .write(
-            &petzval::io::Outputs::without_inputs().claim(path).unwrap(),
-            window,
-            EncodingOptions::default(),
-            &Vec::new(),
-        )
-        .unwrap();
+    write_picture(&Picture { size, pixels }, path);
 }
 
 #[test]

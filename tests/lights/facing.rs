@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 
 use glam::Vec3;
-use petzval::io::image::{EncodingOptions, PictureWindow};
 use petzval::prepare::{Changes, prepare};
 use petzval::render::Backend;
 use petzval::scene::{Reception, pbrt};
@@ -96,15 +95,7 @@ fn a_floor_under_a_picture_of_the_sky_has_the_brightness_of_its_irradiance() {
     // Directions darker than the mean are found by BSDF sampling alone: pictures must not lose
     // them, nor count those above it twice.
     let (folder, sky) = (support::folder(), patchwork([16, 16]));
-    let window = PictureWindow { origin: [0, 0], frame: [16, 16] };
-    let path = folder.path().join("sky.exr");
-    sky.write(
-        &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-        window,
-        EncodingOptions::default(),
-        &Vec::new(),
-    )
-    .expect("a picture");
+    support::write_picture(&sky, folder.path().join("sky.exr"));
     let light = "LightSource \"infinite\" \"string filename\" \"sky.exr\"";
     let scene = read(&[("sky.exr", &sky)], light).expect("a scene");
     let expected = Mean::irradiance(&scene, &at([0.0; 3], [0.0, 0.0, 1.0]), 4_000_000);

@@ -11,28 +11,18 @@ mod strength;
 mod support;
 
 use glam::Vec3;
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
+use petzval::io::image::Picture;
 use petzval::lanes::f32x8;
 use petzval::rays::{Hit, Ray};
 use petzval::scene::pbrt::{self, SceneErrors};
 use petzval::scene::{LightSample, Scene, SurfacePoint, TraversalStack};
-use support::{Random, folder, write};
+use support::{Random, folder, write, write_picture};
 
 /// Reads the world of a scene file that refers to these pictures.
 fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneErrors> {
     let folder = folder();
     for (name, picture) in pictures {
-        let frame = picture.size.map(|n| n as u32);
-        let window = PictureWindow { origin: [0, 0], frame };
-        let path = folder.path().join(name);
-        picture
-            .write(
-                &petzval::io::Outputs::without_inputs().claim(&path).unwrap(),
-                window,
-                EncodingOptions::default(),
-                &Vec::new(),
-            )
-            .expect("a picture");
+        write_picture(picture, folder.path().join(name));
     }
     let text = format!("Camera \"perspective\"\nWorldBegin\n{world}");
     pbrt::read(&write(&folder, "test.pbrt", text)).map(|description| description.scene)

@@ -105,6 +105,14 @@ impl Random {
     }
 }
 
+/// Writes a picture in the format of the file's extension.
+pub fn write_picture(picture: &petzval::io::image::Picture, path: impl Into<PathBuf>) {
+    let frame = picture.size.map(|n| n as u32);
+    let window = petzval::io::image::PictureWindow { origin: [0, 0], frame };
+    let file = petzval::io::Outputs::without_inputs().claim(path).expect("an output");
+    picture.write(&file, window, Default::default(), &Vec::new()).expect("a picture");
+}
+
 /// Renders a scene given as text. The text names files by absolute paths.
 pub fn rendered(text: &str) -> petzval::io::image::Picture {
     let folder = folder();
