@@ -9,7 +9,7 @@ use crate::direct_light::{DirectLight, DirectLightWeights};
 use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::Ghosts;
 use crate::io::FileLog;
-use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries, ToneCurve};
+use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
 use crate::lens::{CalibrationSetup, Camera, FieldRay, LensModel, PixelGrid};
 use crate::light_paths::LightPathInput;
 use crate::plan::Plan;
@@ -72,7 +72,7 @@ impl Job {
     pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
         let space = self.colour_space;
         let space = (space != ColourSpace::Srgb).then(|| space.primaries());
-        EncodingOptions { half: self.half, exposure, tone: ToneCurve::Linear, space }
+        EncodingOptions { half: self.half, exposure, space, ..EncodingOptions::default() }
     }
 
     /// Returns the footprint of a pixel of this picture.
@@ -133,6 +133,12 @@ impl Job {
         })
     }
 
+    /// Returns whether the light of a sky that the camera sees directly is left out, because the
+    /// picture has an opacity and gets another background.
+    pub fn hides_sky(&self) -> bool {
+        self.layers.contains(&Aov::Alpha)
+    }
+
     /// Returns whether light paths add light to the picture.
     pub fn has_light_paths(&self) -> bool {
         self.ghosts.is_some() || self.direct_light.is_some() || self.caustics.is_some()
@@ -147,6 +153,7 @@ impl Job {
             response: &self.response,
             timing: self.timing.as_ref(),
             path_limits: self.path_limits,
+            hides_sky: self.hides_sky(),
             seed: self.seed,
             stop: None,
         }

@@ -197,6 +197,110 @@ fn the_automatic_exposure_is_printed_and_stored_to_lock_a_series() {
     refuses(&small(&again, &["--tone", "log"]), "expected linear or filmic");
 }
 
+/// Returns the notes of a PNG by name, or those of a JPEG from its comments.
+fn stored_notes(path: &Path) -> std::collections::BTreeMap<String, String> {
+    if path.extension().is_some_and(|extension| extension == "png") {
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let reader = png::Decoder::new(file).read_info().unwrap();
+        let notes = &reader.info().utf8_text;
+        return notes.iter().map(|n| (n.keyword.clone(), n.get_text().unwrap())).collect();
+    }
+    let bytes = std::fs::read(path).unwrap();
+    let (mut notes, mut at) = (std::collections::BTreeMap::new(), 2);
+    // Segments up to the start of the scan.
+    while bytes[at + 1] != 0xda {
+        let length = usize::from(u16::from_be_bytes([bytes[at + 2], bytes[at + 3]]));
+        if bytes[at + 1] == 0xfe {
+            let comment = text(&bytes[at + 4..at + 2 + length]);
+            let (name, value) = comment.split_once(": ").expect("a name");
+            notes.insert(name.to_owned(), value.to_owned());
+        }
+        at += 2 + length;
+    }
+    notes
+}
+
+#[test]
+fn a_jpeg_stores_what_a_png_stores() {
+    let folder = folder();
+    let [png, jpeg] = ["a.png", "a.jpg"].map(|name| {
+        let path = folder.path().join(name);
+        assert!(petzval(&small(&path, &[])).status.success());
+        assert_eq!(petzval::io::image::Picture::read(&path).unwrap().size, [40, 30]);
+        stored_notes(&path)
+    });
+    assert!(png.contains_key("displayExposure") && png.contains_key("lensModel"), "{png:?}");
+    for (name, value) in png.iter().filter(|(name, _)| *name != "commandLine") {
+        assert_eq!(jpeg.get(name), Some(value), "{name}");
+    }
+}
+
+#[test]
+fn white_balance_makes_a_grey_card_neutral_and_can_be_locked() {
+    let folder = folder();
+    let render = |kelvin: u32, name: &str, more: &[&str]| {
+        let scene = format!(
+            "Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 16
+             Sampler \"sobol\" \"integer pixelsamples\" 16
+             Camera \"perspective\" \"float fov\" 20 WorldBegin
+             LightSource \"infinite\" \"blackbody L\" {kelvin} \"float illuminance\" 3
+             Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]
+             Translate 0 0 2 Shape \"disk\" \"float radius\" 5"
+        );
+        let scene = write(&folder, "card.pbrt", scene);
+        let path = folder.path().join(name);
+        let mut arguments = vec!["render", scene.to_str().unwrap(), "-o", path.to_str().unwrap()];
+        arguments.extend(more);
+        let output = petzval(&arguments);
+        let stderr = text(&output.stderr);
+        assert!(output.status.success(), "{arguments:?}: {stderr}");
+        let picture = petzval::io::image::Picture::read(&path).unwrap();
+        let codes = picture.pixels[8 * 16 + 8].map(|v| petzval::io::image::srgb_encode(v) * 255.0);
+        (codes, stderr)
+    };
+    let neutral = |codes: [f32; 3]| {
+        let [low, high] = [f32::min, f32::max].map(|of| codes.into_iter().reduce(of).unwrap());
+        assert!(low > 60.0 && high < 250.0, "{codes:?}");
+        high - low <= 2.0
+    };
+    for name in ["a.png", "a.jpg"] {
+        assert!(!neutral(render(3200, name, &["--exposure", "0"]).0));
+        assert!(neutral(render(3200, name, &["--exposure=0", "--white-balance", "3200K"]).0));
+        let (codes, stderr) = render(3200, name, &["--exposure=0", "--white-balance", "auto"]);
+        assert!(neutral(codes), "{codes:?}");
+        let white = stderr.split("--white-balance=").nth(1).expect("a white").split(' ').next();
+        let white = white.expect("a white");
+        let stored = stored_notes(&folder.path().join(name));
+        assert_eq!(stored.get("displayWhite").map(String::as_str), Some(white));
+        let locked = ["--exposure=0", "--white-balance", white];
+        assert_eq!(render(3200, name, &locked).0, codes, "{white}");
+        let plain = render(6504, name, &["--exposure", "0"]).0;
+        for light in ["D65", "6500K"] {
+            let daylight = render(6504, name, &["--exposure=0", "--white-balance", light]).0;
+            let off = [0, 1, 2].map(|c| (plain[c] - daylight[c]).abs()).into_iter();
+            assert!(off.fold(0.0, f32::max) <= 1.01, "{light}: {plain:?} and {daylight:?}");
+        }
+    }
+    let path = folder.path().join("b.png");
+    for bad in ["12K", "cool", "0.3", "0.9,0.9", "nan,nan", "D66", "1e9K"] {
+        refuses(&small(&path, &["--white-balance", bad]), "expected a temperature");
+    }
+    refuses(&small(&path, &["--bayer", "--white-balance", "D50"]), "has no colours yet");
+}
+
+#[test]
+fn an_opacity_is_written_to_exr_and_png_and_refused_elsewhere() {
+    let folder = folder();
+    let [png, jpeg] = ["a.png", "a.jpg"].map(|name| folder.path().join(name));
+    let output = petzval(&small(&png, &["--aov", "alpha"]));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let file = std::io::BufReader::new(std::fs::File::open(&png).unwrap());
+    let colour = png::Decoder::new(file).read_info().unwrap().info().color_type;
+    assert_eq!(colour, png::ColorType::Rgba);
+    refuses(&small(&jpeg, &["--aov", "alpha"]), "only EXR holds layers, and PNG the layer alpha");
+    refuses(&small(&png, &["--aov", "alpha,depth"]), "only EXR holds layers");
+}
+
 #[test]
 fn a_quantity_with_its_unit_means_the_same_in_every_command() {
     let folder = folder();

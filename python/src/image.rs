@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use numpy::{Ix3, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
-use petzval::io::image::{ImageLayer, Notes, PictureWindow};
+use petzval::io::image::{ImageFormat, ImageLayer, Notes, PictureWindow};
 use petzval::io::{FileLog, OutputFile};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
 use pyo3::exceptions::PyTypeError;
@@ -161,7 +161,7 @@ impl Image {
         (shape[1], shape[0])
     }
 
-    /// Writes the picture: .exr (linear, with all layers), .png or .jpg.
+    /// Writes the picture: .exr (linear, with all layers), .png (with the layer alpha) or .jpg.
     ///
     /// `exposure` is the brightness of PNG and JPEG in stops, or "auto". `half` writes 16-bit floats
     /// to EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
@@ -177,8 +177,12 @@ impl Image {
         let encoding =
             EncodingOptions { exposure: exposure.exposure()?, half, ..EncodingOptions::default() };
         let picture = self.picture(py)?;
-        let holds_layers = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let layers = if holds_layers { self.image_layers(py)? } else { Vec::new() };
+        let format = ImageFormat::of(&path).ok();
+        let mut layers = match format {
+            Some(ImageFormat::Exr | ImageFormat::Png) => self.image_layers(py)?,
+            _ => Vec::new(),
+        };
+        layers.retain(|layer| format.is_some_and(|format| format.holds(&layer.name)));
         let file = OutputFile::new(path, &self.inputs).map_err(value_error)?;
         py.detach(|| picture.write_with_layers(&layers, &file, self.window, encoding, &self.notes))
             .map_err(|error| image_error(&error))

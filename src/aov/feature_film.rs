@@ -3,11 +3,10 @@
 use std::io;
 
 use super::features::TileFeatures;
-use super::{Aov, CircleOfConfusion, LayerRequest};
+use super::{Aov, LayerRequest};
 use crate::film::{Frame, Tile, clamp_to_f32};
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
-use crate::io::image::ImageLayer;
-use crate::lens::Camera;
+use crate::io::image::{ALPHA_LAYER, ImageLayer};
 
 /// Feature sums of one pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,7 +16,10 @@ pub(super) struct PixelFeatures {
     /// Sum of the weights of all paths, and of those that meet a surface.
     pub weight: [f64; 2],
     pub depth: f64,
-    pub coc: f64,
+    /// Sum of the weights of all paths whose circle of confusion is finite, and of these circles.
+    pub coc: [f64; 2],
+    /// Sum of the weights of all paths as they leave the lens, and of those that leave the scene.
+    pub beyond: [f64; 2],
     pub position: [f64; 3],
     pub normal: [f64; 3],
     pub albedo: [f64; 3],
@@ -26,13 +28,21 @@ pub(super) struct PixelFeatures {
 }
 
 impl PixelFeatures {
+    /// Adds the circle of confusion (um) of a path. Points in the plane of the pupil have none.
+    pub fn add_circle(&mut self, weight: f64, diameter: f64) {
+        if diameter.is_finite() {
+            self.coc = [self.coc[0] + weight, self.coc[1] + weight * diameter];
+        }
+    }
+
     /// Adds the sums of later paths.
     fn add(&mut self, other: &Self) {
         self.taken = self.taken.saturating_add(other.taken);
         self.passed = self.passed.saturating_add(other.passed);
         self.weight = [0, 1].map(|i| self.weight[i] + other.weight[i]);
         self.depth += other.depth;
-        self.coc += other.coc;
+        self.coc = [0, 1].map(|i| self.coc[i] + other.coc[i]);
+        self.beyond = [0, 1].map(|i| self.beyond[i] + other.beyond[i]);
         for axis in 0..3 {
             self.position[axis] += other.position[axis];
             self.normal[axis] += other.normal[axis];
@@ -42,10 +52,17 @@ impl PixelFeatures {
     }
 
     /// Returns all sums in the order in which they are saved.
-    fn numbers(&mut self) -> [&mut [f64]; 6] {
-        let Self { weight, depth, coc, position, normal, albedo, .. } = self;
+    fn numbers(&mut self) -> [&mut [f64]; 7] {
+        let Self { weight, depth, coc, beyond, position, normal, albedo, .. } = self;
         let one = std::slice::from_mut;
-        [weight, one(depth), one(coc), position, normal, albedo]
+        [weight, one(depth), coc, beyond, position, normal, albedo]
+    }
+
+    /// Returns the share of the background that is covered.
+    fn alpha(&self) -> f64 {
+        let [launched, beyond] = self.beyond;
+        // The barrel of the lens covers what no path reaches. Random weights of media may exceed 1.
+        if launched > 0.0 { (1.0 - beyond / launched).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
@@ -129,27 +146,8 @@ impl FeatureFilm {
         self.put(tile, &sums);
     }
 
-    /// Returns the circle of confusion of every pixel (um): that of infinity where a pixel sees no
-    /// surface.
-    fn circles(&self, camera: &Camera) -> Vec<f32> {
-        let confusion = CircleOfConfusion::new(camera);
-        let width = self.frame.size()[0] as usize;
-        let circle = |(i, sum): (usize, &PixelFeatures)| {
-            if sum.weight[1] > 0.0 {
-                return sum.coc / sum.weight[1];
-            }
-            let Some(confusion) = confusion.filter(|_| sum.weight[0] > 0.0) else { return 0.0 };
-            let [x, y] = [i % width, i / width];
-            let middle =
-                [x as f64 + f64::from(self.frame.low[0]), y as f64 + f64::from(self.frame.low[1])]
-                    .map(|at| at + 0.5);
-            confusion.diameter(f64::INFINITY, camera.film_point(middle, self.frame.resolution))
-        };
-        self.sums.iter().enumerate().map(circle).map(clamp_to_f32).collect()
-    }
-
     /// Returns a layer of first-surface features; `None` for other layers.
-    pub(super) fn layer(&self, aov: Aov, camera: &Camera) -> Option<ImageLayer> {
+    pub(super) fn layer(&self, aov: Aov) -> Option<ImageLayer> {
         let all = |value: &dyn Fn(&PixelFeatures) -> f64| -> Vec<f32> {
             self.sums.iter().map(|sum| clamp_to_f32(value(sum))).collect()
         };
@@ -184,7 +182,8 @@ impl FeatureFilm {
                     one("passed", all(&|sum| f64::from(sum.passed))),
                 ],
             ),
-            Aov::Coc => ("coc", vec![one("um", self.circles(camera))]),
+            Aov::Coc => ("coc", vec![one("um", all(&|sum| mean(sum.coc[1], sum.coc[0])))]),
+            Aov::Alpha => (ALPHA_LAYER, vec![one("A", all(&PixelFeatures::alpha))]),
             Aov::Variance | Aov::Vignetting => return None,
         };
         Some(ImageLayer { name: name.to_owned(), channels })

@@ -61,6 +61,17 @@ impl TileFeatures {
         self.sums.add(&other.sums);
     }
 
+    /// Adds the weights of the paths of a wave as they leave the lens, before media change them: a
+    /// stage.
+    pub fn launch(&mut self, rays: &RayBatch, samples: &SampleBatch) {
+        for i in 0..rays.len {
+            let weight = weight(rays, i);
+            if weight.is_finite() {
+                self.sums.0[samples.pixel[rays.slot[i] as usize] as usize].beyond[0] += weight;
+            }
+        }
+    }
+
     /// Adds the first hits of a wave: a stage.
     pub fn record(
         &mut self,
@@ -76,14 +87,30 @@ impl TileFeatures {
             let slot = rays.slot[i] as usize;
             let sum = &mut self.sums.0[samples.pixel[slot] as usize];
             let (ray, hit) = (rays.ray(i), hits[i]);
-            let weight = rays.throughput(i).into_iter().map(f64::from).sum::<f64>() / 3.0;
+            let weight = weight(rays, i);
             sum.passed += 1;
-            if !weight.is_finite() {
+            // An absorbed path brings no light, whatever it brought before.
+            if !weight.is_finite() || hit == Hit::ABSORBED {
                 continue;
             }
             sum.weight[0] += weight;
+            let (motion, time) = (self.camera_motion.as_ref(), samples.time[slot]);
+            let depth_of = |point| {
+                let position = position_at_rest(motion, point, time);
+                f64::from(self.camera_from_world.transform_point3(position).z)
+            };
+            let film = [0, 1].map(|axis| f64::from(samples.film[axis][slot]));
+            let circle =
+                |depth| self.confusion.map_or(0.0, |confusion| confusion.diameter(depth, film));
             if matches!(hit.shape, NO_INDEX | Hit::IN_MEDIUM) {
                 sum.ids.get_or_insert([0; 3]);
+                if hit.shape == NO_INDEX {
+                    sum.beyond[1] += weight;
+                    sum.add_circle(weight, circle(f64::INFINITY));
+                } else {
+                    let along = Vec3::from(ray.direction) * hit.t;
+                    sum.add_circle(weight, circle(depth_of(Vec3::from(ray.origin) + along)));
+                }
                 continue;
             }
             let (shape, point) = scene.surface(&ray, &hit);
@@ -92,23 +119,19 @@ impl TileFeatures {
                 hit.instance.wrapping_add(1),
                 shape.material + 1,
             ]);
-            let (motion, time) = (self.camera_motion.as_ref(), samples.time[slot]);
-            let position = position_at_rest(motion, point.position, time);
-            let depth = f64::from(self.camera_from_world.transform_point3(position).z);
+            let depth = depth_of(point.position);
+            sum.add_circle(weight, circle(depth));
             let toward = -Vec3::from(ray.direction);
             let normal = point.shading_normal * point.shading_normal.dot(toward).signum();
             let colour = albedo(scene, &self.footprint, ray, hit);
-            let film = [0, 1].map(|axis| f64::from(samples.film[axis][slot]));
-            let coc = self.confusion.map_or(0.0, |confusion| confusion.diameter(depth, film));
             let vectors = [point.position.to_array(), normal.to_array(), colour];
             let all = vectors.as_flattened().iter().copied().map(f64::from);
             // A single NaN or infinity would spoil the sums.
-            if !all.chain([depth, coc]).all(f64::is_finite) {
+            if !all.chain([depth]).all(f64::is_finite) {
                 continue;
             }
             sum.weight[1] += weight;
             sum.depth += weight * depth;
-            sum.coc += weight * coc;
             for axis in 0..3 {
                 sum.position[axis] += weight * f64::from(point.position[axis]);
                 sum.normal[axis] += weight * f64::from(normal[axis]);
@@ -116,6 +139,11 @@ impl TileFeatures {
             }
         }
     }
+}
+
+/// Returns the weight of a ray in the means: the light that the lens transmits along it.
+fn weight(rays: &RayBatch, i: usize) -> f64 {
+    rays.throughput(i).into_iter().map(f64::from).sum::<f64>() / 3.0
 }
 
 /// Returns the position at which a camera at rest would see a point that the moving camera sees at

@@ -46,11 +46,16 @@ pub enum Aov {
     /// `samples.taken` and `samples.passed`: the number of samples of the pixel, and of those that
     /// passed the lens.
     Samples,
-    /// Mean diameter on the film of the circle of confusion of these surfaces, to first order (um); that
-    /// of infinity where there is none.
+    /// Mean diameter on the film of the circle of confusion of all that a pixel sees, to first order
+    /// (um): of surfaces, of points in media that scatter, and of infinity.
     Coc,
     /// The share of the light that each surface of the lens blocks.
     Vignetting,
+    /// The share of a pixel's background that surfaces and media cover: 1 minus the light that reaches
+    /// the pixel from beyond the scene, over that without a scene. Where no path passes the lens, it
+    /// is 1. A picture with this layer has no light of a sky that the camera sees directly, so that
+    /// its colours are premultiplied by it.
+    Alpha,
 }
 
 impl FromStr for Aov {
@@ -66,7 +71,7 @@ impl FromStr for Aov {
 
 impl Aov {
     /// All layers.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Depth,
         Self::Position,
         Self::Normal,
@@ -77,6 +82,7 @@ impl Aov {
         Self::Samples,
         Self::Coc,
         Self::Vignetting,
+        Self::Alpha,
     ];
 
     /// Returns a description in one line.
@@ -92,6 +98,7 @@ impl Aov {
             Self::Samples => "Number of samples taken, and of those that passed the lens",
             Self::Coc => "Diameter of the circle of confusion, um",
             Self::Vignetting => "Share of the light that each surface of the lens blocks",
+            Self::Alpha => "Opacity for compositing, also in PNG; the sky behind is left out",
         }
     }
 
@@ -108,6 +115,7 @@ impl Aov {
             Self::Samples => "samples",
             Self::Coc => "coc",
             Self::Vignetting => "vignetting",
+            Self::Alpha => "alpha",
         }
     }
 
@@ -136,7 +144,7 @@ pub fn channels(request: &LayerRequest<'_>) -> usize {
         (Aov::Depth | Aov::Object | Aov::Samples, _) => 2,
         (Aov::Position | Aov::Normal | Aov::Albedo | Aov::Variance, _) => 3,
         (Aov::Vignetting, LensModel::Real(lens)) => lens.prescription.rows.len() + 1,
-        (Aov::Material | Aov::Coc | Aov::Vignetting, _) => 1,
+        (Aov::Material | Aov::Coc | Aov::Vignetting | Aov::Alpha, _) => 1,
     };
     request.layers.iter().map(channels).sum()
 }
@@ -161,7 +169,7 @@ pub fn layers(
                 channels: channels.map(|(c, name)| (name.to_owned(), channel(c))).collect(),
             })
         }
-        (aov, _) => features?.layer(*aov, request.camera),
+        (aov, _) => features?.layer(*aov),
     };
     request.layers.iter().filter_map(layer).collect()
 }

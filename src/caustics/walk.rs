@@ -144,6 +144,7 @@ impl Caustics {
             hits,
             direct_light: None,
             caustics: false,
+            hides_sky: false,
         };
         let poses = CameraPoses::new(input.camera, input.timing);
         let mut target = |slot: u32, position: Vec3| -> Option<Vec3> {

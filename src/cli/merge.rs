@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use petzval::io::ByteSize;
-use petzval::io::image::{DisplayExposure, ImageFormat, ToneCurve};
+use petzval::io::image::{DisplayExposure, ImageFormat, ToneCurve, WhiteBalance};
 use petzval::io::{FileLog, Outputs};
 use petzval::render::checkpoint::{Head, Inputs, SavedRender};
 use petzval::render::memory::MemoryTask;
@@ -14,12 +14,13 @@ use petzval::render::merge;
 use petzval::scene;
 
 use super::arguments::argv::{argv, parse_render, shell_line};
+use super::arguments::values::white_balance;
 use super::denoise::Denoiser;
 use super::memory::{Memory, log_peak};
 use super::outputs::{check_writable, claim};
 use super::render::{
-    Denoising, PictureOutput, add_guides, check_noisy_files, default_exposure, denoising_bytes,
-    has_guides, inputs, job, noisy_files, resume_command,
+    Denoising, PictureOutput, add_guides, check_noisy_files, check_white_balance, default_exposure,
+    denoising_bytes, has_guides, inputs, job, noisy_files, resume_command,
 };
 use super::{Failure, Outcome, message};
 
@@ -41,6 +42,15 @@ pub(super) struct MergeArguments {
     /// Tone curve of PNG and JPEG, as for petzval render
     #[arg(long, value_name = "linear|filmic", default_value = "linear")]
     tone: ToneCurve,
+    /// Light that PNG and JPEG show as white, as for petzval render
+    #[arg(
+        long,
+        value_name = "K|x,y|auto",
+        value_parser = white_balance,
+        default_value = "off",
+        hide_default_value = true
+    )]
+    white_balance: WhiteBalance,
     /// Remove the noise, as petzval render does, of parts that were rendered with --denoise
     #[arg(long, value_name = "PROGRAM", num_args = 0..=1, require_equals = true)]
     denoise: Option<Option<PathBuf>>,
@@ -54,8 +64,7 @@ pub(super) struct MergeArguments {
 
 pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
-    let MergeArguments { parts, output, half, exposure, tone, threads, memory, denoise } =
-        arguments;
+    let MergeArguments { parts, output, half, exposure, threads, memory, denoise, .. } = arguments;
     let program = denoise.as_ref().map(|program| Denoiser::new(program.as_deref())).transpose()?;
     let memory = Memory::new(*memory);
     let format = ImageFormat::of(output)?;
@@ -91,6 +100,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
             claim(&outputs, noisy, "-o")?;
         }
     }
+    check_white_balance(arguments.white_balance, &job)?;
     message::warnings(&warnings);
     // Merging works with any build, but all parts must be of one.
     let build = first.inputs.build.clone();
@@ -111,7 +121,8 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let exposed = merge(&job, &parts)?;
     let mut encoding = job.encoding(default_exposure(*exposure, &job));
     encoding.half |= *half;
-    encoding.tone = *tone;
+    encoding.tone = arguments.tone;
+    encoding.white_balance = arguments.white_balance;
     let threads = threads.map_or(0, usize::from);
     let (argv, label, never) = (&argv(), None, AtomicBool::new(false));
     let picture = PictureOutput {

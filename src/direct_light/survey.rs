@@ -62,7 +62,10 @@ fn lamps_in_view(
         return Err("the camera has no lens of glass");
     };
     obstacle(input, lens).map_or(Ok(()), Err)?;
-    let skies: Vec<u32> = input.scene.lights.sampled_skies().collect();
+    let skies: Vec<u32> = match input.hides_sky {
+        true => Vec::new(),
+        false => input.scene.lights.sampled_skies().collect(),
+    };
     let shapes = input.scene.area_lights();
     if skies.is_empty() && shapes.is_empty() {
         return Err("no surface and no image of a sky emits light");

@@ -49,6 +49,8 @@ pub struct LightPathInput<'a> {
     pub timing: Option<&'a Timing>,
     /// The limits of path length.
     pub path_limits: PathLimits,
+    /// Whether the camera does not see the light of a sky.
+    pub hides_sky: bool,
     /// The seed of all random numbers.
     pub seed: u32,
     /// Switch that ends the work within a wave of paths. What it has added to a film is then of no

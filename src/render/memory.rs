@@ -91,6 +91,7 @@ impl Estimate {
         if let Some(format) = format {
             let layers = match format {
                 ImageFormat::Exr => 4 * pixels * aov::channels(&job.layer_request()) as u64,
+                ImageFormat::Png if job.hides_sky() => 4 * pixels,
                 _ => 0,
             };
             let [layers, picture] = [("layers", layers), ("picture", PICTURE_BYTES * pixels)];

@@ -171,12 +171,16 @@ impl Wave {
         &mut self,
         job: &Job,
         vertex: PathVertex,
-        features: Option<&mut TileFeatures>,
+        mut features: Option<&mut TileFeatures>,
         clock: &mut StageClock,
     ) {
         let Self { samples, rays, next, shadows, hits, stack, columns, media, radiance, .. } = self;
         let (stats, scene) = (&mut self.stats, &job.scene);
         let surroundings = Surroundings::of(scene, samples, vertex.depth, vertex.limits.max_depth);
+        if let (0, Some(features)) = (vertex.depth, features.as_deref_mut()) {
+            features.launch(rays, samples);
+            clock.lap(stats, Stage::Record, 0);
+        }
         let intersect = scene.intersect_all::<R>(&surroundings, rays, hits, stack);
         clock.lap(stats, Stage::Intersect, rays.len);
         if surroundings.media {
@@ -189,7 +193,8 @@ impl Wave {
         }
         let direct_light = job.direct_light_weights();
         let caustics = job.caustics.is_some();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics };
+        let hides_sky = job.hides_sky();
+        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics, hides_sky };
         let shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         clock.lap(stats, Stage::Shade, rays.len);
         let shaded = shadows.len;

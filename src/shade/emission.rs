@@ -17,6 +17,9 @@ impl ShadeInputs<'_> {
         for i in 0..rays.len {
             let hit = &hits[i];
             if hit.shape == NO_INDEX {
+                if self.hides_sky && self.vertex.depth == 0 {
+                    continue;
+                }
                 let ray = rays.ray(i);
                 let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
                 for &sky in &scene.lights.skies {

@@ -80,6 +80,8 @@ pub struct ShadeInputs<'a> {
     pub direct_light: Option<DirectLightWeights<'a>>,
     /// Whether light paths find caustics, so that camera paths leave them out.
     pub caustics: bool,
+    /// Whether camera rays do not see the light of a sky.
+    pub hides_sky: bool,
 }
 
 /// Density of the direction of a ray that left a mirror or clear glass after another surface. It is

@@ -22,7 +22,7 @@ pub(in crate::cli) enum SweepRole {
 }
 
 /// All options that differ from the default: in the inputs, and [`SweepRole::Tried`].
-const ROLES: [OptionRole; 24] = {
+const ROLES: [OptionRole; 25] = {
     const fn role(name: &'static str, in_inputs: bool, sweep: SweepRole) -> OptionRole {
         OptionRole { name, in_inputs, sweep }
     }
@@ -52,6 +52,7 @@ const ROLES: [OptionRole; 24] = {
         role("threads", false, Whole),
         role("time", true, TriedOnce),
         role("tone", false, TriedOnce),
+        role("white-balance", false, TriedOnce),
     ]
 };
 

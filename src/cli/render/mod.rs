@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 
 use petzval::aov::Aov;
 use petzval::io::ByteSize;
-use petzval::io::image::{DisplayExposure, ToneCurve};
+use petzval::io::image::{DisplayExposure, ToneCurve, WhiteBalance};
 use petzval::job::Job;
 use petzval::render::Progress;
 use petzval::scene;
@@ -34,7 +34,7 @@ use super::arguments::argv::argv;
 use super::arguments::values::{
     CheckpointInterval, Shard, checkpoint_interval, crop, noise, range,
 };
-use super::arguments::values::{shard, time};
+use super::arguments::values::{shard, time, white_balance};
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument, layer};
 use super::denoise::Denoiser;
 use super::memory::Memory;
@@ -168,7 +168,7 @@ pub(super) struct RenderArguments {
     pub aov: Vec<Aov>,
     /// Brightness of PNG and JPEG in stops, such as -1.5 or 2EV, or auto (default)
     ///
-    /// The summary of the render prints the stops that auto finds, and PNG files store them. 0 shows
+    /// The summary of the render prints the stops that auto finds, and the files store them. 0 shows
     /// a value of 1 as white. It is the default with --sensor, whose white is the full well, and
     /// with --sweep, whose pictures are compared
     #[arg(long, value_name = "EV|auto", allow_hyphen_values = true, help_heading = "Picture")]
@@ -179,6 +179,20 @@ pub(super) struct RenderArguments {
     /// highlights off over three more stops without a change of hue
     #[arg(long, value_name = "linear|filmic", default_value = "linear", help_heading = "Picture")]
     pub tone: ToneCurve,
+    /// Light that PNG and JPEG show as white: a colour temperature such as 3200K, D65, A, chromaticities
+    /// x,y, auto or off (default)
+    ///
+    /// auto finds the mean colour of the picture; the summary of the render prints it, and the file
+    /// stores it. Temperatures from 4000 K on are daylight, those below black bodies
+    #[arg(
+        long,
+        value_name = "K|x,y|auto",
+        value_parser = white_balance,
+        default_value = "off",
+        hide_default_value = true,
+        help_heading = "Picture"
+    )]
+    pub white_balance: WhiteBalance,
     /// Remove the noise of the finished picture, before the sensor, by a program: oidnDenoise of
     /// Open Image Denoise or petzval-denoise of the Python package, on PATH, in the environment
     /// variable PETZVAL_DENOISER, or named here
@@ -254,6 +268,20 @@ pub(super) fn default_exposure(given: Option<DisplayExposure>, job: &Job) -> Dis
         Some(_) => DisplayExposure::Stops(0.0),
         None => DisplayExposure::Auto,
     })
+}
+
+/// Checks that a white balance has colours to balance.
+///
+/// # Errors
+/// Returns an error for a mosaic.
+pub(super) fn check_white_balance(white: WhiteBalance, job: &Job) -> Result<(), Failure> {
+    let is_mosaic = job.sensor.as_ref().is_some_and(|sensor| sensor.bayer.is_some());
+    match is_mosaic && white != WhiteBalance::Off {
+        true => Err("--white-balance: a mosaic of --bayer has no colours yet; balance the \
+                     picture that is made of it"
+            .into()),
+        false => Ok(()),
+    }
 }
 
 pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {

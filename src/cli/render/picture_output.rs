@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 use petzval::aov::Aov;
 use petzval::film::{DroppedSamples, SampleId};
 use petzval::io::OutputFile;
-use petzval::io::image::{DisplayExposure, EncodingOptions, ImageFormat, Note, Notes};
+use petzval::io::image::{
+    DisplayExposure, EncodingOptions, ImageFormat, Note, Notes, WhiteBalance,
+};
 use petzval::job::Job;
 use petzval::plan::Effect;
 use petzval::render::{Convergence, RenderOutput, read_out, thread_pool};
@@ -56,13 +58,15 @@ impl PictureOutput<'_> {
         notes.extend(dropped_notes(&exposed.film.dropped));
         notes.push(("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))));
         notes.push(("commandLine", Note::Text(shell_line(argv))));
-        let holds_layers = ImageFormat::of(output.path())? == ImageFormat::Exr;
+        let format = ImageFormat::of(output.path())?;
+        let holds_layers = format == ImageFormat::Exr;
         if holds_layers {
             notes.extend(camera_model::notes(job));
         }
         let window = job.frame.window();
         let pool = thread_pool(threads)?;
-        let mut layers = match holds_layers || denoising.is_some() {
+        let is_held = job.layers.iter().any(|aov| format.holds(aov.name()));
+        let mut layers = match is_held || denoising.is_some() {
             true => pool.install(|| exposed.layers(job)),
             false => Vec::new(),
         };
@@ -100,9 +104,11 @@ impl PictureOutput<'_> {
                 clean
             }
         };
-        layers.retain(|layer| holds_layers && hidden.iter().all(|aov| aov.name() != layer.name));
+        layers.retain(|layer| {
+            format.holds(&layer.name) && hidden.iter().all(|aov| aov.name() != layer.name)
+        });
         let developed = start.elapsed();
-        let mut found_stops = None;
+        let (mut found_stops, mut found_white) = (None, None);
         if !holds_layers {
             // A series can be locked to the exposure that is found, and the noisy picture is as bright.
             let by = DisplayExposure::by(encoding.exposure.factor(&picture));
@@ -110,11 +116,17 @@ impl PictureOutput<'_> {
                 found_stops = (encoding.exposure == DisplayExposure::Auto).then_some(stops);
                 notes.push(("displayExposure", Note::Number(stops)));
             }
-            encoding.exposure = by;
+            let white = encoding.white_balance.found(&picture, by.factor(&picture));
+            if let WhiteBalance::White([x, y]) = white {
+                let is_auto = encoding.white_balance == WhiteBalance::Auto;
+                found_white = is_auto.then_some([x, y]);
+                notes.push(("displayWhite", Note::Text(format!("{x:.4},{y:.4}"))));
+            }
+            (encoding.exposure, encoding.white_balance) = (by, white);
         }
         picture.write_with_layers(&layers, output, window, encoding, &notes)?;
         if let Some((noisy, file)) = beside {
-            noisy.write(&file, window, encoding, &notes)?;
+            noisy.write_with_layers(&layers, &file, window, encoding, &notes)?;
         }
 
         if label.is_none() && is_verbose() {
@@ -171,6 +183,7 @@ impl PictureOutput<'_> {
                 time: &time,
                 encoding,
                 found_stops,
+                found_white,
             }
             .print(),
         }

@@ -28,6 +28,8 @@ pub(super) struct RenderSummary<'a> {
     pub encoding: EncodingOptions,
     /// Exposure in stops that an automatic choice found, for 8-bit files.
     pub found_stops: Option<f64>,
+    /// Chromaticities of the white that an automatic choice found.
+    pub found_white: Option<[f64; 2]>,
 }
 
 impl RenderSummary<'_> {
@@ -74,12 +76,23 @@ impl RenderSummary<'_> {
             let bits = if self.encoding.half { 16 } else { 32 };
             return format!("{name}, linear light, {bits}-bit floats");
         }
-        match self.found_stops {
-            Some(stops) => format!(
-                "{name}, 8 bits, {stops:+.2} EV found; --exposure={stops:.2} locks it for a series"
-            ),
-            None => format!("{name}, 8 bits"),
+        let mut found = Vec::new();
+        let mut locks = Vec::new();
+        if let Some(stops) = self.found_stops {
+            found.push(format!("{stops:+.2} EV"));
+            locks.push(format!("--exposure={stops:.2}"));
         }
+        if let Some([x, y]) = self.found_white {
+            found.push(format!("white {x:.4},{y:.4}"));
+            locks.push(format!("--white-balance={x:.4},{y:.4}"));
+        }
+        let locks_them = match locks.len() {
+            0 => return format!("{name}, 8 bits"),
+            1 => "locks it",
+            _ => "lock them",
+        };
+        let (found, locks) = (found.join(" and "), locks.join(" "));
+        format!("{name}, 8 bits, {found} found; {locks} {locks_them} for a series")
     }
 
     fn is_linear(&self) -> bool {

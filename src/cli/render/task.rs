@@ -18,7 +18,7 @@ use petzval::scene::pbrt::Description;
 use super::denoising::{self, Denoising, Undenoised, add_guides, check_noisy_files};
 use super::picture_output::PictureOutput;
 use super::resume::{RenderFiles, Resume};
-use super::{RenderArguments, inputs};
+use super::{RenderArguments, check_white_balance, inputs};
 use crate::cli::denoise::{DenoiseError, Denoiser};
 use crate::cli::memory::{Memory, log_peak};
 use crate::cli::outputs::check_writable;
@@ -77,12 +77,16 @@ impl<'a> RenderTask<'a> {
     ) -> Result<(Self, Vec<Warning>), Failure> {
         let output = output(arguments, &description)?;
         let holds_layers = arguments.is_part() || ImageFormat::of(&output)? == ImageFormat::Exr;
-        if !holds_layers && !arguments.aov.is_empty() {
+        let holds = |aov: &Aov| {
+            holds_layers || ImageFormat::of(&output).is_ok_and(|format| format.holds(aov.name()))
+        };
+        if !arguments.aov.iter().all(holds) {
             return Err(ImageError::NoLayers { path: output }.into());
         }
         // Fail now rather than after a long render.
         check_writable(&output, "-o")?;
         let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
+        check_white_balance(arguments.white_balance, &job)?;
         let denoises = arguments.denoise.is_some();
         if denoises && !arguments.is_part() {
             check_noisy_files(&output)?;
@@ -172,6 +176,7 @@ impl<'a> RenderTask<'a> {
         let mut encoding = job.encoding(arguments.display_exposure(&job, item.is_some()));
         encoding.half |= arguments.half;
         encoding.tone = arguments.tone;
+        encoding.white_balance = arguments.white_balance;
         let (output, argv, label) = (&output, &argv, item.map(|item| item.label));
         let alone = label.is_none();
         let picture = PictureOutput {

@@ -247,7 +247,8 @@ fn input_digest(
     denoiser: Option<&Denoiser>,
 ) -> String {
     let mut inputs = task.inputs.clone();
-    let mut encoding = format!("{:?} {:?} {}", arguments.exposure, arguments.tone, arguments.half);
+    let RenderArguments { exposure, tone, white_balance, half, .. } = arguments;
+    let mut encoding = format!("{exposure:?} {tone:?} {white_balance:?} {half}");
     if let Some(denoiser) = denoiser {
         encoding += &format!(" denoised by {}", denoiser.name());
     }

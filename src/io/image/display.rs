@@ -8,12 +8,13 @@ use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::str::FromStr;
 
+use glam::DVec3;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder};
 
 use super::declared::{hold_picture, too_large};
 use super::tone::ToneCurve;
-use super::{ImageError, Note, Notes, Picture, Transfer};
+use super::{ImageError, Notes, Picture, Transfer, WhiteBalance};
 use crate::io::{HeldMemory, ReadContext};
 
 /// Reflectance of middle grey, the usual aim of a light meter.
@@ -98,61 +99,118 @@ pub fn srgb_decode(signal: f32) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DisplayMapping {
     pub exposure: DisplayExposure,
+    pub white_balance: WhiteBalance,
     pub tone: ToneCurve,
 }
 
 impl DisplayMapping {
     /// Multiplies by a factor above 0.
     pub fn by(factor: f32) -> Self {
-        Self { exposure: DisplayExposure::by(factor), tone: ToneCurve::Linear }
+        Self {
+            exposure: DisplayExposure::by(factor),
+            white_balance: WhiteBalance::Off,
+            tone: ToneCurve::Linear,
+        }
+    }
+
+    /// Returns the map from light to codes of a picture.
+    fn of(self, picture: &Picture) -> impl Fn(&[f32; 3]) -> [u8; 3] + use<> {
+        let factor = self.exposure.factor(picture);
+        let matrix = self.white_balance.found(picture, factor).matrix();
+        let balanced = move |light: [f32; 3]| match &matrix {
+            Some(matrix) => {
+                (*matrix * DVec3::from_array(light.map(f64::from))).to_array().map(|v| v as f32)
+            }
+            None => light,
+        };
+        let code = |v: f32| (srgb_encode(v) * 255.0).round() as u8;
+        move |pixel| self.tone.apply(balanced(pixel.map(|v| v * factor))).map(code)
     }
 }
 
-fn encoded(picture: &Picture, DisplayMapping { exposure, tone }: DisplayMapping) -> Vec<u8> {
-    let factor = exposure.factor(picture);
-    let code = |v: f32| (srgb_encode(v) * 255.0).round() as u8;
-    let pixel = |pixel: &[f32; 3]| tone.apply(pixel.map(|v| v * factor)).map(code);
-    picture.pixels.iter().flat_map(pixel).collect()
+/// Returns the codes of colours that are premultiplied by an opacity, made straight.
+fn straight(picture: &Picture, alpha: &[f32], mapping: DisplayMapping) -> Vec<u8> {
+    let show = mapping.of(picture);
+    let pixel = |(pixel, &alpha): (&[f32; 3], &f32)| {
+        let colour = if alpha > 0.0 { show(&pixel.map(|v| v / alpha)) } else { [0; 3] };
+        let [r, g, b] = colour;
+        [r, g, b, (alpha * 255.0).round() as u8]
+    };
+    picture.pixels.iter().zip(alpha).flat_map(pixel).collect()
+}
+
+fn encoded(picture: &Picture, mapping: DisplayMapping) -> Vec<u8> {
+    picture.pixels.iter().flat_map(mapping.of(picture)).collect()
 }
 
 fn dimensions(picture: &Picture) -> [u32; 2] {
     picture.size.map(|n| n as u32)
 }
 
+/// Writes a PNG, with an opacity if there is one.
 pub(super) fn write_png(
     picture: &Picture,
+    alpha: Option<&[f32]>,
     mapping: DisplayMapping,
     notes: &Notes,
     file: impl Write,
 ) -> io::Result<()> {
+    if let Some(alpha) = alpha.filter(|alpha| alpha.len() != picture.pixels.len()) {
+        let (found, expected) = (alpha.len(), picture.pixels.len());
+        let found = format!("the opacity has {found} values, expected {expected}");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
+    }
     let [width, height] = dimensions(picture);
     let mut encoder = png::Encoder::new(file, width, height);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(match alpha {
+        Some(_) => png::ColorType::Rgba,
+        None => png::ColorType::Rgb,
+    });
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     for (name, note) in notes {
-        let text = match note {
-            Note::Text(text) => text.clone(),
-            Note::Number(number) => number.to_string(),
-        };
-        encoder.add_itxt_chunk((*name).to_owned(), text)?;
+        encoder.add_itxt_chunk((*name).to_owned(), note.to_string())?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&encoded(picture, mapping))?;
+    writer.write_image_data(&match alpha {
+        Some(alpha) => straight(picture, alpha, mapping),
+        None => encoded(picture, mapping),
+    })?;
     writer.finish()?;
     Ok(())
 }
 
+/// Writes a JPEG. Each note is a comment, `name: value`.
 pub(super) fn write_jpeg(
     picture: &Picture,
     mapping: DisplayMapping,
     quality: u8,
-    file: impl Write,
+    notes: &Notes,
+    mut file: impl Write,
 ) -> io::Result<()> {
     let [width, height] = dimensions(picture);
-    JpegEncoder::new_with_quality(file, quality)
+    let mut jpeg = Vec::new();
+    JpegEncoder::new_with_quality(&mut jpeg, quality)
         .write_image(&encoded(picture, mapping), width, height, image::ExtendedColorType::Rgb8)
-        .map_err(io::Error::other)
+        .map_err(io::Error::other)?;
+    // The start of the image and the JFIF segment come first (JFIF 1.02).
+    let head = match jpeg[..] {
+        [0xff, 0xd8, 0xff, 0xe0, high, low, ..] => {
+            jpeg.len().min(4 + usize::from(u16::from_be_bytes([high, low])))
+        }
+        _ => jpeg.len().min(2),
+    };
+    let (head, rest) = jpeg.split_at(head);
+    file.write_all(head)?;
+    for (name, note) in notes {
+        let text = format!("{name}: {note}");
+        // The length of a segment counts itself.
+        let text = &text.as_bytes()[..text.len().min(usize::from(u16::MAX) - 2)];
+        file.write_all(&[0xff, 0xfe])?;
+        file.write_all(&(text.len() as u16 + 2).to_be_bytes())?;
+        file.write_all(text)?;
+    }
+    file.write_all(rest)
 }
 
 /// Reads a picture in the file's own pixel format. Returns also the memory that is held for it, and for

@@ -194,7 +194,7 @@ fn convert(matrix: &DMat3, pixel: [f32; 3]) -> [f32; 3] {
 }
 
 /// Writes one part: R, G and B, and the channels of layers as `layer.channel`, where compositors
-/// look for layers. Layers always have 32-bit floats, as they may hold counts.
+/// look for layers; that of the opacity is A. Layers always have 32-bit floats, as they may hold counts.
 pub(super) fn write(
     picture: &Picture,
     layers: &[super::ImageLayer],
@@ -239,7 +239,10 @@ pub(super) fn write(
                     format!("{}.{name} has {found} values, expected {expected}", extra.name);
                 return Err(io::Error::new(io::ErrorKind::InvalidInput, found));
             }
-            let name = ascii(&format!("{}.{name}", extra.name));
+            let name = match extra.name == super::ALPHA_LAYER {
+                true => ascii(name),
+                false => ascii(&format!("{}.{name}", extra.name)),
+            };
             list.push(AnyChannel::new(name, Values::Layer(values)));
         }
     }

@@ -10,7 +10,9 @@ mod exr;
 mod pfm;
 mod raster;
 mod tone;
+mod white_balance;
 
+use std::fmt;
 use std::fs::File;
 use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
@@ -22,6 +24,7 @@ pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
 pub use tone::ToneCurve;
+pub use white_balance::WhiteBalance;
 
 pub use crate::primaries::Primaries;
 
@@ -39,11 +42,14 @@ pub struct Picture {
 /// Per-pixel data besides colour, such as depths, shares or counts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageLayer {
-    /// Name of the layer; its channels are called `name.channel`.
+    /// Name of the layer; its channels are called `name.channel`. That of [`ALPHA_LAYER`] is called A.
     pub name: String,
     /// Channels: a name, and a value for each pixel, row after row from the top.
     pub channels: Vec<(String, Vec<f32>)>,
 }
+
+/// Name of the layer of opacity: the channel A of a picture whose colours are premultiplied by it.
+pub const ALPHA_LAYER: &str = "alpha";
 
 /// Value of a metadata entry.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +59,15 @@ pub enum Note {
     Text(String),
     /// A number, in the unit that belongs to the entry's name.
     Number(f64),
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => to.write_str(text),
+            Self::Number(number) => number.fmt(to),
+        }
+    }
 }
 
 /// Metadata of a picture, by name, in the order of writing.
@@ -74,6 +89,8 @@ pub struct EncodingOptions {
     pub half: bool,
     /// Exposure of 8-bit formats.
     pub exposure: DisplayExposure,
+    /// Light that 8-bit formats show as white.
+    pub white_balance: WhiteBalance,
     /// Tone curve of 8-bit formats.
     pub tone: ToneCurve,
     /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. 8-bit
@@ -83,7 +100,8 @@ pub struct EncodingOptions {
 
 impl EncodingOptions {
     fn mapping(&self) -> DisplayMapping {
-        DisplayMapping { exposure: self.exposure, tone: self.tone }
+        let Self { exposure, white_balance, tone, .. } = *self;
+        DisplayMapping { exposure, white_balance, tone }
     }
 }
 
@@ -125,7 +143,10 @@ pub enum ImageError {
         found: String,
     },
     /// The format cannot hold layers.
-    #[error("{}: only EXR holds layers; name a picture.exr", path_excerpt(path))]
+    #[error(
+        "{}: only EXR holds layers, and PNG the layer {ALPHA_LAYER}; name a picture.exr",
+        path_excerpt(path)
+    )]
     NoLayers {
         /// The file.
         path: PathBuf,
@@ -174,6 +195,17 @@ impl ImageFormat {
                 found,
                 known: ".exr, .png, .jpg and .jpeg",
             }),
+        }
+    }
+}
+
+impl ImageFormat {
+    /// Returns whether files of this format hold a layer of this name.
+    pub fn holds(self, layer: &str) -> bool {
+        match self {
+            Self::Exr => true,
+            Self::Png => layer == ALPHA_LAYER,
+            Self::Jpeg => false,
         }
     }
 }
@@ -245,7 +277,7 @@ impl Picture {
     /// Returns an error if PNG does not support the size.
     pub fn png(&self, factor: f32) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        display::write_png(self, DisplayMapping::by(factor), &Vec::new(), &mut file)?;
+        display::write_png(self, None, DisplayMapping::by(factor), &Vec::new(), &mut file)?;
         Ok(file)
     }
 
@@ -255,15 +287,17 @@ impl Picture {
     /// Returns an error if JPEG does not support the size.
     pub fn jpeg(&self, factor: f32, quality: u8) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        display::write_jpeg(self, DisplayMapping::by(factor), quality, &mut file)?;
+        display::write_jpeg(self, DisplayMapping::by(factor), quality, &Vec::new(), &mut file)?;
         Ok(file)
     }
 
-    /// Writes the picture with layers, as EXR.
+    /// Writes the picture with layers. With [`ALPHA_LAYER`], its colours are premultiplied: an EXR
+    /// keeps them, and a PNG gets straight colours. Light without opacity, such as a flare before an
+    /// empty background, is in the EXR alone.
     ///
     /// # Errors
-    /// As [`Picture::write`]. Also returns an error if there are layers but the format is not EXR,
-    /// or if a layer has another size than the picture.
+    /// As [`Picture::write`]. Also returns an error if the format does not hold a layer, or if a
+    /// layer has another size than the picture.
     pub fn write_with_layers(
         &self,
         layers: &[ImageLayer],
@@ -274,17 +308,21 @@ impl Picture {
     ) -> Result<(), ImageError> {
         let path = to.path();
         let format = ImageFormat::of(path)?;
-        if !layers.is_empty() && format != ImageFormat::Exr {
+        if !layers.iter().all(|layer| format.holds(&layer.name)) {
             return Err(ImageError::NoLayers { path: path.to_owned() });
         }
         let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
+        let alpha = layers.iter().find(|layer| layer.name == ALPHA_LAYER);
+        let alpha = alpha.and_then(|layer| layer.channels.first());
+        let alpha = alpha.map(|(_, values)| &values[..]);
         to.write(|file| match format {
             ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
             ImageFormat::Png => {
-                display::write_png(self, encoding.mapping(), notes, BufWriter::new(file))
+                display::write_png(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
             }
             ImageFormat::Jpeg => {
-                display::write_jpeg(self, encoding.mapping(), JPEG_QUALITY, BufWriter::new(file))
+                let mapping = encoding.mapping();
+                display::write_jpeg(self, mapping, JPEG_QUALITY, notes, BufWriter::new(file))
             }
         })
         .map_err(io)

@@ -133,7 +133,8 @@ impl Probe {
         }
         let direct_light = job.direct_light_weights();
         let caustics = job.caustics.is_some();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics };
+        let hides_sky = job.hides_sky();
+        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics, hides_sky };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
         let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {
