@@ -339,6 +339,142 @@ fn includes_are_relative_to_the_scene_and_may_not_form_a_cycle() {
     assert!(message.contains("shape.pbrt:2:3: unknown directive"), "{message}");
 }
 
+/// Returns the lists of a trianglemesh, and the same mesh as a PLY file: a ball of 8 by 16 quads.
+fn ball() -> (String, String) {
+    let (rows, columns) = (8, 16);
+    let (mut points, mut uvs, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let [v, u] = [row as f64 / rows as f64, column as f64 / columns as f64];
+            let (latitude, longitude) = (std::f64::consts::PI * v, std::f64::consts::TAU * u);
+            let [x, y] = [longitude.cos(), longitude.sin()].map(|part| part * latitude.sin());
+            points.push([x, y, latitude.cos()]);
+            uvs.push([u, v]);
+            if row < rows && column < columns {
+                let corner = row * (columns + 1) + column;
+                let below = corner + columns + 1;
+                faces.extend([[corner, below, below + 1], [corner, below + 1, corner + 1]]);
+            }
+        }
+    }
+    let words =
+        |values: &[f64]| -> String { values.iter().map(|value| format!("{value:.6} ")).collect() };
+    let indices: String = faces.as_flattened().iter().map(|corner| format!("{corner} ")).collect();
+    let list = format!(
+        "\"integer indices\" [{indices}] \"point3 P\" [{0}] \"normal N\" [{0}] \"point2 uv\" [{1}]",
+        words(points.as_flattened()),
+        words(uvs.as_flattened())
+    );
+    let mut ply = format!("ply\nformat ascii 1.0\nelement vertex {}\n", points.len());
+    for name in ["x", "y", "z", "nx", "ny", "nz", "u", "v"] {
+        ply += &format!("property float {name}\n");
+    }
+    ply += &format!("element face {}\nproperty list uchar int vertex_indices\n", faces.len());
+    ply += "end_header\n";
+    for (point, uv) in points.iter().zip(&uvs) {
+        ply += &format!("{}{}{}\n", words(point), words(point), words(uv));
+    }
+    for [a, b, c] in &faces {
+        ply += &format!("3 {a} {b} {c}\n");
+    }
+    (list, ply)
+}
+
+#[test]
+fn many_inclusions_of_a_mesh_are_instances_that_look_like_its_copies() {
+    let (list, ply) = ball();
+    let folder = folder();
+    write(&folder, "ball.ply", &ply);
+    let materials = [
+        "Material \"diffuse\" \"rgb reflectance\" [0.6 0.4 0.2]",
+        "Material \"conductor\" \"float roughness\" 0.1",
+        "MediumInterface \"fog\" \"\" Material \"interface\"",
+        "ReverseOrientation MediumInterface \"\" \"fog\" Material \"dielectric\"",
+    ];
+    let place = |i: usize| {
+        let [x, y] = [(i % 8) as f64 - 3.5, (i / 8 % 6) as f64 - 2.5];
+        let flip = if i.is_multiple_of(3) { "-0.3" } else { "0.35" };
+        format!("AttributeBegin Translate {x} {y} 9 Rotate {} 1 2 3 Scale {flip} 0.4 0.3", 31 * i)
+    };
+    let head = "Film \"rgb\" \"integer xresolution\" 64 \"integer yresolution\" 48
+        Sampler \"sobol\" \"integer pixelsamples\" 16 Integrator \"volpath\" \"integer maxdepth\" 6
+        Camera \"perspective\" \"float fov\" 36 WorldBegin LightSource \"infinite\" \"rgb L\" [1 1 1]
+        LightSource \"distant\" \"point3 from\" [1 1 -1] \"rgb L\" [1 1 1]
+        MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [2 2 2]
+        \"rgb sigma_a\" [0.5 0.5 0.5]\n";
+    let shapes = [format!("Shape \"trianglemesh\" {list}"), plymesh("ball.ply")];
+    // Walks in media take their random numbers from the bits of rays.
+    let cases = [(&materials[..2], 0.002, 0.02), (&materials[2..], 0.02, 1.0)];
+    for (shape, (materials, in_mean, largest_part)) in
+        shapes.iter().flat_map(|shape| cases.map(|case| (shape, case)))
+    {
+        let (mut included, mut copied) = (head.to_owned(), head.to_owned());
+        for (number, material) in materials.iter().enumerate() {
+            write(&folder, &format!("ball{number}.inc"), format!("{material}\n{shape}"));
+        }
+        for i in 0..48 {
+            let (place, number) = (place(i), i / 5 % materials.len());
+            included += &format!("{place} Include \"ball{number}.inc\" AttributeEnd\n");
+            // Each copy has a source of its own, so that all are read.
+            let own = match shape.contains("ball.ply") {
+                true => plymesh(&format!("ball{i}.ply")),
+                false => shape.clone(),
+            };
+            write(&folder, &format!("ball{i}.ply"), &ply);
+            copied += &format!("{place} {}\n{own} AttributeEnd\n", materials[number]);
+        }
+        let read = |name: &str, text: String| {
+            let description = pbrt::read(&write(&folder, name, text)).expect("a scene");
+            let (job, _, _) =
+                petzval::prepare::prepare(description, &Default::default()).expect("a job");
+            let picture = support::picture(&job, petzval::render::Backend::Simd, 2);
+            (job.scene.shapes.len(), picture)
+        };
+        let (few, shared) = read("included.pbrt", included);
+        let (all, plain) = read("copied.pbrt", copied);
+        // Of each material, the first copy, 8 whose text is known, and one object.
+        assert_eq!([all, few], [48, 10 * materials.len()], "{shape:.40}");
+        let [shared_mean, plain_mean] = [&shared, &plain].map(|picture| mean(picture)[1]);
+        let far = shared.pixels.iter().zip(&plain.pixels);
+        let far = far.filter(|(a, b)| (a[1] - b[1]).abs() > 0.02).count();
+        let off = (shared_mean / plain_mean - 1.0).abs();
+        assert!(off < in_mean, "{shared_mean} and {plain_mean}");
+        // Rounding of the last bit turns some paths at edges.
+        let far = far as f64 / shared.pixels.len() as f64;
+        assert!(far <= largest_part, "{far} of the pixels differ");
+    }
+}
+
+fn plymesh(name: &str) -> String {
+    format!("Shape \"plymesh\" \"string filename\" \"{name}\"")
+}
+
+#[test]
+fn lamps_alpha_and_textures_of_included_meshes_stay_those_of_each_inclusion() {
+    let (list, _) = ball();
+    let folder = folder();
+    write(&folder, "lamp.inc", format!("Shape \"trianglemesh\" {list} \"float alpha\" 0.5"));
+    let text = "Texture \"t\" \"spectrum\" \"constant\" \"rgb value\" [0.5 0.5 0.5]
+        Material \"diffuse\" \"texture reflectance\" \"t\"\n";
+    write(&folder, "textured.inc", format!("{text}Shape \"trianglemesh\" {list}"));
+    let mut world = HEAD.to_owned();
+    for i in 0..20 {
+        world += &format!(
+            "AttributeBegin Translate {i} 0 0 AreaLightSource \"diffuse\"
+             Include \"lamp.inc\" AttributeEnd
+             AttributeBegin Translate {i} 3 0 Include \"lamp.inc\" AttributeEnd
+             AttributeBegin Translate {i} 6 0 Include \"textured.inc\" AttributeEnd\n"
+        );
+    }
+    let scene = pbrt::read(&write(&folder, "test.pbrt", world)).expect("a scene").scene;
+    assert_eq!(scene.lights.all.len(), 20);
+    assert_eq!(scene.shapes.len(), 60);
+    let with_alpha = scene.shapes.iter().filter(|shape| !shape.is_opaque()).count();
+    assert_eq!(with_alpha, 40);
+    // The material of a texture is made anew, as the texture may be another.
+    assert_eq!(scene.materials.len(), 1 + 20);
+}
+
 #[test]
 fn nesting_is_limited() {
     let chain = |link: &dyn Fn(u32) -> String| (1..2000).map(link).collect::<String>();

@@ -1,6 +1,6 @@
 //! Included and imported files.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -18,6 +18,8 @@ const MAX_DEPTH: usize = 32;
 pub(super) struct Included {
     /// By the names that directives give them.
     files: HashMap<String, IncludedFile>,
+    /// Addresses of the texts that are kept.
+    kept: HashSet<usize>,
     /// Number of inclusions, and the sum of their sizes (bytes).
     count: u64,
     bytes: u64,
@@ -35,6 +37,12 @@ const MAX_COUNT: u64 = 1 << 20;
 const MAX_BYTES: u64 = 1 << 32;
 
 impl Included {
+    /// Returns the address of the text of a lexer, if it is kept, so that no other text gets it.
+    pub(super) fn kept(&self, lexer: &Lexer) -> Option<usize> {
+        let address = Arc::as_ptr(lexer.shared_text()) as usize;
+        self.kept.contains(&address).then_some(address)
+    }
+
     /// Returns the path and the content of a file.
     fn open(
         &mut self,
@@ -50,7 +58,8 @@ impl Included {
         match self.files.get_mut(name) {
             // A scene that has no room for the text reads it again each time.
             Some(file) if context.claim(text.len() as u64).is_ok() => {
-                file.text = Some(text.clone())
+                self.kept.insert(Arc::as_ptr(&text) as usize);
+                file.text = Some(text.clone());
             }
             Some(_) => {}
             None => {

@@ -60,6 +60,14 @@ pub(super) struct Lexer {
     pub(super) imported: bool,
 }
 
+/// A position between two tokens of a text.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LexerPosition {
+    next: usize,
+    line: u32,
+    counted: Counted,
+}
+
 /// A byte offset and its column.
 #[derive(Clone, Copy, Debug)]
 struct Counted {
@@ -98,6 +106,21 @@ impl Lexer {
     /// Returns the text of the file.
     pub(super) fn text(&self) -> &[u8] {
         &self.text
+    }
+
+    /// Returns the text of the file, to share.
+    pub(super) fn shared_text(&self) -> &Arc<Vec<u8>> {
+        &self.text
+    }
+
+    /// Returns the position after the last token.
+    pub(super) fn position(&self) -> LexerPosition {
+        LexerPosition { next: self.next, line: self.line, counted: self.counted }
+    }
+
+    /// Continues at a position of the same text.
+    pub(super) fn seek(&mut self, LexerPosition { next, line, counted }: LexerPosition) {
+        (self.next, self.line, self.counted) = (next, line, counted);
     }
 
     /// Returns the number of bytes that are read.

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use super::attributes::Target;
 use super::directive_kinds::Selected;
 use super::forward_references::Deferred;
 use super::material_builder::MaterialBuilder;
 use super::material_kinds::{MATERIAL, MaterialKind};
 use super::params::{Param, Params, Values};
 use super::reader::SceneReader;
+use super::repeated_meshes::RepeatedMaterial;
 use super::{SceneError, suggestion_or};
 use crate::io::image::Transfer;
 use crate::io::{Location, hint};
@@ -61,10 +63,23 @@ impl SceneReader {
     pub(super) fn material(&mut self) -> Result<(), SceneError> {
         self.require_in_world("Material")?;
         let kind = self.string()?;
+        let place = self.kept_place(Target::Material);
         let params = self.params()?;
         let directive = self.older_directive(&kind, &params);
+        let space = self.state.colour_space;
+        // A material without textures and other materials is the same at each inclusion of its file.
+        let place = place.filter(|_| params.all.iter().all(|param| param.kind != "texture"));
+        let known = place.and_then(|place| self.repeated.materials.get(&place));
+        if let Some(known) = known.filter(|known| known.space == space) {
+            self.state.material = known.index;
+            self.state.material_directive = directive;
+            return Ok(());
+        }
         let draft = self.draft_material(&kind, params, Naming::Unnamed)?;
         let index = self.builder.add_material(Material::diffuse([0.5; 3]));
+        if let (Some(place), 0) = (place, draft.mixed.depth) {
+            self.repeated.materials.insert(place, RepeatedMaterial { index, space });
+        }
         self.state.material = index;
         self.state.material_directive = directive;
         self.define_or_defer(Deferred::Material { index, draft })

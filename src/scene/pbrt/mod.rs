@@ -46,6 +46,7 @@ mod portals;
 mod reader;
 mod recovery;
 mod refractive_index;
+mod repeated_meshes;
 mod scene_errors;
 mod shapes;
 mod shutter;

@@ -118,7 +118,7 @@ impl SceneReader {
                 let bytes = size_of::<(Nested, Motion)>() as u64;
                 granted(&self.at, "an instance of an object", self.context.claim(bytes))?;
             }
-            None => self.claim_instances(instances as u64)?,
+            None => self.count_instances(instances)?,
         }
         let total = match self.open_object.as_ref().and_then(|open| self.objects.get_mut(open)) {
             Some(open) => {
@@ -128,8 +128,7 @@ impl SceneReader {
                 open.instances
             }
             None => {
-                self.instance_count = self.instance_count.saturating_add(instances);
-                if self.instance_count <= MAX_INSTANCES {
+                if depth <= MAX_DEPTH {
                     instantiate(&self.objects, &mut self.builder, &name, &motion);
                 }
                 self.instance_count
@@ -138,11 +137,24 @@ impl SceneReader {
         if depth > MAX_DEPTH {
             return self.refuse(format!("{depth} nested objects"), "expected at most 32");
         }
-        if total > MAX_INSTANCES {
-            let found = format!("{total} instances of objects");
-            return self.refuse(found, "expected at most 67 million");
+        self.check_instances(total)
+    }
+
+    /// Claims instances in the world, and counts them.
+    pub(super) fn count_instances(&mut self, more: usize) -> Result<(), SceneError> {
+        self.claim_instances(more as u64)?;
+        self.instance_count = self.instance_count.saturating_add(more);
+        self.check_instances(self.instance_count)
+    }
+
+    fn check_instances(&self, total: usize) -> Result<(), SceneError> {
+        match total > MAX_INSTANCES {
+            true => {
+                let found = format!("{total} instances of objects");
+                self.refuse(found, "expected at most 67 million")
+            }
+            false => Ok(()),
         }
-        Ok(())
     }
 
     /// Returns the motion between the current transforms, or `None` if one of them flattens space.

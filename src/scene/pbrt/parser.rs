@@ -133,6 +133,7 @@ impl SceneReader {
             let values = self.values(name)?;
             let kind = known.unwrap_or(values.kind()).to_owned();
             all.push(Param { kind, name: name.to_owned(), values, at });
+            self.params_end = self.lexers.last().map(|lexer| (self.lexers.len(), lexer.position()));
         }
         let (space, folder) = (self.state.colour_space, self.folder.clone());
         let context = self.context.clone();

@@ -13,7 +13,7 @@ use super::film::{FilmKind, film_spec};
 use super::forward_references::Deferred;
 use super::graphics_state::{Block, GraphicsState, OpenBlock};
 use super::include::Included;
-use super::lexer::{Lexer, Token, TokenKind};
+use super::lexer::{Lexer, LexerPosition, Token, TokenKind};
 use super::materials::NamedMaterial;
 use super::media::NamedMedia;
 use super::memory::granted;
@@ -21,6 +21,7 @@ use super::moving_shapes::MovingObject;
 use super::objects::Object;
 use super::params::Params;
 use super::recovery::{Recovery, action, probable_directive};
+use super::repeated_meshes::Repeated;
 use super::scene_errors::SceneErrors;
 use super::texture_library::TextureLibrary;
 use super::{Dialect, SceneError, WarningLog};
@@ -56,6 +57,8 @@ pub(super) struct SceneReader {
     /// The files that are being read, each included by the one before it.
     pub(super) lexers: Vec<Lexer>,
     pub(super) peeked: Option<Token>,
+    /// The number of files that are being read, and the position in the last, after the last parameter.
+    pub(super) params_end: Option<(usize, LexerPosition)>,
     /// The location of the current directive.
     pub(super) at: Location,
 
@@ -100,6 +103,7 @@ pub(super) struct SceneReader {
     /// the world.
     pub(super) primitive_counts: HashMap<Option<u32>, u64>,
     pub(super) included: Included,
+    pub(super) repeated: Repeated,
     pub(super) moving_object: Option<MovingObject>,
     pub(super) open_curves: Option<OpenCurves>,
     /// The shapes with an area light, and their locations.
@@ -125,6 +129,7 @@ impl SceneReader {
             context: context.clone(),
             folder,
             peeked: None,
+            params_end: None,
             at,
             lexers: vec![lexer],
             state: GraphicsState::new(material),
@@ -154,6 +159,7 @@ impl SceneReader {
             instance_count: 0,
             primitive_counts: HashMap::new(),
             included: Included::default(),
+            repeated: Repeated::default(),
             moving_object: None,
             open_curves: None,
             emitters: Vec::new(),

@@ -1,6 +1,7 @@
 //! The Shape directive: quadrics, and the dispatch to meshes and curves.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::DAffine3;
 
@@ -12,6 +13,9 @@ use super::meshes::{self, MeshKind};
 use super::moving_shapes::ShapeSpace;
 use super::params::Params;
 use super::reader::SceneReader;
+use super::repeated_meshes::{
+    CopyLook, MeshSource, ShapeMeshes, ShapeText, geometries, ply_source,
+};
 use super::{SceneError, curves};
 use crate::scene::{Geometry, Mesh, PatchMesh, Quadric, QuadricForm, ShapeSpec};
 
@@ -143,8 +147,8 @@ impl SceneReader {
     pub(super) fn shape(&mut self) -> Result<(), SceneError> {
         self.require_in_world("Shape")?;
         let name = self.string()?;
-        let mut params = self.params()?;
         let is_own = |param: &str| SHAPE.knows_param(&name, param);
+        let (mut params, text) = self.shape_params(is_own)?;
         let material = self.overridden_material(&mut params, is_own)?;
         let Selected { name, kind: Some(kind), mut params } =
             self.check_kind(&SHAPE, &name, params)?
@@ -176,19 +180,23 @@ impl SceneReader {
                 vec![Geometry::Mesh(mesh)]
             }
             ShapeKind::Mesh(_) | ShapeKind::Ply => {
-                let (mut triangles, mut patches) = match kind {
-                    ShapeKind::Mesh(kind) => self.mesh_shape(name, kind, &params)?,
-                    _ => self.ply_shape(name, &params)?,
+                let source = match kind {
+                    ShapeKind::Ply => ply_source(&params),
+                    _ => text.as_ref().map(|text| MeshSource::Text(text.place())),
                 };
+                let meshes = self.shape_meshes(name, kind, &params, source.as_ref(), text)?;
+                let in_world = object.or(self.open_object_index()).is_none();
+                let plain = area_light.is_none() && params.find("alpha").is_none();
+                if let (Some(source), true) = (&source, in_world && plain) {
+                    let interface = self.shape_interface();
+                    let look = CopyLook { material, interface, reverse_orientation };
+                    if self.add_as_instance(name, source, &meshes, look, &ctm)? {
+                        return Ok(());
+                    }
+                }
+                let (mut triangles, mut patches) = Arc::unwrap_or_clone(meshes);
                 transform(&params, &mut triangles, &mut patches, &ctm, reverse_orientation)?;
-                let mut geometries = Vec::new();
-                if !triangles.triangles.is_empty() {
-                    geometries.push(Geometry::Mesh(triangles));
-                }
-                if !patches.patches.is_empty() {
-                    geometries.push(Geometry::Patches(patches));
-                }
-                geometries
+                geometries(triangles, patches)
             }
         };
         let mut shapes = Vec::new();
@@ -214,6 +222,28 @@ impl SceneReader {
             true => Ok(()),
             false => self.define_or_defer(Deferred::Alpha { shapes, params }),
         }
+    }
+
+    /// Reads the meshes of a shape, or returns them if they are known.
+    fn shape_meshes(
+        &mut self,
+        name: &str,
+        kind: ShapeKind,
+        params: &Params,
+        source: Option<&MeshSource>,
+        text: Option<Arc<ShapeText>>,
+    ) -> Result<Arc<ShapeMeshes>, SceneError> {
+        if let Some(known) = source.and_then(|source| self.known_meshes(source)) {
+            return Ok(known);
+        }
+        let meshes = Arc::new(match kind {
+            ShapeKind::Mesh(kind) => self.mesh_shape(name, kind, params)?,
+            _ => self.ply_shape(name, params)?,
+        });
+        if let Some(source) = source {
+            self.keep_meshes(source, text, &meshes);
+        }
+        Ok(meshes)
     }
 
     /// Makes the triangles and patches of a mesh, without those that are not finite.
