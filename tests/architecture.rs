@@ -74,6 +74,40 @@ fn files_are_written_past_the_check_of_outputs() {
     assert!(idle.is_empty(), "remove from WRITERS, as they write nothing: {idle:?}");
 }
 
+/// Texts that hold options of other programs.
+const OPTIONS_OF_OTHERS: [&str; 1] = ["nanovdb_convert --zip"];
+
+/// Messages of the library reach Rust and Python too, where no setting has dashes before its name: they
+/// name it in single quotes, and the command translates that.
+#[test]
+fn options_of_the_command_are_named_by_the_command_alone() {
+    let library = Source::all("src").into_iter().filter(|source| {
+        ["src/cli", "src/cpu", "src/main.rs"].iter().all(|own| !source.path.starts_with(own))
+    });
+    let python = files("python/src").into_iter();
+    let python = python.map(|path| (without_tests(&tokens(&read(&path))).0, path));
+    let mut found = Vec::new();
+    for (tokens, path) in library.map(|source| (source.tokens, source.path)).chain(python) {
+        let texts = tokens.iter().filter_map(|token| match token {
+            Text(text) if has_option(text) => Some(format!("{}: {text:?}", path.display())),
+            _ => None,
+        });
+        found.extend(texts);
+    }
+    found.retain(|text| !OPTIONS_OF_OTHERS.iter().any(|option| text.contains(option)));
+    assert!(found.is_empty(), "name settings as 'focus' instead:\n{}", found.join("\n"));
+}
+
+/// Returns whether a text holds two dashes and a letter, but no longer row of dashes.
+fn has_option(text: &str) -> bool {
+    let bytes = text.as_bytes();
+    (0..bytes.len()).any(|i| {
+        bytes[i..].starts_with(b"--")
+            && bytes.get(i + 2).is_some_and(u8::is_ascii_lowercase)
+            && (i == 0 || bytes[i - 1] != b'-')
+    })
+}
+
 /// Returns the calls of the system that write, rename or remove files, and outputs that know no inputs.
 fn writes(tokens: &[Token]) -> Vec<String> {
     const OF_FS: [&str; 6] =

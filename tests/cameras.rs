@@ -158,7 +158,7 @@ fn a_camera_without_a_lens_file_refuses_what_needs_one() {
         let focused = Changes { f_number: Some(4.0), ..Changes::default() };
         assert!(message(focused).contains("this camera has no lens file"));
         let layer = Changes { layers: vec![Aov::Coc], ..Changes::default() };
-        assert!(message(layer).contains("--aov coc: this camera has no lens file"));
+        assert!(message(layer).contains("'aov' coc: this camera has no lens file"));
         let layers = vec![Aov::Depth, Aov::Normal];
         let plain = Changes { layers, ..Changes::default() };
         assert!(prepare(description(), &plain).is_ok());

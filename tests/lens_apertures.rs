@@ -333,7 +333,7 @@ fn code_v_apertures_are_read() {
         let text = SEQ.replacen("  CIR 8.0", &format!("  CIR 8.0\n  {command}"), 1);
         let file = write(&folder, "a.seq", text);
         let error = read(&file).expect_err(command).to_string();
-        assert!(error.contains("surface 1") && error.contains("--approximate"), "{error}");
+        assert!(error.contains("surface 1") && error.contains("'approximate'"), "{error}");
         assert!(read_with(&file, &ReadContext::default().approximating(true)).is_ok());
     }
 }

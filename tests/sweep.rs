@@ -228,7 +228,10 @@ fn impossible_sweeps_are_refused_before_anything_is_rendered() {
     let render = "render scene.pbrt --spp 4 --effects none";
     for (arguments, expected) in [
         ("--sweep fstop=8,0.5 -o {fstop}.exr", "fstop 0.5: --fstop 0.5: "),
-        ("--sweep focus=auto@0,0;auto@99,0 -o {focus}.exr", "auto@99,0: the picture has 72 x 50"),
+        (
+            "--sweep focus=auto@0,0;auto@99,0 -o {focus}.exr",
+            "--focus on the pixel 99,0: the picture has 72 x 50",
+        ),
         ("--sweep lens=lens.dat,none.dat", "none.dat"),
         ("--sweep fstop=8,4 -o lens.dat/{fstop}.exr", "cannot write lens.dat/8.exr"),
         ("--sweep fstop=8,0.5 -o a/b/{fstop}.exr", "fstop 0.5: --fstop 0.5: "),

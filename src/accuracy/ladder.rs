@@ -129,7 +129,7 @@ impl Ladder {
         if u64::from(width) * u64::from(height) > MAX_PIXELS {
             return Err(PrepareError::Request(format!(
                 "{width} x {height} pixels for every rung would take too much memory and time; \
-                 make it {MAX_PIXELS} at most with --resolution or --crop"
+                 make it {MAX_PIXELS} at most with 'resolution' or 'crop'"
             )));
         }
         let LensModel::Real(lens) = &job.camera.model else {

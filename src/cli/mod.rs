@@ -6,6 +6,7 @@ macro_rules! say_error {
     ($($word:tt)*) => {{
         use std::io::Write as _;
         let line = format!($($word)*);
+        let line = $crate::cli::option_names::with_option_names(&line);
         let _ = writeln!(std::io::stderr(), "{}", petzval::io::printable(&line));
     }};
 }
@@ -29,6 +30,7 @@ mod lens;
 mod memory;
 mod merge;
 mod message;
+mod option_names;
 mod outputs;
 mod plan;
 mod progress;
@@ -154,7 +156,8 @@ pub fn run() -> ExitCode {
 /// Writes the result of a command to stdout, as a terminal may show it.
 fn print(text: &str) -> Result<Outcome, Failure> {
     use std::io::Write as _;
-    let (text, mut stdout) = (petzval::io::printable(text), std::io::stdout());
+    let text = option_names::with_option_names(text);
+    let (text, mut stdout) = (petzval::io::printable(&text), std::io::stdout());
     // What is left in its buffer would be lost without an error.
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         // The reader has closed the pipe, as `head` does.

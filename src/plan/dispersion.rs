@@ -19,7 +19,7 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
     let (known, all) = (glass.clone().filter(|row| row.glass.disperses()).count(), glass.count());
     if known == 0 {
         let reason = "the lens file does not say how its glass depends on the wavelength \
-                      (--assume-vd guesses)";
+                      ('assume_vd' guesses)";
         return Finding::unavailable(DecidedBy::Lens, reason);
     }
     if let Err(error) = lens.prescription.check_wavelengths(BAND_RANGE) {

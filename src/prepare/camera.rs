@@ -53,8 +53,8 @@ impl CameraInput<'_> {
             (CameraSpec::Thin(thin), Some(_)) if thin.takes_lens && self.changes.lens.is_some() => {
                 self.mounted(thin, report)
             }
-            (CameraSpec::Thin(_) | CameraSpec::Spherical(_), Some(option)) => {
-                let problem = format!("{option} is given, but this camera has no lens file");
+            (CameraSpec::Thin(_) | CameraSpec::Spherical(_), Some(setting)) => {
+                let problem = format!("{setting} is given, but this camera has no lens file");
                 Err(PrepareError::Camera { at: report.camera_at.clone(), problem })
             }
             (CameraSpec::Thin(spec), None) => Ok(self.thin(spec, report)),
@@ -175,8 +175,8 @@ impl CameraInput<'_> {
         let focused = matches!(placement, FilmPlacement::FocusedAt(_)) || changes.focus.is_some();
         let pbrt_focus = changes.focus_model == FocusModel::Pbrt;
         if !focused && pbrt_focus {
-            let message = "--focus-model pbrt: the scene says where the film stands, so it stays \
-                           there; give --focus too";
+            let message = "'focus_model' pbrt: the scene says where the film stands, so it stays \
+                           there; give 'focus' too";
             report.warn(message.to_owned());
         }
         let placer = FilmPlacer {

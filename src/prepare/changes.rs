@@ -88,20 +88,20 @@ impl Changes {
         self.sensor.and_then(|sensor| sensor.iso).unwrap_or(film.iso)
     }
 
-    /// Returns an option that is given and needs a real lens.
+    /// Returns a setting that is given and needs a real lens, as messages name it.
     pub(super) fn needs_lens(&self) -> Option<&'static str> {
         let given = [
-            (self.lens.is_some(), "--lens"),
-            (self.lens_options.zoom.is_some(), "--zoom"),
-            (!self.lens_options.wavelengths.is_empty(), "--wavelengths"),
-            (self.focus.is_some(), "--focus"),
-            (self.focus_model != FocusModel::default(), "--focus-model"),
-            (self.f_number.is_some(), "--fstop"),
-            (self.coating.is_some(), "--coating"),
-            (self.assume_vd, "--assume-vd"),
-            (self.film_diagonal.is_some(), "--film-diagonal"),
-            (self.film_shift.is_some(), "--film-shift"),
-            (self.film_tilt.is_some(), "--film-tilt"),
+            (self.lens.is_some(), "'lens'"),
+            (self.lens_options.zoom.is_some(), "'zoom'"),
+            (!self.lens_options.wavelengths.is_empty(), "'wavelengths'"),
+            (self.focus.is_some(), "'focus'"),
+            (self.focus_model != FocusModel::default(), "'focus_model'"),
+            (self.f_number.is_some(), "'fstop'"),
+            (self.coating.is_some(), "'coating'"),
+            (self.assume_vd, "'assume_vd'"),
+            (self.film_diagonal.is_some(), "'film_diagonal'"),
+            (self.film_shift.is_some(), "'film_shift'"),
+            (self.film_tilt.is_some(), "'film_tilt'"),
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, option)| option)
     }

@@ -58,7 +58,7 @@ pub(super) fn draft(
     let uniform = changes.stop_criteria.count_only();
     if !uniform && changes.samples.is_some_and(|samples| samples < StopCriteria::MIN_SAMPLES) {
         let problem = format!(
-            "--spp {samples}: --noise and --time need {} samples a pixel or more",
+            "'spp' {samples}: 'noise' and 'time' need {} samples a pixel or more",
             StopCriteria::MIN_SAMPLES
         );
         return Err(PrepareError::Request(problem));

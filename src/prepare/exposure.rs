@@ -26,7 +26,7 @@ pub(super) struct Exposure {
 impl Exposure {
     pub fn new(description: &Description, changes: &Changes) -> Result<Self, PrepareError> {
         let Description { shutter, transform_times, camera_motion, .. } = description;
-        let request_error = |problem| PrepareError::Request(format!("--shutter: {problem}"));
+        let request_error = |problem| PrepareError::Request(format!("'shutter': {problem}"));
         let mut shutter = match &changes.shutter {
             Some(settings) => settings.apply_to(shutter).map_err(request_error)?,
             None => shutter.clone(),

@@ -36,7 +36,7 @@ pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, Prepare
     if pixels > MAX_PIXELS {
         return Err(PrepareError::Request(format!(
             "a picture of {pixels} pixels is too large; render it in parts of at most {MAX_PIXELS} \
-             pixels with --crop"
+             pixels with 'crop'"
         )));
     }
     Ok(Frame { resolution, low, high })

@@ -148,7 +148,7 @@ impl View<'_> {
         let [x, y] = pixel;
         if (0..2).any(|i| pixel[i] >= resolution[i]) {
             return Err(PrepareError::Request(format!(
-                "--focus auto@{x},{y}: the picture has {} x {} pixels, counted from 0",
+                "'focus' on the pixel {x},{y}: the picture has {} x {} pixels, counted from 0",
                 resolution[0], resolution[1]
             )));
         }
@@ -156,7 +156,7 @@ impl View<'_> {
         camera.chief_ray(pixel, resolution, &mut rays);
         if rays.len == 0 {
             return Err(PrepareError::Request(format!(
-                "--focus auto@{x},{y}: no light comes through the middle of the lens to this pixel"
+                "'focus' on the pixel {x},{y}: no light comes through the middle of the lens to this pixel"
             )));
         }
         let ray = rays.ray(0);

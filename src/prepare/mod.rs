@@ -56,7 +56,7 @@ pub enum PrepareError {
         problem: String,
     },
     /// The lens has no such f-number.
-    #[error("--fstop {asked}: {lens} {source}")]
+    #[error("'fstop' {asked}: {lens} {source}")]
     FNumber {
         /// The f-number that is asked for.
         asked: f64,
@@ -65,7 +65,7 @@ pub enum PrepareError {
         /// Why not.
         source: FNumberError,
     },
-    /// The command line asks for something impossible.
+    /// A setting asks for something impossible.
     #[error("{0}")]
     Request(String),
     /// The pilot render failed.
@@ -221,7 +221,7 @@ fn plan_job(
     let has_lens = matches!(job.camera.model, LensModel::Real(_));
     if let (Some(aov), false) = (job.layers.iter().find(|aov| aov.needs_lens()), has_lens) {
         let name = format!("{aov:?}").to_lowercase();
-        return Err(PrepareError::Request(format!("--aov {name}: this camera has no lens file")));
+        return Err(PrepareError::Request(format!("'aov' {name}: this camera has no lens file")));
     }
     Ok((job, report))
 }

@@ -48,7 +48,7 @@ impl Report {
         for decision in &plan.effects {
             let Decision { effect, on, reason, .. } = decision;
             if !on && list.contains(&(*effect, true)) {
-                self.warn(format!("--effects +{effect}: it stays off: {reason}"));
+                self.warn(format!("'effects' +{effect}: it stays off: {reason}"));
             }
         }
     }
@@ -104,7 +104,7 @@ impl Report {
             self.warn(format!(
                 "lens {}: its light falls on a circle of about {circle:.1} mm, and the diagonal of \
                  the film is {diagonal:.1} mm, so the rest of the picture is black; \
-                 --film-diagonal {:.1}mm fits the film to the lens",
+                 'film_diagonal' {:.1}mm fits the film to the lens",
                 lens.prescription.name,
                 circle * FITTED
             ));
@@ -115,7 +115,7 @@ impl Report {
     pub fn warn_crop(&mut self, frame: &Frame, plan: &Plan) {
         if frame.size() != frame.resolution && plan.has(Effect::Diffraction) {
             let message = "diffraction takes the light beyond the crop to be like that inside, so the \
-                           crop is not exactly that part of the whole picture; with --effects \
+                           crop is not exactly that part of the whole picture; with 'effects' \
                            -diffraction it is";
             self.warn(message.to_owned());
         }

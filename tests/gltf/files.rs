@@ -325,6 +325,6 @@ fn a_document_cannot_ask_for_more_memory_than_there_is() {
         builder.json["accessors"][0] = huge;
         fs::write(path, builder.text()).expect("a file");
         let said = read_with(path, &ReadContext::with_memory(1 << 28)).expect_err("an error");
-        assert!(said.to_string().contains("--memory"), "{said}");
+        assert!(said.to_string().contains("'memory'"), "{said}");
     }
 }

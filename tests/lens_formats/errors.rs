@@ -48,7 +48,7 @@ fn features_that_are_not_simulated_are_left_out_only_on_request() {
     ] {
         let text = text.replacen(good, bad, 1);
         let error = parsed("a.json", &text).expect_err(note).to_string();
-        assert!(error.contains("is not simulated") && error.contains("--approximate"), "{error}");
+        assert!(error.contains("is not simulated") && error.contains("'approximate'"), "{error}");
         let lens = approximated("a.json", &text).expect(note);
         assert_eq!(
             lens.design.notes,

@@ -69,7 +69,7 @@ fn terms_that_are_not_simulated_are_named_and_noted_if_allowed() {
     ];
     for (name, text, expected) in cases {
         let error = parsed(name, &text).expect_err(name).to_string();
-        assert!(error.contains(expected) && error.contains("--approximate"), "{error}");
+        assert!(error.contains(expected) && error.contains("'approximate'"), "{error}");
         let notes = approximated(name, &text).design.notes;
         assert!(notes.iter().any(|note| note.contains("not simulated")), "{name}: {notes:?}");
     }
@@ -121,7 +121,7 @@ fn germanium_has_its_index_in_the_far_infrared_and_none_in_visible_light() {
     assert_eq!(lens.design.primary_wavelength(), 10_000.0);
     let visible = infrared.replace("WAVM 1 10.0 1", "WAVM 1 0.55 1");
     let error = parsed("a.zmx", &visible).expect_err("opaque").to_string();
-    assert!(error.contains("not at 550 nm") && error.contains("--wavelengths"), "{error}");
+    assert!(error.contains("not at 550 nm") && error.contains("'wavelengths'"), "{error}");
     let lens = approximated("a.zmx", &visible);
     assert!(lens.design.notes.iter().any(|note| note.contains("nearest end")));
     let folder = folder();

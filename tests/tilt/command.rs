@@ -219,7 +219,7 @@ fn impossible_film_poses_are_refused() {
     assert!(error.contains("where it is nearest, would stand inside the lens"), "{error}");
     let thin = r#"Camera "perspective" WorldBegin LightSource "infinite""#;
     let error = job(thin, &close).expect_err("no lens");
-    assert!(error.contains("--film-tilt is given, but this camera has no lens file"), "{error}");
+    assert!(error.contains("'film_tilt' is given, but this camera has no lens file"), "{error}");
     for value in ["1", "1,2,3", "a,b", "nan,0", "46,0", "inf,0"] {
         let (code, _, stderr) =
             petzval(root(), &["plan", "scenes/dgauss.pbrt", "--film-tilt", value]);

@@ -12,6 +12,7 @@ use tungstenite::{Bytes, Utf8Bytes};
 use super::frame::ViewFrame;
 use super::lens_bench::LensBench;
 use super::settings::ViewSettings;
+use crate::cli::option_names::with_option_names;
 
 /// State of the view.
 pub(super) struct ViewState {
@@ -134,7 +135,7 @@ impl ViewState {
 
     /// Shows the state of the panel, whose camera is focused at this distance (m).
     pub fn publish_panel(&self, generation: u64, panel: &Value, focus: Option<f64>) {
-        let message = Utf8Bytes::from(panel.to_string());
+        let message = Utf8Bytes::from(&*with_option_names(&panel.to_string()));
         let mut shared = self.lock();
         shared.panel_message = (shared.panel_message.0 + 1, message);
         shared.focus = focus.filter(|focus| focus.is_finite()).map(|focus| (generation, focus));
@@ -150,7 +151,7 @@ impl ViewState {
 
     /// Tells the clients about background work.
     pub fn publish_work(&self, message: &Value) {
-        let message = Utf8Bytes::from(message.to_string());
+        let message = Utf8Bytes::from(&*with_option_names(&message.to_string()));
         let mut shared = self.lock();
         shared.work_message = (shared.work_message.0 + 1, message);
         self.changed.notify_all();

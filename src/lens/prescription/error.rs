@@ -33,7 +33,7 @@ pub enum LensError {
         expected: String,
     },
     /// The lens has no such zoom setting.
-    #[error("--zoom: {}: {source}", path_excerpt(path))]
+    #[error("'zoom': {}: {source}", path_excerpt(path))]
     Zoom {
         /// Path of the file.
         path: PathBuf,
@@ -41,7 +41,7 @@ pub enum LensError {
         source: ZoomError,
     },
     /// A medium has no index at a wavelength in use.
-    #[error("{}: {source}; --wavelengths chooses others", path_excerpt(path))]
+    #[error("{}: {source}; 'wavelengths' chooses others", path_excerpt(path))]
     Wavelength {
         /// Path of the file.
         path: PathBuf,

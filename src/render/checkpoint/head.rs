@@ -151,7 +151,7 @@ mod tests {
                 program: "petzval 0".to_owned(),
                 build: "0f".to_owned(),
                 files: map("a b.pbrt", "00ff"),
-                options: map("--seed", "3"),
+                options: map("seed", "3"),
             },
             samples: 8..16,
             total_samples: 64,

@@ -122,13 +122,13 @@ mod tests {
             program: "petzval 1".to_owned(),
             build: "a".to_owned(),
             files: list(&[("a.pbrt", "1"), ("lens.dat", "2"), ("same", "3")]),
-            options: list(&[("--fstop", "2.8"), ("--lens", "x"), ("--seed", "0")]),
+            options: list(&[("fstop", "2.8"), ("lens", "x"), ("seed", "0")]),
         };
         let now = Inputs {
             program: "petzval 2".to_owned(),
             build: "b".to_owned(),
             files: list(&[("a.pbrt", "1"), ("lens.dat", "9"), ("new.ply", "4")]),
-            options: list(&[("--fstop", "4"), ("--seed", "0"), ("--coating", "none")]),
+            options: list(&[("fstop", "4"), ("seed", "0"), ("coating", "none")]),
         };
         assert_eq!(then.differences(&then), [""; 0]);
         assert_eq!(
@@ -138,9 +138,9 @@ mod tests {
                 "lens.dat has changed since",
                 "same is not read any more",
                 "new.ply was not read then",
-                "--fstop was 2.8, and is 4 now",
-                "--lens was x, and is not given now",
-                "--coating was not given, and is none now",
+                "fstop was 2.8, and is 4 now",
+                "lens was x, and is not given now",
+                "coating was not given, and is none now",
             ]
         );
         let rebuilt = Inputs { build: "b".to_owned(), ..then.clone() };

@@ -167,7 +167,7 @@ impl Document {
     /// Returns the error for a part that exceeds the memory budget.
     pub fn too_large(&self, element: &str, refusal: &str) -> SceneError {
         let message = format!(
-            "{}: {refusal}; use a smaller scene, a larger --memory or a larger machine",
+            "{}: {refusal}; use a smaller scene, a larger 'memory' or a larger machine",
             shown(element)
         );
         SceneError::Limit { at: self.location(element), message }

@@ -142,7 +142,7 @@ impl Lexer {
             let remedy = match kind {
                 "a PLY mesh" => ": name it there, in Shape \"plymesh\"",
                 "a glTF scene" | "a glTF scene (GLB)" => ", or a name that ends in .gltf or .glb",
-                "a lens file" => ": name it there, or with --lens",
+                "a lens file" => ": name it there, or with 'lens'",
                 _ => "",
             };
             format!("this looks like {kind}; expected a scene in the language of pbrt{remedy}")

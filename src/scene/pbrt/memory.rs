@@ -14,7 +14,7 @@ pub(super) fn granted<T>(
     what: &str,
     answer: Result<T, String>,
 ) -> Result<T, SceneError> {
-    let expected = "use a smaller scene, a larger --memory or a larger machine";
+    let expected = "use a smaller scene, a larger 'memory' or a larger machine";
     answer.map_err(|found| SceneError::limit(at.clone(), format!("{what}: {found}"), expected))
 }
 

@@ -9,6 +9,7 @@ use super::inputs::{ReportInputs, rounded};
 use super::plot::Plot;
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::cli::arguments::argv::{argv, shell_line};
+use crate::cli::option_names::with_option_names;
 use crate::cli::report::date::now;
 use crate::cli::report::lens_drawing::draw;
 use crate::cli::report::svg::escape;
@@ -61,7 +62,7 @@ pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection]) -> String 
     }
     let _ = writeln!(page, "<p>{}</p>", escape(&conditions(inputs)));
     for note in &inputs.lens.design.notes {
-        let _ = writeln!(page, "<p class=\"note\">Note: {}</p>", escape(note));
+        let _ = writeln!(page, "<p class=\"note\">Note: {}</p>", escape(&with_option_names(note)));
     }
     page.push_str("<nav>\n");
     for section in sections {

@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use crate::cli::option_names::with_option_names;
+
 /// Status of a reply.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Status {
@@ -59,7 +61,7 @@ impl Reply {
         Self {
             status,
             kind: "text/plain; charset=utf-8",
-            body: format!("petzval: {message}\n").into(),
+            body: format!("petzval: {}\n", with_option_names(message)).into(),
         }
     }
 

@@ -15,6 +15,7 @@ use tungstenite::{Bytes, Message, WebSocket};
 
 use super::Server;
 use super::client::Client;
+use crate::cli::option_names::with_option_names;
 use crate::cli::view::state::Shared;
 
 /// Largest message of a client (bytes).
@@ -97,7 +98,7 @@ impl Server {
                 Message::Text(text) => {
                     if let Err(problem) = self.heed(text.as_str(), client) {
                         let answer = json!({ "type": "refused", "problem": problem });
-                        client.answer(Message::text(answer.to_string()));
+                        client.answer(Message::text(&*with_option_names(&answer.to_string())));
                     }
                 }
                 Message::Ping(payload) => client.answer(Message::Pong(payload)),

@@ -60,7 +60,7 @@ pub struct ConditionChoices {
 #[non_exhaustive]
 pub enum ConditionsError {
     /// The film has no position.
-    #[error("{source}\nthe lens file gives no film position either; give it with --film-distance")]
+    #[error("{source}\nthe lens file gives no film position either; give it with 'film_distance'")]
     Focus {
         /// Why the lens cannot be focused.
         source: FocusError,
@@ -71,7 +71,7 @@ pub enum ConditionsError {
     /// A distant object has no image.
     #[error(
         "the lens has no power at {nm} nm: light of a distant object leaves it parallel and has no \
-         image; give an object distance with --focus"
+         image; give an object distance with 'distance'"
     )]
     Afocal {
         /// The primary wavelength.

@@ -56,13 +56,13 @@ pub enum FrozenImagingError {
     /// The largest image height has no chief ray.
     #[error(
         "no ray through the middle of the stop reaches the image height {0} mm; give a smaller one \
-         with --image-height"
+         with 'image_height'"
     )]
     ImageHeight(f64),
     /// No light of an object point passes the lens.
     #[error(
         "no light passes the lens at the field {field:.4} {unit}; give a smaller field with \
-         --image-height, or other shares of it with --fields"
+         'image_height', or other shares of it with 'fields'"
     )]
     Dark {
         /// Field coordinate along y.

@@ -32,7 +32,7 @@ impl fmt::Display for StopReason {
             Self::Converged => "the merit hardly changes any more",
             Self::NoBetterStep => "no step from here is better",
             Self::IterationLimit => {
-                "the number of iterations is reached; more may help (--iterations)"
+                "the number of iterations is reached; more may help ('iterations')"
             }
             Self::Interrupted => "it was interrupted; the lens is the best so far",
         })

@@ -75,7 +75,7 @@ pub enum OptimizationError {
     /// The merit has no value at the start.
     #[error(
         "the lens has no merit to begin with: a ray of a field is lost, or a distortion target has \
-         no field beside the axis; give smaller fields with --fields or --image-height"
+         no field beside the axis; give smaller fields with 'fields' or 'image_height'"
     )]
     Start,
 }

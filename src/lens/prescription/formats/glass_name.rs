@@ -82,7 +82,7 @@ impl GlassNames {
             return Err(line.error(
                 word,
                 format!("{what} is not known"),
-                "expected a glass of a catalogue; add its AGF file with --catalogue",
+                "expected a glass of a catalogue; add its AGF file with 'catalogue'",
             ));
         };
         let ModelFigures { nd, vd, .. } = figures;

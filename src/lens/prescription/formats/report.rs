@@ -60,7 +60,7 @@ impl<'a> ReadReport<'a> {
     ) -> Result<(), LensError> {
         let what = what.into();
         if !self.context.approximates() {
-            let expected = format!("--approximate reads the lens {instead}");
+            let expected = format!("'approximate' reads the lens {instead}");
             return Err(line.error(word, format!("{what} is not simulated"), &expected));
         }
         self.note(format!(

@@ -86,7 +86,7 @@ fn by_name(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
         };
         let near = near.map_or_else(String::new, |near| format!("; did you mean \"{near}\"?"));
         let found = format!("no glass \"{}\" in the catalogue{near}", excerpt(name));
-        let expected = "expected a listed name, one of a catalogue (--catalogue), or index and abbe as \
+        let expected = "expected a listed name, one of a catalogue ('catalogue'), or index and abbe as \
                         numbers";
         return Err(section.error("glass", found, expected));
     };

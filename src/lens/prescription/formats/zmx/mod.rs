@@ -268,7 +268,7 @@ impl<'a> Reader<'a> {
         if let (Some(current), count @ 2..) = (self.current, self.configurations) {
             self.report.note(format!(
                 "the lens is in configuration {current} of {count}, the current one of the file; \
-                 --zoom chooses another"
+                 'zoom' chooses another"
             ));
         }
     }

@@ -77,7 +77,7 @@ impl GlassWriter {
             return None;
         }
         let note = format!(
-            "the glass {} is of no built-in catalogue: reading the file needs --catalogue",
+            "the glass {} is of no built-in catalogue: reading the file needs 'catalogue'",
             glass.full_name()
         );
         if !self.notes.contains(&note) {
