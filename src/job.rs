@@ -72,7 +72,14 @@ impl Job {
     pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
         let space = self.colour_space;
         let space = (space != ColourSpace::Srgb).then(|| space.primaries());
-        EncodingOptions { half: self.half, exposure, space, ..EncodingOptions::default() }
+        let grey = self.has_mosaic();
+        EncodingOptions { half: self.half, exposure, space, grey, ..EncodingOptions::default() }
+    }
+
+    /// Returns whether the picture is the mosaic of a sensor, with one reading for each pixel, which all
+    /// channels repeat.
+    pub fn has_mosaic(&self) -> bool {
+        self.sensor.is_some_and(|sensor| sensor.bayer.is_some())
     }
 
     /// Returns the footprint of a pixel of this picture.

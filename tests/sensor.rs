@@ -328,11 +328,13 @@ fn the_command_reports_and_records_the_settings_of_the_camera() {
     ] {
         assert!(stderr.contains(expected), "{expected} is not in\n{stderr}");
     }
-    let picture = Picture::read(&out).expect("a picture");
-    assert!(picture.pixels.iter().all(|p| p[0] == p[1] && p[1] == p[2]));
+    let (picture, grey) = Picture::read_with_grey(&out).expect("a picture");
+    assert!(grey && picture.pixels.iter().all(|p| p[0] == p[1] && p[1] == p[2]));
     let meta = exr::meta::MetaData::read_from_file(&out, true).expect("an EXR");
     let own = &meta.headers[0].own_attributes;
     assert_eq!(own.iso_speed, Some(800.0));
+    let channels = &meta.headers[0].channels.list;
+    assert_eq!(channels.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>(), ["Y"]);
     for name in ["sensor", "exposureValue"] {
         assert!(own.other.contains_key(&exr::meta::attribute::Text::from(name)), "{name}");
     }

@@ -1,6 +1,6 @@
 //! Arrays that users pass in.
 
-use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::{IxDyn, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, ToPyArray};
 use petzval::Picture;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -39,8 +39,23 @@ pub fn columns(name: &str, array: &PyReadonlyArrayDyn<'_, f32>) -> PyResult<usiz
     }
 }
 
-/// Returns the picture of an array of height x width x 3.
-pub fn picture(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Picture> {
+/// Returns an array of the pixels of a picture: height x width x 3, or height x width if it is grey.
+pub fn of_picture<'py>(
+    py: Python<'py>,
+    picture: &Picture,
+    grey: bool,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let [width, height] = picture.size;
+    if grey {
+        let values: Vec<f32> = picture.pixels.iter().map(|[value, ..]| *value).collect();
+        return values.to_pyarray(py).reshape(IxDyn(&[height, width]));
+    }
+    picture.pixels.as_flattened().to_pyarray(py).reshape(IxDyn(&[height, width, 3]))
+}
+
+/// Returns the picture of an array of height x width x 3, or of height x width, and whether it is such a
+/// grey one.
+pub fn picture(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Picture, bool)> {
     let kind = value.py().import("numpy")?.call_method1("asarray", (value,))?;
     let kind = kind.getattr("dtype")?;
     if kind.getattr("kind")?.extract::<String>()? != "f" {
@@ -52,10 +67,14 @@ pub fn picture(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Picture> {
     match array.as_array().shape() {
         &[height, width, 3] if height * width > 0 => {
             let pixels = array.as_slice()?.as_chunks::<3>().0.to_vec();
-            Ok(Picture { size: [width, height], pixels })
+            Ok((Picture { size: [width, height], pixels }, false))
+        }
+        &[height, width] if height * width > 0 => {
+            let pixels = array.as_slice()?.iter().map(|value| [*value; 3]).collect();
+            Ok((Picture { size: [width, height], pixels }, true))
         }
         shape => Err(value_error(format!(
-            "{name}: the array is {}; expected height x width x 3",
+            "{name}: the array is {}; expected height x width x 3, or height x width",
             shown(shape)
         ))),
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use numpy::{Ix3, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
+use numpy::{Ix3, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
 use petzval::io::image::{ImageFormat, ImageLayer, Notes, PictureWindow};
 use petzval::io::{FileLog, OutputFile};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
@@ -17,9 +17,10 @@ use crate::error::{image_error, value_error};
 /// A rendered picture, in linear sRGB.
 #[pyclass(frozen, module = "petzval")]
 pub struct Image {
-    /// Pixels: an array of float32, height x width x 3, row 0 at the top.
+    /// Pixels: an array of float32, height x width x 3, row 0 at the top. The mosaic of a sensor is
+    /// height x width: one reading for each pixel.
     #[pyo3(get)]
-    pixels: Py<PyArray3<f32>>,
+    pixels: Py<PyArrayDyn<f32>>,
     /// Layers by name: arrays of float32, height x width x channels.
     #[pyo3(get)]
     layers: Py<PyDict>,
@@ -67,10 +68,12 @@ impl ExposureSetting {
 }
 
 impl Image {
-    /// Makes arrays of a picture and its layers.
+    /// Makes arrays of a picture and its layers. The channels of a grey one are equal.
+    #[expect(clippy::too_many_arguments, reason = "one for each field")]
     pub fn new(
         py: Python<'_>,
         picture: &Picture,
+        grey: bool,
         layers: Vec<ImageLayer>,
         metadata: Py<PyDict>,
         notes: Notes,
@@ -78,7 +81,7 @@ impl Image {
         inputs: FileLog,
     ) -> PyResult<Self> {
         let [width, height] = picture.size;
-        let pixels = picture.pixels.as_flattened().to_pyarray(py).reshape([height, width, 3])?;
+        let pixels = array::of_picture(py, picture, grey)?;
         let (by_name, channels) = (PyDict::new(py), PyDict::new(py));
         for ImageLayer { name, channels: columns } in layers {
             let count = columns.len();
@@ -103,8 +106,8 @@ impl Image {
         })
     }
 
-    /// Returns the picture as it is now in the array.
-    fn picture(&self, py: Python<'_>) -> PyResult<Picture> {
+    /// Returns the picture as it is now in the array, and whether it is grey.
+    fn picture(&self, py: Python<'_>) -> PyResult<(Picture, bool)> {
         array::picture("pixels", self.pixels.bind(py).as_any())
     }
 
@@ -164,7 +167,7 @@ impl Image {
     /// Writes the picture: .exr (linear, with all layers), .png (with the layer alpha) or .jpg.
     ///
     /// `exposure` is the brightness of PNG and JPEG in stops, or "auto". `half` writes 16-bit floats
-    /// to EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
+    /// to EXR. A mosaic makes a file of one channel, `Y` in EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
     /// or the lens.
     #[pyo3(signature = (path, exposure = ExposureSetting::Stops(0.0), half = false))]
     fn save(
@@ -174,9 +177,9 @@ impl Image {
         exposure: ExposureSetting,
         half: bool,
     ) -> PyResult<()> {
-        let encoding =
-            EncodingOptions { exposure: exposure.exposure()?, half, ..EncodingOptions::default() };
-        let picture = self.picture(py)?;
+        let exposure = exposure.exposure()?;
+        let (picture, grey) = self.picture(py)?;
+        let encoding = EncodingOptions { exposure, half, grey, ..EncodingOptions::default() };
         let format = ImageFormat::of(&path).ok();
         let mut layers = match format {
             Some(ImageFormat::Exr | ImageFormat::Png) => self.image_layers(py)?,
@@ -193,6 +196,11 @@ impl Image {
     /// The layers albedo and normal keep textures and edges, if the picture has them. The noisy
     /// picture becomes the layer "noisy", unless there is one from an earlier call.
     fn denoise(&self, py: Python<'_>) -> PyResult<Self> {
+        if self.pixels.bind(py).ndim() != 3 {
+            return Err(value_error(
+                "a mosaic cannot be denoised: denoise the picture without the sensor's mosaic",
+            ));
+        }
         let layers = self.layers.bind(py).copy()?;
         let channels = self.channels.bind(py).copy()?;
         let arguments = (&self.pixels, layers.get_item("albedo")?, layers.get_item("normal")?);
@@ -202,7 +210,7 @@ impl Image {
             channels.set_item("noisy", ["R", "G", "B"])?;
         }
         Ok(Self {
-            pixels: denoised.extract::<Bound<'_, PyArray3<f32>>>()?.unbind(),
+            pixels: denoised.extract::<Bound<'_, PyArray3<f32>>>()?.to_dyn().clone().unbind(),
             layers: layers.unbind(),
             channels: channels.unbind(),
             metadata: self.metadata.clone_ref(py),
@@ -214,7 +222,7 @@ impl Image {
 
     /// Returns the picture as a PNG file; notebooks show it.
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let picture = self.picture(py)?;
+        let (picture, _) = self.picture(py)?;
         let file = py.detach(|| picture.png(DisplayExposure::Auto.factor(&picture)))?;
         Ok(PyBytes::new(py, &file))
     }

@@ -185,7 +185,8 @@ impl Job {
         notes.extend(more);
         let metadata = metadata(py, &notes)?.unbind();
         let (window, inputs) = (self.job.frame.window(), self.job.files.clone());
-        Image::new(py, picture, layers, metadata, notes, window, inputs)
+        let grey = self.job.has_mosaic();
+        Image::new(py, picture, grey, layers, metadata, notes, window, inputs)
     }
 
     /// Returns the share of the samples that are taken.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyArray3, PyArrayMethods, ToPyArray};
+use numpy::PyArrayDyn;
 use petzval::io::image::PictureWindow;
 use petzval::io::{FileLog, OutputFile};
 use petzval::metric::DynamicRange;
@@ -14,8 +14,8 @@ use crate::error::{image_error, value_error};
 use crate::image::ExposureSetting;
 use crate::worker;
 
-/// Returns how far a picture is from a reference, both linear sRGB, height x width x 3, by a metric:
-/// mse, relmse, mape, flip or psnr. `dynamic_range` is "high", or "low" for pictures that were clipped
+/// Returns how far a picture is from a reference, both linear sRGB, height x width x 3, or height x width
+/// if they are grey, by a metric: mse, relmse, mape, flip or psnr. `dynamic_range` is "high", or "low" for pictures that were clipped
 /// to 0 to 1, of which flip and psnr depend on it.
 #[pyfunction]
 #[pyo3(name = "compare", signature = (picture, reference, metric = "flip", dynamic_range = "high"))]
@@ -28,8 +28,8 @@ pub fn compare(
 ) -> PyResult<f64> {
     let metric: Metric =
         metric.parse().map_err(|problem| value_error(format!("metric: {problem}")))?;
-    let picture = array::picture("picture", picture)?;
-    let reference = array::picture("reference", reference)?;
+    let (picture, _) = array::picture("picture", picture)?;
+    let (reference, _) = array::picture("reference", reference)?;
     let range = match dynamic_range {
         "high" => DynamicRange::High,
         "low" => DynamicRange::Low,
@@ -49,15 +49,17 @@ pub fn compare(
     Ok(measured.map_err(value_error)?.value)
 }
 
-/// Reads a picture as an array of float32, height x width x 3, linear sRGB.
+/// Reads a picture as an array of float32, height x width x 3, linear sRGB. A file of one channel, such as
+/// that of a mosaic, gives height x width.
 #[pyfunction]
-pub fn read_image<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyArray3<f32>>> {
-    let picture = py.detach(|| Picture::read(&path)).map_err(|error| image_error(&error))?;
-    let [width, height] = picture.size;
-    picture.pixels.as_flattened().to_pyarray(py).reshape([height, width, 3])
+pub fn read_image<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let read = py.detach(|| Picture::read_with_grey(&path));
+    let (picture, grey) = read.map_err(|error| image_error(&error))?;
+    array::of_picture(py, &picture, grey)
 }
 
-/// Writes an array of linear sRGB, height x width x 3: .exr, .png or .jpg.
+/// Writes an array of linear sRGB, height x width x 3: .exr, .png or .jpg. One of height x width makes a
+/// file of one channel, `Y` in EXR.
 #[pyfunction]
 #[pyo3(signature = (path, pixels, exposure = ExposureSetting::Stops(0.0)))]
 pub fn write_image(
@@ -66,8 +68,9 @@ pub fn write_image(
     pixels: &Bound<'_, PyAny>,
     exposure: ExposureSetting,
 ) -> PyResult<()> {
-    let picture = array::picture("pixels", pixels)?;
-    let encoding = EncodingOptions { exposure: exposure.exposure()?, ..EncodingOptions::default() };
+    let (picture, grey) = array::picture("pixels", pixels)?;
+    let exposure = exposure.exposure()?;
+    let encoding = EncodingOptions { exposure, grey, ..EncodingOptions::default() };
     let frame = picture.size.map(|side| side as u32);
     let window = PictureWindow { origin: [0, 0], frame };
     // The array is all that it is made of.

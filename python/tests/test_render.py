@@ -332,3 +332,61 @@ def test_pictures_are_read_written_and_compared(tmp_path):
         pz.write_image(tmp_path / "a.exr", pixels[..., :2])
     with pytest.raises(FileNotFoundError):
         pz.read_image(tmp_path / "none.exr")
+
+
+def test_a_mosaic_is_height_x_width(scene_path, tmp_path, root):
+    settings = dict(sensor="iso=400", seed=3, spp=4)
+    mosaic = pz.render(scene_path, bayer="gbrg", **settings)
+    whole = pz.render(scene_path, **settings)
+    assert mosaic.pixels.shape == (32, 48) and mosaic.size == (48, 32)
+    assert whole.pixels.shape == (32, 48, 3)
+    # A photosite reads what it reads without the other two.
+    channels = np.array([[1, 2], [0, 1]])
+    filters = np.tile(channels, (16, 24))
+    expected = np.take_along_axis(whole.pixels, filters[..., None], 2)[..., 0]
+    np.testing.assert_array_equal(mosaic.pixels, expected)
+    # The mosaic alone has the shape: with the sensor off there is none.
+    assert pz.render(scene_path, bayer="gbrg", effects="-sensor", spp=1).pixels.ndim == 3
+    passed = [image.pixels.shape for image in pz.passes(scene_path, bayer="rggb", spp=2)]
+    assert passed == [(32, 48)] * 2
+    # A file has one channel, and comes back as it was.
+    mosaic.save(tmp_path / "a.exr")
+    np.testing.assert_array_equal(pz.read_image(tmp_path / "a.exr"), mosaic.pixels)
+    for name, magic in [("a.png", b"IHDR"), ("a.jpg", b"\xff\xc0")]:
+        mosaic.save(tmp_path / name)
+        file = (tmp_path / name).read_bytes()
+        at = file.index(magic)
+        assert file[at + 4 + 9 if name == "a.png" else at + 9] == (0 if name == "a.png" else 1)
+        back = pz.read_image(tmp_path / name)
+        assert back.shape == (32, 48)
+        assert np.abs(back - np.clip(mosaic.pixels, 0, 1)).max() < 0.05
+    pz.write_image(tmp_path / "b.exr", mosaic.pixels * 2)
+    np.testing.assert_array_equal(pz.read_image(tmp_path / "b.exr"), mosaic.pixels * 2)
+    assert pz.compare(mosaic.pixels, mosaic.pixels, "mse") == 0
+    np.testing.assert_array_equal(np.asarray(mosaic), mosaic.pixels)
+    assert mosaic._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(ValueError, match="a mosaic cannot be denoised"):
+        mosaic.denoise()
+
+
+def test_the_command_writes_the_same_mosaic(scene_path, tmp_path, command):
+    options = ["--spp", "4", "--seed", "3", "--bayer", "gbrg", "-o", "a.exr", "--aov", "depth"]
+    run = subprocess.run([command, "render", str(scene_path), *options], cwd=tmp_path, capture_output=True)
+    assert run.returncode == 0, run.stderr
+    found = pz.read_image(tmp_path / "a.exr")
+    mine = pz.render(scene_path, spp=4, seed=3, bayer="gbrg", aov=["depth"])
+    np.testing.assert_array_equal(found, mine.pixels)
+    mine.save(tmp_path / "b.exr")
+    assert [channel_names(tmp_path / name) for name in ("a.exr", "b.exr")] == [["Y", "depth.Z", "depth.coverage"]] * 2
+
+
+def channel_names(path):
+    """Return the names of the channels of an EXR file."""
+    file = path.read_bytes()
+    at = file.index(b"channels\0chlist\0") + len(b"channels\0chlist\0") + 4
+    names = []
+    while file[at]:
+        end = file.index(b"\0", at)
+        names.append(file[at:end].decode())
+        at = end + 1 + 16
+    return names

@@ -207,7 +207,7 @@ pub fn write_pair(
         let raw = sensor.read_out(&picture, pair.degraded.frame.low, pair.degraded.seed);
         let mut encoding = pair.degraded.encoding(DisplayExposure::default());
         // A half float has fewer codes than most sensors.
-        (encoding.half, encoding.space) = (false, None);
+        (encoding.half, encoding.space, encoding.grey) = (false, None, sensor.bayer.is_some());
         raw.write(file, pair.degraded.frame.window(), encoding, &Notes::new())?;
         add("raw", file)?;
     }

@@ -72,7 +72,8 @@ impl Denoising<'_> {
 
 /// Returns the noisy picture as a layer of a file with this encoding.
 pub(super) fn noisy_layer(picture: &Picture, encoding: &EncodingOptions) -> ImageLayer {
-    let matrix = encoding.space.and_then(|space| Primaries::SRGB.to(&space));
+    let matrix =
+        encoding.space.filter(|_| !encoding.grey).and_then(|space| Primaries::SRGB.to(&space));
     let channel = |c: usize| {
         let value = |pixel: &[f32; 3]| match &matrix {
             Some(matrix) => matrix.row(c).dot(DVec3::from_array(pixel.map(f64::from))) as f32,
@@ -80,10 +81,11 @@ pub(super) fn noisy_layer(picture: &Picture, encoding: &EncodingOptions) -> Imag
         };
         picture.pixels.iter().map(value).collect()
     };
-    let channels = ["R", "G", "B"].into_iter().zip(0..);
+    let names: &[&str] = if encoding.grey { &["Y"] } else { &["R", "G", "B"] };
+    let channels = names.iter().zip(0..);
     ImageLayer {
         name: "noisy".to_owned(),
-        channels: channels.map(|(name, c)| (name.to_owned(), channel(c))).collect(),
+        channels: channels.map(|(name, c)| ((*name).to_owned(), channel(c))).collect(),
     }
 }
 

@@ -101,6 +101,8 @@ pub(super) struct DisplayMapping {
     pub exposure: DisplayExposure,
     pub white_balance: WhiteBalance,
     pub tone: ToneCurve,
+    /// Whether the file has a single channel.
+    pub grey: bool,
 }
 
 impl DisplayMapping {
@@ -110,6 +112,7 @@ impl DisplayMapping {
             exposure: DisplayExposure::by(factor),
             white_balance: WhiteBalance::Off,
             tone: ToneCurve::Linear,
+            grey: false,
         }
     }
 
@@ -128,19 +131,23 @@ impl DisplayMapping {
     }
 }
 
-/// Returns the codes of colours that are premultiplied by an opacity, made straight.
-fn straight(picture: &Picture, alpha: &[f32], mapping: DisplayMapping) -> Vec<u8> {
+/// Returns the codes of the channels, or of the first alone. Colours that are premultiplied by an opacity are
+/// made straight and followed by it.
+fn encoded(picture: &Picture, alpha: Option<&[f32]>, mapping: DisplayMapping) -> Vec<u8> {
     let show = mapping.of(picture);
-    let pixel = |(pixel, &alpha): (&[f32; 3], &f32)| {
-        let colour = if alpha > 0.0 { show(&pixel.map(|v| v / alpha)) } else { [0; 3] };
-        let [r, g, b] = colour;
-        [r, g, b, (alpha * 255.0).round() as u8]
-    };
-    picture.pixels.iter().zip(alpha).flat_map(pixel).collect()
-}
-
-fn encoded(picture: &Picture, mapping: DisplayMapping) -> Vec<u8> {
-    picture.pixels.iter().flat_map(mapping.of(picture)).collect()
+    let channels = if mapping.grey { 1 } else { 3 };
+    let mut codes = Vec::with_capacity(4 * picture.pixels.len());
+    for (i, pixel) in picture.pixels.iter().enumerate() {
+        let alpha = alpha.map(|alpha| alpha[i]);
+        let colour = match alpha {
+            None => show(pixel),
+            Some(alpha) if alpha > 0.0 => show(&pixel.map(|v| v / alpha)),
+            Some(_) => [0; 3],
+        };
+        codes.extend_from_slice(&colour[..channels]);
+        codes.extend(alpha.map(|alpha| (alpha * 255.0).round() as u8));
+    }
+    codes
 }
 
 fn dimensions(picture: &Picture) -> [u32; 2] {
@@ -162,9 +169,11 @@ pub(super) fn write_png(
     }
     let [width, height] = dimensions(picture);
     let mut encoder = png::Encoder::new(file, width, height);
-    encoder.set_color(match alpha {
-        Some(_) => png::ColorType::Rgba,
-        None => png::ColorType::Rgb,
+    encoder.set_color(match (mapping.grey, alpha) {
+        (false, None) => png::ColorType::Rgb,
+        (false, Some(_)) => png::ColorType::Rgba,
+        (true, None) => png::ColorType::Grayscale,
+        (true, Some(_)) => png::ColorType::GrayscaleAlpha,
     });
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
@@ -172,10 +181,7 @@ pub(super) fn write_png(
         encoder.add_itxt_chunk((*name).to_owned(), note.to_string())?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&match alpha {
-        Some(alpha) => straight(picture, alpha, mapping),
-        None => encoded(picture, mapping),
-    })?;
+    writer.write_image_data(&encoded(picture, alpha, mapping))?;
     writer.finish()?;
     Ok(())
 }
@@ -190,8 +196,10 @@ pub(super) fn write_jpeg(
 ) -> io::Result<()> {
     let [width, height] = dimensions(picture);
     let mut jpeg = Vec::new();
+    let colour =
+        if mapping.grey { image::ExtendedColorType::L8 } else { image::ExtendedColorType::Rgb8 };
     JpegEncoder::new_with_quality(&mut jpeg, quality)
-        .write_image(&encoded(picture, mapping), width, height, image::ExtendedColorType::Rgb8)
+        .write_image(&encoded(picture, None, mapping), width, height, colour)
         .map_err(io::Error::other)?;
     // The start of the image and the JFIF segment come first (JFIF 1.02).
     let head = match jpeg[..] {
@@ -267,8 +275,9 @@ pub(super) fn read(
     path: &Path,
     transfer: Transfer,
     context: &ReadContext,
-) -> Result<(Picture, HeldMemory), ImageError> {
+) -> Result<((Picture, bool), HeldMemory), ImageError> {
     let (image, mut held) = decode(path, context)?;
+    let grey = !image.color().has_color();
     // Floats of the file's signals, and those of light.
     let floats = 24 * u64::from(image.width()) * u64::from(image.height());
     held.add(floats).map_err(|found| too_large(path, found))?;
@@ -282,7 +291,7 @@ pub(super) fn read(
         size: [pixels.width() as usize, pixels.height() as usize],
         pixels: pixels.pixels().map(|p| p.0.map(decode)).collect(),
     };
-    Ok((picture, held))
+    Ok(((picture, grey), held))
 }
 
 #[cfg(test)]

@@ -30,16 +30,16 @@ const RASTER: u64 = 16 + 12;
 /// Blocks that are unpacked at once for each core: packed, unpacked, and sorted by channels.
 const BLOCK_COPIES: u64 = 3;
 
-/// Reads a picture, and returns the memory that is held for it.
+/// Reads a picture, and whether it is of luminance alone. Returns also the memory that is held for it.
 pub(super) fn read(
     path: &Path,
     context: &ReadContext,
-) -> std::result::Result<(Picture, HeldMemory), ImageError> {
+) -> std::result::Result<((Picture, bool), HeldMemory), ImageError> {
     let held = hold_parts(path, context, PICTURE)?;
     Ok((read_held(path)?, held))
 }
 
-fn read_held(path: &Path) -> std::result::Result<Picture, ImageError> {
+fn read_held(path: &Path) -> std::result::Result<(Picture, bool), ImageError> {
     let create = |size: Vec2<usize>| Picture {
         size: [size.width(), size.height()],
         pixels: vec![[0.0; 3]; size.area()],
@@ -66,7 +66,7 @@ fn read_held(path: &Path) -> std::result::Result<Picture, ImageError> {
             if let Some(matrix) = to_srgb(&image.attributes, Primaries::to) {
                 picture.pixels.iter_mut().for_each(|pixel| *pixel = convert(&matrix, *pixel));
             }
-            return Ok(picture);
+            return Ok((picture, false));
         }
         Err(Error::Io(source)) => {
             return Err(ImageError::Io { verb: "read", path: path.to_owned(), source });
@@ -88,7 +88,7 @@ fn read_held(path: &Path) -> std::result::Result<Picture, ImageError> {
         .first_valid_layer()
         .all_attributes()
         .from_file(path)
-        .map(|image| image.layer_data.channel_data.pixels)
+        .map(|image| (image.layer_data.channel_data.pixels, true))
         .map_err(|error| ImageError::Malformed {
             path: path.to_owned(),
             found: format!("no layer with channels R, G, B or Y ({error})"),
@@ -168,7 +168,7 @@ fn read_raster_held(path: &Path) -> std::result::Result<Raster, ImageError> {
         }
         Err(_) => {}
     }
-    let Picture { size, pixels } = read_held(path)?;
+    let (Picture { size, pixels }, _) = read_held(path)?;
     let samples = ImageSamples::Floats(pixels.iter().map(|[y, _, _]| *y).collect());
     Ok(Raster { size, channels: 1, samples })
 }
@@ -193,18 +193,20 @@ fn convert(matrix: &DMat3, pixel: [f32; 3]) -> [f32; 3] {
     (*matrix * DVec3::from_array(pixel.map(f64::from))).to_array().map(|c| c as f32)
 }
 
-/// Writes one part: R, G and B, and the channels of layers as `layer.channel`, where compositors
-/// look for layers; that of the opacity is A. Layers always have 32-bit floats, as they may hold counts.
+/// Writes one part: R, G and B, or Y of a grey picture, and the channels of layers as `layer.channel`, where
+/// compositors look for layers; that of the opacity is A. Layers always have 32-bit floats, as they may hold
+/// counts.
 pub(super) fn write(
     picture: &Picture,
     layers: &[super::ImageLayer],
     window: PictureWindow,
-    EncodingOptions { half, space, .. }: EncodingOptions,
+    EncodingOptions { half, space, grey, .. }: EncodingOptions,
     notes: &Notes,
     file: &mut File,
 ) -> io::Result<()> {
     let [width, height] = picture.size;
-    let matrix = space.and_then(|space| Primaries::SRGB.to(&space));
+    // Readings of photosites are in no colour space.
+    let matrix = space.filter(|_| !grey).and_then(|space| Primaries::SRGB.to(&space));
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
@@ -230,7 +232,8 @@ pub(super) fn write(
         let row = matrix.map(|matrix| matrix.row(channel));
         AnyChannel::new(name, Values::Colour { pixels: &picture.pixels, channel, row, half })
     };
-    let mut list: SmallVec<[_; 4]> = ["R", "G", "B"].into_iter().zip(0..).map(colour).collect();
+    let names: &[&str] = if grey { &["Y"] } else { &["R", "G", "B"] };
+    let mut list: SmallVec<[_; 4]> = names.iter().copied().zip(0..).map(colour).collect();
     for extra in layers {
         for (name, values) in &extra.channels {
             if values.len() != width * height {

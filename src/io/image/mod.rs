@@ -96,12 +96,15 @@ pub struct EncodingOptions {
     /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. 8-bit
     /// files are always sRGB.
     pub space: Option<Primaries>,
+    /// Whether the file has one channel, the first of the picture: that of a mosaic, whose channels are
+    /// equal. EXR files call it `Y`.
+    pub grey: bool,
 }
 
 impl EncodingOptions {
     fn mapping(&self) -> DisplayMapping {
-        let Self { exposure, white_balance, tone, .. } = *self;
-        DisplayMapping { exposure, white_balance, tone }
+        let Self { exposure, white_balance, tone, grey, .. } = *self;
+        DisplayMapping { exposure, white_balance, tone, grey }
     }
 }
 
@@ -220,6 +223,15 @@ impl Picture {
         Self::read_with(path, Transfer::Srgb, &ReadContext::default())
     }
 
+    /// Reads a picture as [`Picture::read`] does. Also returns whether the file has a single colour
+    /// channel, which all three channels of the picture repeat.
+    ///
+    /// # Errors
+    /// As [`Picture::read`].
+    pub fn read_with_grey(path: &Path) -> Result<(Self, bool), ImageError> {
+        Self::read_file(path, Transfer::Srgb, &ReadContext::default())
+    }
+
     /// Reads a picture whose 8-bit pixels have this transfer curve.
     ///
     /// # Errors
@@ -229,9 +241,18 @@ impl Picture {
         transfer: Transfer,
         context: &ReadContext,
     ) -> Result<Self, ImageError> {
+        Self::read_file(path, transfer, context).map(|(picture, _)| picture)
+    }
+
+    /// Reads a picture, and whether its file has a single colour channel.
+    fn read_file(
+        path: &Path,
+        transfer: Transfer,
+        context: &ReadContext,
+    ) -> Result<(Self, bool), ImageError> {
         let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
         context.register(path).map_err(refused)?;
-        let (picture, held) = match extension(path).as_str() {
+        let ((picture, grey), held) = match extension(path).as_str() {
             "exr" => exr::read(path, context)?,
             "png" | "jpg" | "jpeg" | "tga" | "bmp" | "gif" => {
                 display::read(path, transfer, context)?
@@ -241,7 +262,8 @@ impl Picture {
             "hdr" => display::read(path, Transfer::Linear, context)?,
             "pfm" => {
                 let (raster, held) = pfm::read(path, context)?;
-                (raster.into_picture(), held)
+                let grey = raster.channels == 1;
+                ((raster.into_picture(), grey), held)
             }
             found => {
                 return Err(ImageError::Format {
@@ -253,7 +275,7 @@ impl Picture {
         };
         let kept = held.keep(size_of_val(&picture.pixels[..]) as u64);
         kept.map_err(|found| declared::too_large(path, found))?;
-        Ok(picture)
+        Ok((picture, grey))
     }
 
     /// Writes the picture in the format of the file's extension.
