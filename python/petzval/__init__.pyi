@@ -86,6 +86,8 @@ class Lens:
         self,
         field: int = 0,
         size: int = 64,
+        wavelength: Optional[float] = None,
+        channel: Optional[Literal["R", "G", "B"]] = None,
         *,
         distance: float = ...,
         film_distance: Optional[float] = None,
@@ -139,7 +141,12 @@ class ImageQuality:
     def distortion(self, count: int = 20) -> dict[str, NDArray[np.float64]]: ...
     def spot(self, field: int, defocus: float = 0.0) -> dict[str, Any]: ...
     def psf(
-        self, field: int, size: int = 64, width: Optional[float] = None
+        self,
+        field: int,
+        size: int = 64,
+        width: Optional[float] = None,
+        wavelength: Optional[float] = None,
+        channel: Optional[Literal["R", "G", "B"]] = None,
     ) -> tuple[NDArray[np.float64], dict[str, Any]]: ...
 
 @dataclass

@@ -4,20 +4,26 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use petzval::Prescription;
 use petzval::lens::{
     ConditionChoices, FieldCurvePoint, FieldKind, FieldRays, FrequencyAxis, ImagingConditions,
-    ImagingGrid, SpotDiagram, TransferMethod,
+    ImagingGrid, SpectralLine, SpotDiagram, TransferMethod,
 };
+use petzval::spectrum::bands;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::argument::{Listed, refused};
 use crate::error::value_error;
+use crate::lens::WAVELENGTHS;
 use crate::worker;
 
 /// Real rays of a lens, traced once for all analyses.
 #[pyclass(frozen, module = "petzval")]
 pub struct ImageQuality {
     quality: petzval::lens::ImageQuality,
+    /// The lens, to trace in other light.
+    lens: Prescription,
+    /// Rays across the pupil.
+    pupil: usize,
 }
 
 /// Modulation by field and frequency: tangential and sagittal.
@@ -30,6 +36,8 @@ type PointImage<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyDict>);
 const MOST: [i64; 2] = [1000, 512];
 /// Largest number of rays of all fields, for each wavelength; each takes about a hundred bytes.
 const MOST_RAYS: i64 = 1 << 23;
+/// Channels of a picture.
+const CHANNELS: [&str; 3] = ["R", "G", "B"];
 /// Largest number of frequencies.
 const MOST_FREQUENCIES: usize = 10_000;
 
@@ -67,7 +75,7 @@ impl ImageQuality {
         let grid = ImagingGrid { fields, pupil, threads };
         let traced =
             worker::run_whole(py, || petzval::lens::ImageQuality::new(lens, conditions, grid))?;
-        Ok(Self { quality: traced.map_err(value_error)? })
+        Ok(Self { quality: traced.map_err(value_error)?, lens: lens.clone(), pupil })
     }
 
     /// Returns a field by its index.
@@ -76,6 +84,48 @@ impl ImageQuality {
         let problem = || PyIndexError::new_err(format!("field {index}: there are {count}, from 0"));
         let index = usize::try_from(index).map_err(|_| problem())?;
         self.quality.fields.get(index).ok_or_else(problem)
+    }
+
+    /// Traces a field in other light.
+    fn in_light(
+        &self,
+        py: Python<'_>,
+        field: &FieldRays,
+        light: &[SpectralLine],
+    ) -> PyResult<FieldRays> {
+        let trace = || self.quality.trace_field_in(&self.lens, light, field.field, self.pupil);
+        let traced = worker::run_whole(py, trace)?.map_err(value_error)?;
+        traced.ok_or_else(|| value_error(NO_LIGHT))
+    }
+}
+
+/// Why a field has no image.
+const NO_LIGHT: &str = "no light reaches the film from this field";
+
+/// Returns the light that a point image is asked for in; `None` is that of the analysis.
+fn light(wavelength: Option<f64>, channel: Option<&str>) -> PyResult<Option<Vec<SpectralLine>>> {
+    match (wavelength, channel) {
+        (None, None) => Ok(None),
+        (Some(nm), None) if WAVELENGTHS.contains(&nm) => {
+            Ok(Some(vec![SpectralLine { nm, weight: 1.0 }]))
+        }
+        (Some(nm), None) => {
+            let [low, high] = [WAVELENGTHS.start(), WAVELENGTHS.end()];
+            Err(value_error(format!("wavelength={nm}: expected nm, from {low} to {high}")))
+        }
+        (None, Some(name)) => {
+            let Some(channel) = CHANNELS.iter().position(|known| *known == name) else {
+                let known = CHANNELS.map(|known| format!("{known:?}")).join(", ");
+                return Err(value_error(format!("channel={name:?}: expected one of {known}")));
+            };
+            let lines = bands()
+                .into_iter()
+                .map(|band| SpectralLine { nm: band.wavelength, weight: band.response[channel] });
+            Ok(Some(lines.filter(|line| line.weight > 0.0).collect()))
+        }
+        (Some(_), Some(_)) => {
+            Err(value_error("wavelength and channel: expected one of them, not both"))
+        }
     }
 }
 
@@ -225,15 +275,34 @@ impl ImageQuality {
     /// `size`, the share of the light per sample, y upwards, and a dictionary of pitch (um), centre
     /// (um, relative to the chief ray) and strehl. `width` is that of the array (um); by default
     /// what the traced rays resolve, at most 100 um.
-    #[pyo3(signature = (field, size = 64, width = None))]
+    ///
+    /// The light is that of all `wavelengths`, by their weights. `wavelength` (nm) takes another, alone,
+    /// and `channel` that of "R", "G" or "B" of a picture of white light, in bands of 9.5 nm. The film
+    /// and the chief ray stay, so that `centre` shows lateral colour; widths of the array are best given
+    /// if images are compared. Raises `ValueError` if a glass has no data at a wavelength, or no light
+    /// passes.
+    #[pyo3(signature = (field, size = 64, width = None, wavelength = None, channel = None))]
     fn psf<'py>(
         &self,
         py: Python<'py>,
         field: i64,
         size: i64,
         width: Option<f64>,
+        wavelength: Option<f64>,
+        channel: Option<&str>,
     ) -> PyResult<PointImage<'py>> {
-        let field = self.field(field)?;
+        let of_analysis = self.field(field)?;
+        let in_other_light;
+        let field = match light(wavelength, channel)? {
+            None => of_analysis,
+            Some(light) => {
+                in_other_light = self.in_light(py, of_analysis, &light)?;
+                &in_other_light
+            }
+        };
+        if field.open_grids().next().is_none() {
+            return Err(value_error(NO_LIGHT));
+        }
         let widest = 1e3 * field.resolved_width();
         let width = width.unwrap_or(widest.min(100.0));
         if !((2..=1024).contains(&size) && width > 0.0 && width <= widest) {
@@ -244,8 +313,7 @@ impl ImageQuality {
         }
         let size = size as usize;
         let image = worker::run_whole(py, || field.point_image(size, 1e-3 * width))?;
-        let image =
-            image.ok_or_else(|| value_error("no light reaches the film from this field"))?;
+        let image = image.ok_or_else(|| value_error(NO_LIGHT))?;
         let data = PyDict::new(py);
         data.set_item("pitch", 1e3 * image.pitch)?;
         data.set_item("centre", image.centre.map(|mm| 1e3 * mm))?;

@@ -43,7 +43,7 @@ pub struct Lens {
 /// Largest number of pixels of a map, which is that of a render.
 const MOST_PIXELS: i64 = 1 << 27;
 /// Range of wavelengths (nm); it catches those that are given in um or m.
-const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e6;
+pub const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e6;
 
 impl Lens {
     /// Returns the path of its file.
@@ -417,15 +417,20 @@ impl Lens {
     }
 
     /// Returns the point image of a field, from 0 on the axis, and its data, as `ImageQuality.psf`
-    /// does; `conditions` are the arguments of `image_quality`.
-    #[pyo3(signature = (field = 0, size = 64, **conditions))]
+    /// does, in the light of a `wavelength` (nm) or of a `channel` ("R", "G" or "B") if one is given;
+    /// `conditions` are the arguments of `image_quality`.
+    #[pyo3(signature = (field = 0, size = 64, wavelength = None, channel = None, **conditions))]
     fn psf<'py>(
         slf: &Bound<'py, Self>,
         field: i64,
         size: i64,
+        wavelength: Option<f64>,
+        channel: Option<&str>,
         conditions: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        slf.call_method("image_quality", (), conditions)?.call_method1("psf", (field, size))
+        let quality = slf.call_method("image_quality", (), conditions)?;
+        let arguments = (field, size, None::<f64>, wavelength, channel);
+        quality.call_method1("psf", arguments)
     }
 
     /// Traces the lens for an object at a distance from the film (mm): spots, MTF and point images.

@@ -149,3 +149,63 @@ def test_a_section_is_drawn(lens_path, tmp_path):
     assert (tmp_path / "lens.png").stat().st_size > 5000
     # Ten surfaces and the axis, the film, two blades of the stop, four elements and three lines a ray.
     assert len(ax.lines) > 25
+
+
+def test_point_images_have_a_wavelength_or_a_channel(root):
+    lens = pz.Lens(root / "lenses/triplet.toml")
+    quality = lens.image_quality(image_height=15.0, fields=4)
+    size, width = 64, 40.0
+    light = {nm: quality.psf(0, size, width, wavelength=nm) for nm in (450.0, 550.0, 650.0)}
+    for image, data in light.values():
+        assert image.shape == (size, size) and 0 < data["strehl"] <= 1.001 and 0.5 < image.sum() < 1.02
+    # Each colour has its own focus and its own diffraction.
+    assert len({round(data["strehl"], 4) for _, data in light.values()}) == 3
+    # The light of all wavelengths is the sum of theirs.
+    parts = [quality.psf(0, size, width, wavelength=nm)[0] for nm in quality.wavelengths]
+    whole, _ = quality.psf(0, size, width)
+    assert np.abs(np.mean(parts, 0) - whole).max() < 0.05 * whole.max()
+    # A channel is between its wavelengths: red lies apart from blue off the axis.
+    centres = [quality.psf(3, size, width, channel=name)[1]["centre"] for name in "RGB"]
+    long, short = [quality.psf(3, size, width, wavelength=nm)[1]["centre"] for nm in (620.0, 460.0)]
+    assert np.sign(centres[0][1] - centres[2][1]) == np.sign(long[1] - short[1])
+    assert long[1] != short[1]
+    short_form = lens.psf(1, image_height=15.0, fields=4, wavelength=550.0)
+    np.testing.assert_array_equal(short_form[0], quality.psf(1, wavelength=550.0)[0])
+
+
+def test_light_that_makes_no_sense_is_refused(quality):
+    for wavelength in (0.55, -1.0, np.nan, np.inf, 1e9):
+        with pytest.raises(ValueError, match="wavelength=.*: expected nm"):
+            quality.psf(0, wavelength=wavelength)
+    with pytest.raises(TypeError, match="wavelength"):
+        quality.psf(0, wavelength="green")
+    with pytest.raises(ValueError, match='channel="green": expected one of "R", "G", "B"'):
+        quality.psf(0, channel="green")
+    with pytest.raises(ValueError, match="not both"):
+        quality.psf(0, wavelength=550.0, channel="G")
+
+
+def test_a_glass_without_data_at_a_wavelength_is_named(root):
+    quality = pz.Lens(root / "lenses/triplet.toml").image_quality(fields=2, rays=16)
+    with pytest.raises(ValueError, match="20000 nm"):
+        quality.psf(0, wavelength=20_000.0)
+
+
+@pytest.mark.parametrize("wavelength", [486.1, 550.0, 656.3])
+def test_the_point_image_of_a_wavelength_is_that_of_the_command(root, command, wavelength):
+    lens = root / "lenses/triplet.toml"
+    film = pz.Lens(lens).focus()
+    options = ["--json", "psf", "--film-distance", str(film), "--wavelengths", str(wavelength)]
+    options += ["--image-height", "15"]
+    run = subprocess.run([command, "lens", "report", str(lens), *options], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    report = json.loads(run.stdout)
+    sizes = _table(report, "field", "strehl")["rows"]
+    rows = [row for row in _table(report, "field", "x_um")["rows"] if row[0] == 0]
+    side = round(len(rows) ** 0.5)
+    quality = pz.Lens(lens).image_quality(film_distance=film, image_height=15.0)
+    # The command traces a finer grid where the image needs it.
+    image, data = quality.psf(0, side, sizes[0][2], wavelength=wavelength)
+    assert data["strehl"] == pytest.approx(sizes[0][1], rel=0.02)
+    found = np.array([row[3] for row in rows]).reshape(side, side)
+    assert np.abs(image - found).max() < 0.03 * found.max()

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use petzval::lens::{
-    FrequencyAxis, ImagingConditions, ImagingGrid, Paraxial, PointImage, Prescription, Row,
-    SpectralLine, TransferMethod, noll, zernike,
+    FieldRays, FrequencyAxis, ImagingConditions, ImagingGrid, Paraxial, PointImage, Prescription,
+    Row, SpectralLine, TransferMethod, noll, zernike,
 };
 
 use super::support::row;
@@ -214,4 +214,32 @@ fn the_same_bits_come_from_any_number_of_threads() {
             assert_eq!(a.cells, b.cells);
         }
     }
+}
+
+#[test]
+fn the_point_image_in_all_light_is_the_sum_of_those_of_its_wavelengths() {
+    let lens = lens("triplet.toml");
+    let quality = traced(&lens, conditions(&lens, 12.0), 2);
+    let lines = quality.conditions.wavelengths.clone();
+    let edge = &quality.fields[1];
+    let image = |rays: &FieldRays| {
+        let side = 64;
+        let pitch = 0.5 * edge.resolved_width() / side as f64;
+        rays.point_image(side, pitch * side as f64).expect("light")
+    };
+    let alone = |line: SpectralLine, weight: f64| {
+        let line = SpectralLine { weight, ..line };
+        quality.trace_field_in(&lens, &[line], edge.field, 64).expect("data").expect("a chief ray")
+    };
+    let all = quality.trace_field_in(&lens, &lines, edge.field, 64).expect("data").expect("rays");
+    assert_eq!(image(&all), image(edge));
+    // The weight of a wavelength alone does not count.
+    for &line in &lines {
+        assert_eq!(image(&alone(line, 1.0)).values, image(&alone(line, 0.25)).values);
+    }
+    // Lateral colour moves the images apart, from the same reference.
+    let [first, last] = [lines[0], lines[lines.len() - 1]].map(|line| image(&alone(line, 1.0)));
+    assert!((first.centre[1] - last.centre[1]).abs() > 1e-4, "{first:?}");
+    let none = SpectralLine { nm: 2e4, weight: 1.0 };
+    assert!(quality.trace_field_in(&lens, &[none], edge.field, 64).is_err());
 }

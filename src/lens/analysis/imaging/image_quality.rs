@@ -6,6 +6,7 @@ use super::lens_at_wavelength::LensAtWavelength;
 use super::pupil_grid::PupilGrid;
 use super::reference_sphere::ReferenceSphere;
 use crate::lens::prescription::Prescription;
+use crate::lens::prescription::design::SpectralLine;
 use crate::spectrum::glass::IndexRangeError;
 
 /// Rays of a field point.
@@ -93,23 +94,52 @@ impl ImageQuality {
     /// primary wavelength.
     pub fn trace_field(&self, field: f64, side: usize) -> Option<FieldRays> {
         let primary = self.primary().chief_of_field(&self.conditions, [0.0, field])?;
-        let reference = self.reference(&primary);
-        let chiefs: Vec<Option<ChiefRay>> = self
-            .lenses
-            .iter()
-            .enumerate()
-            .map(|(i, lens)| match i == self.conditions.primary {
-                true => Some(primary),
-                false => lens.chief_of_object(&primary),
-            })
-            .collect();
-        let grids = self
-            .lenses
+        Some(self.trace_lenses(&self.lenses, field, &primary, side))
+    }
+
+    /// Traces a field in other light: lines in place of those of the conditions, with their weights.
+    /// The film stays, and so does the reference point, which is that of the chief ray at the primary
+    /// wavelength. Returns `None` without such a ray. `lens` is that which was analysed.
+    ///
+    /// # Errors
+    /// Returns an error if a glass has no data at a wavelength.
+    pub fn trace_field_in(
+        &self,
+        lens: &Prescription,
+        light: &[SpectralLine],
+        field: f64,
+        side: usize,
+    ) -> Result<Option<FieldRays>, IndexRangeError> {
+        let conditions =
+            ImagingConditions { wavelengths: light.to_vec(), ..self.conditions.clone() };
+        let lenses = (0..light.len())
+            .map(|i| LensAtWavelength::new(lens, &conditions, i))
+            .collect::<Result<Vec<_>, _>>()?;
+        let primary = self.primary().chief_of_field(&self.conditions, [0.0, field]);
+        Ok(primary.map(|primary| self.trace_lenses(&lenses, field, &primary, side)))
+    }
+
+    /// Traces the chief rays and the pupil grids of a field through a lens at several wavelengths.
+    fn trace_lenses(
+        &self,
+        lenses: &[LensAtWavelength],
+        field: f64,
+        primary: &ChiefRay,
+        side: usize,
+    ) -> FieldRays {
+        let reference = self.reference(primary);
+        let primary_nm = self.primary().nm;
+        let chief = |lens: &LensAtWavelength| match lens.nm == primary_nm {
+            true => Some(*primary),
+            false => lens.chief_of_object(primary),
+        };
+        let chiefs: Vec<Option<ChiefRay>> = lenses.iter().map(chief).collect();
+        let grids = lenses
             .iter()
             .zip(&chiefs)
             .map(|(lens, chief)| lens.pupil_grid(chief.as_ref()?, &reference, side))
             .collect();
-        Some(FieldRays { field, chiefs, reference, grids })
+        FieldRays { field, chiefs, reference, grids }
     }
 
     /// Returns the rays of a field: those of the even fields if it is one of them.
