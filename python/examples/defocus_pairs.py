@@ -1,6 +1,6 @@
 """A data set of sharp and blurred pictures with depth: pairs that share their samples.
 
-Run it in the folder of the repository: python python/examples/defocus_pairs.py [FOLDER] [PAIRS]
+Run it from anywhere: python defocus_pairs.py [FOLDER] [PAIRS]
 The cells (# %%) open as a notebook in editors that know them.
 """
 
@@ -22,7 +22,20 @@ arguments = [] if "ipykernel" in sys.modules else sys.argv[1:]
 out = Path(arguments[0] if arguments else "out/defocus")
 pairs = int(arguments[1]) if len(arguments) > 1 else 4
 out.mkdir(parents=True, exist_ok=True)
-LENS = pz.Lens("lenses/dgauss.50mm.dat")
+
+# The folder of the repository, two above this file. Cells of a notebook run in it.
+REPOSITORY = Path(globals().get("__file__", "python/examples/defocus_pairs.py")).resolve().parent.parent.parent
+
+
+def of_repository(name):
+    """Return the path of a file of the repository."""
+    path = REPOSITORY / name
+    if not path.exists():
+        raise SystemExit(f"{path} is missing: this example reads {name} of petzval's repository")
+    return path
+
+
+LENS = pz.Lens(of_repository("lenses/dgauss.50mm.dat"))
 
 
 def card(random, depth):

@@ -1,6 +1,6 @@
 """A first picture: read a scene, see what it needs, render it, and stop the lens down.
 
-Run it in the folder of the repository: python python/examples/first_picture.py [FOLDER]
+Run it from anywhere: python first_picture.py [FOLDER]
 The cells (# %%) open as a notebook in editors that know them.
 """
 
@@ -19,7 +19,20 @@ import petzval as pz
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 and "ipykernel" not in sys.modules else "out")
 out.mkdir(parents=True, exist_ok=True)
-scene = pz.Scene("scenes/snowman.pbrt")
+
+# The folder of the repository, two above this file. Cells of a notebook run in it.
+REPOSITORY = Path(globals().get("__file__", "python/examples/first_picture.py")).resolve().parent.parent.parent
+
+
+def of_repository(name):
+    """Return the path of a file of the repository."""
+    path = REPOSITORY / name
+    if not path.exists():
+        raise SystemExit(f"{path} is missing: this example reads {name} of petzval's repository")
+    return path
+
+
+scene = pz.Scene(of_repository("scenes/snowman.pbrt"))
 
 # %% What the picture needs, and why
 for decision in pz.plan(scene):

@@ -1,6 +1,6 @@
 """From a Zemax file to MTF and a photograph.
 
-Run it in the folder of the repository: python python/examples/lens_to_photograph.py [FOLDER]
+Run it from anywhere: python lens_to_photograph.py [FOLDER]
 The cells (# %%) open as a notebook in editors that know them.
 """
 
@@ -19,6 +19,19 @@ import petzval as pz
 
 out = Path(sys.argv[1] if len(sys.argv) > 1 and "ipykernel" not in sys.modules else "out")
 out.mkdir(parents=True, exist_ok=True)
+
+# The folder of the repository, two above this file. Cells of a notebook run in it.
+REPOSITORY = Path(globals().get("__file__", "python/examples/lens_to_photograph.py")).resolve().parent.parent.parent
+
+
+def of_repository(name):
+    """Return the path of a file of the repository."""
+    path = REPOSITORY / name
+    if not path.exists():
+        raise SystemExit(f"{path} is missing: this example reads {name} of petzval's repository")
+    return path
+
+
 ZMX = """VERS 140124 258 36214
 MODE SEQ
 NAME Cooke triplet, scaled to 50 mm
@@ -92,6 +105,13 @@ transfer.legend()
 figure.savefig(out / "lens_to_photograph.png", dpi=100)
 
 # %% A photograph through it
-image = pz.render("scenes/snowman.pbrt", lens=lens, focus="auto", spp=64, resolution=(480, 320), aov=["albedo", "normal"])
+image = pz.render(
+    of_repository("scenes/snowman.pbrt"),
+    lens=lens,
+    focus="auto",
+    spp=64,
+    resolution=(480, 320),
+    aov=["albedo", "normal"],
+)
 image.save(out / "photograph.png", exposure="auto")
 print(image)

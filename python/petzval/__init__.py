@@ -19,6 +19,7 @@ _cpu.check()
 
 from . import arrays as _arrays
 from . import error_against_time as _error_against_time
+from . import keywords as _keywords
 from . import progress as _progress
 from . import settings as _settings
 from ._petzval import (
@@ -37,15 +38,27 @@ from ._petzval import lens_models as _lens_models
 from ._petzval import prepare as _prepare
 from .arrays import Mesh
 from .camera import Camera
+from .picture_settings import (
+    AccuracySettings,
+    LensModelSettings,
+    PassSettings,
+    RenderSettings,
+    SweepSettings,
+)
 
 __all__ = [
+    "AccuracySettings",
     "Camera",
     "Image",
     "ImageQuality",
     "Job",
     "Lens",
+    "LensModelSettings",
     "Mesh",
+    "PassSettings",
+    "RenderSettings",
     "Scene",
+    "SweepSettings",
     "__version__",
     "accuracy",
     "compare",
@@ -73,6 +86,7 @@ class Scene(_Scene):
     """
 
     @classmethod
+    @_keywords.named
     def from_arrays(
         cls,
         meshes,
@@ -118,37 +132,8 @@ class Scene(_Scene):
         return scene
 
 
-def prepare(
-    scene,
-    camera=None,
-    *,
-    lens=None,
-    focus=None,
-    fstop=None,
-    look_at=None,
-    film_shift=None,
-    film_tilt=None,
-    film_diagonal=None,
-    coating=None,
-    resolution=None,
-    crop=None,
-    spp=None,
-    seed=None,
-    effects="auto",
-    light_paths=None,
-    aov=(),
-    noise=None,
-    time=None,
-    shutter=None,
-    rolling_shutter=None,
-    sensor=None,
-    bayer=None,
-    passband=None,
-    zoom=None,
-    focus_model=None,
-    assume_vd=False,
-    catalogue=(),
-):
+@_keywords.takes(RenderSettings)
+def prepare(scene, camera=None, **settings):
     """Prepare a scene: add the lens, its focus and the plan of effects.
 
     ``None`` keeps what the scene says. The settings are those of ``petzval render``:
@@ -172,10 +157,12 @@ def prepare(
     :param aov: names of layers, such as ``["depth", "normal", "coc"]``
     :param noise: stop when the picture is this exact, such as 0.02
     :param time: stop after this time (s)
-    :param shutter: shutter in the words of ``--shutter``
-    :param rolling_shutter: rolling shutter in the words of ``--rolling-shutter``
-    :param sensor: sensor in the words of ``--sensor``, such as ``"iso=800"``; ``""`` for its defaults
-    :param bayer: mosaic of the sensor in the words of ``--bayer``
+    :param shutter: ``open``, ``close``, ``time``, ``ramp``, ``opening``, ``closing`` (times) or ``curve``,
+        such as ``"time=1/60"`` (s) or ``"time=10ms,ramp=1ms"``
+    :param rolling_shutter: time from the first row to the last, and a direction, such as ``"20ms,up"``
+    :param sensor: sensor, such as ``"iso=800,pixel=4"`` (pixel pitch in um); ``""`` for its defaults
+    :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``. The pixels of
+        the picture are then height x width
     :param passband: two wavelengths (nm)
     :param zoom: focal length (mm), or the name of a state of the lens file
     :param focus_model: ``"sharpest"`` or ``"pbrt"``
@@ -185,14 +172,8 @@ def prepare(
     :raises OSError: a file cannot be read
     :raises ValueError: a file is wrong, or a setting does not fit the scene
     """
-    settings = dict(locals())
-    scene = settings.pop("scene")
-    camera = settings.pop("camera")
     settings = _settings.checked(settings, camera)
     return _prepare(_read(scene), settings, _settings.said(settings))
-
-
-_DEFAULTS = _settings.defaults(prepare)
 
 
 def _read(scene, memory=None):
@@ -200,6 +181,7 @@ def _read(scene, memory=None):
     return scene if isinstance(scene, _Scene) else Scene(scene, memory)
 
 
+@_keywords.takes(RenderSettings)
 def render(
     scene,
     camera=None,
@@ -240,6 +222,12 @@ def render(
     )
 
 
+@_keywords.takes(
+    PassSettings,
+    refused=dict.fromkeys(
+        ("noise", "time"), "passes take all samples; leave the loop to stop earlier"
+    ),
+)
 def passes(scene, camera=None, *, threads=0, **settings):
     """Iterate over the pictures of a render while it goes on, of 1, 2, 4, 8 ... samples a pixel.
 
@@ -248,12 +236,10 @@ def passes(scene, camera=None, *, threads=0, **settings):
 
     :param settings: those of :func:`prepare`, without ``noise`` and ``time``
     """
-    for name in ("noise", "time"):
-        if settings.get(name) is not None:
-            raise ValueError(f"{name}: passes take all samples; leave the loop to stop earlier")
     return prepare(scene, camera, **settings).passes(threads=_settings.count("threads", threads, 0))
 
 
+@_keywords.takes(SweepSettings)
 def sweep(scene, camera=None, *, threads=0, progress=None, **settings):
     """Iterate over the pictures of all combinations of settings that are lists.
 
@@ -283,6 +269,7 @@ def sweep(scene, camera=None, *, threads=0, progress=None, **settings):
     return pictures()
 
 
+@_keywords.named
 def dataset(spec, output, *, shard=None, threads=0, progress=None):
     """Photograph the pairs of a specification, as ``petzval dataset`` does, with the same bits.
 
@@ -306,6 +293,7 @@ def dataset(spec, output, *, shard=None, threads=0, progress=None):
         return [_json.loads(row) for row in rows if row.endswith("\n")]
 
 
+@_keywords.takes(AccuracySettings)
 def accuracy(
     scene,
     camera=None,
@@ -342,6 +330,7 @@ def accuracy(
     return _error_against_time.measure(picture, counts, most, metric, _settings.count("seed", seed, 0))
 
 
+@_keywords.takes(LensModelSettings)
 def lens_models(scene, camera=None, *, budget=60.0, spp=None, progress=None, **settings):
     """Measure what models of a lens cost and how exact they are, as ``petzval accuracy`` does.
 
@@ -362,10 +351,11 @@ def lens_models(scene, camera=None, *, budget=60.0, spp=None, progress=None, **s
     """
     report = _progress.reporter(progress)
     most = _settings.count("spp", spp, 4) or 2**20
-    settings = _settings.checked(_settings.completed(settings, _DEFAULTS), camera)
+    settings = _settings.checked(settings, camera)
     return _lens_models(_read(scene), settings, float(budget), most, report)
 
 
+@_keywords.takes(RenderSettings)
 def plan(scene, camera=None, **settings):
     """Return which effects a picture needs, and why.
 

@@ -5,6 +5,13 @@ from typing import Any, Literal, Optional, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
+
+from .picture_settings import AccuracySettings as AccuracySettings
+from .picture_settings import LensModelSettings as LensModelSettings
+from .picture_settings import PassSettings as PassSettings
+from .picture_settings import RenderSettings as RenderSettings
+from .picture_settings import SweepSettings as SweepSettings
 
 __version__: str
 
@@ -94,7 +101,13 @@ class Lens:
         image_height: Optional[float] = None,
         fields: int = 5,
         rays: int = 64,
-    ) -> tuple[NDArray[np.float64], dict[str, Any]]: ...
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]:
+        """Return the image of a point of a field (0: on the axis), ``size`` x ``size`` shares of the
+        light, and its data: pitch (um), centre (um) and strehl.
+
+        :param wavelength: light of this wavelength alone (nm)
+        :param channel: light of a channel of a picture of white light
+        """
     def image_quality(
         self,
         distance: float = ...,
@@ -147,7 +160,14 @@ class ImageQuality:
         width: Optional[float] = None,
         wavelength: Optional[float] = None,
         channel: Optional[Literal["R", "G", "B"]] = None,
-    ) -> tuple[NDArray[np.float64], dict[str, Any]]: ...
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]:
+        """Return the image of a point of a field (0: on the axis), ``size`` x ``size`` shares of the
+        light, y upwards, and its data: pitch (um), centre (um, relative to the chief ray) and strehl.
+
+        :param width: width of the array (um)
+        :param wavelength: light of this wavelength alone (nm); by default that of all ``wavelengths``
+        :param channel: light of a channel of a picture of white light
+        """
 
 @dataclass
 class Mesh:
@@ -182,7 +202,7 @@ class Scene:
     def path(self) -> str: ...
 
 class Image:
-    """A rendered picture, in linear sRGB."""
+    """A rendered picture, in linear sRGB: height x width x 3, or height x width for a mosaic."""
 
     @property
     def pixels(self) -> NDArray[np.float32]: ...
@@ -245,33 +265,7 @@ class Camera:
 def prepare(
     scene: Union[Scene, Path],
     camera: Optional[Camera] = None,
-    *,
-    lens: Union[Lens, Path, None] = None,
-    focus: Union[float, tuple[int, int], Literal["auto"], None] = None,
-    fstop: Optional[float] = None,
-    look_at: Optional[Sequence[Point]] = None,
-    film_shift: Optional[tuple[float, float]] = None,
-    film_tilt: Optional[tuple[float, float]] = None,
-    film_diagonal: Optional[float] = None,
-    coating: Optional[Literal["none", "mgf2", "broadband", "perfect"]] = None,
-    resolution: Optional[tuple[int, int]] = None,
-    crop: Optional[tuple[int, int, int, int]] = None,
-    spp: Optional[int] = None,
-    seed: Optional[int] = None,
-    effects: str = "auto",
-    light_paths: Optional[bool] = None,
-    aov: Union[str, Sequence[str]] = (),
-    noise: Optional[float] = None,
-    time: Optional[float] = None,
-    shutter: Optional[str] = None,
-    rolling_shutter: Optional[str] = None,
-    sensor: Optional[str] = None,
-    bayer: Optional[str] = None,
-    passband: Optional[tuple[float, float]] = None,
-    zoom: Union[float, str, None] = None,
-    focus_model: Optional[Literal["sharpest", "pbrt"]] = None,
-    assume_vd: bool = False,
-    catalogue: Union[Path, Sequence[Path]] = (),
+    **settings: Unpack[RenderSettings],
 ) -> Job: ...
 def render(
     scene: Union[Scene, Path],
@@ -283,14 +277,14 @@ def render(
     checkpoint_interval: float = 60.0,
     resume: bool = False,
     memory: Union[int, str, None] = None,
-    **settings: Any,
+    **settings: Unpack[RenderSettings],
 ) -> Image: ...
 def passes(
     scene: Union[Scene, Path],
     camera: Optional[Camera] = None,
     *,
     threads: int = 0,
-    **settings: Any,
+    **settings: Unpack[PassSettings],
 ) -> Iterator[Image]: ...
 def sweep(
     scene: Union[Scene, Path],
@@ -298,7 +292,7 @@ def sweep(
     *,
     threads: int = 0,
     progress: Union[bool, Callable[[float], Any], None] = None,
-    **settings: Any,
+    **settings: Unpack[SweepSettings],
 ) -> Iterator[tuple[dict[str, Any], Image]]: ...
 def dataset(
     spec: Path,
@@ -317,7 +311,7 @@ def accuracy(
     metric: Literal["mse", "relmse", "mape", "flip", "psnr"] = "relmse",
     seed: int = 0,
     threads: int = 0,
-    **settings: Any,
+    **settings: Unpack[AccuracySettings],
 ) -> list[dict[str, Any]]: ...
 def lens_models(
     scene: Union[Scene, Path],
@@ -326,10 +320,10 @@ def lens_models(
     budget: float = 60.0,
     spp: Optional[int] = None,
     progress: Union[bool, Callable[[float], Any], None] = None,
-    **settings: Any,
+    **settings: Unpack[LensModelSettings],
 ) -> list[dict[str, Any]]: ...
 def plan(
-    scene: Union[Scene, Path], camera: Optional[Camera] = None, **settings: Any
+    scene: Union[Scene, Path], camera: Optional[Camera] = None, **settings: Unpack[RenderSettings]
 ) -> list[dict[str, Any]]: ...
 def compare(
     picture: ArrayLike,
@@ -337,7 +331,9 @@ def compare(
     metric: Literal["mse", "relmse", "mape", "flip", "psnr"] = "flip",
     dynamic_range: Literal["high", "low"] = "high",
 ) -> float: ...
-def read_image(path: Path) -> NDArray[np.float32]: ...
+def read_image(path: Path) -> NDArray[np.float32]:
+    """Read a picture: height x width x 3, or height x width of a file of one channel; linear sRGB."""
+
 def write_image(
     path: Path, pixels: ArrayLike, exposure: Union[float, Literal["auto"]] = 0.0
 ) -> None: ...

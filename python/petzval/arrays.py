@@ -9,6 +9,7 @@ from typing import Any, Optional
 import numpy as np
 
 from ._petzval import write_image
+from .keywords import named
 from .settings import count
 
 
@@ -32,6 +33,9 @@ class Mesh:
     uv: Optional[Any] = None
     material: dict = field(default_factory=lambda: {"type": "diffuse"})
     emission: Optional[tuple] = None
+
+
+Mesh.__init__ = named(Mesh.__init__)
 
 
 def scene_file(

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, fields
 from typing import Any, Optional
 
+from . import keywords
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -13,14 +15,14 @@ class Camera:
     :param film: diagonal of the film (mm)
     :param focus: metres from the film, ``"auto"`` for the middle of the picture, or a pixel ``(x, y)``
     :param fstop: f-number
-    :param shutter: shutter in the words of ``--shutter``, such as ``"1/60"``
-    :param sensor: sensor in the words of ``--sensor``, such as ``"iso=800"``; ``""`` for its defaults
+    :param shutter: shutter, such as ``"time=1/60"`` (s) or ``"time=10ms,ramp=1ms"``
+    :param sensor: sensor, such as ``"iso=800,pixel=4"`` (pixel pitch in um); ``""`` for its defaults
     :param resolution: width and height (pixels)
     :param film_shift: shift to the right and up in the picture (mm)
     :param film_tilt: tilt about the horizontal and the vertical axis (degrees)
     :param zoom: focal length (mm), or the name of a state of the lens file
-    :param rolling_shutter: rolling shutter in the words of ``--rolling-shutter``
-    :param bayer: mosaic of the sensor in the words of ``--bayer``
+    :param rolling_shutter: time from the first row to the last, and a direction, such as ``"20ms,up"``
+    :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``
     """
 
     lens: Any = None
@@ -42,3 +44,6 @@ class Camera:
         names = {"pose": "look_at", "film": "film_diagonal"}
         given = ((names.get(f.name, f.name), getattr(self, f.name)) for f in fields(self))
         return {name: value for name, value in given if value is not None}
+
+
+Camera.__init__ = keywords.named(Camera.__init__)

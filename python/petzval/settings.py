@@ -1,32 +1,18 @@
 """Settings of pictures: defaults, checks, and texts that tell pictures apart."""
 
-import inspect
 import operator
 from collections.abc import Iterable, Sequence
 
 from .camera import Camera
+from .picture_settings import DEFAULTS
 
 #: Settings whose outcome tells pictures apart in place of their texts: files and layers.
 _BY_OUTCOME = ("lens", "aov", "catalogue", "spp", "seed", "resolution", "crop")
 
 
-def defaults(function):
-    """Return the default values of a function's keywords, by name."""
-    parameters = inspect.signature(function).parameters.values()
-    return {p.name: p.default for p in parameters if p.kind is p.KEYWORD_ONLY}
-
-
-def completed(settings, defaults):
-    """Return settings with the defaults of those that are not given."""
-    for name in settings:
-        if name not in defaults:
-            raise TypeError(f"unexpected keyword argument {name!r}")
-    return {**defaults, **settings}
-
-
 def checked(settings, camera):
-    """Return settings as the engine takes them, with those of a camera where there is none."""
-    settings = dict(settings)
+    """Return all settings as the engine takes them, with those of a camera where there is none."""
+    settings = {**DEFAULTS, **settings}
     aov = settings["aov"]
     if isinstance(aov, Iterable):
         # list() would make room for the length that an object claims.
