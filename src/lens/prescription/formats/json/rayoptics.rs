@@ -128,7 +128,7 @@ fn medium_of(gap: &Json<'_>, report: &mut ReadReport<'_>) -> Result<MediumBehind
         stored.error(
             found,
             "expected a glass of a catalogue; add its AGF file \
-                                               with --catalogue",
+                                               with 'catalogue'",
         )
     })
 }
