@@ -35,6 +35,8 @@ pub struct ReadContext {
     files: Arc<Mutex<FileLog>>,
     approximate: bool,
     catalogues: Arc<[PathBuf]>,
+    /// Glass catalogues that are packed with a lens: their names and contents.
+    packed_catalogues: Arc<[(PathBuf, Vec<u8>)]>,
 }
 
 /// Bytes that readers may claim in all, and bytes that they have claimed.
@@ -187,6 +189,17 @@ impl ReadContext {
         Self { catalogues: paths.into_iter().collect(), ..self }
     }
 
+    /// Returns the context with glass catalogues that are packed with a lens: their names and contents.
+    #[must_use]
+    pub(crate) fn with_packed_catalogues(self, packed: Vec<(PathBuf, Vec<u8>)>) -> Self {
+        Self { packed_catalogues: packed.into(), ..self }
+    }
+
+    /// Returns the glass catalogues that are packed with a lens: their names and contents.
+    pub(crate) fn packed_catalogues(&self) -> &[(PathBuf, Vec<u8>)] {
+        &self.packed_catalogues
+    }
+
     /// Returns the paths of the glass catalogues.
     pub fn catalogues(&self) -> &[PathBuf] {
         &self.catalogues
@@ -198,8 +211,7 @@ impl ReadContext {
     pub fn temporary(&self) -> Self {
         let mut budget = Budget::new(u64::MAX);
         budget.whole = Some(Arc::clone(&self.budget));
-        let (catalogues, approximate) = (self.catalogues.clone(), self.approximate);
-        Self { budget: Arc::new(budget), files: Arc::default(), catalogues, approximate }
+        Self { budget: Arc::new(budget), files: Arc::default(), ..self.clone() }
     }
 
     /// Stops the readers of this context: the next file or allocation is an error.

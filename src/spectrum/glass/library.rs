@@ -46,15 +46,22 @@ impl GlassLibrary {
         Self { shelf: Arc::new(Shelf::new(glasses)), faults: Arc::default() }
     }
 
-    /// Returns the built-in glasses with the catalogues of a context.
+    /// Returns the built-in glasses with the catalogues of a context. Those that are packed with a lens come
+    /// before the built-in ones, and those that the user names before both.
     ///
     /// # Errors
     /// Returns an error if a catalogue cannot be read, with the line.
     pub fn for_context(context: &ReadContext) -> Result<Self, GlassError> {
+        // A catalogue of an archive without a valid glass has nothing to add.
+        let packed = context.packed_catalogues().iter().rev();
+        let own = packed.fold(Self::built_in(), |library, (path, bytes)| {
+            match agf::parse_all(path, bytes) {
+                Ok(catalogue) => library.with(catalogue),
+                Err(_) => library,
+            }
+        });
         let named = context.catalogues().iter();
-        named
-            .rev()
-            .try_fold(Self::built_in(), |library, path| library.with_catalogue(path, context))
+        named.rev().try_fold(own, |library, path| library.with_catalogue(path, context))
     }
 
     /// Adds the glasses of an AGF file (Zemax), or of all such files of a folder, and logs the files.
@@ -64,11 +71,14 @@ impl GlassLibrary {
     /// # Errors
     /// Returns an error if a file cannot be read or has no valid glass, with the line.
     pub fn with_catalogue(self, path: &Path, context: &ReadContext) -> Result<Self, GlassError> {
-        let agf::Catalogue { mut glasses, faulty } = agf::read(path, context)?;
+        Ok(self.with(agf::read(path, context)?))
+    }
+
+    fn with(self, agf::Catalogue { mut glasses, faulty }: agf::Catalogue) -> Self {
         glasses.extend(self.glasses().cloned());
         let faults = faulty.iter().map(|glass| (bare(&glass.name), glass.error.to_string()));
         let faults = faults.chain(self.faults.iter().cloned()).collect();
-        Ok(Self { faults: Arc::new(faults), ..Self::new(glasses) })
+        Self { faults: Arc::new(faults), ..Self::new(glasses) }
     }
 
     /// Returns why a glass of the user's catalogues cannot be used, if its lines are invalid.

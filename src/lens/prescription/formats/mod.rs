@@ -17,6 +17,7 @@ pub(crate) mod report;
 pub(crate) mod text;
 pub(crate) mod toml;
 pub(crate) mod write;
+mod zar;
 pub(crate) mod zmx;
 
 use std::io::Read;
@@ -107,14 +108,26 @@ pub(super) fn read_at(
 
 /// Reads a lens at the primary wavelength of its file.
 fn parse(path: &Path, context: &ReadContext) -> Result<(Prescription, LensFormat), LensError> {
-    let (path, entry) = file_and_entry(path);
-    let path = path.as_path();
+    let (path, mut entry) = file_and_entry(path);
+    let mut path = path.as_path();
     let io = |source| LensError::Io { path: path.to_owned(), source };
     let mut bytes = Vec::new();
-    open(path)
-        .and_then(|file| file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes))
-        .map_err(io)?;
+    let mut file = open(path).map_err(io)?;
+    file.by_ref().take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(io)?;
+    let archive = zar::is_archive(&bytes);
+    if archive {
+        file.take(zar::MAX_ARCHIVE as u64).read_to_end(&mut bytes).map_err(io)?;
+    }
     context.log(path, &bytes);
+    let (packed, context) = match archive {
+        true => {
+            let packed = zar::unpack(path, &bytes, entry.take().as_deref())?;
+            bytes = packed.bytes;
+            (packed.path, &context.clone().with_packed_catalogues(packed.catalogues))
+        }
+        false => (path.to_owned(), context),
+    };
+    path = &packed;
     if bytes.len() > MAX_BYTES {
         return Err(LensError::Malformed {
             path: path.to_owned(),

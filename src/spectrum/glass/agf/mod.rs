@@ -91,7 +91,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Vec<CatalogueGlass>, GlassErro
 ///
 /// # Errors
 /// Returns an error if there is neither.
-fn parse_all(path: &Path, bytes: &[u8]) -> Result<Catalogue, GlassError> {
+pub(super) fn parse_all(path: &Path, bytes: &[u8]) -> Result<Catalogue, GlassError> {
     let maker = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut all = Catalogue::default();
     let mut open: Option<Entry> = None;
