@@ -269,7 +269,7 @@ fn the_focus_model_is_an_option_checked_on_resume_and_written_into_the_picture()
     let (code, _, stderr) = run("plan sky.pbrt --focus-model thick");
     assert!(code == 2 && stderr.contains("expected sharpest or pbrt"), "{code}: {stderr}");
     let lens = root().join("lenses/wide.22mm.dat").display().to_string();
-    let (code, stdout, _) = run(&format!("lens {lens} --focus 1479.8036 {model}"));
+    let (code, stdout, _) = run(&format!("lens {lens} --focus 1479.8036mm {model}"));
     assert!(
         code == 0 && stdout.contains("film distance, pbrt-v4           14.6586 mm"),
         "{stdout}"

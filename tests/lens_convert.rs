@@ -201,7 +201,7 @@ fn a_zmx_file_holds_all_shapes_glasses_states_and_wavelengths() {
     let (mut read, notes) = through_zmx(&lens);
     assert_eq!(notes, Vec::<String>::new());
     let state =
-        "the lens is in configuration 1 of 2, the current one of the file; --zoom chooses another";
+        "the lens is in configuration 1 of 2, the current one of the file; 'zoom' chooses another";
     assert_eq!(read.design.notes, [state]);
     read.design.notes.clear();
     let mut expected = lens;

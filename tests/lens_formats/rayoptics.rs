@@ -173,7 +173,7 @@ fn mirrors_thin_lenses_and_terms_that_are_not_simulated() {
         (decentred, "a tilted or decentred surface"),
     ] {
         let error = parsed("a.roa", &text).expect_err(expected).to_string();
-        assert!(error.contains(expected) && error.contains("--approximate"), "{error}");
+        assert!(error.contains(expected) && error.contains("'approximate'"), "{error}");
         assert!(approximated("a.roa", &text).is_ok(), "{expected}");
     }
     for (text, expected) in [
