@@ -124,7 +124,7 @@ mod tests {
             let low = Vec3A::from_array([0, 1, 2].map(|axis| 9.0 * random(i / 2, axis)));
             let size =
                 Vec3A::from_array([3, 4, 5].map(|axis| random(i / (1 + i % 2), axis).powi(3)));
-            Aabb::new(low, low + if i % 5 == 0 { size * Vec3A::X } else { size })
+            Aabb::new(low, low + if i.is_multiple_of(5) { size * Vec3A::X } else { size })
         };
         (0..count).map(one).collect()
     }

@@ -16,6 +16,9 @@ const SIDES: [u32; 3] = [BRICK, BRICK + LEVELS[0], BRICK + LEVELS[0] + LEVELS[1]
 /// Number of voxels of a brick.
 const BRICK_VOXELS: usize = 1 << (3 * BRICK);
 
+/// Voxels from the first to before the last along each axis.
+type VoxelRange = [Range<u32>; 3];
+
 /// Contents of a part of the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Cell {
@@ -43,7 +46,7 @@ pub struct BrickGrid {
     /// Inner nodes of the two levels, from the lowest up: their children, x fastest.
     nodes: [Vec<Box<[Cell]>>; 2],
     /// Voxels of the bricks, x fastest.
-    bricks: Vec<Box<[f32; BRICK_VOXELS]>>,
+    bricks: Vec<[f32; BRICK_VOXELS]>,
 }
 
 /// Returns the index of a child in an inner node that spans it and `2^log2` children along each axis,
@@ -59,8 +62,8 @@ impl BrickGrid {
     pub const MAX_RESOLUTION: u32 = 1 << 16;
     /// Voxels along an axis of the largest tile, of the second largest, and of the smallest.
     pub const TILE_SIDES: [u32; 3] = [1 << SIDES[2], 1 << SIDES[1], 1 << SIDES[0]];
-    /// Memory of a brick, and of the inner nodes of both levels (bytes).
-    pub const BRICK_BYTES: u64 = (size_of::<[f32; BRICK_VOXELS]>() + size_of::<usize>()) as u64;
+    /// Memory of a brick (bytes).
+    pub const BRICK_BYTES: u64 = size_of::<[f32; BRICK_VOXELS]>() as u64;
     /// Largest memory of the root (bytes).
     pub const MAX_ROOT_BYTES: u64 = 18 * 18 * 18 * size_of::<Cell>() as u64;
 
@@ -195,11 +198,11 @@ impl BrickGrid {
             cell => {
                 let value = if let Cell::Tile(value) = *cell { value } else { 0.0 };
                 *cell = Cell::Child(next);
-                self.bricks.push(Box::new([value; BRICK_VOXELS]));
+                self.bricks.push([value; BRICK_VOXELS]);
                 next
             }
         };
-        self.bricks.get_mut(brick as usize).map(|brick| &mut **brick)
+        self.bricks.get_mut(brick as usize)
     }
 
     /// Returns the lowest inner node around a place, or the tile in its place.
@@ -234,13 +237,7 @@ impl BrickGrid {
 
     /// Visits the values of the voxels of a range that are in a cell of this level: 3 for the root's
     /// children, 1 for bricks.
-    fn visit_cell(
-        &self,
-        cell: Cell,
-        level: usize,
-        range: &[Range<u32>; 3],
-        visit: &mut dyn FnMut(f32),
-    ) {
+    fn visit_cell(&self, cell: Cell, level: usize, range: &VoxelRange, visit: &mut dyn FnMut(f32)) {
         let Cell::Child(child) = cell else {
             visit(self.value_in(cell, [0, 1, 2].map(|axis| range[axis].end - 1)));
             return;
@@ -265,9 +262,9 @@ impl BrickGrid {
     /// Calls a function for each part of a range that is in one child of `2^side` voxels.
     fn visit_children(
         &self,
-        range: &[Range<u32>; 3],
+        range: &VoxelRange,
         side: u32,
-        part: &mut dyn FnMut([u32; 3], &[Range<u32>; 3]),
+        part: &mut dyn FnMut([u32; 3], &VoxelRange),
     ) {
         let children = |axis: usize| {
             let Range { start, end } = range[axis];
@@ -331,7 +328,7 @@ impl Voxels for BrickGrid {
         })
     }
 
-    fn visit_range(&self, range: [Range<u32>; 3], visit: &mut dyn FnMut(f32)) {
+    fn visit_range(&self, range: VoxelRange, visit: &mut dyn FnMut(f32)) {
         self.visit_children(&range, SIDES[2], &mut |at, range| {
             self.visit_cell(self.root[self.root_index(at)], 3, range, visit);
         });

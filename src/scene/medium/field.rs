@@ -71,7 +71,7 @@ pub enum ScalarGrid {
     /// All voxels.
     Dense(PlacedGrid<VoxelGrid<f32>>),
     /// Bricks where there are any.
-    Sparse(PlacedGrid<BrickGrid>),
+    Sparse(Box<PlacedGrid<BrickGrid>>),
 }
 
 impl ScalarGrid {

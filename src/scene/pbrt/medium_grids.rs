@@ -195,5 +195,5 @@ fn placed_in(grid: NanoGrid, medium_from_unit: &DAffine3) -> ScalarGrid {
     let index_from_unit = grid.medium_from_index.inverse() * *medium_from_unit;
     let voxel_from_unit = DAffine3::from_translation(-grid.first.as_dvec3()) * index_from_unit;
     let voxel_from_unit = voxel_from_unit.as_affine3a();
-    ScalarGrid::Sparse(PlacedGrid { grid: grid.voxels, voxel_from_unit })
+    ScalarGrid::Sparse(Box::new(PlacedGrid { grid: grid.voxels, voxel_from_unit }))
 }
