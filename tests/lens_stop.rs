@@ -129,7 +129,7 @@ fn an_f_number_within_three_percent_of_the_widest_means_the_widest() {
         let diameter = lens.f_number_diameter(asked).expect("an f-number of the lens");
         assert!((diameter / wide - 1.0).abs() < 1e-9, "f/{asked}: {diameter} mm of {wide} mm");
     }
-    assert_eq!(lens.rounded_f_number(2.0), Some(open));
+    assert_eq!(lens.rounded_f_number(2.0).map(|rounded| rounded.open), Some(open));
     for asked in [1.0, 0.969 * open, open, 2.8] {
         assert_eq!(lens.rounded_f_number(asked), None, "f/{asked}");
     }

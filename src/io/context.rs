@@ -3,13 +3,13 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use flate2::read::MultiGzDecoder;
 
+use super::budget::{HeldMemory, MemoryBudget};
 use super::foreign::{refuse_placeholder, refuse_placeholder_file};
-use super::{ByteSize, FileLog, ReadError, machine};
+use super::{ByteSize, FileLog, ReadError};
 
 /// Largest content of a pipe, whose size is not known (bytes).
 const MAX_PIPE: u64 = 1 << 28;
@@ -31,7 +31,7 @@ const MAX_UNPACKED_RATIO: u64 = 100;
 /// process, and no catalogue.
 #[derive(Clone, Debug, Default)]
 pub struct ReadContext {
-    budget: Arc<Budget>,
+    budget: Arc<MemoryBudget>,
     files: Arc<Mutex<FileLog>>,
     approximate: bool,
     catalogues: Arc<[PathBuf]>,
@@ -39,136 +39,10 @@ pub struct ReadContext {
     packed_catalogues: Arc<[(PathBuf, Vec<u8>)]>,
 }
 
-/// Bytes that readers may claim in all, and bytes that they have claimed.
-#[derive(Debug)]
-struct Budget {
-    limit: u64,
-    claimed: AtomicU64,
-    stopped: AtomicBool,
-    /// The budget that this one is a part of. Its claims return there when it is dropped.
-    whole: Option<Arc<Budget>>,
-}
-
-impl Default for Budget {
-    fn default() -> Self {
-        static LIMIT: OnceLock<Option<u64>> = OnceLock::new();
-        Self::new(LIMIT.get_or_init(machine::limit).unwrap_or(u64::MAX))
-    }
-}
-
-impl Drop for Budget {
-    fn drop(&mut self) {
-        if let Some(whole) = &self.whole {
-            whole.release(*self.claimed.get_mut());
-        }
-    }
-}
-
-impl Budget {
-    fn new(limit: u64) -> Self {
-        let (claimed, stopped) = (AtomicU64::new(0), AtomicBool::new(false));
-        // No allocation is larger.
-        Self { limit: limit.min(isize::MAX as u64), claimed, stopped, whole: None }
-    }
-
-    /// Returns the budgets that hold a claim: this one, and that which it is a part of.
-    fn chain(&self) -> impl Iterator<Item = &Self> {
-        std::iter::successors(Some(self), |budget| budget.whole.as_deref())
-    }
-
-    fn claim(&self, bytes: u64) -> Result<(), String> {
-        if self.chain().any(|budget| budget.stopped.load(Ordering::Relaxed)) {
-            return Err("reading was stopped".to_owned());
-        }
-        match &self.whole {
-            Some(whole) => {
-                whole.claim(bytes)?;
-                self.claimed.fetch_add(bytes, Ordering::Relaxed);
-                Ok(())
-            }
-            None => self.add(bytes),
-        }
-    }
-
-    fn add(&self, bytes: u64) -> Result<(), String> {
-        let add = |claimed: u64| claimed.checked_add(bytes).filter(|sum| *sum <= self.limit);
-        let added = self.claimed.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add);
-        added.map(|_| ()).map_err(|claimed| {
-            let before = match claimed {
-                0 => String::new(),
-                _ => format!(" beside the {} read before", ByteSize(claimed)),
-            };
-            let limit = ByteSize(self.limit);
-            format!("it takes {} of memory{before}, and there are {limit}", ByteSize(bytes))
-        })
-    }
-
-    fn release(&self, bytes: u64) {
-        for budget in self.chain() {
-            budget.claimed.fetch_sub(bytes, Ordering::Relaxed);
-        }
-    }
-
-    /// Returns the bytes that are not claimed.
-    fn left(&self) -> u64 {
-        let left =
-            |budget: &Self| budget.limit.saturating_sub(budget.claimed.load(Ordering::Relaxed));
-        self.chain().map(left).min().unwrap_or(0)
-    }
-}
-
-/// Bytes that are claimed for a time. They return to the budget when this is dropped.
-#[derive(Debug)]
-#[must_use]
-pub(crate) struct HeldMemory {
-    budget: Arc<Budget>,
-    bytes: u64,
-}
-
-impl HeldMemory {
-    /// Claims more bytes for the same time.
-    pub(crate) fn add(&mut self, bytes: u64) -> Result<(), String> {
-        self.budget.claim(bytes)?;
-        self.bytes += bytes;
-        Ok(())
-    }
-
-    /// Joins memory of the same budget that is held for the same time.
-    pub(crate) fn with(mut self, mut other: Self) -> Self {
-        self.bytes += std::mem::take(&mut other.bytes);
-        self
-    }
-
-    /// Changes the number of bytes.
-    pub(crate) fn resize(&mut self, bytes: u64) -> Result<(), String> {
-        match bytes.checked_sub(self.bytes) {
-            Some(more) => self.add(more),
-            None => {
-                self.budget.release(self.bytes - bytes);
-                self.bytes = bytes;
-                Ok(())
-            }
-        }
-    }
-
-    /// Turns so many of the bytes into a claim that lasts, and returns the others.
-    pub(crate) fn keep(mut self, bytes: u64) -> Result<(), String> {
-        self.resize(bytes)?;
-        self.bytes = 0;
-        Ok(())
-    }
-}
-
-impl Drop for HeldMemory {
-    fn drop(&mut self) {
-        self.budget.release(self.bytes);
-    }
-}
-
 impl ReadContext {
     /// Creates a context whose readers may claim this many bytes in all.
     pub fn with_memory(limit: u64) -> Self {
-        Self { budget: Arc::new(Budget::new(limit)), ..Self::default() }
+        Self { budget: Arc::new(MemoryBudget::new(limit)), ..Self::default() }
     }
 
     /// Returns the context with leave to replace what cannot be simulated by something near, with a
@@ -209,14 +83,13 @@ impl ReadContext {
     /// this budget, and their claims return when the last of its clones is dropped. Its log is empty.
     #[must_use]
     pub fn temporary(&self) -> Self {
-        let mut budget = Budget::new(u64::MAX);
-        budget.whole = Some(Arc::clone(&self.budget));
+        let budget = MemoryBudget::part_of(Arc::clone(&self.budget));
         Self { budget: Arc::new(budget), files: Arc::default(), ..self.clone() }
     }
 
     /// Stops the readers of this context: the next file or allocation is an error.
     pub fn stop(&self) {
-        self.budget.stopped.store(true, Ordering::Relaxed);
+        self.budget.stop();
     }
 
     /// Returns the files read so far.
@@ -267,8 +140,7 @@ impl ReadContext {
 
     /// Claims bytes for a time, or returns an error if they are more than the rest of the budget.
     pub(crate) fn hold(&self, bytes: u64) -> Result<HeldMemory, String> {
-        self.budget.claim(bytes)?;
-        Ok(HeldMemory { budget: Arc::clone(&self.budget), bytes })
+        HeldMemory::claim(&self.budget, bytes)
     }
 
     /// Claims bytes, or returns an error if they are more than the rest of the budget.

@@ -1,6 +1,7 @@
 //! Input and output: the context of readers, locations and excerpts for messages, output
 //! files, the binary codec, and image files.
 
+mod budget;
 pub(crate) mod codec;
 mod context;
 mod excerpt;
@@ -18,7 +19,8 @@ mod size;
 mod source_line;
 mod suggestion;
 
-pub(crate) use context::{HeldMemory, check_seekable};
+pub(crate) use budget::HeldMemory;
+pub(crate) use context::check_seekable;
 pub use context::{ReadContext, open};
 pub use excerpt::{excerpt, excerpt_words, path_excerpt};
 pub use files::{FileLog, file_digest};

@@ -55,7 +55,7 @@ pub use analysis::optimize::design_optimization::{
 pub use analysis::optimize::target::{DesignTarget, TargetKind};
 pub use analysis::optimize::variable::{DesignVariable, VariableError, VariableKind};
 pub use analysis::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};
-pub use analysis::stop_diameter::FNumberError;
+pub use analysis::stop_diameter::{FNumberError, RoundedFNumber};
 pub use analysis::throughput::Throughput;
 pub use analysis::tolerance::distribution::{correlation, percentile};
 pub use analysis::tolerance::figure::{LensFigures, Refocus};

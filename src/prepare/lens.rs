@@ -85,8 +85,8 @@ pub(super) fn f_number_diameter(
     asked: f64,
     report: &mut Report,
 ) -> Result<f64, PrepareError> {
-    if let Some(open) = lens.rounded_f_number(asked) {
-        report.warn(format!("f/{asked} is the widest of this lens, which opens to f/{open:.2}"));
+    if let Some(rounded) = lens.rounded_f_number(asked) {
+        report.warn(rounded.to_string());
     }
     lens.f_number_diameter(asked).map_err(|source| PrepareError::FNumber {
         asked,

@@ -93,6 +93,10 @@ impl Wave {
                     return None;
                 }
                 let samples = self.samples.len as u64;
+                if let Some(features) = features.as_mut().filter(|_| job.hides_sky()) {
+                    features.launch(&self.rays, &self.samples);
+                    clock.lap(&mut self.stats, Stage::Record, 0);
+                }
                 self.follow_paths::<R>(job, 0, features.as_mut(), &mut sums, &mut clock);
                 taken += samples;
                 progress.samples.fetch_add(samples, Ordering::Relaxed);
@@ -171,16 +175,12 @@ impl Wave {
         &mut self,
         job: &Job,
         vertex: PathVertex,
-        mut features: Option<&mut TileFeatures>,
+        features: Option<&mut TileFeatures>,
         clock: &mut StageClock,
     ) {
         let Self { samples, rays, next, shadows, hits, stack, columns, media, radiance, .. } = self;
         let (stats, scene) = (&mut self.stats, &job.scene);
         let surroundings = Surroundings::of(scene, samples, vertex.depth, vertex.limits.max_depth);
-        if let (0, Some(features)) = (vertex.depth, features.as_deref_mut()) {
-            features.launch(rays, samples);
-            clock.lap(stats, Stage::Record, 0);
-        }
         let intersect = scene.intersect_all::<R>(&surroundings, rays, hits, stack);
         clock.lap(stats, Stage::Intersect, rays.len);
         if surroundings.media {

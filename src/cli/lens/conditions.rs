@@ -38,11 +38,8 @@ impl StopArguments {
             lens.stop_down(stop);
         }
         if let Some(f_number) = self.fstop {
-            if let Some(open) = lens.rounded_f_number(f_number) {
-                say!(
-                    "petzval: warning: f/{f_number} is the widest of this lens, which opens to \
-                     f/{open:.2}"
-                );
+            if let Some(rounded) = lens.rounded_f_number(f_number) {
+                say!("petzval: warning: {rounded}");
             }
             let diameter = lens
                 .f_number_diameter(f_number)

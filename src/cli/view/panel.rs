@@ -15,7 +15,7 @@ use super::widest_stop::WidestStop;
 use crate::cli::lens::AxialLight;
 use crate::cli::plan::{self, Work};
 
-/// What is prepared.
+/// The use of a prepared job in the page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum PreparedAs {
     /// A draft, whose plan is not that of the picture.

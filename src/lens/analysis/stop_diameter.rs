@@ -1,5 +1,7 @@
 //! Diameter of the stop for an f-number.
 
+use std::fmt;
+
 use super::focus::RealRayFocus;
 use crate::lens::prescription::Prescription;
 
@@ -60,8 +62,26 @@ impl Prescription {
 
     /// Returns the widest f-number of the lens if it is meant by a slightly smaller one that is asked for
     /// ([`Self::f_number_diameter`]), and differs from it by more than a rounding to two digits.
-    pub fn rounded_f_number(&self, asked: f64) -> Option<f64> {
+    pub fn rounded_f_number(&self, asked: f64) -> Option<RoundedFNumber> {
         let open = RealRayFocus::new(self).f_number()?;
-        (open * (1.0 - ROUNDED)..open * (1.0 - 5e-3)).contains(&asked).then_some(open)
+        let meant = (open * (1.0 - ROUNDED)..open * (1.0 - 5e-3)).contains(&asked);
+        meant.then_some(RoundedFNumber { asked, open })
+    }
+}
+
+/// An f-number as a maker rounds it. It prints as a sentence for the user.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RoundedFNumber {
+    /// The one that is asked for.
+    pub asked: f64,
+    /// The widest one of the lens, which is meant.
+    pub open: f64,
+}
+
+impl fmt::Display for RoundedFNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { asked, open } = self;
+        write!(f, "f/{asked} is the widest of this lens, which opens to f/{open:.2}")
     }
 }

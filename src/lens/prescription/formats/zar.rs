@@ -9,11 +9,9 @@ use std::path::{Path, PathBuf};
 
 use crate::lens::prescription::error::LensError;
 
-/// Largest archive (bytes). Catalogues have half a megabyte each.
+/// Largest archive, and most that its lens and its catalogues unpack to (bytes). Catalogues have half a
+/// megabyte each.
 pub(super) const MAX_ARCHIVE: usize = 1 << 26;
-
-/// Largest unpacked file (bytes).
-const MAX_FILE: usize = 1 << 24;
 
 /// Places in the header of a file (bytes).
 struct Header {
@@ -93,8 +91,11 @@ pub(super) fn unpack(
             ),
         });
     };
-    let unpacked = |file: &PackedFile| -> Result<(PathBuf, Vec<u8>), LensError> {
-        let bytes = file.content().map_err(|found| damaged(format!("{}: {found}", file.name)))?;
+    let mut left = MAX_ARCHIVE;
+    let mut unpacked = |file: &PackedFile| -> Result<(PathBuf, Vec<u8>), LensError> {
+        let bytes =
+            file.content(left).map_err(|found| damaged(format!("{}: {found}", file.name)))?;
+        left -= bytes.len();
         Ok((path.join(&file.name), bytes))
     };
     let (path, bytes) = unpacked(lens)?;
@@ -111,17 +112,18 @@ struct PackedFile<'a> {
 }
 
 impl PackedFile<'_> {
-    fn content(&self) -> Result<Vec<u8>, String> {
+    /// Returns its content, of so many bytes at most.
+    fn content(&self, most: usize) -> Result<Vec<u8>, String> {
         match self.is_packed {
-            true => unpack_lzw(self.stored),
-            false if self.stored.len() > MAX_FILE => Err(too_large()),
+            true => unpack_lzw(self.stored, most),
+            false if self.stored.len() > most => Err(too_large()),
             false => Ok(self.stored.to_vec()),
         }
     }
 }
 
 fn too_large() -> String {
-    format!("it is larger than {} MiB", MAX_FILE >> 20)
+    format!("the archive unpacks to more than {} MiB", MAX_ARCHIVE >> 20)
 }
 
 /// Returns the files of an archive.
@@ -165,8 +167,8 @@ fn name(bytes: &[u8], wide: bool) -> String {
     }
 }
 
-/// Unpacks codes whose number of bits grows with the list of words.
-fn unpack_lzw(packed: &[u8]) -> Result<Vec<u8>, String> {
+/// Unpacks codes whose number of bits grows with the list of words, to so many bytes at most.
+fn unpack_lzw(packed: &[u8], most: usize) -> Result<Vec<u8>, String> {
     /// Words of one byte.
     const BYTES: usize = 256;
     let mut unpacked: Vec<u8> = Vec::new();
@@ -194,11 +196,11 @@ fn unpack_lzw(packed: &[u8]) -> Result<Vec<u8>, String> {
             (Some(word), Some((from, length))) if word == words.len() => (from, length + 1),
             _ => return Err(format!("code {code} at byte {start} names no word")),
         };
+        if unpacked.len() + length > most {
+            return Err(too_large());
+        }
         for i in from..from + length {
             unpacked.push(unpacked[i]);
-        }
-        if unpacked.len() > MAX_FILE {
-            return Err(too_large());
         }
         if let Some((from, length)) = last {
             words.push((from, length + 1));
@@ -266,14 +268,26 @@ mod tests {
     fn packed_bytes_of_all_widths_come_back() {
         let noise = (0..200_000u32).map(|i| (crate::sampler::hash(i) >> 13) as u8 % 7);
         for bytes in [b"a".to_vec(), b"aaaaaaaaaaa".to_vec(), noise.collect()] {
-            assert!(unpack_lzw(&lzw(&bytes)).unwrap() == bytes);
+            assert!(unpack_lzw(&lzw(&bytes), bytes.len()).unwrap() == bytes);
         }
-        assert_eq!(unpack_lzw(&[]).unwrap(), b"");
-        assert!(unpack_lzw(&[0xff; 4]).unwrap_err().contains("names no word"));
-        // Words of a million equal bytes and more: 11 MB unpack to 60 GB.
-        let mut bomb = lzw(&vec![0; 1 << 20]);
-        bomb.extend(vec![0xff; 1 << 20]);
-        assert!(unpack_lzw(&bomb).is_err());
+        assert_eq!(unpack_lzw(&[], 0).unwrap(), b"");
+        assert!(unpack_lzw(&[0xff; 4], 9).unwrap_err().contains("names no word"));
+        assert!(unpack_lzw(&lzw(b"aaaaaaaaaaa"), 10).unwrap_err().contains("more than 64 MiB"));
+    }
+
+    /// 3 kB of equal bytes unpack to 2 MiB: a small archive of many such catalogues takes all memory.
+    #[test]
+    fn all_that_an_archive_unpacks_to_is_limited() {
+        let packed = lzw(&vec![b' '; 1 << 21]);
+        assert!(packed.len() < 4000, "{} bytes", packed.len());
+        let archive = |catalogues| {
+            let lens = file(&LATEST, "a.zmx", LENS.as_bytes());
+            let one = file(&LATEST, "b.agf.lzw", &packed);
+            [lens, one.repeat(catalogues)].concat()
+        };
+        assert!(unpack(Path::new("x.zar"), &archive(31), None).is_ok());
+        let refusal = unpack(Path::new("x.zar"), &archive(32), None).err().expect("a refusal");
+        assert!(refusal.to_string().contains("more than 64 MiB"), "{refusal}");
     }
 
     const LENS: &str = "MODE SEQ\nUNIT MM\nENPD 5\nSURF 0\n CURV 0\n DISZ INFINITY\nSURF 1\n STOP\n \
