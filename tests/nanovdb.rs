@@ -263,6 +263,9 @@ fn what_is_unpacked_is_held_and_returned() {
     let small = ReadContext::with_memory(content - 1);
     let refusal = read(&path, "density", &small).expect_err("too little").to_string();
     assert!(refusal.contains("of memory"), "{refusal}");
+    // The grid takes up to twice as much beside the content that is unpacked.
+    let refusal = read(&path, "density", &ReadContext::with_memory(2 * content));
+    assert!(refusal.expect_err("too little for the grid").to_string().contains("of memory"));
     let context = ReadContext::with_memory(4 * content);
     for _ in 0..9 {
         assert!(read(&path, "density", &context).expect("enough").is_some());

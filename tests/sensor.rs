@@ -357,3 +357,27 @@ fn the_command_reports_and_records_the_settings_of_the_camera() {
         assert!(stderr.contains(expected) && !stderr.contains("panicked"), "{stderr}");
     }
 }
+
+/// The channels of a mosaic would repeat one reading.
+#[test]
+fn the_file_of_a_mosaic_has_one_channel() {
+    let folder = folder();
+    for (sensor, names) in [("bayer", &["Y"][..]), ("bits=12", &["B", "G", "R"])] {
+        for name in ["a.exr", "a.png", "a.jpg"] {
+            let arguments = ["scenes/dgauss.pbrt", "--resolution", "16x12", "--spp", "2"];
+            let path = folder.path().join(name);
+            let more = ["--sensor", sensor, "-o", path.to_str().expect("a path")];
+            let (code, _, stderr) =
+                support::petzval(root(), &[&["render"], &arguments[..], &more].concat());
+            assert_eq!(code, 0, "{stderr}");
+            if name == "a.exr" {
+                let meta = exr::meta::MetaData::read_from_file(&path, true).expect("an EXR");
+                let found = meta.headers[0].channels.list.iter().map(|one| one.name.to_string());
+                assert_eq!(found.collect::<Vec<_>>(), names, "{sensor}");
+            } else {
+                let colour = image::open(&path).expect("a picture").color();
+                assert_eq!(colour.has_color(), names.len() == 3, "{sensor}, {name}: {colour:?}");
+            }
+        }
+    }
+}
