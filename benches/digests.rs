@@ -148,7 +148,7 @@ fn parts(bench: &Bench) -> Outcome {
 
 /// Digests a render that is killed after its first checkpoint and resumed. It equals one without a break.
 fn resume(bench: &Bench) -> Outcome {
-    let scene = "scenes/dgauss.pbrt --resolution 300x300 --spp 96 --effects none";
+    let scene = "scenes/dgauss.pbrt --resolution 300x300 --spp 480 --effects none";
     bench.picture("dgauss, without a break", scene)?;
     bench.digest("dgauss, killed and resumed", |bench| {
         let output = bench.folder.path().join("resumed.exr");
