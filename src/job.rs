@@ -10,7 +10,7 @@ use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::ghosts::Ghosts;
 use crate::io::FileLog;
 use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
-use crate::lens::{CalibrationSetup, Camera, FieldRay, LensModel, PixelGrid};
+use crate::lens::Camera;
 use crate::light_paths::LightPathInput;
 use crate::plan::Plan;
 use crate::scene::{PathLimits, Scene};
@@ -126,18 +126,6 @@ impl Job {
         let Self { camera, frame, timing, .. } = self;
         let direct_light = self.direct_light.as_ref()?;
         Some(DirectLightWeights::new(direct_light, camera, frame, timing.as_ref()))
-    }
-
-    /// Returns the calibration of the lens for the whole picture; `None` without a real lens.
-    pub fn calibration_setup(&self) -> Option<CalibrationSetup<'_>> {
-        let LensModel::Real(lens) = &self.camera.model else { return None };
-        Some(CalibrationSetup {
-            lens: &lens.prescription,
-            film_distance: lens.film_distance,
-            film_pose: lens.film_pose,
-            pixels: PixelGrid::new(self.frame.resolution, self.camera.film[0]),
-            ray: FieldRay::Centroid,
-        })
     }
 
     /// Returns whether the light of a sky that the camera sees directly is left out, because the

@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::{DirectLight, path_count};
-use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
 use crate::light_paths::{CameraPoses, FilmHit};
@@ -71,7 +70,7 @@ impl<'a> DirectLightWeights<'a> {
     /// Returns whether camera rays need their densities beside their throughput, which is that of all
     /// bands that share a ray, and contains the transmittance of media.
     pub(crate) fn need_densities(&self, scene: &Scene) -> bool {
-        EFFECTS && (self.poses.camera.bands() > 1 || scene.has_media())
+        self.poses.camera.bands() > 1 || scene.has_media()
     }
 
     /// Returns the weight of a camera path that ends at a light.
