@@ -1,11 +1,7 @@
 //! Numbers in buffers: accessors, with strides, normalized integers and sparse replacements.
 
-use gltf_json::Index;
-use gltf_json::accessor::{Accessor, ComponentType, Type};
-use gltf_json::buffer::View;
-use gltf_json::validation::Checked;
-
 use super::document::Document;
+use super::schema::{BufferView, ComponentType, Index};
 use crate::io::HeldMemory;
 use crate::scene::pbrt::SceneError;
 
@@ -65,40 +61,27 @@ fn integer(component: ComponentType, item: &[u8]) -> Option<u32> {
     }
 }
 
-fn width(kind: Type) -> usize {
-    match kind {
-        Type::Scalar => 1,
-        Type::Vec2 => 2,
-        Type::Vec3 => 3,
-        Type::Vec4 | Type::Mat2 => 4,
-        Type::Mat3 => 9,
-        Type::Mat4 => 16,
-    }
-}
-
 impl Document {
     /// Returns the vectors of an accessor that the element `named_at` names. Their memory is added to
     /// `held`.
     pub fn vectors<const N: usize>(
         &self,
-        index: Index<Accessor>,
+        index: Index,
         named_at: &str,
         held: &mut HeldMemory,
     ) -> Result<Vec<[f32; N]>, SceneError> {
         let accessors = &self.root.accessors;
         let accessor = self.entry(accessors, index.value(), "accessors", named_at)?;
         let element = format!("accessors/{}", index.value());
-        let (Checked::Valid(component), Checked::Valid(kind)) =
-            (accessor.component_type, accessor.type_)
-        else {
+        let (Some(component), Some(width)) = (accessor.component(), accessor.width()) else {
             let expected = "expected a type and a componentType of glTF 2.0";
             return Err(self.error(&element, "numbers of no known type", expected));
         };
-        if width(kind) != N {
-            let found = format!("vectors of {} components", width(kind));
+        if width != N {
+            let found = format!("vectors of {width} components");
             return Err(self.error(&element, found, &format!("expected {N}")));
         }
-        let layout = Layout { component: component.0, normalized: accessor.normalized };
+        let layout = Layout { component, normalized: accessor.normalized };
         let size = N * layout.component.size();
         let vector = |item: &[u8]| std::array::from_fn(|i| layout.number(item, i));
         let count = self.hold(held, accessor.count.0, N * size_of::<f32>(), &element)?;
@@ -112,7 +95,7 @@ impl Document {
         if let Some(sparse) = &accessor.sparse {
             let element = format!("{element}/sparse");
             let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
-            let Checked::Valid(component) = sparse.indices.component_type else {
+            let Some(component) = sparse.indices.component() else {
                 let expected = "expected unsigned integers";
                 return Err(self.error(&element, "indices of no known type", expected));
             };
@@ -120,7 +103,7 @@ impl Document {
                 sparse.indices.buffer_view,
                 sparse.indices.byte_offset.0,
                 count,
-                component.0.size(),
+                component.size(),
                 &format!("{element}/indices"),
             )?;
             let values = self.items(
@@ -131,7 +114,7 @@ impl Document {
                 &format!("{element}/values"),
             )?;
             for (index, value) in indices.iter().zip(values.iter()) {
-                let at = integer(component.0, index).map_or(usize::MAX, |i| i as usize);
+                let at = integer(component, index).map_or(usize::MAX, |i| i as usize);
                 let Some(place) = vectors.get_mut(at) else {
                     let expected = format!("the accessor has {} elements", accessor.count.0);
                     return Err(self.error(&element, format!("an index of {at}"), &expected));
@@ -150,21 +133,20 @@ impl Document {
     /// 0 to 1. Their memory is added to `held`.
     pub fn colours(
         &self,
-        index: Index<Accessor>,
+        index: Index,
         named_at: &str,
         held: &mut HeldMemory,
     ) -> Result<Vec<[f32; 4]>, SceneError> {
         let accessor = self.entry(&self.root.accessors, index.value(), "accessors", named_at)?;
-        let is_float = matches!(accessor.component_type, Checked::Valid(component)
-            if component.0 == ComponentType::F32);
+        let is_float = accessor.component() == Some(ComponentType::F32);
         if !is_float && !accessor.normalized {
             let element = format!("accessors/{}", index.value());
             let expected = "expected floats or normalized integers";
             return Err(self.error(&element, "colours that are plain integers", expected));
         }
         let clamped = |v: f32| v.clamp(0.0, 1.0);
-        Ok(match accessor.type_ {
-            Checked::Valid(Type::Vec4) => {
+        Ok(match accessor.width() {
+            Some(4) => {
                 let colours = self.vectors::<4>(index, named_at, held)?.into_iter();
                 colours.map(|colour| colour.map(clamped)).collect()
             }
@@ -181,7 +163,7 @@ impl Document {
     /// `held`.
     pub fn indices(
         &self,
-        index: Index<Accessor>,
+        index: Index,
         named_at: &str,
         held: &mut HeldMemory,
     ) -> Result<Vec<u32>, SceneError> {
@@ -190,9 +172,7 @@ impl Document {
         let element = format!("accessors/{}", index.value());
         let expected = "expected scalars that are unsigned integers, in a bufferView";
         let refuse = |found: &str| Err(self.error(&element, found, expected));
-        let (Checked::Valid(component), Checked::Valid(Type::Scalar)) =
-            (accessor.component_type, accessor.type_)
-        else {
+        let (Some(component), Some(1)) = (accessor.component(), accessor.width()) else {
             return refuse("indices of another type");
         };
         let Some(view) = accessor.buffer_view.filter(|_| accessor.sparse.is_none()) else {
@@ -200,8 +180,8 @@ impl Document {
         };
         let count = self.hold(held, accessor.count.0, size_of::<u32>(), &element)?;
         let start = accessor.byte_offset.unwrap_or_default().0;
-        let items = self.items(view, start, count, component.0.size(), &element)?;
-        let all: Option<Vec<u32>> = items.iter().map(|item| integer(component.0, item)).collect();
+        let items = self.items(view, start, count, component.size(), &element)?;
+        let all: Option<Vec<u32>> = items.iter().map(|item| integer(component, item)).collect();
         all.map_or_else(|| refuse("indices of another type"), Ok)
     }
 
@@ -219,12 +199,8 @@ impl Document {
     }
 
     /// Returns the bytes of a view of a buffer, and its stride.
-    pub fn view(
-        &self,
-        view: Index<View>,
-        named_at: &str,
-    ) -> Result<(&[u8], Option<usize>), SceneError> {
-        let View { buffer, byte_length, byte_offset, byte_stride, .. } =
+    pub fn view(&self, view: Index, named_at: &str) -> Result<(&[u8], Option<usize>), SceneError> {
+        let BufferView { buffer, byte_length, byte_offset, byte_stride } =
             self.entry(&self.root.buffer_views, view.value(), "bufferViews", named_at)?;
         let element = format!("bufferViews/{}", view.value());
         let content = self.buffer(buffer.value(), &element)?;
@@ -235,13 +211,13 @@ impl Document {
             let expected = format!("its buffer has {} bytes", content.len());
             self.error(&element, format!("bytes {start} to {end}"), &expected)
         })?;
-        Ok((bytes, byte_stride.map(|stride| stride.0)))
+        Ok((bytes, byte_stride.map(|stride| usize::try_from(stride.0).unwrap_or(usize::MAX))))
     }
 
     /// Returns items in a view from an offset on.
     fn items(
         &self,
-        view: Index<View>,
+        view: Index,
         start: u64,
         count: usize,
         size: usize,

@@ -1,8 +1,6 @@
 //! Cameras: perspective and orthographic, and the camera of a scene that has none.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use gltf_json::camera::Type;
-use gltf_json::validation::Checked;
 
 use super::document::Document;
 use crate::io::Location;
@@ -85,8 +83,8 @@ pub(super) fn read_camera(
     let camera = document.entry(&document.root.cameras, index, "cameras", named_at)?;
     let element = format!("cameras/{index}");
     let refuse = |found: String, expected: &str| Err(document.error(&element, found, expected));
-    let (spec, aspect) = match (camera.type_, &camera.perspective, &camera.orthographic) {
-        (Checked::Valid(Type::Perspective), Some(view), _) => {
+    let (spec, aspect) = match (&camera.kind[..], &camera.perspective, &camera.orthographic) {
+        ("perspective", Some(view), _) => {
             let yfov = f64::from(view.yfov);
             if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
                 let found = format!("a field of view of {yfov}");
@@ -95,7 +93,7 @@ pub(super) fn read_camera(
             let aspect = view.aspect_ratio.map_or(ASPECT, f64::from);
             (perspective(yfov, aspect), aspect)
         }
-        (Checked::Valid(Type::Orthographic), _, Some(view)) => {
+        ("orthographic", _, Some(view)) => {
             let [x, y] = [view.xmag, view.ymag].map(f64::from);
             if !(x > 0.0 && y > 0.0 && x.is_finite() && y.is_finite()) {
                 let found = format!("magnifications of {x} and {y}");

@@ -1,19 +1,18 @@
-//! A glTF document: its text, its buffers, and the places of its elements for messages.
+//! A glTF document: its elements and the content of its buffers.
 
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
-use gltf_json::Root;
 use percent_encoding::percent_decode_str;
-use serde_json::value::RawValue;
 
-use super::integers::{LargeIndex, plain_integers};
-use crate::io::{Location, ReadContext, Warning, excerpt, without_byte_order_mark};
+use super::glb::split_glb;
+use super::messages::{CountedWarning, not_text, without_place};
+use super::schema::Root;
+use crate::io::{Location, ReadContext, excerpt, without_byte_order_mark};
 use crate::scene::pbrt::SceneError;
 
 /// Extensions that are read.
@@ -31,29 +30,17 @@ const EXTENSIONS: [&str; 11] = [
     "KHR_texture_transform",
 ];
 
-/// Length of the header of a GLB, and of the header of each of its chunks (bytes).
-const GLB_HEADER: usize = 12;
-const CHUNK_HEADER: usize = 8;
-
 /// A parsed document and the content of its buffers.
 pub(super) struct Document {
     pub root: Root,
     pub context: ReadContext,
-    file: Arc<Path>,
+    pub(super) file: Arc<Path>,
     folder: PathBuf,
-    text: String,
+    pub(super) text: String,
     /// Whether the text is part of a binary file.
-    binary: bool,
+    pub(super) binary: bool,
     buffers: Vec<Vec<u8>>,
-    warnings: RefCell<Vec<CountedWarning>>,
-}
-
-/// The first warning of a message.
-struct CountedWarning {
-    message: String,
-    first: Warning,
-    /// Number of further ones.
-    more: u32,
+    pub(super) warnings: RefCell<Vec<CountedWarning>>,
 }
 
 impl Document {
@@ -72,14 +59,7 @@ impl Document {
                 not_text(&file, format!("byte {offset} is not UTF-8; expected a glTF document"))
             })?
             .to_owned();
-        let plain = plain_integers(&text).map_err(|LargeIndex { offset, found }| {
-            let message = format!("an index of {found}; expected less than 2^32");
-            match binary {
-                true => not_text(&file, format!("{message} (byte {} of its text)", offset + 1)),
-                false => SceneError::Invalid { at: place(&file, &text, offset), message },
-            }
-        })?;
-        let root = serde_json::from_str(&plain).map_err(|error| {
+        let root = serde_json::from_str(&text).map_err(|error| {
             let message = format!("this is no glTF document: {}", without_place(&error));
             let line = u32::try_from(error.line().max(1)).unwrap_or(u32::MAX);
             let column = u32::try_from(error.column().max(1)).unwrap_or(u32::MAX);
@@ -91,7 +71,6 @@ impl Document {
                 },
             }
         })?;
-        drop(plain);
         let chunk = chunk.map(<[u8]>::to_vec);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let mut document = Self {
@@ -145,62 +124,6 @@ impl Document {
         if !self.root.skins.is_empty() {
             self.warn("skins", "skins are not read: meshes are in their pose of rest");
         }
-    }
-
-    /// Returns the place of an element, such as `meshes/2/primitives/0`.
-    pub fn location(&self, element: &str) -> Location {
-        if self.binary {
-            return Location { file: Arc::clone(&self.file), line: 1, column: 1 };
-        }
-        place(&self.file, &self.text, offset(&self.text, element))
-    }
-
-    /// Returns an error about an element.
-    pub fn error(&self, element: &str, found: impl Into<String>, expected: &str) -> SceneError {
-        let message = format!("{}: {}; {expected}", shown(element), found.into());
-        match self.binary {
-            true => not_text(&self.file, message),
-            false => SceneError::Invalid { at: self.location(element), message },
-        }
-    }
-
-    /// Returns the error for a part that exceeds the memory budget.
-    pub fn too_large(&self, element: &str, refusal: &str) -> SceneError {
-        let message = format!(
-            "{}: {refusal}; use a smaller scene, a larger 'memory' or a larger machine",
-            shown(element)
-        );
-        SceneError::Limit { at: self.location(element), message }
-    }
-
-    /// Adds a warning about an element; further ones of the same message are counted.
-    pub fn warn(&self, element: &str, message: &str) {
-        let mut warnings = self.warnings.borrow_mut();
-        // Only the first is located: to find an element reads the text.
-        match warnings.iter_mut().find(|counted| counted.message == message) {
-            Some(counted) => counted.more += 1,
-            None => warnings.push(CountedWarning {
-                message: message.to_owned(),
-                first: Warning {
-                    at: self.location(element),
-                    message: format!("{}: {message}", shown(element)),
-                },
-                more: 0,
-            }),
-        }
-    }
-
-    /// Returns the first warning of each message, with the number of the others.
-    pub fn take_warnings(&self) -> Vec<Warning> {
-        let all = self.warnings.take().into_iter();
-        all.map(|CountedWarning { first, more, .. }| match more {
-            0 => first,
-            more => Warning {
-                message: format!("{} (and {more} more like this)", first.message),
-                ..first
-            },
-        })
-        .collect()
     }
 
     /// Returns an element of a list, or the error for an index that is too large.
@@ -285,139 +208,5 @@ impl Document {
             return Err(self.error(element, format!("the address {}", excerpt(uri)), expected));
         }
         Ok(self.folder.join(&*name))
-    }
-}
-
-/// Returns the location of an offset (bytes) in a text.
-fn place(file: &Arc<Path>, text: &str, offset: usize) -> Location {
-    let before = &text[..offset];
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-    let [line, column] = [line, column].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-    Location { file: Arc::clone(file), line, column }
-}
-
-/// Returns how messages write the path of an element: `meshes[2].primitives[0]`.
-fn shown(element: &str) -> String {
-    let mut shown = String::new();
-    for step in element.split('/') {
-        match step.parse::<usize>() {
-            Ok(index) => shown.push_str(&format!("[{index}]")),
-            Err(_) if shown.is_empty() => shown.push_str(step),
-            Err(_) => shown.push_str(&format!(".{step}")),
-        }
-    }
-    shown
-}
-
-/// Returns the offset of an element in the text, or that of the last one on its path that is there.
-fn offset(text: &str, element: &str) -> usize {
-    let mut at = text;
-    for step in element.split('/') {
-        let next = match step.parse::<usize>() {
-            Ok(index) => serde_json::from_str::<Vec<&RawValue>>(at)
-                .ok()
-                .and_then(|all| all.get(index).copied()),
-            Err(_) => serde_json::from_str::<BTreeMap<String, &RawValue>>(at)
-                .ok()
-                .and_then(|all| all.get(step).copied()),
-        };
-        match next {
-            Some(value) => at = value.get(),
-            None => break,
-        }
-    }
-    let start = at.as_ptr() as usize - text.as_ptr() as usize;
-    // The text itself may begin with blanks.
-    start + if start == 0 { text.len() - text.trim_start().len() } else { 0 }
-}
-
-/// Returns the message of an error in JSON without its line and column.
-fn without_place(error: &serde_json::Error) -> String {
-    let message = error.to_string();
-    match message.rfind(" at line ") {
-        Some(end) => message[..end].to_owned(),
-        None => message,
-    }
-}
-
-fn not_text(file: &Arc<Path>, message: impl Into<String>) -> SceneError {
-    let at = Location { file: Arc::clone(file), line: 1, column: 1 };
-    SceneError::NotText { at, message: message.into() }
-}
-
-/// Splits a GLB into its text and its binary chunk.
-fn split_glb(content: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
-    let number = |at: usize| {
-        let bytes = content.get(at..).and_then(|rest| rest.first_chunk::<4>());
-        bytes.map(|bytes| u32::from_le_bytes(*bytes))
-    };
-    match number(4) {
-        Some(2) => {}
-        Some(version) => return Err(format!("a GLB of version {version}; expected version 2")),
-        None => return Err("a GLB without a header; the file may be cut off".to_owned()),
-    }
-    let (mut at, mut text, mut binary) = (GLB_HEADER, None, None);
-    while let (Some(length), Some(kind)) = (number(at), number(at + 4)) {
-        let start = at + CHUNK_HEADER;
-        let chunk = content.get(start..start.saturating_add(length as usize)).ok_or_else(|| {
-            let left = content.len() - start;
-            format!("a chunk of {length} bytes with {left} left; the file may be cut off")
-        })?;
-        match &kind.to_le_bytes() {
-            b"JSON" if text.is_none() => text = Some(chunk),
-            b"BIN\0" if binary.is_none() => binary = Some(chunk),
-            // Readers must ignore chunks that they do not know.
-            _ => {}
-        }
-        at = start + chunk.len();
-    }
-    match text {
-        Some(text) => Ok((text, binary)),
-        None => Err("a GLB without a JSON chunk; the file may be cut off".to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn elements_are_found_in_the_text() {
-        let text = "\n{ \"a\": [ 1, {\"b\\u0063\": [true]} ],\n \"c\": 2 }";
-        for (element, expected) in [
-            ("a", "[ 1"),
-            ("a/0", "1,"),
-            ("a/1", "{\"b"),
-            ("a/1/bc/0", "true"),
-            ("c", "2 }"),
-            // The last one that is there.
-            ("a/7", "[ 1"),
-            ("x", "{ \"a\""),
-        ] {
-            assert!(text[offset(text, element)..].starts_with(expected), "{element}");
-        }
-        assert_eq!(shown("meshes/2/primitives/0/attributes"), "meshes[2].primitives[0].attributes");
-    }
-
-    #[test]
-    fn chunks_that_are_not_known_are_skipped() {
-        let chunk = |kind: &[u8; 4], content: &[u8]| {
-            [&(content.len() as u32).to_le_bytes()[..], kind, content].concat()
-        };
-        let glb = |version: u32, chunks: &[Vec<u8>]| {
-            let head = [&b"glTF"[..], &version.to_le_bytes(), &[0; 4]].concat();
-            [head, chunks.concat()].concat()
-        };
-        let all = [chunk(b"JSON", b"{}"), chunk(b"MORE", b"?"), chunk(b"BIN\0", b"abc")];
-        assert_eq!(split_glb(&glb(2, &all)), Ok((&b"{}"[..], Some(&b"abc"[..]))));
-        assert_eq!(split_glb(&glb(2, &all[..1])), Ok((&b"{}"[..], None)));
-        assert!(split_glb(&glb(1, &all)).unwrap_err().contains("version 1"));
-        assert!(split_glb(&glb(2, &all[1..])).unwrap_err().contains("JSON"));
-        let whole = glb(2, &all);
-        for end in 4..whole.len() {
-            let _ = split_glb(&whole[..end]);
-        }
-        assert!(split_glb(&whole[..whole.len() - 1]).unwrap_err().contains("2 left"));
     }
 }

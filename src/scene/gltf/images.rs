@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use gltf_json::image::Image;
 use image::DynamicImage;
 
 use super::document::Document;
+use super::schema::Image;
 use crate::io::HeldMemory;
 use crate::io::image::{ImageSamples, Picture, Raster, Transfer, decode_image};
 use crate::scene::pbrt::SceneError;

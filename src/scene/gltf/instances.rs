@@ -3,19 +3,17 @@
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DQuat, DVec3};
-use gltf_json::Index;
-use gltf_json::accessor::Accessor;
-use gltf_json::scene::Node;
 use serde::Deserialize;
 
 use super::document::Document;
+use super::schema::{Index, Node};
 use crate::io::HeldMemory;
 use crate::scene::pbrt::SceneError;
 
-/// The extension, which gltf-json does not define.
+/// The extension.
 #[derive(Deserialize)]
 struct Instancing {
-    attributes: BTreeMap<String, Index<Accessor>>,
+    attributes: BTreeMap<String, Index>,
 }
 
 /// Returns the poses of the copies of a node's mesh, in the space of the node; one if the node has
@@ -27,7 +25,7 @@ pub(super) fn copies(
     held: &mut HeldMemory,
 ) -> Result<Vec<DAffine3>, SceneError> {
     let name = "EXT_mesh_gpu_instancing";
-    let value = node.extensions.as_ref().and_then(|all| all.others.get(name));
+    let value = node.extensions.as_ref().and_then(|all| all.instancing.as_ref());
     let Some(value) = value else { return Ok(vec![DAffine3::IDENTITY]) };
     let element = format!("{element}/extensions/{name}");
     let instancing = Instancing::deserialize(value).map_err(|error| {

@@ -1,17 +1,16 @@
 //! Lights of the extension KHR_lights_punctual: point, spot and directional.
 
 use glam::{DAffine3, DMat3, DVec3};
-use gltf_json::extensions::scene::khr_lights_punctual::{Light as LightJson, Type};
-use gltf_json::validation::Checked;
 
 use super::document::Document;
+use super::schema::Light as LightJson;
 use crate::scene::pbrt::SceneError;
 use crate::scene::{IntensityDistribution, Light, PointLight};
 
 /// Returns the lights of a document.
 pub(super) fn lights(document: &Document) -> &[LightJson] {
     let extensions = document.root.extensions.as_ref();
-    extensions.and_then(|all| all.khr_lights_punctual.as_ref()).map_or(&[], |all| &all.lights)
+    extensions.and_then(|all| all.lights.as_ref()).map_or(&[], |all| &all.lights)
 }
 
 /// Reads a light at a node. Candela become radiant intensity and lux irradiance as they are.
@@ -45,12 +44,10 @@ pub(super) fn read_light(
             distribution,
         })
     };
-    match light.type_ {
-        Checked::Valid(Type::Directional) => {
-            Ok(Light::Distant { towards: towards.as_vec3(), irradiance: strength })
-        }
-        Checked::Valid(Type::Point) => Ok(at_point(IntensityDistribution::Isotropic)),
-        Checked::Valid(Type::Spot) => {
+    match &light.kind[..] {
+        "directional" => Ok(Light::Distant { towards: towards.as_vec3(), irradiance: strength }),
+        "point" => Ok(at_point(IntensityDistribution::Isotropic)),
+        "spot" => {
             let spot = light.spot.as_ref();
             let inner = spot.map_or(0.0, |spot| spot.inner_cone_angle);
             let outer = spot.map_or(std::f32::consts::FRAC_PI_4, |spot| spot.outer_cone_angle);
@@ -62,7 +59,7 @@ pub(super) fn read_light(
             let cosines = [outer.cos(), inner.cos()];
             Ok(at_point(IntensityDistribution::Spot { cosines }))
         }
-        Checked::Invalid => {
+        _ => {
             let expected = "expected directional, point or spot";
             let element = format!("{element}/type");
             Err(document.error(&element, "a light of an unknown type", expected))

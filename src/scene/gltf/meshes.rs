@@ -1,11 +1,17 @@
 //! Meshes: the triangles of a primitive, with normals, tangents and texture coordinates.
 
-use gltf_json::mesh::{Mode, Primitive, Semantic};
-use gltf_json::validation::Checked;
-
 use super::document::Document;
+use super::schema::Primitive;
 use crate::scene::pbrt::SceneError;
 use crate::scene::{Bvh, Mesh};
+
+/// How the indices of a primitive form triangles.
+#[derive(Clone, Copy)]
+enum Mode {
+    Triangles,
+    TriangleStrip,
+    TriangleFan,
+}
 
 /// The mesh of a primitive.
 pub(super) struct PrimitiveMesh {
@@ -23,7 +29,7 @@ pub(super) struct SidedMesh {
 
 /// Returns whether the vertices of a primitive have colours.
 pub(super) fn is_coloured(primitive: &Primitive) -> bool {
-    primitive.attributes.contains_key(&Checked::Valid(Semantic::Colors(0)))
+    primitive.attributes.contains_key("COLOR_0")
 }
 
 /// Reads a primitive. Returns `None` if it has no triangles.
@@ -33,31 +39,33 @@ pub(super) fn read_mesh(
     element: &str,
     uv_set: u32,
 ) -> Result<Option<PrimitiveMesh>, SceneError> {
-    let mode = match primitive.mode {
-        Checked::Valid(mode) => mode,
-        Checked::Invalid => {
+    let mode = match primitive.mode.map(|code| code.0) {
+        Some(0..=3) => {
+            document.warn(element, "points and lines are not read");
+            return Ok(None);
+        }
+        Some(4) | None => Mode::Triangles,
+        Some(5) => Mode::TriangleStrip,
+        Some(6) => Mode::TriangleFan,
+        Some(_) => {
             let expected = "expected 0 to 6";
             return Err(document.error(&format!("{element}/mode"), "an unknown mode", expected));
         }
     };
-    if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-        document.warn(element, "points and lines are not read");
-        return Ok(None);
-    }
-    if primitive.extensions.as_ref().is_some_and(|all| !all.others.is_empty()) {
+    if primitive.extensions.as_ref().is_some_and(|all| !all.is_empty()) {
         document.warn(element, "extensions of a primitive are not read");
     }
     if primitive.targets.is_some() {
         document.warn(element, "morph targets are not read: the mesh has its first form");
     }
-    let find = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+    let find = |semantic: &str| primitive.attributes.get(semantic).copied();
     let named_at = |name: &str| format!("{element}/attributes/{name}");
-    if find(Semantic::Colors(1)).is_some() {
+    if find("COLOR_1").is_some() {
         document.warn(&named_at("COLOR_1"), "only the first colours of vertices are read");
     }
     let refused = |refusal: String| document.too_large(element, &refusal);
     let mut held = document.context.hold(0).map_err(refused)?;
-    let Some(positions) = find(Semantic::Positions) else {
+    let Some(positions) = find("POSITION") else {
         document.warn(element, "a primitive without positions is left out");
         return Ok(None);
     };
@@ -70,22 +78,22 @@ pub(super) fn read_mesh(
             Err(document.error(&named_at(name), found, &expected))
         }
     };
-    let normals: Vec<[f32; 3]> = match find(Semantic::Normals) {
+    let normals: Vec<[f32; 3]> = match find("NORMAL") {
         Some(normals) => document.vectors(normals, &named_at("NORMAL"), &mut held)?,
         None => Vec::new(),
     };
-    let tangents: Vec<[f32; 4]> = match find(Semantic::Tangents) {
+    let tangents: Vec<[f32; 4]> = match find("TANGENT") {
         Some(tangents) if !normals.is_empty() => {
             document.vectors(tangents, &named_at("TANGENT"), &mut held)?
         }
         _ => Vec::new(),
     };
     let uv_name = format!("TEXCOORD_{uv_set}");
-    let uvs: Vec<[f32; 2]> = match find(Semantic::TexCoords(uv_set)) {
+    let uvs: Vec<[f32; 2]> = match find(&uv_name) {
         Some(uvs) => document.vectors(uvs, &named_at(&uv_name), &mut held)?,
         None => Vec::new(),
     };
-    let colours = match find(Semantic::Colors(0)) {
+    let colours = match find("COLOR_0") {
         Some(colours) => document.colours(colours, &named_at("COLOR_0"), &mut held)?,
         None => Vec::new(),
     };
@@ -146,7 +154,7 @@ fn triangles(indices: &[u32], mode: Mode) -> Vec<[u32; 3]> {
             [first, rest @ ..] => rest.windows(2).map(|pair| [*first, pair[0], pair[1]]).collect(),
             [] => Vec::new(),
         },
-        _ => indices.as_chunks::<3>().0.to_vec(),
+        Mode::Triangles => indices.as_chunks::<3>().0.to_vec(),
     }
 }
 

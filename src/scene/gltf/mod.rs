@@ -4,21 +4,27 @@
 //! luminance of 1 cd/m^2 is a radiance of 1. A camera photographs as a pinhole, or through a real
 //! lens if the user mounts one.
 //!
-//! `document` holds the parsed text and the buffers; `nodes` walks the tree and places what
-//! `meshes`, `lights` and `cameras` make; `materials` and `images` make surfaces. Features that are
-//! not read are warnings; an index or a size that does not fit is an error with its place.
+//! `schema` describes the JSON; `document` holds it and the buffers, `messages` finds the places of its
+//! elements; `nodes` walks the tree and places what `meshes`, `lights` and `cameras` make; `materials`
+//! and `images` make surfaces. Features that are not read are warnings; an index or a size that does not
+//! fit is an error with its place.
 
 mod accessors;
 mod cameras;
 mod document;
+mod glb;
 mod images;
 mod instances;
-mod integers;
 mod lights;
 mod material_extensions;
+mod material_opacity;
+mod material_textures;
+mod material_transmission;
 mod materials;
 mod meshes;
+mod messages;
 mod nodes;
+mod schema;
 mod textures;
 
 use std::path::Path;

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use glam::{DAffine3, DMat4, DVec3};
-use gltf_json::scene::Node;
 
 use super::SceneParts;
 use super::cameras::read_camera;
@@ -11,6 +10,7 @@ use super::instances::{copies, quaternion};
 use super::lights::read_light;
 use super::materials::{ShapeMaterial, Variant};
 use super::meshes::{PrimitiveMesh, SidedMesh, is_coloured, read_mesh, split_by_side};
+use super::schema::Node;
 use crate::io::HeldMemory;
 use crate::scene::pbrt::{INSTANCE_BYTES, SceneError};
 use crate::scene::{Bvh, Geometry, ShapeSpec};
@@ -88,7 +88,7 @@ impl SceneParts<'_> {
         };
         Ok(DAffine3::from_scale_rotation_translation(
             vector(node.scale, DVec3::ONE),
-            quaternion(node.rotation.unwrap_or_default().0),
+            quaternion(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0])),
             vector(node.translation, DVec3::ZERO),
         ))
     }
@@ -123,7 +123,7 @@ impl SceneParts<'_> {
                 placements.push(Placement { mesh: mesh.value(), world_from_mesh, node: index });
             }
         }
-        let light = node.extensions.as_ref().and_then(|all| all.khr_lights_punctual.as_ref());
+        let light = node.extensions.as_ref().and_then(|all| all.light.as_ref());
         if let Some(light) = light {
             let named_at = format!("{element}/extensions/KHR_lights_punctual/light");
             let light = read_light(document, light.light.value(), world_from_node, &named_at)?;

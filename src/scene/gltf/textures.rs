@@ -3,48 +3,50 @@
 use std::sync::Arc;
 
 use glam::{Mat2, Vec2};
-use gltf_json::Index;
-use gltf_json::extensions::texture::TextureTransform;
-use gltf_json::texture::{Info, MagFilter, Texture as TextureJson, WrappingMode};
-use gltf_json::validation::Checked;
 
 use super::document::Document;
 use super::images::{Channels, Images};
+use super::schema::{Index, Integer, TextureInfo, TextureTransform};
 use crate::scene::pbrt::SceneError;
 use crate::scene::{ImageMap, ImageTexture, Mapping, Texture, TextureFilter, Wrap};
 
 /// Largest ratio of the axes of the ellipse over which a texture is averaged.
 const MAX_ANISOTROPY: f32 = 8.0;
 
+/// Codes of samplers.
+const NEAREST: u64 = 9728;
+const REPEAT: u64 = 10_497;
+const CLAMP_TO_EDGE: u64 = 33_071;
+
 /// A use of a texture by a material.
 pub(super) struct TextureUse<'a> {
-    pub index: Index<TextureJson>,
-    pub tex_coord: u32,
-    pub transform: Option<&'a TextureTransform>,
+    index: Index,
+    tex_coord: u32,
+    transform: Option<&'a TextureTransform>,
     /// The element that names it.
-    pub element: String,
+    element: String,
 }
 
 impl<'a> TextureUse<'a> {
-    pub fn new(info: &'a Info, element: String) -> Self {
+    pub fn new(info: &'a TextureInfo, element: String) -> Self {
         let extensions = info.extensions.as_ref();
         Self {
             index: info.index,
-            tex_coord: info.tex_coord,
-            transform: extensions.and_then(|extensions| extensions.texture_transform.as_ref()),
+            tex_coord: info.tex_coord.0,
+            transform: extensions.and_then(|extensions| extensions.transform.as_ref()),
             element,
         }
     }
 
     /// Returns the set of texture coordinates.
     pub fn set(&self) -> u32 {
-        self.transform.and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord)
+        self.transform.and_then(|transform| transform.tex_coord).map_or(self.tex_coord, |set| set.0)
     }
 
     fn mapping(&self) -> Mapping {
         let Some(transform) = self.transform else { return Mapping::default() };
-        let [scale, offset] = [transform.scale.0, transform.offset.0].map(Vec2::from);
-        match transform.rotation.0 {
+        let [scale, offset] = [transform.scale, transform.offset].map(Vec2::from);
+        match transform.rotation {
             0.0 => Mapping::Uv { scale, offset },
             // v grows downwards, so that the angle turns the coordinates the other way.
             angle => Mapping::UvMatrix {
@@ -67,7 +69,11 @@ fn sampled(document: &Document, texture: &TextureUse) -> Result<Sampled, SceneEr
     let textures = &document.root.textures;
     let texture = document.entry(textures, index.value(), "textures", element)?;
     let named_at = format!("textures/{}/source", index.value());
-    let image = texture.source.value();
+    let Some(image) = texture.source else {
+        let expected = "expected the index of one";
+        return Err(document.error(&named_at, "a texture without an image", expected));
+    };
+    let image = image.value();
     document.entry(&document.root.images, image, "images", &named_at)?;
     let Some(sampler) = texture.sampler else {
         return Ok(Sampled { image, wrap: Wrap::Repeat, nearest: false });
@@ -75,13 +81,10 @@ fn sampled(document: &Document, texture: &TextureUse) -> Result<Sampled, SceneEr
     let named_at = format!("textures/{}/sampler", index.value());
     let sampler =
         document.entry(&document.root.samplers, sampler.value(), "samplers", &named_at)?;
-    let wrap = match (sampler.wrap_s, sampler.wrap_t) {
-        (Checked::Valid(WrappingMode::ClampToEdge), Checked::Valid(WrappingMode::ClampToEdge)) => {
-            Wrap::Clamp
-        }
-        (Checked::Valid(WrappingMode::Repeat), Checked::Valid(WrappingMode::Repeat)) => {
-            Wrap::Repeat
-        }
+    let code = |wrap: Option<Integer>| wrap.map_or(REPEAT, |code| code.0);
+    let wrap = match [sampler.wrap_s, sampler.wrap_t].map(code) {
+        [CLAMP_TO_EDGE, CLAMP_TO_EDGE] => Wrap::Clamp,
+        [REPEAT, REPEAT] => Wrap::Repeat,
         _ => {
             let message = "textures that repeat mirrored, or along one axis only, are not read: \
                            they repeat along both";
@@ -89,7 +92,7 @@ fn sampled(document: &Document, texture: &TextureUse) -> Result<Sampled, SceneEr
             Wrap::Repeat
         }
     };
-    let nearest = matches!(sampler.mag_filter, Some(Checked::Valid(MagFilter::Nearest)));
+    let nearest = sampler.mag_filter == Some(Integer(NEAREST));
     Ok(Sampled { image, wrap, nearest })
 }
 
