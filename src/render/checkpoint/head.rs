@@ -1,9 +1,10 @@
 //! Head of a checkpoint: its command line, its inputs and its progress, as JSON.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::Inputs;
@@ -72,65 +73,67 @@ impl Head {
     }
 }
 
+/// A number of rays, of samples or of nanoseconds.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(try_from = "u64")]
+struct Count(u64);
+
+impl TryFrom<u64> for Count {
+    type Error = &'static str;
+
+    fn try_from(count: u64) -> Result<Self, Self::Error> {
+        if count <= MAX_COUNT { Ok(Self(count)) } else { Err("a count that is too large") }
+    }
+}
+
+/// Reads an entry of the head; the error is its name.
+fn entry<T: DeserializeOwned>(head: &Value, name: &'static str) -> Result<T, &'static str> {
+    T::deserialize(&head[name]).map_err(|_| name)
+}
+
 /// Returns the head, or the name of the first entry that is missing or not sound.
-fn read(value: &Value) -> Result<Head, &'static str> {
-    let text = |value: &Value| value.as_str().map(str::to_owned);
-    let list = |name: &'static str| value[name].as_array().ok_or(name);
-    let texts = |name: &'static str| -> Result<BTreeMap<String, String>, &'static str> {
-        let entry = |(key, value): (&String, &Value)| Some((key.clone(), text(value)?));
-        value[name].as_object().and_then(|map| map.iter().map(entry).collect()).ok_or(name)
-    };
-    let numbers = |name: &'static str| counts(&value[name]).ok_or(name);
-    let command_line: Option<Vec<String>> = list("words")?.iter().map(text).collect();
-    let sample = |n: u64| u32::try_from(n).map_err(|_| "samples");
-    let [start, end, total] = fixed(numbers("samples")?).ok_or("samples")?;
-    let [start, end, total] = [sample(start)?, sample(end)?, sample(total)?];
-    if start > end || end > total {
+fn read(head: &Value) -> Result<Head, &'static str> {
+    let command_line = entry(head, "words")?;
+    let [start, end, total_samples]: [u32; 3] = entry(head, "samples")?;
+    if start > end || end > total_samples {
         return Err("samples");
     }
-    let stage = |value: &Value| {
-        let [nanos, rays, live, all] = fixed(counts(value)?)?;
-        let time = Duration::from_nanos(nanos);
-        Some(StageStats { time, rays, occupancy: LaneOccupancy { live, all } })
+    let stage = |[nanos, rays, live, all]: [Count; 4]| StageStats {
+        time: Duration::from_nanos(nanos.0),
+        rays: rays.0,
+        occupancy: lanes(live, all),
     };
-    let stages: Option<Vec<StageStats>> = list("stages")?.iter().map(stage).collect();
-    let bounce = |value: &Value| {
-        let [a, b, c, d, e, f] = fixed(counts(value)?)?;
-        let lanes = |live, all| LaneOccupancy { live, all };
-        Some(BounceOccupancy { intersect: lanes(a, b), shade: lanes(c, d), occlude: lanes(e, f) })
+    let bounce = |[a, b, c, d, e, f]: [Count; 6]| BounceOccupancy {
+        intersect: lanes(a, b),
+        shade: lanes(c, d),
+        occlude: lanes(e, f),
     };
-    let bounces: Option<Vec<BounceOccupancy>> = list("bounces")?.iter().map(bounce).collect();
-    let [aimed, retraced] = fixed(numbers("lens")?).ok_or("lens")?;
+    let [aimed, retraced]: [Count; 2] = entry(head, "lens")?;
+    let blocked: Vec<Count> = entry(head, "blocked")?;
+    let blocked = blocked.iter().map(|count| count.0).collect();
+    let film_samples: Count = entry(head, "taken")?;
     Ok(Head {
-        command_line: command_line.ok_or("words")?,
+        command_line,
         inputs: Inputs {
-            program: text(&value["program"]).ok_or("program")?,
-            build: text(&value["build"]).ok_or("build")?,
-            files: texts("files")?,
-            options: texts("options")?,
+            program: entry(head, "program")?,
+            build: entry(head, "build")?,
+            files: entry(head, "files")?,
+            options: entry(head, "options")?,
         },
         samples: start..end,
-        total_samples: total,
-        complete: value["complete"].as_bool().ok_or("complete")?,
-        film_samples: count(&value["taken"]).ok_or("taken")?,
+        total_samples,
+        complete: entry(head, "complete")?,
+        film_samples: film_samples.0,
         stats: Stats {
-            stages: stages.and_then(fixed).ok_or("stages")?,
-            lens: LensStats::restored(aimed, numbers("blocked")?, retraced),
-            bounces: bounces.ok_or("bounces")?,
+            stages: entry::<[[Count; 4]; _]>(head, "stages")?.map(stage),
+            lens: LensStats::restored(aimed.0, blocked, retraced.0),
+            bounces: entry::<Vec<[Count; 6]>>(head, "bounces")?.into_iter().map(bounce).collect(),
         },
     })
 }
 
-fn count(value: &Value) -> Option<u64> {
-    value.as_u64().filter(|&count| count <= MAX_COUNT)
-}
-
-fn counts(value: &Value) -> Option<Vec<u64>> {
-    value.as_array()?.iter().map(count).collect()
-}
-
-fn fixed<T, const N: usize>(list: Vec<T>) -> Option<[T; N]> {
-    list.try_into().ok()
+fn lanes(live: Count, all: Count) -> LaneOccupancy {
+    LaneOccupancy { live: live.0, all: all.0 }
 }
 
 #[cfg(test)]
@@ -166,6 +169,23 @@ mod tests {
         let written = head();
         let read = Head::parse(&written.text()).unwrap();
         assert_eq!(format!("{read:?}"), format!("{written:?}"));
+    }
+
+    #[test]
+    fn heads_of_earlier_programs_are_read() {
+        let lanes = "[0,0,0,0]";
+        let stages = [lanes, lanes, "[77,5,3,8]", lanes, lanes, lanes, lanes, lanes, lanes];
+        let text = [
+            r#"{"blocked":[1,2],"bounces":[[3,8,3,8,0,0]],"build":"0f","complete":true,"#,
+            r#""files":{"a b.pbrt":"00ff"},"lens":[9,4],"options":{"seed":"3"},"#,
+            r#""program":"petzval 0","samples":[8,16,64],"stages":["#,
+            &stages.join(","),
+            r#"],"taken":12,"words":["petzval","render","a b.pbrt"]}"#,
+        ]
+        .concat();
+        let read = Head::parse(text.as_bytes()).unwrap();
+        assert_eq!(format!("{read:?}"), format!("{:?}", head()));
+        assert_eq!(String::from_utf8(head().text()).unwrap(), text);
     }
 
     #[test]
