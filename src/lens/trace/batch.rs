@@ -130,7 +130,21 @@ impl<R: Real, const LOSSY: bool, const MIRROR: bool> KernelVisitor<R>
     type Output = u64;
 
     fn visit(self, kernel: impl SurfaceKernel<R>) -> u64 {
-        cross::<R, _, LOSSY, MIRROR>(self.batch, self.surface, kernel)
+        cross_as::<R, _, LOSSY, MIRROR>(self.batch, self.surface, kernel)
+    }
+}
+
+/// Calls [`cross`]. Kernels that do not refract neither reflect nor lose light at a coating: all their
+/// variants are the same code, which is compiled once.
+#[inline(always)]
+fn cross_as<R: Real, K: SurfaceKernel<R>, const LOSSY: bool, const MIRROR: bool>(
+    batch: &mut LensBatch<R::Scalar>,
+    surface: &Surface<R::Scalar>,
+    kernel: K,
+) -> u64 {
+    match K::REFRACTS {
+        true => cross::<R, K, LOSSY, MIRROR>(batch, surface, kernel),
+        false => cross::<R, K, false, false>(batch, surface, kernel),
     }
 }
 
