@@ -97,25 +97,9 @@ pub(super) fn casters(scene: &Scene) -> Result<Vec<Caster>, &'static str> {
 /// Returns whether a material may reflect or refract a ray into one direction.
 fn may_be_specular(scene: &Scene, material: u32) -> bool {
     match &scene.materials[material as usize].model {
-        MaterialModel::Conductor { roughness, .. }
-        | MaterialModel::Dielectric { roughness, .. }
-        | MaterialModel::TintedDielectric { roughness, .. } => roughness.may_be_smooth(),
-        MaterialModel::MetallicRoughness(surface) => {
-            surface.roughness.may_be_smooth() || surface.coat_roughness.may_be_smooth()
-        }
-        MaterialModel::ThinDielectric { .. } => true,
-        MaterialModel::CoatedDiffuse { coat, .. } => coat.roughness.may_be_smooth(),
-        MaterialModel::CoatedConductor { roughness, coat, .. } => {
-            roughness.may_be_smooth() || coat.roughness.may_be_smooth()
-        }
         MaterialModel::Mix { materials, .. } => {
             materials.iter().any(|&part| may_be_specular(scene, part))
         }
-        MaterialModel::Interface
-        | MaterialModel::Diffuse { .. }
-        | MaterialModel::DiffuseTransmission { .. }
-        | MaterialModel::Subsurface { .. }
-        | MaterialModel::Measured(_)
-        | MaterialModel::Hair(_) => false,
+        model => model.may_be_specular(),
     }
 }

@@ -17,7 +17,7 @@ pub const WAVE_SIZE: usize = 1008;
 pub struct Column<T, const N: usize = WAVE_SIZE>([T; N]);
 
 /// Largest number of groups into which a stage sorts a wave.
-pub const MAX_GROUPS: usize = 13;
+pub const MAX_GROUPS: usize = 16;
 
 /// Entries of a column of sorted rays: every group begins at a whole packet. This is an odd number
 /// of cache lines as well, see [`WAVE_SIZE`].

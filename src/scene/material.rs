@@ -215,12 +215,14 @@ impl Material {
 
     /// Returns whether the direction of the shading frame matters: to bump maps, normal maps or
     /// scattering.
+    #[inline]
     pub fn needs_shading_tangent(&self) -> bool {
         self.bump.is_some() || self.normal_map.is_some() || self.is_anisotropic()
     }
 
     /// Returns whether scattering depends on the direction of u and v, so that the shading frame
     /// must follow the texture coordinates.
+    #[inline]
     pub fn is_anisotropic(&self) -> bool {
         matches!(self.model, MaterialModel::Measured(_) | MaterialModel::Hair(_))
             || self.model.roughnesses().into_iter().flatten().any(Roughness::is_anisotropic)
@@ -233,6 +235,18 @@ impl Material {
 }
 
 impl MaterialModel {
+    /// Returns whether the surface may reflect or refract a ray into one direction; `false` for a
+    /// mixture, which its materials decide.
+    #[inline]
+    pub(crate) fn may_be_specular(&self) -> bool {
+        match self {
+            Self::ThinDielectric { .. } => true,
+            // Light leaves from below the surface.
+            Self::Subsurface { .. } => false,
+            _ => self.roughnesses().into_iter().flatten().any(Roughness::may_be_smooth),
+        }
+    }
+
     /// Returns all textures of the model.
     fn textures(&self) -> Vec<&Texture> {
         let own = match self {
@@ -308,7 +322,7 @@ impl DielectricCoat {
 
 impl Roughness {
     /// Returns whether the surface may be perfectly smooth somewhere.
-    pub(crate) fn may_be_smooth(&self) -> bool {
+    fn may_be_smooth(&self) -> bool {
         self.uv.iter().all(|texture| match texture {
             Texture::Constant([roughness, ..]) => *roughness < SMOOTHEST,
             _ => true,

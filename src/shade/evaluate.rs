@@ -1,17 +1,27 @@
 //! Evaluation and sampling of the BSDFs of a wave, eight vertices of a kind at a time.
 
+use std::ops::Range;
+
 use super::bsdf::{
-    BsdfSample, Conductor, Diffuse, DiffuseTransmission, Hair, Measured, MediumScattering,
-    MetallicRoughness, ShadingFrame, SubsurfaceExit, ThinDielectric, TintedDielectric,
+    Bsdf, BsdfKind, BsdfSample, CoatWalks, Measured, ShadingFrame, VertexParameters,
 };
-use super::bsdf_kind::BsdfKind;
-use super::bsdf_parameters::{FromParameters, PARAMETER_COUNT, coated};
 use super::random::RandomColumns;
 use super::vertices::Vertices;
-use crate::lanes::Real;
 use crate::lanes::vector::{renormalize, select};
+use crate::lanes::{Real, Word};
 use crate::sampler::mis::power_heuristic_fused;
 use crate::scene::{MaterialModel, Scene, load_vector as load, store_vector as store};
+
+/// Inputs of the evaluation of a wave.
+#[derive(Clone, Copy)]
+pub(super) struct Evaluation<'a> {
+    /// The scene.
+    pub(super) scene: &'a Scene,
+    /// Random numbers of the vertices.
+    pub(super) random: &'a RandomColumns,
+    /// Whether diffuse surfaces take light from shadow rays only and end their paths.
+    pub(super) skip_mis: bool,
+}
 
 /// Results of a packet: the contribution of the sampled light, and the next ray.
 struct Scattered<R> {
@@ -48,6 +58,21 @@ impl<R: Real<Scalar = f32>> VertexPacket<R> {
         contribution
     }
 
+    /// Returns the contribution of the sampled light as [`Self::contribution`] does, and evaluates
+    /// the BSDF only if there is light.
+    #[inline(always)]
+    fn contribution_if_lit(&self, bsdf: &impl Bsdf<R>, wo: [R; 3], wi: [R; 3]) -> [R; 3] {
+        let zero = R::splat(0.0);
+        let [r, g, b] = self.light;
+        let lit = !(r.equals(zero) & g.equals(zero) & b.equals(zero));
+        if R::bits(lit) == 0 {
+            return [zero; 3];
+        }
+        // No light comes from the direction 0, so that dark lanes need no walk.
+        let found = bsdf.evaluate(wo, select(lit, wi, [zero; 3]));
+        select(lit, self.contribution(found, false), [zero; 3])
+    }
+
     /// Returns the packet's results, given a sample of the BSDF in the shading frame.
     #[inline(always)]
     fn scattered(
@@ -71,43 +96,10 @@ impl<R: Real<Scalar = f32>> VertexPacket<R> {
 
 impl Vertices {
     /// Evaluates the BSDFs of all vertices towards their lights, and samples the next directions.
-    /// With `skip_mis`, diffuse surfaces take light from shadow rays only and end their paths.
-    pub(super) fn evaluate<R: Real<Scalar = f32>>(
-        &mut self,
-        scene: &Scene,
-        random: &RandomColumns,
-        skip_mis: bool,
-    ) {
+    pub(super) fn evaluate<R: Real<Scalar = f32>>(&mut self, inputs: &Evaluation) {
         for kind in BsdfKind::ALL {
-            match kind {
-                BsdfKind::Diffuse => self.evaluate_packets::<R, Diffuse<R>>(kind, random, skip_mis),
-                BsdfKind::DiffuseTransmission => {
-                    self.evaluate_packets::<R, DiffuseTransmission<R>>(kind, random, skip_mis);
-                }
-                BsdfKind::Conductor => {
-                    self.evaluate_packets::<R, Conductor<R>>(kind, random, false)
-                }
-                BsdfKind::Dielectric => {
-                    self.evaluate_packets::<R, TintedDielectric<R>>(kind, random, false)
-                }
-                BsdfKind::ThinDielectric => {
-                    self.evaluate_packets::<R, ThinDielectric<R>>(kind, random, false);
-                }
-                BsdfKind::CoatedDiffuse => self.evaluate_coated::<R, Diffuse<R>>(kind, random),
-                BsdfKind::CoatedConductor => self.evaluate_coated::<R, Conductor<R>>(kind, random),
-                BsdfKind::MetallicRoughness => {
-                    self.evaluate_packets::<R, MetallicRoughness<R>>(kind, random, false)
-                }
-                BsdfKind::Measured => self.evaluate_measured(scene, random),
-                BsdfKind::Hair => self.evaluate_packets::<R, Hair<R>>(kind, random, false),
-                BsdfKind::SubsurfaceExit => {
-                    self.evaluate_packets::<R, SubsurfaceExit<R>>(kind, random, false);
-                }
-                BsdfKind::Medium => {
-                    self.evaluate_packets::<R, MediumScattering<R>>(kind, random, false)
-                }
-                BsdfKind::Interface => {}
-            }
+            let range = self.ranges[kind as usize].clone();
+            kind.stage::<R>().evaluate(self, range, inputs);
         }
     }
 
@@ -132,34 +124,27 @@ impl Vertices {
         scattered.eta2.store(&mut self.next_eta2[at..]);
     }
 
-    /// Returns the parameters of a packet of a kind.
-    #[inline(always)]
-    pub(super) fn packet_parameters<R: Real<Scalar = f32>>(
-        &self,
-        kind: BsdfKind,
-        at: usize,
-    ) -> [R; PARAMETER_COUNT] {
-        let mut parameters = [R::splat(0.0); PARAMETER_COUNT];
-        let count = kind.parameter_count();
-        for (parameter, column) in parameters.iter_mut().zip(&self.parameters[..count]) {
-            *parameter = R::load(&column[at..]);
-        }
-        parameters
-    }
-
+    /// Evaluates the BSDFs of a range of vertices with these parameters. Walks towards lights are
+    /// skipped for packets without light.
     #[inline(never)]
-    fn evaluate_packets<R: Real<Scalar = f32>, B: FromParameters<R>>(
+    pub(super) fn evaluate_packets<R: Real<Scalar = f32>, P: VertexParameters<R>>(
         &mut self,
-        kind: BsdfKind,
-        random: &RandomColumns,
-        skip_mis: bool,
+        range: Range<usize>,
+        inputs: &Evaluation,
     ) {
-        for at in self.ranges[kind as usize].clone().step_by(R::LANES) {
+        let random = inputs.random;
+        let skip_mis = P::DIFFUSE && inputs.skip_mis;
+        for at in range.step_by(R::LANES) {
             let packet = self.packet::<R>(at);
-            let bsdf = B::from_parameters(self.packet_parameters(kind, at));
+            let seed = if P::WALKS { random.seeds::<R>(at) } else { R::Word::splat(0) };
+            let walks = CoatWalks { seed, weights: self.coat_weights };
+            let bsdf = P::from_columns(&self.parameters, at).bsdf(walks);
             let frame = ShadingFrame::about(packet.normal, packet.tangent);
             let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
-            let contribution = packet.contribution(bsdf.evaluate(wo, wi), skip_mis);
+            let contribution = match P::WALKS {
+                true => packet.contribution_if_lit(&bsdf, wo, wi),
+                false => packet.contribution(bsdf.evaluate(wo, wi), skip_mis),
+            };
             if skip_mis {
                 store(&mut self.contribution, at, contribution);
                 store(&mut self.next_throughput, at, [R::splat(0.0); 3]);
@@ -171,7 +156,8 @@ impl Vertices {
     }
 
     /// Evaluates measured surfaces, one at a time.
-    fn evaluate_measured(&mut self, scene: &Scene, random: &RandomColumns) {
+    pub(super) fn evaluate_measured(&mut self, inputs: &Evaluation) {
+        let Evaluation { scene, random, .. } = *inputs;
         for run in 0..self.runs.len() {
             // Runs of media have no material.
             let material = scene.materials.get(self.runs[run].material as usize);
@@ -188,34 +174,6 @@ impl Vertices {
                 let sample = bsdf.sample(wo, random.bounce(at));
                 self.store_packet(at, packet.scattered(&frame, contribution, &sample));
             }
-        }
-    }
-
-    /// Evaluates coated surfaces. The walks of packets without light are skipped.
-    #[inline(never)]
-    fn evaluate_coated<R: Real<Scalar = f32>, B: FromParameters<R>>(
-        &mut self,
-        kind: BsdfKind,
-        random: &RandomColumns,
-    ) {
-        let zero = R::splat(0.0);
-        for at in self.ranges[kind as usize].clone().step_by(R::LANES) {
-            let packet = self.packet::<R>(at);
-            let bsdf = coated::<R, B>(self.packet_parameters(kind, at), self.coat_weights);
-            let frame = ShadingFrame::about(packet.normal, packet.tangent);
-            let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
-            let seed = random.seeds::<R>(at);
-            let [r, g, b] = packet.light;
-            let lit = !(r.equals(zero) & g.equals(zero) & b.equals(zero));
-            let mut contribution = [zero; 3];
-            if R::bits(lit) != 0 {
-                // No light comes from the direction 0, so that dark lanes need no walk.
-                let found = bsdf.evaluate(wo, select(lit, wi, [zero; 3]), seed);
-                contribution = select(lit, packet.contribution(found, false), contribution);
-            }
-            let lobe = R::load(&random.roulette[1][at..]);
-            let sample = bsdf.sample(wo, random.bounce(at), lobe, seed);
-            self.store_packet(at, packet.scattered(&frame, contribution, &sample));
         }
     }
 }

@@ -1,9 +1,7 @@
 //! Glossy lobes of a wave's vertices: what the selection of lights knows of their BSDFs.
 
 use super::ShadeInputs;
-use super::bsdf::{Microfacets, Refraction};
-use super::bsdf_kind::BsdfKind;
-use super::bsdf_parameters::{BASE_PARAMETER_COUNT, PARAMETER_COUNT};
+use super::bsdf::{Gloss, Microfacets};
 use super::vertices::Vertices;
 use crate::lanes::Real;
 use crate::lanes::vector::dot;
@@ -32,16 +30,6 @@ impl VertexLobes {
     }
 }
 
-/// The light that a surface reflects, by microfacets and otherwise.
-struct Gloss<R> {
-    /// Width alpha of the microfacets along u and v.
-    alpha: [R; 2],
-    /// Albedo of the microfacets.
-    glossy: R,
-    /// Albedo of the wide rest.
-    wide: R,
-}
-
 impl Vertices {
     /// Sets the lobes of all vertices if lights are selected by them.
     pub(super) fn load_lobes<R: Real<Scalar = f32>>(&mut self, inputs: &ShadeInputs) {
@@ -50,10 +38,11 @@ impl Vertices {
             return;
         }
         for (range, kind) in self.shaded_ranges() {
+            let stage = kind.stage::<R>();
             for at in range.step_by(R::LANES) {
                 let wo = load_vector::<R>(&self.wo, at);
                 let cos = dot(wo, load_vector(&self.facing, at)).max(R::splat(0.0));
-                let gloss = Gloss::of(kind, self.packet_parameters(kind, at), cos);
+                let gloss = stage.gloss(&self.parameters, at, cos);
                 let (alpha2, share) = match gloss {
                     Some(gloss) => gloss.lobe(cos),
                     None => (R::splat(1.0), R::splat(0.0)),
@@ -66,36 +55,6 @@ impl Vertices {
 }
 
 impl<R: Real<Scalar = f32>> Gloss<R> {
-    /// Returns how surfaces with these parameters reflect, if they are seen at an angle of this
-    /// cosine. `None` for kinds that scatter widely, or on both sides.
-    fn of(kind: BsdfKind, parameters: [R; PARAMETER_COUNT], cos: R) -> Option<Self> {
-        let (zero, one) = (R::splat(0.0), R::splat(1.0));
-        let mean = |[r, g, b]: [R; 3]| (r + g + b) * R::constant(1.0 / 3.0);
-        let [a, b, c, d, metallic, specular, ..] = parameters;
-        let coat = &parameters[BASE_PARAMETER_COUNT..];
-        match kind {
-            BsdfKind::Conductor => Some(Self { alpha: [a, b], glossy: one, wide: zero }),
-            BsdfKind::CoatedDiffuse => {
-                let reflected = Refraction::new(cos, coat[2]).reflectance;
-                let wide = (one - reflected) * mean([a, b, c]);
-                Some(Self { alpha: [coat[0], coat[1]], glossy: reflected, wide })
-            }
-            BsdfKind::CoatedConductor => {
-                // Light passes the coat twice.
-                let width = |base: R, coat: R| (base * base + (coat * coat) * R::splat(2.0)).sqrt();
-                let alpha = [width(a, coat[0]), width(b, coat[1])];
-                Some(Self { alpha, glossy: one, wide: zero })
-            }
-            BsdfKind::MetallicRoughness => {
-                let base = mean([b, c, d]);
-                let interface = specular * mean([parameters[8], parameters[9], parameters[10]]);
-                let glossy = interface + metallic * (base - interface);
-                Some(Self { alpha: [a, a], glossy, wide: (one - metallic) * base })
-            }
-            _ => None,
-        }
-    }
-
     /// Returns the squared width and the weight of the lobe.
     fn lobe(&self, cos: R) -> (R, R) {
         let (zero, one) = (R::splat(0.0), R::splat(1.0));

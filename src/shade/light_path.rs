@@ -7,50 +7,22 @@
 
 use glam::Vec3;
 
-use super::bsdf::{Microfacets, MisWeights};
-use super::bsdf_kind::BsdfKind;
+use super::bsdf::MisWeights;
+use super::evaluate::Evaluation;
 use super::vertices::{Vertices, vector};
 use super::{ShadeColumns, ShadeInputs};
 use crate::lanes::Real;
 use crate::rays::{RayBatch, SampleBatch};
 
-/// Smallest width alpha of microfacets at which a surface is lit by caustics from light paths.
-const NARROWEST: f32 = 0.1;
-
 impl Vertices {
-    /// Returns whether light paths light a vertex by caustics: whether it scatters so widely that a
-    /// path to the lens is no rare event. Camera paths leave such light to them.
-    pub(super) fn receives_caustics(&self, kind: BsdfKind, at: usize) -> bool {
-        let scatters = match kind {
-            BsdfKind::Diffuse
-            | BsdfKind::DiffuseTransmission
-            | BsdfKind::Conductor
-            | BsdfKind::CoatedDiffuse
-            | BsdfKind::CoatedConductor
-            | BsdfKind::MetallicRoughness => true,
-            BsdfKind::Dielectric
-            | BsdfKind::ThinDielectric
-            | BsdfKind::Measured
-            | BsdfKind::Hair
-            | BsdfKind::Medium
-            | BsdfKind::SubsurfaceExit
-            | BsdfKind::Interface => false,
-        };
-        // A perfectly smooth interface is no part of what sampled directions see.
-        let wide = |width: &usize| {
-            let alpha = self.parameters[*width][at];
-            alpha >= NARROWEST || Microfacets::new([alpha; 2]).smooth
-        };
-        scatters && kind.widths().iter().all(wide)
-    }
-
     /// Directs every vertex that receives caustics to the lens, as if the lens were a point light of
     /// radiance 1.
     fn aim(&mut self, target: &mut dyn FnMut(u32, Vec3) -> Option<Vec3>) {
         for (range, kind) in self.shaded_ranges() {
+            let stage = kind.stage::<f32>();
             for at in range {
                 let position = self.surfaces.points::<f32>(at).position;
-                let towards = match self.receives_caustics(kind, at) {
+                let towards = match stage.receives_caustics(&self.parameters, at) {
                     true => target(self.slot[at], position.into()),
                     false => None,
                 };
@@ -122,7 +94,7 @@ pub fn shade_light_paths<R: Real<Scalar = f32>>(
     vertices.aim(target);
     // Camera paths sample the same light: values must have the mean of samples.
     vertices.coat_weights = MisWeights::Exact;
-    vertices.evaluate::<R>(inputs.scene, random, false);
+    vertices.evaluate::<R>(&Evaluation { scene: inputs.scene, random, skip_mis: false });
     vertices.correct_for_flux();
     vertices.spawn::<R>(inputs, random, shadows, next);
 }

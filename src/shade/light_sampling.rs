@@ -14,8 +14,9 @@ impl Vertices {
     ) {
         self.lit.clear();
         for (range, kind) in self.shaded_ranges() {
+            let stage = kind.stage::<f32>();
             for at in range {
-                if kind.is_singular([self.parameters[0][at], self.parameters[1][at]]) {
+                if stage.unlit(&self.parameters, at) {
                     self.lights.clear(at, self.surfaces.shading_normal(at));
                 } else {
                     self.lit.push(at as u32);

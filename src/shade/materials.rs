@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::bsdf_kind::BsdfKind;
-use super::bsdf_parameters::{PARAMETER_COUNT, bsdf_parameters};
+use super::bsdf::{BsdfKind, Columns, MediumScattering, SubsurfaceExit};
+use super::kind_stage::facing;
 use super::neighbour_ray::{NeighbourRay, SpecularBounce};
 use super::shading_context::ShadingContext;
 use super::sort::MaterialRun;
@@ -91,17 +91,12 @@ impl Vertices {
         self.runs = runs;
     }
 
-    /// Makes smooth surfaces rougher on paths that have scattered before, as pbrt-v4 does: a width
-    /// alpha below 0.3 is doubled, to 0.1 at least and 0.3 at most.
+    /// Makes smooth surfaces rougher on paths that have scattered before.
     pub(super) fn regularize(&mut self, inputs: &ShadeInputs) {
         for (range, kind) in self.shaded_ranges() {
+            let stage = kind.stage::<f32>();
             for at in range.filter(|&at| inputs.has_scattered(self.order[at] as usize)) {
-                for &width in kind.widths() {
-                    let alpha = &mut self.parameters[width][at];
-                    if *alpha < 0.3 {
-                        *alpha = (2.0 * *alpha).clamp(0.1, 0.3);
-                    }
-                }
+                stage.regularize(&mut self.parameters, at);
             }
         }
     }
@@ -117,20 +112,17 @@ impl Vertices {
         if run.derivatives {
             return self.load_textured::<R>(inputs, run, material);
         }
-        let zero = [R::splat(0.0); 3];
+        let (stage, zero) = (run.kind.stage::<R>(), [R::splat(0.0); 3]);
+        let one_sided = stage.is_one_sided();
         for at in run.range.clone().step_by(R::LANES) {
             let normal = self.surfaces.shading_normals::<R>(at);
-            let facing = run.kind.facing(normal, load_vector(&self.wo, at));
+            let facing = facing(one_sided, normal, load_vector(&self.wo, at));
             store_vector(&mut self.normal, at, normal);
             store_vector(&mut self.facing, at, facing);
             // A tangent of 0 leaves the direction of the frame open.
             store_vector(&mut self.tangent, at, zero);
         }
-        let parameters = bsdf_parameters(material, &ShadingContext::anywhere());
-        let columns = &mut self.parameters[..run.kind.parameter_count()];
-        for (column, parameter) in columns.iter_mut().zip(parameters) {
-            column[run.range.clone()].fill(parameter);
-        }
+        stage.fill(&material.model, &mut self.parameters, run.range.clone());
     }
 
     /// Sets the shading frames and the parameters of collisions in a medium, to which light comes
@@ -144,13 +136,13 @@ impl Vertices {
             store_vector(&mut self.facing, at, facing);
             store_vector(&mut self.tangent, at, zero);
         }
-        let parameters = match medium.boundary {
-            Some(DiffuseBoundary { eta, entering, .. }) => [eta, entering],
-            None => [medium.g, 0.0],
-        };
-        let count = run.kind.parameter_count();
-        for (column, parameter) in self.parameters[..count].iter_mut().zip(parameters) {
-            column[run.range.clone()].fill(parameter);
+        let (parameters, range) = (&mut self.parameters, run.range.clone());
+        match medium.boundary {
+            Some(DiffuseBoundary { eta, entering, .. }) => {
+                let exit = SubsurfaceExit { eta: R::splat(eta), entering: R::splat(entering) };
+                exit.fill_in(parameters, range);
+            }
+            None => MediumScattering { g: R::splat(medium.g) }.fill_in(parameters, range),
         }
     }
 
@@ -165,7 +157,8 @@ impl Vertices {
         let perturbed = material.needs_shading_tangent();
         let own_tangents = perturbed && inputs.scene.has_tangents();
         let vertex_colours = material.has_vertex_colours();
-        let count = run.kind.parameter_count();
+        let stage = run.kind.stage::<R>();
+        let one_sided = stage.is_one_sided();
         for at in run.range.clone().step_by(R::LANES) {
             let lanes = R::LANES.min(run.range.end - at);
             let mut context = self.context::<R>(inputs, at, lanes);
@@ -184,14 +177,11 @@ impl Vertices {
                 true => context.perturbed_normal(material),
                 false => [context.points.shading_normal, [R::splat(0.0); 3]],
             };
-            let facing = run.kind.facing(normal, load_vector(&self.wo, at));
+            let facing = facing(one_sided, normal, load_vector(&self.wo, at));
             store_vector(&mut self.normal, at, normal);
             store_vector(&mut self.facing, at, facing);
             store_vector(&mut self.tangent, at, tangent);
-            let parameters: [R; PARAMETER_COUNT] = bsdf_parameters(material, &context);
-            for (column, parameter) in self.parameters[..count].iter_mut().zip(parameters) {
-                parameter.store(&mut column[at..]);
-            }
+            stage.store(&material.model, &context, &mut self.parameters, at);
         }
     }
 

@@ -6,13 +6,12 @@
 //! evaluated eight at a time.
 
 pub mod bsdf;
-mod bsdf_kind;
-mod bsdf_parameters;
 mod emission;
 mod evaluate;
 mod footprint;
 mod glossy_lobe;
-mod hair_parameters;
+mod hit_material;
+mod kind_stage;
 mod light_path;
 mod light_sampling;
 mod materials;
@@ -24,8 +23,8 @@ mod spawn;
 mod vertex_record;
 mod vertices;
 
-pub use bsdf_parameters::albedo;
 pub use footprint::PixelFootprint;
+pub use hit_material::albedo;
 pub use light_path::shade_light_paths;
 pub use vertex_record::{PathOutcome, SampledLight, VertexRecord};
 
@@ -34,6 +33,7 @@ use crate::lanes::Real;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch};
 use crate::scene::{PathLimits, Scene};
 use crate::stats::LaneOccupancy;
+use evaluate::Evaluation;
 use random::RandomColumns;
 use vertices::Vertices;
 
@@ -138,7 +138,7 @@ pub fn shade<R: Real<Scalar = f32>>(
     vertices.load_lobes::<R>(inputs);
     random.fill(&vertex, vertices, vertices.first_spawning(skip_mis), samples);
     vertices.sample_lights::<R>(scene, random);
-    vertices.evaluate::<R>(inputs.scene, random, skip_mis);
+    vertices.evaluate::<R>(&Evaluation { scene, random, skip_mis });
     vertices.spawn::<R>(inputs, random, shadows, next);
     vertices.occupancy()
 }

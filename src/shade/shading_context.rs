@@ -5,6 +5,7 @@ use std::cell::OnceCell;
 
 use glam::{Vec2, Vec3};
 
+use super::bsdf::SurfaceTextures;
 use super::footprint::PixelFootprint;
 use super::neighbour_ray::{NeighbourRay, SpecularBounce};
 use crate::lanes::Real;
@@ -63,6 +64,26 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
         }
     }
 
+    /// A context for materials that do not vary over surfaces.
+    pub(super) fn anywhere() -> Self {
+        let (zero, none) = (R::splat(0.0), [R::splat(0.0); 3]);
+        Self {
+            points: SurfacePacket {
+                position: none,
+                error: none,
+                normal: none,
+                shading_normal: none,
+            },
+            patch: SurfaceDerivativesPacket { uv: [zero; 2], dp: [none; 2], dn: [none; 2] },
+            tangent: none,
+            smooth: zero.lt(zero),
+            vertex_colour: None,
+            neighbours: [NeighbourRay::NONE.splat(), NeighbourRay::NONE.splat()],
+            solid: false,
+            texture_point: OnceCell::new(),
+        }
+    }
+
     fn texture_point(&self) -> &TexturePoint<R> {
         self.texture_point.get_or_init(|| {
             let uv_steps = self.texture_steps();
@@ -94,22 +115,6 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
         let [one, other] = &self.neighbours;
         let normal = self.points.normal;
         [one.tangent_plane_offset(normal), other.tangent_plane_offset(normal)]
-    }
-
-    /// Returns the colour of a texture.
-    pub(super) fn colour(&self, texture: &Texture) -> [R; 3] {
-        match texture {
-            Texture::Constant(colour) => splat(*colour),
-            _ => texture.colour(self.texture_point()),
-        }
-    }
-
-    /// Returns the value of a scalar texture.
-    pub(super) fn number(&self, texture: &Texture) -> R {
-        match texture {
-            Texture::Constant([value, ..]) => R::splat(*value),
-            _ => texture.scalar(self.texture_point()),
-        }
     }
 
     /// Returns the unit shading normal, perturbed by the material's normal map or bump map, and the
@@ -170,27 +175,27 @@ impl<R: Real<Scalar = f32>> ShadingContext<R> {
     }
 }
 
-impl ShadingContext {
-    /// A context for materials that do not vary over surfaces.
-    pub(super) fn anywhere() -> Self {
-        let none = [0.0; 3];
-        Self {
-            points: SurfacePacket {
-                position: none,
-                error: none,
-                normal: none,
-                shading_normal: none,
-            },
-            patch: SurfaceDerivativesPacket { uv: [0.0; 2], dp: [none; 2], dn: [none; 2] },
-            tangent: none,
-            smooth: false,
-            vertex_colour: None,
-            neighbours: [NeighbourRay::NONE; 2],
-            solid: false,
-            texture_point: OnceCell::new(),
+impl<R: Real<Scalar = f32>> SurfaceTextures<R> for ShadingContext<R> {
+    fn colour(&self, texture: &Texture) -> [R; 3] {
+        match texture {
+            Texture::Constant(colour) => splat(*colour),
+            _ => texture.colour(self.texture_point()),
         }
     }
 
+    fn number(&self, texture: &Texture) -> R {
+        match texture {
+            Texture::Constant([value, ..]) => R::splat(*value),
+            _ => texture.scalar(self.texture_point()),
+        }
+    }
+
+    fn uv(&self) -> [R; 2] {
+        self.patch.uv
+    }
+}
+
+impl ShadingContext {
     /// Returns the differential of the ray that leaves a smooth surface at this point. `along` is
     /// the direction of the ray that arrives.
     pub(super) fn differential_after_bounce(

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::ShadeInputs;
-use super::bsdf_kind::{BsdfKind, KIND_COUNT, resolve_mixture};
+use super::bsdf::{BsdfKind, KIND_COUNT};
+use super::hit_material::resolve_mixture;
 use super::vertices::Vertices;
 use crate::lanes::Real;
 use crate::rays::{Hit, NO_INDEX};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::bsdf_kind::BsdfKind;
+use super::bsdf::BsdfKind;
 use super::neighbour_ray::SpecularBounce;
 use super::random::RandomColumns;
 use super::vertices::{Vertices, vector};
@@ -78,12 +78,13 @@ impl Vertices {
         first: usize,
         next: &mut RayBatch,
     ) {
+        let stage = kind.stage::<f32>();
         let mut vertices = range;
         for to in first..next.len {
             let slot = next.slot[to];
             let Some(at) = vertices.find(|&at| self.slot[at] == slot) else { return };
             let receives = match inputs.vertex.depth {
-                0 => next.pdf[to].is_finite() && self.receives_caustics(kind, at),
+                0 => next.pdf[to].is_finite() && stage.receives_caustics(&self.parameters, at),
                 _ => inputs.rays.pdf[self.order[at] as usize].is_sign_negative(),
             };
             if receives {

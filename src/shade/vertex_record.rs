@@ -1,6 +1,6 @@
 //! Record of what shading did with the only ray of a wave, for replays of a sample.
 
-use super::bsdf_kind::BsdfKind;
+use super::bsdf::BsdfKind;
 use super::random::pair;
 use super::vertices::vector;
 use super::{ShadeColumns, ShadeInputs};
@@ -71,7 +71,7 @@ impl ShadeColumns {
         }
         let Self { random, vertices } = self;
         let (kind, material) = vertices.kinds[0];
-        record.kind = kind.name();
+        record.kind = kind.stage::<f32>().name();
         record.material = (kind != BsdfKind::Medium).then_some(material);
         let Some(at) = vertices.indices().next() else {
             return VertexRecord { outcome: PathOutcome::Continues, ..record };

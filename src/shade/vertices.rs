@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use super::bsdf::MisWeights;
-use super::bsdf_kind::{BsdfKind, KIND_COUNT};
-use super::bsdf_parameters::PARAMETER_COUNT;
+use super::bsdf::{BsdfKind, KIND_COUNT, MisWeights};
 use super::glossy_lobe::VertexLobes;
+use super::kind_stage::ParameterColumns;
 use super::sort::MaterialRun;
 use crate::rays::SortedColumn;
 use crate::scene::{LightColumns, LightSamples, SurfaceColumns, VectorColumns};
@@ -38,8 +37,8 @@ pub(super) struct Vertices {
     pub(super) roulette_scale: SortedColumn<f32>,
     /// Index of the path's sample in the wave.
     pub(super) slot: SortedColumn<u32>,
-    /// Parameters of the BSDF.
-    pub(super) parameters: [SortedColumn<f32>; PARAMETER_COUNT],
+    /// Parameters of the BSDFs.
+    pub(super) parameters: ParameterColumns,
     /// Weights of the walks that evaluate coats.
     pub(super) coat_weights: MisWeights,
     /// Unit shading normal on the side from which light counts, world space; 0 if it counts from

@@ -3,20 +3,18 @@
 use std::sync::Arc;
 
 use super::colour::ColourRole;
-use super::material_kinds::MaterialKind;
 use super::params::{Params, Values};
 use super::subsurface::subsurface;
 use super::texture_library::{TextureLibrary, TextureType};
 use super::{SceneError, WarningLog, resolve};
 use crate::io::path_excerpt;
 use crate::scene::{
-    DielectricCoat, HairColour, HairFibre, MaterialModel, MeasuredSurface, Metal, Roughness,
-    Texture,
+    DielectricCoat, HairColour, HairFibre, MaterialModel, MeasuredSurface, Roughness, Texture,
 };
 
 /// The names of the parameters of a subsurface material.
 #[derive(Clone, Copy)]
-struct SubsurfaceNames {
+pub(super) struct SubsurfaceNames {
     /// Colours, each with its name in pbrt-v4.
     colours: &'static [(&'static str, &'static str)],
     /// Refractive index.
@@ -25,7 +23,7 @@ struct SubsurfaceNames {
     reflectance: Option<f32>,
 }
 
-const SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
+pub(super) const SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
     colours: &[
         ("sigma_a", "sigma_a"),
         ("sigma_s", "sigma_s"),
@@ -37,7 +35,7 @@ const SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
 };
 
 /// The names in pbrt-v2 and v3 of what `pbrt --upgrade` makes a `subsurface`.
-const KD_SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
+pub(super) const KD_SUBSURFACE: SubsurfaceNames = SubsurfaceNames {
     colours: &[("Kd", "reflectance"), ("mfp", "mfp"), ("meanfreepath", "mfp")],
     eta: &["eta", "index"],
     reflectance: Some(0.5),
@@ -59,94 +57,8 @@ fn grey(value: f32) -> Texture {
 }
 
 impl MaterialBuilder<'_> {
-    /// Reads how a kind of material scatters. `materials` are the indices of those that a mix
-    /// selects from.
-    pub(super) fn model(
-        &mut self,
-        kind: MaterialKind,
-        materials: [u32; 2],
-    ) -> Result<MaterialModel, SceneError> {
-        Ok(match kind {
-            MaterialKind::Interface => MaterialModel::Interface,
-            MaterialKind::Diffuse => {
-                MaterialModel::Diffuse { reflectance: self.colour("reflectance", 0.5)? }
-            }
-            MaterialKind::Matte => MaterialModel::Diffuse { reflectance: self.colour("Kd", 0.5)? },
-            MaterialKind::DiffuseTransmission => MaterialModel::DiffuseTransmission {
-                reflectance: self.colour("reflectance", 0.25)?,
-                transmittance: self.colour("transmittance", 0.25)?,
-                scale: self.params.float("scale", 1.0)? as f32,
-            },
-            MaterialKind::Translucent => {
-                let kd = Arc::new(self.colour("Kd", 0.25)?);
-                let mut fraction = |name: &str| {
-                    let fraction = Arc::new(self.colour(name, 0.5)?);
-                    Ok::<_, SceneError>(Texture::Scale(kd.clone(), fraction))
-                };
-                MaterialModel::DiffuseTransmission {
-                    reflectance: fraction("reflect")?,
-                    transmittance: fraction("transmit")?,
-                    scale: 1.0,
-                }
-            }
-            MaterialKind::Conductor => MaterialModel::Conductor {
-                metal: self.metal("eta", "k")?,
-                roughness: self.roughness("", 0.0)?,
-            },
-            MaterialKind::Metal => MaterialModel::Conductor {
-                metal: self.metal("eta", "k")?,
-                roughness: self.roughness("", 0.01)?,
-            },
-            MaterialKind::Mirror => MaterialModel::Conductor {
-                metal: Metal::Reflectance(self.colour("Kr", 0.9)?),
-                roughness: Roughness::smooth(),
-            },
-            MaterialKind::ShinyMetal => MaterialModel::Conductor {
-                metal: Metal::Reflectance(self.colour("Kr", 1.0)?),
-                roughness: self.roughness("", 0.1)?,
-            },
-            MaterialKind::Dielectric => MaterialModel::Dielectric {
-                eta: self.index(&["eta"])?,
-                roughness: self.roughness("", 0.0)?,
-            },
-            MaterialKind::Subsurface => self.subsurface(SUBSURFACE)?,
-            MaterialKind::KdSubsurface => self.subsurface(KD_SUBSURFACE)?,
-            MaterialKind::Glass => MaterialModel::Dielectric {
-                eta: self.index(&["eta", "index"])?,
-                roughness: self.roughness("", 0.0)?,
-            },
-            MaterialKind::ThinDielectric => MaterialModel::ThinDielectric {
-                eta: self.index(&["eta"])?,
-                tint: Texture::Constant([1.0; 3]),
-            },
-            MaterialKind::CoatedDiffuse => MaterialModel::CoatedDiffuse {
-                reflectance: self.colour("reflectance", 0.5)?,
-                coat: self.coat("", &["eta"], 0.0)?,
-            },
-            MaterialKind::Substrate => MaterialModel::CoatedDiffuse {
-                reflectance: self.colour("Kd", 0.5)?,
-                coat: self.coat("", &[], 0.1)?,
-            },
-            MaterialKind::Plastic if self.is_black("Ks") => {
-                MaterialModel::Diffuse { reflectance: self.colour("Kd", 0.25)? }
-            }
-            MaterialKind::Plastic => MaterialModel::CoatedDiffuse {
-                reflectance: self.colour("Kd", 0.25)?,
-                coat: self.coat("", &["eta", "index"], 0.1)?,
-            },
-            MaterialKind::Measured => self.measured()?,
-            MaterialKind::CoatedConductor => MaterialModel::CoatedConductor {
-                metal: self.metal("conductor.eta", "conductor.k")?,
-                roughness: self.roughness("conductor.", 0.0)?,
-                coat: self.coat("interface.", &["interface.eta"], 0.0)?,
-            },
-            MaterialKind::Hair => MaterialModel::Hair(Box::new(self.hair()?)),
-            MaterialKind::Mix => MaterialModel::Mix { materials, amount: self.amount()? },
-        })
-    }
-
     /// Reads the file of a measured surface. Those of pbrt-v2 have a substitute.
-    fn measured(&mut self) -> Result<MaterialModel, SceneError> {
+    pub(super) fn measured(&mut self) -> Result<MaterialModel, SceneError> {
         let Some(file) = self.params.text("filename")? else {
             let found = "a measured material without \"string filename\"";
             return Err(self.params.refuse("filename", found, "expected the name of a .bsdf file"));
@@ -171,7 +83,10 @@ impl MaterialBuilder<'_> {
 
     /// Reads a surface over a medium, whose coefficients must be the same everywhere. `names` are its
     /// parameters.
-    fn subsurface(&mut self, names: SubsurfaceNames) -> Result<MaterialModel, SceneError> {
+    pub(super) fn subsurface(
+        &mut self,
+        names: SubsurfaceNames,
+    ) -> Result<MaterialModel, SceneError> {
         let eta = match names.eta.iter().any(|name| self.params.find(name).is_some()) {
             true => self.index(names.eta)?,
             false => 1.33,
@@ -206,13 +121,13 @@ impl MaterialBuilder<'_> {
     }
 
     /// Returns whether a colour is 0 in all channels.
-    fn is_black(&self, name: &str) -> bool {
+    pub(super) fn is_black(&self, name: &str) -> bool {
         let values = self.params.find(name).map(|param| &param.values);
         matches!(values, Some(Values::Numbers(v)) if !v.is_empty() && v.iter().all(|&c| c == 0.0))
     }
 
     /// Returns the amount of a mix: a number, or before pbrt-v4 a colour, which counts by its mean.
-    fn amount(&mut self) -> Result<Texture, SceneError> {
+    pub(super) fn amount(&mut self) -> Result<Texture, SceneError> {
         let given = self.params.find("amount").map(|param| param.kind.as_str());
         let old = self.params.find("namedmaterial1").is_some();
         if !matches!(given, None | Some("float" | "integer" | "texture")) {
@@ -240,7 +155,7 @@ impl MaterialBuilder<'_> {
     }
 
     /// Reads a hair. Of several colours, the first in pbrt-v4's order counts.
-    fn hair(&mut self) -> Result<HairFibre, SceneError> {
+    pub(super) fn hair(&mut self) -> Result<HairFibre, SceneError> {
         let colour = |name: &str, role| self.library.colour_or_texture(self.params, name, role);
         let absorption = colour("sigma_a", ColourRole::Unbounded)?;
         let reflectance = match colour("reflectance", ColourRole::Albedo)? {
@@ -271,7 +186,7 @@ impl MaterialBuilder<'_> {
     }
 
     /// Reads the layer over a coated surface, whose roughness has the given prefix and default.
-    fn coat(
+    pub(super) fn coat(
         &mut self,
         prefix: &str,
         eta: &[&str],
@@ -288,7 +203,11 @@ impl MaterialBuilder<'_> {
         }))
     }
 
-    fn roughness(&mut self, prefix: &str, default: f32) -> Result<Roughness, SceneError> {
+    pub(super) fn roughness(
+        &mut self,
+        prefix: &str,
+        default: f32,
+    ) -> Result<Roughness, SceneError> {
         let both = self.number(&format!("{prefix}roughness"), default)?;
         let mut along = |axis: &str| -> Result<Texture, SceneError> {
             let own = self.maybe_number(&format!("{prefix}{axis}roughness"))?;
@@ -299,7 +218,7 @@ impl MaterialBuilder<'_> {
     }
 
     /// Returns a colour or a texture of colours.
-    fn colour(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
+    pub(super) fn colour(&mut self, name: &str, default: f32) -> Result<Texture, SceneError> {
         let found = self.library.colour_or_texture(self.params, name, ColourRole::Albedo)?;
         Ok(found.unwrap_or_else(|| grey(default)))
     }

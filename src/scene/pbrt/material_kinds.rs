@@ -1,34 +1,22 @@
 //! Kinds of materials: the parameters that each reads, and their defaults, as in pbrt-v4. Each kind
 //! of pbrt-v2 and v3 becomes the most similar kind of v4.
 
+use std::sync::Arc;
+
+use super::SceneError;
 use super::attributes::Target;
 use super::directive_kinds::{Directive, Ignored, SILENT, known, unsupported};
+use super::material_builder::{KD_SUBSURFACE, MaterialBuilder, SUBSURFACE};
+use crate::scene::{MaterialModel, Metal, Roughness, Texture};
+use MaterialKind::{Mix, Model};
 
-/// The kinds of materials.
-#[derive(Clone, Copy, PartialEq)]
+/// How a kind of material is read.
+#[derive(Clone, Copy)]
 pub(super) enum MaterialKind {
-    Interface,
-    Diffuse,
-    DiffuseTransmission,
-    Conductor,
-    Dielectric,
-    Subsurface,
-    ThinDielectric,
-    CoatedDiffuse,
-    CoatedConductor,
-    Measured,
-    Hair,
+    /// By its parameters.
+    Model(fn(&mut MaterialBuilder) -> Result<MaterialModel, SceneError>),
+    /// As a choice between two other materials.
     Mix,
-    // Kinds of pbrt-v2 and v3.
-    Matte,
-    Plastic,
-    Substrate,
-    Glass,
-    Metal,
-    Mirror,
-    ShinyMetal,
-    Translucent,
-    KdSubsurface,
 }
 
 const UNSUPPORTED: &str = "a diffuse surface of its reflectance, Kd or color, or of 0.5, is used";
@@ -52,13 +40,18 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
     target: Some(Target::Material),
     shared: &["displacement", "bumpmap", "normalmap"],
     kinds: &[
-        known("", MaterialKind::Interface, &[], &[]),
-        known("none", MaterialKind::Interface, &[], &[]),
-        known("interface", MaterialKind::Interface, &[], &[]),
-        known("diffuse", MaterialKind::Diffuse, &["reflectance"], LAMBERTIAN),
+        known("", Model(|_| Ok(MaterialModel::Interface)), &[], &[]),
+        known("none", Model(|_| Ok(MaterialModel::Interface)), &[], &[]),
+        known("interface", Model(|_| Ok(MaterialModel::Interface)), &[], &[]),
+        known(
+            "diffuse",
+            Model(|read| diffuse(read, "reflectance", 0.5)),
+            &["reflectance"],
+            LAMBERTIAN,
+        ),
         known(
             "coateddiffuse",
-            MaterialKind::CoatedDiffuse,
+            Model(|read| coated_diffuse(read, "reflectance", 0.5, &["eta"], 0.0)),
             &[
                 "reflectance",
                 "roughness",
@@ -74,10 +67,10 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
             ],
             &[("twosided", SILENT)],
         ),
-        known("conductor", MaterialKind::Conductor, ROUGH_METAL, &[]),
+        known("conductor", Model(|read| metal(read, 0.0)), ROUGH_METAL, &[]),
         known(
             "coatedconductor",
-            MaterialKind::CoatedConductor,
+            Model(coated_conductor),
             &[
                 "interface.roughness",
                 "interface.uroughness",
@@ -100,26 +93,21 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
         ),
         known(
             "dielectric",
-            MaterialKind::Dielectric,
+            Model(|read| dielectric(read, &["eta"])),
             &["eta", "roughness", "uroughness", "vroughness", "remaproughness"],
             &[],
         ),
-        known("thindielectric", MaterialKind::ThinDielectric, &["eta"], &[]),
+        known("thindielectric", Model(thin_dielectric), &["eta"], &[]),
         known(
             "diffusetransmission",
-            MaterialKind::DiffuseTransmission,
+            Model(diffuse_transmission),
             &["reflectance", "transmittance", "scale"],
             LAMBERTIAN,
         ),
-        known(
-            "mix",
-            MaterialKind::Mix,
-            &["materials", "namedmaterial1", "namedmaterial2", "amount"],
-            &[],
-        ),
+        known("mix", Mix, &["materials", "namedmaterial1", "namedmaterial2", "amount"], &[]),
         known(
             "subsurface",
-            MaterialKind::Subsurface,
+            Model(|read| read.subsurface(SUBSURFACE)),
             &[
                 "sigma_a",
                 "sigma_s",
@@ -138,7 +126,7 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
         ),
         known(
             "hair",
-            MaterialKind::Hair,
+            Model(|read| Ok(MaterialModel::Hair(Box::new(read.hair()?)))),
             &[
                 "sigma_a",
                 "reflectance",
@@ -152,36 +140,36 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
             ],
             &[],
         ),
-        known("measured", MaterialKind::Measured, &["filename"], &[]),
-        known("matte", MaterialKind::Matte, &["Kd"], LAMBERTIAN),
-        known("plastic", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
-        known("uber", MaterialKind::Plastic, PLASTIC, OLD_IGNORES),
-        known("substrate", MaterialKind::Substrate, PLASTIC, OLD_IGNORES),
+        known("measured", Model(|read| read.measured()), &["filename"], &[]),
+        known("matte", Model(|read| diffuse(read, "Kd", 0.5)), &["Kd"], LAMBERTIAN),
+        known("plastic", Model(plastic), PLASTIC, OLD_IGNORES),
+        known("uber", Model(plastic), PLASTIC, OLD_IGNORES),
+        known(
+            "substrate",
+            Model(|read| coated_diffuse(read, "Kd", 0.5, &[], 0.1)),
+            PLASTIC,
+            OLD_IGNORES,
+        ),
         known(
             "glass",
-            MaterialKind::Glass,
+            Model(|read| dielectric(read, &["eta", "index"])),
             &["eta", "index", "roughness", "uroughness", "vroughness", "remaproughness"],
             OLD_IGNORES,
         ),
-        known("metal", MaterialKind::Metal, ROUGH_METAL, OLD_IGNORES),
-        known("mirror", MaterialKind::Mirror, &["Kr"], OLD_IGNORES),
+        known("metal", Model(|read| metal(read, 0.01)), ROUGH_METAL, OLD_IGNORES),
+        known("mirror", Model(mirror), &["Kr"], OLD_IGNORES),
         known(
             "shinymetal",
-            MaterialKind::ShinyMetal,
+            Model(shiny_metal),
             &["Kr", "roughness", "uroughness", "vroughness", "remaproughness"],
             OLD_IGNORES,
         ),
-        known(
-            "translucent",
-            MaterialKind::Translucent,
-            &["Kd", "reflect", "transmit"],
-            OLD_IGNORES,
-        ),
+        known("translucent", Model(translucent), &["Kd", "reflect", "transmit"], OLD_IGNORES),
         unsupported("disney", UNSUPPORTED),
         unsupported("fourier", UNSUPPORTED),
         known(
             "kdsubsurface",
-            MaterialKind::KdSubsurface,
+            Model(|read| read.subsurface(KD_SUBSURFACE)),
             &[
                 "Kd",
                 "mfp",
@@ -199,3 +187,85 @@ pub(super) static MATERIAL: Directive<MaterialKind> = Directive {
         ),
     ],
 };
+
+type Read = Result<MaterialModel, SceneError>;
+
+fn diffuse(read: &mut MaterialBuilder, name: &str, default: f32) -> Read {
+    Ok(MaterialModel::Diffuse { reflectance: read.colour(name, default)? })
+}
+
+fn diffuse_transmission(read: &mut MaterialBuilder) -> Read {
+    Ok(MaterialModel::DiffuseTransmission {
+        reflectance: read.colour("reflectance", 0.25)?,
+        transmittance: read.colour("transmittance", 0.25)?,
+        scale: read.params.float("scale", 1.0)? as f32,
+    })
+}
+
+fn translucent(read: &mut MaterialBuilder) -> Read {
+    let kd = Arc::new(read.colour("Kd", 0.25)?);
+    let mut fraction = |name: &str| {
+        let fraction = Arc::new(read.colour(name, 0.5)?);
+        Ok::<_, SceneError>(Texture::Scale(kd.clone(), fraction))
+    };
+    Ok(MaterialModel::DiffuseTransmission {
+        reflectance: fraction("reflect")?,
+        transmittance: fraction("transmit")?,
+        scale: 1.0,
+    })
+}
+
+/// Reads a metal, whose roughness has a default.
+fn metal(read: &mut MaterialBuilder, roughness: f32) -> Read {
+    let metal = read.metal("eta", "k")?;
+    Ok(MaterialModel::Conductor { metal, roughness: read.roughness("", roughness)? })
+}
+
+fn mirror(read: &mut MaterialBuilder) -> Read {
+    let metal = Metal::Reflectance(read.colour("Kr", 0.9)?);
+    Ok(MaterialModel::Conductor { metal, roughness: Roughness::smooth() })
+}
+
+fn shiny_metal(read: &mut MaterialBuilder) -> Read {
+    let metal = Metal::Reflectance(read.colour("Kr", 1.0)?);
+    Ok(MaterialModel::Conductor { metal, roughness: read.roughness("", 0.1)? })
+}
+
+/// Reads an interface, whose refractive index has one of these names.
+fn dielectric(read: &mut MaterialBuilder, eta: &[&str]) -> Read {
+    let eta = read.index(eta)?;
+    Ok(MaterialModel::Dielectric { eta, roughness: read.roughness("", 0.0)? })
+}
+
+fn thin_dielectric(read: &mut MaterialBuilder) -> Read {
+    let tint = Texture::Constant([1.0; 3]);
+    Ok(MaterialModel::ThinDielectric { eta: read.index(&["eta"])?, tint })
+}
+
+/// Reads a coated surface, given the name and the default of its reflectance, the names of the
+/// refractive index of the coat, and the default of its roughness.
+fn coated_diffuse(
+    read: &mut MaterialBuilder,
+    name: &str,
+    default: f32,
+    eta: &[&str],
+    roughness: f32,
+) -> Read {
+    let reflectance = read.colour(name, default)?;
+    Ok(MaterialModel::CoatedDiffuse { reflectance, coat: read.coat("", eta, roughness)? })
+}
+
+fn plastic(read: &mut MaterialBuilder) -> Read {
+    match read.is_black("Ks") {
+        true => diffuse(read, "Kd", 0.25),
+        false => coated_diffuse(read, "Kd", 0.25, &["eta", "index"], 0.1),
+    }
+}
+
+fn coated_conductor(read: &mut MaterialBuilder) -> Read {
+    Ok(MaterialModel::CoatedConductor {
+        metal: read.metal("conductor.eta", "conductor.k")?,
+        roughness: read.roughness("conductor.", 0.0)?,
+        coat: read.coat("interface.", &["interface.eta"], 0.0)?,
+    })
+}

@@ -215,7 +215,13 @@ impl SceneReader {
         let Self { library, warnings, .. } = self;
         let mut builder = MaterialBuilder { params: &draft.params, library, warnings };
         let Some(kind) = draft.kind else { return Ok(Material::new(builder.substitute())) };
-        let model = builder.model(kind, draft.mixed.materials)?;
+        let model = match kind {
+            MaterialKind::Model(read) => read(&mut builder)?,
+            MaterialKind::Mix => {
+                let materials = draft.mixed.materials;
+                MaterialModel::Mix { materials, amount: builder.amount()? }
+            }
+        };
         let bump = match builder.maybe_number("displacement")? {
             Some(bump) => Some(bump),
             None => builder.maybe_number("bumpmap")?,

@@ -2,9 +2,10 @@
 
 use super::fresnel::conductor_reflectance;
 use super::microfacet::Microfacets;
-use super::{Bsdf, BsdfSample};
+use super::{Bsdf, BsdfSample, CoatWalks, Gloss, SurfaceTextures, VertexParameters, columns};
 use crate::lanes::Real;
-use crate::lanes::vector::{dot, negate, scale, scale_add, select, z_axis};
+use crate::lanes::vector::{dot, negate, scale, scale_add, select, splat, z_axis};
+use crate::scene::{MaterialModel, Metal, Roughness};
 
 /// Largest refractive index, practically a perfect mirror; keeps its powers in the range of f32.
 const MAX_INDEX: f32 = 1e8;
@@ -17,6 +18,99 @@ pub struct Conductor<R: Real> {
     k: [R; 3],
     /// Factor of the reflectance at normal incidence, minus 1.
     excess: [R; 3],
+}
+
+columns! {
+    /// Parameters of a [`Conductor`].
+    #[derive(Clone, Copy, Debug)]
+    pub(in crate::shade) struct ConductorParameters<R> {
+        /// Width alpha of the microfacets along u and v.
+        pub(super) alpha: [R; 2],
+        /// Real part of the refractive index, by colour channel.
+        pub(super) eta: [R; 3],
+        /// Imaginary part.
+        pub(super) k: [R; 3],
+        /// Factor of the reflectance at normal incidence.
+        pub(super) tint: [R; 3],
+    }
+}
+
+impl<R: Real<Scalar = f32>> ConductorParameters<R> {
+    /// Returns the parameters of a metal in air.
+    #[inline(always)]
+    pub(super) fn of_metal(
+        metal: &Metal,
+        roughness: &Roughness,
+        textures: &impl SurfaceTextures<R>,
+    ) -> Self {
+        let alpha = textures.alpha(roughness);
+        match metal {
+            Metal::Index { eta, k, tint } => {
+                let (eta, k) = (textures.colour(eta), textures.colour(k));
+                Self { alpha, eta, k, tint: splat(*tint) }
+            }
+            Metal::Reflectance(reflectance) => {
+                // An index 1 + i k reflects k^2 / (4 + k^2) at normal incidence.
+                let (zero, one) = (R::splat(0.0), R::splat(1.0));
+                let k = |r: R| {
+                    let r = r.max(zero).min(R::splat(0.9999));
+                    R::splat(2.0) * (r / (one - r)).sqrt()
+                };
+                let [r, g, b] = textures.colour(reflectance);
+                Self { alpha, eta: [one; 3], k: [k(r), k(g), k(b)], tint: [one; 3] }
+            }
+        }
+    }
+
+    /// Returns the share of light that the metal reflects at normal incidence.
+    pub(super) fn normal_reflectance(&self) -> [R; 3] {
+        let Self { eta, k, tint, .. } = self;
+        let channel = |c: usize| conductor_reflectance(R::splat(1.0), eta[c], k[c]) * tint[c];
+        [channel(0), channel(1), channel(2)]
+    }
+
+    /// Builds the BSDF.
+    #[inline(always)]
+    pub(super) fn conductor(self) -> Conductor<R> {
+        Conductor::new(self.alpha, self.eta, self.k).tinted(self.tint)
+    }
+}
+
+impl<R: Real<Scalar = f32>> VertexParameters<R> for ConductorParameters<R> {
+    type Bsdf = Conductor<R>;
+    const NAME: &'static str = "conductor";
+    const ONE_SIDED: bool = true;
+    const CATCHES_CAUSTICS: bool = true;
+
+    #[inline(always)]
+    fn of(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<Self> {
+        let MaterialModel::Conductor { metal, roughness } = model else { return None };
+        Some(Self::of_metal(metal, roughness, textures))
+    }
+
+    fn albedo(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<[R; 3]> {
+        Some(Self::of(model, textures)?.normal_reflectance())
+    }
+
+    #[inline(always)]
+    fn bsdf(self, _: CoatWalks<R>) -> Conductor<R> {
+        self.conductor()
+    }
+
+    #[inline(always)]
+    fn for_each_width(&mut self, change: impl FnMut(&mut R)) {
+        self.alpha.iter_mut().for_each(change);
+    }
+
+    #[inline(always)]
+    fn unlit(&self) -> R::Mask {
+        Microfacets::new(self.alpha).smooth
+    }
+
+    #[inline(always)]
+    fn gloss(&self, _: R) -> Option<Gloss<R>> {
+        Some(Gloss::only(self.alpha))
+    }
 }
 
 impl<R: Real<Scalar = f32>> Conductor<R> {

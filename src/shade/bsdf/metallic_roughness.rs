@@ -1,10 +1,14 @@
 //! The metallic-roughness surface of glTF: a metal or a plastic, below a clear coat.
 
+use super::gloss::mean;
 use super::schlick_interface::SchlickInterface;
-use super::{Bsdf, BsdfSample};
+use super::{
+    Bsdf, BsdfSample, CoatWalks, Gloss, SurfaceTextures, VertexParameters, clamp_to_unit, columns,
+};
 use crate::lanes::Real;
-use crate::lanes::vector::{max_component, select};
+use crate::lanes::vector::{max_component, scale, select};
 use crate::sampler::concentric_disk;
+use crate::scene::MaterialModel;
 
 /// Share of light that a clear coat reflects at normal incidence: that of an index of 1.5.
 const COAT_F0: f32 = 0.04;
@@ -37,24 +41,26 @@ pub struct MetallicRoughness<R: Real> {
     coverage: R,
 }
 
-/// Parameters of a [`MetallicRoughness`].
-#[derive(Clone, Copy, Debug)]
-pub struct MetallicRoughnessParameters<R> {
-    /// Width alpha of the microfacets.
-    pub alpha: R,
-    /// Base colour.
-    pub base: [R; 3],
-    /// Share of metal.
-    pub metallic: R,
-    /// Share of light that the dielectric reflects at normal incidence, over `specular`, by colour
-    /// channel; see [`dielectric_f0`].
-    pub f0: [R; 3],
-    /// Strength of the reflection of the dielectric (KHR_materials_specular), 1 for a real one.
-    pub specular: R,
-    /// Width alpha of the microfacets of the coat.
-    pub coat_alpha: R,
-    /// Share of the surface that the coat covers.
-    pub coverage: R,
+columns! {
+    /// Parameters of a [`MetallicRoughness`].
+    #[derive(Clone, Copy, Debug)]
+    pub struct MetallicRoughnessParameters<R> {
+        /// Width alpha of the microfacets.
+        pub alpha: R,
+        /// Base colour.
+        pub base: [R; 3],
+        /// Share of metal.
+        pub metallic: R,
+        /// Share of light that the dielectric reflects at normal incidence, over `specular`, by colour
+        /// channel; see [`dielectric_f0`].
+        pub f0: [R; 3],
+        /// Strength of the reflection of the dielectric (KHR_materials_specular), 1 for a real one.
+        pub specular: R,
+        /// Width alpha of the microfacets of the coat.
+        pub coat_alpha: R,
+        /// Share of the surface that the coat covers.
+        pub coverage: R,
+    }
 }
 
 /// Returns the share of light that a dielectric of this index reflects at normal incidence.
@@ -62,6 +68,58 @@ pub struct MetallicRoughnessParameters<R> {
 pub fn dielectric_f0<R: Real<Scalar = f32>>(eta: R) -> R {
     let one = R::splat(1.0);
     ((eta - one) / (eta + one)).square().min(one)
+}
+
+impl<R: Real<Scalar = f32>> VertexParameters<R> for MetallicRoughnessParameters<R> {
+    type Bsdf = MetallicRoughness<R>;
+    const NAME: &'static str = "metallicroughness";
+    const ONE_SIDED: bool = true;
+    const CATCHES_CAUSTICS: bool = true;
+
+    #[inline(always)]
+    fn of(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<Self> {
+        let MaterialModel::MetallicRoughness(surface) = model else { return None };
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let share = |texture| textures.number(texture).max(zero).min(one);
+        let [alpha, _] = textures.alpha(&surface.roughness);
+        let [coat_alpha, _] = textures.alpha(&surface.coat_roughness);
+        let f0 = dielectric_f0(R::splat(surface.eta));
+        Some(Self {
+            alpha,
+            base: textures.share(&surface.base_colour),
+            metallic: share(&surface.metallic),
+            // A colour above 1 reflects more, up to all light.
+            f0: clamp_to_unit(scale(textures.colour(&surface.specular_colour), f0)),
+            specular: share(&surface.specular),
+            coat_alpha,
+            coverage: share(&surface.coat_coverage),
+        })
+    }
+
+    fn albedo(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<[R; 3]> {
+        let MaterialModel::MetallicRoughness(surface) = model else { return None };
+        Some(textures.share(&surface.base_colour))
+    }
+
+    #[inline(always)]
+    fn bsdf(self, _: CoatWalks<R>) -> MetallicRoughness<R> {
+        MetallicRoughness::new(self)
+    }
+
+    #[inline(always)]
+    fn for_each_width(&mut self, mut change: impl FnMut(&mut R)) {
+        change(&mut self.alpha);
+        change(&mut self.coat_alpha);
+    }
+
+    #[inline(always)]
+    fn gloss(&self, _: R) -> Option<Gloss<R>> {
+        let Self { alpha, base, metallic, f0, specular, .. } = *self;
+        let base = mean(base);
+        let interface = specular * mean(f0);
+        let glossy = interface + metallic * (base - interface);
+        Some(Gloss { alpha: [alpha; 2], glossy, wide: (R::splat(1.0) - metallic) * base })
+    }
 }
 
 /// What evaluation and sampling need to know about a direction `wo`.

@@ -9,13 +9,18 @@
 //! All BSDFs are kernels over lanes, whose results are the same bit for bit for one lane and for
 //! eight. All but coats are without branches. A coat is a random walk ([`Coated`]); the lanes of a
 //! packet walk in step.
+//!
+//! The file of a BSDF also holds its parameters as columns of a wave's vertices, and how they follow
+//! from a material ([`VertexParameters`]). The list of [`BsdfKind`] names all of them.
 
-mod any_bsdf;
 mod coat;
+mod columns;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 mod fresnel;
+mod gloss;
 mod hair;
 mod lobe_choice;
 mod measured;
@@ -25,15 +30,17 @@ mod phase_function;
 mod schlick_interface;
 mod shading_frame;
 mod subsurface_exit;
+mod surface_textures;
 mod thin_dielectric;
 mod tinted_dielectric;
+mod vertex_parameters;
 
 pub use crate::scene::henyey_greenstein;
-pub use any_bsdf::AnyBsdf;
-pub use coat::{CoatLayer, Coated, MisWeights};
+pub use coat::{CoatLayer, Coated, MisWeights, SeededCoat};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
-pub use diffuse::{Diffuse, DiffuseTransmission};
+pub use diffuse::Diffuse;
+pub use diffuse_transmission::DiffuseTransmission;
 pub use fresnel::{Refraction, conductor_reflectance};
 pub use hair::{Hair, HairParameters};
 pub use measured::Measured;
@@ -45,7 +52,42 @@ pub use subsurface_exit::SubsurfaceExit;
 pub use thin_dielectric::ThinDielectric;
 pub use tinted_dielectric::TintedDielectric;
 
+pub(super) use coat::CoatWalks;
+pub(super) use columns::Columns;
+pub(super) use gloss::Gloss;
+pub(super) use surface_textures::{SurfaceTextures, clamp_to_unit};
+pub(super) use vertex_parameters::{ParametersVisitor, VertexParameters};
+
 use crate::lanes::Real;
+use crate::scene::MaterialModel;
+use coat::{CoatedConductorParameters, CoatedDiffuseParameters};
+use columns::columns;
+use conductor::ConductorParameters;
+use tinted_dielectric::TintedDielectricParameters;
+use vertex_parameters::bsdf_kinds;
+
+// A new material adds its BSDF here: `Kind: Parameters = pattern of its models`.
+bsdf_kinds! {
+    Diffuse: Diffuse = MaterialModel::Diffuse { .. },
+    DiffuseTransmission: DiffuseTransmission = MaterialModel::DiffuseTransmission { .. },
+    Conductor: ConductorParameters = MaterialModel::Conductor { .. },
+    Dielectric: TintedDielectricParameters = MaterialModel::Dielectric { .. }
+        | MaterialModel::TintedDielectric { .. }
+        | MaterialModel::Subsurface { .. },
+    ThinDielectric: ThinDielectric = MaterialModel::ThinDielectric { .. },
+    CoatedDiffuse: CoatedDiffuseParameters = MaterialModel::CoatedDiffuse { .. },
+    CoatedConductor: CoatedConductorParameters = MaterialModel::CoatedConductor { .. },
+    MetallicRoughness: MetallicRoughnessParameters = MaterialModel::MetallicRoughness(_),
+    // Its tables have no kernel over lanes: `MeasuredStage` works on it.
+    Measured = MaterialModel::Measured(_),
+    Hair: HairParameters = MaterialModel::Hair(_),
+    // Scattering in a medium.
+    Medium: MediumScattering,
+    // The surface through which a path leaves a medium that it has walked through.
+    SubsurfaceExit: SubsurfaceExit,
+    // Not shaded: rays pass straight through.
+    Interface = MaterialModel::Interface,
+}
 
 /// A BSDF, lane by lane.
 pub trait Bsdf<R: Real<Scalar = f32>> {

@@ -1,17 +1,39 @@
 //! Phase function of scattering in a medium.
 
 use super::shading_frame::ShadingFrame;
-use super::{Bsdf, BsdfSample};
+use super::{Bsdf, BsdfSample, CoatWalks, SurfaceTextures, VertexParameters, columns};
 use crate::lanes::Real;
 use crate::lanes::math::sin_cos_turns;
 use crate::lanes::vector::{dot, renormalize};
-use crate::scene::{henyey_greenstein, sample_henyey_greenstein_cosine};
+use crate::scene::{MaterialModel, henyey_greenstein, sample_henyey_greenstein_cosine};
 
-/// Scattering in a medium, by the phase function of Henyey & Greenstein.
-#[derive(Clone, Copy, Debug)]
-pub struct MediumScattering<R> {
-    /// Asymmetry, -1 to 1.
-    pub g: R,
+columns! {
+    /// Scattering in a medium, by the phase function of Henyey & Greenstein.
+    #[derive(Clone, Copy, Debug)]
+    pub struct MediumScattering<R> {
+        /// Asymmetry, -1 to 1.
+        pub g: R,
+    }
+}
+
+impl<R: Real<Scalar = f32>> VertexParameters<R> for MediumScattering<R> {
+    type Bsdf = Self;
+    const NAME: &'static str = "medium";
+    const ONE_SIDED: bool = false;
+
+    /// Returns `None`: the parameters are those of a medium.
+    fn of(_: &MaterialModel, _: &impl SurfaceTextures<R>) -> Option<Self> {
+        None
+    }
+
+    fn albedo(_: &MaterialModel, _: &impl SurfaceTextures<R>) -> Option<[R; 3]> {
+        None
+    }
+
+    #[inline(always)]
+    fn bsdf(self, _: CoatWalks<R>) -> Self {
+        self
+    }
 }
 
 impl<R: Real<Scalar = f32>> Bsdf<R> for MediumScattering<R> {

@@ -1,18 +1,41 @@
 //! Light that leaves a medium through its boundary.
 
-use super::{Bsdf, BsdfSample, Refraction};
+use super::{Bsdf, BsdfSample, CoatWalks, Refraction, SurfaceTextures, VertexParameters, columns};
 use crate::lanes::Real;
 use crate::sampler::concentric_disk;
+use crate::scene::MaterialModel;
 
-/// Diffuse transmission from the outside to a path inside a medium, with the distribution
-/// 1 - F(cos) (Jensen et al. 2001, "A practical model for subsurface light transport", equation 5).
-/// The normal points outwards. The path has been chosen with the probability that light leaves.
-#[derive(Clone, Copy, Debug)]
-pub struct SubsurfaceExit<R> {
-    /// Refractive index of the medium over that outside.
-    pub eta: R,
-    /// Share of diffuse light from the outside that enters.
-    pub entering: R,
+columns! {
+    /// Diffuse transmission from the outside to a path inside a medium, with the distribution
+    /// 1 - F(cos) (Jensen et al. 2001, "A practical model for subsurface light transport", equation 5).
+    /// The normal points outwards. The path has been chosen with the probability that light leaves.
+    #[derive(Clone, Copy, Debug)]
+    pub struct SubsurfaceExit<R> {
+        /// Refractive index of the medium over that outside.
+        pub eta: R,
+        /// Share of diffuse light from the outside that enters.
+        pub entering: R,
+    }
+}
+
+impl<R: Real<Scalar = f32>> VertexParameters<R> for SubsurfaceExit<R> {
+    type Bsdf = Self;
+    const NAME: &'static str = "subsurface";
+    const ONE_SIDED: bool = false;
+
+    /// Returns `None`: the parameters are those of a medium's boundary.
+    fn of(_: &MaterialModel, _: &impl SurfaceTextures<R>) -> Option<Self> {
+        None
+    }
+
+    fn albedo(_: &MaterialModel, _: &impl SurfaceTextures<R>) -> Option<[R; 3]> {
+        None
+    }
+
+    #[inline(always)]
+    fn bsdf(self, _: CoatWalks<R>) -> Self {
+        self
+    }
 }
 
 impl<R: Real<Scalar = f32>> SubsurfaceExit<R> {

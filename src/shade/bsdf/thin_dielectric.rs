@@ -2,17 +2,46 @@
 
 use super::fresnel::Refraction;
 use super::lobe_choice::LobeChoice;
-use super::{Bsdf, BsdfSample};
+use super::{Bsdf, BsdfSample, CoatWalks, SurfaceTextures, VertexParameters, columns};
 use crate::lanes::Real;
 use crate::lanes::vector::{negate, scale, select};
+use crate::scene::MaterialModel;
 
-/// A sheet of glass without thickness. Light is reflected or goes straight on, after any number of
-/// reflections between the two sides.
-#[derive(Clone, Copy, Debug)]
-pub struct ThinDielectric<R> {
-    eta: R,
-    /// Share of the transmitted light that is kept, by colour channel.
-    tint: [R; 3],
+columns! {
+    /// A sheet of glass without thickness. Light is reflected or goes straight on, after any number of
+    /// reflections between the two sides.
+    #[derive(Clone, Copy, Debug)]
+    pub struct ThinDielectric<R> {
+        eta: R,
+        /// Share of the transmitted light that is kept, by colour channel.
+        tint: [R; 3],
+    }
+}
+
+impl<R: Real<Scalar = f32>> VertexParameters<R> for ThinDielectric<R> {
+    type Bsdf = Self;
+    const NAME: &'static str = "thindielectric";
+    const ONE_SIDED: bool = false;
+
+    #[inline(always)]
+    fn of(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<Self> {
+        let MaterialModel::ThinDielectric { eta, tint } = model else { return None };
+        Some(Self::new(R::splat(*eta)).tinted(textures.share(tint)))
+    }
+
+    fn albedo(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<[R; 3]> {
+        Some(Self::of(model, textures)?.tint)
+    }
+
+    #[inline(always)]
+    fn bsdf(self, _: CoatWalks<R>) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn unlit(&self) -> R::Mask {
+        self.singular()
+    }
 }
 
 impl<R: Real<Scalar = f32>> ThinDielectric<R> {

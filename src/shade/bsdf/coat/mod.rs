@@ -5,13 +5,15 @@
 //! needs is skipped, which leaves all results as they are.
 
 mod density;
+mod parameters;
 mod sample;
 mod value;
 mod walk;
 
-use super::{Bsdf, Dielectric};
+use super::{Bsdf, BsdfSample, Dielectric};
 use crate::lanes::Real;
 use crate::lanes::vector::max_component;
+pub(in crate::shade) use parameters::{CoatedConductorParameters, CoatedDiffuseParameters};
 
 /// A clear or hazy layer, with an interface to the outside.
 #[derive(Clone, Copy, Debug)]
@@ -80,5 +82,44 @@ impl<R: Real<Scalar = f32>, B: Bsdf<R>> Coated<R, B> {
     #[inline(always)]
     pub fn evaluate(&self, wo: [R; 3], wi: [R; 3], seed: R::Word) -> ([R; 3], R) {
         (self.value(wo, wi, seed), self.pdf(wo, wi, seed))
+    }
+
+    /// Returns the BSDF whose walks have these seeds.
+    #[inline(always)]
+    pub fn seeded(self, seed: R::Word) -> SeededCoat<R, B> {
+        SeededCoat { coated: self, seed }
+    }
+}
+
+/// Seeds and weights of the walks of a coat's evaluations.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::shade) struct CoatWalks<R: Real> {
+    /// Seeds of the random numbers.
+    pub(in crate::shade) seed: R::Word,
+    /// Weights of the two techniques at a rough interface.
+    pub(in crate::shade) weights: MisWeights,
+}
+
+/// A coated surface with the seeds of its walks. Every evaluation repeats the same walks.
+#[derive(Clone, Copy, Debug)]
+pub struct SeededCoat<R: Real, B> {
+    coated: Coated<R, B>,
+    seed: R::Word,
+}
+
+impl<R: Real<Scalar = f32>, B: Bsdf<R>> Bsdf<R> for SeededCoat<R, B> {
+    #[inline(always)]
+    fn evaluate(&self, wo: [R; 3], wi: [R; 3]) -> ([R; 3], R) {
+        self.coated.evaluate(wo, wi, self.seed)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wo: [R; 3], u: [R; 2], choice: R) -> BsdfSample<R> {
+        self.coated.sample(wo, u, choice, self.seed)
+    }
+
+    #[inline(always)]
+    fn singular(&self) -> R::Mask {
+        self.coated.is_singular()
     }
 }

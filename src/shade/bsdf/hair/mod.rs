@@ -6,6 +6,7 @@
 //! a product of a longitudinal term M, an attenuation A and an azimuthal term N.
 
 mod lobes;
+mod parameters;
 mod terms;
 
 use std::f64::consts::PI;
@@ -15,27 +16,11 @@ use crate::lanes::Real;
 use crate::lanes::angle::signed_angle;
 use crate::lanes::math::sin_cos_turns;
 use lobes::HairLobes;
+pub use parameters::HairParameters;
 use terms::{longitudinal, sample_longitudinal, sample_trimmed_logistic, trimmed_logistic, wrap};
 
 /// Number of lobes.
 const LOBES: usize = 4;
-
-/// Properties of a hair at a point.
-#[derive(Clone, Copy, Debug)]
-pub struct HairParameters<R> {
-    /// Absorption by colour channel [per radius].
-    pub absorption: [R; 3],
-    /// Refractive index.
-    pub eta: R,
-    /// Longitudinal roughness, clamped to 0.01 to 1.
-    pub beta_m: R,
-    /// Azimuthal roughness, clamped to 0.01 to 1.
-    pub beta_n: R,
-    /// Angle of the scales (degrees).
-    pub tilt: R,
-    /// Offset from the axis as the ray sees it, clamped to -1 to 1 (radii).
-    pub offset: R,
-}
 
 /// A hair (Chiang et al. 2016). Light counts from all directions.
 #[derive(Clone, Copy, Debug)]
