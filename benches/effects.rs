@@ -8,7 +8,6 @@ use petzval::bench::launch::Launch;
 use petzval::bench::lens_wave::{batch, starts};
 use petzval::diffraction::Diffraction;
 use petzval::film::{FilmSums, Frame};
-use petzval::ghosts::estimate;
 use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::lanes::f32x8;
@@ -16,6 +15,7 @@ use petzval::lens::{
     Coating, FilmPlane, LensModel, Pose, PupilSampling, RealLens, Side, Surface, TiltDecenter,
     read, sequence, trace, trace_lossy,
 };
+use petzval::light_tracing::ghosts::estimate;
 use petzval::plan::{Effect, EffectSelection};
 use petzval::prepare::{Changes, prepare};
 use petzval::rays::{LensBatch, WAVE_SIZE};

@@ -14,16 +14,16 @@ mod viewpoint;
 pub use changes::{Changes, FocusOn};
 pub use viewpoint::Viewpoint;
 
-use crate::caustics::survey_caustics;
-use crate::direct_light;
-use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lens::{FNumberError, LensError, LensModel, PupilSampling};
-use crate::light_paths::{LightPathSelection, LightPathSurvey};
+use crate::light_tracing::caustics::survey_caustics;
+use crate::light_tracing::ghosts::{self, GhostEstimate};
+use crate::light_tracing::lamp_images;
+use crate::light_tracing::light_paths::{LightPathSelection, LightPathSurvey};
 use crate::plan::{
-    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
+    DecidedBy, Effect, EffectSelection, LightTracingDecision, MotionInput, Plan, PlanInput, plan,
 };
 use crate::render::RenderError;
 use crate::scene::pbrt::Description;
@@ -226,7 +226,7 @@ fn plan_job(
     Ok((job, report))
 }
 
-/// Decides whether light paths find the direct light of lamps, and caustics. `mean` is the mean
+/// Decides whether light paths find images of lamps, and caustics. `mean` is the mean
 /// luminance of the picture.
 fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let by = if wanted.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
@@ -239,7 +239,7 @@ fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let (lamps, caustics) = match selection {
         None => (LightPathSurvey::unwanted(), LightPathSurvey::unwanted()),
         Some(selection) => {
-            (direct_light::survey(&input, selection), survey_caustics(&input, selection))
+            (lamp_images::survey(&input, selection), survey_caustics(&input, selection))
         }
     };
     let on = lamps.light_paths.is_some() || caustics.light_paths.is_some();
@@ -247,8 +247,8 @@ fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
         true => lamps.reason,
         false => format!("{}; {}", lamps.reason, caustics.reason),
     };
-    job.plan.light_paths = LightPathDecision { on, by, reason };
-    (job.direct_light, job.caustics) = (lamps.light_paths, caustics.light_paths);
+    job.plan.light_paths = LightTracingDecision { on, by, reason };
+    (job.lamp_images, job.caustics) = (lamps.light_paths, caustics.light_paths);
 }
 
 /// Turns on the effects that the plan of a job simulates.

@@ -13,15 +13,15 @@ use std::fmt;
 use super::deferred::PathGroup;
 use super::wave::Wave;
 use crate::aov::{self, Aov, FeatureFilm};
-use crate::caustics::Caustics;
 use crate::diffraction::Diffraction;
-use crate::direct_light::DirectLight;
 use crate::film::FilmSums;
-use crate::ghosts::Ghosts;
 use crate::io::ByteSize;
 use crate::io::image::ImageFormat;
 use crate::job::Job;
 use crate::lens::LensModel;
+use crate::light_tracing::caustics::Caustics;
+use crate::light_tracing::ghosts::Ghosts;
+use crate::light_tracing::lamp_images::LampImages;
 use crate::plan::Effect;
 
 /// Task that takes memory.
@@ -158,10 +158,10 @@ const MAX_DEFERRED_DEPTHS: u64 = 100;
 fn bytes_of_splats(job: &Job) -> u64 {
     let LensModel::Real(lens) = &job.camera.model else { return 0 };
     let (frame, filter) = (&job.frame, &job.response.filter);
-    // Ghosts, direct light and caustics take turns.
+    // Ghosts, lamp images and caustics take turns.
     let waiting = [
         job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(frame.resolution)),
-        job.direct_light.as_ref().map(|_| DirectLight::bytes_waiting(frame, filter, lens)),
+        job.lamp_images.as_ref().map(|_| LampImages::bytes_waiting(frame, filter, lens)),
         job.caustics.as_ref().map(|_| Caustics::bytes_waiting(frame, filter, lens)),
     ];
     waiting.into_iter().flatten().max().unwrap_or(0)

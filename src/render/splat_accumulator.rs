@@ -7,10 +7,10 @@ use crate::film::FilmSums;
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::job::Job;
 use crate::lanes::Real;
-use crate::light_paths::LightPathInput;
+use crate::light_tracing::light_paths::LightPathInput;
 use crate::stats::Stats;
 
-/// Sum of the light of some sample numbers: direct light, caustics and ghosts.
+/// Sum of the light of some sample numbers: lamp images, caustics and ghosts.
 pub(super) struct SplatAccumulator {
     /// `None` if there are no light paths.
     film: Option<FilmSums>,
@@ -41,7 +41,7 @@ impl SplatAccumulator {
             let sample = job.samples.start.saturating_add(self.samples);
             let samples = sample..sample.saturating_add(1);
             let input = LightPathInput { stop, ..job.light_path_input() };
-            if let Some(lamps) = &job.direct_light {
+            if let Some(lamps) = &job.lamp_images {
                 lamps.splat::<R>(&input, samples.clone(), film, stats);
             }
             if let Some(caustics) = &job.caustics {

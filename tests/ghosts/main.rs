@@ -7,11 +7,11 @@ mod brute_force;
 mod plan;
 
 use petzval::film::FilmSums;
-use petzval::ghosts::estimate;
 use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::lanes::f32x8;
 use petzval::lens::LensModel;
+use petzval::light_tracing::ghosts::estimate;
 use petzval::prepare::{Changes, prepare};
 use petzval::scene::pbrt;
 use petzval::spectrum::bands;

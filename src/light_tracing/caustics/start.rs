@@ -3,7 +3,7 @@
 use super::Caustics;
 use super::walk::CausticColumns;
 use crate::lanes::Real;
-use crate::light_paths::LightPathInput;
+use crate::light_tracing::light_paths::LightPathInput;
 use crate::rays::{Ray, RayBatch, RayDifferential, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
 use crate::scene::{SurfacePoint, Surroundings, luminance};

@@ -1,14 +1,14 @@
-//! Splats of direct light: a stage after all others.
+//! Splats of lamp images: a stage after all others.
 
 use std::ops::Range;
 
 use super::lamp::Lamp;
 use super::reach::EntryReach;
-use super::{DirectLight, DirectLightWeights, path_count};
+use super::{LampImageWeights, LampImages, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{
+use crate::light_tracing::light_paths::{
     CameraPoses, LightPath, LightPathInput, LightPaths, Splat, SplatStage, splats,
 };
 use crate::rays::{Ray, WAVE_SIZE};
@@ -18,7 +18,7 @@ use crate::stats::Stats;
 
 /// Columns of one worker.
 #[derive(Default)]
-pub(super) struct DirectColumns {
+pub(super) struct LampColumns {
     pub paths: Box<LightPaths>,
     /// Density of each path over etendue (mm^-2 sr^-1).
     pub densities: Vec<f64>,
@@ -26,7 +26,7 @@ pub(super) struct DirectColumns {
     pub luminances: Vec<f64>,
 }
 
-impl DirectLight {
+impl LampImages {
     /// Traces the light paths of these sample numbers and adds their light to the film.
     ///
     /// The sum depends on seed and sample numbers only, and the sums of disjoint ranges add up.
@@ -43,7 +43,7 @@ impl DirectLight {
             return;
         }
         let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter, lens);
-        stage.run(input, samples, film, stats, |columns: &mut DirectColumns, [wave, sample]| {
+        stage.run(input, samples, film, stats, |columns: &mut LampColumns, [wave, sample]| {
             let key = pixel_key(sample, u32::MAX - 2, input.seed);
             self.sample(input, lens, columns, key, wave);
             let number = stage.count.wave_number([wave, sample]);
@@ -56,7 +56,7 @@ impl DirectLight {
         &self,
         input: &LightPathInput<'_>,
         lens: &RealLens,
-        columns: &mut DirectColumns,
+        columns: &mut LampColumns,
         key: u32,
         wave: u32,
     ) {
@@ -115,11 +115,11 @@ impl DirectLight {
         &self,
         input: &LightPathInput<'_>,
         lens: &RealLens,
-        columns: &mut DirectColumns,
+        columns: &mut LampColumns,
         bands: &[usize],
     ) -> Vec<Splat> {
-        let DirectColumns { paths, densities, .. } = columns;
-        let weights = DirectLightWeights::new(self, input.camera, input.frame, input.timing);
+        let LampColumns { paths, densities, .. } = columns;
+        let weights = LampImageWeights::new(self, input.camera, input.frame, input.timing);
         let count = path_count(input.frame);
         splats::<R>(input, (lens, &self.front), (count, bands), paths, |i, hit| {
             f64::from(weights.light_weight(lens, densities[i], hit))

@@ -10,7 +10,7 @@ use super::{Caustics, path_count};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{
+use crate::light_tracing::light_paths::{
     CameraPose, CameraPoses, LightPath, LightPathInput, LightPaths, SplatStage, splats,
 };
 use crate::rays::{HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
@@ -142,7 +142,7 @@ impl Caustics {
             vertex,
             rays,
             hits,
-            direct_light: None,
+            lamp_weights: None,
             caustics: false,
             hides_sky: false,
         };

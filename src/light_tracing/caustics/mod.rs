@@ -25,7 +25,7 @@ pub use survey::survey_caustics;
 
 use crate::film::{Frame, PixelFilter};
 use crate::lens::RealLens;
-use crate::light_paths::{FrontEntry, PathCount, SplatStage};
+use crate::light_tracing::light_paths::{FrontEntry, PathCount, SplatStage};
 use caster::Caster;
 use entry::EntrySampler;
 

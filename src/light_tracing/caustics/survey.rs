@@ -7,7 +7,7 @@ use super::path_count;
 use super::walk::{CausticColumns, Connected};
 use crate::lanes::f32x8;
 use crate::lens::LensModel;
-use crate::light_paths::{
+use crate::light_tracing::light_paths::{
     CameraView, FrontEntry, LightPathInput, LightPathSelection, LightPathSurvey, obstacle,
 };
 use crate::rays::WAVE_SIZE;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::light_paths::PrimitiveChoice;
+use crate::light_tracing::light_paths::PrimitiveChoice;
 use crate::rays::Hit;
 use crate::scene::{Geometry, MaterialModel, PlacedShape, Scene, SurfacePoint};
 

@@ -1,4 +1,4 @@
-//! Direct light: the picture of small bright lamps and of a sun in a sky, found from the lamps.
+//! Lamp images: the picture of small bright lamps and of a sun in a sky, found from the lamps.
 //!
 //! A camera path finds a lamp only if its pixel and its point of the pupil happen to look at it. At
 //! the rim of a lamp and in its bokeh few paths do, and each that does is as bright as the lamp. A
@@ -22,7 +22,7 @@
 //!
 //! With dispersion, a camera ray is traced at the wavelength of its hero and shared by other bands. Its
 //! density is that of the hero. A light path is traced in the same bands, and takes what the rays of
-//! each hero leave ([`splats`](crate::light_paths)).
+//! each hero leave ([`splats`](crate::light_tracing::light_paths)).
 //!
 //! Paths by way of other surfaces, and lamps that a mirror or a window shows, stay with the camera.
 
@@ -32,18 +32,17 @@ mod reach;
 mod splat;
 mod survey;
 
-pub use density::DirectLightWeights;
-pub(crate) use density::{FoundLight, LightSource};
+pub use density::LampImageWeights;
 pub use survey::survey;
 
 use crate::film::{Frame, PixelFilter};
 use crate::lens::RealLens;
-use crate::light_paths::{FrontEntry, PathCount, SplatStage};
+use crate::light_tracing::light_paths::{FrontEntry, PathCount, SplatStage};
 use lamp::Lamp;
 
 /// The lamps that light paths start from.
 #[derive(Clone, Debug)]
-pub struct DirectLight {
+pub struct LampImages {
     lamps: Vec<Lamp>,
     /// Cumulative probabilities of the lamps.
     cumulative: Vec<f32>,
@@ -51,8 +50,9 @@ pub struct DirectLight {
     by_light: Vec<Option<u32>>,
     /// The lens as the paths enter it.
     front: FrontEntry,
-    /// Whether camera paths leave all that light paths can find to them.
-    alone: bool,
+    /// Whether light paths are the exclusive strategy: they have weight 1, and camera paths leave out
+    /// all that they can find.
+    exclusive: bool,
 }
 
 /// Samples of the picture per light path. Lamps and suns are small, so that this is a dozen paths for each of
@@ -64,7 +64,7 @@ fn path_count(frame: &Frame) -> PathCount {
     PathCount::new(frame.resolution, SAMPLES_PER_PATH)
 }
 
-impl DirectLight {
+impl LampImages {
     /// Returns the largest size of the splats that wait to be added to the film (bytes).
     pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter, lens: &RealLens) -> u64 {
         SplatStage::filtered(path_count(frame), filter, lens).bytes_waiting()
@@ -78,14 +78,15 @@ impl DirectLight {
             cumulative: Vec::new(),
             by_light: vec![None; lights],
             front: FrontEntry::new(lens, half),
-            alone: false,
+            exclusive: false,
         }
     }
 
-    /// Leaves the light that light paths can find to them alone, instead of weighing it against that of
-    /// camera paths. The picture has the same light, and shows whether light paths find all of it.
-    pub fn take_alone(&mut self) {
-        self.alone = true;
+    /// Makes light paths the exclusive strategy, of weight 1, for all light that they can find, instead
+    /// of weighing them against camera paths. The picture has the same light, and shows whether light
+    /// paths find all of it.
+    pub fn make_exclusive(&mut self) {
+        self.exclusive = true;
     }
 
     /// Sets the lamps, each with the number that its probability is proportional to.

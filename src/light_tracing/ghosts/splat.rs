@@ -6,7 +6,9 @@ use super::{GhostPair, Ghosts};
 use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{LightPathInput, LightPaths, PathCount, Splat, SplatStage, film_pixels};
+use crate::light_tracing::light_paths::{
+    LightPathInput, LightPaths, PathCount, Splat, SplatStage, film_pixels,
+};
 use crate::rays::LensBatch;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::stats::Stats;

@@ -2,8 +2,8 @@
 //!
 //! Camera paths hardly ever hit a small light, and by a reflection inside the lens never. A light
 //! path starts at the light: a point of the light is sampled from a point before the lens, the ray
-//! is traced through the surfaces to the film, and the light that arrives is splatted there. Ghosts
-//! and the direct light of lamps both use them.
+//! is traced through the surfaces to the film, and the light that arrives is splatted there. All
+//! strategies use them.
 
 mod arrival;
 mod camera_pose;

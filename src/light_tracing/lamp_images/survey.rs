@@ -1,12 +1,12 @@
 //! Survey of the lamps that a camera sees: which of them light paths find better than camera paths.
 
-use super::DirectLight;
+use super::LampImages;
 use super::lamp::{ENTRY_CELLS, Lamp, entry_cell, entry_distribution};
 use super::reach::{ArrivalBounds, EntryReach};
-use super::splat::DirectColumns;
+use super::splat::LampColumns;
 use crate::lanes::f32x8;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{
+use crate::light_tracing::light_paths::{
     CameraView, LightPathInput, LightPathSelection, LightPathSurvey, obstacle,
 };
 use crate::rays::WAVE_SIZE;
@@ -35,7 +35,7 @@ const BRIGHTEST: f64 = 10.0;
 pub fn survey(
     input: &LightPathInput<'_>,
     selection: LightPathSelection,
-) -> LightPathSurvey<DirectLight> {
+) -> LightPathSurvey<LampImages> {
     LightPathSurvey::new(lamps_in_view(input, selection), |found| {
         let is_sky = |lamp: &&Lamp| input.scene.lights.skies.contains(&lamp.light);
         let skies = match found.lamps.iter().filter(is_sky).count() {
@@ -57,7 +57,7 @@ pub fn survey(
 fn lamps_in_view(
     input: &LightPathInput<'_>,
     selection: LightPathSelection,
-) -> Result<DirectLight, &'static str> {
+) -> Result<LampImages, &'static str> {
     let LensModel::Real(lens) = &input.camera.model else {
         return Err("the camera has no lens of glass");
     };
@@ -83,7 +83,7 @@ fn lamps_in_view(
     let share = LIGHT_PATHS / lights.len().max(1) as u32;
     let [fewest, most] = PATHS_PER_LAMP;
     let paths = [share.clamp(fewest, most), share.clamp(fewest, PATHS_OF_RARE_LAMP)];
-    let mut all = DirectLight::new(lens, view.half, input.scene.lights.all.len());
+    let mut all = LampImages::new(lens, view.half, input.scene.lights.all.len());
     let film_area = input.camera.film[0] * input.camera.film[1];
     let (mut found, mut variance) = (Vec::new(), 0.0);
     for light in lights {
@@ -129,12 +129,12 @@ fn lamps_in_view(
 /// Returns where light paths of the only lamp must enter to reach the rendered pixels, by this number
 /// of paths.
 fn reach(
-    light: &DirectLight,
+    light: &LampImages,
     input: &LightPathInput<'_>,
     lens: &RealLens,
     paths: u32,
 ) -> EntryReach {
-    let mut columns = DirectColumns::default();
+    let mut columns = LampColumns::default();
     let mut bounds = ArrivalBounds::new();
     let key = pixel_key(light.lamps[0].light, u32::MAX - 7, input.seed);
     for wave in 0..paths.div_ceil(WAVE_SIZE as u32) {
@@ -168,12 +168,12 @@ impl LampImage {
 
     /// Traces the first number of light paths, and up to the second if few arrive, but some do.
     fn trace(
-        light: &DirectLight,
+        light: &LampImages,
         input: &LightPathInput<'_>,
         lens: &RealLens,
         [paths, most]: [u32; 2],
     ) -> Self {
-        let mut columns = DirectColumns::default();
+        let mut columns = LampColumns::default();
         let mut image =
             Self { flux: 0.0, radiance: 0.0, entry: vec![0; ENTRY_CELLS * ENTRY_CELLS] };
         let key = pixel_key(light.lamps[0].light, u32::MAX - 3, input.seed);

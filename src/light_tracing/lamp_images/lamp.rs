@@ -2,7 +2,7 @@
 
 use super::reach::EntryReach;
 use crate::distribution::Distribution;
-use crate::light_paths::PrimitiveChoice;
+use crate::light_tracing::light_paths::PrimitiveChoice;
 
 /// Cells along each side of the square of entry points.
 pub(super) const ENTRY_CELLS: usize = 32;

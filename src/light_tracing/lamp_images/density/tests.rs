@@ -1,4 +1,4 @@
-//! Tests of the densities and weights of direct light.
+//! Tests of the densities and weights of lamp images.
 
 use std::fs::File;
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::*;
-use crate::direct_light::splat::DirectColumns;
 use crate::io::image::write_pfm;
 use crate::job::Job;
 use crate::lanes::f32x8;
 use crate::lens::LensColumns;
-use crate::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
+use crate::light_tracing::lamp_images::splat::LampColumns;
+use crate::light_tracing::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
 use crate::motion::Motion;
 use crate::prepare::{Changes, prepare};
 use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch, WAVE_SIZE};
@@ -78,9 +78,10 @@ fn for_lamps(
         let (hit, ray) = (&hits[i], rays.ray(i));
         let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
         let time = times[rays.slot[i] as usize];
-        let exposure = job.direct_light_weights().expect("lamps").exposure(&job.scene, rays, i);
+        let weights = job.lamp_image_weights().expect("lamps");
+        let sampling_weight = weights.sampling_weight(&job.scene, rays, i);
         let mut found =
-            |source| check(i, &FoundLight { origin, direction, source, exposure, time });
+            |source| check(i, &FoundLight { origin, direction, source, sampling_weight, time });
         if hit.shape == NO_INDEX {
             job.scene.lights.sampled_skies().for_each(|sky| found(LightSource::Sky(sky)));
         } else if job.scene.shapes[hit.shape as usize].light != NO_INDEX {
@@ -120,9 +121,9 @@ fn weights_add_up_to_one_while_the_camera_moves_and_rows_are_read() {
 /// hero.
 fn check_weights(job: &Job) {
     let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
-    let weights = job.direct_light_weights().expect("lamps");
-    let lamps = weights.direct_light;
-    let (mut columns, mut paths) = (Box::<LensColumns>::default(), DirectColumns::default());
+    let weights = job.lamp_image_weights().expect("lamps");
+    let lamps = weights.lamp_images;
+    let (mut columns, mut paths) = (Box::<LensColumns>::default(), LampColumns::default());
     let (mut rays, mut stats) = (Box::<RayBatch>::default(), LensStats::default());
     let mut samples = Box::<SampleBatch>::default();
     let mut dispersed = DisperseColumns::default();
@@ -154,7 +155,7 @@ fn check_weights(job: &Job) {
             let (time, sample) = (ArrivalTime::default(), [0; 2]);
             let path = LightPath { start, towards, shadow, time, sample };
             paths.paths.push(&path, [1.0; 3], [0.5; 2]);
-            expected.push((density, weights.camera_weight(&job.scene, found)));
+            expected.push((density, weights.weight_of_found(&job.scene, found)));
         });
         lamps.front.trace::<f32x8>(lens, samples.band, &mut paths.paths);
         for (i, (density, camera)) in expected.into_iter().enumerate() {
@@ -178,11 +179,11 @@ fn the_density_of_a_light_path_is_that_of_its_sample() {
 fn check_densities(job: &Job) {
     let input = job.light_path_input();
     let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
-    let weights = job.direct_light_weights().expect("lamps");
-    let (mut columns, mut rays) = (DirectColumns::default(), Box::<RayBatch>::default());
+    let weights = job.lamp_image_weights().expect("lamps");
+    let (mut columns, mut rays) = (LampColumns::default(), Box::<RayBatch>::default());
     let mut compared = 0;
     for wave in 0..4 {
-        weights.direct_light.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
+        weights.lamp_images.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
         rays.len = 0;
         for i in 0..columns.paths.len() {
             let ray = Ray { t_max: f32::INFINITY, ..columns.paths.shadow_ray(i) };
@@ -208,8 +209,8 @@ fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
         let job = cropped_night("+iris,+fresnel,-ghosts,-diffraction", crop);
         let input = job.light_path_input();
         let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
-        let lamps = job.direct_light_weights().expect("lamps").direct_light;
-        let mut columns = DirectColumns::default();
+        let lamps = job.lamp_image_weights().expect("lamps").lamp_images;
+        let mut columns = LampColumns::default();
         let (mut traced, mut arrivals) = (0, Vec::new());
         for wave in 0..8 {
             lamps.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
@@ -238,7 +239,7 @@ fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
 #[test]
 fn camera_paths_take_the_light_that_a_crop_traces_no_light_path_for() {
     let job = cropped_night("+iris,+fresnel,-ghosts,-diffraction", Some([[0, 0], [9, 9]]));
-    let weights = job.direct_light_weights().expect("lamps");
+    let weights = job.lamp_image_weights().expect("lamps");
     let (mut columns, mut rays) = (Box::<LensColumns>::default(), Box::<RayBatch>::default());
     let (mut samples, mut stats) = (Box::<SampleBatch>::default(), LensStats::default());
     let mut alone = 0;
@@ -247,7 +248,7 @@ fn camera_paths_take_the_light_that_a_crop_traces_no_light_path_for() {
         job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
         for_lamps(&job, (&rays, &samples.time[..]), |_, found| {
             let is_alone = weights.light_path_density(&job.scene, found).is_none();
-            let weight = weights.camera_weight(&job.scene, found);
+            let weight = weights.weight_of_found(&job.scene, found);
             assert_eq!(is_alone, weight == 1.0, "{weight}");
             alone += i32::from(is_alone);
         });

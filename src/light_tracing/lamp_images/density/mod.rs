@@ -2,64 +2,56 @@
 
 use glam::Vec3;
 
-use super::{DirectLight, path_count};
+use super::{LampImages, path_count};
 use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
-use crate::light_paths::{CameraPoses, FilmHit};
-use crate::rays::{Hit, RayBatch};
+use crate::light_tracing::light_paths::{CameraPoses, FilmHit};
+use crate::rays::RayBatch;
 use crate::sampler::mis::power_heuristic;
-use crate::scene::{Scene, SkySampling, SurfacePoint};
+use crate::scene::{Scene, SkySampling};
+use crate::shade::{LampWeights, LightSource};
 use crate::shutter::Timing;
 
 /// Parts of a job that the weights of camera paths depend on.
 #[derive(Clone, Copy, Debug)]
-pub struct DirectLightWeights<'a> {
-    direct_light: &'a DirectLight,
+pub struct LampImageWeights<'a> {
+    lamp_images: &'a LampImages,
     frame: &'a Frame,
     poses: CameraPoses<'a>,
 }
 
-/// Light source that a ray found.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum LightSource<'a> {
-    /// A point of a shape, and its hit.
-    Shape(&'a Hit, &'a SurfacePoint),
-    /// A sky, by its index among the lights.
-    Sky(u32),
-}
-
 /// A camera ray that found a light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FoundLight<'a> {
+struct FoundLight<'a> {
     /// Where the ray leaves the lens, in the world.
     pub origin: Vec3,
     /// Its unit direction.
     pub direction: Vec3,
     /// The light source that it found.
     pub source: LightSource<'a>,
-    /// Weight of its film sample: the reciprocal of its density over etendue and over the area of the
-    /// film (mm^2 sr), times the transmission of the lens.
-    pub exposure: f64,
+    /// Sampling weight of its film sample: the reciprocal of its density over etendue and over the
+    /// area of the film (mm^2 sr), times the transmission of the lens.
+    pub sampling_weight: f64,
     /// The time of its sample.
     pub time: f32,
 }
 
-impl<'a> DirectLightWeights<'a> {
+impl<'a> LampImageWeights<'a> {
     /// The weights for light paths, a camera, the pixels of the picture, and the times of the samples if
     /// anything moves.
     pub fn new(
-        direct_light: &'a DirectLight,
+        lamp_images: &'a LampImages,
         camera: &'a Camera,
         frame: &'a Frame,
         timing: Option<&'a Timing>,
     ) -> Self {
-        Self { direct_light, frame, poses: CameraPoses::new(camera, timing) }
+        Self { lamp_images, frame, poses: CameraPoses::new(camera, timing) }
     }
 
-    /// Returns the weight of the film sample of the i-th camera ray of a wave, as in [`FoundLight`].
-    pub(crate) fn exposure(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
-        match self.need_densities(scene) {
+    /// Returns the sampling weight of the i-th camera ray of a wave, as in [`FoundLight`].
+    fn sampling_weight(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
+        match self.need_camera_pdf(scene) {
             false => {
                 let brightest = rays.throughput(i).into_iter().fold(0.0f32, f32::max);
                 f64::from(brightest) / self.poses.camera.imaging_ratio
@@ -68,26 +60,26 @@ impl<'a> DirectLightWeights<'a> {
         }
     }
 
-    /// Returns whether camera rays need their densities beside their throughput, which is that of all
+    /// Returns whether camera rays need their pdf beside their throughput, which is that of all
     /// bands that share a ray, and contains the transmittance of media.
-    pub(crate) fn need_densities(&self, scene: &Scene) -> bool {
+    pub(crate) fn need_camera_pdf(&self, scene: &Scene) -> bool {
         EFFECTS && (self.poses.camera.bands() > 1 || scene.has_media())
     }
 
     /// Returns the weight of a camera path that ends at a light.
-    pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
+    fn weight_of_found(&self, scene: &Scene, found: &FoundLight) -> f32 {
         let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
-        if self.direct_light.alone {
+        if self.lamp_images.exclusive {
             return if density > 0.0 { 0.0 } else { 1.0 };
         }
-        let camera = self.row_exposure() / (self.pixel_area() * found.exposure);
+        let camera = self.row_exposure() / (self.pixel_area() * found.sampling_weight);
         power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
     /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1). The etendue at the
     /// film contains the square of the index before it.
     pub(super) fn light_weight(&self, lens: &RealLens, density: f64, hit: &FilmHit) -> f32 {
-        if self.direct_light.alone {
+        if self.lamp_images.exclusive {
             return 1.0;
         }
         let [x, y, z] = hit.towards;
@@ -121,7 +113,7 @@ impl<'a> DirectLightWeights<'a> {
     fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
         let FoundLight { origin, direction, source, time, .. } = *found;
         let LensModel::Real(lens) = &self.poses.camera.model else { return None };
-        let lamps = self.direct_light;
+        let lamps = self.lamp_images;
         let light = match source {
             LightSource::Shape(hit, _) => scene.shapes[hit.shape as usize].light,
             LightSource::Sky(sky) => sky,
@@ -152,7 +144,26 @@ impl<'a> DirectLightWeights<'a> {
     }
 }
 
-impl DirectLight {
+impl LampWeights for LampImageWeights<'_> {
+    fn camera_weight(
+        &self,
+        scene: &Scene,
+        rays: &RayBatch,
+        i: usize,
+        time: f32,
+        source: LightSource,
+    ) -> f32 {
+        let ray = rays.ray(i);
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
+        let sampling_weight = self.sampling_weight(scene, rays, i);
+        self.weight_of_found(
+            scene,
+            &FoundLight { origin, direction, source, sampling_weight, time },
+        )
+    }
+}
+
+impl LampImages {
     /// Returns the density over etendue (mm^-2 sr^-1) of one light path: with the probability of
     /// its lamp, the density of its entry point over the unit square, that of its direction (1/sr)
     /// and its cosine to the axis.

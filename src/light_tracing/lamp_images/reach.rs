@@ -7,7 +7,7 @@
 
 use super::lamp::{ENTRY_CELLS, entry_cell};
 use crate::film::Frame;
-use crate::light_paths::{LightPathInput, film_pixels};
+use crate::light_tracing::light_paths::{LightPathInput, film_pixels};
 
 /// Margin about the places where samples arrive, as a share of their extent.
 const MARGIN: f64 = 0.5;

@@ -5,7 +5,7 @@ use super::{GhostPair, Ghosts, pairs, sequences};
 use crate::distribution::Distribution;
 use crate::lanes::f32x8;
 use crate::lens::{Coating, LensModel, Prescription, RealLens, Side, ghost_sequence, sequence};
-use crate::light_paths::{FilmArrival, LightPathInput, LightPaths};
+use crate::light_tracing::light_paths::{FilmArrival, LightPathInput, LightPaths};
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
 use crate::spectrum::LightBand;

@@ -1,0 +1,9 @@
+//! Light tracing: paths that start at the lights of a scene and end on the film.
+//!
+//! Camera paths hardly ever hit a small light, and by a reflection inside the lens never. Three
+//! strategies start at the lights instead: images of lamps, caustics and ghosts.
+
+pub mod caustics;
+pub mod ghosts;
+pub mod lamp_images;
+pub mod light_paths;
