@@ -23,6 +23,7 @@ mod walk;
 
 pub use survey::survey_caustics;
 
+use crate::distribution::DiscreteDistribution;
 use crate::film::{Frame, PixelFilter};
 use crate::lens::RealLens;
 use crate::light_tracing::light_paths::{FrontEntry, PathCount, SplatStage};
@@ -33,8 +34,8 @@ use entry::EntrySampler;
 #[derive(Clone, Debug)]
 pub struct Caustics {
     casters: Vec<Caster>,
-    /// Cumulative probabilities of the casters.
-    cumulative: Vec<f32>,
+    /// Choice of a caster.
+    choice: DiscreteDistribution,
     entry: EntrySampler,
     front: FrontEntry,
 }
@@ -61,13 +62,10 @@ impl Caustics {
     /// Sets the probabilities of the casters in proportion to these numbers.
     fn set_shares(&mut self, weights: &[f64]) {
         let total: f64 = weights.iter().sum();
-        let (mut sum, last) = (0.0, weights.len().saturating_sub(1));
-        self.cumulative.clear();
-        for (i, (caster, weight)) in self.casters.iter_mut().zip(weights).enumerate() {
-            caster.share = weight / total;
-            sum += caster.share;
-            // Rounding must leave no gap at the end.
-            self.cumulative.push(if i == last { 1.0 } else { sum as f32 });
+        let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
+        for (caster, &share) in self.casters.iter_mut().zip(&shares) {
+            caster.share = share;
         }
+        self.choice = DiscreteDistribution::from_probabilities(&shares);
     }
 }

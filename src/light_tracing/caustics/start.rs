@@ -81,8 +81,7 @@ impl Caustics {
     ) -> Option<(Ray, [f32; 3], PathStart)> {
         let scene = input.scene;
         let [choice, primitive] = sample_2d(key, number, Dimension::Pupil);
-        let last = self.casters.len() - 1;
-        let chosen = self.cumulative.partition_point(|&sum| sum <= choice).min(last);
+        let chosen = self.choice.sample(choice);
         let caster = &self.casters[chosen];
         let at = sample_2d(key, number, Dimension::Film);
         let on_caster = caster.sample(scene, time.scene, primitive, at)?;

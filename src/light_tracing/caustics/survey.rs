@@ -5,6 +5,7 @@ use super::caster::casters;
 use super::entry::EntrySampler;
 use super::path_count;
 use super::walk::{CausticColumns, Connected};
+use crate::distribution::DiscreteDistribution;
 use crate::lanes::f32x8;
 use crate::lens::LensModel;
 use crate::light_tracing::light_paths::{
@@ -54,7 +55,7 @@ fn caustics_in_view(
     let view = CameraView::new(input).ok_or("no ray leaves the lens")?;
     let mut caustics = Caustics {
         casters,
-        cumulative: Vec::new(),
+        choice: DiscreteDistribution::from_probabilities(&[1.0]),
         entry: EntrySampler::new(lens, view.half),
         front: FrontEntry::new(lens, view.half),
     };

@@ -1,8 +1,7 @@
 //! Lamp: an area light or a sky, with the sampling densities of its light paths.
 
 use super::reach::EntryReach;
-use crate::distribution::Distribution;
-use crate::light_tracing::light_paths::PrimitiveChoice;
+use crate::distribution::{DiscreteDistribution, Distribution};
 
 /// Cells along each side of the square of entry points.
 pub(super) const ENTRY_CELLS: usize = 32;
@@ -19,7 +18,7 @@ pub(super) struct Lamp {
     /// Sampling density of the entry points, over the square about the front vertex.
     pub entry: Distribution,
     /// Probability of each of its triangles, by area; one for a quadric or a sky.
-    pub primitives: PrimitiveChoice,
+    pub primitives: DiscreteDistribution,
     /// Where its light paths must enter to reach the rendered pixels; `None` in a whole picture, where
     /// most of them do.
     pub reach: Option<EntryReach>,
@@ -29,7 +28,7 @@ impl Lamp {
     /// Returns a lamp whose light may enter anywhere, with the areas of its triangles; `None` if they
     /// have none.
     pub fn seen_everywhere(light: u32, areas: &[f64]) -> Option<Self> {
-        let primitives = PrimitiveChoice::new(areas)?;
+        let primitives = DiscreteDistribution::new(areas)?;
         let entry = entry_distribution(&[1; ENTRY_CELLS * ENTRY_CELLS])?;
         Some(Self { light, share: 1.0, entry, primitives, reach: None })
     }

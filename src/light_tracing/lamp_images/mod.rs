@@ -35,6 +35,7 @@ mod survey;
 pub use density::LampImageWeights;
 pub use survey::survey;
 
+use crate::distribution::DiscreteDistribution;
 use crate::film::{Frame, PixelFilter};
 use crate::lens::RealLens;
 use crate::light_tracing::light_paths::{FrontEntry, PathCount, SplatStage};
@@ -44,8 +45,8 @@ use lamp::Lamp;
 #[derive(Clone, Debug)]
 pub struct LampImages {
     lamps: Vec<Lamp>,
-    /// Cumulative probabilities of the lamps.
-    cumulative: Vec<f32>,
+    /// Choice of a lamp.
+    choice: DiscreteDistribution,
     /// Index of the lamp, by light of the scene.
     by_light: Vec<Option<u32>>,
     /// The lens as the paths enter it.
@@ -75,7 +76,7 @@ impl LampImages {
     fn new(lens: &RealLens, half: f64, lights: usize) -> Self {
         Self {
             lamps: Vec::new(),
-            cumulative: Vec::new(),
+            choice: DiscreteDistribution::from_probabilities(&[1.0]),
             by_light: vec![None; lights],
             front: FrontEntry::new(lens, half),
             exclusive: false,
@@ -92,17 +93,14 @@ impl LampImages {
     /// Sets the lamps, each with the number that its probability is proportional to.
     fn set_lamps(&mut self, lamps: Vec<(Lamp, f64)>) {
         let total: f64 = lamps.iter().map(|(_, weight)| weight).sum();
-        let count = lamps.len();
-        let mut sum = 0.0;
+        let shares: Vec<f64> = lamps.iter().map(|(_, weight)| weight / total).collect();
         self.by_light.fill(None);
-        (self.lamps, self.cumulative) = (Vec::new(), Vec::new());
-        for (i, (lamp, weight)) in lamps.into_iter().enumerate() {
-            sum += weight / total;
-            // Rounding must leave no gap at the end.
-            self.cumulative.push(if i + 1 == count { 1.0 } else { sum as f32 });
+        self.lamps.clear();
+        for (i, ((lamp, _), &share)) in lamps.into_iter().zip(&shares).enumerate() {
             self.by_light[lamp.light as usize] = Some(i as u32);
-            self.lamps.push(Lamp { share: (weight / total) as f32, ..lamp });
+            self.lamps.push(Lamp { share: share as f32, ..lamp });
         }
+        self.choice = DiscreteDistribution::from_probabilities(&shares);
     }
 
     /// Returns the number of lamps.

@@ -66,8 +66,7 @@ impl LampImages {
         columns.luminances.clear();
         for i in wave * WAVE_SIZE as u32..(wave + 1) * WAVE_SIZE as u32 {
             let [choice, primitive] = sample_2d(key, i, Dimension::LightChoice(0));
-            let chosen = self.cumulative.partition_point(|&sum| sum <= choice);
-            let lamp = &self.lamps[chosen.min(self.lamps.len() - 1)];
+            let lamp = &self.lamps[self.choice.sample(choice)];
             let entry = lamp.entry.sample(sample_2d(key, i, Dimension::Pupil));
             if !lamp.is_traced(entry.uv) {
                 continue;
@@ -76,9 +75,10 @@ impl LampImages {
             let time = input.arrival_time(key, i);
             let pose = poses.at(time.scene);
             let from = pose.front_surface(lens, at_front);
-            let primitive = lamp.primitives.choose(primitive);
+            let primitive = lamp.primitives.sample(primitive);
             let at = sample_2d(key, i, Dimension::Light(0));
-            let Some(light) = input.scene.sample_emitter(lamp.light, primitive, &from, at) else {
+            let Some(light) = input.scene.sample_emitter(lamp.light, primitive as u32, &from, at)
+            else {
                 continue;
             };
             let towards = (pose.vector_to_camera * light.direction.as_dvec3()).normalize();

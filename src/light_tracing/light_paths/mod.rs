@@ -9,7 +9,6 @@ mod arrival;
 mod camera_pose;
 mod camera_view;
 mod front;
-mod primitive_choice;
 mod splat;
 mod survey;
 mod wave;
@@ -20,7 +19,6 @@ pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
-pub(crate) use primitive_choice::PrimitiveChoice;
 pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
 pub(crate) use survey::obstacle;
 pub use survey::{LightPathSelection, LightPathSurvey};

@@ -134,7 +134,7 @@ impl<'a> LampImageWeights<'a> {
         let to_light = match source {
             LightSource::Shape(hit, point) => {
                 scene.emitter_density(hit, from, point, direction)
-                    * lamp.primitives.probability(hit.primitive)
+                    * lamp.primitives.probability(hit.primitive as usize)
             }
             LightSource::Sky(sky) => {
                 scene.sky_direction_density(sky, from, direction, SkySampling::Complete)
