@@ -16,6 +16,7 @@ use petzval::lens::{
     read, sequence, trace, trace_lossy,
 };
 use petzval::light_tracing::ghosts::estimate;
+use petzval::light_tracing::{SplatStage, Strategy};
 use petzval::plan::{Effect, EffectSelection};
 use petzval::prepare::{Changes, prepare};
 use petzval::rays::{LensBatch, WAVE_SIZE};
@@ -161,7 +162,8 @@ fn ghosts(criterion: &mut Criterion) {
         let effects = EffectSelection::Overrides(vec![(Effect::Ghosts, true)]);
         let changes = Changes { samples: Some(SAMPLES), effects, ..Changes::default() };
         let job = prepare(description, &changes).expect("a job").0;
-        let ghosts = job.ghosts.as_ref().expect("they are asked for");
+        let ghosts = [Strategy::Ghosts(job.ghosts.as_ref().expect("they are asked for"))];
+        let stage = SplatStage::default();
         print_estimate(&job, Effect::Ghosts);
         let [width, height] = job.frame.resolution;
         group.throughput(Throughput::Elements(u64::from(width * height * SAMPLES)));
@@ -170,7 +172,8 @@ fn ghosts(criterion: &mut Criterion) {
             bencher.iter(|| {
                 pool.install(|| {
                     let (samples, mut stats) = (job.samples.clone(), Stats::default());
-                    ghosts.splat::<f32x8>(&job.light_path_input(), samples, &mut film, &mut stats);
+                    let (input, film) = (job.light_path_input(), &mut film);
+                    stage.run::<f32x8>(&input, &ghosts, samples, &|| true, film, &mut stats);
                 });
             });
         });

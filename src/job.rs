@@ -8,6 +8,7 @@ use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::io::FileLog;
 use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
 use crate::lens::{CalibrationSetup, Camera, FieldRay, LensModel, PixelGrid};
+use crate::light_tracing::Strategy;
 use crate::light_tracing::caustics::Caustics;
 use crate::light_tracing::ghosts::Ghosts;
 use crate::light_tracing::lamp_images::{LampImageWeights, LampImages};
@@ -146,9 +147,12 @@ impl Job {
         self.layers.contains(&Aov::Alpha)
     }
 
-    /// Returns whether light paths add light to the picture.
-    pub fn has_light_paths(&self) -> bool {
-        self.ghosts.is_some() || self.lamp_images.is_some() || self.caustics.is_some()
+    /// Returns the strategies whose light paths add light to the picture.
+    pub fn light_strategies(&self) -> Vec<Strategy<'_>> {
+        let lamp_images = self.lamp_images.as_ref().map(Strategy::LampImages);
+        let caustics = self.caustics.as_ref().map(Strategy::Caustics);
+        let ghosts = self.ghosts.as_ref().map(Strategy::Ghosts);
+        [lamp_images, caustics, ghosts].into_iter().flatten().collect()
     }
 
     /// Returns the parts of this job that light paths depend on.

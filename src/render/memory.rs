@@ -19,9 +19,7 @@ use crate::io::ByteSize;
 use crate::io::image::ImageFormat;
 use crate::job::Job;
 use crate::lens::LensModel;
-use crate::light_tracing::caustics::Caustics;
-use crate::light_tracing::ghosts::Ghosts;
-use crate::light_tracing::lamp_images::LampImages;
+use crate::light_tracing::SplatStage;
 use crate::plan::Effect;
 
 /// Task that takes memory.
@@ -67,15 +65,18 @@ impl Estimate {
     ) -> Self {
         let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
         let threads = match task {
-            MemoryTask::Render { threads } => threads as u64 * thread_bytes(job),
+            MemoryTask::Render { threads } => threads as u64,
             MemoryTask::Merge => 0,
         };
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes_per_pixel(squares);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
-        let splats = match job.has_light_paths() {
-            true => pixels * FilmSums::bytes_per_pixel(false) + bytes_of_splats(job),
-            false => 0,
+        let splats = match (&job.light_strategies()[..], &job.camera.model) {
+            (strategies @ [_, ..], LensModel::Real(lens)) => {
+                let stage = SplatStage::bytes(strategies, &job.response.filter, lens, threads);
+                pixels * FilmSums::bytes_per_pixel(false) + stage
+            }
+            _ => 0,
         };
         let rounds = match job.stop_criteria.count_only() {
             true => 0,
@@ -83,7 +84,7 @@ impl Estimate {
         };
         let always = [
             ("scene, lens and program", resident.now),
-            ("threads", threads),
+            ("threads", threads * thread_bytes(job)),
             ("tile results", rounds),
         ];
         let mut phases =
@@ -153,19 +154,6 @@ impl fmt::Display for Estimate {
 const THREAD_BYTES: u64 = 1 << 18;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
-
-/// Returns the largest size of the splats that wait to be added to the film (bytes).
-fn bytes_of_splats(job: &Job) -> u64 {
-    let LensModel::Real(lens) = &job.camera.model else { return 0 };
-    let (frame, filter) = (&job.frame, &job.response.filter);
-    // Ghosts, lamp images and caustics take turns.
-    let waiting = [
-        job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(frame.resolution)),
-        job.lamp_images.as_ref().map(|_| LampImages::bytes_waiting(frame, filter, lens)),
-        job.caustics.as_ref().map(|_| Caustics::bytes_waiting(frame, filter, lens)),
-    ];
-    waiting.into_iter().flatten().max().unwrap_or(0)
-}
 
 /// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
 fn thread_bytes(job: &Job) -> u64 {

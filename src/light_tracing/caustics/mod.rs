@@ -22,13 +22,21 @@ mod survey;
 mod walk;
 
 pub use survey::survey_caustics;
+pub(crate) use walk::CausticColumns;
 
 use crate::distribution::DiscreteDistribution;
-use crate::film::{Frame, PixelFilter};
+use crate::film::Frame;
+use crate::lanes::Real;
 use crate::lens::RealLens;
-use crate::light_tracing::light_paths::{FrontEntry, PathCount, SplatStage};
+use crate::light_tracing::light_paths::{
+    FrontEntry, LightPathInput, LightPaths, PathCount, Splat, add_splats,
+};
+use crate::rays::{HitBatch, RayBatch, SampleBatch};
+use crate::sampler::pixel_key;
+use crate::shade::ShadeColumns;
 use caster::Caster;
 use entry::EntrySampler;
+use walk::Connected;
 
 /// The surfaces that throw caustics, and the lens as light paths enter it.
 #[derive(Clone, Debug)]
@@ -43,15 +51,36 @@ pub struct Caustics {
 /// Samples of the picture per light path.
 const SAMPLES_PER_PATH: u64 = 16;
 
-/// Returns the number of light paths per sample number.
-fn path_count(frame: &Frame) -> PathCount {
-    PathCount::new(frame.resolution, SAMPLES_PER_PATH)
-}
-
 impl Caustics {
-    /// Returns the largest size of the splats that wait to be added to the film (bytes).
-    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter, lens: &RealLens) -> u64 {
-        SplatStage::filtered(path_count(frame), filter, lens).bytes_waiting()
+    /// Size of the columns of a worker (bytes).
+    pub(crate) const COLUMN_BYTES: usize = size_of::<SampleBatch>()
+        + 3 * size_of::<RayBatch>()
+        + size_of::<HitBatch>()
+        + size_of::<ShadeColumns>()
+        + size_of::<LightPaths>();
+
+    /// Returns the number of light paths per sample number.
+    pub(crate) fn path_count(&self, frame: &Frame) -> PathCount {
+        PathCount::new(frame.resolution, SAMPLES_PER_PATH)
+    }
+
+    /// Traces a wave of a sample number and returns its splats.
+    pub(crate) fn trace<R: Real<Scalar = f32>>(
+        &self,
+        input: &LightPathInput<'_>,
+        lens: &RealLens,
+        columns: &mut CausticColumns,
+        [wave, sample]: [u32; 2],
+    ) -> Vec<Splat> {
+        let count = self.path_count(input.frame);
+        let key = pixel_key(sample, u32::MAX - 4, input.seed);
+        let bands = self.front.bands_of_wave(input.seed, count.wave_number([wave, sample]));
+        let lens = (lens, &self.front);
+        let mut splats = Vec::new();
+        self.walk::<R>(input, columns, [key, wave], &mut |Connected { paths, .. }| {
+            add_splats::<R>(input, lens, (count, &bands), paths, |_, _| 1.0, &mut splats);
+        });
+        splats
     }
 
     /// Returns the number of casters.

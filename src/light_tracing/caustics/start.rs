@@ -14,7 +14,7 @@ const NEAR: f32 = 1e-4;
 
 /// Start of a light path.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PathStart {
+pub(crate) struct PathStart {
     /// Flux (radiance times world units^2 sr) over that of the ray's throughput.
     pub flux: f64,
     /// Luminance of the light.

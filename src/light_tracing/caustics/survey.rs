@@ -3,7 +3,6 @@
 use super::Caustics;
 use super::caster::casters;
 use super::entry::EntrySampler;
-use super::path_count;
 use super::walk::{CausticColumns, Connected};
 use crate::distribution::DiscreteDistribution;
 use crate::lanes::f32x8;
@@ -110,7 +109,7 @@ impl Pilot {
         let mut columns = CausticColumns::default();
         let mut pilot =
             Self { light: 0.0, light_by_radiance: 0.0, squares: vec![0.0; caustics.casters.len()] };
-        let count = path_count(input.frame);
+        let count = caustics.path_count(input.frame);
         let pixels = input.frame.resolution.map(f64::from).iter().product::<f64>();
         let scale = count.splat_scale(input);
         // Each path stands for several of the render.

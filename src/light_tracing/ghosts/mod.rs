@@ -15,7 +15,6 @@ mod estimate;
 mod splat;
 
 pub use estimate::{GhostEstimate, direct_peak, estimate};
-pub use splat::SAMPLES_PER_PATH;
 
 use crate::distribution::Distribution;
 use crate::lens::{Prescription, Surface, ghost_sequence};

@@ -1,23 +1,17 @@
-//! Ghost stage: splats light paths on the film, after all other stages.
-
-use std::ops::Range;
+//! Light paths of ghosts: from a light by two reflections to the film, and their splats.
 
 use super::{GhostPair, Ghosts};
-use crate::film::FilmSums;
+use crate::film::Frame;
 use crate::lanes::Real;
-use crate::lens::{LensModel, RealLens};
+use crate::lens::RealLens;
 use crate::light_tracing::light_paths::{
-    LightPathInput, LightPaths, PathCount, Splat, SplatStage, film_pixels,
+    LightPathInput, LightPaths, PathCount, Splat, film_pixels,
 };
 use crate::rays::LensBatch;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
-use crate::stats::Stats;
 
 /// Samples of the picture per light path. Ghosts are unsharp and need few paths.
-pub const SAMPLES_PER_PATH: u64 = 4;
-
-/// Largest number of bands in which one path is traced.
-const BANDS_PER_PATH: usize = 4;
+const SAMPLES_PER_PATH: u64 = 4;
 
 /// A path in one band that arrives on the film.
 #[derive(Clone, Copy)]
@@ -29,48 +23,25 @@ struct Arrival {
     share: [f32; 3],
 }
 
-/// Returns the stage for a picture of this width and height.
-fn stage(resolution: [u32; 2]) -> SplatStage {
-    let count = PathCount::new(resolution, SAMPLES_PER_PATH);
-    SplatStage { count, splats_per_path: BANDS_PER_PATH as u64 }
-}
-
 impl Ghosts {
-    /// Returns the largest size of the splats that wait to be added to the film of a picture of
-    /// this width and height (bytes).
-    pub fn bytes_waiting(resolution: [u32; 2]) -> u64 {
-        stage(resolution).bytes_waiting()
+    /// Largest number of bands in which one path is traced.
+    pub(crate) const BANDS_PER_PATH: usize = 4;
+
+    /// Returns the number of light paths per sample number.
+    pub(crate) fn path_count(&self, frame: &Frame) -> PathCount {
+        PathCount::new(frame.resolution, SAMPLES_PER_PATH)
     }
 
-    /// Traces one light path for every [`SAMPLES_PER_PATH`] samples of the picture and adds the
-    /// ghosts to the film: a stage.
+    /// Traces a wave of a sample number through one pair and returns its splats. Every path is traced in
+    /// several evenly spaced bands, so that few paths already have nearly the right hue.
     ///
-    /// A path is added to the pixel that it hits; a filter would not change an unsharp image. The
-    /// sum depends on seed and sample indices only, and the sums of disjoint sample ranges add up.
-    pub fn splat<R: Real<Scalar = f32>>(
-        &self,
-        input: &LightPathInput<'_>,
-        samples: Range<u32>,
-        film: &mut FilmSums,
-        stats: &mut Stats,
-    ) {
-        let LensModel::Real(lens) = &input.camera.model else { return };
-        let stage = stage(input.frame.resolution);
-        let scale = stage.count.splat_scale(input);
-        stage.run(input, samples, film, stats, |wave_paths: &mut Box<LightPaths>, wave| {
-            self.wave::<R>(input, lens, wave_paths, wave, scale)
-        });
-    }
-
-    /// Returns the splats of one wave, which samples one pair. Every path is traced in several
-    /// evenly spaced bands, so that few paths already have nearly the right hue.
-    fn wave<R: Real<Scalar = f32>>(
+    /// A path is added to the pixel that it hits; a filter would not change an unsharp image.
+    pub(crate) fn trace<R: Real<Scalar = f32>>(
         &self,
         input: &LightPathInput<'_>,
         lens: &RealLens,
         wave_paths: &mut LightPaths,
         [wave, sample]: [u32; 2],
-        scale: f64,
     ) -> Vec<Splat> {
         // A low-discrepancy sequence distributes the waves of a sample index over pairs and bands.
         let of_sample = pixel_key(sample, u32::MAX - 1, input.seed);
@@ -79,7 +50,8 @@ impl Ghosts {
             return Vec::new();
         };
         wave_paths.sample(input, lens, pixel_key(wave, sample, of_sample), Some(entry));
-        let traced_bands = bands.len().min(BANDS_PER_PATH);
+        let traced_bands = bands.len().min(Self::BANDS_PER_PATH);
+        let scale = self.path_count(input.frame).splat_scale(input);
         let factor = scale / (share * traced_bands as f64);
         let stride = bands.len() / traced_bands;
         let first = (v * stride as f32) as usize;

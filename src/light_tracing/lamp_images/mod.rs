@@ -22,7 +22,7 @@
 //!
 //! With dispersion, a camera ray is traced at the wavelength of its hero and shared by other bands. Its
 //! density is that of the hero. A light path is traced in the same bands, and takes what the rays of
-//! each hero leave ([`splats`](crate::light_tracing::light_paths)).
+//! each hero leave ([`add_splats`](crate::light_tracing::light_paths)).
 //!
 //! Paths by way of other surfaces, and lamps that a mirror or a window shows, stay with the camera.
 
@@ -33,12 +33,12 @@ mod splat;
 mod survey;
 
 pub use density::LampImageWeights;
+pub(crate) use splat::LampColumns;
 pub use survey::survey;
 
 use crate::distribution::DiscreteDistribution;
-use crate::film::{Frame, PixelFilter};
 use crate::lens::RealLens;
-use crate::light_tracing::light_paths::{FrontEntry, PathCount, SplatStage};
+use crate::light_tracing::light_paths::FrontEntry;
 use lamp::Lamp;
 
 /// The lamps that light paths start from.
@@ -56,21 +56,7 @@ pub struct LampImages {
     exclusive: bool,
 }
 
-/// Samples of the picture per light path. Lamps and suns are small, so that this is a dozen paths for each of
-/// their pixels and each sample of them.
-pub const SAMPLES_PER_PATH: u64 = 16;
-
-/// Returns the number of light paths per sample number.
-fn path_count(frame: &Frame) -> PathCount {
-    PathCount::new(frame.resolution, SAMPLES_PER_PATH)
-}
-
 impl LampImages {
-    /// Returns the largest size of the splats that wait to be added to the film (bytes).
-    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter, lens: &RealLens) -> u64 {
-        SplatStage::filtered(path_count(frame), filter, lens).bytes_waiting()
-    }
-
     /// Prepares light paths without lamps, for a lens, the half side of the square of entry points
     /// (mm) and the number of lights of the scene.
     fn new(lens: &RealLens, half: f64, lights: usize) -> Self {

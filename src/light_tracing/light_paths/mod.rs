@@ -13,13 +13,13 @@ mod splat;
 mod survey;
 mod wave;
 
-pub(crate) use arrival::splats;
+pub(crate) use arrival::add_splats;
 pub(crate) use camera_pose::{CameraPose, CameraPoses};
 pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
-pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
+pub(crate) use splat::{PathCount, Splat, film_pixels};
 pub(crate) use survey::obstacle;
 pub use survey::{LightPathSelection, LightPathSurvey};
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
@@ -71,7 +71,7 @@ impl LightPathInput<'_> {
     }
 
     /// Returns whether the work is to end.
-    fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{LampImages, path_count};
+use super::LampImages;
 use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
@@ -105,7 +105,7 @@ impl<'a> LampImageWeights<'a> {
 
     /// Returns the number of light paths per sample number.
     fn light_paths(&self) -> f64 {
-        path_count(self.frame).paths()
+        self.lamp_images.path_count(self.frame).paths()
     }
 
     /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
