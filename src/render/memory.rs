@@ -71,9 +71,9 @@ impl Estimate {
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes_per_pixel(squares);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
-        let splats = match (&job.light_strategies()[..], &job.camera.model) {
-            (strategies @ [_, ..], LensModel::Real(lens)) => {
-                let stage = SplatStage::bytes(strategies, &job.response.filter, lens, threads);
+        let splats = match &job.camera.model {
+            LensModel::Real(lens) if !job.light_strategies().is_empty() => {
+                let stage = SplatStage::bytes(&job.response.filter, lens, threads);
                 pixels * FilmSums::bytes_per_pixel(false) + stage
             }
             _ => 0,

@@ -46,7 +46,8 @@ impl SplatAccumulator {
         let [first, end] = [self.samples, until].map(|n| job.samples.start.saturating_add(n));
         let input = LightPathInput { stop, ..job.light_path_input() };
         let strategies = job.light_strategies();
-        self.samples += self.stage.run::<R>(&input, &strategies, first..end, goes_on, film, stats);
+        let added = self.stage.run::<R>(&input, &strategies, first..end, goes_on, film, stats);
+        self.samples = if added == end - first { until } else { self.samples + added };
     }
 
     /// Adds the sum to a film, times a factor.

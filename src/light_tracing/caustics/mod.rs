@@ -16,18 +16,18 @@
 //! which no connection to the lens can find, and the light of skies and point lights.
 
 mod caster;
-mod entry;
 mod start;
 mod survey;
 mod walk;
 
-pub use survey::survey_caustics;
+pub(crate) use survey::survey;
 pub(crate) use walk::CausticColumns;
 
 use crate::distribution::DiscreteDistribution;
 use crate::film::Frame;
 use crate::lanes::Real;
 use crate::lens::RealLens;
+use crate::light_tracing::entry::EntrySampler;
 use crate::light_tracing::light_paths::{
     FrontEntry, LightPathInput, LightPaths, PathCount, Splat, add_splats,
 };
@@ -35,7 +35,6 @@ use crate::rays::{HitBatch, RayBatch, SampleBatch};
 use crate::sampler::pixel_key;
 use crate::shade::ShadeColumns;
 use caster::Caster;
-use entry::EntrySampler;
 use walk::Connected;
 
 /// The surfaces that throw caustics, and the lens as light paths enter it.

@@ -3,10 +3,10 @@
 use glam::{DVec3, Vec3};
 
 use super::Caustics;
-use super::entry::EntryPoint;
 use super::start::PathStart;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
+use crate::light_tracing::entry::EntryPoint;
 use crate::light_tracing::light_paths::{
     CameraPose, CameraPoses, LightPath, LightPathInput, LightPaths,
 };

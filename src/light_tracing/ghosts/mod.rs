@@ -12,7 +12,7 @@
 //! behind the plane of the front vertex.
 
 mod estimate;
-mod splat;
+mod trace;
 
 pub use estimate::{GhostEstimate, direct_peak, estimate};
 

@@ -29,15 +29,16 @@
 mod density;
 mod lamp;
 mod reach;
-mod splat;
 mod survey;
+mod trace;
 
 pub use density::LampImageWeights;
-pub(crate) use splat::LampColumns;
-pub use survey::survey;
+pub(crate) use survey::survey;
+pub(crate) use trace::LampColumns;
 
 use crate::distribution::DiscreteDistribution;
 use crate::lens::RealLens;
+use crate::light_tracing::entry::EntrySquare;
 use crate::light_tracing::light_paths::FrontEntry;
 use lamp::Lamp;
 
@@ -57,14 +58,14 @@ pub struct LampImages {
 }
 
 impl LampImages {
-    /// Prepares light paths without lamps, for a lens, the half side of the square of entry points
-    /// (mm) and the number of lights of the scene.
-    fn new(lens: &RealLens, half: f64, lights: usize) -> Self {
+    /// Prepares light paths without lamps, for a lens, the square of entry points and the number of
+    /// lights of the scene.
+    fn new(lens: &RealLens, square: EntrySquare, lights: usize) -> Self {
         Self {
             lamps: Vec::new(),
             choice: DiscreteDistribution::from_probabilities(&[1.0]),
             by_light: vec![None; lights],
-            front: FrontEntry::new(lens, half),
+            front: FrontEntry::new(lens, square),
             exclusive: false,
         }
     }

@@ -20,8 +20,8 @@ pub(crate) use camera_view::CameraView;
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
 pub(crate) use splat::{PathCount, Splat, film_pixels};
-pub(crate) use survey::obstacle;
-pub use survey::{LightPathSelection, LightPathSurvey};
+pub use survey::LightPathSelection;
+pub(crate) use survey::SurveyedPicture;
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
 
 use std::sync::atomic::{AtomicBool, Ordering};

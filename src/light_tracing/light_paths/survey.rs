@@ -1,17 +1,11 @@
-//! Survey of light paths: whether they are worth their time in a picture, and why.
+//! Survey of light paths: the picture that strategies survey, and which of its light they take.
 
-use super::{CameraPose, LightPathInput};
-use crate::lens::RealLens;
+use std::cell::OnceCell;
+
+use super::{CameraPose, CameraView, FrontEntry, LightPathInput, LightPaths};
+use crate::lanes::f32x8;
+use crate::lens::{LensModel, RealLens};
 use crate::shutter::Timing;
-
-/// Result of a survey.
-#[derive(Clone, Debug)]
-pub struct LightPathSurvey<T> {
-    /// The light paths, if they are worth their time.
-    pub light_paths: Option<T>,
-    /// The reason, in a sentence.
-    pub reason: String,
-}
 
 /// Selection of light paths.
 #[derive(Clone, Copy, Debug)]
@@ -36,27 +30,50 @@ impl LightPathSelection {
     }
 }
 
-impl<T> LightPathSurvey<T> {
-    /// Returns the survey of light paths that the user does not want.
-    pub fn unwanted() -> Self {
-        Self { light_paths: None, reason: "not wanted".to_owned() }
+/// A picture whose light paths are surveyed.
+pub(crate) struct SurveyedPicture<'a> {
+    pub input: &'a LightPathInput<'a>,
+    pub lens: &'a RealLens,
+    pub selection: LightPathSelection,
+    view: OnceCell<Option<CameraView>>,
+}
+
+impl<'a> SurveyedPicture<'a> {
+    /// Returns the picture, or why light paths cannot find its light.
+    pub fn new(
+        input: &'a LightPathInput<'a>,
+        selection: LightPathSelection,
+    ) -> Result<Self, &'static str> {
+        let LensModel::Real(lens) = &input.camera.model else {
+            return Err("the camera has no lens of glass");
+        };
+        let view = OnceCell::new();
+        obstacle(input, lens).map_or(Ok(Self { input, lens, selection, view }), Err)
     }
 
-    /// Returns the survey with this result, which is a reason if there are no light paths. `describe`
-    /// returns the reason for those that there are.
-    pub(crate) fn new(
-        result: Result<T, &'static str>,
-        describe: impl FnOnce(&T) -> String,
-    ) -> Self {
-        match result {
-            Ok(found) => Self { reason: describe(&found), light_paths: Some(found) },
-            Err(reason) => Self { light_paths: None, reason: reason.to_owned() },
-        }
+    /// Returns the view of the camera, or why it has none.
+    pub fn view(&self) -> Result<&CameraView, &'static str> {
+        let view = self.view.get_or_init(|| CameraView::new(self.input));
+        view.as_ref().ok_or("no ray leaves the lens")
+    }
+
+    /// Traces a wave of paths from the lens to the film, in the first of its bands. Returns the indices
+    /// of those that arrive on it, after testing which of them are unoccluded.
+    pub fn arrivals(&self, front: &FrontEntry, wave: u32, paths: &mut LightPaths) -> Vec<usize> {
+        let band = front.bands_of_wave(self.input.seed, wave)[0];
+        front.trace::<f32x8>(self.lens, band, paths);
+        let half = self.input.camera.film.map(|size| size / 2.0);
+        let on_film = |i: &usize| {
+            paths.film_hit(*i).is_some_and(|hit| (0..2).all(|k| hit.point[k].abs() < half[k]))
+        };
+        let arrivals: Vec<usize> = (0..paths.len()).filter(on_film).collect();
+        paths.connect::<f32x8>(self.input, arrivals.iter().map(|&i| i as u32));
+        arrivals
     }
 }
 
 /// Returns why light paths cannot find the light of this picture.
-pub(crate) fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
+fn obstacle(input: &LightPathInput<'_>, lens: &RealLens) -> Option<&'static str> {
     let instants = input.timing.is_some_and(Timing::rows_are_instants);
     match () {
         () if instants => Some("a rolling shutter reads rows without motion blur"),

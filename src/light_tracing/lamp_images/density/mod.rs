@@ -7,7 +7,7 @@ use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
 use crate::light_tracing::light_paths::{CameraPoses, FilmHit};
-use crate::rays::RayBatch;
+use crate::rays::{Ray, RayBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{Scene, SkySampling};
 use crate::shade::{LampWeights, LightSource};
@@ -19,22 +19,6 @@ pub struct LampImageWeights<'a> {
     lamp_images: &'a LampImages,
     frame: &'a Frame,
     poses: CameraPoses<'a>,
-}
-
-/// A camera ray that found a light.
-#[derive(Clone, Copy, Debug)]
-struct FoundLight<'a> {
-    /// Where the ray leaves the lens, in the world.
-    pub origin: Vec3,
-    /// Its unit direction.
-    pub direction: Vec3,
-    /// The light source that it found.
-    pub source: LightSource<'a>,
-    /// Sampling weight of its film sample: the reciprocal of its density over etendue and over the
-    /// area of the film (mm^2 sr), times the transmission of the lens.
-    pub sampling_weight: f64,
-    /// The time of its sample.
-    pub time: f32,
 }
 
 impl<'a> LampImageWeights<'a> {
@@ -49,7 +33,8 @@ impl<'a> LampImageWeights<'a> {
         Self { lamp_images, frame, poses: CameraPoses::new(camera, timing) }
     }
 
-    /// Returns the sampling weight of the i-th camera ray of a wave, as in [`FoundLight`].
+    /// Returns the sampling weight of the i-th camera ray of a wave: the reciprocal of its density over
+    /// etendue and over the area of the film (mm^2 sr), times the transmission of the lens.
     fn sampling_weight(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
         match self.need_camera_pdf(scene) {
             false => {
@@ -64,16 +49,6 @@ impl<'a> LampImageWeights<'a> {
     /// bands that share a ray, and contains the transmittance of media.
     pub(crate) fn need_camera_pdf(&self, scene: &Scene) -> bool {
         EFFECTS && (self.poses.camera.bands() > 1 || scene.has_media())
-    }
-
-    /// Returns the weight of a camera path that ends at a light.
-    fn weight_of_found(&self, scene: &Scene, found: &FoundLight) -> f32 {
-        let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
-        if self.lamp_images.exclusive {
-            return if density > 0.0 { 0.0 } else { 1.0 };
-        }
-        let camera = self.row_exposure() / (self.pixel_area() * found.sampling_weight);
-        power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
     /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1). The etendue at the
@@ -108,10 +83,16 @@ impl<'a> LampImageWeights<'a> {
         self.lamp_images.path_count(self.frame).paths()
     }
 
-    /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
-    /// `None` if no light path finds it.
-    fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
-        let FoundLight { origin, direction, source, time, .. } = *found;
+    /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray in the
+    /// world. `None` if no light path finds it.
+    fn light_path_density(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        time: f32,
+        source: LightSource,
+    ) -> Option<f64> {
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
         let LensModel::Real(lens) = &self.poses.camera.model else { return None };
         let lamps = self.lamp_images;
         let light = match source {
@@ -121,11 +102,7 @@ impl<'a> LampImageWeights<'a> {
         let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
         let pose = self.poses.at(time);
         let (at_front, towards) = pose.crossing(lens, origin, direction)?;
-        let uv = at_front.map(|v| (v / lamps.front.half + 1.0) / 2.0);
-        if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
-            return None;
-        }
-        let uv = uv.map(|v| v as f32);
+        let uv = lamps.front.square.point(at_front)?;
         if !lamp.is_traced(uv) {
             return None;
         }
@@ -153,13 +130,15 @@ impl LampWeights for LampImageWeights<'_> {
         time: f32,
         source: LightSource,
     ) -> f32 {
-        let ray = rays.ray(i);
-        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-        let sampling_weight = self.sampling_weight(scene, rays, i);
-        self.weight_of_found(
-            scene,
-            &FoundLight { origin, direction, source, sampling_weight, time },
-        )
+        let Some(density) = self.light_path_density(scene, &rays.ray(i), time, source) else {
+            return 1.0;
+        };
+        if self.lamp_images.exclusive {
+            return if density > 0.0 { 0.0 } else { 1.0 };
+        }
+        let weight = self.sampling_weight(scene, rays, i);
+        let camera = self.row_exposure() / (self.pixel_area() * weight);
+        power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 }
 
@@ -168,7 +147,7 @@ impl LampImages {
     /// its lamp, the density of its entry point over the unit square, that of its direction (1/sr)
     /// and its cosine to the axis.
     pub(super) fn density(&self, share: f64, entry: f64, to_light: f64, cos: f64) -> f64 {
-        share * entry / (4.0 * self.front.half * self.front.half) * to_light / cos
+        share * entry / self.front.square.area() * to_light / cos
     }
 }
 

@@ -10,7 +10,7 @@ use crate::io::image::write_pfm;
 use crate::job::Job;
 use crate::lanes::f32x8;
 use crate::lens::LensColumns;
-use crate::light_tracing::lamp_images::splat::LampColumns;
+use crate::light_tracing::lamp_images::LampColumns;
 use crate::light_tracing::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
 use crate::motion::Motion;
 use crate::prepare::{Changes, prepare};
@@ -66,22 +66,18 @@ fn sunny(effects: &str) -> Job {
     job
 }
 
-/// Calls `check` for every ray of a wave that finds a lamp or a sky with an image.
+/// Calls `check` with the index, the time and the find of every ray of a wave that finds a lamp or a sky
+/// with an image.
 fn for_lamps(
     job: &Job,
     (rays, times): (&RayBatch, &[f32]),
-    mut check: impl FnMut(usize, &FoundLight),
+    mut check: impl FnMut(usize, f32, LightSource),
 ) {
     let (mut hits, mut stack) = (Box::<HitBatch>::default(), TraversalStack::default());
     job.scene.intersect::<f32x8>(rays, &mut hits, &mut stack);
     for i in 0..rays.len {
         let (hit, ray) = (&hits[i], rays.ray(i));
-        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-        let time = times[rays.slot[i] as usize];
-        let weights = job.lamp_image_weights().expect("lamps");
-        let sampling_weight = weights.sampling_weight(&job.scene, rays, i);
-        let mut found =
-            |source| check(i, &FoundLight { origin, direction, source, sampling_weight, time });
+        let mut found = |source| check(i, times[rays.slot[i] as usize], source);
         if hit.shape == NO_INDEX {
             job.scene.lights.sampled_skies().for_each(|sky| found(LightSource::Sky(sky)));
         } else if job.scene.shapes[hit.shape as usize].light != NO_INDEX {
@@ -145,17 +141,19 @@ fn check_weights(job: &Job) {
         }
         let mut expected = Vec::new();
         paths.paths.clear();
-        for_lamps(job, (&rays, &samples.time[..]), |_, found| {
-            let Some(density) = weights.light_path_density(&job.scene, found) else { return };
-            let (at_front, towards) = CameraPose::at(&job.camera, job.timing.as_ref(), found.time)
-                .crossing(lens, found.origin, found.direction)
+        for_lamps(job, (&rays, &samples.time[..]), |i, time, source| {
+            let density = weights.light_path_density(&job.scene, &rays.ray(i), time, source);
+            let Some(density) = density else { return };
+            let Ray { origin, direction, .. } = rays.ray(i);
+            let (at_front, towards) = CameraPose::at(&job.camera, job.timing.as_ref(), time)
+                .crossing(lens, origin.into(), direction.into())
                 .expect("a ray from the lens");
             let start = lamps.front.start(at_front, towards);
             let shadow = Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], t_max: 1.0 };
-            let (time, sample) = (ArrivalTime::default(), [0; 2]);
-            let path = LightPath { start, towards, shadow, time, sample };
+            let arrival = ArrivalTime::default();
+            let path = LightPath { start, towards, shadow, time: arrival, sample: [0; 2] };
             paths.paths.push(&path, [1.0; 3], [0.5; 2]);
-            expected.push((density, weights.weight_of_found(&job.scene, found)));
+            expected.push((density, weights.camera_weight(&job.scene, &rays, i, time, source)));
         });
         lamps.front.trace::<f32x8>(lens, samples.band, &mut paths.paths);
         for (i, (density, camera)) in expected.into_iter().enumerate() {
@@ -189,9 +187,9 @@ fn check_densities(job: &Job) {
             let ray = Ray { t_max: f32::INFINITY, ..columns.paths.shadow_ray(i) };
             rays.push(ray, [1.0; 3], i as u32);
         }
-        for_lamps(job, (&rays, &[0.0; WAVE_SIZE]), |i, found| {
-            let density = weights.light_path_density(&job.scene, found).unwrap_or(0.0);
-            let ratio = density / columns.densities[i];
+        for_lamps(job, (&rays, &[0.0; WAVE_SIZE]), |i, time, source| {
+            let density = weights.light_path_density(&job.scene, &rays.ray(i), time, source);
+            let ratio = density.unwrap_or(0.0) / columns.densities[i];
             // Another lamp may be before the one that was sampled.
             if (0.5..2.0).contains(&ratio) {
                 assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
@@ -246,9 +244,10 @@ fn camera_paths_take_the_light_that_a_crop_traces_no_light_path_for() {
     for wave in 0..16 {
         sample_film(&job.camera, pixel_key(0, 0, 0), wave, &mut samples);
         job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-        for_lamps(&job, (&rays, &samples.time[..]), |_, found| {
-            let is_alone = weights.light_path_density(&job.scene, found).is_none();
-            let weight = weights.weight_of_found(&job.scene, found);
+        for_lamps(&job, (&rays, &samples.time[..]), |i, time, source| {
+            let density = weights.light_path_density(&job.scene, &rays.ray(i), time, source);
+            let weight = weights.camera_weight(&job.scene, &rays, i, time, source);
+            let is_alone = density.is_none();
             assert_eq!(is_alone, weight == 1.0, "{weight}");
             alone += i32::from(is_alone);
         });

@@ -1,4 +1,4 @@
-//! Light paths of lamp images: from a lamp to the lens, and their splats.
+//! Light paths of lamp images: from a lamp to the lens.
 
 use super::lamp::Lamp;
 use super::reach::EntryReach;
@@ -79,7 +79,7 @@ impl LampImages {
             if !lamp.is_traced(entry.uv) {
                 continue;
             }
-            let at_front = entry.uv.map(|u| (2.0 * f64::from(u) - 1.0) * self.front.half);
+            let at_front = self.front.square.place(entry.uv.map(f64::from));
             let time = input.arrival_time(key, i);
             let pose = poses.at(time.scene);
             let from = pose.front_surface(lens, at_front);
