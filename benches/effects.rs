@@ -76,6 +76,32 @@ fn fresnel(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Measures a picture with the effects that are planned, and with everything off, on one thread.
+fn everything_off(criterion: &mut Criterion) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
+    let job = |effects: &str| {
+        let description = pbrt::read(&scene).expect("a scene of the repository");
+        let changes = Changes {
+            resolution: Some([64, 64]),
+            samples: Some(64),
+            effects: effects.parse().expect("effects"),
+            ..Changes::default()
+        };
+        prepare(description, &changes).expect("a job").0
+    };
+    let mut group = criterion.benchmark_group("effect/everything_off");
+    group.throughput(Throughput::Elements(64 * 64 * 64));
+    for (name, job) in [("planned", job("auto")), ("off", job("none"))] {
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
+                    .expect("a render")
+            });
+        });
+    }
+    group.finish();
+}
+
 const SIZE: [u32; 2] = [256, 256];
 
 /// Measures the sensor on one thread, per pixel of the finished picture.
@@ -389,6 +415,6 @@ fn media(criterion: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = diffraction, dispersion, fresnel, ghosts, media, motion, sensor, tilt_shift
+    targets = diffraction, dispersion, everything_off, fresnel, ghosts, media, motion, sensor, tilt_shift
 }
 criterion_main!(benches);

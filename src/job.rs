@@ -7,7 +7,7 @@ use crate::aov::{self, Aov, LayerRequest};
 use crate::film::{Frame, Response, Tile, TileSampler};
 use crate::io::FileLog;
 use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
-use crate::lens::{CalibrationSetup, Camera, FieldRay, LensModel, PixelGrid};
+use crate::lens::Camera;
 use crate::light_tracing::Strategy;
 use crate::light_tracing::caustics::Caustics;
 use crate::light_tracing::ghosts::Ghosts;
@@ -127,18 +127,6 @@ impl Job {
         let Self { camera, frame, timing, .. } = self;
         let lamp_images = self.lamp_images.as_ref()?;
         Some(LampImageWeights::new(lamp_images, camera, frame, timing.as_ref()))
-    }
-
-    /// Returns the calibration of the lens for the whole picture; `None` without a real lens.
-    pub fn calibration_setup(&self) -> Option<CalibrationSetup<'_>> {
-        let LensModel::Real(lens) = &self.camera.model else { return None };
-        Some(CalibrationSetup {
-            lens: &lens.prescription,
-            film_distance: lens.film_distance,
-            film_pose: lens.film_pose,
-            pixels: PixelGrid::new(self.frame.resolution, self.camera.film[0]),
-            ray: FieldRay::Centroid,
-        })
     }
 
     /// Returns whether the light of a sky that the camera sees directly is left out, because the

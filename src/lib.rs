@@ -44,7 +44,6 @@
 //! |---|---|
 //! | `cli` (default) | dependencies of the command |
 //! | `report` (default) | dependencies of its drawings, plots and reports |
-//! | `bare` | nothing: leaves all effects out, to measure what they cost when they are off |
 //!
 //! A program that uses the library alone needs none of them: `default-features = false`. It should
 //! compile for AVX2 and FMA, with `-C target-cpu=x86-64-v3` in its own `.cargo/config.toml`; the
@@ -172,7 +171,6 @@ pub mod dataset;
 #[doc(hidden)]
 pub mod diffraction;
 mod distribution;
-mod effects;
 mod equal_area;
 #[doc(hidden)]
 pub mod film;

@@ -211,7 +211,7 @@ pub fn write_pair(
         raw.write(file, pair.degraded.frame.window(), encoding, &Notes::new())?;
         add("raw", file)?;
     }
-    let setup = pair.degraded.calibration_setup();
+    let setup = CalibrationSetup::of_camera(&pair.degraded.camera, pair.degraded.frame.resolution);
     let calibrated = setup.as_ref().map(CalibrationSetup::calibrate_quickly);
     if let (Some(file), Some(setup), Some(calibrated)) = (&psf_file, &setup, &calibrated) {
         let failed = |error: &dyn Display| DatasetError::PointSpreads {

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::{Frame, PixelFilter, Tile};
-use crate::effects::EFFECTS;
 use crate::rays::{SampleBatch, WAVE_SIZE};
 use crate::sampler::{Dimension, fill_2d, pixel_key, sample_2d};
 use crate::spectrum::hero_band;
@@ -113,7 +112,7 @@ pub fn sample(
         len
     };
     (batch.seed, batch.band) = (seed, 0);
-    if !EFFECTS || tile.band_queues.is_empty() {
+    if tile.band_queues.is_empty() {
         let mut room = WAVE_SIZE;
         while room > 0
             && let Some((pixel, run)) = tile.next_run(room)
@@ -144,7 +143,7 @@ pub fn sample(
     }
     filter.place(0, &mut u[..padded]);
     filter.place(1, &mut v[..padded]);
-    if EFFECTS && !tile.band_queues.is_empty() {
+    if !tile.band_queues.is_empty() {
         offset[0][..padded].copy_from_slice(&u[..padded]);
         offset[1][..padded].copy_from_slice(&v[..padded]);
     }

@@ -87,6 +87,7 @@ pub use prescription::design::{
 };
 pub use prescription::error::LensError;
 pub use prescription::formats::dat::parse as parse_dat;
+pub use prescription::formats::mask_file::{read_mask, read_mask_by_pbrt};
 pub use prescription::formats::toml::parse as parse_toml;
 pub use prescription::formats::write::{WrittenLens, write_lens};
 pub use prescription::formats::{read, read_with};

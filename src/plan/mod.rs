@@ -25,7 +25,6 @@ pub use image_motion::MotionInput;
 pub use selection::{EffectSelection, VisibilityThreshold};
 pub use tilt_shift::Misalignment;
 
-use crate::effects::EFFECTS;
 use crate::lens::{Camera, LensModel};
 use crate::light_tracing::ghosts::GhostEstimate;
 use crate::sensor::Sensor;
@@ -125,7 +124,6 @@ pub fn plan(input: &PlanInput) -> Plan {
 
 fn decide(effect: Effect, input: &PlanInput) -> Decision {
     let Finding { by, reason, error, possible, by_default, cost } = find(effect, input);
-    let possible = possible && EFFECTS;
     let (on, by, reason) = match input.selection.of(effect) {
         Some(true) if possible => (true, DecidedBy::Flag, format!("asked for; {reason}")),
         Some(false) if possible => (false, DecidedBy::Flag, format!("not wanted; {reason}")),

@@ -4,7 +4,9 @@ use super::camera::CameraInput;
 use super::report::Report;
 use super::{Changes, PrepareError};
 use crate::io::{Location, ReadContext};
-use crate::lens::{ApertureMask, Iris, LensError, MASK_NAMES, Pose, Prescription};
+use crate::lens::{
+    ApertureMask, Iris, LensError, MASK_NAMES, Pose, Prescription, read_mask_by_pbrt,
+};
 use crate::plan::{DecidedBy, Misalignment};
 use crate::scene::pbrt::{IrisSpec, RealisticSpec};
 
@@ -65,13 +67,9 @@ fn read_iris(
         return Ok(Iris::Mask(mask));
     }
     let known = MASK_NAMES.join(", ");
-    ApertureMask::image_by_pbrt(path, context).map(Iris::Mask).map_err(|error| {
-        PrepareError::Camera {
-            at: camera_at.clone(),
-            problem: format!(
-                "aperture \"{name}\": {error}; expected circular, {known} or a picture"
-            ),
-        }
+    read_mask_by_pbrt(path, context).map(Iris::Mask).map_err(|error| PrepareError::Camera {
+        at: camera_at.clone(),
+        problem: format!("aperture \"{name}\": {error}; expected circular, {known} or a picture"),
     })
 }
 

@@ -7,7 +7,6 @@ use super::Progress;
 use super::deferred::{DEFER_BELOW, DeferredPaths};
 use super::disperse::{DisperseColumns, disperse};
 use crate::aov::{Aov, TileFeatures};
-use crate::effects::EFFECTS;
 use crate::film::{Tile, TileSampler, TileSums, sample};
 use crate::job::Job;
 use crate::lanes::Real;
@@ -124,22 +123,19 @@ impl Wave {
         if !sample(sampler, frame, &response.filter, camera.film, item.seed, samples) {
             return false;
         }
-        let timing = timing.as_ref().filter(|_| EFFECTS);
         if let Some(timing) = timing {
             timing.assign_times(&item.tile, frame, samples);
         }
         clock.lap(stats, Stage::Sample, samples.len);
         camera.generate_rays::<R>(samples, lens, rays, &mut stats.lens);
-        if EFFECTS {
-            disperse::<R>(job, samples, lens, columns, rays);
-        }
+        disperse::<R>(job, samples, lens, columns, rays);
         if job.lamp_image_weights().is_some_and(|weights| weights.need_camera_pdf(&job.scene)) {
             lens.write_densities(rays);
         }
-        if let Some(ride) = timing.and_then(|timing| timing.camera_motion.as_ref()) {
+        if let Some(ride) = timing.as_ref().and_then(|timing| timing.camera_motion.as_ref()) {
             ride.transform_rays(&samples.time, rays);
         }
-        if EFFECTS && job.scene.has_media() {
+        if job.scene.has_media() {
             rays.medium[..rays.len].fill(job.scene.camera_medium);
         }
         clock.lap(stats, Stage::Lens, samples.len);

@@ -2,11 +2,14 @@
 
 use petzval::io::image::{Note, Notes};
 use petzval::job::Job;
+use petzval::lens::CalibrationSetup;
 
 /// Returns the camera model that `petzval lens calibrate` suggests for the lens of a job, in the
 /// pixels of the whole picture; nothing without a real lens, or if no model describes it.
 pub(super) fn notes(job: &Job) -> Notes {
-    let Some(setup) = job.calibration_setup() else { return Notes::new() };
+    let Some(setup) = CalibrationSetup::of_camera(&job.camera, job.frame.resolution) else {
+        return Notes::new();
+    };
     let Ok(calibration) = setup.calibrate_quickly() else { return Notes::new() };
     let Some(fit) = calibration.suggested() else { return Notes::new() };
     let numbers = |values: &[f64]| {

@@ -14,7 +14,6 @@ pub use real_lens::{LensColumns, RealLens};
 
 use glam::DAffine3;
 
-use crate::effects::EFFECTS;
 use crate::lanes::{self, Real};
 use crate::lens::camera::band::Band;
 use crate::lens::camera::camera_to_world::CameraToWorld;
@@ -128,7 +127,7 @@ impl Camera {
     ) {
         match &self.model {
             LensModel::Real(lens) => {
-                lens.trace_samples::<R>(samples, columns, EFFECTS && lens.fresnel, stats);
+                lens.trace_samples::<R>(samples, columns, lens.fresnel, stats);
                 self.write_world_rays::<R>(lens, &lens.bands[samples.band], &columns.batch, rays);
             }
             LensModel::Thin(lens) => self.project::<R>(lens, samples, rays),

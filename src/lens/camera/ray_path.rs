@@ -4,7 +4,6 @@ use glam::{DAffine3, DVec3};
 
 use super::band::Band;
 use super::{Camera, LensColumns, LensModel, RealLens};
-use crate::effects::EFFECTS;
 use crate::lanes::Real;
 use crate::lens::prescription::Prescription;
 use crate::lens::pupil::aim::aim_one_f64;
@@ -63,7 +62,7 @@ impl Camera {
         let LensModel::Real(lens) = &self.model else { return None };
         let mut columns = LensColumns::default();
         let mut stats = LensStats::default();
-        let fresnel = EFFECTS && lens.fresnel;
+        let fresnel = lens.fresnel;
         let plane = lens.launch::<f32>(samples, &mut columns, &mut stats);
         let LensColumns { batch, targets, exact, .. } = &mut columns;
         let again = aim_one_f64(samples, lens.pupil_bounds(), targets, &plane, 0);
@@ -96,7 +95,7 @@ impl RealLens {
         let Band { to_scene_f64: surfaces, film_index, .. } = &self.bands[self.bands.len() / 2];
         let direction = DVec3::from_array(way).normalize() * *film_index;
         let ray = LensRay { p: start, t: direction.to_array(), weight: 1.0 };
-        let mut recorder = PathRecorder::new(self, EFFECTS && self.fresnel);
+        let mut recorder = PathRecorder::new(self, self.fresnel);
         let end = recorder.trace::<f64>(ray, surfaces, surfaces);
         RayPath { retraced: true, ..recorder.path(ray, end) }
     }

@@ -3,7 +3,6 @@
 use super::band::Band;
 use super::fidelity::F64Columns;
 use super::reprojection::ReprojectionColumns;
-use crate::effects::EFFECTS;
 use crate::lanes::Real;
 use crate::lens::analysis::paraxial::Paraxial;
 use crate::lens::analysis::vignetting::Vignetting;
@@ -208,7 +207,7 @@ impl RealLens {
     ) {
         let plane = self.launch::<R>(samples, columns, stats);
         let LensColumns { batch, targets, exact, launched, .. } = columns;
-        if EFFECTS && self.bands.len() > 1 {
+        if self.bands.len() > 1 {
             launched[..batch.len].copy_from_slice(&batch.weight[..batch.len]);
         }
         let start = |i| aim_one_f64(samples, &self.pupil_bounds, targets, &plane, i);

@@ -8,7 +8,6 @@ use glam::{DAffine3, DVec3};
 
 use super::band::Band;
 use super::{Camera, LensColumns, LensModel, RealLens};
-use crate::effects::EFFECTS;
 use crate::lanes::Real;
 use crate::lens::trace::frame_transform::{FrameTransform, FrameTransformKernel};
 use crate::lens::trace::kernel::{LensRay, SurfaceKernel};
@@ -61,7 +60,7 @@ impl Camera {
         let LensColumns { batch, landing: back, exact, .. } = columns;
         back.blocked.resize(lens.prescription.rows.len(), 0);
         back.turn_around::<R>(batch);
-        let fresnel = EFFECTS && lens.fresnel;
+        let fresnel = lens.fresnel;
         match lens.trace_in_f64 {
             // In air a direction has length 1.
             true => {

@@ -1,11 +1,7 @@
 //! Shape of the opening of a stop.
 
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
-use std::path::Path;
 use std::sync::Arc;
-
-use crate::io::ReadContext;
-use crate::io::image::{ImageError, Picture, Transfer};
 
 /// Shape of the opening of a stop, inside its clear diameter.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,55 +49,13 @@ pub enum MaskConvention {
     Pbrt,
 }
 
-/// Largest number of rows and columns.
-const MAX_SIZE: usize = 4096;
-
 impl ApertureMask {
     /// Scales the mask to pbrt-v4's convention (`RealisticCamera::Create`).
-    pub(crate) fn normalized(self) -> Self {
+    pub fn normalized(self) -> Self {
         let sum: f64 = self.transmission.iter().map(|&t| f64::from(t)).sum();
         let scale = FRAC_PI_4 * self.transmission.len() as f64 / sum;
         let scaled = self.transmission.iter().map(|&t| (f64::from(t) * scale) as f32);
         Self { transmission: scaled.collect(), convention: MaskConvention::Pbrt, ..self }
-    }
-
-    /// Reads a square picture as a mask: the mean of its channels, decoded from sRGB if they have 8
-    /// bits, clipped to 0 to 1. A NaN is opaque.
-    ///
-    /// # Errors
-    /// Returns an error if the file is no picture, or is not square, too large or black.
-    pub fn image(path: &Path, context: &ReadContext) -> Result<Self, ImageError> {
-        Self::read(path, 1.0, context)
-    }
-
-    /// Reads a square picture as pbrt-v4's camera does, normalised to the light of the round
-    /// opening.
-    ///
-    /// # Errors
-    /// Returns an error in the same cases as [`Self::image`].
-    pub fn image_by_pbrt(path: &Path, context: &ReadContext) -> Result<Self, ImageError> {
-        Ok(Self::read(path, f32::MAX, context)?.normalized())
-    }
-
-    fn read(path: &Path, most: f32, context: &ReadContext) -> Result<Self, ImageError> {
-        let Picture { size: [width, height], pixels } =
-            Picture::read_with(path, Transfer::Srgb, context)?;
-        let refuse = |found: String| ImageError::Malformed { path: path.to_owned(), found };
-        if width != height || width == 0 || width > MAX_SIZE {
-            return Err(refuse(format!(
-                "it has {width} x {height} pixels; an aperture is square, at most {MAX_SIZE} wide"
-            )));
-        }
-        let grey = |rgb: &[f32; 3]| {
-            let mean = rgb.iter().sum::<f32>() / 3.0;
-            if mean > 0.0 { mean.min(most) } else { 0.0 }
-        };
-        let transmission: Arc<[f32]> = pixels.iter().map(grey).collect();
-        if transmission.iter().all(|&t| t == 0.0) {
-            return Err(refuse("it is black; an aperture lets light through".into()));
-        }
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, size: width, transmission, convention: MaskConvention::Physical })
     }
 
     /// Returns the transmission at a point of an opening of this semi-diameter; 0 outside the mask.

@@ -8,6 +8,7 @@ pub(crate) mod formats;
 pub(crate) mod group_focus;
 pub(crate) mod index_warnings;
 pub(crate) mod iris;
+pub(crate) mod limits;
 pub(crate) mod named_mask;
 pub(crate) mod options;
 pub(crate) mod pose;

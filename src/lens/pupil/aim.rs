@@ -6,7 +6,6 @@
 use super::PupilBounds;
 use super::sample::Lookup;
 use super::target::{PupilTargets, UNUSED_LANE};
-use crate::effects::EFFECTS;
 use crate::lanes::Real;
 use crate::lens::prescription::pose::Pose;
 use crate::lens::trace::kernel::LensRay;
@@ -178,13 +177,13 @@ impl LaunchPlane {
     /// Returns whether the film is neither tilted nor decentred, and pupil points are in the frame
     /// of the film point.
     fn is_aligned(&self, bound: &PupilBounds) -> bool {
-        !EFFECTS || self.pose.is_aligned() && !bound.uses_lens_frame()
+        self.pose.is_aligned() && !bound.uses_lens_frame()
     }
 
     /// Returns whether the film is at most decentred, and pupil points are in the frame of the film
     /// point.
     fn is_untilted(&self, bound: &PupilBounds) -> bool {
-        !EFFECTS || self.pose.is_untilted() && !bound.uses_lens_frame()
+        self.pose.is_untilted() && !bound.uses_lens_frame()
     }
 }
 

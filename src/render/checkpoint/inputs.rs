@@ -87,12 +87,11 @@ fn unequal_entries<'a>(
     all.map(|(name, values)| (name, values.map(|value| value.map(String::as_str))))
 }
 
-/// Returns the name of the program, with its version and the build options that change results: fused
+/// Returns the name of the program, with its version and the build option that changes results: fused
 /// multiplications round differently.
 fn program() -> String {
     let build = if cfg!(target_feature = "fma") { "" } else { ", portable" };
-    let bare = if cfg!(feature = "bare") { ", bare" } else { "" };
-    format!("petzval {}{build}{bare}", env!("CARGO_PKG_VERSION"))
+    format!("petzval {}{build}", env!("CARGO_PKG_VERSION"))
 }
 
 /// See [`Inputs::build`].

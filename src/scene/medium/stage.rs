@@ -5,7 +5,6 @@ use glam::Vec3;
 
 use super::VACUUM;
 use super::medium_pass::MediumPass;
-use crate::effects::EFFECTS;
 use crate::lanes::Real;
 use crate::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch, WAVE_SIZE};
 use crate::scene::{MaterialModel, Scene, TraversalStack};
@@ -30,8 +29,8 @@ pub struct Surroundings<'a> {
 impl<'a> Surroundings<'a> {
     /// The surroundings of paths that have scattered `depth` times, of `max_depth`.
     pub fn of(scene: &Scene, samples: &'a SampleBatch, depth: u32, max_depth: u32) -> Self {
-        let moves = EFFECTS && !scene.animated_instances().is_empty();
-        let media = EFFECTS && scene.has_media();
+        let moves = !scene.animated_instances().is_empty();
+        let media = scene.has_media();
         Self { samples, depth, last: depth >= max_depth, moves, media }
     }
 }

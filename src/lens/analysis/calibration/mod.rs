@@ -35,7 +35,7 @@ use self::projection_centre::ProjectionCentre;
 use self::ray_field::{FieldBand, FieldRay, RayField};
 use self::suitability::{FittedModel, Misfit, fit_model};
 use super::focus::RealRayFocus;
-use crate::lens::camera::RealLens;
+use crate::lens::camera::{Camera, LensModel, RealLens};
 use crate::lens::prescription::Prescription;
 use crate::lens::prescription::pose::{FilmPlane, Pose};
 use crate::lens::pupil::PupilSampling;
@@ -108,7 +108,20 @@ pub struct Calibration {
     field: RayField,
 }
 
-impl CalibrationSetup<'_> {
+impl<'a> CalibrationSetup<'a> {
+    /// Returns the setup of the whole picture of a camera, with the centroids of bundles; `None` without a
+    /// real lens.
+    pub fn of_camera(camera: &'a Camera, resolution: [u32; 2]) -> Option<Self> {
+        let LensModel::Real(lens) = &camera.model else { return None };
+        Some(Self {
+            lens: &lens.prescription,
+            film_distance: lens.film_distance,
+            film_pose: lens.film_pose,
+            pixels: PixelGrid::new(resolution, camera.film[0]),
+            ray: FieldRay::Centroid,
+        })
+    }
+
     /// Calibrates the camera at the primary wavelength, by all models. Takes some tens of
     /// milliseconds, or some tenths of a second if the lens is not round.
     ///

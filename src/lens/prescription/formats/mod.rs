@@ -10,6 +10,7 @@ pub(crate) mod format;
 mod fx;
 pub(crate) mod glass_name;
 mod json;
+pub(crate) mod mask_file;
 mod optical_bench;
 pub(crate) mod oslo;
 mod placeholder;
@@ -26,6 +27,7 @@ use std::path::{Path, PathBuf};
 use super::Prescription;
 use super::design::SpectralLine;
 use super::error::LensError;
+pub(crate) use super::limits::{INFINITE, MAX_INDEX, MIN_INDEX};
 use crate::io::{ReadContext, open};
 use crate::lens::analysis::focus::RealRayFocus;
 use format::LensFormat;
@@ -36,10 +38,6 @@ const MAX_BYTES: usize = 1 << 20;
 /// Largest number of surfaces of a file.
 pub(crate) const MAX_SURFACES: usize = 1000;
 
-/// Distance (in units of the file) from which an object is at infinity: optical-design programs write
-/// 1e10 to 1e20.
-pub(crate) const INFINITE: f64 = 1e9;
-
 /// Ratio of the f-number of the marginal ray to the stated one from which a file is suspicious.
 const NARROWEST_RATIO: f64 = 1.25;
 
@@ -49,12 +47,6 @@ pub(crate) const MAX_POWER: u32 = 30;
 
 /// Range of wavelengths (nm): from the vacuum ultraviolet to radio waves of a metre.
 pub(crate) const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e9;
-
-/// Smallest refractive index, relative to air: gases and vacuum have a little less than 1.
-pub(crate) const MIN_INDEX: f64 = 0.99;
-
-/// Largest refractive index. Germanium in the far infrared has 4.
-pub(crate) const MAX_INDEX: f64 = 10.0;
 
 /// Smallest radius of curvature [mm]: a nanometre. The power of a much smaller one overflows.
 pub(crate) const MIN_RADIUS: f64 = 1e-6;

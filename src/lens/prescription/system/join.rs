@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use super::{MediumBehind, SystemSurface};
 use crate::lens::prescription::Row;
 use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::formats::{MAX_INDEX, MIN_INDEX};
+use crate::lens::prescription::limits::{MAX_INDEX, MIN_INDEX};
 use crate::lens::prescription::pose::CoordinateBreak;
 use crate::spectrum::glass::Glass;
 

@@ -9,7 +9,7 @@
 use super::{MediumBehind, SequentialSystem, SystemSurface};
 use crate::lens::prescription::Row;
 use crate::lens::prescription::design::FieldKind;
-use crate::lens::prescription::formats::INFINITE;
+use crate::lens::prescription::limits::INFINITE;
 
 /// Distance of a near object from its window, in units of that of the object: it shifts images by a
 /// millionth of the object distance at most.

@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::LampImages;
-use crate::effects::EFFECTS;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
 use crate::light_tracing::light_paths::{CameraPoses, FilmHit};
@@ -48,7 +47,7 @@ impl<'a> LampImageWeights<'a> {
     /// Returns whether camera rays need their pdf beside their throughput, which is that of all
     /// bands that share a ray, and contains the transmittance of media.
     pub(crate) fn need_camera_pdf(&self, scene: &Scene) -> bool {
-        EFFECTS && (self.poses.camera.bands() > 1 || scene.has_media())
+        self.poses.camera.bands() > 1 || scene.has_media()
     }
 
     /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1). The etendue at the

@@ -6,6 +6,7 @@ use super::value::Section;
 use crate::io::image::ImageError;
 use crate::io::{excerpt, hint};
 use crate::lens::prescription::error::LensError;
+use crate::lens::prescription::formats::mask_file::read_mask;
 use crate::lens::prescription::iris::{ApertureMask, Iris};
 use crate::lens::prescription::named_mask::MASK_NAMES;
 
@@ -52,7 +53,7 @@ fn by_name(section: &Section, name: &str) -> Result<Iris, LensError> {
         return Ok(Iris::Mask(mask));
     }
     let folder = section.source.path.parent().unwrap_or(Path::new(""));
-    let mask = ApertureMask::image(&folder.join(name), section.source.context);
+    let mask = read_mask(&folder.join(name), section.source.context);
     mask.map(Iris::Mask).map_err(|error| {
         let known = MASK_NAMES.iter().copied().chain(["circular"]);
         match error {
