@@ -17,6 +17,8 @@ use crate::scene::{SurfacePoint, gamma};
 
 /// Samples of the picture per light path. Ghosts are unsharp and need few paths.
 const SAMPLES_PER_PATH: u64 = 4;
+/// Largest number of bands in which one path is traced.
+const BANDS_PER_PATH: usize = 4;
 
 /// A path in one band that arrives on the film.
 #[derive(Clone, Copy)]
@@ -29,9 +31,6 @@ struct Arrival {
 }
 
 impl Ghosts {
-    /// Largest number of bands in which one path is traced.
-    pub(crate) const BANDS_PER_PATH: usize = 4;
-
     /// Returns the number of light paths per sample number.
     pub(crate) fn path_count(&self, frame: &Frame) -> PathCount {
         PathCount::new(frame.resolution, SAMPLES_PER_PATH)
@@ -55,7 +54,7 @@ impl Ghosts {
             return Vec::new();
         };
         sample_wave(input, lens, pixel_key(wave, sample, of_sample), entry, wave_paths);
-        let traced_bands = bands.len().min(Self::BANDS_PER_PATH);
+        let traced_bands = bands.len().min(BANDS_PER_PATH);
         let scale = self.path_count(input.frame).splat_scale(input);
         let factor = scale / (share * traced_bands as f64);
         let stride = bands.len() / traced_bands;
