@@ -8,7 +8,6 @@ use petzval::bench::launch::Launch;
 use petzval::bench::lens_wave::{batch, starts};
 use petzval::diffraction::Diffraction;
 use petzval::film::{FilmSums, Frame};
-use petzval::ghosts::estimate;
 use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::lanes::f32x8;
@@ -16,6 +15,8 @@ use petzval::lens::{
     Coating, FilmPlane, LensModel, Pose, PupilSampling, RealLens, Side, Surface, TiltDecenter,
     read, sequence, trace, trace_lossy,
 };
+use petzval::light_tracing::ghosts::estimate;
+use petzval::light_tracing::{SplatStage, Strategy};
 use petzval::plan::{Effect, EffectSelection};
 use petzval::prepare::{Changes, prepare};
 use petzval::rays::{LensBatch, WAVE_SIZE};
@@ -187,7 +188,8 @@ fn ghosts(criterion: &mut Criterion) {
         let effects = EffectSelection::Overrides(vec![(Effect::Ghosts, true)]);
         let changes = Changes { samples: Some(SAMPLES), effects, ..Changes::default() };
         let job = prepare(description, &changes).expect("a job").0;
-        let ghosts = job.ghosts.as_ref().expect("they are asked for");
+        let ghosts = [Strategy::Ghosts(job.ghosts.as_ref().expect("they are asked for"))];
+        let stage = SplatStage::default();
         print_estimate(&job, Effect::Ghosts);
         let [width, height] = job.frame.resolution;
         group.throughput(Throughput::Elements(u64::from(width * height * SAMPLES)));
@@ -196,7 +198,8 @@ fn ghosts(criterion: &mut Criterion) {
             bencher.iter(|| {
                 pool.install(|| {
                     let (samples, mut stats) = (job.samples.clone(), Stats::default());
-                    ghosts.splat::<f32x8>(&job.light_path_input(), samples, &mut film, &mut stats);
+                    let (input, film) = (job.light_path_input(), &mut film);
+                    stage.run::<f32x8>(&input, &ghosts, samples, &|| true, film, &mut stats);
                 });
             });
         });

@@ -1,4 +1,40 @@
-//! Piecewise constant density over a grid on the unit square.
+//! Discrete distribution, and piecewise constant density over a grid on the unit square.
+
+/// A discrete distribution over the first whole numbers, sampled by its cumulative sums.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct DiscreteDistribution {
+    /// Cumulative probabilities, from 0 to 1.
+    cumulative: Vec<f32>,
+}
+
+impl DiscreteDistribution {
+    /// Returns the distribution with probabilities in proportion to the weights; `None` if their sum is
+    /// not above 0 or not finite.
+    pub(crate) fn new(weights: &[f64]) -> Option<Self> {
+        let total: f64 = weights.iter().sum();
+        let mut cumulative = Vec::with_capacity(weights.len() + 1);
+        cumulate(weights, total, &mut cumulative);
+        (total > 0.0 && total.is_finite()).then_some(Self { cumulative })
+    }
+
+    /// Returns the distribution of these probabilities, of which there is at least one. Their sum is 1,
+    /// but for rounding.
+    pub(crate) fn from_probabilities(probabilities: &[f64]) -> Self {
+        let mut cumulative = Vec::with_capacity(probabilities.len() + 1);
+        cumulate(probabilities, 1.0, &mut cumulative);
+        Self { cumulative }
+    }
+
+    /// Samples a number from one in [0, 1).
+    pub(crate) fn sample(&self, u: f32) -> usize {
+        find_interval(&self.cumulative, u)
+    }
+
+    /// Returns the probability of a number; 0 beyond the last.
+    pub(crate) fn probability(&self, i: usize) -> f32 {
+        self.cumulative.get(i + 1).map_or(0.0, |sum| sum - self.cumulative[i])
+    }
+}
 
 /// A piecewise constant density over the unit square.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,10 +68,13 @@ impl Distribution {
             for (x, value) in row.iter_mut().enumerate() {
                 *value = weight(x, y);
             }
-            totals.push(cumulate(&row, &mut cells));
+            let total = row.iter().sum();
+            cumulate(&row, total, &mut cells);
+            totals.push(total);
         }
         let mut rows = Vec::with_capacity(height + 1);
-        let total = cumulate(&totals, &mut rows);
+        let total = totals.iter().sum();
+        cumulate(&totals, total, &mut rows);
         (total > 0.0 && total.is_finite()).then_some(Self { size, rows, cells })
     }
 
@@ -46,8 +85,8 @@ impl Distribution {
 
     /// Samples a point from two numbers in [0, 1).
     pub(crate) fn sample(&self, u: [f32; 2]) -> DistributionSample {
-        let (y, v, share_y) = find_interval(&self.rows, u[1]);
-        let (x, u, share_x) = find_interval(self.row(y), u[0]);
+        let (y, v, share_y) = place_in_interval(&self.rows, u[1]);
+        let (x, u, share_x) = place_in_interval(self.row(y), u[0]);
         let [width, height] = self.size.map(|n| n as f32);
         DistributionSample {
             uv: [(x as f32 + u) / width, (y as f32 + v) / height],
@@ -68,10 +107,8 @@ impl Distribution {
     }
 }
 
-/// Appends the normalized cumulative sums of the values, from 0 to 1; returns the sum of the
-/// values.
-fn cumulate(values: &[f64], shares: &mut Vec<f32>) -> f64 {
-    let total: f64 = values.iter().sum();
+/// Appends the cumulative sums of the values over their total, from 0 to 1.
+fn cumulate(values: &[f64], total: f64, shares: &mut Vec<f32>) {
     let mut sum = 0.0;
     shares.push(0.0);
     for value in values {
@@ -85,13 +122,17 @@ fn cumulate(values: &[f64], shares: &mut Vec<f32>) -> f64 {
         let end = shares.len() - values.len() + last;
         shares[end..].fill(1.0);
     }
-    total
+}
+
+/// Returns the interval of a cumulative distribution that contains a number.
+fn find_interval(shares: &[f32], u: f32) -> usize {
+    shares.partition_point(|&share| share <= u).clamp(1, shares.len() - 1) - 1
 }
 
 /// Returns the interval of a cumulative distribution that contains a number, the position of the
 /// number in it from 0 to 1, and its width.
-fn find_interval(shares: &[f32], u: f32) -> (usize, f32, f32) {
-    let i = shares.partition_point(|&share| share <= u).clamp(1, shares.len() - 1) - 1;
+fn place_in_interval(shares: &[f32], u: f32) -> (usize, f32, f32) {
+    let i = find_interval(shares, u);
     let width = shares[i + 1] - shares[i];
     (i, ((u - shares[i]) / width).clamp(0.0, 1.0 - f32::EPSILON / 2.0), width)
 }
@@ -102,6 +143,22 @@ mod tests {
 
     const WEIGHTS: [[f64; 4]; 3] =
         [[1.0, 0.0, 2.0, 1.0], [0.0, 0.0, 0.0, 0.0], [5.0, 3.0, 0.0, 0.0]];
+
+    #[test]
+    fn numbers_are_sampled_in_proportion_to_their_weights() {
+        let weights = [1.0, 0.0, 2.0, 1.0, 0.0];
+        let of = DiscreteDistribution::new(&weights).expect("weights above 0");
+        for (u, expected) in [(0.0, 0), (0.24, 0), (0.25, 2), (0.74, 2), (0.76, 3), (0.999_999, 3)]
+        {
+            assert_eq!(of.sample(u), expected, "{u}");
+        }
+        let all: Vec<f32> = (0..6).map(|i| of.probability(i)).collect();
+        assert_eq!(all, [0.25, 0.0, 0.5, 0.25, 0.0, 0.0]);
+        assert_eq!(of, DiscreteDistribution::from_probabilities(&weights.map(|w| w / 4.0)));
+        for nothing in [vec![0.0; 3], vec![f64::INFINITY], vec![]] {
+            assert_eq!(DiscreteDistribution::new(&nothing), None);
+        }
+    }
 
     #[test]
     fn cells_are_sampled_in_proportion_to_their_weights() {

@@ -4,14 +4,15 @@ use std::ops::Range;
 use std::time::Duration;
 
 use crate::aov::{self, Aov, LayerRequest};
-use crate::caustics::Caustics;
-use crate::direct_light::{DirectLight, DirectLightWeights};
 use crate::film::{Frame, Response, Tile, TileSampler};
-use crate::ghosts::Ghosts;
 use crate::io::FileLog;
 use crate::io::image::{DisplayExposure, EncodingOptions, ImageLayer, Primaries};
 use crate::lens::Camera;
-use crate::light_paths::LightPathInput;
+use crate::light_tracing::Strategy;
+use crate::light_tracing::caustics::Caustics;
+use crate::light_tracing::ghosts::Ghosts;
+use crate::light_tracing::lamp_images::{LampImageWeights, LampImages};
+use crate::light_tracing::light_paths::LightPathInput;
 use crate::plan::Plan;
 use crate::scene::{PathLimits, Scene};
 use crate::sensor::Sensor;
@@ -54,8 +55,8 @@ pub struct Job {
     pub bands: [LightBand; BANDS],
     /// The ghosts of the lens, if they are simulated.
     pub ghosts: Option<Ghosts>,
-    /// The lamps that light paths start from, if light paths find their direct light.
-    pub direct_light: Option<DirectLight>,
+    /// The lamps that light paths start from, if light paths find their images.
+    pub lamp_images: Option<LampImages>,
     /// The surfaces on which light paths start, if light paths find caustics.
     pub caustics: Option<Caustics>,
     /// The sensor that reads the finished picture out. Without one, the film is ideal.
@@ -121,11 +122,11 @@ impl Job {
     }
 
     /// Returns the parts of this job that the weights of camera paths depend on, if light paths find
-    /// direct light too.
-    pub fn direct_light_weights(&self) -> Option<DirectLightWeights<'_>> {
+    /// images of lamps too.
+    pub fn lamp_image_weights(&self) -> Option<LampImageWeights<'_>> {
         let Self { camera, frame, timing, .. } = self;
-        let direct_light = self.direct_light.as_ref()?;
-        Some(DirectLightWeights::new(direct_light, camera, frame, timing.as_ref()))
+        let lamp_images = self.lamp_images.as_ref()?;
+        Some(LampImageWeights::new(lamp_images, camera, frame, timing.as_ref()))
     }
 
     /// Returns whether the light of a sky that the camera sees directly is left out, because the
@@ -134,9 +135,12 @@ impl Job {
         self.layers.contains(&Aov::Alpha)
     }
 
-    /// Returns whether light paths add light to the picture.
-    pub fn has_light_paths(&self) -> bool {
-        self.ghosts.is_some() || self.direct_light.is_some() || self.caustics.is_some()
+    /// Returns the strategies whose light paths add light to the picture.
+    pub fn light_strategies(&self) -> Vec<Strategy<'_>> {
+        let lamp_images = self.lamp_images.as_ref().map(Strategy::LampImages);
+        let caustics = self.caustics.as_ref().map(Strategy::Caustics);
+        let ghosts = self.ghosts.as_ref().map(Strategy::Ghosts);
+        [lamp_images, caustics, ghosts].into_iter().flatten().collect()
     }
 
     /// Returns the parts of this job that light paths depend on.

@@ -167,18 +167,13 @@ pub mod aov;
 #[doc(hidden)]
 pub mod bench;
 #[doc(hidden)]
-pub mod caustics;
-#[doc(hidden)]
 pub mod dataset;
 #[doc(hidden)]
 pub mod diffraction;
-pub mod direct_light;
 mod distribution;
 mod equal_area;
 #[doc(hidden)]
 pub mod film;
-#[doc(hidden)]
-pub mod ghosts;
 #[doc(hidden)]
 pub mod io;
 #[doc(hidden)]
@@ -188,7 +183,7 @@ pub mod lanes;
 #[doc(hidden)]
 pub mod lens;
 #[doc(hidden)]
-pub mod light_paths;
+pub mod light_tracing;
 #[doc(hidden)]
 pub mod metric;
 #[doc(hidden)]

@@ -1,11 +1,11 @@
 //! The ladder of camera models that photograph one scene, from the crudest to the richest.
 
 use super::monitor::RunMonitor;
-use crate::ghosts::Ghosts;
 use crate::io::{FileLog, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lanes::f32x8;
 use crate::lens::{Camera, Fidelity, FilmError, LensModel, film_error};
+use crate::light_tracing::ghosts::Ghosts;
 use crate::plan::{Effect, EffectSelection, Plan};
 use crate::prepare::{Changes, PrepareError, prepare};
 use crate::rays::NO_INDEX;
@@ -148,7 +148,7 @@ impl Ladder {
 
         job.layers.clear();
         // All cameras of the ladder take the same paths, those of the camera.
-        job.direct_light = None;
+        job.lamp_images = None;
         job.caustics = None;
         job.sensor = None;
         job.stop_criteria = StopCriteria::default();

@@ -1,7 +1,7 @@
 //! `petzval plan`: the effects of a picture, also in the log of a render.
 
 use petzval::job::Job;
-use petzval::plan::{Cost, Decision, LightPathDecision, OmissionError, Plan};
+use petzval::plan::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
 use petzval::prepare::prepare;
 use petzval::render::memory::machine;
 use petzval::scene;
@@ -54,7 +54,7 @@ pub(super) fn json(plan: &Plan, work: Work) -> Value {
             }),
         })
     };
-    let LightPathDecision { on, by, reason } = &plan.light_paths;
+    let LightTracingDecision { on, by, reason } = &plan.light_paths;
     json!({
         "effects": plan.effects.iter().map(row).collect::<Vec<Value>>(),
         "light_paths": { "on": on, "by": by.name(), "reason": reason },

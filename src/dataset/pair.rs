@@ -148,7 +148,7 @@ pub fn prepare_pair(
     if spec.clean.camera == CleanCamera::Pinhole {
         clean.camera = clean.camera.with_fidelity(Fidelity::Pinhole);
         clean.layers.retain(|layer| !layer.needs_lens());
-        (clean.ghosts, clean.direct_light, clean.caustics) = (None, None, None);
+        (clean.ghosts, clean.lamp_images, clean.caustics) = (None, None, None);
     }
     let sensor = spec.degraded.sensor.map(|settings| {
         let mut sensor = settings.sensor(crate::sensor::BASE_ISO, 1e3 * pitch(&degraded));

@@ -77,10 +77,10 @@ pub struct Decision {
     pub cost: Option<Cost>,
 }
 
-/// Decision about the light paths of direct light. They change the noise of the picture, not its
-/// light.
+/// Decision about light tracing: whether light paths find the images of lamps, and caustics. They
+/// change the noise of the picture, not its light.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LightPathDecision {
+pub struct LightTracingDecision {
     /// Whether light paths are traced.
     pub on: bool,
     /// The source of the decision.
@@ -89,13 +89,13 @@ pub struct LightPathDecision {
     pub reason: String,
 }
 
-impl Default for LightPathDecision {
+impl Default for LightTracingDecision {
     fn default() -> Self {
         Self { on: false, by: DecidedBy::Scene, reason: String::new() }
     }
 }
 
-impl fmt::Display for LightPathDecision {
+impl fmt::Display for LightTracingDecision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let on = if self.on { "on" } else { "off" };
         write!(f, "{on} ({}: {})", self.by.name(), self.reason)
@@ -107,8 +107,8 @@ impl fmt::Display for LightPathDecision {
 pub struct Plan {
     /// One decision for each effect, in the order of [`Effect::ALL`].
     pub effects: Vec<Decision>,
-    /// The decision about the light paths of direct light.
-    pub light_paths: LightPathDecision,
+    /// The decision about the images of lamps, and caustics.
+    pub light_paths: LightTracingDecision,
 }
 
 impl Plan {

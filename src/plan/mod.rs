@@ -19,14 +19,14 @@ mod selection;
 mod sensor;
 mod tilt_shift;
 
-pub use decision::{Cost, Decision, LightPathDecision, OmissionError, Plan};
+pub use decision::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
 pub use effect::{DecidedBy, Effect};
 pub use image_motion::MotionInput;
 pub use selection::{EffectSelection, VisibilityThreshold};
 pub use tilt_shift::Misalignment;
 
-use crate::ghosts::GhostEstimate;
 use crate::lens::{Camera, LensModel};
+use crate::light_tracing::ghosts::GhostEstimate;
 use crate::sensor::Sensor;
 use crate::spectrum::LightBand;
 
@@ -118,7 +118,7 @@ impl Finding {
 pub fn plan(input: &PlanInput) -> Plan {
     Plan {
         effects: Effect::ALL.map(|effect| decide(effect, input)).to_vec(),
-        light_paths: LightPathDecision::default(),
+        light_paths: LightTracingDecision::default(),
     }
 }
 

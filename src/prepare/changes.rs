@@ -55,7 +55,7 @@ pub struct Changes {
     pub resolution: Option<[u32; 2]>,
     /// The selection of effects.
     pub effects: EffectSelection,
-    /// Whether light paths find the direct light of lamps; `None` for where they pay.
+    /// Whether light paths find images of lamps, and caustics; `None` for where they pay.
     pub light_paths: Option<bool>,
     /// The error above which an effect counts as visible.
     pub threshold: VisibilityThreshold,

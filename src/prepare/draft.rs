@@ -94,7 +94,7 @@ pub(super) fn draft(
         camera_layers: film.camera_layers,
         bands: changes.passband.map_or_else(bands, |passband| passband.bands()),
         ghosts: None,
-        direct_light: None,
+        lamp_images: None,
         caustics: None,
         sensor,
         timing: Some(exposure.timing.clone()),

@@ -14,16 +14,15 @@ mod viewpoint;
 pub use changes::{Changes, FocusOn};
 pub use viewpoint::Viewpoint;
 
-use crate::caustics::survey_caustics;
-use crate::direct_light;
-use crate::ghosts::{self, GhostEstimate};
 use crate::io::image::Notes;
 use crate::io::{Location, ReadContext, Warning};
 use crate::job::{Job, StopCriteria};
 use crate::lens::{FNumberError, LensError, LensModel, PupilSampling};
-use crate::light_paths::{LightPathSelection, LightPathSurvey};
+use crate::light_tracing::ghosts::{self, GhostEstimate};
+use crate::light_tracing::light_paths::LightPathSelection;
+use crate::light_tracing::{LightTracingSurvey, survey};
 use crate::plan::{
-    DecidedBy, Effect, EffectSelection, LightPathDecision, MotionInput, Plan, PlanInput, plan,
+    DecidedBy, Effect, EffectSelection, LightTracingDecision, MotionInput, Plan, PlanInput, plan,
 };
 use crate::render::RenderError;
 use crate::scene::pbrt::Description;
@@ -226,29 +225,20 @@ fn plan_job(
     Ok((job, report))
 }
 
-/// Decides whether light paths find the direct light of lamps, and caustics. `mean` is the mean
+/// Decides whether light paths find images of lamps, and caustics. `mean` is the mean
 /// luminance of the picture.
 fn plan_light_paths(job: &mut Job, wanted: Option<bool>, mean: f64) {
     let by = if wanted.is_some() { DecidedBy::Flag } else { DecidedBy::Scene };
     let input = job.light_path_input();
-    let selection = match wanted {
-        Some(false) => None,
-        Some(true) => Some(LightPathSelection::All),
-        None => Some(LightPathSelection::Noisy { mean }),
+    let surveyed = match wanted {
+        Some(false) => LightTracingSurvey::unwanted(),
+        Some(true) => survey(&input, LightPathSelection::All),
+        None => survey(&input, LightPathSelection::Noisy { mean }),
     };
-    let (lamps, caustics) = match selection {
-        None => (LightPathSurvey::unwanted(), LightPathSurvey::unwanted()),
-        Some(selection) => {
-            (direct_light::survey(&input, selection), survey_caustics(&input, selection))
-        }
-    };
-    let on = lamps.light_paths.is_some() || caustics.light_paths.is_some();
-    let reason = match lamps.reason == caustics.reason {
-        true => lamps.reason,
-        false => format!("{}; {}", lamps.reason, caustics.reason),
-    };
-    job.plan.light_paths = LightPathDecision { on, by, reason };
-    (job.direct_light, job.caustics) = (lamps.light_paths, caustics.light_paths);
+    let LightTracingSurvey { lamp_images, caustics, reason } = surveyed;
+    let on = lamp_images.is_some() || caustics.is_some();
+    job.plan.light_paths = LightTracingDecision { on, by, reason };
+    (job.lamp_images, job.caustics) = (lamp_images, caustics);
 }
 
 /// Turns on the effects that the plan of a job simulates.

@@ -2,8 +2,8 @@
 
 use super::PrepareError;
 use crate::film::Frame;
-use crate::ghosts;
 use crate::job::Job;
+use crate::light_tracing::ghosts;
 use crate::plan::PilotEstimate;
 use crate::render::{RenderOptions, RenderOutput, render};
 use crate::scene::{Scene, luminance};

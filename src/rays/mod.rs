@@ -5,11 +5,13 @@
 //! the lens stage 40 % slower.
 
 mod column;
+mod column_pool;
 mod hit;
 mod ray;
 mod samples;
 
 pub use column::{Column, MAX_GROUPS, SortedColumn, WAVE_SIZE, packet_count};
+pub use column_pool::ColumnPool;
 pub use hit::{Hit, HitBatch, NO_INDEX};
 pub use ray::{Ray, RayBatch, RayDifferential, SpawnedRays};
 pub use samples::{LensBatch, ReprojectionBatch, SampleBatch};

@@ -23,7 +23,7 @@ pub struct RayBatch {
     /// Index of the sample of the ray in its wave.
     pub slot: Column<u32>,
     /// For bounces: the density of the direction by solid angle [1/sr]; infinite if no other
-    /// technique could have sampled it. For camera rays, if light paths find direct light and throughputs
+    /// technique could have sampled it. For camera rays, if light paths find lamp images and throughputs
     /// do not tell it: the density by etendue and area of the film.
     pub pdf: Column<f32>,
     /// For bounces: factor of the throughput for Russian roulette. It divides by the throughput of

@@ -13,15 +13,13 @@ use std::fmt;
 use super::deferred::PathGroup;
 use super::wave::Wave;
 use crate::aov::{self, Aov, FeatureFilm};
-use crate::caustics::Caustics;
 use crate::diffraction::Diffraction;
-use crate::direct_light::DirectLight;
 use crate::film::FilmSums;
-use crate::ghosts::Ghosts;
 use crate::io::ByteSize;
 use crate::io::image::ImageFormat;
 use crate::job::Job;
 use crate::lens::LensModel;
+use crate::light_tracing::SplatStage;
 use crate::plan::Effect;
 
 /// Task that takes memory.
@@ -67,15 +65,18 @@ impl Estimate {
     ) -> Self {
         let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
         let threads = match task {
-            MemoryTask::Render { threads } => threads as u64 * thread_bytes(job),
+            MemoryTask::Render { threads } => threads as u64,
             MemoryTask::Merge => 0,
         };
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
         let film = pixels * FilmSums::bytes_per_pixel(squares);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
-        let splats = match job.has_light_paths() {
-            true => pixels * FilmSums::bytes_per_pixel(false) + bytes_of_splats(job),
-            false => 0,
+        let splats = match &job.camera.model {
+            LensModel::Real(lens) if !job.light_strategies().is_empty() => {
+                let stage = SplatStage::bytes(&job.response.filter, lens, threads);
+                pixels * FilmSums::bytes_per_pixel(false) + stage
+            }
+            _ => 0,
         };
         let rounds = match job.stop_criteria.count_only() {
             true => 0,
@@ -83,7 +84,7 @@ impl Estimate {
         };
         let always = [
             ("scene, lens and program", resident.now),
-            ("threads", threads),
+            ("threads", threads * thread_bytes(job)),
             ("tile results", rounds),
         ];
         let mut phases =
@@ -153,19 +154,6 @@ impl fmt::Display for Estimate {
 const THREAD_BYTES: u64 = 1 << 18;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
-
-/// Returns the largest size of the splats that wait to be added to the film (bytes).
-fn bytes_of_splats(job: &Job) -> u64 {
-    let LensModel::Real(lens) = &job.camera.model else { return 0 };
-    let (frame, filter) = (&job.frame, &job.response.filter);
-    // Ghosts, direct light and caustics take turns.
-    let waiting = [
-        job.ghosts.as_ref().map(|_| Ghosts::bytes_waiting(frame.resolution)),
-        job.direct_light.as_ref().map(|_| DirectLight::bytes_waiting(frame, filter, lens)),
-        job.caustics.as_ref().map(|_| Caustics::bytes_waiting(frame, filter, lens)),
-    ];
-    waiting.into_iter().flatten().max().unwrap_or(0)
-}
 
 /// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
 fn thread_bytes(job: &Job) -> u64 {

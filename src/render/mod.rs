@@ -10,7 +10,6 @@ mod replay;
 mod splat_accumulator;
 mod uniform;
 mod wave;
-mod wave_pool;
 mod workers;
 
 pub mod checkpoint;

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::splat_accumulator::SplatAccumulator;
 use super::uniform::PASS_SAMPLES;
-use super::wave::WorkItem;
-use super::wave_pool::WavePool;
+use super::wave::{Wave, WorkItem};
 use super::{Progress, RenderError, read_out};
 use crate::film::{FilmSums, Tile, TileSums};
 use crate::io::image::Picture;
 use crate::job::Job;
 use crate::lanes::f32x8;
+use crate::rays::ColumnPool;
 use crate::stats::Stats;
 
 /// Render that takes samples step by step and has a picture after each step.
@@ -25,7 +25,7 @@ use crate::stats::Stats;
 pub struct ProgressiveRender<'a> {
     job: &'a Job,
     pool: ThreadPool,
-    waves: WavePool,
+    waves: ColumnPool<Wave>,
     tiles: Vec<Tile>,
     /// The samples of the current pass, by tile.
     pass: Vec<TileSums>,
@@ -45,7 +45,7 @@ impl<'a> ProgressiveRender<'a> {
         let tiles = job.frame.tiles();
         Ok(Self {
             job,
-            waves: WavePool::default(),
+            waves: ColumnPool::default(),
             pool,
             pass: tiles.iter().map(TileSums::new).collect(),
             tiles,
@@ -84,18 +84,23 @@ impl<'a> ProgressiveRender<'a> {
                     return;
                 }
                 let item = WorkItem { tile, samples: samples.clone(), seed: job.seed };
-                let rendered =
-                    waves.lend(job, |wave| wave.render_item::<f32x8>(job, &item, progress));
+                let rendered = waves.lend(
+                    || Wave::new(job),
+                    |wave| wave.render_item::<f32x8>(job, &item, progress),
+                );
                 if let Some((result, _)) = rendered {
                     sums.add_exactly(&result.sums);
                 }
             });
         });
-        while !splats.covers(end) && !progress.stop.load(Ordering::Relaxed) {
-            let stop = Some(&progress.stop);
-            pool.install(|| splats.add_sample::<f32x8>(job, &mut Stats::default(), stop));
+        let stopped = || progress.stop.load(Ordering::Relaxed);
+        while !splats.covers(end) && !stopped() {
+            let (stop, stats) = (Some(&progress.stop), &mut Stats::default());
+            pool.install(|| {
+                splats.add_samples::<f32x8>(job, end, &|| !stopped(), stop, stats);
+            });
         }
-        if progress.stop.load(Ordering::Relaxed) {
+        if stopped() {
             return Err(RenderError::Stopped);
         }
         self.samples = end;

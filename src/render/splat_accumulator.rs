@@ -1,4 +1,4 @@
-//! Accumulator of the light that light paths splat, which adds one sample number at a time.
+//! Accumulator of the light that light paths splat, which adds whole sample numbers.
 
 use std::io;
 use std::sync::atomic::AtomicBool;
@@ -7,20 +7,23 @@ use crate::film::FilmSums;
 use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::job::Job;
 use crate::lanes::Real;
-use crate::light_paths::LightPathInput;
+use crate::light_tracing::SplatStage;
+use crate::light_tracing::light_paths::LightPathInput;
 use crate::stats::Stats;
 
-/// Sum of the light of some sample numbers: direct light, caustics and ghosts.
+/// Sum of the light of some sample numbers: lamp images, caustics and ghosts.
 pub(super) struct SplatAccumulator {
     /// `None` if there are no light paths.
     film: Option<FilmSums>,
     /// The number of sample numbers in the sum.
     pub samples: u32,
+    stage: SplatStage,
 }
 
 impl SplatAccumulator {
     pub fn new(job: &Job) -> Self {
-        Self { film: job.has_light_paths().then(|| FilmSums::new(job.frame)), samples: 0 }
+        let film = (!job.light_strategies().is_empty()).then(|| FilmSums::new(job.frame));
+        Self { film, samples: 0, stage: SplatStage::default() }
     }
 
     /// Returns whether the sum has this many sample numbers, or there are no light paths.
@@ -28,30 +31,23 @@ impl SplatAccumulator {
         self.film.is_none() || self.samples >= samples
     }
 
-    /// Adds the light of the next sample number. Without `stop`, it always adds all of it, even if
-    /// the render is stopped meanwhile: a checkpoint cannot tell a part of a sample number from the
-    /// whole. With it, the sum is of no use once `stop` is set.
-    pub fn add_sample<R: Real<Scalar = f32>>(
+    /// Adds the light of further sample numbers until the sum has this many, as long as `goes_on` says
+    /// so: it is asked between sample numbers, as a checkpoint cannot tell a part of one from the whole.
+    /// If `stop` is given, the sum is of no use once it is set.
+    pub fn add_samples<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
-        stats: &mut Stats,
+        until: u32,
+        goes_on: &(dyn Fn() -> bool + Sync),
         stop: Option<&AtomicBool>,
+        stats: &mut Stats,
     ) {
-        if let Some(film) = &mut self.film {
-            let sample = job.samples.start.saturating_add(self.samples);
-            let samples = sample..sample.saturating_add(1);
-            let input = LightPathInput { stop, ..job.light_path_input() };
-            if let Some(lamps) = &job.direct_light {
-                lamps.splat::<R>(&input, samples.clone(), film, stats);
-            }
-            if let Some(caustics) = &job.caustics {
-                caustics.splat::<R>(&input, samples.clone(), film, stats);
-            }
-            if let Some(ghosts) = &job.ghosts {
-                ghosts.splat::<R>(&input, samples, film, stats);
-            }
-        }
-        self.samples += 1;
+        let Some(film) = &mut self.film else { return };
+        let [first, end] = [self.samples, until].map(|n| job.samples.start.saturating_add(n));
+        let input = LightPathInput { stop, ..job.light_path_input() };
+        let strategies = job.light_strategies();
+        let added = self.stage.run::<R>(&input, &strategies, first..end, goes_on, film, stats);
+        self.samples = if added == end - first { until } else { self.samples + added };
     }
 
     /// Adds the sum to a film, times a factor.

@@ -129,7 +129,7 @@ impl Wave {
         clock.lap(stats, Stage::Sample, samples.len);
         camera.generate_rays::<R>(samples, lens, rays, &mut stats.lens);
         disperse::<R>(job, samples, lens, columns, rays);
-        if job.direct_light_weights().is_some_and(|weights| weights.need_densities(&job.scene)) {
+        if job.lamp_image_weights().is_some_and(|weights| weights.need_camera_pdf(&job.scene)) {
             lens.write_densities(rays);
         }
         if let Some(ride) = timing.as_ref().and_then(|timing| timing.camera_motion.as_ref()) {
@@ -187,10 +187,11 @@ impl Wave {
             features.record(scene, rays, hits, samples);
             clock.lap(stats, Stage::Record, rays.len);
         }
-        let direct_light = job.direct_light_weights();
+        let weights = job.lamp_image_weights();
+        let lamp_weights = weights.as_ref().map(|weights| weights as _);
         let caustics = job.caustics.is_some();
         let hides_sky = job.hides_sky();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics, hides_sky };
+        let inputs = ShadeInputs { scene, vertex, rays, hits, lamp_weights, caustics, hides_sky };
         let shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         clock.lap(stats, Stage::Shade, rays.len);
         let shaded = shadows.len;

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use super::Progress;
 use super::checkpoint::{self, CheckpointError, Head};
 use super::checkpointer::{Checkpointer, RenderState};
-use super::wave::WorkItem;
-use super::wave_pool::WavePool;
+use super::wave::{Wave, WorkItem};
 use crate::job::Job;
 use crate::lanes::Real;
+use crate::rays::ColumnPool;
 use crate::stats::Stats;
 
 /// Render time from which a complete picture is kept in a checkpoint until it is in its file, unless
@@ -25,7 +25,7 @@ pub(super) struct Workers<'a> {
     pub job: &'a Job,
     pub progress: &'a Progress,
     checkpointer: Option<&'a Checkpointer>,
-    waves: WavePool,
+    waves: ColumnPool<Wave>,
     /// The number of film samples of all completed items, including those of the resumed render.
     samples_taken: AtomicU64,
     /// Statistics of all completed items, of splats, and of the resumed render.
@@ -54,7 +54,7 @@ impl<'a> Workers<'a> {
             job,
             progress,
             checkpointer,
-            waves: WavePool::default(),
+            waves: ColumnPool::default(),
             samples_taken: AtomicU64::new(samples_taken),
             stats: Mutex::new(earlier),
             start,
@@ -77,10 +77,13 @@ impl<'a> Workers<'a> {
             if state.is_done(number) || self.stopped() {
                 return;
             }
-            let rendered = self.waves.lend(self.job, |wave| {
-                let rendered = wave.render_item::<R>(self.job, item, self.progress)?;
-                Some((rendered, std::mem::take(&mut wave.stats)))
-            });
+            let rendered = self.waves.lend(
+                || Wave::new(self.job),
+                |wave| {
+                    let rendered = wave.render_item::<R>(self.job, item, self.progress)?;
+                    Some((rendered, std::mem::take(&mut wave.stats)))
+                },
+            );
             if let Some(((mut result, samples), stats)) = rendered {
                 result.sums.round();
                 state.add_result(number, result);
@@ -107,11 +110,14 @@ impl<'a> Workers<'a> {
 
     /// Adds splats until they cover this many samples or the render is stopped.
     pub fn render_splats<R: Real<Scalar = f32>>(&self, state: &mut impl RenderState, samples: u32) {
+        let checkpoint_is_due =
+            || self.interval().is_some_and(|interval| self.time_to_checkpoint(interval).is_zero());
+        let goes_on = || !self.stopped() && !checkpoint_is_due();
         while !state.splats().covers(samples) && !self.stopped() {
             let mut stats = Stats::default();
-            state.splats().add_sample::<R>(self.job, &mut stats, None);
+            state.splats().add_samples::<R>(self.job, samples, &goes_on, None, &mut stats);
             lock(&self.stats).add(&stats);
-            if self.interval().is_some_and(|interval| self.time_to_checkpoint(interval).is_zero()) {
+            if checkpoint_is_due() {
                 self.try_checkpoint(state);
             }
         }

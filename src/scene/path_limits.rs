@@ -1,6 +1,6 @@
-//! Limits of light paths, as a scene sets them.
+//! Limits of camera paths, as a scene sets them.
 
-/// Length and kind of the light paths of a picture, and what they may see.
+/// Length and kind of the camera paths of a picture, and what they may see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathLimits {
     /// Largest number of surfaces that scatter light. A path collects only emission beyond them.

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::spawn::max_component;
-use super::{SPECULAR_AFTER_OTHERS, ShadeInputs};
-use crate::direct_light::{FoundLight, LightSource};
+use super::{LightSource, SPECULAR_AFTER_OTHERS, ShadeInputs};
 use crate::rays::{Column, Hit, NO_INDEX, RayBatch, SampleBatch};
 use crate::sampler::mis::power_heuristic;
 use crate::scene::{GlossyLobe, Reception, SkySampling};
@@ -56,14 +55,11 @@ impl ShadeInputs<'_> {
     }
 
     /// Returns the weight of light that the i-th ray found, if that is a camera ray and light paths find
-    /// direct light, too.
+    /// images of lamps too.
     fn camera_weight(&self, samples: &SampleBatch, i: usize, source: LightSource) -> Option<f32> {
-        let weights = self.direct_light.filter(|_| self.vertex.depth == 0)?;
-        let (ray, time) = (self.rays.ray(i), samples.time[self.rays.slot[i] as usize]);
-        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-        let exposure = weights.exposure(self.scene, self.rays, i);
-        let found = FoundLight { origin, direction, source, exposure, time };
-        Some(weights.camera_weight(self.scene, &found))
+        let weights = self.lamp_weights.filter(|_| self.vertex.depth == 0)?;
+        let time = samples.time[self.rays.slot[i] as usize];
+        Some(weights.camera_weight(self.scene, self.rays, i, time, source))
     }
 
     /// Returns how the surface that the i-th ray left receives light.

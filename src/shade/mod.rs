@@ -12,6 +12,7 @@ mod footprint;
 mod glossy_lobe;
 mod hit_material;
 mod kind_stage;
+mod lamp_weights;
 mod light_path;
 mod light_sampling;
 mod materials;
@@ -25,10 +26,10 @@ mod vertices;
 
 pub use footprint::PixelFootprint;
 pub use hit_material::albedo;
+pub use lamp_weights::{LampWeights, LightSource};
 pub use light_path::shade_light_paths;
 pub use vertex_record::{PathOutcome, SampledLight, VertexRecord};
 
-use crate::direct_light::DirectLightWeights;
 use crate::lanes::Real;
 use crate::rays::{Column, HitBatch, RayBatch, SampleBatch};
 use crate::scene::{PathLimits, Scene};
@@ -76,8 +77,8 @@ pub struct ShadeInputs<'a> {
     pub rays: &'a RayBatch,
     /// The nearest hit of each ray.
     pub hits: &'a HitBatch,
-    /// The lamps whose direct light light paths find too, if there are any.
-    pub direct_light: Option<DirectLightWeights<'a>>,
+    /// Weights of camera rays that find a light, if light paths find images of lamps too.
+    pub lamp_weights: Option<&'a dyn LampWeights>,
     /// Whether light paths find caustics, so that camera paths leave them out.
     pub caustics: bool,
     /// Whether camera rays do not see the light of a sky.

@@ -7,11 +7,12 @@ mod brute_force;
 mod plan;
 
 use petzval::film::FilmSums;
-use petzval::ghosts::estimate;
 use petzval::io::image::Picture;
 use petzval::job::Job;
 use petzval::lanes::f32x8;
 use petzval::lens::LensModel;
+use petzval::light_tracing::ghosts::estimate;
+use petzval::light_tracing::{SplatStage, Strategy};
 use petzval::prepare::{Changes, prepare};
 use petzval::scene::pbrt;
 use petzval::spectrum::bands;
@@ -94,9 +95,11 @@ fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
         estimate(&job.light_path_input()).expect("ghosts").ghosts_of_all_pairs(lens, &bands());
     let job = Job { samples: 0..samples, ..job.clone() };
     let mut film = FilmSums::new(job.frame);
-    ghosts.splat::<f32x8>(
+    SplatStage::default().run::<f32x8>(
         &job.light_path_input(),
+        &[Strategy::Ghosts(&ghosts)],
         job.samples.clone(),
+        &|| true,
         &mut film,
         &mut Stats::default(),
     );

@@ -1,9 +1,9 @@
 //! Ghosts of kinds of lights, their independence of threads, and the estimate of the plan.
 
 use petzval::film::Frame;
-use petzval::ghosts::{estimate, pairs};
 use petzval::job::Job;
 use petzval::lens::{Coating, LensModel};
+use petzval::light_tracing::ghosts::{estimate, pairs};
 use petzval::plan::{Effect, OmissionError};
 use petzval::render::Backend;
 

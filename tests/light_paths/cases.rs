@@ -328,10 +328,10 @@ pub enum Paths {
 /// Returns a job, as prepared with or without light paths, in which these paths find lamps.
 pub fn with_paths(paths: Paths, prepare: impl Fn(bool) -> Job) -> Job {
     let mut job = prepare(paths != Paths::Camera);
-    let found = job.direct_light.is_some() || job.caustics.is_some();
+    let found = job.lamp_images.is_some() || job.caustics.is_some();
     assert_eq!(found, paths != Paths::Camera, "{}", job.plan.light_paths);
-    if let (Paths::Light, Some(lamps)) = (paths, &mut job.direct_light) {
-        lamps.take_alone();
+    if let (Paths::Light, Some(lamps)) = (paths, &mut job.lamp_images) {
+        lamps.make_exclusive();
     }
     job
 }

@@ -166,11 +166,11 @@ fn pictures_without_small_bright_lamps_take_no_light_paths() {
         (&ball(0.036), "", "the lamps in view add little noise"),
     ] {
         let job = auto(world, more);
-        assert!(job.direct_light.is_none(), "{reason}: {}", job.plan.light_paths);
+        assert!(job.lamp_images.is_none(), "{reason}: {}", job.plan.light_paths);
         assert!(job.plan.light_paths.reason.contains(reason), "{}", job.plan.light_paths);
     }
     for world in [BALL, &ball(0.16), sun] {
         let job = auto(world, "");
-        assert!(job.direct_light.is_some(), "{}", job.plan.light_paths);
+        assert!(job.lamp_images.is_some(), "{}", job.plan.light_paths);
     }
 }

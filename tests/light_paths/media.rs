@@ -83,7 +83,7 @@ fn media_take_light_of_lamps() {
     for case in cases() {
         let [with, without] = [true, false].map(|media| {
             let mut job = job(&case, true, 1, 64);
-            assert!(job.scene.has_media() && job.direct_light.is_some(), "{}", case.name);
+            assert!(job.scene.has_media() && job.lamp_images.is_some(), "{}", case.name);
             if !media {
                 job.scene.remove_media();
             }

@@ -138,7 +138,7 @@ fn rows_without_motion_blur_take_no_light_paths() {
     let mut case = cases().swap_remove(2);
     case.changes.effects = "-motion,-ghosts,-diffraction".parse().expect("effects");
     let job = job(&case, true, 0, 4);
-    assert!(job.plan.has(Effect::RollingShutter) && job.direct_light.is_none());
+    assert!(job.plan.has(Effect::RollingShutter) && job.lamp_images.is_none());
     let reason = "a rolling shutter reads rows without motion blur";
     assert!(job.plan.light_paths.reason.contains(reason), "{}", job.plan.light_paths);
 }

@@ -84,7 +84,7 @@ fn light_of(subject: &Subject, paths: Paths) -> [f64; 2] {
 fn check(subject: &Subject) {
     let camera = light_of(subject, Paths::Camera);
     // Both kinds leave caustics to light paths, so that light paths alone differ in lamps only.
-    let only_caustics = (subject.job)(true, 0, 1).direct_light.is_none();
+    let only_caustics = (subject.job)(true, 0, 1).lamp_images.is_none();
     let kinds = [("with light paths", Paths::Both), ("light paths alone", Paths::Light)];
     for (kind, paths) in &kinds[..if only_caustics { 1 } else { 2 }] {
         let found = light_of(subject, *paths);

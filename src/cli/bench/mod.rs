@@ -15,6 +15,7 @@ use petzval::lens::{
     Coating, Fidelity, LensModel, LensRay, Prescription, RealLens, Side, ThinLens, read, sequence,
     trace_one,
 };
+use petzval::light_tracing::{SplatStage, Strategy};
 use petzval::prepare::{Changes, prepare};
 use petzval::rays::{Column, HitBatch, WAVE_SIZE};
 use petzval::render::{Progress, RenderOptions, render};
@@ -231,18 +232,15 @@ fn effects(suite: &mut Suite, files: &Files, lens: &Prescription) -> Result<(), 
     let description = pbrt::read(&files.path("scenes/fisheye.pbrt"))?;
     let with_ghosts = prepare(description, &Changes { effects: "+ghosts".parse()?, ..small() })?.0;
     if let Some(ghosts) = &with_ghosts.ghosts {
+        let (stage, ghosts) = (SplatStage::default(), [Strategy::Ghosts(ghosts)]);
         let mut film = FilmSums::new(with_ghosts.frame);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
         let seconds = fastest(&mut || {
             let mut stats = Stats::default();
             let samples = with_ghosts.samples.clone();
             pool.install(|| {
-                ghosts.splat::<f32x8>(
-                    &with_ghosts.light_path_input(),
-                    samples,
-                    &mut film,
-                    &mut stats,
-                );
+                let input = with_ghosts.light_path_input();
+                stage.run::<f32x8>(&input, &ghosts, samples, &|| true, &mut film, &mut stats);
             });
         });
         suite.put("effect.ghosts.ns", 1e9 * seconds / samples, "ns/sample");

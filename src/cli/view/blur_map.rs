@@ -34,7 +34,7 @@ pub(super) fn blur_map(
     (map.layers, map.samples) = (vec![Aov::Coc], 0..SAMPLES);
     // Only the first surface counts.
     map.path_limits.max_depth = 0;
-    (map.ghosts, map.direct_light) = (None, None);
+    (map.ghosts, map.lamp_images) = (None, None);
     let options = RenderOptions { threads, progress: Some(progress), ..RenderOptions::default() };
     let output = render(&map, options).ok()?;
     let layers = output.layers(&map);

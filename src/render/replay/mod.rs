@@ -131,10 +131,11 @@ impl Probe {
         if surroundings.media {
             scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
         }
-        let direct_light = job.direct_light_weights();
+        let weights = job.lamp_image_weights();
+        let lamp_weights = weights.as_ref().map(|weights| weights as _);
         let caustics = job.caustics.is_some();
         let hides_sky = job.hides_sky();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, direct_light, caustics, hides_sky };
+        let inputs = ShadeInputs { scene, vertex, rays, hits, lamp_weights, caustics, hides_sky };
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
         let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {

@@ -2,63 +2,40 @@
 
 use glam::Vec3;
 
-use super::{DirectLight, path_count};
+use super::LampImages;
 use crate::film::Frame;
 use crate::lens::{Camera, LensModel, RealLens};
-use crate::light_paths::{CameraPoses, FilmHit};
-use crate::rays::{Hit, RayBatch};
+use crate::light_tracing::light_paths::{CameraPoses, FilmHit};
+use crate::rays::{Ray, RayBatch};
 use crate::sampler::mis::power_heuristic;
-use crate::scene::{Scene, SkySampling, SurfacePoint};
+use crate::scene::{Scene, SkySampling};
+use crate::shade::{LampWeights, LightSource};
 use crate::shutter::Timing;
 
 /// Parts of a job that the weights of camera paths depend on.
 #[derive(Clone, Copy, Debug)]
-pub struct DirectLightWeights<'a> {
-    direct_light: &'a DirectLight,
+pub struct LampImageWeights<'a> {
+    lamp_images: &'a LampImages,
     frame: &'a Frame,
     poses: CameraPoses<'a>,
 }
 
-/// Light source that a ray found.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum LightSource<'a> {
-    /// A point of a shape, and its hit.
-    Shape(&'a Hit, &'a SurfacePoint),
-    /// A sky, by its index among the lights.
-    Sky(u32),
-}
-
-/// A camera ray that found a light.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FoundLight<'a> {
-    /// Where the ray leaves the lens, in the world.
-    pub origin: Vec3,
-    /// Its unit direction.
-    pub direction: Vec3,
-    /// The light source that it found.
-    pub source: LightSource<'a>,
-    /// Weight of its film sample: the reciprocal of its density over etendue and over the area of the
-    /// film (mm^2 sr), times the transmission of the lens.
-    pub exposure: f64,
-    /// The time of its sample.
-    pub time: f32,
-}
-
-impl<'a> DirectLightWeights<'a> {
+impl<'a> LampImageWeights<'a> {
     /// The weights for light paths, a camera, the pixels of the picture, and the times of the samples if
     /// anything moves.
     pub fn new(
-        direct_light: &'a DirectLight,
+        lamp_images: &'a LampImages,
         camera: &'a Camera,
         frame: &'a Frame,
         timing: Option<&'a Timing>,
     ) -> Self {
-        Self { direct_light, frame, poses: CameraPoses::new(camera, timing) }
+        Self { lamp_images, frame, poses: CameraPoses::new(camera, timing) }
     }
 
-    /// Returns the weight of the film sample of the i-th camera ray of a wave, as in [`FoundLight`].
-    pub(crate) fn exposure(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
-        match self.need_densities(scene) {
+    /// Returns the sampling weight of the i-th camera ray of a wave: the reciprocal of its density over
+    /// etendue and over the area of the film (mm^2 sr), times the transmission of the lens.
+    fn sampling_weight(&self, scene: &Scene, rays: &RayBatch, i: usize) -> f64 {
+        match self.need_camera_pdf(scene) {
             false => {
                 let brightest = rays.throughput(i).into_iter().fold(0.0f32, f32::max);
                 f64::from(brightest) / self.poses.camera.imaging_ratio
@@ -67,26 +44,16 @@ impl<'a> DirectLightWeights<'a> {
         }
     }
 
-    /// Returns whether camera rays need their densities beside their throughput, which is that of all
+    /// Returns whether camera rays need their pdf beside their throughput, which is that of all
     /// bands that share a ray, and contains the transmittance of media.
-    pub(crate) fn need_densities(&self, scene: &Scene) -> bool {
+    pub(crate) fn need_camera_pdf(&self, scene: &Scene) -> bool {
         self.poses.camera.bands() > 1 || scene.has_media()
-    }
-
-    /// Returns the weight of a camera path that ends at a light.
-    pub(crate) fn camera_weight(&self, scene: &Scene, found: &FoundLight) -> f32 {
-        let Some(density) = self.light_path_density(scene, found) else { return 1.0 };
-        if self.direct_light.alone {
-            return if density > 0.0 { 0.0 } else { 1.0 };
-        }
-        let camera = self.row_exposure() / (self.pixel_area() * found.exposure);
-        power_heuristic(camera as f32, (density * self.light_paths()) as f32)
     }
 
     /// Returns the weight of a light path of this density over etendue (mm^-2 sr^-1). The etendue at the
     /// film contains the square of the index before it.
     pub(super) fn light_weight(&self, lens: &RealLens, density: f64, hit: &FilmHit) -> f32 {
-        if self.direct_light.alone {
+        if self.lamp_images.exclusive {
             return 1.0;
         }
         let [x, y, z] = hit.towards;
@@ -112,15 +79,21 @@ impl<'a> DirectLightWeights<'a> {
 
     /// Returns the number of light paths per sample number.
     fn light_paths(&self) -> f64 {
-        path_count(self.frame).paths()
+        self.lamp_images.path_count(self.frame).paths()
     }
 
-    /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray.
-    /// `None` if no light path finds it.
-    fn light_path_density(&self, scene: &Scene, found: &FoundLight) -> Option<f64> {
-        let FoundLight { origin, direction, source, time, .. } = *found;
+    /// Returns the density over etendue (mm^-2 sr^-1) of a light path at the path of a camera ray in the
+    /// world. `None` if no light path finds it.
+    fn light_path_density(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        time: f32,
+        source: LightSource,
+    ) -> Option<f64> {
+        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
         let LensModel::Real(lens) = &self.poses.camera.model else { return None };
-        let lamps = self.direct_light;
+        let lamps = self.lamp_images;
         let light = match source {
             LightSource::Shape(hit, _) => scene.shapes[hit.shape as usize].light,
             LightSource::Sky(sky) => sky,
@@ -128,11 +101,7 @@ impl<'a> DirectLightWeights<'a> {
         let lamp = &lamps.lamps[(*lamps.by_light.get(light as usize)?)? as usize];
         let pose = self.poses.at(time);
         let (at_front, towards) = pose.crossing(lens, origin, direction)?;
-        let uv = at_front.map(|v| (v / lamps.front.half + 1.0) / 2.0);
-        if !uv.iter().all(|v| (0.0..1.0).contains(v)) {
-            return None;
-        }
-        let uv = uv.map(|v| v as f32);
+        let uv = lamps.front.square.point(at_front)?;
         if !lamp.is_traced(uv) {
             return None;
         }
@@ -141,7 +110,7 @@ impl<'a> DirectLightWeights<'a> {
         let to_light = match source {
             LightSource::Shape(hit, point) => {
                 scene.emitter_density(hit, from, point, direction)
-                    * lamp.primitives.probability(hit.primitive)
+                    * lamp.primitives.probability(hit.primitive as usize)
             }
             LightSource::Sky(sky) => {
                 scene.sky_direction_density(sky, from, direction, SkySampling::Complete)
@@ -151,12 +120,33 @@ impl<'a> DirectLightWeights<'a> {
     }
 }
 
-impl DirectLight {
+impl LampWeights for LampImageWeights<'_> {
+    fn camera_weight(
+        &self,
+        scene: &Scene,
+        rays: &RayBatch,
+        i: usize,
+        time: f32,
+        source: LightSource,
+    ) -> f32 {
+        let Some(density) = self.light_path_density(scene, &rays.ray(i), time, source) else {
+            return 1.0;
+        };
+        if self.lamp_images.exclusive {
+            return if density > 0.0 { 0.0 } else { 1.0 };
+        }
+        let weight = self.sampling_weight(scene, rays, i);
+        let camera = self.row_exposure() / (self.pixel_area() * weight);
+        power_heuristic(camera as f32, (density * self.light_paths()) as f32)
+    }
+}
+
+impl LampImages {
     /// Returns the density over etendue (mm^-2 sr^-1) of one light path: with the probability of
     /// its lamp, the density of its entry point over the unit square, that of its direction (1/sr)
     /// and its cosine to the axis.
     pub(super) fn density(&self, share: f64, entry: f64, to_light: f64, cos: f64) -> f64 {
-        share * entry / (4.0 * self.front.half * self.front.half) * to_light / cos
+        share * entry / self.front.square.area() * to_light / cos
     }
 }
 

@@ -1,14 +1,12 @@
 //! Wave of light paths.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-use super::{CameraPoses, LightPathInput};
-use crate::distribution::Distribution;
+use super::LightPathInput;
 use crate::lanes::Real;
 use crate::lens::{RealLens, Surface, trace_ghost};
 use crate::rays::{Column, LensBatch, Ray, RayBatch, SampleBatch, WAVE_SIZE};
-use crate::sampler::{Dimension, sample_2d};
-use crate::scene::{MediumColumns, SurfacePoint, Surroundings, TraversalStack, gamma, luminance};
+use crate::scene::{MediumColumns, Surroundings, TraversalStack, luminance};
 use crate::shutter::ArrivalTime;
 
 /// A light path that arrives on the film.
@@ -75,77 +73,6 @@ pub(crate) struct LightPaths {
 }
 
 impl LightPaths {
-    /// Samples a wave of lights from points of the front surface. The points are distributed over
-    /// the square about it, uniformly or by the density `entry`. The square shares the tilt and
-    /// decentre of the surface.
-    pub fn sample(
-        &mut self,
-        input: &LightPathInput<'_>,
-        lens: &RealLens,
-        key: u32,
-        entry: Option<&Distribution>,
-    ) {
-        let front = &lens.prescription.rows[0];
-        let half = front.diameter / 2.0;
-        let placed = lens.prescription.surface_transforms()[0];
-        let poses = CameraPoses::new(input.camera, input.timing);
-        self.clear();
-        for i in 0..WAVE_SIZE as u32 {
-            let u = sample_2d(key, i, Dimension::Pupil);
-            let (uv, density) = match entry {
-                Some(entry) => {
-                    let chosen = entry.sample(u);
-                    (chosen.uv, chosen.density)
-                }
-                None => (u, 1.0),
-            };
-            let [x, y] = uv.map(|u| (2.0 * f64::from(u) - 1.0) * half);
-            if x.hypot(y) > half {
-                continue;
-            }
-            let [gx, gy] = front.gradient(x, y);
-            // From the surface's own frame to that of the front vertex, and on to the camera's,
-            // whose z points to the scene.
-            let point = placed.transform_point3(DVec3::new(x, y, front.sag_at(x, y)));
-            let normal = placed.transform_vector3(DVec3::new(gx, gy, -1.0));
-            let outward = DVec3::new(normal.x, normal.y, -normal.z);
-            let [right, up, back] = (point * lens.units_per_mm).to_array();
-            let time = input.arrival_time(key, i);
-            let pose = poses.at(time.scene);
-            let place = DVec3::new(right, up, lens.front_depth - back);
-            let place = pose.world_from_camera.transform_point3(place);
-            // Normals transform by the inverse transpose; the length does not matter.
-            let normal = (pose.vector_to_camera.transpose() * outward).normalize().as_vec3();
-            let position = place.as_vec3();
-            let error = position.abs() * gamma(4) + Vec3::splat(f32::MIN_POSITIVE);
-            let from = SurfacePoint { position, error, normal, shading_normal: normal };
-            let [choice, at] =
-                [Dimension::LightChoice(0), Dimension::Light(0)].map(|d| sample_2d(key, i, d));
-            let Some(light) = input.scene.sample_light(&from, normal, choice, at) else { continue };
-            let towards = (pose.vector_to_camera * light.direction.as_dvec3()).normalize();
-            // The kernels accept only rays that travel along the axis, towards the film.
-            let facing = towards.dot(outward);
-            if !(facing > 0.0 && towards.z > 0.0 && light.density > 0.0) {
-                continue;
-            }
-            let area = 4.0 * half * half / f64::from(density);
-            let flux = facing * area / f64::from(light.density);
-            let path = LightPath {
-                start: point.to_array(),
-                towards,
-                shadow: Ray {
-                    origin: from.offset_origin(light.direction).to_array(),
-                    direction: light.direction.to_array(),
-                    t_max: light.t_max,
-                },
-                time,
-                sample: [key, i],
-            };
-            let flux = light.radiance.map(|l| (f64::from(l) * flux) as f32);
-            self.push(&path, flux, uv);
-        }
-    }
-
     /// Forgets all paths.
     pub fn clear(&mut self) {
         self.entry.clear();
@@ -202,7 +129,7 @@ impl LightPaths {
     }
 
     /// Traces the wave from the front surface through a sequence of surfaces to the film
-    /// ([`Self::film_hits`]). Returns whether any path arrives.
+    /// ([`Self::film_hit`]). Returns whether any path arrives.
     pub fn trace<R: Real<Scalar = f32>>(
         &mut self,
         lens: &RealLens,
@@ -213,7 +140,7 @@ impl LightPaths {
         arrives
     }
 
-    /// Traces the wave to the film ([`Self::film_hits`]). `trace` takes the rays to the last vertex;
+    /// Traces the wave to the film ([`Self::film_hit`]). `trace` takes the rays to the last vertex;
     /// it gets them, their starts, and a count of blocked rays by row.
     pub fn trace_with<R: Real<Scalar = f32>>(
         &mut self,
@@ -240,12 +167,6 @@ impl LightPaths {
             batch.x[i] += s * batch.tx[i];
             batch.y[i] += s * batch.ty[i];
         }
-    }
-
-    /// Returns where the paths meet the film (mm), their directions and weights; x is NaN for those
-    /// that do not.
-    pub fn film_hits(&self) -> &LensBatch<f32> {
-        &self.batch
     }
 
     /// Returns where a path meets the film; `None` if it does not.

@@ -1,4 +1,4 @@
-//! Tests of the densities and weights of direct light.
+//! Tests of the densities and weights of lamp images.
 
 use std::fs::File;
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::*;
-use crate::direct_light::splat::DirectColumns;
 use crate::io::image::write_pfm;
 use crate::job::Job;
 use crate::lanes::f32x8;
 use crate::lens::LensColumns;
-use crate::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
+use crate::light_tracing::lamp_images::LampColumns;
+use crate::light_tracing::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
 use crate::motion::Motion;
 use crate::prepare::{Changes, prepare};
 use crate::rays::{HitBatch, NO_INDEX, Ray, SampleBatch, WAVE_SIZE};
@@ -66,21 +66,18 @@ fn sunny(effects: &str) -> Job {
     job
 }
 
-/// Calls `check` for every ray of a wave that finds a lamp or a sky with an image.
+/// Calls `check` with the index, the time and the find of every ray of a wave that finds a lamp or a sky
+/// with an image.
 fn for_lamps(
     job: &Job,
     (rays, times): (&RayBatch, &[f32]),
-    mut check: impl FnMut(usize, &FoundLight),
+    mut check: impl FnMut(usize, f32, LightSource),
 ) {
     let (mut hits, mut stack) = (Box::<HitBatch>::default(), TraversalStack::default());
     job.scene.intersect::<f32x8>(rays, &mut hits, &mut stack);
     for i in 0..rays.len {
         let (hit, ray) = (&hits[i], rays.ray(i));
-        let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-        let time = times[rays.slot[i] as usize];
-        let exposure = job.direct_light_weights().expect("lamps").exposure(&job.scene, rays, i);
-        let mut found =
-            |source| check(i, &FoundLight { origin, direction, source, exposure, time });
+        let mut found = |source| check(i, times[rays.slot[i] as usize], source);
         if hit.shape == NO_INDEX {
             job.scene.lights.sampled_skies().for_each(|sky| found(LightSource::Sky(sky)));
         } else if job.scene.shapes[hit.shape as usize].light != NO_INDEX {
@@ -120,9 +117,9 @@ fn weights_add_up_to_one_while_the_camera_moves_and_rows_are_read() {
 /// hero.
 fn check_weights(job: &Job) {
     let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
-    let weights = job.direct_light_weights().expect("lamps");
-    let lamps = weights.direct_light;
-    let (mut columns, mut paths) = (Box::<LensColumns>::default(), DirectColumns::default());
+    let weights = job.lamp_image_weights().expect("lamps");
+    let lamps = weights.lamp_images;
+    let (mut columns, mut paths) = (Box::<LensColumns>::default(), LampColumns::default());
     let (mut rays, mut stats) = (Box::<RayBatch>::default(), LensStats::default());
     let mut samples = Box::<SampleBatch>::default();
     let mut dispersed = DisperseColumns::default();
@@ -144,17 +141,19 @@ fn check_weights(job: &Job) {
         }
         let mut expected = Vec::new();
         paths.paths.clear();
-        for_lamps(job, (&rays, &samples.time[..]), |_, found| {
-            let Some(density) = weights.light_path_density(&job.scene, found) else { return };
-            let (at_front, towards) = CameraPose::at(&job.camera, job.timing.as_ref(), found.time)
-                .crossing(lens, found.origin, found.direction)
+        for_lamps(job, (&rays, &samples.time[..]), |i, time, source| {
+            let density = weights.light_path_density(&job.scene, &rays.ray(i), time, source);
+            let Some(density) = density else { return };
+            let Ray { origin, direction, .. } = rays.ray(i);
+            let (at_front, towards) = CameraPose::at(&job.camera, job.timing.as_ref(), time)
+                .crossing(lens, origin.into(), direction.into())
                 .expect("a ray from the lens");
             let start = lamps.front.start(at_front, towards);
             let shadow = Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], t_max: 1.0 };
-            let (time, sample) = (ArrivalTime::default(), [0; 2]);
-            let path = LightPath { start, towards, shadow, time, sample };
+            let arrival = ArrivalTime::default();
+            let path = LightPath { start, towards, shadow, time: arrival, sample: [0; 2] };
             paths.paths.push(&path, [1.0; 3], [0.5; 2]);
-            expected.push((density, weights.camera_weight(&job.scene, found)));
+            expected.push((density, weights.camera_weight(&job.scene, &rays, i, time, source)));
         });
         lamps.front.trace::<f32x8>(lens, samples.band, &mut paths.paths);
         for (i, (density, camera)) in expected.into_iter().enumerate() {
@@ -178,19 +177,19 @@ fn the_density_of_a_light_path_is_that_of_its_sample() {
 fn check_densities(job: &Job) {
     let input = job.light_path_input();
     let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
-    let weights = job.direct_light_weights().expect("lamps");
-    let (mut columns, mut rays) = (DirectColumns::default(), Box::<RayBatch>::default());
+    let weights = job.lamp_image_weights().expect("lamps");
+    let (mut columns, mut rays) = (LampColumns::default(), Box::<RayBatch>::default());
     let mut compared = 0;
     for wave in 0..4 {
-        weights.direct_light.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
+        weights.lamp_images.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
         rays.len = 0;
         for i in 0..columns.paths.len() {
             let ray = Ray { t_max: f32::INFINITY, ..columns.paths.shadow_ray(i) };
             rays.push(ray, [1.0; 3], i as u32);
         }
-        for_lamps(job, (&rays, &[0.0; WAVE_SIZE]), |i, found| {
-            let density = weights.light_path_density(&job.scene, found).unwrap_or(0.0);
-            let ratio = density / columns.densities[i];
+        for_lamps(job, (&rays, &[0.0; WAVE_SIZE]), |i, time, source| {
+            let density = weights.light_path_density(&job.scene, &rays.ray(i), time, source);
+            let ratio = density.unwrap_or(0.0) / columns.densities[i];
             // Another lamp may be before the one that was sampled.
             if (0.5..2.0).contains(&ratio) {
                 assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
@@ -208,8 +207,8 @@ fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
         let job = cropped_night("+iris,+fresnel,-ghosts,-diffraction", crop);
         let input = job.light_path_input();
         let LensModel::Real(lens) = &job.camera.model else { panic!("a lens") };
-        let lamps = job.direct_light_weights().expect("lamps").direct_light;
-        let mut columns = DirectColumns::default();
+        let lamps = job.lamp_image_weights().expect("lamps").lamp_images;
+        let mut columns = LampColumns::default();
         let (mut traced, mut arrivals) = (0, Vec::new());
         for wave in 0..8 {
             lamps.sample(&input, lens, &mut columns, pixel_key(7, 0, 0), wave);
@@ -238,16 +237,17 @@ fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
 #[test]
 fn camera_paths_take_the_light_that_a_crop_traces_no_light_path_for() {
     let job = cropped_night("+iris,+fresnel,-ghosts,-diffraction", Some([[0, 0], [9, 9]]));
-    let weights = job.direct_light_weights().expect("lamps");
+    let weights = job.lamp_image_weights().expect("lamps");
     let (mut columns, mut rays) = (Box::<LensColumns>::default(), Box::<RayBatch>::default());
     let (mut samples, mut stats) = (Box::<SampleBatch>::default(), LensStats::default());
     let mut alone = 0;
     for wave in 0..16 {
         sample_film(&job.camera, pixel_key(0, 0, 0), wave, &mut samples);
         job.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
-        for_lamps(&job, (&rays, &samples.time[..]), |_, found| {
-            let is_alone = weights.light_path_density(&job.scene, found).is_none();
-            let weight = weights.camera_weight(&job.scene, found);
+        for_lamps(&job, (&rays, &samples.time[..]), |i, time, source| {
+            let density = weights.light_path_density(&job.scene, &rays.ray(i), time, source);
+            let weight = weights.camera_weight(&job.scene, &rays, i, time, source);
+            let is_alone = density.is_none();
             assert_eq!(is_alone, weight == 1.0, "{weight}");
             alone += i32::from(is_alone);
         });

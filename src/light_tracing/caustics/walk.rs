@@ -1,23 +1,19 @@
 //! Walk of light paths through the scene, and their connections to the lens.
 
-use std::ops::Range;
-
 use glam::{DVec3, Vec3};
 
-use super::entry::EntryPoint;
+use super::Caustics;
 use super::start::PathStart;
-use super::{Caustics, path_count};
-use crate::film::FilmSums;
 use crate::lanes::Real;
 use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{
-    CameraPose, CameraPoses, LightPath, LightPathInput, LightPaths, SplatStage, splats,
+use crate::light_tracing::entry::EntryPoint;
+use crate::light_tracing::light_paths::{
+    CameraPose, CameraPoses, LightPath, LightPathInput, LightPaths,
 };
 use crate::rays::{HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
-use crate::sampler::{Dimension, pixel_key, sample_2d};
+use crate::sampler::{Dimension, sample_2d};
 use crate::scene::{PathLimits, Surroundings, TraversalStack};
 use crate::shade::{PathVertex, PixelFootprint, ShadeColumns, ShadeInputs, shade_light_paths};
-use crate::stats::Stats;
 
 /// Connection of a path to the lens.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,7 +29,7 @@ struct Connection {
 
 /// Columns of one worker.
 #[derive(Default)]
-pub(super) struct CausticColumns {
+pub(crate) struct CausticColumns {
     pub samples: Box<SampleBatch>,
     pub rays: Box<RayBatch>,
     pub next: Box<RayBatch>,
@@ -62,31 +58,6 @@ pub(super) struct Connected<'a> {
 }
 
 impl Caustics {
-    /// Traces the light paths of these sample numbers and adds their light to the film.
-    ///
-    /// The sum depends on seed and sample numbers only, and the sums of disjoint ranges add up.
-    pub fn splat<R: Real<Scalar = f32>>(
-        &self,
-        input: &LightPathInput<'_>,
-        samples: Range<u32>,
-        film: &mut FilmSums,
-        stats: &mut Stats,
-    ) {
-        let LensModel::Real(lens) = &input.camera.model else { return };
-        let count = path_count(input.frame);
-        let stage = SplatStage::filtered(count, &input.response.filter, lens);
-        stage.run(input, samples, film, stats, |columns: &mut CausticColumns, [wave, sample]| {
-            let key = pixel_key(sample, u32::MAX - 4, input.seed);
-            let bands = self.front.bands_of_wave(input.seed, count.wave_number([wave, sample]));
-            let lens = (&**lens, &self.front);
-            let mut all = Vec::new();
-            self.walk::<R>(input, columns, [key, wave], &mut |Connected { paths, .. }| {
-                all.extend(splats::<R>(input, lens, (count, &bands), paths, |_, _| 1.0));
-            });
-            all
-        });
-    }
-
     /// Walks a wave of paths. `found` gets the paths of each surface that were connected to the lens.
     pub(super) fn walk<R: Real<Scalar = f32>>(
         &self,
@@ -142,7 +113,7 @@ impl Caustics {
             vertex,
             rays,
             hits,
-            direct_light: None,
+            lamp_weights: None,
             caustics: false,
             hides_sky: false,
         };

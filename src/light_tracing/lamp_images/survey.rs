@@ -1,17 +1,16 @@
 //! Survey of the lamps that a camera sees: which of them light paths find better than camera paths.
 
-use super::DirectLight;
-use super::lamp::{ENTRY_CELLS, Lamp, entry_cell, entry_distribution};
+use super::LampImages;
+use super::lamp::{ENTRY_GRID, Lamp, entry_distribution};
 use super::reach::{ArrivalBounds, EntryReach};
-use super::splat::DirectColumns;
+use super::trace::LampColumns;
 use crate::lanes::f32x8;
-use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{
-    CameraView, LightPathInput, LightPathSelection, LightPathSurvey, obstacle,
-};
+use crate::lens::RealLens;
+use crate::light_tracing::entry::EntrySquare;
+use crate::light_tracing::light_paths::{LightPathInput, LightPathSelection, SurveyedPicture};
 use crate::rays::WAVE_SIZE;
 use crate::sampler::pixel_key;
-use crate::scene::luminance;
+use crate::scene::{Scene, luminance};
 
 /// Light paths for all lamps together.
 const LIGHT_PATHS: u32 = 1 << 19;
@@ -31,37 +30,28 @@ const LARGEST: f64 = 0.02;
 /// Smallest brightness of the lamp's image, relative to the mean of the picture.
 const BRIGHTEST: f64 = 10.0;
 
-/// Surveys the lamps of a scene.
-pub fn survey(
-    input: &LightPathInput<'_>,
-    selection: LightPathSelection,
-) -> LightPathSurvey<DirectLight> {
-    LightPathSurvey::new(lamps_in_view(input, selection), |found| {
-        let is_sky = |lamp: &&Lamp| input.scene.lights.skies.contains(&lamp.light);
-        let skies = match found.lamps.iter().filter(is_sky).count() {
+impl LampImages {
+    /// Returns how many lamps and skies there are, in words.
+    pub(crate) fn describe(&self, scene: &Scene) -> String {
+        let is_sky = |lamp: &&Lamp| scene.lights.skies.contains(&lamp.light);
+        let skies = match self.lamps.iter().filter(is_sky).count() {
             0 => "",
             1 => "a sky",
             _ => "skies",
         };
-        let shapes = match found.lamps.iter().filter(|lamp| !is_sky(lamp)).count() {
+        let shapes = match self.lamps.iter().filter(|lamp| !is_sky(lamp)).count() {
             0 => String::new(),
             1 => "one lamp".to_owned(),
             count => format!("{count} lamps"),
         };
         let and = if skies.is_empty() || shapes.is_empty() { "" } else { " and " };
         format!("{shapes}{and}{skies} in view")
-    })
+    }
 }
 
-/// Returns the lamps from which light paths start, or why there are none.
-fn lamps_in_view(
-    input: &LightPathInput<'_>,
-    selection: LightPathSelection,
-) -> Result<DirectLight, &'static str> {
-    let LensModel::Real(lens) = &input.camera.model else {
-        return Err("the camera has no lens of glass");
-    };
-    obstacle(input, lens).map_or(Ok(()), Err)?;
+/// Surveys the lamps of a picture. Returns why there are none that are worth light paths.
+pub(crate) fn survey(picture: &SurveyedPicture<'_>) -> Result<LampImages, &'static str> {
+    let SurveyedPicture { input, lens, selection, .. } = *picture;
     let skies: Vec<u32> = match input.hides_sky {
         true => Vec::new(),
         false => input.scene.lights.sampled_skies().collect(),
@@ -70,7 +60,7 @@ fn lamps_in_view(
     if skies.is_empty() && shapes.is_empty() {
         return Err("no surface and no image of a sky emits light");
     }
-    let view = CameraView::new(input).ok_or("no ray leaves the lens")?;
+    let view = picture.view()?;
     let lights: Vec<u32> = skies
         .iter()
         .copied()
@@ -83,14 +73,15 @@ fn lamps_in_view(
     let share = LIGHT_PATHS / lights.len().max(1) as u32;
     let [fewest, most] = PATHS_PER_LAMP;
     let paths = [share.clamp(fewest, most), share.clamp(fewest, PATHS_OF_RARE_LAMP)];
-    let mut all = DirectLight::new(lens, view.half, input.scene.lights.all.len());
+    let mut all =
+        LampImages::new(lens, EntrySquare { half: view.half }, input.scene.lights.all.len());
     let film_area = input.camera.film[0] * input.camera.film[1];
     let (mut found, mut variance) = (Vec::new(), 0.0);
     for light in lights {
         let areas = input.scene.emitter_areas(light);
         let Some(lamp) = Lamp::seen_everywhere(light, &areas) else { continue };
         all.set_lamps(vec![(lamp.clone(), 1.0)]);
-        let image = LampImage::trace(&all, input, lens, paths);
+        let image = LampImage::trace(&all, picture, paths);
         // A lamp of value v on a share s of the film has the mean v s and the variance v^2 s.
         let value = view.exposure * image.radiance;
         let mean_value = input.camera.imaging_ratio * image.flux / film_area;
@@ -129,12 +120,12 @@ fn lamps_in_view(
 /// Returns where light paths of the only lamp must enter to reach the rendered pixels, by this number
 /// of paths.
 fn reach(
-    light: &DirectLight,
+    light: &LampImages,
     input: &LightPathInput<'_>,
     lens: &RealLens,
     paths: u32,
 ) -> EntryReach {
-    let mut columns = DirectColumns::default();
+    let mut columns = LampColumns::default();
     let mut bounds = ArrivalBounds::new();
     let key = pixel_key(light.lamps[0].light, u32::MAX - 7, input.seed);
     for wave in 0..paths.div_ceil(WAVE_SIZE as u32) {
@@ -167,16 +158,10 @@ impl LampImage {
     }
 
     /// Traces the first number of light paths, and up to the second if few arrive, but some do.
-    fn trace(
-        light: &DirectLight,
-        input: &LightPathInput<'_>,
-        lens: &RealLens,
-        [paths, most]: [u32; 2],
-    ) -> Self {
-        let mut columns = DirectColumns::default();
-        let mut image =
-            Self { flux: 0.0, radiance: 0.0, entry: vec![0; ENTRY_CELLS * ENTRY_CELLS] };
-        let key = pixel_key(light.lamps[0].light, u32::MAX - 3, input.seed);
+    fn trace(light: &LampImages, picture: &SurveyedPicture<'_>, [paths, most]: [u32; 2]) -> Self {
+        let mut columns = LampColumns::default();
+        let mut image = Self { flux: 0.0, radiance: 0.0, entry: vec![0; ENTRY_GRID.cells()] };
+        let key = pixel_key(light.lamps[0].light, u32::MAX - 3, picture.input.seed);
         let (mut arrived, mut traced) = (0, 0);
         for wave in 0..most / WAVE_SIZE as u32 {
             let seen = traced >= paths && arrived >= ENOUGH_ARRIVALS;
@@ -184,23 +169,14 @@ impl LampImage {
                 break;
             }
             traced += WAVE_SIZE as u32;
-            light.sample(input, lens, &mut columns, key, wave);
-            let bands = light.front.bands_of_wave(input.seed, wave);
-            light.front.trace::<f32x8>(lens, bands[0], &mut columns.paths);
-            let hits = columns.paths.film_hits();
-            let on_film = |i: &usize| {
-                2.0 * f64::from(hits.x[*i]).abs() < input.camera.film[0]
-                    && 2.0 * f64::from(hits.y[*i]).abs() < input.camera.film[1]
-            };
-            let arrivals: Vec<usize> = (0..columns.paths.len()).filter(on_film).collect();
-            columns.paths.connect::<f32x8>(input, arrivals.iter().map(|&i| i as u32));
-            for i in arrivals {
+            light.sample(picture.input, picture.lens, &mut columns, key, wave);
+            for i in picture.arrivals(&light.front, wave, &mut columns.paths) {
                 let flux = f64::from(luminance(columns.paths.flux(i)));
                 if flux > 0.0 {
                     image.flux += flux;
                     image.radiance += flux * columns.luminances[i];
                     arrived += 1;
-                    image.entry[entry_cell(columns.paths.entry(i))] += 1;
+                    image.entry[ENTRY_GRID.cell(columns.paths.entry(i))] += 1;
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Direct light: the picture of small bright lamps and of a sun in a sky, found from the lamps.
+//! Lamp images: the picture of small bright lamps and of a sun in a sky, found from the lamps.
 //!
 //! A camera path finds a lamp only if its pixel and its point of the pupil happen to look at it. At
 //! the rim of a lamp and in its bokeh few paths do, and each that does is as bright as the lamp. A
@@ -22,86 +22,72 @@
 //!
 //! With dispersion, a camera ray is traced at the wavelength of its hero and shared by other bands. Its
 //! density is that of the hero. A light path is traced in the same bands, and takes what the rays of
-//! each hero leave ([`splats`](crate::light_paths)).
+//! each hero leave ([`add_splats`](crate::light_tracing::light_paths)).
 //!
 //! Paths by way of other surfaces, and lamps that a mirror or a window shows, stay with the camera.
 
 mod density;
 mod lamp;
 mod reach;
-mod splat;
 mod survey;
+mod trace;
 
-pub use density::DirectLightWeights;
-pub(crate) use density::{FoundLight, LightSource};
-pub use survey::survey;
+pub use density::LampImageWeights;
+pub(crate) use survey::survey;
+pub(crate) use trace::LampColumns;
 
-use crate::film::{Frame, PixelFilter};
+use crate::distribution::DiscreteDistribution;
 use crate::lens::RealLens;
-use crate::light_paths::{FrontEntry, PathCount, SplatStage};
+use crate::light_tracing::entry::EntrySquare;
+use crate::light_tracing::light_paths::FrontEntry;
 use lamp::Lamp;
 
 /// The lamps that light paths start from.
 #[derive(Clone, Debug)]
-pub struct DirectLight {
+pub struct LampImages {
     lamps: Vec<Lamp>,
-    /// Cumulative probabilities of the lamps.
-    cumulative: Vec<f32>,
+    /// Choice of a lamp.
+    choice: DiscreteDistribution,
     /// Index of the lamp, by light of the scene.
     by_light: Vec<Option<u32>>,
     /// The lens as the paths enter it.
     front: FrontEntry,
-    /// Whether camera paths leave all that light paths can find to them.
-    alone: bool,
+    /// Whether light paths are the exclusive strategy: they have weight 1, and camera paths leave out
+    /// all that they can find.
+    exclusive: bool,
 }
 
-/// Samples of the picture per light path. Lamps and suns are small, so that this is a dozen paths for each of
-/// their pixels and each sample of them.
-pub const SAMPLES_PER_PATH: u64 = 16;
-
-/// Returns the number of light paths per sample number.
-fn path_count(frame: &Frame) -> PathCount {
-    PathCount::new(frame.resolution, SAMPLES_PER_PATH)
-}
-
-impl DirectLight {
-    /// Returns the largest size of the splats that wait to be added to the film (bytes).
-    pub fn bytes_waiting(frame: &Frame, filter: &PixelFilter, lens: &RealLens) -> u64 {
-        SplatStage::filtered(path_count(frame), filter, lens).bytes_waiting()
-    }
-
-    /// Prepares light paths without lamps, for a lens, the half side of the square of entry points
-    /// (mm) and the number of lights of the scene.
-    fn new(lens: &RealLens, half: f64, lights: usize) -> Self {
+impl LampImages {
+    /// Prepares light paths without lamps, for a lens, the square of entry points and the number of
+    /// lights of the scene.
+    fn new(lens: &RealLens, square: EntrySquare, lights: usize) -> Self {
         Self {
             lamps: Vec::new(),
-            cumulative: Vec::new(),
+            choice: DiscreteDistribution::from_probabilities(&[1.0]),
             by_light: vec![None; lights],
-            front: FrontEntry::new(lens, half),
-            alone: false,
+            front: FrontEntry::new(lens, square),
+            exclusive: false,
         }
     }
 
-    /// Leaves the light that light paths can find to them alone, instead of weighing it against that of
-    /// camera paths. The picture has the same light, and shows whether light paths find all of it.
-    pub fn take_alone(&mut self) {
-        self.alone = true;
+    /// Makes light paths the exclusive strategy, of weight 1, for all light that they can find, instead
+    /// of weighing them against camera paths. The picture has the same light, and shows whether light
+    /// paths find all of it.
+    pub fn make_exclusive(&mut self) {
+        self.exclusive = true;
     }
 
     /// Sets the lamps, each with the number that its probability is proportional to.
     fn set_lamps(&mut self, lamps: Vec<(Lamp, f64)>) {
         let total: f64 = lamps.iter().map(|(_, weight)| weight).sum();
-        let count = lamps.len();
-        let mut sum = 0.0;
+        let shares: Vec<f64> = lamps.iter().map(|(_, weight)| weight / total).collect();
         self.by_light.fill(None);
-        (self.lamps, self.cumulative) = (Vec::new(), Vec::new());
-        for (i, (lamp, weight)) in lamps.into_iter().enumerate() {
-            sum += weight / total;
-            // Rounding must leave no gap at the end.
-            self.cumulative.push(if i + 1 == count { 1.0 } else { sum as f32 });
+        self.lamps.clear();
+        for (i, ((lamp, _), &share)) in lamps.into_iter().zip(&shares).enumerate() {
             self.by_light[lamp.light as usize] = Some(i as u32);
-            self.lamps.push(Lamp { share: (weight / total) as f32, ..lamp });
+            self.lamps.push(Lamp { share: share as f32, ..lamp });
         }
+        self.choice = DiscreteDistribution::from_probabilities(&shares);
     }
 
     /// Returns the number of lamps.

@@ -1,11 +1,11 @@
 //! Lamp: an area light or a sky, with the sampling densities of its light paths.
 
 use super::reach::EntryReach;
-use crate::distribution::Distribution;
-use crate::light_paths::PrimitiveChoice;
+use crate::distribution::{DiscreteDistribution, Distribution};
+use crate::light_tracing::entry::EntryGrid;
 
-/// Cells along each side of the square of entry points.
-pub(super) const ENTRY_CELLS: usize = 32;
+/// Cells of the square of entry points.
+pub(super) const ENTRY_GRID: EntryGrid = EntryGrid { side: 32 };
 /// Share of the entry points that are uniform over the square, so that every path can be sampled.
 const UNIFORM: f64 = 0.1;
 
@@ -19,7 +19,7 @@ pub(super) struct Lamp {
     /// Sampling density of the entry points, over the square about the front vertex.
     pub entry: Distribution,
     /// Probability of each of its triangles, by area; one for a quadric or a sky.
-    pub primitives: PrimitiveChoice,
+    pub primitives: DiscreteDistribution,
     /// Where its light paths must enter to reach the rendered pixels; `None` in a whole picture, where
     /// most of them do.
     pub reach: Option<EntryReach>,
@@ -29,8 +29,8 @@ impl Lamp {
     /// Returns a lamp whose light may enter anywhere, with the areas of its triangles; `None` if they
     /// have none.
     pub fn seen_everywhere(light: u32, areas: &[f64]) -> Option<Self> {
-        let primitives = PrimitiveChoice::new(areas)?;
-        let entry = entry_distribution(&[1; ENTRY_CELLS * ENTRY_CELLS])?;
+        let primitives = DiscreteDistribution::new(areas)?;
+        let entry = entry_distribution(&vec![1; ENTRY_GRID.cells()])?;
         Some(Self { light, share: 1.0, entry, primitives, reach: None })
     }
 
@@ -40,22 +40,14 @@ impl Lamp {
     }
 }
 
-/// Returns the cell of an entry point of the square (0 to 1).
-pub(super) fn entry_cell(entry: [f32; 2]) -> usize {
-    let [x, y] = entry.map(|u| ((u * ENTRY_CELLS as f32) as usize).min(ENTRY_CELLS - 1));
-    y * ENTRY_CELLS + x
-}
-
 /// Returns the density of entry points: uniform over the cells in and next to which light came, and
 /// small elsewhere.
 pub(super) fn entry_distribution(arrivals: &[u32]) -> Option<Distribution> {
-    let near = |i: usize| i.saturating_sub(1)..(i + 2).min(ENTRY_CELLS);
-    let lit =
-        |x: usize, y: usize| near(y).any(|y| near(x).any(|x| arrivals[y * ENTRY_CELLS + x] > 0));
-    let cells = ENTRY_CELLS * ENTRY_CELLS;
-    let count = (0..cells).filter(|i| lit(i % ENTRY_CELLS, i / ENTRY_CELLS)).count();
+    let lit = |cell: usize| ENTRY_GRID.around(cell).any(|i| arrivals[i] > 0);
+    let cells = ENTRY_GRID.cells();
+    let count = (0..cells).filter(|&cell| lit(cell)).count();
     let uniform = UNIFORM / (1.0 - UNIFORM) * count as f64 / cells as f64;
-    Distribution::new([ENTRY_CELLS; 2], |x, y| uniform + f64::from(u8::from(lit(x, y))))
+    ENTRY_GRID.density(|cell| uniform + f64::from(u8::from(lit(cell))))
 }
 
 #[cfg(test)]
@@ -64,12 +56,13 @@ mod tests {
 
     #[test]
     fn entry_points_fall_near_the_arrivals_and_one_in_ten_anywhere() {
-        let mut arrivals = vec![0; ENTRY_CELLS * ENTRY_CELLS];
-        arrivals[5 * ENTRY_CELLS + 9] = 3;
+        let side = ENTRY_GRID.side;
+        let mut arrivals = vec![0; side * side];
+        arrivals[5 * side + 9] = 3;
         let entry = entry_distribution(&arrivals).expect("an arrival");
-        let cell = |x: f64, y: f64| [x, y].map(|v| ((v + 0.5) / ENTRY_CELLS as f64) as f32);
+        let cell = |x: f64, y: f64| [x, y].map(|v| ((v + 0.5) / side as f64) as f32);
         let [inside, outside] = [cell(10.0, 6.0), cell(20.0, 6.0)].map(|uv| entry.density(uv));
-        let cells = (ENTRY_CELLS * ENTRY_CELLS) as f32;
+        let cells = (side * side) as f32;
         assert!((outside - 0.1).abs() < 1e-3, "{outside}");
         assert!((inside / (0.1 + 0.9 * cells / 9.0) - 1.0).abs() < 1e-3, "{inside}");
     }

@@ -1,11 +1,13 @@
 //! Estimate of the ghosts in a picture and their brightness, from a few thousand light paths
 //! through every pair of surfaces.
 
+use super::trace::sample_wave;
 use super::{GhostPair, Ghosts, pairs, sequences};
 use crate::distribution::Distribution;
 use crate::lanes::f32x8;
 use crate::lens::{Coating, LensModel, Prescription, RealLens, Side, ghost_sequence, sequence};
-use crate::light_paths::{FilmArrival, LightPathInput, LightPaths};
+use crate::light_tracing::entry::EntryGrid;
+use crate::light_tracing::light_paths::{FilmArrival, LightPathInput, LightPaths};
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
 use crate::spectrum::LightBand;
@@ -16,8 +18,8 @@ const WAVES: u32 = 8;
 const CELLS: [usize; 2] = [8, 6];
 /// Fewest arrivals for a reliable estimate of a cell's brightness.
 const MIN_ARRIVALS: u32 = 8;
-/// Cells along each side of the square about the front surface.
-const ENTRY_CELLS: usize = 16;
+/// Cells of the square about the front surface.
+const ENTRY_GRID: EntryGrid = EntryGrid { side: 16 };
 
 /// The estimated ghosts of a scene's lights.
 #[derive(Clone, Debug)]
@@ -91,7 +93,7 @@ pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
     for rows in pairs(&coated) {
         let surfaces = ghost_sequence::<f32>(&coated, rows, coated.design.primary_wavelength());
         let mut cells = FilmCells::new();
-        let mut entry = vec![0.0; ENTRY_CELLS * ENTRY_CELLS];
+        let mut entry = vec![0.0; ENTRY_GRID.cells()];
         for wave_paths in &mut waves {
             if wave_paths.trace::<f32x8>(lens, &surfaces) {
                 add_arrivals(input, wave_paths, &mut cells, &mut entry);
@@ -121,9 +123,11 @@ pub fn estimate(input: &LightPathInput<'_>) -> Option<GhostEstimate> {
 /// discarded.
 fn unoccluded_waves(input: &LightPathInput<'_>, lens: &RealLens) -> Vec<Box<LightPaths>> {
     let mut waves = Vec::new();
+    let Some(uniform) = (EntryGrid { side: 1 }).density(|_| 1.0) else { return waves };
     for wave in 0..WAVES {
         let mut wave_paths = Box::<LightPaths>::default();
-        wave_paths.sample(input, lens, pixel_key(wave, u32::MAX, input.seed), None);
+        let key = pixel_key(wave, u32::MAX, input.seed);
+        sample_wave(input, lens, key, &uniform, &mut wave_paths);
         wave_paths.connect::<f32x8>(input, 0..wave_paths.len() as u32);
         let mut lit = false;
         for i in 0..wave_paths.len() {
@@ -179,9 +183,7 @@ fn add_arrivals(
         let [column, row] = [0, 1].map(|i| (arrival.position[i] * CELLS[i] as f64) as usize);
         cells.sums[row * CELLS[0] + column] += light;
         cells.counts[row * CELLS[0] + column] += 1;
-        let [u, v] =
-            arrival.entry.map(|u| ((u * ENTRY_CELLS as f32) as usize).min(ENTRY_CELLS - 1));
-        entry[v * ENTRY_CELLS + u] += light;
+        entry[ENTRY_GRID.cell(arrival.entry)] += light;
     }
 }
 
@@ -255,11 +257,10 @@ impl GhostEstimate {
 /// is nowhere 0 within the square, so that unseen paths are rare but not impossible.
 fn entry_distribution(entry: &[f64]) -> Option<Distribution> {
     let total: f64 = entry.iter().sum();
-    let near = |i: usize| i.saturating_sub(1)..(i + 2).min(ENTRY_CELLS);
-    let weight = |x: usize, y: usize| {
-        let sum: f64 = near(y).flat_map(|y| near(x).map(move |x| entry[y * ENTRY_CELLS + x])).sum();
+    let weight = |cell: usize| {
+        let sum: f64 = ENTRY_GRID.around(cell).map(|i| entry[i]).sum();
         // The root raises the density of cells that few paths found.
         sum.sqrt() + 0.02 * total.sqrt()
     };
-    Distribution::new([ENTRY_CELLS; 2], weight)
+    ENTRY_GRID.density(weight)
 }

@@ -1,9 +1,10 @@
-//! Entry points of light paths in the plane of the front vertex, for a point of the scene.
+//! Entry of light paths into the lens: points of a square about its front vertex, and their densities.
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::distribution::Distribution;
 use crate::lens::{Paraxial, RealLens};
 use crate::sampler::concentric_disk;
 
@@ -14,20 +15,77 @@ const WIDER: f64 = 1.1;
 /// Largest ratio of the distances of a point from the entrance pupil and from the front vertex.
 const LARGEST_RATIO: f64 = 5.0;
 
+/// Square about the front vertex in which light paths enter the lens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EntrySquare {
+    /// Half of its side (mm).
+    pub half: f64,
+}
+
+impl EntrySquare {
+    /// Returns the place (mm) of a point of the square (0 to 1).
+    pub fn place(self, point: [f64; 2]) -> [f64; 2] {
+        point.map(|u| (2.0 * u - 1.0) * self.half)
+    }
+
+    /// Returns the point of the square (0 to 1) at a place (mm); `None` if it is outside.
+    pub fn point(self, place: [f64; 2]) -> Option<[f32; 2]> {
+        let point = place.map(|v| (v / self.half + 1.0) / 2.0);
+        point.iter().all(|u| (0.0..1.0).contains(u)).then(|| point.map(|u| u as f32))
+    }
+
+    /// Returns its area (mm^2).
+    pub fn area(self) -> f64 {
+        4.0 * self.half * self.half
+    }
+}
+
+/// Grid of cells over the square of entry points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EntryGrid {
+    /// Number of cells along each side of the square.
+    pub side: usize,
+}
+
+impl EntryGrid {
+    /// Returns the number of cells.
+    pub fn cells(self) -> usize {
+        self.side * self.side
+    }
+
+    /// Returns the cell of a point of the square (0 to 1).
+    pub fn cell(self, point: [f32; 2]) -> usize {
+        let [x, y] = point.map(|u| ((u * self.side as f32) as usize).min(self.side - 1));
+        y * self.side + x
+    }
+
+    /// Returns a cell and its neighbours, row by row.
+    pub fn around(self, cell: usize) -> impl Iterator<Item = usize> {
+        let near = move |i: usize| i.saturating_sub(1)..(i + 2).min(self.side);
+        let (x, y) = (cell % self.side, cell / self.side);
+        near(y).flat_map(move |y| near(x).map(move |x| y * self.side + x))
+    }
+
+    /// Returns the density of entry points over the square that is in proportion to the weight of each
+    /// cell; `None` if no weight is above 0.
+    pub fn density(self, weight: impl Fn(usize) -> f64) -> Option<Distribution> {
+        Distribution::new([self.side; 2], |x, y| weight(y * self.side + x))
+    }
+}
+
 /// Samples entry points: over the paraxial entrance pupil as the point sees it, and a share over
 /// the square about the front vertex.
 #[derive(Clone, Debug)]
-pub(super) struct EntrySampler {
+pub(crate) struct EntrySampler {
     /// Distance of the entrance pupil behind the front vertex (mm).
     behind: f64,
     /// Radius of the disk in its plane (mm).
     radius: f64,
-    /// Half side of the square (mm).
-    half: f64,
+    square: EntrySquare,
 }
 
 /// An entry point.
-pub(super) struct EntryPoint {
+pub(crate) struct EntryPoint {
     /// Place in the plane of the front vertex (mm).
     pub at: [f64; 2],
     /// Density (mm^-2).
@@ -35,22 +93,21 @@ pub(super) struct EntryPoint {
 }
 
 impl EntrySampler {
-    /// Prepares the sampler for a square of this half side (mm).
-    pub fn new(lens: &RealLens, half: f64) -> Self {
+    /// Prepares the sampler for a square.
+    pub fn new(lens: &RealLens, square: EntrySquare) -> Self {
         let pupil = Paraxial::new(&lens.prescription).entrance_pupil;
         let radius = WIDER * pupil.diameter / 2.0;
-        Self { behind: pupil.position, radius, half }
+        Self { behind: pupil.position, radius, square }
     }
 
     /// Samples an entry point for a point of the scene: right, up and before the front vertex (mm).
     pub fn sample(&self, from: DVec3, [u, v]: [f32; 2]) -> EntryPoint {
-        let square = |u: f64, v: f64| [u, v].map(|u| (2.0 * u - 1.0) * self.half);
         let Some(ratio) = self.ratio(from.z) else {
-            let at = square(f64::from(u), f64::from(v));
-            return EntryPoint { at, density: 1.0 / (4.0 * self.half * self.half) };
+            let at = self.square.place([u, v].map(f64::from));
+            return EntryPoint { at, density: 1.0 / self.square.area() };
         };
         let at = match f64::from(u) < UNIFORM {
-            true => square(f64::from(u) / UNIFORM, f64::from(v)),
+            true => self.square.place([f64::from(u) / UNIFORM, f64::from(v)]),
             false => {
                 let u = (f64::from(u) - UNIFORM) / (1.0 - UNIFORM);
                 let disk = concentric_disk(u as f32, v);
@@ -77,9 +134,9 @@ impl EntrySampler {
         let in_pupil = |at: f64, from: f64| from + (at - from) * ratio;
         let [x, y] = [in_pupil(at[0], from.x), in_pupil(at[1], from.y)];
         let in_disk = x.hypot(y) <= self.radius;
-        let in_square = at.iter().all(|v| v.abs() <= self.half);
+        let in_square = at.iter().all(|v| v.abs() <= self.square.half);
         let disk = (1.0 - UNIFORM) * ratio * ratio / (PI * self.radius * self.radius);
-        let square = UNIFORM / (4.0 * self.half * self.half);
+        let square = UNIFORM / self.square.area();
         f64::from(u8::from(in_disk)) * disk + f64::from(u8::from(in_square)) * square
     }
 }
@@ -90,8 +147,18 @@ mod tests {
     use crate::sampler::{Dimension, sample_2d};
 
     #[test]
+    fn neighbours_end_at_the_rim_of_the_square() {
+        let grid = EntryGrid { side: 4 };
+        let around = |cell: usize| grid.around(cell).collect::<Vec<_>>();
+        assert_eq!(around(0), [0, 1, 4, 5]);
+        assert_eq!(around(grid.cell([0.3, 0.6])), [4, 5, 6, 8, 9, 10, 12, 13, 14]);
+        assert_eq!(around(grid.cell([1.0, 1.0])), [10, 11, 14, 15]);
+    }
+
+    #[test]
     fn the_density_is_that_of_the_samples() {
-        let sampler = EntrySampler { behind: 20.0, radius: 8.0, half: 15.0 };
+        let sampler =
+            EntrySampler { behind: 20.0, radius: 8.0, square: EntrySquare { half: 15.0 } };
         let from = DVec3::new(30.0, -10.0, 200.0);
         // Samples over their density measure areas: of the square and of a part of it.
         let (count, mut whole, mut part) = (200_000, 0.0, 0.0);

@@ -3,7 +3,7 @@
 use super::Caustics;
 use super::walk::CausticColumns;
 use crate::lanes::Real;
-use crate::light_paths::LightPathInput;
+use crate::light_tracing::light_paths::LightPathInput;
 use crate::rays::{Ray, RayBatch, RayDifferential, WAVE_SIZE};
 use crate::sampler::{Dimension, sample_2d};
 use crate::scene::{SurfacePoint, Surroundings, luminance};
@@ -14,7 +14,7 @@ const NEAR: f32 = 1e-4;
 
 /// Start of a light path.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PathStart {
+pub(crate) struct PathStart {
     /// Flux (radiance times world units^2 sr) over that of the ray's throughput.
     pub flux: f64,
     /// Luminance of the light.
@@ -81,8 +81,7 @@ impl Caustics {
     ) -> Option<(Ray, [f32; 3], PathStart)> {
         let scene = input.scene;
         let [choice, primitive] = sample_2d(key, number, Dimension::Pupil);
-        let last = self.casters.len() - 1;
-        let chosen = self.cumulative.partition_point(|&sum| sum <= choice).min(last);
+        let chosen = self.choice.sample(choice);
         let caster = &self.casters[chosen];
         let at = sample_2d(key, number, Dimension::Film);
         let on_caster = caster.sample(scene, time.scene, primitive, at)?;

@@ -41,15 +41,16 @@ struct PixelLight {
 }
 
 /// Traces a wave of light paths of one sample number to the film, in the bands that share its paths,
-/// and returns its splats. The sample number has `count` paths. `weight` returns the weight of a path
-/// by its index and its arrival on the film.
-pub(crate) fn splats<R: Real<Scalar = f32>>(
+/// and adds its splats to `splats`. The sample number has `count` paths. `weight` returns the weight of
+/// a path by its index and its arrival on the film.
+pub(crate) fn add_splats<R: Real<Scalar = f32>>(
     input: &LightPathInput<'_>,
     (lens, front): (&RealLens, &FrontEntry),
     (count, bands): (PathCount, &[usize]),
     paths: &mut LightPaths,
     weight: impl Fn(usize, &FilmHit) -> f64,
-) -> Vec<Splat> {
+    splats: &mut Vec<Splat>,
+) {
     let mut arrivals = Vec::new();
     for &band in bands {
         front.trace::<R>(lens, band, paths);
@@ -60,7 +61,7 @@ pub(crate) fn splats<R: Real<Scalar = f32>>(
     paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.path as u32));
     let scale = count.splat_scale(input);
     let share = 1.0 / bands.len() as f64;
-    let (mut splats, mut lit, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut lit, mut weights) = (Vec::new(), Vec::new());
     for of_path in arrivals.chunk_by(|a, b| a.path == b.path) {
         let flux = paths.flux(of_path[0].path);
         if !(luminance(flux) > 0.0 && flux.iter().all(|c| c.is_finite())) {
@@ -96,7 +97,6 @@ pub(crate) fn splats<R: Real<Scalar = f32>>(
             splats.push(Splat { pixel, light: light.map(|c| c as f32) });
         }
     }
-    splats
 }
 
 /// Adds the paths of the last trace that arrive near the rendered pixels.

@@ -5,9 +5,9 @@
 //! left out before they are traced. The reach is estimated from samples, with a margin. Camera paths
 //! take the light of a cell beyond it, so that an error of the estimate is noise, not a bias.
 
-use super::lamp::{ENTRY_CELLS, entry_cell};
+use super::lamp::ENTRY_GRID;
 use crate::film::Frame;
-use crate::light_paths::{LightPathInput, film_pixels};
+use crate::light_tracing::light_paths::{LightPathInput, film_pixels};
 
 /// Margin about the places where samples arrive, as a share of their extent.
 const MARGIN: f64 = 0.5;
@@ -28,7 +28,7 @@ impl EntryReach {
 
     /// Returns whether light that enters at a point of the square (0 to 1) can reach the pixels.
     pub fn contains(&self, entry: [f32; 2]) -> bool {
-        self.cells[entry_cell(entry)]
+        self.cells[ENTRY_GRID.cell(entry)]
     }
 }
 
@@ -43,13 +43,13 @@ const NOWHERE: [[f64; 2]; 2] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
 
 impl ArrivalBounds {
     pub fn new() -> Self {
-        Self { cells: vec![NOWHERE; ENTRY_CELLS * ENTRY_CELLS] }
+        Self { cells: vec![NOWHERE; ENTRY_GRID.cells()] }
     }
 
     /// Adds a path that entered at a point of the square (0 to 1) and arrived at a film point (mm).
     pub fn add(&mut self, input: &LightPathInput<'_>, entry: [f32; 2], film: [f64; 2]) {
         let at = film_pixels(input, film);
-        let cell = &mut self.cells[entry_cell(entry)];
+        let cell = &mut self.cells[ENTRY_GRID.cell(entry)];
         *cell = union(*cell, [at; 2]);
     }
 
@@ -58,15 +58,9 @@ impl ArrivalBounds {
     pub fn reach(&self, input: &LightPathInput<'_>) -> EntryReach {
         let filter = input.response.filter.margin();
         let Frame { low, high, .. } = input.frame;
-        let near = |i: usize| i.saturating_sub(1)..(i + 2).min(ENTRY_CELLS);
         let reaches = |cell: usize| {
-            let mut bounds = NOWHERE;
-            for y in near(cell / ENTRY_CELLS) {
-                for x in near(cell % ENTRY_CELLS) {
-                    bounds = union(bounds, self.cells[y * ENTRY_CELLS + x]);
-                }
-            }
-            let [first, last] = bounds;
+            let near = ENTRY_GRID.around(cell).map(|i| self.cells[i]);
+            let [first, last] = near.fold(NOWHERE, union);
             (0..2).all(|i| {
                 let margin = MARGIN * (last[i] - first[i]) + filter[i] + MARGIN_PIXELS;
                 first[i] - margin < f64::from(high[i]) && last[i] + margin > f64::from(low[i])

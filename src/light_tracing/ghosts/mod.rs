@@ -12,10 +12,9 @@
 //! behind the plane of the front vertex.
 
 mod estimate;
-mod splat;
+mod trace;
 
 pub use estimate::{GhostEstimate, direct_peak, estimate};
-pub use splat::SAMPLES_PER_PATH;
 
 use crate::distribution::Distribution;
 use crate::lens::{Prescription, Surface, ghost_sequence};

@@ -1,24 +1,25 @@
-//! Splats of direct light: a stage after all others.
-
-use std::ops::Range;
+//! Light paths of lamp images: from a lamp to the lens.
 
 use super::lamp::Lamp;
 use super::reach::EntryReach;
-use super::{DirectLight, DirectLightWeights, path_count};
-use crate::film::FilmSums;
+use super::{LampImageWeights, LampImages};
+use crate::film::Frame;
 use crate::lanes::Real;
-use crate::lens::{LensModel, RealLens};
-use crate::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, Splat, SplatStage, splats,
+use crate::lens::RealLens;
+use crate::light_tracing::light_paths::{
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, Splat, add_splats,
 };
 use crate::rays::{Ray, WAVE_SIZE};
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::scene::luminance;
-use crate::stats::Stats;
+
+/// Samples of the picture per light path. Lamps and suns are small, so that this is a dozen paths for each of
+/// their pixels and each sample of them.
+const SAMPLES_PER_PATH: u64 = 16;
 
 /// Columns of one worker.
 #[derive(Default)]
-pub(super) struct DirectColumns {
+pub(crate) struct LampColumns {
     pub paths: Box<LightPaths>,
     /// Density of each path over etendue (mm^-2 sr^-1).
     pub densities: Vec<f64>,
@@ -26,29 +27,36 @@ pub(super) struct DirectColumns {
     pub luminances: Vec<f64>,
 }
 
-impl DirectLight {
-    /// Traces the light paths of these sample numbers and adds their light to the film.
-    ///
-    /// The sum depends on seed and sample numbers only, and the sums of disjoint ranges add up.
-    pub fn splat<R: Real<Scalar = f32>>(
+impl LampImages {
+    /// Returns the number of light paths per sample number.
+    pub(crate) fn path_count(&self, frame: &Frame) -> PathCount {
+        PathCount::new(frame.resolution, SAMPLES_PER_PATH)
+    }
+
+    /// Returns whether the light of any lamp can reach the rendered pixels.
+    pub(crate) fn reaches_pixels(&self) -> bool {
+        let is_outside = |lamp: &Lamp| lamp.reach.as_ref().is_some_and(EntryReach::is_empty);
+        !self.lamps.iter().all(is_outside)
+    }
+
+    /// Traces a wave of a sample number and returns its splats.
+    pub(crate) fn trace<R: Real<Scalar = f32>>(
         &self,
         input: &LightPathInput<'_>,
-        samples: Range<u32>,
-        film: &mut FilmSums,
-        stats: &mut Stats,
-    ) {
-        let LensModel::Real(lens) = &input.camera.model else { return };
-        let is_outside = |lamp: &Lamp| lamp.reach.as_ref().is_some_and(EntryReach::is_empty);
-        if self.lamps.iter().all(is_outside) {
-            return;
-        }
-        let stage = SplatStage::filtered(path_count(input.frame), &input.response.filter, lens);
-        stage.run(input, samples, film, stats, |columns: &mut DirectColumns, [wave, sample]| {
-            let key = pixel_key(sample, u32::MAX - 2, input.seed);
-            self.sample(input, lens, columns, key, wave);
-            let number = stage.count.wave_number([wave, sample]);
-            self.splats::<R>(input, lens, columns, &self.front.bands_of_wave(input.seed, number))
-        });
+        lens: &RealLens,
+        columns: &mut LampColumns,
+        [wave, sample]: [u32; 2],
+    ) -> Vec<Splat> {
+        let key = pixel_key(sample, u32::MAX - 2, input.seed);
+        self.sample(input, lens, columns, key, wave);
+        let LampColumns { paths, densities, .. } = columns;
+        let weights = LampImageWeights::new(self, input.camera, input.frame, input.timing);
+        let count = self.path_count(input.frame);
+        let bands = self.front.bands_of_wave(input.seed, count.wave_number([wave, sample]));
+        let weight = |i: usize, hit: &_| f64::from(weights.light_weight(lens, densities[i], hit));
+        let (lens, mut splats) = ((lens, &self.front), Vec::new());
+        add_splats::<R>(input, lens, (count, &bands), paths, weight, &mut splats);
+        splats
     }
 
     /// Samples a wave of light paths.
@@ -56,7 +64,7 @@ impl DirectLight {
         &self,
         input: &LightPathInput<'_>,
         lens: &RealLens,
-        columns: &mut DirectColumns,
+        columns: &mut LampColumns,
         key: u32,
         wave: u32,
     ) {
@@ -66,19 +74,19 @@ impl DirectLight {
         columns.luminances.clear();
         for i in wave * WAVE_SIZE as u32..(wave + 1) * WAVE_SIZE as u32 {
             let [choice, primitive] = sample_2d(key, i, Dimension::LightChoice(0));
-            let chosen = self.cumulative.partition_point(|&sum| sum <= choice);
-            let lamp = &self.lamps[chosen.min(self.lamps.len() - 1)];
+            let lamp = &self.lamps[self.choice.sample(choice)];
             let entry = lamp.entry.sample(sample_2d(key, i, Dimension::Pupil));
             if !lamp.is_traced(entry.uv) {
                 continue;
             }
-            let at_front = entry.uv.map(|u| (2.0 * f64::from(u) - 1.0) * self.front.half);
+            let at_front = self.front.square.place(entry.uv.map(f64::from));
             let time = input.arrival_time(key, i);
             let pose = poses.at(time.scene);
             let from = pose.front_surface(lens, at_front);
-            let primitive = lamp.primitives.choose(primitive);
+            let primitive = lamp.primitives.sample(primitive);
             let at = sample_2d(key, i, Dimension::Light(0));
-            let Some(light) = input.scene.sample_emitter(lamp.light, primitive, &from, at) else {
+            let Some(light) = input.scene.sample_emitter(lamp.light, primitive as u32, &from, at)
+            else {
                 continue;
             };
             let towards = (pose.vector_to_camera * light.direction.as_dvec3()).normalize();
@@ -108,21 +116,5 @@ impl DirectLight {
             columns.densities.push(density);
             columns.luminances.push(f64::from(luminance(light.radiance)));
         }
-    }
-
-    /// Returns the splats of a wave in some bands.
-    fn splats<R: Real<Scalar = f32>>(
-        &self,
-        input: &LightPathInput<'_>,
-        lens: &RealLens,
-        columns: &mut DirectColumns,
-        bands: &[usize],
-    ) -> Vec<Splat> {
-        let DirectColumns { paths, densities, .. } = columns;
-        let weights = DirectLightWeights::new(self, input.camera, input.frame, input.timing);
-        let count = path_count(input.frame);
-        splats::<R>(input, (lens, &self.front), (count, bands), paths, |i, hit| {
-            f64::from(weights.light_weight(lens, densities[i], hit))
-        })
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::light_paths::PrimitiveChoice;
+use crate::distribution::DiscreteDistribution;
 use crate::rays::Hit;
 use crate::scene::{Geometry, MaterialModel, PlacedShape, Scene, SurfacePoint};
 
@@ -17,7 +17,7 @@ pub(super) struct Caster {
     /// Probability that a light path starts here.
     pub share: f64,
     /// Choice of its triangle, by area; of one for a quadric.
-    primitives: PrimitiveChoice,
+    primitives: DiscreteDistribution,
     /// Its area (units of its object squared).
     pub area: f64,
 }
@@ -39,8 +39,9 @@ impl Caster {
         primitive: f32,
         [u, v]: [f32; 2],
     ) -> Option<CasterPoint> {
-        let primitive = self.primitives.choose(primitive);
-        let chosen = self.share * f64::from(self.primitives.probability(primitive));
+        let chosen = self.primitives.sample(primitive);
+        let probability = self.share * f64::from(self.primitives.probability(chosen));
+        let primitive = chosen as u32;
         let (point, density) = match &scene.shapes[self.placed.shape as usize].geometry {
             Geometry::Quadric(quadric) => quadric.sample([u, v]),
             Geometry::Mesh(mesh) => {
@@ -55,7 +56,7 @@ impl Caster {
             None => (point, 1.0),
             Some(pose) => (pose.place_point(&point), pose.area_scale(point.normal)),
         };
-        let density = chosen * f64::from(density / scale);
+        let density = probability * f64::from(density / scale);
         (density > 0.0 && density.is_finite() && point.normal != Vec3::ZERO)
             .then_some(CasterPoint { point, primitive, density })
     }
@@ -86,7 +87,7 @@ pub(super) fn casters(scene: &Scene) -> Result<Vec<Caster>, &'static str> {
                 return Err("a mirror or glass is a patch or a curve");
             }
         };
-        if let Some(primitives) = PrimitiveChoice::new(&areas) {
+        if let Some(primitives) = DiscreteDistribution::new(&areas) {
             let area = areas.iter().sum();
             casters.push(Caster { placed, share: 0.0, primitives, area });
         }

@@ -8,14 +8,15 @@ use crate::lens::{
     Band, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, trace,
     trace_lossy,
 };
+use crate::light_tracing::entry::EntrySquare;
 use crate::sampler::{Dimension, pixel_key, sample_2d};
 use crate::spectrum::{bands_of_ray, hero_band};
 
 /// A lens as light paths enter it: through a square in the plane of its front vertex.
 #[derive(Clone, Debug)]
 pub(crate) struct FrontEntry {
-    /// Half side of the square about the front vertex that holds the entry points (mm).
-    pub half: f64,
+    /// The square that holds the entry points.
+    pub square: EntrySquare,
     /// Distance before the front vertex at which rays enter the lens (mm).
     start: f64,
     /// Surfaces from there to the film, by band.
@@ -30,14 +31,14 @@ struct FrontBand {
 }
 
 impl FrontEntry {
-    /// Prepares the entry through a square of this half side (mm).
-    pub fn new(lens: &RealLens, half: f64) -> Self {
-        let start = 2.0 * lens.prescription.rows[0].diameter.max(half);
+    /// Prepares the entry through a square.
+    pub fn new(lens: &RealLens, square: EntrySquare) -> Self {
+        let start = 2.0 * lens.prescription.rows[0].diameter.max(square.half);
         let of_band = |band: &Band| FrontBand {
             surfaces: band.sequence::<f32>(&lens.prescription, Side::Scene(start)),
             surfaces_f64: band.sequence::<f64>(&lens.prescription, Side::Scene(start)),
         };
-        Self { half, start, bands: lens.bands.iter().map(of_band).collect() }
+        Self { square, start, bands: lens.bands.iter().map(of_band).collect() }
     }
 
     /// Returns the bands in which the paths of a wave are traced, given by its number among the

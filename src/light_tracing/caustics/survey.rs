@@ -1,15 +1,14 @@
 //! Survey: whether light paths find the caustics of a picture, and on which surfaces they start.
 
+use std::ops::Range;
+
 use super::Caustics;
 use super::caster::casters;
-use super::entry::EntrySampler;
-use super::path_count;
 use super::walk::{CausticColumns, Connected};
+use crate::distribution::DiscreteDistribution;
 use crate::lanes::f32x8;
-use crate::lens::LensModel;
-use crate::light_paths::{
-    CameraView, FrontEntry, LightPathInput, LightPathSelection, LightPathSurvey, obstacle,
-};
+use crate::light_tracing::entry::{EntrySampler, EntrySquare};
+use crate::light_tracing::light_paths::{FrontEntry, LightPathSelection, SurveyedPicture};
 use crate::rays::WAVE_SIZE;
 use crate::sampler::pixel_key;
 use crate::scene::luminance;
@@ -23,25 +22,9 @@ const REFLECTANCE: f64 = 0.5;
 /// Largest variance of light paths relative to that of camera paths.
 const LARGEST: f64 = 0.5;
 
-/// Surveys the caustics of a scene.
-pub fn survey_caustics(
-    input: &LightPathInput<'_>,
-    selection: LightPathSelection,
-) -> LightPathSurvey<Caustics> {
-    LightPathSurvey::new(caustics_in_view(input, selection), |found| match found.casters() {
-        1 => "caustics of one surface".to_owned(),
-        count => format!("caustics of {count} surfaces"),
-    })
-}
-
-fn caustics_in_view(
-    input: &LightPathInput<'_>,
-    selection: LightPathSelection,
-) -> Result<Caustics, &'static str> {
-    let LensModel::Real(lens) = &input.camera.model else {
-        return Err("the camera has no lens of glass");
-    };
-    obstacle(input, lens).map_or(Ok(()), Err)?;
+/// Surveys the caustics of a picture. Returns why there are none that are worth light paths.
+pub(crate) fn survey(picture: &SurveyedPicture<'_>) -> Result<Caustics, &'static str> {
+    let SurveyedPicture { input, lens, selection, .. } = *picture;
     let limits = input.path_limits;
     match () {
         () if input.scene.area_lights().is_empty() => Err("no surface emits light for caustics"),
@@ -51,16 +34,17 @@ fn caustics_in_view(
         () => Ok(()),
     }?;
     let casters = casters(input.scene)?;
-    let view = CameraView::new(input).ok_or("no ray leaves the lens")?;
+    let view = picture.view()?;
+    let square = EntrySquare { half: view.half };
     let mut caustics = Caustics {
         casters,
-        cumulative: Vec::new(),
-        entry: EntrySampler::new(lens, view.half),
-        front: FrontEntry::new(lens, view.half),
+        choice: DiscreteDistribution::from_probabilities(&[1.0]),
+        entry: EntrySampler::new(lens, square),
+        front: FrontEntry::new(lens, square),
     };
     let areas: Vec<f64> = caustics.casters.iter().map(|caster| caster.area.sqrt()).collect();
     caustics.set_shares(&areas);
-    let first = Pilot::trace(&caustics, input, 0..WAVES[0]);
+    let first = Pilot::trace(&caustics, picture, 0..WAVES[0]);
     if first.light <= 0.0 {
         return Err("no caustics are in view");
     }
@@ -82,7 +66,7 @@ fn caustics_in_view(
     if matches!(selection, LightPathSelection::All) {
         return Ok(caustics);
     }
-    let second = Pilot::trace(&caustics, input, WAVES[0]..WAVES[0] + WAVES[1]);
+    let second = Pilot::trace(&caustics, picture, WAVES[0]..WAVES[0] + WAVES[1]);
     // A camera path that finds the light has the value v: the variance is v times the mean.
     let camera = view.exposure * REFLECTANCE * second.light_by_radiance;
     if !selection.includes(camera) {
@@ -105,31 +89,20 @@ struct Pilot {
 }
 
 impl Pilot {
-    fn trace(caustics: &Caustics, input: &LightPathInput<'_>, waves: std::ops::Range<u32>) -> Self {
+    fn trace(caustics: &Caustics, picture: &SurveyedPicture<'_>, waves: Range<u32>) -> Self {
+        let input = picture.input;
         let mut columns = CausticColumns::default();
         let mut pilot =
             Self { light: 0.0, light_by_radiance: 0.0, squares: vec![0.0; caustics.casters.len()] };
-        let count = path_count(input.frame);
+        let count = caustics.path_count(input.frame);
         let pixels = input.frame.resolution.map(f64::from).iter().product::<f64>();
         let scale = count.splat_scale(input);
         // Each path stands for several of the render.
         let each = count.paths() / (f64::from(waves.end - waves.start) * WAVE_SIZE as f64);
         let key = pixel_key(0, u32::MAX - 5, input.seed);
-        let LensModel::Real(lens) = &input.camera.model else { return pilot };
         for wave in waves {
-            let bands = caustics.front.bands_of_wave(input.seed, wave);
             let mut found = |Connected { paths, slots, starts }: Connected| {
-                caustics.front.trace::<f32x8>(lens, bands[0], paths);
-                let [half_width, half_height] = input.camera.film.map(|size| size / 2.0);
-                let on_film: Vec<usize> = (0..paths.len())
-                    .filter(|&i| {
-                        paths.film_hit(i).is_some_and(|hit| {
-                            hit.point[0].abs() < half_width && hit.point[1].abs() < half_height
-                        })
-                    })
-                    .collect();
-                paths.connect::<f32x8>(input, on_film.iter().map(|&i| i as u32));
-                for i in on_film {
+                for i in picture.arrivals(&caustics.front, wave, paths) {
                     let transmission = paths.film_hit(i).map_or(0.0, |hit| hit.transmission);
                     let value = f64::from(luminance(paths.flux(i))) * transmission * scale;
                     if !(value > 0.0 && value.is_finite()) {

@@ -2,28 +2,26 @@
 //!
 //! Camera paths hardly ever hit a small light, and by a reflection inside the lens never. A light
 //! path starts at the light: a point of the light is sampled from a point before the lens, the ray
-//! is traced through the surfaces to the film, and the light that arrives is splatted there. Ghosts
-//! and the direct light of lamps both use them.
+//! is traced through the surfaces to the film, and the light that arrives is splatted there. All
+//! strategies use them.
 
 mod arrival;
 mod camera_pose;
 mod camera_view;
 mod front;
-mod primitive_choice;
 mod splat;
 mod survey;
 mod wave;
 
-pub(crate) use arrival::splats;
+pub(crate) use arrival::add_splats;
 pub(crate) use camera_pose::{CameraPose, CameraPoses};
 pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
-pub(crate) use primitive_choice::PrimitiveChoice;
-pub(crate) use splat::{PathCount, Splat, SplatStage, film_pixels};
-pub(crate) use survey::obstacle;
-pub use survey::{LightPathSelection, LightPathSurvey};
+pub(crate) use splat::{PathCount, Splat, film_pixels};
+pub use survey::LightPathSelection;
+pub(crate) use survey::SurveyedPicture;
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -73,7 +71,7 @@ impl LightPathInput<'_> {
     }
 
     /// Returns whether the work is to end.
-    fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 }
