@@ -362,15 +362,18 @@ fn parts_are_denoised_when_they_are_merged() {
 #[test]
 fn a_sweep_is_denoised_and_a_picture_is_not_an_input() {
     let studio = Studio::new("oidnDenoise", "cp \"${alb:-$in}\" \"$out\"\n");
-    studio.run_ok("render scene.pbrt --spp 2 --sweep fstop=4,8 -o {fstop}.exr --denoise");
-    studio.run_ok("render scene.pbrt --spp 2 --fstop 8 -o single.exr --denoise");
+    studio.run_ok(
+        "render scene.pbrt --spp 2 --effects none --sweep fstop=4,8 -o {fstop}.exr --denoise",
+    );
+    studio.run_ok("render scene.pbrt --spp 2 --effects none --fstop 8 -o single.exr --denoise");
     assert_eq!(studio.0.contents("8.exr").channels, studio.0.contents("single.exr").channels);
     // The same sweep without --denoise renders other pictures.
-    let again = "render scene.pbrt --spp 2 --sweep fstop=4,8 -o {fstop}.exr --resume";
+    let again =
+        "render scene.pbrt --spp 2 --effects none --sweep fstop=4,8 -o {fstop}.exr --resume";
     assert!(studio.run_ok(&format!("{again} --denoise")).contains("2 of them unchanged"));
     assert!(studio.run_ok(again).contains("0 of them unchanged"));
     // A picture without its noisy one is not finished.
-    let png = "render scene.pbrt --spp 2 --sweep fstop=4,8 -o {fstop}.png --resume --denoise";
+    let png = "render scene.pbrt --spp 2 --effects none --sweep fstop=4,8 -o {fstop}.png --resume --denoise";
     studio.run_ok(png);
     assert!(studio.run_ok(png).contains("2 of them unchanged"));
     fs::remove_file(studio.0.path("8.noisy.png")).expect("the noisy picture");

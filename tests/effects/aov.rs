@@ -20,7 +20,7 @@ fn layered(text: &str, wanted: &[Aov]) -> (Vec<ImageLayer>, Picture, Job) {
     let changes = Changes { layers: wanted.to_vec(), ..Changes::default() };
     let (job, _, _) = prepare(description, &changes).expect("a job");
     let exposed =
-        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a picture");
+        render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     (exposed.layers(&job), exposed.film.picture(job.samples.end), job)
 }
 
@@ -50,7 +50,7 @@ fn layers(camera: &str, samples: u32, seed: u32, world: &str, wanted: &[Aov]) ->
     };
     let (job, _, _) = prepare(description, &changes).expect("a job");
     let exposed =
-        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a picture");
+        render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     exposed.layers(&job)
 }
 
@@ -156,7 +156,7 @@ fn the_circle_of_confusion_equals_the_blur_of_a_point() {
         let layers = vec![Aov::Coc, Aov::Depth];
         let changes = Changes { layers, effects, ..Changes::default() };
         let (job, _, _) = prepare(description, &changes).expect("a job");
-        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+        let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a picture");
         let coc = exposed.layers(&job);
         let picture = exposed.film.picture(4096);

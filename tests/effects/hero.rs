@@ -67,7 +67,7 @@ fn band_by_band(job: &Job) -> Vec<[f64; 3]> {
     let mut one = job.clone();
     for band in lens(&mut job.clone()).bands.drain(..) {
         lens(&mut one).bands = vec![band];
-        let picture = picture(&one, Backend::Simd, 2);
+        let picture = picture(&one, Backend::Simd, 1);
         sums.resize(picture.pixels.len(), [0.0; 3]);
         for (sum, pixel) in sums.iter_mut().zip(&picture.pixels) {
             *sum = [0, 1, 2].map(|c| sum[c] + f64::from(pixel[c]) / 32.0);
@@ -93,7 +93,7 @@ fn assert_shared_equals_separate(lens: &str, filter: &str, changes: &Changes) {
     shared.samples = 0..3_000_000 / (width * height);
     let few = Job { samples: 0..100_000 / (width * height), ..shared.clone() };
     let width = width as usize;
-    let found = picture(&shared, Backend::Simd, 2);
+    let found = picture(&shared, Backend::Simd, 1);
     let found: Vec<[f64; 3]> = found.pixels.iter().map(|pixel| pixel.map(f64::from)).collect();
     let [found, expected] = [found, band_by_band(&few)].map(|pixels| parts(&pixels, width));
     let most = expected.iter().flatten().fold(0.0, |a: f64, &b| a.max(b));
@@ -200,7 +200,7 @@ fn reprojection_into_the_same_band_returns_to_the_film_point() {
 
 /// Returns the variance of red - green plus that of blue - green, with each channel's mean as 1.
 fn chroma(job: &Job) -> f64 {
-    let picture = picture(job, Backend::Simd, 2);
+    let picture = picture(job, Backend::Simd, 1);
     let all = mean(&picture);
     let mut sum = 0.0;
     for pixel in &picture.pixels {
@@ -234,7 +234,7 @@ fn white_has_the_brightness_of_separate_bands() {
         let plain = job("triplet.toml", filter, world, &changes);
         let shared = in_bands(&plain, &bands());
         let alone = band_by_band(&shared);
-        let found = mean(&picture(&shared, Backend::Simd, 2));
+        let found = mean(&picture(&shared, Backend::Simd, 1));
         for c in 0..3 {
             let sum: f64 = alone.iter().map(|pixel| pixel[c]).sum();
             let off = found[c] * alone.len() as f64 / sum - 1.0;

@@ -1,5 +1,6 @@
 //! Pupil sampler against brute force: irradiance of the film under a uniform sky of radiance 1.
 
+use crate::support::reference::{reference, within};
 use crate::support::sampling::{irradiance_and_share, transmitted_share};
 use crate::support::{LENSES, Random, lens, oracle};
 use glam::DAffine3;
@@ -31,8 +32,19 @@ fn sampled(camera: &Camera, r: f64, waves: u32) -> (f64, f64) {
     irradiance_and_share(camera, [r * 0.6, r * -0.8], waves, pixel_key(7, 7, 7))
 }
 
-/// Returns the irradiance by the oracle: cos^4 / Z^2 over a grid of the plane of the rear vertex.
+/// Returns the irradiance by the oracle, which `tests/references/pupil.csv` keeps.
 fn irradiance_by_grid(lens: &Prescription, film: f64, r: f64, reach: f64, grid: usize) -> f64 {
+    let rows: Vec<_> =
+        lens.rows.iter().map(|row| (row.radius, row.thickness, row.index, row.diameter)).collect();
+    let label = format!("{} at {r:4.1} mm, stop {:.3} mm", lens.name, rows[lens.stop()].3);
+    let numbers = reference("pupil", &label, (rows, film, r, reach, grid), within(1e-4), || {
+        vec![naive_irradiance(lens, film, r, reach, grid)]
+    });
+    numbers[0]
+}
+
+/// Returns the irradiance by the oracle: cos^4 / Z^2 over a grid of the plane of the rear vertex.
+fn naive_irradiance(lens: &Prescription, film: f64, r: f64, reach: f64, grid: usize) -> f64 {
     let cell = 2.0 * reach / grid as f64;
     let mut sum = 0.0;
     for j in 0..grid {
@@ -183,6 +195,35 @@ fn irradiance_at(lens: &Prescription, film: f64, [x, y]: [f64; 2]) -> (f64, f64,
     let (sampled, share) = irradiance_and_share(&camera, [x, y], 150, pixel_key(1, 2, 3));
     let reach = lens.rear().diameter;
     let grid = 400;
+    let label = format!("{} {}, at {x} {y} mm", lens.name, shape(lens));
+    let rows: Vec<_> = lens
+        .rows
+        .iter()
+        .map(|row| (row.radius, row.thickness, row.index, row.diameter, row.conic))
+        .collect();
+    let subject = (rows, shape(lens), film, [x, y], reach, grid);
+    let truth = reference("pupil", &label, subject, within(1e-4), || {
+        vec![irradiance_by_oracle(lens, film, [x, y], reach, grid)]
+    });
+    (sampled, truth[0], share)
+}
+
+/// Returns the shape of the stop of a lens.
+fn shape(lens: &Prescription) -> String {
+    match &lens.rows[lens.stop()].iris {
+        Iris::Mask(mask) => mask.name.clone(),
+        iris => format!("{iris:?}"),
+    }
+}
+
+/// Returns the irradiance of a film point by rays of the oracle through a grid behind the lens.
+fn irradiance_by_oracle(
+    lens: &Prescription,
+    film: f64,
+    [x, y]: [f64; 2],
+    reach: f64,
+    grid: i32,
+) -> f64 {
     let cell = 2.0 * reach / f64::from(grid);
     let oracle = oracle::Oracle::new(lens);
     let mut truth = 0.0;
@@ -194,7 +235,7 @@ fn irradiance_at(lens: &Prescription, film: f64, [x, y]: [f64; 2]) -> (f64, f64,
             truth += exit.weight * (film * film / d2).powi(2) / (film * film);
         }
     }
-    (sampled, truth * cell * cell, share)
+    truth * cell * cell
 }
 
 #[test]
@@ -220,9 +261,7 @@ fn shaped_stops_and_cylinders_are_exposed_without_bias() {
             if point == [0.0; 2] {
                 centre = truth;
             }
-            let iris = &lens.rows[lens.stop()].iris;
-            let shape =
-                if let Iris::Mask(mask) = iris { mask.name.clone() } else { format!("{iris:?}") };
+            let shape = shape(&lens);
             println!(
                 "{} {shape} {point:?}: {ours:.6} {truth:.6}, {:.1}%",
                 lens.name,

@@ -36,7 +36,7 @@ fn brightness_follows_the_f_number() {
             let focus = Some(FocusOn::Distance(f64::INFINITY));
             let job =
                 centre(name, &Changes { focus, f_number: Some(f_number), ..Changes::default() });
-            let found = mean(&picture(&job, Backend::Simd, 2))[0];
+            let found = mean(&picture(&job, Backend::Simd, 1))[0];
             let expected = PI / (4.0 * f_number * f_number);
             println!("{name} f/{f_number}: {:.4}", found / expected);
             assert!(
@@ -166,7 +166,7 @@ fn brightness_with(folder: &tempfile::TempDir, aperture: &str) -> f64 {
     );
     let description = pbrt::read(&write(folder, "sky.pbrt", text)).expect("a scene");
     let job = prepare(description, &Changes::default()).expect("a job").0;
-    mean(&picture(&job, Backend::Simd, 2))[1]
+    mean(&picture(&job, Backend::Simd, 1))[1]
 }
 
 /// Writes a picture of 16 x 16 pixels of these values.

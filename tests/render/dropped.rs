@@ -191,7 +191,7 @@ fn pictures_of_extreme_scenes_are_finite() {
         };
         let description = pbrt::read(&path).expect("a scene");
         let (job, _, _) = prepare(description, &changes).expect("a job");
-        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+        let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a render");
         assert!(exposed.film.dropped.count() > 0, "no sample is dropped");
         let film = exposed.film.picture(16);

@@ -84,7 +84,7 @@ fn render(scene: &str, radius: f64, aim: PupilSampling, samples: u32) -> Zones {
     let changes =
         Changes { aim, resolution, samples: Some(samples), effects, ..Changes::default() };
     let (job, _, _) = prepare(description, &changes).expect("a job");
-    zones(&picture(&job, Backend::Simd, 2), radius)
+    zones(&picture(&job, Backend::Simd, 1), radius)
 }
 
 /// Returns the number of samples: 97 % of the rays to the rear disk of the wide lens are blocked.

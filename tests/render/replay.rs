@@ -78,7 +78,7 @@ fn jobs() -> Vec<(&'static str, Job)> {
 }
 
 fn picture(job: &Job, backend: Backend) -> Picture {
-    let exposed = render(job, RenderOptions { backend, threads: 2, ..RenderOptions::default() })
+    let exposed = render(job, RenderOptions { backend, threads: 1, ..RenderOptions::default() })
         .expect("a render");
     assert_eq!(exposed.film.dropped.count(), 0);
     exposed.film.picture(job.samples.len() as u32)

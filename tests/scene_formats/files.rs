@@ -425,7 +425,7 @@ fn many_inclusions_of_a_mesh_are_instances_that_look_like_its_copies() {
             let description = pbrt::read(&write(&folder, name, text)).expect("a scene");
             let (job, _, _) =
                 petzval::prepare::prepare(description, &Default::default()).expect("a job");
-            let picture = crate::support::picture(&job, petzval::render::Backend::Simd, 2);
+            let picture = crate::support::picture(&job, petzval::render::Backend::Simd, 1);
             (job.scene.shapes.len(), picture)
         };
         let (few, shared) = read("included.pbrt", included);

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::support::reference::by_tier;
 use crate::support::{folder, in_parallel, mean, picture, root, write};
 use glam::Vec3;
 use petzval::io::image::{DisplayExposure, Picture, Primaries};
@@ -13,8 +14,8 @@ use petzval::prepare::prepare;
 use petzval::render::Backend;
 use serde_json::Value;
 
-/// Samples per pixel.
-const SAMPLES: u32 = 256;
+/// Samples per pixel, in the fast and the full tier.
+const SAMPLES: [u32; 2] = [128, 256];
 /// Samples of pbrt's pictures: four seeds of 256 per pixel.
 const PBRT_SAMPLES: f64 = 1024.0;
 /// Texels along a side of a thumbnail.
@@ -83,7 +84,8 @@ fn thumbnail(picture: &Picture) -> Vec<f64> {
 /// Returns what is wrong with a row, if anything is.
 fn check(row: &Row) -> Option<String> {
     let folder = folder();
-    let sampler = format!("Sampler \"zsobol\" \"integer pixelsamples\" {SAMPLES}\nWorldBegin");
+    let samples = by_tier(SAMPLES[0], SAMPLES[1]);
+    let sampler = format!("Sampler \"zsobol\" \"integer pixelsamples\" {samples}\nWorldBegin");
     let text = row.scene.replacen("WorldBegin", &sampler, 1);
     let description = match petzval::scene::pbrt::read(&write(&folder, "row.pbrt", text)) {
         Ok(description) => description,
@@ -107,8 +109,8 @@ fn check(row: &Row) -> Option<String> {
     let ours = mean(&found);
     for channel in 0..3 {
         // The noise of both pictures: the variance of a sample is at most that of pbrt.
-        let samples = PBRT_SAMPLES / f64::from(SAMPLES);
-        let noise = 4.5 * row.error[channel] * (1.0 + samples).sqrt();
+        let ratio = PBRT_SAMPLES / f64::from(samples);
+        let noise = 4.5 * row.error[channel] * (1.0 + ratio).sqrt();
         let (ours, theirs) = (ours[channel], row.mean[channel]);
         if (ours - theirs).abs() > row.tolerance * theirs + noise {
             let percent = 100.0 * (ours / theirs - 1.0);

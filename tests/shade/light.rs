@@ -269,7 +269,7 @@ fn under_a_sky(lens: &str, film: &str) -> f64 {
     let effects = "none".parse().expect("effects");
     let changes = petzval::prepare::Changes { effects, ..Default::default() };
     let (job, _, _) = petzval::prepare::prepare(description, &changes).expect("a job");
-    mean(&crate::support::picture(&job, petzval::render::Backend::Simd, 2))[1]
+    mean(&crate::support::picture(&job, petzval::render::Backend::Simd, 1))[1]
 }
 
 /// A film in glass receives as much light as one behind a gap of 1 um: less than a thousandth is lost

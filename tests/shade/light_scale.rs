@@ -79,7 +79,7 @@ fn adaptive(factor: f64) -> (Picture, Convergence) {
     let effects = "+ghosts,-diffraction".parse().expect("an effect");
     let job = job(factor, Changes { stop_criteria: until, effects, ..Changes::default() });
     let exposed =
-        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a render");
+        render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a render");
     let reached = exposed.convergence.expect("a convergence");
     let mut picture = exposed.picture(&job);
     for value in picture.pixels.as_flattened_mut() {

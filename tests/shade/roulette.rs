@@ -57,7 +57,7 @@ fn noise(view: View) -> Noise {
     let changes = Changes { f_number: Some(f_number), layers, ..Changes::default() };
     let job = prepare(description, &changes).expect("a job").0;
     let exposed =
-        render(&job, RenderOptions { threads: 2, ..RenderOptions::default() }).expect("a picture");
+        render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     let samples = job.samples.end;
     let variance = exposed.film.variance(samples).expect("the squares were added up");
     let picture = exposed.film.picture(samples);

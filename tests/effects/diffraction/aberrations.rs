@@ -10,8 +10,6 @@ use petzval::lens::{
 };
 use petzval::spectrum::LightBand;
 
-use crate::support;
-
 /// Wavelength (nm).
 const NM: f64 = 587.56;
 /// Pixels along each side of the pictures.
@@ -35,7 +33,7 @@ impl Point {
         conditions.wavelengths = vec![SpectralLine { nm: NM, weight: 1.0 }];
         conditions.primary = 0;
         let film = conditions.film_distance;
-        let grid = ImagingGrid { fields: 2, pupil: 192, threads: 2 };
+        let grid = ImagingGrid { fields: 2, pupil: 192, threads: 1 };
         let mut quality = ImageQuality::new(lens, conditions, grid).expect("glasses with data");
         let field = if height > 0.0 { 1 } else { 0 };
         let rays = quality.fields.swap_remove(field);

@@ -61,7 +61,7 @@ fn the_estimated_radius_equals_the_radius_in_the_picture() {
             ..Changes::default()
         };
         let job = job("dgauss.50mm.dat", FINE, world, &changes);
-        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+        let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a picture");
         let picture = exposed.picture(&job);
         let mut light: Vec<(f64, f64)> = picture
@@ -134,7 +134,7 @@ fn a_crop_equals_the_whole_picture_except_for_diffraction() {
             ..Changes::default()
         };
         let (job, warnings) = job_and_warnings("dgauss.50mm.dat", film, world, &changes);
-        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+        let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a picture");
         (exposed.picture(&job).pixels, warnings)
     };

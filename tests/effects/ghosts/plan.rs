@@ -81,7 +81,7 @@ fn ghosts_do_not_depend_on_threads_lanes_or_parts() {
         let row = (y + 5) * PIXELS + 3;
         assert_eq!(part.pixels[y * 17..(y + 1) * 17], whole.pixels[row..row + 17]);
     }
-    let of = |samples| green(&picture(&Job { samples, ..job.clone() }, Backend::Simd, 2));
+    let of = |samples| green(&picture(&Job { samples, ..job.clone() }, Backend::Simd, 1));
     let halves = [of(0..16), of(16..32)];
     for (i, whole) in green(&whole).iter().enumerate() {
         let mean = (halves[0][i] + halves[1][i]) / 2.0;
@@ -98,7 +98,7 @@ fn the_estimated_brightness_of_ghosts_equals_that_in_the_picture() {
         panic!("an estimate: {decision:?}")
     };
     assert!(decision.on && estimate > 1.0, "{decision:?}");
-    let without = green(&picture(&job(LENS, &lit(), "-ghosts", 256), Backend::Simd, 2));
+    let without = green(&picture(&job(LENS, &lit(), "-ghosts", 256), Backend::Simd, 1));
     let mean = without.iter().sum::<f64>() / without.len() as f64;
     let most = blocks(&ghosts(&with, 4096), 4).into_iter().fold(0.0, f64::max);
     let seen = 100.0 * most / mean;

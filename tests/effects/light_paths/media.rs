@@ -87,7 +87,7 @@ fn media_take_light_of_lamps() {
             if !media {
                 job.scene.remove_media();
             }
-            light(&picture(&job, Backend::Simd, 2))
+            light(&picture(&job, Backend::Simd, 1))
         });
         assert!(with < 0.9 * without, "{}: {with} and {without}", case.name);
     }

@@ -86,7 +86,7 @@ fn shards_have_the_colours_of_a_whole_render() {
 #[test]
 fn a_picture_stopped_in_its_first_pass_has_the_light_of_lamps() {
     let case = &cases()[0];
-    let whole = light(&picture(&job(case, true, 1, 16), Backend::Simd, 2));
+    let whole = light(&picture(&job(case, true, 1, 16), Backend::Simd, 1));
     let job = job(case, true, 1, 100_000);
     let progress = Progress::default();
     let options = RenderOptions { threads: 1, progress: Some(&progress), ..Default::default() };

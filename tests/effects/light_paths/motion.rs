@@ -116,9 +116,9 @@ fn motion_and_rolling_shutter_are_simulated_and_move_light() {
             let changes = Changes { rolling: None, ..case.changes.clone() };
             others.push(("rows", job(&Case { changes, ..case.clone() }, true, 1, 64)));
         }
-        let moving = picture(&moving, Backend::Simd, 2);
+        let moving = picture(&moving, Backend::Simd, 1);
         for (what, other) in others {
-            let other = picture(&other, Backend::Simd, 2);
+            let other = picture(&other, Backend::Simd, 1);
             let off: f64 = (moving.pixels.iter().zip(&other.pixels))
                 .map(|(a, b)| f64::from((a[1] - b[1]).abs()))
                 .sum();

@@ -180,7 +180,7 @@ fn layers_are_means_over_the_exposure() {
     {
         let changes = Changes { layers: vec![Aov::Depth, Aov::Position], ..Changes::default() };
         let job = job(&text(&camera, "", 64, &format!("{world}{wall}")), &changes);
-        let exposed = render(&job, RenderOptions { threads: 2, ..RenderOptions::default() })
+        let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a picture");
         let layers = exposed.layers(&job);
         let mean = |layer: usize, name: &str| {

@@ -52,7 +52,7 @@ pub fn job(text: &str, changes: &Changes) -> Job {
 }
 
 pub fn taken(job: &Job) -> Picture {
-    picture(job, Backend::Simd, 2)
+    picture(job, Backend::Simd, 1)
 }
 
 /// Returns the green channel of a row.

@@ -20,7 +20,7 @@ fn conditions(lens: &Prescription, image_height: f64) -> ImagingConditions {
 }
 
 fn traced(lens: &Prescription, conditions: ImagingConditions, fields: usize) -> ImageQuality {
-    let grid = ImagingGrid { fields, pupil: 64, threads: 2 };
+    let grid = ImagingGrid { fields, pupil: 64, threads: 1 };
     ImageQuality::new(lens, conditions, grid).expect("glasses with data")
 }
 

@@ -22,7 +22,7 @@ fn goal(lens: &Prescription, variables: &[&str], targets: &[&str], shares: &[f64
         shares: shares.to_vec(),
         rings: 5,
         iterations: 200,
-        threads: 2,
+        threads: 1,
     }
 }
 

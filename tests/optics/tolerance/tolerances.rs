@@ -17,7 +17,7 @@ fn settings(limits: ToleranceLimits) -> ToleranceSettings {
         rings: 12,
         frequency: 30.0,
         seed: 5,
-        threads: 2,
+        threads: 1,
     }
 }
 
@@ -27,7 +27,7 @@ fn analysis(lens: &Prescription, height: f64, settings: ToleranceSettings) -> To
 
 /// RMS spot radii of a lens by the dense grid of the report (mm).
 fn dense(lens: &Prescription, conditions: &ImagingConditions, fields: &[f64]) -> Vec<f64> {
-    let grid = ImagingGrid { fields: 2, pupil: 64, threads: 2 };
+    let grid = ImagingGrid { fields: 2, pupil: 64, threads: 1 };
     let quality = ImageQuality::new(lens, conditions.clone(), grid).expect("indices");
     let radius = |field: &f64| {
         let rays = quality.field(*field, grid.pupil).expect("a chief ray");

@@ -16,6 +16,7 @@ use petzval::stats::LensStats;
 
 use super::naive::{NaiveHit, hits_between, point, slope};
 use super::naive_hair::NaiveHair;
+use crate::support::reference::{reference, within};
 use crate::support::sampling::random_samples;
 use crate::support::{Random, folder, in_parallel, lens, mean, picture, root, write};
 
@@ -199,8 +200,19 @@ impl NaiveWorld {
     }
 }
 
+/// Returns the naive mean and its standard error, which `tests/references/curves.csv` keeps.
+fn expected(name: &str, job: &Job, hairs: &[CurveSegment]) -> ([f64; 3], [f64; 3]) {
+    let subject = (name, hairs, DIAGONAL, DEPTH, SKY, SUN, SUNLIGHT, HAIR.absorption, WAVES);
+    let label = format!("hairs through {name}");
+    let numbers = reference("curves", &label, subject, within(1e-3), || {
+        let (mean, error) = naive(job, hairs.to_vec());
+        [mean, error].concat()
+    });
+    ([0, 1, 2].map(|i| numbers[i]), [3, 4, 5].map(|i| numbers[i]))
+}
+
 /// Returns the weighted mean of the radiance over the rays of a camera, and its standard error.
-fn expected(job: &Job, hairs: Vec<CurveSegment>) -> ([f64; 3], [f64; 3]) {
+fn naive(job: &Job, hairs: Vec<CurveSegment>) -> ([f64; 3], [f64; 3]) {
     let world = NaiveWorld::new(hairs);
     let mut random = Random::new(3);
     let (mut rays, mut columns) = (RayBatch::default(), LensColumns::default());
@@ -241,7 +253,7 @@ fn hairs_through_the_lenses_agree_with_a_naive_path_tracer() {
         let with_hairs = job(name, Some(&hairs));
         let found = mean(&picture(&with_hairs, Backend::Simd, 1));
         let white = mean(&picture(&job(name, None), Backend::Simd, 1));
-        let (expected, error) = expected(&with_hairs, hairs);
+        let (expected, error) = expected(name, &with_hairs, &hairs);
         for c in 0..3 {
             let (found, expected) = (found[c] / white[c], expected[c]);
             let off = (found / expected - 1.0).abs();

@@ -6,6 +6,7 @@ use petzval::shade::bsdf::{Bsdf, Dielectric, Diffuse};
 
 use super::scene::{ETA, K, Kind, REFLECTANCE, Random, TRANSMITTANCE, direction, splat};
 use super::twin::{GLASS, chances, fresnel};
+use crate::support::reference::by_tier;
 
 const ALPHAS: [[f32; 2]; 6] =
     [[0.002, 0.002], [0.05, 0.05], [0.3, 0.1], [0.5, 0.5], [0.1, 1.0], [1.0, 1.0]];
@@ -286,13 +287,21 @@ fn a_white_base_below_an_interface_loses_no_light_and_gains_none() {
             for cos in COSINES {
                 let wo = direction(cos, 0.7);
                 let name = format!("alpha {alpha}, index {eta}, cosine {cos}");
-                let (mean, error) =
-                    mean_weight(Kind::Plastic([1.0; 3], alpha, eta), wo, 400_000, 8);
+                let (mean, error) = mean_weight(
+                    Kind::Plastic([1.0; 3], alpha, eta),
+                    wo,
+                    by_tier(100_000, 400_000),
+                    8,
+                );
                 let off = (mean[0] - 1.0).abs();
                 assert!(off < INTERPOLATION + 5.0 * error, "{name}: {mean:?}");
                 // A darker base absorbs the light that reaches it, once.
-                let (half, error) =
-                    mean_weight(Kind::Plastic([0.5, 0.0, 0.0], alpha, eta), wo, 400_000, 9);
+                let (half, error) = mean_weight(
+                    Kind::Plastic([0.5, 0.0, 0.0], alpha, eta),
+                    wo,
+                    by_tier(100_000, 400_000),
+                    9,
+                );
                 let expected = (1.0 + half[1]) / 2.0;
                 assert!((half[0] - expected).abs() < INTERPOLATION + 5.0 * error, "{name}");
                 // The grid does not resolve narrower lobes.
