@@ -76,7 +76,7 @@
 //! `render::wave` is the only module that knows this order. Stages do not call each other. `prepare`
 //! turns a scene file and the changes of the user into a [`Job`], which is plain data; `plan` decides
 //! which effects it needs. `accuracy` renders a scene with a ladder of camera models and measures what
-//! each costs and gets wrong. Imports between modules form no cycle (`tests/architecture.rs`).
+//! each costs and gets wrong. Imports between modules form no cycle (`tests/command/architecture.rs`).
 //!
 //! # Decisions
 //!

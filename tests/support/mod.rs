@@ -5,6 +5,7 @@ pub mod grazing;
 pub mod nasty;
 pub mod oracle;
 pub mod probe;
+pub mod reference;
 pub mod sampling;
 pub mod workspace;
 pub mod world;
@@ -119,7 +120,7 @@ pub fn rendered(text: &str) -> petzval::io::image::Picture {
     let path = write(&folder, "scene.pbrt", text);
     let description = petzval::scene::pbrt::read(&path).expect("a scene of a test");
     let (job, _, _) = petzval::prepare::prepare(description, &Default::default()).expect("a job");
-    picture(&job, petzval::render::Backend::Simd, 2)
+    picture(&job, petzval::render::Backend::Simd, 1)
 }
 
 /// Renders a job to its end.

@@ -14,14 +14,15 @@ pub const CAMERA: &str = r#"
     Camera "realistic" "string lensfile" "lens.dat" "float aperturediameter" 17.1
         "float focusdistance" 4.1"#;
 
-/// A small light, a floor and a metal ball under a sky: its ghosts, noise and layers all differ from 0.
+/// A small light, a floor and a metal ball under a sky: its ghosts, noise and layers all differ from 0. A
+/// brighter light would need diffraction, which takes seconds at any size.
 const SCENE: &str = r#"
     Film "rgb" "integer xresolution" 72 "integer yresolution" 50 "float diagonal" 43.27
     Integrator "path" "integer maxdepth" 4
     WorldBegin
     LightSource "infinite" "rgb L" [0.2 0.25 0.3]
     AttributeBegin
-        AreaLightSource "diffuse" "rgb L" [4000 3000 2000]
+        AreaLightSource "diffuse" "rgb L" [2000 1500 1000]
         Translate 0.6 0.5 5 Shape "sphere" "float radius" 0.05
     AttributeEnd
     Material "diffuse" "rgb reflectance" [0.7 0.6 0.5]

@@ -1,4 +1,4 @@
-//! Tests of drawings of modified lenses; tests/lens_draw.rs tests those of lens files.
+//! Tests of drawings of modified lenses; tests/optics/draw.rs tests those of lens files.
 
 use std::path::Path;
 

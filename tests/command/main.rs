@@ -1,0 +1,19 @@
+//! The command: options, errors, files and exit codes; the manual; and rules of the source tree.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod accuracy;
+mod architecture;
+mod bench;
+mod cli;
+mod compare;
+mod dataset;
+mod denoise;
+mod docs;
+mod hostile;
+mod overwrite;
+mod safe_files;
+mod slurm;
+mod sweep;
+mod universal;

@@ -1,0 +1,205 @@
+//! Naive tracer of every path with two reflections, and the comparison of ghosts with it.
+
+use glam::DVec3;
+use petzval::job::Job;
+use petzval::lens::{LensModel, Pose, Prescription};
+use petzval::render::Backend;
+
+use super::{FILM, FOCUS, LENS, PIXELS, blocks, ghosts, green, job};
+use crate::support::reference::{reference, within};
+use crate::support::{Random, picture};
+
+/// A ray of the naive tracer, in mm. +z points to the film; the front vertex is at z = 0.
+#[derive(Clone, Copy)]
+struct NaiveRay {
+    p: [f64; 3],
+    d: [f64; 3],
+    share: f64,
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Traces light until it leaves the lens towards the film after two reflections. `next` is the next row;
+/// `forward` is true towards the film.
+fn trace_reflections(
+    lens: &Prescription,
+    ray: NaiveRay,
+    next: i32,
+    forward: bool,
+    reflections: u32,
+    found: &mut impl FnMut(NaiveRay),
+) {
+    if next < 0 {
+        return;
+    }
+    let rows = &lens.rows;
+    if next as usize == rows.len() {
+        if reflections == 2 {
+            found(ray);
+        }
+        return;
+    }
+    let row = &rows[next as usize];
+    let vertex: f64 = rows[..next as usize].iter().map(|row| row.thickness).sum();
+    let onward = if forward { next + 1 } else { next - 1 };
+    let at = |s: f64| [0, 1, 2].map(|i| ray.p[i] + s * ray.d[i]);
+    let (p, normal) = if row.radius.is_infinite() {
+        (at((vertex - ray.p[2]) / ray.d[2]), [0.0, 0.0, 1.0])
+    } else if row.conic != 0.0 || row.axis.is_some() || !row.asphere.is_empty() {
+        // Newton's method finds the intersection.
+        let mut s = (vertex - ray.p[2]) / ray.d[2];
+        for _ in 0..8 {
+            let [x, y, z] = at(s);
+            let [gx, gy] = row.gradient(x, y);
+            s -= (z - vertex - row.sag_at(x, y)) / (ray.d[2] - gx * ray.d[0] - gy * ray.d[1]);
+        }
+        let p = at(s);
+        let [gx, gy] = row.gradient(p[0], p[1]);
+        let length = (1.0 + gx * gx + gy * gy).sqrt();
+        (p, [-gx / length, -gy / length, 1.0 / length])
+    } else {
+        let centre = [0.0, 0.0, vertex + row.radius];
+        let m = [0, 1, 2].map(|i| ray.p[i] - centre[i]);
+        let (b, c) = (dot(m, ray.d), dot(m, m) - row.radius * row.radius);
+        let disc = b * b - c;
+        if disc <= 0.0 {
+            return;
+        }
+        // The intersection on the cap at the vertex.
+        let near = |s: &f64| (at(*s)[2] - vertex).abs() < row.radius.abs();
+        let Some(s) = [-b - disc.sqrt(), -b + disc.sqrt()].into_iter().find(near) else { return };
+        let p = at(s);
+        (p, [0, 1, 2].map(|i| (p[i] - centre[i]) / row.radius))
+    };
+    if p[0].hypot(p[1]) > row.diameter / 2.0 {
+        return;
+    }
+    let [before, behind] = lens.indices(next as usize);
+    let (n, n_after) = if forward { (before, behind) } else { (behind, before) };
+    if n == n_after {
+        return trace_reflections(lens, NaiveRay { p, ..ray }, onward, forward, reflections, found);
+    }
+    // The normal points against the ray.
+    let facing = if dot(normal, ray.d) > 0.0 { normal.map(|v| -v) } else { normal };
+    let cos = -dot(facing, ray.d);
+    let sin2 = (n / n_after).powi(2) * (1.0 - cos * cos);
+    let reflectance = if sin2 >= 1.0 {
+        1.0
+    } else {
+        let cos_after = (1.0 - sin2).sqrt();
+        let s = (n * cos - n_after * cos_after) / (n * cos + n_after * cos_after);
+        let p = (n_after * cos - n * cos_after) / (n_after * cos + n * cos_after);
+        (s * s + p * p) / 2.0
+    };
+    if reflections < 2 {
+        let d = [0, 1, 2].map(|i| ray.d[i] + 2.0 * cos * facing[i]);
+        let share = ray.share * reflectance;
+        let back = if forward { next - 1 } else { next + 1 };
+        trace_reflections(lens, NaiveRay { p, d, share }, back, !forward, reflections + 1, found);
+    }
+    if sin2 < 1.0 {
+        let ratio = n / n_after;
+        let along = ratio * cos - (1.0 - sin2).sqrt();
+        let d = [0, 1, 2].map(|i| ratio * ray.d[i] + along * facing[i]);
+        let share = ray.share * (1.0 - reflectance);
+        trace_reflections(lens, NaiveRay { p, d, share }, onward, forward, reflections, found);
+    }
+}
+
+/// Returns the film irradiance by pixel of a point light of intensity 1 at a point in camera space, mm,
+/// through a lens that is tilted and decentred as a whole.
+fn brute_force(job: &Job, pose: Pose, light: [f64; 3], side: u32) -> Vec<f64> {
+    let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    let square = lens.prescription.centred();
+    let half = square.rows[0].diameter / 2.0;
+    let motion = pose.transform();
+    let light = DVec3::new(light[0], light[1], lens.front_depth / lens.units_per_mm - light[2]);
+    let light = motion.inverse().transform_point3(light).to_array();
+    let film_at = square.length() + lens.film_distance;
+    let mut numbers = Random::new(5);
+    let mut film = vec![0.0; PIXELS * PIXELS];
+    let pixel = FILM / PIXELS as f64;
+    // Points are uniform in a square in front of the front surface, which every ray to it crosses. All in
+    // the frame of the lens.
+    for i in 0..side * side {
+        let cell = [i % side, i / side];
+        let [x, y] = cell.map(|cell| {
+            let share = (f64::from(cell) + numbers.next()) / f64::from(side);
+            (2.0 * share - 1.0) * 1.2 * half
+        });
+        let p = [x, y, -1.0];
+        let d = [0, 1, 2].map(|i| p[i] - light[i]);
+        let length = dot(d, d).sqrt();
+        let d = d.map(|v| v / length);
+        // Irradiance of the square, in units of the camera, for a light of 1 W/sr.
+        let flux =
+            d[2] / (length * length * lens.units_per_mm * lens.units_per_mm) * (2.4 * half).powi(2);
+        let ray = NaiveRay { p, d, share: flux / f64::from(side * side) };
+        let mut found = |NaiveRay { p, d, share }: NaiveRay| {
+            let p = motion.transform_point3(p.into());
+            let d = motion.transform_vector3(d.into());
+            let [x, y, _] = (p + d * ((film_at - p.z) / d.z)).to_array();
+            let column = ((FILM / 2.0 - x) / pixel).floor();
+            let row = ((FILM / 2.0 + y) / pixel).floor();
+            let inside = |i: f64| i >= 0.0 && i < PIXELS as f64;
+            if inside(column) && inside(row) {
+                film[row as usize * PIXELS + column as usize] += share / (pixel * pixel);
+            }
+        };
+        trace_reflections(&square, ray, 0, true, 0, &mut found);
+    }
+    film
+}
+
+/// Compares ghosts of a point light with brute force, block by block, which `tests/references/ghosts.csv`
+/// keeps. The pose is that of the whole lens.
+fn compare(name: &str, lens: &str, pose: Pose, from: [f64; 3]) {
+    let [x, y, z] = from;
+    let world = format!(r#"LightSource "point" "rgb I" [1 1 1] "point3 from" [{x} {y} {z}]"#);
+    let Pose { decentre, tilt } = pose;
+    let group = format!("[[askew]]\nsurfaces = [1, 5]\ndecentre = {decentre:?}\ntilt = {tilt:?}\n");
+    let lens = format!("{lens}{group}");
+    let job = job(&lens, &world, "-ghosts,-fresnel,-dispersion,-diffraction", 16);
+    let dark = green(&picture(&job, Backend::Simd, 1));
+    assert!(dark.iter().all(|&v| v == 0.0), "the light itself is in the picture");
+    let found = blocks(&ghosts(&job, 16_384), 8);
+    let scale = job.camera.imaging_ratio;
+    let subject = (&lens, from, PIXELS, FILM, FOCUS);
+    let expected =
+        reference("ghosts", &format!("{name}, 16 blocks"), subject, within(1e-4), || {
+            let film = brute_force(&job, pose, from.map(|v| 1e3 * v), 1200);
+            blocks(&film, 8).iter().map(|light| light * scale).collect()
+        });
+    let most = expected.iter().fold(0.0, |a: f64, &b| a.max(b));
+    let sums = [&found, &expected].map(|blocks| blocks.iter().sum::<f64>());
+    println!("{sums:?}, brightest block {most}");
+    assert!(most > 0.0 && (sums[0] / sums[1] - 1.0).abs() < 0.005, "{sums:?}");
+    for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+        let allowed = 0.01 * expected + 0.003 * most;
+        assert!((found - expected).abs() < allowed, "block {i}: {found}, not {expected}");
+    }
+}
+
+#[test]
+fn ghosts_of_a_point_light_agree_with_brute_force() {
+    // Outside the field of view, so that only ghosts reach the film.
+    compare("spheres", LENS, Pose::ALIGNED, [0.35, 0.2, 1.0]);
+}
+
+#[test]
+fn ghosts_of_every_kind_of_surface_agree_with_brute_force() {
+    let shaped = LENS
+        .replacen("radius = 40.0", "radius = 40.0\nconic = -1.5", 1)
+        .replacen("radius = -90.0", "radius = -90.0\nasphere = [[4, 1e-5], [6, -2e-8]]", 1)
+        .replacen("radius = 70.0", "radius = 70.0\nasphere = [[3, 2e-4], [4, 1e-5]]", 1)
+        .replacen("radius = -60.0", "radius = -60.0\naxis = \"x\"", 1);
+    compare("surfaces of every kind", &shaped, Pose::ALIGNED, [0.35, 0.2, 1.0]);
+}
+
+#[test]
+fn ghosts_of_a_tilted_lens_agree_with_brute_force() {
+    let pose = Pose { decentre: [6.0, -2.0], tilt: [4.0, 8.0] };
+    compare("tilted lens", LENS, pose, [0.35, 0.2, 1.0]);
+}

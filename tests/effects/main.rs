@@ -1,0 +1,15 @@
+//! Effects: each against a direct computation, and the plan that chooses them.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod aov;
+mod caustics;
+mod diffraction;
+mod dispersion;
+mod ghosts;
+mod hero;
+mod light_paths;
+mod motion;
+mod plan;
+mod sensor;

@@ -1,0 +1,13 @@
+//! Optics: analysis, calibration, tolerances and models of lenses.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod calibrate;
+mod draw;
+mod exposure;
+mod fidelity;
+mod limits;
+mod report;
+mod tolerance;
+mod vignetting;
