@@ -4,26 +4,27 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use petzval::bench::launch::Launch;
-use petzval::bench::lens_wave::{batch, starts};
-use petzval::diffraction::Diffraction;
-use petzval::film::{FilmSums, Frame};
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::lanes::f32x8;
-use petzval::lens::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
+use petzval_base::stats::Stats;
+use petzval_image::Picture;
+use petzval_lens::{
     Coating, FilmPlane, LensModel, Pose, PupilSampling, RealLens, Side, Surface, TiltDecenter,
-    read, sequence, trace, trace_lossy,
+    sequence, trace, trace_lossy,
 };
-use petzval::light_tracing::ghosts::estimate;
-use petzval::light_tracing::{SplatStage, Strategy};
-use petzval::plan::{Effect, EffectSelection};
-use petzval::prepare::{Changes, prepare};
-use petzval::rays::{LensBatch, WAVE_SIZE};
-use petzval::render::{RenderOptions, RenderOutput, render};
-use petzval::scene::pbrt;
-use petzval::sensor::{Bayer, Sensor};
-use petzval::stats::Stats;
+use petzval_lens_formats::read;
+use petzval_render::diffraction::Diffraction;
+use petzval_render::film::{FilmSums, Frame};
+use petzval_render::job::Job;
+use petzval_render::light_tracing::ghosts::estimate;
+use petzval_render::light_tracing::{SplatStage, Strategy};
+use petzval_render::plan::{Effect, EffectSelection};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::sensor::{Bayer, Sensor};
+use petzval_render::{RenderOptions, RenderOutput, render};
+use petzval_scene_formats::pbrt;
+use petzval_tools::bench::launch::Launch;
+use petzval_tools::bench::lens_wave::{batch, starts};
 
 /// The double Gauss of the course and the film distance of its scene (mm).
 const LENS: (&str, f64) = ("lenses/dgauss.50mm.dat", 36.77);

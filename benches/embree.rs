@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
-use petzval::bench::hills::{built, hills, waves};
-use petzval::lanes::f32x8;
-use petzval::rays::{Column, HitBatch, NO_INDEX, RayBatch};
-use petzval::scene::{Mesh, Scene, TraversalStack};
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{Column, HitBatch, NO_INDEX, RayBatch};
+use petzval_scene::{Mesh, Scene, TraversalStack};
+use petzval_tools::bench::hills::{built, hills, waves};
 
 /// Number of quads along a side, of two triangles each.
 const SIDE: u32 = 510;

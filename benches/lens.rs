@@ -6,16 +6,17 @@ use criterion::criterion_main;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group};
 use glam::DAffine3;
-use petzval::bench::launch::Launch;
-use petzval::bench::lens_wave::{LensWave, starts};
-use petzval::bench::textbook;
-use petzval::film::Frame;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::WAVE_SIZE;
+use petzval_lens::{
     Camera, Fidelity, LensModel, LensRay, Prescription, PupilSampling, RealLens, RealRayFocus, Row,
-    Side, TransverseAxis, read, sequence, trace_one,
+    Side, TransverseAxis, sequence, trace_one,
 };
-use petzval::rays::WAVE_SIZE;
+use petzval_lens_formats::read;
+use petzval_render::film::Frame;
+use petzval_tools::bench::launch::Launch;
+use petzval_tools::bench::lens_wave::{LensWave, starts};
+use petzval_tools::bench::textbook;
 
 /// The course's lenses with the film distances of their scenes (mm).
 const LENSES: [(&str, f64); 4] = [

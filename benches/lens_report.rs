@@ -9,12 +9,12 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use petzval::bench::lens_wave::LensWave;
-use petzval::lanes::f32x8;
-use petzval::lens::{
-    ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid, Prescription, read,
-};
-use petzval::rays::WAVE_SIZE;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::WAVE_SIZE;
+use petzval_lens::Prescription;
+use petzval_lens_formats::read;
+use petzval_optics::{ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid};
+use petzval_tools::bench::lens_wave::LensWave;
 
 /// Lenses with the distance of their film (mm) and its half diagonal (mm). The first has 12 rows,
 /// the second 15.

@@ -10,10 +10,11 @@
 use std::path::Path;
 
 use nix::time::ClockId;
-use petzval::io::image::Picture;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::{luminance, pbrt};
+use petzval_image::Picture;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene::luminance;
+use petzval_scene_formats::pbrt;
 
 /// Scenes, with the focus distance (m) of each; none for the scene's own.
 const SCENES: [(&str, Option<f64>); 5] = [
@@ -52,7 +53,7 @@ fn measure(scene: &str, focus: Option<f64>, light_paths: Option<bool>) -> Noise 
             resolution: Some(RESOLUTION),
             samples: Some(SAMPLES),
             seed: Some(seed),
-            focus: focus.map(petzval::prepare::FocusOn::Distance),
+            focus: focus.map(petzval_render::prepare::FocusOn::Distance),
             effects: "none".parse().expect("effects"),
             light_paths,
             ..Changes::default()

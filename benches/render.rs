@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use petzval::job::Job;
-use petzval::lens::{LensModel, ThinLens};
-use petzval::plan::EffectSelection;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Backend, RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_lens::{LensModel, ThinLens};
+use petzval_render::job::Job;
+use petzval_render::plan::EffectSelection;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 fn dgauss() -> Job {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");

@@ -11,10 +11,10 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::ray::{Ray as TheirRay, RayHit};
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
-use petzval::bench::hills::{built, hills, waves};
-use petzval::lanes::{Real, f32x8};
-use petzval::rays::{Column, HitBatch, RayBatch, WAVE_SIZE};
-use petzval::scene::{Mesh, Scene, TraversalStack};
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{Column, HitBatch, RayBatch, WAVE_SIZE};
+use petzval_scene::{Mesh, Scene, TraversalStack};
+use petzval_tools::bench::hills::{built, hills, waves};
 
 /// Number of quads along a side, of two triangles each.
 const SIDE: u32 = 510;

@@ -4,9 +4,10 @@ use std::hint::black_box;
 use std::path::Path;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use petzval::lens::{
+use petzval_lens_formats::read;
+use petzval_optics::{
     ConditionChoices, DeviationShape, ImagingConditions, Refocus, ToleranceAnalysis,
-    ToleranceGrade, ToleranceSettings, read,
+    ToleranceGrade, ToleranceSettings,
 };
 
 /// Trials of a measurement.

@@ -8,11 +8,11 @@ use std::path::Path;
 
 use glam::Vec3;
 use nix::time::ClockId;
-use petzval::aov::Aov;
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_render::aov::Aov;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 /// Steps along and around the knot, which give 400,000 triangles.
 const STEPS: [u32; 2] = [4000, 50];

@@ -7,8 +7,8 @@
 use std::error::Error;
 use std::path::Path;
 
-use petzval::io::image::Picture;
-use petzval::metric::{DynamicRange, Measurement, Metric, measure};
+use petzval_image::Picture;
+use petzval_tools::metric::{DynamicRange, Measurement, Metric, measure};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

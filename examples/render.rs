@@ -8,11 +8,11 @@
 use std::error::Error;
 use std::path::Path;
 
-use petzval::io::OutputFile;
-use petzval::io::image::{DisplayExposure, EncodingOptions};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_base::io::OutputFile;
+use petzval_image::{DisplayExposure, EncodingOptions};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

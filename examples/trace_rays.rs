@@ -9,27 +9,27 @@
 use std::error::Error;
 use std::path::Path;
 
-use petzval::lens::{self, LensRay, RealRayFocus, Side};
+use petzval_lens::{LensRay, RealRayFocus, Side};
 
 /// Rays from the axis to the rim of the rear element.
 const RAYS: u32 = 12;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "lenses/dgauss.50mm.dat".to_owned());
-    let lens = lens::read(Path::new(&path))?;
+    let lens = petzval_lens_formats::read(Path::new(&path))?;
     let film = RealRayFocus::new(&lens).film_distance(f64::INFINITY)?;
     println!("{path}: {} surfaces, film {film:.4} mm behind the rear vertex", lens.rows.len());
     println!("{:>12} {:>12} {:>12}", "rear y [mm]", "front y [mm]", "angle [mrad]");
 
     // Rays start in the plane of the film. Positions are relative to the vertex of the surface that
     // the ray crosses next or has crossed last; +z is the direction of travel, here to the scene.
-    let surfaces = lens::sequence::<f64>(&lens, Side::Film(film));
+    let surfaces = petzval_lens::sequence::<f64>(&lens, Side::Film(film));
     for i in 0..RAYS {
         let height = 0.5 * lens.rear().diameter * f64::from(i) / f64::from(RAYS);
         let length = height.hypot(film);
         // The length of a direction is the refractive index of the medium.
         let direction = [0.0, height, film].map(|v| v / length * lens.rear().index);
-        match lens::trace_one(LensRay::new([0.0; 3], direction), &surfaces) {
+        match petzval_lens::trace_one(LensRay::new([0.0; 3], direction), &surfaces) {
             Ok(ray) => {
                 // Back from the last surface to the plane of its vertex.
                 let y = ray.p[1] - ray.p[2] * ray.t[1] / ray.t[2];

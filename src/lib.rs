@@ -35,8 +35,22 @@
 //! rays through a lens alone, and [`measure`] compares pictures. The folder `examples/` has a small
 //! program for each.
 //!
-//! The items below are the public interface. The modules behind them are visible to the command, the
-//! tests and the benchmarks; their paths may change in any version.
+//! The items below are the common interface. They come from the crates of this workspace, each with a
+//! front page of its own; a program may add one of them alone:
+//!
+//! | crate | holds |
+//! |---|---|
+//! | [`petzval_base`] | lanes, rays, random numbers, statistics, files |
+//! | [`petzval_spectrum`] | bands, colour spaces, illuminants, metals, glass catalogues |
+//! | [`petzval_image`] | pictures and their files |
+//! | [`petzval_lens`] | prescription, trace, pupil, focus, camera |
+//! | [`petzval_lens_formats`] | readers and writers of lens files |
+//! | [`petzval_optics`] | image quality, calibration, tolerances, optimisation |
+//! | [`petzval_scene`] | geometry, BVH, lights, textures, media, materials |
+//! | [`petzval_scene_formats`] | pbrt-v4, glTF, PLY, NanoVDB |
+//! | [`petzval_render`] | stages, effects, plan, job, the loop |
+//! | [`petzval_tools`] | accuracy ladder, metrics, data sets, rates |
+//! | `petzval_report` | plots, drawings of lenses, reports (feature `report`) |
 //!
 //! # Features
 //!
@@ -73,10 +87,10 @@
 //! | `diffraction` | `spread` | finished picture, blurred by the point spread of the pupil, if planned |
 //! | `sensor` | `read_out` | finished picture, to photosite values, if a sensor is given |
 //!
-//! `render::wave` is the only module that knows this order. Stages do not call each other. `prepare`
+//! `petzval_render::wave` is the only module that knows this order. Stages do not call each other. `prepare`
 //! turns a scene file and the changes of the user into a [`Job`], which is plain data; `plan` decides
 //! which effects it needs. `accuracy` renders a scene with a ladder of camera models and measures what
-//! each costs and gets wrong. Imports between modules form no cycle (`tests/command/architecture.rs`).
+//! each costs and gets wrong. Cargo enforces that crates import downwards only.
 //!
 //! # Decisions
 //!
@@ -160,69 +174,17 @@
 //! x to the right and y up (left-handed, as in pbrt). World space is that of the scene file. Public
 //! items state their units and frame.
 
-#[doc(hidden)]
-pub mod accuracy;
-#[doc(hidden)]
-pub mod aov;
-#[doc(hidden)]
-pub mod bench;
-#[doc(hidden)]
-pub mod dataset;
-#[doc(hidden)]
-pub mod diffraction;
-mod distribution;
-mod equal_area;
-#[doc(hidden)]
-pub mod film;
-#[doc(hidden)]
-pub mod io;
-#[doc(hidden)]
-pub mod job;
-#[doc(hidden)]
-pub mod lanes;
-#[doc(hidden)]
-pub mod lens;
-#[doc(hidden)]
-pub mod light_tracing;
-#[doc(hidden)]
-pub mod metric;
-#[doc(hidden)]
-pub mod motion;
-#[doc(hidden)]
-pub mod plan;
-#[doc(hidden)]
-pub mod prepare;
-mod primaries;
-#[doc(hidden)]
-pub mod rays;
-#[doc(hidden)]
-pub mod render;
-#[doc(hidden)]
-pub mod sampler;
-#[doc(hidden)]
-pub mod scene;
-#[doc(hidden)]
-pub mod sensor;
-#[doc(hidden)]
-pub mod shade;
-#[doc(hidden)]
-pub mod shutter;
-#[doc(hidden)]
-pub mod spectrum;
-#[doc(hidden)]
-pub mod stats;
-
-pub use aov::Aov;
-pub use io::image::{DisplayExposure, EncodingOptions, ImageError, Picture};
-pub use io::{OutputFile, ReadContext};
-pub use job::{Job, StopCriteria};
-pub use lens::{
-    Fidelity, LensError, LensRay, Paraxial, Prescription, RealRayFocus, Side, read as read_lens,
-    sequence, trace_one,
+pub use petzval_base::io::{OutputFile, ReadContext};
+pub use petzval_image::{DisplayExposure, EncodingOptions, ImageError, Picture};
+pub use petzval_lens::{
+    Fidelity, LensError, LensRay, Paraxial, Prescription, RealRayFocus, Side, sequence, trace_one,
 };
-pub use metric::{Measurement, Metric, measure};
-pub use plan::{Effect, EffectSelection};
-pub use prepare::{Changes, FocusOn, PrepareError, prepare};
-pub use render::{Progress, RenderError, RenderOptions, RenderOutput, render};
-pub use scene::pbrt::{Description, SceneError, SceneErrors};
-pub use scene::read as read_scene;
+pub use petzval_lens_formats::read as read_lens;
+pub use petzval_render::aov::Aov;
+pub use petzval_render::job::{Job, StopCriteria};
+pub use petzval_render::plan::{Effect, EffectSelection};
+pub use petzval_render::prepare::{Changes, FocusOn, PrepareError, prepare};
+pub use petzval_render::{Progress, RenderError, RenderOptions, RenderOutput, render};
+pub use petzval_scene_formats::pbrt::{Description, SceneError, SceneErrors};
+pub use petzval_scene_formats::read as read_scene;
+pub use petzval_tools::metric::{Measurement, Metric, measure};

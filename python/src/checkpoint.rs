@@ -5,9 +5,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use petzval::io::{FileLog, OutputFile};
-use petzval::render::Checkpointer;
-use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
+use petzval_base::io::{FileLog, OutputFile};
+use petzval_render::Checkpointer;
+use petzval_render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
 use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
 use pyo3::prelude::*;
 
@@ -70,7 +70,8 @@ impl Checkpoint {
             )));
         }
         let failed = |source| CheckpointError::Io { verb: "write", path: path.clone(), source };
-        petzval::io::check_writable(&path).map_err(|source| checkpoint_error(&failed(source)))?;
+        petzval_base::io::check_writable(&path)
+            .map_err(|source| checkpoint_error(&failed(source)))?;
         let path = OutputFile::new(&path, &job.files).map_err(value_error)?;
         let mut inputs = inputs.of(job).map_err(PyOSError::new_err)?;
         // The program's own file is that of the interpreter.

@@ -5,11 +5,11 @@ use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use petzval::dataset::{
+use petzval::{Progress, ReadContext, RenderError, RenderOptions};
+use petzval_base::io::Outputs;
+use petzval_tools::dataset::{
     DatasetError, DatasetScene, DatasetSpec, Manifest, prepare_pair, write_pair,
 };
-use petzval::io::Outputs;
-use petzval::{Progress, ReadContext, RenderError, RenderOptions};
 use pyo3::prelude::*;
 
 use crate::error::{dataset_error, value_error};

@@ -4,11 +4,12 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
-use petzval::dataset::DatasetError;
-use petzval::lens::{GlassError, LensError};
-use petzval::render::checkpoint::CheckpointError;
-use petzval::scene::ply::PlyError;
 use petzval::{ImageError, PrepareError, RenderError, SceneError, SceneErrors};
+use petzval_lens::LensError;
+use petzval_render::checkpoint::CheckpointError;
+use petzval_scene_formats::ply::PlyError;
+use petzval_spectrum::GlassError;
+use petzval_tools::dataset::DatasetError;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use numpy::{Ix3, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
-use petzval::io::image::{ImageFormat, ImageLayer, Notes, PictureWindow};
-use petzval::io::{FileLog, OutputFile};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
+use petzval_base::io::{FileLog, OutputFile};
+use petzval_image::{ImageFormat, ImageLayer, Notes, PictureWindow};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

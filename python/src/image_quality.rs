@@ -2,11 +2,12 @@
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use petzval::Prescription;
-use petzval::lens::{
-    ConditionChoices, FieldCurvePoint, FieldKind, FieldRays, FrequencyAxis, ImagingConditions,
-    ImagingGrid, SpectralLine, SpotDiagram, TransferMethod,
+use petzval_lens::{FieldKind, SpectralLine};
+use petzval_optics::{
+    ConditionChoices, FieldCurvePoint, FieldRays, FrequencyAxis, ImagingConditions, ImagingGrid,
+    SpotDiagram, TransferMethod,
 };
-use petzval::spectrum::bands;
+use petzval_spectrum::bands;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -19,7 +20,7 @@ use crate::worker;
 /// Real rays of a lens, traced once for all analyses.
 #[pyclass(frozen, module = "petzval")]
 pub struct ImageQuality {
-    quality: petzval::lens::ImageQuality,
+    quality: petzval_optics::ImageQuality,
     /// The lens, to trace in other light.
     lens: Prescription,
     /// Rays across the pupil.
@@ -74,7 +75,7 @@ impl ImageQuality {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let grid = ImagingGrid { fields, pupil, threads };
         let traced =
-            worker::run_whole(py, || petzval::lens::ImageQuality::new(lens, conditions, grid))?;
+            worker::run_whole(py, || petzval_optics::ImageQuality::new(lens, conditions, grid))?;
         Ok(Self { quality: traced.map_err(value_error)?, lens: lens.clone(), pupil })
     }
 

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use petzval::io::image::{ImageLayer, Note, Notes};
-use petzval::render::{Convergence, render_resumable};
 use petzval::{Picture, Progress, RenderError, RenderOptions, RenderOutput};
+use petzval_image::{ImageLayer, Note, Notes};
+use petzval_render::{Convergence, render_resumable};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -208,7 +208,6 @@ fn metadata<'py>(py: Python<'py>, notes: &Notes) -> PyResult<Bound<'py, PyDict>>
         match note {
             Note::Text(text) => data.set_item(name, text)?,
             Note::Number(number) => data.set_item(name, number)?,
-            _ => {}
         }
     }
     Ok(data)

@@ -8,10 +8,10 @@ use glam::DVec3;
 use numpy::{
     BorrowError, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray,
 };
-use petzval::lens::{
-    Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid, Pose, read_with,
-};
 use petzval::{Paraxial, Prescription, ReadContext, RealRayFocus, read_lens};
+use petzval_lens::Pose;
+use petzval_lens_formats::read_with;
+use petzval_optics::{Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

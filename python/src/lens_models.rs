@@ -4,8 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use petzval::accuracy::{Budget, Ladder, LadderError, LadderRun, Point, RunMonitor, run_ladder};
 use petzval::{PrepareError, RenderError};
+use petzval_tools::accuracy::{
+    Budget, Ladder, LadderError, LadderRun, Point, RunMonitor, run_ladder,
+};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

@@ -1,8 +1,8 @@
 //! Memory limit of a render.
 
-use petzval::io::ByteSize;
-use petzval::io::image::ImageFormat;
-use petzval::render::memory::{Estimate, MemoryTask, machine};
+use petzval_base::io::ByteSize;
+use petzval_image::ImageFormat;
+use petzval_render::memory::{Estimate, MemoryTask, machine};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
@@ -49,7 +49,7 @@ pub fn check(job: &petzval::Job, threads: usize, limit: &MemorySetting) -> PyRes
     let task = MemoryTask::Render { threads };
     let estimate = Estimate::new(job, machine::resident(), task, Some(ImageFormat::Exr));
     // Pictures and layers become arrays while they are still there.
-    let channels = 3 + petzval::aov::channels(&job.layer_request()) as u64;
+    let channels = 3 + petzval_render::aov::channels(&job.layer_request()) as u64;
     let pixels = job.frame.size().map(u64::from).iter().product::<u64>();
     let estimate = estimate.with_extra("arrays", 4 * pixels * channels);
     match estimate.bytes() > most {

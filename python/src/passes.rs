@@ -5,9 +5,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use petzval::io::image::Note;
-use petzval::render::ProgressiveRender;
 use petzval::{Picture, Progress};
+use petzval_image::Note;
+use petzval_render::ProgressiveRender;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use numpy::PyArrayDyn;
-use petzval::io::image::PictureWindow;
-use petzval::io::{FileLog, OutputFile};
-use petzval::metric::DynamicRange;
 use petzval::{EncodingOptions, Metric, Picture, measure};
+use petzval_base::io::{FileLog, OutputFile};
+use petzval_image::PictureWindow;
+use petzval_tools::metric::DynamicRange;
 use pyo3::prelude::*;
 
 use crate::array;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use petzval::scene::read_with;
 use petzval::{Description, ReadContext};
+use petzval_scene_formats::read_with;
 use pyo3::prelude::*;
 
 use crate::error::scene_error;

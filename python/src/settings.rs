@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
-use petzval::aov::Aov;
-use petzval::lens::{Coating, FocusModel, LensOptions, MAX_DECENTRE, MAX_TILT, Zoom};
-use petzval::prepare::Viewpoint;
-use petzval::sensor::SensorSettings;
-use petzval::spectrum::{BAND_RANGE, Passband};
 use petzval::{Changes, FocusOn, StopCriteria};
+use petzval_lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT, Zoom};
+use petzval_lens_formats::LensOptions;
+use petzval_render::aov::Aov;
+use petzval_render::prepare::Viewpoint;
+use petzval_render::sensor::SensorSettings;
+use petzval_spectrum::{BAND_RANGE, Passband};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

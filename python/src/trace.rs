@@ -3,9 +3,9 @@
 use std::time::{Duration, Instant};
 
 use petzval::Prescription;
-use petzval::lanes::f32x8;
-use petzval::lens::{LensRay, Side, retrace_in_f64, sequence, trace as trace_batch, trace_one};
-use petzval::rays::{LensBatch, WAVE_SIZE};
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
+use petzval_lens::{LensRay, Side, retrace_in_f64, sequence, trace as trace_batch, trace_one};
 use pyo3::PyResult;
 use rayon::prelude::*;
 

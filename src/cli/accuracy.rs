@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use petzval::accuracy::{Budget, Ladder, Machine, RunEnd, RunMonitor, run_ladder};
-use petzval::io::OutputFile;
-use petzval::prepare::{Changes, PrepareError};
-use petzval::render::RenderError;
-use petzval::scene;
+use petzval_base::io::OutputFile;
+use petzval_render::RenderError;
+use petzval_render::prepare::{Changes, PrepareError};
+use petzval_tools::accuracy::{Budget, Ladder, Machine, RunEnd, RunMonitor, run_ladder};
 
 use super::arguments::PictureArguments;
 use super::arguments::argv::{argv, shell_line};
@@ -16,9 +15,9 @@ use super::arguments::values::{crop, time};
 use super::message;
 use super::outputs::{CreatedFolders, claim};
 use super::progress::TimeBar;
-use super::report::accuracy::{AccuracyReport, FILES, times as relative_time};
 use super::signals::on_stop;
 use super::{Failure, Outcome};
+use petzval_report::accuracy::{AccuracyReport, FILES, times as relative_time};
 
 /// Arguments of `petzval accuracy`.
 #[derive(Debug, clap::Args)]
@@ -60,11 +59,11 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
         let reason = "every model takes four quarters of its samples, to measure noise";
         return Err(format!("--spp {spp}: {reason}; expected {MIN_SAMPLES} or more").into());
     }
-    let description = scene::read(&picture.scene)?;
+    let description = petzval_scene_formats::read(&picture.scene)?;
     // Fail now rather than after a long run.
     let folder = output.display();
     let mut folders = CreatedFolders::default();
-    let probe = || petzval::io::check_writable(&output.join(FILES[0]));
+    let probe = || petzval_base::io::check_writable(&output.join(FILES[0]));
     folders.create(output).and_then(|()| probe()).map_err(|error| {
         format!("cannot write to the folder {folder}: {error}; name another with -o")
     })?;

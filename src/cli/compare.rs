@@ -2,11 +2,9 @@
 
 use std::path::PathBuf;
 
-use petzval::io::image::{
-    EncodingOptions, ImageError, ImageFormat, Picture, PictureWindow, Transfer,
-};
-use petzval::io::{Outputs, ReadContext, path_excerpt};
-use petzval::metric::{DynamicRange, Measurement, Metric, measure};
+use petzval_base::io::{Outputs, ReadContext, path_excerpt};
+use petzval_image::{EncodingOptions, ImageError, ImageFormat, Picture, PictureWindow, Transfer};
+use petzval_tools::metric::{DynamicRange, Measurement, Metric, measure};
 use serde_json::{Map, Value, json};
 
 use super::arguments::values::limit;
@@ -114,5 +112,5 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<Outcome, Failure> {
 /// Maps 0..1 to black, red, yellow and white in even steps of the display, as linear light.
 fn heat(value: f32) -> [f32; 3] {
     let v = 3.0 * value.clamp(0.0, 1.0);
-    [v, v - 1.0, v - 2.0].map(|c| petzval::io::image::srgb_decode(c.clamp(0.0, 1.0)))
+    [v, v - 1.0, v - 2.0].map(|c| petzval_image::srgb_decode(c.clamp(0.0, 1.0)))
 }

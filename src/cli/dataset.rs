@@ -6,13 +6,13 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use petzval::dataset::{
+use petzval_base::io::{ByteSize, Outputs, Warning};
+use petzval_image::ImageFormat;
+use petzval_render::memory::{MemoryTask, machine};
+use petzval_render::{Progress, RenderError, RenderOptions};
+use petzval_tools::dataset::{
     DatasetError, DatasetScene, DatasetSpec, Draw, Manifest, prepare_pair, write_pair,
 };
-use petzval::io::image::ImageFormat;
-use petzval::io::{ByteSize, Outputs, Warning};
-use petzval::render::memory::{MemoryTask, machine};
-use petzval::render::{Progress, RenderError, RenderOptions};
 
 use super::arguments::argv::{argv, shell_line};
 use super::arguments::values::{Shard, shard};

@@ -2,11 +2,12 @@
 
 use std::cell::{Cell, OnceCell};
 
-use petzval::io::image::ImageFormat;
-use petzval::io::{ByteSize, ReadContext};
-use petzval::job::Job;
-use petzval::render::ProgressiveRender;
-use petzval::render::memory::{Estimate, MemoryTask, ResidentMemory, machine};
+use petzval_base::io::machine::ResidentMemory;
+use petzval_base::io::{ByteSize, ReadContext};
+use petzval_image::ImageFormat;
+use petzval_render::ProgressiveRender;
+use petzval_render::job::Job;
+use petzval_render::memory::{Estimate, MemoryTask, machine};
 
 use super::Failure;
 use super::screen::is_verbose;
@@ -122,7 +123,7 @@ fn suggestions(job: &Job, work: MemoryTask) -> String {
     if !job.stop_criteria.count_only() {
         options.push("--spp instead of --noise and --time");
     }
-    if job.plan.has(petzval::plan::Effect::Diffraction) {
+    if job.plan.has(petzval_render::plan::Effect::Diffraction) {
         options.push("--effects -diffraction");
     }
     if matches!(work, MemoryTask::Render { threads } if threads > 8) {

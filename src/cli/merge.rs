@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use petzval::io::ByteSize;
-use petzval::io::image::{DisplayExposure, ImageFormat, ToneCurve, WhiteBalance};
-use petzval::io::{FileLog, Outputs};
-use petzval::render::checkpoint::{Head, Inputs, SavedRender};
-use petzval::render::memory::MemoryTask;
-use petzval::render::merge;
-use petzval::scene;
+use petzval_base::io::ByteSize;
+use petzval_base::io::{FileLog, Outputs};
+use petzval_image::{DisplayExposure, ImageFormat, ToneCurve, WhiteBalance};
+use petzval_render::checkpoint::{Head, Inputs, SavedRender};
+use petzval_render::memory::MemoryTask;
+use petzval_render::merge;
 
 use super::arguments::argv::{argv, parse_render, shell_line};
 use super::arguments::values::white_balance;
@@ -75,8 +74,8 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     let rendered_by = &first.command_line;
     let render = parse_render(rendered_by)?;
     // Layers, diffraction and the sensor need the scene and the lens.
-    let description =
-        scene::read_with(&render.picture.scene, memory.context()).map_err(|error| {
+    let description = petzval_scene_formats::read_with(&render.picture.scene, memory.context())
+        .map_err(|error| {
             let command = shell_line(rendered_by);
             format!(
                 "{error}\nthe parts were rendered by\n  {command}\nmerge them where its files are"

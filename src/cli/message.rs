@@ -6,9 +6,9 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use petzval::io::{SourceLine, Warning, excerpt, excerpt_words, path_excerpt};
-use petzval::prepare::PrepareError;
-use petzval::scene::pbrt::SceneErrors;
+use petzval_base::io::{SourceLine, Warning, excerpt, excerpt_words, path_excerpt};
+use petzval_render::prepare::PrepareError;
+use petzval_scene_formats::pbrt::SceneErrors;
 
 use super::Failure;
 use super::screen::{columns, wrap};

@@ -7,7 +7,7 @@ macro_rules! say_error {
         use std::io::Write as _;
         let line = format!($($word)*);
         let line = $crate::cli::option_names::with_option_names(&line);
-        let _ = writeln!(std::io::stderr(), "{}", petzval::io::printable(&line));
+        let _ = writeln!(std::io::stderr(), "{}", petzval_base::io::printable(&line));
     }};
 }
 
@@ -36,7 +36,6 @@ mod plan;
 mod progress;
 mod render;
 mod replay;
-mod report;
 mod screen;
 mod signals;
 mod sweep;
@@ -157,7 +156,7 @@ pub fn run() -> ExitCode {
 fn print(text: &str) -> Result<Outcome, Failure> {
     use std::io::Write as _;
     let text = option_names::with_option_names(text);
-    let (text, mut stdout) = (petzval::io::printable(&text), std::io::stdout());
+    let (text, mut stdout) = (petzval_base::io::printable(&text), std::io::stdout());
     // What is left in its buffer would be lost without an error.
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         // The reader has closed the pipe, as `head` does.

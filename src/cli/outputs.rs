@@ -7,7 +7,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use petzval::io::{OutputFile, Outputs};
+use petzval_base::io::{OutputFile, Outputs};
 
 use super::Failure;
 
@@ -20,7 +20,7 @@ pub(super) fn check_writable(output: &Path, option: &str) -> Result<(), Failure>
     if output.is_dir() {
         return Err(format!("{shown} is a folder; name a file in it").into());
     }
-    petzval::io::check_writable(output)
+    petzval_base::io::check_writable(output)
         .map_err(|error| format!("cannot write {shown}: {error}; name another file with {option}"))
         .map_err(Failure::from)
 }

@@ -1,10 +1,10 @@
 //! `petzval plan`: the effects of a picture, also in the log of a render.
 
-use petzval::job::Job;
-use petzval::plan::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
-use petzval::prepare::prepare;
-use petzval::render::memory::machine;
-use petzval::scene;
+use petzval_render::job::Job;
+use petzval_render::memory::machine;
+use petzval_render::plan::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
+use petzval_render::prepare::prepare;
+
 use serde_json::{Value, json};
 
 use super::arguments::PictureArguments;
@@ -23,7 +23,7 @@ pub(super) struct PlanArguments {
 }
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
-    let description = scene::read(&arguments.picture.scene)?;
+    let description = petzval_scene_formats::read(&arguments.picture.scene)?;
     let (job, _, warnings) = prepare(description, &arguments.picture.changes())?;
     message::warnings(&warnings);
     let work = Work::of(&job, machine::cores());

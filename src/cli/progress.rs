@@ -7,10 +7,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use petzval::accuracy::RunMonitor;
-use petzval::film::Tile;
-use petzval::job::Job;
-use petzval::render::Progress;
+use petzval_render::Progress;
+use petzval_render::film::Tile;
+use petzval_render::job::Job;
+use petzval_tools::accuracy::RunMonitor;
 
 use super::screen::is_quiet;
 

@@ -6,8 +6,8 @@ use std::time::Duration;
 use super::checkpoint::{CheckpointError, Head};
 use super::splat_accumulator::SplatAccumulator;
 use super::wave::TileResult;
-use crate::io::OutputFile;
-use crate::io::codec::{ChecksumReader, ChecksumWriter};
+use petzval_base::io::OutputFile;
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 
 /// Options of the checkpoints of a render.
 #[derive(Clone, Debug)]

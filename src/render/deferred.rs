@@ -3,7 +3,7 @@
 //! Few paths of a wave are long, and SIMD packets of few rays are mostly empty. So paths of several
 //! waves that have met the same number of surfaces continue together.
 
-use crate::rays::{Column, NO_INDEX, RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::rays::{Column, NO_INDEX, RayBatch, SampleBatch, WAVE_SIZE};
 
 /// Number of rays below which the paths of a wave are deferred.
 pub(super) const DEFER_BELOW: usize = WAVE_SIZE / 2;
@@ -107,7 +107,7 @@ impl DeferredPaths {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rays::Ray;
+    use petzval_base::rays::Ray;
 
     #[test]
     fn memory_depends_on_the_number_of_groups_not_on_depth() {

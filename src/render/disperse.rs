@@ -2,10 +2,10 @@
 
 use crate::film::HeroWeights;
 use crate::job::Job;
-use crate::lanes::Real;
-use crate::lens::{LensColumns, LensModel};
-use crate::rays::{RayBatch, ReprojectionBatch, SampleBatch};
-use crate::spectrum::bands_of_ray;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{RayBatch, ReprojectionBatch, SampleBatch};
+use petzval_lens::{LensColumns, LensModel};
+use petzval_spectrum::bands_of_ray;
 
 /// Columns of the dispersion stage.
 #[derive(Clone, Debug, Default)]
@@ -14,7 +14,7 @@ pub struct DisperseColumns {
     hero_weights: HeroWeights,
 }
 
-/// Weights the rays that [`Camera::generate_rays`](crate::lens::Camera::generate_rays) has just made by
+/// Weights the rays that [`Camera::generate_rays`](petzval_lens::Camera::generate_rays) has just made by
 /// all bands that share them ([`HeroWeights`]). Rays of a lens without dispersion, or with too few bands
 /// to share rays, stay as they are.
 pub fn disperse<R: Real<Scalar = f32>>(

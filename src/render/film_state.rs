@@ -6,7 +6,7 @@ use super::wave::TileResult;
 use crate::aov::{Aov, FeatureFilm, FeatureSums};
 use crate::film::{DroppedSamples, FilmSums, Tile, TileSums};
 use crate::job::Job;
-use crate::stats::Stats;
+use petzval_base::stats::Stats;
 
 /// Film of a uniform render in the course of a pass. It holds every pixel once, for all workers.
 pub(super) struct FilmState {

@@ -3,24 +3,26 @@
 //! A render that the system kills for lack of memory after an hour has cost an hour. The estimate is
 //! made once scene and lens are loaded: those count by what the process holds then, the rest by the
 //! sizes of later allocations, phase by phase. It is meant as an upper bound. [`machine`] tells what the
-//! machine has, and [`ReadContext`](crate::io::ReadContext) refuses a scene that declares too much while
+//! machine has, and [`ReadContext`](petzval_base::io::ReadContext) refuses a scene that declares too much while
 //! it is read.
 
-pub use crate::io::machine::{self, ResidentMemory};
+pub use petzval_base::io::machine;
+pub use petzval_base::io::machine::ResidentMemory;
 
 use std::fmt;
 
 use super::deferred::PathGroup;
 use super::wave::Wave;
-use crate::aov::{self, Aov, FeatureFilm};
+use crate::aov;
+use crate::aov::{Aov, FeatureFilm};
 use crate::diffraction::Diffraction;
 use crate::film::FilmSums;
-use crate::io::ByteSize;
-use crate::io::image::ImageFormat;
 use crate::job::Job;
-use crate::lens::LensModel;
 use crate::light_tracing::SplatStage;
 use crate::plan::Effect;
+use petzval_base::io::ByteSize;
+use petzval_image::ImageFormat;
+use petzval_lens::LensModel;
 
 /// Task that takes memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

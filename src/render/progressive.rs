@@ -10,11 +10,11 @@ use super::uniform::PASS_SAMPLES;
 use super::wave::{Wave, WorkItem};
 use super::{Progress, RenderError, read_out};
 use crate::film::{FilmSums, Tile, TileSums};
-use crate::io::image::Picture;
 use crate::job::Job;
-use crate::lanes::f32x8;
-use crate::rays::ColumnPool;
-use crate::stats::Stats;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::ColumnPool;
+use petzval_base::stats::Stats;
+use petzval_image::Picture;
 
 /// Render that takes samples step by step and has a picture after each step.
 ///

@@ -4,12 +4,12 @@ use std::io;
 use std::sync::atomic::AtomicBool;
 
 use crate::film::FilmSums;
-use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::job::Job;
-use crate::lanes::Real;
 use crate::light_tracing::SplatStage;
 use crate::light_tracing::light_paths::LightPathInput;
-use crate::stats::Stats;
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
+use petzval_base::lanes::Real;
+use petzval_base::stats::Stats;
 
 /// Sum of the light of some sample numbers: lamp images, caustics and ghosts.
 pub(super) struct SplatAccumulator {

@@ -14,10 +14,10 @@ use super::wave::{TileResult, WorkItem};
 use super::workers::{Workers, lock};
 use super::{RenderError, RenderOutput};
 use crate::film::Tile;
-use crate::io::codec::{ChecksumReader, ChecksumWriter, invalid_data};
 use crate::job::Job;
-use crate::lanes::Real;
-use crate::stats::Stats;
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter, invalid_data};
+use petzval_base::lanes::Real;
+use petzval_base::stats::Stats;
 
 /// Samples per pixel in a pass: enough that few waves of a tile are partly filled, even if each wave
 /// has a band of its own. A render takes 7 % longer with 64, and less than 1 % longer with this.

@@ -9,12 +9,12 @@ use super::disperse::{DisperseColumns, disperse};
 use crate::aov::{Aov, TileFeatures};
 use crate::film::{Tile, TileSampler, TileSums, sample};
 use crate::job::Job;
-use crate::lanes::Real;
-use crate::lens::{LensColumns, LensModel};
-use crate::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
-use crate::scene::{MediumColumns, Surroundings, TraversalStack};
 use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
-use crate::stats::{BounceOccupancy, LensStats, Stage, StageClock, Stats};
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::{BounceOccupancy, LensStats, Stage, StageClock, Stats};
+use petzval_lens::{LensColumns, LensModel};
+use petzval_scene::{MediumColumns, Surroundings, TraversalStack};
 
 /// Samples that all pixels of a tile take: the unit of work of a worker.
 pub(super) struct WorkItem {

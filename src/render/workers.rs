@@ -12,9 +12,9 @@ use super::checkpoint::{self, CheckpointError, Head};
 use super::checkpointer::{Checkpointer, RenderState};
 use super::wave::{Wave, WorkItem};
 use crate::job::Job;
-use crate::lanes::Real;
-use crate::rays::ColumnPool;
-use crate::stats::Stats;
+use petzval_base::lanes::Real;
+use petzval_base::rays::ColumnPool;
+use petzval_base::stats::Stats;
 
 /// Render time from which a complete picture is kept in a checkpoint until it is in its file, unless
 /// the interval between checkpoints is shorter. Writing it costs less than a hundredth of this time.

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec2};
 
 use super::texture::{Texture, TexturePoint};
 use super::{RayPoint, Shape, SurfacePoint};
-use crate::rays::Hit;
+use petzval_base::rays::Hit;
 
 impl Shape {
     /// Returns whether no ray hits the shape, because its alpha is 0 everywhere.
@@ -72,17 +72,17 @@ fn alpha_threshold(origin: [f32; 3], direction: [f32; 3], hit: &Hit) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::lanes::f32x8;
-    use crate::rays::{HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
     use glam::DAffine3;
+    use petzval_base::lanes::f32x8;
+    use petzval_base::rays::{HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
 
-    use crate::scene::{
+    use crate::{
         Geometry, Material, Mesh, Quadric, QuadricForm, SceneBuilder, ShapeSpec, Texture,
         TraversalStack,
     };
 
     /// Returns two squares one behind the other; the front one has an alpha.
-    fn squares(alpha: f32) -> crate::scene::Scene {
+    fn squares(alpha: f32) -> crate::Scene {
         let mut builder = SceneBuilder::default();
         let material = builder.add_material(Material::diffuse([0.5; 3]));
         for z in [1.0, 2.0] {

@@ -13,7 +13,7 @@ use super::{
     Sky, Texture, VACUUM,
 };
 use crate::motion::Motion;
-use crate::rays::NO_INDEX;
+use petzval_base::rays::NO_INDEX;
 
 /// A shape to be added to a scene.
 #[derive(Clone, Debug)]
@@ -354,7 +354,7 @@ fn is_opaque(alpha: &Texture) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Mesh;
+    use crate::Mesh;
 
     /// Returns a builder with two triangles in the world, one in an object, and one instance.
     fn small() -> SceneBuilder {

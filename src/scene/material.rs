@@ -23,7 +23,6 @@ pub struct Material {
 
 /// Scattering models, named and defined as in pbrt-v4 unless they say otherwise.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
 pub enum MaterialModel {
     /// No scattering: light passes straight through.
     Interface,
@@ -238,7 +237,7 @@ impl MaterialModel {
     /// Returns whether the surface may reflect or refract a ray into one direction; `false` for a
     /// mixture, which its materials decide.
     #[inline]
-    pub(crate) fn may_be_specular(&self) -> bool {
+    pub fn may_be_specular(&self) -> bool {
         match self {
             Self::ThinDielectric { .. } => true,
             // Light leaves from below the surface.

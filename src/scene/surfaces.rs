@@ -7,9 +7,9 @@ use super::geometry::{
 };
 use super::transform::to_f64;
 use super::{Geometry, InstancePose, Quadric, Scene, object_point};
-use crate::lanes::vector::{add, splat, transform};
-use crate::lanes::{LaneIndices, Real, widen};
-use crate::rays::{Hit, HitBatch, NO_INDEX, RayBatch, SortedColumn};
+use petzval_base::lanes::vector::{add, splat, transform};
+use petzval_base::lanes::{LaneIndices, Real, widen};
+use petzval_base::rays::{Hit, HitBatch, NO_INDEX, RayBatch, SortedColumn};
 
 /// A vector for every entry.
 pub type VectorColumns = [SortedColumn<f32>; 3];
@@ -319,13 +319,13 @@ fn quadric_points<R: Real<Scalar = f32>>(
 
 impl InstancePose {
     /// Returns the area in world space of a unit area in object space with this unit normal.
-    pub(crate) fn area_scale(&self, normal: Vec3) -> f32 {
+    pub fn area_scale(&self, normal: Vec3) -> f32 {
         let inverse_transpose = self.object_from_world.matrix3.transpose();
         (self.world_from_object.matrix3.determinant() * (inverse_transpose * normal).length()).abs()
     }
 
     /// Transforms a surface point from object space to world space.
-    pub(crate) fn place_point(&self, point: &SurfacePoint) -> SurfacePoint {
+    pub fn place_point(&self, point: &SurfacePoint) -> SurfacePoint {
         let Self { world_from_object, object_from_world } = self;
         SurfacePacket::from(*point).transform(world_from_object, object_from_world).into()
     }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{Geometry, Material, MaterialModel, Scene, Shape};
-use crate::rays::{Hit, NO_INDEX};
+use petzval_base::rays::{Hit, NO_INDEX};
 
 /// Removes the tangents of meshes on whose materials they have no effect. Returns whether any mesh
 /// keeps its own.
@@ -70,8 +70,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::io::image::Picture;
-    use crate::scene::{ImageMap, Mapping, Mesh, SceneBuilder, ShapeSpec, Texture, Wrap};
+    use crate::{ImageMap, Mapping, Mesh, SceneBuilder, ShapeSpec, Texture, Wrap};
+    use petzval_image::Picture;
 
     #[test]
     fn tangents_are_kept_only_where_the_frame_matters() {

@@ -34,7 +34,7 @@ pub(super) fn transform_box([low, high]: [DVec3; 2], matrix: &DAffine3) -> [Vec3
 
 /// Returns the rotation from a camera's space (x to the right, y up, +z forward) to the world, or
 /// `None` if `up` is parallel to `forward`, which has length 1.
-pub(crate) fn look_at_rotation(forward: DVec3, up: DVec3) -> Option<DMat3> {
+pub fn look_at_rotation(forward: DVec3, up: DVec3) -> Option<DMat3> {
     let right = up.cross(forward).try_normalize()?;
     Some(DMat3::from_cols(right, forward.cross(right), forward))
 }

@@ -3,7 +3,7 @@
 use super::bvh::{PlacedQuadric, PrimitiveGroup, PrimitiveList};
 use super::transform::{round_outward, to_f64, transform_box};
 use super::{Bvh, Geometry, Instance, Shape};
-use crate::rays::NO_INDEX;
+use petzval_base::rays::NO_INDEX;
 
 /// Builds the hierarchy over the shapes of an object.
 pub(super) fn build_object(shapes: &[Shape], included: &[u32]) -> Bvh {

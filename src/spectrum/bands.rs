@@ -118,10 +118,13 @@ mod tests {
     #[test]
     fn heroes_cover_all_bands_and_their_sets_agree() {
         let mut counts = [0; BANDS];
-        let key = crate::sampler::pixel_key(3, 5, 0);
+        let key = petzval_base::sampler::pixel_key(3, 5, 0);
         for sample in 0..BANDS as u32 {
-            let numbers =
-                crate::sampler::sample_2d(key, sample, crate::sampler::Dimension::Wavelength);
+            let numbers = petzval_base::sampler::sample_2d(
+                key,
+                sample,
+                petzval_base::sampler::Dimension::Wavelength,
+            );
             counts[hero_band(numbers, BANDS)] += 1;
         }
         assert_eq!(counts, [1; BANDS], "as many samples as bands have one hero each");

@@ -149,7 +149,7 @@ const DAYLIGHT: [[f64; 3]; 49] = [
 #[cfg(test)]
 mod tests {
     use super::super::observer::tests::assert_chromaticity;
-    use crate::spectrum::{VISIBLE, colour_matching, d65, named_spectrum};
+    use crate::{VISIBLE, colour_matching, d65, named_spectrum};
 
     #[test]
     fn illuminants_have_their_published_chromaticities() {

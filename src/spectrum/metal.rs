@@ -122,7 +122,7 @@ fn fit(goal: &[(f64, f64); ANGLES]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::named_spectrum;
+    use crate::named_spectrum;
 
     fn spectra(metal: &str) -> [Spectrum; 2] {
         ["eta", "k"].map(|of| named_spectrum(&format!("metal-{metal}-{of}")).unwrap())

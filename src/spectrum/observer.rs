@@ -160,14 +160,14 @@ const MATCHING: [[f64; 3]; 95] = [
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::spectrum::Spectrum;
+    use crate::Spectrum;
 
     fn chromaticity(spectrum: &Spectrum) -> [f64; 2] {
         let [x, y, z] = spectrum.to_xyz();
         [x / (x + y + z), y / (x + y + z)]
     }
 
-    pub(in crate::spectrum) fn assert_chromaticity(
+    pub(crate) fn assert_chromaticity(
         spectrum: &Spectrum,
         [x, y]: [f64; 2],
         within: f64,

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use crate::support::workspace::{finish, signal};
 use crate::support::{folder, petzval, promptly, root, write};
-use petzval::accuracy::{Budget, Ladder, LadderRun, RunEnd, RunMonitor, run_ladder};
-use petzval::prepare::Changes;
-use petzval::scene::pbrt;
+use petzval_render::prepare::Changes;
+use petzval_scene_formats::pbrt;
+use petzval_tools::accuracy::{Budget, Ladder, LadderRun, RunEnd, RunMonitor, run_ladder};
 
 /// Prepares a small comparison for the double Gauss.
 fn ladder(changes: Changes) -> Ladder {

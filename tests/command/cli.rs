@@ -101,7 +101,7 @@ fn a_png_and_a_jpeg_look_like_the_exr() {
     let read = |name: &str, more: &[&str]| {
         let path = folder.path().join(name);
         assert!(petzval(&small(&path, more)).status.success());
-        petzval::io::image::Picture::read(&path).unwrap()
+        petzval_image::Picture::read(&path).unwrap()
     };
     let exr = read("a.exr", &[]);
     let half = read("half.exr", &["--half"]);
@@ -109,7 +109,7 @@ fn a_png_and_a_jpeg_look_like_the_exr() {
     let jpeg = read("a.jpg", &["--exposure", "0"]);
     let brighter = read("b.png", &["--exposure", "-1"]);
     let auto = read("c.png", &["--exposure", "auto"]);
-    let code = |v: f32| petzval::io::image::srgb_encode(v) * 255.0;
+    let code = |v: f32| petzval_image::srgb_encode(v) * 255.0;
     let (mut jpeg_off, mut white) = (0.0, 0);
     for (i, pixel) in exr.pixels.iter().enumerate() {
         for (c, &linear) in pixel.iter().enumerate() {
@@ -184,12 +184,12 @@ fn the_automatic_exposure_is_printed_and_stored_to_lock_a_series() {
     let output = petzval(&small(&again, &["--exposure", &format!("{stops}EV")]));
     assert!(output.status.success(), "{}", text(&output.stderr));
     let [one, other] =
-        [&path, &again].map(|path| petzval::io::image::Picture::read(path).unwrap().pixels);
+        [&path, &again].map(|path| petzval_image::Picture::read(path).unwrap().pixels);
     let far = one.iter().zip(&other).filter(|(a, b)| (a[1] - b[1]).abs() > 0.02).count();
     assert_eq!(far, 0, "the locked picture is as bright");
     let filmic = folder.path().join("c.png");
     assert!(petzval(&small(&filmic, &["--tone", "filmic"])).status.success());
-    let filmic = petzval::io::image::Picture::read(&filmic).unwrap().pixels;
+    let filmic = petzval_image::Picture::read(&filmic).unwrap().pixels;
     let clipped = |pixels: &[[f32; 3]]| pixels.iter().filter(|p| p.contains(&1.0)).count();
     assert!(clipped(&filmic) < clipped(&one), "{} and {}", clipped(&filmic), clipped(&one));
     refuses(&small(&again, &["--tone", "log"]), "expected linear or filmic");
@@ -224,7 +224,7 @@ fn a_jpeg_stores_what_a_png_stores() {
     let [png, jpeg] = ["a.png", "a.jpg"].map(|name| {
         let path = folder.path().join(name);
         assert!(petzval(&small(&path, &[])).status.success());
-        assert_eq!(petzval::io::image::Picture::read(&path).unwrap().size, [40, 30]);
+        assert_eq!(petzval_image::Picture::read(&path).unwrap().size, [40, 30]);
         stored_notes(&path)
     });
     assert!(png.contains_key("displayExposure") && png.contains_key("lensModel"), "{png:?}");
@@ -252,8 +252,8 @@ fn white_balance_makes_a_grey_card_neutral_and_can_be_locked() {
         let output = petzval(&arguments);
         let stderr = text(&output.stderr);
         assert!(output.status.success(), "{arguments:?}: {stderr}");
-        let picture = petzval::io::image::Picture::read(&path).unwrap();
-        let codes = picture.pixels[8 * 16 + 8].map(|v| petzval::io::image::srgb_encode(v) * 255.0);
+        let picture = petzval_image::Picture::read(&path).unwrap();
+        let codes = picture.pixels[8 * 16 + 8].map(|v| petzval_image::srgb_encode(v) * 255.0);
         (codes, stderr)
     };
     let neutral = |codes: [f32; 3]| {
@@ -306,7 +306,7 @@ fn a_quantity_with_its_unit_means_the_same_in_every_command() {
         let path = folder.path().join("unit.exr");
         let output = petzval(&small(&path, more));
         assert!(output.status.success(), "{more:?}: {}", text(&output.stderr));
-        petzval::io::image::Picture::read(&path).unwrap().pixels
+        petzval_image::Picture::read(&path).unwrap().pixels
     };
     let plain = pixels(&["--focus", "2", "--fstop", "8", "--film-diagonal", "30"]);
     let units = pixels(&["--focus", "2000mm", "--fstop", "f/8", "--film-diagonal", "3cm"]);
@@ -370,7 +370,7 @@ fn a_lens_for_a_small_film_says_so_and_offers_a_film_that_it_fills() {
     let offered = offered.split(' ').next().expect("a length");
     let fitted = run(&["--lens", "lenses/phone.toml", "--film-diagonal", offered]);
     assert!(!fitted.contains("--film-diagonal"), "{fitted}");
-    let picture = petzval::io::image::Picture::read(&path).unwrap();
+    let picture = petzval_image::Picture::read(&path).unwrap();
     // The sky of the scene is black, and its ground is not.
     assert!(picture.pixels[40 * 29][1] > 0.0, "the lower left corner is black");
     assert!(!run(&["--lens", "lenses/dgauss.50mm.dat"]).contains("--film-diagonal"));

@@ -1,11 +1,11 @@
 //! Error metrics against independent implementations, and the command `compare`.
 
 use crate::support::{folder, petzval, write, write_picture};
-use petzval::io::image::Picture;
-use petzval::metric::{
+use petzval_base::sampler::hash;
+use petzval_image::Picture;
+use petzval_tools::metric::{
     DynamicRange, Measurement, Metric, flip_hdr, flip_ldr, measure, pixels_per_degree,
 };
-use petzval::sampler::hash;
 use std::path::Path;
 
 const SIZE: [usize; 2] = [72, 48];

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
 use crate::support::workspace::{Workspace, exit_and_stderr, finish, signal};
-use petzval::io::image::Picture;
+use petzval_image::Picture;
 
 const RENDER: &str = "render scene.pbrt --spp 4 --seed 5 -o a.exr";
 

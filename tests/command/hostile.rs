@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use crate::support::workspace::{Workspace, exit_and_stderr, finish, signal};
 use crate::support::{folder, petzval, write, write_picture};
-use petzval::io::image::Picture;
+use petzval_image::Picture;
 
 /// Maximum number of characters of input that an error shows in one piece.
 const MAX_QUOTED: usize = 80;

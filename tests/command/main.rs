@@ -4,7 +4,6 @@
 mod support;
 
 mod accuracy;
-mod architecture;
 mod bench;
 mod cli;
 mod compare;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::support::workspace::{CAMERA, Workspace};
 use crate::support::write_picture;
-use petzval::io::image::Picture;
+use petzval_image::Picture;
 
 /// Names a file of each kind that a scene reads: textures, a mesh, an included file.
 const SCENE: &str = r#"

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::support::{folder, root};
-use petzval::io::image::Picture;
+use petzval_image::Picture;
 
 fn universal() -> PathBuf {
     let path = root().join("target/universal/petzval");

@@ -1,15 +1,15 @@
 //! Layers of a picture: their values, which vignetting does not bias.
 
 use crate::support::{folder, root, write};
-use petzval::aov::Aov;
-use petzval::aov::CircleOfConfusion;
-use petzval::io::image::{ImageLayer, Picture, Raster};
-use petzval::job::Job;
-use petzval::lens::LensModel;
-use petzval::plan::EffectSelection;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_image::{ImageLayer, Picture, Raster};
+use petzval_lens::LensModel;
+use petzval_render::aov::Aov;
+use petzval_render::aov::CircleOfConfusion;
+use petzval_render::job::Job;
+use petzval_render::plan::EffectSelection;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 const SIZE: usize = 48;
 
@@ -317,15 +317,15 @@ fn a_picture_over_its_own_sky_is_the_picture_without_an_opacity() {
 #[test]
 fn the_opacity_is_premultiplied_in_exr_and_straight_in_png() {
     let layer = ImageLayer {
-        name: petzval::io::image::ALPHA_LAYER.to_owned(),
+        name: petzval_image::ALPHA_LAYER.to_owned(),
         channels: vec![("A".to_owned(), vec![1.0, 0.5, 0.0])],
     };
     let picture = Picture { size: [3, 1], pixels: vec![[0.5; 3], [0.25; 3], [0.1; 3]] };
     let folder = folder();
     let write = |name: &str| {
         let path = folder.path().join(name);
-        let window = petzval::io::image::PictureWindow { origin: [0; 2], frame: [3, 1] };
-        let to = petzval::io::Outputs::without_inputs().claim(&path).expect("an output");
+        let window = petzval_image::PictureWindow { origin: [0; 2], frame: [3, 1] };
+        let to = petzval_base::io::Outputs::without_inputs().claim(&path).expect("an output");
         let layers = std::slice::from_ref(&layer);
         let written =
             picture.write_with_layers(layers, &to, window, Default::default(), &Vec::new());
@@ -333,11 +333,11 @@ fn the_opacity_is_premultiplied_in_exr_and_straight_in_png() {
     };
     let read = |name: &str| {
         let path = write(name).expect("a file");
-        let context = petzval::io::ReadContext::default();
+        let context = petzval_base::io::ReadContext::default();
         Raster::read(&path, Default::default(), &context).expect("a raster")
     };
     let exr = read("a.exr");
-    let petzval::io::image::ImageSamples::Floats(floats) = exr.samples else { panic!("floats") };
+    let petzval_image::ImageSamples::Floats(floats) = exr.samples else { panic!("floats") };
     assert_eq!(exr.channels, 4);
     assert_eq!(floats, [0.5, 0.5, 0.5, 1.0, 0.25, 0.25, 0.25, 0.5, 0.1, 0.1, 0.1, 0.0]);
     let path = write("a.png").expect("a file");

@@ -2,11 +2,11 @@
 
 use crate::support::workspace::Workspace;
 use crate::support::{folder, in_parallel, mean_and_error, picture, root, write};
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 
 /// A table, seen from above, and a lamp large enough for camera paths to find.
 const TABLE: &str = r#"

@@ -2,16 +2,16 @@
 
 use crate::support::sampling::random_samples;
 use crate::support::{Random, folder, mean, picture, root, write};
-use petzval::job::Job;
-use petzval::lanes::f32x8;
-use petzval::lens::{LensColumns, LensModel, Paraxial};
-use petzval::plan::{Effect, EffectSelection, OmissionError};
-use petzval::prepare::{Changes, prepare};
-use petzval::rays::{RayBatch, SampleBatch};
-use petzval::render::{Backend, RenderOptions, render};
-use petzval::scene::pbrt;
-use petzval::spectrum::{Passband, bands};
-use petzval::stats::LensStats;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, SampleBatch};
+use petzval_base::stats::LensStats;
+use petzval_lens::{LensColumns, LensModel, Paraxial};
+use petzval_render::job::Job;
+use petzval_render::plan::{Effect, EffectSelection, OmissionError};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, RenderOptions, render};
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::{Passband, bands};
 
 /// A flint singlet of about 100 mm at f/20 with its stop on the front surface.
 const SINGLET: &str =

@@ -2,15 +2,15 @@
 //! noise.
 
 use crate::support::{Random, folder, mean, picture, root, write};
-use petzval::job::Job;
-use petzval::lanes::f32x8;
-use petzval::lens::{Coating, LensColumns, LensModel, RealLens};
-use petzval::prepare::{Changes, prepare};
-use petzval::rays::{RayBatch, ReprojectionBatch, SampleBatch, WAVE_SIZE};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
-use petzval::spectrum::{LightBand, bands};
-use petzval::stats::LensStats;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, ReprojectionBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_lens::{Coating, LensColumns, LensModel, RealLens};
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::{LightBand, bands};
 
 /// A flint singlet of about 100 mm focal length, with the stop 30 mm before it.
 const SINGLET: &str = "[[surface]]\nstop = true\ndiameter = 5.0\nthickness = 30.0

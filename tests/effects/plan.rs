@@ -1,11 +1,11 @@
 //! The plan of effects as JSON, and its estimates against pictures.
 
 use crate::support::{mean, petzval, picture, root};
-use petzval::lens::Coating;
-use petzval::plan::{Effect, OmissionError};
-use petzval::prepare::{Changes, FocusOn, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_lens::Coating;
+use petzval_render::Backend;
+use petzval_render::plan::{Effect, OmissionError};
+use petzval_render::prepare::{Changes, FocusOn, prepare};
+use petzval_scene_formats::pbrt;
 use serde_json::Value;
 
 fn effects(arguments: &[&str]) -> Vec<Value> {
@@ -141,7 +141,7 @@ fn the_estimated_loss_equals_that_in_the_picture() {
     };
     let (without, with) = (job(None), job(Some(Coating::Bare)));
     assert!(!without.plan.has(Effect::Fresnel) && with.plan.has(Effect::Fresnel));
-    let estimate = |job: &petzval::job::Job| match job.plan.effects[1].error {
+    let estimate = |job: &petzval_render::job::Job| match job.plan.effects[1].error {
         Some(OmissionError::Signal(percent)) => percent / 100.0,
         other => panic!("{other:?}"),
     };
@@ -173,7 +173,7 @@ fn the_estimated_loss_of_a_shaped_stop_equals_that_in_the_picture() {
         prepare(description, &changes).expect("a job").0
     };
     let (with, without) = (job("-ghosts,-diffraction"), job("-iris,-ghosts,-diffraction"));
-    let row = |job: &petzval::job::Job| {
+    let row = |job: &petzval_render::job::Job| {
         let row = job.plan.effects.iter().find(|row| row.effect == Effect::Iris);
         row.expect("a row").clone()
     };
@@ -221,7 +221,7 @@ fn an_even_loss_is_exposure_where_no_coating_is_known() {
             Changes { coating, effects, resolution, samples: Some(256), ..Changes::default() };
         prepare(description, &changes).expect("a job").0
     };
-    let row = |job: &petzval::job::Job| job.plan.effects[1].clone();
+    let row = |job: &petzval_render::job::Job| job.plan.effects[1].clone();
     // The layer is assumed where nothing names a coating, whether losses are simulated or not.
     let (auto, with) = (job("-ghosts", None), job("+fresnel,-ghosts", None));
     let named = job("-ghosts", Some(Coating::Mgf2));
@@ -229,7 +229,7 @@ fn an_even_loss_is_exposure_where_no_coating_is_known() {
         assert!(decision.reason.contains("a layer of MgF2 is assumed"), "{}", decision.reason);
     }
     assert!(!row(&auto).on && row(&with).on && row(&named).on);
-    let percent = |job: &petzval::job::Job| match row(job).error {
+    let percent = |job: &petzval_render::job::Job| match row(job).error {
         Some(OmissionError::Signal(percent)) => percent,
         other => panic!("{other:?}"),
     };

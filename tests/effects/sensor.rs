@@ -4,13 +4,13 @@ use std::process::{Command, Stdio};
 
 use crate::support::nasty::nasty_f32;
 use crate::support::{folder, root, write};
-use petzval::film::Frame;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
-use petzval::sensor::{Bayer, Sensor, SensorSettings};
+use petzval_image::Picture;
+use petzval_render::film::Frame;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::sensor::{Bayer, Sensor, SensorSettings};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 /// A sensor of few bits, so that steps can be counted.
 const COARSE: Sensor = Sensor {

@@ -7,14 +7,16 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
-use petzval::io::ReadContext;
-use petzval::io::image::{Picture, Raster, Transfer};
-use petzval::job::{Job, StopCriteria};
-use petzval::lens::{self, GlassLibrary, Paraxial, Side};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::checkpoint::SavedRender;
-use petzval::render::{Progress, RenderOptions, merge, render_resumable};
-use petzval::scene::{pbrt, ply};
+use petzval_base::io::ReadContext;
+use petzval_image::{Picture, Raster, Transfer};
+use petzval_render::job::{Job, StopCriteria};
+
+use petzval_lens::{Paraxial, Side};
+use petzval_render::checkpoint::SavedRender;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Progress, RenderOptions, merge, render_resumable};
+use petzval_scene_formats::{pbrt, ply};
+use petzval_spectrum::GlassLibrary;
 
 /// A reader, called with a folder to work in and the content of the file.
 pub type Reader = fn(&Path, &[u8]);
@@ -45,9 +47,9 @@ pub fn scene(folder: &Path, bytes: &[u8]) {
 /// Reads a lens by its content and by the extensions, to the surfaces of a trace.
 pub fn lens(folder: &Path, bytes: &[u8]) {
     for name in ["lens.dat", "lens.toml", "lens.zmx", "lens.seq", "lens.len"] {
-        if let Ok(lens) = lens::read(&write(folder, name, bytes)) {
+        if let Ok(lens) = petzval_lens_formats::read(&write(folder, name, bytes)) {
             let _ = Paraxial::new(&lens);
-            let _ = lens::sequence::<f32>(&lens, Side::Film(30.0));
+            let _ = petzval_lens::sequence::<f32>(&lens, Side::Film(30.0));
         }
     }
 }

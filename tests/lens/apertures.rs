@@ -6,14 +6,14 @@ use std::path::Path;
 use crate::support::sampling::irradiance_and_share;
 use crate::support::{Random, folder, row, write};
 use glam::DAffine3;
-use petzval::io::ReadContext;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
+use petzval_base::io::ReadContext;
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::sampler::pixel_key;
+use petzval_lens::{
     ApertureForm, Camera, Iris, LensModel, LensRay, Normalization, Prescription, PupilSampling,
-    RealLens, Row, Side, SurfaceAperture, Vignetting, parse_toml, read, read_with, sequence,
-    trace_one, write_lens,
+    RealLens, Row, Side, SurfaceAperture, Vignetting, sequence, trace_one,
 };
-use petzval::sampler::pixel_key;
+use petzval_lens_formats::{parse_toml, read, read_with, write_lens};
 
 const SEQ: &str = include_str!("../fuzz/corpus/lens/singlet.seq");
 const ZMX: &str = include_str!("../fuzz/corpus/lens/singlet.zmx");
@@ -347,7 +347,7 @@ fn blocked_by_spider(line: &str) -> (f64, Prescription) {
     let film = 60.0;
     let light = |lens: &Prescription| {
         let vignetting = Vignetting::new(lens, film, 1 << 16);
-        vignetting.budget([0.0; 2], petzval::lens::Normalization::Rear).expect("light").irradiance
+        vignetting.budget([0.0; 2], petzval_lens::Normalization::Rear).expect("light").irradiance
     };
     (1.0 - light(&with) / light(&without), with)
 }
@@ -364,14 +364,14 @@ fn the_arms_of_a_spider_take_their_area_from_the_light() {
         let (most, least) = (arms * width * radius / area, arms * width * (radius - width) / area);
         assert!(share < most * 1.02 && share > least * 0.98, "{line}: {share}, {least} to {most}");
         // The pupil is sampled as that of the open lens, so that no light beside an arm is missed.
-        let film = petzval::lens::RealRayFocus::new(&lens).film_distance(f64::INFINITY).unwrap();
+        let film = petzval_lens::RealRayFocus::new(&lens).film_distance(f64::INFINITY).unwrap();
         let real = RealLens::new(lens.clone(), film, 1.0, PupilSampling::Pupil, 1.0, 0.0);
         let left = real.unobstructed_share([0.0; 2]).expect("light");
         assert!((1.0 - left - share).abs() < 0.015, "{line}: {left}, and {share} is blocked");
         // Focus and f-number are those of the lens without arms, which lie along x and y.
         let mut open = lens.clone();
         open.rows.iter_mut().for_each(|row| row.apertures.clear());
-        let f_number = |lens: &Prescription| petzval::lens::RealRayFocus::new(lens).f_number();
+        let f_number = |lens: &Prescription| petzval_lens::RealRayFocus::new(lens).f_number();
         assert!(f_number(&lens).is_some() && f_number(&lens) == f_number(&open), "{line}");
     }
 }

@@ -4,13 +4,14 @@ use std::process::Command;
 
 use crate::support::nasty::NASTY;
 use crate::support::{Random, folder, write};
-use petzval::bench::lens_wave::batch as lens_batch;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
-    CrossSection, LensRay, Paraxial, Prescription, Row, Side, TransverseAxis, parse_toml,
-    retrace_in_f64, sequence, trace, trace_one,
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
+use petzval_lens::{
+    CrossSection, LensRay, Paraxial, Prescription, Row, Side, TransverseAxis, retrace_in_f64,
+    sequence, trace, trace_one,
 };
-use petzval::rays::{LensBatch, WAVE_SIZE};
+use petzval_lens_formats::parse_toml;
+use petzval_tools::bench::lens_wave::batch as lens_batch;
 
 const FILM: f64 = 60.0;
 

@@ -2,13 +2,15 @@
 
 use crate::support::{folder, mean, picture, root, write};
 use glam::DVec3;
-use petzval::lens::{LensColumns, LensModel};
-use petzval::prepare::{Viewpoint, prepare_draft};
-use petzval::rays::{Ray, RayBatch, SampleBatch};
-use petzval::render::Backend;
-use petzval::scene::pbrt::{self, CameraSpec, IrisSpec, RealisticSpec};
-use petzval::stats::LensStats;
-use petzval::{Aov, Changes, Job, prepare};
+use petzval::prepare;
+use petzval::{Aov, Changes, Job};
+use petzval_base::rays::{Ray, RayBatch, SampleBatch};
+use petzval_base::stats::LensStats;
+use petzval_lens::{LensColumns, LensModel};
+use petzval_render::Backend;
+use petzval_render::prepare::{Viewpoint, prepare_draft};
+use petzval_scene_formats::pbrt;
+use petzval_scene_formats::pbrt::{CameraSpec, IrisSpec, RealisticSpec};
 
 const RESOLUTION: [u32; 2] = [60, 40];
 

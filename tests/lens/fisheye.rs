@@ -4,18 +4,19 @@ use std::fmt::Write as _;
 
 use crate::support::{Random, folder, petzval, picture, root, write};
 use glam::DAffine3;
-use petzval::lanes::f32x8;
-use petzval::lens::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, ReprojectionBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_lens::{
     Camera, FilmPlane, LensColumns, LensModel, Normalization, Pose, Prescription, PupilSampling,
-    RealLens, RealRayFocus, Vignetting, read,
+    RealLens, RealRayFocus, Vignetting,
 };
-use petzval::plan::EffectSelection;
-use petzval::prepare::{Changes, prepare};
-use petzval::rays::{RayBatch, ReprojectionBatch, SampleBatch, WAVE_SIZE};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
-use petzval::spectrum::bands;
-use petzval::stats::LensStats;
+use petzval_lens_formats::read;
+use petzval_render::Backend;
+use petzval_render::plan::EffectSelection;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::bands;
 
 /// Radius, thickness, index and Abbe number of US 3,524,697 (Isshiki & Matsuki 1970), example 1,
 /// scene side first, for f = 10; a radius of 0 is a plane, and the tenth row is the stop, whose place

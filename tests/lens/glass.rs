@@ -4,15 +4,16 @@ use std::fmt::Write as _;
 
 use crate::support::{folder, oracle, petzval, row, write};
 use glam::DAffine3;
-use petzval::lanes::f32x8;
-use petzval::lens::{
-    C_LINE, Camera, D_LINE, F_LINE, Glass, LensColumns, LensModel, LensRay, Paraxial, Prescription,
-    PupilSampling, RealLens, Row, Side, find_glass, sequence, trace_one,
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, SampleBatch};
+use petzval_base::sampler::{Dimension, sample_2d};
+use petzval_base::stats::LensStats;
+use petzval_lens::{
+    Camera, LensColumns, LensModel, LensRay, Paraxial, Prescription, PupilSampling, RealLens, Row,
+    Side, sequence, trace_one,
 };
-use petzval::rays::{RayBatch, SampleBatch};
-use petzval::sampler::{Dimension, sample_2d};
-use petzval::spectrum::LightBand;
-use petzval::stats::LensStats;
+use petzval_spectrum::LightBand;
+use petzval_spectrum::{C_LINE, D_LINE, F_LINE, Glass, find_glass};
 
 /// The g line of mercury, nm.
 const G_LINE: f64 = 435.8343;

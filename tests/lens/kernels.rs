@@ -2,13 +2,13 @@
 
 use crate::support::nasty::NASTY;
 use crate::support::{LENSES, Random, lens, oracle, row};
-use petzval::bench::lens_wave::batch as lens_batch;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
+use petzval_lens::{
     LensRay, Prescription, PupilBounds, PupilSampling, Side, retrace_in_f64, sequence, trace,
     trace_one,
 };
-use petzval::rays::{LensBatch, WAVE_SIZE};
+use petzval_tools::bench::lens_wave::batch as lens_batch;
 
 /// Returns rays from the film to a disk at the rear vertex, 1.2 times as wide as the rear element.
 fn aimed(lens: &Prescription, film: f64, count: usize, seed: u64) -> Vec<[[f64; 3]; 2]> {

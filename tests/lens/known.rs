@@ -1,7 +1,7 @@
 //! First-order optics against published data and closed formulas.
 
 use crate::support::{LENSES, lens, oracle, root, row};
-use petzval::lens::{
+use petzval_lens::{
     FocusError, LensRay, Paraxial, Prescription, RealRayFocus, Side, sequence, trace_one,
 };
 
@@ -32,7 +32,7 @@ fn the_course_lenses_have_their_published_data() {
 #[test]
 fn the_double_gauss_has_the_focus_and_the_colours_of_its_patent() {
     let path = root().join("lenses/double-gauss.50mm.toml");
-    let lens = petzval::lens::read(&path).expect("a lens of the repository");
+    let lens = petzval_lens_formats::read(&path).expect("a lens of the repository");
     let of = |nm: f64| Paraxial::new(&lens.at_wavelength(nm).expect("an index"));
     let paraxial = Paraxial::new(&lens);
     let ratio = paraxial.back_focal_distance / paraxial.focal_length;

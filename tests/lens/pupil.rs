@@ -4,14 +4,15 @@ use crate::support::reference::{reference, within};
 use crate::support::sampling::{irradiance_and_share, transmitted_share};
 use crate::support::{LENSES, Random, lens, oracle};
 use glam::DAffine3;
-use petzval::lanes::f32x8;
-use petzval::lens::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::sampler::pixel_key;
+use petzval_base::stats::LensStats;
+use petzval_lens::{
     ApertureMask, Camera, Iris, LensColumns, LensModel, LensRay, Prescription, PupilBounds,
-    PupilSampling, REAR_SHARE, RealLens, Side, read, sequence, trace_one,
+    PupilSampling, REAR_SHARE, RealLens, Side, sequence, trace_one,
 };
-use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
-use petzval::sampler::pixel_key;
-use petzval::stats::LensStats;
+use petzval_lens_formats::read;
 
 /// Half the diagonal of the film of the course's scenes, mm.
 const HALF_DIAGONAL: f64 = 35.0;
@@ -137,7 +138,7 @@ fn aiming_at_the_rear_disk_loses_the_shares_that_the_course_published() {
 #[test]
 fn the_corner_of_a_large_film_has_no_open_pupil() {
     let lens = lens("wide.22mm");
-    let bound = petzval::lens::PupilBounds::new(&lens, 14.54, HALF_DIAGONAL, PupilSampling::Pupil);
+    let bound = petzval_lens::PupilBounds::new(&lens, 14.54, HALF_DIAGONAL, PupilSampling::Pupil);
     assert!(bound.any_light([-1.0; 2], [1.0; 2]));
     assert!(!bound.any_light([24.0; 2], [24.7; 2]), "light reaches the corner of this film");
     assert!(bound.fan([10.0, 0.0]).area() < bound.rear([10.0, 0.0]).area());
@@ -153,10 +154,10 @@ fn the_bound_holds_every_ray_to_the_rear_element() {
                 // A rear surface that is concave to the film, so that its rim lies behind the vertex.
                 let last = lens.rows.len() - 1;
                 lens.rows[last] =
-                    petzval::lens::Row { radius: 30.0, diameter: 12.0, ..concave.clone() };
+                    petzval_lens::Row { radius: 30.0, diameter: 12.0, ..concave.clone() };
             }
             let bound =
-                petzval::lens::PupilBounds::new(&lens, film, HALF_DIAGONAL, PupilSampling::Pupil);
+                petzval_lens::PupilBounds::new(&lens, film, HALF_DIAGONAL, PupilSampling::Pupil);
             let mut random = crate::support::Random::new(4);
             for _ in 0..20_000 {
                 let r = random.between(0.0, HALF_DIAGONAL);

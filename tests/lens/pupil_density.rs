@@ -2,11 +2,12 @@
 
 use crate::support::{Random, in_parallel, root};
 use glam::DAffine3;
-use petzval::lens::{
+use petzval_base::rays::SampleBatch;
+use petzval_lens::{
     Camera, FilmPlane, Iris, LensModel, Paraxial, Pose, Prescription, PupilBounds, PupilSampling,
-    REAR_SHARE, RIM_SHARE, RealLens, SHELL_ENDS, VICINITY_SHARE, read,
+    REAR_SHARE, RIM_SHARE, RealLens, SHELL_ENDS, VICINITY_SHARE,
 };
-use petzval::rays::SampleBatch;
+use petzval_lens_formats::read;
 
 /// Share of the samples that are not drawn from the fan.
 const OUTSIDE_SHARE: f32 = REAR_SHARE + VICINITY_SHARE + RIM_SHARE;
@@ -283,5 +284,38 @@ fn the_sampling_density_follows_a_tilted_and_a_decentred_film() {
         println!("{pose}: {off} of {seen} differ");
         // Samples on a side of a triangle may fall into the next by rounding.
         assert!(seen > 3000 && off < 10, "{pose}: {off} of {seen} samples differ");
+    }
+}
+
+#[test]
+fn the_vicinity_encloses_the_fans_with_a_margin() {
+    let poses = [[0.0; 4], [0.0; 4], [0.0, 0.0, 4.0, -3.0], [0.2, -0.1, 0.0, 0.0]];
+    let lenses = ["dgauss.50mm.dat", "fisheye.10mm.dat", "phone.toml", "anamorphic.toml"];
+    for (name, radius) in lenses.into_iter().zip([20.0, 12.0, 3.0, 15.0]) {
+        for (divisor, [x, y, tilt_x, tilt_y]) in [1.0, 16.0, 4.0, 2.0].into_iter().zip(poses) {
+            let folder = root().join("lenses");
+            let mut lens = read(&folder.join(name)).expect("a shipped lens");
+            lens.stop_down(lens.rows[lens.stop()].diameter / divisor);
+            let film = Paraxial::new(&lens).film_for_focus(f64::INFINITY).expect("a focus");
+            let pose = Pose { decentre: [x, y], tilt: [tilt_x, tilt_y] };
+            let film = FilmPlane { pose, ..FilmPlane::aligned(film, radius) };
+            let bounds = PupilBounds::for_film(&lens, &film, PupilSampling::Pupil);
+            let mut open = 0;
+            for i in 0..400 {
+                let place = [i % 20, i / 20].map(|k| (f64::from(k) + 0.3) / 10.0 - 1.0);
+                let at = [0, 1].map(|axis| (place[axis] * film.half[axis]) as f32);
+                let fan = bounds.fan(at);
+                if !fan.is_open() {
+                    continue;
+                }
+                open += 1;
+                let vicinity = bounds.vicinity(at, &fan);
+                for corner in fan.corners {
+                    let point = [0, 1].map(|axis| fan.centre[axis] + 1.098 * corner[axis]);
+                    assert!(vicinity.density(point) > 0.0, "{name}, {divisor}, {pose}: {at:?}");
+                }
+            }
+            assert!(open > 100, "{name}: {open} of 400 film points are lit");
+        }
     }
 }

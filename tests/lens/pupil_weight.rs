@@ -2,13 +2,14 @@
 
 use crate::support::{Random, in_parallel, root};
 use glam::DAffine3;
-use petzval::lanes::f32x8;
-use petzval::lens::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_lens::{
     ApertureMask, Camera, FilmPlane, Iris, LensColumns, LensModel, Paraxial, Pose, PupilSampling,
-    REAR_SHARE, RIM_SHARE, RealLens, Row, VICINITY_SHARE, read,
+    REAR_SHARE, RIM_SHARE, RealLens, Row, VICINITY_SHARE,
 };
-use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
-use petzval::stats::LensStats;
+use petzval_lens_formats::read;
 
 /// Lenses of the repository with the radius of their image circle, mm.
 const LENSES: [(&str, f64); 9] = [

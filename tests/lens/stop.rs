@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::support::{folder, lens, oracle, petzval, root, write};
-use petzval::lens::{
-    BlockReason, LensError, LensRay, Paraxial, Prescription, Side, parse_dat, parse_toml, sequence,
-    trace_one,
+use petzval_lens::{
+    BlockReason, LensError, LensRay, Paraxial, Prescription, Side, sequence, trace_one,
 };
+use petzval_lens_formats::{parse_dat, parse_toml};
 
 fn toml(text: &str) -> Result<Prescription, LensError> {
     parse_toml(Path::new("test.toml"), text)
@@ -121,7 +121,7 @@ fn a_plane_stop_between_two_glasses_must_name_its_medium() {
 #[test]
 fn an_f_number_within_three_percent_of_the_widest_means_the_widest() {
     let lens = lens("dgauss.50mm");
-    let open = petzval::lens::RealRayFocus::new(&lens).f_number().expect("an image");
+    let open = petzval_lens::RealRayFocus::new(&lens).f_number().expect("an image");
     let wide = lens.rows[lens.stop()].diameter;
     for asked in [2.0, 0.971 * open] {
         let diameter = lens.f_number_diameter(asked).expect("an f-number of the lens");

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use crate::support::grazing::Hemisphere;
 use crate::support::{LENSES, Random, folder, lens, oracle, root, write};
-use petzval::lens::Row;
+use petzval_lens::Row;
 
 fn trace(lens: &Path, rays: &Path, more: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_petzval"))

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::support::{folder, petzval, write};
-use petzval::lens::{FocusError, FocusModel, Paraxial, Prescription, Zoom, parse_toml};
+use petzval_lens::{FocusError, FocusModel, Paraxial, Prescription, Zoom};
+use petzval_lens_formats::parse_toml;
 
 const DIAGONAL: f64 = 43.0;
 

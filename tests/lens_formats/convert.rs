@@ -4,11 +4,12 @@ use std::path::Path;
 
 use crate::support::{LENSES, folder, lens, petzval, row, write};
 use glam::{DAffine3, DMat3, DVec3};
-use petzval::lens::{
-    Configuration, CoordinateBreak, Design, FieldKind, Fields, Glass, Iris, Pose, Prescription,
-    Quantity, Setting, SpectralLine, TiltDecenter, TransverseAxis, find_glass, parse_toml,
-    write_lens,
+use petzval_lens::{
+    Configuration, CoordinateBreak, Design, FieldKind, Fields, Iris, Pose, Prescription, Quantity,
+    Setting, SpectralLine, TiltDecenter, TransverseAxis,
 };
+use petzval_lens_formats::{parse_toml, write_lens};
+use petzval_spectrum::{Glass, find_glass};
 
 fn again(lens: &Prescription) -> Prescription {
     let path = Path::new("again.toml");
@@ -47,7 +48,7 @@ fn every_property_survives_with_every_digit() {
     rows[0].conic = -third;
     rows[1].axis = Some(TransverseAxis::X);
     rows[1].glass = Glass::Abbe { nd: 1.5, vd: 60.0 + third };
-    rows[2] = petzval::lens::Row { mirror: true, index: 1.5, ..rows[1].clone() };
+    rows[2] = petzval_lens::Row { mirror: true, index: 1.5, ..rows[1].clone() };
     rows[2].obstruction = third;
     rows[3].glass = Glass::Catalogue(find_glass("N-BK7").expect("listed"));
     rows[4].glass = Glass::Table([[400.0, 1.5 + third], [700.0, 1.4]].into());
@@ -124,7 +125,7 @@ fn through_zmx(lens: &Prescription) -> (Prescription, Vec<String>) {
     let folder = folder();
     let path = folder.path().join("again.zmx");
     let written = write_lens(&path, lens).expect("a .zmx file holds it");
-    let read = petzval::lens::read(&write(&folder, "again.zmx", &written.text));
+    let read = petzval_lens_formats::read(&write(&folder, "again.zmx", &written.text));
     (read.unwrap_or_else(|error| panic!("{error}\n{}", written.text)), written.notes)
 }
 
@@ -136,14 +137,14 @@ fn every_lens_of_the_repository_survives_a_zmx_file() {
         assert_eq!(read.rows.len(), lens.rows.len(), "{name}");
         assert_eq!(read.name, lens.name);
         for (i, (new, old)) in read.rows.iter().zip(&lens.rows).enumerate() {
-            let old = petzval::lens::Row { iris: Iris::Round, coating: None, ..old.clone() };
+            let old = petzval_lens::Row { iris: Iris::Round, coating: None, ..old.clone() };
             let said = notes.iter().any(|n| n.contains(&format!("behind surface {},", i + 1)));
             let glass = if said { new.glass.clone() } else { old.glass.clone() };
             let thickness = if i + 1 == read.rows.len() { new.thickness } else { old.thickness };
             // Model glasses state an index at the d line only.
             let index = if said { new.index } else { old.index };
             assert!((index - old.index).abs() < 1e-6, "{name}, row {i}: {index}");
-            assert_eq!(*new, petzval::lens::Row { glass, thickness, index, ..old }, "{name} {i}");
+            assert_eq!(*new, petzval_lens::Row { glass, thickness, index, ..old }, "{name} {i}");
         }
         assert!(read.design.film_distance.is_some(), "{name}");
         assert_eq!(read.design.notes, Vec::<String>::new(), "{name}");
@@ -164,10 +165,10 @@ fn a_zmx_file_holds_all_shapes_glasses_states_and_wavelengths() {
     rows[3].diameter = 5.0;
     rows[4].diameter = 3.0;
     rows[2].thickness = 0.3;
-    rows[4].across = Some(petzval::lens::CrossSection::Biconic { radius: -70.25, conic: third });
-    rows[5].across = Some(petzval::lens::CrossSection::Toroid { radius: f64::INFINITY });
+    rows[4].across = Some(petzval_lens::CrossSection::Biconic { radius: -70.25, conic: third });
+    rows[5].across = Some(petzval_lens::CrossSection::Toroid { radius: f64::INFINITY });
     rows[5].asphere = vec![(4, 1e-8)];
-    rows[6] = petzval::lens::Row { mirror: true, index: 1.5, ..rows[6].clone() };
+    rows[6] = petzval_lens::Row { mirror: true, index: 1.5, ..rows[6].clone() };
     rows[6].obstruction = third;
     rows[7].glass = Glass::Catalogue(find_glass("N-BK7").expect("listed"));
     rows[7].thickness = -4.0;
@@ -255,7 +256,7 @@ fn a_zmx_file_holds_tilts_and_folds_as_coordinate_breaks() {
 fn a_zmx_file_names_what_it_does_not_hold() {
     let mut rows = vec![row(30.0, 3.0, 1.5, 10.0), row(-40.0, 5.0, 1.0, 10.0)];
     rows[0].glass = Glass::Table([[400.0, 1.52], [700.0, 1.5]].into());
-    rows[0].coating = Some(petzval::lens::Coating::default());
+    rows[0].coating = Some(petzval_lens::Coating::default());
     rows[1].stop = true;
     rows[1].iris = Iris::Blades { count: 7, rotation: 0.0, curvature: 0.0 };
     let mut lens = Prescription::new("lossy", rows).expect("a lens");
@@ -272,7 +273,7 @@ fn a_zmx_file_names_what_it_does_not_hold() {
     ] {
         assert!(notes.iter().any(|note| note.contains(part)), "{part}: {notes:#?}");
     }
-    lens.rows[0].across = Some(petzval::lens::CrossSection::Biconic { radius: 1e3, conic: 0.0 });
+    lens.rows[0].across = Some(petzval_lens::CrossSection::Biconic { radius: 1e3, conic: 0.0 });
     lens.rows[0].asphere = vec![(4, 1e-6)];
     let error = write_lens(Path::new("a.zmx"), &lens).unwrap_err().to_string();
     assert!(

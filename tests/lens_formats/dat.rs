@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::support::{LENSES, folder, lens, write};
-use petzval::lens::{LensError, Prescription, parse_dat, read};
+use petzval_lens::{LensError, Prescription};
+use petzval_lens_formats::{parse_dat, read};
 
 fn parsed(text: &str) -> Result<Prescription, LensError> {
     let lines: Vec<&str> = text.lines().collect();
@@ -90,7 +91,7 @@ fn random_bytes_do_not_panic() {
         let text = String::from_utf8_lossy(&bytes).into_owned();
         // First-order optics must accept every lens that the reader accepts.
         if let Ok(lens) = parsed(&text) {
-            let _ = petzval::lens::Paraxial::new(&lens);
+            let _ = petzval_lens::Paraxial::new(&lens);
         }
     }
 }
@@ -107,8 +108,8 @@ fn the_repository_holds_the_four_course_lenses() {
     for ((name, _), (fact, rows, radii, distances, diameters)) in LENSES.iter().zip(facts) {
         assert_eq!(*name, fact);
         let lens = lens(name);
-        let sum = |f: fn(&petzval::lens::Row) -> f64| lens.rows.iter().map(f).sum::<f64>();
-        let radius = |row: &petzval::lens::Row| if row.stop { 0.0 } else { row.radius };
+        let sum = |f: fn(&petzval_lens::Row) -> f64| lens.rows.iter().map(f).sum::<f64>();
+        let radius = |row: &petzval_lens::Row| if row.stop { 0.0 } else { row.radius };
         assert_eq!(lens.rows.len(), rows);
         assert!((sum(radius) - radii).abs() < 1e-3, "{name}: radii {}", sum(radius));
         assert!((lens.length() - distances).abs() < 1e-3, "{name}: length {}", lens.length());

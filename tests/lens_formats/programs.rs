@@ -1,11 +1,9 @@
 //! Lens files of optical-design programs: one lens in three formats, what is refused, and damage.
 
 use crate::support::{folder, petzval, write};
-use petzval::io::ReadContext;
-use petzval::lens::{
-    LensError, LensOptions, LensRay, Paraxial, Prescription, Side, Zoom, read, read_with, sequence,
-    trace_one,
-};
+use petzval_base::io::ReadContext;
+use petzval_lens::{LensError, LensRay, Paraxial, Prescription, Side, Zoom, sequence, trace_one};
+use petzval_lens_formats::{LensOptions, read, read_with};
 
 const ZMX: &str = include_str!("../fuzz/corpus/lens/singlet.zmx");
 const SEQ: &str = include_str!("../fuzz/corpus/lens/singlet.seq");

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::support::{LENSES, folder, lens, oracle, root};
-use petzval::lens::{Prescription, RealRayFocus};
+use petzval_lens::{Prescription, RealRayFocus};
 use roxmltree::{Document, Node};
 
 /// Rounding of coordinates to two decimals, px.

@@ -3,15 +3,15 @@
 use std::f64::consts::PI;
 
 use crate::support::{LENSES, folder, lens, mean, picture, root, write, write_picture};
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::lens::{
+use petzval_image::Picture;
+use petzval_lens::{
     FocusError, FocusModel, LensModel, LensRay, Paraxial, Prescription, RealRayFocus, Side,
 };
-use petzval::lens::{sequence, trace_one};
-use petzval::prepare::{Changes, FocusOn, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_lens::{sequence, trace_one};
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, FocusOn, prepare};
+use petzval_scene_formats::pbrt;
 
 /// Returns a render of the centre of the film under a uniform sky of radiance 1.
 fn centre(lens: &str, changes: &Changes) -> Job {

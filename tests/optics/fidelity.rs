@@ -1,16 +1,21 @@
 //! Camera models of increasing fidelity: each within its limits, and against each other.
 
+use std::collections::HashMap;
+
 use crate::support::oracle::{dot, unit};
 use crate::support::{LENSES, Random, lens, oracle, root};
 use glam::{DAffine3, DQuat, DVec3};
-use petzval::lanes::f32x8;
-use petzval::lens::{
-    Camera, Fidelity, FilmPlane, LensColumns, LensModel, LensRay, Paraxial, Pose, Prescription,
-    PupilSampling, RayTransferMatrix, RealLens, RealRayFocus, Side, film_error, read, sequence,
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_lens::{
+    Camera, Coating, Fidelity, FilmPlane, LensColumns, LensModel, LensRay, Paraxial, Pose,
+    Prescription, PupilSampling, RayTransferMatrix, RealLens, RealRayFocus, Side, sequence,
     trace_one,
 };
-use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
-use petzval::stats::LensStats;
+use petzval_lens_formats::{parse_toml, read};
+use petzval_optics::film_error;
+use petzval_spectrum::LightBand;
 
 /// Distance in focus, from the film, mm.
 const FOCUS: f64 = 5000.0;
@@ -352,7 +357,7 @@ fn every_kind_of_lens_has_all_models() {
     let mut bladed = lens("dgauss.50mm");
     let stop = bladed.stop();
     bladed.rows[stop].iris =
-        petzval::lens::Iris::Blades { count: 5, rotation: 10.0, curvature: 0.0 };
+        petzval_lens::Iris::Blades { count: 5, rotation: 10.0, curvature: 0.0 };
     unusual.push(bladed);
     for prescription in unusual {
         let name = prescription.name.clone();
@@ -381,4 +386,72 @@ fn every_kind_of_lens_has_all_models() {
             }
         }
     }
+}
+
+#[test]
+fn eight_lanes_of_f64_trace_the_rays_of_one() {
+    for fresnel in [false, true] {
+        let mut prescription = lens("fisheye.10mm.dat");
+        prescription.coat(Coating::Mgf2);
+        let mut camera = camera(prescription, [36.0, 24.0], Pose::ALIGNED);
+        let LensModel::Real(lens) = &mut camera.model else { panic!("a lens of glass") };
+        (lens.trace_in_f64, lens.fresnel) = (true, fresnel);
+        // A wave that does not fill its last packet.
+        let mut samples = samples(&camera, 3, |random| [0, 1].map(|_| random.next() - 0.5));
+        samples.len = WAVE_SIZE - 5;
+        let one = traced::<f32>(&camera, &samples);
+        let eight = traced::<f32x8>(&camera, &samples);
+        assert!(one.len() > 500, "{} rays", one.len());
+        assert_eq!(one, eight, "bit for bit");
+    }
+}
+
+/// A film in glass: rays of every band start with the index of the glass at their wavelength, in f64 as in
+/// f32.
+#[test]
+fn the_bands_of_a_film_in_glass_are_those_of_f32() {
+    let text = "[[surface]]\nstop = true\ndiameter = 12\nthickness = 5
+        [[surface]]\nradius = 60\nthickness = 6\ndiameter = 24\nglass = \"SF5\"
+        [[surface]]\nradius = -120\nthickness = 40\ndiameter = 24
+        [[surface]]\ndiameter = 24\nglass = \"SF5\"\n";
+    let lens = parse_toml("glass.toml".as_ref(), text).expect("a lens");
+    let mut lens = RealLens::new(lens, 60.0, 10.0, PupilSampling::Pupil, 1e-3, 0.0);
+    let bands = [420.0, 680.0].map(|wavelength| LightBand { wavelength, response: [1.0; 3] });
+    lens.disperse(&bands);
+    let exact = RealLens { trace_in_f64: true, ..lens.clone() };
+    let [single, exact] = [lens, exact].map(|lens| Camera {
+        model: LensModel::Real(Box::new(lens)),
+        film: [20.0; 2],
+        world_from_camera: DAffine3::IDENTITY,
+        imaging_ratio: 1.0,
+        depth: [0.0, f64::INFINITY],
+    });
+    for band in 0..bands.len() {
+        let mut samples = samples(&single, 5, |_| [0.4, 0.0]);
+        samples.band = band;
+        let [single, exact] = [&single, &exact].map(|camera| traced::<f32x8>(camera, &samples));
+        assert!(exact.len() > 500, "{} rays", exact.len());
+        let exact: HashMap<u32, [f32; 3]> =
+            exact.into_iter().map(|(slot, ray)| (slot, ray.map(f32::from_bits))).collect();
+        let mut compared = 0;
+        for (slot, ray) in single {
+            let Some(exact) = exact.get(&slot) else { continue };
+            let off = (0..3)
+                .map(|axis| (f32::from_bits(ray[axis]) - exact[axis]).abs())
+                .fold(0.0, f32::max);
+            assert!(off < 1e-5, "band {band}, ray {slot}: {off}");
+            compared += 1;
+        }
+        assert!(compared > 500, "{compared} rays");
+    }
+}
+
+/// Returns the slots of the rays that leave the lens, with the bits of their directions.
+fn traced<R: Real<Scalar = f32>>(camera: &Camera, samples: &SampleBatch) -> Vec<(u32, [u32; 3])> {
+    let (mut columns, mut stats) = (LensColumns::default(), LensStats::default());
+    let mut rays = RayBatch::default();
+    camera.generate_rays::<R>(samples, &mut columns, &mut rays, &mut stats);
+    (0..rays.len)
+        .map(|i| (rays.slot[i], [0, 1, 2].map(|axis| rays.direction[axis][i].to_bits())))
+        .collect()
 }

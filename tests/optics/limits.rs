@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::support::{folder, petzval, root, write};
-use petzval::lens::{Prescription, parse_toml};
+use petzval_lens::Prescription;
+use petzval_lens_formats::parse_toml;
 
 /// Returns a biconvex lens of this medium with its stop in front and the rows of `rest` behind.
 fn biconvex(medium: &str, rest: &str) -> String {

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use crate::support::{LENSES, folder, lens, oracle, root, row};
-use petzval::lens::{LightBudget, Normalization, Prescription, Row, Rows, Vignetting, read};
+use petzval_lens::{LightBudget, Normalization, Prescription, Row, Rows, Vignetting};
+use petzval_lens_formats::read;
 
 /// Number of rays that gives shares to about 0.1 %.
 const RAYS: u32 = 1 << 16;
@@ -187,7 +188,7 @@ fn a_shaped_stop_takes_light_without_vignetting() {
     lens.stop_down(4.0);
     let stop = lens.stop();
     let round = Vignetting::new(&lens, film, RAYS).budget([5.0, 0.0], Normalization::Stop).unwrap();
-    lens.rows[stop].iris = petzval::lens::Iris::Blades { count: 6, rotation: 10.0, curvature: 0.0 };
+    lens.rows[stop].iris = petzval_lens::Iris::Blades { count: 6, rotation: 10.0, curvature: 0.0 };
     let hexagon =
         Vignetting::new(&lens, film, RAYS).budget([5.0, 0.0], Normalization::Stop).unwrap();
     assert_eq!(hexagon.pass, 1.0);
@@ -205,7 +206,7 @@ fn the_image_circle_and_the_field_angle_agree_with_brute_force_and_first_order_o
     assert_eq!(Vignetting::new(&lens("telephoto.250mm"), 123.7, RAYS).light_radius(21.0), None);
 
     let lens = lens("telephoto.250mm");
-    let paraxial = petzval::lens::Paraxial::new(&lens);
+    let paraxial = petzval_lens::Paraxial::new(&lens);
     let vignetting = Vignetting::new(&lens, paraxial.back_focal_distance, RAYS);
     // With focus at infinity the image height is the focal length times the tangent.
     let angle = vignetting.field_angle(0.5).unwrap().to_radians();
@@ -286,7 +287,7 @@ fn many_surfaces(count: usize) -> Vec<Row> {
 #[test]
 fn light_budgets_do_not_depend_on_threads_and_fewer_rays_err_as_stated() {
     let lens = Prescription::new("many", many_surfaces(60)).expect("one stop");
-    let film = petzval::lens::RealRayFocus::new(&lens).film_distance(f64::INFINITY).unwrap();
+    let film = petzval_lens::RealRayFocus::new(&lens).film_distance(f64::INFINITY).unwrap();
     let budgets = |threads: usize, rays: u32| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let vignetting = Vignetting::new(&lens, film, rays);
@@ -309,7 +310,7 @@ fn the_time_for_very_many_surfaces_is_linear() {
         let lens = Prescription::new("many", many_surfaces(count)).expect("one stop");
         let times = (0..5).map(|_| {
             let start = std::time::Instant::now();
-            assert!(petzval::lens::Paraxial::new(&lens).focal_length > 0.0);
+            assert!(petzval_lens::Paraxial::new(&lens).focal_length > 0.0);
             start.elapsed().as_secs_f64()
         });
         times.fold(f64::INFINITY, f64::min)
@@ -370,7 +371,7 @@ fn layers_read_back_and_add_up_to_one() {
     // A lens that is not round uses another code path.
     sums(&channels(&render("wide.exr", &["--lens", "lenses/anamorphic.toml"])));
     // Readers of plain pictures still find the colours.
-    assert!(petzval::io::image::Picture::read(&folder.path().join("whole.exr")).is_ok());
+    assert!(petzval_image::Picture::read(&folder.path().join("whole.exr")).is_ok());
 }
 
 fn sums(channels: &[(String, Vec<f32>)]) {

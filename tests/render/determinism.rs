@@ -5,12 +5,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::support::{picture, root};
-use petzval::film::Frame;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Backend, Progress, ProgressiveRender, RenderError};
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_render::film::Frame;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, Progress, ProgressiveRender, RenderError};
+use petzval_scene_formats::pbrt;
 
 fn job(scene: &str, changes: &Changes) -> Job {
     let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");

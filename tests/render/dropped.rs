@@ -2,14 +2,14 @@
 
 use crate::support::workspace::Workspace;
 use crate::support::{folder, petzval, root, write};
-use petzval::aov::Aov;
-use petzval::io::image::{EncodingOptions, Notes, Picture};
-use petzval::job::StopCriteria;
-use petzval::plan::EffectSelection;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
-use petzval::sensor::SensorSettings;
+use petzval_image::{EncodingOptions, Notes, Picture};
+use petzval_render::aov::Aov;
+use petzval_render::job::StopCriteria;
+use petzval_render::plan::EffectSelection;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::sensor::SensorSettings;
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 /// A ball so bright that it exceeds f32 at this ISO.
 const GLARE: &str = r#"
@@ -204,7 +204,7 @@ fn pictures_of_extreme_scenes_are_finite() {
         let window = job.frame.window();
         let encoding = EncodingOptions { half: true, ..EncodingOptions::default() };
         film.write(
-            &petzval::io::Outputs::without_inputs().claim(&file).unwrap(),
+            &petzval_base::io::Outputs::without_inputs().claim(&file).unwrap(),
             window,
             encoding,
             &Notes::new(),

@@ -3,8 +3,8 @@
 
 use crate::support::workspace::Workspace;
 use crate::support::write_picture;
-use petzval::io::ReadContext;
-use petzval::io::image::{Picture, Transfer};
+use petzval_base::io::ReadContext;
+use petzval_image::{Picture, Transfer};
 
 /// Parses a size such as "23 MB" or "1.54 GB" to bytes.
 fn bytes(text: &str) -> f64 {

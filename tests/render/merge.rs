@@ -41,7 +41,7 @@ fn a_merged_picture_is_finished_like_that_of_a_single_run() {
     workspace.run_ok(&format!("{arguments} -o b.petzval --samples 9..32"));
     workspace.run_ok("merge b.petzval a.petzval -o merged.png");
     let [whole, merged] = ["whole.png", "merged.png"]
-        .map(|name| petzval::io::image::Picture::read(&workspace.path(name)).expect("a picture"));
+        .map(|name| petzval_image::Picture::read(&workspace.path(name)).expect("a picture"));
     assert_eq!(whole, merged);
 }
 

@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 
 use crate::support::reference::by_tier;
 use crate::support::{folder, promptly, root, write};
-use petzval::aov::Aov;
-use petzval::io::image::Picture;
-use petzval::job::{Job, StopCriteria};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Backend, RenderOptions, RenderOutput, render};
-use petzval::scene::{luminance, pbrt};
+use petzval_image::Picture;
+use petzval_render::aov::Aov;
+use petzval_render::job::{Job, StopCriteria};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, RenderOptions, RenderOutput, render};
+use petzval_scene::luminance;
+use petzval_scene_formats::pbrt;
 
 /// A room with an area light, a diffuse ball and a metal ball.
 const ROOM: &str = r#"

@@ -2,12 +2,12 @@
 //! zones of the references (512 samples, mean of the channels).
 
 use crate::support::{picture, root};
-use petzval::io::image::Picture;
-use petzval::lens::PupilSampling;
-use petzval::plan::EffectSelection;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_lens::PupilSampling;
+use petzval_render::Backend;
+use petzval_render::plan::EffectSelection;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 
 type Zones = [[f64; 5]; 5];
 

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use crate::support::{folder, root, write};
-use petzval::film::SampleId;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::lens::{LensModel, RayPath};
-use petzval::plan::{Effect, EffectSelection};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Backend, RenderOptions, Replay, render, replay};
-use petzval::scene::pbrt;
-use petzval::shade::PathOutcome;
+use petzval_image::Picture;
+use petzval_lens::{LensModel, RayPath};
+use petzval_render::film::SampleId;
+use petzval_render::job::Job;
+use petzval_render::plan::{Effect, EffectSelection};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::shade::PathOutcome;
+use petzval_render::{Backend, RenderOptions, Replay, render, replay};
+use petzval_scene_formats::pbrt;
 
 fn job(scene: &str, changes: &Changes) -> Job {
     let resolution = Some([24, 16]);

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::workspace::{Workspace, finish, forge_build, signal};
 use crate::support::{Random, wait_until};
-use petzval::render::checkpoint::SavedRender;
+use petzval_render::checkpoint::SavedRender;
 
 /// A uniform render with layers of every kind that is accumulated.
 const UNIFORM: &str = "render scene.pbrt -o a.exr --spp 150 --effects +ghosts --threads 2 \

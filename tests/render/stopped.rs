@@ -6,16 +6,16 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use crate::support::workspace::{Workspace, forge};
-use petzval::aov::Aov;
-use petzval::io::{OutputFile, Outputs};
-use petzval::job::{Job, StopCriteria};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::checkpoint::{Head, SavedRender};
-use petzval::render::{
+use petzval_base::io::{OutputFile, Outputs};
+use petzval_base::stats::Stats;
+use petzval_render::aov::Aov;
+use petzval_render::checkpoint::{Head, SavedRender};
+use petzval_render::job::{Job, StopCriteria};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{
     Checkpointer, Progress, RenderError, RenderOptions, RenderOutput, render_resumable,
 };
-use petzval::scene::pbrt;
-use petzval::stats::Stats;
+use petzval_scene_formats::pbrt;
 
 /// Number of times that a render is stopped.
 const STOPS: u64 = 12;

@@ -2,9 +2,9 @@
 
 use crate::support::Random;
 use glam::Vec3;
-use petzval::lanes::f32x8;
-use petzval::rays::Ray;
-use petzval::scene::{Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack};
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::Ray;
+use petzval_scene::{Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack};
 
 /// Number of quads along a side.
 const SIDE: u32 = 710;

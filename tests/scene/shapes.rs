@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
-use petzval::rays::Hit;
-use petzval::scene::{
+use petzval_base::rays::Hit;
+use petzval_scene::{
     CurveSegment, Mesh, Quadric, QuadricForm, SubdivisionError, split_patches, subdivide,
     tessellate_curve,
 };

@@ -2,7 +2,7 @@
 
 use crate::support::world::{error, read};
 use crate::support::{folder, petzval, root, write};
-use petzval::scene::pbrt::{SceneError, SceneErrors};
+use petzval_scene_formats::pbrt::{SceneError, SceneErrors};
 
 /// Returns the errors of the world part of a scene. Its first line is line 3.
 fn errors(world: &str) -> SceneErrors {
@@ -156,7 +156,7 @@ fn an_error_that_makes_the_rest_meaningless_is_the_last() {
     // Files that include each other twice would be read 2^32 times.
     let folder = folder();
     let text = "Include \"a.pbrt\"\nInclude \"a.pbrt\"\n";
-    let all = petzval::scene::pbrt::read(&write(&folder, "a.pbrt", text));
+    let all = petzval_scene_formats::pbrt::read(&write(&folder, "a.pbrt", text));
     let all = all.map(|_| ()).expect_err("a circle");
     let [fault] = all.faults() else { panic!("{all}") };
     assert!(matches!(fault.error, SceneError::Limit { .. }), "{all}");

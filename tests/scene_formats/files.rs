@@ -1,7 +1,8 @@
 //! Scene reader: directives, warnings and errors.
 
 use crate::support::{folder, mean, rendered, write, write_picture};
-use petzval::scene::pbrt::{self, CameraSpec, Description, RealisticSpec, SceneErrors};
+use petzval_scene_formats::pbrt;
+use petzval_scene_formats::pbrt::{CameraSpec, Description, RealisticSpec, SceneErrors};
 
 fn read(text: &str) -> Result<Description, SceneErrors> {
     let folder = folder();
@@ -240,7 +241,7 @@ fn textures_are_upright() {
     let folder = folder();
     let mut pixels = vec![[1.0f32; 3]; 8];
     pixels.extend([[0.0; 3]; 8]);
-    let picture = petzval::io::image::Picture { size: [4, 4], pixels };
+    let picture = petzval_image::Picture { size: [4, 4], pixels };
     let path = folder.path().join("half.png");
     write_picture(&picture, &path);
     let seen = |v: &str| {
@@ -424,8 +425,8 @@ fn many_inclusions_of_a_mesh_are_instances_that_look_like_its_copies() {
         let read = |name: &str, text: String| {
             let description = pbrt::read(&write(&folder, name, text)).expect("a scene");
             let (job, _, _) =
-                petzval::prepare::prepare(description, &Default::default()).expect("a job");
-            let picture = crate::support::picture(&job, petzval::render::Backend::Simd, 1);
+                petzval_render::prepare::prepare(description, &Default::default()).expect("a job");
+            let picture = crate::support::picture(&job, petzval_render::Backend::Simd, 1);
             (job.scene.shapes.len(), picture)
         };
         let (few, shared) = read("included.pbrt", included);

@@ -2,7 +2,7 @@
 //! encodings.
 
 use crate::support::{folder, petzval, write};
-use petzval::scene::pbrt;
+use petzval_scene_formats::pbrt;
 
 const POINTER: &str = "version https://git-lfs.github.com/spec/v1\n\
                        oid sha256:4d7a214614ab2935c943f9e0ff69d22eadbb8f32b1258daaa5e2ca24d17e2393\n\

@@ -8,9 +8,10 @@ use crate::support::world::{
 use crate::support::{folder, write};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use petzval::film::filter::Profile;
-use petzval::scene::pbrt::{self, FilterSpec};
-use petzval::scene::{Geometry, MaterialModel, Shape};
+use petzval_scene::filter::Profile;
+use petzval_scene::{Geometry, MaterialModel, Shape};
+use petzval_scene_formats::pbrt;
+use petzval_scene_formats::pbrt::FilterSpec;
 
 /// Reads the shapes of a world.
 fn shapes(world: &str) -> Vec<Shape> {
@@ -297,7 +298,7 @@ fn shapes_move_within_objects_and_objects_move() {
     );
     let one = read_world(&format!("{wheel} Translate 0 1 0 ObjectInstance \"wheel\""));
     assert_eq!(one.scene.animated_instances().len(), 1);
-    let place = |description: &petzval::scene::pbrt::Description, mover: usize, share| {
+    let place = |description: &petzval_scene_formats::pbrt::Description, mover: usize, share| {
         description.scene.animated_instances()[mover].motion.at(share).translation.to_array()
     };
     assert_eq!(place(&one, 0, 0.5), [1.0, 1.0, 0.0]);
@@ -354,7 +355,7 @@ fn a_camera_has_a_shutter_and_may_move() {
     let curve = of("", "\"float shuttercurve\" [0 1 1 0]").unwrap();
     assert!((curve.shutter.curve().unwrap().efficiency() - 2.0 / 3.0).abs() < 1e-12);
     let plain = of("", "").unwrap();
-    assert_eq!(plain.shutter, petzval::shutter::Shutter::default());
+    assert_eq!(plain.shutter, petzval_scene::shutter::Shutter::default());
     for (before, camera, expected) in [
         ("TransformTimes 2 1", "", "expected the end after the start"),
         ("", "\"float shutterramp\" .6", "opens in 0.6 s and closes in 0.6 s"),

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use crate::support::world::{error, read, read_world};
 use crate::support::{Random, folder, petzval, promptly, root, write};
 use glam::{DVec3, Vec3};
-use petzval::rays::{Hit, Ray};
-use petzval::scene::{
+use petzval_base::rays::{Hit, Ray};
+use petzval_scene::{
     Geometry, Material, Mesh, SceneBuilder, ShapeSpec, TraversalStack, split_patches,
 };
 use wide::f32x8;
@@ -96,7 +96,7 @@ fn files_that_include_each_other_are_refused_quickly() {
     }
     write(&folder, "12.pbrt", "");
     let path = write(&folder, "a.pbrt", "WorldBegin\nInclude \"0.pbrt\"");
-    let message = promptly("a million million files", || petzval::scene::pbrt::read(&path));
+    let message = promptly("a million million files", || petzval_scene_formats::pbrt::read(&path));
     let message = message.map(|_| ()).expect_err("too many").to_string();
     assert!(
         message.contains("included files of") && message.contains("include each other"),
@@ -110,7 +110,7 @@ fn a_small_file_may_be_included_often() {
     write(&folder, "tiny.pbrt", "# nothing\n");
     let many = "Include \"tiny.pbrt\"\n".repeat(100_000);
     let path = write(&folder, "a.pbrt", format!("WorldBegin\n{many}Shape \"sphere\""));
-    let scene = promptly("100,000 inclusions", || petzval::scene::pbrt::read(&path));
+    let scene = promptly("100,000 inclusions", || petzval_scene_formats::pbrt::read(&path));
     assert_eq!(scene.expect("a scene").scene.shapes.len(), 1);
 }
 
@@ -152,7 +152,8 @@ fn a_polygon_of_sixty_thousand_corners_is_read_quickly() {
     write(&folder, "polygon.ply", text);
     let scene = "WorldBegin\nShape \"plymesh\" \"string filename\" \"polygon.ply\"";
     let path = write(&folder, "a.pbrt", scene);
-    let scene = promptly("a polygon", || petzval::scene::pbrt::read(&path)).expect("a disk").scene;
+    let scene =
+        promptly("a polygon", || petzval_scene_formats::pbrt::read(&path)).expect("a disk").scene;
     let mut stack = TraversalStack::default();
     for (x, there) in [(0.0, true), (0.7, true), (0.999, true), (1.001, false)] {
         let ray = Ray { origin: [x, 0.01, -1.0], direction: [0.0, 0.0, 1.0], t_max: f32::INFINITY };

@@ -3,8 +3,8 @@
 use crate::support::world::{
     colour, error, read_world, read_world_with_warnings, roughness_and_remap,
 };
-use petzval::scene::{Material, MaterialModel, Metal};
-use petzval::shade::bsdf::conductor_reflectance;
+use petzval_render::shade::bsdf::conductor_reflectance;
+use petzval_scene::{Material, MaterialModel, Metal};
 
 /// Returns the material of a ball.
 fn material(world: &str) -> Material {

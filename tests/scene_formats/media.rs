@@ -1,13 +1,13 @@
 //! Media in scene files: errors, warnings, the plan's switch, and replays.
 
 use crate::support::{folder, mean, picture, write};
-use petzval::film::SampleId;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::plan::Effect;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Backend, replay};
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_render::film::SampleId;
+use petzval_render::job::Job;
+use petzval_render::plan::Effect;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, replay};
+use petzval_scene_formats::pbrt;
 
 const BALL: &str = "Material \"interface\" Translate 0 0 4 Shape \"sphere\"";
 const FOG: &str = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"";

@@ -3,9 +3,9 @@
 
 use crate::support::{folder, write};
 use glam::{DVec3, IVec3};
-use petzval::io::ReadContext;
-use petzval::scene::nanovdb::{names, read};
-use petzval::scene::{BrickGrid, Voxels};
+use petzval_base::io::ReadContext;
+use petzval_scene::{BrickGrid, Voxels};
+use petzval_scene_formats::nanovdb::{names, read};
 
 /// Sizes of the parts of a grid, and the offsets of what the reader needs.
 const GRID: usize = 672;
@@ -79,7 +79,7 @@ fn plain(content: &[u8]) -> Vec<u8> {
     file("density", 1, 0, content, content)
 }
 
-fn opened(bytes: &[u8]) -> Result<Option<petzval::scene::nanovdb::NanoGrid>, String> {
+fn opened(bytes: &[u8]) -> Result<Option<petzval_scene_formats::nanovdb::NanoGrid>, String> {
     let folder = folder();
     let path = write(&folder, "a.nvdb", bytes);
     read(&path, "density", &ReadContext::default()).map_err(|error| error.to_string())

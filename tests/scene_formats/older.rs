@@ -1,8 +1,8 @@
 //! Spellings of pbrt-v2 and v3, with the translation of `pbrt --upgrade`.
 
 use crate::support::world::{colour, read, read_world, read_world_with_warnings};
-use petzval::scene::pbrt::{CameraSpec, Description};
-use petzval::scene::{Light, Material, MaterialModel, Scene};
+use petzval_scene::{Light, Material, MaterialModel, Scene};
+use petzval_scene_formats::pbrt::{CameraSpec, Description};
 
 /// Reads a scene, which must not cause a warning, with these directives before its world.
 fn silent(directives: &str) -> Description {
@@ -143,7 +143,7 @@ fn types_and_shapes_of_older_scenes_are_read() {
         );
         let scene = read_world(&world).scene;
         match &scene.shapes[0].geometry {
-            petzval::scene::Geometry::Mesh(mesh) => mesh.uvs.clone(),
+            petzval_scene::Geometry::Mesh(mesh) => mesh.uvs.clone(),
             other => panic!("{other:?}"),
         }
     };
@@ -243,7 +243,7 @@ fn attributes_and_objects_share_one_stack_before_v4() {
         Shape \"sphere\" \"float radius\" 0.25";
     let shapes = read_v3(crossed).scene.shapes;
     let middle = |i: usize| match &shapes[i].geometry {
-        petzval::scene::Geometry::Quadric(sphere) => sphere.whole_sphere().expect("one").centre.x,
+        petzval_scene::Geometry::Quadric(sphere) => sphere.whole_sphere().expect("one").centre.x,
         _ => panic!("no sphere"),
     };
     assert_eq!([middle(0), middle(1)], [3.0, 1.0]);
@@ -339,11 +339,12 @@ fn goniometric_pictures_of_v3_have_any_size_and_ies_files_are_read() {
     let lamp = "TILT=NONE\n1 1000 1 2 1 1 2 0 0 0 1 1 50\n0 90\n0\n100 0\n";
     crate::support::write(&folder, "lamp.IES", lamp);
     let pixels = vec![[2.0; 3]; 12];
-    let picture = petzval::io::image::Picture { size: [6, 2], pixels };
+    let picture = petzval_image::Picture { size: [6, 2], pixels };
     crate::support::write(&folder, "map.pfm", pfm(&picture));
     let light = |head: &str, light: &str| {
         let text = format!("{head}\nWorldBegin\nLightSource \"goniometric\" {light}");
-        let scene = petzval::scene::pbrt::read(&crate::support::write(&folder, "a.pbrt", text));
+        let scene =
+            petzval_scene_formats::pbrt::read(&crate::support::write(&folder, "a.pbrt", text));
         scene.map(|scene| match &scene.scene.lights.all[0] {
             Light::Point(light) => light.clone(),
             other => panic!("{other:?}"),
@@ -360,7 +361,7 @@ fn goniometric_pictures_of_v3_have_any_size_and_ies_files_are_read() {
 }
 
 /// Returns a picture as a PFM file.
-fn pfm(picture: &petzval::io::image::Picture) -> Vec<u8> {
+fn pfm(picture: &petzval_image::Picture) -> Vec<u8> {
     let [width, height] = picture.size;
     let values = picture.pixels.iter().flatten().flat_map(|v| v.to_le_bytes());
     format!("PF\n{width} {height}\n-1\n").into_bytes().into_iter().chain(values).collect()

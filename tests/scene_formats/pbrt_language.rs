@@ -9,9 +9,10 @@ use std::collections::BTreeMap;
 use crate::support::reference::by_tier;
 use crate::support::{folder, in_parallel, mean, picture, root, write};
 use glam::Vec3;
-use petzval::io::image::{DisplayExposure, Picture, Primaries};
-use petzval::prepare::prepare;
-use petzval::render::Backend;
+use petzval_image::{DisplayExposure, Picture};
+use petzval_render::Backend;
+use petzval_render::prepare::prepare;
+use petzval_spectrum::primaries::Primaries;
 use serde_json::Value;
 
 /// Samples per pixel, in the fast and the full tier.
@@ -87,7 +88,7 @@ fn check(row: &Row) -> Option<String> {
     let samples = by_tier(SAMPLES[0], SAMPLES[1]);
     let sampler = format!("Sampler \"zsobol\" \"integer pixelsamples\" {samples}\nWorldBegin");
     let text = row.scene.replacen("WorldBegin", &sampler, 1);
-    let description = match petzval::scene::pbrt::read(&write(&folder, "row.pbrt", text)) {
+    let description = match petzval_scene_formats::pbrt::read(&write(&folder, "row.pbrt", text)) {
         Ok(description) => description,
         Err(error) => return Some(error.to_string()),
     };

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use glam::Vec3;
-use petzval::scene::{MaterialModel, Texture, TexturePoint, pbrt};
+use petzval_scene::{MaterialModel, Texture, TexturePoint};
+use petzval_scene_formats::pbrt;
 
 /// Reads a scene in a folder and returns the reflectance of its last material, or the error.
 fn reflectance(folder: &Path, world: &str) -> Result<Texture, String> {

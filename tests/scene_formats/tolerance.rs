@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 
 use crate::support::world::{colour, error, read, read_world, read_world_with_warnings};
 use crate::support::{folder, petzval, promptly, write};
-use petzval::scene::pbrt::CameraSpec;
-use petzval::scene::{Geometry, Material, MaterialModel, Scene};
+use petzval_scene::{Geometry, Material, MaterialModel, Scene};
+use petzval_scene_formats::pbrt::CameraSpec;
 
 /// Returns the red reflectance of a diffuse material.
 fn red(material: &Material) -> f32 {
@@ -158,7 +158,8 @@ fn triangles_with_nan_vertices_are_left_out() {
     write(&folder, "mesh.ply", MESH);
     let text =
         "Camera \"perspective\"\nWorldBegin\nShape \"plymesh\" \"string filename\" \"mesh.ply\"";
-    let description = petzval::scene::pbrt::read(&write(&folder, "test.pbrt", text)).expect("it");
+    let description =
+        petzval_scene_formats::pbrt::read(&write(&folder, "test.pbrt", text)).expect("it");
     let [warning] = &description.warnings[..] else { panic!("{:#?}", description.warnings) };
     assert_eq!(
         warning.message,

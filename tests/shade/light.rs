@@ -265,11 +265,11 @@ fn under_a_sky(lens: &str, film: &str) -> f64 {
         lens.display()
     );
     let description =
-        petzval::scene::pbrt::read(&write(&folder, "sky.pbrt", text)).expect("a scene");
+        petzval_scene_formats::pbrt::read(&write(&folder, "sky.pbrt", text)).expect("a scene");
     let effects = "none".parse().expect("effects");
-    let changes = petzval::prepare::Changes { effects, ..Default::default() };
-    let (job, _, _) = petzval::prepare::prepare(description, &changes).expect("a job");
-    mean(&crate::support::picture(&job, petzval::render::Backend::Simd, 1))[1]
+    let changes = petzval_render::prepare::Changes { effects, ..Default::default() };
+    let (job, _, _) = petzval_render::prepare::prepare(description, &changes).expect("a job");
+    mean(&crate::support::picture(&job, petzval_render::Backend::Simd, 1))[1]
 }
 
 /// A film in glass receives as much light as one behind a gap of 1 um: less than a thousandth is lost
@@ -301,9 +301,9 @@ fn a_stated_f_number_of_a_film_in_a_medium_opens_the_stop_as_in_air() {
         );
         let folder = folder();
         let path = write(&folder, "lens.toml", &text);
-        let lens = petzval::lens::read(&path).expect("a lens");
+        let lens = petzval_lens_formats::read(&path).expect("a lens");
         let stop = lens.f_number_diameter(8.0).expect("f/8");
-        let first_order = petzval::lens::Paraxial::new(&lens);
+        let first_order = petzval_lens::Paraxial::new(&lens);
         let expected = first_order.focal_length / 8.0;
         assert!((stop / expected - 1.0).abs() < 0.02, "index {medium}: {stop} mm, not {expected}");
         // f / N of a sky: the picture says so, too.

@@ -2,12 +2,12 @@
 //! the same decisions and the same samples.
 
 use crate::support::{folder, root, write};
-use petzval::io::image::Picture;
-use petzval::job::{Job, StopCriteria};
-use petzval::plan::OmissionError;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Convergence, RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_render::job::{Job, StopCriteria};
+use petzval_render::plan::OmissionError;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Convergence, RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 /// Factors of about a millionth and a million: powers of two, which scale floats exactly, and others.
 const FACTORS: [f64; 4] = [1.0 / 1_048_576.0, 1_048_576.0, 1e-6, 1e6];
@@ -49,7 +49,7 @@ fn job(factor: f64, changes: Changes) -> Job {
 /// Returns the decision about each effect with its source, and the error of leaving the effect out.
 fn decisions(factor: f64) -> Vec<(String, f64)> {
     let plan = job(factor, Changes::default()).plan;
-    let decision = |decision: &petzval::plan::Decision| {
+    let decision = |decision: &petzval_render::plan::Decision| {
         let harm = match decision.error {
             Some(OmissionError::Signal(percent)) => percent,
             Some(OmissionError::Blur { pixels, .. }) => pixels,

@@ -1,10 +1,10 @@
 //! Texture filtering in mirrors and through glass: as sharp as plain squares without a texture.
 
 use crate::support::{folder, picture, write};
-use petzval::io::image::Picture;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_render::Backend;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 
 /// Number of squares along a side of the board.
 const SQUARES: u32 = 12;

@@ -1,10 +1,10 @@
 //! Russian roulette: it, and with it the noise of a picture, depends on the scene and not on the camera.
 
 use crate::support::{LENSES, folder, mean, root, write};
-use petzval::aov::Aov;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_render::aov::Aov;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 /// Maximum number of bounces of a path.
 const DEPTH: usize = 6;

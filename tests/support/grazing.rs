@@ -1,6 +1,6 @@
 //! Lenses with a hemisphere as the rear surface, and rays that graze it.
 
-use petzval::lens::{Prescription, Row};
+use petzval_lens::{Prescription, Row};
 
 use super::oracle::{V, dot, unit};
 use super::probe::lens_of_rows;

@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use petzval::lens::{Prescription, Row, read};
+use petzval_lens::{Prescription, Row};
+use petzval_lens_formats::read;
 
 /// Returns the root of the repository.
 pub fn root() -> &'static Path {
@@ -107,34 +108,35 @@ impl Random {
 }
 
 /// Writes a picture in the format of the file's extension.
-pub fn write_picture(picture: &petzval::io::image::Picture, path: impl Into<PathBuf>) {
+pub fn write_picture(picture: &petzval_image::Picture, path: impl Into<PathBuf>) {
     let frame = picture.size.map(|n| n as u32);
-    let window = petzval::io::image::PictureWindow { origin: [0, 0], frame };
-    let file = petzval::io::Outputs::without_inputs().claim(path).expect("an output");
+    let window = petzval_image::PictureWindow { origin: [0, 0], frame };
+    let file = petzval_base::io::Outputs::without_inputs().claim(path).expect("an output");
     picture.write(&file, window, Default::default(), &Vec::new()).expect("a picture");
 }
 
 /// Renders a scene given as text. The text names files by absolute paths.
-pub fn rendered(text: &str) -> petzval::io::image::Picture {
+pub fn rendered(text: &str) -> petzval_image::Picture {
     let folder = folder();
     let path = write(&folder, "scene.pbrt", text);
-    let description = petzval::scene::pbrt::read(&path).expect("a scene of a test");
-    let (job, _, _) = petzval::prepare::prepare(description, &Default::default()).expect("a job");
-    picture(&job, petzval::render::Backend::Simd, 1)
+    let description = petzval_scene_formats::pbrt::read(&path).expect("a scene of a test");
+    let (job, _, _) =
+        petzval_render::prepare::prepare(description, &Default::default()).expect("a job");
+    picture(&job, petzval_render::Backend::Simd, 1)
 }
 
 /// Renders a job to its end.
 pub fn picture(
-    job: &petzval::job::Job,
-    backend: petzval::render::Backend,
+    job: &petzval_render::job::Job,
+    backend: petzval_render::Backend,
     threads: usize,
-) -> petzval::io::image::Picture {
-    let exposed = petzval::render::render(
+) -> petzval_image::Picture {
+    let exposed = petzval_render::render(
         job,
-        petzval::render::RenderOptions {
+        petzval_render::RenderOptions {
             backend,
             threads,
-            ..petzval::render::RenderOptions::default()
+            ..petzval_render::RenderOptions::default()
         },
     )
     .expect("a render that is not stopped");
@@ -143,7 +145,7 @@ pub fn picture(
 }
 
 /// Returns the mean of each channel of a picture.
-pub fn mean(picture: &petzval::io::image::Picture) -> [f64; 3] {
+pub fn mean(picture: &petzval_image::Picture) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for pixel in &picture.pixels {
         for (sum, value) in sum.iter_mut().zip(pixel) {

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use petzval::shade::bsdf::HairParameters;
+use petzval_render::shade::bsdf::HairParameters;
 
 /// A hair.
 pub struct NaiveHair {

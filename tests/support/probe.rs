@@ -1,10 +1,10 @@
 //! Comparison of one set of rays in every precision of the program with the oracle.
 
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
+use petzval_lens::{
     Blocked, LensRay, Prescription, Row, Side, Surface, retrace_in_f64, sequence, trace, trace_one,
 };
-use petzval::rays::{LensBatch, WAVE_SIZE};
 
 use super::Random;
 use super::oracle::{Exit, Oracle, Outcome, V, dot, unit};

@@ -1,10 +1,10 @@
 //! Rays of a camera by its pupil sampler: irradiance of film points, and the share that leaves the lens.
 
-use petzval::lanes::f32x8;
-use petzval::lens::{Camera, LensColumns};
-use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
-use petzval::sampler::{Dimension, fill_2d};
-use petzval::stats::LensStats;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::sampler::{Dimension, fill_2d};
+use petzval_base::stats::LensStats;
+use petzval_lens::{Camera, LensColumns};
 
 use super::Random;
 

@@ -1,7 +1,8 @@
 //! Readers of scenes given as text, and their warnings and errors.
 
-use petzval::scene::pbrt::{self, Description, SceneErrors};
-use petzval::scene::{Roughness, Texture, TexturePoint};
+use petzval_scene::{Roughness, Texture, TexturePoint};
+use petzval_scene_formats::pbrt;
+use petzval_scene_formats::pbrt::{Description, SceneErrors};
 
 use super::{folder, write};
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use petzval::io::image::Picture;
+use petzval_image::Picture;
 use serde_json::{Value, json};
 use support::{folder, root, wait_until};
 use tungstenite::client::IntoClientRequest;

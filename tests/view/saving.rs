@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use petzval::io::image::Picture;
+use petzval_image::Picture;
 use serde_json::{Value, json};
 
 use super::{Client, View, folder, root, wait_until};

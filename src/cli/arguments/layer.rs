@@ -1,7 +1,7 @@
 //! Values of `--aov`.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use petzval::aov::Aov;
+use petzval_render::aov::Aov;
 
 /// Returns the parser of one layer's name.
 pub(in crate::cli) fn parser() -> impl TypedValueParser<Value = Aov> {

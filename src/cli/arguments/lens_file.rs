@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use petzval::io::{FileLog, Outputs};
-use petzval::lens::{LensOptions, Zoom};
+use petzval_base::io::{FileLog, Outputs};
+use petzval_lens::Zoom;
+use petzval_lens_formats::LensOptions;
 
 use super::values::{wavelengths, zoom};
 

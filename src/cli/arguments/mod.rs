@@ -8,8 +8,8 @@ pub(super) mod picture;
 pub(super) mod values;
 
 use clap::ValueEnum;
-use petzval::lens::PupilSampling;
-use petzval::render::Backend;
+use petzval_lens::PupilSampling;
+use petzval_render::Backend;
 
 pub(super) use picture::PictureArguments;
 

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use petzval::lens::{Coating, FocusModel};
-use petzval::plan::{EffectSelection, VisibilityThreshold};
-use petzval::prepare::{Changes, FocusOn, Viewpoint};
-use petzval::sensor::{Bayer, SensorSettings};
-use petzval::shutter;
-use petzval::spectrum::Passband;
+use petzval_lens::{Coating, FocusModel};
+use petzval_render::plan::{EffectSelection, VisibilityThreshold};
+use petzval_render::prepare::{Changes, FocusOn, Viewpoint};
+use petzval_render::sensor::{Bayer, SensorSettings};
+use petzval_scene::shutter;
+use petzval_spectrum::Passband;
 
 use super::lens_file::LensFileArguments;
 use super::values::{

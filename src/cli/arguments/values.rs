@@ -4,12 +4,12 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
-use petzval::io::image::WhiteBalance;
-use petzval::lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT, Zoom};
-use petzval::prepare::{FocusOn, Viewpoint};
-use petzval::sensor::SensorSettings;
-use petzval::shutter::parse_seconds;
-use petzval::spectrum::{BAND_RANGE, Passband, Spectrum, d_illuminant, daylight, named_spectrum};
+use petzval_image::WhiteBalance;
+use petzval_lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT, Zoom};
+use petzval_render::prepare::{FocusOn, Viewpoint};
+use petzval_render::sensor::SensorSettings;
+use petzval_scene::shutter::parse_seconds;
+use petzval_spectrum::{BAND_RANGE, Passband, Spectrum, d_illuminant, daylight, named_spectrum};
 
 /// Parses `N` whole numbers.
 fn list<const N: usize>(text: &str, separator: char) -> Option<[u32; N]> {

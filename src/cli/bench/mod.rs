@@ -5,23 +5,25 @@ mod suite;
 
 use std::hint::black_box;
 
-use petzval::bench::launch::Launch;
-use petzval::bench::lens_wave::{LensWave, starts};
-use petzval::bench::{hills, textbook};
-use petzval::film::FilmSums;
-use petzval::job::Job;
-use petzval::lanes::{f32x8, f64x8};
-use petzval::lens::{
-    Coating, Fidelity, LensModel, LensRay, Prescription, RealLens, Side, ThinLens, read, sequence,
+use petzval_base::lanes::{f32x8, f64x8};
+use petzval_base::rays::{Column, HitBatch, WAVE_SIZE};
+use petzval_base::stats::{Stage, Stats};
+use petzval_lens::{
+    Coating, Fidelity, LensModel, LensRay, Prescription, RealLens, Side, ThinLens, sequence,
     trace_one,
 };
-use petzval::light_tracing::{SplatStage, Strategy};
-use petzval::prepare::{Changes, prepare};
-use petzval::rays::{Column, HitBatch, WAVE_SIZE};
-use petzval::render::{Progress, RenderOptions, render};
-use petzval::scene::{TraversalStack, pbrt};
-use petzval::spectrum::bands;
-use petzval::stats::{Stage, Stats};
+use petzval_lens_formats::read;
+use petzval_render::film::FilmSums;
+use petzval_render::job::Job;
+use petzval_render::light_tracing::{SplatStage, Strategy};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Progress, RenderOptions, render};
+use petzval_scene::TraversalStack;
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::bands;
+use petzval_tools::bench::launch::Launch;
+use petzval_tools::bench::lens_wave::{LensWave, starts};
+use petzval_tools::bench::{hills, textbook};
 
 use super::{Failure, Outcome};
 use files::Files;

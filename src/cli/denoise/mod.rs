@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use petzval::io::FileLog;
-use petzval::io::image::{ImageLayer, Picture, write_pfm};
+use petzval_base::io::FileLog;
+use petzval_image::{ImageLayer, Picture, write_pfm};
 
 use super::Failure;
 use super::signals::TemporaryFolder;

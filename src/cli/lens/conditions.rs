@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use petzval::lens::{ConditionChoices, ImagingConditions, Prescription, Refocus};
+use petzval_lens::Prescription;
+use petzval_optics::{ConditionChoices, ImagingConditions, Refocus};
 
 use crate::cli::Failure;
 use crate::cli::arguments::values::{f_number, focus_distance, length};

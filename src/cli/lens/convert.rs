@@ -3,8 +3,9 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use petzval::io::{OutputFile, ReadContext};
-use petzval::lens::{Prescription, write_lens};
+use petzval_base::io::{OutputFile, ReadContext};
+use petzval_lens::Prescription;
+use petzval_lens_formats::write_lens;
 
 use crate::cli::arguments::lens_file::LensFileArguments;
 use crate::cli::outputs::claim;

@@ -1,6 +1,6 @@
 //! Prescription and first-order data of a lens, as JSON.
 
-use petzval::lens::{Paraxial, Prescription, RealRayFocus, TransverseAxis};
+use petzval_lens::{Paraxial, Prescription, RealRayFocus, TransverseAxis};
 use serde_json::{Value, json};
 
 /// Returns a number, or null if it is not finite.
@@ -41,7 +41,7 @@ pub(super) fn describe(lens: &Prescription) -> String {
             })
         })
         .collect();
-    let pupil = |pupil: petzval::lens::Pupil| json!({ "position": number(pupil.position), "diameter": number(pupil.diameter) });
+    let pupil = |pupil: petzval_lens::Pupil| json!({ "position": number(pupil.position), "diameter": number(pupil.diameter) });
     let value = json!({
         "name": lens.name,
         "source": lens.source,

@@ -16,19 +16,19 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use petzval::io::{OutputFile, ReadContext};
-use petzval::lens::{Coating, FocusModel, Prescription};
+use petzval_base::io::{OutputFile, ReadContext};
+use petzval_lens::{Coating, FocusModel, Prescription};
 
 use super::arguments::lens_file::LensFileArguments;
 use super::arguments::values::{coating, focus_distance, focus_model, length, point};
 use super::outputs::claim_writable;
 use super::progress::StepBar;
-use super::report::lens_drawing::draw;
 use super::{Failure, Outcome, message};
 use calibrate::CalibrateArguments;
 use conditions::StopArguments;
 use convert::ConvertArguments;
 use optimize::OptimizeArguments;
+use petzval_report::lens_drawing::draw;
 use report::ReportArguments;
 pub(super) use report::point_report;
 pub(super) use summary::AxialLight;

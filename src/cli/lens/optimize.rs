@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use petzval::io::ReadContext;
-use petzval::lens::{
-    DesignGoal, DesignTarget, DesignVariable, OptimizedDesign, Prescription, Refocus, StopReason,
-    TargetKind, VariableKind, optimize_design,
+use petzval_base::io::ReadContext;
+use petzval_lens::Prescription;
+use petzval_optics::{
+    DesignGoal, DesignTarget, DesignVariable, OptimizedDesign, Refocus, StopReason, TargetKind,
+    VariableKind, optimize_design,
 };
 
 use super::conditions::{FieldArguments, refocus};

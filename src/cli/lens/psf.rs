@@ -1,10 +1,10 @@
 //! `petzval lens --psf`: picture of a pupil's point spread in white light.
 
-use petzval::diffraction::PointSpread;
-use petzval::io::OutputFile;
-use petzval::io::image::{EncodingOptions, Picture, PictureWindow};
-use petzval::lens::{ExitPupil, Prescription, PupilSampling, RealLens, Wavefront};
-use petzval::spectrum::bands;
+use petzval_base::io::OutputFile;
+use petzval_image::{EncodingOptions, Picture, PictureWindow};
+use petzval_lens::{ExitPupil, Prescription, PupilSampling, RealLens, Wavefront};
+use petzval_render::diffraction::PointSpread;
+use petzval_spectrum::bands;
 
 use crate::cli::Failure;
 
@@ -44,7 +44,7 @@ pub(super) fn draw(
         let there = spread.at([-place(i % SIDE), place(i / SIDE)]);
         let code = |c: usize| (1.0 + (there[c] / peak[c]).log10() / DECADES).max(0.0);
         // Equal factors become equal steps of the display's signal.
-        [0, 1, 2].map(|c| petzval::io::image::srgb_decode(code(c) as f32))
+        [0, 1, 2].map(|c| petzval_image::srgb_decode(code(c) as f32))
     };
     let picture = Picture { size: [SIDE; 2], pixels: (0..SIDE * SIDE).map(pixel).collect() };
     let window = PictureWindow { origin: [0, 0], frame: [SIDE as u32; 2] };

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use petzval::lens::{
-    Coating, D_LINE, FieldKind, FocusError, FocusModel, Paraxial, Prescription, PupilSampling,
-    RealLens, RealRayFocus, Row, TransverseAxis,
+use petzval_lens::{
+    Coating, FieldKind, FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens,
+    RealRayFocus, Row, TransverseAxis,
 };
+use petzval_spectrum::D_LINE;
 
 use super::LensArguments;
 use crate::cli::Failure;

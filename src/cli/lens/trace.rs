@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use glam::{DAffine3, DVec3};
-use petzval::io::{ReadContext, excerpt};
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{BlockReason, Blocked, IndexRangeError, LensRay, Prescription, Side, Surface};
-use petzval::lens::{sequence, trace, trace_one};
-use petzval::rays::{LensBatch, WAVE_SIZE};
-use petzval::render::memory::machine;
+use petzval_base::io::{ReadContext, excerpt};
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
+use petzval_lens::{BlockReason, Blocked, LensRay, Prescription, Side, Surface};
+use petzval_lens::{sequence, trace, trace_one};
+use petzval_render::memory::machine;
+use petzval_spectrum::IndexRangeError;
 
 use crate::cli::arguments::BackendArgument;
 use crate::cli::arguments::lens_file::LensFileArguments;

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use petzval::lens::{LightBudget, Normalization, Prescription, Vignetting};
+use petzval_lens::{LightBudget, Normalization, Prescription, Vignetting};
 
 use crate::cli::Failure;
 use crate::cli::progress::StepBar;

@@ -1,8 +1,8 @@
 //! Camera model of a rendered picture, for its metadata.
 
-use petzval::io::image::{Note, Notes};
-use petzval::job::Job;
-use petzval::lens::CalibrationSetup;
+use petzval_image::{Note, Notes};
+use petzval_optics::CalibrationSetup;
+use petzval_render::job::Job;
 
 /// Returns the camera model that `petzval lens calibrate` suggests for the lens of a job, in the
 /// pixels of the whole picture; nothing without a real lens, or if no model describes it.

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
-use petzval::aov::Aov;
-use petzval::io::image::{EncodingOptions, ImageFormat, ImageLayer, Picture, Primaries};
-use petzval::job::Job;
-use petzval::render::read_out;
+use petzval_image::{EncodingOptions, ImageFormat, ImageLayer, Picture};
+use petzval_render::aov::Aov;
+use petzval_render::job::Job;
+use petzval_render::read_out;
+use petzval_spectrum::primaries::Primaries;
 
 use crate::cli::Failure;
 use crate::cli::denoise::{DenoiseError, Denoiser, Guides};

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use clap::CommandFactory;
-use petzval::job::Job;
-use petzval::render::checkpoint::Inputs;
+use petzval_render::checkpoint::Inputs;
+use petzval_render::job::Job;
 
 use crate::cli::arguments::argv::parse_render;
 use crate::cli::arguments::option_roles::in_inputs;

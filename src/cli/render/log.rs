@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use petzval::film::DroppedSamples;
-use petzval::io::image::{Note, Notes};
-use petzval::job::Job;
-use petzval::lens::LensModel;
-use petzval::stats::{LaneOccupancy, Stage, StageStats, Stats};
+use petzval_base::stats::{LaneOccupancy, Stage, StageStats, Stats};
+use petzval_image::{Note, Notes};
+use petzval_lens::LensModel;
+use petzval_render::film::DroppedSamples;
+use petzval_render::job::Job;
 
 use crate::cli::replay::replay_command;
 

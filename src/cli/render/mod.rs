@@ -23,12 +23,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use petzval::aov::Aov;
-use petzval::io::ByteSize;
-use petzval::io::image::{DisplayExposure, ToneCurve, WhiteBalance};
-use petzval::job::Job;
-use petzval::render::Progress;
-use petzval::scene;
+use petzval_base::io::ByteSize;
+use petzval_image::{DisplayExposure, ToneCurve, WhiteBalance};
+use petzval_render::Progress;
+use petzval_render::aov::Aov;
+use petzval_render::job::Job;
 
 use super::arguments::argv::argv;
 use super::arguments::values::{
@@ -291,7 +290,7 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let start = Instant::now();
     let denoiser = arguments.denoiser()?;
     let memory = Memory::new(arguments.memory);
-    let description = scene::read_with(&arguments.picture.scene, memory.context())?;
+    let description = petzval_scene_formats::read_with(&arguments.picture.scene, memory.context())?;
     let (task, warnings) =
         RenderTask::new(arguments, argv(), description, denoiser.as_ref(), &memory, start)?;
     message::warnings(&warnings);

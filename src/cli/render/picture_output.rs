@@ -2,15 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use petzval::aov::Aov;
-use petzval::film::{DroppedSamples, SampleId};
-use petzval::io::OutputFile;
-use petzval::io::image::{
-    DisplayExposure, EncodingOptions, ImageFormat, Note, Notes, WhiteBalance,
-};
-use petzval::job::Job;
-use petzval::plan::Effect;
-use petzval::render::{Convergence, RenderOutput, read_out, thread_pool};
+use petzval_base::io::OutputFile;
+use petzval_image::{DisplayExposure, EncodingOptions, ImageFormat, Note, Notes, WhiteBalance};
+use petzval_render::aov::Aov;
+use petzval_render::film::{DroppedSamples, SampleId};
+use petzval_render::job::Job;
+use petzval_render::plan::Effect;
+use petzval_render::{Convergence, RenderOutput, read_out, thread_pool};
 
 use super::camera_model;
 use super::denoising::{Denoising, Undenoised, noisy_files, noisy_layer};

@@ -4,10 +4,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use petzval::io::{OutputFile, Outputs};
-use petzval::job::Job;
-use petzval::render::Checkpointer;
-use petzval::render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
+use petzval_base::io::{OutputFile, Outputs};
+use petzval_render::Checkpointer;
+use petzval_render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
+use petzval_render::job::Job;
 
 use super::RenderArguments;
 use super::denoising::noisy_files;

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Duration;
 
-use petzval::io::image::{EncodingOptions, ImageFormat, Note, Notes};
-use petzval::job::Job;
-use petzval::plan::Plan;
+use petzval_image::{EncodingOptions, ImageFormat, Note, Notes};
+use petzval_render::job::Job;
+use petzval_render::plan::Plan;
 
 use crate::cli::arguments::argv::{parse_render, shell_line};
 use crate::cli::screen::{columns, wrap};

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use petzval::aov::Aov;
-use petzval::io::Warning;
-use petzval::io::image::{ImageError, ImageFormat, Notes};
-use petzval::job::{Job, StopCriteria};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::checkpoint::{CheckpointError, Inputs};
-use petzval::render::memory::{Estimate, MemoryTask, machine};
-use petzval::render::{Progress, RenderError, RenderOptions, render_resumable};
-use petzval::scene::pbrt::Description;
+use petzval_base::io::Warning;
+use petzval_image::{ImageError, ImageFormat, Notes};
+use petzval_render::aov::Aov;
+use petzval_render::checkpoint::{CheckpointError, Inputs};
+use petzval_render::job::{Job, StopCriteria};
+use petzval_render::memory::{Estimate, MemoryTask, machine};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Progress, RenderError, RenderOptions, render_resumable};
+use petzval_scene_formats::pbrt::Description;
 
 use super::denoising::{self, Denoising, Undenoised, add_guides, check_noisy_files};
 use super::picture_output::PictureOutput;

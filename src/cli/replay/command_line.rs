@@ -1,6 +1,6 @@
 //! The command line that replays a sample of a render.
 
-use petzval::film::SampleId;
+use petzval_render::film::SampleId;
 
 use crate::cli::arguments::argv::{accepted_words, is_faithful, shell_line};
 

@@ -1,10 +1,10 @@
 //! A replayed sample as JSON. Numbers that JSON lacks are strings: "NaN", "inf", "-inf".
 
-use petzval::job::Job;
-use petzval::lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
-use petzval::rays::Ray;
-use petzval::render::{PathStep, Replay, ShadowRay, SharedBand};
-use petzval::shade::{PathOutcome, SampledLight};
+use petzval_base::rays::Ray;
+use petzval_lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
+use petzval_render::job::Job;
+use petzval_render::shade::{PathOutcome, SampledLight};
+use petzval_render::{PathStep, Replay, ShadowRay, SharedBand};
 use serde_json::{Value, json};
 
 pub(super) fn json(job: &Job, replay: &Replay) -> Value {

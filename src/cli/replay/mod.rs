@@ -4,10 +4,9 @@ mod command_line;
 mod json;
 mod text;
 
-use petzval::film::SampleId;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{PathStage, replay};
-use petzval::scene;
+use petzval_render::film::SampleId;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{PathStage, replay};
 
 use super::arguments::values::{crop, pixel};
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument};
@@ -48,7 +47,7 @@ pub(super) struct ReplayArguments {
 pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
     let ReplayArguments { picture, pixel, sample, sample_seed, crop, pupil, backend, json } =
         arguments;
-    let description = scene::read(&picture.scene)?;
+    let description = petzval_scene_formats::read(&picture.scene)?;
     let changes = Changes { crop: *crop, aim: (*pupil).into(), ..picture.changes() };
     let (job, _, warnings) = prepare(description, &changes)?;
     message::warnings(&warnings);

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use petzval::job::Job;
-use petzval::lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
-use petzval::rays::Hit;
-use petzval::render::{Collision, PathStage, PathStep, Replay, ShadowRay};
-use petzval::scene::{Geometry, Light};
-use petzval::shade::{PathOutcome, SampledLight};
+use petzval_base::rays::Hit;
+use petzval_lens::{BlockReason, Blocked, LensModel, RayPath, SurfaceCrossing};
+use petzval_render::job::Job;
+use petzval_render::shade::{PathOutcome, SampledLight};
+use petzval_render::{Collision, PathStage, PathStep, Replay, ShadowRay};
+use petzval_scene::{Geometry, Light};
 
 /// Describes the path of a sample, in lines of at most 100 columns.
 pub(super) fn text(job: &Job, replay: &Replay) -> String {

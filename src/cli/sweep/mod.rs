@@ -16,11 +16,11 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use petzval::io::image::{DisplayExposure, ImageFormat};
-use petzval::io::{FileLog, Outputs, Warning};
-use petzval::render::Progress;
-use petzval::scene;
-use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
+use petzval_base::io::{FileLog, Outputs, Warning};
+use petzval_image::{DisplayExposure, ImageFormat};
+use petzval_render::Progress;
+
+use petzval_scene_formats::pbrt::{CameraSpec, Description, RealisticSpec};
 
 use super::arguments::argv::{argv, parse_render};
 use super::denoise::Denoiser;
@@ -30,8 +30,8 @@ use super::render::{
     RenderArguments, RenderFiles, RenderTask, SweepItem, checkpoint_name, has_noisy_picture,
     resume_command, stop_at_signals,
 };
-use super::report::contact_sheet::ContactSheet;
 use super::{Failure, Outcome, message};
+use petzval_report::contact_sheet::ContactSheet;
 use plan::SweepPlan;
 use report::SweepReport;
 use table::TableRow;
@@ -59,7 +59,8 @@ pub(super) fn run(arguments: &RenderArguments) -> Result<Outcome, Failure> {
     let axes = plan.sheet_axes();
     let memory = Memory::new(arguments.memory)
         .with_sheet(move |size| ContactSheet::new(String::new(), axes.clone(), size).bytes());
-    let mut description = scene::read_with(&arguments.picture.scene, memory.context())?;
+    let mut description =
+        petzval_scene_formats::read_with(&arguments.picture.scene, memory.context())?;
     // The scene is not read again, so its digest must not be of a later version.
     description.files.fill_digests()?;
     let names = plan.names(&arguments.picture.scene, lens_file(arguments, &description))?;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-use petzval::io::image::ImageFormat;
+use petzval_image::ImageFormat;
 
 use super::axis::SweepAxis;
 use super::plan::SweepPlan;

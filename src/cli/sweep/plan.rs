@@ -7,15 +7,15 @@ use std::path::Path;
 
 use clap::CommandFactory;
 use clap::parser::ValueSource;
-use petzval::io::hint;
+use petzval_base::io::hint;
 
 use super::axis::{MAX_PICTURES, SweepAxis};
 use super::template::Template;
 use crate::cli::arguments::argv::{is_faithful, parse_render, shell_line};
 use crate::cli::arguments::option_roles::{SweepRole, sweep_role};
 use crate::cli::render::RenderArguments;
-use crate::cli::report::contact_sheet::SheetAxis;
 use crate::cli::{Arguments, Failure};
+use petzval_report::contact_sheet::SheetAxis;
 
 /// The pictures of a sweep, as far as its command line determines them.
 pub(super) struct SweepPlan {

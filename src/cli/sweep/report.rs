@@ -4,16 +4,16 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use petzval::io::image::{
+use petzval_base::io::{OutputFile, ReadContext};
+use petzval_image::{
     DisplayExposure, EncodingOptions, Note, Notes, Picture, PictureWindow, Transfer,
 };
-use petzval::io::{OutputFile, ReadContext};
 
 use super::plan::SweepPlan;
 use super::table::{self, Entry, TableRow};
 use crate::cli::Failure;
 use crate::cli::arguments::argv::shell_line;
-use crate::cli::report::contact_sheet::ContactSheet;
+use petzval_report::contact_sheet::ContactSheet;
 
 /// Least time between two writes, as a multiple of the time of a write.
 const WRITE_INTERVAL: u32 = 50;

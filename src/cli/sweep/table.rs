@@ -4,8 +4,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
-use petzval::io::OutputFile;
-use petzval::io::file_digest;
+use petzval_base::io::OutputFile;
+use petzval_base::io::file_digest;
 
 use crate::cli::Failure;
 use crate::cli::render::TaskResult;

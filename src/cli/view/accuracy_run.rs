@@ -7,10 +7,10 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use petzval::accuracy::{
+use petzval_scene_formats::pbrt::Description;
+use petzval_tools::accuracy::{
     Budget, Ladder, LadderRun, Machine, Point, RunEnd, RunMonitor, run_ladder,
 };
-use petzval::scene::pbrt::Description;
 use serde_json::{Map, Value, json};
 
 use super::background::Background;
@@ -18,7 +18,7 @@ use super::settings::ViewSettings;
 use super::state::ViewState;
 use crate::cli::Failure;
 use crate::cli::accuracy::DEFAULT_SAMPLES;
-use crate::cli::report::accuracy::AccuracyReport;
+use petzval_report::accuracy::AccuracyReport;
 
 /// Time between two reports of the progress.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -151,7 +151,7 @@ fn verdicts(ladder: &Ladder, run: &LadderRun, budget: &Budget) -> Map<String, Va
         budget: budget.time,
         machine: Machine::this(),
     };
-    let one = |verdict: &crate::cli::report::accuracy::Verdict| json!({ "model": verdict.rung, "sentence": verdict.sentence });
+    let one = |verdict: &petzval_report::accuracy::Verdict| json!({ "model": verdict.rung, "sentence": verdict.sentence });
     let verdicts: Value = report.verdicts().iter().map(one).collect();
     Map::from_iter([
         ("verdicts".into(), verdicts),

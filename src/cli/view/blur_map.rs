@@ -1,10 +1,10 @@
 //! Blur map: the circle of confusion over the picture, for focus peaking.
 
 use petzval::Aov;
-use petzval::film::Frame;
-use petzval::job::Job;
-use petzval::lens::LensModel;
-use petzval::render::{Progress, RenderOptions, render};
+use petzval_lens::LensModel;
+use petzval_render::film::Frame;
+use petzval_render::job::Job;
+use petzval_render::{Progress, RenderOptions, render};
 
 /// Pixels of the map at most.
 const PIXELS: f64 = 100_000.0;

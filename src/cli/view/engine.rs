@@ -8,13 +8,13 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use petzval::film::Frame;
-use petzval::io::ByteSize;
-use petzval::job::Job;
-use petzval::plan::Plan;
-use petzval::prepare::{Changes, prepare_draft};
-use petzval::render::{ProgressiveRender, RenderError};
-use petzval::scene::pbrt::Description;
+use petzval_base::io::ByteSize;
+use petzval_render::film::Frame;
+use petzval_render::job::Job;
+use petzval_render::plan::Plan;
+use petzval_render::prepare::{Changes, prepare_draft};
+use petzval_render::{ProgressiveRender, RenderError};
+use petzval_scene_formats::pbrt::Description;
 
 use super::blur_map::{blur_map, reduced};
 use super::frame::ViewFrame;

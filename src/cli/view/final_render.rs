@@ -8,8 +8,8 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use petzval::render::Progress;
-use petzval::scene::pbrt::Description;
+use petzval_render::Progress;
+use petzval_scene_formats::pbrt::Description;
 use serde_json::{Value, json};
 
 use super::background::Background;

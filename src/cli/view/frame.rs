@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use petzval::film::Frame;
-use petzval::io::Outputs;
-use petzval::io::image::{EncodingOptions, Note, Picture};
+use petzval_base::io::Outputs;
+use petzval_image::{EncodingOptions, Note, Picture};
+use petzval_render::film::Frame;
 
 use crate::cli::Failure;
 

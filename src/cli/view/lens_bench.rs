@@ -1,13 +1,13 @@
 //! Lens bench: the camera of a picture, and how its lens forms the image at one place.
 
-use petzval::film::Frame;
-use petzval::job::Job;
-use petzval::lens::{BlockReason, Blocked, Camera, LensModel, RayPath, RealLens};
+use petzval_lens::{BlockReason, Blocked, Camera, LensModel, RayPath, RealLens};
+use petzval_render::film::Frame;
+use petzval_render::job::Job;
 use serde_json::{Value, json};
 
 use crate::cli::lens::point_report;
-use crate::cli::report::lens_drawing::{DrawnPath, aims, draw_paths};
-use crate::cli::report::svg::Position;
+use petzval_report::lens_drawing::{DrawnPath, aims, draw_paths};
+use petzval_report::svg::Position;
 
 /// Rays from a film point, evenly over the rear element.
 const RAYS: u32 = 320;

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use petzval::lens::{Paraxial, RealRayFocus, read};
-use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
+use petzval_lens::{Paraxial, RealRayFocus};
+use petzval_lens_formats::read;
+use petzval_scene_formats::pbrt::{CameraSpec, Description, RealisticSpec};
 use serde_json::{Value, json};
 
 use crate::cli::Failure;
-use crate::cli::report::lens_drawing::draw_small;
+use petzval_report::lens_drawing::draw_small;
 
 /// Extensions of lens files. Files of other kinds in the folder are left out.
 const EXTENSIONS: [&str; 7] = ["dat", "toml", "zmx", "seq", "len", "json", "fx"];

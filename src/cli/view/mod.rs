@@ -25,9 +25,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use petzval::io::ByteSize;
-use petzval::render::memory::machine;
-use petzval::scene;
+use petzval_base::io::ByteSize;
+use petzval_render::memory::machine;
 
 use super::arguments::PictureArguments;
 use super::arguments::argv::argv;
@@ -81,7 +80,7 @@ pub(super) struct ViewArguments {
 pub(super) fn run(arguments: &ViewArguments) -> Result<Outcome, Failure> {
     let memory = Memory::new(arguments.memory);
     let scene = &arguments.picture.scene;
-    let description = scene::read_with(scene, memory.context())?;
+    let description = petzval_scene_formats::read_with(scene, memory.context())?;
     message::warnings(&description.warnings);
     let settings = ViewSettings::new(&argv(), scene, &description)?;
     let drawer = LensDrawer::new(&description, &arguments.lenses)?;

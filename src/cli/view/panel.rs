@@ -1,12 +1,12 @@
 //! Panel: what the page shows about the camera beside the picture, as JSON.
 
-use petzval::aov::CircleOfConfusion;
-use petzval::io::image::Note;
-use petzval::job::Job;
-use petzval::lens::{Camera, FocusModel, LensModel, RealLens, RealRayFocus};
-use petzval::prepare::{Changes, Viewpoint};
-use petzval::render::memory::machine;
-use petzval::scene::pbrt::Description;
+use petzval_image::Note;
+use petzval_lens::{Camera, FocusModel, LensModel, RealLens, RealRayFocus};
+use petzval_render::aov::CircleOfConfusion;
+use petzval_render::job::Job;
+use petzval_render::memory::machine;
+use petzval_render::prepare::{Changes, Viewpoint};
+use petzval_scene_formats::pbrt::Description;
 use serde_json::{Value, json};
 
 use super::preparer::Prepared;

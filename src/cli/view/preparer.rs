@@ -4,11 +4,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Scope;
 use std::time::Duration;
 
-use petzval::io::Warning;
-use petzval::io::image::Notes;
-use petzval::job::Job;
-use petzval::prepare::{Changes, PrepareError, prepare};
-use petzval::scene::pbrt::Description;
+use petzval_base::io::Warning;
+use petzval_image::Notes;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, PrepareError, prepare};
+use petzval_scene_formats::pbrt::Description;
 
 /// A picture or a draft that is ready to render.
 pub(super) struct Prepared {

@@ -4,10 +4,12 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Component, Path, PathBuf};
 
-use petzval::io::{FileLog, Location, OutputFile};
-use petzval::lens::{Camera, LensModel, RealLens};
-use petzval::scene::gltf;
-use petzval::scene::pbrt::{CameraEdit, CameraSpec, CameraValue, Description, RealisticSpec};
+use petzval_base::io::{FileLog, Location, OutputFile};
+use petzval_lens::{Camera, LensModel, RealLens};
+use petzval_scene_formats::gltf;
+use petzval_scene_formats::pbrt::{
+    CameraEdit, CameraSpec, CameraValue, Description, RealisticSpec,
+};
 
 use super::file_name::new_file;
 use super::settings::ViewSettings;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use petzval::prepare::Changes;
-use petzval::scene::pbrt::Description;
+use petzval_render::prepare::Changes;
+use petzval_scene_formats::pbrt::Description;
 use serde_json::{Map, Value};
 
 use crate::cli::Failure;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use petzval::render::Progress;
+use petzval_render::Progress;
 use serde_json::{Map, Value};
 use tungstenite::{Bytes, Utf8Bytes};
 

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use petzval::io::ReadContext;
-use petzval::lens::{RealRayFocus, Zoom};
-use petzval::prepare::Changes;
-use petzval::scene::pbrt::{CameraSpec, Description, RealisticSpec};
+use petzval_base::io::ReadContext;
+use petzval_lens::{RealRayFocus, Zoom};
+use petzval_render::prepare::Changes;
+use petzval_scene_formats::pbrt::{CameraSpec, Description, RealisticSpec};
 
 /// A lens file and its zoom setting.
 type Mounted = (PathBuf, Option<Zoom>);

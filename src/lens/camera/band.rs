@@ -1,9 +1,9 @@
 //! Spectral band: the surfaces of a lens for light of one wavelength.
 
-use crate::lanes::Real;
-use crate::lens::prescription::Prescription;
-use crate::lens::trace::sequence::{Side, sequence, sequence_at};
-use crate::lens::trace::surface::Surface;
+use crate::prescription::Prescription;
+use crate::trace::sequence::{Side, sequence, sequence_at};
+use crate::trace::surface::Surface;
+use petzval_base::lanes::Real;
 
 /// Part of the visible light, traced at one wavelength, with its contribution to the picture.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Band {
     /// Response in red, green and blue; 1 on average over all bands.
     pub response: [f64; 3],
     /// Refractive index of the medium before the film.
-    pub(crate) film_index: f64,
+    pub film_index: f64,
     /// Surfaces for rays from the film.
     pub(crate) to_scene: Vec<Surface<f32>>,
     /// The same surfaces in f64.
@@ -60,11 +60,7 @@ impl Band {
     }
 
     /// Returns the surfaces of a lens that has this band, for rays that start elsewhere.
-    pub(crate) fn sequence<R: Real>(
-        &self,
-        lens: &Prescription,
-        from: Side,
-    ) -> Vec<Surface<R::Scalar>> {
+    pub fn sequence<R: Real>(&self, lens: &Prescription, from: Side) -> Vec<Surface<R::Scalar>> {
         match self.to_film.is_empty() {
             true => sequence::<R>(lens, from),
             false => {

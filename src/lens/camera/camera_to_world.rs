@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::Camera;
-use crate::lanes::{Real, vector};
+use petzval_base::lanes::{Real, vector};
 
 /// Transform of local rays to the world. Offsets are transformed first and the position of the
 /// camera is added last, so that no precision is lost far from the origin of the world.

@@ -2,26 +2,29 @@
 
 pub(crate) mod band;
 pub(crate) mod camera_to_world;
-pub(crate) mod fidelity;
+mod displacement;
+pub mod fidelity;
 pub(crate) mod orthographic;
 pub(crate) mod ray_path;
 pub(crate) mod real_lens;
 pub(crate) mod reprojection;
 pub(crate) mod spherical;
-pub(crate) mod thin_lens;
+pub mod thin_lens;
+pub mod throughput;
 
 pub use real_lens::{LensColumns, RealLens};
 
 use glam::DAffine3;
 
-use crate::lanes::{self, Real};
-use crate::lens::camera::band::Band;
-use crate::lens::camera::camera_to_world::CameraToWorld;
-use crate::lens::camera::orthographic::Orthographic;
-use crate::lens::camera::spherical::SphericalMapping;
-use crate::lens::camera::thin_lens::ThinLens;
-use crate::rays::{LensBatch, RayBatch, SampleBatch};
-use crate::stats::LensStats;
+use crate::camera::band::Band;
+use crate::camera::camera_to_world::CameraToWorld;
+use crate::camera::orthographic::Orthographic;
+use crate::camera::spherical::SphericalMapping;
+use crate::camera::thin_lens::ThinLens;
+use petzval_base::lanes;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{LensBatch, RayBatch, SampleBatch};
+use petzval_base::stats::LensStats;
 
 /// Generates rays from film samples.
 #[derive(Clone, Debug)]
@@ -139,7 +142,7 @@ impl Camera {
     }
 
     /// Transforms the rays that leave the lens to world space and writes them without gaps.
-    pub(crate) fn write_world_rays<R: Real<Scalar = f32>>(
+    pub fn write_world_rays<R: Real<Scalar = f32>>(
         &self,
         lens: &RealLens,
         band: &Band,

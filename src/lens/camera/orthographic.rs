@@ -2,8 +2,8 @@
 
 use super::Camera;
 use super::camera_to_world::CameraToWorld;
-use crate::lanes::Real;
-use crate::rays::{RayBatch, SampleBatch};
+use petzval_base::lanes::Real;
+use petzval_base::rays::{RayBatch, SampleBatch};
 
 /// Parallel projection onto the plane z = 0 of the camera frame, without depth of field.
 #[derive(Clone, Copy, Debug, PartialEq)]

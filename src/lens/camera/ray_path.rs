@@ -4,14 +4,14 @@ use glam::{DAffine3, DVec3};
 
 use super::band::Band;
 use super::{Camera, LensColumns, LensModel, RealLens};
-use crate::lanes::Real;
-use crate::lens::prescription::Prescription;
-use crate::lens::pupil::aim::aim_one_f64;
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::surface::{Surface, SurfaceKind};
-use crate::lens::trace::{Blocked, trace_one, trace_one_lossy};
-use crate::rays::SampleBatch;
-use crate::stats::LensStats;
+use crate::prescription::Prescription;
+use crate::pupil::aim::aim_one_f64;
+use crate::trace::kernel::LensRay;
+use crate::trace::surface::{Surface, SurfaceKind};
+use crate::trace::{Blocked, trace_one, trace_one_lossy};
+use petzval_base::lanes::Real;
+use petzval_base::rays::SampleBatch;
+use petzval_base::stats::LensStats;
 
 /// A surface on the path of a ray. Lens frame: mm, the front vertex at z = 0, the film at +z.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,14 +43,14 @@ pub struct RayPath {
     /// Unit direction at the film, lens frame.
     pub direction: [f64; 3],
     /// Weight at the film: cosines over the square of a distance and a density
-    /// ([`crate::lens::RealLens`]).
+    /// ([`crate::RealLens`]).
     pub weight: f64,
     /// Whether it was retraced in f64 because f32 was not accurate enough.
     pub retraced: bool,
     /// The surfaces in the order in which the ray meets them.
     pub crossings: Vec<SurfaceCrossing>,
     /// The ray relative to the last vertex, +z in the direction of travel, as in
-    /// [`crate::lens::trace()`]; or where and why it ends.
+    /// [`crate::trace()`]; or where and why it ends.
     pub end: Result<LensRay<f64>, Blocked>,
 }
 

@@ -3,18 +3,18 @@
 use super::band::Band;
 use super::fidelity::F64Columns;
 use super::reprojection::ReprojectionColumns;
-use crate::lanes::Real;
-use crate::lens::analysis::paraxial::Paraxial;
-use crate::lens::analysis::vignetting::Vignetting;
-use crate::lens::prescription::Prescription;
-use crate::lens::prescription::pose::{FilmPlane, Pose};
-use crate::lens::pupil::aim::{LaunchPlane, TargetColumns, aim, aim_one_f64};
-use crate::lens::pupil::{PupilBounds, PupilSampling};
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
-use crate::rays::{Column, LensBatch, SampleBatch};
-use crate::spectrum::LightBand;
-use crate::stats::LensStats;
+use crate::focus::paraxial::Paraxial;
+use crate::prescription::Prescription;
+use crate::prescription::pose::{FilmPlane, Pose};
+use crate::pupil::aim::{LaunchPlane, TargetColumns, aim, aim_one_f64};
+use crate::pupil::{PupilBounds, PupilSampling};
+use crate::trace::kernel::LensRay;
+use crate::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
+use crate::vignetting::Vignetting;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, LensBatch, SampleBatch};
+use petzval_base::stats::LensStats;
+use petzval_spectrum::LightBand;
 
 /// A real lens and the film behind it.
 #[derive(Clone, Debug)]
@@ -35,12 +35,14 @@ pub struct RealLens {
     pub bands: Vec<Band>,
     /// Whether surfaces lose the light that they reflect, by their coatings. Off in a new lens.
     pub fresnel: bool,
-    pub(crate) pupil_bounds: PupilBounds,
+    /// The part of the rear vertex plane that each film point samples.
+    pub pupil_bounds: PupilBounds,
     /// The film that the pupil bounds were computed for.
-    pub(crate) film: FilmPlane,
-    pub(crate) pupil_sampling: PupilSampling,
+    pub film: FilmPlane,
+    /// How the pupil is sampled.
+    pub pupil_sampling: PupilSampling,
     /// Whether every ray is traced in f64.
-    pub(crate) trace_in_f64: bool,
+    pub trace_in_f64: bool,
 }
 
 impl RealLens {
@@ -183,7 +185,7 @@ impl RealLens {
 
     /// Makes rays that leave the film from film samples. Returns the film.
     #[inline(always)]
-    pub(crate) fn launch<R: Real<Scalar = f32>>(
+    pub fn launch<R: Real<Scalar = f32>>(
         &self,
         samples: &SampleBatch,
         columns: &mut LensColumns,
@@ -198,7 +200,7 @@ impl RealLens {
 
     /// Traces film samples to rays that leave the front surface, in the frame of the front vertex, with losses or without.
     #[inline(always)]
-    pub(crate) fn trace_samples<R: Real<Scalar = f32>>(
+    pub fn trace_samples<R: Real<Scalar = f32>>(
         &self,
         samples: &SampleBatch,
         columns: &mut LensColumns,
@@ -217,7 +219,7 @@ impl RealLens {
     /// Traces rays that leave the film to the plane of the front vertex. `start` returns a launched
     /// ray in f64, for retracing.
     #[inline(always)]
-    pub(crate) fn trace_batch<R: Real<Scalar = f32>>(
+    pub fn trace_batch<R: Real<Scalar = f32>>(
         &self,
         band: usize,
         batch: &mut LensBatch<f32>,
@@ -248,10 +250,12 @@ impl RealLens {
 /// Working columns of the lens stage.
 #[derive(Clone, Debug, Default)]
 pub struct LensColumns {
-    pub(crate) batch: LensBatch<f32>,
+    /// The rays.
+    pub batch: LensBatch<f32>,
     pub(crate) targets: TargetColumns,
     /// Weights of the rays of a band at the film.
     pub(crate) launched: Column<f32>,
     pub(crate) landing: ReprojectionColumns,
-    pub(crate) exact: F64Columns,
+    /// Rays that are traced in f64.
+    pub exact: F64Columns,
 }

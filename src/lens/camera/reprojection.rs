@@ -8,11 +8,11 @@ use glam::{DAffine3, DVec3};
 
 use super::band::Band;
 use super::{Camera, LensColumns, LensModel, RealLens};
-use crate::lanes::Real;
-use crate::lens::trace::frame_transform::{FrameTransform, FrameTransformKernel};
-use crate::lens::trace::kernel::{LensRay, SurfaceKernel};
-use crate::lens::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
-use crate::rays::{Column, LensBatch, RayBatch, ReprojectionBatch};
+use crate::trace::frame_transform::{FrameTransform, FrameTransformKernel};
+use crate::trace::kernel::{LensRay, SurfaceKernel};
+use crate::trace::{retrace_in_f64, retrace_in_f64_lossy, trace, trace_lossy};
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, LensBatch, RayBatch, ReprojectionBatch};
 
 /// Working columns of reprojected rays.
 #[derive(Clone, Debug, Default)]

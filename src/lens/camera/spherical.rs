@@ -6,9 +6,9 @@ use glam::{Vec2, Vec3};
 
 use super::Camera;
 use super::camera_to_world::CameraToWorld;
-use crate::equal_area;
-use crate::lanes::Real;
-use crate::rays::{RayBatch, SampleBatch};
+use petzval_base::equal_area;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{RayBatch, SampleBatch};
 
 /// Mapping between a picture and all directions, as in pbrt-v4. Points of the picture are fractions
 /// of its width from the left, and of its height from the top. The y axis of the camera frame points
@@ -53,7 +53,7 @@ impl SphericalMapping {
 
     /// Returns the changes of a unit direction, camera space, that are seen at small distances to
     /// the right and downwards in the picture, or in the opposite directions.
-    pub(crate) fn neighbours(self, direction: Vec3, distance: Vec2) -> [Vec3; 2] {
+    pub fn neighbours(self, direction: Vec3, distance: Vec2) -> [Vec3; 2] {
         match self {
             Self::EqualArea => {
                 let at = self.point(direction);

@@ -2,9 +2,9 @@
 
 use super::Camera;
 use super::camera_to_world::CameraToWorld;
-use crate::lanes::Real;
-use crate::rays::{RayBatch, SampleBatch};
-use crate::sampler::concentric_disk;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{RayBatch, SampleBatch};
+use petzval_base::sampler::concentric_disk;
 
 /// Thin lens without aberration or vignetting.
 #[derive(Clone, Copy, Debug, PartialEq)]

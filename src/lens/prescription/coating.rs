@@ -15,7 +15,7 @@
 //! no difference of similar numbers. Unpolarised light has the mean of both; the small polarisation
 //! that light acquires from surface to surface is neglected. T is the same in both directions.
 
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Coating of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 
 use super::Prescription;
 use super::design::{Configuration, Quantity, Setting};
-use crate::lens::analysis::paraxial::Paraxial;
+use crate::focus::paraxial::Paraxial;
 
 /// Steps of bisection: they reach the precision of f64.
 pub(super) const HALVINGS: u32 = 60;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::configuration::ZoomError;
-use crate::io::path_excerpt;
-use crate::spectrum::glass::{GlassError, IndexRangeError};
+use petzval_base::io::path_excerpt;
+pub use petzval_spectrum::glass::{GlassError, IndexRangeError};
 
 /// An error of a lens file or a prescription.
 #[derive(Debug, thiserror::Error)]

@@ -3,9 +3,9 @@
 use super::Prescription;
 use super::configuration::{HALVINGS, bisect};
 use super::design::Configuration;
-use crate::lens::analysis::focus::RealRayFocus;
-use crate::lens::analysis::focus_model::FocusModel;
-use crate::lens::analysis::paraxial::{FocusError, Paraxial};
+use crate::focus::focus_model::FocusModel;
+use crate::focus::paraxial::{FocusError, Paraxial};
+use crate::focus::real_ray::RealRayFocus;
 
 /// Error of the film that is not worth another step (mm).
 const PRECISION: f64 = 1e-8;

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 /// Shape of the opening of a stop, inside its clear diameter.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub enum Iris {
     /// A circle of the clear diameter.
     #[default]

@@ -1,21 +1,19 @@
 //! The prescription of a lens: its surfaces, media, stop and alignment.
 
-pub(crate) mod coating;
+pub mod coating;
 pub(crate) mod configuration;
-pub(crate) mod design;
-pub(crate) mod error;
-pub(crate) mod formats;
+pub mod design;
+pub mod error;
 pub(crate) mod group_focus;
 pub(crate) mod index_warnings;
-pub(crate) mod iris;
-pub(crate) mod limits;
-pub(crate) mod named_mask;
-pub(crate) mod options;
-pub(crate) mod pose;
+pub mod iris;
+pub mod limits;
+pub mod named_mask;
+pub mod pose;
 pub(crate) mod row;
 pub(crate) mod rows;
-pub(crate) mod surface_aperture;
-pub(crate) mod system;
+pub mod surface_aperture;
+pub mod system;
 
 use std::fmt;
 use std::sync::Arc;
@@ -27,7 +25,7 @@ use pose::{CoordinateBreak, TiltDecenter};
 pub use row::{CrossSection, Row, TransverseAxis};
 pub use rows::Rows;
 
-use crate::spectrum::glass::{CatalogueGlass, D_LINE, Glass, IndexRangeError, likely_glass};
+pub use petzval_spectrum::glass::{CatalogueGlass, D_LINE, Glass, IndexRangeError, likely_glass};
 
 /// A lens: its surfaces from the scene to the film. Lengths are in millimetres.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,7 +86,7 @@ impl Prescription {
     /// As [`Self::at_wavelength`], for a wavelength in a range that
     /// [`Self::check_wavelengths`] has passed. Beyond it the indices are those of the ends of the
     /// data.
-    pub(crate) fn at_checked_wavelength(&self, nm: f64) -> Self {
+    pub fn at_checked_wavelength(&self, nm: f64) -> Self {
         let mut lens = self.clone();
         for row in &mut lens.rows {
             row.index = row.glass.nearest_index(row.index, nm);
@@ -172,8 +170,8 @@ impl Prescription {
         [self.travel_before(i) * before, self.travel_before(i + 1) * behind]
     }
 
-    /// Returns [`Self::signed_indices`] of all rows.
-    pub(crate) fn all_signed_indices(&self) -> Vec<[f64; 2]> {
+    /// Returns `signed_indices` of all rows.
+    pub fn all_signed_indices(&self) -> Vec<[f64; 2]> {
         let travels = self.travels();
         let signed = |i: usize| {
             let [before, behind] = self.indices(i);

@@ -4,8 +4,8 @@ use super::coating::Coating;
 use super::iris::Iris;
 use super::pose::Pose;
 use super::surface_aperture::SurfaceAperture;
-use crate::lens::analysis::paraxial::RayTransferMatrix;
-use crate::spectrum::glass::Glass;
+use crate::focus::paraxial::RayTransferMatrix;
+pub use petzval_spectrum::glass::Glass;
 
 /// An axis across the optical axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,7 +207,7 @@ impl Row {
     }
 
     /// Returns whether all of the clear diameter is open: no iris, obstruction or other aperture.
-    pub(crate) fn is_unobstructed(&self) -> bool {
+    pub fn is_unobstructed(&self) -> bool {
         self.opening_is_round() && self.obstruction == 0.0
     }
 
@@ -230,7 +230,7 @@ impl Row {
     }
 
     /// Opens all of the clear diameter.
-    pub(crate) fn open_all(&mut self) {
+    pub fn open_all(&mut self) {
         (self.iris, self.obstruction) = (Iris::Round, 0.0);
         self.apertures.clear();
     }

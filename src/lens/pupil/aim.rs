@@ -6,10 +6,10 @@
 use super::PupilBounds;
 use super::sample::Lookup;
 use super::target::{PupilTargets, UNUSED_LANE};
-use crate::lanes::Real;
-use crate::lens::prescription::pose::Pose;
-use crate::lens::trace::kernel::LensRay;
-use crate::rays::{Column, LensBatch, SampleBatch};
+use crate::prescription::pose::Pose;
+use crate::trace::kernel::LensRay;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, LensBatch, SampleBatch};
 
 /// The sampled pupil points of a wave.
 #[derive(Clone, Debug, Default)]

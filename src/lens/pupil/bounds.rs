@@ -8,9 +8,9 @@ use super::table::TableBuilder;
 use super::target::TriangleSteps;
 use super::vicinity::Vicinities;
 use super::{CELLS, Ellipse, PupilSampling, RINGS};
-use crate::lens::prescription::iris::Iris;
-use crate::lens::prescription::pose::FilmPlane;
-use crate::lens::prescription::{Prescription, Row};
+use crate::prescription::iris::Iris;
+use crate::prescription::pose::FilmPlane;
+use crate::prescription::{Prescription, Row};
 
 /// The bounds of a lens's exit pupil for every film point.
 #[derive(Clone, Debug)]
@@ -173,7 +173,7 @@ impl PupilBounds {
 
     /// Returns whether pupil points are in the frame of the lens, and film points are looked up by
     /// their position on the film itself.
-    pub(in crate::lens) fn uses_lens_frame(&self) -> bool {
+    pub(crate) fn uses_lens_frame(&self) -> bool {
         matches!(self.table, FanTable::Grid { .. } | FanTable::Polar(_))
     }
 

@@ -8,13 +8,13 @@
 //! - Round lens, untilted film: radii. Pupil points are in the frame of the film point: u points
 //!   away from the axis, v across.
 //! - Tilted film, or round elements of which some are tilted or decentred: spokes and rings about
-//!   the axis ([`polar_grid`]). Here and below, u and v are x and y of the lens.
-//! - Any other lens: a regular grid over the film ([`film_grid`]).
+//!   the axis (`polar_grid`). Here and below, u and v are x and y of the lens.
+//! - Any other lens: a regular grid over the film (`film_grid`).
 //!
 //! Fans can miss slivers of the light. A small share of the samples is therefore drawn around them,
 //! and weights use the density of the mixture, so that the picture stays unbiased. Three regions,
 //! each larger than the one before, bound the weight of light that the ones before miss: the
-//! [rim](mod@rim) just outside the fan, its [vicinity](mod@vicinity) and the whole rear element.
+//! rim just outside the fan, its vicinity and the whole rear element.
 
 pub(crate) mod aim;
 pub(crate) mod bounds;
@@ -30,7 +30,7 @@ pub(crate) mod sample;
 pub(crate) mod table;
 pub(crate) mod target;
 pub(crate) mod tracker;
-mod vicinity;
+pub mod vicinity;
 
 pub(crate) use bounds::FanTable;
 pub use bounds::PupilBounds;

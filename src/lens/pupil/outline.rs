@@ -2,12 +2,12 @@
 
 use glam::DVec2;
 
-use crate::lanes::f32x8;
-use crate::lens::prescription::Prescription;
-use crate::lens::trace::sequence::{Side, sequence};
-use crate::lens::trace::surface::Surface;
-use crate::lens::trace::trace;
-use crate::rays::{LensBatch, WAVE_SIZE};
+use crate::prescription::Prescription;
+use crate::trace::sequence::{Side, sequence};
+use crate::trace::surface::Surface;
+use crate::trace::trace;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{LensBatch, WAVE_SIZE};
 
 /// Directions from the centre of the pupil in which its edge is searched: over 180 degrees if the
 /// other half is the mirror image, else over 360.

@@ -4,8 +4,8 @@ use super::RINGS;
 use super::bounds::{FanTable, PupilBounds, integer_part, ring, ring_position};
 use super::fan::{TRIANGLES, Triangle};
 use super::target::{DENSITY, PupilTarget, PupilTargets, TriangleSteps, point_target};
-use crate::rays::{Column, WAVE_SIZE};
-use crate::sampler::concentric_disk;
+use petzval_base::rays::{Column, WAVE_SIZE};
+use petzval_base::sampler::concentric_disk;
 
 /// Columns that are computed in SIMD before the fans are looked up.
 #[derive(Clone, Debug, Default)]

@@ -9,8 +9,8 @@ use super::polar_grid::{POLAR_RINGS, PolarGrid, SPOKES, direction, ring_fraction
 use super::target::TriangleSteps;
 use super::tracker::PupilTracker;
 use super::{CELLS, Ellipse, FanTable, RINGS};
-use crate::lens::prescription::Prescription;
-use crate::lens::prescription::pose::Pose;
+use crate::prescription::Prescription;
+use crate::prescription::pose::Pose;
 
 /// Enlargement of the ellipses around the rear element, so that they enclose all of it.
 const REAR_MARGIN: f32 = 1.002;

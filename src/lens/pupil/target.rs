@@ -1,7 +1,7 @@
 //! Lookup rows of the pupil table: one row per sample.
 
 use super::fan::{Fan, TRIANGLES, Triangle};
-use crate::rays::Column;
+use petzval_base::rays::Column;
 
 /// One row of the pupil table: the lanes from which a sample computes its pupil point `centre +
 /// sqrt(v) (corner + t side)`. The lanes are u and v of the centre, of the corner and of the side,

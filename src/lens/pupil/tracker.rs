@@ -2,8 +2,8 @@
 
 use super::outline::{OutlineFinder, PupilBox, PupilOutline};
 use super::table::{FilmPosition, TableBuilder};
-use crate::lens::analysis::paraxial::Paraxial;
-use crate::lens::prescription::TransverseAxis;
+use crate::focus::paraxial::Paraxial;
+use crate::prescription::TransverseAxis;
 
 /// Steps along the film radius towards the edge of the light.
 const STEPS: usize = 48;

@@ -24,7 +24,7 @@ use super::bounds::{FanTable, PupilBounds, ring, ring_position};
 use super::fan::Fan;
 use super::polar_grid::{POLAR_RINGS, SPOKES};
 use super::{CELLS, Ellipse};
-use crate::sampler::concentric_disk;
+use petzval_base::sampler::concentric_disk;
 
 /// Least and largest enlargement of the fans. More than the least only reaches as far from the axis
 /// as the rear element.
@@ -33,7 +33,7 @@ const MARGINS: [f32; 2] = [1.1, 1.5];
 /// Ellipse around the light of a film point. It is axis-parallel in a frame whose u axis has the
 /// direction `turn` in the frame of the points.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Vicinity {
+pub struct Vicinity {
     centre: [f32; 2],
     /// Semi-axes, 0 if nothing is drawn.
     half: [f32; 2],
@@ -49,7 +49,7 @@ impl Vicinity {
     }
 
     /// Returns the density of points that are drawn uniformly from it, mm^-2; 0 outside.
-    pub(super) fn density(&self, point: [f32; 2]) -> f32 {
+    pub fn density(&self, point: [f32; 2]) -> f32 {
         if self.half[0] <= 0.0 {
             return 0.0;
         }
@@ -149,7 +149,7 @@ fn area([a, b]: [f32; 2]) -> f32 {
 
 impl PupilBounds {
     /// Returns the vicinity of a film point (mm) with this fan, in the frame of the fan.
-    pub(super) fn vicinity(&self, film: [f32; 2], fan: &Fan) -> Vicinity {
+    pub fn vicinity(&self, film: [f32; 2], fan: &Fan) -> Vicinity {
         if let Some((round, middle)) = &self.vicinities.round {
             let at = [0, 1].map(|i| film[i] + middle[i]);
             let vicinity = round.vicinity(at, &round.fan(at));
@@ -198,46 +198,5 @@ impl PupilBounds {
     /// vertex.
     pub fn largest_area(&self) -> f32 {
         self.vicinities.largest_area() / self.shares.vicinity
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::path::Path;
-
-    use super::*;
-    use crate::lens::{FilmPlane, Paraxial, Pose, PupilSampling, read};
-
-    #[test]
-    fn the_vicinity_encloses_the_fans_with_a_margin() {
-        let poses = [[0.0; 4], [0.0; 4], [0.0, 0.0, 4.0, -3.0], [0.2, -0.1, 0.0, 0.0]];
-        let lenses = ["dgauss.50mm.dat", "fisheye.10mm.dat", "phone.toml", "anamorphic.toml"];
-        for (name, radius) in lenses.into_iter().zip([20.0, 12.0, 3.0, 15.0]) {
-            for (divisor, [x, y, tilt_x, tilt_y]) in [1.0, 16.0, 4.0, 2.0].into_iter().zip(poses) {
-                let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("lenses");
-                let mut lens = read(&folder.join(name)).expect("a shipped lens");
-                lens.stop_down(lens.rows[lens.stop()].diameter / divisor);
-                let film = Paraxial::new(&lens).film_for_focus(f64::INFINITY).expect("a focus");
-                let pose = Pose { decentre: [x, y], tilt: [tilt_x, tilt_y] };
-                let film = FilmPlane { pose, ..FilmPlane::aligned(film, radius) };
-                let bounds = PupilBounds::for_film(&lens, &film, PupilSampling::Pupil);
-                let mut open = 0;
-                for i in 0..400 {
-                    let place = [i % 20, i / 20].map(|k| (f64::from(k) + 0.3) / 10.0 - 1.0);
-                    let at = [0, 1].map(|axis| (place[axis] * film.half[axis]) as f32);
-                    let fan = bounds.fan(at);
-                    if !fan.is_open() {
-                        continue;
-                    }
-                    open += 1;
-                    let vicinity = bounds.vicinity(at, &fan);
-                    for corner in fan.corners {
-                        let point = [0, 1].map(|axis| fan.centre[axis] + 1.098 * corner[axis]);
-                        assert!(vicinity.density(point) > 0.0, "{name}, {divisor}, {pose}: {at:?}");
-                    }
-                }
-                assert!(open > 100, "{name}: {open} of 400 film points are lit");
-            }
-        }
     }
 }

@@ -10,8 +10,8 @@ use super::crossing::{
     start_on_conic,
 };
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
-use crate::lanes::Real;
-use crate::lens::prescription::Row;
+use crate::prescription::Row;
+use petzval_base::lanes::Real;
 
 /// Coefficients and bounds of an asphere, +z along the direction of travel.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
 use super::single::follow;
 use super::surface::Surface;
-use crate::lanes::Real;
-use crate::rays::LensBatch;
+use petzval_base::lanes::Real;
+use petzval_base::rays::LensBatch;
 
 /// Traces a batch through a sequence of surfaces. One surface at a time over the whole batch hides
 /// the latency of square root and division as well as interleaving would.
@@ -23,7 +23,7 @@ pub fn trace<R: Real>(
 }
 
 /// Traces a batch like [`trace`]; every surface multiplies the weight by its transmittance
-/// ([`CoatingModel`](crate::lens::CoatingModel)).
+/// ([`CoatingModel`](crate::CoatingModel)).
 #[inline(never)]
 pub fn trace_lossy<R: Real>(
     batch: &mut LensBatch<R::Scalar>,
@@ -53,7 +53,7 @@ fn trace_batch<R: Real, const LOSSY: bool>(
 }
 
 /// Traces a batch like [`trace_lossy`] through surfaces some of which reflect
-/// ([`ghost_sequence`](crate::lens::ghost_sequence)), and returns the number of rays that come out.
+/// ([`ghost_sequence`](crate::ghost_sequence)), and returns the number of rays that come out.
 /// No ray is listed for f64: rays that f32 cannot decide are invisible in a ghost.
 #[inline(never)]
 pub fn trace_ghost<R: Real>(

@@ -13,8 +13,8 @@ use super::crossing::{
     start_on_conic,
 };
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
-use crate::lanes::Real;
-use crate::lens::prescription::{CrossSection, Row};
+use crate::prescription::{CrossSection, Row};
+use petzval_base::lanes::Real;
 
 /// Rings, and points on a ring, at which a surface is sampled for its bounds.
 const SAMPLES: [u32; 2] = [128, 64];

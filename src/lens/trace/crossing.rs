@@ -7,7 +7,7 @@
 
 use super::kernel::{KernelOutput, LensRay, SurfaceLanes};
 use super::refract::{meet_conic, refracted};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Greatest number of Newton steps, each of which doubles the digits; rays that need more are
 /// searched.

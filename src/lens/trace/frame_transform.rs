@@ -7,7 +7,7 @@
 use glam::DAffine3;
 
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel};
-use crate::lanes::{Real, vector};
+use petzval_base::lanes::{Real, vector};
 
 /// A rotation and a translation; mm, +z along the direction of travel in both frames.
 #[derive(Clone, Debug, PartialEq)]

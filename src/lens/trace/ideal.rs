@@ -5,8 +5,8 @@
 //! "Principles of Optics", 4.3). Rays change direction and height in one plane.
 
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
-use crate::lanes::Real;
-use crate::lens::analysis::paraxial::RayTransferMatrix;
+use crate::focus::paraxial::RayTransferMatrix;
+use petzval_base::lanes::Real;
 
 /// An ideal lens for rays of one direction of travel.
 #[derive(Clone, Debug)]

@@ -8,8 +8,8 @@ use super::polynomial::PolynomialKernel;
 use super::refract::{ConicKernel, CylinderKernel, SphereKernel};
 use super::stop::{ClipKernel, ObstructionKernel, OpeningKernel, StopKernel};
 use super::surface::{Surface, SurfaceKind};
-use crate::lanes::Real;
-use crate::lens::prescription::TransverseAxis;
+use crate::prescription::TransverseAxis;
+use petzval_base::lanes::Real;
 
 /// A ray, or a packet of rays, inside the lens.
 #[derive(Clone, Copy, Debug)]

@@ -3,14 +3,14 @@
 use super::batch::reflected;
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
 use super::surface::{Surface, SurfaceKind};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Value of [`OpticalPath::clipped`] for a ray that passes.
-pub(crate) const PASSES: f64 = -1.0;
+pub const PASSES: f64 = -1.0;
 
 /// A ray, or a packet of rays, behind a sequence of surfaces, with what happened on the way.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OpticalPath<R> {
+pub struct OpticalPath<R> {
     /// The ray in the frame of the last surface.
     pub ray: LensRay<R>,
     /// Optical path length from the start of the ray to the last surface (mm); NaN if the ray
@@ -30,7 +30,7 @@ impl<R: Real<Scalar = f64>> OpticalPath<R> {
 }
 
 /// Traces rays through a sequence of surfaces as if they had no rims.
-pub(crate) fn trace_past_rims<R: Real<Scalar = f64>>(
+pub fn trace_past_rims<R: Real<Scalar = f64>>(
     ray: LensRay<R>,
     surfaces: &[Surface<f64>],
 ) -> OpticalPath<R> {

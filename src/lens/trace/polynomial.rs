@@ -11,7 +11,7 @@
 //! four variables.
 
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Number of monomials of the three invariants of a round part up to the second degree; vectors are
 /// of the fifth degree in point and direction.

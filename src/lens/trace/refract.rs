@@ -17,7 +17,7 @@
 
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
 use super::surface::Surface;
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Returns the distance s to a quadric in units of T, T.N there, and its square.
 #[inline(always)]

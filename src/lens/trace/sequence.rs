@@ -6,11 +6,11 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::frame_transform::FrameTransform;
 use super::surface::{Approach, Surface, SurfaceKind, push};
-use crate::lanes::Real;
-use crate::lens::prescription::Prescription;
-use crate::lens::prescription::coating::{Coating, CoatingModel};
-use crate::lens::prescription::pose::Outside;
-use crate::spectrum::glass::D_LINE;
+use crate::prescription::Prescription;
+use crate::prescription::coating::{Coating, CoatingModel};
+use crate::prescription::pose::Outside;
+use petzval_base::lanes::Real;
+use petzval_spectrum::glass::D_LINE;
 
 /// Side of the lens that rays come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,11 +36,7 @@ pub fn sequence<R: Real>(lens: &Prescription, from: Side) -> Vec<Surface<R::Scal
 }
 
 /// Returns the same surfaces with coatings at a wavelength (nm). The indices are those of the lens.
-pub(crate) fn sequence_at<R: Real>(
-    lens: &Prescription,
-    from: Side,
-    nm: f64,
-) -> Vec<Surface<R::Scalar>> {
+pub fn sequence_at<R: Real>(lens: &Prescription, from: Side, nm: f64) -> Vec<Surface<R::Scalar>> {
     let count = lens.rows.len();
     let mut path = Builder::<R>::new(lens, nm);
     for i in 0..count {

@@ -3,7 +3,7 @@
 use super::batch::reflected;
 use super::kernel::{KernelOutput, KernelVisitor, LensRay, SurfaceKernel, dispatch};
 use super::surface::Surface;
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Reason for which a ray ends at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

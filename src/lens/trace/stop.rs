@@ -1,9 +1,9 @@
 //! Kernels that only block: the stop, the shape of its opening, an obstruction.
 
 use super::kernel::{KernelOutput, LensRay, SurfaceKernel, SurfaceLanes};
-use crate::lanes::Real;
-use crate::lens::prescription::iris::{ApertureMask, Iris};
-use crate::lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
+use crate::prescription::iris::{ApertureMask, Iris};
+use crate::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
+use petzval_base::lanes::Real;
 
 /// Kernel of the plane of a stop.
 #[derive(Clone, Copy)]

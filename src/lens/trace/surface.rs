@@ -8,10 +8,10 @@ use super::frame_transform::FrameTransform;
 use super::ideal::Ideal;
 use super::polynomial::Polynomial;
 use super::stop::{ApertureShape, ClipShape};
-use crate::lanes::Real;
-use crate::lens::prescription::coating::CoatingModel;
-use crate::lens::prescription::iris::Iris;
-use crate::lens::prescription::{Row, TransverseAxis};
+use crate::prescription::coating::CoatingModel;
+use crate::prescription::iris::Iris;
+use crate::prescription::{Row, TransverseAxis};
+use petzval_base::lanes::Real;
 
 /// Kernel that takes a ray to a surface and through it.
 #[derive(Clone, Debug)]

@@ -4,9 +4,9 @@ use std::io;
 use std::sync::OnceLock;
 
 use crate::aov::TileFeatures;
-use crate::io::codec::{ChecksumReader, ChecksumWriter};
 use crate::job::Job;
-use crate::render::wave::{TileResult, WorkItem};
+use crate::wave::{TileResult, WorkItem};
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 
 /// Results of the work items of a round, by number. Workers insert results while others are read.
 #[derive(Default)]

@@ -1,7 +1,7 @@
 //! Half buffer: two independent means of the same pixels, whose difference estimates their variance.
 
 use crate::film::{Tile, TileSums};
-use crate::spectrum::xyz_from_srgb;
+use petzval_spectrum::xyz_from_srgb;
 
 /// Two quarters of all samples.
 pub(super) struct HalfBuffer {

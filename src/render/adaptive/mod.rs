@@ -30,12 +30,12 @@ use super::workers::Workers;
 use super::{RenderError, RenderOutput};
 use crate::aov::TileFeatures;
 use crate::film::Tile;
-use crate::io::codec::{ChecksumReader, ChecksumWriter, invalid_data};
 use crate::job::{Job, StopCriteria};
-use crate::lanes::Real;
-use crate::sampler::hash;
 use completed_items::CompletedItems;
 use half_buffer::HalfBuffer;
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter, invalid_data};
+use petzval_base::lanes::Real;
+use petzval_base::sampler::hash;
 use sample_allocation::cost;
 
 /// Samples per pixel of every quarter in the first round; one if the render ends by time.

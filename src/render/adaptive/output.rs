@@ -4,10 +4,10 @@ use super::half_buffer::{luminance, relative_variance};
 use super::{Adaptive, FLOOR};
 use crate::aov::FeatureFilm;
 use crate::film::{FilmSums, clamp_to_f32};
-use crate::render::film_state::partial_output;
-use crate::render::wave::WorkItem;
-use crate::render::{Convergence, RenderOutput};
-use crate::stats::Stats;
+use crate::film_state::partial_output;
+use crate::wave::WorkItem;
+use crate::{Convergence, RenderOutput};
+use petzval_base::stats::Stats;
 
 impl Adaptive<'_> {
     /// Returns the output of a complete render.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::sample_allocation::SampleAllocation;
 use super::{Adaptive, FLOOR, INITIAL_SAMPLES};
-use crate::render::Progress;
+use crate::Progress;
 
 /// Samples per pixel of a quarter up to which a half buffer that is black takes more to find light.
 const DARK_SAMPLES: u32 = 64;

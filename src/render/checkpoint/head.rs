@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use super::Inputs;
-use crate::stats::{BounceOccupancy, LaneOccupancy, LensStats, StageStats, Stats};
+use petzval_base::stats::{BounceOccupancy, LaneOccupancy, LensStats, StageStats, Stats};
 
 /// Largest number of rays or samples in a sound head.
 const MAX_COUNT: u64 = 1 << 53;

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use crate::io::{FileLog, ReadError, file_digest};
+use petzval_base::io::{FileLog, ReadError, file_digest};
 
 /// Everything that decides the samples of a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

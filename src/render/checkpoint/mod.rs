@@ -27,11 +27,11 @@ use std::path::{Path, PathBuf};
 pub use head::Head;
 pub use inputs::Inputs;
 
-use crate::io::OutputFile;
-use crate::io::codec::{ChecksumReader, ChecksumWriter, invalid_data, read_array};
-use crate::io::{check_seekable, path_excerpt};
 use crate::job::Job;
-use crate::lens::LensModel;
+use petzval_base::io::OutputFile;
+use petzval_base::io::codec::{ChecksumReader, ChecksumWriter, invalid_data, read_array};
+use petzval_base::io::{check_seekable, path_excerpt};
+use petzval_lens::LensModel;
 
 const MAGIC: &[u8; 8] = b"PETZVAL\x1a";
 const VERSION: u32 = 2;

@@ -12,14 +12,16 @@ use super::Backend;
 use super::wave::{Wave, WorkItem};
 use crate::film::{SampleId, Tile};
 use crate::job::Job;
-use crate::lanes::{Real, f32x8};
-use crate::lens::{LensColumns, LensModel};
-use crate::rays::{Column, Hit, HitBatch, NO_INDEX, RayBatch, ReprojectionBatch, SampleBatch};
-use crate::scene::{MediumColumns, Surroundings, TraversalStack};
 use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
-use crate::spectrum::bands_of_ray;
-use crate::stats::{LensStats, StageClock};
 use glam::Vec3;
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{
+    Column, Hit, HitBatch, NO_INDEX, RayBatch, ReprojectionBatch, SampleBatch,
+};
+use petzval_base::stats::{LensStats, StageClock};
+use petzval_lens::{LensColumns, LensModel};
+use petzval_scene::{MediumColumns, Surroundings, TraversalStack};
+use petzval_spectrum::bands_of_ray;
 
 /// Replays a sample of a job. Returns `None` if no light reaches its pixel. The sample number may exceed
 /// those of the job.

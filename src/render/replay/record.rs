@@ -1,18 +1,18 @@
 //! Record of the path of a sample.
 
 use crate::film::SampleId;
-use crate::lens::RayPath;
-use crate::rays::{Hit, Ray};
 use crate::shade::VertexRecord;
+use petzval_base::rays::{Hit, Ray};
+use petzval_lens::RayPath;
 
 /// Record of the path of a sample.
 #[derive(Clone, Debug)]
 pub struct Replay {
     /// The pixel, number and seed of the sample.
     pub name: SampleId,
-    /// The film point, as in [`SampleBatch::film`](crate::rays::SampleBatch::film).
+    /// The film point, as in [`SampleBatch::film`](petzval_base::rays::SampleBatch::film).
     pub film: [f32; 2],
-    /// The time, as in [`SampleBatch::time`](crate::rays::SampleBatch::time), if anything moves.
+    /// The time, as in [`SampleBatch::time`](petzval_base::rays::SampleBatch::time), if anything moves.
     pub time: Option<f32>,
     /// The hero band, which the ray is traced in, if the lens has dispersion.
     pub band: Option<usize>,

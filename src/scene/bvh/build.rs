@@ -19,7 +19,7 @@ const REINSERTED_CURVES: f32 = 0.05;
 
 impl Bvh {
     /// Builds the hierarchy over the primitives that have finite bounds.
-    pub(in crate::scene) fn new(primitives: PrimitiveList) -> Self {
+    pub(crate) fn new(primitives: PrimitiveList) -> Self {
         match BinaryBvh::new(&primitives) {
             Some(binary) => {
                 let bvh = collapse::collapse(&binary, &primitives);
@@ -111,8 +111,8 @@ mod tests {
 
     use super::super::primitives::PrimitiveGroup;
     use super::*;
-    use crate::sampler::hash;
-    use crate::scene::geometry::Mesh;
+    use crate::geometry::Mesh;
+    use petzval_base::sampler::hash;
 
     fn random(i: u32, axis: u32) -> f32 {
         hash(8 * i + axis) as f32 / u32::MAX as f32

@@ -8,7 +8,7 @@ use super::{
     Bvh, Child, CurvePacket, Node, PackedChild, PatchPacket, PrimitiveGroup, PrimitiveId,
     PrimitiveIds, PrimitiveList, TrianglePacket,
 };
-use crate::scene::geometry::PieceBounds;
+use crate::geometry::PieceBounds;
 
 /// Cost of a test of eight boxes over that of eight triangles, measured on the benches' scenes.
 const NODE_COST: f32 = 1.5;

@@ -180,7 +180,7 @@ pub(super) struct PlacedQuadric {
     pub(super) surface: QuadricSurface,
     /// Index of its shape.
     pub(super) shape: u32,
-    /// Index of its instance, or [`NO_INDEX`](crate::rays::NO_INDEX).
+    /// Index of its instance, or [`NO_INDEX`](petzval_base::rays::NO_INDEX).
     pub(super) instance: u32,
     pub(super) alpha_tested: bool,
 }
@@ -219,18 +219,18 @@ impl Default for Bvh {
 
 impl Bvh {
     /// Most primitives of one hierarchy. Indices have 29 bits, and eight times the index of a
-    /// packet must stay below [`NO_INDEX`](crate::rays::NO_INDEX).
+    /// packet must stay below [`NO_INDEX`](petzval_base::rays::NO_INDEX).
     pub(super) const MAX_PRIMITIVES: u64 = PackedChild::INDEX_MASK as u64;
 
     /// Estimate of the memory of a primitive in a finished hierarchy (bytes), on the high side.
-    pub(crate) const BYTES_PER_PRIMITIVE: u64 = 90;
+    pub const BYTES_PER_PRIMITIVE: u64 = 90;
     /// Additional memory for each primitive during the build (bytes).
-    pub(crate) const BUILD_BYTES_PER_PRIMITIVE: u64 = 300;
+    pub const BUILD_BYTES_PER_PRIMITIVE: u64 = 300;
 
     /// Additional memory of a patch (bytes), on the high side.
-    pub(crate) const BYTES_PER_PATCH: u64 = 90;
+    pub const BYTES_PER_PATCH: u64 = 90;
     /// Additional memory of a quadric, and of an instance of a single quadric (bytes).
-    pub(crate) const BYTES_PER_QUADRIC: u64 = size_of::<PlacedQuadric>() as u64;
+    pub const BYTES_PER_QUADRIC: u64 = size_of::<PlacedQuadric>() as u64;
 
     /// Returns the shape of the only primitive, if that is an opaque quadric.
     pub(super) fn only_quadric(&self) -> Option<u32> {

@@ -3,12 +3,12 @@
 use glam::{DVec3, Vec3};
 
 use super::PlacedQuadric;
-use crate::scene::geometry::{CurvePiece, CurveSet, Mesh, PatchMesh};
-use crate::scene::transform::round_outward;
+use crate::geometry::{CurvePiece, CurveSet, Mesh, PatchMesh};
+use crate::transform::round_outward;
 
 /// The triangles or patches of a mesh, the pieces of curves, or one other primitive.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) enum PrimitiveGroup<'a> {
+pub(crate) enum PrimitiveGroup<'a> {
     /// The triangles of a mesh.
     Mesh {
         /// Index of the shape in the scene.
@@ -53,7 +53,7 @@ pub(super) enum PacketKind {
 /// All primitives of a hierarchy, numbered in order: each triangle of a mesh is a
 /// primitive, and so is each patch and each piece of a curve.
 #[derive(Debug, Default)]
-pub(in crate::scene) struct PrimitiveList<'a> {
+pub(crate) struct PrimitiveList<'a> {
     groups: Vec<PrimitiveGroup<'a>>,
     /// All quadrics of the list.
     pub(super) quadrics: Vec<PlacedQuadric>,
@@ -63,7 +63,7 @@ pub(in crate::scene) struct PrimitiveList<'a> {
 
 impl<'a> PrimitiveList<'a> {
     /// Adds a group.
-    pub(in crate::scene) fn push(&mut self, group: PrimitiveGroup<'a>) {
+    pub(crate) fn push(&mut self, group: PrimitiveGroup<'a>) {
         let count = match group {
             PrimitiveGroup::Mesh { mesh, .. } => mesh.triangles.len(),
             PrimitiveGroup::Patches { patches, .. } => patches.patches.len(),
@@ -75,7 +75,7 @@ impl<'a> PrimitiveList<'a> {
     }
 
     /// Adds a quadric in a box.
-    pub(in crate::scene) fn push_quadric(&mut self, quadric: PlacedQuadric, bounds: [Vec3; 2]) {
+    pub(crate) fn push_quadric(&mut self, quadric: PlacedQuadric, bounds: [Vec3; 2]) {
         self.push(PrimitiveGroup::Quadric(self.quadrics.len() as u32, bounds));
         self.quadrics.push(quadric);
     }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::surface_point::{SurfaceDerivatives, SurfacePoint};
 use super::triangle::ShadingTriangle;
-use crate::rays::Hit;
+use petzval_base::rays::Hit;
 
 /// Triangles over shared vertices, in the space of the object that they belong to.
 #[derive(Clone, Debug, Default, PartialEq)]

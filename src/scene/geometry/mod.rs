@@ -29,7 +29,7 @@ pub(super) use triangle::{ShadingTriangle, TriangleLanes};
 
 use glam::DVec3;
 
-use crate::rays::Hit;
+use petzval_base::rays::Hit;
 
 /// A point of a ray, and the ray's direction.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@
 
 use super::surface_packet::{SurfaceDerivativesPacket, SurfacePacket};
 use super::surface_point::gamma;
-use crate::lanes::Real;
-use crate::lanes::vector::{abs, add, cross, dot, negate, normalize, scale, select, sub};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{abs, add, cross, dot, negate, normalize, scale, select, sub};
 
 /// Vertex data of a patch in every lane, in the space of its object.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use glam::{DAffine3, Vec3};
 use super::mesh::Mesh;
 use super::patch::ShadingPatch;
 use super::surface_point::{SurfaceDerivatives, SurfacePoint};
-use crate::rays::Hit;
+use petzval_base::rays::Hit;
 
 /// Bilinear patches over shared vertices, in the space of the object that they belong to.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,8 +3,8 @@
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::surface_point::{SurfaceDerivatives, SurfacePoint, gamma};
-use crate::lanes::Real;
-use crate::lanes::vector::{
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{
     abs, add, dot, normalize, scale, scale_add, select, splat, sub, transform,
 };
 

@@ -2,8 +2,8 @@
 
 use super::surface_packet::{SurfaceDerivativesPacket, SurfacePacket};
 use super::surface_point::gamma;
-use crate::lanes::Real;
-use crate::lanes::vector::{
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{
     abs, add, clear, cross, dot, normalize, orthonormal_pair, scale, select, sub,
 };
 

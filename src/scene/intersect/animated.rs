@@ -1,15 +1,15 @@
 //! Intersection stages for animated instances, which run in addition to those for the static world.
 
 use super::to_object_space;
-use crate::lanes::Real;
-use crate::rays::{Column, Hit, HitBatch, Ray, RayBatch};
-use crate::scene::Scene;
-use crate::scene::bvh::{
+use crate::Scene;
+use crate::bvh::{
     Bvh, LeafIntersector, NearestHit, PackedChild, TraversalRay, TraversalStack, may_hit_box,
     traverse,
 };
-use crate::scene::geometry::CurveSet;
-use crate::scene::transform::to_f32;
+use crate::geometry::CurveSet;
+use crate::transform::to_f32;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, Hit, HitBatch, Ray, RayBatch};
 
 impl Scene {
     /// Returns whether a ray of a wave may hit an animated instance at any time.

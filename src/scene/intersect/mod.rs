@@ -13,9 +13,9 @@ use super::bvh::{
 };
 use super::geometry::CurveSet;
 use super::{Geometry, Scene};
-use crate::lanes::Real;
-use crate::rays::{Column, Hit, HitBatch, Ray, RayBatch};
-use crate::stats::LaneOccupancy;
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, Hit, HitBatch, Ray, RayBatch};
+use petzval_base::stats::LaneOccupancy;
 
 impl Scene {
     /// Finds the nearest hit of every ray: a stage. Returns how full the packets were.
@@ -42,7 +42,7 @@ impl Scene {
         stack: &mut TraversalStack,
         radiance: &mut [Column<f32>; 3],
     ) -> LaneOccupancy {
-        let mut blocked = [false; crate::rays::WAVE_SIZE];
+        let mut blocked = [false; petzval_base::rays::WAVE_SIZE];
         let lanes = self.trace_packets::<R, true>(rays, stack, |i, _, hit| blocked[i] = hit);
         // In the order of the rays, because sums round.
         for i in 0..rays.len {

@@ -7,10 +7,10 @@ use glam::{Vec2, Vec3};
 use super::mean;
 use super::tree::{Cone, LightBounds};
 use super::visible_cap::SpherePacket;
-use crate::rays::Hit;
-use crate::scene::geometry::DiskPacket;
-use crate::scene::texture::ImageMap;
-use crate::scene::{Geometry, Mesh};
+use crate::geometry::DiskPacket;
+use crate::texture::ImageMap;
+use crate::{Geometry, Mesh};
+use petzval_base::rays::Hit;
 
 /// Emission of a shape, as the scene file describes it.
 #[derive(Clone, Debug)]

@@ -5,11 +5,11 @@ use glam::{Vec2, Vec3};
 use super::spherical_triangle::SphericalTriangle;
 use super::visible_cap::{SpherePacket, VisibleCap};
 use super::{AreaLight, LightSample};
-use crate::lanes::Real;
-use crate::lanes::vector::{cross, dot, sub};
-use crate::rays::Hit;
-use crate::scene::geometry::{DiskPacket, ShadingTriangle};
-use crate::scene::{Geometry, Quadric, Shape, SurfacePacket, SurfacePoint};
+use crate::geometry::{DiskPacket, ShadingTriangle};
+use crate::{Geometry, Quadric, Shape, SurfacePacket, SurfacePoint};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{cross, dot, sub};
+use petzval_base::rays::Hit;
 
 /// Sampled points of emitters, and the densities with which they are sampled.
 pub(super) struct EmitterPoints<R: Real> {

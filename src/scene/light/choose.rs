@@ -6,8 +6,8 @@ use super::Lights;
 use super::sampler::{EmitterClass, LightChoice};
 use super::stage::{LightColumns, LightInputs};
 use super::tree::{Descent, LightChild, Receiver};
-use crate::lanes::{LaneIndices, Real};
-use crate::rays::SortedColumn;
+use petzval_base::lanes::{LaneIndices, Real};
+use petzval_base::rays::SortedColumn;
 
 /// Entries at a node of the tree.
 #[derive(Clone, Debug)]

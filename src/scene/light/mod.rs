@@ -25,7 +25,7 @@ pub use stage::{LightColumns, LightInputs, LightSamples};
 use glam::{Vec2, Vec3};
 
 use super::{Geometry, Scene, SurfacePoint};
-use crate::rays::{Hit, Ray};
+use petzval_base::rays::{Hit, Ray};
 use sampler::LightChoice;
 use tree::Receiver;
 
@@ -167,13 +167,13 @@ impl Scene {
     }
 
     /// Returns the indices of all area lights.
-    pub(crate) fn area_lights(&self) -> Vec<u32> {
+    pub fn area_lights(&self) -> Vec<u32> {
         let is_area = |i: &u32| matches!(self.lights.all[*i as usize], Light::Area(_));
         (0..self.lights.all.len() as u32).filter(is_area).collect()
     }
 
     /// Returns the area of each triangle of an area light, or one number for a quadric or a sky.
-    pub(crate) fn emitter_areas(&self, light: u32) -> Vec<f64> {
+    pub fn emitter_areas(&self, light: u32) -> Vec<f64> {
         let Light::Area(area) = &self.lights.all[light as usize] else { return vec![1.0] };
         match &self.shapes[area.shape as usize].geometry {
             Geometry::Mesh(mesh) => mesh.patch_areas().into_iter().map(f64::from).collect(),
@@ -184,7 +184,7 @@ impl Scene {
 
     /// Samples a point of a triangle of an area light or of a quadric, or a direction of a sky, for a
     /// point of a surface. The density [1/sr] does not include the choice of light and triangle.
-    pub(crate) fn sample_emitter(
+    pub fn sample_emitter(
         &self,
         light: u32,
         primitive: u32,
@@ -197,7 +197,7 @@ impl Scene {
 
     /// Returns the density [1/sr] with which [`Self::sample_emitter`] samples the unit `direction`
     /// from `from` to a `point` that a ray hit; 0 if the surface emits nothing.
-    pub(crate) fn emitter_density(
+    pub fn emitter_density(
         &self,
         hit: &Hit,
         from: Vec3,
@@ -219,7 +219,7 @@ impl Scene {
 
     /// Returns the density (1/sr) with which a unit direction is sampled from a point, among those of
     /// a sky. If `sampling` is complete, it is that of [`Self::sample_emitter`].
-    pub(crate) fn sky_direction_density(
+    pub fn sky_direction_density(
         &self,
         sky: u32,
         from: Vec3,
@@ -279,7 +279,7 @@ fn receiver(from: Vec3, reception: impl Into<Reception>) -> Receiver<f32> {
 
 /// Samples a direction about a unit normal with density cos / pi. Returns it and its cosine.
 pub fn cosine_hemisphere(normal: Vec3, u: [f32; 2]) -> (Vec3, f32) {
-    let [x, y] = crate::sampler::concentric_disk(u[0], u[1]);
+    let [x, y] = petzval_base::sampler::concentric_disk(u[0], u[1]);
     let z = (1.0 - x * x - y * y).max(0.0).sqrt();
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     (tangent * x + bitangent * y + normal * z, z)

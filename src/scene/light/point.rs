@@ -7,8 +7,8 @@ use glam::{Mat3, Vec2, Vec3};
 
 use super::mean;
 use super::tree::{Cone, LightBounds};
-use crate::equal_area;
-use crate::io::image::Picture;
+use petzval_base::equal_area;
+use petzval_image::Picture;
 
 /// A light at one position.
 #[derive(Clone, Debug)]

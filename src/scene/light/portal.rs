@@ -11,8 +11,8 @@ use glam::{Mat3, Vec2, Vec3};
 use super::mean;
 use super::sky::SkySample;
 use super::windowed_distribution::{Window, WindowedDistribution};
-use crate::equal_area;
-use crate::io::image::Picture;
+use petzval_base::equal_area;
+use petzval_image::Picture;
 
 /// A light at infinite distance that is seen through a rectangle alone.
 ///

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::lanes::Real;
-use crate::lanes::vector::{dot, splat};
-use crate::rays::SortedColumn;
-use crate::scene::VectorColumns;
+use crate::VectorColumns;
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{dot, splat};
+use petzval_base::rays::SortedColumn;
 
 /// Squared part of the bound of lights that widens a lobe, since most of them are far inside. Of 0.04 to
 /// 1, this left the least noise in the atelier and at night.

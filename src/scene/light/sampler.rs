@@ -2,8 +2,8 @@
 
 use super::tree::{Emitter, LightTree, Receiver};
 use super::{AreaLight, Light, mean};
-use crate::lanes::Real;
-use crate::scene::{Geometry, Shape};
+use crate::{Geometry, Shape};
+use petzval_base::lanes::Real;
 
 /// All lights of a scene, and the light tree over those at finite distance.
 #[derive(Clone, Debug, Default)]
@@ -204,7 +204,7 @@ impl Lights {
     }
 
     /// Returns the indices of the skies that are sampled: those with an image, and portals.
-    pub(crate) fn sampled_skies(&self) -> impl Iterator<Item = u32> {
+    pub fn sampled_skies(&self) -> impl Iterator<Item = u32> {
         self.skies.iter().copied().filter(|sky| self.distant.contains(sky))
     }
 

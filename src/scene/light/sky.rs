@@ -6,9 +6,9 @@ use glam::{Mat3, Vec2, Vec3};
 
 use super::mean;
 use super::point::luminance;
-use crate::distribution::Distribution;
-use crate::equal_area;
-use crate::scene::texture::ImageMap;
+use crate::texture::ImageMap;
+use petzval_base::distribution::Distribution;
+use petzval_base::equal_area;
 
 /// A light at infinite distance in all directions.
 #[derive(Clone, Debug)]

@@ -5,9 +5,9 @@
 //! unit vectors comes from an edge of the triangle, and every 1 - cos is a versine, so that f32 is
 //! exact to some 1e-5 at all sizes that are sampled by solid angle.
 
-use crate::lanes::Real;
-use crate::lanes::angle::{angle_above_axis, sin_versine};
-use crate::lanes::vector::{add, cross, dot, normalize, scale, scale_add, select, sub};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::angle::{angle_above_axis, sin_versine};
+use petzval_base::lanes::vector::{add, cross, dot, normalize, scale, scale_add, select, sub};
 
 /// Projections of triangles onto the unit spheres about points. The first corner here is the nearest
 /// one, as the edges from it are not long against the distances of their ends.
@@ -149,7 +149,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
 
     /// Solid angle of a triangle about the origin, in f64.
     fn solid_angle(corners: [DVec3; 3]) -> f64 {

@@ -8,11 +8,11 @@ use super::reception::{GlossyLobe, LobeColumns, Reception};
 use super::sampler::EmitterClass;
 use super::visible_cap::SpherePacket;
 use super::{AreaLight, Light, SkySampling};
-use crate::lanes::vector::{normalize, select};
-use crate::lanes::{LaneIndices, Real};
-use crate::rays::SortedColumn;
-use crate::scene::geometry::{DiskPacket, TriangleLanes};
-use crate::scene::{Geometry, Scene, SurfaceColumns, SurfacePacket, VectorColumns};
+use crate::geometry::{DiskPacket, TriangleLanes};
+use crate::{Geometry, Scene, SurfaceColumns, SurfacePacket, VectorColumns};
+use petzval_base::lanes::vector::{normalize, select};
+use petzval_base::lanes::{LaneIndices, Real};
+use petzval_base::rays::SortedColumn;
 
 /// Vertices for which lights are sampled.
 #[derive(Clone, Copy, Debug)]

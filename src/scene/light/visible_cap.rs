@@ -3,10 +3,12 @@
 
 use std::f64::consts::TAU;
 
-use crate::lanes::Real;
-use crate::lanes::angle::sin_versine;
-use crate::lanes::vector::{abs, add, dot, max_component, orthonormal_pair, scale, scale_add, sub};
-use crate::scene::geometry::{Sphere, SurfacePacket, gamma};
+use crate::geometry::{Sphere, SurfacePacket, gamma};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::angle::sin_versine;
+use petzval_base::lanes::vector::{
+    abs, add, dot, max_component, orthonormal_pair, scale, scale_add, sub,
+};
 
 /// A whole sphere in every lane.
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +104,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
 
     /// A sphere, and points from near its surface to far away.
     fn caps() -> impl Iterator<Item = (SpherePacket<f32>, [f32; 3])> {

@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 use tensor::{Tensor, TensorFile};
 use warp::{Grid, Warp, Warped};
 
-use crate::spectrum::daylight_weights;
+use petzval_spectrum::daylight_weights;
 
 /// Table of the reflection of a measured surface.
 ///
@@ -200,7 +200,7 @@ mod tests {
 
     fn file() -> Vec<u8> {
         let path = "tests/pbrt_language/isotropic.bsdf";
-        std::fs::read(format!("{}/{path}", env!("CARGO_MANIFEST_DIR"))).expect(path)
+        std::fs::read(format!("{}/../../{path}", env!("CARGO_MANIFEST_DIR"))).expect(path)
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::texture::noise;
+use crate::texture::noise;
 
 /// Density of a cloud: octaves of noise whose places another noise shifts, thinner with height
 /// (pbrt-v4's medium `cloud`).

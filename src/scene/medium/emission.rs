@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::spectrum::blackbody;
+use petzval_spectrum::blackbody;
 
 /// Linear RGB of black bodies whose spectrum has the maximum 1, as pbrt-v4 scales them: the integral
 /// over the wavelengths in nm, weighted by the colour-matching functions.

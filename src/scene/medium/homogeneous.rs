@@ -1,7 +1,7 @@
 //! Homogeneous media: collisions and transmittance in closed form, over lanes.
 
-use crate::lanes::Real;
-use crate::lanes::math::{exp_negative, ln};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::math::{exp_negative, ln};
 
 /// A medium that is the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,11 +6,11 @@ use super::homogeneous::Homogeneous;
 use super::stage::{MediumColumns, Surroundings};
 use super::track::{Way, WayEnd};
 use super::{Medium, MediumModel};
-use crate::lanes::vector::max_component;
-use crate::lanes::{LaneIndices, Real};
-use crate::rays::{Column, Hit, HitBatch, NO_INDEX, RayBatch};
-use crate::sampler::{Dimension, RandomStream, hash, sample_2d};
-use crate::scene::Scene;
+use crate::Scene;
+use petzval_base::lanes::vector::max_component;
+use petzval_base::lanes::{LaneIndices, Real};
+use petzval_base::rays::{Column, Hit, HitBatch, NO_INDEX, RayBatch};
+use petzval_base::sampler::{Dimension, RandomStream, hash, sample_2d};
 
 /// Rays that travel in one medium.
 pub(super) struct MediumPass<'a, const SHADOW: bool> {

@@ -12,7 +12,7 @@ mod homogeneous;
 mod majorant;
 mod measured;
 mod medium_pass;
-mod phase_function;
+pub mod phase_function;
 mod stage;
 mod subsurface;
 mod subsurface_walk;
@@ -38,7 +38,7 @@ use glam::Vec3;
 
 use super::world::build_world;
 use super::{MaterialModel, Scene};
-use crate::rays::{Hit, NO_INDEX};
+use petzval_base::rays::{Hit, NO_INDEX};
 
 /// Index of no medium.
 pub const VACUUM: u32 = NO_INDEX;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Largest magnitude of the asymmetry, as in pbrt-v4.
 const MAX_G: f32 = 0.99;

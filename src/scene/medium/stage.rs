@@ -5,10 +5,10 @@ use glam::Vec3;
 
 use super::VACUUM;
 use super::medium_pass::MediumPass;
-use crate::lanes::Real;
-use crate::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch, WAVE_SIZE};
-use crate::scene::{MaterialModel, Scene, TraversalStack};
-use crate::stats::LaneOccupancy;
+use crate::{MaterialModel, Scene, TraversalStack};
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LaneOccupancy;
 
 /// Samples and depth of a wave, and the kinds of work that its scene calls for.
 #[derive(Clone, Copy, Debug)]

@@ -5,11 +5,11 @@ use glam::Vec3;
 use super::medium_pass::MediumPass;
 use super::phase_function::sample_henyey_greenstein_cosine;
 use super::subsurface::DiffuseBoundary;
-use crate::lanes::math::sin_cos_turns;
-use crate::lanes::vector::max_component;
-use crate::rays::{Hit, RayDifferential};
-use crate::sampler::RandomStream;
-use crate::scene::cosine_hemisphere;
+use crate::cosine_hemisphere;
+use petzval_base::lanes::math::sin_cos_turns;
+use petzval_base::lanes::vector::max_component;
+use petzval_base::rays::{Hit, RayDifferential};
+use petzval_base::sampler::RandomStream;
 
 impl<const SHADOW: bool> MediumPass<'_, SHADOW> {
     /// Turns a ray that walks through the medium where it scatters, or where the boundary reflects

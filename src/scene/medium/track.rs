@@ -12,9 +12,9 @@ use glam::{Affine3A, DAffine3, DVec3, Vec3};
 use super::field::{Coefficients, Field};
 use super::majorant::MajorantGrid;
 use super::walk::{CoefficientLanes, MediumWalk, WalkLanes, WalkStart};
-use crate::lanes::math::ln;
-use crate::lanes::{Real, Word};
-use crate::sampler::RandomStream;
+use petzval_base::lanes::math::ln;
+use petzval_base::lanes::{Real, Word};
+use petzval_base::sampler::RandomStream;
 
 /// A medium that varies inside a box.
 #[derive(Clone, Debug)]

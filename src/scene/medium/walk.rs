@@ -1,9 +1,9 @@
 //! Rays inside a medium that varies, lane by lane.
 
 use super::track::{Way, WayEnd};
-use crate::lanes::math::ln;
-use crate::lanes::{Real, Word};
-use crate::sampler::RandomStream;
+use petzval_base::lanes::math::ln;
+use petzval_base::lanes::{Real, Word};
+use petzval_base::sampler::RandomStream;
 
 /// State of a ray where it enters the box.
 pub(super) struct WalkStart {

@@ -3,8 +3,8 @@
 use glam::Affine3A;
 
 use super::{Mapping, TexturePoint};
-use crate::lanes::Real;
-use crate::lanes::vector::{add, splat, transform};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{add, splat, transform};
 
 /// Checkerboard pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]

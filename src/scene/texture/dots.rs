@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::noise::noise;
 use super::{Mapping, TexturePoint};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Pattern of dots as in pbrt-v4: in every second unit square of texture coordinates, on average,
 /// stands a dot. It is not filtered.
@@ -40,7 +40,7 @@ fn is_inside(at: Vec2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
 
     /// Rows of 32 points, one bit each, lowest first, as printed by pbrt-v4.
     const ROWS: [u32; 16] = [

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glam::Vec2;
 
 use super::{MipMap, TextureFilter, Wrap};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Entries of the table of weights, as in pbrt-v4.
 const WEIGHT_COUNT: usize = 128;
@@ -142,8 +142,8 @@ impl Ellipse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::image::{ImageSamples, Raster};
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
+    use petzval_image::{ImageSamples, Raster};
 
     fn image(size: [usize; 2], value: impl Fn(usize, usize) -> f32) -> MipMap {
         let value = |i: usize| value(i % size[0], i / size[0]);

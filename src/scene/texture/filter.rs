@@ -1,7 +1,7 @@
 //! Filtered texture look-ups, lane by lane.
 
 use super::{MipMap, TextureFilter, Wrap};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Corners of the square of texels around a point.
 const CORNERS: usize = 4;
@@ -165,8 +165,8 @@ impl MipMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::image::{ImageSamples, Raster};
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
+    use petzval_image::{ImageSamples, Raster};
 
     #[test]
     fn eight_lookups_equal_single_ones() {

@@ -6,7 +6,7 @@ use glam::Vec2;
 
 use super::texel::{bilinear, texel_coordinates};
 use super::{Mapping, TexturePoint, Wrap};
-use crate::io::image::Picture;
+use petzval_image::Picture;
 
 /// An image that is interpolated between texels, without a mipmap.
 #[derive(Clone, Debug)]

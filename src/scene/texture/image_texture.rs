@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use super::{Mapping, MipMap, TextureFilter, TexturePoint, Wrap};
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// An image that may still have to be read from its file; black until then.
 #[derive(Clone, Debug, Default)]
@@ -90,7 +90,7 @@ impl ImageTexture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::image::{ImageSamples, Picture, Raster};
+    use petzval_image::{ImageSamples, Picture, Raster};
 
     fn texture(picture: impl Into<PendingImage>) -> ImageTexture {
         ImageTexture {

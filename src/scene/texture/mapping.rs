@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Affine3A, Mat2, Vec2, Vec3};
 
 use super::TexturePoint;
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Mapping from a point of a surface to texture coordinates (s, t), as in pbrt-v4.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Mipmap: an image at every scale, each half the size of the one before (Williams 1983).
 
 use super::Wrap;
-use crate::io::image::{ImageSamples, Picture, Raster, Transfer};
+use petzval_image::{ImageSamples, Picture, Raster, Transfer};
 
 /// Filter of a texture lookup.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,7 +75,7 @@ impl MipMap {
 
     /// Returns the memory that the mipmap of an image takes besides the image, and that which its making
     /// takes for a time (bytes).
-    pub(crate) fn more_bytes(size: [usize; 2], channels: usize, floats: bool) -> [u64; 2] {
+    pub fn more_bytes(size: [usize; 2], channels: usize, floats: bool) -> [u64; 2] {
         // A level has half of each side, and at least a pixel: in all, at most as much again as a line.
         let [width, height] = size.map(|n| n as u64);
         let pixels = width.saturating_mul(height);
@@ -201,7 +201,7 @@ fn encode(light: &[f32], transfer: Transfer) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::image::srgb_decode;
+    use petzval_image::srgb_decode;
 
     fn floats(size: [usize; 2], channels: usize) -> MipMap {
         let count = size[0] * size[1] * channels;

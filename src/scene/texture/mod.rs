@@ -28,8 +28,8 @@ pub(super) use noise::noise;
 pub use solid::{SolidPattern, SolidTexture};
 pub use texel::Wrap;
 
-use crate::lanes::Real;
-use crate::lanes::vector::{dot, splat};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{dot, splat};
 use value::Value;
 
 /// Point of a surface at which a texture is evaluated, in every lane.

@@ -56,7 +56,7 @@ const LACUNARITY: f32 = 1.99;
 const MEAN_ABSOLUTE: f32 = 0.2;
 
 /// Returns the noise at a point: -1 to 1, and 0 at points with integer coordinates.
-pub(in crate::scene) fn noise(at: Vec3) -> f32 {
+pub(crate) fn noise(at: Vec3) -> f32 {
     let at = Vec3::new(at.x % REPEAT, at.y % REPEAT, at.z % REPEAT);
     let whole = at.floor();
     let [x, y, z] = whole.to_array().map(|v| v as i32);
@@ -153,7 +153,7 @@ pub(super) mod samples {
 
     /// Far, negative and near points, and one beyond the range in which cells have numbers of 32
     /// bits.
-    pub(in crate::scene::texture) const POINTS: [Vec3; 5] = [
+    pub(in crate::texture) const POINTS: [Vec3; 5] = [
         Vec3::new(0.3, 0.6, 0.1),
         Vec3::new(-1.7, 2.25, -0.4),
         Vec3::new(13.37, -7.77, 4.2),
@@ -161,10 +161,10 @@ pub(super) mod samples {
         Vec3::new(2e9, 0.5, 0.25),
     ];
     /// Steps that resolve about five octaves.
-    pub(in crate::scene::texture) const STEPS: [Vec3; 2] =
+    pub(in crate::texture) const STEPS: [Vec3; 2] =
         [Vec3::new(0.01, 0.003, 0.0), Vec3::new(0.0, 0.02, 0.005)];
     /// Rounding of the sums in another order, and of the weights of corners.
-    pub(in crate::scene::texture) const ROUNDING: f32 = 3e-6;
+    pub(in crate::texture) const ROUNDING: f32 = 3e-6;
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use glam::{Affine3A, Vec3};
 use super::TexturePoint;
 use super::noise::Octaves;
 use super::value::Value;
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// A pattern of noise in a texture space. It is evaluated lane by lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +123,7 @@ mod tests {
     use super::super::Texture;
     use super::super::noise::samples::{POINTS, ROUNDING, STEPS};
     use super::*;
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
 
     fn texture(texture_from_world: Affine3A, pattern: SolidPattern) -> Texture {
         Texture::Solid(SolidTexture { texture_from_world, pattern }.into())

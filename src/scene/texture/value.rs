@@ -1,8 +1,8 @@
 //! Types of texture values: colours and scalars.
 
 use super::{ImageTexture, TexturePoint};
-use crate::lanes::Real;
-use crate::lanes::vector::splat;
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::splat;
 
 /// Type of a texture's value: a colour or a scalar.
 pub(super) trait Value<R>: Copy {

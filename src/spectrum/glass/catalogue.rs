@@ -41,7 +41,7 @@ impl CatalogueGlass {
     }
 
     /// Returns the partial dispersion PgF = (ng - nF) / (nF - nC), by the formula.
-    pub(crate) fn partial_dispersion(&self) -> f64 {
+    pub fn partial_dispersion(&self) -> f64 {
         let [g, blue, red] = [G_LINE, F_LINE, C_LINE].map(|nm| self.index(nm));
         (g - blue) / (blue - red)
     }

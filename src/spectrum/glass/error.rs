@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::io::path_excerpt;
+use petzval_base::io::path_excerpt;
 
 /// An error of a glass catalogue.
 #[derive(Debug, thiserror::Error)]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{
     CatalogueGlass, Glass, GlassError, agf, built_in, code, shelf::Shelf, shelf::bare, spelling,
 };
-use crate::io::{ReadContext, nearest_word};
+use petzval_base::io::{ReadContext, nearest_word};
 
 /// The built-in glasses, and the catalogues that the user names. Clones share them.
 #[derive(Clone, Debug)]

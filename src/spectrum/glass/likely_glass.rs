@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-2;
 /// of about this index, it is the one of least dispersion for a converging element and of most for a
 /// diverging one, because lenses correct colour in this way. Without such a glass it is the one of
 /// nearest index.
-pub(crate) fn likely_glass(nd: f64, converging: bool) -> Option<Arc<CatalogueGlass>> {
+pub fn likely_glass(nd: f64, converging: bool) -> Option<Arc<CatalogueGlass>> {
     let difference = |glass: &Arc<CatalogueGlass>| (glass.nd() - nd).abs();
     let same = common().iter().filter(|glass| difference(glass) <= TOLERANCE);
     let by_vd = |a: &&Arc<CatalogueGlass>, b: &&Arc<CatalogueGlass>| a.vd().total_cmp(&b.vd());

@@ -15,7 +15,7 @@ mod table;
 
 use std::sync::Arc;
 
-pub(crate) use likely_glass::likely_glass;
+pub use likely_glass::likely_glass;
 
 pub use agf::parse as parse_agf;
 pub use catalogue::CatalogueGlass;
@@ -78,7 +78,7 @@ impl Glass {
 
     /// As [`Self::index`], for light whose wavelengths were checked. Outside the usable range the
     /// index is that of the end of the data, or that of Cauchy's formula.
-    pub(crate) fn nearest_index(&self, stated: f64, nm: f64) -> f64 {
+    pub fn nearest_index(&self, stated: f64, nm: f64) -> f64 {
         match self {
             Self::Constant => stated,
             Self::Abbe { nd, vd } => cauchy(*nd, *vd, nm),

@@ -1,14 +1,15 @@
 //! Blur and diffraction together: rays traced from the scene and spread by the picture's kernel,
 //! against the sum of all plane waves at the film.
 
-use petzval::diffraction::{Diffraction, PointSpread};
-use petzval::film::Frame;
-use petzval::io::image::Picture;
-use petzval::lens::{
-    Camera, ConditionChoices, ExitPupil, FieldRays, ImageQuality, ImagingConditions, ImagingGrid,
-    LensModel, Prescription, PupilSampling, RealLens, SpectralLine, read,
+use petzval_image::Picture;
+use petzval_lens::{
+    Camera, ExitPupil, LensModel, Prescription, PupilSampling, RealLens, SpectralLine,
 };
-use petzval::spectrum::LightBand;
+use petzval_lens_formats::read;
+use petzval_optics::{ConditionChoices, FieldRays, ImageQuality, ImagingConditions, ImagingGrid};
+use petzval_render::diffraction::{Diffraction, PointSpread};
+use petzval_render::film::Frame;
+use petzval_spectrum::LightBand;
 
 /// Wavelength (nm).
 const NM: f64 = 587.56;

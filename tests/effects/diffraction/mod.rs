@@ -6,7 +6,7 @@ mod plan;
 mod point_spread;
 
 use crate::support::lens;
-use petzval::lens::{Iris, PupilSampling, RealLens, RealRayFocus};
+use petzval_lens::{Iris, PupilSampling, RealLens, RealRayFocus};
 
 /// A wavelength, um.
 const GREEN: f64 = 0.55;
@@ -14,7 +14,7 @@ const GREEN: f64 = 0.55;
 /// Returns the course's double Gauss, focused at infinity, at an f-number.
 fn dgauss(f_number: f64, iris: Iris) -> RealLens {
     let mut lens = lens("dgauss.50mm");
-    let paraxial = petzval::lens::Paraxial::new(&lens);
+    let paraxial = petzval_lens::Paraxial::new(&lens);
     let stop = lens.stop();
     let diameter = lens.rows[stop].diameter * paraxial.f_number() / f_number;
     lens.stop_down(diameter);

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use petzval::diffraction::{Diffraction, PointSpread};
-use petzval::film::Frame;
-use petzval::io::image::Picture;
-use petzval::lens::{Camera, ExitPupil, Iris, LensModel, RealLens};
-use petzval::spectrum::bands;
+use petzval_image::Picture;
+use petzval_lens::{Camera, ExitPupil, Iris, LensModel, RealLens};
+use petzval_render::diffraction::{Diffraction, PointSpread};
+use petzval_render::film::Frame;
+use petzval_spectrum::bands;
 
 use super::{GREEN, blades, dgauss, first_minimum};
 

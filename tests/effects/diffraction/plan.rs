@@ -1,10 +1,10 @@
 //! Plans with diffraction, and renders of whole scenes and of crops.
 
-use petzval::job::Job;
-use petzval::plan::{Effect, EffectSelection, OmissionError};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_render::job::Job;
+use petzval_render::plan::{Effect, EffectSelection, OmissionError};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 use crate::support::{folder, root, write};
 

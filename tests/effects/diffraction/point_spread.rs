@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use petzval::diffraction::PointSpread;
-use petzval::lens::{ApertureMask, ExitPupil, Iris, RealRayFocus, Wavefront};
-use petzval::spectrum::bands;
+use petzval_lens::{ApertureMask, ExitPupil, Iris, RealRayFocus, Wavefront};
+use petzval_render::diffraction::PointSpread;
+use petzval_spectrum::bands;
 
 use super::{GREEN, blades, dgauss, first_minimum};
 
@@ -182,7 +182,7 @@ fn monochromatic_light_has_sharp_rings() {
     // With a passband of 2 nm the first ring of Airy's pattern is dark.
     let lens = dgauss(22.0, Iris::Round);
     let pupil = ExitPupil::trace(&lens, [0.0; 2]).expect("light");
-    let narrow = petzval::spectrum::Passband { range: [549.0, 551.0] };
+    let narrow = petzval_spectrum::Passband { range: [549.0, 551.0] };
     let spread = PointSpread::new(&pupil, &narrow.bands(), 500.0, 1.0);
     let white = PointSpread::new(&pupil, &bands(), 500.0, 1.0);
     let (zero, peak) = (pupil.airy_radius(GREEN), pupil.density([0.0; 2], GREEN));

@@ -1,9 +1,9 @@
 //! Naive tracer of every path with two reflections, and the comparison of ghosts with it.
 
 use glam::DVec3;
-use petzval::job::Job;
-use petzval::lens::{LensModel, Pose, Prescription};
-use petzval::render::Backend;
+use petzval_lens::{LensModel, Pose, Prescription};
+use petzval_render::Backend;
+use petzval_render::job::Job;
 
 use super::{FILM, FOCUS, LENS, PIXELS, blocks, ghosts, green, job};
 use crate::support::reference::{reference, within};

@@ -4,17 +4,17 @@ mod brute_force;
 mod plan;
 
 use crate::support::{folder, write};
-use petzval::film::FilmSums;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::lanes::f32x8;
-use petzval::lens::LensModel;
-use petzval::light_tracing::ghosts::estimate;
-use petzval::light_tracing::{SplatStage, Strategy};
-use petzval::prepare::{Changes, prepare};
-use petzval::scene::pbrt;
-use petzval::spectrum::bands;
-use petzval::stats::Stats;
+use petzval_base::lanes::f32x8;
+use petzval_base::stats::Stats;
+use petzval_image::Picture;
+use petzval_lens::LensModel;
+use petzval_render::film::FilmSums;
+use petzval_render::job::Job;
+use petzval_render::light_tracing::ghosts::estimate;
+use petzval_render::light_tracing::{SplatStage, Strategy};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::bands;
 
 /// Two uncoated elements and a stop between them.
 const LENS: &str = r#"

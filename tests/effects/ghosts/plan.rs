@@ -1,11 +1,11 @@
 //! Ghosts of kinds of lights, their independence of threads, and the estimate of the plan.
 
-use petzval::film::Frame;
-use petzval::job::Job;
-use petzval::lens::{Coating, LensModel};
-use petzval::light_tracing::ghosts::{estimate, pairs};
-use petzval::plan::{Effect, OmissionError};
-use petzval::render::Backend;
+use petzval_lens::{Coating, LensModel};
+use petzval_render::Backend;
+use petzval_render::film::Frame;
+use petzval_render::job::Job;
+use petzval_render::light_tracing::ghosts::{estimate, pairs};
+use petzval_render::plan::{Effect, OmissionError};
 
 use super::{LENS, PIXELS, blocks, ghosts, green, job};
 use crate::support::picture;

@@ -1,11 +1,11 @@
 //! Pictures of lamps, and the comparison of their light.
 
-use petzval::io::image::{Picture, write_pfm};
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
-use petzval::spectrum::Passband;
+use petzval_image::{Picture, write_pfm};
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_spectrum::Passband;
 
 use crate::support::{folder, in_parallel, mean_and_error, picture, root, write};
 

@@ -1,7 +1,7 @@
 //! Light paths through media: fog around the camera, and clouds before a lamp.
 
-use petzval::prepare::Changes;
-use petzval::render::Backend;
+use petzval_render::Backend;
+use petzval_render::prepare::Changes;
 
 use super::cases::{Case, assert_same_bits, assert_same_light, case, job, light, light_by_channel};
 use crate::support::picture;

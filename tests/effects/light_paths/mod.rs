@@ -10,10 +10,10 @@ use std::sync::atomic::Ordering;
 use crate::support::workspace::Workspace;
 use crate::support::{folder, mean_and_error, picture, root, write};
 use cases::{BALL, Case, assert_same_bits, assert_same_light, cases, job, light, light_by_channel};
-use petzval::io::image::{Picture, write_pfm};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{Backend, Progress, RenderOptions, render_resumable};
-use petzval::scene::pbrt;
+use petzval_image::{Picture, write_pfm};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{Backend, Progress, RenderOptions, render_resumable};
+use petzval_scene_formats::pbrt;
 
 #[test]
 fn light_paths_change_no_light() {

@@ -1,10 +1,10 @@
 //! Light paths while something moves: objects before lamps, the camera, and rows that are read in turn.
 
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::plan::Effect;
-use petzval::prepare::Changes;
-use petzval::render::Backend;
+use petzval_image::Picture;
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::plan::Effect;
+use petzval_render::prepare::Changes;
 
 use super::cases::{Case, assert_same_bits, assert_same_light, case, job, light, light_by_channel};
 use crate::support::picture;

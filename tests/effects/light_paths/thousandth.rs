@@ -3,10 +3,11 @@
 
 use std::fs;
 
-use petzval::job::Job;
-use petzval::prepare::{Changes, FocusOn, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt::{self, Description};
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, FocusOn, prepare};
+use petzval_scene_formats::pbrt;
+use petzval_scene_formats::pbrt::Description;
 
 use super::cases::{self, Case, Paths, light, with_paths};
 use super::{media, motion};

@@ -1,8 +1,8 @@
 //! Blur of an edge that moves while the shutter is open.
 
-use petzval::plan::Effect;
-use petzval::prepare::Changes;
-use petzval::shutter::ShutterSettings;
+use petzval_render::plan::Effect;
+use petzval_render::prepare::Changes;
+use petzval_scene::shutter::ShutterSettings;
 
 use super::world::{curtain, job, profile, taken, text};
 

@@ -1,11 +1,11 @@
 //! Intersection of rays with moving shapes.
 
 use glam::{DAffine3, DVec3, Vec3};
-use petzval::lanes::f32x8;
-use petzval::motion::Motion;
-use petzval::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
-use petzval::scene::TraversalStack;
-use petzval::scene::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
+use petzval_scene::TraversalStack;
+use petzval_scene::motion::Motion;
+use petzval_scene::{
     Geometry, Material, Mesh, Quadric, QuadricForm, Scene, SceneBuilder, ShapeSpec,
 };
 

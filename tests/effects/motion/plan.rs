@@ -2,10 +2,10 @@
 
 use std::process::{Command, Stdio};
 
-use petzval::job::Job;
-use petzval::plan::{Decision, Effect, EffectSelection, OmissionError};
-use petzval::prepare::{Changes, prepare};
-use petzval::scene::pbrt;
+use petzval_render::job::Job;
+use petzval_render::plan::{Decision, Effect, EffectSelection, OmissionError};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 use serde_json::Value;
 
 use super::world::{curtain, edge, job, profile, row, taken, text};

@@ -1,7 +1,7 @@
 //! Rolling shutter.
 
-use petzval::plan::Effect;
-use petzval::prepare::Changes;
+use petzval_render::plan::Effect;
+use petzval_render::prepare::Changes;
 
 use super::world::{SIZE, curtain, edge, job, row, taken, text};
 

@@ -1,12 +1,12 @@
 //! Pictures with motion against the mean of still pictures.
 
-use petzval::aov::Aov;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::plan::{Effect, EffectSelection};
-use petzval::prepare::Changes;
-use petzval::render::{Backend, RenderOptions, render};
-use petzval::shutter::ShutterSettings;
+use petzval_image::Picture;
+use petzval_render::aov::Aov;
+use petzval_render::job::Job;
+use petzval_render::plan::{Effect, EffectSelection};
+use petzval_render::prepare::Changes;
+use petzval_render::{Backend, RenderOptions, render};
+use petzval_scene::shutter::ShutterSettings;
 
 use super::world::{SIZE, job, moving, taken, text};
 use crate::support::{mean, picture};

@@ -1,10 +1,10 @@
 //! Small scenes with motion, and pictures of them.
 
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 
 use crate::support::{folder, picture, write};
 

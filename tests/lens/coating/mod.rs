@@ -5,6 +5,6 @@ mod picture;
 mod rays;
 mod surface;
 
-use petzval::lens::Coating;
+use petzval_lens::Coating;
 
 const ALL: [Coating; 4] = [Coating::Bare, Coating::Mgf2, Coating::Broadband, Coating::Perfect];

@@ -1,11 +1,11 @@
 //! Losses in pictures against their estimates.
 
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::lens::{Coating, LensModel, PupilSampling, RealLens};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_image::Picture;
+use petzval_lens::{Coating, LensModel, PupilSampling, RealLens};
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 
 use crate::support::{folder, lens, picture, root, write};
 

@@ -1,10 +1,9 @@
 //! Losses of rays through lenses against the product of their surfaces.
 
-use petzval::bench::lens_wave::batch as lens_batch;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
-    Coating, D_LINE, Prescription, Side, retrace_in_f64_lossy, sequence, trace_lossy,
-};
+use petzval_base::lanes::{Real, f32x8};
+use petzval_lens::{Coating, Prescription, Side, retrace_in_f64_lossy, sequence, trace_lossy};
+use petzval_spectrum::D_LINE;
+use petzval_tools::bench::lens_wave::batch as lens_batch;
 
 use super::ALL;
 use super::surface::naive_transmittance;
@@ -25,7 +24,7 @@ fn weights_with_losses<R: Real>(
         &mut blocked,
         |i| {
             let [p, t] = rays[i];
-            petzval::lens::LensRay::new(p, t)
+            petzval_lens::LensRay::new(p, t)
         },
     );
     let came = |i: usize| !R::to_f64(batch.x[i]).is_nan();

@@ -1,9 +1,8 @@
 //! One coated surface against the textbook and naive formulas.
 
-use petzval::lanes::f32x8;
-use petzval::lens::{
-    BROADBAND_REFLECTANCE, Coating, CoatingModel, D_LINE, DESIGN_WAVELENGTH, MGF2_INDEX,
-};
+use petzval_base::lanes::f32x8;
+use petzval_lens::{BROADBAND_REFLECTANCE, Coating, CoatingModel, DESIGN_WAVELENGTH, MGF2_INDEX};
+use petzval_spectrum::D_LINE;
 
 use super::ALL;
 

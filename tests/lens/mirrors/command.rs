@@ -21,7 +21,7 @@ fn the_command_describes_draws_and_traces_lenses_with_mirrors() {
     for (text, focal, film) in [(CASSEGRAIN, 1600.0, "8"), (FOLDED, 0.0, "20")] {
         let file = write(&folder, "lens.toml", text);
         let file = file.to_str().expect("a name");
-        let lens = petzval::lens::read(&root().join(file)).expect("a lens");
+        let lens = petzval_lens_formats::read(&root().join(file)).expect("a lens");
         let f = Paraxial::new(&lens).focal_length;
         assert!(focal == 0.0 || (f - focal).abs() < 1e-6, "{f}");
         let report = command(&["lens", file, "--focus", "inf", "--draw", svg]);

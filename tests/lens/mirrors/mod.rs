@@ -8,13 +8,13 @@ use std::process::Command;
 
 use crate::support::{Random, folder, root, row, write};
 use glam::{DAffine3, DMat3, DVec3};
-use petzval::bench::lens_wave::batch as lens_batch;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::LensBatch;
+use petzval_lens::{
     CoordinateBreak, LensRay, Normalization, Paraxial, Prescription, RealRayFocus, Row, Side,
     Vignetting, sequence, trace, trace_one,
 };
-use petzval::rays::LensBatch;
+use petzval_tools::bench::lens_wave::batch as lens_batch;
 
 /// Radius and conic constant of the mirrors of a Cassegrain, their distance, and the back focal
 /// distance (mm): a parabola of f = 400 and a hyperbola that magnifies four times.

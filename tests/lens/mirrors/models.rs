@@ -1,10 +1,9 @@
 //! Models of lower fidelity, T-stop and replay of lenses with mirrors.
 
 use super::*;
-use petzval::lens::{
-    Camera, Fidelity, FilmPlane, LensModel, Pose, PupilSampling, RealLens, film_error,
-};
-use petzval::rays::SampleBatch;
+use petzval_base::rays::SampleBatch;
+use petzval_lens::{Camera, Fidelity, FilmPlane, LensModel, Pose, PupilSampling, RealLens};
+use petzval_optics::film_error;
 
 fn camera(lens: &Prescription, distance: f64, half: f64) -> Camera {
     let film = FilmPlane { distance, pose: Pose::ALIGNED, radius: 1.5 * half, half: [half, half] };

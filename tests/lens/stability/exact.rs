@@ -1,7 +1,7 @@
 //! Identities that hold exactly or to a rounding.
 
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_lens::{
     BlockReason, Blocked, LensRay, Prescription, Row, Rows, Side, TransverseAxis, sequence,
     trace_one,
 };

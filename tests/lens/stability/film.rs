@@ -1,11 +1,9 @@
 //! Focus distances without a film position, and film points without light.
 
-use petzval::lanes::f32x8;
-use petzval::lens::{
-    Camera, FocusError, LensColumns, LensModel, Paraxial, PupilSampling, RealLens,
-};
-use petzval::rays::{RayBatch, SampleBatch, WAVE_SIZE};
-use petzval::stats::LensStats;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_lens::{Camera, FocusError, LensColumns, LensModel, Paraxial, PupilSampling, RealLens};
 
 use super::corpus::corpus;
 use crate::support::probe::lens_of_rows;

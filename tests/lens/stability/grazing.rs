@@ -1,6 +1,6 @@
 //! Rays from a wide film that graze a rear hemisphere.
 
-use petzval::lanes::f32x8;
+use petzval_base::lanes::f32x8;
 
 use crate::support::grazing::Hemisphere;
 use crate::support::probe::{Bench, distance, start};

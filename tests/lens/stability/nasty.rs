@@ -1,9 +1,9 @@
 //! Rays of NaN, infinite, zero and huge numbers: the tracer returns finite rays only and counts all.
 
-use petzval::bench::lens_wave::batch as lens_batch;
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{LensRay, Surface, retrace_in_f64, trace, trace_one};
-use petzval::rays::WAVE_SIZE;
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::WAVE_SIZE;
+use petzval_lens::{LensRay, Surface, retrace_in_f64, trace, trace_one};
+use petzval_tools::bench::lens_wave::batch as lens_batch;
 
 use super::corpus::corpus;
 use crate::support::nasty::NASTY;

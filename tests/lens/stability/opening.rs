@@ -2,12 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use petzval::lens::{
+use petzval_lens::{
     ApertureMask, Iris, LensRay, MaskConvention, Prescription, Side, sequence, trace_one,
 };
 
 use crate::support::{Random, row};
-use petzval::lens::Row;
+use petzval_lens::Row;
 
 fn lens_with_iris(iris: Iris, obstruction: f64) -> Prescription {
     let stop = Row { iris, obstruction, ..row(0.0, 1.0, 1.0, 2.0) };

@@ -1,6 +1,6 @@
 //! Random lenses of every kind of surface, and random rays through them.
 
-use petzval::lens::{ApertureMask, Iris, Pose, Prescription, Row, TiltDecenter, TransverseAxis};
+use petzval_lens::{ApertureMask, Iris, Pose, Prescription, Row, TiltDecenter, TransverseAxis};
 
 use crate::support::probe::{
     Bench, RIM_TOLERANCE, Report, compare, distance, random_rays, rays_at_borders,
@@ -145,7 +145,7 @@ fn check_lenses(count: u64, lens: impl Fn(u64) -> Prescription + Sync, bound_f64
         let mut rays = random_rays(film, 8.0, reach, 1000, seed);
         rays.extend(rays_at_borders(&bench, film, [8.0, reach], 120, seed));
         let report = compare(&lens.name, &bench, &rays, RIM_TOLERANCE);
-        let retraced = bench.trace_batch::<petzval::lanes::f32x8>(&rays, &bench.single, true);
+        let retraced = bench.trace_batch::<petzval_base::lanes::f32x8>(&rays, &bench.single, true);
         // Rays beyond the promise: their number, and the largest error as a multiple of rounding noise.
         let mut beyond = (0, 0.0f64, None);
         for (i, &ray) in rays.iter().enumerate() {

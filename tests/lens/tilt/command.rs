@@ -1,10 +1,11 @@
 //! Lens files, scene files and options that tilt and shift film and elements.
 
-use petzval::lens::{LensError, LensModel, Pose, Prescription, TiltDecenter, parse_toml};
-use petzval::plan::{Effect, EffectSelection};
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::pbrt;
+use petzval_lens::{LensError, LensModel, Pose, Prescription, TiltDecenter};
+use petzval_lens_formats::parse_toml;
+use petzval_render::Backend;
+use petzval_render::plan::{Effect, EffectSelection};
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene_formats::pbrt;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -138,7 +139,7 @@ fn wall(camera: &str) -> String {
     )
 }
 
-fn job(text: &str, changes: &Changes) -> Result<petzval::job::Job, String> {
+fn job(text: &str, changes: &Changes) -> Result<petzval_render::job::Job, String> {
     let folder = folder();
     let path = write(&folder, "wall.pbrt", text);
     let description = pbrt::read(&path).map_err(|error| error.to_string())?;
@@ -157,7 +158,7 @@ fn parameters_of_the_scene_equal_the_options() {
     let by_flag = job(&wall(""), &asked).expect("a job");
     let LensModel::Real(lens) = &by_scene.camera.model else { panic!("a real lens") };
     assert_eq!(lens.film_pose, Pose { decentre: [-4.0, 2.0], tilt: [3.0, 1.0] });
-    let pixels = |job: &petzval::job::Job| picture(job, Backend::Simd, 2).pixels;
+    let pixels = |job: &petzval_render::job::Job| picture(job, Backend::Simd, 2).pixels;
     let posed = pixels(&by_scene);
     assert_eq!(posed, pixels(&by_flag));
     assert_eq!(posed, picture(&by_scene, Backend::Scalar, 1).pixels);

@@ -1,8 +1,9 @@
 //! Decentred and tilted surfaces, elements and lenses.
 
-use petzval::lens::{
-    LensRay, Paraxial, Pose, Prescription, Rows, Side, TiltDecenter, read, sequence, trace_one,
+use petzval_lens::{
+    LensRay, Paraxial, Pose, Prescription, Rows, Side, TiltDecenter, sequence, trace_one,
 };
+use petzval_lens_formats::read;
 
 use crate::support::oracle::placement::{multiply, rotation, transpose};
 use crate::support::oracle::{V, unit};

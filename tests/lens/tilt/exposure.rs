@@ -1,8 +1,8 @@
 //! Pupil sampler with tilted film and elements against brute force: irradiance of the film under a
 //! uniform sky of radiance 1.
 
-use petzval::lens::{Iris, LensModel, Pose, Prescription, RealLens, TiltDecenter, Vignetting};
-use petzval::sampler::pixel_key;
+use petzval_base::sampler::pixel_key;
+use petzval_lens::{Iris, LensModel, Pose, Prescription, RealLens, TiltDecenter, Vignetting};
 
 use super::camera;
 use crate::support::oracle::placement::{multiply, rotation};
@@ -79,7 +79,7 @@ fn tilted_film_and_elements_are_exposed_without_bias() {
                 irradiance_by_grid(lens, *distance, film_point_and_normal(pose, point), 200);
             let (ours, share) = irradiance_and_share(&camera, point, 60, pixel_key(3, 1, 4));
             centre = if point == [0.0; 2] { truth } else { centre };
-            let ledger = ledgers.budget(point, petzval::lens::Normalization::Rear);
+            let ledger = ledgers.budget(point, petzval_lens::Normalization::Rear);
             let light = ledger.map_or(0.0, |ledger| ledger.irradiance);
             println!(
                 "{} {pose} {point:?}: {ours:.6} {light:.6} {truth:.6}, {:.1} %",

@@ -1,9 +1,9 @@
 //! Shifted and tilted film, as in a view camera.
 
-use petzval::lanes::{Real, f32x8};
-use petzval::lens::{Camera, LensColumns, LensModel, Paraxial, Pose};
-use petzval::rays::{RayBatch, SampleBatch};
-use petzval::stats::LensStats;
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{RayBatch, SampleBatch};
+use petzval_base::stats::LensStats;
+use petzval_lens::{Camera, LensColumns, LensModel, Paraxial, Pose};
 
 use super::camera;
 use crate::support::sampling::random_samples;
@@ -140,7 +140,7 @@ fn the_estimated_displacement_equals_the_shift() {
     let square = camera(lens("dgauss.50mm"), 36.77, Pose::ALIGNED, [36.0, 24.0]);
     let LensModel::Real(real) = &square.model else { panic!("a real lens") };
     let displacement =
-        |lens: &petzval::lens::Prescription, pose: Pose| real.displacement(lens, pose, square.film);
+        |lens: &petzval_lens::Prescription, pose: Pose| real.displacement(lens, pose, square.film);
     let itself = &real.prescription;
     // The lens against itself, to rounding.
     assert!(displacement(itself, Pose::ALIGNED) < 1e-6);
@@ -150,7 +150,7 @@ fn the_estimated_displacement_equals_the_shift() {
     let mut decentred = itself.clone();
     let rows = [0, itself.rows.len() - 1];
     let pose = Pose { decentre: [0.1, 0.0], ..Pose::ALIGNED };
-    decentred.tilt_decenters = vec![petzval::lens::TiltDecenter { rows, pose }];
+    decentred.tilt_decenters = vec![petzval_lens::TiltDecenter { rows, pose }];
     let moved = displacement(&decentred, Pose::ALIGNED);
     assert!((50.0..200.0).contains(&moved), "{moved}");
 }

@@ -7,7 +7,7 @@ mod exposure;
 mod film;
 
 use glam::DAffine3;
-use petzval::lens::{Camera, FilmPlane, LensModel, Pose, Prescription, PupilSampling, RealLens};
+use petzval_lens::{Camera, FilmPlane, LensModel, Pose, Prescription, PupilSampling, RealLens};
 
 /// Returns a camera in a world of millimetres with the front vertex at z = 0.
 fn camera(lens: Prescription, distance: f64, pose: Pose, film: [f64; 2]) -> Camera {

@@ -1,6 +1,6 @@
 //! Optical Bench: states, the stated f-number, aspheres, field stops and cover glasses.
 
-use petzval::lens::Paraxial;
+use petzval_lens::Paraxial;
 
 use super::{BENCH, parsed};
 

@@ -1,7 +1,5 @@
 //! Clear diameters and f-numbers: those that a file states, and those that its rays need.
 
-use petzval::lens;
-
 use crate::support::{folder, petzval, root, write};
 
 /// The patent of the phone's lens states the clear diameters of its aspheres. A file without them gets
@@ -25,9 +23,9 @@ fn diameters_that_a_file_leaves_out_are_those_that_its_rays_need() {
                 _ => line.to_owned(),
             })
             .collect();
-        lens::read(&write(&folder, "bare.zmx", lines.join("\n"))).expect("a lens")
+        petzval_lens_formats::read(&write(&folder, "bare.zmx", lines.join("\n"))).expect("a lens")
     };
-    let stated = lens::read(&phone).expect("a lens");
+    let stated = petzval_lens_formats::read(&phone).expect("a lens");
     let found = bare(1.5872);
     for (i, (row, stated)) in found.rows.iter().zip(&stated.rows).enumerate().skip(1).take(8) {
         let ratio = row.diameter / stated.diameter;
@@ -35,7 +33,7 @@ fn diameters_that_a_file_leaves_out_are_those_that_its_rays_need() {
     }
     // The same lens at f/2.3, where the aspheres leave their range: the stop alone limits the light.
     let fast = bare(2.4);
-    let f_number = lens::RealRayFocus::new(&fast).f_number().expect("an image");
+    let f_number = petzval_lens::RealRayFocus::new(&fast).f_number().expect("an image");
     assert!(f_number < 2.4, "f/{f_number}");
 }
 
@@ -47,7 +45,7 @@ fn a_marginal_ray_far_from_the_stated_f_number_is_a_warning() {
             "f_number = {stated}\n[[surface]]\nradius = 50\nthickness = 4\ndiameter = 12.5\nindex = 1.5
              stop = true\n[[surface]]\nradius = -50\ndiameter = 20\n"
         );
-        lens::read(&write(&folder, "lens.toml", text)).expect("a lens").design.notes
+        petzval_lens_formats::read(&write(&folder, "lens.toml", text)).expect("a lens").design.notes
     };
     // 50.7 mm over 12.5 mm.
     assert_eq!(with(4.0), Vec::<String>::new());

@@ -1,7 +1,7 @@
 //! Errors of foreign lens files: place, finding and remedy; and what --approximate leaves out.
 
-use petzval::io::ReadContext;
-use petzval::lens::{read, read_with};
+use petzval_base::io::ReadContext;
+use petzval_lens_formats::{read, read_with};
 
 use super::{BENCH, CSV, DEEPLENS, DIFF_OPTICS, FX, GEOPTER, ISET, approximated, optiland, parsed};
 use crate::support::{folder, write};

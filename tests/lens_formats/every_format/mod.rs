@@ -7,8 +7,9 @@ mod rayoptics;
 mod tables;
 
 use crate::support::{folder, write};
-use petzval::io::ReadContext;
-use petzval::lens::{LensError, Paraxial, Prescription, read, read_with};
+use petzval_base::io::ReadContext;
+use petzval_lens::{LensError, Paraxial, Prescription};
+use petzval_lens_formats::{read, read_with};
 
 /// Two lenses around a stop.
 const TABLE: &str = "40 6 1.6 20\n-60 2 1 20\n0 3 0 10\n-30 2 1.7 16\n-80 40 1 16\n";

@@ -1,7 +1,7 @@
 //! Models of rayoptics (`.roa`): profiles in place and in a table, media, specifications.
 
 use super::{approximated, parsed};
-use petzval::lens::{FieldKind, Paraxial};
+use petzval_lens::{FieldKind, Paraxial};
 
 /// An object of a class with its members, as rayoptics stores it.
 fn object(class: &str, members: &str) -> String {

@@ -1,6 +1,6 @@
 //! Tables of pbrt, ISET and crayg, and the JSON of ISET: stops, media, cylinders and columns.
 
-use petzval::lens::{Paraxial, TransverseAxis};
+use petzval_lens::{Paraxial, TransverseAxis};
 
 use super::{FX, ISET, TABLE, parsed};
 

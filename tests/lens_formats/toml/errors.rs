@@ -1,6 +1,7 @@
 //! Errors in keys and files.
 
-use petzval::lens::{Paraxial, read};
+use petzval_lens::Paraxial;
+use petzval_lens_formats::read;
 
 use super::{by_line, parsed, singlet, stopped};
 use crate::support::{Random, folder, root, write};

@@ -3,11 +3,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use petzval::io::image::Picture;
-use petzval::lens::{
-    ApertureMask, Coating, D_LINE, Glass, Iris, MaskConvention, Row, TransverseAxis, find_glass,
-    read,
-};
+use petzval_image::Picture;
+use petzval_lens::{ApertureMask, Coating, Iris, MaskConvention, Row, TransverseAxis};
+use petzval_lens_formats::read;
+use petzval_spectrum::{D_LINE, Glass, find_glass};
 
 use super::{by_line, parsed, singlet, stopped};
 use crate::support::{LENSES, folder, lens, write, write_picture};

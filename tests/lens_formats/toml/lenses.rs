@@ -1,6 +1,7 @@
 //! Lenses in TOML of the repository against their sources.
 
-use petzval::lens::{Paraxial, TransverseAxis, read};
+use petzval_lens::{Paraxial, TransverseAxis};
+use petzval_lens_formats::read;
 
 use crate::support::root;
 

@@ -6,7 +6,8 @@ mod lenses;
 
 use std::path::Path;
 
-use petzval::lens::{LensError, Prescription, parse_toml};
+use petzval_lens::{LensError, Prescription};
+use petzval_lens_formats::parse_toml;
 
 fn parsed(text: &str) -> Result<Prescription, LensError> {
     parse_toml(Path::new("test.toml"), text)

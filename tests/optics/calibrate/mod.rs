@@ -7,10 +7,8 @@ use std::process::{Command, Stdio};
 
 use crate::support::{folder, petzval, root, write};
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
-use petzval::lens::{
-    Calibration, CalibrationSetup, DistortionModel, FieldRay, FocusModel, Misfit, PixelGrid, Pose,
-    Prescription,
-};
+use petzval_lens::{FocusModel, Pose, Prescription};
+use petzval_optics::{Calibration, CalibrationSetup, DistortionModel, FieldRay, Misfit, PixelGrid};
 use serde_json::Value;
 
 /// Width and height of the test pictures (pixels).
@@ -19,7 +17,7 @@ const SIZE: [u32; 2] = [240, 160];
 const FOCUS: f64 = 2000.0;
 
 fn lens(name: &str) -> Prescription {
-    petzval::lens::read(&root().join("lenses").join(name)).expect("a lens of the repository")
+    petzval_lens_formats::read(&root().join("lenses").join(name)).expect("a lens of the repository")
 }
 
 fn setup<'a>(lens: &'a Prescription, ray: FieldRay, focus: f64) -> CalibrationSetup<'a> {
@@ -174,7 +172,7 @@ fn stopped_down_the_focal_length_is_that_of_the_lens_and_the_centre_its_entrance
     lens.stop_down(1.0);
     let calibration = setup(&lens, FieldRay::Chief, f64::INFINITY).calibrate().unwrap();
     assert!(calibration.focus.is_infinite());
-    let paraxial = petzval::lens::Paraxial::new(&lens);
+    let paraxial = petzval_lens::Paraxial::new(&lens);
     let fit = calibration.fitted(DistortionModel::Rational).expect("a model");
     let focal = fit.matrix.focal[0] * calibration.pixels.pitch;
     assert!((focal / paraxial.focal_length - 1.0).abs() < 2e-4, "{focal} {paraxial:?}");
@@ -232,10 +230,9 @@ fn relative_illumination_is_that_of_the_vignetting_analysis() {
     let lens = lens("dgauss.50mm.dat");
     let setup = setup(&lens, FieldRay::Centroid, FOCUS);
     let calibration = setup.calibrate().unwrap();
-    let vignetting = petzval::lens::Vignetting::new(&lens, setup.film_distance, 1 << 16);
-    let light = |r: f64| {
-        vignetting.budget([r, 0.0], petzval::lens::Normalization::Stop).unwrap().irradiance
-    };
+    let vignetting = petzval_lens::Vignetting::new(&lens, setup.film_distance, 1 << 16);
+    let light =
+        |r: f64| vignetting.budget([r, 0.0], petzval_lens::Normalization::Stop).unwrap().irradiance;
     for r in [5.0, 10.0, 15.0, 17.5] {
         let found = calibration.relative_illumination(setup.pixels.pixel([-r, 0.0]));
         assert!((found - light(r) / light(0.0)).abs() < 5e-3, "{r} mm: {found}");

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use petzval::lens::{
-    FieldRays, FrequencyAxis, ImagingConditions, ImagingGrid, Paraxial, PointImage, Prescription,
-    Row, SpectralLine, TransferMethod, noll, zernike,
+use petzval_lens::{Paraxial, Prescription, Row, SpectralLine};
+use petzval_optics::{
+    FieldRays, FrequencyAxis, ImagingConditions, ImagingGrid, PointImage, TransferMethod, noll,
+    zernike,
 };
 
 use super::{conditions, lens, paraboloid, traced};
@@ -205,7 +206,7 @@ fn the_same_bits_come_from_any_number_of_threads() {
     let lens = lens("triplet.toml");
     let on = |threads: usize| {
         let grid = ImagingGrid { fields: 5, pupil: 24, threads };
-        petzval::lens::ImageQuality::new(&lens, conditions(&lens, 21.0), grid).expect("glasses")
+        petzval_optics::ImageQuality::new(&lens, conditions(&lens, 21.0), grid).expect("glasses")
     };
     let (one, three) = (on(1), on(3));
     for (a, b) in one.fields.iter().zip(&three.fields) {

@@ -1,9 +1,10 @@
 //! Spots, illumination and ghosts against plain traces of evenly spaced rays.
 
-use petzval::lens::{
-    FrequencyAxis, LensRay, Normalization, Paraxial, Prescription, SceneRay, Side, TransferMethod,
-    Vignetting, ghost_sequence, sequence, trace_one,
+use petzval_lens::{
+    LensRay, Normalization, Paraxial, Prescription, Side, Vignetting, ghost_sequence, sequence,
+    trace_one,
 };
+use petzval_optics::{FrequencyAxis, SceneRay, TransferMethod};
 
 use super::{conditions, lens, traced};
 

@@ -4,13 +4,12 @@ mod against_formulas;
 mod against_naive_rays;
 mod command;
 
-use petzval::lens::{
-    ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid, Prescription, Row,
-};
+use petzval_lens::{Prescription, Row};
+use petzval_optics::{ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid};
 
 /// Reads a lens of the repository.
 fn lens(file: &str) -> Prescription {
-    petzval::lens::read(&crate::support::root().join("lenses").join(file)).expect("a lens")
+    petzval_lens_formats::read(&crate::support::root().join("lenses").join(file)).expect("a lens")
 }
 
 /// Conditions of a lens for a distant object and this largest image height (mm).

@@ -4,7 +4,8 @@ mod command;
 mod optimization;
 mod tolerances;
 
-use petzval::lens::{ConditionChoices, ImagingConditions, Prescription, Row};
+use petzval_lens::{Prescription, Row};
+use petzval_optics::{ConditionChoices, ImagingConditions};
 
 /// Conditions of a lens for a distant object and this largest image height (mm).
 fn conditions(lens: &Prescription, image_height: f64) -> ImagingConditions {
@@ -14,7 +15,7 @@ fn conditions(lens: &Prescription, image_height: f64) -> ImagingConditions {
 
 /// Reads a lens of the repository.
 fn lens(file: &str) -> Prescription {
-    petzval::lens::read(&crate::support::root().join("lenses").join(file)).expect("a lens")
+    petzval_lens_formats::read(&crate::support::root().join("lenses").join(file)).expect("a lens")
 }
 
 /// A thin lens of these curvatures (1/mm) and index 1.5, with the stop at its front.

@@ -1,8 +1,9 @@
 //! Optimization against formulas and spoiled designs.
 
-use petzval::lens::{
-    DesignGoal, DesignTarget, DesignVariable, ImagingConditions, OptimizedDesign, Prescription,
-    Refocus, Row, optimize_design,
+use petzval_lens::{Prescription, Row};
+use petzval_optics::{
+    DesignGoal, DesignTarget, DesignVariable, ImagingConditions, OptimizedDesign, Refocus,
+    optimize_design,
 };
 
 use super::{conditions, lens, singlet};

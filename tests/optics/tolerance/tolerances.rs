@@ -1,9 +1,9 @@
 //! Monte Carlo analysis against direct traces of the changed lens.
 
-use petzval::lens::{
-    DeviationShape, ImageQuality, ImagingConditions, ImagingGrid, Pose, Prescription, RadiusLimit,
-    Refocus, TiltDecenter, ToleranceAnalysis, ToleranceGrade, ToleranceKind, ToleranceLimits,
-    ToleranceSettings,
+use petzval_lens::{Pose, Prescription, TiltDecenter};
+use petzval_optics::{
+    DeviationShape, ImageQuality, ImagingConditions, ImagingGrid, RadiusLimit, Refocus,
+    ToleranceAnalysis, ToleranceGrade, ToleranceKind, ToleranceLimits, ToleranceSettings,
 };
 
 use super::{conditions, lens};

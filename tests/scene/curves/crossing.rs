@@ -1,9 +1,9 @@
 //! Rays hit curves where the naive twin says, in one lane and in eight, and slip through nowhere.
 
 use glam::{DAffine3, DVec3};
-use petzval::lanes::f32x8;
-use petzval::rays::{Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
-use petzval::scene::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
+use petzval_scene::{
     CurveKind, CurveSegment, CurveSet, Geometry, Material, Scene, SceneBuilder, ShapeSpec,
     TraversalStack,
 };

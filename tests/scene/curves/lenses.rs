@@ -4,15 +4,16 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use petzval::job::Job;
-use petzval::lanes::f32x8;
-use petzval::lens::LensColumns;
-use petzval::prepare::prepare;
-use petzval::rays::RayBatch;
-use petzval::render::Backend;
-use petzval::scene::{CurveKind, CurveSegment, pbrt};
-use petzval::shade::bsdf::HairParameters;
-use petzval::stats::LensStats;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::RayBatch;
+use petzval_base::stats::LensStats;
+use petzval_lens::LensColumns;
+use petzval_render::Backend;
+use petzval_render::job::Job;
+use petzval_render::prepare::prepare;
+use petzval_render::shade::bsdf::HairParameters;
+use petzval_scene::{CurveKind, CurveSegment};
+use petzval_scene_formats::pbrt;
 
 use super::naive::{NaiveHit, hits_between, point, slope};
 use super::naive_hair::NaiveHair;

@@ -2,7 +2,7 @@
 //! program.
 
 use glam::DVec3;
-use petzval::scene::{CurveKind, CurveSegment};
+use petzval_scene::{CurveKind, CurveSegment};
 
 use crate::support::Random;
 

@@ -1,8 +1,8 @@
 //! Surface points and derivatives of curves have pbrt-v4's frames.
 
 use glam::{DAffine3, DVec3, Vec3};
-use petzval::rays::NO_INDEX;
-use petzval::scene::{CurveKind, CurveSegment};
+use petzval_base::rays::NO_INDEX;
+use petzval_scene::{CurveKind, CurveSegment};
 
 use super::crossing::{KINDS, curves, nearest, ray, scene};
 use super::naive::{in_cube, point, slope, smooth_segment};

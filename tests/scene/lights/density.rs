@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
-use petzval::rays::NO_INDEX;
-use petzval::scene::SkySampling;
+use petzval_base::rays::NO_INDEX;
+use petzval_scene::SkySampling;
 
 use super::{Mean, at, closest, patchwork, read, sample, scene};
 use crate::support::Random;

@@ -3,15 +3,16 @@
 use std::f64::consts::PI;
 
 use glam::Vec3;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::Backend;
-use petzval::scene::{Reception, pbrt};
+use petzval_render::Backend;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_scene::Reception;
+use petzval_scene_formats::pbrt;
 
 use super::{Mean, at, closest, patchwork, read, scene};
 use crate::support::Random;
 
 /// Returns a scene of many small lights above and below a floor.
-pub fn small_lights() -> petzval::scene::Scene {
+pub fn small_lights() -> petzval_scene::Scene {
     let mut random = Random::new(5);
     let mut world = String::from("AreaLightSource \"diffuse\" \"bool twosided\" true\n");
     for i in 0..60 {
@@ -27,7 +28,7 @@ pub fn small_lights() -> petzval::scene::Scene {
 }
 
 /// The irradiance at a point, with lights chosen for a receiver of this side.
-fn irradiance(scene: &petzval::scene::Scene, facing: Vec3) -> Mean {
+fn irradiance(scene: &petzval_scene::Scene, facing: Vec3) -> Mean {
     let from = at([0.3, 0.2, 0.1], [0.2, 0.1, 1.0]);
     let mut random = Random::new(6);
     let (n, mut sum, mut squares) = (400_000, 0.0, 0.0);
@@ -74,7 +75,7 @@ pub fn check_densities(reception: impl Fn(Vec3) -> Reception) {
         let Some(sample) = scene.sample_light(&from, reception, choice, u) else { continue };
         let direction = sample.direction.normalize();
         let (ray, hit) = closest(&scene, from.position, direction);
-        if hit.shape == petzval::rays::NO_INDEX {
+        if hit.shape == petzval_base::rays::NO_INDEX {
             continue;
         }
         let (_, point) = scene.surface(&ray, &hit);

@@ -1,8 +1,8 @@
 //! Glossy surfaces, for which lights in their lobe are more probable.
 
 use glam::Vec3;
-use petzval::scene::{GlossyLobe, Reception, Scene};
-use petzval::shade::bsdf::{Bsdf, Conductor, ShadingFrame};
+use petzval_render::shade::bsdf::{Bsdf, Conductor, ShadingFrame};
+use petzval_scene::{GlossyLobe, Reception, Scene};
 
 use super::facing::{check_densities, small_lights};
 use super::{Mean, at};

@@ -2,9 +2,9 @@
 //! rays: the same numbers.
 
 use glam::Vec3;
-use petzval::lanes::{Real, f32x8};
-use petzval::rays::{HitBatch, NO_INDEX, Ray, RayBatch, SortedColumn, WAVE_SIZE};
-use petzval::scene::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{HitBatch, NO_INDEX, Ray, RayBatch, SortedColumn, WAVE_SIZE};
+use petzval_scene::{
     GlossyLobe, LightColumns, LightInputs, LightSamples, LobeColumns, Reception, Scene,
     SurfaceColumns, SurfaceInputs, TraversalStack, VectorColumns, store_vector,
 };

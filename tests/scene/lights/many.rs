@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use petzval::scene::{Emission, Geometry, Material, Mesh, Scene, SceneBuilder, ShapeSpec};
+use petzval_scene::{Emission, Geometry, Material, Mesh, Scene, SceneBuilder, ShapeSpec};
 
 use super::{Mean, at, closest, sample, scene};
 use crate::support::Random;
@@ -112,7 +112,7 @@ fn a_light_tree_of_a_million_triangles_takes_a_second() {
     let shapes = scene.shapes.clone();
     let lights = scene.lights.all.clone();
     let start = Instant::now();
-    let again = petzval::scene::Lights::new(lights, &shapes);
+    let again = petzval_scene::Lights::new(lights, &shapes);
     println!("the light tree {:?}, with the scene {whole:?}", start.elapsed());
     assert_eq!(again.all.len(), 1);
     let from = at([0.1, 0.2, 0.0], [0.0, 0.0, 1.0]);

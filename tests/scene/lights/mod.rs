@@ -9,11 +9,12 @@ mod nasty;
 mod strength;
 use crate::support::{Random, folder, write, write_picture};
 use glam::Vec3;
-use petzval::io::image::Picture;
-use petzval::lanes::f32x8;
-use petzval::rays::{Hit, Ray};
-use petzval::scene::pbrt::{self, SceneErrors};
-use petzval::scene::{LightSample, Scene, SurfacePoint, TraversalStack};
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{Hit, Ray};
+use petzval_image::Picture;
+use petzval_scene::{LightSample, Scene, SurfacePoint, TraversalStack};
+use petzval_scene_formats::pbrt;
+use petzval_scene_formats::pbrt::SceneErrors;
 
 /// Reads the world of a scene file that refers to these pictures.
 fn read(pictures: &[(&str, &Picture)], world: &str) -> Result<Scene, SceneErrors> {

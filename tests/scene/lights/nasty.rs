@@ -1,7 +1,7 @@
 //! Extreme points, lights and pictures.
 
-use petzval::io::image::Picture;
-use petzval::scene::Scene;
+use petzval_image::Picture;
+use petzval_scene::Scene;
 
 use super::{at, closest, read, sample, scene};
 use crate::support::Random;
@@ -20,7 +20,7 @@ fn check_samples(scene: &Scene, position: [f32; 3]) -> u32 {
         assert!(sample.density.is_finite() && sample.density > 0.0, "{position:?} {sample:?}");
         let direction = sample.direction.normalize();
         let (ray, hit) = closest(scene, from.position, direction);
-        if hit.shape != petzval::rays::NO_INDEX {
+        if hit.shape != petzval_base::rays::NO_INDEX {
             let (_, point) = scene.surface(&ray, &hit);
             let density =
                 scene.area_light_density(from.position, glam::Vec3::ZERO, &hit, &point, direction);

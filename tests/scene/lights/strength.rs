@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
-use petzval::io::image::Picture;
-use petzval::scene::{Light, Scene, luminance};
+use petzval_image::Picture;
+use petzval_scene::{Light, Scene, luminance};
 
 use super::{Mean, at, closest, patchwork, read, scene};
 

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3};
-use petzval::lanes::f32x8;
-use petzval::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
-use petzval::scene::{
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{Column, Hit, HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
+use petzval_scene::{
     Geometry, Material, Mesh, Quadric, QuadricForm, SceneBuilder, ShapeSpec, TraversalStack,
 };
 

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3, Vec3};
-use petzval::lanes::f32x8;
-use petzval::rays::{HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
-use petzval::scene::{Geometry, Mesh, Quadric, QuadricForm, TraversalStack};
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
+use petzval_scene::{Geometry, Mesh, Quadric, QuadricForm, TraversalStack};
 
 use super::{ray, scene, torus};
 use crate::support::Random;

@@ -9,8 +9,8 @@ mod waves;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
-use petzval::rays::Ray;
-use petzval::scene::{Geometry, Material, Mesh, Scene, SceneBuilder, ShapeSpec};
+use petzval_base::rays::Ray;
+use petzval_scene::{Geometry, Material, Mesh, Scene, SceneBuilder, ShapeSpec};
 
 fn scene(shapes: Vec<Geometry>) -> Scene {
     let mut builder = SceneBuilder::default();

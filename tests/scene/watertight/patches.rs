@@ -1,9 +1,9 @@
 //! Hits on bilinear patches: against another formula, at shared edges, and of rays that leave them.
 
 use glam::{DVec3, Vec3};
-use petzval::lanes::f32x8;
-use petzval::rays::{HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
-use petzval::scene::{Geometry, Mesh, PatchMesh, TraversalStack};
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{HitBatch, NO_INDEX, Ray, RayBatch, WAVE_SIZE};
+use petzval_scene::{Geometry, Mesh, PatchMesh, TraversalStack};
 
 use super::{ray, scene};
 use crate::support::Random;

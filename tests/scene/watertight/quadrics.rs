@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3};
-use petzval::scene::{Quadric, QuadricForm};
+use petzval_scene::{Quadric, QuadricForm};
 
 use crate::support::Random;
 

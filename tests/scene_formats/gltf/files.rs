@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use petzval::io::ReadContext;
-use petzval::scene::{read, read_with};
+use petzval_base::io::ReadContext;
+use petzval_scene_formats::{read, read_with};
 use serde_json::{Value, json};
 
 use super::{Builder, meshes};

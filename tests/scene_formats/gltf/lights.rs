@@ -82,7 +82,7 @@ fn impossible_lights_are_refused() {
         let folder = super::folder();
         let path = folder.path().join("a.gltf");
         std::fs::write(&path, builder.text()).expect("a file");
-        let said = petzval::scene::read(&path).expect_err("an error").to_string();
+        let said = petzval_scene_formats::read(&path).expect_err("an error").to_string();
         assert!(said.contains(expected), "{said}");
     }
 }

@@ -14,7 +14,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use image::{ImageBuffer, ImageFormat, Rgba};
 use petzval::Picture;
-use petzval::scene::{Geometry, Mesh, read};
+use petzval_scene::{Geometry, Mesh};
+use petzval_scene_formats::read;
 use serde_json::{Value, json};
 
 /// A document under construction, whose data are in one buffer.

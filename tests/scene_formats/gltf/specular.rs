@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use petzval::scene::read;
+use petzval_scene_formats::read;
 use serde_json::{Value, json};
 
 use super::materials::{assert_near, under_sky};

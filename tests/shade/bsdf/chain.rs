@@ -1,7 +1,7 @@
 //! Chains of samples: a direction that is sampled from the one before keeps its length.
 
-use petzval::lanes::vector::{negate, renormalize};
-use petzval::shade::bsdf::{ShadingFrame, sample_henyey_greenstein};
+use petzval_base::lanes::vector::{negate, renormalize};
+use petzval_render::shade::bsdf::{ShadingFrame, sample_henyey_greenstein};
 
 use super::hair::BROWN;
 use super::scene::{Kind, REFLECTANCE, Random, direction};

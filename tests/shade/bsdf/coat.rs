@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use petzval::shade::bsdf::{
+use petzval_render::shade::bsdf::{
     Bsdf, CoatLayer, Coated, Conductor, Dielectric, Diffuse, MisWeights, ThinDielectric,
 };
 

@@ -1,8 +1,8 @@
 //! Energy and reciprocity: no surface adds light, lossless surfaces lose none, and values are
 //! symmetric in the two directions.
 
-use petzval::lanes::{Real, f32x8};
-use petzval::shade::bsdf::{Bsdf, Dielectric, Diffuse};
+use petzval_base::lanes::{Real, f32x8};
+use petzval_render::shade::bsdf::{Bsdf, Dielectric, Diffuse};
 
 use super::scene::{ETA, K, Kind, REFLECTANCE, Random, TRANSMITTANCE, direction, splat};
 use super::twin::{GLASS, chances, fresnel};

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use petzval::lanes::{Real, f32x8};
-use petzval::shade::bsdf::{Bsdf, Hair, HairParameters};
+use petzval_base::lanes::{Real, f32x8};
+use petzval_render::shade::bsdf::{Bsdf, Hair, HairParameters};
 
 use super::NaiveHair;
 use super::density::{bound, chi_squared, counts, expected};

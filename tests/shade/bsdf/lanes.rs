@@ -1,7 +1,7 @@
 //! Lanes: BSDFs give the same results bit for bit in one lane and in eight, and all are finite.
 
-use petzval::lanes::{Real, Word, f32x8};
-use petzval::shade::bsdf::{
+use petzval_base::lanes::{Real, Word, f32x8};
+use petzval_render::shade::bsdf::{
     Bsdf, BsdfSample, CoatLayer, Coated, Conductor, Dielectric, Diffuse, MisWeights,
 };
 

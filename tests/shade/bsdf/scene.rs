@@ -1,7 +1,7 @@
 //! Shared test data: random numbers, directions, and one surface of each kind.
 
-use petzval::lanes::{Real, f32x8};
-use petzval::shade::bsdf::{
+use petzval_base::lanes::{Real, f32x8};
+use petzval_render::shade::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, DiffuseTransmission, Hair, HairParameters,
     MetallicRoughness, MetallicRoughnessParameters, ThinDielectric, TintedDielectric,
     dielectric_f0,

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use petzval::shade::bsdf::{Refraction, conductor_reflectance};
+use petzval_render::shade::bsdf::{Refraction, conductor_reflectance};
 
 use super::scene::{ETA, K, Kind, Random};
 

@@ -1,10 +1,10 @@
 //! Means of pictures, their standard errors, and comparisons of the two path tracers.
 
-use petzval::aov::Aov;
-use petzval::job::Job;
-use petzval::prepare::{Changes, prepare};
-use petzval::render::{RenderOptions, render};
-use petzval::scene::pbrt;
+use petzval_render::aov::Aov;
+use petzval_render::job::Job;
+use petzval_render::prepare::{Changes, prepare};
+use petzval_render::{RenderOptions, render};
+use petzval_scene_formats::pbrt;
 
 use super::material::Colour;
 use super::world::{FIELD, World};

@@ -1,7 +1,7 @@
 //! Paths of thousands of steps: directions keep their length, and no sample is lost.
 
-use petzval::film::SampleId;
-use petzval::render::{Backend, replay};
+use petzval_render::film::SampleId;
+use petzval_render::{Backend, replay};
 
 use super::compare::{found, job_of};
 

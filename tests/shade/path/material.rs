@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use petzval::shade::bsdf::{CoatLayer, Coated, Dielectric, Diffuse, MisWeights};
+use petzval_render::shade::bsdf::{CoatLayer, Coated, Dielectric, Diffuse, MisWeights};
 
 use super::matter::Matter;
 use crate::support::Random;

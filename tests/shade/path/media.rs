@@ -2,12 +2,12 @@
 //! four lenses.
 
 use glam::DVec3;
-use petzval::io::image::Picture;
-use petzval::job::Job;
-use petzval::lens::LensColumns;
-use petzval::rays::{RayBatch, WAVE_SIZE};
-use petzval::render::Backend;
-use petzval::stats::LensStats;
+use petzval_base::rays::{RayBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
+use petzval_image::Picture;
+use petzval_lens::LensColumns;
+use petzval_render::Backend;
+use petzval_render::job::Job;
 
 use super::compare::{
     Estimate, agree, assert_same, expected_by, found, job_around, job_of, well_known,

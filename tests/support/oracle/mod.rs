@@ -11,7 +11,7 @@ mod iris;
 pub mod placement;
 mod sag;
 
-use petzval::lens::{BlockReason, Blocked, Prescription};
+use petzval_lens::{BlockReason, Blocked, Prescription};
 
 use super::Random;
 use iris::margin_and_transmission;

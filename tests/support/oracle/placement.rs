@@ -1,6 +1,6 @@
 //! Tilted and decentred surfaces, by 3 x 3 matrices.
 
-use petzval::lens::{Pose, Prescription};
+use petzval_lens::{Pose, Prescription};
 
 use super::{V, dot};
 

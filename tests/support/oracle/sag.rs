@@ -1,6 +1,6 @@
 //! Sag of surfaces, and their intersection with rays by bisection.
 
-use petzval::lens::{Row, TransverseAxis};
+use petzval_lens::{Row, TransverseAxis};
 
 use super::{V, along, dot};
 

@@ -1,6 +1,6 @@
 //! Calibration as cameras.txt of COLMAP, whose first pixel has its centre at (0.5, 0.5).
 
-use petzval::lens::{DistortionModel, FittedModel};
+use petzval_optics::{DistortionModel, FittedModel};
 
 use super::{Report, list};
 

@@ -1,6 +1,6 @@
 //! Everything about a calibration, as JSON.
 
-use petzval::lens::{FittedModel, SpotGrid};
+use petzval_optics::{FittedModel, SpotGrid};
 use serde_json::{Map, Value, json};
 
 use super::Report;
@@ -48,7 +48,7 @@ pub(super) fn describe(
         })
         .collect();
     let colour = photographic.colour.map(|[red, blue]| {
-        let one = |colour: petzval::lens::LateralColour| {
+        let one = |colour: petzval_optics::LateralColour| {
             let [v, c, b] = colour.terms;
             json!({ "v": v, "c": c, "b": b, "max": colour.largest, "max_error": colour.error })
         };

@@ -1,6 +1,6 @@
 //! Calibration as camera chains of Kalibr.
 
-use petzval::lens::{DistortionModel, FittedModel};
+use petzval_optics::{DistortionModel, FittedModel};
 
 use super::{Report, list};
 

@@ -1,6 +1,6 @@
 //! Calibration as a lens of lensfun's database.
 
-use petzval::lens::{Calibration, ChannelFields, Falloff, LateralColour, RadialDistortion};
+use petzval_optics::{Calibration, ChannelFields, Falloff, LateralColour, RadialDistortion};
 
 use super::Report;
 

@@ -5,8 +5,8 @@
 //! to 1 at the upper. Beyond the frame there is overscan. Pixels without a place have -1.
 
 use glam::DVec3;
-use petzval::io::image::{ChannelImage, Note, Notes};
-use petzval::lens::CameraMatrix;
+use petzval_image::{ChannelImage, Note, Notes};
+use petzval_optics::CameraMatrix;
 use rayon::prelude::*;
 
 use super::{CalibrationFiles, Report};

@@ -15,11 +15,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use petzval::io::{OutputFile, Outputs, ReadContext};
-use petzval::lens::{
-    Calibration, CalibrationSetup, FieldRay, FocusModel, PixelGrid, Pose, Prescription,
-    RealRayFocus,
-};
+use petzval_base::io::{OutputFile, Outputs, ReadContext};
+use petzval_lens::{FocusModel, Pose, Prescription, RealRayFocus};
+use petzval_optics::{Calibration, CalibrationSetup, FieldRay, PixelGrid};
 
 use super::conditions::StopArguments;
 use crate::cli::arguments::lens_file::LensFileArguments;
@@ -213,7 +211,7 @@ fn focused(
     let named = |problem: String| Failure::from(format!("{}: {problem}", file.display()));
     arguments.stop.stop_down(&mut lens)?;
     let (focus, diagonal) = (arguments.focus, film[0].hypot(film[1]));
-    let refused = |error: petzval::lens::FocusError| named(error.to_string());
+    let refused = |error: petzval_lens::FocusError| named(error.to_string());
     let model = FocusModel::Sharpest;
     let (lens, distance) = match lens.focus_by_groups(focus, model, diagonal) {
         Some(focused) => focused.map_err(refused)?,

@@ -1,6 +1,6 @@
 //! Calibration in the YAML of OpenCV's FileStorage.
 
-use petzval::lens::{DistortionModel, FittedModel};
+use petzval_optics::{DistortionModel, FittedModel};
 
 use super::{Report, list};
 

@@ -5,7 +5,7 @@
 //! terms of numerator and denominator alternate. "U-D" maps undistorted to distorted points, as
 //! OpenCV does.
 
-use petzval::lens::DistortionModel;
+use petzval_optics::DistortionModel;
 use serde_json::json;
 
 use super::Report;

@@ -1,8 +1,8 @@
 //! Point spreads of a calibration, as a mosaic in EXR and as an array for NumPy.
 
-use petzval::io::image::{ChannelImage, Note, Notes};
-use petzval::io::npy;
-use petzval::lens::SpotGrid;
+use petzval_base::io::npy;
+use petzval_image::{ChannelImage, Note, Notes};
+use petzval_optics::SpotGrid;
 
 use super::{CalibrationFiles, Report};
 use crate::cli::Failure;

@@ -1,6 +1,6 @@
 //! Curves over the field and the pupil: field curvature, distortion, lateral and longitudinal colour.
 
-use petzval::lens::FieldCurvePoint;
+use petzval_optics::FieldCurvePoint;
 
 use super::super::json::tidy;
 use super::inputs::ReportInputs;
@@ -278,7 +278,7 @@ pub(super) fn longitudinal(inputs: &ReportInputs) -> ReportSection {
     let zones: Vec<_> =
         inputs.wavelengths().map(|w| inputs.quality.longitudinal_aberration(w, ZONES)).collect();
     let rows = zones.iter().enumerate().flat_map(|(wavelength, zones)| {
-        let row = move |zone: &petzval::lens::ZoneFocus| vec![zone.zone, zone.focus];
+        let row = move |zone: &petzval_optics::ZoneFocus| vec![zone.zone, zone.focus];
         let nm = inputs.nm(wavelength);
         zones.iter().map(row).map(|row| [vec![nm], row].concat()).collect::<Vec<_>>()
     });

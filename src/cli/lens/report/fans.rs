@@ -1,6 +1,6 @@
 //! Ray fans and fans of optical path difference.
 
-use petzval::lens::{AberrationFan, AberrationPoint};
+use petzval_optics::{AberrationFan, AberrationPoint};
 
 use super::inputs::ReportInputs;
 use super::plot::{Plot, Series};

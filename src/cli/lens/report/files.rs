@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use petzval::io::Outputs;
+use petzval_base::io::Outputs;
 
 use super::inputs::ReportInputs;
 use super::page::page;

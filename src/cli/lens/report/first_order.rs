@@ -1,6 +1,7 @@
 //! Prescription, first-order data and Seidel sums.
 
-use petzval::lens::{FieldRays, Paraxial, Row, SeidelSums};
+use petzval_lens::{Paraxial, Row};
+use petzval_optics::{FieldRays, SeidelSums};
 
 use super::inputs::{ReportInputs, rounded};
 use super::missing::Absence;

@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use petzval::lens::{FieldKind, FieldRays, ImageQuality, Prescription};
+use petzval_lens::{FieldKind, Prescription};
+use petzval_optics::{FieldRays, ImageQuality};
 
 use super::curves::FieldCurves;
 use super::fans::Fans;

@@ -1,6 +1,7 @@
 //! Relative illumination, vignetting by surface and ghosts.
 
-use petzval::lens::{MOST_GHOST_SURFACES, Normalization, Vignetting};
+use petzval_lens::{Normalization, Vignetting};
+use petzval_optics::MOST_GHOST_SURFACES;
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
@@ -98,7 +99,7 @@ pub(super) fn vignetting(inputs: &ReportInputs) -> ReportSection {
         })
         .collect();
     let count = inputs.lens.rows.len();
-    let share = |row: usize, budget: &Option<petzval::lens::LightBudget>| {
+    let share = |row: usize, budget: &Option<petzval_lens::LightBudget>| {
         budget.as_ref().map_or(f64::NAN, |budget| budget.rows[row].share())
     };
     let blocking: Vec<usize> = (0..count)

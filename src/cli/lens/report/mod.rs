@@ -19,8 +19,8 @@ mod wave;
 
 use std::path::PathBuf;
 
-use petzval::io::ReadContext;
-use petzval::lens::{ImageQuality, ImagingGrid, in_parallel};
+use petzval_base::io::ReadContext;
+use petzval_optics::{ImageQuality, ImagingGrid, in_parallel};
 
 use super::conditions::{ConditionArguments, FieldShares, field_shares};
 use crate::cli::arguments::lens_file::LensFileArguments;

@@ -10,9 +10,9 @@ use super::plot::Plot;
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
 use crate::cli::arguments::argv::{argv, shell_line};
 use crate::cli::option_names::with_option_names;
-use crate::cli::report::date::now;
-use crate::cli::report::lens_drawing::draw;
-use crate::cli::report::svg::escape;
+use petzval_report::date::now;
+use petzval_report::lens_drawing::draw;
+use petzval_report::svg::escape;
 
 const STYLE: &str = "
 :root { color-scheme: light dark; }

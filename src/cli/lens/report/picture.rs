@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use petzval::io::image::{Picture, srgb_decode};
-use petzval::lens::{PointImage, PupilGrid};
+use petzval_image::{Picture, srgb_decode};
+use petzval_optics::{PointImage, PupilGrid};
 
 use super::inputs::rounded;
 

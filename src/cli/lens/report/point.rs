@@ -1,8 +1,7 @@
 //! Spot diagram and modulation transfer of one film point, for viewers.
 
-use petzval::lens::{
-    ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid, Prescription, RealRayFocus,
-};
+use petzval_lens::{Prescription, RealRayFocus};
+use petzval_optics::{ConditionChoices, ImageQuality, ImagingConditions, ImagingGrid};
 
 use super::inputs::ReportInputs;
 use super::plot::Plot;

@@ -1,6 +1,6 @@
 //! Spot diagrams, and their sizes by field, wavelength and focus.
 
-use petzval::lens::SpotDiagram;
+use petzval_optics::SpotDiagram;
 
 use super::inputs::{ReportInputs, rounded};
 use super::missing::Absence;
@@ -40,7 +40,7 @@ pub(super) fn spots(inputs: &ReportInputs) -> ReportSection {
         }
     }
     let rays = inputs.shown.iter().zip(&diagrams).flat_map(|(field, spot)| {
-        let row = |ray: &petzval::lens::SpotRay| {
+        let row = |ray: &petzval_optics::SpotRay| {
             let [x, y] = ray.point.map(|mm| 1e3 * mm);
             vec![field.field, inputs.nm(ray.wavelength), x, y, ray.light]
         };

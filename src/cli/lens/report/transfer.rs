@@ -1,6 +1,6 @@
 //! Modulation transfer by frequency, field and focus.
 
-use petzval::lens::{FieldRays, FrequencyAxis, TransferMethod};
+use petzval_optics::{FieldRays, FrequencyAxis, TransferMethod};
 
 use super::inputs::{ReportInputs, rounded};
 use super::plot::{Plot, Series, Style};

@@ -1,6 +1,6 @@
 //! Wavefronts with Zernike coefficients, point images and encircled energy.
 
-use petzval::lens::{FieldRays, PointImage};
+use petzval_optics::{FieldRays, PointImage};
 
 use super::inputs::ReportInputs;
 use super::missing::Absence;
@@ -41,7 +41,7 @@ pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure
             }
             if wavelength == inputs.quality.conditions.primary {
                 let waves = grid.nm * 1e-6;
-                let row = |cell: &petzval::lens::PupilCell| {
+                let row = |cell: &petzval_optics::PupilCell| {
                     vec![
                         field.field,
                         cell.stop[0],

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use petzval::io::OutputFile;
+use petzval_base::io::OutputFile;
 
 use super::super::convert::save;
 use super::ToleranceArguments;

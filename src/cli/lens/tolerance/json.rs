@@ -1,6 +1,6 @@
 //! Results of an analysis, as JSON.
 
-use petzval::lens::LensFigures;
+use petzval_optics::LensFigures;
 use serde_json::{Value, json};
 
 use super::ToleranceArguments;

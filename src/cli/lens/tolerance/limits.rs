@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use petzval::lens::{DeviationShape, RadiusLimit, ToleranceGrade};
+use petzval_optics::{DeviationShape, RadiusLimit, ToleranceGrade};
 
 use super::sample::Criterion;
 use crate::cli::Failure;

@@ -8,8 +8,8 @@ mod table;
 
 use std::path::PathBuf;
 
-use petzval::io::ReadContext;
-use petzval::lens::{
+use petzval_base::io::ReadContext;
+use petzval_optics::{
     DeviationShape, RadiusLimit, Refocus, ToleranceAnalysis, ToleranceGrade, ToleranceLimits,
     ToleranceSettings,
 };

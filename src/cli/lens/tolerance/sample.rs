@@ -1,6 +1,6 @@
 //! Trials of an analysis, ranked.
 
-use petzval::lens::{LensFigures, ToleranceAnalysis, ToleranceEffect, ToleranceTrial, percentile};
+use petzval_optics::{LensFigures, ToleranceAnalysis, ToleranceEffect, ToleranceTrial, percentile};
 
 /// Figure that ranks lenses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

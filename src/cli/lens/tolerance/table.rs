@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
-use petzval::lens::{
-    DeviationShape, FieldKind, LensFigures, RadiusLimit, Refocus, ToleranceLimits,
-};
+use petzval_lens::FieldKind;
+use petzval_optics::{DeviationShape, LensFigures, RadiusLimit, Refocus, ToleranceLimits};
 
 use super::ToleranceArguments;
 use super::sample::{SHARES, ToleranceSample};

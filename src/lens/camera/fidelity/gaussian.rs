@@ -4,14 +4,14 @@
 use std::ops::Range;
 
 use super::thin::{in_focus, pupil_position};
-use crate::lens::analysis::paraxial::{Paraxial, RayTransferMatrix};
-use crate::lens::camera::RealLens;
-use crate::lens::prescription::pose::{FilmPlane, Pose};
-use crate::lens::prescription::{Prescription, Row, Rows, TransverseAxis};
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::sequence::{Side, sequence};
-use crate::lens::trace::surface::Surface;
-use crate::lens::trace::trace_one;
+use crate::camera::RealLens;
+use crate::focus::paraxial::{Paraxial, RayTransferMatrix};
+use crate::prescription::pose::{FilmPlane, Pose};
+use crate::prescription::{Prescription, Row, Rows, TransverseAxis};
+use crate::trace::kernel::LensRay;
+use crate::trace::sequence::{Side, sequence};
+use crate::trace::surface::Surface;
+use crate::trace::trace_one;
 
 const AXES: [TransverseAxis; 2] = [TransverseAxis::X, TransverseAxis::Y];
 
@@ -184,9 +184,10 @@ pub(super) fn refocused(lens: &RealLens) -> (FilmPlane, [f64; 2]) {
 }
 
 /// Tracer of rays to the entrance pupil of a lens.
-pub(crate) struct PupilPoint(Vec<Surface<f64>>);
+pub struct PupilPoint(Vec<Surface<f64>>);
 
 impl PupilPoint {
+    /// Returns the tracer of a lens, by its cardinal points.
     pub fn new(lens: &RealLens) -> Self {
         let ideal = unclipped(thick(&lens.monochromatic(), &lens.film));
         Self(sequence::<f64>(&ideal, Side::Film(lens.film_distance)))

@@ -6,12 +6,12 @@ mod polynomial;
 mod simulate;
 mod thin;
 
-pub(crate) use simulate::on_axis_irradiance;
+pub use simulate::on_axis_irradiance;
 
 use std::fmt;
 
-pub(crate) use double::{F64Columns, launched};
-pub(crate) use gaussian::PupilPoint;
+pub use double::{F64Columns, launched};
+pub use gaussian::PupilPoint;
 
 /// Fidelity of the lens model, from the crudest.
 ///

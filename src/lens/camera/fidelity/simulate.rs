@@ -1,14 +1,14 @@
 //! Cameras whose lens is replaced by a model of another fidelity.
 
 use super::{Fidelity, gaussian, polynomial, thin};
-use crate::lanes::f32x8;
-use crate::lens::camera::band::Band;
-use crate::lens::camera::{Camera, LensColumns, LensModel, RealLens};
-use crate::lens::prescription::Prescription;
-use crate::lens::prescription::pose::FilmPlane;
-use crate::rays::{SampleBatch, WAVE_SIZE};
-use crate::sampler::{Dimension, sample_2d};
-use crate::stats::LensStats;
+use crate::camera::band::Band;
+use crate::camera::{Camera, LensColumns, LensModel, RealLens};
+use crate::prescription::Prescription;
+use crate::prescription::pose::FilmPlane;
+use petzval_base::lanes::f32x8;
+use petzval_base::rays::{SampleBatch, WAVE_SIZE};
+use petzval_base::sampler::{Dimension, sample_2d};
+use petzval_base::stats::LensStats;
 
 impl Camera {
     /// Returns this camera with its real lens modelled at a fidelity. Its effects stay: dispersion
@@ -99,7 +99,7 @@ const EXPOSURE_WAVES: usize = 16;
 
 /// Returns the irradiance for a radiance of 1 where the axis meets the film: the mean weight of
 /// samples over the pupil and the bands. It traces about 16,000 rays.
-pub(crate) fn on_axis_irradiance(lens: &RealLens) -> f64 {
+pub fn on_axis_irradiance(lens: &RealLens) -> f64 {
     let mut samples = SampleBatch { len: WAVE_SIZE, ..SampleBatch::default() };
     for axis in 0..2 {
         samples.film[axis].fill(-lens.film_pose.decentre[axis] as f32);

@@ -2,11 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::lens::analysis::focus::RealRayFocus;
-use crate::lens::analysis::paraxial::Paraxial;
-use crate::lens::camera::thin_lens::ThinLens;
-use crate::lens::camera::{Camera, LensModel, RealLens};
-use crate::lens::prescription::TransverseAxis;
+use crate::camera::thin_lens::ThinLens;
+use crate::camera::{Camera, LensModel, RealLens};
+use crate::focus::paraxial::Paraxial;
+use crate::focus::real_ray::RealRayFocus;
+use crate::prescription::TransverseAxis;
 
 /// Largest distance of an entrance pupil from the front vertex, in focal lengths. A lens that is
 /// telecentric in object space has its entrance pupil at infinity.

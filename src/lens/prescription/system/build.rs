@@ -5,11 +5,11 @@ use std::path::Path;
 use super::diameters::complete_diameters;
 use super::join::{Joined, along};
 use super::{MAX_SURFACES, SequentialSystem, SystemAperture, SystemSurface};
-use crate::lens::analysis::paraxial::Paraxial;
-use crate::lens::prescription::design::{Configuration, Design, Quantity, Setting};
-use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::pose::CoordinateBreak;
-use crate::lens::prescription::{Prescription, Row, Rows};
+use crate::focus::paraxial::Paraxial;
+use crate::prescription::design::{Configuration, Design, Quantity, Setting};
+use crate::prescription::error::LensError;
+use crate::prescription::pose::CoordinateBreak;
+use crate::prescription::{Prescription, Row, Rows};
 
 /// Largest share of the radius at which a conic is used; at 1 it is vertical.
 const EDGE: f64 = 0.9999;
@@ -198,7 +198,7 @@ fn limit_to_edges(lens: &mut Prescription, notes: &mut Vec<String>) {
 impl SystemAperture {
     /// Returns the diameter of the entrance pupil (mm) of a lens, for an object at a distance
     /// before its front vertex (mm).
-    pub(crate) fn entrance_pupil(self, paraxial: &Paraxial, object: f64) -> f64 {
+    pub fn entrance_pupil(self, paraxial: &Paraxial, object: f64) -> f64 {
         let tangent = |na: f64| na / (1.0 - na * na).max(1e-6).sqrt();
         match self {
             Self::EntrancePupil(diameter) => diameter,

@@ -4,7 +4,7 @@ use super::{MediumBehind, SystemSurface};
 
 /// Makes the plane with air on both sides the stop: of several the smallest. Nothing changes if
 /// there is none.
-pub(crate) fn choose_stop(surfaces: &mut [SystemSurface]) {
+pub fn choose_stop(surfaces: &mut [SystemSurface]) {
     let is_air =
         |i: Option<usize>| i.is_none_or(|i| matches!(surfaces[i].medium, MediumBehind::Air));
     let size = |i: usize| surfaces[i].semi_diameter.unwrap_or(f64::INFINITY);

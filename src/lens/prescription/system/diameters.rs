@@ -2,13 +2,13 @@
 
 use super::SystemAperture;
 use super::wide_field::StopRays;
-use crate::lens::analysis::paraxial::Paraxial;
-use crate::lens::prescription::Prescription;
-use crate::lens::prescription::design::FieldKind;
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::sequence::{Side, sequence};
-use crate::lens::trace::surface::Surface;
-use crate::lens::trace::trace_one;
+use crate::focus::paraxial::Paraxial;
+use crate::prescription::Prescription;
+use crate::prescription::design::FieldKind;
+use crate::trace::kernel::LensRay;
+use crate::trace::sequence::{Side, sequence};
+use crate::trace::surface::Surface;
+use crate::trace::trace_one;
 
 /// Room between the outermost ray and the rim.
 const MARGIN: f64 = 1.02;
@@ -252,8 +252,8 @@ fn wide_heights(
 
 /// Returns the sum of the heights of the marginal and the chief ray by first-order optics (mm).
 fn paraxial_heights(lens: &Prescription, field: f64, object: f64) -> Vec<f64> {
-    use crate::lens::analysis::paraxial::RayTransferMatrix;
-    use crate::lens::prescription::TransverseAxis::X;
+    use crate::focus::paraxial::RayTransferMatrix;
+    use crate::prescription::TransverseAxis::X;
     let pupil = Paraxial::new(lens).entrance_pupil;
     let slope = field.to_radians().tan();
     let marginal = match object.is_finite() {

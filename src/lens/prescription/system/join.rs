@@ -6,11 +6,11 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::{MediumBehind, SystemSurface};
-use crate::lens::prescription::Row;
-use crate::lens::prescription::error::LensError;
-use crate::lens::prescription::limits::{MAX_INDEX, MIN_INDEX};
-use crate::lens::prescription::pose::CoordinateBreak;
-use crate::spectrum::glass::Glass;
+use crate::prescription::Row;
+use crate::prescription::error::LensError;
+use crate::prescription::limits::{MAX_INDEX, MIN_INDEX};
+use crate::prescription::pose::CoordinateBreak;
+pub use petzval_spectrum::glass::Glass;
 
 /// Distance between a surface and a film that touch (mm).
 const CONTACT: f64 = 1e-9;

@@ -12,20 +12,20 @@ mod join;
 mod object_space;
 mod wide_field;
 
-pub(crate) use choose_stop::choose_stop;
+pub use choose_stop::choose_stop;
 
 use glam::DAffine3;
 
 use super::design::Design;
 use super::row::Row;
-use crate::spectrum::glass::Glass;
+pub use petzval_spectrum::glass::Glass;
 
 /// Greatest number of surfaces of a system. Real lenses have fewer than 100.
-pub(crate) const MAX_SURFACES: usize = 2000;
+pub const MAX_SURFACES: usize = 2000;
 
 /// A sequential optical system: the surfaces between object and image, without both.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SequentialSystem {
+pub struct SequentialSystem {
     /// Name; empty for that of the file.
     pub name: String,
     /// Source of the figures.
@@ -50,7 +50,7 @@ pub(crate) struct SequentialSystem {
 
 /// Aperture of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum SystemAperture {
+pub enum SystemAperture {
     /// Diameter of the entrance pupil (mm).
     EntrancePupil(f64),
     /// Focal length over the diameter of the entrance pupil.
@@ -63,7 +63,7 @@ pub(crate) enum SystemAperture {
 
 /// A surface of a sequential system, a dummy plane or a coordinate break.
 #[derive(Clone, Debug)]
-pub(crate) struct SystemSurface {
+pub struct SystemSurface {
     /// Line of the file, from 1.
     pub line: usize,
     /// Shape, thickness, stop, obstruction and pose. Index, glass, diameter and mirror are set by
@@ -95,7 +95,7 @@ impl Default for SystemSurface {
 
 /// Medium behind a surface.
 #[derive(Clone, Debug, Default)]
-pub(crate) enum MediumBehind {
+pub enum MediumBehind {
     /// Air or vacuum.
     #[default]
     Air,

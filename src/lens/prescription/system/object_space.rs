@@ -7,9 +7,9 @@
 //! the window obey the law of refraction, as field angles do.
 
 use super::{MediumBehind, SequentialSystem, SystemSurface};
-use crate::lens::prescription::Row;
-use crate::lens::prescription::design::FieldKind;
-use crate::lens::prescription::limits::INFINITE;
+use crate::prescription::Row;
+use crate::prescription::design::FieldKind;
+use crate::prescription::limits::INFINITE;
 
 /// Distance of a near object from its window, in units of that of the object: it shifts images by a
 /// millionth of the object distance at most.

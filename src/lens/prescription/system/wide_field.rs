@@ -4,11 +4,11 @@
 //! moves and grows with the angle in a fisheye. A ray from a point of the stop needs no aim: of all
 //! its directions the one is searched that leaves the lens at the angle of the field.
 
-use crate::lens::prescription::Prescription;
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::sequence::{Side, sequence};
-use crate::lens::trace::surface::Surface;
-use crate::lens::trace::trace_one;
+use crate::prescription::Prescription;
+use crate::trace::kernel::LensRay;
+use crate::trace::sequence::{Side, sequence};
+use crate::trace::surface::Surface;
+use crate::trace::trace_one;
 
 /// Steepest direction in the stop (degrees), and directions tried on each side of the axis.
 const STEEPEST: f64 = 80.0;

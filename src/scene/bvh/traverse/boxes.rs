@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::ray::TraversalRay;
-use crate::lanes::Real;
-use crate::rays::RayBatch;
-use crate::scene::bvh::Node;
+use crate::bvh::Node;
+use petzval_base::lanes::Real;
+use petzval_base::rays::RayBatch;
 
 /// Returns the boxes that a ray enters before `t_max`, as a bit mask, and writes the entry distance
 /// of each box. Rounding may add boxes to the mask but never drops one.
@@ -39,7 +39,7 @@ const SLACK: f64 = 1e-6;
 /// Returns which of the [`Real::LANES`] rays from `first` on may hit a box before they end, as a
 /// bit mask. Rays that hit it are always included, and so are rays with NaNs.
 #[inline(always)]
-pub(in crate::scene) fn may_hit_box<R: Real<Scalar = f32>>(
+pub(crate) fn may_hit_box<R: Real<Scalar = f32>>(
     rays: &RayBatch,
     first: usize,
     [low, high]: [Vec3; 2],

@@ -6,11 +6,11 @@
 use super::LeafIntersector;
 use super::nearest::NearestHit;
 use super::ray::TraversalRay;
-use crate::lanes::Real;
-use crate::lanes::vector::{abs, cross, dot, splat};
-use crate::rays::Hit;
-use crate::scene::bvh::{Bvh, CurvePacket, PrimitiveId};
-use crate::scene::geometry::{CurvePiece, CurveRay};
+use crate::bvh::{Bvh, CurvePacket, PrimitiveId};
+use crate::geometry::{CurvePiece, CurveRay};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{abs, cross, dot, splat};
+use petzval_base::rays::Hit;
 
 /// Bound on the rounding errors of [`CurvePacket::near_ray`], relative to the products of the
 /// magnitudes: of the inputs (three roundings), the two products (five) and the comparison.

@@ -14,9 +14,9 @@ mod ray_packet_leaves;
 mod single_ray;
 mod triangles;
 
-pub(in crate::scene) use boxes::may_hit_box;
-pub(in crate::scene) use nearest::NearestHit;
-pub(in crate::scene) use ray::{RayQueue, TraversalRay};
-pub(in crate::scene) use ray_packet::RayPacket;
+pub(crate) use boxes::may_hit_box;
+pub(crate) use nearest::NearestHit;
+pub(crate) use ray::{RayQueue, TraversalRay};
+pub(crate) use ray_packet::RayPacket;
 pub use single_ray::TraversalStack;
-pub(in crate::scene) use single_ray::{LeafIntersector, traverse};
+pub(crate) use single_ray::{LeafIntersector, traverse};

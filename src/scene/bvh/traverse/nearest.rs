@@ -3,15 +3,15 @@
 use super::LeafIntersector;
 use super::ray::TraversalRay;
 use super::triangles::{intersect_triangles, is_ahead};
-use crate::lanes::Real;
-use crate::rays::{Hit, NO_INDEX};
-use crate::scene::bvh::{Bvh, PrimitiveId};
+use crate::bvh::{Bvh, PrimitiveId};
+use petzval_base::lanes::Real;
+use petzval_base::rays::{Hit, NO_INDEX};
 
 /// Nearest hit so far during a traversal. The id of its triangle is looked up at the end.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct NearestHit {
+pub(crate) struct NearestHit {
     /// Distance of the hit, or the end of the ray if there is none.
-    pub(in crate::scene) t: f32,
+    pub(crate) t: f32,
     /// Barycentric weights of the second and the third corner.
     pub(super) weights: [f32; 2],
     /// Eight times the index of the triangle's packet, plus its lane; [`NO_INDEX`] if no triangle
@@ -25,13 +25,13 @@ pub(in crate::scene) struct NearestHit {
 impl NearestHit {
     /// Starts without a hit on a ray that ends at `t_max`.
     #[inline(always)]
-    pub(in crate::scene) fn new(t_max: f32) -> Self {
+    pub(crate) fn new(t_max: f32) -> Self {
         Self { t: t_max, weights: [0.0; 2], triangle_slot: NO_INDEX, non_triangle: [NO_INDEX; 3] }
     }
 
     /// Returns the hit that the traversal of `bvh` has found.
     #[inline(always)]
-    pub(in crate::scene) fn hit(&self, bvh: &Bvh) -> Hit {
+    pub(crate) fn hit(&self, bvh: &Bvh) -> Hit {
         let [shape, primitive, instance] = match self.triangle_slot {
             NO_INDEX => self.non_triangle,
             slot => {
@@ -53,7 +53,7 @@ impl NearestHit {
 
     /// Takes over a hit on a patch, on a curve, on a quadric or in an instance.
     #[inline(always)]
-    pub(in crate::scene) fn replace(&mut self, hit: &Hit) {
+    pub(crate) fn replace(&mut self, hit: &Hit) {
         self.t = hit.t;
         self.weights = [hit.u, hit.v];
         self.triangle_slot = NO_INDEX;

@@ -9,10 +9,10 @@ use super::LeafIntersector;
 use super::nearest::NearestHit;
 use super::ray::TraversalRay;
 use super::ray_packet::RayPacket;
-use crate::lanes::vector::{add, cross, dot, scale, splat, sub};
-use crate::lanes::{Real, widen};
-use crate::rays::Hit;
-use crate::scene::bvh::{Bvh, PatchPacket, PrimitiveId};
+use crate::bvh::{Bvh, PatchPacket, PrimitiveId};
+use petzval_base::lanes::vector::{add, cross, dot, scale, splat, sub};
+use petzval_base::lanes::{Real, widen};
+use petzval_base::rays::Hit;
 
 /// Slack of u and v, so that no ray slips between two patches that share an edge. It is far above
 /// the rounding of f64 and far below the rounding of f32.

@@ -3,8 +3,8 @@
 use super::LeafIntersector;
 use super::nearest::NearestHit;
 use super::ray::TraversalRay;
-use crate::rays::Hit;
-use crate::scene::bvh::{Bvh, PlacedQuadric};
+use crate::bvh::{Bvh, PlacedQuadric};
+use petzval_base::rays::Hit;
 
 impl PlacedQuadric {
     /// Returns a hit at a distance.

@@ -1,7 +1,7 @@
 //! Precomputed terms of the box and triangle tests of a ray.
 
-use crate::lanes::Real;
-use crate::rays::Ray;
+use petzval_base::lanes::Real;
+use petzval_base::rays::Ray;
 
 /// Terms that the box and triangle tests of rays share.
 #[derive(Clone, Copy, Debug)]
@@ -19,11 +19,11 @@ pub(super) struct RayTerms<R> {
 
 /// A single ray with the terms of its tests, as in [`RayTerms`].
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::scene) struct TraversalRay {
+pub(crate) struct TraversalRay {
     /// Origin.
-    pub(in crate::scene) origin: [f32; 3],
+    pub(crate) origin: [f32; 3],
     /// Direction, of any length.
-    pub(in crate::scene) direction: [f32; 3],
+    pub(crate) direction: [f32; 3],
     pub(super) entry: [[f32; 2]; 3],
     pub(super) exit: [[f32; 2]; 3],
     /// 1 if the direction is negative on an axis: the index of the near sides of boxes.
@@ -82,7 +82,7 @@ impl<R: Real<Scalar = f32>> RayTerms<R> {
 impl TraversalRay {
     /// Prepares a ray. Returns `None` if it [cannot hit anything](can_hit).
     #[inline(always)]
-    pub(in crate::scene) fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
+    pub(crate) fn new(origin: [f32; 3], direction: [f32; 3]) -> Option<Self> {
         can_hit(origin, direction)
             .then(|| Self::from_terms(origin, direction, RayTerms::<f32>::new(origin, direction)))
     }
@@ -123,11 +123,11 @@ pub(super) fn backward(octant: usize) -> [usize; 3] {
 
 /// Rays of one octant that wait until there are enough for a packet.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::scene) struct RayQueue {
+pub(crate) struct RayQueue {
     /// Number of rays.
-    pub(in crate::scene) len: usize,
+    pub(crate) len: usize,
     /// Index of each ray in its wave.
-    pub(in crate::scene) index: [u32; 8],
+    pub(crate) index: [u32; 8],
     pub(super) octant: usize,
     /// By axis and ray.
     pub(super) origin: [[f32; 8]; 3],
@@ -140,7 +140,7 @@ impl RayQueue {
     /// Adds a ray to the queue of its octant, unless it [cannot hit anything](can_hit). Returns the
     /// queue if it is full now; it takes no more rays until its length is 0.
     #[inline(always)]
-    pub(in crate::scene) fn push<'a>(
+    pub(crate) fn push<'a>(
         queues: &'a mut [Self; 8],
         ray: &Ray,
         index: usize,

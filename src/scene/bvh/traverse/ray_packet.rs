@@ -5,8 +5,8 @@ use super::LeafIntersector;
 use super::nearest::{NearestHit, intersect_packet};
 use super::ray::{RayQueue, RayTerms, TraversalRay, backward};
 use super::single_ray::{push_child, traverse};
-use crate::lanes::Real;
-use crate::scene::bvh::{Bvh, Child, Node, PackedChild};
+use crate::bvh::{Bvh, Child, Node, PackedChild};
+use petzval_base::lanes::Real;
 
 /// Least number of rays that test the boxes of a node in step. Two rays are faster one by one: a
 /// single ray tests eight boxes at once.
@@ -14,7 +14,7 @@ const LEAST_IN_STEP: u32 = 3;
 
 /// Up to eight rays whose directions are in the same octant, and their nearest hits so far.
 #[derive(Debug)]
-pub(in crate::scene) struct RayPacket {
+pub(crate) struct RayPacket {
     /// By axis and ray.
     pub(super) origin: [[f32; 8]; 3],
     pub(super) direction: [[f32; 8]; 3],
@@ -26,7 +26,7 @@ pub(in crate::scene) struct RayPacket {
     backward: [usize; 3],
     /// End of each ray; -1 for a missing or finished ray, so that it enters no box.
     pub(super) t: [f32; 8],
-    pub(in crate::scene) nearest: [NearestHit; 8],
+    pub(crate) nearest: [NearestHit; 8],
     /// Rays that went on alone, and which of them are there, as a bit mask.
     single: [TraversalRay; 8],
     singled_out: u32,
@@ -54,7 +54,7 @@ impl Default for RayPacket {
 
 impl RayPacket {
     /// Takes over the rays of a queue.
-    pub(in crate::scene) fn load<R: Real<Scalar = f32>>(&mut self, queue: &RayQueue) {
+    pub(crate) fn load<R: Real<Scalar = f32>>(&mut self, queue: &RayQueue) {
         (self.origin, self.direction) = (queue.origin, queue.direction);
         self.backward = backward(queue.octant);
         self.singled_out = 0;
@@ -105,7 +105,7 @@ impl RayPacket {
 
     /// Traverses a hierarchy with the first `len` rays. With `ANY`, a ray stops at its first hit.
     /// Returns the rays that found a nearer hit, as a bit mask.
-    pub(in crate::scene) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
+    pub(crate) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
         &mut self,
         len: usize,
         bvh: &Bvh,

@@ -6,8 +6,8 @@
 use super::nearest::is_nearer;
 use super::ray_packet::RayPacket;
 use super::triangles::{Corners, are_ahead, test_edges};
-use crate::lanes::{Real, widen};
-use crate::scene::bvh::{Bvh, PlacedQuadric, TrianglePacket};
+use crate::bvh::{Bvh, PlacedQuadric, TrianglePacket};
+use petzval_base::lanes::{Real, widen};
 
 impl RayPacket {
     /// Intersects the rays in `mask` with each triangle of a packet. Returns the rays that found a

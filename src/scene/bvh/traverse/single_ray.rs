@@ -6,10 +6,10 @@ use super::nearest::{NearestHit, intersect_alpha_tested, intersect_packet};
 use super::patches::intersect_patches;
 use super::quadrics::intersect_quadric;
 use super::ray::TraversalRay;
-use crate::lanes::Real;
-use crate::rays::Hit;
-use crate::scene::bvh::{Bvh, Child, Node, PackedChild};
-use crate::scene::geometry::CurveSet;
+use crate::bvh::{Bvh, Child, Node, PackedChild};
+use crate::geometry::CurveSet;
+use petzval_base::lanes::Real;
+use petzval_base::rays::Hit;
 
 /// Stack of the children that a ray has yet to visit. Each worker reuses one.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub struct TraversalStack(Vec<u64>);
 impl TraversalStack {
     /// Returns at least `count` slots for sort keys of children.
     #[inline(always)]
-    pub(in crate::scene) fn slots(&mut self, count: usize) -> &mut [u64] {
+    pub(crate) fn slots(&mut self, count: usize) -> &mut [u64] {
         if self.0.len() < count {
             self.0.resize(count, 0);
         }
@@ -27,7 +27,7 @@ impl TraversalStack {
 }
 
 /// Callback for what a hierarchy does not know.
-pub(in crate::scene) trait LeafIntersector {
+pub(crate) trait LeafIntersector {
     /// Intersects a ray with an instance. Returns whether it found a nearer hit. `pending` is the
     /// free part of the stack.
     fn intersect_instance<R: Real<Scalar = f32>, const ANY: bool>(
@@ -48,7 +48,7 @@ pub(in crate::scene) trait LeafIntersector {
 /// Traverses a hierarchy below one of its children. With `ANY`, it stops at the first hit. Returns
 /// whether it found a nearer hit.
 #[inline(always)]
-pub(in crate::scene) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
+pub(crate) fn traverse<R: Real<Scalar = f32>, const ANY: bool>(
     bvh: &Bvh,
     leaves: &impl LeafIntersector,
     from: PackedChild,

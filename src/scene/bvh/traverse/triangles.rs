@@ -5,9 +5,9 @@
 //! slips between them.
 
 use super::ray::TraversalRay;
-use crate::lanes::Real;
-use crate::scene::bvh::TrianglePacket;
-use crate::scene::geometry::gamma;
+use crate::bvh::TrianglePacket;
+use crate::geometry::gamma;
+use petzval_base::lanes::Real;
 
 /// Triangles of a packet that a ray hits, as a bit mask, with their distances and weights. Both are
 /// multiplied by the sum of the edge functions, because most hits are not the nearest and never

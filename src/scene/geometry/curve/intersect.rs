@@ -6,7 +6,7 @@
 //! for curves primitive", approximate it by chords, and pbrt-v4 does, too).
 //!
 //! The computation is in f64 and for single rays: tests of eight capsules at once come before it
-//! and leave few rays ([`CurvePacket`](crate::scene::bvh)). Adjacent pieces compute the same bits
+//! and leave few rays ([`CurvePacket`](crate::bvh)). Adjacent pieces compute the same bits
 //! where they meet, so that no ray passes between them.
 
 use glam::{DVec2, DVec3, Vec3};

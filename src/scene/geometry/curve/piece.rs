@@ -122,7 +122,7 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::scene::geometry::{CurveKind, CurveSegment};
+    use crate::geometry::{CurveKind, CurveSegment};
 
     /// Returns a set of a bent, a straight and a degenerate segment.
     fn curves() -> CurveSet {

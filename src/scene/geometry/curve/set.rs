@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::tessellate::{CurveSegment, tessellate_curve};
 use super::{piece, slerp};
-use crate::scene::geometry::Mesh;
+use crate::geometry::Mesh;
 
 /// Shape of the cross-section of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

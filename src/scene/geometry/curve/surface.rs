@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::set::{CubicPoints, CurveKind, CurveSet};
-use crate::rays::Hit;
-use crate::scene::geometry::RayPoint;
-use crate::scene::geometry::surface_point::{SurfaceDerivatives, SurfacePoint};
+use crate::geometry::RayPoint;
+use crate::geometry::surface_point::{SurfaceDerivatives, SurfacePoint};
+use petzval_base::rays::Hit;
 
 /// Derivatives and width at a hit.
 struct CurveFrame {

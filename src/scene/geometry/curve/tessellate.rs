@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::slerp;
-use crate::scene::geometry::Mesh;
+use crate::geometry::Mesh;
 
 /// Number of sides of a tube.
 const SIDES: u32 = 6;

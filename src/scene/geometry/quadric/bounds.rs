@@ -37,7 +37,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::scene::Quadric;
+    use crate::Quadric;
 
     #[test]
     fn a_box_touches_its_quadric_on_all_sides() {

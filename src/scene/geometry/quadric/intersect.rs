@@ -3,12 +3,12 @@
 use glam::{DAffine3, DVec3};
 
 use super::{Quadric, QuadricForm, TAU, bounds, phi};
-use crate::lanes::Real;
-use crate::lanes::vector::{dot, scale_add, transform};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{dot, scale_add, transform};
 
 /// A quadric as rays meet it: its form and its place, without what shading needs.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::scene) struct QuadricSurface {
+pub(crate) struct QuadricSurface {
     form: QuadricForm,
     phi_max: f64,
     /// From the space of the rays to the quadric's own space.
@@ -18,14 +18,14 @@ pub(in crate::scene) struct QuadricSurface {
 impl Quadric {
     /// Returns the surface for rays in object space.
     #[inline(always)]
-    pub(in crate::scene) fn surface(&self) -> QuadricSurface {
+    pub(crate) fn surface(&self) -> QuadricSurface {
         let Self { form, phi_max, form_from_object, .. } = *self;
         QuadricSurface { form, phi_max, form_from_rays: form_from_object }
     }
 
     /// Returns the surface for rays in world space, and the least box around it there, apart from a
     /// limit of its angle. `None` if the transform cannot be inverted.
-    pub(in crate::scene) fn instanced(
+    pub(crate) fn instanced(
         &self,
         world_from_object: &DAffine3,
     ) -> Option<(QuadricSurface, [DVec3; 2])> {
@@ -39,7 +39,7 @@ impl Quadric {
 impl QuadricSurface {
     /// Returns the distances to the first intersections of rays with 0 < t < `t_max`, or NaN.
     #[inline(always)]
-    pub(in crate::scene) fn intersect<R: Real<Scalar = f64>>(
+    pub(crate) fn intersect<R: Real<Scalar = f64>>(
         &self,
         origin: [R; 3],
         direction: [R; 3],

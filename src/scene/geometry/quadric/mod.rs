@@ -5,7 +5,7 @@ mod intersect;
 mod points;
 mod sampling;
 
-pub(in crate::scene) use intersect::QuadricSurface;
+pub(crate) use intersect::QuadricSurface;
 pub use sampling::DiskPacket;
 
 use std::f64::consts::TAU;

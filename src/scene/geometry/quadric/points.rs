@@ -3,9 +3,9 @@
 use glam::DAffine3;
 
 use super::{Quadric, QuadricForm};
-use crate::lanes::vector::{abs, add, dot, scale, splat, transform};
-use crate::lanes::{Real, narrow};
-use crate::scene::geometry::{SurfacePacket, gamma};
+use crate::geometry::{SurfacePacket, gamma};
+use petzval_base::lanes::vector::{abs, add, dot, scale, splat, transform};
+use petzval_base::lanes::{Real, narrow};
 
 /// Transforms points.
 #[inline(always)]
@@ -84,7 +84,7 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     use super::*;
-    use crate::lanes::f32x8;
+    use petzval_base::lanes::f32x8;
 
     #[test]
     fn eight_points_equal_those_of_single_lanes() {
@@ -108,7 +108,7 @@ mod tests {
                 matrix.transform_point3(if lane == 7 { DVec3::Z } else { own })
             };
             let column = |axis: usize| {
-                crate::lanes::f64x8::new(std::array::from_fn(|lane| near(lane)[axis]))
+                petzval_base::lanes::f64x8::new(std::array::from_fn(|lane| near(lane)[axis]))
             };
             let points = quadric.points::<f32x8>([column(0), column(1), column(2)]);
             for lane in 0..8 {

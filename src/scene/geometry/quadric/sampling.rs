@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::{Quadric, QuadricForm, SurfacePoint, TAU, cone_normal, direction};
-use crate::lanes::Real;
-use crate::lanes::vector::{abs, add, scale, scale_add};
-use crate::sampler::concentric_disk;
-use crate::scene::geometry::{SurfacePacket, gamma};
+use crate::geometry::{SurfacePacket, gamma};
+use petzval_base::lanes::Real;
+use petzval_base::lanes::vector::{abs, add, scale, scale_add};
+use petzval_base::sampler::concentric_disk;
 
 /// A whole disk in every lane, or an ellipse.
 #[derive(Clone, Copy, Debug)]

@@ -6,24 +6,24 @@ use glam::Vec3;
 
 /// All directions within an angle of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::scene::light) struct Cone {
+pub(in crate::light) struct Cone {
     /// Axis: a unit vector, world space.
-    pub(in crate::scene::light) axis: Vec3,
+    pub(in crate::light) axis: Vec3,
     /// Half angle (rad), 0 to pi.
-    pub(in crate::scene::light) angle: f32,
+    pub(in crate::light) angle: f32,
 }
 
 impl Cone {
     /// All directions.
-    pub(in crate::scene::light) const ALL: Self = Self { axis: Vec3::Z, angle: PI };
+    pub(in crate::light) const ALL: Self = Self { axis: Vec3::Z, angle: PI };
 
     /// Returns the cone of a single direction.
-    pub(in crate::scene::light) fn from_direction(axis: Vec3) -> Self {
+    pub(in crate::light) fn from_direction(axis: Vec3) -> Self {
         Self { axis, angle: 0.0 }
     }
 
     /// Returns the smallest cone around two cones.
-    pub(in crate::scene::light) fn union(self, other: Self) -> Self {
+    pub(in crate::light) fn union(self, other: Self) -> Self {
         let (wide, narrow) = if self.angle < other.angle { (other, self) } else { (self, other) };
         // The arc cosine is inaccurate for small angles.
         let cross = wide.axis.cross(narrow.axis).length();

@@ -1,38 +1,38 @@
 //! Random descent through the light tree, lane by lane.
 
-use crate::lanes::Real;
+use petzval_base::lanes::Real;
 
 /// Largest number below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// State of a descent from the root.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene::light) struct Descent<R> {
+pub(in crate::light) struct Descent<R> {
     /// Numbers in [0, 1) that select children. The levels take turns, because a selection leaves a
     /// number with fewer random bits.
-    pub(in crate::scene::light) u: [R; 2],
+    pub(in crate::light) u: [R; 2],
     /// Probability of the children selected so far.
-    pub(in crate::scene::light) probability: R,
+    pub(in crate::light) probability: R,
 }
 
 /// Selection of a child.
-pub(in crate::scene::light) struct Step<R: Real> {
+pub(in crate::light) struct Step<R: Real> {
     /// Index of the selected child.
-    pub(in crate::scene::light) child: R,
+    pub(in crate::light) child: R,
     /// Lanes in which a child was selected; in the others none can contribute.
-    pub(in crate::scene::light) some: R::Mask,
+    pub(in crate::light) some: R::Mask,
 }
 
 impl<R: Real<Scalar = f32>> Descent<R> {
     /// Starts at the root.
     #[inline(always)]
-    pub(in crate::scene::light) fn new(u: [R; 2]) -> Self {
+    pub(in crate::light) fn new(u: [R; 2]) -> Self {
         Self { u, probability: R::splat(1.0) }
     }
 
     /// Selects one of the first `count` children in proportion to their importance.
     #[inline(always)]
-    pub(in crate::scene::light) fn step(
+    pub(in crate::light) fn step(
         &mut self,
         count: usize,
         importance: impl Fn(usize) -> R,

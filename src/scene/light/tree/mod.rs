@@ -173,7 +173,7 @@ mod tests {
 
     use super::super::GlossyLobe;
     use super::*;
-    use crate::sampler::{Dimension, sample_2d};
+    use petzval_base::sampler::{Dimension, sample_2d};
 
     /// A point that receives light from all sides.
     fn at(p: Vec3) -> Receiver<f32> {

@@ -2,14 +2,14 @@
 
 use super::super::reception::Reception;
 use super::bounds::LightBounds;
-use crate::lanes::vector::{splat, sub};
-use crate::lanes::{Real, f32x8};
+use petzval_base::lanes::vector::{splat, sub};
+use petzval_base::lanes::{Real, f32x8};
 
 /// A node of the light tree: the bounds of up to eight children, evaluated at once. Missing
 /// children have an intensity of 0.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub(in crate::scene::light) struct LightNode {
+pub(in crate::light) struct LightNode {
     centre: [[f32; 8]; 3],
     /// Squared radii of spheres around the children.
     radius2: [f32; 8],
@@ -23,7 +23,7 @@ pub(in crate::scene::light) struct LightNode {
     two_sided: [f32; 8],
     children: [u32; 8],
     /// Slot of this node: eight times the index of its parent, plus its index among the children.
-    pub(in crate::scene::light) parent: u32,
+    pub(in crate::light) parent: u32,
     /// Number of children; they come first.
     count: u32,
 }
@@ -39,7 +39,7 @@ const MIN_DISTANCE2: f32 = 1e-30;
 
 /// A child of a light tree's node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::scene::light) enum LightChild {
+pub(in crate::light) enum LightChild {
     /// Index of a node.
     Node(u32),
     /// Index of an emitter.
@@ -48,7 +48,7 @@ pub(in crate::scene::light) enum LightChild {
 
 impl LightNode {
     /// A node without children.
-    pub(in crate::scene::light) const EMPTY: Self = Self {
+    pub(in crate::light) const EMPTY: Self = Self {
         centre: [[0.0; 8]; 3],
         radius2: [0.0; 8],
         intensity: [0.0; 8],
@@ -63,7 +63,7 @@ impl LightNode {
     };
 
     /// Sets one of the eight children.
-    pub(in crate::scene::light) fn set_child(
+    pub(in crate::light) fn set_child(
         &mut self,
         i: usize,
         bounds: &LightBounds,
@@ -90,7 +90,7 @@ impl LightNode {
     }
 
     /// Returns one of the eight children.
-    pub(in crate::scene::light) fn child(&self, i: usize) -> LightChild {
+    pub(in crate::light) fn child(&self, i: usize) -> LightChild {
         match self.children[i] {
             index if index & EMITTER_BIT == 0 => LightChild::Node(index),
             index => LightChild::Emitter(index & !EMITTER_BIT),
@@ -115,7 +115,7 @@ impl LightNode {
 
     /// Returns the importance of one child for the receivers of a packet.
     #[inline(always)]
-    pub(in crate::scene::light) fn importance_of<R: Real<Scalar = f32>>(
+    pub(in crate::light) fn importance_of<R: Real<Scalar = f32>>(
         &self,
         i: usize,
         receiver: &Receiver<R>,
@@ -125,7 +125,7 @@ impl LightNode {
 
     /// Returns the importance of every child for one receiver.
     #[inline(always)]
-    pub(in crate::scene::light) fn importance(&self, receiver: &Receiver<f32>) -> [f32; 8] {
+    pub(in crate::light) fn importance(&self, receiver: &Receiver<f32>) -> [f32; 8] {
         let load = |column: &[f32; 8]| <f32x8 as Real>::load(column);
         let [x, y, z] = &self.centre;
         let [ax, ay, az] = &self.axis;
@@ -146,18 +146,18 @@ impl LightNode {
 
     /// Returns the number of children.
     #[inline(always)]
-    pub(in crate::scene::light) fn len(&self) -> usize {
+    pub(in crate::light) fn len(&self) -> usize {
         self.count as usize
     }
 }
 
 /// Points that receive light, one per lane.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene::light) struct Receiver<R> {
+pub(in crate::light) struct Receiver<R> {
     /// Position.
-    pub(in crate::scene::light) position: [R; 3],
+    pub(in crate::light) position: [R; 3],
     /// How the surface there receives light.
-    pub(in crate::scene::light) reception: Reception<R>,
+    pub(in crate::light) reception: Reception<R>,
 }
 
 impl Receiver<f32> {

@@ -1,6 +1,6 @@
 //! The thirteen dispersion formulas of Zemax (OpticStudio manual, "Glass dispersion formulas").
 
-use crate::spectrum::glass::Formula;
+use crate::glass::Formula;
 
 /// Returns the formula of a number from 1 to 13 with its ten coefficients.
 pub(super) fn formula(number: u32, c: &[f64]) -> Formula {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{CatalogueGlass, GlassError};
-use crate::io::{ReadContext, excerpt};
+use petzval_base::io::{ReadContext, excerpt};
 
 /// Largest size of a catalogue (bytes). The largest of a maker has 2 MB.
 const MAX_BYTES: usize = 1 << 26;

@@ -1,6 +1,6 @@
 //! Encodings of catalogues.
 
-use crate::io::wide_encoding;
+use petzval_base::io::wide_encoding;
 
 /// Returns the text of a file in UTF-8, UTF-16 or Latin-1, which is what is not UTF-8.
 pub(super) fn decode(bytes: &[u8]) -> String {

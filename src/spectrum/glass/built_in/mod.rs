@@ -59,7 +59,7 @@ pub(super) fn common() -> &'static [Arc<CatalogueGlass>] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::glass::D_LINE;
+    use crate::glass::D_LINE;
 
     #[test]
     fn every_glass_has_its_published_index_and_abbe_number() {

@@ -5,8 +5,8 @@
 
 use std::str::FromStr as _;
 
-use crate::spectrum::glass::model::model_formula;
-use crate::spectrum::glass::{CatalogueGlass, Formula};
+use crate::glass::model::model_formula;
+use crate::glass::{CatalogueGlass, Formula};
 
 /// Returns the glasses of a text, and whether each is widespread. Lines that are not glasses are left
 /// out; a test makes sure that there are none.

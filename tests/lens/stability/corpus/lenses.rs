@@ -1,6 +1,6 @@
 //! Lenses of the corpus, by kind of surface.
 
-use petzval::lens::{ApertureMask, Iris, Paraxial, Row, TransverseAxis};
+use petzval_lens::{ApertureMask, Iris, Paraxial, Row, TransverseAxis};
 
 use super::{Case, PROMISE, PROMISE_F64, case};
 use crate::support::probe::RIM_TOLERANCE;
@@ -219,8 +219,8 @@ pub(super) fn aspheres(all: &mut Vec<Case>) {
             ));
         }
     }
-    let phone =
-        petzval::lens::read(&root().join("lenses/phone.toml")).expect("a lens of the repository");
+    let phone = petzval_lens_formats::read(&root().join("lenses/phone.toml"))
+        .expect("a lens of the repository");
     all.push(Case {
         name: "phone".into(),
         lens: phone,

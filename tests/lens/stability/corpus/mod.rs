@@ -4,7 +4,7 @@ mod lenses;
 
 pub use lenses::{asphere, wavy_asphere};
 use lenses::{aspheres, conics, cylinders, gaps, radii, shaped, spheres};
-use petzval::lens::{Prescription, Row};
+use petzval_lens::{Prescription, Row};
 
 use crate::support::lens;
 use crate::support::probe::{

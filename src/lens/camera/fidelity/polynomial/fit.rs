@@ -1,9 +1,9 @@
 //! Least-squares fit of polynomials to traced rays.
 
 use super::Part;
-use crate::lens::least_squares::least_squares;
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::polynomial::{Polynomial, general_terms, invariants, round_terms};
+use crate::trace::kernel::LensRay;
+use crate::trace::polynomial::{Polynomial, general_terms, invariants, round_terms};
+use petzval_base::least_squares::least_squares;
 
 impl Part {
     /// Fits the polynomials that map rays `from` to rays `to`.

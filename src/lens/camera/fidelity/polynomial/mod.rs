@@ -10,18 +10,18 @@ mod fit;
 
 use std::sync::Arc;
 
-use crate::lanes::{Real, f32x8};
-use crate::lens::camera::band::Band;
-use crate::lens::camera::fidelity::double::launched;
-use crate::lens::camera::{LensColumns, RealLens};
-use crate::lens::prescription::Prescription;
-use crate::lens::trace::kernel::LensRay;
-use crate::lens::trace::polynomial::Polynomial;
-use crate::lens::trace::sequence::{Side, sequence};
-use crate::lens::trace::surface::{Surface, SurfaceKind};
-use crate::lens::trace::trace_one;
-use crate::rays::{SampleBatch, WAVE_SIZE};
-use crate::stats::LensStats;
+use crate::camera::band::Band;
+use crate::camera::fidelity::double::launched;
+use crate::camera::{LensColumns, RealLens};
+use crate::prescription::Prescription;
+use crate::trace::kernel::LensRay;
+use crate::trace::polynomial::Polynomial;
+use crate::trace::sequence::{Side, sequence};
+use crate::trace::surface::{Surface, SurfaceKind};
+use crate::trace::trace_one;
+use petzval_base::lanes::{Real, f32x8};
+use petzval_base::rays::{SampleBatch, WAVE_SIZE};
+use petzval_base::stats::LensStats;
 
 /// Number of waves of rays for the fit.
 const WAVES: usize = 6;

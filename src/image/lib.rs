@@ -1,0 +1,354 @@
+//! Image files: EXR, PNG and JPEG, read and written, and formats that are read alone.
+//!
+//! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
+//! holds either the complete new picture or the previous file.
+
+mod channels;
+mod declared;
+mod display;
+mod exr;
+mod pfm;
+mod raster;
+mod tone;
+mod white_balance;
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufWriter, Read};
+use std::path::{Path, PathBuf};
+
+pub use channels::ChannelImage;
+use display::DisplayMapping;
+pub use display::decode_image;
+pub use display::{DisplayExposure, srgb_decode, srgb_encode};
+pub use pfm::write_pfm;
+pub use raster::{ImageSamples, Raster, Transfer};
+pub use tone::ToneCurve;
+pub use white_balance::WhiteBalance;
+
+pub use petzval_spectrum::primaries::Primaries;
+
+use petzval_base::io::{OutputFile, ReadContext, path_excerpt};
+
+/// Pixels in linear sRGB, row 0 at the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Width and height (pixels).
+    pub size: [usize; 2],
+    /// Linear R, G and B, row after row.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// Per-pixel data besides colour, such as depths, shares or counts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageLayer {
+    /// Name of the layer; its channels are called `name.channel`. That of [`ALPHA_LAYER`] is called A.
+    pub name: String,
+    /// Channels: a name, and a value for each pixel, row after row from the top.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+/// Name of the layer of opacity: the channel A of a picture whose colours are premultiplied by it.
+pub const ALPHA_LAYER: &str = "alpha";
+
+/// Value of a metadata entry.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Note {
+    /// Text.
+    Text(String),
+    /// A number, in the unit that belongs to the entry's name.
+    Number(f64),
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => to.write_str(text),
+            Self::Number(number) => number.fmt(to),
+        }
+    }
+}
+
+/// Metadata of a picture, by name, in the order of writing.
+pub type Notes = Vec<(&'static str, Note)>;
+
+/// Position of a picture in the frame that it is a part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureWindow {
+    /// Upper left pixel in the frame.
+    pub origin: [u32; 2],
+    /// Width and height of the frame (pixels).
+    pub frame: [u32; 2],
+}
+
+/// Options of a format when a picture is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EncodingOptions {
+    /// Whether EXR files have 16-bit floats instead of 32-bit.
+    pub half: bool,
+    /// Exposure of 8-bit formats.
+    pub exposure: DisplayExposure,
+    /// Light that 8-bit formats show as white.
+    pub white_balance: WhiteBalance,
+    /// Tone curve of 8-bit formats.
+    pub tone: ToneCurve,
+    /// Colour space of EXR files, which have its `chromaticities`; `None` is linear sRGB. 8-bit
+    /// files are always sRGB.
+    pub space: Option<Primaries>,
+    /// Whether the file has one channel, the first of the picture: that of a mosaic, whose channels are
+    /// equal. EXR files call it `Y`.
+    pub grey: bool,
+}
+
+impl EncodingOptions {
+    fn mapping(&self) -> DisplayMapping {
+        let Self { exposure, white_balance, tone, grey, .. } = *self;
+        DisplayMapping { exposure, white_balance, tone, grey }
+    }
+}
+
+/// File formats that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageFormat {
+    /// OpenEXR.
+    Exr,
+    /// PNG.
+    Png,
+    /// JPEG.
+    Jpeg,
+}
+
+/// Extensions of the formats that can be read.
+const READABLE: &str = ".exr, .png, .jpg, .jpeg, .tga, .bmp, .gif, .qoi, .hdr and .pfm";
+
+/// Why a picture cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The file could not be opened, read or written.
+    #[error("cannot {verb} the picture {}: {source}", path_excerpt(path))]
+    Io {
+        /// "read" or "write".
+        verb: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// The error of the system.
+        source: io::Error,
+    },
+    /// The content is not a valid picture of the format that its name says.
+    #[error("cannot read the picture {}: {found}", path_excerpt(path))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// The problem.
+        found: String,
+    },
+    /// The format cannot hold layers.
+    #[error(
+        "{}: only EXR holds layers, and PNG the layer {ALPHA_LAYER}; name a picture.exr",
+        path_excerpt(path)
+    )]
+    NoLayers {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The extension belongs to no known format.
+    #[error(
+        "{}: the extension {found:?} names no picture format; known are {known}",
+        path_excerpt(path)
+    )]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Its extension.
+        found: String,
+        /// The extensions that can be read or written.
+        known: &'static str,
+    },
+}
+
+/// Returns the curve that the header of a QOI file declares (qoiformat.org): its last byte is 1 if
+/// all channels are linear.
+fn qoi_transfer(path: &Path) -> Result<Transfer, ImageError> {
+    let mut header = [0; 14];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
+    read.map_err(|source| ImageError::Io { verb: "read", path: path.to_owned(), source })?;
+    Ok(if header[13] == 1 { Transfer::Linear } else { Transfer::Srgb })
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+impl ImageFormat {
+    /// Returns the format of a file name.
+    ///
+    /// # Errors
+    /// Returns an error if the extension is none of .exr, .png, .jpg and .jpeg.
+    pub fn of(path: &Path) -> Result<Self, ImageError> {
+        let found = extension(path);
+        match found.as_str() {
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
+            _ => Err(ImageError::Format {
+                path: path.to_owned(),
+                found,
+                known: ".exr, .png, .jpg and .jpeg",
+            }),
+        }
+    }
+}
+
+impl ImageFormat {
+    /// Returns whether files of this format hold a layer of this name.
+    pub fn holds(self, layer: &str) -> bool {
+        match self {
+            Self::Exr => true,
+            Self::Png => layer == ALPHA_LAYER,
+            Self::Jpeg => false,
+        }
+    }
+}
+
+impl Picture {
+    /// Reads a picture. Pixels of 8-bit formats are decoded from sRGB. EXR files with
+    /// `chromaticities` are converted to sRGB, with the same X, Y and Z.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read or is not a picture.
+    pub fn read(path: &Path) -> Result<Self, ImageError> {
+        Self::read_with(path, Transfer::Srgb, &ReadContext::default())
+    }
+
+    /// Reads a picture as [`Picture::read`] does. Also returns whether the file has a single colour
+    /// channel, which all three channels of the picture repeat.
+    ///
+    /// # Errors
+    /// As [`Picture::read`].
+    pub fn read_with_grey(path: &Path) -> Result<(Self, bool), ImageError> {
+        Self::read_file(path, Transfer::Srgb, &ReadContext::default())
+    }
+
+    /// Reads a picture whose 8-bit pixels have this transfer curve.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read, is not a picture, or exceeds the memory budget.
+    pub fn read_with(
+        path: &Path,
+        transfer: Transfer,
+        context: &ReadContext,
+    ) -> Result<Self, ImageError> {
+        Self::read_file(path, transfer, context).map(|(picture, _)| picture)
+    }
+
+    /// Reads a picture, and whether its file has a single colour channel.
+    fn read_file(
+        path: &Path,
+        transfer: Transfer,
+        context: &ReadContext,
+    ) -> Result<(Self, bool), ImageError> {
+        let refused = |source| ImageError::Io { verb: "read", path: path.to_owned(), source };
+        context.register(path).map_err(refused)?;
+        let ((picture, grey), held) = match extension(path).as_str() {
+            "exr" => exr::read(path, context)?,
+            "png" | "jpg" | "jpeg" | "tga" | "bmp" | "gif" => {
+                display::read(path, transfer, context)?
+            }
+            "qoi" => display::read(path, qoi_transfer(path)?, context)?,
+            // Radiance pictures hold linear light.
+            "hdr" => display::read(path, Transfer::Linear, context)?,
+            "pfm" => {
+                let (raster, held) = pfm::read(path, context)?;
+                let grey = raster.channels == 1;
+                ((raster.into_picture(), grey), held)
+            }
+            found => {
+                return Err(ImageError::Format {
+                    path: path.to_owned(),
+                    found: found.to_owned(),
+                    known: READABLE,
+                });
+            }
+        };
+        let kept = held.keep(size_of_val(&picture.pixels[..]) as u64);
+        kept.map_err(|found| declared::too_large(path, found))?;
+        Ok((picture, grey))
+    }
+
+    /// Writes the picture in the format of the file's extension.
+    ///
+    /// # Errors
+    /// Returns an error if the extension is unknown or the file cannot be written. The previous
+    /// file of that name is then unchanged.
+    pub fn write(
+        &self,
+        to: &OutputFile,
+        window: PictureWindow,
+        encoding: EncodingOptions,
+        notes: &Notes,
+    ) -> Result<(), ImageError> {
+        self.write_with_layers(&[], to, window, encoding, notes)
+    }
+
+    /// Encodes the picture, multiplied by a factor, as a PNG file.
+    ///
+    /// # Errors
+    /// Returns an error if PNG does not support the size.
+    pub fn png(&self, factor: f32) -> io::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        display::write_png(self, None, DisplayMapping::by(factor), &Vec::new(), &mut file)?;
+        Ok(file)
+    }
+
+    /// Encodes the picture, multiplied by a factor, as a JPEG file of this quality, of 100.
+    ///
+    /// # Errors
+    /// Returns an error if JPEG does not support the size.
+    pub fn jpeg(&self, factor: f32, quality: u8) -> io::Result<Vec<u8>> {
+        let mut file = Vec::new();
+        display::write_jpeg(self, DisplayMapping::by(factor), quality, &Vec::new(), &mut file)?;
+        Ok(file)
+    }
+
+    /// Writes the picture with layers. With [`ALPHA_LAYER`], its colours are premultiplied: an EXR
+    /// keeps them, and a PNG gets straight colours. Light without opacity, such as a flare before an
+    /// empty background, is in the EXR alone.
+    ///
+    /// # Errors
+    /// As [`Picture::write`]. Also returns an error if the format does not hold a layer, or if a
+    /// layer has another size than the picture.
+    pub fn write_with_layers(
+        &self,
+        layers: &[ImageLayer],
+        to: &OutputFile,
+        window: PictureWindow,
+        encoding: EncodingOptions,
+        notes: &Notes,
+    ) -> Result<(), ImageError> {
+        let path = to.path();
+        let format = ImageFormat::of(path)?;
+        if !layers.iter().all(|layer| format.holds(&layer.name)) {
+            return Err(ImageError::NoLayers { path: path.to_owned() });
+        }
+        let io = |source| ImageError::Io { verb: "write", path: path.to_owned(), source };
+        let alpha = layers.iter().find(|layer| layer.name == ALPHA_LAYER);
+        let alpha = alpha.and_then(|layer| layer.channels.first());
+        let alpha = alpha.map(|(_, values)| &values[..]);
+        to.write(|file| match format {
+            ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
+            ImageFormat::Png => {
+                display::write_png(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
+            }
+            ImageFormat::Jpeg => {
+                let mapping = encoding.mapping();
+                display::write_jpeg(self, mapping, JPEG_QUALITY, notes, BufWriter::new(file))
+            }
+        })
+        .map_err(io)
+    }
+}
+
+/// Quality of JPEG files, of 100.
+const JPEG_QUALITY: u8 = 95;

@@ -1,0 +1,223 @@
+//! A lens at one wavelength, prepared for rays from an object, from the stop and to the film.
+
+use super::conditions::ImagingConditions;
+use petzval_base::lanes::{Real, f32x8};
+use petzval_lens::focus::paraxial::Paraxial;
+use petzval_lens::prescription::Prescription;
+pub use petzval_lens::trace::kernel::LensRay;
+pub use petzval_lens::trace::path::{OpticalPath, PASSES, trace_past_rims};
+pub use petzval_lens::trace::sequence::{Side, sequence_at};
+pub use petzval_lens::trace::surface::{Surface, SurfaceKind};
+use petzval_spectrum::glass::IndexRangeError;
+
+/// Eight lanes of f64.
+type Packet = <f32x8 as Real>::Double;
+
+/// Distance before the front vertex at which rays start, relative to the size of the lens.
+const START: f64 = 2.0;
+
+/// A lens at one wavelength.
+#[derive(Clone, Debug)]
+pub(super) struct LensAtWavelength {
+    /// Wavelength (nm).
+    pub nm: f64,
+    /// Relative weight of the wavelength.
+    pub weight: f64,
+    /// First-order data at the wavelength.
+    pub paraxial: Paraxial,
+    /// Surfaces from the scene to the film; rays start at the front vertex.
+    surfaces: Vec<Surface<f64>>,
+    /// Surfaces from the stop to the film; rays start at the vertex of the stop, before it.
+    behind_stop: Vec<Surface<f64>>,
+    /// Surfaces from the stop to the scene, in this order; rays start at the vertex of the stop.
+    before_stop: Vec<Surface<f64>>,
+    /// Index of the medium before the stop.
+    stop_index: f64,
+    /// Index of the medium before the lens.
+    scene_index: f64,
+    /// Radius of the stop (mm).
+    pub stop_radius: f64,
+    /// Distance from the rear vertex to the film (mm).
+    pub film_distance: f64,
+    /// Distance from the front vertex to the object (mm).
+    pub object_distance: f64,
+    /// Distance before a point of the front surface from which no surface is in the way (mm).
+    pub run_up: f64,
+}
+
+/// A ray before the lens, in the frame of the front vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneRay {
+    /// A point on the ray (mm).
+    pub point: [f64; 3],
+    /// Unit direction, towards the film.
+    pub direction: [f64; 3],
+}
+
+/// A ray at the film.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FilmRay {
+    /// Point on the film (mm from the axis).
+    pub point: [f64; 2],
+    /// Direction times the index.
+    pub t: [f64; 3],
+    /// Optical path length from the start of the ray (mm).
+    pub length: f64,
+    /// Point in the stop, relative to its radius.
+    pub stop: [f64; 2],
+    /// First row that would have blocked the ray.
+    pub clipped: Option<usize>,
+}
+
+/// Rays at the film, in lanes.
+struct FilmRays<R> {
+    point: [R; 2],
+    t: [R; 3],
+    length: R,
+    stop: [R; 2],
+    clipped: R,
+}
+
+impl<R: Real<Scalar = f64>> FilmRays<R> {
+    fn lane(&self, i: usize) -> FilmRays<f64> {
+        let one = |value: R| {
+            let mut lanes = [0.0; 8];
+            value.store(&mut lanes);
+            lanes[i]
+        };
+        FilmRays {
+            point: self.point.map(one),
+            t: self.t.map(one),
+            length: one(self.length),
+            stop: self.stop.map(one),
+            clipped: one(self.clipped),
+        }
+    }
+}
+
+impl FilmRays<f64> {
+    /// Returns the ray; `None` if it was lost, or leaves the film behind.
+    fn ray(self) -> Option<FilmRay> {
+        let Self { point, t, length, stop, clipped } = self;
+        // A chief ray starts in the stop; its own point there is the vertex.
+        let stop = if stop[0].is_nan() { [0.0; 2] } else { stop };
+        let valid = t[2] > 0.0 && length.is_finite() && point.iter().all(|x| x.is_finite());
+        let clipped = (clipped != PASSES).then_some(clipped as usize);
+        valid.then_some(FilmRay { point, t, length, stop, clipped })
+    }
+}
+
+impl LensAtWavelength {
+    pub(super) fn new(
+        lens: &Prescription,
+        conditions: &ImagingConditions,
+        wavelength: usize,
+    ) -> Result<Self, IndexRangeError> {
+        let line = conditions.wavelengths[wavelength];
+        let lens = lens.at_wavelength(line.nm)?;
+        let stop = lens.stop();
+        let surfaces = sequence_at::<f64>(&lens, Side::Scene(0.0), line.nm);
+        let mut behind_stop: Vec<Surface<f64>> = surfaces
+            .iter()
+            .filter(|surface| surface.row >= stop)
+            .skip_while(|surface| matches!(surface.kind, SurfaceKind::FrameTransform(_)))
+            .cloned()
+            .collect();
+        behind_stop[0].advance = 0.0;
+        let before_stop = sequence_at::<f64>(&lens, Side::Film(0.0), line.nm)
+            .into_iter()
+            .skip_while(|surface| surface.row >= stop)
+            .collect();
+        let size = lens.rows.iter().map(|row| row.diameter).fold(lens.length().abs(), f64::max);
+        Ok(Self {
+            nm: line.nm,
+            weight: line.weight,
+            paraxial: Paraxial::new(&lens),
+            stop_index: lens.index_before(stop),
+            scene_index: lens.index_before(0),
+            stop_radius: lens.rows[stop].diameter / 2.0,
+            surfaces,
+            behind_stop,
+            before_stop,
+            film_distance: conditions.film_distance,
+            object_distance: conditions.object_distance,
+            run_up: START * size,
+        })
+    }
+
+    /// Returns the index of the medium before the lens.
+    pub(super) fn scene_index(&self) -> f64 {
+        self.scene_index
+    }
+
+    /// Returns the wavelength (mm).
+    pub(super) fn wavelength(&self) -> f64 {
+        self.nm * 1e-6
+    }
+
+    /// Traces a ray from a point before the lens (mm, frame of the front vertex) to the film, past
+    /// all rims. `None` if it misses a surface or is totally reflected.
+    pub(super) fn to_film(&self, start: [f64; 3], direction: [f64; 3]) -> Option<FilmRay> {
+        let t = direction.map(|d| d * self.scene_index);
+        self.at_film(trace_past_rims::<f64>(LensRay::new(start, t), &self.surfaces)).ray()
+    }
+
+    /// Does the same for many rays, given by start and direction, eight at a time.
+    pub(super) fn all_to_film(&self, rays: &[([f64; 3], [f64; 3])]) -> Vec<Option<FilmRay>> {
+        let mut found = Vec::with_capacity(rays.len());
+        for group in rays.chunks(Packet::LANES) {
+            // The last packet is filled up with its last ray.
+            let lane = |i: usize| group[i.min(group.len() - 1)];
+            let load = |of: &dyn Fn(usize) -> f64| {
+                let mut lanes = [0.0; Packet::LANES];
+                for (i, value) in lanes.iter_mut().enumerate() {
+                    *value = of(i);
+                }
+                Packet::load(&lanes)
+            };
+            let start = [0, 1, 2].map(|k| load(&|i| lane(i).0[k]));
+            let t = [0, 1, 2].map(|k| load(&|i| lane(i).1[k] * self.scene_index));
+            let path = trace_past_rims::<Packet>(LensRay::new(start, t), &self.surfaces);
+            let rays = self.at_film(path);
+            found.extend((0..group.len()).map(|i| rays.lane(i).ray()));
+        }
+        found
+    }
+
+    fn at_film<R: Real<Scalar = f64>>(&self, path: OpticalPath<R>) -> FilmRays<R> {
+        let LensRay { p: [x, y, z], t, .. } = path.ray;
+        let s = (R::splat(self.film_distance) - z) / t[2];
+        let n2 = t[0].mul_add(t[0], t[1].mul_add(t[1], t[2] * t[2]));
+        let radius = R::splat(self.stop_radius);
+        FilmRays {
+            point: [s.mul_add(t[0], x), s.mul_add(t[1], y)],
+            t,
+            length: s.mul_add(n2, path.length),
+            stop: [path.stop[0] / radius, path.stop[1] / radius],
+            clipped: path.clipped,
+        }
+    }
+
+    /// Traces the chief ray of a slope: through the vertex of the stop, with these direction
+    /// cosines across the axis there. Returns it before the lens, and its point on the film.
+    pub(super) fn chief(&self, cosines: [f64; 2]) -> Option<(SceneRay, [f64; 2])> {
+        let [a, b] = cosines;
+        let along = 1.0 - a * a - b * b;
+        if along <= 0.0 {
+            return None;
+        }
+        let n = self.stop_index;
+        let along = n * along.sqrt();
+        let start = |t: [f64; 3]| LensRay::new([0.0; 3], t);
+        let to_film = trace_past_rims::<f64>(start([n * a, n * b, along]), &self.behind_stop);
+        let film = self.at_film(to_film).ray()?.point;
+        let back = trace_past_rims::<f64>(start([-n * a, -n * b, along]), &self.before_stop);
+        if back.length.is_nan() {
+            return None;
+        }
+        let back = back.ray;
+        let [x, y, z] = back.p;
+        let [tx, ty, tz] = back.t.map(|t| t / self.scene_index);
+        Some((SceneRay { point: [x, y, -z], direction: [-tx, -ty, tz] }, film))
+    }
+}

@@ -1,0 +1,84 @@
+//! Film response: the conversion of a sample's light to the value that its pixel adds up.
+
+use glam::{DMat3, DVec3};
+
+use petzval_scene::filter::PixelFilter;
+use petzval_spectrum::xyz_from_srgb;
+
+/// Response of a film. By default it passes all samples on unchanged, with equal weights.
+#[derive(Clone, Debug, Default)]
+pub struct Response {
+    /// Pixel filter, which sets the positions and weights of samples.
+    pub filter: PixelFilter,
+    /// Largest channel of a sample in the sensor. Brighter samples are scaled down to it, which
+    /// removes fireflies but also energy (pbrt-v4's `maxcomponentvalue`).
+    pub max_component: Option<f64>,
+    /// Matrix from linear sRGB to the channels of the sensor. An ideal sensor has X, Y and Z.
+    pub sensor_from_srgb: Option<DMat3>,
+    /// Matrix from linear sRGB to linear sRGB: the colours as the sensor sees them, with its white
+    /// balance.
+    pub colour: Option<DMat3>,
+}
+
+impl Response {
+    /// Returns the value that a sample of this light adds to its pixel.
+    #[inline(always)]
+    pub(super) fn apply(&self, mut light: [f64; 3]) -> [f64; 3] {
+        if let Some(limit) = self.max_component {
+            let channels = match &self.sensor_from_srgb {
+                Some(matrix) => (*matrix * DVec3::from_array(light)).to_array(),
+                None => xyz_from_srgb(light),
+            };
+            let most = channels.into_iter().fold(0.0, f64::max);
+            if most > limit {
+                light = light.map(|c| c * limit / most);
+            }
+        }
+        self.apply_colour(light)
+    }
+
+    /// Returns light as the sensor sees it. Light that belongs to no single sample takes only this
+    /// step.
+    pub fn apply_colour(&self, light: [f64; 3]) -> [f64; 3] {
+        match &self.colour {
+            Some(colour) => (*colour * DVec3::from_array(light)).to_array(),
+            None => light,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use petzval_spectrum::{ColourSpace, white_balance};
+
+    #[test]
+    fn samples_above_the_maximum_keep_their_colour() {
+        let film = Response { max_component: Some(2.0), ..Response::default() };
+        assert_eq!(film.apply([0.5, 0.25, 0.125]), [0.5, 0.25, 0.125]);
+        let [r, g, b] = film.apply([100.0, 50.0, 25.0]);
+        assert!((r / g - 2.0).abs() < 1e-12 && (g / b - 2.0).abs() < 1e-12);
+        let most = xyz_from_srgb([r, g, b]).into_iter().fold(0.0, f64::max);
+        assert!((most - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn white_balance_makes_the_illuminant_white() {
+        // Daylight of 9000 K is bluish, so the balance strengthens red.
+        let balance = |kelvin| Response {
+            colour: Some(white_balance(kelvin, ColourSpace::Srgb)),
+            ..Response::default()
+        };
+        let film = balance(9000.0);
+        let [r, g, b] = film.apply([1.0; 3]);
+        assert!(r > 1.05 && b < 0.9, "{r} {g} {b}");
+        let neutral = balance(6500.0);
+        assert!(
+            neutral
+                .apply([1.0, 0.5, 0.2])
+                .into_iter()
+                .zip([1.0, 0.5, 0.2])
+                .all(|(a, b)| (a - b).abs() < 1e-9)
+        );
+    }
+}

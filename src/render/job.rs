@@ -1,0 +1,196 @@
+//! Description of one picture: everything that decides its pixels.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use crate::aov;
+use crate::aov::{Aov, LayerRequest};
+use crate::film::{Frame, Response, Tile, TileSampler};
+use crate::light_tracing::Strategy;
+use crate::light_tracing::caustics::Caustics;
+use crate::light_tracing::ghosts::Ghosts;
+use crate::light_tracing::lamp_images::{LampImageWeights, LampImages};
+use crate::light_tracing::light_paths::LightPathInput;
+use crate::plan::Plan;
+use crate::sensor::Sensor;
+use crate::shade::PixelFootprint;
+use crate::timing::Timing;
+use petzval_base::io::FileLog;
+use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer};
+use petzval_lens::Camera;
+use petzval_scene::{PathLimits, Scene};
+use petzval_spectrum::primaries::Primaries;
+use petzval_spectrum::{BANDS, ColourSpace, LightBand};
+
+/// Everything that decides the pixels of a picture.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// The scene.
+    pub scene: Scene,
+    /// The camera.
+    pub camera: Camera,
+    /// The effects that are simulated, and the reasons.
+    pub plan: Plan,
+    /// The pixels of the picture and the part of them that is rendered.
+    pub frame: Frame,
+    /// The filter and the colour response of the film.
+    pub response: Response,
+    /// The colour space of the picture's file, if it can hold one. Calculations are in sRGB.
+    pub colour_space: ColourSpace,
+    /// Whether the scene file asks for 16-bit floats.
+    pub half: bool,
+    /// The sample numbers that every pixel takes. With another stop criterion, their count is the
+    /// upper limit of the mean number of samples per pixel.
+    pub samples: Range<u32>,
+    /// The stop criteria besides the number of samples.
+    pub stop_criteria: StopCriteria,
+    /// The seed of all random numbers.
+    pub seed: u32,
+    /// The limits of path length. With a depth of 1, only direct light is seen; with 0, only
+    /// surfaces that emit light.
+    pub path_limits: PathLimits,
+    /// The layers to compute besides the colours.
+    pub layers: Vec<Aov>,
+    /// Whether layers of positions and normals are in camera space instead of world space.
+    pub camera_layers: bool,
+    /// The spectral bands that light is split into, with the film's response to each.
+    pub bands: [LightBand; BANDS],
+    /// The ghosts of the lens, if they are simulated.
+    pub ghosts: Option<Ghosts>,
+    /// The lamps that light paths start from, if light paths find their images.
+    pub lamp_images: Option<LampImages>,
+    /// The surfaces on which light paths start, if light paths find caustics.
+    pub caustics: Option<Caustics>,
+    /// The sensor that reads the finished picture out. Without one, the film is ideal.
+    pub sensor: Option<Sensor>,
+    /// The times of the samples, if anything depends on them.
+    pub timing: Option<Timing>,
+    /// The files that the scene and the lens were read from.
+    pub files: FileLog,
+}
+
+impl Job {
+    /// Returns the options of the picture's file that the scene asks for, with an exposure of 8-bit
+    /// formats.
+    pub fn encoding(&self, exposure: DisplayExposure) -> EncodingOptions {
+        let space = self.colour_space;
+        let space = (space != ColourSpace::Srgb).then(|| space.primaries());
+        let grey = self.has_mosaic();
+        EncodingOptions { half: self.half, exposure, space, grey, ..EncodingOptions::default() }
+    }
+
+    /// Returns whether the picture is the mosaic of a sensor, with one reading for each pixel, which all
+    /// channels repeat.
+    pub fn has_mosaic(&self) -> bool {
+        self.sensor.is_some_and(|sensor| sensor.bayer.is_some())
+    }
+
+    /// Returns the footprint of a pixel of this picture.
+    pub fn pixel_footprint(&self) -> PixelFootprint {
+        PixelFootprint::new(&self.camera, self.frame.resolution)
+    }
+
+    /// Returns the sampler of a tile. It leaves out pixels that no light reaches.
+    pub fn sampler(&self, tile: &Tile, samples: Range<u32>) -> TileSampler {
+        let margin = self.response.filter.margin();
+        TileSampler::new(tile, samples, self.camera.bands(), |low, high| {
+            let low = [0, 1].map(|i| f64::from(low[i]) - margin[i]);
+            let high = [0, 1].map(|i| f64::from(high[i]) + margin[i]);
+            self.camera.sees_light(low, high, self.frame.resolution)
+        })
+    }
+
+    /// Converts layers to the frame and the colour space that the scene asks for.
+    pub fn convert_layers(&self, layers: &mut [ImageLayer]) {
+        if self.camera_layers {
+            aov::to_camera(layers, &self.camera.world_from_camera.inverse());
+        }
+        if self.colour_space != ColourSpace::Srgb {
+            let space = self.colour_space.primaries();
+            if let Some(matrix) = Primaries::SRGB.adapted_to(&space) {
+                aov::convert_albedo(layers, &matrix);
+            }
+        }
+    }
+
+    /// Returns the layers of this picture and the parts that they depend on.
+    pub fn layer_request(&self) -> LayerRequest<'_> {
+        LayerRequest {
+            layers: &self.layers,
+            camera: &self.camera,
+            frame: &self.frame,
+            timing: self.timing.as_ref(),
+        }
+    }
+
+    /// Returns the parts of this job that the weights of camera paths depend on, if light paths find
+    /// images of lamps too.
+    pub fn lamp_image_weights(&self) -> Option<LampImageWeights<'_>> {
+        let Self { camera, frame, timing, .. } = self;
+        let lamp_images = self.lamp_images.as_ref()?;
+        Some(LampImageWeights::new(lamp_images, camera, frame, timing.as_ref()))
+    }
+
+    /// Returns whether the light of a sky that the camera sees directly is left out, because the
+    /// picture has an opacity and gets another background.
+    pub fn hides_sky(&self) -> bool {
+        self.layers.contains(&Aov::Alpha)
+    }
+
+    /// Returns the strategies whose light paths add light to the picture.
+    pub fn light_strategies(&self) -> Vec<Strategy<'_>> {
+        let lamp_images = self.lamp_images.as_ref().map(Strategy::LampImages);
+        let caustics = self.caustics.as_ref().map(Strategy::Caustics);
+        let ghosts = self.ghosts.as_ref().map(Strategy::Ghosts);
+        [lamp_images, caustics, ghosts].into_iter().flatten().collect()
+    }
+
+    /// Returns the parts of this job that light paths depend on.
+    pub fn light_path_input(&self) -> LightPathInput<'_> {
+        LightPathInput {
+            scene: &self.scene,
+            camera: &self.camera,
+            frame: &self.frame,
+            response: &self.response,
+            timing: self.timing.as_ref(),
+            path_limits: self.path_limits,
+            hides_sky: self.hides_sky(),
+            seed: self.seed,
+            stop: None,
+        }
+    }
+}
+
+/// Criteria that end a render before it has taken all samples. The first that is met ends it.
+///
+/// The number of samples of the job is then the upper limit of the mean number of samples per pixel,
+/// over the pixels that light reaches.
+///
+/// A picture that ends by noise or by its number of samples is the same on every machine. A picture
+/// that ends by time is not reproducible.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StopCriteria {
+    /// The noise of the picture at which the render ends.
+    ///
+    /// The error of a pixel is the standard error of its luminance, divided by the sum of that
+    /// luminance and a tenth of the picture's mean luminance; the second term keeps dark pixels from
+    /// dominating. The noise of the picture is the root mean square of this error over all pixels.
+    pub noise: Option<f64>,
+    /// The duration of the render, without its preparation and the development of the picture. Every
+    /// pixel takes some samples, however short it is.
+    pub time: Option<Duration>,
+}
+
+impl StopCriteria {
+    /// The smallest number of samples per pixel of such a render: one for each of the four quarters
+    /// that the noise is estimated from.
+    pub const MIN_SAMPLES: u32 = 4;
+    /// The upper limit of samples per pixel if none is given.
+    pub const DEFAULT_MAX_SAMPLES: u32 = 1 << 20;
+
+    /// Returns whether the number of samples alone ends the render, so that all pixels take the same
+    /// number.
+    pub fn count_only(&self) -> bool {
+        *self == Self::default()
+    }
+}

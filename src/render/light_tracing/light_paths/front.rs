@@ -1,0 +1,119 @@
+//! Way of light paths from the plane of the front vertex through the lens to the pixels.
+
+use glam::DVec3;
+
+use super::wave::LightPaths;
+use crate::light_tracing::entry::EntrySquare;
+use petzval_base::lanes::Real;
+use petzval_base::sampler::{Dimension, pixel_key, sample_2d};
+use petzval_lens::{
+    Band, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, trace,
+    trace_lossy,
+};
+use petzval_spectrum::{bands_of_ray, hero_band};
+
+/// A lens as light paths enter it: through a square in the plane of its front vertex.
+#[derive(Clone, Debug)]
+pub(crate) struct FrontEntry {
+    /// The square that holds the entry points.
+    pub square: EntrySquare,
+    /// Distance before the front vertex at which rays enter the lens (mm).
+    start: f64,
+    /// Surfaces from there to the film, by band.
+    bands: Vec<FrontBand>,
+}
+
+/// Surfaces of a lens for light paths of one band.
+#[derive(Clone, Debug)]
+struct FrontBand {
+    surfaces: Vec<Surface<f32>>,
+    surfaces_f64: Vec<Surface<f64>>,
+}
+
+impl FrontEntry {
+    /// Prepares the entry through a square.
+    pub fn new(lens: &RealLens, square: EntrySquare) -> Self {
+        let start = 2.0 * lens.prescription.rows[0].diameter.max(square.half);
+        let of_band = |band: &Band| FrontBand {
+            surfaces: band.sequence::<f32>(&lens.prescription, Side::Scene(start)),
+            surfaces_f64: band.sequence::<f64>(&lens.prescription, Side::Scene(start)),
+        };
+        Self { square, start, bands: lens.bands.iter().map(of_band).collect() }
+    }
+
+    /// Returns the bands in which the paths of a wave are traced, given by its number among the
+    /// waves of all sample numbers: those that share a camera ray. Every wave takes one set of
+    /// them, and consecutive waves take the sets evenly.
+    pub fn bands_of_wave(&self, seed: u32, number: u32) -> Vec<usize> {
+        bands_of_wave(self.bands.len(), seed, number)
+    }
+
+    /// Returns the largest number of bands that share a path.
+    pub fn bands_per_path(lens: &RealLens) -> u64 {
+        bands_of_ray(0, lens.bands.len()).map_or(1, |bands| bands.len() as u64)
+    }
+
+    /// Returns the start of the ray (mm, the frame of the first surface) that passes an entry point
+    /// (mm) and comes from a direction, a unit vector to the scene in the frame of the camera.
+    pub fn start(&self, [x, y]: [f64; 2], towards: DVec3) -> [f64; 3] {
+        let back = self.start / towards.z;
+        [x + towards.x * back, y + towards.y * back, 0.0]
+    }
+
+    /// Traces a wave from the scene to the film, in one band.
+    pub fn trace<R: Real<Scalar = f32>>(
+        &self,
+        lens: &RealLens,
+        band: usize,
+        paths: &mut LightPaths,
+    ) {
+        let FrontBand { surfaces, surfaces_f64 } = &self.bands[band];
+        paths.trace_with::<R>(lens, |batch, starts, blocked| {
+            let start = |i: usize| LensRay {
+                p: [starts.x[i], starts.y[i], starts.z[i]].map(f64::from),
+                t: [starts.tx[i], starts.ty[i], starts.tz[i]].map(f64::from),
+                weight: 1.0,
+            };
+            match lens.fresnel {
+                false => {
+                    trace::<R>(batch, surfaces, blocked);
+                    retrace_in_f64::<R>(batch, surfaces_f64, blocked, start);
+                }
+                true => {
+                    trace_lossy::<R>(batch, surfaces, blocked);
+                    retrace_in_f64_lossy::<R>(batch, surfaces_f64, blocked, start);
+                }
+            }
+        });
+    }
+}
+
+/// Returns the bands of a wave out of this number of bands.
+fn bands_of_wave(count: usize, seed: u32, number: u32) -> Vec<usize> {
+    let key = pixel_key(u32::MAX, u32::MAX - 6, seed);
+    let hero = hero_band(sample_2d(key, number, Dimension::Wavelength), count);
+    bands_of_ray(hero, count).map_or_else(|| vec![hero], |bands| bands.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn consecutive_waves_take_every_band_once() {
+        for seed in 0..9 {
+            for first in [0, 8, 800] {
+                let mut bands: Vec<usize> =
+                    (first..first + 8).flat_map(|number| bands_of_wave(32, seed, number)).collect();
+                bands.sort_unstable();
+                assert_eq!(bands, (0..32).collect::<Vec<_>>());
+            }
+        }
+        assert_eq!(bands_of_wave(1, 3, 5), [0]);
+        let mut alone: Vec<usize> = (0..64).flat_map(|i| bands_of_wave(3, 1, i)).collect();
+        assert_eq!(alone.len(), 64);
+        alone.sort_unstable();
+        alone.dedup();
+        assert_eq!(alone, [0, 1, 2], "bands that share no rays");
+    }
+}

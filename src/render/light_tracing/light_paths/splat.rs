@@ -1,0 +1,53 @@
+//! Splats: light that light paths add to pixels, and the number of paths that do.
+
+use super::LightPathInput;
+use petzval_base::rays::WAVE_SIZE;
+
+/// A pixel of the picture and the light that is added to it.
+#[derive(Clone, Copy)]
+pub(crate) struct Splat {
+    pub pixel: [u32; 2],
+    pub light: [f32; 3],
+}
+
+/// Number of the light paths of a sample number, in whole waves.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathCount {
+    /// Number of waves.
+    pub waves: u32,
+}
+
+impl PathCount {
+    /// One path for every `samples_per_path` pixels of a picture of this width and height.
+    pub fn new([width, height]: [u32; 2], samples_per_path: u64) -> Self {
+        let pixels = u64::from(width) * u64::from(height);
+        Self { waves: pixels.div_ceil(samples_per_path * WAVE_SIZE as u64) as u32 }
+    }
+
+    /// Returns the number of paths.
+    pub fn paths(self) -> f64 {
+        f64::from(self.waves) * WAVE_SIZE as f64
+    }
+
+    /// Returns the number of a wave of a sample number, given as `[wave, sample]`, among the waves of
+    /// all sample numbers.
+    pub fn wave_number(self, [wave, sample]: [u32; 2]) -> u32 {
+        sample.wrapping_mul(self.waves).wrapping_add(wave)
+    }
+
+    /// Returns the factor from the flux of a path (radiance times mm^2 sr) to the value of the pixel
+    /// that receives it.
+    pub fn splat_scale(self, input: &LightPathInput<'_>) -> f64 {
+        let pitch = input.camera.pixel_pitch(input.frame.resolution);
+        // The film divides by the number of samples.
+        input.camera.imaging_ratio / (pitch[0] * pitch[1] * self.paths())
+    }
+}
+
+/// Returns the position of a film point (mm) in the whole picture, in pixels from its top left.
+pub(crate) fn film_pixels(input: &LightPathInput<'_>, point: [f64; 2]) -> [f64; 2] {
+    let share = [0, 1].map(|i| point[i] / input.camera.film[i]);
+    // The picture is mirrored in x and upside down in y, as in the film stage.
+    let share = [0.5 - share[0], 0.5 + share[1]];
+    [0, 1].map(|i| share[i] * f64::from(input.frame.resolution[i]))
+}

@@ -1,0 +1,199 @@
+//! Sensor simulation: what the photosites of a camera record of the finished picture.
+//!
+//! An optional stage after the film.
+//!
+//! # Calibration
+//!
+//! The value 1 in a picture is irradiance x shutter x ISO / 100, and is where the sensor saturates.
+//! By the saturation-based speed of ISO 12232:2019, at ISO S that is a focal-plane exposure of 78 /
+//! S lux seconds, so at higher speeds the same value stands for less light. A full well saturates
+//! at the base speed, ISO 100: at ISO S, white is `full_well * 100 / S` electrons. Below the base
+//! speed the well is full before white is reached, and pictures clip at S / 100.
+//!
+//! # Signal
+//!
+//! For each channel: Poisson-distributed electrons (shot noise), clipped at the full well; plus
+//! Gaussian read noise, in electrons; times the gain, plus the black level; rounded and clipped to
+//! a code of the sensor's bit depth. The output picture is computed from the codes: black is 0, the
+//! last code 1. Codes below the black level are negative, so that noise has no bias: a dark frame has the
+//! mean 0 and all of its variance. (A black level of 0 cuts the noise below it, as a sensor would.)
+//!
+//! Channels are linear sRGB, and all have the same full well: there is no colour matrix and no
+//! white balance between photosites and picture. Without a mosaic, every pixel has a photosite for
+//! each channel.
+//!
+//! Noise is a function of pixel, channel and seed.
+
+mod bayer;
+mod exposure;
+mod photosite_rng;
+mod poisson;
+mod settings;
+
+pub use bayer::Bayer;
+pub use exposure::ev100;
+pub use settings::{SensorSettings, WELL_PER_UM2};
+
+use rayon::prelude::*;
+
+use petzval_image::Picture;
+use photosite_rng::PhotositeRng;
+use poisson::poisson;
+
+/// The ISO speed at which a full well is white (see the module's documentation).
+pub const BASE_ISO: f64 = 100.0;
+
+/// A sensor at one ISO speed. Made by [`SensorSettings::sensor`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// ISO speed.
+    pub iso: f64,
+    /// Full well of a photosite (electrons), at least 1.
+    pub full_well: f64,
+    /// Standard deviation of the read noise (electrons).
+    pub read_noise: f64,
+    /// Bit depth of a code, 1 to 16.
+    pub bits: u32,
+    /// The code of no light, less than the last code.
+    pub black_level: u32,
+    /// The colour filters; `None` if every pixel sees all channels.
+    pub bayer: Option<Bayer>,
+}
+
+impl Sensor {
+    /// Returns the electrons that correspond to the value 1 in a picture.
+    pub fn white_electrons(&self) -> f64 {
+        self.full_well * BASE_ISO / self.iso
+    }
+
+    /// Returns the last code.
+    pub fn max_code(&self) -> u32 {
+        (1 << self.bits) - 1
+    }
+
+    /// Returns the number of codes from black to white.
+    fn code_span(&self) -> f64 {
+        f64::from(self.max_code() - self.black_level)
+    }
+
+    /// Returns what the sensor records of a picture: a stage. `origin` is the position of the
+    /// picture's first pixel in its frame.
+    ///
+    /// With a mosaic, a pixel keeps only the channel of its filter, as grey: red, green and blue
+    /// are equal. The result is finite and within 0 to 1 for any input.
+    pub fn read_out(&self, picture: &Picture, origin: [u32; 2], seed: u32) -> Picture {
+        let width = picture.size[0].max(1);
+        let mut pixels = vec![[0.0; 3]; picture.pixels.len()];
+        let rows = pixels.par_chunks_mut(width).zip(picture.pixels.par_chunks(width));
+        rows.enumerate().for_each(|(row, (to, from))| {
+            let y = origin[1] + row as u32;
+            for (x, (to, from)) in (origin[0]..).zip(to.iter_mut().zip(from)) {
+                let read = |channel: usize| {
+                    let mut rng = PhotositeRng::new([x, y], channel as u32, seed);
+                    self.value(self.code(from[channel], &mut rng))
+                };
+                *to = match self.bayer {
+                    Some(bayer) => [read(bayer.channel([x, y])); 3],
+                    None => [read(0), read(1), read(2)],
+                };
+            }
+        });
+        Picture { size: picture.size, pixels }
+    }
+
+    /// Returns one reading of a photosite that receives `value`, relative to white.
+    fn code(&self, value: f32, rng: &mut PhotositeRng) -> u32 {
+        let white = self.white_electrons();
+        let light = f64::from(value) * white;
+        // The comparison is false for NaN, which becomes no light. The bound keeps the Poisson mean
+        // finite and well above the full well.
+        let light = if light > 0.0 { light.min(2.0 * self.full_well + 100.0) } else { 0.0 };
+        let mut electrons = poisson(light, rng).min(self.full_well);
+        if self.read_noise > 0.0 {
+            electrons += self.read_noise * rng.normal();
+        }
+        let code = f64::from(self.black_level) + electrons * (self.code_span() / white);
+        code.round().clamp(0.0, f64::from(self.max_code())) as u32
+    }
+
+    /// Returns the picture value of a code; negative below the black level.
+    fn value(&self, code: u32) -> f32 {
+        ((f64::from(code) - f64::from(self.black_level)) / self.code_span()) as f32
+    }
+
+    /// Returns the noise that the sensor adds to pixels of this value, % of the signal: 100 / SNR.
+    ///
+    /// Variances of shot noise, read noise and quantization add up. Values beyond the full well
+    /// count as a full well; no light gives infinity.
+    pub fn relative_noise(&self, value: f64) -> f64 {
+        let electrons = (value * self.white_electrons()).min(self.full_well);
+        let step = self.white_electrons() / self.code_span();
+        let variance = electrons + self.read_noise * self.read_noise + step * step / 12.0;
+        if electrons > 0.0 { 100.0 * variance.sqrt() / electrons } else { f64::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns mean and variance of many readings, in electrons above black.
+    fn readings(sensor: &Sensor, electrons: f64, count: u32) -> [f64; 2] {
+        let value = (electrons / sensor.white_electrons()) as f32;
+        let per_code = sensor.white_electrons() / sensor.code_span();
+        let [mut sum, mut squares] = [0.0; 2];
+        for i in 0..count {
+            let mut rng = PhotositeRng::new([i % 1024, i / 1024], 1, 7);
+            let code = f64::from(sensor.code(value, &mut rng)) - f64::from(sensor.black_level);
+            let off = code * per_code - electrons;
+            sum += off;
+            squares += off * off;
+        }
+        let n = f64::from(count);
+        [electrons + sum / n, (squares - sum * sum / n) / (n - 1.0)]
+    }
+
+    #[test]
+    fn the_variance_is_the_mean_plus_the_squared_read_noise() {
+        // The photon transfer curve (Janesick 2007). Rounding to codes adds 1/12 of a code squared.
+        let sensor = Sensor {
+            iso: 200.0,
+            full_well: 40_000.0,
+            read_noise: 4.0,
+            bits: 14,
+            black_level: 512,
+            bayer: None,
+        };
+        let step = sensor.white_electrons() / sensor.code_span();
+        let count = 1 << 20;
+        for electrons in [0.0, 3.0, 50.0, 1000.0, 15_000.0] {
+            let [mean, variance] = readings(&sensor, electrons, count);
+            let expected = electrons + 16.0 + step * step / 12.0;
+            // Five standard errors: 0.02 and 0.7 %.
+            let n = f64::from(count);
+            assert!((mean - electrons).abs() < 5.0 * (expected / n).sqrt(), "{electrons}: {mean}");
+            let off = variance / expected - 1.0;
+            assert!(off.abs() < 5.0 * (2.0 / n).sqrt(), "{electrons}: {variance}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn the_noise_estimate_matches_the_readings() {
+        let sensor = Sensor {
+            iso: 1600.0,
+            full_well: 30_000.0,
+            read_noise: 3.0,
+            bits: 7,
+            black_level: 16,
+            bayer: None,
+        };
+        for value in [0.05, 0.18, 0.6] {
+            let [mean, variance] = readings(&sensor, value * sensor.white_electrons(), 200_000);
+            let found = 100.0 * variance.sqrt() / mean;
+            let estimate = sensor.relative_noise(value);
+            assert!((estimate / found - 1.0).abs() < 0.02, "{value}: {estimate} and {found}");
+        }
+        assert_eq!(sensor.relative_noise(0.0), f64::INFINITY);
+        assert_eq!(sensor.relative_noise(1e9), sensor.relative_noise(16.0));
+    }
+}

@@ -1,0 +1,359 @@
+//! One pair: its two jobs, and the files that they become.
+
+use std::fmt::Display;
+use std::io::Write as _;
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::manifest::{ManifestRow, relative};
+use super::spec::{CleanCamera, DatasetSpec};
+use super::{DatasetError, Draw};
+use petzval_base::io::{FileLog, OutputFile, Outputs, ReadContext, Warning, npy};
+use petzval_image::{DisplayExposure, Note, Notes, Picture};
+use petzval_lens::{FNumberError, Fidelity, LensModel, on_axis_irradiance};
+use petzval_optics::{Calibration, CalibrationSetup};
+use petzval_render::aov::Aov;
+use petzval_render::job::Job;
+use petzval_render::plan::{Effect, EffectSelection};
+use petzval_render::prepare::{Changes, PrepareError, prepare, prepare_draft};
+use petzval_render::{RenderError, RenderOptions, render};
+
+use petzval_render::sensor::Sensor;
+use petzval_scene_formats::pbrt::Description;
+
+/// f-number of a lens that is stopped down to have all in focus.
+const DEEP_F_NUMBER: f64 = 64.0;
+
+/// A scene that pairs are taken of.
+#[derive(Clone, Debug)]
+pub struct DatasetScene {
+    description: Description,
+    /// The files that the scene was read from.
+    pub files: FileLog,
+    /// The value of a pixel in the middle for a radiance of 1, by the scene's own lens and stop;
+    /// `None` without a real lens.
+    exposure: Option<f64>,
+}
+
+impl DatasetScene {
+    /// Reads a scene for the pictures of a specification.
+    ///
+    /// # Errors
+    /// Returns an error if the scene or its lens cannot be read.
+    pub fn read(
+        path: &Path,
+        spec: &DatasetSpec,
+        context: &ReadContext,
+    ) -> Result<Self, DatasetError> {
+        let description = petzval_scene_formats::read_with(path, context)?;
+        // On the same film the same rays measure the exposure.
+        let changes = Changes { resolution: Some(spec.resolution), ..Changes::default() };
+        let (own, ..) = prepare_draft(description.clone(), &changes, None).map_err(|source| {
+            DatasetError::OwnCamera { scene: path.to_owned(), source: Box::new(source) }
+        })?;
+        let (files, exposure) = (description.files.clone(), on_axis_value(&own));
+        Ok(Self { description, files, exposure })
+    }
+}
+
+/// Returns the value of a pixel in the middle of the picture for a radiance of 1.
+fn on_axis_value(job: &Job) -> Option<f64> {
+    let LensModel::Real(lens) = &job.camera.model else { return None };
+    Some(on_axis_irradiance(lens) * job.camera.imaging_ratio).filter(|value| *value > 0.0)
+}
+
+/// Two jobs with the same seed and what else a pair consists of.
+#[derive(Debug)]
+pub struct Pair {
+    /// Its parameters.
+    pub draw: Draw,
+    /// The job of the clean picture.
+    pub clean: Job,
+    /// The job of the degraded picture, without its sensor.
+    pub degraded: Job,
+    /// The sensor that reads the degraded picture out.
+    pub sensor: Option<Sensor>,
+    /// The warnings of the readers and of the preparation.
+    pub warnings: Vec<Warning>,
+    notes: Notes,
+    psf: bool,
+}
+
+/// Prepares the jobs of a pair.
+///
+/// # Errors
+/// Returns an error if the lens cannot be read or cannot do what was drawn.
+pub fn prepare_pair(
+    spec: &DatasetSpec,
+    mut draw: Draw,
+    scene: &DatasetScene,
+) -> Result<Pair, DatasetError> {
+    let pair = draw.pair;
+    let words = draw.to_string();
+    let failed = |source: PrepareError| DatasetError::Prepare {
+        pair,
+        draw: words.clone(),
+        source: Box::new(source),
+    };
+    let description = &scene.description;
+    let mut changes = Changes {
+        resolution: Some(spec.resolution),
+        samples: Some(spec.spp),
+        seed: Some(draw.seed),
+        lens: draw.lens.clone(),
+        focus: draw.focus,
+        f_number: draw.f_number,
+        viewpoint: draw.viewpoint(&description.world_from_camera),
+        layers: spec.layers.clone(),
+        ..Changes::default()
+    };
+    let mut degraded_changes = Changes {
+        effects: spec.degraded.effects.clone().unwrap_or_default(),
+        shutter: spec.degraded.shutter.clone(),
+        rolling: spec.degraded.rolling_shutter,
+        ..changes.clone()
+    };
+    let mut prepared = prepare(description.clone(), &degraded_changes);
+    if let Err(PrepareError::FNumber { source: FNumberError::TooFast { open }, .. }) = prepared {
+        // Lenses of one data set open differently.
+        degraded_changes.f_number = Some(open);
+        changes.f_number = Some(open);
+        prepared = prepare(description.clone(), &degraded_changes);
+    }
+    let (mut degraded, notes, warnings) = prepared.map_err(failed)?;
+    if !matches!(degraded.camera.model, LensModel::Real(_)) {
+        return Err(DatasetError::NoLens { pair, scene: draw.scene });
+    }
+    degraded.sensor = None;
+    let has_media = degraded.plan.has(Effect::Media);
+    let without_effects = || {
+        EffectSelection::Overrides(Effect::ALL.map(|e| (e, e == Effect::Media && has_media)).into())
+    };
+    let mut clean_changes =
+        Changes { effects: spec.clean.effects.clone().unwrap_or_else(without_effects), ..changes };
+    if spec.clean.camera == CleanCamera::Deep {
+        clean_changes.f_number = Some(DEEP_F_NUMBER);
+    }
+    let (mut clean, ..) = prepare(description.clone(), &clean_changes).map_err(failed)?;
+    clean.sensor = None;
+    let exposure = spec.exposure.exp2();
+    for job in [&mut degraded, &mut clean] {
+        if let (Some(scene), Some(own)) = (scene.exposure, on_axis_value(job)) {
+            job.camera.imaging_ratio *= scene / own;
+        }
+        job.camera.imaging_ratio *= exposure;
+    }
+    if spec.clean.camera == CleanCamera::Pinhole {
+        clean.camera = clean.camera.with_fidelity(Fidelity::Pinhole);
+        clean.layers.retain(|layer| !layer.needs_lens());
+        (clean.ghosts, clean.lamp_images, clean.caustics) = (None, None, None);
+    }
+    let sensor = spec.degraded.sensor.map(|settings| {
+        let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, 1e3 * pitch(&degraded));
+        sensor.iso *= (-draw.light).exp2();
+        sensor
+    });
+    draw.f_number = changes.f_number;
+    Ok(Pair { draw, clean, degraded, sensor, warnings, notes, psf: spec.psf })
+}
+
+/// Returns the width of a pixel on the film (mm).
+fn pitch(job: &Job) -> f64 {
+    job.camera.film[0] / f64::from(job.frame.resolution[0])
+}
+
+/// Renders the pictures of a pair and writes its files to a folder: `NNNNNN.clean.exr`,
+/// `NNNNNN.degraded.exr`, and, as the specification asks, `NNNNNN.raw.exr` and `NNNNNN.psf.npy`.
+///
+/// # Errors
+/// Returns an error if the render was stopped, or a file cannot be written or is an input: of this pair,
+/// or of those that `outputs` knows.
+pub fn write_pair(
+    spec: &DatasetSpec,
+    pair: &Pair,
+    folder: &Path,
+    outputs: &Outputs,
+    options: RenderOptions<'_>,
+) -> Result<ManifestRow, DatasetError> {
+    for job in [&pair.clean, &pair.degraded] {
+        outputs.protect(&job.files);
+    }
+    // All are claimed before the pair is rendered.
+    let name = |kind: &str| folder.join(format!("{:06}.{kind}", pair.draw.pair));
+    let clean = outputs.claim(name("clean.exr"))?;
+    let degraded_file = outputs.claim(name("degraded.exr"))?;
+    let raw_file = pair.sensor.as_ref().map(|_| outputs.claim(name("raw.exr"))).transpose()?;
+    let psf_file = pair.psf.then(|| outputs.claim(name("psf.npy"))).transpose()?;
+    let mut files = Map::new();
+    let mut add = |kind: &str, file: &OutputFile| -> Result<(), DatasetError> {
+        let path = file.path();
+        let bytes = path.metadata().map_err(DatasetError::io("read", path))?.len();
+        files.insert(kind.to_owned(), json!({ "file": relative(folder, path), "bytes": bytes }));
+        Ok(())
+    };
+    let mut degraded = None;
+    for (kind, job, file) in
+        [("clean", &pair.clean, &clean), ("degraded", &pair.degraded, &degraded_file)]
+    {
+        let picture = render_job(job, file, spec, pair, options)?;
+        add(kind, file)?;
+        if kind == "degraded" {
+            degraded = Some(picture);
+        }
+    }
+    if let (Some(sensor), Some(picture), Some(file)) = (&pair.sensor, degraded, &raw_file) {
+        let raw = sensor.read_out(&picture, pair.degraded.frame.low, pair.degraded.seed);
+        let mut encoding = pair.degraded.encoding(DisplayExposure::default());
+        // A half float has fewer codes than most sensors.
+        (encoding.half, encoding.space, encoding.grey) = (false, None, sensor.bayer.is_some());
+        raw.write(file, pair.degraded.frame.window(), encoding, &Notes::new())?;
+        add("raw", file)?;
+    }
+    let setup = CalibrationSetup::of_camera(&pair.degraded.camera, pair.degraded.frame.resolution);
+    let calibrated = setup.as_ref().map(CalibrationSetup::calibrate_quickly);
+    if let (Some(file), Some(setup), Some(calibrated)) = (&psf_file, &setup, &calibrated) {
+        let failed = |error: &dyn Display| DatasetError::PointSpreads {
+            pair: pair.draw.pair,
+            problem: error.to_string(),
+        };
+        let calibration = calibrated.as_ref().map_err(|error| failed(error))?;
+        let spots = setup.usual_spots(calibration).map_err(|error| failed(&error))?;
+        let array = npy::encode(&spots.shape(), &spots.shares);
+        let written = file.write(|file| file.write_all(&array));
+        written.map_err(DatasetError::io("write", file.path()))?;
+        add("psf", file)?;
+    }
+    // Some lenses have no centre of projection, or no model describes them: the row says null.
+    let calibration = calibrated.and_then(Result::ok);
+    Ok(ManifestRow(row(spec, pair, calibration.as_ref(), files)))
+}
+
+fn render_job(
+    job: &Job,
+    file: &OutputFile,
+    spec: &DatasetSpec,
+    pair: &Pair,
+    options: RenderOptions<'_>,
+) -> Result<Picture, DatasetError> {
+    let output = render(job, options)?;
+    if output.partial_mean_spp.is_some() {
+        return Err(RenderError::Stopped.into());
+    }
+    let layers = output.layers(job);
+    let picture = output.into_picture(job);
+    let mut encoding = job.encoding(DisplayExposure::default());
+    encoding.half |= spec.half;
+    let mut notes: Notes = vec![
+        ("software", Note::Text(format!("petzval {}", env!("CARGO_PKG_VERSION")))),
+        ("pair", Note::Number(f64::from(pair.draw.pair))),
+    ];
+    if std::ptr::eq(job, &pair.degraded) {
+        notes.extend(pair.notes.iter().cloned());
+    }
+    picture.write_with_layers(&layers, file, job.frame.window(), encoding, &notes)?;
+    Ok(picture)
+}
+
+/// Returns the manifest's row of a pair.
+fn row(
+    spec: &DatasetSpec,
+    pair: &Pair,
+    calibration: Option<&Calibration>,
+    files: Map<String, Value>,
+) -> Map<String, Value> {
+    let Pair { draw, clean, degraded, sensor, notes, .. } = pair;
+    let metadata: Map<String, Value> = notes
+        .iter()
+        .map(|(name, note)| {
+            let value = match note {
+                Note::Text(text) => json!(text),
+                Note::Number(number) => json!(number),
+            };
+            ((*name).to_owned(), value)
+        })
+        .collect();
+    let model = calibration.and_then(|calibration| {
+        let fit = calibration.suggested()?;
+        let names = fit.model.coefficient_names();
+        let distortion: Map<String, Value> = names
+            .iter()
+            .zip(&fit.coefficients)
+            .map(|(name, value)| ((*name).to_owned(), json!(value)))
+            .collect();
+        Some(json!({
+            "model": fit.model.name(),
+            "matrix": fit.matrix.rows(),
+            "distortion": distortion,
+            "largest_error_pixels": fit.residual.max,
+            "projection_centre_mm": calibration.centre.point.to_array(),
+        }))
+    });
+    let clean_model = match &clean.camera.model {
+        LensModel::Real(_) => model.clone(),
+        _ => Some(json!({ "model": "pinhole", "matrix": pinhole_matrix(clean) })),
+    };
+    let layers = |job: &Job| job.layers.iter().map(|layer: &Aov| layer.name()).collect::<Vec<_>>();
+    let picture = |job: &Job, camera: Option<Value>| {
+        json!({
+            "effects": effects(job),
+            "exposure": job.camera.imaging_ratio,
+            "world_from_camera": world_from_camera(job),
+            "layers": layers(job),
+            "camera": camera,
+        })
+    };
+    let value = json!({
+        "pair": draw.pair,
+        "seed": draw.seed,
+        "scene": draw.scene,
+        "lens": draw.lens,
+        "light_stops": draw.light,
+        "move_m": draw.shift,
+        "turn_degrees": draw.turn,
+        "f_number": draw.f_number,
+        "resolution": spec.resolution,
+        "spp": spec.spp,
+        "film_mm": degraded.camera.film,
+        "clean_camera": format!("{:?}", spec.clean.camera).to_lowercase(),
+        "clean": picture(clean, clean_model),
+        "degraded": picture(degraded, model),
+        "sensor": sensor.map(|sensor| json!({
+            "iso": sensor.iso,
+            "full_well": sensor.full_well,
+            "read_noise": sensor.read_noise,
+            "bits": sensor.bits,
+            "black": sensor.black_level,
+            "bayer": sensor.bayer.map(|bayer| bayer.name()),
+        })),
+        "metadata": metadata,
+        "files": files,
+    });
+    match value {
+        Value::Object(row) => row,
+        _ => Map::new(),
+    }
+}
+
+/// Returns the names of the effects that a picture has.
+fn effects(job: &Job) -> Vec<&'static str> {
+    Effect::ALL.into_iter().filter(|effect| job.plan.has(*effect)).map(Effect::name).collect()
+}
+
+/// Returns the camera matrix of a pinhole, in pixels whose centres are whole numbers.
+fn pinhole_matrix(job: &Job) -> [[f64; 3]; 3] {
+    let [width, height] = job.frame.resolution.map(f64::from);
+    let [across, down] = job.camera.film;
+    [
+        [width / across, 0.0, (width - 1.0) / 2.0],
+        [0.0, height / down, (height - 1.0) / 2.0],
+        [0.0, 0.0, 1.0],
+    ]
+}
+
+/// Returns the pose of a camera, row by row.
+fn world_from_camera(job: &Job) -> [[f64; 4]; 3] {
+    let pose = job.camera.world_from_camera;
+    let columns = [pose.matrix3.x_axis, pose.matrix3.y_axis, pose.matrix3.z_axis, pose.translation];
+    [0, 1, 2].map(|row| columns.map(|column| column[row]))
+}

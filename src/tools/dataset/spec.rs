@@ -1,0 +1,344 @@
+//! Specification of a data set: a TOML file.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use serde::{Deserialize, Deserializer};
+
+use super::DatasetError;
+use petzval_base::io::{FileLog, ReadContext};
+use petzval_render::aov::Aov;
+use petzval_render::plan::EffectSelection;
+use petzval_render::sensor::SensorSettings;
+use petzval_scene::shutter::{RollingShutter, ShutterSettings};
+
+/// Most pairs of a data set.
+const MAX_PAIRS: u32 = 10_000_000;
+/// Largest side of a picture (pixels).
+const MAX_SIDE: u32 = 16384;
+/// Most samples per pixel.
+const MAX_SAMPLES: u32 = 1 << 20;
+
+/// A data set, as its file describes it. Paths are relative to that file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DatasetSpec {
+    /// The number of pairs.
+    pub pairs: u32,
+    /// The seed of all draws and pictures.
+    #[serde(default)]
+    pub seed: u32,
+    /// The size of the pictures (pixels).
+    #[serde(default = "default_resolution", deserialize_with = "exactly")]
+    pub resolution: [u32; 2],
+    /// The samples per pixel of either picture.
+    #[serde(default = "default_samples")]
+    pub spp: u32,
+    /// The layers of the pictures.
+    #[serde(default, deserialize_with = "layers")]
+    pub layers: Vec<Aov>,
+    /// Whether the pictures have 16-bit floats.
+    #[serde(default)]
+    pub half: bool,
+    /// Whether each pair has the point spreads of its lens.
+    #[serde(default)]
+    pub psf: bool,
+    /// The exposure, in stops above that of the scene.
+    #[serde(default)]
+    pub exposure: f64,
+    /// The parameters that are drawn for each pair.
+    pub draw: DrawSpec,
+    /// The clean pictures.
+    #[serde(default)]
+    pub clean: CleanSpec,
+    /// The degraded pictures.
+    #[serde(default)]
+    pub degraded: DegradedSpec,
+    /// The digest of all but the number of pairs, by which the folder of a data set knows its own.
+    #[serde(skip)]
+    pub digest: String,
+}
+
+/// The parameters that are drawn for each pair. Those not given are the scene's.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DrawSpec {
+    /// The scene file.
+    pub scene: DrawnFrom<PathBuf>,
+    /// The lens file.
+    pub lens: Option<DrawnFrom<PathBuf>>,
+    /// The distance in focus from the film (m), or "auto" for the surface in the middle.
+    pub focus: Option<DrawnFrom<FocusValue>>,
+    /// The f-number.
+    pub fstop: Option<DrawnFrom<f64>>,
+    /// The light on the sensor, in stops above that of its base speed, mostly negative.
+    pub light: Option<DrawnFrom<f64>>,
+    /// Largest moves of the camera along its axes (m): right, up and forward.
+    #[serde(rename = "move")]
+    pub shift: Option<Reach>,
+    /// Largest turns of the camera (degrees): pan, tilt and roll.
+    pub turn: Option<Reach>,
+}
+
+/// The camera of the clean pictures.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum CleanCamera {
+    /// A pinhole in the entrance pupil: all in focus, no distortion.
+    #[default]
+    Pinhole,
+    /// The lens stopped down: all in focus, with its distortion.
+    Deep,
+    /// The lens at the same focus and stop.
+    Lens,
+}
+
+/// How clean pictures are taken.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CleanSpec {
+    /// The camera.
+    #[serde(default)]
+    pub camera: CleanCamera,
+    /// The effects; none but fog and smoke, if not given.
+    #[serde(default, deserialize_with = "parsed")]
+    pub effects: Option<EffectSelection>,
+}
+
+/// How degraded pictures are taken.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DegradedSpec {
+    /// The effects; those that are visible, if not given.
+    #[serde(default, deserialize_with = "parsed")]
+    pub effects: Option<EffectSelection>,
+    /// The sensor that reads the picture out, into a file of its own.
+    #[serde(default, deserialize_with = "parsed")]
+    pub sensor: Option<SensorSettings>,
+    /// The shutter.
+    #[serde(default, deserialize_with = "parsed")]
+    pub shutter: Option<ShutterSettings>,
+    /// The rolling shutter.
+    #[serde(default, deserialize_with = "parsed")]
+    pub rolling_shutter: Option<RollingShutter>,
+}
+
+/// The values that a parameter is drawn from.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a value, a list of values, or a range of numbers such as { from = 0.5, to = 4.0 }"
+)]
+pub enum DrawnFrom<T> {
+    /// All numbers between two.
+    Range(Range),
+    /// A list, each value equally often.
+    List(Vec<T>),
+    /// One value.
+    One(T),
+}
+
+/// A range of numbers.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// The lower end.
+    pub from: f64,
+    /// The upper end.
+    pub to: f64,
+    /// Whether equal factors are equally likely, not equal differences.
+    #[serde(default)]
+    pub log: bool,
+}
+
+/// A distance in focus.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a distance in m, inf, or \"auto\"")]
+pub enum FocusValue {
+    /// From the film (m).
+    Metres(f64),
+    /// "auto".
+    Word(String),
+}
+
+/// Largest deviations along three axes; one number stands for all.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a number, or three in brackets")]
+pub enum Reach {
+    /// The same along all axes.
+    Same(f64),
+    /// One for each axis.
+    Each(#[serde(deserialize_with = "exactly")] [f64; 3]),
+}
+
+impl Reach {
+    /// Returns the deviations along the three axes.
+    pub fn axes(self) -> [f64; 3] {
+        match self {
+            Self::Same(reach) => [reach; 3],
+            Self::Each(reach) => reach,
+        }
+    }
+}
+
+fn default_resolution() -> [u32; 2] {
+    [512, 512]
+}
+
+fn default_samples() -> u32 {
+    32
+}
+
+/// Reads a list of N numbers. By itself, the reader of arrays ignores all that follow.
+fn exactly<'de, D, T, const N: usize>(from: D) -> Result<[T; N], D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    let numbers = Vec::<T>::deserialize(from)?;
+    let found = numbers.len();
+    let expected = format!("expected {N} numbers, found {found}");
+    numbers.try_into().map_err(|_| serde::de::Error::custom(expected))
+}
+
+/// Reads a text and parses it.
+fn parsed<'de, D, T>(from: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: FromStr<Err: Display>,
+{
+    let text = String::deserialize(from)?;
+    text.parse().map(Some).map_err(serde::de::Error::custom)
+}
+
+fn layers<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Aov>, D::Error> {
+    let names = Vec::<String>::deserialize(from)?;
+    let layers = names.iter().map(|name| name.parse());
+    layers.collect::<Result<_, String>>().map_err(serde::de::Error::custom)
+}
+
+impl DatasetSpec {
+    /// Reads a specification.
+    ///
+    /// # Errors
+    /// Returns an error with its place if the file cannot be read or is not sound.
+    pub fn read(path: &Path, context: &ReadContext) -> Result<Self, DatasetError> {
+        let problem = |problem: String| DatasetError::Spec { path: path.to_owned(), problem };
+        let bytes = context.bytes(path)?;
+        let text =
+            String::from_utf8(bytes).map_err(|_| problem("expected text in UTF-8".into()))?;
+        let mut spec: Self =
+            toml::from_str(&text).map_err(|error| problem(error.to_string().trim_end().into()))?;
+        spec.check().map_err(problem)?;
+        let alike = Self { pairs: 0, ..spec.clone() };
+        spec.digest = blake3::hash(format!("{alike:?}").as_bytes()).to_hex()[..16].to_owned();
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let resolve = |values: &mut DrawnFrom<PathBuf>| match values {
+            DrawnFrom::One(path) => *path = folder.join(&*path),
+            DrawnFrom::List(paths) => paths.iter_mut().for_each(|path| *path = folder.join(&*path)),
+            DrawnFrom::Range(_) => {}
+        };
+        resolve(&mut spec.draw.scene);
+        spec.draw.lens.as_mut().map(resolve);
+        Ok(spec)
+    }
+
+    /// Returns the scenes and lenses that pairs may draw.
+    pub fn named_files(&self) -> FileLog {
+        let mut files = FileLog::default();
+        for drawn in std::iter::once(&self.draw.scene).chain(&self.draw.lens) {
+            match drawn {
+                DrawnFrom::One(path) => files.add(path, None),
+                DrawnFrom::List(paths) => paths.iter().for_each(|path| files.add(path, None)),
+                DrawnFrom::Range(_) => {}
+            }
+        }
+        files
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let within =
+            |name: &str, value: u32, [low, high]: [u32; 2]| match (low..=high).contains(&value) {
+                true => Ok(()),
+                false => Err(format!("{name} = {value}: expected {low} to {high}")),
+            };
+        within("pairs", self.pairs, [1, MAX_PAIRS])?;
+        within("spp", self.spp, [1, MAX_SAMPLES])?;
+        self.resolution.iter().try_for_each(|side| within("resolution", *side, [1, MAX_SIDE]))?;
+        numbers("exposure", &[self.exposure], [-64.0, 64.0])?;
+        let DrawSpec { scene, lens, focus, fstop, light, shift, turn } = &self.draw;
+        files("scene", scene)?;
+        lens.iter().try_for_each(|lens| files("lens", lens))?;
+        fstop.iter().try_for_each(|fstop| drawn_numbers("fstop", fstop, [0.1, 1e4]))?;
+        light.iter().try_for_each(|light| drawn_numbers("light", light, [-30.0, 16.0]))?;
+        for (name, reach, most) in [("move", shift, 1e9), ("turn", turn, 180.0)] {
+            let reach = reach.map_or([0.0; 3], Reach::axes);
+            numbers(name, &reach, [0.0, most])?;
+        }
+        if light.is_some() && self.degraded.sensor.is_none() {
+            let hint = "the light changes the noise of a sensor: add sensor = \"\" to [degraded]";
+            return Err(format!("draw.light: {hint}"));
+        }
+        let CleanSpec { camera, effects } = &self.clean;
+        let none = EffectSelection::None;
+        if *camera == CleanCamera::Pinhole && effects.as_ref().is_some_and(|e| *e != none) {
+            let hint =
+                "a pinhole has no effects; expected \"none\", or camera = \"deep\" or \"lens\"";
+            return Err(format!("clean.effects: {hint}"));
+        }
+        let Some(focus) = focus else { return Ok(()) };
+        let ends = [f64::MIN_POSITIVE, f64::INFINITY];
+        match focus {
+            DrawnFrom::Range(range) => drawn_range("focus", range, [f64::MIN_POSITIVE, f64::MAX]),
+            DrawnFrom::List(list) if list.is_empty() => Err("draw.focus has no values".into()),
+            DrawnFrom::List(list) => list.iter().try_for_each(|value| focus_value(value, ends)),
+            DrawnFrom::One(value) => focus_value(value, ends),
+        }
+    }
+}
+
+fn focus_value(value: &FocusValue, ends: [f64; 2]) -> Result<(), String> {
+    match value {
+        FocusValue::Metres(metres) => numbers("draw.focus", &[*metres], ends),
+        FocusValue::Word(word) if word == "auto" => Ok(()),
+        FocusValue::Word(word) => {
+            Err(format!("draw.focus: found \"{word}\"; expected a distance in m, inf, or \"auto\""))
+        }
+    }
+}
+
+fn numbers(name: &str, values: &[f64], [low, high]: [f64; 2]) -> Result<(), String> {
+    match values.iter().find(|value| !(low..=high).contains(*value)) {
+        None => Ok(()),
+        Some(value) => Err(format!("{name} = {value}: expected {low} to {high}")),
+    }
+}
+
+fn drawn_range(name: &str, range: &Range, ends: [f64; 2]) -> Result<(), String> {
+    numbers(&format!("draw.{name}"), &[range.from, range.to], ends)?;
+    if range.from > range.to || range.log && range.from <= 0.0 {
+        let Range { from, to, .. } = range;
+        let above = if range.log { ", both above 0 for a logarithmic range" } else { "" };
+        let expected = format!("expected from <= to{above}");
+        return Err(format!("draw.{name}: from = {from}, to = {to}: {expected}"));
+    }
+    Ok(())
+}
+
+fn drawn_numbers(name: &str, values: &DrawnFrom<f64>, ends: [f64; 2]) -> Result<(), String> {
+    match values {
+        DrawnFrom::Range(range) => drawn_range(name, range, ends),
+        DrawnFrom::List(list) if list.is_empty() => Err(format!("draw.{name} has no values")),
+        DrawnFrom::List(list) => numbers(&format!("draw.{name}"), list, ends),
+        DrawnFrom::One(value) => numbers(&format!("draw.{name}"), &[*value], ends),
+    }
+}
+
+fn files(name: &str, values: &DrawnFrom<PathBuf>) -> Result<(), String> {
+    match values {
+        DrawnFrom::Range(_) => Err(format!("draw.{name}: expected the name of a file, or a list")),
+        DrawnFrom::List(list) if list.is_empty() => Err(format!("draw.{name} has no values")),
+        _ => Ok(()),
+    }
+}

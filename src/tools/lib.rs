@@ -1,0 +1,10 @@
+//! Measurements with the renderer: camera models against each other, pictures, data sets and rates.
+//!
+//! [`accuracy`] renders a scene with a ladder of camera models and measures error and time of each.
+//! [`metric`] compares two pictures. [`dataset`] renders pairs of pictures for training. [`mod@bench`]
+//! measures the rates of the stages.
+
+pub mod accuracy;
+pub mod bench;
+pub mod dataset;
+pub mod metric;
