@@ -18,7 +18,7 @@ use super::{
     EncodingOptions, ImageError, ImageSamples, Note, Notes, Picture, PictureWindow, Raster,
 };
 use petzval_base::io::{HeldMemory, ReadContext, machine};
-use petzval_spectrum::primaries::Primaries;
+use petzval_spectrum::Primaries;
 
 /// Largest finite 16-bit float.
 const HALF_MAX: f32 = 65504.0;

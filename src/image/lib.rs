@@ -26,7 +26,7 @@ pub use raster::{ImageSamples, Raster, Transfer};
 pub use tone::ToneCurve;
 pub use white_balance::WhiteBalance;
 
-pub use petzval_spectrum::primaries::Primaries;
+pub use petzval_spectrum::Primaries;
 
 use petzval_base::io::{OutputFile, ReadContext, path_excerpt};
 

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::Picture;
-use petzval_spectrum::primaries::{Primaries, adapt};
+use petzval_spectrum::{Primaries, adapt};
 
 /// The light that 8-bit files show as white, by adaptation of its cone responses to those of the
 /// screen's white (Lam 1985, "Bradford"). It keeps the luminance of that light.

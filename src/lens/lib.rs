@@ -23,18 +23,16 @@
 //! The crate `petzval-lens-formats` reads lens files, and `petzval-optics` analyses lenses.
 //! [`RealLens`] and [`Camera`] make waves of rays for a renderer, eight lanes at a time.
 
-pub mod focus;
-pub mod vignetting;
-pub mod wavefront;
-
-pub mod camera;
-pub mod prescription;
-pub mod pupil;
+mod camera;
+mod focus;
+mod prescription;
+mod pupil;
 pub mod trace;
+mod vignetting;
+mod wavefront;
 
 pub use camera::band::Band;
-pub use camera::fidelity::Fidelity;
-pub use camera::fidelity::on_axis_irradiance;
+pub use camera::fidelity::{Fidelity, PupilPoint, launched, on_axis_irradiance};
 pub use camera::orthographic::Orthographic;
 pub use camera::ray_path::{RayPath, SurfaceCrossing};
 pub use camera::spherical::SphericalMapping;
@@ -55,11 +53,13 @@ pub use prescription::design::{
 };
 pub use prescription::error::LensError;
 pub use prescription::iris::{ApertureMask, Iris, MaskConvention};
+pub use prescription::limits::{INFINITE, MAX_INDEX, MIN_INDEX};
 pub use prescription::named_mask::MASK_NAMES;
 pub use prescription::pose::{
     CoordinateBreak, FilmPlane, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter,
 };
 pub use prescription::surface_aperture::{ApertureForm, SurfaceAperture};
+pub use prescription::system;
 pub use prescription::{CrossSection, Prescription, Row, Rows, TransverseAxis};
 pub use pupil::fan::Fan;
 pub use pupil::rim::SHELL_ENDS;
@@ -69,15 +69,17 @@ pub use trace::asphere::Asphere;
 pub use trace::biradial::Biradial;
 pub use trace::frame_transform::FrameTransform;
 pub use trace::kernel::LensRay;
+pub use trace::path::{OpticalPath, PASSES, trace_past_rims};
 pub use trace::stop::ApertureShape;
 pub use trace::{
     BlockReason, Blocked, retrace_in_f64, retrace_in_f64_lossy, trace, trace_ghost, trace_lossy,
     trace_one,
 };
 pub use trace::{
-    sequence::{Side, ghost_sequence, sequence},
+    sequence::{Side, ghost_sequence, sequence, sequence_at},
     surface::{Surface, SurfaceKind},
 };
+pub use vignetting::open_rims::{KeptRims, open_rims};
 pub use vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
 pub use wavefront::exit_pupil::raster::PupilRaster;
 pub use wavefront::exit_pupil::{ExitPupil, PupilEdge};

@@ -2,9 +2,9 @@
 
 use super::report::ReadReport;
 use super::{MAX_POWER, MIN_RADIUS};
-pub use petzval_lens::prescription::limits::{MAX_INDEX, MIN_INDEX};
-pub use petzval_lens::prescription::system::MediumBehind;
-use petzval_spectrum::glass::Glass;
+use petzval_lens::system::MediumBehind;
+use petzval_lens::{MAX_INDEX, MIN_INDEX};
+use petzval_spectrum::Glass;
 
 /// Largest radius of a surface that is curved (mm): files write planes as 1e5 and more, and beyond
 /// 1e12 mm the sag of a metre is less than an atom.

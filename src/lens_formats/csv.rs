@@ -8,9 +8,9 @@ use super::checks::{medium, radius};
 use super::report::ReadReport;
 use super::text::Line;
 use petzval_base::io::ReadContext;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{SequentialSystem, SystemSurface, choose_stop};
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::LensError;
+use petzval_lens::system::{SequentialSystem, SystemSurface, choose_stop};
+use petzval_lens::{Prescription, Row};
 
 /// Parses a text.
 ///

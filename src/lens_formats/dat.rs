@@ -16,10 +16,10 @@ use std::path::Path;
 
 use super::MIN_RADIUS;
 use petzval_base::io::excerpt;
-use petzval_lens::focus::paraxial::Paraxial;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::{MAX_INDEX, MIN_INDEX};
-pub use petzval_lens::prescription::{Prescription, Row, TransverseAxis};
+use petzval_lens::LensError;
+use petzval_lens::Paraxial;
+use petzval_lens::{MAX_INDEX, MIN_INDEX};
+use petzval_lens::{Prescription, Row, TransverseAxis};
 
 /// Parses the lines of a lens table. The path names the lens and appears in errors.
 ///

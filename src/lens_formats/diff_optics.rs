@@ -9,9 +9,9 @@ use super::checks::{even_powers, medium, radius};
 use super::report::ReadReport;
 use super::text::Line;
 use petzval_base::io::{ReadContext, excerpt};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{MediumBehind, SequentialSystem, SystemSurface};
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::LensError;
+use petzval_lens::system::{MediumBehind, SequentialSystem, SystemSurface};
+use petzval_lens::{Prescription, Row};
 
 /// Parses a text.
 ///

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use super::report::ReadReport;
 use super::text::Line;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::MediumBehind;
-use petzval_spectrum::glass::Glass;
+use petzval_lens::LensError;
+use petzval_lens::system::MediumBehind;
+use petzval_spectrum::Glass;
 
 /// Figures that a file states beside the name of a glass.
 #[derive(Clone, Copy, Debug)]

@@ -48,11 +48,11 @@ use std::path::{Path, PathBuf};
 
 use format::LensFormat;
 use petzval_base::io::{ReadContext, open};
-use petzval_lens::focus::real_ray::RealRayFocus;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::SpectralLine;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::{INFINITE, MAX_INDEX, MIN_INDEX};
+pub use petzval_lens::LensError;
+use petzval_lens::Prescription;
+use petzval_lens::RealRayFocus;
+pub use petzval_lens::SpectralLine;
+pub use petzval_lens::{INFINITE, MAX_INDEX, MIN_INDEX};
 
 /// Largest size of a lens file (bytes).
 const MAX_BYTES: usize = 1 << 20;

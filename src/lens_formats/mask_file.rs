@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use petzval_base::io::ReadContext;
 use petzval_image::{ImageError, Picture, Transfer};
-pub use petzval_lens::prescription::iris::{ApertureMask, MaskConvention};
+use petzval_lens::{ApertureMask, MaskConvention};
 
 /// Largest number of rows and columns.
 const MAX_SIZE: usize = 4096;

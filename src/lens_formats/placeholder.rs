@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// Returns an error that says what the file is and what to do, if it is no lens but stands for one.
 pub(crate) fn reject(path: &Path, text: &str) -> Option<LensError> {

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use super::text::Line;
 use petzval_base::io::{ReadContext, excerpt};
-pub use petzval_lens::prescription::error::LensError;
-use petzval_spectrum::glass::{GlassError, GlassLibrary};
+use petzval_lens::LensError;
+use petzval_spectrum::{GlassError, GlassLibrary};
 
 /// Largest number of unknown keywords that a note names.
 const NAMED: usize = 12;

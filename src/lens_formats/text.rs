@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// Decodes a file: UTF-8 or UTF-16 by its mark, UTF-16 without one by its zeros, UTF-8, or Latin-1.
 pub(crate) fn decode(bytes: &[u8]) -> String {

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use super::toml::to_toml;
 use super::zmx::write::to_zmx;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::iris::Iris;
-use petzval_lens::prescription::{Prescription, Row};
-use petzval_spectrum::glass::Glass;
+use petzval_lens::Iris;
+use petzval_lens::LensError;
+use petzval_lens::{Prescription, Row};
+use petzval_spectrum::Glass;
 
 /// A lens as the text of a file.
 #[derive(Clone, Debug, PartialEq)]

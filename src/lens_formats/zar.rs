@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// Largest archive, and most that its lens and its catalogues unpack to (bytes). Catalogues have half a
 /// megabyte each.

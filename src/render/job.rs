@@ -19,7 +19,7 @@ use petzval_base::io::FileLog;
 use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer};
 use petzval_lens::Camera;
 use petzval_scene::{PathLimits, Scene};
-use petzval_spectrum::primaries::Primaries;
+use petzval_spectrum::Primaries;
 use petzval_spectrum::{BANDS, ColourSpace, LightBand};
 
 /// Everything that decides the pixels of a picture.

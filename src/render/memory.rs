@@ -7,7 +7,7 @@
 //! it is read.
 
 pub use petzval_base::io::machine;
-pub use petzval_base::io::machine::ResidentMemory;
+use petzval_base::io::machine::ResidentMemory;
 
 use std::fmt;
 

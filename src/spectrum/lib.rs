@@ -4,7 +4,7 @@
 //! standard observer of 1931: reflectances are illuminated by daylight (D65), lights have their own
 //! colour. Integrals are sums over whole nanometres from 360 to 830, as in pbrt-v4.
 
-pub mod primaries;
+mod primaries;
 
 mod bands;
 mod blackbody;
@@ -12,7 +12,7 @@ mod camera_sensor;
 mod camera_tables;
 mod colour_space;
 mod fluorescent;
-pub mod glass;
+mod glass;
 mod illuminant;
 mod index_tables;
 mod metal;
@@ -29,12 +29,13 @@ pub use camera_sensor::{CameraResponse, CameraSensor};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use glass::{
     C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary, GlassMatch,
-    IndexRangeError, find_glass, parse_agf, suggest_glass,
+    IndexRangeError, find_glass, likely_glass, parse_agf, suggest_glass,
 };
 pub use illuminant::{d_illuminant, d65, daylight};
 pub use metal::{ChannelMetal, fit_metal, fresnel, metal_reflectance};
 pub use named::{named_spectrum, spectrum_names};
 pub use observer::{VISIBLE, colour_matching};
+pub use primaries::{Primaries, adapt};
 
 use observer::{LUMINOSITY, daylight_at, integrate};
 

@@ -12,7 +12,7 @@ use glam::Vec3;
 use petzval_image::{DisplayExposure, Picture};
 use petzval_render::Backend;
 use petzval_render::prepare::prepare;
-use petzval_spectrum::primaries::Primaries;
+use petzval_spectrum::Primaries;
 use serde_json::Value;
 
 /// Samples per pixel, in the fast and the full tier.

@@ -8,7 +8,7 @@ use petzval_image::{EncodingOptions, ImageFormat, ImageLayer, Picture};
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
 use petzval_render::read_out;
-use petzval_spectrum::primaries::Primaries;
+use petzval_spectrum::Primaries;
 
 use crate::cli::Failure;
 use crate::cli::denoise::{DenoiseError, Denoiser, Guides};

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use crate::camera::{LensColumns, RealLens};
 use crate::prescription::Prescription;
-pub use crate::prescription::pose::Pose;
-pub use crate::trace::kernel::LensRay;
-pub use crate::trace::sequence::{Side, sequence};
+use crate::prescription::pose::Pose;
+use crate::trace::kernel::LensRay;
+use crate::trace::sequence::{Side, sequence};
 use crate::trace::trace_one;
 use crate::vignetting::open_rims::{KeptRims, open_rims};
 use petzval_base::lanes::f32x8;

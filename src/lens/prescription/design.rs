@@ -1,6 +1,6 @@
 //! Data of a lens file about the use of the lens: wavelengths, fields, object, film, configurations.
 
-use petzval_spectrum::glass::D_LINE;
+use petzval_spectrum::D_LINE;
 
 /// Statements of a lens file about the use of the lens.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::configuration::ZoomError;
 use petzval_base::io::path_excerpt;
-pub use petzval_spectrum::glass::{GlassError, IndexRangeError};
+use petzval_spectrum::{GlassError, IndexRangeError};
 
 /// An error of a lens file or a prescription.
 #[derive(Debug, thiserror::Error)]

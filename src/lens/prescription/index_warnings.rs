@@ -1,7 +1,7 @@
 //! Warnings about refractive indices that are used outside the range of their data.
 
 use super::{Prescription, Row};
-pub use petzval_spectrum::glass::{D_LINE, Glass, IndexRangeError};
+use petzval_spectrum::{D_LINE, Glass, IndexRangeError};
 
 /// Tolerance of a range, because a line may be rounded to a nanometre (nm).
 const ROUNDING: f64 = 1.0;

@@ -25,7 +25,8 @@ use pose::{CoordinateBreak, TiltDecenter};
 pub use row::{CrossSection, Row, TransverseAxis};
 pub use rows::Rows;
 
-pub use petzval_spectrum::glass::{CatalogueGlass, D_LINE, Glass, IndexRangeError, likely_glass};
+use petzval_spectrum::likely_glass;
+use petzval_spectrum::{CatalogueGlass, D_LINE, Glass, IndexRangeError};
 
 /// A lens: its surfaces from the scene to the film. Lengths are in millimetres.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::iris::Iris;
 use super::pose::Pose;
 use super::surface_aperture::SurfaceAperture;
 use crate::focus::paraxial::RayTransferMatrix;
-pub use petzval_spectrum::glass::Glass;
+use petzval_spectrum::Glass;
 
 /// An axis across the optical axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use crate::prescription::Prescription;
 use crate::prescription::coating::{Coating, CoatingModel};
 use crate::prescription::pose::Outside;
 use petzval_base::lanes::Real;
-use petzval_spectrum::glass::D_LINE;
+use petzval_spectrum::D_LINE;
 
 /// Side of the lens that rays come from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,9 +2,9 @@
 
 use super::super::report::ReadReport;
 use super::CodeVWord;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
-pub use petzval_lens::prescription::system::SystemSurface;
+use petzval_lens::LensError;
+use petzval_lens::system::SystemSurface;
+use petzval_lens::{ApertureForm, SurfaceAperture};
 
 /// Shape of one kind, in units of the file.
 #[derive(Clone, Copy, Default)]

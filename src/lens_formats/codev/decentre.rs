@@ -4,7 +4,7 @@ use glam::DAffine3;
 
 use super::super::axis::{decentre_then_tilt, tilt_then_decentre};
 use super::CodeVWord;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// Use of the decentre of a surface.
 #[derive(Clone, Copy, Default, PartialEq)]

@@ -3,8 +3,8 @@
 use super::super::glass_name::GlassNames;
 use super::super::report::ReadReport;
 use super::statement::CodeVWord;
-pub use petzval_lens::prescription::error::LensError;
-use petzval_spectrum::glass::{Formula, Glass};
+use petzval_lens::LensError;
+use petzval_spectrum::{Formula, Glass};
 
 /// Range of wavelengths of a formula whose file states none (nm).
 const ANY: [f64; 2] = [300.0, 2500.0];

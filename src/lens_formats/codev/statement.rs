@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::text::Line;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// A word with its line.
 #[derive(Clone, Copy)]

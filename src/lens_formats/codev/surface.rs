@@ -9,11 +9,11 @@ use super::super::text::Line;
 use super::aperture::Apertures;
 use super::decentre::{Decentre, Frames};
 use super::{CodeVWord, curvature_of, surface_place};
-use petzval_lens::focus::paraxial::RayTransferMatrix;
-use petzval_lens::prescription::Row;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::{MediumBehind, SystemSurface};
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::RayTransferMatrix;
+use petzval_lens::Row;
+use petzval_lens::system::{MediumBehind, SystemSurface};
 
 /// Coefficients of r^4 to r^20.
 const COEFFICIENTS: [&str; 9] = ["A", "B", "C", "D", "E", "F", "G", "H", "J"];

@@ -2,9 +2,9 @@
 
 use super::CodeVWord;
 use crate::report::ReadReport;
-pub use petzval_lens::prescription::design::{Configuration, Quantity, Setting};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::{Configuration, Quantity, Setting};
 
 /// Zoomed values.
 #[derive(Default)]

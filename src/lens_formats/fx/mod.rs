@@ -14,10 +14,10 @@ use super::checks::{even_powers, medium, radius};
 use super::report::ReadReport;
 use super::text::Line;
 use petzval_base::io::{ReadContext, excerpt};
-use petzval_lens::focus::paraxial::Paraxial;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{SequentialSystem, SystemSurface, choose_stop};
-pub use petzval_lens::prescription::{Prescription, Row, TransverseAxis};
+use petzval_lens::LensError;
+use petzval_lens::Paraxial;
+use petzval_lens::system::{SequentialSystem, SystemSurface, choose_stop};
+use petzval_lens::{Prescription, Row, TransverseAxis};
 
 /// Smallest f-number of a lens in air (sine condition).
 const FASTEST: f64 = 0.5;

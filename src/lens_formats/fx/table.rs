@@ -12,13 +12,11 @@ use super::super::checks::{even_powers, medium, radius};
 use super::super::report::ReadReport;
 use super::super::text::Line;
 use petzval_base::io::ReadContext;
-pub use petzval_lens::prescription::design::{Configuration, Quantity, Setting};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::{
-    MediumBehind, SequentialSystem, SystemSurface, choose_stop,
-};
-pub use petzval_lens::prescription::{Prescription, Row, TransverseAxis};
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::system::{MediumBehind, SequentialSystem, SystemSurface, choose_stop};
+use petzval_lens::{Configuration, Quantity, Setting};
+use petzval_lens::{Prescription, Row, TransverseAxis};
 
 /// Columns of a line, for messages.
 const COLUMNS: &str = "expected radius thickness material [nd Vd] housing-radius";

@@ -8,10 +8,10 @@ use std::path::Path;
 use super::ReadReport;
 use super::value::Json;
 use crate::checks::{even_powers, medium, radius, radius_of_curvature};
-use petzval_lens::focus::paraxial::RayTransferMatrix;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{MediumBehind, SequentialSystem, SystemSurface};
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::LensError;
+use petzval_lens::RayTransferMatrix;
+use petzval_lens::system::{MediumBehind, SequentialSystem, SystemSurface};
+use petzval_lens::{Prescription, Row};
 
 /// Reads a lens.
 ///

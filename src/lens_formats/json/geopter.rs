@@ -8,10 +8,10 @@ use std::path::Path;
 use super::ReadReport;
 use super::value::Json;
 use crate::checks::{even_powers, medium, radius_of_curvature};
-pub use petzval_lens::prescription::design::{FieldKind, Fields, SpectralLine};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{SequentialSystem, SystemAperture, SystemSurface};
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::LensError;
+use petzval_lens::system::{SequentialSystem, SystemAperture, SystemSurface};
+use petzval_lens::{FieldKind, Fields, SpectralLine};
+use petzval_lens::{Prescription, Row};
 
 /// Distance beyond which an object is distant (mm): Geopter writes 1e10.
 const DISTANT: f64 = 1e9;

@@ -8,12 +8,12 @@ use std::path::Path;
 use super::ReadReport;
 use super::value::{Content, Json};
 use crate::checks::{medium, powers, radius};
-use petzval_lens::focus::paraxial::Paraxial;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::{MAX_INDEX, MIN_INDEX};
-pub use petzval_lens::prescription::system::{MediumBehind, SequentialSystem, SystemSurface};
-pub use petzval_lens::prescription::{CrossSection, Prescription, Row};
-use petzval_spectrum::glass::Glass;
+use petzval_lens::LensError;
+use petzval_lens::Paraxial;
+use petzval_lens::system::{MediumBehind, SequentialSystem, SystemSurface};
+use petzval_lens::{CrossSection, Prescription, Row};
+use petzval_lens::{MAX_INDEX, MIN_INDEX};
+use petzval_spectrum::Glass;
 
 /// Members of a surface that are read, or that say nothing about rays.
 const KNOWN: [&str; 14] = [

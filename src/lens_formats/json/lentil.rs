@@ -8,9 +8,9 @@ use std::path::Path;
 use super::ReadReport;
 use super::value::Json;
 use crate::checks::{even_powers, medium, radius};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{SequentialSystem, SystemSurface};
-pub use petzval_lens::prescription::{Prescription, Row, TransverseAxis};
+use petzval_lens::LensError;
+use petzval_lens::system::{SequentialSystem, SystemSurface};
+use petzval_lens::{Prescription, Row, TransverseAxis};
 
 /// Number of lenses that an error lists.
 const LISTED: usize = 60;

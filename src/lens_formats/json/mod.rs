@@ -14,8 +14,8 @@ use std::path::Path;
 use self::value::Json;
 use super::report::ReadReport;
 use petzval_base::io::ReadContext;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
+use petzval_lens::Prescription;
 
 /// Parses a text. `entry` chooses a lens of a file that holds many, by its key or name.
 ///

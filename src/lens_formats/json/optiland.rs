@@ -8,12 +8,10 @@ use std::path::Path;
 use super::ReadReport;
 use super::value::{Content, Json};
 use crate::checks::{even_powers, medium, powers, radius};
-pub use petzval_lens::prescription::design::{FieldKind, Fields, SpectralLine};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{
-    MediumBehind, SequentialSystem, SystemAperture, SystemSurface,
-};
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::LensError;
+use petzval_lens::system::{MediumBehind, SequentialSystem, SystemAperture, SystemSurface};
+use petzval_lens::{FieldKind, Fields, SpectralLine};
+use petzval_lens::{Prescription, Row};
 
 /// Reads a lens.
 ///

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::value::{Content, Json};
 use crate::text::Line;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// Deepest nesting.
 const DEPTH: usize = 64;

@@ -11,14 +11,12 @@ use super::ReadReport;
 use super::value::Json;
 use crate::WAVELENGTHS;
 use crate::checks::{even_powers, medium, powers, radius_of_curvature};
-use petzval_lens::focus::paraxial::RayTransferMatrix;
-pub use petzval_lens::prescription::design::{Design, FieldKind, Fields, SpectralLine};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::{
-    MediumBehind, SequentialSystem, SystemAperture, SystemSurface,
-};
-pub use petzval_lens::prescription::{CrossSection, Prescription, Row};
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::RayTransferMatrix;
+use petzval_lens::system::{MediumBehind, SequentialSystem, SystemAperture, SystemSurface};
+use petzval_lens::{CrossSection, Prescription, Row};
+use petzval_lens::{Design, FieldKind, Fields, SpectralLine};
 
 /// Reads a lens.
 ///

@@ -2,7 +2,7 @@
 
 use crate::text::Line;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// A value and its place.
 #[derive(Clone, Debug)]

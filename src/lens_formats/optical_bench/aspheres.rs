@@ -9,8 +9,8 @@
 use super::sections::{Sections, number};
 use crate::checks::powers;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::SequentialSystem;
+use petzval_lens::LensError;
+use petzval_lens::system::SequentialSystem;
 
 /// Difference of two radii of the same surface, as a share.
 const SAME_RADIUS: f64 = 1e-3;

@@ -18,12 +18,10 @@ use super::checks::{medium, radius};
 use super::report::ReadReport;
 use super::text::Line;
 use petzval_base::io::ReadContext;
-pub use petzval_lens::prescription::design::{FieldKind, Fields};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::{
-    MAX_SURFACES, SequentialSystem, SystemAperture, SystemSurface,
-};
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::LensError;
+use petzval_lens::system::{MAX_SURFACES, SequentialSystem, SystemAperture, SystemSurface};
+use petzval_lens::{FieldKind, Fields};
+use petzval_lens::{Prescription, Row};
 
 /// Parses a text.
 ///

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::text::Line;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
 
 /// A cell, trimmed.
 pub(super) type Cell<'a> = &'a str;

@@ -3,9 +3,9 @@
 use super::sections::{Cell, Sections, number};
 use crate::text::Line;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::design::{Configuration, Quantity, Setting};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::system::SequentialSystem;
+use petzval_lens::LensError;
+use petzval_lens::system::SequentialSystem;
+use petzval_lens::{Configuration, Quantity, Setting};
 
 /// Greatest number of states, and of named values; more are not those of a lens.
 const MOST: usize = 200;

@@ -13,11 +13,11 @@ use super::glass_name::GlassNames;
 use super::report::ReadReport;
 use super::text::Line;
 use petzval_base::io::ReadContext;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::{Design, FieldKind, Fields, SpectralLine};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::{SequentialSystem, SystemAperture};
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::Prescription;
+use petzval_lens::system::{SequentialSystem, SystemAperture};
+use petzval_lens::{Design, FieldKind, Fields, SpectralLine};
 use surface::OsloSurface;
 
 /// Commands of a file before they become a system.

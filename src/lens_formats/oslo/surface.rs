@@ -5,11 +5,11 @@ use super::super::glass_name::{GlassNames, ModelFigures};
 use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::super::{MAX_POWER, MIN_RADIUS};
-use petzval_lens::focus::paraxial::RayTransferMatrix;
-use petzval_lens::prescription::Row;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::{MediumBehind, SystemSurface};
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::RayTransferMatrix;
+use petzval_lens::Row;
+use petzval_lens::system::{MediumBehind, SystemSurface};
 
 /// Commands that change rays and are not simulated.
 const UNSIMULATED: [&str; 18] = [
@@ -241,9 +241,7 @@ fn glass<'a>(
         report.note(format!("line {}: of a model glass only the first index is read", line.number));
     }
     Ok(match figures {
-        Some(figures)
-            if figures.nd >= 1.0 && figures.nd < petzval_lens::prescription::limits::MAX_INDEX =>
-        {
+        Some(figures) if figures.nd >= 1.0 && figures.nd < petzval_lens::MAX_INDEX => {
             OsloMedium::Model(figures)
         }
         Some(figures) => {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::value::Section;
 use petzval_base::io::excerpt;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
+use petzval_lens::LensError;
+use petzval_lens::{ApertureForm, SurfaceAperture};
 
 /// Greatest number of apertures of one surface.
 const MAX_APERTURES: usize = 16;

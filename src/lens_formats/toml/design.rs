@@ -1,10 +1,8 @@
 //! Use of the lens: wavelengths, fields, object, film, configurations.
 
 use super::value::Section;
-pub use petzval_lens::prescription::design::{
-    Configuration, Design, FieldKind, Fields, Quantity, Setting, SpectralLine,
-};
-pub use petzval_lens::prescription::error::LensError;
+use petzval_lens::LensError;
+use petzval_lens::{Configuration, Design, FieldKind, Fields, Quantity, Setting, SpectralLine};
 
 /// Keys of the top level that this module reads.
 pub(super) const KEYS: [&str; 6] =

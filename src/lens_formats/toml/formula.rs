@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::value::Section;
-pub use petzval_lens::prescription::error::LensError;
-use petzval_spectrum::glass::{CatalogueGlass, Formula, Glass};
+use petzval_lens::LensError;
+use petzval_spectrum::{CatalogueGlass, Formula, Glass};
 
 const KEYS: [&str; 8] =
     ["kind", "name", "maker", "coefficients", "powers", "resonances", "range", "published"];

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::value::Section;
 use petzval_base::io::{ReadContext, excerpt, hint};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::iris::{ApertureMask, Iris};
-pub use petzval_lens::prescription::named_mask::MASK_NAMES;
+use petzval_lens::LensError;
+use petzval_lens::MASK_NAMES;
+use petzval_lens::{ApertureMask, Iris};
 
 /// Reads the shape of the opening; surfaces other than the stop are round.
 pub(super) fn read(section: &Section, stop: bool) -> Result<Iris, LensError> {

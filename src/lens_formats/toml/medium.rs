@@ -4,10 +4,10 @@ use super::formula;
 use super::value::Section;
 use crate::WAVELENGTHS;
 use petzval_base::io::excerpt;
-use petzval_lens::prescription::Row;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::{MAX_INDEX, MIN_INDEX};
-use petzval_spectrum::glass::{Glass, GlassMatch};
+use petzval_lens::LensError;
+use petzval_lens::Row;
+use petzval_lens::{MAX_INDEX, MIN_INDEX};
+use petzval_spectrum::{Glass, GlassMatch};
 
 /// Reads the index and the dispersion of the medium behind a surface; `previous` is the surface
 /// before it.

@@ -71,9 +71,9 @@ use std::path::Path;
 use ::toml::de::{DeTable, DeValue};
 
 use petzval_base::io::ReadContext;
-pub use petzval_lens::prescription::error::LensError;
-use petzval_lens::prescription::{Prescription, Row};
-use petzval_spectrum::glass::GlassLibrary;
+use petzval_lens::LensError;
+use petzval_lens::{Prescription, Row};
+use petzval_spectrum::GlassLibrary;
 use value::{Section, Source};
 pub use write::to_toml;
 

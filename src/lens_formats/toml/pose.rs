@@ -3,10 +3,8 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::value::Section;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::pose::{
-    CoordinateBreak, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter,
-};
+use petzval_lens::LensError;
+use petzval_lens::{CoordinateBreak, MAX_DECENTRE, MAX_TILT, Pose, TiltDecenter};
 
 /// Reads the pose of a surface or of a group.
 pub(super) fn read(section: &Section) -> Result<Pose, LensError> {

@@ -7,10 +7,10 @@ use super::pose;
 use super::value::Section;
 use crate::{MAX_POWER, MIN_RADIUS};
 use petzval_base::io::{excerpt, hint};
-use petzval_lens::focus::paraxial::RayTransferMatrix;
-pub use petzval_lens::prescription::coating::Coating;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::{CrossSection, Row, TransverseAxis};
+use petzval_lens::Coating;
+use petzval_lens::LensError;
+use petzval_lens::RayTransferMatrix;
+use petzval_lens::{CrossSection, Row, TransverseAxis};
 
 const KEYS: &[&str] = &[
     "radius",

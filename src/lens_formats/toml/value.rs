@@ -7,8 +7,8 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use petzval_base::io::{ReadContext, excerpt, hint};
-pub use petzval_lens::prescription::error::LensError;
-use petzval_spectrum::glass::GlassLibrary;
+use petzval_lens::LensError;
+use petzval_spectrum::GlassLibrary;
 
 /// Largest number of tables of one kind.
 const MAX_TABLES: usize = 256;

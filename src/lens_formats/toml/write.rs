@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use super::aperture;
 use super::design::{FIELD_KINDS, QUANTITIES};
 use super::formula;
-pub use petzval_lens::prescription::design::Design;
-pub use petzval_lens::prescription::iris::Iris;
-pub use petzval_lens::prescription::pose::Pose;
-pub use petzval_lens::prescription::{Prescription, Row, TransverseAxis};
-use petzval_spectrum::glass::{Glass, GlassLibrary};
+use petzval_lens::Design;
+use petzval_lens::Iris;
+use petzval_lens::Pose;
+use petzval_lens::{Prescription, Row, TransverseAxis};
+use petzval_spectrum::{Glass, GlassLibrary};
 
 /// Writes a lens so that reading it gives the same lens, with every digit. Notes of its design are
 /// not part of it, and pictures of apertures are named only.

@@ -3,9 +3,9 @@
 use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::number_at;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
-pub use petzval_lens::prescription::system::SystemSurface;
+use petzval_lens::LensError;
+use petzval_lens::system::SystemSurface;
+use petzval_lens::{ApertureForm, SurfaceAperture};
 
 /// Decentre of an aperture around the axis.
 const NO_DECENTRE: [f64; 2] = [0.0; 2];

@@ -4,10 +4,10 @@ use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::number_at;
 use super::surface::ZemaxSurface;
-pub use petzval_lens::prescription::design::{Configuration, Quantity, Setting};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::SystemAperture;
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::system::SystemAperture;
+use petzval_lens::{Configuration, Quantity, Setting};
 
 /// Operands that change rays.
 const OPERANDS: &[&str] = &[

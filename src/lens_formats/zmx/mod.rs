@@ -20,11 +20,11 @@ use super::text::Line;
 use super::{MAX_SURFACES, WAVELENGTHS};
 use configuration::Operand;
 use petzval_base::io::{ReadContext, excerpt};
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::{Design, FieldKind, Fields, SpectralLine};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::{SequentialSystem, SystemAperture, SystemSurface};
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::Prescription;
+use petzval_lens::system::{SequentialSystem, SystemAperture, SystemSurface};
+use petzval_lens::{Design, FieldKind, Fields, SpectralLine};
 use surface::ZemaxSurface;
 
 /// Statements of a file before they become a system.

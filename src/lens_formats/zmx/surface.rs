@@ -11,10 +11,10 @@ use super::super::report::ReadReport;
 use super::super::text::Line;
 use super::aperture::Aperture;
 use super::{keyword, number_at, surface_type};
-use petzval_lens::prescription::Row;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::{INFINITE, MAX_INDEX, MIN_INDEX};
-pub use petzval_lens::prescription::system::{MediumBehind, SystemSurface};
+use petzval_lens::LensError;
+use petzval_lens::Row;
+use petzval_lens::system::{MediumBehind, SystemSurface};
+use petzval_lens::{INFINITE, MAX_INDEX, MIN_INDEX};
 
 /// Statements about one surface, in units of the file.
 pub(super) struct ZemaxSurface<'a> {

@@ -5,9 +5,9 @@ use super::super::axis::tangents_to_angles;
 use super::super::report::ReadReport;
 use super::surface::ZemaxSurface;
 use petzval_base::io::excerpt;
-use petzval_lens::focus::paraxial::RayTransferMatrix;
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::{CrossSection, Row};
+use petzval_lens::LensError;
+use petzval_lens::RayTransferMatrix;
+use petzval_lens::{CrossSection, Row};
 
 /// Sets the shape of a surface beside its curvature and conic constant.
 ///

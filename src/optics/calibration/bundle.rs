@@ -6,7 +6,7 @@ use super::pixel_grid::SightLine;
 use petzval_base::rays::{SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_base::stats::LensStats;
-use petzval_lens::camera::{LensColumns, RealLens};
+use petzval_lens::{LensColumns, RealLens};
 
 /// Fewest rays that make a bundle.
 const FEWEST: usize = 16;

@@ -2,7 +2,7 @@
 
 use super::CalibrationSetup;
 use super::ray_field::{FieldBand, RayField};
-use petzval_spectrum::glass::IndexRangeError;
+use petzval_spectrum::IndexRangeError;
 use petzval_spectrum::{BANDS, LightBand, bands};
 
 /// Bands of white light. Lateral colour is smooth, so that fewer than for pictures do.

@@ -3,12 +3,12 @@
 use super::bundle::to_camera;
 use super::pixel_grid::SightLine;
 use petzval_base::plane_newton::PlaneNewton;
-use petzval_lens::camera::RealLens;
-pub use petzval_lens::trace::kernel::LensRay;
-pub use petzval_lens::trace::sequence::{Side, sequence};
-pub use petzval_lens::trace::surface::Surface;
-use petzval_lens::trace::trace_one;
-use petzval_lens::vignetting::open_rims::{KeptRims, open_rims};
+use petzval_lens::LensRay;
+use petzval_lens::RealLens;
+use petzval_lens::Surface;
+use petzval_lens::trace_one;
+use petzval_lens::{KeptRims, open_rims};
+use petzval_lens::{Side, sequence};
 
 /// Search for the centre of the stop (mm).
 const NEWTON: PlaneNewton = PlaneNewton { difference: 1e-4, precision: 1e-9, acceptable: 1e-6 };

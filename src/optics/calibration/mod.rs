@@ -34,11 +34,11 @@ use self::pixel_grid::{PixelGrid, SightLine};
 use self::projection_centre::ProjectionCentre;
 use self::ray_field::{FieldBand, FieldRay, RayField};
 use self::suitability::{FittedModel, Misfit, fit_model};
-pub use petzval_lens::camera::{Camera, LensModel, RealLens};
-use petzval_lens::focus::real_ray::RealRayFocus;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::pose::{FilmPlane, Pose};
-pub use petzval_lens::pupil::PupilSampling;
+use petzval_lens::Prescription;
+use petzval_lens::PupilSampling;
+use petzval_lens::RealRayFocus;
+use petzval_lens::{Camera, LensModel, RealLens};
+use petzval_lens::{FilmPlane, Pose};
 
 /// Points of the fit along the longer side of the picture.
 const POINTS: usize = 41;
@@ -174,7 +174,7 @@ impl<'a> CalibrationSetup<'a> {
         let others = match focus.is_finite() {
             true => OTHER_DISTANCES.map(|share| share * focus).to_vec(),
             false => {
-                let focal_length = petzval_lens::focus::paraxial::Paraxial::new(lens).focal_length;
+                let focal_length = petzval_lens::Paraxial::new(lens).focal_length;
                 vec![front_depth + NEAR_FOCAL_LENGTHS * focal_length.abs()]
             }
         };

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::bundle::{BundleTracer, centroid};
 use super::chief::ChiefFinder;
 use super::pixel_grid::SightLine;
-use petzval_lens::camera::RealLens;
+use petzval_lens::RealLens;
 
 /// Intervals of the radius of a round lens.
 const RINGS: usize = 64;

@@ -7,13 +7,14 @@ use rayon::prelude::*;
 use super::bundle::BundleTracer;
 use super::{Calibration, CalibrationSetup};
 use petzval_base::sampler::{Dimension, sample_2d};
-use petzval_lens::focus::paraxial::Paraxial;
-pub use petzval_lens::trace::kernel::LensRay;
-pub use petzval_lens::trace::sequence::{Side, sequence_at};
-pub use petzval_lens::trace::surface::Surface;
-use petzval_lens::trace::trace_one;
+use petzval_lens::LensRay;
+use petzval_lens::Paraxial;
+use petzval_lens::Side;
+use petzval_lens::Surface;
+use petzval_lens::sequence_at;
+use petzval_lens::trace_one;
+use petzval_spectrum::IndexRangeError;
 use petzval_spectrum::LightBand;
-use petzval_spectrum::glass::IndexRangeError;
 
 /// Rays of each point, in all bands together.
 const RAYS: u32 = 8192;
@@ -170,7 +171,7 @@ fn histogram(landings: &[Landing], side: usize) -> (Vec<f32>, f64) {
 pub struct SpotTracer<'a> {
     setup: &'a CalibrationSetup<'a>,
     calibration: &'a Calibration,
-    lens: petzval_lens::camera::RealLens,
+    lens: petzval_lens::RealLens,
     /// Distance of the plane before the front vertex at which rays start (mm).
     start: f64,
     bands: Vec<(LightBand, Vec<Surface<f64>>)>,

@@ -5,12 +5,12 @@ use glam::{DAffine3, DVec3};
 use petzval_base::lanes::f32x8;
 use petzval_base::rays::{LensBatch, Ray, RayBatch, SampleBatch, WAVE_SIZE};
 use petzval_base::stats::LensStats;
-pub use petzval_lens::camera::fidelity::{PupilPoint, launched};
-pub use petzval_lens::camera::thin_lens::ThinLens;
-pub use petzval_lens::camera::{Camera, LensColumns, LensModel, RealLens};
-use petzval_lens::focus::paraxial::Paraxial;
-pub use petzval_lens::prescription::TransverseAxis;
-pub use petzval_lens::trace::kernel::LensRay;
+use petzval_lens::LensRay;
+use petzval_lens::Paraxial;
+use petzval_lens::ThinLens;
+use petzval_lens::TransverseAxis;
+use petzval_lens::{Camera, LensColumns, LensModel, RealLens};
+use petzval_lens::{PupilPoint, launched};
 
 use super::scene_line::{SceneLine, squared_film_displacement};
 use super::{RayError, Sums};

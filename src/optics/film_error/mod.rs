@@ -6,7 +6,7 @@ mod scene_line;
 use comparison::RayComparison;
 
 use petzval_base::rays::Ray;
-pub use petzval_lens::camera::{Camera, LensModel};
+use petzval_lens::{Camera, LensModel};
 
 /// Waves of rays that are compared.
 const WAVES: usize = 16;

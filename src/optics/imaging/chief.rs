@@ -8,7 +8,7 @@ use super::conditions::ImagingConditions;
 use super::lens_at_wavelength::{LensAtWavelength, SceneRay};
 use super::vector::{along, cross, dot, unit};
 use petzval_base::plane_newton::PlaneNewton;
-pub use petzval_lens::prescription::design::FieldKind;
+use petzval_lens::FieldKind;
 
 /// Step of the finite differences, as a direction cosine.
 const DIFFERENCE: f64 = 1e-6;

@@ -1,12 +1,12 @@
 //! Conditions of an analysis: object, film, wavelengths and field.
 
 use super::lens_at_wavelength::LensAtWavelength;
-use petzval_lens::focus::paraxial::{FocusError, Paraxial};
-use petzval_lens::focus::real_ray::RealRayFocus;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::{FieldKind, SpectralLine};
-use petzval_lens::vignetting::Vignetting;
-use petzval_spectrum::glass::IndexRangeError;
+use petzval_lens::Prescription;
+use petzval_lens::RealRayFocus;
+use petzval_lens::Vignetting;
+use petzval_lens::{FieldKind, SpectralLine};
+use petzval_lens::{FocusError, Paraxial};
+use petzval_spectrum::IndexRangeError;
 
 /// Wavelengths for a lens whose file states none: the lines g, F, e, d, C, of equal weight (nm).
 const VISIBLE: [f64; 5] = [435.8343, 486.1327, 546.074, 587.5618, 656.2725];

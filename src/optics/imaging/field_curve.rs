@@ -4,7 +4,7 @@ use super::chief::ChiefRay;
 use super::conditions::ImagingConditions;
 use super::image_quality::ImageQuality;
 use super::lens_at_wavelength::{FilmRay, LensAtWavelength};
-pub use petzval_lens::prescription::design::FieldKind;
+use petzval_lens::FieldKind;
 
 /// Displacement of the neighbours of a chief ray, relative to the entrance pupil.
 const NEAR: f64 = 1e-3;

@@ -8,13 +8,15 @@ use super::lens_at_wavelength::LensAtWavelength;
 use super::spot::{SpotDiagram, SpotRay};
 use petzval_base::lanes::{f32x8, f64x8};
 use petzval_base::rays::{LensBatch, WAVE_SIZE};
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::FieldKind;
-pub use petzval_lens::trace::kernel::LensRay;
-pub use petzval_lens::trace::sequence::{Side, sequence_at};
-pub use petzval_lens::trace::surface::{Surface, SurfaceKind};
-use petzval_lens::trace::{retrace_in_f64, trace};
-use petzval_spectrum::glass::IndexRangeError;
+use petzval_lens::FieldKind;
+use petzval_lens::LensRay;
+use petzval_lens::Prescription;
+use petzval_lens::Side;
+use petzval_lens::retrace_in_f64;
+use petzval_lens::sequence_at;
+use petzval_lens::trace::trace;
+use petzval_lens::{Surface, SurfaceKind};
+use petzval_spectrum::IndexRangeError;
 
 /// Rims of a changed lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use super::lens_at_wavelength::LensAtWavelength;
 use petzval_base::lanes::{Real, f32x8};
 use petzval_base::plane_newton::solve2;
 use petzval_base::rays::{LensBatch, WAVE_SIZE};
-pub use petzval_lens::trace::kernel::LensRay;
-pub use petzval_lens::trace::surface::Surface;
+use petzval_lens::LensRay;
+use petzval_lens::Surface;
 use petzval_lens::trace::trace;
 
 /// Rays along each side of a cell, for the share of it that passes the rims.

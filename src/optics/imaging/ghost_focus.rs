@@ -1,7 +1,7 @@
 //! Ghosts on the axis by first-order optics: where each pair of reflections focuses.
 
 use super::image_quality::ImageQuality;
-use petzval_lens::prescription::Prescription;
+use petzval_lens::Prescription;
 
 /// The ghost of a point on the axis by two reflections.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,9 +5,9 @@ use super::conditions::ImagingConditions;
 use super::lens_at_wavelength::LensAtWavelength;
 use super::pupil_grid::PupilGrid;
 use super::reference_sphere::ReferenceSphere;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::SpectralLine;
-use petzval_spectrum::glass::IndexRangeError;
+use petzval_lens::Prescription;
+use petzval_lens::SpectralLine;
+use petzval_spectrum::IndexRangeError;
 
 /// Rays of a field point.
 #[derive(Clone, Debug)]

@@ -2,13 +2,14 @@
 
 use super::conditions::ImagingConditions;
 use petzval_base::lanes::{Real, f32x8};
-use petzval_lens::focus::paraxial::Paraxial;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::trace::kernel::LensRay;
-pub use petzval_lens::trace::path::{OpticalPath, PASSES, trace_past_rims};
-pub use petzval_lens::trace::sequence::{Side, sequence_at};
-pub use petzval_lens::trace::surface::{Surface, SurfaceKind};
-use petzval_spectrum::glass::IndexRangeError;
+use petzval_lens::LensRay;
+use petzval_lens::Paraxial;
+use petzval_lens::Prescription;
+use petzval_lens::Side;
+use petzval_lens::sequence_at;
+use petzval_lens::{OpticalPath, PASSES, trace_past_rims};
+use petzval_lens::{Surface, SurfaceKind};
+use petzval_spectrum::IndexRangeError;
 
 /// Eight lanes of f64.
 type Packet = <f32x8 as Real>::Double;

@@ -6,9 +6,9 @@
 
 use super::conditions::ImagingConditions;
 use super::image_quality::ImageQuality;
-use petzval_lens::focus::paraxial::{Paraxial, RayTransferMatrix};
-pub use petzval_lens::prescription::{Prescription, TransverseAxis};
-use petzval_spectrum::glass::IndexRangeError;
+use petzval_lens::{Paraxial, RayTransferMatrix};
+use petzval_lens::{Prescription, TransverseAxis};
+use petzval_spectrum::IndexRangeError;
 
 /// Sums of a surface, or of all (mm).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -172,7 +172,7 @@ impl ImageQuality {
 }
 
 /// Returns 8 times the coefficient of h^4 of a surface, minus that of the sphere of its curvature.
-pub fn fourth_order(row: &petzval_lens::prescription::Row) -> f64 {
+pub fn fourth_order(row: &petzval_lens::Row) -> f64 {
     let term =
         |power: u32| row.asphere.iter().filter(|(p, _)| *p == power).map(|(_, a)| a).sum::<f64>();
     let conic = row.radius.recip();

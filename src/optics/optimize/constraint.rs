@@ -1,6 +1,6 @@
 //! Least edge thicknesses.
 
-use petzval_lens::prescription::{Prescription, Row};
+use petzval_lens::{Prescription, Row};
 
 /// Factor of the missing thickness in the merit: a micrometre counts as ten of spot radius.
 const FACTOR: f64 = 10.0;

@@ -9,7 +9,7 @@ use crate::imaging::conditions::ImagingConditions;
 use crate::imaging::frozen_imaging::{FrozenImaging, FrozenImagingError};
 use crate::imaging::image_quality::in_parallel;
 use crate::tolerance::figure::Refocus;
-use petzval_lens::prescription::Prescription;
+use petzval_lens::Prescription;
 
 /// Times that the rays are chosen anew, for the lens found so far.
 const ROUNDS: u32 = 5;

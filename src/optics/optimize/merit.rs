@@ -4,9 +4,9 @@ use super::constraint::EdgeConstraint;
 use super::target::{DesignTarget, TargetKind};
 use crate::imaging::frozen_imaging::{FieldSpot, FrozenImaging, RimPolicy};
 use crate::tolerance::figure::{Refocus, best_defocus};
-use petzval_lens::focus::paraxial::Paraxial;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::FieldKind;
+use petzval_lens::FieldKind;
+use petzval_lens::Paraxial;
+use petzval_lens::Prescription;
 
 /// A lens and the distance of its film (mm).
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use petzval_lens::prescription::Prescription;
-use petzval_spectrum::glass::Glass;
+use petzval_lens::Prescription;
+use petzval_spectrum::Glass;
 
 /// Least thickness that a variable takes without a stated bound (mm).
 const LEAST_THICKNESS: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! Elements of a lens: parts that are mounted as one body.
 
-use petzval_lens::prescription::Prescription;
+use petzval_lens::Prescription;
 
 /// Returns the first and the last row of each element: lenses with all that is cemented to them,
 /// and mirrors.
@@ -48,7 +48,7 @@ pub(super) fn media(lens: &Prescription) -> Vec<[usize; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use petzval_lens::prescription::Row;
+    use petzval_lens::Row;
 
     fn lens(rows: &[(f64, bool, bool)]) -> Prescription {
         let row = |&(index, stop, mirror): &(f64, bool, bool)| Row {

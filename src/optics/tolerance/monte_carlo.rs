@@ -9,8 +9,8 @@ use super::random_deviation::deviation;
 use crate::imaging::conditions::ImagingConditions;
 use crate::imaging::frozen_imaging::{FrozenImaging, FrozenImagingError, RimPolicy};
 use crate::imaging::image_quality::in_parallel;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::Fields;
+use petzval_lens::Fields;
+use petzval_lens::Prescription;
 
 /// Distribution of the deviations within their limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::element::{elements, media};
 use super::grade::{RadiusLimit, ToleranceLimits};
-use petzval_lens::prescription::Prescription;
+use petzval_lens::Prescription;
 
 /// Kind of a quantity. The deviations are in its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use super::grade::FRINGE_WAVELENGTH;
 use super::parameter::{ToleranceKind, ToleranceParameter};
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::SpectralLine;
-pub use petzval_lens::prescription::pose::{Pose, TiltDecenter};
-use petzval_spectrum::glass::{D_LINE, Glass};
+use petzval_lens::Prescription;
+use petzval_lens::SpectralLine;
+use petzval_lens::{Pose, TiltDecenter};
+use petzval_spectrum::{D_LINE, Glass};
 
 /// Step of the wavelengths at which a changed glass is written (nm).
 const TABLE_STEP: f64 = 5.0;

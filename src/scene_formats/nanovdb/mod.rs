@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DVec3, IVec3};
 
 use petzval_base::io::{HeldMemory, ReadContext, path_excerpt};
-use petzval_scene::medium::BrickGrid;
+use petzval_scene::BrickGrid;
 use segments::{GridEntry, entries};
 use tree::{Tree, TreeVisitor};
 

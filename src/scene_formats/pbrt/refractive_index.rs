@@ -5,7 +5,7 @@ use super::material_builder::MaterialBuilder;
 use super::params::Params;
 use super::{SceneError, WarningLog};
 use petzval_scene::{Metal, Texture};
-use petzval_spectrum::glass::D_LINE;
+use petzval_spectrum::D_LINE;
 use petzval_spectrum::{ChannelMetal, Spectrum, fit_metal, named_spectrum};
 
 impl Params {

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use elements::{Faces, read_faces, read_vertices};
 use header::{Encoding, Header, parse_header};
 use petzval_base::io::{ReadContext, path_excerpt};
-use petzval_scene::geometry::{Mesh, PatchMesh, split_patches};
+use petzval_scene::{Mesh, PatchMesh, split_patches};
 use polygons::{split_concave_quad, triangulate};
 use values::{ValueReader, skip_element};
 

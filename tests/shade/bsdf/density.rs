@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use petzval_base::lanes::{Real, f32x8};
 use petzval_render::shade::bsdf::{Bsdf, ShadingFrame, sample_henyey_greenstein};
-use petzval_scene::medium::phase_function::henyey_greenstein;
+use petzval_scene::henyey_greenstein;
 
 use super::scene::{Kind, REFLECTANCE, Random, direction, splat};
 

@@ -10,7 +10,7 @@ use crate::prescription::Row;
 use crate::prescription::error::LensError;
 use crate::prescription::limits::{MAX_INDEX, MIN_INDEX};
 use crate::prescription::pose::CoordinateBreak;
-pub use petzval_spectrum::glass::Glass;
+use petzval_spectrum::Glass;
 
 /// Distance between a surface and a film that touch (mm).
 const CONTACT: f64 = 1e-9;

@@ -18,7 +18,7 @@ use glam::DAffine3;
 
 use super::design::Design;
 use super::row::Row;
-pub use petzval_spectrum::glass::Glass;
+use petzval_spectrum::Glass;
 
 /// Greatest number of surfaces of a system. Real lenses have fewer than 100.
 pub const MAX_SURFACES: usize = 2000;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{INFINITE, Space};
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::{Configuration, Quantity};
+use petzval_lens::Prescription;
+use petzval_lens::{Configuration, Quantity};
 
 /// Writes the states of a lens; empty for a lens with one. `spaces` gives the surface behind each row,
 /// `by_f_number` whether the file opens the stop to an f-number.
@@ -99,10 +99,6 @@ pub(super) fn write(
     text
 }
 
-pub fn same(
-    setting: &petzval_lens::prescription::design::Setting,
-    row: usize,
-    quantity: Quantity,
-) -> bool {
+pub fn same(setting: &petzval_lens::Setting, row: usize, quantity: Quantity) -> bool {
     (setting.row, setting.quantity) == (row, quantity)
 }

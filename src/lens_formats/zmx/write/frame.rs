@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use petzval_lens::prescription::Prescription;
+use petzval_lens::Prescription;
 
 /// Largest entry of a transform that counts as rounding (mm; sine of an angle).
 const NONE: f64 = 1e-13;

@@ -1,9 +1,7 @@
 //! Media of a Zemax file: `GLAS` and the catalogues they come from.
 
-use petzval_lens::prescription::Row;
-use petzval_spectrum::glass::{
-    C_LINE, CatalogueGlass, D_LINE, F_LINE, Glass, GlassLibrary, GlassMatch,
-};
+use petzval_lens::Row;
+use petzval_spectrum::{C_LINE, CatalogueGlass, D_LINE, F_LINE, Glass, GlassLibrary, GlassMatch};
 
 /// Abbe numbers of model glasses.
 const ABBE: std::ops::RangeInclusive<f64> = 2.0..=1000.0;

@@ -14,13 +14,13 @@ use std::path::Path;
 use super::super::write::WrittenLens;
 use frame::{AxisChange, axis_changes};
 use glass::GlassWriter;
-use petzval_lens::focus::paraxial::Paraxial;
-use petzval_lens::prescription::Prescription;
-pub use petzval_lens::prescription::design::{FieldKind, SpectralLine};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::limits::INFINITE;
-pub use petzval_lens::prescription::system::SystemAperture;
-use petzval_spectrum::glass::D_LINE;
+use petzval_lens::INFINITE;
+use petzval_lens::LensError;
+use petzval_lens::Paraxial;
+use petzval_lens::Prescription;
+use petzval_lens::system::SystemAperture;
+use petzval_lens::{FieldKind, SpectralLine};
+use petzval_spectrum::D_LINE;
 
 /// Relative difference of a stop from that of the f-number that counts as rounding.
 const SAME_STOP: f64 = 1e-12;

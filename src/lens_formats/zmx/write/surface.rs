@@ -5,10 +5,10 @@ use std::path::Path;
 
 use super::glass::GlassWriter;
 use super::{Body, inverse};
-pub use petzval_lens::prescription::error::LensError;
-pub use petzval_lens::prescription::iris::Iris;
-pub use petzval_lens::prescription::surface_aperture::{ApertureForm, SurfaceAperture};
-pub use petzval_lens::prescription::{CrossSection, Prescription, Row, TransverseAxis};
+use petzval_lens::Iris;
+use petzval_lens::LensError;
+use petzval_lens::{ApertureForm, SurfaceAperture};
+use petzval_lens::{CrossSection, Prescription, Row, TransverseAxis};
 
 /// A surface type with its curvature (1/mm), conic constant, parameters and extra data.
 struct Shape {
@@ -108,9 +108,7 @@ impl Shape {
             extra: Vec::new(),
         };
         if let Some([x, y]) = row.ideal {
-            let thin = |m: petzval_lens::focus::paraxial::RayTransferMatrix| {
-                (m.a, m.b, m.d) == (1.0, 0.0, 1.0)
-            };
+            let thin = |m: petzval_lens::RayTransferMatrix| (m.a, m.b, m.d) == (1.0, 0.0, 1.0);
             if !thin(x) || !thin(y) {
                 return None;
             }

@@ -45,7 +45,6 @@ pub use hair::{Hair, HairParameters};
 pub use measured::Measured;
 pub use metallic_roughness::{MetallicRoughness, MetallicRoughnessParameters, dielectric_f0};
 pub use microfacet::Microfacets;
-pub use petzval_scene::henyey_greenstein;
 pub use phase_function::{MediumScattering, sample_henyey_greenstein};
 pub use shading_frame::ShadingFrame;
 pub use subsurface_exit::SubsurfaceExit;

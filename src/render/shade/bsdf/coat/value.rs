@@ -10,7 +10,7 @@ use petzval_base::lanes::vector::{dot, negate, scale};
 use petzval_base::lanes::{Real, Word};
 use petzval_base::sampler::RandomStream;
 use petzval_base::sampler::mis::power_heuristic;
-use petzval_scene::medium::phase_function::henyey_greenstein;
+use petzval_scene::henyey_greenstein;
 
 /// Separates the random numbers of values from those of densities and samples of the same seed.
 const VALUE_STREAM: u32 = 0x5eed_0001;
