@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_stage_that_ends_early_has_added_whole_sample_numbers_and_can_go_on() {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/night.pbrt");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/night.pbrt");
         let changes = Changes {
             effects: "+ghosts,-diffraction,-dispersion".parse().expect("effects"),
             light_paths: Some(true),

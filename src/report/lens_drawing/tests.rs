@@ -16,7 +16,7 @@ const ROUNDING: f64 = 0.011;
 
 /// A lens of the repository.
 fn lens(name: &str) -> Prescription {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("lenses");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../lenses");
     read(&folder.join(format!("{name}.dat"))).expect("a lens of the repository")
 }
 
