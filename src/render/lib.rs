@@ -4,6 +4,8 @@
 //! decides which effects it needs; [`render`](render()) renders it. `wave` is the only module that knows
 //! the order of the stages.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod aov;
 pub mod diffraction;
 pub mod film;

@@ -152,9 +152,8 @@ impl fmt::Display for Estimate {
     }
 }
 
-/// Memory of a thread besides its columns: its stack, on which its columns are made, its heap and a tile
-/// (bytes).
-const THREAD_BYTES: u64 = 1 << 20;
+/// Memory of a thread besides its columns: its stack, its heap and a tile (bytes).
+const THREAD_BYTES: u64 = 1 << 18;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
 

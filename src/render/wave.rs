@@ -39,15 +39,16 @@ pub(super) struct TileResult {
     pub features: Option<TileFeatures>,
 }
 
-/// The columns of one worker.
+/// The columns of one worker. Each batch is made on the stack before it moves to the heap, so it has a box
+/// of its own: threads may have small stacks.
 #[derive(Default)]
 pub(super) struct Wave {
-    pub samples: SampleBatch,
-    lens: LensColumns,
-    disperse: DisperseColumns,
-    pub rays: RayBatch,
-    pub next: RayBatch,
-    shadows: RayBatch,
+    pub samples: Box<SampleBatch>,
+    lens: Box<LensColumns>,
+    disperse: Box<DisperseColumns>,
+    pub rays: Box<RayBatch>,
+    pub next: Box<RayBatch>,
+    shadows: Box<RayBatch>,
     pub hits: HitBatch,
     stack: TraversalStack,
     columns: Box<ShadeColumns>,
@@ -59,8 +60,13 @@ pub(super) struct Wave {
 
 impl Wave {
     /// Memory of a wave (bytes).
-    pub const BYTES: u64 =
-        (size_of::<Self>() + size_of::<ShadeColumns>() + MediumColumns::BYTES) as u64;
+    pub const BYTES: u64 = (size_of::<Self>()
+        + size_of::<SampleBatch>()
+        + size_of::<LensColumns>()
+        + size_of::<DisperseColumns>()
+        + 3 * size_of::<RayBatch>()
+        + ShadeColumns::BYTES
+        + MediumColumns::BYTES) as u64;
 
     pub fn new(job: &Job) -> Box<Self> {
         let mut wave = Box::<Self>::default();

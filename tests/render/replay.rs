@@ -294,3 +294,15 @@ fn any_sample_can_be_replayed() {
     assert!(value(&job, Backend::Simd, [12, 8], 1_000_000).1.is_some());
     assert!(replay(&job, Backend::Simd, SampleId::new([12, 8], u32::MAX, 7)).is_none());
 }
+
+#[test]
+fn a_picture_and_a_replay_need_a_megabyte_of_stack() {
+    let job = job("night.pbrt", &Changes { samples: Some(1), ..Changes::default() });
+    let work = move || {
+        render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a render");
+        let sample = SampleId::new([12, 8], 0, job.seed);
+        replay(&job, Backend::Simd, sample).expect("a lit pixel").steps.len()
+    };
+    let thread = std::thread::Builder::new().stack_size(1 << 20).spawn(work).expect("a thread");
+    assert!(thread.join().expect("a path") > 0);
+}

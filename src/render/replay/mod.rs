@@ -106,13 +106,13 @@ fn shared_bands(job: &Job, samples: &SampleBatch) -> Vec<SharedBand> {
 /// Shades a surface again for a sample without light, which separates the contributions.
 #[derive(Default)]
 struct Probe {
-    rays: RayBatch,
-    columns: ShadeColumns,
+    rays: Box<RayBatch>,
+    columns: Box<ShadeColumns>,
     radiance: [Column<f32>; 3],
-    shadows: RayBatch,
-    next: RayBatch,
+    shadows: Box<RayBatch>,
+    next: Box<RayBatch>,
     hits: HitBatch,
-    media: MediumColumns,
+    media: Box<MediumColumns>,
     stack: TraversalStack,
 }
 

@@ -138,7 +138,7 @@ impl Vertices {
             let packet = self.packet::<R>(at);
             let seed = if P::WALKS { random.seeds::<R>(at) } else { R::Word::splat(0) };
             let walks = CoatWalks { seed, weights: self.coat_weights };
-            let bsdf = P::from_columns(&self.parameters, at).bsdf(walks);
+            let bsdf = P::from_columns(&self.parameters[..], at).bsdf(walks);
             let frame = ShadingFrame::about(packet.normal, packet.tangent);
             let (wo, wi) = (frame.to_local(packet.wo), frame.to_local(packet.wi));
             let contribution = match P::WALKS {

@@ -140,9 +140,9 @@ impl Vertices {
         match medium.boundary {
             Some(DiffuseBoundary { eta, entering, .. }) => {
                 let exit = SubsurfaceExit { eta: R::splat(eta), entering: R::splat(entering) };
-                exit.fill_in(parameters, range);
+                exit.fill_in(&mut parameters[..], range);
             }
-            None => MediumScattering { g: R::splat(medium.g) }.fill_in(parameters, range),
+            None => MediumScattering { g: R::splat(medium.g) }.fill_in(&mut parameters[..], range),
         }
     }
 

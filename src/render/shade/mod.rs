@@ -103,8 +103,14 @@ impl ShadeInputs<'_> {
 /// Work columns of the stage.
 #[derive(Clone, Debug, Default)]
 pub struct ShadeColumns {
-    random: RandomColumns,
+    random: Box<RandomColumns>,
     vertices: Vertices,
+}
+
+impl ShadeColumns {
+    /// Memory of the columns (bytes).
+    pub(crate) const BYTES: usize =
+        size_of::<Self>() + size_of::<RandomColumns>() + Vertices::BOXED_BYTES;
 }
 
 /// Shades the hits of a wave and returns the lane occupancy of its packets.

@@ -10,7 +10,8 @@ use petzval_base::rays::SortedColumn;
 use petzval_base::stats::LaneOccupancy;
 use petzval_scene::{LightColumns, LightSamples, SurfaceColumns, VectorColumns};
 
-/// Path vertices of a wave: the surfaces that its rays hit, and the results of shading them.
+/// Path vertices of a wave: the surfaces that its rays hit, and the results of shading them. Large parts
+/// have boxes of their own, as those of a wave do.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Vertices {
     /// Range of each kind in the columns.
@@ -24,7 +25,7 @@ pub(super) struct Vertices {
     /// Index of the vertex's ray in the wave; 0 in the gaps between kinds.
     pub(super) order: Vec<u32>,
     /// Surface points, world space.
-    pub(super) surfaces: SurfaceColumns,
+    pub(super) surfaces: Box<SurfaceColumns>,
     /// Tangent along u, world space; 0 if any will do.
     pub(super) tangent: VectorColumns,
     /// Unit shading normal, world space.
@@ -38,7 +39,7 @@ pub(super) struct Vertices {
     /// Index of the path's sample in the wave.
     pub(super) slot: SortedColumn<u32>,
     /// Parameters of the BSDFs.
-    pub(super) parameters: ParameterColumns,
+    pub(super) parameters: Box<ParameterColumns>,
     /// Weights of the walks that evaluate coats.
     pub(super) coat_weights: MisWeights,
     /// Unit shading normal on the side from which light counts, world space; 0 if it counts from
@@ -49,9 +50,9 @@ pub(super) struct Vertices {
     /// Vertices whose BSDF is not singular.
     pub(super) lit: Vec<u32>,
     /// Work columns of light sampling.
-    pub(super) light_columns: LightColumns,
+    pub(super) light_columns: Box<LightColumns>,
     /// Sampled lights.
-    pub(super) lights: LightSamples,
+    pub(super) lights: Box<LightSamples>,
     /// Radiance that the sampled light contributes to the sample if nothing occludes it.
     pub(super) contribution: VectorColumns,
     /// Next direction, world space.
@@ -65,6 +66,12 @@ pub(super) struct Vertices {
 }
 
 impl Vertices {
+    /// Memory of its boxes (bytes).
+    pub(super) const BOXED_BYTES: usize = size_of::<SurfaceColumns>()
+        + size_of::<ParameterColumns>()
+        + size_of::<LightColumns>()
+        + size_of::<LightSamples>();
+
     /// Returns the lane occupancy of the packets of all kinds.
     pub(super) fn occupancy(&self) -> LaneOccupancy {
         let mut occupancy = LaneOccupancy::default();

@@ -55,7 +55,7 @@ impl Caustics {
     pub(crate) const COLUMN_BYTES: usize = size_of::<SampleBatch>()
         + 3 * size_of::<RayBatch>()
         + size_of::<HitBatch>()
-        + size_of::<ShadeColumns>()
+        + ShadeColumns::BYTES
         + size_of::<LightPaths>();
 
     /// Returns the number of light paths per sample number.
