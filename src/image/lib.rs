@@ -3,6 +3,8 @@
 //! Writing is atomic: a picture is written under a temporary name and renamed, so the final name
 //! holds either the complete new picture or the previous file.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod channels;
 mod declared;
 mod display;
