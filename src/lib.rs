@@ -174,6 +174,8 @@
 //! x to the right and y up (left-handed, as in pbrt). World space is that of the scene file. Public
 //! items state their units and frame.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub use petzval_base::io::{OutputFile, ReadContext};
 pub use petzval_image::{DisplayExposure, EncodingOptions, ImageError, Picture};
 pub use petzval_lens::{

@@ -1,5 +1,7 @@
 //! The `petzval` command.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod cli;
 mod cpu;
 

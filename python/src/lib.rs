@@ -3,6 +3,8 @@
 //! `petzval/__init__.py` is the public package; this module is its engine. All work that takes time
 //! runs without the interpreter's lock.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod argument;
 mod array;
 mod checkpoint;

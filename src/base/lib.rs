@@ -17,6 +17,8 @@
 //! assert_eq!(length(f32x8::splat(3.0), f32x8::splat(4.0)), f32x8::splat(5.0));
 //! ```
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod distribution;
 pub mod equal_area;
 pub mod io;

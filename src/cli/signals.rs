@@ -1,6 +1,8 @@
 //! Signal handling: Ctrl-C and SIGTERM end every command with one exit code, and a file-size limit
 //! becomes a write error, like a full disk.
 
+#![allow(clippy::disallowed_methods, reason = "removes temporary folders")]
+
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

@@ -23,6 +23,8 @@
 //! The crate `petzval-lens-formats` reads lens files, and `petzval-optics` analyses lenses.
 //! [`RealLens`] and [`Camera`] make waves of rays for a renderer, eight lanes at a time.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod camera;
 mod focus;
 mod prescription;

@@ -13,6 +13,8 @@
 //!
 //! The feature `pictures` reads apertures that are pictures; it brings the codecs of pictures.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub(crate) mod axis;
 mod checks;
 pub(crate) mod codev;

@@ -18,6 +18,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub(crate) mod calibration;
 pub(crate) mod film_error;
 pub(crate) mod imaging;

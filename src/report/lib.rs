@@ -1,5 +1,7 @@
 //! Pictures and pages for people: SVG drawings, plots, contact sheets and the accuracy report.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod accuracy;
 pub mod contact_sheet;
 pub mod date;

@@ -3,6 +3,8 @@
 //! Coordinates are in world space, in the units of the scene file. A scene comes from a file, by the
 //! readers of the crate `petzval-scene-formats`, or from a [`SceneBuilder`].
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod filter;
 pub mod motion;
 pub mod shutter;

@@ -1,5 +1,7 @@
 //! Readers of scene files: pbrt-v4, glTF 2.0, PLY and NanoVDB.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod gltf;
 pub mod nanovdb;
 pub mod pbrt;

@@ -4,6 +4,8 @@
 //! standard observer of 1931: reflectances are illuminated by daylight (D65), lights have their own
 //! colour. Integrals are sums over whole nanometres from 360 to 830, as in pbrt-v4.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod primaries;
 
 mod bands;

@@ -4,6 +4,8 @@
 //! [`metric`] compares two pictures. [`dataset`] renders pairs of pictures for training. [`mod@bench`]
 //! measures the rates of the stages.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod accuracy;
 pub mod bench;
 pub mod dataset;

@@ -1,15 +1,11 @@
 //! `petzval bench --json`: the names, values and units of its measurements. No test limits a speed.
 
-use crate::support::reference::full;
 use crate::support::{petzval, root};
 use serde_json::Value;
 
 #[test]
+#[ignore = "takes ten seconds of both cores; .ci/run runs it"]
 fn the_suite_is_a_list_of_finite_values_with_units() {
-    // It takes ten seconds of both cores.
-    if !full() {
-        return;
-    }
     let (code, stdout, stderr) = petzval(root(), &["bench", "--json"]);
     assert_eq!(code, 0, "{stderr}");
     let suite: Value = serde_json::from_str(&stdout).expect("JSON");

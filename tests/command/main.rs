@@ -11,6 +11,7 @@ mod dataset;
 mod denoise;
 mod docs;
 mod hostile;
+mod option_names;
 mod overwrite;
 mod safe_files;
 mod slurm;

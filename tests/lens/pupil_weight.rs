@@ -228,7 +228,7 @@ fn no_sample_is_a_firefly() {
 }
 
 #[test]
-#[ignore = "a thousand million samples: minutes"]
+#[ignore = "takes a thousand million samples; .ci/long runs it"]
 fn none_of_a_thousand_million_samples_is_a_firefly() {
     assert_no_firefly(12_500);
 }

@@ -34,7 +34,7 @@ fn ground(side: u32) -> Mesh {
 }
 
 #[test]
-#[ignore = "takes gigabytes: cargo test --release --test scene scale:: -- --ignored --nocapture"]
+#[ignore = "takes gigabytes; .ci/long runs it"]
 fn twenty_million_triangles_are_built_within_24_gib() {
     let mut builder = SceneBuilder::default();
     let material = builder.add_material(Material::diffuse([0.5; 3]));

@@ -6,7 +6,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::reference::by_tier;
 use crate::support::{folder, in_parallel, mean, picture, root, write};
 use glam::Vec3;
 use petzval_image::{DisplayExposure, Picture};
@@ -15,8 +14,8 @@ use petzval_render::prepare::prepare;
 use petzval_spectrum::Primaries;
 use serde_json::Value;
 
-/// Samples per pixel, in the fast and the full tier.
-const SAMPLES: [u32; 2] = [128, 256];
+/// Samples per pixel.
+const SAMPLES: u32 = 256;
 /// Samples of pbrt's pictures: four seeds of 256 per pixel.
 const PBRT_SAMPLES: f64 = 1024.0;
 /// Texels along a side of a thumbnail.
@@ -85,8 +84,7 @@ fn thumbnail(picture: &Picture) -> Vec<f64> {
 /// Returns what is wrong with a row, if anything is.
 fn check(row: &Row) -> Option<String> {
     let folder = folder();
-    let samples = by_tier(SAMPLES[0], SAMPLES[1]);
-    let sampler = format!("Sampler \"zsobol\" \"integer pixelsamples\" {samples}\nWorldBegin");
+    let sampler = format!("Sampler \"zsobol\" \"integer pixelsamples\" {SAMPLES}\nWorldBegin");
     let text = row.scene.replacen("WorldBegin", &sampler, 1);
     let description = match petzval_scene_formats::pbrt::read(&write(&folder, "row.pbrt", text)) {
         Ok(description) => description,
@@ -110,7 +108,7 @@ fn check(row: &Row) -> Option<String> {
     let ours = mean(&found);
     for channel in 0..3 {
         // The noise of both pictures: the variance of a sample is at most that of pbrt.
-        let ratio = PBRT_SAMPLES / f64::from(samples);
+        let ratio = PBRT_SAMPLES / f64::from(SAMPLES);
         let noise = 4.5 * row.error[channel] * (1.0 + ratio).sqrt();
         let (ours, theirs) = (ours[channel], row.mean[channel]);
         if (ours - theirs).abs() > row.tolerance * theirs + noise {

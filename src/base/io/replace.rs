@@ -1,5 +1,7 @@
 //! Atomic replacement of files.
 
+#![allow(clippy::disallowed_methods, reason = "the owner's atomic replacement of files")]
+
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};

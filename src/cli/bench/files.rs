@@ -1,5 +1,7 @@
 //! Scenes and lenses of the benchmark, embedded in the program.
 
+#![allow(clippy::disallowed_methods, reason = "writes into a temporary folder that it makes")]
+
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,8 @@
 //! Denoising by a program: `oidnDenoise` of Open Image Denoise, or `petzval-denoise` of the Python
 //! package, which takes the same arguments.
 
+#![allow(clippy::disallowed_methods, reason = "writes into a temporary folder that it makes")]
+
 mod find;
 mod process;
 

@@ -1,5 +1,10 @@
 //! Run of a program that Ctrl-C or a time limit ends.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "writes the log of a program into a temporary folder"
+)]
+
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;

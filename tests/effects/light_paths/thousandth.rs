@@ -103,20 +103,20 @@ fn whole(resolution: [u32; 2]) -> [[u32; 2]; 3] {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn a_street_lamp_in_focus() {
     check(&scene(("night", read("night.pbrt")), LAMP, None, [4096, 5120, 5120]));
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn a_street_lamp_out_of_focus() {
     let near = Some(FocusOn::Distance(1.0));
     check(&scene(("night, focus at 1 m", read("night.pbrt")), LAMP, near, [4096, 5120, 5120]));
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn caustics() {
     // Camera paths find the caustics of a lamp that is wider than that of the scene.
     let text = fs::read_to_string(root().join("scenes/caustic.pbrt")).expect("a scene");
@@ -131,25 +131,25 @@ fn caustics() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn lamps_and_caustics_of_the_atelier() {
     check(&scene(("atelier", read("atelier.pbrt")), whole([90, 60]), None, [1024, 512, 512]));
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn a_rolling_shutter_in_a_moving_camera() {
     check(&of_case(motion::cases().swap_remove(2), [1024, 192, 5120]));
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn a_lamp_in_fog() {
     check(&of_case(media::cases().swap_remove(0), [1024, 128, 128]));
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes minutes; .ci/long runs it"]
 fn a_lamp_in_the_colours_of_a_flint() {
     check(&of_case(cases::cases().swap_remove(7), [768, 96, 96]));
 }

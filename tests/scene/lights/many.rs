@@ -104,7 +104,7 @@ fn lights_of_all_kinds_add_up() {
 }
 
 #[test]
-#[ignore = "measures time: cargo test --release --test scene lights:: -- --ignored --nocapture"]
+#[ignore = "measures time; .ci/long runs it"]
 fn a_light_tree_of_a_million_triangles_takes_a_second() {
     let start = Instant::now();
     let scene = ceiling(708);
