@@ -72,7 +72,7 @@
 //! # Data flow
 //!
 //! A *wave* is a batch of about a thousand rays in structure-of-arrays columns (`rays`). Each worker
-//! owns one. It moves through stages, eight lanes at a time, and no stage allocates:
+//! owns one, and uses it again and again. It moves through stages, eight lanes at a time:
 //!
 //! | module | stage | input, output |
 //! |---|---|---|
