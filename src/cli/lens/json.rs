@@ -1,20 +1,12 @@
 //! Prescription and first-order data of a lens, as JSON.
 
 use petzval_lens::{Paraxial, Prescription, RealRayFocus, TransverseAxis};
+use petzval_report::number::tidy;
 use serde_json::{Value, json};
 
 /// Returns a number, or null if it is not finite.
 fn number(value: f64) -> Value {
     if value.is_finite() { json!(tidy(value)) } else { Value::Null }
-}
-
-/// Rounds a number to 15 significant digits, which an f64 holds: 21.63, not 21.630000000000006.
-pub(super) fn tidy(value: f64) -> f64 {
-    match value.is_finite() {
-        // No negative zero.
-        true => format!("{value:.14e}").parse().unwrap_or(value) + 0.0,
-        false => value,
-    }
 }
 
 /// Describes a lens, with 15 digits: lengths in mm, wavelengths in nm, null for what is infinite or unknown.

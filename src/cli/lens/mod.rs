@@ -30,7 +30,6 @@ use convert::ConvertArguments;
 use optimize::OptimizeArguments;
 use petzval_report::lens_drawing::draw;
 use report::ReportArguments;
-pub(super) use report::point_report;
 pub(super) use summary::AxialLight;
 use summary::{Summary, summary};
 use tolerance::ToleranceArguments;

@@ -6,6 +6,7 @@ use petzval_lens::{
     Coating, FieldKind, FocusError, FocusModel, Paraxial, Prescription, PupilSampling, RealLens,
     RealRayFocus, Row, TransverseAxis,
 };
+use petzval_report::number::rounded;
 use petzval_spectrum::D_LINE;
 
 use super::LensArguments;
@@ -180,8 +181,8 @@ fn fields(lens: &Prescription) -> Option<String> {
     distances.dedup();
     let largest = *distances.last()?;
     let words = match distances.len() <= FIELDS {
-        true => distances.iter().map(|v| super::report::rounded(*v)).collect::<Vec<_>>().join(", "),
-        false => format!("{} up to {}", distances.len(), super::report::rounded(largest)),
+        true => distances.iter().map(|v| rounded(*v)).collect::<Vec<_>>().join(", "),
+        false => format!("{} up to {}", distances.len(), rounded(largest)),
     };
     Some(format!("{words:>12} {unit}  {what}"))
 }

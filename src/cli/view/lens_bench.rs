@@ -5,8 +5,8 @@ use petzval_render::film::Frame;
 use petzval_render::job::Job;
 use serde_json::{Value, json};
 
-use crate::cli::lens::point_report;
 use petzval_report::lens_drawing::{DrawnPath, aims, draw_paths};
+use petzval_report::lens_report::point_report;
 use petzval_report::svg::Position;
 
 /// Rays from a film point, evenly over the rear element.

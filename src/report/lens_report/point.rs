@@ -13,7 +13,7 @@ const PUPIL: usize = 32;
 const LEAST: f64 = 1e-6;
 
 /// The image of a point.
-pub(in crate::cli) struct PointReport {
+pub struct PointReport {
     /// Root mean square distance of the rays from their centroid (um).
     pub rms: f64,
     /// Spot diagram and modulation transfer, as SVG files.
@@ -25,7 +25,7 @@ pub(in crate::cli) struct PointReport {
 ///
 /// # Errors
 /// Returns a message if the lens cannot be analysed, or no light reaches the point.
-pub(in crate::cli) fn point_report(
+pub fn point_report(
     lens: &Prescription,
     film_distance: f64,
     height: f64,

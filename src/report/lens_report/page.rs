@@ -4,15 +4,15 @@
 
 use std::fmt::Write as _;
 
+use super::files::PageText;
 use super::heading::{heading, in_words};
-use super::inputs::{ReportInputs, rounded};
+use super::inputs::ReportInputs;
 use super::plot::Plot;
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
-use crate::cli::arguments::argv::{argv, shell_line};
-use crate::cli::option_names::with_option_names;
-use petzval_report::date::now;
-use petzval_report::lens_drawing::draw;
-use petzval_report::svg::escape;
+use crate::date::now;
+use crate::lens_drawing::draw;
+use crate::number::rounded;
+use crate::svg::escape;
 
 const STYLE: &str = "
 :root { color-scheme: light dark; }
@@ -49,7 +49,7 @@ svg, rect { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 const ROWS: usize = 60;
 
 /// Returns the page.
-pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection]) -> String {
+pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection], text: &PageText) -> String {
     let name = escape(&inputs.lens.name);
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
@@ -61,8 +61,8 @@ pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection]) -> String 
         let _ = writeln!(page, "<p class=\"note\">{}</p>", escape(source));
     }
     let _ = writeln!(page, "<p>{}</p>", escape(&conditions(inputs)));
-    for note in &inputs.lens.design.notes {
-        let _ = writeln!(page, "<p class=\"note\">Note: {}</p>", escape(&with_option_names(note)));
+    for note in &text.notes {
+        let _ = writeln!(page, "<p class=\"note\">Note: {}</p>", escape(note));
     }
     page.push_str("<nav>\n");
     for section in sections {
@@ -81,7 +81,7 @@ pub(super) fn page(inputs: &ReportInputs, sections: &[ReportSection]) -> String 
         "<footer><p class=\"note\">petzval {}, {}<br/>The command: {}</p></footer>",
         env!("CARGO_PKG_VERSION"),
         now(),
-        escape(&shell_line(&argv()))
+        escape(&text.command)
     );
     page.push_str("</body>\n</html>\n");
     page

@@ -2,12 +2,11 @@
 
 use std::fmt::Write as _;
 
+use crate::number::rounded;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use petzval_image::{Picture, srgb_decode};
 use petzval_optics::{PointImage, PupilGrid};
-
-use super::inputs::rounded;
 
 /// A picture of a section.
 #[derive(Debug)]

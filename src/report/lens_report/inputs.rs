@@ -9,9 +9,7 @@ use super::curves::FieldCurves;
 use super::fans::Fans;
 use super::plot::colour;
 use super::wave::PointImages;
-
-/// Size below which a number is shown as 0.
-const NEGLIGIBLE: f64 = 2e-6;
+use crate::number::rounded;
 
 /// A lens with its traced fields.
 pub(super) struct ReportInputs {
@@ -130,19 +128,5 @@ impl ReportInputs {
     /// Returns the colour of a shown field.
     pub fn field_colour(&self, i: usize) -> usize {
         colour(i, self.shown.len())
-    }
-}
-
-/// Returns a number with four digits at most, without trailing zeros; 0 for lengths and angles that
-/// are only not 0 for the sake of the arithmetic.
-pub(in crate::cli::lens) fn rounded(value: f64) -> String {
-    if value.abs() < NEGLIGIBLE {
-        return "0".to_owned();
-    }
-    let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
-    let text = format!("{value:.digits$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
     }
 }

@@ -2,10 +2,11 @@
 
 use petzval_optics::SpotDiagram;
 
-use super::inputs::{ReportInputs, rounded};
+use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
+use crate::number::rounded;
 
 /// Steps of focus to each side, of the depth of focus 2 lambda N^2.
 const FOCUS_STEPS: i32 = 5;

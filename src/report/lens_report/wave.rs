@@ -6,8 +6,7 @@ use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::picture::{self, PictureScale, SectionPicture};
 use super::plot::{Plot, Series};
-use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
-use crate::cli::Failure;
+use super::section::{ReportFailure, ReportSection, Table, WAVELENGTH_COLUMN};
 
 /// Zernike terms.
 const TERMS: usize = 37;
@@ -18,7 +17,7 @@ const RADII: usize = 100;
 /// Finest grid over a pupil for a point image, cells along each side.
 const FINEST: usize = 256;
 
-pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+pub(super) fn wavefronts(inputs: &ReportInputs) -> Result<ReportSection, ReportFailure> {
     let mut figures = Vec::new();
     let mut pictures = Vec::new();
     let (mut coefficients, mut sizes, mut map) = (Vec::new(), Vec::new(), Vec::new());
@@ -116,7 +115,7 @@ impl PointImages {
     }
 }
 
-pub(super) fn psf(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+pub(super) fn psf(inputs: &ReportInputs) -> Result<ReportSection, ReportFailure> {
     let mut rows = Vec::new();
     let mut summary = Vec::new();
     let mut pictures = Vec::new();

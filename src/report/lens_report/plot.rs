@@ -1,6 +1,6 @@
 //! Plots of a lens report: curves and points on linear axes.
 
-use petzval_report::svg::{Position, Sheet, width};
+use crate::svg::{Position, Sheet, width};
 
 /// Colours that readers with colour blindness can tell apart (Okabe & Ito 2008), from short to long
 /// wavelengths.

@@ -2,10 +2,13 @@
 
 use serde_json::{Map, Value, json};
 
-use super::super::json::tidy;
 use super::missing::Absence;
 use super::picture::SectionPicture;
 use super::plot::Plot;
+use crate::number::tidy;
+
+/// Failure of an analysis, or of a file of it.
+pub(super) type ReportFailure = Box<dyn std::error::Error + Send + Sync>;
 
 /// Name of the column of the wavelength.
 pub(super) const WAVELENGTH_COLUMN: &str = "wavelength_nm";
@@ -13,23 +16,23 @@ pub(super) const WAVELENGTH_COLUMN: &str = "wavelength_nm";
 /// Rows from which a table is bulk: rays of spots, samples of images.
 const BULK: usize = 5000;
 
-/// Figures of an analysis.
+/// Figures, tables and plots of an analysis.
 #[derive(Debug, Default)]
-pub(super) struct ReportSection {
+pub struct ReportSection {
     /// Name on the command line and of the files.
-    pub name: &'static str,
-    pub title: &'static str,
+    pub(super) name: &'static str,
+    pub(super) title: &'static str,
     /// Meaning of the figures: signs, references, units.
-    pub note: String,
+    pub(super) note: String,
     /// Single figures: name, value and unit.
-    pub figures: Vec<(String, f64, &'static str)>,
-    pub tables: Vec<Table>,
-    pub plots: Vec<Plot>,
-    pub pictures: Vec<SectionPicture>,
+    pub(super) figures: Vec<(String, f64, &'static str)>,
+    pub(super) tables: Vec<Table>,
+    pub(super) plots: Vec<Plot>,
+    pub(super) pictures: Vec<SectionPicture>,
     /// Reasons for which columns or figures may lack numbers.
-    pub absences: Vec<Absence>,
+    pub(super) absences: Vec<Absence>,
     /// Sentences on numbers that are not there, and whether each is usual.
-    pub missing: Vec<(String, bool)>,
+    pub(super) missing: Vec<(String, bool)>,
 }
 
 /// A table of numbers.
@@ -61,7 +64,7 @@ impl Table {
     ///
     /// # Errors
     /// Returns an error if a row has not as many cells as the table has columns.
-    pub fn csv(&self) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    pub fn csv(&self) -> Result<Vec<u8>, ReportFailure> {
         let mut file = csv::Writer::from_writer(Vec::new());
         let names = self.words.iter().map(|(name, _)| *name);
         file.write_record(self.columns.iter().map(String::as_str).chain(names))?;

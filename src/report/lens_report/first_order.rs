@@ -3,11 +3,11 @@
 use petzval_lens::{Paraxial, Row};
 use petzval_optics::{FieldRays, SeidelSums};
 
-use super::inputs::{ReportInputs, rounded};
+use super::inputs::ReportInputs;
 use super::missing::Absence;
 use super::plot::{Plot, Series, Style};
-use super::section::{ReportSection, Table, WAVELENGTH_COLUMN};
-use crate::cli::Failure;
+use super::section::{ReportFailure, ReportSection, Table, WAVELENGTH_COLUMN};
+use crate::number::rounded;
 
 pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
     let all = &inputs.lens.rows;
@@ -61,7 +61,7 @@ pub(super) fn prescription(inputs: &ReportInputs) -> ReportSection {
     }
 }
 
-pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+pub(super) fn first_order(inputs: &ReportInputs) -> Result<ReportSection, ReportFailure> {
     let conditions = &inputs.quality.conditions;
     let data = conditions.first_order(&inputs.lens)?;
     let primary = &data[conditions.primary];
@@ -160,7 +160,7 @@ fn paraxial_working(inputs: &ReportInputs, paraxial: &Paraxial) -> f64 {
     1.0 / (2.0 * nu.abs())
 }
 
-pub(super) fn seidel(inputs: &ReportInputs) -> Result<ReportSection, Failure> {
+pub(super) fn seidel(inputs: &ReportInputs) -> Result<ReportSection, ReportFailure> {
     let quality = &inputs.quality;
     let seidel = quality.seidel(&inputs.lens)?;
     let columns = ["surface", "s1_mm", "s2_mm", "s3_mm", "s4_mm", "s5_mm", "cl_mm", "ct_mm"];

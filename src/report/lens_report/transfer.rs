@@ -2,10 +2,11 @@
 
 use petzval_optics::{FieldRays, FrequencyAxis, TransferMethod};
 
-use super::inputs::{ReportInputs, rounded};
+use super::inputs::ReportInputs;
 use super::plot::{Plot, Series, Style};
 use super::section::{ReportSection, Table};
 use super::spots::focus_step;
+use crate::number::rounded;
 
 /// Steps of frequency.
 const STEPS: u32 = 50;
