@@ -19,6 +19,7 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+pub mod bisection;
 pub mod distribution;
 pub mod equal_area;
 pub mod io;

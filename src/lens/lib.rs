@@ -35,6 +35,7 @@ mod wavefront;
 
 pub use camera::band::Band;
 pub use camera::fidelity::{Fidelity, PupilPoint, launched, on_axis_irradiance};
+pub use camera::film_map::FilmMap;
 pub use camera::orthographic::Orthographic;
 pub use camera::ray_path::{RayPath, SurfaceCrossing};
 pub use camera::spherical::SphericalMapping;

@@ -34,7 +34,7 @@ fn job(camera: &str) -> Job {
 /// Returns the ray of the middle of a pixel.
 fn ray(job: &Job, pixel: [u32; 2]) -> Ray {
     let mut rays = RayBatch::default();
-    job.camera.chief_ray(pixel, RESOLUTION, &mut rays);
+    job.camera.central_ray(pixel, RESOLUTION, &mut rays);
     assert_eq!(rays.len, 1);
     rays.ray(0)
 }

@@ -2,7 +2,7 @@
 
 use petzval_base::io::OutputFile;
 use petzval_image::{EncodingOptions, Picture, PictureWindow};
-use petzval_lens::{ExitPupil, Prescription, PupilSampling, RealLens, Wavefront};
+use petzval_lens::{ExitPupil, FilmMap, Prescription, PupilSampling, RealLens, Wavefront};
 use petzval_render::diffraction::PointSpread;
 use petzval_spectrum::bands;
 
@@ -37,11 +37,11 @@ pub(super) fn draw(
     let airy = pupil.airy_radius(GREEN);
     let pitch = 2.0 * RADII * airy / SIDE as f64;
     let spread = PointSpread::new(&pupil, &bands(), RADII * airy * 1.5, pitch);
-    let place = |i: usize| (i as f64 + 0.5 - SIDE as f64 / 2.0) * pitch;
+    let map = FilmMap::new([pitch * SIDE as f64; 2], [SIDE as u32; 2]);
     let peak = spread.at([0.0; 2]);
     let pixel = |i: usize| {
-        // Upright, as pictures are: the film's image is mirrored in x and upside down.
-        let there = spread.at([-place(i % SIDE), place(i / SIDE)]);
+        let at = map.film_point([i % SIDE, i / SIDE].map(|at| at as f64 + 0.5));
+        let there = spread.at(at);
         let code = |c: usize| (1.0 + (there[c] / peak[c]).log10() / DECADES).max(0.0);
         // Equal factors become equal steps of the display's signal.
         [0, 1, 2].map(|c| petzval_image::srgb_decode(code(c) as f32))

@@ -4,6 +4,7 @@ pub(crate) mod band;
 pub(crate) mod camera_to_world;
 mod displacement;
 pub mod fidelity;
+pub mod film_map;
 pub(crate) mod orthographic;
 pub(crate) mod ray_path;
 pub(crate) mod real_lens;
@@ -18,6 +19,7 @@ use glam::DAffine3;
 
 use crate::camera::band::Band;
 use crate::camera::camera_to_world::CameraToWorld;
+use crate::camera::film_map::FilmMap;
 use crate::camera::orthographic::Orthographic;
 use crate::camera::spherical::SphericalMapping;
 use crate::camera::thin_lens::ThinLens;
@@ -87,9 +89,12 @@ impl Camera {
     /// Returns the point of the film (mm from its middle) of a point of a picture of this resolution
     /// (pixels from its upper left corner).
     pub fn film_point(&self, at: [f64; 2], resolution: [u32; 2]) -> [f64; 2] {
-        let [x, y] = [0, 1].map(|i| at[i] * self.film[i] / f64::from(resolution[i]));
-        // The picture is mirrored in x and upside down in y, as in the film stage.
-        [self.film[0] / 2.0 - x, y - self.film[1] / 2.0]
+        self.film_map(resolution).film_point(at)
+    }
+
+    /// Returns the map between the film and a picture of this resolution (pixels).
+    pub fn film_map(&self, resolution: [u32; 2]) -> FilmMap {
+        FilmMap::new(self.film, resolution)
     }
 
     /// Returns the distance of the film behind the camera's origin, camera units.
@@ -103,16 +108,12 @@ impl Camera {
         }
     }
 
-    /// Traces the chief ray of a pixel's centre, through the centre of its pupil; `rays` is empty
+    /// Traces the central ray of a pixel's centre, through the middle of its pupil fan; `rays` is empty
     /// if it is blocked.
-    pub fn chief_ray(&self, pixel: [u32; 2], resolution: [u32; 2], rays: &mut RayBatch) {
+    pub fn central_ray(&self, pixel: [u32; 2], resolution: [u32; 2], rays: &mut RayBatch) {
         let mut samples = SampleBatch { len: 1, ..SampleBatch::default() };
-        for axis in 0..2 {
-            let share = (f64::from(pixel[axis]) + 0.5) / f64::from(resolution[axis]) - 0.5;
-            // The picture is mirrored in x and upside down in y, as in the film stage.
-            let sign = if axis == 0 { -1.0 } else { 1.0 };
-            samples.film[axis][0] = (sign * share * self.film[axis]) as f32;
-        }
+        let film = self.film_point(pixel.map(|at| f64::from(at) + 0.5), resolution);
+        (samples.film[0][0], samples.film[1][0]) = (film[0] as f32, film[1] as f32);
         // A sample of the fan, not of the rear element, at its centre.
         (samples.pupil[0][0], samples.pupil[1][0]) = (0.5, 0.0);
         let mut stats = LensStats::default();

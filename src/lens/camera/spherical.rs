@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 
 use super::Camera;
 use super::camera_to_world::CameraToWorld;
+use super::film_map::FilmMap;
 use petzval_base::equal_area;
 use petzval_base::lanes::Real;
 use petzval_base::rays::{RayBatch, SampleBatch};
@@ -111,9 +112,11 @@ impl Camera {
         for first in (0..samples.len).step_by(R::LANES) {
             let mut towards = [[0.0; 8]; 3];
             for lane in 0..R::LANES {
-                // The picture on the film is mirrored and upside down.
-                let film = [0, 1].map(|axis| samples.film[axis][first + lane]);
-                let direction = mapping.direction(Vec2::new(0.5 - film[0], 0.5 + film[1]));
+                let share = [0, 1].map(|axis| {
+                    let along = f32::from(FilmMap::DIRECTIONS[axis]);
+                    0.5 + along * samples.film[axis][first + lane]
+                });
+                let direction = mapping.direction(Vec2::from(share));
                 for axis in 0..3 {
                     towards[axis][lane] = direction[axis];
                 }

@@ -8,6 +8,8 @@
 //! An off-axis lens, whose apertures leave out the vertices of its surfaces, is focused as the lens
 //! of which it is a part.
 
+use petzval_base::bisection::{bisect, try_bisect};
+
 use std::borrow::Cow;
 
 use super::paraxial::{FocusError, Paraxial, RayTransferMatrix};
@@ -127,7 +129,7 @@ impl<'a> RealRayFocus<'a> {
         }
         let open = last?;
         let shut = if open < height(1) { 2.0 * open.max(small) } else { open + height(1) };
-        Some(bisect(open, shut, passes))
+        Some(bisect([open, shut], HALVINGS, passes)[0])
     }
 
     /// Returns the distance of the film behind the rear vertex (mm) at which objects `focus` mm (or
@@ -159,15 +161,9 @@ impl<'a> RealRayFocus<'a> {
             return Err(FocusError::TooNear { asked: focus, nearest: least });
         }
         // Beyond the nearest object, the object moves away faster than its image approaches.
-        let (mut near, mut far) = (nearest, (focus - length - expected / 2.0).max(nearest * 2.0));
-        for _ in 0..HALVINGS + 8 {
-            let middle = (near + far) / 2.0;
-            if apart(middle).ok_or(no_image)? < focus {
-                near = middle;
-            } else {
-                far = middle;
-            }
-        }
+        let ends = [nearest, (focus - length - expected / 2.0).max(nearest * 2.0)];
+        let too_near = |object: f64| Some(apart(object)? < focus);
+        let [_, far] = try_bisect(ends, HALVINGS + 8, too_near).ok_or(no_image)?;
         self.image_distance(far).ok_or(no_image)
     }
 
@@ -178,17 +174,10 @@ impl<'a> RealRayFocus<'a> {
         let RayTransferMatrix { c, d, .. } = self.paraxial.whole;
         let apart =
             |object: f64| Some(object + self.paraxial.length - self.image_distance(object)?);
-        let (mut near, mut far) =
-            ((-d / c).max(0.0), focus.abs() + 1e3 * self.paraxial.focal_length);
-        for _ in 0..HALVINGS + 8 {
-            let middle = (near + far) / 2.0;
-            // Next to the focal point no image is found.
-            if apart(middle).is_none_or(|apart| apart < focus) {
-                near = middle;
-            } else {
-                far = middle;
-            }
-        }
+        let ends = [(-d / c).max(0.0), focus.abs() + 1e3 * self.paraxial.focal_length];
+        // Next to the focal point no image is found.
+        let too_near = |object: f64| apart(object).is_none_or(|apart| apart < focus);
+        let [_, far] = bisect(ends, HALVINGS + 8, too_near);
         self.image_distance(far)
     }
 
@@ -229,14 +218,10 @@ impl<'a> RealRayFocus<'a> {
             return (film >= infinity * (1.0 - 1e-6)).then_some(f64::INFINITY);
         }
         // The image approaches as the object moves away.
-        let (mut near, mut far) = (0.0, 1.0 / self.nearest().unwrap_or(self.start).min(self.start));
-        for _ in 0..HALVINGS {
-            let middle = (near + far) / 2.0;
-            match self.image_distance(1.0 / middle) {
-                Some(image) if image < film => near = middle,
-                _ => far = middle,
-            }
-        }
+        let ends = [0.0, 1.0 / self.nearest().unwrap_or(self.start).min(self.start)];
+        let far =
+            |inverse: f64| self.image_distance(1.0 / inverse).is_some_and(|image| image < film);
+        let [near, _] = bisect(ends, HALVINGS, far);
         Some(1.0 / near)
     }
 
@@ -260,20 +245,7 @@ impl<'a> RealRayFocus<'a> {
         let expected = (0.5 / (n * self.paraxial.f_number())).min(0.5);
         let height = |i: u32| 2.0 * expected * f64::from(i) / f64::from(HEIGHTS);
         let last = (1..=HEIGHTS).rev().find(|&i| passes(height(i)))?;
-        Some(0.5 / (n * bisect(height(last), (height(last + 1)).min(1.0), passes)))
+        let [sine, _] = bisect([height(last), height(last + 1).min(1.0)], HALVINGS, passes);
+        Some(0.5 / (n * sine))
     }
-}
-
-/// Returns by bisection the last number that passes the test, between one that does and one that
-/// does not.
-fn bisect(mut holds: f64, mut fails: f64, test: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = (holds + fails) / 2.0;
-        if test(middle) {
-            holds = middle;
-        } else {
-            fails = middle;
-        }
-    }
-    holds
 }

@@ -1,5 +1,7 @@
 //! Diameter of the stop for an f-number.
 
+use petzval_base::bisection::bisect;
+
 use std::fmt;
 
 use crate::focus::real_ray::RealRayFocus;
@@ -41,7 +43,7 @@ impl Prescription {
             closed.stop_down(diameter);
             RealRayFocus::new(&closed).f_number().unwrap_or(f64::INFINITY)
         };
-        let (mut narrow, mut wide) = (0.0, self.rows[self.stop()].diameter);
+        let wide = self.rows[self.stop()].diameter;
         let open = f_number(wide);
         if open.is_infinite() {
             return Err(FNumberError::NoImage);
@@ -49,15 +51,8 @@ impl Prescription {
         if asked < open * (1.0 - ROUNDED) {
             return Err(FNumberError::TooFast { open });
         }
-        for _ in 0..HALVINGS {
-            let middle = (narrow + wide) / 2.0;
-            if f_number(middle) > asked {
-                narrow = middle;
-            } else {
-                wide = middle;
-            }
-        }
-        Ok(wide)
+        let [_, diameter] = bisect([0.0, wide], HALVINGS, |diameter| f_number(diameter) > asked);
+        Ok(diameter)
     }
 
     /// Returns the widest f-number of the lens if it is meant by a slightly smaller one that is asked for

@@ -4,6 +4,8 @@
 //! curvatures of the rows, until the focal length (zoom) or the sharp image (focus) is that which
 //! is asked for. Real lenses move their groups along curves that pass through the given states.
 
+use petzval_base::bisection::bisect;
+
 use super::Prescription;
 use super::design::{Configuration, Quantity, Setting};
 use crate::focus::paraxial::Paraxial;
@@ -195,10 +197,11 @@ impl Prescription {
                 };
                 let (one, other) = (&chains[i], &chains[i + 1]);
                 let rises = lengths[i + 1] > lengths[i];
-                let t = bisect(|t| {
+                let reached = |t: f64| {
                     let state = one[0].between(other[0], t, self);
                     (self.focal_length_in(&state) > asked) == rises
-                });
+                };
+                let [t, _] = bisect([1.0, 0.0], HALVINGS, reached);
                 let note = format!(
                     "zoom: {asked} mm lies between the states of {:.2} and {:.2} mm; the moving \
                      groups are interpolated",
@@ -229,20 +232,6 @@ impl Prescription {
         lens.design.configurations = states;
         lens
     }
-}
-
-/// Returns where a property that is false at 0 becomes true, up to 1.
-pub(super) fn bisect(holds: impl Fn(f64) -> bool) -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..HALVINGS {
-        let middle = (low + high) / 2.0;
-        if holds(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    high
 }
 
 fn list(names: &[String]) -> String {

@@ -1,7 +1,9 @@
 //! Focus by moving groups.
 
+use petzval_base::bisection::bisect;
+
 use super::Prescription;
-use super::configuration::{HALVINGS, bisect};
+use super::configuration::HALVINGS;
 use super::design::Configuration;
 use crate::focus::focus_model::FocusModel;
 use crate::focus::paraxial::{FocusError, Paraxial};
@@ -78,7 +80,8 @@ impl Prescription {
             _ => None,
         };
         // Next to the nearest state the image may be lost.
-        let slow = || last * bisect(|share| behind(share * last).is_ok_and(|behind| behind <= 0.0));
+        let near = |share: f64| behind(share * last).is_ok_and(|behind| behind <= 0.0);
+        let slow = || last * bisect([1.0, 0.0], HALVINGS, near)[0];
         let s = quick.unwrap_or_else(slow);
         let (lens, film) = at(s);
         Ok((lens, film + shift))

@@ -1,5 +1,7 @@
 //! Tracking of the pupil from film point to film point: a known pupil locates that of a neighbour.
 
+use petzval_base::bisection::bisect;
+
 use super::outline::{OutlineFinder, PupilBox, PupilOutline};
 use super::table::{FilmPosition, TableBuilder};
 use crate::focus::paraxial::Paraxial;
@@ -8,9 +10,9 @@ use crate::prescription::TransverseAxis;
 /// Steps along the film radius towards the edge of the light.
 const STEPS: usize = 48;
 /// Bisections that locate the edge on a round lens.
-const BISECTIONS: usize = 20;
+const BISECTIONS: u32 = 20;
 /// Bisections that locate the edge along a line, to 1e-5 of the film.
-const LINE_BISECTIONS: usize = 12;
+const LINE_BISECTIONS: u32 = 12;
 
 /// Tracker of the pupil across the film.
 pub(crate) struct PupilTracker<'a> {
@@ -47,16 +49,13 @@ impl<'a> PupilTracker<'a> {
                 last = Some((r, light.bounds));
                 continue;
             }
-            let Some((mut lit, mut frame)) = last else { continue };
-            let mut dark = r;
-            for _ in 0..BISECTIONS {
-                let middle = (lit + dark) / 2.0;
-                match self.outline_at_radius(middle, Some((lit, frame))) {
-                    Some(light) => (lit, frame) = (middle, light.bounds),
-                    None => dark = middle,
-                }
-            }
-            return lit;
+            let Some(mut known) = last else { continue };
+            let ends = [known.0, r];
+            let lit = |middle: f64| {
+                let light = self.outline_at_radius(middle, Some(known));
+                light.map(|light| known = (middle, light.bounds)).is_some()
+            };
+            return bisect(ends, BISECTIONS, lit)[0];
         }
         radius
     }
@@ -126,14 +125,13 @@ impl<'a> PupilTracker<'a> {
                 }
             }
         }
-        let Some(mut dark) = dark else { return reach };
-        for _ in 0..LINE_BISECTIONS {
-            let middle = (lit + dark) / 2.0;
-            match self.bounding_box(along(middle), Some((along(lit), frame))) {
-                Some(found) => (lit, frame) = (middle, found),
-                None => dark = middle,
-            }
-        }
+        let Some(dark) = dark else { return reach };
+        let mut known = (lit, frame);
+        let lights = |middle: f64| {
+            let found = self.bounding_box(along(middle), Some((along(known.0), known.1)));
+            found.map(|found| known = (middle, found)).is_some()
+        };
+        let [lit, _] = bisect([lit, dark], LINE_BISECTIONS, lights);
         lit.max(1e-6 * reach)
     }
 }

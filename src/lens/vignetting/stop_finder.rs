@@ -9,6 +9,7 @@ use crate::trace::sequence::{Side, sequence};
 use crate::trace::surface::Surface;
 use crate::trace::trace_one;
 use crate::vignetting::open_rims::{KeptRims, open_rims};
+use petzval_base::bisection::try_bisect;
 use petzval_base::rays::WAVE_SIZE;
 
 /// Columns and rows of the search grid.
@@ -156,17 +157,11 @@ impl StopFinder {
         pupil_box: PupilBox,
         [low, high]: [f64; 2],
     ) -> Option<[f64; 2]> {
-        let (mut low, mut high) = (low, high);
         let side = self.at_stop(start, pupil_box, low)? > 0.0;
-        // Fifty bisections reach the precision of f64.
-        for _ in 0..50 {
-            let middle = (low + high) / 2.0;
-            match (self.at_stop(start, pupil_box, middle)? > 0.0) == side {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        Some([low, pupil_box.centre()[1]])
+        let same = |u: f64| Some((self.at_stop(start, pupil_box, u)? > 0.0) == side);
+        // Fifty halvings reach the precision of f64.
+        let [u, _] = try_bisect([low, high], 50, same)?;
+        Some([u, pupil_box.centre()[1]])
     }
 
     /// Returns the angle to the axis (degrees) at which the ray to a point of the plane of the rear

@@ -1,6 +1,7 @@
 //! Pixels of a picture and their places on the film.
 
 use glam::DVec3;
+use petzval_lens::FilmMap;
 
 /// The pixels of a picture on a film.
 ///
@@ -38,6 +39,11 @@ impl PixelGrid {
         self.resolution.map(|n| f64::from(n) * self.pitch)
     }
 
+    /// Returns the map between the film and the picture, whose origin is the corner of the first pixel.
+    fn film_map(&self) -> FilmMap {
+        FilmMap::new(self.film_size(), self.resolution)
+    }
+
     /// Returns half the diagonal of the film (mm).
     pub fn half_diagonal(&self) -> f64 {
         let [x, y] = self.film_size();
@@ -47,14 +53,12 @@ impl PixelGrid {
     /// Returns the point of the film (mm from its centre, x to the right and y up as seen from
     /// behind the camera) that a point of the picture (pixels) shows.
     pub fn film_point(&self, pixel: [f64; 2]) -> [f64; 2] {
-        let [x, y] = self.centre();
-        [(x - pixel[0]) * self.pitch, (pixel[1] - y) * self.pitch]
+        self.film_map().film_point(pixel.map(|at| at + 0.5))
     }
 
     /// Returns the point of the picture (pixels) that shows a point of the film (mm).
     pub fn pixel(&self, film: [f64; 2]) -> [f64; 2] {
-        let [x, y] = self.centre();
-        [x - film[0] / self.pitch, y + film[1] / self.pitch]
+        self.film_map().pixel(film).map(|at| at - 0.5)
     }
 
     /// Returns points of the picture (pixels) on a regular grid from the first pixel to the last,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::film::Frame;
 use petzval_image::ImageLayer;
-use petzval_lens::{LightBudget, Normalization, RealLens};
+use petzval_lens::{FilmMap, LightBudget, Normalization, RealLens};
 
 /// Film radii at which the light budget of a round lens is computed.
 const RADII: usize = 512;
@@ -77,21 +77,14 @@ fn pixels(
     frame: &Frame,
     value: impl Fn([f64; 2]) -> f32,
 ) -> Vec<f32> {
-    let round = lens.is_round();
+    let (round, map) = (lens.is_round(), FilmMap::new(film, frame.resolution));
     let mut values = Vec::with_capacity(frame.size().map(|n| n as usize).iter().product());
     for y in frame.low[1]..frame.high[1] {
         for x in frame.low[0]..frame.high[0] {
-            let share =
-                |v: u32, axis: usize| (f64::from(v) + 0.5) / f64::from(frame.resolution[axis]);
-            // The image on the film is inverted: the right side of the picture lies at negative x,
-            // its lower edge at positive y.
-            let place = [1.0 - share(x, 0), share(y, 1)];
+            let [x, y] = map.film_point([x, y].map(|at| f64::from(at) + 0.5));
             values.push(value(match round {
-                true => {
-                    let [x, y] = [0, 1].map(|axis| (place[axis] - 0.5) * film[axis]);
-                    [x.hypot(y) / (film[0].hypot(film[1]) / 2.0), 0.0]
-                }
-                false => place,
+                true => [x.hypot(y) / (film[0].hypot(film[1]) / 2.0), 0.0],
+                false => [x / film[0] + 0.5, y / film[1] + 0.5],
             }));
         }
     }

@@ -12,6 +12,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use petzval_lens::FilmMap;
 use rayon::prelude::*;
 
 use super::fourier::{Complex, PlaneFft};
@@ -122,9 +123,10 @@ impl AberratedCore {
             });
             for (i, share) in shares.iter_mut().enumerate() {
                 let at = [i % (2 * reach[0] + 1), i / (2 * reach[0] + 1)];
-                // The picture is the film's image mirrored in x and upside down.
-                let first =
-                    [reach[0] as isize - at[0] as isize, at[1] as isize - reach[1] as isize];
+                let first = [0, 1].map(|axis| {
+                    let offset = at[axis] as isize - reach[axis] as isize;
+                    isize::from(FilmMap::DIRECTIONS[axis]) * offset
+                });
                 let mut sum = 0.0;
                 for k in 0..samples[0] * samples[1] {
                     let part = [k % samples[0], k / samples[0]];

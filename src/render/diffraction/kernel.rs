@@ -1,5 +1,6 @@
 //! Convolution kernel: the shares of a pixel's light that its surroundings receive.
 
+use petzval_lens::FilmMap;
 use rayon::prelude::*;
 
 use super::aberrated_core::AberratedCore;
@@ -46,10 +47,9 @@ impl PixelKernel {
                 let part = |i: usize| (i as f64 + 0.5) / points as f64 - 0.5;
                 let mut sum = [0.0; 3];
                 for i in 0..points * points {
-                    // The picture is the film's image mirrored in x and upside down.
-                    let x = -(offset[0] + part(i % points)) * pitch[0];
-                    let y = (offset[1] + part(i / points)) * pitch[1];
-                    let there = spread.at([x, y]);
+                    let at = [offset[0] + part(i % points), offset[1] + part(i / points)];
+                    let along = |axis: usize| f64::from(FilmMap::DIRECTIONS[axis]) * at[axis];
+                    let there = spread.at([0, 1].map(|axis| along(axis) * pitch[axis]));
                     sum = [0, 1, 2].map(|c| sum[c] + there[c]);
                 }
                 *share = sum.map(|sum| (sum * area / (points * points) as f64) as f32);

@@ -2,6 +2,7 @@
 
 use super::Frame;
 use petzval_base::rays::{Column, RayBatch, ReprojectionBatch, SampleBatch};
+use petzval_lens::FilmMap;
 use petzval_scene::filter::PixelFilter;
 
 /// Sums over the bands that share the rays of a wave.
@@ -70,10 +71,9 @@ impl HeroWeights {
         response: [f64; 3],
     ) {
         let len = samples.len;
-        // The picture on the film is mirrored in x.
         let per_mm = [0, 1].map(|axis| {
-            let sign = if axis == 0 { -1.0 } else { 1.0 };
-            (sign * f64::from(frame.resolution[axis]) / film[axis]) as f32
+            let along = f64::from(FilmMap::DIRECTIONS[axis]);
+            (along * f64::from(frame.resolution[axis]) / film[axis]) as f32
         });
         for axis in 0..2 {
             let to = &mut self.position[axis][..len];

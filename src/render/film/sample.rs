@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::{Frame, Tile};
 use petzval_base::rays::{SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, fill_2d, pixel_key, sample_2d};
+use petzval_lens::FilmMap;
 use petzval_scene::filter::PixelFilter;
 use petzval_spectrum::hero_band;
 
@@ -88,8 +89,8 @@ impl TileSampler {
 
 /// Fills a batch with the next samples of a tile, and returns false if none are left.
 ///
-/// `film` is the width and height of the whole film in its own units. The picture on it is upside
-/// down and mirrored: the right of the picture lies at negative x, its lower edge at positive y.
+/// `film` is the width and height of the whole film in its own units; [`FilmMap`] says where on it the
+/// pixels lie.
 pub fn sample(
     tile: &mut TileSampler,
     frame: &Frame,
@@ -128,7 +129,7 @@ pub fn sample(
         batch.band = band;
     }
     batch.len = len;
-    let pitch = [0, 1].map(|i| (film[i] / f64::from(frame.resolution[i])) as f32);
+    let pitch = FilmMap::new(film, frame.resolution).pitch().map(|pitch| pitch as f32);
     // Centre of the picture, relative to the centre of its first pixel (pixels).
     let centre = frame.resolution.map(|n| (n as f32 - 1.0) / 2.0);
     let SampleBatch { key, sample, film, offset, weight, pupil, .. } = batch;
@@ -150,7 +151,7 @@ pub fn sample(
     }
     let [x, y] = film;
     for i in 0..padded {
-        x[i] = (centre[0] - (x[i] + u[i])) * pitch[0];
+        x[i] = ((x[i] + u[i]) - centre[0]) * pitch[0];
         y[i] = ((y[i] + v[i]) - centre[1]) * pitch[1];
     }
     fill_2d(keys, samples, Dimension::Pupil, &mut u[..], &mut v[..]);

@@ -108,7 +108,7 @@ impl ImagePath {
 /// Returns the share of the pixels of a grid whose rays meet the boxes around moving objects.
 pub(super) fn share_near(input: &PlanInput) -> f64 {
     let (mut near, mut all) = (0, 0);
-    chief_ray(input, |rays| {
+    central_rays(input, |rays| {
         all += 1;
         near += u32::from(input.motion.scene.may_hit_animated(rays, 0));
     });
@@ -122,7 +122,7 @@ fn seen(input: &PlanInput) -> Vec<DVec3> {
     // The sky is farther away than any surface.
     let far = 1e4 * (size + input.camera.world_from_camera.translation.length() as f32 + 1.0);
     let (mut stack, mut points) = (TraversalStack::default(), Vec::new());
-    chief_ray(input, |rays| {
+    central_rays(input, |rays| {
         let ray = rays.ray(0);
         let hit = scene.closest_at::<f32>(&ray, timing.first_row_middle() as f32, &mut stack);
         let t = f64::from(if hit.shape == NO_INDEX { far } else { hit.t });
@@ -133,13 +133,13 @@ fn seen(input: &PlanInput) -> Vec<DVec3> {
     points
 }
 
-/// Calls `see` with the chief ray of each pixel of a grid.
-fn chief_ray(input: &PlanInput, mut see: impl FnMut(&RayBatch)) {
+/// Calls `see` with the central ray of each pixel of a grid.
+fn central_rays(input: &PlanInput, mut see: impl FnMut(&RayBatch)) {
     let mut rays = RayBatch::default();
     for i in 0..GRID * GRID {
         let place = [i % GRID, i / GRID];
         let pixel = [0, 1].map(|axis| (2 * place[axis] + 1) * input.resolution[axis] / (2 * GRID));
-        input.camera.chief_ray(pixel, input.resolution, &mut rays);
+        input.camera.central_ray(pixel, input.resolution, &mut rays);
         if rays.len > 0 {
             see(&rays);
         }

@@ -153,7 +153,7 @@ impl View<'_> {
             )));
         }
         let mut rays = RayBatch::default();
-        camera.chief_ray(pixel, resolution, &mut rays);
+        camera.central_ray(pixel, resolution, &mut rays);
         if rays.len == 0 {
             return Err(PrepareError::Request(format!(
                 "'focus' on the pixel {x},{y}: no light comes through the middle of the lens to this pixel"

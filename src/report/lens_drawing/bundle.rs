@@ -3,6 +3,7 @@
 use std::slice;
 
 use glam::DAffine3;
+use petzval_base::bisection::bisect;
 
 use petzval_lens::{
     Iris, LensRay, Prescription, Row, Side, Surface, SurfaceKind, sequence, trace_one,
@@ -155,7 +156,7 @@ impl<'a> Tracer<'a> {
                 && (h <= 0.0) != (h_high <= 0.0)
             {
                 let side = |aim: f64| stop(aim).is_some_and(|there| (there <= 0.0) == (h <= 0.0));
-                let aim = edge(low, high, side);
+                let aim = bisect([low, high], HALVINGS, side)[0];
                 if self.passes(height, aim) {
                     return Some(aim);
                 }
@@ -197,7 +198,7 @@ impl<'a> Tracer<'a> {
         };
         match seen(most) {
             true => most,
-            false if seen(0.0) => edge(0.0, most, seen),
+            false if seen(0.0) => bisect([0.0, most], HALVINGS, seen)[0],
             false => 0.0,
         }
     }
@@ -213,8 +214,12 @@ impl<'a> Tracer<'a> {
         };
         let first = aims.iter().position(|&aim| passes(aim))?;
         let last = aims.iter().rposition(|&aim| passes(aim))?;
-        let low = first.checked_sub(1).map_or(aims[first], |i| edge(aims[first], aims[i], passes));
-        let high = aims.get(last + 1).map_or(aims[last], |&aim| edge(aims[last], aim, passes));
+        let low = first
+            .checked_sub(1)
+            .map_or(aims[first], |i| bisect([aims[first], aims[i]], HALVINGS, passes)[0]);
+        let high = aims
+            .get(last + 1)
+            .map_or(aims[last], |&aim| bisect([aims[last], aim], HALVINGS, passes)[0]);
         let share = |share: f64| ray(low + share * (high - low));
         Some(Bundle {
             height,
@@ -239,18 +244,4 @@ pub fn aims(lens: &Prescription, distance: f64, height: f64, steps: u32) -> Vec<
     let high = seen(half).max(half) + 0.02 * half;
     let share = |i: u32| f64::from(i) / f64::from(steps);
     (0..=steps).map(|i| low * (1.0 - share(i)) + high * share(i)).collect()
-}
-
-/// Bisects between a value for which a test holds and one for which it fails. Returns the last
-/// value for which it holds.
-fn edge(mut holds: f64, mut fails: f64, test: impl Fn(f64) -> bool) -> f64 {
-    for _ in 0..HALVINGS {
-        let middle = holds + (fails - holds) / 2.0;
-        if test(middle) {
-            holds = middle;
-        } else {
-            fails = middle;
-        }
-    }
-    holds
 }

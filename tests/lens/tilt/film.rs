@@ -104,7 +104,7 @@ fn a_shift_moves_the_view_towards_that_side() {
         let pose = Pose::of_film(shift, [0.0; 2]);
         let camera = camera(lens("dgauss.50mm"), 36.77, pose, [24.0, 24.0]);
         let mut rays = RayBatch::default();
-        camera.chief_ray([50, 50], [101, 101], &mut rays);
+        camera.central_ray([50, 50], [101, 101], &mut rays);
         let direction = rays.ray(0).direction;
         // A shift of 5 mm at a distance of some 50 mm.
         assert!((0.07..0.12).contains(&direction[axis]), "{shift:?}: {direction:?}");

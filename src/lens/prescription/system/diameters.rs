@@ -1,5 +1,7 @@
 //! Diameters that a file does not state: that of the stop, and those that its rays need.
 
+use petzval_base::bisection::bisect;
+
 use super::SystemAperture;
 use super::wide_field::StopRays;
 use crate::focus::paraxial::Paraxial;
@@ -198,15 +200,8 @@ fn passing(trace: &dyn Fn(f64) -> Option<Vec<f64>>) -> Option<[f64; 2]> {
         let steps = 2 * PUPIL_STEPS - sign * middle;
         let outside = (1..=steps).map(|i| middle + sign * i).find(|i| !passes(i));
         let Some(outside) = outside else { return 2.0 * f64::from(sign) };
-        let (mut inside, mut outside) = (at(outside - sign), at(outside));
-        for _ in 0..PUPIL_HALVINGS {
-            let between = (inside + outside) / 2.0;
-            match trace(between).is_some() {
-                true => inside = between,
-                false => outside = between,
-            }
-        }
-        inside
+        let ends = [at(outside - sign), at(outside)];
+        bisect(ends, PUPIL_HALVINGS, |between| trace(between).is_some())[0]
     };
     Some([end(-1), end(1)])
 }

@@ -4,6 +4,8 @@
 //! moves and grows with the angle in a fisheye. A ray from a point of the stop needs no aim: of all
 //! its directions the one is searched that leaves the lens at the angle of the field.
 
+use petzval_base::bisection::try_bisect;
+
 use crate::prescription::Prescription;
 use crate::trace::kernel::LensRay;
 use crate::trace::sequence::{Side, sequence};
@@ -66,15 +68,9 @@ impl<'a> StopRays<'a> {
         let across = |i: &i32| matches!((off(place(*i)), off(place(i + 1))), (Some(a), Some(b)) if (a < 0.0) != (b < 0.0));
         // The direction nearest to the axis: farther out the angle may fall again.
         let step = (-DIRECTIONS..DIRECTIONS).filter(across).min_by_key(|i| (2 * i + 1).abs())?;
-        let (mut low, mut high) = (place(step), place(step + 1));
-        let below = off(low)? < 0.0;
-        for _ in 0..HALVINGS {
-            let middle = (low + high) / 2.0;
-            match (off(middle)? < 0.0) == below {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
+        let ends = [place(step), place(step + 1)];
+        let below = off(ends[0])? < 0.0;
+        let [low, _] = try_bisect(ends, HALVINGS, |at| Some((off(at)? < 0.0) == below))?;
         Some(low)
     }
 

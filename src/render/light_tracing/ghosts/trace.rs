@@ -6,7 +6,7 @@ use super::{GhostPair, Ghosts};
 use crate::film::Frame;
 use crate::light_tracing::entry::EntrySquare;
 use crate::light_tracing::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, Splat, film_pixels,
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, Splat,
 };
 use petzval_base::distribution::{Distribution, DistributionSample};
 use petzval_base::lanes::Real;
@@ -160,7 +160,7 @@ pub(super) fn sample_wave(
 /// Returns the rendered pixel that contains a film point (mm).
 fn film_pixel(input: &LightPathInput<'_>, point: [f64; 2]) -> Option<[u32; 2]> {
     let frame = &input.frame;
-    let pixel = film_pixels(input, point).map(f64::floor);
+    let pixel = input.camera.film_map(input.frame.resolution).pixel(point).map(f64::floor);
     let inside =
         (0..2).all(|i| pixel[i] >= f64::from(frame.low[i]) && pixel[i] < f64::from(frame.high[i]));
     inside.then(|| pixel.map(|p| p as u32))

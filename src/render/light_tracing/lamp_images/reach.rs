@@ -7,7 +7,7 @@
 
 use super::lamp::ENTRY_GRID;
 use crate::film::Frame;
-use crate::light_tracing::light_paths::{LightPathInput, film_pixels};
+use crate::light_tracing::light_paths::LightPathInput;
 
 /// Margin about the places where samples arrive, as a share of their extent.
 const MARGIN: f64 = 0.5;
@@ -48,7 +48,7 @@ impl ArrivalBounds {
 
     /// Adds a path that entered at a point of the square (0 to 1) and arrived at a film point (mm).
     pub fn add(&mut self, input: &LightPathInput<'_>, entry: [f32; 2], film: [f64; 2]) {
-        let at = film_pixels(input, film);
+        let at = input.camera.film_map(input.frame.resolution).pixel(film);
         let cell = &mut self.cells[ENTRY_GRID.cell(entry)];
         *cell = union(*cell, [at; 2]);
     }

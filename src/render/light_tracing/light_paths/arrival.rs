@@ -14,7 +14,7 @@
 
 use super::LightPathInput;
 use super::front::FrontEntry;
-use super::splat::{PathCount, Splat, film_pixels};
+use super::splat::{PathCount, Splat};
 use super::wave::{FilmHit, LightPaths};
 use petzval_base::lanes::Real;
 use petzval_lens::RealLens;
@@ -110,7 +110,7 @@ fn add_arrivals(
     let margin = input.response.filter.margin();
     for path in 0..paths.len() {
         let Some(hit) = paths.film_hit(path) else { continue };
-        let at = film_pixels(input, hit.point);
+        let at = input.camera.film_map(input.frame.resolution).pixel(hit.point);
         let near = (0..2).all(|i| {
             at[i] > f64::from(frame.low[i]) - margin[i]
                 && at[i] < f64::from(frame.high[i]) + margin[i]

@@ -19,7 +19,7 @@ pub(crate) use camera_view::CameraView;
 #[cfg(test)]
 pub(crate) use camera_view::sample_film;
 pub(crate) use front::FrontEntry;
-pub(crate) use splat::{PathCount, Splat, film_pixels};
+pub(crate) use splat::{PathCount, Splat};
 pub use survey::LightPathSelection;
 pub(crate) use survey::SurveyedPicture;
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};

@@ -43,11 +43,3 @@ impl PathCount {
         input.camera.imaging_ratio / (pitch[0] * pitch[1] * self.paths())
     }
 }
-
-/// Returns the position of a film point (mm) in the whole picture, in pixels from its top left.
-pub(crate) fn film_pixels(input: &LightPathInput<'_>, point: [f64; 2]) -> [f64; 2] {
-    let share = [0, 1].map(|i| point[i] / input.camera.film[i]);
-    // The picture is mirrored in x and upside down in y, as in the film stage.
-    let share = [0.5 - share[0], 0.5 + share[1]];
-    [0, 1].map(|i| share[i] * f64::from(input.frame.resolution[i]))
-}

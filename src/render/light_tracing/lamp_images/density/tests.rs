@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use super::*;
 use crate::job::Job;
 use crate::light_tracing::lamp_images::LampColumns;
-use crate::light_tracing::light_paths::{CameraPose, LightPath, film_pixels, sample_film};
+use crate::light_tracing::light_paths::{CameraPose, LightPath, sample_film};
 use crate::prepare::{Changes, prepare};
 use crate::timing::{ArrivalTime, TimingEffects};
 use crate::{DisperseColumns, disperse};
@@ -217,7 +217,9 @@ fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
             lamps.front.trace::<f32x8>(lens, 0, &mut columns.paths);
             traced += columns.paths.len();
             let hits = (0..columns.paths.len()).filter_map(|i| columns.paths.film_hit(i));
-            arrivals.extend(hits.map(|hit| film_pixels(&input, hit.point)));
+            arrivals.extend(
+                hits.map(|hit| input.camera.film_map(input.frame.resolution).pixel(hit.point)),
+            );
         }
         (traced, arrivals)
     }
