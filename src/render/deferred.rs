@@ -63,6 +63,7 @@ impl DeferredPaths {
             group.samples.len = to + 1;
             group.rays.push(rays.ray(i), rays.throughput(i), to as u32);
             group.rays.pdf[to] = rays.pdf[i];
+            group.rays.flags[to] = rays.flags[i];
             group.rays.medium[to] = rays.medium[i];
             group.rays.roulette_scale[to] = rays.roulette_scale[i];
             group.rays.set_facing(to, rays.facing(i).to_array());

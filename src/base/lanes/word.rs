@@ -1,10 +1,12 @@
 //! Words of 32 bits, one per lane, for random numbers and for the bits of floating-point numbers.
 
 use std::fmt::Debug;
-use std::ops::{BitAnd, BitXor};
+use std::ops::{BitAnd, BitOr, BitXor};
 
 /// An unsigned integer of 32 bits, or a packet of them. Arithmetic is modulo 2^32.
-pub trait Word: Copy + Debug + Send + Sync + BitAnd<Output = Self> + BitXor<Output = Self> {
+pub trait Word:
+    Copy + Debug + Send + Sync + BitAnd<Output = Self> + BitOr<Output = Self> + BitXor<Output = Self>
+{
     /// Returns the same word in every lane.
     fn splat(value: u32) -> Self;
     /// Loads the first words of a slice, as many as there are lanes.
@@ -77,6 +79,7 @@ mod tests {
             check(Word::wrapping_add(eight, splat), u32::wrapping_add);
             check(Word::wrapping_mul(eight, splat), u32::wrapping_mul);
             check(eight & splat, |a, b| a & b);
+            check(eight | splat, |a, b| a | b);
             check(eight ^ splat, |a, b| a ^ b);
         }
         for count in [0, 1, 8, 16, 23, 31] {

@@ -80,16 +80,22 @@ impl<const N: usize> Column<f32, N> {
     /// into the seven entries behind them.
     #[inline(always)]
     pub fn pack<R: Real<Scalar = f32>>(&mut self, first: usize, lanes: u32, from: R) {
-        let packed = from.permute(pack_order(lanes));
-        if first + R::LANES <= N {
-            packed.store(&mut self.0[first..]);
-            return;
-        }
-        let mut values = [0.0; 8];
-        packed.store(&mut values);
-        let count = lanes.count_ones() as usize;
-        self.0[first..first + count].copy_from_slice(&values[..count]);
+        pack(&mut self.0, first, lanes, from);
     }
+}
+
+/// Stores the lanes of a set, given as bits, in a column: one after the other from an entry on.
+#[inline(always)]
+pub(super) fn pack<R: Real<Scalar = f32>>(to: &mut [f32], first: usize, lanes: u32, from: R) {
+    let packed = from.permute(pack_order(lanes));
+    if first + R::LANES <= to.len() {
+        packed.store(&mut to[first..]);
+        return;
+    }
+    let mut values = [0.0; 8];
+    packed.store(&mut values);
+    let count = lanes.count_ones() as usize;
+    to[first..first + count].copy_from_slice(&values[..count]);
 }
 
 /// Returns the number of packets that hold this many rays.

@@ -7,11 +7,13 @@
 mod column;
 mod column_pool;
 mod hit;
+mod path_flags;
 mod ray;
 mod samples;
 
 pub use column::{Column, MAX_GROUPS, SortedColumn, WAVE_SIZE, packet_count};
 pub use column_pool::ColumnPool;
 pub use hit::{Hit, HitBatch, NO_INDEX};
+pub use path_flags::PathFlags;
 pub use ray::{Ray, RayBatch, RayDifferential, SpawnedRays};
 pub use samples::{LensBatch, ReprojectionBatch, SampleBatch};

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::Column;
+use super::{Column, PathFlags};
 use crate::lanes::Real;
 
 /// Rays in world space, with their throughput.
@@ -22,10 +22,12 @@ pub struct RayBatch {
     pub throughput: [Column<f32>; 3],
     /// Index of the sample of the ray in its wave.
     pub slot: Column<u32>,
-    /// For bounces: the density of the direction by solid angle [1/sr]; infinite if no other
-    /// technique could have sampled it. For camera rays, if light paths find lamp images and throughputs
-    /// do not tell it: the density by etendue and area of the film.
+    /// For bounces that are not [`PathFlags::SPECULAR`]: the density of the direction by solid angle
+    /// [1/sr]. For camera rays, if light paths find lamp images and throughputs do not tell it: the
+    /// density by etendue and area of the film.
     pub pdf: Column<f32>,
+    /// For bounces: the flags of the path.
+    pub flags: Column<PathFlags>,
     /// For bounces: factor of the throughput for Russian roulette. It divides by the throughput of
     /// the camera ray and undoes the change of radiance by refraction.
     pub roulette_scale: Column<f32>,
@@ -89,6 +91,7 @@ impl RayBatch {
         self.t_max[to] = self.t_max[from];
         self.slot[to] = self.slot[from];
         self.pdf[to] = self.pdf[from];
+        self.flags[to] = self.flags[from];
         self.roulette_scale[to] = self.roulette_scale[from];
         self.medium[to] = self.medium[from];
         self.differential[to] = self.differential[from];

@@ -16,7 +16,7 @@ use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
 use glam::Vec3;
 use petzval_base::lanes::{Real, f32x8};
 use petzval_base::rays::{
-    Column, Hit, HitBatch, NO_INDEX, RayBatch, ReprojectionBatch, SampleBatch,
+    Column, Hit, HitBatch, NO_INDEX, PathFlags, RayBatch, ReprojectionBatch, SampleBatch,
 };
 use petzval_base::stats::{LensStats, StageClock};
 use petzval_lens::{LensColumns, LensModel};
@@ -161,6 +161,8 @@ impl Probe {
         let (throughput, emission) = (start, first(radiance));
         let record = columns.record(&inputs);
         let next_rays = &wave.rays;
+        let specular = next_rays.flags[0].contain(PathFlags::SPECULAR);
+        let next_pdf = if specular { f32::INFINITY } else { next_rays.pdf[0] };
         PathStep {
             ray,
             throughput,
@@ -172,7 +174,7 @@ impl Probe {
             record,
             shadow: self.shadow::<R>(job, &surroundings),
             next: (next_rays.len > 0)
-                .then(|| (next_rays.ray(0), next_rays.throughput(0), next_rays.pdf[0].abs())),
+                .then(|| (next_rays.ray(0), next_rays.throughput(0), next_pdf)),
             radiance: first(&wave.radiance),
         }
     }

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::spawn::max_component;
-use super::{LightSource, SPECULAR_AFTER_OTHERS, ShadeInputs};
-use petzval_base::rays::{Column, Hit, NO_INDEX, RayBatch, SampleBatch};
+use super::{LightSource, ShadeInputs};
+use petzval_base::rays::{Column, Hit, NO_INDEX, PathFlags, RayBatch, SampleBatch};
 use petzval_base::sampler::mis::power_heuristic;
 use petzval_scene::{GlossyLobe, Reception, SkySampling};
 
@@ -73,18 +73,16 @@ impl ShadeInputs<'_> {
     /// Returns whether the i-th ray ends a path that light paths find as a caustic: from a surface
     /// that receives caustics, at last by way of a mirror or clear glass, to a surface that emits.
     fn ends_caustic(&self, i: usize) -> bool {
-        self.caustics && self.vertex.depth > 1 && self.rays.pdf[i] == SPECULAR_AFTER_OTHERS
+        self.flags(i).contain(PathFlags::FROM_RECEIVER | PathFlags::SPECULAR)
     }
 
     /// Returns the weight of light that the i-th ray found. Sampling of lights would have found it
     /// with the density `light_pdf`.
     #[inline(always)]
     fn weight(&self, i: usize, light_pdf: impl FnOnce() -> f32) -> f32 {
-        let pdf = self.rays.pdf[i].abs();
-        // Only the lens can choose the direction of a camera ray, and only a mirror that of a ray
-        // with an infinite density.
-        let sampled = self.vertex.depth > 0 && pdf.is_finite();
-        if sampled { power_heuristic(pdf, light_pdf()) } else { 1.0 }
+        // Only the lens can choose the direction of a camera ray.
+        let sampled = self.vertex.depth > 0 && !self.flags(i).contain(PathFlags::SPECULAR);
+        if sampled { power_heuristic(self.rays.pdf[i], light_pdf()) } else { 1.0 }
     }
 
     /// Adds light that the i-th ray found, times a weight, to its sample.

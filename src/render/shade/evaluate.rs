@@ -9,6 +9,7 @@ use super::random::RandomColumns;
 use super::vertices::Vertices;
 use petzval_base::lanes::vector::{renormalize, select};
 use petzval_base::lanes::{Real, Word};
+use petzval_base::rays::PathFlags;
 use petzval_base::sampler::mis::power_heuristic_fused;
 use petzval_scene::{MaterialModel, Scene, load_vector as load, store_vector as store};
 
@@ -24,11 +25,12 @@ pub(super) struct Evaluation<'a> {
 }
 
 /// Results of a packet: the contribution of the sampled light, and the next ray.
-struct Scattered<R> {
+struct Scattered<R: Real> {
     contribution: [R; 3],
     next: [R; 3],
     throughput: [R; 3],
     pdf: R,
+    specular: R::Mask,
     eta2: R,
 }
 
@@ -88,7 +90,8 @@ impl<R: Real<Scalar = f32>> VertexPacket<R> {
             // The next direction is made of this one: rounding errors of its length must not add up.
             next: renormalize(frame.to_world(sample.wi)),
             throughput: [tr * wr, tg * wg, tb * wb],
-            pdf: R::select(sample.singular, R::constant(f64::INFINITY), sample.pdf),
+            pdf: sample.pdf,
+            specular: sample.singular,
             eta2: sample.eta2,
         }
     }
@@ -121,6 +124,9 @@ impl Vertices {
         store(&mut self.next, at, scattered.next);
         store(&mut self.next_throughput, at, scattered.throughput);
         scattered.pdf.store(&mut self.next_pdf[at..]);
+        let (specular, others) = (PathFlags::SPECULAR, PathFlags::SCATTERED);
+        let flags = PathFlags::select::<R>(scattered.specular, specular, others);
+        (flags | PathFlags::load(&self.flags[at..])).store(&mut self.next_flags[at..]);
         scattered.eta2.store(&mut self.next_eta2[at..]);
     }
 

@@ -11,7 +11,7 @@ use super::vertices::Vertices;
 use super::{PixelFootprint, ShadeInputs};
 use petzval_base::lanes::Real;
 use petzval_base::lanes::vector::{select, splat};
-use petzval_base::rays::{Hit, Ray, RayBatch, RayDifferential};
+use petzval_base::rays::{Hit, PathFlags, Ray, RayBatch, RayDifferential};
 use petzval_scene::{DiffuseBoundary, Material, Medium, Scene, load_vector, store_vector};
 
 impl ShadingContext {
@@ -74,6 +74,7 @@ impl Vertices {
         for at in self.indices() {
             let i = self.order[at] as usize;
             self.slot[at] = slot[i];
+            self.flags[at] = inputs.flags(i) & PathFlags::INHERITED;
             self.roulette_scale[at] = inputs.roulette_scale(i);
             for axis in 0..3 {
                 self.wo[axis][at] = -direction[axis][i];
@@ -92,11 +93,13 @@ impl Vertices {
     }
 
     /// Makes smooth surfaces rougher on paths that have scattered before.
-    pub(super) fn regularize(&mut self, inputs: &ShadeInputs) {
+    pub(super) fn regularize(&mut self) {
         for (range, kind) in self.shaded_ranges() {
             let stage = kind.stage::<f32>();
-            for at in range.filter(|&at| inputs.has_scattered(self.order[at] as usize)) {
-                stage.regularize(&mut self.parameters, at);
+            for at in range {
+                if self.flags[at].contain(PathFlags::SCATTERED) {
+                    stage.regularize(&mut self.parameters, at);
+                }
             }
         }
     }

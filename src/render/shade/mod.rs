@@ -32,7 +32,7 @@ pub use vertex_record::{PathOutcome, SampledLight, VertexRecord};
 
 use evaluate::Evaluation;
 use petzval_base::lanes::Real;
-use petzval_base::rays::{Column, HitBatch, RayBatch, SampleBatch};
+use petzval_base::rays::{Column, HitBatch, PathFlags, RayBatch, SampleBatch};
 use petzval_base::stats::LaneOccupancy;
 use petzval_scene::{PathLimits, Scene};
 use random::RandomColumns;
@@ -50,11 +50,11 @@ pub struct PathVertex {
 }
 
 impl PathVertex {
-    /// Returns whether a path ends at this vertex, given the density with which its last direction
-    /// was sampled (infinite after specular reflection or refraction).
-    fn ends_path(&self, pdf: f32) -> bool {
+    /// Returns whether a path ends at this vertex, given the flags of its last ray.
+    fn ends_path(&self, flags: PathFlags) -> bool {
         let PathLimits { max_depth, direct_only, .. } = self.limits;
-        self.depth >= max_depth || direct_only && self.depth > 0 && pdf.is_finite()
+        let ends_direct = self.depth > 0 && !flags.contain(PathFlags::SPECULAR);
+        self.depth >= max_depth || direct_only && ends_direct
     }
 
     /// Returns whether diffuse surfaces receive light through shadow rays only, without multiple
@@ -85,18 +85,10 @@ pub struct ShadeInputs<'a> {
     pub hides_sky: bool,
 }
 
-/// Density of the direction of a ray that left a mirror or clear glass after another surface. It is
-/// infinite as well, but negative, which tells such rays apart if the scene asks for `regularize`.
-///
-/// If light paths find caustics, the densities of all rays of a path are negative whose first
-/// surface receives them, so that this value tells a camera path that ends a caustic.
-const SPECULAR_AFTER_OTHERS: f32 = f32::NEG_INFINITY;
-
 impl ShadeInputs<'_> {
-    /// Returns whether the path of the i-th ray has met a surface that scatters other than a mirror
-    /// or clear glass does. Rays know it only if the scene asks for `regularize`.
-    fn has_scattered(&self, i: usize) -> bool {
-        self.vertex.depth > 0 && self.rays.pdf[i] < f32::INFINITY
+    /// Returns the flags of the path of the i-th ray; camera rays have none.
+    fn flags(&self, i: usize) -> PathFlags {
+        if self.vertex.depth > 0 { self.rays.flags[i] } else { PathFlags::NONE }
     }
 }
 
@@ -140,12 +132,15 @@ pub fn shade<R: Real<Scalar = f32>>(
     vertices.load_paths(inputs);
     vertices.load_materials::<R>(inputs);
     if vertex.limits.regularize {
-        vertices.regularize(inputs);
+        vertices.regularize();
     }
     vertices.load_lobes::<R>(inputs);
     random.fill(&vertex, vertices, vertices.first_spawning(skip_mis), samples);
     vertices.sample_lights::<R>(scene, random);
     vertices.evaluate::<R>(&Evaluation { scene, random, skip_mis });
+    if inputs.caustics && vertex.depth == 0 {
+        vertices.flag_receivers();
+    }
     vertices.spawn::<R>(inputs, random, shadows, next);
     vertices.occupancy()
 }

@@ -32,7 +32,7 @@ impl Vertices {
         self.counts.resize(scene.materials.len() + scene.media.len(), 0);
         for i in 0..rays.len {
             let hit = &hits[i];
-            if hit.shape == NO_INDEX || vertex.ends_path(rays.pdf[i]) {
+            if hit.shape == NO_INDEX || vertex.ends_path(rays.flags[i]) {
                 self.kinds.push((BsdfKind::Interface, NO_INDEX));
                 continue;
             }

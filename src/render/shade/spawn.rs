@@ -1,15 +1,13 @@
 //! Russian roulette, and the shadow rays and next rays that leave the vertices of a wave.
 
-use std::ops::Range;
-
 use super::bsdf::BsdfKind;
 use super::neighbour_ray::SpecularBounce;
 use super::random::RandomColumns;
 use super::vertices::{Vertices, vector};
-use super::{PathVertex, SPECULAR_AFTER_OTHERS, ShadeInputs};
+use super::{PathVertex, ShadeInputs};
 use petzval_base::lanes::Real;
 use petzval_base::lanes::vector::scale;
-use petzval_base::rays::{Hit, Ray, RayBatch, RayDifferential, SpawnedRays};
+use petzval_base::rays::{Hit, PathFlags, Ray, RayBatch, RayDifferential, SpawnedRays};
 use petzval_scene::{LobeColumns, load_vector};
 
 /// Smallest share of the first throughput with which a path survives Russian roulette in any case.
@@ -55,40 +53,25 @@ impl Vertices {
         next: &mut RayBatch,
     ) {
         self.pass_through(inputs, next);
-        for (range, kind) in self.shaded_ranges() {
-            let first = next.len;
+        for (range, _) in self.shaded_ranges() {
             for at in range.clone().step_by(R::LANES) {
                 let lanes = (1 << R::LANES.min(range.end - at)) - 1;
                 self.spawn_shadows::<R>(inputs, at, lanes, shadows);
                 self.spawn_next::<R>(inputs, random, at, lanes, next);
             }
-            if inputs.caustics {
-                self.mark_receivers(inputs, (range, kind), first, next);
-            }
         }
     }
 
-    /// Makes the densities of rays negative whose path has met at first a surface that receives
-    /// caustics. The rays from `first` on left the vertices of a kind, in their order.
+    /// Flags the paths that scatter at a surface which receives caustics: the first of the path.
     #[inline(never)]
-    fn mark_receivers(
-        &self,
-        inputs: &ShadeInputs,
-        (range, kind): (Range<usize>, BsdfKind),
-        first: usize,
-        next: &mut RayBatch,
-    ) {
-        let stage = kind.stage::<f32>();
-        let mut vertices = range;
-        for to in first..next.len {
-            let slot = next.slot[to];
-            let Some(at) = vertices.find(|&at| self.slot[at] == slot) else { return };
-            let receives = match inputs.vertex.depth {
-                0 => next.pdf[to].is_finite() && stage.receives_caustics(&self.parameters, at),
-                _ => inputs.rays.pdf[self.order[at] as usize].is_sign_negative(),
-            };
-            if receives {
-                next.pdf[to] = -next.pdf[to];
+    pub(super) fn flag_receivers(&mut self) {
+        for (range, kind) in self.shaded_ranges() {
+            let stage = kind.stage::<f32>();
+            for at in range {
+                let specular = self.next_flags[at].contain(PathFlags::SPECULAR);
+                if !specular && stage.receives_caustics(&self.parameters, at) {
+                    self.next_flags[at] = self.next_flags[at] | PathFlags::FROM_RECEIVER;
+                }
             }
         }
     }
@@ -157,6 +140,7 @@ impl Vertices {
         let first = next.len;
         next.append(lanes, &rays, &self.slot[at..]);
         next.pdf.pack(first, lanes, R::load(&self.next_pdf[at..]));
+        next.flags.pack_flags::<R>(first, lanes, PathFlags::load(&self.next_flags[at..]));
         next.roulette_scale.pack(first, lanes, roulette_scale);
         for axis in 0..3 {
             next.facing[axis].pack(first, lanes, R::load(&self.facing[axis][at..]));
@@ -167,14 +151,6 @@ impl Vertices {
             }
             next.gloss[0].pack(first, lanes, R::load(&alpha2[at..]));
             next.gloss[1].pack(first, lanes, R::load(&share[at..]));
-        }
-        if inputs.vertex.limits.regularize {
-            for (to, lane) in (first..).zip((0..R::LANES).filter(|lane| lanes >> lane & 1 == 1)) {
-                let scattered = inputs.has_scattered(self.order[at + lane] as usize);
-                if scattered && next.pdf[to] == f32::INFINITY {
-                    next.pdf[to] = SPECULAR_AFTER_OTHERS;
-                }
-            }
         }
         if inputs.scene.has_media() {
             self.set_media::<R>(inputs, at, lanes, first, next);
@@ -223,8 +199,8 @@ impl Vertices {
             let ray = Ray { origin, direction: ray.direction, t_max: f32::INFINITY };
             next.push(ray, rays.throughput(i), rays.slot[i]);
             let last = next.len - 1;
-            let scattered = inputs.vertex.limits.regularize && inputs.has_scattered(i);
-            next.pdf[last] = if scattered { SPECULAR_AFTER_OTHERS } else { f32::INFINITY };
+            // Behind an interface, a path no longer counts as one that may end a caustic.
+            next.flags[last] = PathFlags::SPECULAR | inputs.flags(i) & PathFlags::SCATTERED;
             next.roulette_scale[last] = inputs.roulette_scale(i);
             next.set_facing(last, [0.0; 3]);
             next.gloss[1][last] = 0.0;
@@ -241,7 +217,7 @@ impl Vertices {
 
     /// Returns the differential of a vertex's next ray; it is unknown after scattering.
     fn next_differential(&self, inputs: &ShadeInputs, at: usize) -> RayDifferential {
-        if !self.next_pdf[at].is_infinite() {
+        if !self.next_flags[at].contain(PathFlags::SPECULAR) {
             return RayDifferential::UNKNOWN;
         }
         let bounce = SpecularBounce {

@@ -66,7 +66,7 @@ impl ShadeColumns {
         if hits[0] == Hit::ABSORBED {
             return VertexRecord { outcome: PathOutcome::Absorbed, ..record };
         }
-        if vertex.ends_path(rays.pdf[0]) {
+        if vertex.ends_path(rays.flags[0]) {
             return record;
         }
         let Self { random, vertices } = self;

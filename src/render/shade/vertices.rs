@@ -6,7 +6,7 @@ use super::bsdf::{BsdfKind, KIND_COUNT, MisWeights};
 use super::glossy_lobe::VertexLobes;
 use super::kind_stage::ParameterColumns;
 use super::sort::MaterialRun;
-use petzval_base::rays::SortedColumn;
+use petzval_base::rays::{PathFlags, SortedColumn};
 use petzval_base::stats::LaneOccupancy;
 use petzval_scene::{LightColumns, LightSamples, SurfaceColumns, VectorColumns};
 
@@ -36,6 +36,8 @@ pub(super) struct Vertices {
     pub(super) throughput: VectorColumns,
     /// Scale of the throughput for Russian roulette.
     pub(super) roulette_scale: SortedColumn<f32>,
+    /// Flags that a path keeps from vertex to vertex.
+    pub(super) flags: SortedColumn<PathFlags>,
     /// Index of the path's sample in the wave.
     pub(super) slot: SortedColumn<u32>,
     /// Parameters of the BSDFs.
@@ -59,8 +61,10 @@ pub(super) struct Vertices {
     pub(super) next: VectorColumns,
     /// Throughput along the next direction; 0 if the path ends.
     pub(super) next_throughput: VectorColumns,
-    /// Density of the next direction, by solid angle; infinite if it is specular.
+    /// Density of the next direction, by solid angle; of no use if it is specular.
     pub(super) next_pdf: SortedColumn<f32>,
+    /// Flags of the path along the next direction.
+    pub(super) next_flags: SortedColumn<PathFlags>,
     /// Squared ratio of refractive indices, see [`super::bsdf::BsdfSample::eta2`].
     pub(super) next_eta2: SortedColumn<f32>,
 }

@@ -8,7 +8,7 @@ use super::subsurface::DiffuseBoundary;
 use crate::cosine_hemisphere;
 use petzval_base::lanes::math::sin_cos_turns;
 use petzval_base::lanes::vector::max_component;
-use petzval_base::rays::{Hit, RayDifferential};
+use petzval_base::rays::{Hit, PathFlags, RayDifferential};
 use petzval_base::sampler::RandomStream;
 
 impl<const SHADOW: bool> MediumPass<'_, SHADOW> {
@@ -50,7 +50,7 @@ impl<const SHADOW: bool> MediumPass<'_, SHADOW> {
             self.rays.direction[axis][i] = direction[axis];
         }
         // No other technique finds the light that such a ray may hit.
-        self.rays.pdf[i] = f32::INFINITY;
+        self.rays.flags[i] = PathFlags::SPECULAR;
         self.rays.differential[i] = RayDifferential::UNKNOWN;
         self.hits[i] = Hit { t: 0.0, shape: Hit::IN_MEDIUM, primitive: self.medium, ..Hit::MISS };
     }

@@ -5,7 +5,7 @@ use super::walk::CausticColumns;
 use crate::light_tracing::light_paths::LightPathInput;
 use crate::timing::ArrivalTime;
 use petzval_base::lanes::Real;
-use petzval_base::rays::{Ray, RayBatch, RayDifferential, WAVE_SIZE};
+use petzval_base::rays::{PathFlags, Ray, RayBatch, RayDifferential, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_scene::{SurfacePoint, Surroundings, luminance};
 
@@ -120,7 +120,7 @@ impl Caustics {
 fn push_start(rays: &mut RayBatch, ray: Ray, throughput: [f32; 3], slot: u32) {
     let at = rays.len;
     rays.push(ray, throughput, slot);
-    rays.pdf[at] = f32::INFINITY;
+    rays.flags[at] = PathFlags::SPECULAR;
     rays.roulette_scale[at] = 1.0;
     rays.set_facing(at, [0.0; 3]);
     rays.differential[at] = RayDifferential::UNKNOWN;

@@ -10,7 +10,7 @@ use crate::light_tracing::light_paths::{
 };
 use crate::shade::{PathVertex, PixelFootprint, ShadeColumns, ShadeInputs, shade_light_paths};
 use petzval_base::lanes::Real;
-use petzval_base::rays::{HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::rays::{HitBatch, PathFlags, RayBatch, SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_lens::{LensModel, RealLens};
 use petzval_scene::{PathLimits, Surroundings, TraversalStack};
@@ -188,7 +188,7 @@ impl Caustics {
 fn keep_specular(rays: &mut RayBatch) {
     let mut kept = 0;
     for i in 0..rays.len {
-        if rays.pdf[i].is_infinite() {
+        if rays.flags[i].contain(PathFlags::SPECULAR) {
             rays.copy_within(i, kept);
             kept += 1;
         }
