@@ -277,6 +277,8 @@ impl SceneBuilder {
         let textured = self.materials.iter().any(Material::is_textured);
         let solid = self.materials.iter().any(Material::has_solid_texture);
         let derivatives = self.materials.iter().map(Material::needs_derivatives).collect();
+        let vertex_colours = self.materials.iter().map(Material::has_vertex_colours).collect();
+        let object_stack_size = objects.iter().map(|bvh| bvh.stack_size).max().unwrap_or(0);
         let Self { shapes, materials, mut media, camera_medium, .. } = self;
         if camera_medium.is_none() && shapes.iter().all(|shape| shape.interface.is_none()) {
             media.clear();
@@ -289,6 +291,7 @@ impl SceneBuilder {
             camera_medium: camera_medium.unwrap_or(VACUUM),
             instances: instances.into(),
             objects: objects.into(),
+            object_stack_size,
             object_shapes: object_shapes.into(),
             static_shapes: static_shapes.into(),
             world: Arc::new(world),
@@ -297,6 +300,7 @@ impl SceneBuilder {
             solid,
             tangents,
             derivatives,
+            vertex_colours,
             frozen: Arc::default(),
         })
     }

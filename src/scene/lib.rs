@@ -151,6 +151,8 @@ pub struct Scene {
     instances: Arc<[Instance]>,
     /// One hierarchy for each object.
     objects: Arc<[Bvh]>,
+    /// Stack slots for the deepest of them.
+    object_stack_size: usize,
     /// Indices of the shapes of each object.
     object_shapes: Arc<[Vec<u32>]>,
     /// Indices of the shapes in `world`, outside objects.
@@ -164,6 +166,8 @@ pub struct Scene {
     tangents: bool,
     /// Whether a material needs texture coordinates and surface derivatives, by material.
     derivatives: Arc<[bool]>,
+    /// Whether a texture of a material has the colours of vertices, by material.
+    vertex_colours: Arc<[bool]>,
     /// Result of the last [`Self::freeze`], which clones usually repeat for the same time.
     frozen: Arc<Mutex<Option<FrozenScene>>>,
 }
@@ -223,6 +227,11 @@ impl Scene {
     /// Returns whether a material needs texture coordinates and surface derivatives.
     pub fn needs_derivatives(&self, material: u32) -> bool {
         self.derivatives[material as usize]
+    }
+
+    /// Returns whether a texture of a material has the colours of vertices.
+    pub fn has_vertex_colours(&self, material: u32) -> bool {
+        self.vertex_colours[material as usize]
     }
 
     /// Returns the memory of the hierarchies and instances (bytes), without that of the shapes.

@@ -159,7 +159,7 @@ impl Vertices {
     ) {
         let perturbed = material.needs_shading_tangent();
         let own_tangents = perturbed && inputs.scene.has_tangents();
-        let vertex_colours = material.has_vertex_colours();
+        let vertex_colours = inputs.scene.has_vertex_colours(run.material);
         let stage = run.kind.stage::<R>();
         let one_sided = stage.is_one_sided();
         for at in run.range.clone().step_by(R::LANES) {

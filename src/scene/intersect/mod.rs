@@ -121,8 +121,8 @@ impl Scene {
 
     /// Returns stack slots for the deepest hierarchy of the world plus that of an object.
     fn stack_slots<'a>(&self, stack: &'a mut TraversalStack) -> &'a mut [u64] {
-        let objects = self.objects.iter().map(|bvh| bvh.stack_size).max();
-        stack.slots(self.world.stack_size.max(self.animated.stack_size()) + objects.unwrap_or(0))
+        let instances = self.world.stack_size.max(self.animated.stack_size());
+        stack.slots(instances + self.object_stack_size)
     }
 }
 
