@@ -172,8 +172,7 @@ def prepare(scene, camera=None, **settings):
     :raises OSError: a file cannot be read
     :raises ValueError: a file is wrong, or a setting does not fit the scene
     """
-    settings = _settings.checked(settings, camera)
-    return _prepare(_read(scene), settings, _settings.said(settings))
+    return _prepare(_read(scene), _settings.checked(settings, camera))
 
 
 def _read(scene, memory=None):

@@ -1,56 +1,23 @@
-"""Settings of pictures: defaults, checks, and texts that tell pictures apart."""
+"""Settings of pictures: defaults, and those of a camera."""
 
 import operator
-from collections.abc import Iterable, Sequence
 
 from .camera import Camera
 from .picture_settings import DEFAULTS
-
-#: Settings whose outcome tells pictures apart in place of their texts: files and layers.
-_BY_OUTCOME = ("lens", "aov", "catalogue", "spp", "seed", "resolution", "crop")
 
 
 def checked(settings, camera):
     """Return all settings as the engine takes them, with those of a camera where there is none."""
     settings = {**DEFAULTS, **settings}
-    aov = settings["aov"]
-    if isinstance(aov, Iterable):
-        # list() would make room for the length that an object claims.
-        settings["aov"] = [aov] if isinstance(aov, str) else [name for name in aov]
-    settings["spp"] = count("spp", settings["spp"], 1)
-    settings["seed"] = count("seed", settings["seed"], 0)
     if camera is not None:
         if not isinstance(camera, Camera):
             raise TypeError(f"camera: expected a petzval.Camera, not {type(camera).__name__}")
         for name, value in camera.settings().items():
             if settings[name] is None:
                 settings[name] = value
-    settings["look_at"] = nine_numbers(settings["look_at"])
     catalogue = () if settings["catalogue"] is None else settings["catalogue"]
     settings["catalogue"] = list(catalogue) if isinstance(catalogue, (list, tuple)) else [catalogue]
     return settings
-
-
-def said(settings):
-    """Return the settings that are given as texts, by name, to tell one picture from another."""
-    return {
-        name: _text(value)
-        for name, value in settings.items()
-        if value is not None and name not in _BY_OUTCOME
-    }
-
-
-def _text(value):
-    """Return a text that is equal for equal values, whatever their types."""
-    if isinstance(value, (str, bool)):
-        return str(value)
-    if isinstance(value, Sequence) or getattr(value, "ndim", 0):
-        return ",".join(_text(item) for item in value)
-    try:
-        return repr(float(value))
-    except TypeError:
-        # The engine refuses it.
-        return repr(value)
 
 
 def count(name, value, least):
@@ -67,9 +34,7 @@ def count(name, value, least):
 
 
 def nine_numbers(look_at):
-    """Return eye, target and up in one list."""
-    if look_at is None:
-        return None
+    """Return eye, target and up of a camera of arrays in one list."""
     expected = "look_at: expected (eye, target) or (eye, target, up), each three numbers"
     try:
         points = [list(map(float, point)) for point in look_at]

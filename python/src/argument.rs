@@ -14,13 +14,7 @@ const LONGEST: usize = 60;
 /// Numbers that do not fit and sequences of another length raise `ValueError`, others `TypeError`.
 pub fn refused(name: &str, value: &Bound<'_, PyAny>, expected: &str, error: PyErr) -> PyErr {
     let py = value.py();
-    let Ok(shown) = value.repr() else { return error };
-    let shown = shown.to_string();
-    let shown = match shown.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{} ...", &shown[..end]),
-        None => shown,
-    };
-    let message = format!("{name}={shown}: expected {expected}");
+    let Some(message) = about(name, value, &format!("expected {expected}")) else { return error };
     if error.is_instance_of::<PyTypeError>(py) {
         return PyTypeError::new_err(message);
     }
@@ -29,6 +23,17 @@ pub fn refused(name: &str, value: &Bound<'_, PyAny>, expected: &str, error: PyEr
         // An exception of the user's own object.
         false => error,
     }
+}
+
+/// Returns a message about an argument, such as `fstop='f/4': expected a number`; `None` if the value
+/// cannot be shown.
+pub fn about(name: &str, value: &Bound<'_, PyAny>, problem: &str) -> Option<String> {
+    let shown = value.repr().ok()?.to_string();
+    let shown = match shown.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", &shown[..end]),
+        None => shown,
+    };
+    Some(format!("{name}={shown}: {problem}"))
 }
 
 /// Returns a value of a dictionary of settings. `expected` is what messages ask for.

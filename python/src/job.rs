@@ -1,6 +1,5 @@
 //! Jobs: scenes that are ready to be rendered.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -37,23 +36,17 @@ pub struct Job {
     inputs: JobInputs,
 }
 
-/// Prepares a scene: adds the lens, its focus and the plan of effects. `said` are the settings that were
-/// given, as texts, by name. Ctrl-C ends the wait at once; what was begun ends in the background.
+/// Prepares a scene: adds the lens, its focus and the plan of effects. Ctrl-C ends the wait at once; what was begun ends in the background.
 #[pyfunction]
-pub fn prepare(
-    py: Python<'_>,
-    scene: &Scene,
-    settings: Settings<'_>,
-    said: BTreeMap<String, String>,
-) -> PyResult<Job> {
-    let changes = settings.changes()?;
+pub fn prepare(py: Python<'_>, scene: &Scene, settings: Settings) -> PyResult<Job> {
+    let Settings { changes, recorded } = settings;
     let description = scene.description.clone();
     let work = move || petzval::prepare(description, &changes);
     let prepared = worker::run_or_abandon(py, || (), work)?;
     let (job, notes, warnings) = prepared.map_err(|error| prepare_error(&error))?;
     let job = Arc::new(job);
     let warnings = warnings.iter().map(ToString::to_string).collect();
-    let inputs = JobInputs { scene: scene.file().to_owned(), settings: said };
+    let inputs = JobInputs { scene: scene.file().to_owned(), settings: recorded };
     Ok(Job { job, notes, warnings, inputs })
 }
 

@@ -33,7 +33,7 @@ enum Failure {
 pub fn lens_models<'py>(
     py: Python<'py>,
     scene: &Scene,
-    settings: Settings<'_>,
+    settings: Settings,
     budget: f64,
     samples: u32,
     progress: Option<Py<PyAny>>,
@@ -43,7 +43,7 @@ pub fn lens_models<'py>(
         return Err(value_error(format!("budget={budget}: expected seconds, a week at most")));
     }
     let time = Duration::from_secs_f64(budget);
-    let (changes, description) = (settings.changes()?, scene.description.clone());
+    let (changes, description) = (settings.changes, scene.description.clone());
     let (monitor, stop) = (RunMonitor::default(), AtomicBool::new(false));
     let pulse = |py: Python<'_>| {
         let share = (begun.elapsed().as_secs_f64() / budget).min(1.0);

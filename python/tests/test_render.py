@@ -118,7 +118,7 @@ def test_the_plan_says_why(scene_path):
         ({"focus": -1.0}, "focus"),
         ({"focus": "near"}, "focus"),
         ({"effects": "ghosts"}, "expected auto, all, none"),
-        ({"aov": ["deph"]}, "known are depth"),
+        ({"aov": ["deph"]}, "expected one of depth"),
         ({"coating": "paint"}, "expected one of"),
         ({"resolution": (0, 10)}, "resolution"),
         ({"noise": 2.0}, "noise"),

@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 
 use petzval_base::io::OutputFile;
 use petzval_render::RenderError;
-use petzval_render::prepare::{Changes, PrepareError};
+use petzval_render::prepare::{Changes, PrepareError, settings};
 use petzval_tools::accuracy::{Budget, Ladder, Machine, RunEnd, RunMonitor, run_ladder};
 
 use super::arguments::PictureArguments;
 use super::arguments::argv::{argv, shell_line};
-use super::arguments::values::{crop, time};
+use super::arguments::values::typed;
 use super::message;
 use super::outputs::{CreatedFolders, claim};
 use super::progress::TimeBar;
@@ -37,7 +37,7 @@ pub(super) struct AccuracyArguments {
     )]
     budget: Duration,
     /// Render only a part of the picture; X1 and Y1 are not included
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = typed(settings::crop))]
     crop: Option<[[u32; 2]; 2]>,
     #[command(flatten)]
     picture: PictureArguments,
@@ -55,7 +55,8 @@ const PARTIAL: &str = "report.partial";
 pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     let begun = Instant::now();
     let AccuracyArguments { output, budget: time, crop, picture } = arguments;
-    if let Some(spp) = picture.spp.filter(|&spp| spp < MIN_SAMPLES) {
+    let changes = Changes { crop: *crop, ..picture.changes() };
+    if let Some(spp) = changes.samples.filter(|&spp| spp < MIN_SAMPLES) {
         let reason = "every model takes four quarters of its samples, to measure noise";
         return Err(format!("--spp {spp}: {reason}; expected {MIN_SAMPLES} or more").into());
     }
@@ -67,7 +68,6 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     folders.create(output).and_then(|()| probe()).map_err(|error| {
         format!("cannot write to the folder {folder}: {error}; name another with -o")
     })?;
-    let changes = Changes { crop: *crop, ..picture.changes() };
     let monitor = Arc::new(RunMonitor::default());
     let stop = monitor.clone();
     on_stop(move || stop.interrupt());
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &AccuracyArguments) -> Result<Outcome, Failure> {
     };
     let (whole, partial) = (claim(output)?, claim(&output.join(PARTIAL))?);
     message::warnings(&ladder.warnings);
-    let samples = picture.spp.unwrap_or(DEFAULT_SAMPLES);
+    let samples = changes.samples.unwrap_or(DEFAULT_SAMPLES);
     let budget = Budget { begun, time: *time, samples };
     let bar = TimeBar::start(begun, *time, monitor.clone());
     let run = run_ladder(&mut ladder, &budget, &monitor);
@@ -216,7 +216,7 @@ fn table(report: &AccuracyReport) -> String {
 
 /// Parses --budget.
 fn budget(text: &str) -> Result<Duration, String> {
-    let time = time(text)?;
+    let time = typed(settings::time)(text)?;
     match time <= Duration::from_secs(7 * 24 * 3600) {
         true => Ok(time),
         false => Err("expected a time of a week at most, such as 60s".to_owned()),

@@ -339,7 +339,7 @@ fn what_is_wrong_is_named_with_its_place() {
         ("pairs = 1\nspps = 4\n[draw]\nscene = \"scene.pbrt\"\n", "unknown field `spps`"),
         (&format!("{good}fstop = \"fast\"\n"), "expected a value, a list of values, or a range"),
         (&format!("{good}fstop = []\n"), "draw.fstop has no values"),
-        (&format!("{good}fstop = [4.0, nan]\n"), "draw.fstop = NaN: expected 0.1 to 10000"),
+        (&format!("{good}fstop = [4.0, nan]\n"), "draw.fstop = NaN: expected a number above 0"),
         (&format!("{good}focus = {{ from = 4.0, to = 1.0 }}\n"), "expected from <= to"),
         (&format!("{good}focus = \"far\"\n"), "found \"far\"; expected a distance in m"),
         (&format!("{good}light = -2.0\n"), "add sensor = \"\" to [degraded]"),

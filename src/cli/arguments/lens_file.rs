@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use petzval_base::io::{FileLog, Outputs};
 use petzval_lens::Zoom;
 use petzval_lens_formats::LensOptions;
+use petzval_render::prepare::settings;
 
-use super::values::{wavelengths, zoom};
+use super::values::{typed, wavelengths};
 
 /// Choices for a lens file.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct LensFileArguments {
     /// Zoom setting: a focal length between those of the lens file, or the name or number of one of
     /// its states
-    #[arg(long, value_name = "MM|STATE", value_parser = zoom, help_heading = "Lens")]
+    #[arg(long, value_name = "MM|STATE", value_parser = typed(settings::zoom), help_heading = "Lens")]
     pub zoom: Option<Zoom>,
     /// Wavelengths of the lens, nm, instead of those of its file; figures are for the middle one
     #[arg(long, value_name = "NM,...", value_parser = wavelengths, help_heading = "Lens")]

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use petzval_lens::Prescription;
 use petzval_optics::{ConditionChoices, ImagingConditions, Refocus};
+use petzval_render::prepare::settings;
 
 use crate::cli::Failure;
-use crate::cli::arguments::values::{f_number, focus_distance, length};
+use crate::cli::arguments::values::{focus_distance, length, typed};
 
 /// Opening of the stop.
 #[derive(Debug, clap::Args)]
@@ -18,7 +19,7 @@ pub(super) struct StopArguments {
     #[arg(
         long,
         value_name = "f/N",
-        value_parser = f_number,
+        value_parser = typed(settings::f_number),
         allow_hyphen_values = true,
         conflicts_with = "stop"
     )]

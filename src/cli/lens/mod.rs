@@ -18,9 +18,10 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use petzval_base::io::{OutputFile, ReadContext};
 use petzval_lens::{Coating, FocusModel, Prescription};
+use petzval_render::prepare::settings;
 
 use super::arguments::lens_file::LensFileArguments;
-use super::arguments::values::{coating, focus_distance, focus_model, length, point};
+use super::arguments::values::{focus_distance, length, point, typed};
 use super::outputs::claim_writable;
 use super::progress::StepBar;
 use super::{Failure, Outcome, message};
@@ -70,7 +71,7 @@ pub(super) struct LensArguments {
     #[arg(
         long,
         value_name = "sharpest|pbrt",
-        value_parser = focus_model,
+        value_parser = typed(settings::focus_model),
         default_value = "sharpest"
     )]
     focus_model: FocusModel,
@@ -78,7 +79,7 @@ pub(super) struct LensArguments {
     stop: StopArguments,
     /// Coating of glass-air surfaces for which the lens file gives none: none, mgf2, broadband or
     /// perfect [default: mgf2 if the file names none]
-    #[arg(long, value_name = "COATING", value_parser = coating)]
+    #[arg(long, value_name = "COATING", value_parser = typed(settings::coating))]
     coating: Option<Coating>,
     /// Draw the section of the lens, with rays, to this SVG file
     ///

@@ -28,12 +28,12 @@ use petzval_image::{DisplayExposure, ToneCurve, WhiteBalance};
 use petzval_render::Progress;
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
+use petzval_render::prepare::settings;
 
 use super::arguments::argv::argv;
 use super::arguments::values::{
-    CheckpointInterval, Shard, checkpoint_interval, crop, noise, range,
+    CheckpointInterval, Shard, checkpoint_interval, range, shard, typed, white_balance,
 };
-use super::arguments::values::{shard, time, white_balance};
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument, layer};
 use super::denoise::Denoiser;
 use super::memory::Memory;
@@ -56,7 +56,7 @@ pub(super) struct RenderArguments {
     #[arg(
         long,
         value_name = "ERROR",
-        value_parser = noise,
+        value_parser = typed(settings::noise),
         allow_hyphen_values = true,
         help_heading = "Picture"
     )]
@@ -68,7 +68,7 @@ pub(super) struct RenderArguments {
     #[arg(
         long,
         value_name = "30s",
-        value_parser = time,
+        value_parser = typed(settings::time),
         allow_hyphen_values = true,
         help_heading = "Picture"
     )]
@@ -147,7 +147,12 @@ pub(super) struct RenderArguments {
     #[arg(long, value_enum, default_value_t, help_heading = "Large jobs")]
     pub backend: BackendArgument,
     /// Render only a part of the picture; X1 and Y1 are not included
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, help_heading = "Picture")]
+    #[arg(
+        long,
+        value_name = "X0,Y0,X1,Y1",
+        value_parser = typed(settings::crop),
+        help_heading = "Picture"
+    )]
     pub crop: Option<[[u32; 2]; 2]>,
     /// Target of rays from the film: the exit pupil, or the rear element's disk as in the course of
     /// 2016

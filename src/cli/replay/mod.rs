@@ -5,10 +5,10 @@ mod json;
 mod text;
 
 use petzval_render::film::SampleId;
-use petzval_render::prepare::{Changes, prepare};
+use petzval_render::prepare::{Changes, prepare, settings};
 use petzval_render::{PathStage, replay};
 
-use super::arguments::values::{crop, pixel};
+use super::arguments::values::{pixel, typed};
 use super::arguments::{BackendArgument, PictureArguments, PupilArgument};
 use super::{Failure, Outcome, message};
 
@@ -29,7 +29,7 @@ pub(super) struct ReplayArguments {
     #[arg(long, value_name = "N")]
     sample_seed: Option<u32>,
     /// Part of the picture that was rendered
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = typed(settings::crop))]
     crop: Option<[[u32; 2]; 2]>,
     /// Target of rays from the film, as for petzval render
     #[arg(long, value_enum, default_value_t)]

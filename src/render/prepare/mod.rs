@@ -9,6 +9,7 @@ mod focus;
 mod lens;
 mod pilot;
 mod report;
+pub mod settings;
 mod viewpoint;
 
 pub use changes::{Changes, FocusOn};

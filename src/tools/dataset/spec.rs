@@ -10,15 +10,12 @@ use super::DatasetError;
 use petzval_base::io::{FileLog, ReadContext};
 use petzval_render::aov::Aov;
 use petzval_render::plan::EffectSelection;
+use petzval_render::prepare::settings::{self, SettingError, SettingValue};
 use petzval_render::sensor::SensorSettings;
 use petzval_scene::shutter::{RollingShutter, ShutterSettings};
 
 /// Most pairs of a data set.
 const MAX_PAIRS: u32 = 10_000_000;
-/// Largest side of a picture (pixels).
-const MAX_SIDE: u32 = 16384;
-/// Most samples per pixel.
-const MAX_SAMPLES: u32 = 1 << 20;
 
 /// A data set, as its file describes it. Paths are relative to that file.
 #[derive(Clone, Debug, Deserialize)]
@@ -258,20 +255,20 @@ impl DatasetSpec {
     }
 
     fn check(&self) -> Result<(), String> {
-        let within =
-            |name: &str, value: u32, [low, high]: [u32; 2]| match (low..=high).contains(&value) {
-                true => Ok(()),
-                false => Err(format!("{name} = {value}: expected {low} to {high}")),
-            };
-        within("pairs", self.pairs, [1, MAX_PAIRS])?;
-        within("spp", self.spp, [1, MAX_SAMPLES])?;
-        self.resolution.iter().try_for_each(|side| within("resolution", *side, [1, MAX_SIDE]))?;
+        numbers("pairs", &[self.pairs], [1, MAX_PAIRS])?;
+        let whole = |n: u32| SettingValue::Whole(n.into());
+        setting("spp", self.spp, settings::samples, &whole(self.spp))?;
+        let [width, height] = self.resolution;
+        let size = SettingValue::List(vec![whole(width), whole(height)]);
+        setting("resolution", format!("[{width}, {height}]"), settings::resolution, &size)?;
         numbers("exposure", &[self.exposure], [-64.0, 64.0])?;
         let DrawSpec { scene, lens, focus, fstop, light, shift, turn } = &self.draw;
         files("scene", scene)?;
         lens.iter().try_for_each(|lens| files("lens", lens))?;
-        fstop.iter().try_for_each(|fstop| drawn_numbers("fstop", fstop, [0.1, 1e4]))?;
-        light.iter().try_for_each(|light| drawn_numbers("light", light, [-30.0, 16.0]))?;
+        let f_number = |n| setting("draw.fstop", n, settings::f_number, &SettingValue::Number(n));
+        fstop.iter().try_for_each(|fstop| drawn_numbers("fstop", fstop, f_number))?;
+        let stops = |stops| numbers("draw.light", &[stops], [-30.0, 16.0]);
+        light.iter().try_for_each(|light| drawn_numbers("light", light, stops))?;
         for (name, reach, most) in [("move", shift, 1e9), ("turn", turn, 180.0)] {
             let reach = reach.map_or([0.0; 3], Reach::axes);
             numbers(name, &reach, [0.0, most])?;
@@ -287,20 +284,34 @@ impl DatasetSpec {
                 "a pinhole has no effects; expected \"none\", or camera = \"deep\" or \"lens\"";
             return Err(format!("clean.effects: {hint}"));
         }
-        let Some(focus) = focus else { return Ok(()) };
-        let ends = [f64::MIN_POSITIVE, f64::INFINITY];
+        let metres = |metres| focus_value(&FocusValue::Metres(metres));
         match focus {
-            DrawnFrom::Range(range) => drawn_range("focus", range, [f64::MIN_POSITIVE, f64::MAX]),
-            DrawnFrom::List(list) if list.is_empty() => Err("draw.focus has no values".into()),
-            DrawnFrom::List(list) => list.iter().try_for_each(|value| focus_value(value, ends)),
-            DrawnFrom::One(value) => focus_value(value, ends),
+            None => Ok(()),
+            Some(DrawnFrom::Range(range)) => drawn_range("focus", range, metres),
+            Some(DrawnFrom::List(list)) if list.is_empty() => {
+                Err("draw.focus has no values".into())
+            }
+            Some(DrawnFrom::List(list)) => list.iter().try_for_each(focus_value),
+            Some(DrawnFrom::One(value)) => focus_value(value),
         }
     }
 }
 
-fn focus_value(value: &FocusValue, ends: [f64; 2]) -> Result<(), String> {
+/// Checks a value of a setting, which has its range everywhere.
+fn setting<T>(
+    name: &str,
+    found: impl Display,
+    read: fn(&SettingValue) -> Result<T, SettingError>,
+    value: &SettingValue,
+) -> Result<(), String> {
+    read(value).map(|_| ()).map_err(|expected| format!("{name} = {found}: {expected}"))
+}
+
+fn focus_value(value: &FocusValue) -> Result<(), String> {
     match value {
-        FocusValue::Metres(metres) => numbers("draw.focus", &[*metres], ends),
+        FocusValue::Metres(metres) => {
+            setting("draw.focus", metres, settings::focus, &SettingValue::Number(*metres))
+        }
         FocusValue::Word(word) if word == "auto" => Ok(()),
         FocusValue::Word(word) => {
             Err(format!("draw.focus: found \"{word}\"; expected a distance in m, inf, or \"auto\""))
@@ -308,30 +319,42 @@ fn focus_value(value: &FocusValue, ends: [f64; 2]) -> Result<(), String> {
     }
 }
 
-fn numbers(name: &str, values: &[f64], [low, high]: [f64; 2]) -> Result<(), String> {
+fn numbers<T: Copy + PartialOrd + Display>(
+    name: &str,
+    values: &[T],
+    [low, high]: [T; 2],
+) -> Result<(), String> {
     match values.iter().find(|value| !(low..=high).contains(*value)) {
         None => Ok(()),
         Some(value) => Err(format!("{name} = {value}: expected {low} to {high}")),
     }
 }
 
-fn drawn_range(name: &str, range: &Range, ends: [f64; 2]) -> Result<(), String> {
-    numbers(&format!("draw.{name}"), &[range.from, range.to], ends)?;
-    if range.from > range.to || range.log && range.from <= 0.0 {
+fn drawn_range(
+    name: &str,
+    range: &Range,
+    check: impl Fn(f64) -> Result<(), String>,
+) -> Result<(), String> {
+    [range.from, range.to].into_iter().try_for_each(check)?;
+    if range.from > range.to || range.to.is_infinite() || range.log && range.from <= 0.0 {
         let Range { from, to, .. } = range;
         let above = if range.log { ", both above 0 for a logarithmic range" } else { "" };
-        let expected = format!("expected from <= to{above}");
+        let expected = format!("expected from <= to, both finite{above}");
         return Err(format!("draw.{name}: from = {from}, to = {to}: {expected}"));
     }
     Ok(())
 }
 
-fn drawn_numbers(name: &str, values: &DrawnFrom<f64>, ends: [f64; 2]) -> Result<(), String> {
+fn drawn_numbers(
+    name: &str,
+    values: &DrawnFrom<f64>,
+    check: impl Fn(f64) -> Result<(), String>,
+) -> Result<(), String> {
     match values {
-        DrawnFrom::Range(range) => drawn_range(name, range, ends),
+        DrawnFrom::Range(range) => drawn_range(name, range, check),
         DrawnFrom::List(list) if list.is_empty() => Err(format!("draw.{name} has no values")),
-        DrawnFrom::List(list) => numbers(&format!("draw.{name}"), list, ends),
-        DrawnFrom::One(value) => numbers(&format!("draw.{name}"), &[*value], ends),
+        DrawnFrom::List(list) => list.iter().copied().try_for_each(check),
+        DrawnFrom::One(value) => check(*value),
     }
 }
 

@@ -18,10 +18,11 @@ use clap::ValueEnum;
 use petzval_base::io::{OutputFile, Outputs, ReadContext};
 use petzval_lens::{FocusModel, Pose, Prescription, RealRayFocus};
 use petzval_optics::{Calibration, CalibrationSetup, FieldRay, PixelGrid};
+use petzval_render::prepare::settings;
 
 use super::conditions::StopArguments;
 use crate::cli::arguments::lens_file::LensFileArguments;
-use crate::cli::arguments::values::{focus_distance, sensor_size, size};
+use crate::cli::arguments::values::{focus_distance, sensor_size, typed};
 use crate::cli::outputs::{CreatedFolders, check_writable, claim};
 use crate::cli::progress::StepBar;
 use crate::cli::{Failure, Outcome};
@@ -48,7 +49,7 @@ pub(super) struct CalibrateArguments {
     )]
     sensor: [f64; 2],
     /// Size of the picture in pixels
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", value_parser = typed(settings::resolution))]
     resolution: [u32; 2],
     /// Distance in focus from the film plane, such as 2m, 850mm or inf
     ///
