@@ -1,13 +1,12 @@
 //! Checkpoints of a render: where it resumes from, and what it leaves.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use petzval_base::io::{FileLog, OutputFile};
-use petzval_render::Checkpointer;
 use petzval_render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
+use petzval_render::{CheckpointNotice, Checkpointer, RenderStart, ResumeError};
 use pyo3::exceptions::{PyOSError, PyRuntimeWarning};
 use pyo3::prelude::*;
 
@@ -28,16 +27,8 @@ pub struct JobInputs {
 impl JobInputs {
     /// Returns everything that determines the samples of a job.
     fn of(&self, job: &petzval::Job) -> Result<Inputs, String> {
-        let mut options = self.settings.clone();
-        let mut set = |name: &str, value: String| options.insert(name.to_owned(), value);
-        let frame = &job.frame;
-        set("the number of samples", job.samples.len().to_string());
-        set("the seed", job.seed.to_string());
-        set("the resolution", format!("{}x{}", frame.resolution[0], frame.resolution[1]));
-        let [[x0, y0], [x1, y1]] = [frame.low, frame.high];
-        set("the rendered part", format!("{x0},{y0},{x1},{y1}"));
-        set("the list of layers", format!("{:?}", job.layers).to_lowercase());
-        let inputs = Inputs::of(&self.scene, job.files.clone(), options);
+        let samples = job.samples.len() as u32;
+        let inputs = Inputs::of_job(&self.scene, job, samples, self.settings.clone());
         let mut inputs = inputs.map_err(|error| error.to_string())?;
         let named = |(name, digest): (String, String)| match name.starts_with(TABLE) {
             true => ("the lens".to_owned(), digest),
@@ -48,104 +39,66 @@ impl JobInputs {
     }
 }
 
-/// The checkpoint of a render.
-pub struct Checkpoint {
-    pub checkpointer: Checkpointer,
+/// Opens the checkpoint of a job, and returns the state to resume from if that is asked for and there
+/// is one. `engine` is the file of this module.
+pub fn open(
+    path: PathBuf,
+    interval: f64,
+    resume: bool,
+    job: &petzval::Job,
+    inputs: &JobInputs,
+    engine: &Path,
+) -> PyResult<(Checkpointer, Option<SavedRender>)> {
+    if !(interval > 0.0 && interval < 1e9) {
+        return Err(value_error(format!(
+            "checkpoint_interval={interval}: expected seconds above 0"
+        )));
+    }
+    let failed = |source| CheckpointError::Io { verb: "write", path: path.clone(), source };
+    petzval_base::io::check_writable(&path).map_err(|source| checkpoint_error(&failed(source)))?;
+    let path = OutputFile::new(&path, &job.files).map_err(value_error)?;
+    let mut inputs = inputs.of(job).map_err(PyOSError::new_err)?;
+    // The program's own file is that of the interpreter.
+    inputs.build = digest(engine);
+    let head = Head {
+        command_line: vec!["petzval.render".to_owned()],
+        inputs,
+        total_samples: job.samples.len() as u32,
+        samples: job.samples.clone(),
+        ..Head::default()
+    };
+    let mut checkpointer = Checkpointer {
+        path,
+        interval: Some(Duration::from_secs_f64(interval)),
+        part_path: None,
+        head,
+        existing_samples: 0,
+        on_error: |error| {
+            // A filter may make it an error, which has nowhere to go.
+            let _ = Python::attach(|py| warn(py, &format!("{error}; the render continues")));
+        },
+    };
+    let start = checkpointer.start(resume).map_err(|error| match &error {
+        ResumeError::Checkpoint(error) => checkpoint_error(error),
+        other => value_error(other),
+    })?;
+    match start {
+        RenderStart::Resumed(saved) => return Ok((checkpointer, Some(*saved))),
+        // A loop asks for a resume each time.
+        RenderStart::New(None | Some(CheckpointNotice::Missing { .. })) => {}
+        RenderStart::New(Some(notice)) => {
+            Python::attach(|py| warn(py, &notice.to_string()))?;
+        }
+        _ => {}
+    }
+    Ok((checkpointer, None))
 }
 
-impl Checkpoint {
-    /// Opens the checkpoint of a job, and returns the state to resume from if that is asked for and
-    /// there is one. `engine` is the file of this module.
-    pub fn open(
-        path: PathBuf,
-        interval: f64,
-        resume: bool,
-        job: &petzval::Job,
-        inputs: &JobInputs,
-        engine: &Path,
-    ) -> PyResult<(Self, Option<SavedRender>)> {
-        if !(interval > 0.0 && interval < 1e9) {
-            return Err(value_error(format!(
-                "checkpoint_interval={interval}: expected seconds above 0"
-            )));
-        }
-        let failed = |source| CheckpointError::Io { verb: "write", path: path.clone(), source };
-        petzval_base::io::check_writable(&path)
-            .map_err(|source| checkpoint_error(&failed(source)))?;
-        let path = OutputFile::new(&path, &job.files).map_err(value_error)?;
-        let mut inputs = inputs.of(job).map_err(PyOSError::new_err)?;
-        // The program's own file is that of the interpreter.
-        inputs.build = digest(engine);
-        let samples = job.samples.clone();
-        let head = Head {
-            command_line: vec!["petzval.render".to_owned()],
-            inputs,
-            total_samples: samples.end - samples.start,
-            samples,
-            ..Head::default()
-        };
-        let mut checkpoint = Self {
-            checkpointer: Checkpointer {
-                path,
-                interval: Some(Duration::from_secs_f64(interval)),
-                part_path: None,
-                head,
-                existing_samples: 0,
-                on_error: warn,
-            },
-        };
-        let saved = checkpoint.saved(resume)?;
-        Ok((checkpoint, saved))
-    }
-
-    fn saved(&mut self, resume: bool) -> PyResult<Option<SavedRender>> {
-        let path = &self.checkpointer.path;
-        let found = match SavedRender::open(path.path()) {
-            Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
-                return Ok(None);
-            }
-            // It is replaced.
-            Err(_) if !resume => return Ok(None),
-            found => found.map_err(|error| checkpoint_error(&error))?,
-        };
-        let changes = self.changes(&found.head);
-        match (changes.is_empty() && !found.head.complete, resume) {
-            (true, true) => Ok(Some(found)),
-            (true, false) => {
-                // A checkpoint with more samples stays until this render has as many.
-                self.checkpointer.existing_samples = found.head.film_samples;
-                Ok(None)
-            }
-            (false, true) => {
-                let path = path.display();
-                let changes = match changes.is_empty() {
-                    true => "it is a finished part of a picture".to_owned(),
-                    false => changes.join("; "),
-                };
-                let advice = "without resume=True the render starts again";
-                Err(value_error(format!("cannot resume from {path}: {changes}; {advice}")))
-            }
-            (false, false) => Ok(None),
-        }
-    }
-
-    fn changes(&self, head: &Head) -> Vec<String> {
-        let own = &self.checkpointer.head;
-        let mut changes = head.inputs.differences(&own.inputs);
-        if head.samples != own.samples {
-            changes.push("its samples are others".to_owned());
-        }
-        changes
-    }
-
-    /// Removes the checkpoint of a finished render.
-    pub fn clear(&self) {
-        let path = &self.checkpointer.path;
-        let own = |saved: SavedRender| self.changes(&saved.head).is_empty();
-        if SavedRender::open(path.path()).is_ok_and(own) {
-            // A file that cannot be removed is harmless.
-            let _ = path.remove();
-        }
+/// Removes the checkpoint of a finished render.
+pub fn clear(checkpointer: &Checkpointer) {
+    if checkpointer.is_saved() {
+        // A file that cannot be removed is harmless.
+        let _ = checkpointer.path.remove();
     }
 }
 
@@ -158,13 +111,11 @@ fn digest(path: &Path) -> String {
     if read { digest.unwrap_or_default().to_owned() } else { String::new() }
 }
 
-/// Warns that a checkpoint could not be written.
-fn warn(error: &CheckpointError) {
-    let text = std::ffi::CString::new(format!("{error}; the render continues").replace('\0', " "));
-    let Ok(text) = text else { return };
-    Python::attach(|py| {
-        let category = py.get_type::<PyRuntimeWarning>();
-        // A filter may make it an error, which has nowhere to go.
-        let _ = PyErr::warn(py, &category, &text, 0);
-    });
+/// Issues a warning of Python.
+///
+/// # Errors
+/// Returns the exception if a filter makes the warning an error.
+fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let text = std::ffi::CString::new(message.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &text, 0)
 }

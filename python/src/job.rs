@@ -10,7 +10,7 @@ use petzval_render::{Convergence, render_resumable};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::checkpoint::{Checkpoint, JobInputs};
+use crate::checkpoint::{self, JobInputs};
 use crate::error::{prepare_error, render_error, value_error};
 use crate::image::Image;
 use crate::memory::{self, MemorySetting};
@@ -114,16 +114,16 @@ impl Job {
         if let Some(limit) = &memory {
             memory::check(&self.job, threads, limit)?;
         }
-        let (checkpoint, saved) = match checkpoint {
+        let (checkpointer, saved) = match checkpoint {
             None if resume => return Err(value_error("resume=True: name the file by checkpoint")),
             None => (None, None),
             Some(path) => {
                 let engine: PathBuf =
                     py.import("petzval._petzval")?.getattr("__file__")?.extract()?;
                 let (job, inputs) = (&self.job, &self.inputs);
-                let (checkpoint, saved) =
-                    Checkpoint::open(path, checkpoint_interval, resume, job, inputs, &engine)?;
-                (Some(checkpoint), saved)
+                let (checkpointer, saved) =
+                    checkpoint::open(path, checkpoint_interval, resume, job, inputs, &engine)?;
+                (Some(checkpointer), saved)
             }
         };
         let state = Progress::default();
@@ -136,8 +136,7 @@ impl Job {
         let work = || {
             let options =
                 RenderOptions { threads, progress: Some(&state), ..RenderOptions::default() };
-            let checkpointer = checkpoint.as_ref().map(|checkpoint| &checkpoint.checkpointer);
-            let output = render_resumable(&self.job, options, checkpointer, saved)?;
+            let output = render_resumable(&self.job, options, checkpointer.as_ref(), saved)?;
             if output.partial_mean_spp.is_some() {
                 return Err(RenderError::Stopped);
             }
@@ -146,9 +145,7 @@ impl Job {
         };
         let rendered = worker::run(py, &state.stop, pulse, work)?;
         let (picture, layers, more) = rendered.map_err(|error| render_error(&error))?;
-        if let Some(checkpoint) = &checkpoint {
-            checkpoint.clear();
-        }
+        checkpointer.iter().for_each(checkpoint::clear);
         if let Some(call) = &progress {
             call.call1(py, (1.0,))?;
         }

@@ -46,7 +46,7 @@ use petzval_base::stats::Stats;
 use petzval_image::{ImageLayer, Note, Notes, Picture};
 use workers::Workers;
 
-pub use checkpointer::Checkpointer;
+pub use checkpointer::{CheckpointNotice, Checkpointer, RenderStart, ResumeError};
 pub use disperse::{DisperseColumns, disperse};
 pub use progressive::ProgressiveRender;
 pub use replay::{Collision, PathStage, PathStep, Replay, ShadowRay, SharedBand, replay};

@@ -13,16 +13,7 @@ use crate::cli::{Arguments, Failure};
 /// Returns everything that determines the samples of a job, whichever part of them is rendered.
 /// `samples` is the number of samples per pixel of the whole picture.
 pub(in crate::cli) fn inputs(argv: &[String], job: &Job, samples: u32) -> Result<Inputs, Failure> {
-    let mut options = given(argv)?;
-    let mut set = |name: &str, value: String| options.insert(name.to_owned(), value);
-    let frame = &job.frame;
-    set("the number of samples", samples.to_string());
-    set("the seed", job.seed.to_string());
-    set("the resolution", format!("{}x{}", frame.resolution[0], frame.resolution[1]));
-    let [[x0, y0], [x1, y1]] = [frame.low, frame.high];
-    set("the rendered part", format!("{x0},{y0},{x1},{y1}"));
-    set("the list of layers", format!("{:?}", job.layers).to_lowercase());
-    Ok(Inputs::of(&parse_render(argv)?.picture.scene, job.files.clone(), options)?)
+    Ok(Inputs::of_job(&parse_render(argv)?.picture.scene, job, samples, given(argv)?)?)
 }
 
 /// Returns the values of the recorded options, given or by default.

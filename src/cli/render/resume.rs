@@ -1,13 +1,12 @@
 //! Checkpoint of a render: where it resumes from, and the messages about it.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use petzval_base::io::{OutputFile, Outputs};
-use petzval_render::Checkpointer;
-use petzval_render::checkpoint::{CheckpointError, Head, Inputs, SavedRender};
+use petzval_render::checkpoint::{Head, Inputs, SavedRender};
 use petzval_render::job::Job;
+use petzval_render::{CheckpointNotice, Checkpointer, RenderStart};
 
 use super::RenderArguments;
 use super::denoising::noisy_files;
@@ -20,8 +19,6 @@ pub(super) struct Resume {
     pub checkpointer: Checkpointer,
     /// Command line to repeat with `--resume`.
     pub argv: Vec<String>,
-    /// The checkpoint that exists already.
-    found: Option<Result<SavedRender, CheckpointError>>,
     /// The files that the render may write.
     files: RenderFiles,
 }
@@ -77,7 +74,8 @@ impl RenderFiles {
 }
 
 impl Resume {
-    /// Opens an existing checkpoint. `all` is the number of samples per pixel of the whole picture.
+    /// Removes what is left of earlier writes. `all` is the number of samples per pixel of the whole
+    /// picture.
     pub fn new(
         arguments: &RenderArguments,
         files: RenderFiles,
@@ -87,12 +85,6 @@ impl Resume {
         all: u32,
     ) -> Self {
         files.all().for_each(OutputFile::remove_stale);
-        let found = match SavedRender::open(files.checkpoint.path()) {
-            Err(CheckpointError::Io { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
-                None
-            }
-            found => Some(found),
-        };
         let part = arguments.shard.is_some() || arguments.samples.is_some();
         let head = Head {
             command_line: argv.clone(),
@@ -101,7 +93,7 @@ impl Resume {
             total_samples: all,
             ..Head::default()
         };
-        let keeper = Checkpointer {
+        let checkpointer = Checkpointer {
             path: files.checkpoint.clone(),
             interval: arguments.checkpoint.0,
             part_path: part.then(|| files.output.clone()),
@@ -109,7 +101,7 @@ impl Resume {
             existing_samples: 0,
             on_error: |error| say!("petzval: warning: {error}; the render continues"),
         };
-        Self { checkpointer: keeper, argv, found, files }
+        Self { checkpointer, argv, files }
     }
 
     /// Returns the state to resume from, if requested and available.
@@ -118,62 +110,19 @@ impl Resume {
     /// Returns an error if a resume is requested and the checkpoint is unreadable or of another
     /// picture.
     pub fn saved(&mut self, job: &Job, resume: bool) -> Result<Option<SavedRender>, Failure> {
-        let path = self.checkpointer.path.display();
-        let found = match (self.found.take(), resume) {
-            (None, false) => return Ok(None),
-            (None, true) => {
-                say!("petzval: there is no {path}; rendering from the beginning");
-                return Ok(None);
+        match self.checkpointer.start(resume)? {
+            RenderStart::Resumed(saved) => {
+                let path = self.checkpointer.path.display();
+                say!("petzval: resuming from {path}: {}", done(&saved.head, job));
+                return Ok(Some(*saved));
             }
-            (Some(Err(error)), true) => return Err(error.into()),
-            (Some(Err(error)), false) => {
-                say!("petzval: warning: {error}");
-                return Ok(None);
+            RenderStart::New(Some(notice @ CheckpointNotice::Missing { .. })) => {
+                say!("petzval: {notice}");
             }
-            (Some(Ok(found)), _) if found.head.complete => {
-                let problem = "is a finished part of a picture, not a checkpoint; move it away";
-                return Err(format!("{path} {problem}").into());
-            }
-            (Some(Ok(found)), _) => found,
-        };
-        let changes = self.changes(&found.head);
-        match (changes.is_empty(), resume) {
-            (true, true) => {
-                say!("petzval: resuming from {path}: {}", done(&found.head, job));
-                Ok(Some(found))
-            }
-            (true, false) => {
-                self.checkpointer.existing_samples = found.head.film_samples;
-                say!(
-                    "petzval: warning: {path} holds a part of this picture; --resume would \
-                     continue from there"
-                );
-                Ok(None)
-            }
-            (false, true) => Err(format!(
-                "cannot resume from {path}: {}; without --resume the render starts again",
-                changes.join("; ")
-            )
-            .into()),
-            (false, false) => {
-                say!(
-                    "petzval: warning: {path} is of another picture ({}); the first checkpoint \
-                     replaces it",
-                    changes.join("; ")
-                );
-                Ok(None)
-            }
+            RenderStart::New(Some(notice)) => say!("petzval: warning: {notice}"),
+            _ => {}
         }
-    }
-
-    fn changes(&self, head: &Head) -> Vec<String> {
-        let own = &self.checkpointer.head;
-        let mut changes = head.inputs.differences(&own.inputs);
-        if head.samples != own.samples {
-            let range = |head: &Head| format!("{}..{}", head.samples.start, head.samples.end);
-            changes.push(format!("its samples are {}, and these {}", range(head), range(own)));
-        }
-        changes
+        Ok(None)
     }
 
     /// Ends a render whose picture is written under this name.
@@ -223,7 +172,7 @@ impl Resume {
     /// Says what is left of a render whose picture cannot be written.
     pub fn say_unwritten(&self) {
         let Checkpointer { path, .. } = &self.checkpointer;
-        match self.holds_own() {
+        match self.checkpointer.is_saved() {
             true => {
                 let (path, command) = (path.display(), resume_command(&self.argv));
                 say!(
@@ -240,21 +189,15 @@ impl Resume {
 
     /// Says how to go on with a picture that was rendered but not denoised.
     pub fn say_undenoised(&self) {
-        if self.holds_own() {
+        if self.checkpointer.is_saved() {
             let (path, command) = (self.checkpointer.path.display(), resume_command(&self.argv));
             say!("petzval: {path} holds all samples; denoise again with\n  {command}");
         }
     }
 
-    /// Returns whether there is a checkpoint of this picture.
-    fn holds_own(&self) -> bool {
-        let own = |saved: SavedRender| !saved.head.complete && self.changes(&saved.head).is_empty();
-        SavedRender::open(self.checkpointer.path.path()).is_ok_and(own)
-    }
-
     /// Removes the checkpoint and the unfinished picture of a finished render.
     fn clear(&self) {
-        if self.holds_own() {
+        if self.checkpointer.is_saved() {
             for file in [&self.files.checkpoint, &self.files.partial] {
                 // A file that cannot be removed is harmless. A link is the user's and stays.
                 let _ = file.remove();

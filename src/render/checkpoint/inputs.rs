@@ -7,6 +7,9 @@ use std::sync::LazyLock;
 
 use petzval_base::io::{FileLog, ReadError, file_digest};
 
+use crate::film::Frame;
+use crate::job::Job;
+
 /// Everything that decides the samples of a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
@@ -42,6 +45,28 @@ impl Inputs {
             entry.push_str(digest.unwrap_or_default());
         }
         Ok(Self { program: program(), build: BUILD.clone(), files, options })
+    }
+
+    /// Returns the inputs of a job: its files, some options, and the outcome of all options for the
+    /// samples, the seed, the film and the layers. `samples` is the number of samples per pixel of
+    /// the whole picture.
+    ///
+    /// # Errors
+    /// Returns an error if a file cannot be read again.
+    pub fn of_job(
+        scene: &Path,
+        job: &Job,
+        samples: u32,
+        mut options: BTreeMap<String, String>,
+    ) -> Result<Self, ReadError> {
+        let mut set = |name: &str, value: String| options.insert(name.to_owned(), value);
+        let Frame { resolution: [width, height], low: [x0, y0], high: [x1, y1] } = job.frame;
+        set("the number of samples", samples.to_string());
+        set("the seed", job.seed.to_string());
+        set("the resolution", format!("{width}x{height}"));
+        set("the rendered part", format!("{x0},{y0},{x1},{y1}"));
+        set("the list of layers", format!("{:?}", job.layers).to_lowercase());
+        Self::of(scene, job.files.clone(), options)
     }
 
     /// Returns a digest of all inputs (BLAKE3).
