@@ -1,5 +1,7 @@
 //! Means of pictures, their standard errors, and comparisons of the two path tracers.
 
+use std::fmt::Debug;
+
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
 use petzval_render::prepare::{Changes, prepare};
@@ -8,6 +10,7 @@ use petzval_scene_formats::pbrt;
 
 use super::material::Colour;
 use super::world::{FIELD, World};
+use crate::support::reference::{means_agree, reference};
 use crate::support::{Random, folder, write};
 
 /// A mean and its standard error, by channel.
@@ -94,9 +97,26 @@ pub fn well_known(mut job: Job) -> Estimate {
     }
 }
 
-/// Returns the estimate of the naive path tracer, with as many rays as its precision needs. Every
-/// cell of the picture gets two rays, whose difference gives the error.
+/// Returns an estimate from the file of references, which the full tier computes again.
+pub fn stored(label: &str, subject: impl Debug, compute: impl FnOnce() -> Estimate) -> Estimate {
+    let subject = (PRECISION[1], subject);
+    let numbers = reference("path", label, subject, means_agree(SIGMAS), || {
+        let Estimate { mean, error } = compute();
+        (0..3).flat_map(|c| [mean[c], error[c]]).collect()
+    });
+    let column = |part: usize| [0, 1, 2].map(|c| numbers[2 * c + part]);
+    Estimate { mean: column(0), error: column(1) }
+}
+
+/// Returns the estimate of the naive path tracer.
 pub fn expected(world: &World, depth: u32) -> Estimate {
+    let label = format!("{}, depth {depth}", world.summary());
+    stored(&label, (world, depth), || computed(world, depth))
+}
+
+/// Computes the estimate of the naive path tracer, with as many rays as its precision needs. Every
+/// cell of the picture gets two rays, whose difference gives the error.
+fn computed(world: &World, depth: u32) -> Estimate {
     const CELLS: u32 = 160;
     let mut random = Random::new(7);
     let (mut n, mut sum, mut squares) = (0.0, [0.0; 3], [0.0; 3]);

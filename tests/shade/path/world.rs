@@ -254,6 +254,19 @@ impl PointLike {
 }
 
 impl World {
+    /// Returns the kinds of its materials, for readers of the file of references.
+    pub fn summary(&self) -> String {
+        let mut kinds: Vec<String> = Vec::new();
+        for shape in &self.shapes {
+            let text = format!("{:?}", shape.material);
+            let kind = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+            if !kinds.iter().any(|known| known == kind) {
+                kinds.push(kind.to_owned());
+            }
+        }
+        format!("{} shapes of {}", self.shapes.len(), kinds.join(" "))
+    }
+
     /// Returns the part of the scene file after WorldBegin.
     pub fn text(&self) -> String {
         let mut text = self.light_directives();
