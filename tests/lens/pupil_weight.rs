@@ -1,5 +1,6 @@
 //! Weights of camera rays: no sample becomes a firefly, whatever the bounds of the pupil miss.
 
+use crate::support::reference::by_tier;
 use crate::support::{Random, in_parallel, root};
 use glam::DAffine3;
 use petzval_base::lanes::f32x8;
@@ -224,7 +225,7 @@ fn assert_no_firefly(waves: u64) {
 
 #[test]
 fn no_sample_is_a_firefly() {
-    assert_no_firefly(40);
+    assert_no_firefly(by_tier(16, 40));
 }
 
 #[test]

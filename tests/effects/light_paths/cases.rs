@@ -1,5 +1,8 @@
 //! Pictures of lamps, and the comparison of their light.
 
+use std::fmt::Debug;
+use std::fs::read_to_string;
+
 use petzval_image::{Picture, write_pfm};
 use petzval_render::Backend;
 use petzval_render::job::Job;
@@ -7,7 +10,8 @@ use petzval_render::prepare::{Changes, prepare};
 use petzval_scene_formats::pbrt;
 use petzval_spectrum::Passband;
 
-use crate::support::{folder, in_parallel, mean_and_error, picture, root, write};
+use crate::support::reference::{full, means_agree, reference};
+use crate::support::{folder, mean_and_error, picture, root, write};
 
 /// A lamp in the shape of a ball, and dim surroundings.
 pub const BALL: &str = r#"
@@ -89,7 +93,7 @@ const WINDOW: &str = r#"
         "point3 portal" [-0.9 -0.6 3  -0.9 0.6 3  0.9 0.6 3  0.9 -0.6 3]"#;
 
 /// A picture with lamps.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct Case {
     pub name: &'static str,
     /// File of the repository, or text.
@@ -313,8 +317,9 @@ pub fn light_by_channel(picture: &Picture) -> Vec<f64> {
     vec![light(picture), channel(0), channel(1), channel(2), moment]
 }
 
-/// Samples per pixel of camera paths alone, and of camera paths and light paths together.
-pub type Samples = [u32; 2];
+/// Samples per pixel of camera paths alone, of camera paths and light paths together, and of light paths
+/// alone. Those lose what the weights of both gain.
+pub type Samples = [u32; 3];
 
 /// Paths that find the direct light of lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -336,9 +341,28 @@ pub fn with_paths(paths: Paths, prepare: impl Fn(bool) -> Job) -> Job {
     job
 }
 
-/// Samples per pixel of light paths alone, relative to those of both kinds: they lose what the weights of
-/// both gain.
-const SAMPLES_ALONE: u32 = 3;
+/// Largest difference of two means of a dozen pictures, in standard errors: Student's t of 15 degrees of
+/// freedom, one in a million.
+pub const ERRORS: f64 = 7.5;
+
+/// Returns the means over pictures of their parts, and the standard errors of these.
+pub fn means_and_errors(pictures: &[Vec<f64>]) -> Vec<[f64; 2]> {
+    (0..pictures[0].len())
+        .map(|part| mean_and_error(&pictures.iter().map(|parts| parts[part]).collect::<Vec<f64>>()))
+        .collect()
+}
+
+/// Returns the means and standard errors of the light of camera paths alone, from the file of references,
+/// which the full tier computes again.
+pub fn light_of_camera_paths(
+    label: &str,
+    subject: impl Debug,
+    compute: impl FnOnce() -> Vec<[f64; 2]>,
+) -> Vec<[f64; 2]> {
+    let numbers =
+        reference("light_paths", label, subject, means_agree(ERRORS), || compute().concat());
+    numbers.as_chunks().0.to_vec()
+}
 
 /// Compares the light of camera paths with that of light paths, alone and together, whole and in parts.
 /// The error of the whole is below `noisiest` of it.
@@ -346,47 +370,54 @@ pub fn assert_same_light(
     cases: &[Case],
     samples: Samples,
     noisiest: f64,
-    parts: impl Fn(&Picture) -> Vec<f64> + Sync,
+    parts: impl Fn(&Picture) -> Vec<f64>,
 ) {
     /// Pictures of each kind, each with another seed.
     const PICTURES: u32 = 12;
-    in_parallel(cases, |case| {
-        let pictures = |paths, samples| {
-            let sum = |seed| {
-                let job = with_paths(paths, |light_paths| job(case, light_paths, seed, samples));
+    for case in cases {
+        let light_of = |paths, samples| {
+            let prepared =
+                |seed| with_paths(paths, |light_paths| job(case, light_paths, seed, samples));
+            let first = prepared(0);
+            let of_seed = |seed| {
+                // Surveys take a part of the time. In the fast tier all pictures share one.
+                let job = if full() { prepared(seed) } else { Job { seed, ..first.clone() } };
                 parts(&picture(&job, Backend::Simd, 1))
             };
-            (0..PICTURES).map(sum).collect::<Vec<Vec<f64>>>()
+            means_and_errors(&(0..PICTURES).map(of_seed).collect::<Vec<Vec<f64>>>())
         };
-        let camera = pictures(Paths::Camera, samples[0]);
-        let kinds = [(Paths::Both, samples[1]), (Paths::Light, SAMPLES_ALONE * samples[1])]
-            .map(|(paths, samples)| (paths, pictures(paths, samples)));
-        for ((paths, found), part) in
-            kinds.iter().flat_map(|kind| (0..camera[0].len()).map(move |part| (kind, part)))
-        {
-            let [camera, both] = [&camera, found].map(|pictures| {
-                mean_and_error(&pictures.iter().map(|light| light[part]).collect::<Vec<f64>>())
-            });
-            let error = camera[1].hypot(both[1]);
-            let off = both[0] - camera[0];
-            println!(
-                "{}, {paths:?} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
-                case.name,
-                100.0 * off / camera[0],
-                100.0 * error / camera[0],
-                off / error
-            );
-            assert!(
-                part > 0 || error < noisiest * camera[0],
-                "{}: {camera:?} and {both:?} are noisy",
-                case.name
-            );
-            // Student's t of 15 degrees of freedom, one in a million: 7.5.
-            assert!(
-                off.abs() < 7.5 * error,
-                "{} {part}: {camera:?}, and {both:?} with light paths",
-                case.name
-            );
+        let lens = match case.lens.contains('\n') {
+            true => case.lens.to_owned(),
+            false => read_to_string(root().join("lenses").join(case.lens)).expect("a lens"),
+        };
+        let sky = case.world.contains("sky.pfm").then(sky);
+        let subject = (case, lens, sky, samples[0], PICTURES);
+        let label = format!("{} through {}", case.name, case.lens.lines().next().unwrap_or(""));
+        let camera = light_of_camera_paths(&label, subject, || light_of(Paths::Camera, samples[0]));
+        for (paths, samples) in [(Paths::Both, samples[1]), (Paths::Light, samples[2])] {
+            let found = light_of(paths, samples);
+            assert_eq!(found.len(), camera.len(), "parts");
+            for (part, (camera, found)) in camera.iter().zip(&found).enumerate() {
+                let error = camera[1].hypot(found[1]);
+                let off = found[0] - camera[0];
+                println!(
+                    "{}, {paths:?} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
+                    case.name,
+                    100.0 * off / camera[0],
+                    100.0 * error / camera[0],
+                    off / error
+                );
+                assert!(
+                    part > 0 || error < noisiest * camera[0],
+                    "{}: {camera:?} and {found:?} are noisy",
+                    case.name
+                );
+                assert!(
+                    off.abs() < ERRORS * error,
+                    "{} {part}: {camera:?}, and {found:?} with light paths",
+                    case.name
+                );
+            }
         }
-    });
+    }
 }

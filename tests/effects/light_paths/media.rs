@@ -5,6 +5,7 @@ use petzval_render::prepare::Changes;
 
 use super::cases::{Case, assert_same_bits, assert_same_light, case, job, light, light_by_channel};
 use crate::support::picture;
+use crate::support::reference::by_tier;
 use crate::support::workspace::Workspace;
 
 /// A lamp.
@@ -75,7 +76,7 @@ pub fn cases() -> Vec<Case> {
 
 #[test]
 fn light_paths_change_no_light_of_media() {
-    assert_same_light(&cases(), [1024, 128], 1.3e-3, light_by_channel);
+    assert_same_light(&cases(), [1024, 128, by_tier(128, 384)], 1.3e-3, light_by_channel);
 }
 
 #[test]
