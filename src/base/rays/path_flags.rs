@@ -29,7 +29,7 @@ impl PathFlags {
 
     /// Returns whether all these flags are set.
     #[inline(always)]
-    pub const fn contain(self, flags: Self) -> bool {
+    pub const fn contains(self, flags: Self) -> bool {
         self.0 & flags.0 == flags.0
     }
 }
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn flags_contain_their_parts_only() {
         let both = PathFlags::SPECULAR | PathFlags::FROM_RECEIVER;
-        assert!(both.contain(PathFlags::SPECULAR) && both.contain(both));
-        assert!(!both.contain(PathFlags::SCATTERED) && !PathFlags::SPECULAR.contain(both));
+        assert!(both.contains(PathFlags::SPECULAR) && both.contains(both));
+        assert!(!both.contains(PathFlags::SCATTERED) && !PathFlags::SPECULAR.contains(both));
     }
 }

@@ -161,7 +161,7 @@ impl Probe {
         let (throughput, emission) = (start, first(radiance));
         let record = columns.record(&inputs);
         let next_rays = &wave.rays;
-        let specular = next_rays.flags[0].contain(PathFlags::SPECULAR);
+        let specular = next_rays.flags[0].contains(PathFlags::SPECULAR);
         let next_pdf = if specular { f32::INFINITY } else { next_rays.pdf[0] };
         PathStep {
             ray,

@@ -73,7 +73,7 @@ impl ShadeInputs<'_> {
     /// Returns whether the i-th ray ends a path that light paths find as a caustic: from a surface
     /// that receives caustics, at last by way of a mirror or clear glass, to a surface that emits.
     fn ends_caustic(&self, i: usize) -> bool {
-        self.flags(i).contain(PathFlags::FROM_RECEIVER | PathFlags::SPECULAR)
+        self.flags(i).contains(PathFlags::FROM_RECEIVER | PathFlags::SPECULAR)
     }
 
     /// Returns the weight of light that the i-th ray found. Sampling of lights would have found it
@@ -81,7 +81,7 @@ impl ShadeInputs<'_> {
     #[inline(always)]
     fn weight(&self, i: usize, light_pdf: impl FnOnce() -> f32) -> f32 {
         // Only the lens can choose the direction of a camera ray.
-        let sampled = self.vertex.depth > 0 && !self.flags(i).contain(PathFlags::SPECULAR);
+        let sampled = self.vertex.depth > 0 && !self.flags(i).contains(PathFlags::SPECULAR);
         if sampled { power_heuristic(self.rays.pdf[i], light_pdf()) } else { 1.0 }
     }
 

@@ -97,7 +97,7 @@ impl Vertices {
         for (range, kind) in self.shaded_ranges() {
             let stage = kind.stage::<f32>();
             for at in range {
-                if self.flags[at].contain(PathFlags::SCATTERED) {
+                if self.flags[at].contains(PathFlags::SCATTERED) {
                     stage.regularize(&mut self.parameters, at);
                 }
             }

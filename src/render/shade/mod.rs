@@ -53,7 +53,7 @@ impl PathVertex {
     /// Returns whether a path ends at this vertex, given the flags of its last ray.
     fn ends_path(&self, flags: PathFlags) -> bool {
         let PathLimits { max_depth, direct_only, .. } = self.limits;
-        let ends_direct = self.depth > 0 && !flags.contain(PathFlags::SPECULAR);
+        let ends_direct = self.depth > 0 && !flags.contains(PathFlags::SPECULAR);
         self.depth >= max_depth || direct_only && ends_direct
     }
 

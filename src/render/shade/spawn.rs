@@ -68,7 +68,7 @@ impl Vertices {
         for (range, kind) in self.shaded_ranges() {
             let stage = kind.stage::<f32>();
             for at in range {
-                let specular = self.next_flags[at].contain(PathFlags::SPECULAR);
+                let specular = self.next_flags[at].contains(PathFlags::SPECULAR);
                 if !specular && stage.receives_caustics(&self.parameters, at) {
                     self.next_flags[at] = self.next_flags[at] | PathFlags::FROM_RECEIVER;
                 }
@@ -217,7 +217,7 @@ impl Vertices {
 
     /// Returns the differential of a vertex's next ray; it is unknown after scattering.
     fn next_differential(&self, inputs: &ShadeInputs, at: usize) -> RayDifferential {
-        if !self.next_flags[at].contain(PathFlags::SPECULAR) {
+        if !self.next_flags[at].contains(PathFlags::SPECULAR) {
             return RayDifferential::UNKNOWN;
         }
         let bounce = SpecularBounce {

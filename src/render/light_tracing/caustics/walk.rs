@@ -188,7 +188,7 @@ impl Caustics {
 fn keep_specular(rays: &mut RayBatch) {
     let mut kept = 0;
     for i in 0..rays.len {
-        if rays.flags[i].contain(PathFlags::SPECULAR) {
+        if rays.flags[i].contains(PathFlags::SPECULAR) {
             rays.copy_within(i, kept);
             kept += 1;
         }
