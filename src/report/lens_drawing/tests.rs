@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use petzval_lens::{Prescription, RealRayFocus, Row, Rows, TransverseAxis};
+use petzval_lens::{Pose, Prescription, RealRayFocus, Row, Rows, TiltDecenter, TransverseAxis};
 use petzval_lens_formats::read;
 use roxmltree::{Document, Node};
 
@@ -113,6 +113,24 @@ fn a_stop_inside_glass_does_not_cut_it() {
     let svg = drawn(&lens);
     let document = Document::parse(&svg).unwrap();
     assert_eq!(paths(class(&document, "glass").next().unwrap()).count(), 1);
+}
+
+#[test]
+fn a_decentred_lens_is_drawn_higher() {
+    let height = |y: f64| {
+        let stop = row(0.0, 5.0, 1.0, 8.0);
+        let pose = Pose { decentre: [0.0, y], ..Pose::ALIGNED };
+        let rows = vec![stop, row(60.0, 6.0, 1.5, 24.0), row(-60.0, 0.0, 1.0, 24.0)];
+        let mut lens = Prescription::new("", rows).expect("one stop");
+        lens.tilt_decenters = vec![TiltDecenter { rows: [1, 2], pose }];
+        let svg = drawn(&lens);
+        let document = Document::parse(&svg).unwrap();
+        let outline = points(paths(class(&document, "glass").next().unwrap()).next().unwrap());
+        let axis = points(paths(class(&document, "axis").next().unwrap()).next().unwrap())[0][1];
+        // y of SVG points down.
+        axis - outline.iter().map(|p| p[1]).sum::<f64>() / outline.len() as f64
+    };
+    assert!(height(2.0) > 2.0 && height(-2.0) < -2.0, "{} {}", height(2.0), height(-2.0));
 }
 
 #[test]

@@ -75,10 +75,10 @@ fn the_airy_disc_holds_84_percent_of_the_light() {
 
 /// A plano-convex singlet at f/20 with a stop in front of it, on its paraxial focus.
 fn slow_singlet() -> (Prescription, ImagingConditions) {
-    let stop = Row { stop: true, ..row(f64::INFINITY, 20.0, 1.0, 5.0) };
+    let stop = Row { stop: true, ..row(f64::INFINITY, 20.0, 1.0, 2.5) };
     let rows = vec![stop, row(f64::INFINITY, 3.0, 1.6, 30.0), row(-60.0, 0.0, 1.0, 30.0)];
     let lens = Prescription::new("singlet", rows).expect("one stop");
-    let mut conditions = conditions(&lens, 2.0);
+    let mut conditions = conditions(&lens, 1.0);
     conditions.film_distance = Paraxial::new(&lens).back_focal_distance;
     conditions.wavelengths = vec![SpectralLine { nm: 550.0, weight: 1.0 }];
     conditions.primary = 0;
@@ -97,23 +97,23 @@ fn a_slow_lens_has_the_aberrations_of_its_seidel_sums() {
     };
     // The edge of the stop on the axis.
     let spherical = waves(0, 1, 20);
-    assert!((spherical / w040 - 1.0).abs() < 0.02, "{spherical} {w040}");
+    assert!((spherical / w040 - 1.0).abs() < 0.006, "{spherical} {w040}");
     // Odd part of the tangential fan at the edge of the field: coma.
     let edge = quality.fields.len() - 1;
     let coma = (waves(edge, 1, 20) - waves(edge, 1, 0)) / 2.0;
-    assert!((coma / w131 - 1.0).abs() < 0.03, "{coma} {w131}");
+    assert!((coma / w131 - 1.0).abs() < 0.006, "{coma} {w131}");
     // Even parts: spherical aberration, astigmatism and field curvature.
     let tangential = (waves(edge, 1, 20) + waves(edge, 1, 0)) / 2.0 - spherical;
     let sagittal = (waves(edge, 0, 20) + waves(edge, 0, 0)) / 2.0 - spherical;
     let expected = w220 + w222 / 2.0;
-    assert!((sagittal / expected - 1.0).abs() < 0.03, "{sagittal} {expected}");
-    assert!(((tangential - sagittal) / w222 - 1.0).abs() < 0.03, "{tangential} {sagittal} {w222}");
+    assert!((sagittal / expected - 1.0).abs() < 0.006, "{sagittal} {expected}");
+    assert!(((tangential - sagittal) / w222 - 1.0).abs() < 0.006, "{tangential} {sagittal} {w222}");
     // Distortion: a tilt of W311 moves the chief ray's point by 2 N W311.
     let point = quality.field_curve(0, 1).pop().expect("the edge");
     let f_number = Paraxial::new(&lens).f_number();
     let height = -2.0 * f_number * w311 * 550e-6;
     let real = point.height - point.linear_height;
-    assert!((real / height - 1.0).abs() < 0.03, "{real} {height}");
+    assert!((real / height - 1.0).abs() < 0.006, "{real} {height}");
 }
 
 #[test]
