@@ -134,7 +134,7 @@ def test_no_help_names_an_option_of_the_command():
         ({"focus": (999, 0)}, "'focus' on the pixel 999,0: the picture has 48 x 32"),
         ({"fstop": 0.5}, "'fstop' 0.5: "),
         ({"spp": 1, "noise": 0.1}, "'spp' 1: 'noise' and 'time' need"),
-        ({"shutter": "time=1/60,speed=2"}, "shutter: expected NAME=VALUE"),
+        ({"shutter": "time=1/60,speed=2"}, "shutter='time=1/60,speed=2': expected NAME=VALUE"),
     ],
 )
 def test_no_message_names_an_option_of_the_command(scene_path, settings, message):
