@@ -53,7 +53,7 @@ pub enum CheckpointNotice {
     #[error(transparent)]
     Unreadable(CheckpointError),
     /// The checkpoint is of this picture, and stays until the render has as many samples.
-    #[error("{} holds a part of this picture; a resume would continue from there", path.display())]
+    #[error("{} holds a part of this picture; 'resume' would continue from there", path.display())]
     NotResumed {
         /// The file of the checkpoint.
         path: PathBuf,
@@ -90,7 +90,7 @@ pub enum ResumeError {
     },
     /// The checkpoint to resume from is of another picture.
     #[error(
-        "cannot resume from {}: {}; without a resume the render starts again",
+        "cannot resume from {}: {}; without 'resume' the render starts again",
         path.display(),
         differences.join("; ")
     )]

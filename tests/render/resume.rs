@@ -183,7 +183,7 @@ fn without_resume_a_render_starts_anew_and_mentions_the_checkpoint() {
         "a checkpoint of another picture was replaced"
     );
     let stderr = workspace.run_ok(UNIFORM);
-    assert!(stderr.contains("a resume would continue"), "{stderr}");
+    assert!(stderr.contains("--resume would continue"), "{stderr}");
     assert_eq!(workspace.file_names(), ["a.exr"]);
     let stderr = workspace.run_ok(&format!("{UNIFORM} --resume"));
     assert!(
