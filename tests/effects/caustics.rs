@@ -2,7 +2,7 @@
 
 use std::fs::read_to_string;
 
-use crate::light_paths::cases::{ERRORS, light_of_camera_paths, means_and_errors};
+use crate::light_paths::cases::{assert_agrees, light_of_camera_paths, means_and_errors};
 use crate::support::reference::full;
 use crate::support::workspace::Workspace;
 use crate::support::{folder, mean_and_error, picture, root, write};
@@ -193,23 +193,9 @@ fn light_paths_change_no_light() {
         let label = format!("caustics: {}", case.name);
         let camera =
             light_of_camera_paths(&label, (case, lens, PICTURES), || light_of(false, case.samples));
-        for (part, (camera, both)) in camera.iter().zip(light_of(true, 128)).enumerate() {
-            let error = camera[1].hypot(both[1]);
-            let off = both[0] - camera[0];
-            println!(
-                "{} {part}: off by {:.3} +- {:.3} %",
-                case.name,
-                100.0 * off / camera[0],
-                100.0 * error / camera[0]
-            );
-            let noisiest = if part == 0 { 8e-3 } else { 2e-2 };
-            assert!(
-                error < noisiest * camera[0],
-                "{}: {camera:?} and {both:?} are noisy",
-                case.name
-            );
-            assert!(off.abs() < ERRORS * error, "{} {part}: {camera:?} and {both:?}", case.name);
-        }
+        assert_agrees(case.name, &camera, &light_of(true, 128), |part| {
+            Some(if part == 0 { 8e-3 } else { 2e-2 })
+        });
     }
 }
 

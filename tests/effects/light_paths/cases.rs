@@ -343,7 +343,7 @@ pub fn with_paths(paths: Paths, prepare: impl Fn(bool) -> Job) -> Job {
 
 /// Largest difference of two means of a dozen pictures, in standard errors: Student's t of 15 degrees of
 /// freedom, one in a million.
-pub const ERRORS: f64 = 7.5;
+const ERRORS: f64 = 7.5;
 
 /// Returns the means over pictures of their parts, and the standard errors of these.
 pub fn means_and_errors(pictures: &[Vec<f64>]) -> Vec<[f64; 2]> {
@@ -362,6 +362,32 @@ pub fn light_of_camera_paths(
     let numbers =
         reference("light_paths", label, subject, means_agree(ERRORS), || compute().concat());
     numbers.as_chunks().0.to_vec()
+}
+
+/// Asserts that light equals that of camera paths alone, part by part: means and their standard errors.
+/// `noisiest` is the largest error of a part relative to it, if the part has one.
+pub fn assert_agrees(
+    name: &str,
+    camera: &[[f64; 2]],
+    found: &[[f64; 2]],
+    noisiest: impl Fn(usize) -> Option<f64>,
+) {
+    assert_eq!(found.len(), camera.len(), "parts");
+    for (part, (camera, found)) in camera.iter().zip(found).enumerate() {
+        let error = camera[1].hypot(found[1]);
+        let off = found[0] - camera[0];
+        println!(
+            "{name} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
+            100.0 * off / camera[0],
+            100.0 * error / camera[0],
+            off / error
+        );
+        assert!(
+            noisiest(part).is_none_or(|noisiest| error < noisiest * camera[0]),
+            "{name} {part}: {camera:?} and {found:?} are noisy"
+        );
+        assert!(off.abs() < ERRORS * error, "{name} {part}: {camera:?}, but {found:?}");
+    }
 }
 
 /// Compares the light of camera paths with that of light paths, alone and together, whole and in parts.
@@ -396,28 +422,8 @@ pub fn assert_same_light(
         let camera = light_of_camera_paths(&label, subject, || light_of(Paths::Camera, samples[0]));
         for (paths, samples) in [(Paths::Both, samples[1]), (Paths::Light, samples[2])] {
             let found = light_of(paths, samples);
-            assert_eq!(found.len(), camera.len(), "parts");
-            for (part, (camera, found)) in camera.iter().zip(&found).enumerate() {
-                let error = camera[1].hypot(found[1]);
-                let off = found[0] - camera[0];
-                println!(
-                    "{}, {paths:?} {part}: off by {:.3} +- {:.3} %: {:.2} errors",
-                    case.name,
-                    100.0 * off / camera[0],
-                    100.0 * error / camera[0],
-                    off / error
-                );
-                assert!(
-                    part > 0 || error < noisiest * camera[0],
-                    "{}: {camera:?} and {found:?} are noisy",
-                    case.name
-                );
-                assert!(
-                    off.abs() < ERRORS * error,
-                    "{} {part}: {camera:?}, and {found:?} with light paths",
-                    case.name
-                );
-            }
+            let name = format!("{}, {paths:?}", case.name);
+            assert_agrees(&name, &camera, &found, |part| (part == 0).then_some(noisiest));
         }
     }
 }
