@@ -8,9 +8,9 @@
 //! An off-axis lens, whose apertures leave out the vertices of its surfaces, is focused as the lens
 //! of which it is a part.
 
-use petzval_base::bisection::{bisect, try_bisect};
-
 use std::borrow::Cow;
+
+use petzval_base::bisection::{bisect, try_bisect};
 
 use super::paraxial::{FocusError, Paraxial, RayTransferMatrix};
 use crate::prescription::surface_aperture::SurfaceAperture;

@@ -1,8 +1,8 @@
 //! Diameter of the stop for an f-number.
 
-use petzval_base::bisection::bisect;
-
 use std::fmt;
+
+use petzval_base::bisection::bisect;
 
 use crate::focus::real_ray::RealRayFocus;
 use crate::prescription::Prescription;

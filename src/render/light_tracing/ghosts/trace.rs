@@ -160,7 +160,7 @@ pub(super) fn sample_wave(
 /// Returns the rendered pixel that contains a film point (mm).
 fn film_pixel(input: &LightPathInput<'_>, point: [f64; 2]) -> Option<[u32; 2]> {
     let frame = &input.frame;
-    let pixel = input.camera.film_map(input.frame.resolution).pixel(point).map(f64::floor);
+    let pixel = input.film_map().pixel(point).map(f64::floor);
     let inside =
         (0..2).all(|i| pixel[i] >= f64::from(frame.low[i]) && pixel[i] < f64::from(frame.high[i]));
     inside.then(|| pixel.map(|p| p as u32))

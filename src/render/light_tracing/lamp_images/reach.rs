@@ -48,7 +48,7 @@ impl ArrivalBounds {
 
     /// Adds a path that entered at a point of the square (0 to 1) and arrived at a film point (mm).
     pub fn add(&mut self, input: &LightPathInput<'_>, entry: [f32; 2], film: [f64; 2]) {
-        let at = input.camera.film_map(input.frame.resolution).pixel(film);
+        let at = input.film_map().pixel(film);
         let cell = &mut self.cells[ENTRY_GRID.cell(entry)];
         *cell = union(*cell, [at; 2]);
     }

@@ -110,7 +110,7 @@ fn add_arrivals(
     let margin = input.response.filter.margin();
     for path in 0..paths.len() {
         let Some(hit) = paths.film_hit(path) else { continue };
-        let at = input.camera.film_map(input.frame.resolution).pixel(hit.point);
+        let at = input.film_map().pixel(hit.point);
         let near = (0..2).all(|i| {
             at[i] > f64::from(frame.low[i]) - margin[i]
                 && at[i] < f64::from(frame.high[i]) + margin[i]

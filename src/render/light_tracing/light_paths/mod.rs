@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::film::{Frame, Response};
 use crate::timing::{ArrivalTime, Timing};
 use petzval_base::sampler::{Dimension, sample_2d};
-use petzval_lens::Camera;
+use petzval_lens::{Camera, FilmMap};
 use petzval_scene::{PathLimits, Scene};
 
 /// Parts of a job that light paths depend on.
@@ -57,6 +57,11 @@ pub struct LightPathInput<'a> {
 }
 
 impl LightPathInput<'_> {
+    /// Returns the map between the film and the whole picture.
+    pub(crate) fn film_map(&self) -> FilmMap {
+        self.camera.film_map(self.frame.resolution)
+    }
+
     /// Returns the time at which a path arrives, given by the key and the number of its sample.
     pub(crate) fn arrival_time(&self, key: u32, sample: u32) -> ArrivalTime {
         self.timing.map_or_else(ArrivalTime::default, |timing| {

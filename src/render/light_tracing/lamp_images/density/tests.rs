@@ -217,9 +217,7 @@ fn a_crop_traces_only_the_light_paths_that_can_reach_it() {
             lamps.front.trace::<f32x8>(lens, 0, &mut columns.paths);
             traced += columns.paths.len();
             let hits = (0..columns.paths.len()).filter_map(|i| columns.paths.film_hit(i));
-            arrivals.extend(
-                hits.map(|hit| input.camera.film_map(input.frame.resolution).pixel(hit.point)),
-            );
+            arrivals.extend(hits.map(|hit| input.film_map().pixel(hit.point)));
         }
         (traced, arrivals)
     }
