@@ -69,7 +69,7 @@ fn fresnel(criterion: &mut Criterion) {
     }
     let scene = pbrt::read(&folder.join("scenes/dgauss.pbrt")).expect("a scene of the repository");
     let changes = Changes { coating: Some(Coating::Mgf2), ..Changes::default() };
-    print_estimate(&prepare(scene, &changes).expect("a job").0, Effect::Fresnel);
+    print_estimate(&prepare(scene, &changes).expect("a job").job, Effect::Fresnel);
     // The estimate of the loss takes 33 film points.
     let lens = RealLens::new(bare, LENS.1, 21.6, PupilSampling::Pupil, 1.0, 0.0);
     group.throughput(Throughput::Elements(1));
@@ -88,7 +88,7 @@ fn everything_off(criterion: &mut Criterion) {
             effects: effects.parse().expect("effects"),
             ..Changes::default()
         };
-        prepare(description, &changes).expect("a job").0
+        prepare(description, &changes).expect("a job").job
     };
     let mut group = criterion.benchmark_group("effect/everything_off");
     group.throughput(Throughput::Elements(64 * 64 * 64));
@@ -113,7 +113,7 @@ fn sensor(bench: &mut Criterion) {
 
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/dgauss.pbrt");
     let description = pbrt::read(&scene).expect("a scene of the repository");
-    let job = prepare(description, &Changes::default()).expect("a job").0;
+    let job = prepare(description, &Changes::default()).expect("a job").job;
     let frame = Frame::whole(SIZE);
     let job = Job { frame, sensor: None, ..job };
     let exposed = RenderOutput {
@@ -127,7 +127,7 @@ fn sensor(bench: &mut Criterion) {
     let description = pbrt::read(&scene).expect("a scene of the repository");
     let asked = Some(Default::default());
     let changes = Changes { sensor: asked, samples: Some(1), ..Changes::default() };
-    print_estimate(&prepare(description, &changes).expect("a job").0, Effect::Sensor);
+    print_estimate(&prepare(description, &changes).expect("a job").job, Effect::Sensor);
     group.bench_function("without", |bencher| bencher.iter(|| exposed.film.picture(16)));
     group.bench_function("off", |bencher| bencher.iter(|| exposed.picture(&job)));
 
@@ -165,7 +165,7 @@ fn dispersion(criterion: &mut Criterion) {
             effects: effects.parse().expect("effects"),
             ..Changes::default()
         };
-        prepare(description, &changes).expect("a job").0
+        prepare(description, &changes).expect("a job").job
     };
     let (off, on) = (job("-dispersion"), job("+dispersion"));
     print_estimate(&on, Effect::Dispersion);
@@ -188,7 +188,7 @@ fn ghosts(criterion: &mut Criterion) {
         let description = pbrt::read(&scene).expect("a scene of the repository");
         let effects = EffectSelection::Overrides(vec![(Effect::Ghosts, true)]);
         let changes = Changes { samples: Some(SAMPLES), effects, ..Changes::default() };
-        let job = prepare(description, &changes).expect("a job").0;
+        let job = prepare(description, &changes).expect("a job").job;
         let ghosts = [Strategy::Ghosts(job.ghosts.as_ref().expect("they are asked for"))];
         let stage = SplatStage::default();
         print_estimate(&job, Effect::Ghosts);
@@ -241,7 +241,7 @@ fn motion(criterion: &mut Criterion) {
         let rolling = rolling.map(|text| text.parse().expect("a time"));
         let effects = effects.parse().expect("effects");
         let changes = Changes { effects, rolling, ..Changes::default() };
-        prepare(scene(camera, things), &changes).expect("a job").0
+        prepare(scene(camera, things), &changes).expect("a job").job
     };
     let ride = end("Rotate 2 0 1 0");
     let mut group = criterion.benchmark_group("effect/motion");
@@ -282,7 +282,7 @@ fn diffraction(bench: &mut Criterion) {
             samples: Some(16),
             ..Changes::default()
         };
-        prepare(description, &changes).expect("a job").0
+        prepare(description, &changes).expect("a job").job
     };
     group.throughput(Throughput::Elements(u64::from(LARGE[0] * LARGE[1])));
     group.sample_size(10);
@@ -334,7 +334,7 @@ fn tilt_shift(criterion: &mut Criterion) {
             effects: wanted.clone(),
             ..Changes::default()
         };
-        let mut job = prepare(description, &changes).expect("a job").0;
+        let mut job = prepare(description, &changes).expect("a job").job;
         let half = job.camera.film.map(|side| side / 2.0);
         let film = FilmPlane { distance: LENS.1, pose, radius: half[0].hypot(half[1]), half };
         let model = RealLens::with_film(lens.clone(), &film, PupilSampling::Pupil, 1.0, 0.0);
@@ -345,7 +345,7 @@ fn tilt_shift(criterion: &mut Criterion) {
     for (film_shift, film_tilt) in [(Some([3.0, -2.0]), None), (None, Some([3.0, 1.0]))] {
         let description = pbrt::read(&scene).expect("a scene of the repository");
         let changes = Changes { film_shift, film_tilt, ..Changes::default() };
-        print_estimate(&prepare(description, &changes).expect("a job").0, Effect::TiltShift);
+        print_estimate(&prepare(description, &changes).expect("a job").job, Effect::TiltShift);
     }
     // The change of frame alone: the trace of a wave with and without two changes around an element.
     group.throughput(Throughput::Elements(WAVE_SIZE as u64));
@@ -401,7 +401,7 @@ fn media(criterion: &mut Criterion) {
         ("subsurface", scene("", &skin), "auto"),
     ] {
         let effects: EffectSelection = effects.parse().expect("effects");
-        let job = prepare(scene, &Changes { effects, ..Changes::default() }).expect("a job").0;
+        let job = prepare(scene, &Changes { effects, ..Changes::default() }).expect("a job").job;
         print_estimate(&job, Effect::Media);
         group.bench_function(name, |bencher| {
             bencher.iter(|| {

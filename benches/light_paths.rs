@@ -58,7 +58,7 @@ fn measure(scene: &str, focus: Option<f64>, light_paths: Option<bool>) -> Noise 
             light_paths,
             ..Changes::default()
         };
-        let job = prepare(pbrt::read(&file).expect("a scene"), &changes).expect("a job").0;
+        let job = prepare(pbrt::read(&file).expect("a scene"), &changes).expect("a job").job;
         let start = cpu_seconds();
         let options = RenderOptions { threads: 1, ..RenderOptions::default() };
         let picture: Picture = render(&job, options).expect("a picture").into_picture(&job);

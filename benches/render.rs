@@ -17,7 +17,7 @@ fn dgauss() -> Job {
     // A crop without vignetting, so that every camera takes the same samples.
     let crop = Some([[100, 140], [200, 240]]);
     let changes = Changes { samples: Some(32), crop, ..Changes::default() };
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 /// Replaces the lens by a thin lens of the same focal length, focus and f-number.
@@ -35,7 +35,7 @@ fn small(name: &str) -> Job {
     let description = pbrt::read(&scene).expect("a scene of the repository");
     let changes = Changes { samples: Some(16), resolution: Some([90, 60]), ..Changes::default() };
     let changes = Changes { effects: EffectSelection::None, ..changes };
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 fn cameras(bench: &mut Criterion) {

@@ -80,7 +80,7 @@ fn job(lens: &str, distance: f64, knot: &str) -> Job {
     let layers = vec![Aov::Variance];
     prepare(pbrt::read(&path).expect("a scene"), &Changes { layers, ..Changes::default() })
         .expect("a job")
-        .0
+        .job
 }
 
 /// Returns the CPU time of this process (s).

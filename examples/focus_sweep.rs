@@ -10,7 +10,7 @@ use std::path::Path;
 
 use petzval_base::io::OutputFile;
 use petzval_image::{DisplayExposure, EncodingOptions};
-use petzval_render::prepare::{Changes, FocusOn, prepare};
+use petzval_render::prepare::{Changes, FocusOn, Prepared, prepare};
 use petzval_render::{RenderOptions, render};
 use petzval_scene_formats::pbrt;
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             resolution: Some([320, 320]),
             ..Changes::default()
         };
-        let (job, notes, _) = prepare(description.clone(), &changes)?;
+        let Prepared { job, notes, .. } = prepare(description.clone(), &changes)?;
         let exposed = render(&job, RenderOptions::default())?;
 
         let path = Path::new(folder).join(format!("focus-{distance}.png"));

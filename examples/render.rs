@@ -10,7 +10,7 @@ use std::path::Path;
 
 use petzval_base::io::OutputFile;
 use petzval_image::{DisplayExposure, EncodingOptions};
-use petzval_render::prepare::{Changes, prepare};
+use petzval_render::prepare::{Changes, Prepared, prepare};
 use petzval_render::{RenderOptions, render};
 use petzval_scene_formats::pbrt;
 
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The description is what the file says; the job adds the lens, its focus and the plan of effects.
     let description = pbrt::read(Path::new(scene))?;
     let changes = Changes { samples, ..Changes::default() };
-    let (job, notes, warnings) = prepare(description, &changes)?;
+    let Prepared { job, notes, warnings } = prepare(description, &changes)?;
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }

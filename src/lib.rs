@@ -10,7 +10,7 @@
 //! use std::path::Path;
 //!
 //! use petzval::{
-//!     Changes, EncodingOptions, OutputFile, RenderOptions, prepare, read_scene, render,
+//!     Changes, EncodingOptions, OutputFile, Prepared, RenderOptions, prepare, read_scene, render,
 //! };
 //!
 //! # let folder = tempfile::tempdir()?;
@@ -18,7 +18,7 @@
 //! let description = read_scene(Path::new("scenes/dgauss.pbrt"))?;
 //! let changes =
 //!     Changes { samples: Some(4), resolution: Some([120, 120]), ..Changes::default() };
-//! let (job, notes, _warnings) = prepare(description, &changes)?;
+//! let Prepared { job, notes, .. } = prepare(description, &changes)?;
 //! let output = render(&job, RenderOptions::default())?;
 //!
 //! let file = folder.path().join("dgauss.exr");
@@ -185,7 +185,7 @@ pub use petzval_lens_formats::read as read_lens;
 pub use petzval_render::aov::Aov;
 pub use petzval_render::job::{Job, StopCriteria};
 pub use petzval_render::plan::{Effect, EffectSelection};
-pub use petzval_render::prepare::{Changes, FocusOn, PrepareError, prepare};
+pub use petzval_render::prepare::{Changes, FocusOn, PrepareError, Prepared, prepare};
 pub use petzval_render::{Progress, RenderError, RenderOptions, RenderOutput, render};
 pub use petzval_scene_formats::pbrt::{Description, SceneError, SceneErrors};
 pub use petzval_scene_formats::read as read_scene;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use petzval::{Picture, Progress, RenderError, RenderOptions, RenderOutput};
+use petzval::{Picture, Prepared, Progress, RenderError, RenderOptions, RenderOutput};
 use petzval_image::{ImageLayer, Note, Notes};
 use petzval_render::{Convergence, render_resumable};
 use pyo3::prelude::*;
@@ -43,7 +43,7 @@ pub fn prepare(py: Python<'_>, scene: &Scene, settings: Settings) -> PyResult<Jo
     let description = scene.description.clone();
     let work = move || petzval::prepare(description, &changes);
     let prepared = worker::run_or_abandon(py, || (), work)?;
-    let (job, notes, warnings) = prepared.map_err(|error| prepare_error(&error))?;
+    let Prepared { job, notes, warnings } = prepared.map_err(|error| prepare_error(&error))?;
     let job = Arc::new(job);
     let warnings = warnings.iter().map(ToString::to_string).collect();
     let inputs = JobInputs { scene: scene.file().to_owned(), settings: recorded };

@@ -11,6 +11,7 @@ use petzval_image::{DisplayExposure, ImageFormat, ToneCurve, WhiteBalance};
 use petzval_render::checkpoint::{Head, Inputs, SavedRender};
 use petzval_render::memory::MemoryTask;
 use petzval_render::merge;
+use petzval_render::prepare::Prepared;
 
 use super::arguments::argv::{argv, parse_render, shell_line};
 use super::arguments::values::white_balance;
@@ -81,7 +82,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
                 "{error}\nthe parts were rendered by\n  {command}\nmerge them where its files are"
             )
         })?;
-    let (mut job, notes, warnings) = job(&render, description, true)?;
+    let Prepared { mut job, notes, warnings } = job(&render, description, true)?;
     let hidden = if render.denoise.is_some() { add_guides(&mut job) } else { Vec::new() };
     if program.is_some() && !has_guides(&job) {
         let problem = "the parts hold no albedo and no normals; render them with --denoise, too";

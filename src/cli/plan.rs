@@ -3,7 +3,7 @@
 use petzval_render::job::Job;
 use petzval_render::memory::machine;
 use petzval_render::plan::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
-use petzval_render::prepare::prepare;
+use petzval_render::prepare::{Prepared, prepare};
 
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ pub(super) struct PlanArguments {
 
 pub(super) fn run(arguments: &PlanArguments) -> Result<Outcome, Failure> {
     let description = petzval_scene_formats::read(&arguments.picture.scene)?;
-    let (job, _, warnings) = prepare(description, &arguments.picture.changes())?;
+    let Prepared { job, warnings, .. } = prepare(description, &arguments.picture.changes())?;
     message::warnings(&warnings);
     let work = Work::of(&job, machine::cores());
     let text = match arguments.json {

@@ -18,7 +18,7 @@ fn layered(text: &str, wanted: &[Aov]) -> (Vec<ImageLayer>, Picture, Job) {
     let folder = folder();
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
     let changes = Changes { layers: wanted.to_vec(), ..Changes::default() };
-    let (job, _, _) = prepare(description, &changes).expect("a job");
+    let job = prepare(description, &changes).expect("a job").job;
     let exposed =
         render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     (exposed.layers(&job), exposed.film.picture(job.samples.end), job)
@@ -48,7 +48,7 @@ fn layers(camera: &str, samples: u32, seed: u32, world: &str, wanted: &[Aov]) ->
         layers: wanted.to_vec(),
         ..Changes::default()
     };
-    let (job, _, _) = prepare(description, &changes).expect("a job");
+    let job = prepare(description, &changes).expect("a job").job;
     let exposed =
         render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     exposed.layers(&job)
@@ -155,7 +155,7 @@ fn the_circle_of_confusion_equals_the_blur_of_a_point() {
         let effects = EffectSelection::None;
         let layers = vec![Aov::Coc, Aov::Depth];
         let changes = Changes { layers, effects, ..Changes::default() };
-        let (job, _, _) = prepare(description, &changes).expect("a job");
+        let job = prepare(description, &changes).expect("a job").job;
         let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a picture");
         let coc = exposed.layers(&job);
@@ -211,7 +211,7 @@ fn the_circle_of_confusion_of_the_sky_is_that_of_infinity() {
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
     let effects = EffectSelection::None;
     let changes = Changes { layers: vec![Aov::Coc], effects, ..Changes::default() };
-    let (job, _, _) = prepare(description, &changes).expect("a job");
+    let job = prepare(description, &changes).expect("a job").job;
     let exposed = render(&job, RenderOptions::default()).expect("a picture");
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
     let focal = lens.paraxial.focal_length;

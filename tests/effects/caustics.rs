@@ -158,7 +158,7 @@ fn job(case: &Case, light_paths: Option<bool>, seed: u32, samples: u32) -> Job {
     let description = pbrt::read(&write(&folder, "caustics.pbrt", text)).expect("a scene");
     let changes =
         Changes { light_paths, samples: Some(samples), seed: Some(seed), ..case.changes.clone() };
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 /// Returns the light of a picture's pixels, once of all and once of each third of its columns.
@@ -289,7 +289,7 @@ fn the_plan_says_why_there_are_no_light_paths_for_caustics() {
         );
         let folder = folder();
         let description = pbrt::read(&write(&folder, "none.pbrt", scene)).expect("a scene");
-        let job = prepare(description, &Changes::default()).expect("a job").0;
+        let job = prepare(description, &Changes::default()).expect("a job").job;
         assert!(job.caustics.is_none(), "{reason}: {}", job.plan.light_paths);
         assert!(job.plan.light_paths.reason.contains(reason), "{}", job.plan.light_paths);
     }

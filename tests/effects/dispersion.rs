@@ -38,7 +38,7 @@ fn job(lens: &str, film: &str, world: &str, changes: &Changes) -> Job {
         file.display()
     );
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
-    prepare(description, changes).expect("a job").0
+    prepare(description, changes).expect("a job").job
 }
 
 fn dispersed(mut job: Job) -> Job {

@@ -45,7 +45,7 @@ fn job(lens: &str, filter: &str, world: &str, changes: &Changes) -> Job {
     );
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
     let effects = "-dispersion,-ghosts,-diffraction".parse().expect("effects");
-    prepare(description, &Changes { effects, ..changes.clone() }).expect("a job").0
+    prepare(description, &Changes { effects, ..changes.clone() }).expect("a job").job
 }
 
 fn lens(job: &mut Job) -> &mut RealLens {

@@ -137,7 +137,7 @@ fn the_estimated_loss_equals_that_in_the_picture() {
         let description = pbrt::read(&root().join("scenes/dgauss.pbrt")).expect("a scene");
         let resolution = Some([60, 60]);
         let changes = Changes { coating, resolution, samples: Some(256), ..Changes::default() };
-        prepare(description, &changes).expect("a job").0
+        prepare(description, &changes).expect("a job").job
     };
     let (without, with) = (job(None), job(Some(Coating::Bare)));
     assert!(!without.plan.has(Effect::Fresnel) && with.plan.has(Effect::Fresnel));
@@ -170,7 +170,7 @@ fn the_estimated_loss_of_a_shaped_stop_equals_that_in_the_picture() {
             effects: effects.parse().expect("effects"),
             ..Changes::default()
         };
-        prepare(description, &changes).expect("a job").0
+        prepare(description, &changes).expect("a job").job
     };
     let (with, without) = (job("-ghosts,-diffraction"), job("-iris,-ghosts,-diffraction"));
     let row = |job: &petzval_render::job::Job| {
@@ -219,7 +219,7 @@ fn an_even_loss_is_exposure_where_no_coating_is_known() {
         let resolution = Some([60, 40]);
         let changes =
             Changes { coating, effects, resolution, samples: Some(256), ..Changes::default() };
-        prepare(description, &changes).expect("a job").0
+        prepare(description, &changes).expect("a job").job
     };
     let row = |job: &petzval_render::job::Job| job.plan.effects[1].clone();
     // The layer is assumed where nothing names a coating, whether losses are simulated or not.

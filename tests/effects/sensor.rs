@@ -252,7 +252,7 @@ fn job(sensor: &str, extra: &str) -> Job {
     );
     let path = write(&folder, "sky.pbrt", text);
     let changes = Changes { sensor: Some(sensor.parse().expect("settings")), ..Changes::default() };
-    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").job
 }
 
 fn rendered(job: &Job, threads: usize) -> Picture {

@@ -111,7 +111,7 @@ pub fn accepted(folder: &Path, bytes: &[u8]) -> [bool; 3] {
             let description = pbrt::read(&scene).expect("the scene of the checkpoints");
             let until = StopCriteria { noise, time: None };
             let changes = Changes { samples, stop_criteria: until, ..Changes::default() };
-            prepare(description, &changes).expect("the job of the checkpoints").0
+            prepare(description, &changes).expect("the job of the checkpoints").job
         };
         [job(None, None), job(Some(1_000_000), None), job(None, Some(1e-5))]
     });

@@ -28,7 +28,7 @@ fn read(camera: &str) -> Result<pbrt::Description, String> {
 fn job(camera: &str) -> Job {
     let description = read(camera).expect("a scene");
     assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
-    prepare(description, &Changes::default()).expect("a job").0
+    prepare(description, &Changes::default()).expect("a job").job
 }
 
 /// Returns the ray of the middle of a pixel.
@@ -188,10 +188,10 @@ fn wrong_parameters_are_errors_at_their_position() {
 fn a_viewpoint_places_the_camera_of_every_scene() {
     for scene in ["dgauss.pbrt", "zenith.pbrt"] {
         let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");
-        let own = prepare(description.clone(), &Changes::default()).expect("a job").0.camera;
+        let own = prepare(description.clone(), &Changes::default()).expect("a job").job.camera;
         let there = "3,4,5,3,14,5,1,0,0".parse::<Viewpoint>().expect("a viewpoint");
         let changes = Changes { viewpoint: Some(there), ..Changes::default() };
-        let moved = prepare(description, &changes).expect("a job").0.camera.world_from_camera;
+        let moved = prepare(description, &changes).expect("a job").job.camera.world_from_camera;
         assert_eq!(moved.translation.to_array(), [3.0, 4.0, 5.0], "{scene}");
         let scale = own.world_from_camera.matrix3.determinant();
         assert!((moved.matrix3.determinant() / scale - 1.0).abs() < 1e-9, "{scene}");
@@ -215,9 +215,9 @@ fn a_draft_shows_the_light_of_the_picture() {
     };
     *iris = Some(IrisSpec { path: "pentagon".into(), name: "pentagon".into() });
     for (description, blades) in [(description, false), (with_blades, true)] {
-        let (job, ..) = prepare(description.clone(), &changes).expect("a job");
-        let (first, ..) = prepare_draft(description.clone(), &changes, None).expect("a draft");
-        let (draft, ..) = prepare_draft(description, &changes, Some(&job.plan)).expect("a draft");
+        let job = prepare(description.clone(), &changes).expect("a job").job;
+        let first = prepare_draft(description.clone(), &changes, None).expect("a draft").job;
+        let draft = prepare_draft(description, &changes, Some(&job.plan)).expect("a draft").job;
         let jobs = [&job, &draft, &first];
         let [whole, draft, first] = jobs.map(|job| mean(&picture(job, Backend::Simd, 1))[1]);
         // All have 64 samples: 1 % is far above their noise, and a stop is 100 %.

@@ -213,7 +213,7 @@ fn the_scene_shows_the_ground_behind_the_camera() {
         effects: EffectSelection::None,
         ..Changes::default()
     };
-    let (job, _, _) = prepare(description, &changes).expect("a job");
+    let job = prepare(description, &changes).expect("a job").job;
     let picture = picture(&job, Backend::Simd, 1);
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
     let vignetting = lens.vignetting(1 << 10);

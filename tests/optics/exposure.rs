@@ -26,7 +26,7 @@ fn centre(lens: &str, changes: &Changes) -> Job {
     );
     let description = pbrt::read(&write(&folder, "sky.pbrt", text)).expect("a scene");
     let crop = Some([[18, 18], [22, 22]]);
-    prepare(description, &Changes { crop, ..changes.clone() }).expect("a job").0
+    prepare(description, &Changes { crop, ..changes.clone() }).expect("a job").job
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn wall(changes: &Changes) -> Result<f64, String> {
         root().display()
     );
     let description = pbrt::read(&write(&folder, "wall.pbrt", text)).expect("a scene");
-    let (job, _, _) = prepare(description, changes).map_err(|error| error.to_string())?;
+    let job = prepare(description, changes).map_err(|error| error.to_string())?.job;
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
     Ok(lens.film_distance)
 }
@@ -165,7 +165,7 @@ fn brightness_with(folder: &tempfile::TempDir, aperture: &str) -> f64 {
         root().display()
     );
     let description = pbrt::read(&write(folder, "sky.pbrt", text)).expect("a scene");
-    let job = prepare(description, &Changes::default()).expect("a job").0;
+    let job = prepare(description, &Changes::default()).expect("a job").job;
     mean(&picture(&job, Backend::Simd, 1))[1]
 }
 

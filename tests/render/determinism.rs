@@ -14,7 +14,7 @@ use petzval_scene_formats::pbrt;
 
 fn job(scene: &str, changes: &Changes) -> Job {
     let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");
-    prepare(description, changes).expect("a job").0
+    prepare(description, changes).expect("a job").job
 }
 
 fn small(scene: &str) -> Job {
@@ -82,7 +82,7 @@ fn everything() -> Job {
     let folder = crate::support::folder();
     let path = crate::support::write(&folder, "everything.pbrt", EVERYTHING);
     let changes = Changes { samples: Some(24), ..Changes::default() };
-    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").job
 }
 
 #[test]

@@ -190,7 +190,7 @@ fn pictures_of_extreme_scenes_are_finite() {
             ..Changes::default()
         };
         let description = pbrt::read(&path).expect("a scene");
-        let (job, _, _) = prepare(description, &changes).expect("a job");
+        let job = prepare(description, &changes).expect("a job").job;
         let exposed = render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
             .expect("a render");
         assert!(exposed.film.dropped.count() > 0, "no sample is dropped");

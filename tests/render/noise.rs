@@ -49,7 +49,7 @@ fn job(world: &str, changes: &Changes) -> Job {
     );
     let folder = folder();
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
-    prepare(description, changes).expect("a job").0
+    prepare(description, changes).expect("a job").job
 }
 
 /// Returns options that stop at this noise.

@@ -83,7 +83,7 @@ fn render(scene: &str, radius: f64, aim: PupilSampling, samples: u32) -> Zones {
     let effects = EffectSelection::None;
     let changes =
         Changes { aim, resolution, samples: Some(samples), effects, ..Changes::default() };
-    let (job, _, _) = prepare(description, &changes).expect("a job");
+    let job = prepare(description, &changes).expect("a job").job;
     zones(&picture(&job, Backend::Simd, 1), radius)
 }
 

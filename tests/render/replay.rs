@@ -17,7 +17,7 @@ fn job(scene: &str, changes: &Changes) -> Job {
     let resolution = Some([24, 16]);
     let changes = Changes { resolution, ..changes.clone() };
     let description = pbrt::read(&root().join("scenes").join(scene)).expect("a scene");
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 /// A thin lens, a filter with negative lobes, and surfaces of most kinds.
@@ -44,7 +44,7 @@ const THIN: &str = r#"
 fn thin() -> Job {
     let folder = folder();
     let path = write(&folder, "thin.pbrt", THIN);
-    prepare(pbrt::read(&path).expect("a scene"), &Changes::default()).expect("a job").0
+    prepare(pbrt::read(&path).expect("a scene"), &Changes::default()).expect("a job").job
 }
 
 /// Returns options that turn on every effect on a sample through a real lens.

@@ -25,7 +25,7 @@ fn job(workspace: &Workspace, changes: Changes) -> Job {
         pbrt::read(&workspace.path("scene.pbrt")).expect("the scene of the workspace");
     let effects = "+ghosts".parse().expect("an effect");
     let changes = Changes { effects, holds_layers: true, ..changes };
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 fn output(path: &Path) -> OutputFile {

@@ -424,8 +424,9 @@ fn many_inclusions_of_a_mesh_are_instances_that_look_like_its_copies() {
         }
         let read = |name: &str, text: String| {
             let description = pbrt::read(&write(&folder, name, text)).expect("a scene");
-            let (job, _, _) =
-                petzval_render::prepare::prepare(description, &Default::default()).expect("a job");
+            let job = petzval_render::prepare::prepare(description, &Default::default())
+                .expect("a job")
+                .job;
             let picture = crate::support::picture(&job, petzval_render::Backend::Simd, 1);
             (job.scene.shapes.len(), picture)
         };

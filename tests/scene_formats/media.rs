@@ -29,7 +29,7 @@ fn read(text: &str) -> Result<pbrt::Description, pbrt::SceneErrors> {
 }
 
 fn job(text: &str, changes: &Changes) -> Job {
-    prepare(read(text).expect("a scene"), changes).expect("a job").0
+    prepare(read(text).expect("a scene"), changes).expect("a job").job
 }
 
 fn bits(picture: &Picture) -> Vec<u32> {

@@ -93,8 +93,8 @@ fn check(row: &Row) -> Option<String> {
     if row.missing.is_some() {
         return description.warnings.is_empty().then(|| "no warning".to_owned());
     }
-    let (job, _, _) = match prepare(description, &Default::default()) {
-        Ok(job) => job,
+    let job = match prepare(description, &Default::default()) {
+        Ok(prepared) => prepared.job,
         Err(error) => return Some(error.to_string()),
     };
     let mut found = picture(&job, Backend::Simd, 1);

@@ -268,7 +268,7 @@ fn under_a_sky(lens: &str, film: &str) -> f64 {
         petzval_scene_formats::pbrt::read(&write(&folder, "sky.pbrt", text)).expect("a scene");
     let effects = "none".parse().expect("effects");
     let changes = petzval_render::prepare::Changes { effects, ..Default::default() };
-    let (job, _, _) = petzval_render::prepare::prepare(description, &changes).expect("a job");
+    let job = petzval_render::prepare::prepare(description, &changes).expect("a job").job;
     mean(&crate::support::picture(&job, petzval_render::Backend::Simd, 1))[1]
 }
 

@@ -43,7 +43,7 @@ fn job(factor: f64, changes: Changes) -> Job {
         root().display()
     );
     let path = write(&folder, "room.pbrt", text);
-    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").job
 }
 
 /// Returns the decision about each effect with its source, and the error of leaving the effect out.

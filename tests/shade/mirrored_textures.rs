@@ -81,7 +81,7 @@ fn render_board(world: &str, texture: Option<&str>) -> Picture {
         world.replace("BOARD", &(lights() + &board(texture)))
     );
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene");
-    picture(&prepare(description, &Changes::default()).expect("a job").0, Backend::Simd, 1)
+    picture(&prepare(description, &Changes::default()).expect("a job").job, Backend::Simd, 1)
 }
 
 /// Returns the root mean square of green, after subtraction of another picture or of the mean.

@@ -55,7 +55,7 @@ fn noise(view: View) -> Noise {
     let description = pbrt::read(&write(&folder, "ball.pbrt", text)).expect("a scene");
     let layers = vec![Aov::Variance];
     let changes = Changes { f_number: Some(f_number), layers, ..Changes::default() };
-    let job = prepare(description, &changes).expect("a job").0;
+    let job = prepare(description, &changes).expect("a job").job;
     let exposed =
         render(&job, RenderOptions { threads: 1, ..RenderOptions::default() }).expect("a picture");
     let samples = job.samples.end;

@@ -120,8 +120,8 @@ pub fn rendered(text: &str) -> petzval_image::Picture {
     let folder = folder();
     let path = write(&folder, "scene.pbrt", text);
     let description = petzval_scene_formats::pbrt::read(&path).expect("a scene of a test");
-    let (job, _, _) =
-        petzval_render::prepare::prepare(description, &Default::default()).expect("a job");
+    let job =
+        petzval_render::prepare::prepare(description, &Default::default()).expect("a job").job;
     picture(&job, petzval_render::Backend::Simd, 1)
 }
 

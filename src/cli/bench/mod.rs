@@ -99,7 +99,7 @@ fn traces(suite: &mut Suite, lens: &Prescription) {
 fn job(files: &Files, scene: &str, changes: Changes) -> Result<Job, Failure> {
     let description = pbrt::read(&files.path(&format!("scenes/{scene}.pbrt")))?;
     let effects = "none".parse()?;
-    Ok(prepare(description, &Changes { effects, ..changes })?.0)
+    Ok(prepare(description, &Changes { effects, ..changes })?.job)
 }
 
 fn small() -> Changes {
@@ -232,7 +232,8 @@ fn effects(suite: &mut Suite, files: &Files, lens: &Prescription) -> Result<(), 
     }
     suite.put("effect.fresnel.ns", ns(&lossy) - without, "ns/sample");
     let description = pbrt::read(&files.path("scenes/fisheye.pbrt"))?;
-    let with_ghosts = prepare(description, &Changes { effects: "+ghosts".parse()?, ..small() })?.0;
+    let with_ghosts =
+        prepare(description, &Changes { effects: "+ghosts".parse()?, ..small() })?.job;
     if let Some(ghosts) = &with_ghosts.ghosts {
         let (stage, ghosts) = (SplatStage::default(), [Strategy::Ghosts(ghosts)]);
         let mut film = FilmSums::new(with_ghosts.frame);

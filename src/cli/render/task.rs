@@ -11,7 +11,7 @@ use petzval_render::aov::Aov;
 use petzval_render::checkpoint::{CheckpointError, Inputs};
 use petzval_render::job::{Job, StopCriteria};
 use petzval_render::memory::{Estimate, MemoryTask, machine};
-use petzval_render::prepare::{Changes, prepare};
+use petzval_render::prepare::{Changes, Prepared, prepare};
 use petzval_render::{Progress, RenderError, RenderOptions, render_resumable};
 use petzval_scene_formats::pbrt::Description;
 
@@ -85,7 +85,7 @@ impl<'a> RenderTask<'a> {
         }
         // Fail now rather than after a long render.
         check_writable(&output, "-o")?;
-        let (mut job, notes, warnings) = job(arguments, description, holds_layers)?;
+        let Prepared { mut job, notes, warnings } = job(arguments, description, holds_layers)?;
         check_white_balance(arguments.white_balance, &job)?;
         let denoises = arguments.denoise.is_some();
         if denoises && !arguments.is_part() {
@@ -214,13 +214,12 @@ impl<'a> RenderTask<'a> {
     }
 }
 
-/// Prepares the job of a command. Returns it with the notes for the picture's file and the warnings
-/// of its readers.
+/// Prepares the job of a command.
 pub(in crate::cli) fn job(
     arguments: &RenderArguments,
     description: Description,
     holds_layers: bool,
-) -> Result<(Job, Notes, Vec<Warning>), Failure> {
+) -> Result<Prepared, Failure> {
     let changes = Changes {
         crop: arguments.crop,
         aim: arguments.pupil.into(),

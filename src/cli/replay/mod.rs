@@ -5,7 +5,7 @@ mod json;
 mod text;
 
 use petzval_render::film::SampleId;
-use petzval_render::prepare::{Changes, prepare, settings};
+use petzval_render::prepare::{Changes, Prepared, prepare, settings};
 use petzval_render::{PathStage, replay};
 
 use super::arguments::values::{pixel, typed};
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
         arguments;
     let description = petzval_scene_formats::read(&picture.scene)?;
     let changes = Changes { crop: *crop, aim: (*pupil).into(), ..picture.changes() };
-    let (job, _, warnings) = prepare(description, &changes)?;
+    let Prepared { job, warnings, .. } = prepare(description, &changes)?;
     message::warnings(&warnings);
     let (frame, [x, y]) = (&job.frame, *pixel);
     if (0..2).any(|i| pixel[i] < frame.low[i] || pixel[i] >= frame.high[i]) {

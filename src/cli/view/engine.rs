@@ -12,7 +12,7 @@ use petzval_base::io::ByteSize;
 use petzval_render::film::Frame;
 use petzval_render::job::Job;
 use petzval_render::plan::Plan;
-use petzval_render::prepare::{Changes, prepare_draft};
+use petzval_render::prepare::{Changes, Prepared, prepare_draft};
 use petzval_render::{ProgressiveRender, RenderError};
 use petzval_scene_formats::pbrt::Description;
 
@@ -20,7 +20,7 @@ use super::blur_map::{blur_map, reduced};
 use super::frame::ViewFrame;
 use super::lens_bench::LensBench;
 use super::panel::{Panel, PreparedAs};
-use super::preparer::{PrepareStatus, Prepared, Preparer};
+use super::preparer::{PrepareStatus, Preparer};
 use super::settings::ViewSettings;
 use super::state::ViewState;
 use crate::cli::Failure;
@@ -139,10 +139,9 @@ impl EngineWork<'_> {
         let job = match moved {
             Some(job) => job,
             None => {
-                let (job, notes, warnings) = prepare()?;
-                let prepared = Prepared { job: Box::new(job), notes, warnings };
+                let prepared = prepare()?;
                 self.show_camera(settings, changes, &prepared, PreparedAs::Draft);
-                *prepared.job
+                prepared.job
             }
         };
         self.draft = Some((settings.clone(), job.clone()));
@@ -165,7 +164,7 @@ impl EngineWork<'_> {
     }
 
     /// Returns the picture once it is prepared, or `None` if the settings have changed.
-    fn wait(&self) -> Result<Option<Prepared>, String> {
+    fn wait(&self) -> Result<Option<Box<Prepared>>, String> {
         while !self.engine.state.is_outdated() {
             if let Some(prepared) = self.prepared(LOOK)? {
                 return Ok(Some(prepared));
@@ -174,7 +173,7 @@ impl EngineWork<'_> {
         Ok(None)
     }
 
-    fn prepared(&self, most: Duration) -> Result<Option<Prepared>, String> {
+    fn prepared(&self, most: Duration) -> Result<Option<Box<Prepared>>, String> {
         match self.preparer.result(self.generation, most) {
             PrepareStatus::Ready(Ok(prepared)) => Ok(Some(prepared)),
             PrepareStatus::Ready(Err(error)) => Err(error.to_string()),
@@ -184,7 +183,11 @@ impl EngineWork<'_> {
     }
 
     /// Refines a draft until the picture is prepared, and returns the picture.
-    fn show_draft(&mut self, job: &Job, changes: &Changes) -> Result<Option<Prepared>, String> {
+    fn show_draft(
+        &mut self,
+        job: &Job,
+        changes: &Changes,
+    ) -> Result<Option<Box<Prepared>>, String> {
         let start = Instant::now();
         // The first picture waits for no hand.
         let mut ordered = self.plan.is_none();
@@ -219,11 +222,11 @@ impl EngineWork<'_> {
         &mut self,
         settings: &ViewSettings,
         changes: &Changes,
-        prepared: Prepared,
+        prepared: Box<Prepared>,
     ) -> Result<(), String> {
         let generation = self.generation;
         self.show_camera(settings, changes, &prepared, PreparedAs::Picture);
-        let Prepared { mut job, .. } = prepared;
+        let Prepared { mut job, .. } = *prepared;
         self.plan = Some(job.plan.clone());
         job.layers.clear();
         let threads = self.engine.threads;

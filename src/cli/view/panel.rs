@@ -5,11 +5,10 @@ use petzval_lens::{Camera, FocusModel, LensModel, RealLens, RealRayFocus};
 use petzval_render::aov::CircleOfConfusion;
 use petzval_render::job::Job;
 use petzval_render::memory::machine;
-use petzval_render::prepare::{Changes, Viewpoint};
+use petzval_render::prepare::{Changes, Prepared, Viewpoint};
 use petzval_scene_formats::pbrt::Description;
 use serde_json::{Value, json};
 
-use super::preparer::Prepared;
 use super::settings::ViewSettings;
 use super::widest_stop::WidestStop;
 use crate::cli::lens::AxialLight;

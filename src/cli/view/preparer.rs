@@ -4,23 +4,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::Scope;
 use std::time::Duration;
 
-use petzval_base::io::Warning;
-use petzval_image::Notes;
-use petzval_render::job::Job;
-use petzval_render::prepare::{Changes, PrepareError, prepare};
+use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare};
 use petzval_scene_formats::pbrt::Description;
-
-/// A picture or a draft that is ready to render.
-pub(super) struct Prepared {
-    pub job: Box<Job>,
-    pub notes: Notes,
-    pub warnings: Vec<Warning>,
-}
 
 /// The settings of a generation.
 type Order = (u64, Changes);
 /// The picture of a generation.
-type Delivery = (u64, Result<Prepared, PrepareError>);
+type Delivery = (u64, Result<Box<Prepared>, PrepareError>);
 
 /// The thread that prepares, as the engine sees it. It ends with this.
 pub(super) struct Preparer {
@@ -40,12 +30,7 @@ impl Preparer {
                     order = newer;
                 }
                 let (generation, changes) = order;
-                let prepared = prepare(description.clone(), &changes);
-                let prepared = prepared.map(|(job, notes, warnings)| Prepared {
-                    job: Box::new(job),
-                    notes,
-                    warnings,
-                });
+                let prepared = prepare(description.clone(), &changes).map(Box::new);
                 if sent.send((generation, prepared)).is_err() {
                     return;
                 }
@@ -75,7 +60,7 @@ impl Preparer {
 
 /// Whether a picture is prepared.
 pub(super) enum PrepareStatus {
-    Ready(Result<Prepared, PrepareError>),
+    Ready(Result<Box<Prepared>, PrepareError>),
     Working,
     /// The thread has ended by a panic.
     Ended,

@@ -39,8 +39,10 @@ impl LightTracingSurvey {
 pub fn survey(input: &LightPathInput<'_>, selection: LightPathSelection) -> LightTracingSurvey {
     let picture = SurveyedPicture::new(input, selection);
     let picture = picture.as_ref().map_err(|reason| *reason);
-    let lamp_images = picture.and_then(lamp_images::survey);
-    let caustics = picture.and_then(caustics::survey);
+    let (lamp_images, caustics) = rayon::join(
+        || picture.and_then(lamp_images::survey),
+        || picture.and_then(caustics::survey),
+    );
     let of_lamps = match &lamp_images {
         Ok(lamps) => lamps.describe(input.scene),
         Err(reason) => (*reason).to_owned(),

@@ -197,7 +197,7 @@ mod tests {
             resolution: Some([60, 40]),
             ..Changes::default()
         };
-        let job = prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0;
+        let job = prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").job;
         let strategies = job.light_strategies();
         assert!(strategies.len() > 1, "{strategies:?}");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().expect("threads");

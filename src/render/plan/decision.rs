@@ -125,6 +125,15 @@ impl Plan {
         Self { effects: Effect::ALL.map(decide).to_vec(), light_paths: Default::default() }
     }
 
+    /// Returns the plan of a picture whose user turns off all effects. Nothing is measured for it.
+    pub fn unwanted() -> Self {
+        let mut plan = Self::of(&[]);
+        for decision in &mut plan.effects {
+            (decision.by, decision.reason) = (DecidedBy::Flag, "not wanted".to_owned());
+        }
+        plan
+    }
+
     /// Returns whether an effect is simulated.
     pub fn has(&self, effect: Effect) -> bool {
         self.effects.iter().any(|decision| decision.effect == effect && decision.on)

@@ -22,7 +22,8 @@ use crate::light_tracing::ghosts::GhostEstimate;
 use crate::light_tracing::light_paths::LightPathSelection;
 use crate::light_tracing::{LightTracingSurvey, survey};
 use crate::plan::{
-    DecidedBy, Effect, EffectSelection, LightTracingDecision, MotionInput, Plan, PlanInput, plan,
+    DecidedBy, Effect, EffectSelection, LightTracingDecision, MotionInput, PilotEstimate, Plan,
+    PlanInput, plan,
 };
 use petzval_base::io::{Location, ReadContext, Warning};
 use petzval_image::Notes;
@@ -74,25 +75,32 @@ pub enum PrepareError {
     Pilot(#[from] RenderError),
 }
 
-/// Prepares a scene for rendering. Returns the job, the notes for the metadata of its picture, and
-/// the warnings.
+/// A picture that is ready to be rendered.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The job.
+    pub job: Job,
+    /// The notes for the metadata of its picture.
+    pub notes: Notes,
+    /// The warnings about scene, lens and settings.
+    pub warnings: Vec<Warning>,
+}
+
+/// Prepares a scene for rendering.
 ///
 /// Clones of one description may be prepared in different ways. They share the large data, which is
 /// neither read nor copied again.
 ///
 /// # Errors
 /// Returns an error if the lens cannot be read or cannot do what is asked of it.
-pub fn prepare(
-    description: Description,
-    changes: &Changes,
-) -> Result<(Job, Notes, Vec<Warning>), PrepareError> {
+pub fn prepare(description: Description, changes: &Changes) -> Result<Prepared, PrepareError> {
     // The lens and its iris are read for this job alone.
     let context = description.context.temporary();
     let mut files = description.files.clone();
     let (mut job, report) = plan_job(description, changes, &context)?;
     files.join(context.files());
     job.files = files;
-    Ok((job, report.notes, report.warnings))
+    Ok(Prepared { job, notes: report.notes, warnings: report.warnings })
 }
 
 /// Effects of a draft: those that move, blur or dim much of the light, and cost little to prepare.
@@ -119,7 +127,7 @@ pub fn prepare_draft(
     description: Description,
     changes: &Changes,
     similar: Option<&Plan>,
-) -> Result<(Job, Notes, Vec<Warning>), PrepareError> {
+) -> Result<Prepared, PrepareError> {
     let aim = match changes.aim {
         PupilSampling::Pupil => PupilSampling::RoundIris,
         other => other,
@@ -139,7 +147,7 @@ pub fn prepare_draft(
     }
     (job.layers, job.sensor) = (Vec::new(), None);
     apply_plan(&mut job, exposure, None)?;
-    Ok((job, report.notes, report.warnings))
+    Ok(Prepared { job, notes: report.notes, warnings: report.warnings })
 }
 
 /// Effects that the user turns off and that shape the input of the plan, so that they are left out
@@ -177,31 +185,36 @@ fn plan_job(
         Report { camera_at: description.camera_at.clone(), warnings, notes: Notes::new() };
     let Draft { mut job, misalignment, sensor, pitch } =
         draft(description, changes, context, excluded, &exposure, &mut report)?;
-    let ghost_estimate = match excluded.ghosts {
-        true => None,
-        false => ghosts::estimate(&job.light_path_input()),
+    // Nothing is measured for decisions that the user has made.
+    let is_decided = changes.light_paths.is_some()
+        && Effect::ALL.iter().all(|&effect| changes.effects.of(effect) == Some(false));
+    let (ghost_estimate, pilot) = match is_decided {
+        true => (None, PilotEstimate::default()),
+        false => measure(&job, excluded)?,
     };
-    let pilot = pilot::estimate(&mut job)?;
-    job.plan = plan(&PlanInput {
-        camera: &job.camera,
-        resolution: job.frame.resolution,
-        bands: &job.bands,
-        assumed_dispersion: changes.assume_vd,
-        coating_given: changes.coating.is_some(),
-        ghosts: ghost_estimate.as_ref(),
-        pilot,
-        sensor: sensor.as_ref(),
-        samples: job.samples.end,
-        motion: MotionInput {
-            scene: &job.scene,
-            timing: &exposure.timing,
-            rolling: exposure.shutter.rolling.map(|rolling| (rolling, exposure.rolling_by)),
-            pitch,
-        },
-        misalignment: misalignment.as_ref(),
-        selection: &changes.effects,
-        threshold: changes.threshold,
-    });
+    let decide = || {
+        plan(&PlanInput {
+            camera: &job.camera,
+            resolution: job.frame.resolution,
+            bands: &job.bands,
+            assumed_dispersion: changes.assume_vd,
+            coating_given: changes.coating.is_some(),
+            ghosts: ghost_estimate.as_ref(),
+            pilot,
+            sensor: sensor.as_ref(),
+            samples: job.samples.end,
+            motion: MotionInput {
+                scene: &job.scene,
+                timing: &exposure.timing,
+                rolling: exposure.shutter.rolling.map(|rolling| (rolling, exposure.rolling_by)),
+                pitch,
+            },
+            misalignment: misalignment.as_ref(),
+            selection: &changes.effects,
+            threshold: changes.threshold,
+        })
+    };
+    job.plan = if is_decided { Plan::unwanted() } else { decide() };
     apply_plan(&mut job, exposure, ghost_estimate.as_ref())?;
     plan_light_paths(&mut job, changes.light_paths, pilot.mean);
     report.warn_unavailable(&changes.effects, &job.plan);
@@ -225,6 +238,22 @@ fn plan_job(
         return Err(PrepareError::Request(format!("'aov' {name}: this camera has no lens file")));
     }
     Ok((job, report))
+}
+
+/// Estimates the ghosts of a picture, its brightness and its cost.
+///
+/// # Errors
+/// Returns an error if the pilot picture cannot be rendered.
+fn measure(
+    job: &Job,
+    excluded: ExcludedEffects,
+) -> Result<(Option<GhostEstimate>, PilotEstimate), PrepareError> {
+    let ghosts = || match excluded.ghosts {
+        true => None,
+        false => ghosts::estimate(&job.light_path_input()),
+    };
+    let (ghosts, pilot) = rayon::join(ghosts, || pilot::estimate(job));
+    Ok((ghosts, pilot?))
 }
 
 /// Decides whether light paths find images of lamps, and caustics. `mean` is the mean

@@ -38,19 +38,17 @@ fn sample_ns(scene: &Scene, [hits, shaded, shadows]: [f64; 3]) -> f64 {
     LENS_NS + steps * (STEP_NS[0] * hits + STEP_NS[1] * shadows) + shade * shaded
 }
 
-/// Estimates the brightness and the cost of a picture from about 20,000 samples on one thread.
+/// Estimates the brightness and the cost of a picture from about 20,000 samples. The estimate is the
+/// same for any number of threads.
 ///
 /// # Errors
 /// Returns an error if the small picture cannot be rendered.
-pub(super) fn estimate(job: &mut Job) -> Result<PilotEstimate, PrepareError> {
+pub(super) fn estimate(job: &Job) -> Result<PilotEstimate, PrepareError> {
     let [width, height] = job.frame.resolution.map(f64::from);
     let small = [width, height].map(|n| (n * SIDE / width.max(height)).round().max(1.0) as u32);
-    let frame = std::mem::replace(&mut job.frame, Frame::whole(small));
-    let samples = std::mem::replace(&mut job.samples, 0..SAMPLES);
-    let layers = std::mem::take(&mut job.layers);
-    let output = render(job, RenderOptions { threads: 1, ..RenderOptions::default() });
-    (job.frame, job.samples, job.layers) = (frame, samples, layers);
-    let RenderOutput { film, stats, .. } = output?;
+    let pilot =
+        Job { frame: Frame::whole(small), samples: 0..SAMPLES, layers: Vec::new(), ..job.clone() };
+    let RenderOutput { film, stats, .. } = render(&pilot, RenderOptions::default())?;
     let picture = film.picture(SAMPLES);
     let taken = f64::from(small[0] * small[1] * SAMPLES);
     let rays = |stage| stats.stage(stage).rays as f64 / taken;

@@ -10,7 +10,7 @@ use petzval_render::RenderError;
 use petzval_render::job::{Job, StopCriteria};
 use petzval_render::light_tracing::ghosts::Ghosts;
 use petzval_render::plan::{Effect, EffectSelection, Plan};
-use petzval_render::prepare::{Changes, PrepareError, prepare};
+use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare};
 use petzval_scene::TraversalStack;
 use petzval_scene_formats::pbrt::Description;
 
@@ -125,7 +125,7 @@ impl Ladder {
         changes: &Changes,
         monitor: &RunMonitor,
     ) -> Result<Self, PrepareError> {
-        let (mut job, _, warnings) = prepare(description.clone(), changes)?;
+        let Prepared { mut job, warnings, .. } = prepare(description.clone(), changes)?;
         let [width, height] = job.frame.size();
         if u64::from(width) * u64::from(height) > MAX_PIXELS {
             return Err(PrepareError::Request(format!(
@@ -280,7 +280,7 @@ impl Variants<'_> {
         };
         let effects = EffectSelection::Overrides(Effect::ALL.map(one).to_vec());
         let changes = Changes { effects, ..self.changes.clone() };
-        Ok(JobVariant::of(&prepare(self.description.clone(), &changes)?.0))
+        Ok(JobVariant::of(&prepare(self.description.clone(), &changes)?.job))
     }
 }
 

@@ -16,7 +16,7 @@ use petzval_optics::{Calibration, CalibrationSetup};
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
 use petzval_render::plan::{Effect, EffectSelection};
-use petzval_render::prepare::{Changes, PrepareError, prepare, prepare_draft};
+use petzval_render::prepare::{Changes, PrepareError, Prepared, prepare, prepare_draft};
 use petzval_render::{RenderError, RenderOptions, render};
 
 use petzval_render::sensor::Sensor;
@@ -49,9 +49,12 @@ impl DatasetScene {
         let description = petzval_scene_formats::read_with(path, context)?;
         // On the same film the same rays measure the exposure.
         let changes = Changes { resolution: Some(spec.resolution), ..Changes::default() };
-        let (own, ..) = prepare_draft(description.clone(), &changes, None).map_err(|source| {
-            DatasetError::OwnCamera { scene: path.to_owned(), source: Box::new(source) }
-        })?;
+        let own = prepare_draft(description.clone(), &changes, None)
+            .map_err(|source| DatasetError::OwnCamera {
+                scene: path.to_owned(),
+                source: Box::new(source),
+            })?
+            .job;
         let (files, exposure) = (description.files.clone(), on_axis_value(&own));
         Ok(Self { description, files, exposure })
     }
@@ -121,7 +124,7 @@ pub fn prepare_pair(
         changes.f_number = Some(open);
         prepared = prepare(description.clone(), &degraded_changes);
     }
-    let (mut degraded, notes, warnings) = prepared.map_err(failed)?;
+    let Prepared { job: mut degraded, notes, warnings } = prepared.map_err(failed)?;
     if !matches!(degraded.camera.model, LensModel::Real(_)) {
         return Err(DatasetError::NoLens { pair, scene: draw.scene });
     }
@@ -135,7 +138,7 @@ pub fn prepare_pair(
     if spec.clean.camera == CleanCamera::Deep {
         clean_changes.f_number = Some(DEEP_F_NUMBER);
     }
-    let (mut clean, ..) = prepare(description.clone(), &clean_changes).map_err(failed)?;
+    let mut clean = prepare(description.clone(), &clean_changes).map_err(failed)?.job;
     clean.sensor = None;
     let exposure = spec.exposure.exp2();
     for job in [&mut degraded, &mut clean] {

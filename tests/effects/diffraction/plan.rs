@@ -2,7 +2,7 @@
 
 use petzval_render::job::Job;
 use petzval_render::plan::{Effect, EffectSelection, OmissionError};
-use petzval_render::prepare::{Changes, prepare};
+use petzval_render::prepare::{Changes, Prepared, prepare};
 use petzval_render::{RenderOptions, render};
 use petzval_scene_formats::pbrt;
 
@@ -23,7 +23,7 @@ fn job_and_warnings(lens: &str, film: &str, world: &str, changes: &Changes) -> (
         root().join("lenses").join(lens).display()
     );
     let description = pbrt::read(&write(&folder, "scene.pbrt", text)).expect("a scene of a test");
-    let (job, _, warnings) = prepare(description, changes).expect("a job");
+    let Prepared { job, warnings, .. } = prepare(description, changes).expect("a job");
     let warnings: Vec<String> = warnings.iter().map(ToString::to_string).collect();
     (job, warnings.join("\n"))
 }

@@ -67,7 +67,7 @@ fn job(lens: &str, world: &str, effects: &str, samples: u32) -> Job {
     );
     let description = pbrt::read(&write(&folder, "two.pbrt", text)).expect("a scene");
     let changes = Changes { effects: effects.parse().expect("effects"), ..Changes::default() };
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 fn green(picture: &Picture) -> Vec<f64> {

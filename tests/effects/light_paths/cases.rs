@@ -268,7 +268,7 @@ pub fn job(case: &Case, light_paths: bool, seed: u32, samples: u32) -> Job {
         seed: Some(seed),
         ..case.changes.clone()
     };
-    prepare(description, &changes).expect("a job").0
+    prepare(description, &changes).expect("a job").job
 }
 
 /// Checks that a picture of light paths has the same bits for other numbers of threads and lanes, and

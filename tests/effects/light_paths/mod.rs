@@ -137,7 +137,7 @@ fn pictures_without_small_bright_lamps_take_no_light_paths() {
             write(&folder, name, file);
         }
         let description = pbrt::read(&write(&folder, "lamp.pbrt", text)).expect("a scene");
-        prepare(description, &Changes::default()).expect("a job").0
+        prepare(description, &Changes::default()).expect("a job").job
     };
     let wall = r#"
         AreaLightSource "diffuse" "rgb L" [2 2 2]

@@ -56,7 +56,7 @@ fn scene(
             samples: Some(samples),
             ..changes.clone()
         };
-        prepare(description.clone(), &changes).expect("a job").0
+        prepare(description.clone(), &changes).expect("a job").job
     };
     Subject { name, samples, job: Box::new(job) }
 }

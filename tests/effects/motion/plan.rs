@@ -77,8 +77,9 @@ fn the_estimated_blur_holds_for_a_real_lens() {
         curtain(-0.1, 0.15)
     );
     let path = write(&folder, "lens.pbrt", scene);
-    let of =
-        |changes: &Changes| prepare(pbrt::read(&path).expect("a scene"), changes).expect("a job").0;
+    let of = |changes: &Changes| {
+        prepare(pbrt::read(&path).expect("a scene"), changes).expect("a job").job
+    };
     let (with, without) = (of(&Changes::default()), of(&without("-motion")));
     let (estimate, seen) = (pixels(&with, Effect::Motion), width_in_uneven_light(&with, &without));
     assert!((estimate / seen - 1.0).abs() < 0.1, "{estimate} estimated, {seen} found");

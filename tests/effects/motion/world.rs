@@ -48,7 +48,7 @@ pub fn job(text: &str, changes: &Changes) -> Job {
     let folder = folder();
     let description = pbrt::read(&write(&folder, "motion.pbrt", text)).expect("a scene");
     assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
-    prepare(description, changes).expect("a job").0
+    prepare(description, changes).expect("a job").job
 }
 
 pub fn taken(job: &Job) -> Picture {

@@ -21,7 +21,7 @@ fn sky(changes: &Changes) -> Job {
         root().display()
     );
     let description = pbrt::read(&write(&folder, "sky.pbrt", text)).expect("a scene");
-    prepare(description, changes).expect("a job").0
+    prepare(description, changes).expect("a job").job
 }
 
 fn coated(coating: Coating) -> Job {

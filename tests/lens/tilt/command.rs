@@ -143,7 +143,7 @@ fn job(text: &str, changes: &Changes) -> Result<petzval_render::job::Job, String
     let folder = folder();
     let path = write(&folder, "wall.pbrt", text);
     let description = pbrt::read(&path).map_err(|error| error.to_string())?;
-    prepare(description, changes).map(|(job, ..)| job).map_err(|error| error.to_string())
+    prepare(description, changes).map(|prepared| prepared.job).map_err(|error| error.to_string())
 }
 
 #[test]

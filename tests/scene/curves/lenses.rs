@@ -116,7 +116,7 @@ fn job(lens_name: &str, hairs: Option<&[CurveSegment]>) -> Job {
     let folder = folder();
     let description = pbrt::read(&write(&folder, "hairs.pbrt", &text)).expect("a scene");
     assert!(description.warnings.is_empty(), "{:#?}", description.warnings);
-    prepare(description, &Default::default()).expect("a job").0
+    prepare(description, &Default::default()).expect("a job").job
 }
 
 /// Hairs with bounding spheres around the parts of each.

@@ -112,7 +112,7 @@ fn a_floor_under_a_picture_of_the_sky_has_the_brightness_of_its_irradiance() {
         let description =
             pbrt::read(&crate::support::write(&folder, "floor.pbrt", text)).expect("a scene");
         let changes = Changes { samples: Some(2048), ..Changes::default() };
-        let (job, ..) = prepare(description, &changes).expect("a job");
+        let job = prepare(description, &changes).expect("a job").job;
         let found = crate::support::mean(&crate::support::picture(&job, Backend::Simd, 1))[0];
         let expected = 0.5 * expected.mean / PI;
         assert!((found / expected - 1.0).abs() < 0.004, "{integrator}: {found}, not {expected}");

@@ -63,7 +63,7 @@ pub fn job_of(text: &str, sky: Option<Vec<u8>>) -> Job {
     let layers = vec![Aov::Variance];
     // The naive path tracer follows rays of one wavelength; media are left as they are.
     let effects = "-dispersion,-fresnel,-ghosts,-iris,-diffraction".parse().expect("effects");
-    prepare(description, &Changes { layers, effects, ..Changes::default() }).expect("a job").0
+    prepare(description, &Changes { layers, effects, ..Changes::default() }).expect("a job").job
 }
 
 /// Returns the estimate of the real path tracer.

@@ -1,6 +1,6 @@
 //! Survey of light paths: the picture that strategies survey, and which of its light they take.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use super::{CameraPose, CameraView, FrontEntry, LightPathInput, LightPaths};
 use crate::timing::Timing;
@@ -35,7 +35,7 @@ pub(crate) struct SurveyedPicture<'a> {
     pub input: &'a LightPathInput<'a>,
     pub lens: &'a RealLens,
     pub selection: LightPathSelection,
-    view: OnceCell<Option<CameraView>>,
+    view: OnceLock<Option<CameraView>>,
 }
 
 impl<'a> SurveyedPicture<'a> {
@@ -47,7 +47,7 @@ impl<'a> SurveyedPicture<'a> {
         let LensModel::Real(lens) = &input.camera.model else {
             return Err("the camera has no lens of glass");
         };
-        let view = OnceCell::new();
+        let view = OnceLock::new();
         obstacle(input, lens).map_or(Ok(Self { input, lens, selection, view }), Err)
     }
 

@@ -37,7 +37,7 @@ fn cropped_night(effects: &str, crop: Option<[[u32; 2]; 2]>) -> Job {
         crop,
         ..Changes::default()
     };
-    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").0
+    prepare(pbrt::read(&path).expect("a scene"), &changes).expect("a job").job
 }
 
 /// A sky with a sun in view, and a lamp before it.
@@ -63,7 +63,7 @@ fn sunny(effects: &str) -> Job {
         ..Changes::default()
     };
     let job = prepare(pbrt::read(&path("sky.pbrt")).expect("a scene"), &changes);
-    let job = job.expect("a job").0;
+    let job = job.expect("a job").job;
     assert_eq!(job.plan.light_paths.reason.split(';').next(), Some("one lamp and a sky in view"));
     job
 }
