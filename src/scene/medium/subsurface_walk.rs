@@ -50,7 +50,7 @@ impl<const SHADOW: bool> MediumPass<'_, SHADOW> {
             self.rays.direction[axis][i] = direction[axis];
         }
         // No other technique finds the light that such a ray may hit.
-        self.rays.flags[i] = PathFlags::SPECULAR;
+        self.rays.flags[i] = PathFlags::SPECULAR | PathFlags::SCATTERED;
         self.rays.differential[i] = RayDifferential::UNKNOWN;
         self.hits[i] = Hit { t: 0.0, shape: Hit::IN_MEDIUM, primitive: self.medium, ..Hit::MISS };
     }
