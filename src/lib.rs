@@ -87,10 +87,11 @@
 //! | `diffraction` | `spread` | finished picture, blurred by the point spread of the pupil, if planned |
 //! | `sensor` | `read_out` | finished picture, to photosite values, if a sensor is given |
 //!
-//! `petzval_render::wave` is the only module that knows this order. Stages do not call each other. `prepare`
-//! turns a scene file and the changes of the user into a [`Job`], which is plain data; `plan` decides
-//! which effects it needs. `accuracy` renders a scene with a ladder of camera models and measures what
-//! each costs and gets wrong. Cargo enforces that crates import downwards only.
+//! `wave` and `advance` of `petzval_render` are the only modules that know this order. The paths of caustics
+//! and replays of a sample advance by the same function. Stages do not call each other. `prepare` turns a
+//! scene file and the changes of the user into a [`Job`], which is plain data; `plan` decides which effects
+//! it needs. `accuracy` renders a scene with a ladder of camera models and measures what each costs and gets
+//! wrong. Cargo enforces that crates import downwards only.
 //!
 //! # Decisions
 //!

@@ -13,9 +13,10 @@ use crate::light_tracing::lamp_images::{LampImageWeights, LampImages};
 use crate::light_tracing::light_paths::LightPathInput;
 use crate::plan::Plan;
 use crate::sensor::Sensor;
-use crate::shade::PixelFootprint;
+use crate::shade::{PathVertex, PixelFootprint, ShadeInputs};
 use crate::timing::Timing;
 use petzval_base::io::FileLog;
+use petzval_base::rays::{HitBatch, RayBatch};
 use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer};
 use petzval_lens::Camera;
 use petzval_scene::{PathLimits, Scene};
@@ -129,6 +130,25 @@ impl Job {
         let Self { camera, frame, timing, .. } = self;
         let lamp_images = self.lamp_images.as_ref()?;
         Some(LampImageWeights::new(lamp_images, camera, frame, timing.as_ref()))
+    }
+
+    /// Returns the inputs of shading for camera paths, with the weights of
+    /// [`Self::lamp_image_weights`].
+    pub(crate) fn shade_inputs<'a>(
+        &'a self,
+        vertex: PathVertex,
+        (rays, hits): (&'a RayBatch, &'a HitBatch),
+        weights: Option<&'a LampImageWeights<'_>>,
+    ) -> ShadeInputs<'a> {
+        ShadeInputs {
+            scene: &self.scene,
+            vertex,
+            rays,
+            hits,
+            lamp_weights: weights.map(|weights| weights as _),
+            caustics: self.caustics.is_some(),
+            hides_sky: self.hides_sky(),
+        }
     }
 
     /// Returns whether the light of a sky that the camera sees directly is left out, because the

@@ -1,8 +1,8 @@
 //! Renderer: from a scene and a lens to a picture.
 //!
 //! [`prepare`](prepare::prepare) turns a scene file and the changes of the user into a [`job`]; [`plan`]
-//! decides which effects it needs; [`render`](render()) renders it. `wave` is the only module that knows
-//! the order of the stages.
+//! decides which effects it needs; [`render`](render()) renders it. `advance` and `wave`
+//! are the only modules that know the order of the stages.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -18,6 +18,7 @@ pub mod shade;
 pub mod timing;
 
 mod adaptive;
+mod advance;
 mod checkpointer;
 mod deferred;
 mod disperse;

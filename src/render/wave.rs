@@ -1,4 +1,5 @@
-//! The wave: the columns of one worker, and the order of the stages that work on them.
+//! The wave: the columns of one worker, and the way of camera paths through the stages: sample, lens,
+//! advances from vertex to vertex, accumulate.
 
 use std::ops::Range;
 use std::sync::atomic::Ordering;
@@ -6,15 +7,16 @@ use std::sync::atomic::Ordering;
 use super::Progress;
 use super::deferred::{DEFER_BELOW, DeferredPaths};
 use super::disperse::{DisperseColumns, disperse};
+use crate::advance::{PathColumns, VertexStages};
 use crate::aov::{Aov, TileFeatures};
 use crate::film::{Tile, TileSampler, TileSums, sample};
 use crate::job::Job;
-use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
+use crate::shade::{PathVertex, shade};
 use petzval_base::lanes::Real;
-use petzval_base::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
-use petzval_base::stats::{BounceOccupancy, LensStats, Stage, StageClock, Stats};
+use petzval_base::rays::{SampleBatch, WAVE_SIZE};
+use petzval_base::stats::{LensStats, Stage, StageClock, Stats};
 use petzval_lens::{LensColumns, LensModel};
-use petzval_scene::{MediumColumns, Surroundings, TraversalStack};
+use petzval_scene::Surroundings;
 
 /// Samples that all pixels of a tile take: the unit of work of a worker.
 pub(super) struct WorkItem {
@@ -39,21 +41,13 @@ pub(super) struct TileResult {
     pub features: Option<TileFeatures>,
 }
 
-/// The columns of one worker. Each batch is made on the stack before it moves to the heap, so it has a box
-/// of its own: threads may have small stacks.
+/// The columns of one worker.
 #[derive(Default)]
 pub(super) struct Wave {
     pub samples: Box<SampleBatch>,
     lens: Box<LensColumns>,
     disperse: Box<DisperseColumns>,
-    pub rays: Box<RayBatch>,
-    pub next: Box<RayBatch>,
-    shadows: Box<RayBatch>,
-    pub hits: HitBatch,
-    stack: TraversalStack,
-    columns: Box<ShadeColumns>,
-    media: Box<MediumColumns>,
-    pub radiance: [Column<f32>; 3],
+    pub paths: PathColumns,
     deferred: DeferredPaths,
     pub stats: Stats,
 }
@@ -64,9 +58,7 @@ impl Wave {
         + size_of::<SampleBatch>()
         + size_of::<LensColumns>()
         + size_of::<DisperseColumns>()
-        + 3 * size_of::<RayBatch>()
-        + ShadeColumns::BYTES
-        + MediumColumns::BYTES) as u64;
+        + PathColumns::BOXED_BYTES) as u64;
 
     pub fn new(job: &Job) -> Box<Self> {
         let mut wave = Box::<Self>::default();
@@ -99,7 +91,7 @@ impl Wave {
                 }
                 let samples = self.samples.len as u64;
                 if let Some(features) = features.as_mut().filter(|_| job.hides_sky()) {
-                    features.launch(&self.rays, &self.samples);
+                    features.launch(&self.paths.rays, &self.samples);
                     clock.lap(&mut self.stats, Stage::Record, 0);
                 }
                 self.follow_paths::<R>(job, 0, features.as_mut(), &mut sums, &mut clock);
@@ -107,7 +99,8 @@ impl Wave {
                 progress.samples.fetch_add(samples, Ordering::Relaxed);
             }
             while let Some((depth, group)) = self.deferred.next(exhausted) {
-                group.swap(&mut self.samples, &mut self.rays, &mut self.radiance);
+                let PathColumns { rays, radiance, .. } = &mut self.paths;
+                group.swap(&mut self.samples, rays, radiance);
                 self.follow_paths::<R>(job, depth, None, &mut sums, &mut clock);
             }
         }
@@ -124,7 +117,7 @@ impl Wave {
         sampler: &mut TileSampler,
         clock: &mut StageClock,
     ) -> bool {
-        let Self { samples, lens, disperse: columns, rays, radiance, stats, .. } = self;
+        let Self { samples, lens, disperse: columns, paths, stats, .. } = self;
         let Job { camera, frame, response, timing, .. } = job;
         if !sample(sampler, frame, &response.filter, camera.film, item.seed, samples) {
             return false;
@@ -133,6 +126,7 @@ impl Wave {
             timing.assign_times(&item.tile, frame, samples);
         }
         clock.lap(stats, Stage::Sample, samples.len);
+        let rays = &mut paths.rays;
         camera.generate_rays::<R>(samples, lens, rays, &mut stats.lens);
         disperse::<R>(job, samples, lens, columns, rays);
         if job.lamp_image_weights().is_some_and(|weights| weights.need_camera_pdf(&job.scene)) {
@@ -146,7 +140,7 @@ impl Wave {
         }
         clock.lap(stats, Stage::Lens, samples.len);
         stats.add_camera_packets(samples.len, rays.len);
-        radiance.iter_mut().for_each(|column| column[..samples.len].fill(0.0));
+        paths.clear_radiance(samples.len);
         true
     }
 
@@ -162,49 +156,62 @@ impl Wave {
         let footprint = job.pixel_footprint();
         for depth in first..=job.path_limits.max_depth {
             let vertex = PathVertex { depth, limits: job.path_limits, footprint };
-            self.bounce::<R>(job, vertex, features.as_deref_mut(), clock);
-            if self.rays.len < DEFER_BELOW {
-                self.deferred.defer(depth + 1, &mut self.samples, &mut self.rays, &self.radiance);
+            self.advance::<R>(job, vertex, features.as_deref_mut(), clock);
+            let PathColumns { rays, radiance, .. } = &mut self.paths;
+            if rays.len < DEFER_BELOW {
+                self.deferred.defer(depth + 1, &mut self.samples, rays, radiance);
                 break;
             }
         }
-        sums.accumulate(&job.response, &self.samples, &self.radiance);
+        sums.accumulate(&job.response, &self.samples, &self.paths.radiance);
         clock.lap(&mut self.stats, Stage::Accumulate, self.samples.len);
     }
 
-    /// Traces paths to the next surface, shades it and traces the shadow rays.
-    pub fn bounce<R: Real<Scalar = f32>>(
+    /// Advances the paths by one vertex.
+    pub fn advance<R: Real<Scalar = f32>>(
         &mut self,
         job: &Job,
         vertex: PathVertex,
         features: Option<&mut TileFeatures>,
         clock: &mut StageClock,
     ) {
-        let Self { samples, rays, next, shadows, hits, stack, columns, media, radiance, .. } = self;
-        let (stats, scene) = (&mut self.stats, &job.scene);
-        let surroundings = Surroundings::of(scene, samples, vertex.depth, vertex.limits.max_depth);
-        let intersect = scene.intersect_all::<R>(&surroundings, rays, hits, stack);
-        clock.lap(stats, Stage::Intersect, rays.len);
-        if surroundings.media {
-            scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
-            clock.lap(stats, Stage::Media, rays.len);
+        let Self { samples, paths, stats, .. } = self;
+        let mut stages = CameraPaths { job, features, clock, stats };
+        paths.advance::<R>(&job.scene, samples, vertex, &mut stages);
+        stats.add_bounce(vertex.depth, paths.occupancy);
+    }
+}
+
+/// The stages of camera paths.
+struct CameraPaths<'a> {
+    job: &'a Job,
+    features: Option<&'a mut TileFeatures>,
+    clock: &'a mut StageClock,
+    stats: &'a mut Stats,
+}
+
+impl<R: Real<Scalar = f32>> VertexStages<R> for CameraPaths<'_> {
+    fn arrive(&mut self, surroundings: &Surroundings, paths: &mut PathColumns) {
+        if let (0, Some(features)) = (surroundings.depth, &mut self.features) {
+            let PathColumns { rays, hits, .. } = paths;
+            features.record(&self.job.scene, rays, hits, surroundings.samples);
+            self.clock.lap(self.stats, Stage::Record, rays.len);
         }
-        if let (0, Some(features)) = (vertex.depth, features) {
-            features.record(scene, rays, hits, samples);
-            clock.lap(stats, Stage::Record, rays.len);
-        }
-        let weights = job.lamp_image_weights();
-        let lamp_weights = weights.as_ref().map(|weights| weights as _);
-        let caustics = job.caustics.is_some();
-        let hides_sky = job.hides_sky();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, lamp_weights, caustics, hides_sky };
-        let shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
-        clock.lap(stats, Stage::Shade, rays.len);
-        let shaded = shadows.len;
-        let occlude = scene.receive::<R>(&surroundings, shadows, radiance, media, stack);
-        clock.lap(stats, Stage::Occlude, shaded);
-        stats.add_bounce(vertex.depth, BounceOccupancy { intersect, shade, occlude });
-        std::mem::swap(rays, next);
+    }
+
+    fn shade(&mut self, vertex: PathVertex, samples: &SampleBatch, paths: &mut PathColumns) {
+        let PathColumns { rays, hits, shade: columns, radiance, shadows, next, .. } = paths;
+        let weights = self.job.lamp_image_weights();
+        let inputs = self.job.shade_inputs(vertex, (rays, hits), weights.as_ref());
+        paths.occupancy.shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
+    }
+
+    fn connect(&mut self, surroundings: &Surroundings, paths: &mut PathColumns) {
+        paths.trace_shadows::<R>(&self.job.scene, surroundings);
+    }
+
+    fn lap(&mut self, stage: Stage, rays: usize) {
+        self.clock.lap(self.stats, stage, rays);
     }
 }
 

@@ -76,8 +76,21 @@ impl RayBatch {
         self.len = i + 1;
     }
 
+    /// Removes the rays for which `keeps` returns false. It gets the rays in their order, each with its
+    /// index.
+    pub fn retain(&mut self, mut keeps: impl FnMut(&Self, usize) -> bool) {
+        let mut kept = 0;
+        for i in 0..self.len {
+            if keeps(self, i) {
+                self.copy_within(i, kept);
+                kept += 1;
+            }
+        }
+        self.len = kept;
+    }
+
     /// Copies ray `from` over ray `to`.
-    pub fn copy_within(&mut self, from: usize, to: usize) {
+    fn copy_within(&mut self, from: usize, to: usize) {
         for axis in 0..3 {
             self.origin[axis][to] = self.origin[axis][from];
             self.direction[axis][to] = self.direction[axis][from];
@@ -200,4 +213,31 @@ pub struct Ray {
     pub direction: [f32; 3],
     /// End, in multiples of the direction.
     pub t_max: f32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_that_are_kept_stay_in_order_with_all_their_columns() {
+        let mut rays = RayBatch::default();
+        for i in 0..5u8 {
+            let value = f32::from(i);
+            let ray = Ray { origin: [value; 3], direction: [value; 3], t_max: value };
+            rays.push(ray, [value; 3], u32::from(i));
+            rays.pdf[usize::from(i)] = value;
+        }
+        let mut seen = Vec::new();
+        rays.retain(|rays, i| {
+            seen.push(rays.slot[i]);
+            i % 2 == 1
+        });
+        assert_eq!(seen, [0, 1, 2, 3, 4]);
+        assert_eq!(rays.len, 2);
+        assert_eq!(rays.slot[..2], [1, 3]);
+        assert_eq!(rays.pdf[..2], [1.0, 3.0]);
+        assert_eq!([rays.ray(0).t_max, rays.ray(1).t_max], [1.0, 3.0]);
+        assert_eq!(rays.throughput(1), [3.0; 3]);
+    }
 }

@@ -10,17 +10,18 @@ pub use record::{Collision, PathStage, PathStep, Replay, ShadowRay, SharedBand};
 
 use super::Backend;
 use super::wave::{Wave, WorkItem};
+use crate::advance::{PathColumns, VertexStages};
 use crate::film::{SampleId, Tile};
 use crate::job::Job;
-use crate::shade::{PathVertex, ShadeColumns, ShadeInputs, shade};
+use crate::shade::{PathVertex, shade};
 use glam::Vec3;
 use petzval_base::lanes::{Real, f32x8};
 use petzval_base::rays::{
-    Column, Hit, HitBatch, NO_INDEX, PathFlags, RayBatch, ReprojectionBatch, SampleBatch,
+    Column, Hit, NO_INDEX, PathFlags, RayBatch, ReprojectionBatch, SampleBatch,
 };
 use petzval_base::stats::{LensStats, StageClock};
 use petzval_lens::{LensColumns, LensModel};
-use petzval_scene::{MediumColumns, Surroundings, TraversalStack};
+use petzval_scene::Surroundings;
 use petzval_spectrum::bands_of_ray;
 
 /// Replays a sample of a job. Returns `None` if no light reaches its pixel. The sample number may exceed
@@ -50,24 +51,28 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
         weight: if job.response.filter.is_signed() { samples.weight[0] } else { 1.0 },
         ray_path: job.camera.ray_path(samples),
         shared: shared_bands(job, samples),
-        ray: (wave.rays.len > 0).then(|| (wave.rays.ray(0), wave.rays.throughput(0))),
+        ray: (wave.paths.rays.len > 0)
+            .then(|| (wave.paths.rays.ray(0), wave.paths.rays.throughput(0))),
         steps: Vec::new(),
         radiance: [0.0; 3],
         value: None,
     };
-    let (mut probe, footprint) = (Box::<Probe>::default(), job.pixel_footprint());
+    let (mut columns, footprint) = (PathColumns::default(), job.pixel_footprint());
     for depth in 0..=job.path_limits.max_depth {
-        if wave.rays.len == 0 {
+        if wave.paths.rays.len == 0 {
             break;
         }
         let vertex = PathVertex { depth, limits: job.path_limits, footprint };
-        probe.rays.clone_from(&wave.rays);
-        wave.bounce::<R>(job, vertex, None, &mut clock);
-        replay.steps.push(probe.step::<R>(job, vertex, &wave));
+        columns.rays.clone_from(&wave.paths.rays);
+        columns.clear_radiance(1);
+        wave.advance::<R>(job, vertex, None, &mut clock);
+        let (throughput, steps) = (columns.rays.throughput(0), &mut replay.steps);
+        let mut probe = Probe { job, wave: &wave, throughput, steps };
+        columns.advance::<R>(&job.scene, &wave.samples, vertex, &mut probe);
     }
-    replay.radiance = first(&wave.radiance);
+    replay.radiance = first(&wave.paths.radiance);
     let mut sums = item.sums(job);
-    sums.accumulate(&job.response, &wave.samples, &wave.radiance);
+    sums.accumulate(&job.response, &wave.samples, &wave.paths.radiance);
     replay.value = (sums.dropped.count() == 0).then(|| sums.sums()[0]);
     Some(replay)
 }
@@ -103,41 +108,22 @@ fn shared_bands(job: &Job, samples: &SampleBatch) -> Vec<SharedBand> {
     shared
 }
 
-/// Shades a surface again for a sample without light, which separates the contributions.
-#[derive(Default)]
-struct Probe {
-    rays: Box<RayBatch>,
-    columns: Box<ShadeColumns>,
-    radiance: [Column<f32>; 3],
-    shadows: Box<RayBatch>,
-    next: Box<RayBatch>,
-    hits: HitBatch,
-    media: Box<MediumColumns>,
-    stack: TraversalStack,
+/// Stages that repeat the last advance of a wave of one path, for a sample without light. This separates
+/// the contributions.
+struct Probe<'a> {
+    job: &'a Job,
+    wave: &'a Wave,
+    /// Throughput before the advance.
+    throughput: [f32; 3],
+    steps: &'a mut Vec<PathStep>,
 }
 
-impl Probe {
-    /// Returns the step by which the wave has followed [`Self::rays`].
-    fn step<R: Real<Scalar = f32>>(
-        &mut self,
-        job: &Job,
-        vertex: PathVertex,
-        wave: &Wave,
-    ) -> PathStep {
-        let Self { rays, columns, radiance, shadows, next, hits, media, stack } = self;
-        let (scene, samples) = (&job.scene, &wave.samples);
-        radiance.iter_mut().for_each(|column| column[0] = 0.0);
-        let start = rays.throughput(0);
-        let surroundings = Surroundings::of(scene, samples, vertex.depth, vertex.limits.max_depth);
-        scene.intersect_all::<R>(&surroundings, rays, hits, stack);
-        if surroundings.media {
-            scene.travel::<R>(&surroundings, rays, hits, radiance, media, stack);
-        }
+impl<R: Real<Scalar = f32>> VertexStages<R> for Probe<'_> {
+    fn shade(&mut self, vertex: PathVertex, samples: &SampleBatch, paths: &mut PathColumns) {
+        let PathColumns { rays, hits, shade: columns, radiance, shadows, next, .. } = paths;
+        let (job, scene) = (self.job, &self.job.scene);
         let weights = job.lamp_image_weights();
-        let lamp_weights = weights.as_ref().map(|weights| weights as _);
-        let caustics = job.caustics.is_some();
-        let hides_sky = job.hides_sky();
-        let inputs = ShadeInputs { scene, vertex, rays, hits, lamp_weights, caustics, hides_sky };
+        let inputs = job.shade_inputs(vertex, (rays, hits), weights.as_ref());
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
         let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {
@@ -158,41 +144,35 @@ impl Probe {
                 (Some(surface), scene.emitted_radiance(&ray, &hit, point.normal, -direction))
             }
         };
-        let (throughput, emission) = (start, first(radiance));
-        let record = columns.record(&inputs);
-        let next_rays = &wave.rays;
+        let PathColumns { rays: next_rays, radiance: sum, .. } = &self.wave.paths;
         let specular = next_rays.flags[0].contains(PathFlags::SPECULAR);
         let next_pdf = if specular { f32::INFINITY } else { next_rays.pdf[0] };
-        PathStep {
+        self.steps.push(PathStep {
             ray,
-            throughput,
+            throughput: self.throughput,
             hit,
             surface,
             collision,
             emitted_radiance,
-            emission,
-            record,
-            shadow: self.shadow::<R>(job, &surroundings),
+            emission: first(radiance),
+            record: columns.record(&inputs),
+            shadow: None,
             next: (next_rays.len > 0)
                 .then(|| (next_rays.ray(0), next_rays.throughput(0), next_pdf)),
-            radiance: first(&wave.radiance),
-        }
+            radiance: first(sum),
+        });
     }
 
-    /// Returns the shadow ray that shading has left.
-    fn shadow<R: Real<Scalar = f32>>(
-        &mut self,
-        job: &Job,
-        surroundings: &Surroundings,
-    ) -> Option<ShadowRay> {
-        let Self { shadows, radiance, media, stack, .. } = self;
-        if shadows.len == 0 {
-            return None;
-        }
-        let (ray, contribution) = (shadows.ray(0), shadows.throughput(0));
-        radiance.iter_mut().for_each(|column| column[0] = 0.0);
-        job.scene.receive::<R>(surroundings, shadows, radiance, media, stack);
+    fn connect(&mut self, surroundings: &Surroundings, paths: &mut PathColumns) {
+        let shadows = &paths.shadows;
+        let shadow = (shadows.len > 0).then(|| (shadows.ray(0), shadows.throughput(0)));
+        paths.clear_radiance(1);
+        paths.trace_shadows::<R>(&self.job.scene, surroundings);
         // A shadow ray without any contribution is never sent.
-        Some(ShadowRay { ray, contribution, unoccluded: first(radiance) != [0.0; 3] })
+        let unoccluded = first(&paths.radiance) != [0.0; 3];
+        if let Some(step) = self.steps.last_mut() {
+            step.shadow =
+                shadow.map(|(ray, contribution)| ShadowRay { ray, contribution, unoccluded });
+        }
     }
 }

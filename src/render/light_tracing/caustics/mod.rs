@@ -23,16 +23,16 @@ mod walk;
 pub(crate) use survey::survey;
 pub(crate) use walk::CausticColumns;
 
+use crate::advance::PathColumns;
 use crate::film::Frame;
 use crate::light_tracing::entry::EntrySampler;
 use crate::light_tracing::light_paths::{
     FrontEntry, LightPathInput, LightPaths, PathCount, Splat, add_splats,
 };
-use crate::shade::ShadeColumns;
 use caster::Caster;
 use petzval_base::distribution::DiscreteDistribution;
 use petzval_base::lanes::Real;
-use petzval_base::rays::{HitBatch, RayBatch, SampleBatch};
+use petzval_base::rays::SampleBatch;
 use petzval_base::sampler::pixel_key;
 use petzval_lens::RealLens;
 use walk::Connected;
@@ -52,10 +52,9 @@ const SAMPLES_PER_PATH: u64 = 16;
 
 impl Caustics {
     /// Size of the columns of a worker (bytes).
-    pub(crate) const COLUMN_BYTES: usize = size_of::<SampleBatch>()
-        + 3 * size_of::<RayBatch>()
-        + size_of::<HitBatch>()
-        + ShadeColumns::BYTES
+    pub(crate) const COLUMN_BYTES: usize = size_of::<CausticColumns>()
+        + size_of::<SampleBatch>()
+        + PathColumns::BOXED_BYTES
         + size_of::<LightPaths>();
 
     /// Returns the number of light paths per sample number.

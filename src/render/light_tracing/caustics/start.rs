@@ -1,13 +1,12 @@
 //! Starts of light paths: rays from area lights to casters.
 
 use super::Caustics;
-use super::walk::CausticColumns;
+use crate::advance::PathColumns;
 use crate::light_tracing::light_paths::LightPathInput;
 use crate::timing::ArrivalTime;
-use petzval_base::lanes::Real;
-use petzval_base::rays::{PathFlags, Ray, RayBatch, RayDifferential, WAVE_SIZE};
+use petzval_base::rays::{PathFlags, Ray, RayBatch, RayDifferential, SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, sample_2d};
-use petzval_scene::{SurfacePoint, Surroundings, luminance};
+use petzval_scene::{SurfacePoint, luminance};
 
 /// Largest difference of a hit from the sampled point, relative to its distance from the light.
 const NEAR: f32 = 1e-4;
@@ -27,17 +26,17 @@ pub(crate) struct PathStart {
 }
 
 impl Caustics {
-    /// Samples a wave of rays from lights to casters, and keeps those that nothing occludes.
-    pub(super) fn start<R: Real<Scalar = f32>>(
+    /// Samples a wave of rays from lights to casters.
+    pub(super) fn start(
         &self,
         input: &LightPathInput<'_>,
-        columns: &mut CausticColumns,
-        key: u32,
-        wave: u32,
+        samples: &mut SampleBatch,
+        rays: &mut RayBatch,
+        starts: &mut Vec<PathStart>,
+        [key, wave]: [u32; 2],
     ) {
-        let CausticColumns { samples, rays, next, hits, stack, starts, .. } = columns;
         samples.len = WAVE_SIZE;
-        next.len = 0;
+        rays.len = 0;
         starts.clear();
         for i in 0..WAVE_SIZE as u32 {
             let number = wave * WAVE_SIZE as u32 + i;
@@ -45,30 +44,32 @@ impl Caustics {
             let time = input.arrival_time(key, number);
             samples.time[i as usize] = time.scene;
             if let Some((ray, radiance, start)) = self.sample_start(input, key, number, time) {
-                next.push(ray, radiance, i);
+                push_start(rays, ray, radiance, i);
                 starts.push(start);
             } else {
                 starts.push(PathStart::default());
             }
         }
-        let surroundings = Surroundings::of(input.scene, samples, 0, input.path_limits.max_depth);
-        input.scene.intersect_all::<R>(&surroundings, next, hits, stack);
-        rays.len = 0;
+    }
+
+    /// Keeps the rays that hit the sampled points of casters.
+    pub(super) fn keep_unoccluded(&self, starts: &[PathStart], paths: &mut PathColumns) {
+        let PathColumns { rays, hits, .. } = paths;
         let mut kept = 0;
-        for i in 0..next.len {
-            let (ray, hit, slot) = (next.ray(i), hits[i], next.slot[i]);
-            let start = &starts[slot as usize];
+        rays.retain(|rays, i| {
+            let (hit, t_max) = (hits[i], rays.t_max[i]);
+            let start = &starts[rays.slot[i] as usize];
             let placed = &self.casters[start.caster as usize].placed;
-            let there = hit.shape == placed.shape
+            let unoccluded = hit.shape == placed.shape
                 && hit.instance == placed.instance
                 && hit.primitive == start.primitive
-                && (hit.t * (1.0 + NEAR) - ray.t_max).abs() <= NEAR * ray.t_max;
-            if there {
+                && (hit.t * (1.0 + NEAR) - t_max).abs() <= NEAR * t_max;
+            if unoccluded {
                 hits[kept] = hit;
                 kept += 1;
-                push_start(rays, ray, next.throughput(i), slot);
             }
-        }
+            unoccluded
+        });
     }
 
     /// Samples the ray of a light path. Returns it with its throughput.

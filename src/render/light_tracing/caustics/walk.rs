@@ -4,16 +4,20 @@ use glam::{DVec3, Vec3};
 
 use super::Caustics;
 use super::start::PathStart;
+use crate::advance::{PathColumns, VertexStages};
 use crate::light_tracing::entry::EntryPoint;
 use crate::light_tracing::light_paths::{
     CameraPose, CameraPoses, LightPath, LightPathInput, LightPaths,
 };
-use crate::shade::{PathVertex, PixelFootprint, ShadeColumns, ShadeInputs, shade_light_paths};
+use crate::shade::{PathVertex, PixelFootprint, ShadeInputs, shade_light_paths};
 use petzval_base::lanes::Real;
-use petzval_base::rays::{HitBatch, PathFlags, RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::rays::{PathFlags, SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_lens::{LensModel, RealLens};
-use petzval_scene::{PathLimits, Surroundings, TraversalStack};
+use petzval_scene::{PathLimits, Surroundings};
+
+/// Depth of the first vertex of a path, on a caster.
+const CASTER: u32 = 1;
 
 /// Connection of a path to the lens.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,18 +34,20 @@ struct Connection {
 /// Columns of one worker.
 #[derive(Default)]
 pub(crate) struct CausticColumns {
-    pub samples: Box<SampleBatch>,
-    pub rays: Box<RayBatch>,
-    pub next: Box<RayBatch>,
-    pub hits: Box<HitBatch>,
-    pub stack: TraversalStack,
+    samples: Box<SampleBatch>,
+    paths: PathColumns,
+    connections: ConnectionColumns,
+}
+
+/// Columns of the connections of paths to the lens.
+#[derive(Default)]
+struct ConnectionColumns {
     /// Start of each path, by slot.
-    pub starts: Vec<PathStart>,
-    shadows: Box<RayBatch>,
-    shade: Box<ShadeColumns>,
-    paths: Box<LightPaths>,
+    starts: Vec<PathStart>,
     /// Connection of each path at its present surface, by slot.
     connections: Vec<Connection>,
+    /// Paths that are connected.
+    paths: Box<LightPaths>,
     /// Factor of refraction on the throughput of each path, by slot.
     eta2: Vec<f32>,
     /// Slot of each path that is connected.
@@ -63,73 +69,25 @@ impl Caustics {
         &self,
         input: &LightPathInput<'_>,
         columns: &mut CausticColumns,
-        [key, wave]: [u32; 2],
+        wave: [u32; 2],
         found: &mut dyn FnMut(Connected),
     ) {
         let LensModel::Real(lens) = &input.camera.model else { return };
-        self.start::<R>(input, columns, key, wave);
-        columns.eta2.clear();
+        let CausticColumns { samples, paths, connections: columns } = columns;
+        self.start(input, samples, &mut paths.rays, &mut columns.starts, wave);
         columns.eta2.resize(WAVE_SIZE, 1.0);
+        let mut stages = CausticPaths { caustics: self, input, lens, columns, found };
         let footprint = PixelFootprint::new(input.camera, input.frame.resolution);
         let max_depth = input.path_limits.max_depth;
-        for surface in 0..max_depth {
-            if columns.rays.len == 0 {
+        // Depth 0 is that of camera rays.
+        let limits = PathLimits { max_depth: max_depth + 1, ..input.path_limits };
+        for depth in CASTER..=max_depth {
+            if paths.rays.len == 0 {
                 break;
             }
-            if surface > 0 {
-                let CausticColumns { samples, rays, hits, stack, .. } = columns;
-                let surroundings = Surroundings::of(input.scene, samples, surface, max_depth);
-                input.scene.intersect_all::<R>(&surroundings, rays, hits, stack);
-            }
-            // Depth 0 is that of camera rays.
-            let limits = PathLimits { max_depth: max_depth + 1, ..input.path_limits };
-            let vertex = PathVertex { depth: surface + 1, limits, footprint };
-            self.shade::<R>(input, lens, columns, vertex);
-            self.connect(columns, found);
-            let CausticColumns { rays, next, eta2, .. } = columns;
-            if surface == 0 {
-                keep_specular(next);
-            }
-            for i in 0..next.len {
-                eta2[next.slot[i] as usize] = next.roulette_scale[i];
-            }
-            std::mem::swap(rays, next);
+            let vertex = PathVertex { depth, limits, footprint };
+            paths.advance::<R>(input.scene, samples, vertex, &mut stages);
         }
-    }
-
-    /// Shades the surfaces that the rays hit. The first only reflects or refracts.
-    fn shade<R: Real<Scalar = f32>>(
-        &self,
-        input: &LightPathInput<'_>,
-        lens: &RealLens,
-        columns: &mut CausticColumns,
-        vertex: PathVertex,
-    ) {
-        let CausticColumns { samples, rays, next, hits, shadows, shade, connections, .. } = columns;
-        connections.clear();
-        connections.resize(WAVE_SIZE, Connection::default());
-        let inputs = ShadeInputs {
-            scene: input.scene,
-            vertex,
-            rays,
-            hits,
-            lamp_weights: None,
-            caustics: false,
-            hides_sky: false,
-        };
-        let poses = CameraPoses::new(input.camera, input.timing);
-        let mut target = |slot: u32, position: Vec3| -> Option<Vec3> {
-            if vertex.depth == 1 {
-                return None;
-            }
-            let at = slot as usize;
-            let u = sample_2d(samples.key[at], samples.sample[at], Dimension::Light(vertex.depth));
-            let (connection, towards_lens) =
-                self.connection(&poses.at(samples.time[at]), lens, position, u)?;
-            connections[at] = connection;
-            Some(towards_lens)
-        };
-        shade_light_paths::<R>(&inputs, samples, shade, &mut target, (shadows, next));
     }
 
     /// Samples the connection of a surface to the lens. Returns it with the vector to the entry
@@ -155,11 +113,67 @@ impl Caustics {
         let factor = towards.z / (distance2 * density);
         factor.is_finite().then_some((Connection { at, towards, factor }, to_lens))
     }
+}
 
-    /// Starts the connections at the lens.
-    fn connect(&self, columns: &mut CausticColumns, found: &mut dyn FnMut(Connected)) {
-        let CausticColumns { samples, shadows, paths, connections, eta2, starts, slots, .. } =
-            columns;
+/// The stages of the paths of caustics.
+struct CausticPaths<'a> {
+    caustics: &'a Caustics,
+    input: &'a LightPathInput<'a>,
+    lens: &'a RealLens,
+    columns: &'a mut ConnectionColumns,
+    found: &'a mut dyn FnMut(Connected),
+}
+
+impl<R: Real<Scalar = f32>> VertexStages<R> for CausticPaths<'_> {
+    fn arrive(&mut self, surroundings: &Surroundings, paths: &mut PathColumns) {
+        let ConnectionColumns { starts, eta2, .. } = &mut *self.columns;
+        if surroundings.depth == CASTER {
+            self.caustics.keep_unoccluded(starts, paths);
+        }
+        for i in 0..paths.rays.len {
+            eta2[paths.rays.slot[i] as usize] = paths.rays.roulette_scale[i];
+        }
+    }
+
+    /// Shades the surfaces that the rays hit. The first only reflects or refracts.
+    fn shade(&mut self, vertex: PathVertex, samples: &SampleBatch, paths: &mut PathColumns) {
+        let PathColumns { rays, hits, shade, shadows, next, .. } = paths;
+        let Self { caustics, input, lens, .. } = *self;
+        let connections = &mut self.columns.connections;
+        connections.clear();
+        connections.resize(WAVE_SIZE, Connection::default());
+        let inputs = ShadeInputs {
+            scene: input.scene,
+            vertex,
+            rays,
+            hits,
+            lamp_weights: None,
+            caustics: false,
+            hides_sky: false,
+        };
+        let poses = CameraPoses::new(input.camera, input.timing);
+        let mut target = |slot: u32, position: Vec3| -> Option<Vec3> {
+            if vertex.depth == CASTER {
+                return None;
+            }
+            let at = slot as usize;
+            let u = sample_2d(samples.key[at], samples.sample[at], Dimension::Light(vertex.depth));
+            let (connection, towards_lens) =
+                caustics.connection(&poses.at(samples.time[at]), lens, position, u)?;
+            connections[at] = connection;
+            Some(towards_lens)
+        };
+        shade_light_paths::<R>(&inputs, samples, shade, &mut target, (shadows, next));
+        if vertex.depth == CASTER {
+            next.retain(|next, i| next.flags[i].contains(PathFlags::SPECULAR));
+        }
+    }
+
+    /// Starts the connections at the lens. Their shadow rays are traced for paths that arrive on the
+    /// film.
+    fn connect(&mut self, surroundings: &Surroundings, paths: &mut PathColumns) {
+        let (samples, shadows) = (surroundings.samples, &paths.shadows);
+        let ConnectionColumns { starts, connections, paths, eta2, slots } = &mut *self.columns;
         if shadows.len == 0 {
             return;
         }
@@ -170,7 +184,7 @@ impl Caustics {
             let Connection { at, towards, factor } = connections[slot];
             let factor = factor * starts[slot].flux * f64::from(eta2[slot]);
             let path = LightPath {
-                start: self.front.start(at, towards),
+                start: self.caustics.front.start(at, towards),
                 towards,
                 shadow: shadows.ray(i),
                 time: starts[slot].time,
@@ -180,18 +194,6 @@ impl Caustics {
             paths.push(&path, flux, [0.0; 2]);
             slots.push(slot as u32);
         }
-        found(Connected { paths, slots, starts });
+        (self.found)(Connected { paths, slots, starts });
     }
-}
-
-/// Removes the rays that no mirror or clear glass sent on.
-fn keep_specular(rays: &mut RayBatch) {
-    let mut kept = 0;
-    for i in 0..rays.len {
-        if rays.flags[i].contains(PathFlags::SPECULAR) {
-            rays.copy_within(i, kept);
-            kept += 1;
-        }
-    }
-    rays.len = kept;
 }

@@ -3,12 +3,13 @@
 use glam::Vec3;
 
 use super::{CameraPose, LightPathInput};
+use crate::advance::PathColumns;
 use petzval_base::lanes::f32x8;
-use petzval_base::rays::{Column, HitBatch, RayBatch, SampleBatch, WAVE_SIZE};
+use petzval_base::rays::{SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, pixel_key, sample_2d};
 use petzval_base::stats::LensStats;
 use petzval_lens::{Camera, LensColumns, LensModel};
-use petzval_scene::{MediumColumns, Surroundings, TraversalStack, luminance};
+use petzval_scene::{Surroundings, luminance};
 
 /// Waves of camera rays.
 const CAMERA_WAVES: u32 = 4;
@@ -37,10 +38,8 @@ impl CameraView {
         let farthest = MAX_ENTRY * lens.prescription.rows[0].diameter / 2.0;
         let mut view =
             Self { half: 0.0, exposure: 0.0, hits: vec![0; input.scene.lights.all.len()], rays: 0 };
-        let (mut columns, mut rays) = (LensColumns::default(), RayBatch::default());
-        let (mut hits, mut stack) = (HitBatch::default(), TraversalStack::default());
+        let (mut columns, mut paths) = (LensColumns::default(), PathColumns::default());
         let mut samples = SampleBatch::default();
-        let (mut media, mut emitted) = (MediumColumns::default(), <[Column<f32>; 3]>::default());
         let key = pixel_key(u32::MAX, u32::MAX - 2, input.seed);
         // Rays leave the lens as those of a camera at rest.
         let pose = CameraPose::at(input.camera, None, 0.0);
@@ -50,7 +49,8 @@ impl CameraView {
             let bands = lens.bands.len();
             samples.band = (bands * (2 * wave as usize + 1)) / (2 * CAMERA_WAVES as usize);
             let mut stats = LensStats::default();
-            input.camera.generate_rays::<f32x8>(&samples, &mut columns, &mut rays, &mut stats);
+            let rays = &mut paths.rays;
+            input.camera.generate_rays::<f32x8>(&samples, &mut columns, rays, &mut stats);
             for i in 0..rays.len {
                 let [origin, direction] =
                     [rays.ray(i).origin, rays.ray(i).direction].map(Vec3::from);
@@ -65,24 +65,15 @@ impl CameraView {
                 samples.time[i] = input.arrival_time(key, samples.sample[i]).scene;
             }
             if let Some(motion) = input.timing.and_then(|timing| timing.camera_motion.as_ref()) {
-                motion.transform_rays(&samples.time, &mut rays);
+                motion.transform_rays(&samples.time, rays);
+            }
+            if input.scene.has_media() {
+                rays.medium[..rays.len].fill(input.scene.camera_medium);
             }
             let surroundings = Surroundings::of(input.scene, &samples, 0, 1);
-            input.scene.intersect_all::<f32x8>(&surroundings, &rays, &mut hits, &mut stack);
-            if surroundings.media {
-                let len = rays.len;
-                rays.medium[..len].fill(input.scene.camera_medium);
-                input.scene.travel::<f32x8>(
-                    &surroundings,
-                    &mut rays,
-                    &mut hits,
-                    &mut emitted,
-                    &mut media,
-                    &mut stack,
-                );
-            }
-            for i in 0..rays.len {
-                if let Some(shape) = input.scene.shapes.get(hits[i].shape as usize)
+            paths.trace::<f32x8>(input.scene, &surroundings, |_, _| ());
+            for hit in &paths.hits[..paths.rays.len] {
+                if let Some(shape) = input.scene.shapes.get(hit.shape as usize)
                     && let Some(count) = view.hits.get_mut(shape.light as usize)
                 {
                     *count += 1;
