@@ -21,6 +21,7 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub(crate) mod calibration;
+pub(crate) mod damped_least_squares;
 pub(crate) mod film_error;
 pub(crate) mod imaging;
 pub(crate) mod optimize;
@@ -36,6 +37,7 @@ pub use calibration::ray_field::{FieldRay, RayField};
 pub use calibration::spot::SpotGrid;
 pub use calibration::suitability::{FittedModel, Misfit};
 pub use calibration::{Calibration, CalibrationError, CalibrationSetup};
+pub use damped_least_squares::StopReason;
 pub use film_error::{FilmError, film_error};
 pub use imaging::aberration_fan::{AberrationFan, AberrationPoint};
 pub use imaging::axial::ZoneFocus;
@@ -53,7 +55,6 @@ pub use imaging::seidel::{Seidel, SeidelSums};
 pub use imaging::spot::{SpotDiagram, SpotRay, SpotSize};
 pub use imaging::transfer::{FrequencyAxis, TransferMethod};
 pub use imaging::zernike::{ZernikeFit, noll, zernike};
-pub use optimize::damped_least_squares::StopReason;
 pub use optimize::design_optimization::{
     DesignGoal, DesignState, OptimizationError, OptimizedDesign, optimize_design,
 };

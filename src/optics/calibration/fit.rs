@@ -3,14 +3,12 @@
 use glam::DVec3;
 
 use super::model::{CameraMatrix, DistortionModel};
-use petzval_base::least_squares::least_squares;
+use crate::damped_least_squares::{Residuals, minimize};
 
 /// Most steps of a fit.
-const STEPS: usize = 60;
+const STEPS: u32 = 60;
 /// Step of the derivatives, relative to the scale of a parameter.
 const DERIVATIVE: f64 = 1e-6;
-/// Relative decrease of the squares below which a fit ends.
-const CONVERGED: f64 = 1e-10;
 
 /// Error (pixels) that a coefficient counts as, per unit of its effect at the edge of the picture. It
 /// keeps those small that the picture hardly determines, such as equal terms of both polynomials of
@@ -45,39 +43,16 @@ pub(super) enum FitSymmetry {
     },
 }
 
-/// Camera matrix and coefficients of a model, fitted by the method of Levenberg (1944) and Marquardt
-/// (1963); `None` if no direction fits the model.
+/// Returns the camera matrix and coefficients of a model that fit best; `None` if no direction fits
+/// the model.
 pub(super) fn fit(
     model: DistortionModel,
     points: &[FitPoint],
     symmetry: FitSymmetry,
 ) -> Option<(CameraMatrix, Vec<f64>)> {
-    let parameters = Parameters::new(model, points, symmetry)?;
-    let mut at = parameters.start.clone();
-    let mut errors = parameters.errors(&at, points)?;
-    let (mut squares, mut damping) = (sum_of_squares(&errors), 1e-3);
-    for _ in 0..STEPS {
-        let columns = parameters.derivatives(&at, points)?;
-        let mut improved = false;
-        while damping < 1e9 {
-            let step = damped_step(&columns, &errors, damping);
-            let next: Vec<f64> = at.iter().zip(&step).map(|(v, step)| v + step).collect();
-            let found = parameters.errors(&next, points).map(|e| (sum_of_squares(&e), e));
-            match found {
-                Some((next_squares, next_errors)) if next_squares <= squares => {
-                    improved = next_squares < squares * (1.0 - CONVERGED);
-                    (at, errors, squares) = (next, next_errors, next_squares);
-                    damping = (damping * 0.1).max(1e-12);
-                    break;
-                }
-                _ => damping *= 10.0,
-            }
-        }
-        if !improved {
-            break;
-        }
-    }
-    Some(parameters.unpack(&at))
+    let camera = CameraFit::new(model, points, symmetry)?;
+    let (at, _) = minimize(&camera, camera.start.clone(), STEPS, |_, _| true)?;
+    Some(camera.unpack(&at))
 }
 
 /// Returns the distances between the pixels of a model and those of the points; `None` if the model
@@ -99,16 +74,17 @@ pub(super) fn residual(
 
 /// The free parameters of a fit: focal lengths, principal point and coefficients, each of the latter
 /// scaled by its effect at the edge of the picture.
-struct Parameters {
+struct CameraFit<'a> {
     model: DistortionModel,
+    points: &'a [FitPoint],
     symmetry: FitSymmetry,
     /// Indices of the free coefficients, and the value of each per unit of its parameter.
     free: Vec<(usize, f64)>,
     start: Vec<f64>,
 }
 
-impl Parameters {
-    fn new(model: DistortionModel, points: &[FitPoint], symmetry: FitSymmetry) -> Option<Self> {
+impl<'a> CameraFit<'a> {
+    fn new(model: DistortionModel, points: &'a [FitPoint], symmetry: FitSymmetry) -> Option<Self> {
         let extent = |direction: DVec3| {
             let across = direction.x.hypot(direction.y);
             if model.is_pinhole() { across / direction.z } else { across.atan2(direction.z) }
@@ -143,7 +119,7 @@ impl Parameters {
             }
         };
         start.resize(start.len() + free.len(), 0.0);
-        Some(Self { model, symmetry, free, start })
+        Some(Self { model, points, symmetry, free, start })
     }
 
     fn unpack(&self, at: &[f64]) -> (CameraMatrix, Vec<f64>) {
@@ -159,54 +135,35 @@ impl Parameters {
         }
         (matrix, coefficients)
     }
+}
 
-    /// Returns the differences between pixels and model, x and y of each point, and then the scaled
+impl Residuals for CameraFit<'_> {
+    /// Returns the differences between model and pixels, x and y of each point, and then the scaled
     /// coefficients as errors of their own.
-    fn errors(&self, at: &[f64], points: &[FitPoint]) -> Option<Vec<f64>> {
+    fn at(&self, at: &[f64]) -> Option<Vec<f64>> {
         let (matrix, coefficients) = self.unpack(at);
-        let mut errors = Vec::with_capacity(2 * points.len());
-        for point in points {
+        let mut errors = Vec::with_capacity(2 * self.points.len());
+        for point in self.points {
             let found = matrix.pixel(self.model.distort(&coefficients, point.direction)?);
-            errors.extend([0, 1].map(|i| point.pixel[i] - found[i]));
+            errors.extend([0, 1].map(|i| found[i] - point.pixel[i]));
         }
-        errors.extend(at[at.len() - self.free.len()..].iter().map(|value| -RIDGE * value));
+        errors.extend(at[at.len() - self.free.len()..].iter().map(|value| RIDGE * value));
         errors.iter().all(|error| error.is_finite()).then_some(errors)
     }
 
-    /// Returns the derivative of all pixels for each parameter.
-    fn derivatives(&self, at: &[f64], points: &[FitPoint]) -> Option<Vec<Vec<f64>>> {
+    fn derivatives(&self, at: &[f64], _: &[f64]) -> Option<Vec<Vec<f64>>> {
         let column = |i: usize| {
             let step = DERIVATIVE * at[i].abs().max(1.0);
             let moved = |by: f64| {
                 let mut moved = at.to_vec();
                 moved[i] += by;
-                self.errors(&moved, points)
+                self.at(&moved)
             };
             let (below, above) = (moved(-step)?, moved(step)?);
-            Some(below.iter().zip(above).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+            Some(below.iter().zip(above).map(|(a, b)| (b - a) / (2.0 * step)).collect())
         };
         (0..at.len()).map(column).collect()
     }
-}
-
-fn sum_of_squares(errors: &[f64]) -> f64 {
-    errors.iter().map(|error| error * error).sum()
-}
-
-/// Returns the step of the parameters for this damping, relative to the length of each column.
-fn damped_step(columns: &[Vec<f64>], errors: &[f64], damping: f64) -> Vec<f64> {
-    let count = columns.len();
-    let damped = |(i, column): (usize, &Vec<f64>)| {
-        let length = sum_of_squares(column).sqrt();
-        let mut column = column.clone();
-        column.resize(errors.len() + count, 0.0);
-        column[errors.len() + i] = damping.sqrt() * length;
-        column
-    };
-    let columns = columns.iter().enumerate().map(damped).collect();
-    let mut side = errors.to_vec();
-    side.resize(errors.len() + count, 0.0);
-    least_squares(columns, vec![side]).swap_remove(0)
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Optimization of a lens.
 
 use super::constraint::EdgeConstraint;
-use super::damped_least_squares::{Residuals, StopReason, minimize};
 use super::merit::{DesignMerit, FilmedLens, MeritValue};
 use super::target::DesignTarget;
 use super::variable::DesignVariable;
+use crate::damped_least_squares::{Residuals, StopReason, minimize};
 use crate::imaging::conditions::ImagingConditions;
 use crate::imaging::frozen_imaging::{FrozenImaging, FrozenImagingError};
 use crate::imaging::image_quality::in_parallel;
@@ -127,9 +127,9 @@ impl Residuals for VariableMerit<'_> {
         self.merit.evaluate(&self.changed(variables)).map(|value| value.residuals)
     }
 
-    fn derivatives(&self, variables: &[f64], residuals: &[f64]) -> Vec<Vec<f64>> {
+    fn derivatives(&self, variables: &[f64], residuals: &[f64]) -> Option<Vec<Vec<f64>>> {
         let numbers: Vec<usize> = (0..variables.len()).collect();
-        in_parallel(&numbers, self.goal.threads, |&i| {
+        Some(in_parallel(&numbers, self.goal.threads, |&i| {
             let step = self.goal.variables[i].step(&self.design.lens);
             // A step that leaves the bounds or loses a ray is taken to the other side.
             let along = |step: f64| {
@@ -141,7 +141,7 @@ impl Residuals for VariableMerit<'_> {
             let inside = variables[i] + step <= self.goal.variables[i].bounds[1];
             let step = if inside { step } else { -step };
             along(step).or_else(|| along(-step)).unwrap_or_else(|| vec![0.0; residuals.len()])
-        })
+        }))
     }
 
     fn bounds(&self, variable: usize) -> [f64; 2] {

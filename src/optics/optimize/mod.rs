@@ -1,7 +1,6 @@
 //! Optimization of lenses: damped least squares over named variables.
 
 mod constraint;
-pub(crate) mod damped_least_squares;
 pub(crate) mod design_optimization;
 mod merit;
 pub(crate) mod target;

@@ -1,4 +1,4 @@
-//! Damped least squares: Levenberg 1944, Marquardt 1963.
+//! Damped least squares, for fits of camera models and for designs: Levenberg 1944, Marquardt 1963.
 
 use std::fmt;
 
@@ -40,18 +40,22 @@ impl fmt::Display for StopReason {
 }
 
 /// A function whose squares are summed.
-pub(super) trait Residuals {
+pub(crate) trait Residuals {
     /// Returns the residuals; `None` where the function has no value.
     fn at(&self, variables: &[f64]) -> Option<Vec<f64>>;
-    /// Returns the derivatives of the residuals, a column for each variable.
-    fn derivatives(&self, variables: &[f64], residuals: &[f64]) -> Vec<Vec<f64>>;
-    /// Returns the smallest and the largest value of a variable.
-    fn bounds(&self, variable: usize) -> [f64; 2];
+    /// Returns the derivatives of the residuals, a column for each variable; `None` where the
+    /// function has none.
+    fn derivatives(&self, variables: &[f64], residuals: &[f64]) -> Option<Vec<Vec<f64>>>;
+    /// Returns the smallest and the largest value of a variable. Without a bound, it is infinite.
+    fn bounds(&self, _variable: usize) -> [f64; 2] {
+        [f64::NEG_INFINITY, f64::INFINITY]
+    }
 }
 
 /// Minimizes a sum of squares from a start within the bounds. `goes_on` is called with the number
-/// of each iteration and the sum of squares. `None` if the function has no value at the start.
-pub(super) fn minimize(
+/// of each iteration and the sum of squares. `None` if the function has no value at the start, or no
+/// derivatives on the way.
+pub(crate) fn minimize(
     function: &impl Residuals,
     mut at: Vec<f64>,
     iterations: u32,
@@ -66,7 +70,7 @@ pub(super) fn minimize(
         if !goes_on(iteration, sum) {
             return Some((at, StopReason::Interrupted));
         }
-        let columns = function.derivatives(&at, &residuals);
+        let columns = function.derivatives(&at, &residuals)?;
         let better = loop {
             let step = damped_step(function, &columns, &residuals, &at, damping);
             let next: Vec<f64> = (0..at.len())
@@ -143,8 +147,8 @@ mod tests {
         fn at(&self, v: &[f64]) -> Option<Vec<f64>> {
             Some(vec![1.0 - v[0], 10.0 * (v[1] - v[0] * v[0])])
         }
-        fn derivatives(&self, v: &[f64], _: &[f64]) -> Vec<Vec<f64>> {
-            vec![vec![-1.0, -20.0 * v[0]], vec![0.0, 10.0]]
+        fn derivatives(&self, v: &[f64], _: &[f64]) -> Option<Vec<Vec<f64>>> {
+            Some(vec![vec![-1.0, -20.0 * v[0]], vec![0.0, 10.0]])
         }
         fn bounds(&self, _: usize) -> [f64; 2] {
             self.0
