@@ -70,6 +70,7 @@ pub use pupil::vicinity::Vicinity;
 pub use pupil::{Ellipse, PupilBounds, PupilSampling, REAR_SHARE, RIM_SHARE, VICINITY_SHARE};
 pub use trace::asphere::Asphere;
 pub use trace::biradial::Biradial;
+pub use trace::chief_ray::{ChiefRayFinder, StopRay};
 pub use trace::frame_transform::FrameTransform;
 pub use trace::kernel::LensRay;
 pub use trace::path::{OpticalPath, PASSES, trace_past_rims};
@@ -80,9 +81,8 @@ pub use trace::{
 };
 pub use trace::{
     sequence::{Side, ghost_sequence, sequence, sequence_at},
-    surface::{Surface, SurfaceKind},
+    surface::{Surface, SurfaceKind, open_surfaces},
 };
-pub use vignetting::open_rims::{KeptRims, open_rims};
 pub use vignetting::{LightBudget, Normalization, RowLoss, Vignetting};
 pub use wavefront::exit_pupil::raster::PupilRaster;
 pub use wavefront::exit_pupil::{ExitPupil, PupilEdge};

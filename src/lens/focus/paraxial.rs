@@ -256,6 +256,9 @@ impl Paraxial {
     /// Returns the slope in the scene, per mm of image height, of the chief ray [1/mm]: the ray
     /// through the centre of the entrance pupil, at `pupil` mm behind the front vertex, to a film
     /// `distance` mm behind the rear vertex.
+    ///
+    /// This is the chief ray of first-order optics, in closed form;
+    /// [`ChiefRayFinder`](crate::ChiefRayFinder) finds that of real rays.
     pub fn chief_slope(&self, pupil: f64, distance: f64) -> f64 {
         let RayTransferMatrix { a, b, c, d } = self.whole;
         let reduced = distance / self.film_index;

@@ -9,6 +9,7 @@
 pub(crate) mod asphere;
 pub(crate) mod batch;
 pub(crate) mod biradial;
+pub(crate) mod chief_ray;
 pub(crate) mod crossing;
 pub(crate) mod frame_transform;
 pub(crate) mod ideal;

@@ -79,6 +79,15 @@ pub struct Surface<T> {
     pub coating: CoatingModel<T>,
 }
 
+/// Makes surfaces that block no ray, however far from their vertices it meets them.
+pub fn open_surfaces(surfaces: &mut Vec<Surface<f64>>) {
+    surfaces.retain(|surface| {
+        use SurfaceKind::{Clip, Iris, Obstruction};
+        !matches!(surface.kind, Iris(_) | Obstruction(_) | Clip(_))
+    });
+    surfaces.iter_mut().for_each(|surface| surface.aperture2 = f64::MAX);
+}
+
 /// The way in which rays come to a row.
 pub(super) struct Approach {
     pub row: usize,

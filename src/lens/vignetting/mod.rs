@@ -10,7 +10,7 @@
 //! the stop are open: the light that passes the stop of the copy is the total, and the rows of the
 //! lens itself block shares of it.
 
-pub mod open_rims;
+pub(crate) mod open_rims;
 
 mod ray_end;
 mod stop_finder;
@@ -24,8 +24,11 @@ use crate::prescription::Prescription;
 use crate::prescription::pose::Pose;
 use crate::pupil::outline::PupilBox;
 use crate::pupil::table::TableBuilder;
+use crate::trace::chief_ray::ChiefRayFinder;
+use crate::trace::kernel::LensRay;
 use crate::trace::sequence::{Side, sequence};
-use crate::trace::surface::Surface;
+use crate::trace::surface::{Surface, open_surfaces};
+use crate::trace::trace_one;
 use crate::vignetting::open_rims::{KeptRims, open_rims};
 use petzval_base::rays::WAVE_SIZE;
 use petzval_base::sampler::{Dimension, sample_2d};
@@ -80,6 +83,7 @@ pub struct Vignetting {
     /// The surfaces with all rims open but that of the stop.
     open: Vec<Surface<f32>>,
     stop_finder: StopFinder,
+    chief_rays: ChiefRayFinder,
     /// Sample points of the unit square.
     points: Vec<[f32; 2]>,
 }
@@ -108,6 +112,7 @@ impl Vignetting {
             pose,
             itself: rough(lens),
             stop_finder: StopFinder::new(lens, distance, &open),
+            chief_rays: ChiefRayFinder::new(lens),
             open,
             points: (0..rays.max(1)).map(|i| sample_2d(0, i, Dimension::Pupil)).collect(),
         }
@@ -169,8 +174,18 @@ impl Vignetting {
     pub fn field_angle(&self, x: f64) -> Option<f64> {
         let (start, mut tracer) = (self.start([x, 0.0]), RayEndTracer::default());
         let pupil_box = self.stop_finder.find(start, &mut tracer)?;
-        let chief = self.stop_finder.chief_angle(start, pupil_box);
-        chief.or_else(|| self.stop_finder.leave(start, self.middle(start, pupil_box, &mut tracer)?))
+        let scene = match self.chief_rays.of_film_point(start.film, start.distance) {
+            Some(chief) => chief.scene,
+            None => {
+                let point = self.middle(start, pupil_box, &mut tracer)?;
+                let mut surfaces = sequence::<f64>(&self.lens, Side::Film(self.distance));
+                open_surfaces(&mut surfaces);
+                let ray = LensRay::new(start.film, start.direction(point));
+                trace_one::<f64>(ray, &surfaces).ok()?
+            }
+        };
+        let [tx, ty, tz] = scene.t;
+        Some(tx.hypot(ty).atan2(tz).to_degrees())
     }
 
     /// Returns the point, of those in the plane of the rear vertex whose rays leave the lens, that

@@ -5,7 +5,7 @@
 //! fitted to the rays that the lens really traces. The order of the steps:
 //!
 //! 1. [`ray_field`]: one ray in the scene for each film point, its [`bundle`]'s centroid or the
-//!    [`chief`] ray.
+//!    chief ray.
 //! 2. [`projection_centre`]: the point nearest to all these rays. The entrance pupil of a real lens
 //!    moves with the field, so they do not all pass through one point.
 //! 3. [`fit`]: each [`model`], in the plane in focus, as seen from that point.
@@ -15,7 +15,6 @@
 
 pub(crate) mod bundle;
 pub(crate) mod channel;
-pub(crate) mod chief;
 pub(crate) mod fit;
 pub(crate) mod model;
 pub(crate) mod pixel_grid;

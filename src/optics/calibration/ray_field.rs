@@ -2,10 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::bundle::{BundleTracer, centroid};
-use super::chief::ChiefFinder;
+use super::bundle::{BundleTracer, centroid, to_camera};
 use super::pixel_grid::SightLine;
-use petzval_lens::RealLens;
+use petzval_lens::{ChiefRayFinder, RealLens};
 
 /// Intervals of the radius of a round lens.
 const RINGS: usize = 64;
@@ -88,7 +87,8 @@ impl RayField {
         let reference = DVec3::new(0.0, 0.0, before);
         let mut tracer = FieldTracer {
             bundles: BundleTracer::new(lens, RAYS[usize::from(round.is_none())]),
-            chief: (ray == FieldRay::Chief).then(|| ChiefFinder::new(lens)),
+            chief: (ray == FieldRay::Chief).then(|| ChiefRayFinder::new(&lens.prescription)),
+            lens,
             reference,
         };
         let nodes = match round {
@@ -116,20 +116,11 @@ impl RayField {
                 let step = [0, 1].map(|i| 1.02 * film[i] / (count[i] - 1) as f64);
                 let low = film.map(|size| -0.51 * size);
                 let place = |i: usize| {
-                    let (row, column) = (i / count[0], i % count[0]);
-                    // Back and forth, so that neighbours follow each other.
-                    let column = if row % 2 == 0 { column } else { count[0] - 1 - column };
-                    (
-                        row * count[0] + column,
-                        [low[0] + step[0] * column as f64, low[1] + step[1] * row as f64],
-                    )
+                    let at = [i % count[0], i / count[0]];
+                    [0, 1].map(|axis| low[axis] + step[axis] * at[axis] as f64)
                 };
-                let mut nodes = vec![None; count[0] * count[1]];
-                // The centre comes first: searches for chief rays start there.
-                tracer.node([0.0; 2], band);
-                for (slot, point) in (0..nodes.len()).map(place) {
-                    nodes[slot] = tracer.node(point, band);
-                }
+                let mut nodes: Vec<Option<Node>> =
+                    (0..count[0] * count[1]).map(|i| tracer.node(place(i), band)).collect();
                 let most = nodes.iter().flatten().map(|node| node.irradiance).fold(0.0, f64::max);
                 for node in &mut nodes {
                     *node = node.filter(|node| node.irradiance > DARK * most);
@@ -243,7 +234,8 @@ fn grid_node(nodes: &[Option<Node>], columns: usize, at: [f64; 2]) -> Option<Nod
 /// Traces the nodes of a field.
 struct FieldTracer<'a> {
     bundles: BundleTracer<'a>,
-    chief: Option<ChiefFinder<'a>>,
+    chief: Option<ChiefRayFinder>,
+    lens: &'a RealLens,
     reference: DVec3,
 }
 
@@ -252,8 +244,11 @@ impl FieldTracer<'_> {
         match band {
             FieldBand::One(band) => {
                 let (mut ray, irradiance) = centroid(&self.bundles.rays(film, band))?;
-                if let Some(chief) = &mut self.chief {
-                    ray = chief.find(film)?;
+                if let Some(chief) = &self.chief {
+                    let RealLens { film_distance, film_pose, prescription, .. } = self.lens;
+                    let found = chief.of_film_point(film_pose.film_point(film), *film_distance)?;
+                    let depth = prescription.film_position(*film_distance);
+                    ray = to_camera(found.scene.p, found.scene.t, depth);
                 }
                 Some(self.describe(&ray, irradiance))
             }

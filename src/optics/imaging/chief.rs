@@ -1,25 +1,10 @@
-//! Search for the chief ray of a field point.
-//!
-//! Chief rays start at the vertex of the stop and leave to both sides, so that they pass the centre
-//! of the stop by construction. Newton's method finds the slope at the stop that belongs to a field
-//! point, and follows the field from the axis where it does not converge at once.
+//! Chief rays of field and object points.
 
 use super::conditions::ImagingConditions;
 use super::lens_at_wavelength::{LensAtWavelength, SceneRay};
 use super::vector::{along, cross, dot, unit};
-use petzval_base::plane_newton::PlaneNewton;
 use petzval_lens::FieldKind;
-
-/// Step of the finite differences, as a direction cosine.
-const DIFFERENCE: f64 = 1e-6;
-/// Relative precision of the field point.
-const PRECISION: f64 = 1e-13;
-/// First, longest and shortest step along the field, as shares of it.
-const FIRST: f64 = 1.0 / 64.0;
-const LONGEST: f64 = 1.0 / 4.0;
-const SHORTEST: f64 = 1.0 / 1024.0;
-/// Largest distance of a solution from its extrapolation, relative to the extrapolated step.
-const LARGEST_MISS: f64 = 0.25;
+use petzval_lens::StopRay;
 
 /// A point of the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +15,7 @@ pub enum ObjectPoint {
     Near([f64; 3]),
 }
 
-/// A chief ray: through the vertex of the stop.
+/// The chief ray of an object point: through the vertex of the stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiefRay {
     /// The object point that it comes from.
@@ -61,18 +46,15 @@ enum Target {
 
 impl Target {
     /// Returns the difference of a chief ray from the condition, and the scale of that difference.
-    fn miss(
-        self,
-        lens: &LensAtWavelength,
-        (ray, film): (SceneRay, [f64; 2]),
-        share: f64,
-    ) -> ([f64; 2], f64) {
+    fn miss(self, lens: &LensAtWavelength, ray: &StopRay, share: f64) -> ([f64; 2], f64) {
         let differ = |a: [f64; 2], b: [f64; 2]| {
             ([0, 1].map(|i| a[i] - share * b[i]), b[0].abs().max(b[1].abs()).max(1.0))
         };
         let angles = |d: [f64; 3]| [d[0].atan2(d[2]), d[1].atan2(d[2])];
+        let film = || ray.film_point(lens.film_distance);
+        let ray = lens.before_lens(ray);
         match self {
-            Self::Field(FieldKind::ImageHeight, field) => differ(film, field),
+            Self::Field(FieldKind::ImageHeight, field) => differ(film(), field),
             Self::Field(FieldKind::Angle, field) => {
                 differ(angles(ray.direction), field.map(f64::to_radians))
             }
@@ -107,63 +89,33 @@ impl LensAtWavelength {
         conditions: &ImagingConditions,
         field: [f64; 2],
     ) -> Option<ChiefRay> {
-        let cosines = self.follow_field(Target::Field(conditions.field_kind, field))?;
-        let (scene, film) = self.chief(cosines)?;
+        let target = Target::Field(conditions.field_kind, field);
+        let ray = self.chief_rays.follow(|ray, share| target.miss(self, ray, share))?;
+        let scene = self.before_lens(&ray);
         let object = match self.object_distance.is_finite() {
             true => ObjectPoint::Near(at_object(self, scene)?),
             false => ObjectPoint::Distant(scene.direction),
         };
-        Some(ChiefRay { object, scene, film, cosines })
+        Some(self.chief_ray(object, &ray))
     }
 
     /// Returns the chief ray of an object point, next to the one of another wavelength.
     pub(super) fn chief_of_object(&self, like: &ChiefRay) -> Option<ChiefRay> {
-        let cosines = self.newton(Target::Object(like.object), 1.0, like.cosines)?;
-        let (scene, film) = self.chief(cosines)?;
-        Some(ChiefRay { object: like.object, scene, film, cosines })
+        let target = Target::Object(like.object);
+        let ray = self.chief_rays.near(like.cosines, |ray| target.miss(self, ray, 1.0))?;
+        Some(self.chief_ray(like.object, &ray))
     }
 
-    /// Follows the chief ray from the axis to the target.
-    ///
-    /// Beyond the clear apertures several rays from the vertex of the stop may meet one film point.
-    /// Steps are therefore short enough that each solution is close to the extrapolation of those
-    /// before it.
-    fn follow_field(&self, target: Target) -> Option<[f64; 2]> {
-        let mut at = self.newton(target, 0.0, [0.0; 2]).unwrap_or_default();
-        let (mut reached, mut step) = (0.0, FIRST);
-        // Change of the cosines by the share of the target.
-        let mut slope: Option<[f64; 2]> = None;
-        while reached < 1.0 {
-            let next = (reached + step).min(1.0);
-            let length = next - reached;
-            let change = slope.map(|slope| slope.map(|s| s * length));
-            let guess = change.map_or(at, |change| [0, 1].map(|i| at[i] + change[i]));
-            let near = |found: &[f64; 2]| {
-                let off = (found[0] - guess[0]).hypot(found[1] - guess[1]);
-                change.is_none_or(|[x, y]| off <= LARGEST_MISS * x.hypot(y))
-            };
-            let found = self.newton(target, next, guess).or_else(|| self.newton(target, next, at));
-            match found.filter(near) {
-                Some(found) => {
-                    slope = Some([0, 1].map(|i| (found[i] - at[i]) / length));
-                    (reached, at, step) = (next, found, (2.0 * step).min(LONGEST));
-                }
-                None if step > SHORTEST => step /= 2.0,
-                None => return None,
-            }
-        }
-        Some(at)
+    fn chief_ray(&self, object: ObjectPoint, ray: &StopRay) -> ChiefRay {
+        let film = ray.film_point(self.film_distance);
+        ChiefRay { object, scene: self.before_lens(ray), film, cosines: ray.cosines }
     }
 
-    /// Solves for the direction cosines at the stop that belong to a share of the target.
-    fn newton(&self, target: Target, share: f64, start: [f64; 2]) -> Option<[f64; 2]> {
-        let (_, scale) = target.miss(self, self.chief(start)?, share);
-        let newton = PlaneNewton {
-            difference: DIFFERENCE,
-            precision: PRECISION * scale,
-            acceptable: 1e4 * PRECISION * scale,
-        };
-        newton.solve(start, |at| Some(target.miss(self, self.chief(at)?, share).0))
+    /// Returns the part of a chief ray before the lens, towards the film.
+    fn before_lens(&self, ray: &StopRay) -> SceneRay {
+        let [x, y, z] = ray.scene.p;
+        let [tx, ty, tz] = ray.scene.t.map(|t| t / self.scene_index());
+        SceneRay { point: [x, y, -z], direction: [-tx, -ty, tz] }
     }
 
     /// Returns the start and direction of the ray from the object point of a chief ray with these

@@ -12,10 +12,10 @@ use petzval_lens::FieldKind;
 use petzval_lens::LensRay;
 use petzval_lens::Prescription;
 use petzval_lens::Side;
+use petzval_lens::Surface;
 use petzval_lens::retrace_in_f64;
-use petzval_lens::sequence_at;
 use petzval_lens::trace::trace;
-use petzval_lens::{Surface, SurfaceKind};
+use petzval_lens::{open_surfaces, sequence_at};
 use petzval_spectrum::IndexRangeError;
 
 /// Rims of a changed lens.
@@ -143,7 +143,7 @@ impl FrozenImaging {
                 primary = Some((LensAtWavelength::new(&lens, conditions, i).ok()?, rims));
             }
             let mut surfaces = sequence_at::<f64>(&lens, Side::Scene(0.0), line.nm);
-            open_rims(&mut surfaces);
+            open_surfaces(&mut surfaces);
             sequences.push((line.weight, surfaces));
         }
         let (primary, primary_rims) = primary?;
@@ -207,13 +207,4 @@ impl FrozenImaging {
         let rows = sequences.iter().flat_map(|(_, surfaces)| surfaces);
         rows.map(|surface| surface.row + 1).max().unwrap_or(0)
     }
-}
-
-/// Makes surfaces that block nothing.
-fn open_rims(surfaces: &mut Vec<Surface<f64>>) {
-    let blocks = |kind: &SurfaceKind<f64>| {
-        matches!(kind, SurfaceKind::Iris(_) | SurfaceKind::Obstruction(_))
-    };
-    surfaces.retain(|surface| !blocks(&surface.kind));
-    surfaces.iter_mut().for_each(|surface| surface.aperture2 = f64::MAX);
 }

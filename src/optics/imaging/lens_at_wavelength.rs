@@ -2,13 +2,14 @@
 
 use super::conditions::ImagingConditions;
 use petzval_base::lanes::{Real, f32x8};
+use petzval_lens::ChiefRayFinder;
 use petzval_lens::LensRay;
 use petzval_lens::Paraxial;
 use petzval_lens::Prescription;
 use petzval_lens::Side;
+use petzval_lens::Surface;
 use petzval_lens::sequence_at;
 use petzval_lens::{OpticalPath, PASSES, trace_past_rims};
-use petzval_lens::{Surface, SurfaceKind};
 use petzval_spectrum::IndexRangeError;
 
 /// Eight lanes of f64.
@@ -28,12 +29,8 @@ pub(super) struct LensAtWavelength {
     pub paraxial: Paraxial,
     /// Surfaces from the scene to the film; rays start at the front vertex.
     surfaces: Vec<Surface<f64>>,
-    /// Surfaces from the stop to the film; rays start at the vertex of the stop, before it.
-    behind_stop: Vec<Surface<f64>>,
-    /// Surfaces from the stop to the scene, in this order; rays start at the vertex of the stop.
-    before_stop: Vec<Surface<f64>>,
-    /// Index of the medium before the stop.
-    stop_index: f64,
+    /// Its chief rays.
+    pub chief_rays: ChiefRayFinder,
     /// Index of the medium before the lens.
     scene_index: f64,
     /// Radius of the stop (mm).
@@ -100,8 +97,6 @@ impl FilmRays<f64> {
     /// Returns the ray; `None` if it was lost, or leaves the film behind.
     fn ray(self) -> Option<FilmRay> {
         let Self { point, t, length, stop, clipped } = self;
-        // A chief ray starts in the stop; its own point there is the vertex.
-        let stop = if stop[0].is_nan() { [0.0; 2] } else { stop };
         let valid = t[2] > 0.0 && length.is_finite() && point.iter().all(|x| x.is_finite());
         let clipped = (clipped != PASSES).then_some(clipped as usize);
         valid.then_some(FilmRay { point, t, length, stop, clipped })
@@ -117,29 +112,15 @@ impl LensAtWavelength {
         let line = conditions.wavelengths[wavelength];
         let lens = lens.at_wavelength(line.nm)?;
         let stop = lens.stop();
-        let surfaces = sequence_at::<f64>(&lens, Side::Scene(0.0), line.nm);
-        let mut behind_stop: Vec<Surface<f64>> = surfaces
-            .iter()
-            .filter(|surface| surface.row >= stop)
-            .skip_while(|surface| matches!(surface.kind, SurfaceKind::FrameTransform(_)))
-            .cloned()
-            .collect();
-        behind_stop[0].advance = 0.0;
-        let before_stop = sequence_at::<f64>(&lens, Side::Film(0.0), line.nm)
-            .into_iter()
-            .skip_while(|surface| surface.row >= stop)
-            .collect();
         let size = lens.rows.iter().map(|row| row.diameter).fold(lens.length().abs(), f64::max);
         Ok(Self {
             nm: line.nm,
             weight: line.weight,
             paraxial: Paraxial::new(&lens),
-            stop_index: lens.index_before(stop),
+            chief_rays: ChiefRayFinder::new(&lens),
             scene_index: lens.index_before(0),
             stop_radius: lens.rows[stop].diameter / 2.0,
-            surfaces,
-            behind_stop,
-            before_stop,
+            surfaces: sequence_at::<f64>(&lens, Side::Scene(0.0), line.nm),
             film_distance: conditions.film_distance,
             object_distance: conditions.object_distance,
             run_up: START * size,
@@ -197,28 +178,5 @@ impl LensAtWavelength {
             stop: [path.stop[0] / radius, path.stop[1] / radius],
             clipped: path.clipped,
         }
-    }
-
-    /// Traces the chief ray of a slope: through the vertex of the stop, with these direction
-    /// cosines across the axis there. Returns it before the lens, and its point on the film.
-    pub(super) fn chief(&self, cosines: [f64; 2]) -> Option<(SceneRay, [f64; 2])> {
-        let [a, b] = cosines;
-        let along = 1.0 - a * a - b * b;
-        if along <= 0.0 {
-            return None;
-        }
-        let n = self.stop_index;
-        let along = n * along.sqrt();
-        let start = |t: [f64; 3]| LensRay::new([0.0; 3], t);
-        let to_film = trace_past_rims::<f64>(start([n * a, n * b, along]), &self.behind_stop);
-        let film = self.at_film(to_film).ray()?.point;
-        let back = trace_past_rims::<f64>(start([-n * a, -n * b, along]), &self.before_stop);
-        if back.length.is_nan() {
-            return None;
-        }
-        let back = back.ray;
-        let [x, y, z] = back.p;
-        let [tx, ty, tz] = back.t.map(|t| t / self.scene_index);
-        Some((SceneRay { point: [x, y, -z], direction: [-tx, -ty, tz] }, film))
     }
 }

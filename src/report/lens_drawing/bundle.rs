@@ -6,7 +6,8 @@ use glam::DAffine3;
 use petzval_base::bisection::bisect;
 
 use petzval_lens::{
-    Iris, LensRay, Prescription, Row, Side, Surface, SurfaceKind, sequence, trace_one,
+    ChiefRayFinder, Iris, LensRay, Prescription, Row, Side, Surface, SurfaceKind, sequence,
+    trace_one,
 };
 
 use super::element::drawn;
@@ -32,7 +33,7 @@ pub(super) struct DrawnRay {
 pub(super) struct Bundle {
     /// Height of the film point (mm).
     pub height: f64,
-    /// The ray through the centre of the stop, if nothing blocks it.
+    /// The chief ray, if nothing blocks it.
     pub chief: Option<DrawnRay>,
     /// The two outermost rays that pass.
     pub rims: [DrawnRay; 2],
@@ -57,7 +58,8 @@ pub(super) struct Tracer<'a> {
     /// Axis of the film.
     film_axis: DAffine3,
     surfaces: Vec<Surface<f64>>,
-    /// The same with wider rims, to find the middle of the stop.
+    chief_rays: ChiefRayFinder,
+    /// The surfaces with wider rims, for heights in the stop.
     wide: Vec<Surface<f64>>,
 }
 
@@ -87,7 +89,8 @@ impl<'a> Tracer<'a> {
         let surfaces = sequence::<f64>(&open, from);
         let (travels, film_axis) = (lens.travels(), lens.film_axis());
         let wide = sequence::<f64>(&wide, from);
-        Self { lens, placed, distance, travels, film_axis, surfaces, wide }
+        let chief_rays = ChiefRayFinder::new(lens);
+        Self { lens, placed, distance, travels, film_axis, surfaces, chief_rays, wide }
     }
 
     /// Traces the ray from a film height to a height in the plane of the rear vertex, if it passes,
@@ -145,25 +148,11 @@ impl<'a> Tracer<'a> {
         self.trace(&self.surfaces, [height, aim], |_, _| {}).is_some()
     }
 
-    /// Returns the aim of the ray through the middle of the stop, if that ray passes.
+    /// Returns the aim of the chief ray, if that ray passes.
     fn chief(&self, height: f64) -> Option<f64> {
-        let stop = |aim: f64| self.stop_height(height, aim);
-        let aims = self.aims(height);
-        let mut before: Option<(f64, f64)> = None;
-        for aim in aims {
-            let here = stop(aim).map(|h| (aim, h));
-            if let (Some((low, h)), Some((high, h_high))) = (before, here)
-                && (h <= 0.0) != (h_high <= 0.0)
-            {
-                let side = |aim: f64| stop(aim).is_some_and(|there| (there <= 0.0) == (h <= 0.0));
-                let aim = bisect([low, high], HALVINGS, side)[0];
-                if self.passes(height, aim) {
-                    return Some(aim);
-                }
-            }
-            before = here;
-        }
-        None
+        let ray = self.chief_rays.of_film_point([0.0, height, 0.0], self.distance)?;
+        let aim = ray.film_point(0.0)[1];
+        self.passes(height, aim).then_some(aim)
     }
 
     /// Returns the aims around the chief ray over which the height in the stop is monotonic. Beyond
