@@ -27,6 +27,7 @@ pub(crate) mod outline;
 pub(crate) mod polar_grid;
 pub(crate) mod rim;
 pub(crate) mod sample;
+pub(crate) mod scan;
 pub(crate) mod table;
 pub(crate) mod target;
 pub(crate) mod tracker;

@@ -2,12 +2,8 @@
 
 use glam::DVec2;
 
+use super::scan::{BoxSearch, PupilScan, rough_surfaces};
 use crate::prescription::Prescription;
-use crate::trace::sequence::{Side, sequence};
-use crate::trace::surface::Surface;
-use crate::trace::trace;
-use petzval_base::lanes::f32x8;
-use petzval_base::rays::{LensBatch, WAVE_SIZE};
 
 /// Directions from the centre of the pupil in which its edge is searched: over 180 degrees if the
 /// other half is the mirror image, else over 360.
@@ -15,7 +11,7 @@ const DIRECTIONS: usize = 96;
 /// Points along a direction in the first round, and in each refining round.
 const ROUNDS: [usize; 3] = [24, 8, 8];
 /// Columns and rows of the search grid.
-const GRID: [usize; 2] = [33, 33];
+const GRID: usize = 33;
 
 /// A rectangle of pupil points, mm.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +55,19 @@ impl PupilBox {
     pub fn size(self) -> [f64; 2] {
         [0, 1].map(|i| self.high[i] - self.low[i])
     }
+
+    /// Returns the boxes that are larger on each side by these shares of its size. There are none if
+    /// it is not finite: first-order optics gives no estimate for a telecentric lens.
+    pub fn enlarged(self, by: [f64; 3]) -> impl Iterator<Item = Self> {
+        let grown = move |by: f64| self.grown(self.size().map(|size| by * size));
+        by.into_iter().map(grown).filter(|grown| grown.size().iter().all(|v| v.is_finite()))
+    }
+
+    /// Returns the box around it and its mirror image in v.
+    pub fn mirrored(self) -> Self {
+        let half = self.high[1].max(-self.low[1]);
+        Self { low: [self.low[0], -half], high: [self.high[0], half] }
+    }
 }
 
 /// The outline of the pupil for one film point.
@@ -82,11 +91,8 @@ pub(crate) enum PupilSymmetry {
 
 /// Finds the pupil of film points by tracing rays.
 pub(crate) struct OutlineFinder {
-    /// For each lens its surfaces, and the index of the medium before the film.
-    lenses: Vec<(Vec<Surface<f32>>, f64)>,
-    batch: Box<LensBatch<f32>>,
-    ignored: Vec<u64>,
-    distance: f64,
+    /// A scan of each lens.
+    scans: Vec<PupilScan>,
     /// Whether the pupil of a film point is symmetric in v.
     mirrored: bool,
     /// Cosine and sine of the angle from the x axis of the lens to the u axis of all boxes and
@@ -101,19 +107,9 @@ impl OutlineFinder {
         distance: f64,
         symmetry: PupilSymmetry,
     ) -> Self {
-        let one = |lens: &Prescription| {
-            let mut surfaces = sequence::<f32>(lens, Side::Film(distance));
-            // An outline needs no exact directions, so no ray is retraced in f64.
-            surfaces.iter_mut().for_each(|surface| surface.uncertainty = 0.0);
-            (surfaces, lens.rear().index)
-        };
-        let lenses: Vec<_> = lenses.map(one).collect();
-        let rows = lenses.iter().flat_map(|(surfaces, _)| surfaces).map(|surface| surface.row);
+        let scan = |lens| PupilScan::new(lens, distance, rough_surfaces(lens, distance));
         Self {
-            ignored: vec![0; rows.max().map_or(0, |row| row + 1)],
-            lenses,
-            batch: Box::default(),
-            distance,
+            scans: lenses.map(scan).collect(),
             mirrored: symmetry == PupilSymmetry::Mirrored,
             turn: [1.0, 0.0],
         }
@@ -138,43 +134,10 @@ impl OutlineFinder {
         expected: PupilBox,
         whole: PupilBox,
     ) -> Option<PupilBox> {
-        let around =
-            [1.0, 5.0, 12.0].map(|by| expected.grown(expected.size().map(|size| by * size)));
-        // The exit pupil of a telecentric lens is at infinity; first-order optics then gives no
-        // estimate.
-        let usable =
-            around.into_iter().filter(|pupil_box| pupil_box.size().iter().all(|v| v.is_finite()));
-        for start in usable.chain([whole]) {
-            let mut pupil_box = start;
-            // Zoom in until the light fills a good part of the box: a small stop hits few points of
-            // the first grid.
-            for _ in 0..16 {
-                let [columns, rows] = GRID;
-                let cell = [0, 1].map(|i| pupil_box.size()[i] / (GRID[i] - 1) as f64);
-                let place = |i: usize| {
-                    [
-                        pupil_box.low[0] + cell[0] * (i % columns) as f64,
-                        pupil_box.low[1] + cell[1] * (i / columns) as f64,
-                    ]
-                };
-                let lit = self.lit(film, columns * rows, place);
-                let points: Vec<_> = (0..columns * rows).filter(|&i| lit[i]).map(place).collect();
-                if points.is_empty() {
-                    break;
-                }
-                let mut tight = PupilBox::around(&points).grown(cell);
-                if self.mirrored {
-                    let half = tight.high[1].max(-tight.low[1]);
-                    (tight.low[1], tight.high[1]) = (-half, half);
-                }
-                let (now, before) = (tight.size(), pupil_box.size());
-                if (0..2).all(|i| now[i] > 0.5 * before[i]) {
-                    return Some(tight);
-                }
-                pupil_box = tight;
-            }
-        }
-        None
+        let mirrored = self.mirrored;
+        let search = BoxSearch { points: GRID, margin: 1.0, mirrored };
+        let mut starts = expected.enlarged([1.0, 5.0, 12.0]).chain([whole]);
+        starts.find_map(|start| search.zoom(start, |count, at| self.lit(film, count, at)))
     }
 
     /// Returns the edge of the light inside a box: the outermost lit point in every direction.
@@ -227,32 +190,15 @@ impl OutlineFinder {
     /// Returns through which points of the vertex plane a film point sees light.
     pub(super) fn lit(
         &mut self,
-        [x, y, z]: [f64; 3],
+        film: [f64; 3],
         count: usize,
         at: impl Fn(usize) -> [f64; 2],
     ) -> Vec<bool> {
         let mut lit = vec![false; count];
-        for (surfaces, index) in &self.lenses {
-            for start in (0..count).step_by(WAVE_SIZE) {
-                let batch = &mut *self.batch;
-                let rays = WAVE_SIZE.min(count - start);
-                for i in 0..rays {
-                    let ([u, v], [cos, sin]) = (at(start + i), self.turn);
-                    let (u, v) = (cos * u - sin * v, sin * u + cos * v);
-                    let (dx, dy, dz) = (u - x, v - y, self.distance - z);
-                    let scale = index / (dx * dx + dy * dy + dz * dz).sqrt();
-                    [batch.x[i], batch.y[i], batch.z[i]] = [x, y, z].map(|v| v as f32);
-                    batch.tx[i] = (dx * scale) as f32;
-                    batch.ty[i] = (dy * scale) as f32;
-                    batch.tz[i] = (dz * scale) as f32;
-                    batch.weight[i] = 1.0;
-                }
-                batch.resize::<f32x8>(rays);
-                trace::<f32x8>(batch, surfaces, &mut self.ignored);
-                for (lit, x) in lit[start..].iter_mut().zip(&batch.x[..rays]) {
-                    *lit |= !x.is_nan();
-                }
-            }
+        let [cos, sin] = self.turn;
+        let turned = |[u, v]: [f64; 2]| [cos * u - sin * v, sin * u + cos * v];
+        for scan in &mut self.scans {
+            scan.trace(film, count, |i| turned(at(i)), |i, _| lit[i] = true);
         }
         lit
     }

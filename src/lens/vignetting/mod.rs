@@ -23,6 +23,7 @@ use stop_finder::StopFinder;
 use crate::prescription::Prescription;
 use crate::prescription::pose::Pose;
 use crate::pupil::outline::PupilBox;
+use crate::pupil::scan::rough_surfaces;
 use crate::pupil::table::TableBuilder;
 use crate::trace::chief_ray::ChiefRayFinder;
 use crate::trace::kernel::LensRay;
@@ -30,6 +31,7 @@ use crate::trace::sequence::{Side, sequence};
 use crate::trace::surface::{Surface, open_surfaces};
 use crate::trace::trace_one;
 use crate::vignetting::open_rims::{KeptRims, open_rims};
+use petzval_base::bisection::bisect;
 use petzval_base::rays::WAVE_SIZE;
 use petzval_base::sampler::{Dimension, sample_2d};
 
@@ -99,18 +101,12 @@ impl Vignetting {
     /// Makes the analysis for a tilted or decentred film. Film points are in the film's own frame,
     /// mm from its centre.
     pub fn for_pose(lens: &Prescription, distance: f64, pose: Pose, rays: u32) -> Self {
-        // Shares need no exact directions, so no ray is retraced in f64.
-        let rough = |lens: &Prescription| {
-            let mut surfaces = sequence::<f32>(lens, Side::Film(distance));
-            surfaces.iter_mut().for_each(|surface| surface.uncertainty = 0.0);
-            surfaces
-        };
-        let open = rough(&open_rims(lens, KeptRims::Stop));
+        let open = rough_surfaces(&open_rims(lens, KeptRims::Stop), distance);
         Self {
             lens: lens.clone(),
             distance,
             pose,
-            itself: rough(lens),
+            itself: rough_surfaces(lens, distance),
             stop_finder: StopFinder::new(lens, distance, &open),
             chief_rays: ChiefRayFinder::new(lens),
             open,
@@ -172,7 +168,8 @@ impl Vignetting {
     /// not leave the lens, the ray in the middle of the light that does takes its place. `None` if
     /// no light of the point leaves the lens.
     pub fn field_angle(&self, x: f64) -> Option<f64> {
-        let (start, mut tracer) = (self.start([x, 0.0]), RayEndTracer::default());
+        let start = self.start([x, 0.0]);
+        let mut tracer = RayEndTracer::default();
         let pupil_box = self.stop_finder.find(start, &mut tracer)?;
         let scene = match self.chief_rays.of_film_point(start.film, start.distance) {
             Some(chief) => chief.scene,
@@ -220,17 +217,9 @@ impl Vignetting {
         let steps = 24;
         let place = |i: u32| reach * f64::from(i) / f64::from(steps);
         let last = (0..steps).rev().map(place).find(|&x| lit(x));
-        let Some(mut inside) = last else { return Some(0.0) };
-        let mut outside = inside + place(1);
-        while outside - inside > 1e-4 * reach {
-            let middle = (inside + outside) / 2.0;
-            if lit(middle) {
-                inside = middle;
-            } else {
-                outside = middle;
-            }
-        }
-        Some(inside)
+        let Some(inside) = last else { return Some(0.0) };
+        // Down to 8e-5 of `reach`.
+        Some(bisect([inside, inside + place(1)], 9, lit)[0])
     }
 
     fn start(&self, film: [f64; 2]) -> FilmPoint {

@@ -1,4 +1,7 @@
 //! Finder of the stop as a film point would see it if all other rims were open.
+//!
+//! Unlike the search for a pupil, this one grows its box: the stop may be seen far beyond the place
+//! that first-order optics expects.
 
 use super::ray_end::{FilmPoint, RayEndTracer};
 use crate::focus::paraxial::Paraxial;

@@ -1,4 +1,7 @@
 //! Search for the pupil of a chief ray, in the coordinates of rays before the lens.
+//!
+//! The search is in f64 and from the object: wavefronts need exact rays of an object point. Pupil
+//! tables and light budgets scan the pupil from the film, in f32, in the lens crate.
 
 use super::chief::{ChiefRay, ObjectPoint};
 use super::lens_at_wavelength::{FilmRay, LensAtWavelength};
