@@ -9,8 +9,8 @@ use petzval_base::rays::{LensBatch, WAVE_SIZE};
 use petzval_base::stats::Stats;
 use petzval_image::Picture;
 use petzval_lens::{
-    Coating, FilmPlane, LensModel, Pose, PupilSampling, RealLens, Side, Surface, TiltDecenter,
-    sequence, trace, trace_lossy,
+    Coating, CoatingLayer, FilmPlane, LayerStack, LensModel, Pose, PupilSampling, RealLens, Side,
+    Surface, TiltDecenter, sequence, trace, trace_lossy,
 };
 use petzval_lens_formats::read;
 use petzval_render::diffraction::Diffraction;
@@ -23,6 +23,7 @@ use petzval_render::prepare::{Changes, prepare};
 use petzval_render::sensor::{Bayer, Sensor};
 use petzval_render::{RenderOptions, RenderOutput, render};
 use petzval_scene_formats::pbrt;
+use petzval_spectrum::Glass;
 use petzval_tools::bench::launch::Launch;
 use petzval_tools::bench::lens_wave::{batch, starts};
 
@@ -39,6 +40,14 @@ fn print_estimate(job: &Job, effect: Effect) {
 
 type Trace = fn(&mut LensBatch<f32>, &[Surface<f32>], &mut [u64]);
 
+/// Returns a coating of six films.
+fn six_layers() -> Coating {
+    let film =
+        |[index, thickness]: [f64; 2]| CoatingLayer { index, glass: Glass::Constant, thickness };
+    let films = [[1.38, 92.0], [2.1, 110.0], [1.46, 35.0], [2.1, 25.0], [1.62, 60.0], [2.3, 15.0]];
+    Coating::Stack(LayerStack { name: "six layers".into(), layers: films.map(film).into() })
+}
+
 /// Measures the trace of a wave without reflection losses and with each coating.
 fn fresnel(criterion: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -46,15 +55,16 @@ fn fresnel(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("effect/fresnel");
     group.throughput(Throughput::Elements(WAVE_SIZE as u64));
     let fresh = batch::<f32x8>(&starts(WAVE_SIZE, LENS.1, 1.0));
-    let cases: [(&str, Coating, Trace); 4] = [
+    let cases: [(&str, Coating, Trace); 5] = [
         ("off", Coating::Bare, trace::<f32x8>),
         ("on", Coating::Bare, trace_lossy::<f32x8>),
         ("on, broadband", Coating::Broadband, trace_lossy::<f32x8>),
         ("on, mgf2", Coating::Mgf2, trace_lossy::<f32x8>),
+        ("on, six layers", six_layers(), trace_lossy::<f32x8>),
     ];
     for (name, coating, trace) in cases {
         let mut lens = bare.clone();
-        lens.coat(coating);
+        lens.coat(&coating);
         let surfaces = sequence::<f32>(&lens, Side::Film(LENS.1));
         let mut blocked = vec![0; lens.rows.len()];
         let mut batch = fresh.clone();

@@ -47,8 +47,8 @@ pub use focus::paraxial::{FocusError, Paraxial, Pupil, RayTransferMatrix};
 pub use focus::real_ray::RealRayFocus;
 pub use focus::stop_diameter::{FNumberError, RoundedFNumber};
 pub use prescription::coating::{
-    ASSUMED_COATING, BROADBAND_REFLECTANCE, BareInterface, Coating, CoatingModel,
-    DESIGN_WAVELENGTH, MGF2_INDEX, QuarterWaveLayer,
+    ASSUMED_COATING, BROADBAND_REFLECTANCE, BareInterface, Coating, CoatingLayer, CoatingModel,
+    DESIGN_WAVELENGTH, LayerStack, MGF2_INDEX, QuarterWaveLayer, StackModel,
 };
 pub use prescription::configuration::{Zoom, ZoomError};
 pub use prescription::design::{

@@ -392,7 +392,7 @@ fn every_kind_of_lens_has_all_models() {
 fn eight_lanes_of_f64_trace_the_rays_of_one() {
     for fresnel in [false, true] {
         let mut prescription = lens("fisheye.10mm");
-        prescription.coat(Coating::Mgf2);
+        prescription.coat(&Coating::Mgf2);
         let mut camera = camera(prescription, [36.0, 24.0], Pose::ALIGNED);
         let LensModel::Real(lens) = &mut camera.model else { panic!("a lens of glass") };
         (lens.trace_in_f64, lens.fresnel) = (true, fresnel);

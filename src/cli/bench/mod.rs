@@ -224,7 +224,7 @@ fn effects(suite: &mut Suite, files: &Files, lens: &Prescription) -> Result<(), 
     let mut lossy = off.clone();
     if let LensModel::Real(real) = &mut lossy.camera.model {
         let mut coated = lens.clone();
-        coated.coat(Coating::Mgf2);
+        coated.coat(&Coating::Mgf2);
         let radius = off.camera.film[0].hypot(off.camera.film[1]) / 2.0;
         let (film, unit, front) = (real.film_distance, real.units_per_mm, real.front_depth);
         **real = RealLens::new(coated, film, radius, Default::default(), unit, front);

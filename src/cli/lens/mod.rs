@@ -161,7 +161,7 @@ pub(super) fn run(arguments: &LensArguments) -> Result<Outcome, Failure> {
         output.as_ref().map(|output| claim_writable(&outputs, output, option)).transpose()
     };
     let (drawing, spread) = (claim(&arguments.draw, "--draw")?, claim(&arguments.psf, "--psf")?);
-    match arguments.coating {
+    match &arguments.coating {
         Some(coating) => lens.coat(coating),
         None => lens.assume_coating(),
     }

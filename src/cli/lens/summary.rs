@@ -231,10 +231,16 @@ fn axial_light(lens: &Prescription) -> Option<AxialLight> {
 /// Lists the coatings of a lens's glass-air surfaces, if there are any.
 fn coatings(lens: &Prescription) -> String {
     let surfaces = (0..lens.rows.len()).filter(|&i| Coating::applies_to(lens.indices(i)));
-    let mut counts = [0; Coating::NAMES.len()];
-    surfaces.for_each(|i| counts[lens.rows[i].coating.unwrap_or_default() as usize] += 1);
-    let used = counts.iter().zip(Coating::NAMES).filter(|(count, _)| **count > 0);
-    let words: Vec<String> = used.map(|(count, name)| format!("{name} on {count}")).collect();
+    let mut counts: Vec<(&str, usize)> = Coating::NAMES.map(|name| (name, 0)).to_vec();
+    for i in surfaces {
+        let name = lens.rows[i].coating.as_ref().unwrap_or(&Coating::Bare).name();
+        match counts.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    let used = counts.iter().filter(|(_, count)| *count > 0);
+    let words: Vec<String> = used.map(|(name, count)| format!("{name} on {count}")).collect();
     let assumed = if lens.assumed_coating { ", assumed" } else { "" };
     match words.is_empty() {
         true => String::new(),

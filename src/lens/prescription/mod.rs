@@ -182,10 +182,10 @@ impl Prescription {
     }
 
     /// Coats all glass-air surfaces that have no coating of their own.
-    pub fn coat(&mut self, coating: Coating) {
+    pub fn coat(&mut self, coating: &Coating) {
         for i in 0..self.rows.len() {
             if self.rows[i].coating.is_none() && Coating::applies_to(self.indices(i)) {
-                self.rows[i].coating = Some(coating);
+                self.rows[i].coating = Some(coating.clone());
             }
         }
     }
@@ -194,14 +194,14 @@ impl Prescription {
     /// the only assumption about coatings: losses, ghosts and T-stops all take it.
     pub fn assume_coating(&mut self) {
         if self.rows.iter().all(|row| row.coating.is_none()) {
-            self.coat(ASSUMED_COATING);
+            self.coat(&ASSUMED_COATING);
             self.assumed_coating = true;
         }
     }
 
     /// Returns the transmittance of row `i` at normal incidence and the d line.
     pub fn transmittance(&self, i: usize) -> f64 {
-        let coating = self.rows[i].coating.unwrap_or_default();
+        let coating = self.rows[i].coating.as_ref().unwrap_or(&Coating::Bare);
         coating.transmittance(self.indices(i), 1.0, D_LINE)
     }
 

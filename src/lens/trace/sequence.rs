@@ -217,7 +217,7 @@ impl<'a, R: Real> Builder<'a, R> {
             limit: zero,
             uncertainty: zero,
             mirror: false,
-            coating: CoatingModel::new::<R>(Coating::default(), [1.0; 2], self.nm),
+            coating: CoatingModel::new::<R>(&Coating::Bare, [1.0; 2], self.nm),
         });
     }
 }

@@ -8,7 +8,7 @@ use super::frame_transform::FrameTransform;
 use super::ideal::Ideal;
 use super::polynomial::Polynomial;
 use super::stop::{ApertureShape, ClipShape};
-use crate::prescription::coating::CoatingModel;
+use crate::prescription::coating::{Coating, CoatingModel};
 use crate::prescription::iris::Iris;
 use crate::prescription::{Row, TransverseAxis};
 use petzval_base::lanes::Real;
@@ -184,7 +184,11 @@ pub(super) fn push<R: Real>(
         limit: R::from_f64((-n2_step).max(0.0)),
         uncertainty: R::from_f64(uncertainty),
         mirror,
-        coating: CoatingModel::new::<R>(row.coating.unwrap_or_default(), [n, n_after], nm),
+        coating: CoatingModel::new::<R>(
+            row.coating.as_ref().unwrap_or(&Coating::Bare),
+            [n, n_after],
+            nm,
+        ),
     };
     let at_same_place = |kind: SurfaceKind<R::Scalar>| Surface {
         kind,

@@ -20,18 +20,20 @@ pub(super) fn read(
     previous: &Row,
     last: bool,
 ) -> Result<(f64, Glass), LensError> {
-    if let Some(glass) = formula::read(section)? {
-        return Ok((glass.nd(), glass));
-    }
-    let stated = match section.has("glass") {
-        true => by_name(section)?,
-        false => by_index(section)?,
-    };
-    Ok(match stated {
+    Ok(match stated(section)? {
         Some(medium) => medium,
         None if row.stop && row.is_plane() && !last => (previous.index, previous.glass.clone()),
         None => (1.0, Glass::Constant),
     })
+}
+
+/// Reads the index and the dispersion that a table states, if it names a medium.
+pub(super) fn stated(section: &Section) -> Result<Option<(f64, Glass)>, LensError> {
+    match formula::read(section)? {
+        Some(glass) => Ok(Some((glass.nd(), glass))),
+        None if section.has("glass") => by_name(section),
+        None => by_index(section),
+    }
 }
 
 /// Returns the medium behind a mirror: that before it.

@@ -17,7 +17,7 @@
 //! | `shape` | `"biconic"` or `"toroid"`: `radius_x` (and for a biconic `conic_x`) along x, all else along y | |
 //! | `axis` | `"x"` or `"y"`: a cylinder that is straight along it | |
 //! | `mirror` | `true` for a surface that reflects; the thicknesses behind it are then negative up to the next mirror | `false` |
-//! | `coating` | coating of a glass-air surface: `"none"`, `"mgf2"`, `"broadband"`, `"perfect"` | bare |
+//! | `coating` | coating of a glass-air surface: `"none"`, `"mgf2"`, `"broadband"`, `"perfect"`, or the name of a `[[coating]]` | bare |
 //! | `obstruction` | diameter of an opaque disk around the axis | 0 |
 //! | `apertures` | tables, each with `shape` (`"rectangle"` or `"ellipse"`), `half_widths` (`[x, y]`), `centre` (`[x, y]`, from the vertex), `rotation` (about the centre, from x towards y, degrees) and `obscures` (`true` for an opaque inside) | none |
 //! | `blades` | blades of the stop: 3 to 64, with `rotation` (degrees) and `curvature` (0 to 1) | round |
@@ -36,6 +36,9 @@
 //! | `tilt` | `[x, y]` (degrees), about the vertex of its first surface in the centred lens | `[0, 0]` |
 //!
 //! A body may contain another; the inner one comes first in the file.
+//!
+//! A `[[coating]]` is a stack of films: `name`, and `layers` from air to glass, each a table with
+//! `thickness` (nm) and a material, by `glass` or by `index` and `abbe`.
 //!
 //! The top level may also state the use of the lens: `wavelengths` (`[[nm, weight], ...]`),
 //! `primary` (the number of the primary one), `object_distance` (mm before the front vertex, or
@@ -56,6 +59,7 @@
 //! name its line and column.
 
 mod aperture;
+mod coating;
 mod design;
 mod formula;
 mod iris;
@@ -77,7 +81,8 @@ use petzval_spectrum::GlassLibrary;
 use value::{Section, Source};
 pub use write::to_toml;
 
-const TOP: [&str; 7] = ["name", "source", "focal_length", "f_number", "surface", "askew", "break"];
+const TOP: [&str; 8] =
+    ["name", "source", "focal_length", "f_number", "coating", "surface", "askew", "break"];
 
 /// Parses a lens in TOML. The path names the lens, locates pictures beside it and appears in
 /// errors.
@@ -117,12 +122,13 @@ pub(crate) fn parse_with(
     let stated_focal_length = top.finite("focal_length")?;
     let stated_f_number = positive("f_number")?;
 
+    let stacks = coating::definitions(&top)?;
     let mut rows: Vec<Row> = Vec::new();
     let mut stop: Option<usize> = None;
     let sections = surfaces(&top)?;
     for (i, section) in sections.iter().enumerate() {
         let previous = rows.last().cloned().unwrap_or_default();
-        let row = row::read(section, &previous, i + 1 == sections.len())?;
+        let row = row::read(section, &stacks, &previous, i + 1 == sections.len())?;
         if row.stop && stop.replace(section.at).is_some() {
             return Err(section.error("stop", "a second stop", "a lens has one"));
         }

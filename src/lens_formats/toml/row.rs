@@ -1,13 +1,14 @@
 //! One `[[surface]]` table: its keys and its shape.
 
 use super::aperture;
+use super::coating;
 use super::iris;
 use super::medium;
 use super::pose;
 use super::value::Section;
 use crate::{MAX_POWER, MIN_RADIUS};
-use petzval_base::io::{excerpt, hint};
-use petzval_lens::Coating;
+use petzval_base::io::excerpt;
+use petzval_lens::LayerStack;
 use petzval_lens::LensError;
 use petzval_lens::RayTransferMatrix;
 use petzval_lens::{CrossSection, Row, TransverseAxis};
@@ -40,8 +41,14 @@ const KEYS: &[&str] = &[
     "tilt",
 ];
 
-/// Reads a surface; `previous` is the one before it, or air, and `last` is true if none follows.
-pub(super) fn read(section: &Section, previous: &Row, last: bool) -> Result<Row, LensError> {
+/// Reads a surface; `stacks` are the coatings that the file defines, `previous` is the surface before it,
+/// or air, and `last` is true if none follows.
+pub(super) fn read(
+    section: &Section,
+    stacks: &[LayerStack],
+    previous: &Row,
+    last: bool,
+) -> Result<Row, LensError> {
     section.reject_unknown_keys(KEYS)?;
     let row = Row { stop: section.boolean("stop")?, ..shape(section)? };
     let mirror = section.boolean("mirror")?;
@@ -62,7 +69,7 @@ pub(super) fn read(section: &Section, previous: &Row, last: bool) -> Result<Row,
         mirror,
         iris: iris::read(section, row.stop)?,
         apertures: aperture::read(section)?,
-        coating: coating(section, [previous.index, index])?,
+        coating: coating::of_surface(section, stacks, [previous.index, index])?,
         pose: pose::read(section)?,
         ..row
     })
@@ -194,24 +201,6 @@ fn asphere(section: &Section) -> Result<Vec<(u32, f64)>, LensError> {
         terms.push((power, coefficient));
     }
     Ok(terms)
-}
-
-/// Reads the coating; `indices` are those before and behind the surface.
-fn coating(section: &Section, indices: [f64; 2]) -> Result<Option<Coating>, LensError> {
-    let Some(name) = section.string("coating")? else { return Ok(None) };
-    let name = excerpt(name);
-    let Some(coating) = Coating::named(&name) else {
-        let found = format!("coating is \"{name}\"{}", hint(&name, Coating::NAMES));
-        let expected = format!("expected {}", Coating::NAMES.join(", "));
-        return Err(section.error("coating", found, expected));
-    };
-    let layers = matches!(coating, Coating::Mgf2 | Coating::Broadband);
-    if layers && !Coating::applies_to(indices) {
-        let found = format!("{} between indices {} and {}", coating.name(), indices[0], indices[1]);
-        let expected = "leave it out: only faces of glass to air are coated";
-        return Err(section.error("coating", found, expected));
-    }
-    Ok(Some(coating))
 }
 
 fn axis(section: &Section) -> Result<Option<TransverseAxis>, LensError> {

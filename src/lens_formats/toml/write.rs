@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::aperture;
+use super::coating;
 use super::design::{FIELD_KINDS, QUANTITIES};
 use super::formula;
 use petzval_lens::Design;
@@ -23,6 +24,7 @@ pub fn to_toml(lens: &Prescription) -> String {
     optional(&mut text, "f_number", lens.stated_f_number);
     design(&lens.design, &mut text);
     let library = GlassLibrary::built_in();
+    coating::write(lens, &library, &mut text);
     let mut before = Row::default();
     for row in &lens.rows {
         surface(row, &before, &library, &mut text);
@@ -44,7 +46,7 @@ pub fn to_toml(lens: &Prescription) -> String {
 }
 
 /// Writes a key and a string, escaped.
-fn string(text: &mut String, key: &str, value: &str) {
+pub(super) fn string(text: &mut String, key: &str, value: &str) {
     let escape = |c: char| match c {
         '"' | '\\' => format!("\\{c}"),
         c if c.is_control() => format!("\\u{:04X}", u32::from(c)),
@@ -146,7 +148,7 @@ fn surface(row: &Row, before: &Row, library: &GlassLibrary, text: &mut String) {
         }
         Iris::Mask(mask) => string(text, "aperture", &mask.name),
     }
-    if let Some(coating) = row.coating {
+    if let Some(coating) = &row.coating {
         string(text, "coating", coating.name());
     }
     pose(&row.pose, text);
@@ -157,7 +159,8 @@ fn surface(row: &Row, before: &Row, library: &GlassLibrary, text: &mut String) {
     medium(row, before, library, text);
 }
 
-fn medium(row: &Row, before: &Row, library: &GlassLibrary, text: &mut String) {
+/// Writes the medium behind a row.
+pub(super) fn medium(row: &Row, before: &Row, library: &GlassLibrary, text: &mut String) {
     match &row.glass {
         // A plane stop without a medium would be inside the one before it.
         Glass::Constant if row.index != 1.0 || row.stop && before.index != 1.0 => {

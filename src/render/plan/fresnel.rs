@@ -6,6 +6,8 @@ use petzval_lens::{Coating, RealLens};
 /// Cost at each interface between media, for bare glass and for a layer of MgF2 [ns per film sample].
 /// Measured by `cargo bench --bench effects -- fresnel`.
 const NS: [f64; 2] = [0.5, 0.95];
+/// Cost of a layer of a stack, measured likewise.
+const LAYER_NS: f64 = 1.3;
 
 /// The assumption about coatings, in words.
 pub(super) const ASSUMPTION: &str = "no coating is known, a layer of MgF2 is assumed";
@@ -34,14 +36,15 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
         }
         false => (loss, reflected),
     };
-    let faces = |layered: bool| {
-        let mut count = 0;
-        for (i, row) in rows.iter().enumerate() {
-            let [before, behind] = lens.prescription.indices(i);
-            count += i32::from(before != behind && (row.coating == Some(Coating::Mgf2)) == layered);
+    let (mut interfaces, mut layers) = ([0.0; 2], 0);
+    for (i, row) in rows.iter().enumerate() {
+        let [before, behind] = lens.prescription.indices(i);
+        if before != behind {
+            interfaces[usize::from(row.coating == Some(Coating::Mgf2))] += 1.0;
+            layers += row.coating.as_ref().map_or(0, Coating::layers);
         }
-        f64::from(count)
-    };
+    }
+    let ns = NS[0] * interfaces[0] + NS[1] * interfaces[1] + LAYER_NS * f64::from(layers);
     let error = OmissionError::Signal(error);
     Finding {
         by: if input.coating_given { DecidedBy::Flag } else { DecidedBy::Lens },
@@ -49,6 +52,6 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
         error: Some(error),
         possible: true,
         by_default: error.is_visible(input.threshold),
-        cost: cost(input, NS[0] * faces(false) + NS[1] * faces(true)),
+        cost: cost(input, ns),
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn read_lens(
     for note in &prescription.design.notes {
         report.warn(format!("lens {}: {note}", prescription.name));
     }
-    if let Some(coating) = changes.coating {
+    if let Some(coating) = &changes.coating {
         prescription.coat(coating);
     }
     prescription.assume_coating();

@@ -44,7 +44,7 @@ fn a_picture_darkens_by_the_estimated_share() {
     assert!(!real(&clear).fresnel, "losses are on by default");
     let clear = middle(&picture(&clear, Backend::Simd, 1));
     for coating in [Coating::Bare, Coating::Mgf2, Coating::Broadband] {
-        let job = coated(coating);
+        let job = coated(coating.clone());
         let estimate = real(&job).transmittance([0.0; 2]).expect("light");
         let found = middle(&picture(&job, Backend::Simd, 1)) / clear;
         println!("{coating:?}: {estimate:.5} estimated, {found:.5} of the light in the picture");

@@ -4,7 +4,7 @@ use petzval_base::lanes::f32x8;
 use petzval_lens::{BROADBAND_REFLECTANCE, Coating, CoatingModel, DESIGN_WAVELENGTH, MGF2_INDEX};
 use petzval_spectrum::D_LINE;
 
-use super::ALL;
+use super::all;
 
 /// A complex number.
 type Complex = [f64; 2];
@@ -18,37 +18,47 @@ fn quotient(a: Complex, [c, d]: Complex) -> Complex {
 }
 
 /// Returns the reflectances of a surface for s- and p-polarised light: Fresnel's amplitudes and the sum of
-/// all reflections in one layer (Airy 1833). `layer` is an index and a thickness in vacuum wavelengths.
-fn reflectances(n: f64, layer: Option<[f64; 2]>, after: f64, angle: f64) -> [f64; 2] {
+/// all reflections in a layer (Airy 1833), from the last to the first (Rouard 1937). Each layer is an index
+/// and a thickness in vacuum wavelengths, in the order in which light meets them.
+fn reflectances(n: f64, layers: &[[f64; 2]], after: f64, angle: f64) -> [f64; 2] {
     let cos = |m: f64| (1.0 - (n / m * angle.sin()).powi(2)).sqrt();
     let amplitudes = |a: f64, b: f64| {
         let (ca, cb) = (cos(a), cos(b));
         [(a * ca - b * cb) / (a * ca + b * cb), (b * ca - a * cb) / (b * ca + a * cb)]
     };
-    let Some([middle, thickness]) = layer else {
-        return amplitudes(n, after).map(|r| r * r);
-    };
-    let (first, second) = (amplitudes(n, middle), amplitudes(middle, after));
-    let phase = 4.0 * std::f64::consts::PI * middle * thickness * cos(middle);
-    [0, 1].map(|i| {
-        let there = [second[i] * phase.cos(), second[i] * phase.sin()];
-        let top = [first[i] + there[0], there[1]];
-        let bottom = product([first[i], 0.0], there);
-        let [re, im] = quotient(top, [1.0 + bottom[0], bottom[1]]);
-        re * re + im * im
-    })
+    let before = |i: usize| if i == 0 { n } else { layers[i - 1][0] };
+    let last = amplitudes(before(layers.len()), after);
+    let mut sums = last.map(|r| [r, 0.0]);
+    for (i, &[index, thickness]) in layers.iter().enumerate().rev() {
+        let first = amplitudes(before(i), index);
+        let phase = 4.0 * std::f64::consts::PI * index * thickness * cos(index);
+        for (sum, first) in sums.iter_mut().zip(first) {
+            let there = product(*sum, [phase.cos(), phase.sin()]);
+            let bottom = product([first, 0.0], there);
+            *sum = quotient([first + there[0], there[1]], [1.0 + bottom[0], bottom[1]]);
+        }
+    }
+    sums.map(|[re, im]| re * re + im * im)
 }
 
 /// Returns the transmittance of a coated surface for unpolarised light by naive formulas.
-pub fn naive_transmittance(coating: Coating, [n, after]: [f64; 2], cos: f64, nm: f64) -> f64 {
+pub fn naive_transmittance(coating: &Coating, [n, after]: [f64; 2], cos: f64, nm: f64) -> f64 {
     let angle = cos.acos();
     let unpolarised = |[s, p]: [f64; 2]| 1.0 - (s + p) / 2.0;
-    let bare = |angle: f64| unpolarised(reflectances(n, None, after, angle));
+    let bare = |angle: f64| unpolarised(reflectances(n, &[], after, angle));
     match coating {
         Coating::Perfect => 1.0,
         Coating::Mgf2 if Coating::applies_to([n, after]) => {
             let layer = [MGF2_INDEX, DESIGN_WAVELENGTH / (4.0 * MGF2_INDEX) / nm];
-            unpolarised(reflectances(n, Some(layer), after, angle))
+            unpolarised(reflectances(n, &[layer], after, angle))
+        }
+        Coating::Stack(stack) if Coating::applies_to([n, after]) => {
+            let mut films: Vec<[f64; 2]> =
+                stack.layers.iter().map(|film| [film.index, film.thickness / nm]).collect();
+            if n > after {
+                films.reverse();
+            }
+            unpolarised(reflectances(n, &films, after, angle))
         }
         Coating::Broadband if Coating::applies_to([n, after]) => {
             let rise = (bare(0.0) - bare(angle)) / bare(0.0);
@@ -60,7 +70,7 @@ pub fn naive_transmittance(coating: Coating, [n, after]: [f64; 2], cos: f64, nm:
     }
 }
 
-fn reflected(coating: Coating, indices: [f64; 2], degrees: f64, nm: f64) -> f64 {
+pub fn reflected(coating: &Coating, indices: [f64; 2], degrees: f64, nm: f64) -> f64 {
     1.0 - coating.transmittance(indices, degrees.to_radians().cos(), nm)
 }
 
@@ -72,14 +82,14 @@ fn bare_glass_reflects_as_in_the_textbook() {
     for (degrees, expected) in
         [(0.0, 0.04), (30.0, (0.057_796 + 0.025_249) / 2.0), (60.0, (0.176_571 + 0.001_802) / 2.0)]
     {
-        let found = reflected(Coating::Bare, [1.0, 1.5], degrees, D_LINE);
+        let found = reflected(&Coating::Bare, [1.0, 1.5], degrees, D_LINE);
         assert!((found - expected).abs() < 1e-6, "{degrees} degrees: {found}, not {expected}");
     }
     // At Brewster's angle Rp is 0 and Rs is ((m^2 - 1) / (m^2 + 1))^2.
     let brewster = 1.5f64.atan().to_degrees();
-    let found = reflected(Coating::Bare, [1.0, 1.5], brewster, D_LINE);
+    let found = reflected(&Coating::Bare, [1.0, 1.5], brewster, D_LINE);
     assert!((found - (1.25f64 / 3.25).powi(2) / 2.0).abs() < 1e-12, "{found}");
-    assert_eq!(reflected(Coating::Bare, [1.5, 1.0], 45.0, D_LINE), 1.0, "total reflection");
+    assert_eq!(reflected(&Coating::Bare, [1.5, 1.0], 45.0, D_LINE), 1.0, "total reflection");
 }
 
 #[test]
@@ -88,28 +98,28 @@ fn a_quarter_wave_layer_reflects_as_in_the_textbook() {
     let expected =
         ((n0 * n2 - MGF2_INDEX * MGF2_INDEX) / (n0 * n2 + MGF2_INDEX * MGF2_INDEX)).powi(2);
     assert!((expected - 0.0126).abs() < 5e-5, "1.26 % in catalogues");
-    let found = reflected(Coating::Mgf2, [n0, n2], 0.0, DESIGN_WAVELENGTH);
+    let found = reflected(&Coating::Mgf2, [n0, n2], 0.0, DESIGN_WAVELENGTH);
     assert!((found - expected).abs() < 1e-8, "{found}, not {expected}");
     // A half-wave layer has no effect.
-    let half = reflected(Coating::Mgf2, [n0, n2], 0.0, DESIGN_WAVELENGTH / 2.0);
+    let half = reflected(&Coating::Mgf2, [n0, n2], 0.0, DESIGN_WAVELENGTH / 2.0);
     assert!(
-        (half - reflected(Coating::Bare, [n0, n2], 0.0, DESIGN_WAVELENGTH)).abs() < 1e-7,
+        (half - reflected(&Coating::Bare, [n0, n2], 0.0, DESIGN_WAVELENGTH)).abs() < 1e-7,
         "{half}"
     );
     // At other wavelengths and angles it reflects more.
-    assert!(reflected(Coating::Mgf2, [n0, n2], 0.0, 700.0) > expected);
-    assert!(reflected(Coating::Mgf2, [n0, n2], 60.0, DESIGN_WAVELENGTH) > 3.0 * expected);
+    assert!(reflected(&Coating::Mgf2, [n0, n2], 0.0, 700.0) > expected);
+    assert!(reflected(&Coating::Mgf2, [n0, n2], 60.0, DESIGN_WAVELENGTH) > 3.0 * expected);
 }
 
 #[test]
 fn the_broadband_coating_reflects_a_quarter_of_a_percent_and_all_at_grazing_incidence() {
     for after in [1.5, 1.7, 1.9] {
-        let found = reflected(Coating::Broadband, [1.0, after], 0.0, D_LINE);
+        let found = reflected(&Coating::Broadband, [1.0, after], 0.0, D_LINE);
         assert!((found - 0.0025).abs() < 1e-12, "{found}");
-        assert!(reflected(Coating::Broadband, [1.0, after], 90.0 - 1e-6, D_LINE) > 0.9999);
+        assert!(reflected(&Coating::Broadband, [1.0, after], 90.0 - 1e-6, D_LINE) > 0.9999);
     }
     // The coating never reflects more than bare glass of a low index.
-    let thin = reflected(Coating::Broadband, [1.0, 1.05], 0.0, D_LINE);
+    let thin = reflected(&Coating::Broadband, [1.0, 1.05], 0.0, D_LINE);
     assert!((thin - (0.05f64 / 2.05).powi(2)).abs() < 1e-12, "{thin}");
 }
 
@@ -130,7 +140,7 @@ fn passes([n, after]: [f64; 2], cos: f64) -> bool {
 
 #[test]
 fn every_coating_agrees_with_the_sum_over_reflections() {
-    for coating in ALL {
+    for coating in &all() {
         for n in INDICES {
             for after in INDICES {
                 for (cos, nm) in cosines().into_iter().flat_map(|c| WAVES.map(|nm| (c, nm))) {
@@ -153,7 +163,7 @@ fn every_coating_agrees_with_the_sum_over_reflections() {
 
 #[test]
 fn transmittances_lie_between_0_and_1() {
-    for coating in ALL {
+    for coating in &all() {
         for n in INDICES {
             for after in INDICES {
                 for (cos, nm) in cosines().into_iter().flat_map(|c| WAVES.map(|nm| (c, nm))) {
@@ -173,7 +183,7 @@ fn transmittances_lie_between_0_and_1() {
 
 #[test]
 fn losses_are_equal_in_both_directions() {
-    for coating in ALL {
+    for coating in &all() {
         for cos in [1.0, 0.9, 0.5, 0.1] {
             let [n, after] = [1.0f64, 1.7];
             let behind = (1.0 - (n / after).powi(2) * (1.0 - cos * cos)).sqrt();
@@ -186,7 +196,7 @@ fn losses_are_equal_in_both_directions() {
 
 #[test]
 fn eight_lanes_equal_one_lane_and_are_close_to_f64() {
-    for coating in ALL {
+    for coating in &all() {
         for [n, after] in [[1.0, 1.6], [1.6, 1.0], [1.5, 1.7], [1.333, 1.5]] {
             let coat = CoatingModel::new::<f32>(coating, [n, after], D_LINE);
             let exact = CoatingModel::new::<f64>(coating, [n, after], D_LINE);

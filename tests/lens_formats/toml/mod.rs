@@ -1,5 +1,6 @@
 //! Lens files in TOML: the meaning of every key, the errors, and the lenses of the repository.
 
+mod coatings;
 mod errors;
 mod keys;
 mod lenses;

@@ -8,7 +8,9 @@ use crate::light_tracing::light_paths::{FilmArrival, LightPathInput, LightPaths}
 use petzval_base::distribution::Distribution;
 use petzval_base::lanes::f32x8;
 use petzval_base::sampler::pixel_key;
-use petzval_lens::{Coating, LensModel, Prescription, RealLens, Side, ghost_sequence, sequence};
+use petzval_lens::{
+    Coating, LensModel, Prescription, RealLens, Row, Side, ghost_sequence, sequence,
+};
 use petzval_scene::luminance;
 use petzval_spectrum::LightBand;
 
@@ -236,8 +238,8 @@ impl GhostEstimate {
         kept: Vec<&PairEstimate>,
     ) -> Ghosts {
         let rows = &self.lens.rows;
-        let coloured =
-            lens.bands.len() > 1 || rows.iter().any(|row| row.coating == Some(Coating::Mgf2));
+        let is_coloured = |row: &Row| row.coating.as_ref().is_some_and(Coating::is_coloured);
+        let coloured = lens.bands.len() > 1 || rows.iter().any(is_coloured);
         let wavelength = self.lens.design.primary_wavelength();
         let whole = [LightBand { wavelength, response: [1.0; 3] }];
         let bands = if coloured { bands } else { &whole };

@@ -12,13 +12,17 @@
 //!
 //! (Born & Wolf, Principles of Optics, 1999, eqs. 1.5.21 and 1.6.57; Macleod, Thin-Film Optical
 //! Filters, 2010, sec. 2.6). The formulas need only square roots that refraction takes anyway, and
-//! no difference of similar numbers. Unpolarised light has the mean of both; the small polarisation
+//! no difference of similar numbers. Several layers are in [`LayerStack`]. Unpolarised light has the mean of both; the small polarisation
 //! that light acquires from surface to surface is neglected. T is the same in both directions.
+
+mod layer_stack;
+
+pub use layer_stack::{CoatingLayer, LayerStack, StackModel};
 
 use petzval_base::lanes::Real;
 
 /// Coating of a surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Coating {
     /// Bare glass.
@@ -34,6 +38,8 @@ pub enum Coating {
     Broadband,
     /// A lossless surface, which does not exist.
     Perfect,
+    /// Films of stated materials and thicknesses.
+    Stack(LayerStack),
 }
 
 /// Coating that a lens has if nothing names one: a layer of magnesium fluoride, as on nearly all
@@ -51,18 +57,37 @@ pub const BROADBAND_REFLECTANCE: f64 = 0.0025;
 const SHORTEST: f64 = DESIGN_WAVELENGTH / 2.0;
 
 impl Coating {
-    /// Names of the coatings in files and on the command line.
+    /// Names of the coatings that need no definition, in files and on the command line.
     pub const NAMES: [&str; 4] = ["none", "mgf2", "broadband", "perfect"];
 
-    /// Returns the coating of a name, ignoring case.
+    /// Returns the coating of one of [`Self::NAMES`], ignoring case.
     pub fn named(name: &str) -> Option<Self> {
-        let index = Self::NAMES.iter().position(|known| known.eq_ignore_ascii_case(name))?;
-        Some([Self::Bare, Self::Mgf2, Self::Broadband, Self::Perfect][index])
+        let all = [Self::Bare, Self::Mgf2, Self::Broadband, Self::Perfect];
+        all.into_iter().find(|coating| coating.name().eq_ignore_ascii_case(name))
     }
 
     /// Returns its name.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Bare => Self::NAMES[0],
+            Self::Mgf2 => Self::NAMES[1],
+            Self::Broadband => Self::NAMES[2],
+            Self::Perfect => Self::NAMES[3],
+            Self::Stack(stack) => &stack.name,
+        }
+    }
+
+    /// Returns whether its transmittance depends on the wavelength, beyond the dispersion of the glass.
+    pub fn is_coloured(&self) -> bool {
+        matches!(self, Self::Mgf2 | Self::Stack(_))
+    }
+
+    /// Returns the number of films of a stack; 0 for coatings that need none.
+    pub fn layers(&self) -> u32 {
+        match self {
+            Self::Stack(stack) => stack.layers.len() as u32,
+            _ => 0,
+        }
     }
 
     /// Returns whether a surface between two indices can be coated: one of them, as that of air,
@@ -73,7 +98,7 @@ impl Coating {
 
     /// Returns the transmittance for unpolarised light from one index to the next, by the cosine of
     /// the angle of incidence and the wavelength (nm); 0 for total reflection.
-    pub fn transmittance(self, indices: [f64; 2], cos: f64, nm: f64) -> f64 {
+    pub fn transmittance(&self, indices: [f64; 2], cos: f64, nm: f64) -> f64 {
         let xi2 = (indices[0] * cos).powi(2);
         if xi2 + (indices[1].powi(2) - indices[0].powi(2)) <= 0.0 {
             return 0.0;
@@ -83,7 +108,7 @@ impl Coating {
 }
 
 /// Coating of one surface, ready for a kernel. Indices are in the direction of travel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CoatingModel<T> {
     /// No losses.
     Lossless,
@@ -91,6 +116,8 @@ pub enum CoatingModel<T> {
     Bare(BareInterface<T>),
     /// One quarter-wave layer.
     QuarterWave(QuarterWaveLayer<T>),
+    /// Several layers.
+    Stack(StackModel<T>),
 }
 
 /// An interface between two media.
@@ -121,8 +148,8 @@ pub struct QuarterWaveLayer<T> {
 impl<T: Copy> CoatingModel<T> {
     /// Prepares a coating between two indices for one wavelength (nm). The layer is exact to 1e-6
     /// from 275 to 2000 nm.
-    pub fn new<R: Real<Scalar = T>>(coating: Coating, [n, after]: [f64; 2], nm: f64) -> Self {
-        if n == after || coating == Coating::Perfect {
+    pub fn new<R: Real<Scalar = T>>(coating: &Coating, [n, after]: [f64; 2], nm: f64) -> Self {
+        if n == after || *coating == Coating::Perfect {
             return Self::Lossless;
         }
         let bare = 4.0 * n * after / (n + after).powi(2);
@@ -139,8 +166,13 @@ impl<T: Copy> CoatingModel<T> {
             n2_step: R::from_f64(after2 - n2),
             gain: R::from_f64(gain),
         };
-        if coating != Coating::Mgf2 || !Coating::applies_to([n, after]) {
-            return Self::Bare(interface);
+        match coating {
+            _ if !Coating::applies_to([n, after]) => return Self::Bare(interface),
+            Coating::Mgf2 => (),
+            Coating::Stack(stack) => {
+                return Self::Stack(StackModel::new::<R>(stack, interface, [n, after], nm));
+            }
+            _ => return Self::Bare(interface),
         }
         let per_wave = DESIGN_WAVELENGTH / nm.max(SHORTEST);
         Self::QuarterWave(QuarterWaveLayer {
@@ -158,6 +190,7 @@ impl<T: Copy> CoatingModel<T> {
             Self::Lossless => R::constant(1.0),
             Self::Bare(interface) => interface.transmittance(xi2),
             Self::QuarterWave(layer) => layer.transmittance(xi2),
+            Self::Stack(stack) => stack.transmittance(xi2),
         }
     }
 
