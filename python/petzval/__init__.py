@@ -113,23 +113,12 @@ class Scene(_Scene):
         :param spp: samples per pixel
         :param max_depth: largest number of bounces
         """
-        folder = _arrays.temporary_folder()
-        path = _arrays.scene_file(
-            folder.name,
-            meshes,
-            lights,
-            lens.path if isinstance(lens, Lens) else lens,
-            resolution,
-            diagonal,
-            _settings.nine_numbers(() if look_at is None else look_at),
-            focus,
-            spp,
-            max_depth,
+        look_at = _settings.nine_numbers(() if look_at is None else look_at)
+        return cls(
+            _arrays.assembled(
+                meshes, lights, lens, resolution, diagonal, look_at, focus, spp, max_depth
+            )
         )
-        scene = cls(path)
-        # The lens file must last as long as the scene.
-        scene._folder = folder
-        return scene
 
 
 @_keywords.takes(RenderSettings)

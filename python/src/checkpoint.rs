@@ -12,13 +12,10 @@ use pyo3::prelude::*;
 
 use crate::error::{checkpoint_error, value_error};
 
-/// Name of the file of a lens that was given as a table, which has another name in each process.
-const TABLE: &str = "petzval-lens-";
-
 /// What determines the samples of a job, as far as Python knows it.
 #[derive(Clone, Debug, Default)]
 pub struct JobInputs {
-    /// The scene file.
+    /// The scene file; empty if there is none.
     pub scene: PathBuf,
     /// The settings that were given, by name.
     pub settings: BTreeMap<String, String>,
@@ -29,13 +26,7 @@ impl JobInputs {
     fn of(&self, job: &petzval::Job) -> Result<Inputs, String> {
         let samples = job.samples.len() as u32;
         let inputs = Inputs::of_job(&self.scene, job, samples, self.settings.clone());
-        let mut inputs = inputs.map_err(|error| error.to_string())?;
-        let named = |(name, digest): (String, String)| match name.starts_with(TABLE) {
-            true => ("the lens".to_owned(), digest),
-            false => (name, digest),
-        };
-        inputs.files = std::mem::take(&mut inputs.files).into_iter().map(named).collect();
-        Ok(inputs)
+        inputs.map_err(|error| error.to_string())
     }
 }
 

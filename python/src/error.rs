@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use petzval::{ImageError, PrepareError, RenderError, SceneError, SceneErrors};
+use petzval_base::io::ReadError;
 use petzval_lens::LensError;
 use petzval_render::checkpoint::CheckpointError;
 use petzval_scene_formats::ply::PlyError;
@@ -28,6 +29,11 @@ fn os_error(source: &io::Error, message: impl Display) -> PyErr {
         }
         kind => io::Error::new(kind, message.to_string()).into(),
     }
+}
+
+/// Returns the exception of a file that cannot be read.
+pub fn read_error(error: &ReadError) -> PyErr {
+    os_error(&error.source, error)
 }
 
 /// Returns the exception of a lens that cannot be read or used.
@@ -116,7 +122,7 @@ pub fn checkpoint_error(error: &CheckpointError) -> PyErr {
 /// Returns the exception of a data set that cannot be made.
 pub fn dataset_error(error: &DatasetError) -> PyErr {
     match error {
-        DatasetError::Read(read) => os_error(&read.source, error),
+        DatasetError::Read(read) => read_error(read),
         DatasetError::Scene(errors) => scene_error(errors),
         DatasetError::Render(error) => render_error(error),
         DatasetError::Io { source, .. } => os_error(source, error),

@@ -1,6 +1,6 @@
 //! Jobs: scenes that are ready to be rendered.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -39,14 +39,15 @@ pub struct Job {
 /// Prepares a scene: adds the lens, its focus and the plan of effects. Ctrl-C ends the wait at once; what was begun ends in the background.
 #[pyfunction]
 pub fn prepare(py: Python<'_>, scene: &Scene, settings: Settings) -> PyResult<Job> {
-    let Settings { changes, recorded } = settings;
-    let description = scene.description.clone();
+    let description = settings.describe(&scene.description);
+    let Settings { changes, recorded, .. } = settings;
     let work = move || petzval::prepare(description, &changes);
     let prepared = worker::run_or_abandon(py, || (), work)?;
     let Prepared { job, notes, warnings } = prepared.map_err(|error| prepare_error(&error))?;
     let job = Arc::new(job);
     let warnings = warnings.iter().map(ToString::to_string).collect();
-    let inputs = JobInputs { scene: scene.file().to_owned(), settings: recorded };
+    let scene = scene.file().unwrap_or(Path::new("")).to_owned();
+    let inputs = JobInputs { scene, settings: recorded };
     Ok(Job { job, notes, warnings, inputs })
 }
 

@@ -1,6 +1,5 @@
 //! Lenses.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,7 +7,7 @@ use glam::DVec3;
 use numpy::{
     BorrowError, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyUntypedArrayMethods, ToPyArray,
 };
-use petzval::{Paraxial, Prescription, ReadContext, RealRayFocus, read_lens};
+use petzval::{Paraxial, Prescription, ReadContext, RealRayFocus};
 use petzval_lens::Pose;
 use petzval_lens_formats::read_with;
 use petzval_optics::{Calibration, CalibrationSetup, DistortionModel, FieldRay, PixelGrid};
@@ -16,13 +15,12 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use rayon::prelude::*;
-use tempfile::NamedTempFile;
 
 use crate::argument::Listed;
 use crate::array;
 use crate::error::{lens_error, table_error, value_error};
 use crate::image_quality::ImageQuality;
-use crate::lens_source::{CatalogueSetting, LensSource, TableRow};
+use crate::lens_source::{CatalogueSetting, LensFile, LensSource, TableRow};
 use crate::trace::{TracedRays, TravelFrom, kernel_seconds, trace};
 use crate::worker;
 
@@ -34,10 +32,8 @@ type RayArrays<'py> =
 #[pyclass(frozen, module = "petzval")]
 pub struct Lens {
     lens: Prescription,
-    path: PathBuf,
+    file: LensFile,
     catalogues: Vec<PathBuf>,
-    /// The file of a lens that was given as a table; it is removed with the lens.
-    _table: Option<NamedTempFile>,
 }
 
 /// Largest number of pixels of a map, which is that of a render.
@@ -46,9 +42,9 @@ const MOST_PIXELS: i64 = 1 << 27;
 pub const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=1e6;
 
 impl Lens {
-    /// Returns the path of its file.
-    pub fn file(&self) -> &Path {
-        &self.path
+    /// Returns its file.
+    pub fn file(&self) -> &LensFile {
+        &self.file
     }
 
     /// Returns the glass catalogues that it was read with.
@@ -133,7 +129,7 @@ impl Lens {
         let catalogues = catalogue.paths();
         let context = ReadContext::default().with_catalogues(catalogues.iter().cloned());
         let lens = py.detach(|| read_with(&path, &context)).map_err(|error| lens_error(&error))?;
-        Ok(Self { lens, path, catalogues, _table: None })
+        Ok(Self { lens, file: LensFile::Path(path), catalogues })
     }
 
     /// Makes a lens of rows (radius, thickness, index, diameter), from the scene to the film, as in
@@ -149,13 +145,11 @@ impl Lens {
             text.push_str(&row.map(|number| format!("{number:?}")).join(" "));
             text.push('\n');
         }
-        let mut file =
-            tempfile::Builder::new().prefix("petzval-lens-").suffix(".dat").tempfile()?;
-        file.write_all(text.as_bytes())?;
-        let mut lens = read_lens(file.path()).map_err(|error| table_error(&error, file.path()))?;
+        let file = LensFile::Table(text.into_bytes().into());
+        let read = read_with(file.path(), &file.attach(ReadContext::default()));
+        let mut lens = read.map_err(|error| table_error(&error, file.path()))?;
         lens.name = name.to_owned();
-        let (path, catalogues) = (file.path().to_owned(), Vec::new());
-        Ok(Self { lens, path, catalogues, _table: Some(file) })
+        Ok(Self { lens, file, catalogues: Vec::new() })
     }
 
     /// Its name.
@@ -164,10 +158,13 @@ impl Lens {
         &self.lens.name
     }
 
-    /// Its file.
+    /// Its file; `None` if it was given as a table.
     #[getter]
-    fn path(&self) -> &Path {
-        &self.path
+    fn path(&self) -> Option<&Path> {
+        match &self.file {
+            LensFile::Path(path) => Some(path),
+            LensFile::Table(_) => None,
+        }
     }
 
     /// Effective focal length (mm).

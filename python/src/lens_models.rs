@@ -43,7 +43,7 @@ pub fn lens_models<'py>(
         return Err(value_error(format!("budget={budget}: expected seconds, a week at most")));
     }
     let time = Duration::from_secs_f64(budget);
-    let (changes, description) = (settings.changes, scene.description.clone());
+    let (description, changes) = (settings.describe(&scene.description), settings.changes);
     let (monitor, stop) = (RunMonitor::default(), AtomicBool::new(false));
     let pulse = |py: Python<'_>| {
         let share = (begun.elapsed().as_secs_f64() / budget).min(1.0);

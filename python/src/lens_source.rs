@@ -1,7 +1,9 @@
 //! Files, rows and glass catalogues of lenses, as Python gives them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use petzval::ReadContext;
 use pyo3::prelude::*;
 
 use crate::argument::{Listed, refused};
@@ -27,6 +29,36 @@ impl<'py> FromPyObject<'_, 'py> for LensSource {
         let expected = "a path, or rows (radius, thickness, index, diameter)";
         let rows = value.extract().map_err(|error| refused("path", &value, expected, error));
         rows.map(|Listed(rows)| Self::Table(rows))
+    }
+}
+
+/// The file of a lens, which renders read again.
+#[derive(Clone)]
+pub enum LensFile {
+    /// On disk.
+    Path(PathBuf),
+    /// In memory: the text of a lens that was given as a table.
+    Table(Arc<[u8]>),
+}
+
+/// Name of tables in messages and among the inputs of a picture.
+const TABLE: &str = "the lens table";
+
+impl LensFile {
+    /// Returns the path by which readers find it in the context of [`Self::attach`].
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Path(path) => path,
+            Self::Table(_) => Path::new(TABLE),
+        }
+    }
+
+    /// Returns the context with the file, if it is in memory.
+    pub fn attach(&self, context: ReadContext) -> ReadContext {
+        match self {
+            Self::Path(_) => context,
+            Self::Table(text) => context.with_lens(TABLE.into(), text.clone()),
+        }
     }
 }
 

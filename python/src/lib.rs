@@ -20,6 +20,7 @@ mod memory;
 mod passes;
 mod picture;
 mod scene;
+mod scene_arrays;
 mod settings;
 mod trace;
 mod worker;
@@ -32,6 +33,7 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<lens::Lens>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<scene_arrays::ArrayScene>()?;
     module.add_class::<job::Job>()?;
     module.add_class::<image::Image>()?;
     module.add_class::<passes::Passes>()?;
@@ -41,5 +43,6 @@ fn _petzval(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(lens_models::lens_models, module)?)?;
     module.add_function(wrap_pyfunction!(picture::compare, module)?)?;
     module.add_function(wrap_pyfunction!(picture::read_image, module)?)?;
-    module.add_function(wrap_pyfunction!(picture::write_image, module)?)
+    module.add_function(wrap_pyfunction!(picture::write_image, module)?)?;
+    module.add_function(wrap_pyfunction!(scene_arrays::scene_of_arrays, module)?)
 }

@@ -1,25 +1,36 @@
 //! Settings of a picture, as Python gives them.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
-use petzval::Changes;
+use petzval::{Changes, Description};
 use petzval_render::prepare::settings::{SETTINGS, SettingError, SettingValue};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use crate::argument::{Listed, about, setting};
 use crate::lens::Lens;
-use crate::lens_source::CatalogueSetting;
+use crate::lens_source::{CatalogueSetting, LensFile};
 
-/// A lens: a file, or one that was read.
+/// The lens of a picture: a file, or one that was read.
 #[derive(FromPyObject)]
-enum LensSetting<'py> {
-    /// The lens of a [`Lens`]: its file.
+pub enum LensSetting<'py> {
+    /// The lens of a [`Lens`].
     Read(PyRef<'py, Lens>),
     /// A lens file.
     File(PathBuf),
+}
+
+impl LensSetting<'_> {
+    /// Expected of the argument.
+    pub const EXPECTED: &'static str = "a petzval.Lens or the path of a lens file";
+
+    pub fn into_file(self) -> LensFile {
+        match self {
+            Self::Read(lens) => lens.file().clone(),
+            Self::File(path) => LensFile::Path(path),
+        }
+    }
 }
 
 /// Settings whose default is not `None`, so that `None` is a value of another type.
@@ -35,6 +46,8 @@ const BY_OUTCOME: [&str; 5] = ["aov", "crop", "resolution", "seed", "spp"];
 pub struct Settings {
     /// The changes to the scene.
     pub changes: Changes,
+    /// The file of the lens, if one is given.
+    lens: Option<LensFile>,
     /// The settings that were given, as texts, by name: they tell one picture from another.
     pub recorded: BTreeMap<String, String>,
 }
@@ -65,20 +78,28 @@ impl<'py> FromPyObject<'_, 'py> for Settings {
         let mut changes = Changes { holds_layers: true, ..Changes::of(&assignments) };
         let catalogue: Option<CatalogueSetting> =
             setting(&settings, "catalogue", CatalogueSetting::EXPECTED)?;
-        let lens: Option<LensSetting<'py>> =
-            setting(&settings, "lens", "a petzval.Lens or the path of a lens file")?;
+        let lens: Option<LensSetting<'py>> = setting(&settings, "lens", LensSetting::EXPECTED)?;
         let catalogues = &mut changes.lens_options.catalogues;
         catalogues.extend(catalogue.iter().flat_map(CatalogueSetting::paths));
-        changes.lens = lens.map(|lens| match lens {
-            LensSetting::File(path) => path,
-            LensSetting::Read(lens) => {
-                catalogues.extend_from_slice(lens.catalogues());
-                lens.file().to_owned()
-            }
-        });
+        if let Some(LensSetting::Read(lens)) = &lens {
+            catalogues.extend_from_slice(lens.catalogues());
+        }
+        let lens = lens.map(LensSetting::into_file);
+        changes.lens = lens.as_ref().map(|file| file.path().to_owned());
         let recorded = assignments.iter().filter(|given| !BY_OUTCOME.contains(&given.name()));
         let recorded = recorded.map(|given| (given.name().to_owned(), given.value().to_string()));
-        Ok(Self { recorded: recorded.collect(), changes })
+        Ok(Self { recorded: recorded.collect(), lens, changes })
+    }
+}
+
+impl Settings {
+    /// Returns the description of a scene from which a job with these settings can be prepared.
+    pub fn describe(&self, scene: &Description) -> Description {
+        let mut description = scene.clone();
+        if let Some(lens) = &self.lens {
+            description.context = lens.attach(description.context);
+        }
+        description
     }
 }
 

@@ -67,6 +67,43 @@ def test_the_lens_of_a_table_lasts_as_long_as_the_scene():
     assert pz.render(kept, effects="none").pixels.mean() > 0
 
 
+def test_no_file_is_written_and_the_lens_is_that_of_the_call(lens_path, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "none"))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    lens = tmp_path / "lens.dat"
+    lens.write_bytes(lens_path.read_bytes())
+    texture = np.full((2, 2, 3), 0.5)
+    kept = scene(lens, [pz.Mesh(**WALL, material={"type": "diffuse", "reflectance": texture})])
+    lens.unlink()
+    texture[:] = 0
+    assert kept.path is None and repr(kept) == "<Scene of arrays>"
+    expected = pz.render(scene(lens_path, [pz.Mesh(**WALL)]), effects="none").pixels
+    np.testing.assert_allclose(pz.render(kept, effects="none").pixels, expected, rtol=1e-5)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_arrays_of_any_layout_give_the_same_picture(lens_path):
+    vertices, faces = np.array(WALL["vertices"], np.float32), np.array(WALL["faces"])
+    fixed = vertices.copy()
+    fixed.flags.writeable = False
+    wide = np.zeros((8, 6), np.float32)
+    wide[::2, ::2] = vertices
+    layouts = [
+        (vertices, faces),
+        (fixed, faces.astype(np.uint8)),
+        (np.asfortranarray(vertices), np.asfortranarray(faces)),
+        (wide[::2, ::2], faces[::-1]),
+        (vertices.astype(">f8"), faces.astype(">i4")),
+        (vertices.astype(np.int16), WALL["faces"]),
+    ]
+    pictures = [
+        pz.render(scene(lens_path, [pz.Mesh(*arrays, uv=WALL["uv"])]), effects="none").pixels
+        for arrays in layouts
+    ]
+    for picture in pictures[1:]:
+        np.testing.assert_array_equal(picture, pictures[0])
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -74,11 +111,18 @@ def test_the_lens_of_a_table_lasts_as_long_as_the_scene():
         ({"faces": [[0, 1, 9]]}, "beyond the 4"),
         ({"faces": [[0.0, 1.0, 2.0]]}, "expected integers"),
         ({"uv": [[0, 0]]}, "1 uv for 4 vertices"),
+        ({"faces": [[0, 1, -1]]}, "beyond the 4"),
+        ({"faces": np.array([[0, 1, 2**63]], np.uint64)}, "beyond the 4"),
+        ({"faces": np.zeros((0, 3), int)}, "mesh 0: the mesh has no vertices or no faces"),
+        ({"normals": np.zeros((0, 3))}, "0 normals for 4 vertices"),
         ({"vertices": [[np.nan, 0, 0]] * 4}, "not all finite"),
+        ({"vertices": np.full((4, 3), np.inf)}, "mesh 0: vertices are not all finite"),
+        ({"material": {"type": "diffuse", "reflectance": np.nan}}, "mesh 0: reflectance=nan: expected a finite"),
+        ({"material": {"type": "diffuse", "reflectance": np.full((1, 1, 3), np.nan)}}, "the pixel 0, 0 of"),
         ({"material": {"reflectance": (1, 1, 1)}}, 'no "type"'),
         ({"material": {"type": "marble"}}, "marble"),
         ({"material": {"type": "diffuse", "reflectance": (1, 1)}}, "reflectance"),
-        ({"material": {"type": 'diffuse" "x'}}, "quotes"),
+        ({"material": {"type": 'diffuse" "x'}}, "the material of mesh 0: unknown Material"),
         # Views of one row, which take no memory.
         ({"faces": np.broadcast_to([0, 1, 2], (10**10, 3))}, "10000000000 faces"),
         ({"vertices": np.broadcast_to([0.0, 1.0, 2.0], (10**10, 3))}, "10000000000 vertices"),
@@ -99,7 +143,9 @@ def test_meshes_that_make_no_sense_are_refused(lens_path, changes, message):
     [
         ([3], {}, "petzval.Mesh"),
         (pz.Mesh(**WALL), {}, "meshes"),
-        ([pz.Mesh(**{**WALL, "vertices": None})], {}, "vertices"),
+        ([pz.Mesh(**{**WALL, "vertices": None})], {}, "mesh 0: vertices: .* expected real numbers"),
+        ([pz.Mesh(**{**WALL, "uv": np.zeros((4, 2), complex)})], {}, "mesh 0: uv: .* expected real numbers"),
+        ([pz.Mesh(**{**WALL, "emission": (1, "a", 1)})], {}, "mesh 0: emission"),
         ([pz.Mesh(**{**WALL, "material": "diffuse"})], {}, "material"),
         ([pz.Mesh(**{**WALL, "material": None})], {}, "material"),
         ([], {"lights": {"type": "infinite"}}, "lights"),
@@ -107,8 +153,27 @@ def test_meshes_that_make_no_sense_are_refused(lens_path, changes, message):
         ([], {"focus": "auto"}, "focus='auto'"),
         ([], {"diagonal": None}, "diagonal=None"),
         ([], {"spp": None}, "spp=None"),
+        ([], {"lens": 3}, "lens=3: expected a petzval.Lens or the path"),
     ],
 )
 def test_arguments_of_another_type_are_refused(lens_path, meshes, settings, message):
     with pytest.raises(TypeError, match=message):
-        pz.Scene.from_arrays(meshes, lens=lens_path, look_at=((0, 0, 0), (0, 0, 1)), **settings)
+        scene(**{"lens": lens_path, "meshes": meshes, **settings})
+
+
+def test_all_errors_of_a_scene_name_the_argument(lens_path):
+    meshes = [pz.Mesh(**WALL, material={"type": kind}) for kind in ("diffuse", "marble")]
+    with pytest.raises(ValueError) as raised:
+        scene(lens_path, meshes, lights=[{"type": "moon"}], focus=0, max_depth=0)
+    [light, material, focus] = str(raised.value).splitlines()
+    assert light.startswith("light 0: unknown LightSource")
+    assert material.startswith("the material of mesh 1: unknown Material")
+    assert focus.startswith("focus: ")
+
+
+def test_files_that_are_missing_are_not_found(lens_path, tmp_path):
+    with pytest.raises(FileNotFoundError, match="gone.dat"):
+        scene(tmp_path / "gone.dat", [])
+    bumps = {"type": "diffuse", "normalmap": str(tmp_path / "gone.png")}
+    with pytest.raises(FileNotFoundError, match="the material of mesh 0: .*gone.png"):
+        scene(lens_path, [pz.Mesh(**WALL, material=bumps)])

@@ -68,6 +68,33 @@ def test_a_checkpoint_of_another_picture_is_refused(scene_path, tmp_path):
     pz.render(scene_path, checkpoint=path, resume=True, **same)
 
 
+def test_arrays_are_inputs_of_a_checkpoint(tmp_path):
+    path = tmp_path / "a.checkpoint"
+    settings = dict(spp=6000, effects="none")
+
+    def scene(height, curved=60.0):
+        rows = [(curved, 6.0, 1.6, 30.0), (-60.0, 2.0, 1.0, 30.0), (0.0, 1.0, 0.0, 12.0)]
+        wall = pz.Mesh([[-3, -3, 4], [3, -3, 4], [0, height, 4]], [[0, 2, 1]])
+        return pz.Scene.from_arrays(
+            [wall],
+            lens=pz.Lens(rows),
+            look_at=((0, 0, 0), (0, 0, 1)),
+            lights=[{"type": "infinite", "L": 1.0}],
+            resolution=(48, 32),
+        )
+
+    interrupted(path, scene(3), **settings)
+    for other, message in [
+        (scene(4), "the scene of arrays has changed since"),
+        (scene(3, 61.0), "the lens table has changed since"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            pz.render(other, checkpoint=path, resume=True, **settings)
+    # Equal arrays and rows go on, also in another process: no name of theirs differs.
+    resumed = pz.render(scene(3), checkpoint=path, resume=True, **settings)
+    np.testing.assert_array_equal(resumed.pixels, pz.render(scene(3), **settings).pixels)
+
+
 def test_nonsense_about_checkpoints_is_refused(scene_path, tmp_path):
     with pytest.raises(ValueError, match="name the file by checkpoint"):
         pz.render(scene_path, resume=True)

@@ -49,7 +49,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use format::LensFormat;
-use petzval_base::io::{ReadContext, open};
+use petzval_base::io::ReadContext;
 pub use petzval_lens::LensError;
 use petzval_lens::Prescription;
 use petzval_lens::RealRayFocus;
@@ -128,7 +128,7 @@ fn parse(path: &Path, context: &ReadContext) -> Result<(Prescription, LensFormat
     let mut path = path.as_path();
     let io = |source| LensError::Io { path: path.to_owned(), source };
     let mut bytes = Vec::new();
-    let mut file = open(path).map_err(io)?;
+    let mut file = context.open_lens(path).map_err(io)?;
     file.by_ref().take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(io)?;
     let archive = zar::is_archive(&bytes);
     if archive {

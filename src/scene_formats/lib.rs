@@ -1,4 +1,5 @@
-//! Readers of scene files: pbrt-v4, glTF 2.0, PLY and NanoVDB.
+//! Readers of scene files: pbrt-v4, glTF 2.0, PLY and NanoVDB. [`pbrt::SceneAssembly`] makes a scene of the
+//! arrays of a program.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 

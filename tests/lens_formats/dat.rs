@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use crate::support::{LENSES, folder, lens, write};
+use petzval_base::io::ReadContext;
 use petzval_lens::{LensError, Prescription};
-use petzval_lens_formats::{parse_dat, read};
+use petzval_lens_formats::{parse_dat, read, read_with};
 
 fn parsed(text: &str) -> Result<Prescription, LensError> {
     let lines: Vec<&str> = text.lines().collect();
@@ -23,6 +24,25 @@ fn both_column_conventions_give_the_same_lens() {
     // Files of pbrt give the distance to the film in the last row.
     let to_film = parsed("10 2 1.5 8\n-30 1 1 8\n0 3 0 6\n20 4 1.6 8\n-20 40 1 8").unwrap();
     assert_eq!(to_film.rows[..4], after.rows[..4]);
+}
+
+#[test]
+fn a_lens_in_memory_is_read_like_its_file() {
+    let folder = folder();
+    let file = read(&write(&folder, "good.dat", GOOD)).unwrap();
+    let context = ReadContext::default()
+        .with_lens("earlier".into(), *b"")
+        .with_lens("good".into(), GOOD.as_bytes());
+    // A context for data that is dropped after use has it, too.
+    let context = context.temporary();
+    assert_eq!(read_with("good".as_ref(), &context).unwrap(), file);
+    let inputs: Vec<_> =
+        context.files().iter().map(|(path, digest)| (path.to_owned(), digest.is_some())).collect();
+    assert_eq!(inputs, [("good".into(), true)]);
+    let broken = context.with_lens("good".into(), *b"10 2 1.5\n");
+    let error = read_with("good".as_ref(), &broken).unwrap_err().to_string();
+    assert!(error.starts_with("good:1:"), "{error}");
+    assert!(matches!(read_with("earlier".as_ref(), &broken), Err(LensError::Io { .. })));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use flate2::read::MultiGzDecoder;
 
 use super::budget::{HeldMemory, MemoryBudget};
 use super::foreign::{refuse_placeholder, refuse_placeholder_file};
-use super::{ByteSize, FileLog, ReadError};
+use super::{ByteSize, ContentDigest, FileLog, ReadError};
 
 /// Largest content of a pipe, whose size is not known (bytes).
 const MAX_PIPE: u64 = 1 << 28;
@@ -25,7 +25,8 @@ const MAX_UNPACKED_RATIO: u64 = 100;
 /// reader needs for a time only is returned after use. The log is the list of inputs on which a picture
 /// depends.
 ///
-/// It also carries the paths of the glass catalogues that the user names, which readers of lenses need.
+/// It also carries the paths of the glass catalogues that the user names, which readers of lenses need, and
+/// the content of a lens file that is in memory.
 ///
 /// Clones share all. The default has the memory of the machine, or of the group that limits the
 /// process, and no catalogue.
@@ -37,6 +38,8 @@ pub struct ReadContext {
     catalogues: Arc<[PathBuf]>,
     /// Glass catalogues that are packed with a lens: their names and contents.
     packed_catalogues: Arc<[(PathBuf, Vec<u8>)]>,
+    /// A lens file that is in memory: its name and its content.
+    lens: Option<(PathBuf, Arc<[u8]>)>,
 }
 
 impl ReadContext {
@@ -72,6 +75,24 @@ impl ReadContext {
     /// Returns the glass catalogues that are packed with a lens: their names and contents.
     pub fn packed_catalogues(&self) -> &[(PathBuf, Vec<u8>)] {
         &self.packed_catalogues
+    }
+
+    /// Returns the context with a lens file that is in memory, in place of an earlier one. Readers of
+    /// lenses find it by its name, which need not be that of a file.
+    #[must_use]
+    pub fn with_lens(self, name: PathBuf, content: impl Into<Arc<[u8]>>) -> Self {
+        Self { lens: Some((name, content.into())), ..self }
+    }
+
+    /// Opens a lens file, or the one in memory if it has this name.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be opened or is a device.
+    pub fn open_lens(&self, path: &Path) -> io::Result<Box<dyn Read + '_>> {
+        match &self.lens {
+            Some((name, content)) if name == path => Ok(Box::new(&content[..])),
+            _ => Ok(Box::new(open(path)?)),
+        }
     }
 
     /// Returns the paths of the glass catalogues.
@@ -138,6 +159,11 @@ impl ReadContext {
         self.files.lock().unwrap_or_else(PoisonError::into_inner).add(path, Some(content));
     }
 
+    /// Logs input that is no file, by a name and the digest of its content.
+    pub fn log_digest(&self, name: &Path, digest: &ContentDigest) {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner).add_digest(name, digest);
+    }
+
     /// Claims bytes for a time, or returns an error if they are more than the rest of the budget.
     pub fn hold(&self, bytes: u64) -> Result<HeldMemory, String> {
         HeldMemory::claim(&self.budget, bytes)
@@ -161,7 +187,7 @@ pub fn check_seekable(path: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// Returns an error if the file cannot be opened or is a device.
-pub fn open(path: &Path) -> io::Result<File> {
+fn open(path: &Path) -> io::Result<File> {
     let file = File::open(path)?;
     #[cfg(unix)]
     {

@@ -29,6 +29,11 @@ impl FileLog {
         }
     }
 
+    /// Adds input that is no file, by a name and the digest of its content.
+    pub fn add_digest(&mut self, name: &Path, digest: &ContentDigest) {
+        self.0.insert(name.to_owned(), Some(digest.0.finalize().to_hex().to_string()));
+    }
+
     /// Computes the digests that are not known, from the present content of the files.
     ///
     /// # Errors
@@ -46,6 +51,18 @@ impl FileLog {
     /// Iterates over the files, each with its digest if that is known.
     pub fn iter(&self) -> impl Iterator<Item = (&Path, Option<&str>)> {
         self.0.iter().map(|(path, digest)| (path.as_path(), digest.as_deref()))
+    }
+}
+
+/// Digest (BLAKE3) of content that comes in parts.
+#[derive(Clone, Debug, Default)]
+pub struct ContentDigest(blake3::Hasher);
+
+impl ContentDigest {
+    /// Adds a list of values: their number, and their bytes in memory.
+    pub fn add<T: bytemuck::NoUninit>(&mut self, values: &[T]) {
+        self.0.update(&(values.len() as u64).to_le_bytes());
+        self.0.update(bytemuck::cast_slice(values));
     }
 }
 

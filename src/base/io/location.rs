@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use super::path_excerpt;
 
-/// A location in a text file. Lines and columns count from 1; a column counts characters.
+/// A location in a text file. Lines and columns count from 1; a column counts characters. Line 0 stands
+/// for input that has no lines, which `file` then names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Location {
     /// The file.
@@ -19,7 +20,10 @@ pub struct Location {
 
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}", path_excerpt(&self.file), self.line, self.column)
+        match self.line {
+            0 => write!(f, "{}", path_excerpt(&self.file)),
+            line => write!(f, "{}:{line}:{}", path_excerpt(&self.file), self.column),
+        }
     }
 }
 

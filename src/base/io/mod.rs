@@ -19,10 +19,9 @@ mod source_line;
 mod suggestion;
 
 pub use budget::HeldMemory;
-pub use context::check_seekable;
-pub use context::{ReadContext, open};
+pub use context::{ReadContext, check_seekable};
 pub use excerpt::{excerpt, excerpt_words, path_excerpt};
-pub use files::{FileLog, file_digest};
+pub use files::{ContentDigest, FileLog, file_digest};
 pub use foreign::{foreign_scene, wide_encoding, without_byte_order_mark};
 pub use location::{Location, Warning};
 pub use output::{OutputError, OutputFile, Outputs, check_writable};

@@ -29,7 +29,7 @@ impl SceneReader {
         Ok(())
     }
 
-    fn emission(&mut self, params: &Params) -> Result<Emission, SceneError> {
+    pub(super) fn emission(&mut self, params: &Params) -> Result<Emission, SceneError> {
         let radiance = params.colour("L", ColourRole::Light)?;
         let scale = params.scale()?;
         let two_sided = params.boolean("twosided")?.unwrap_or(false);

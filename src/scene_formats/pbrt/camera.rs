@@ -148,7 +148,13 @@ impl CameraDirective {
 impl SceneReader {
     pub(super) fn camera(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Camera")?;
-        let Selected { kind, params, .. } = self.select(&CAMERA)?;
+        let (name, params) = (self.string()?, self.params()?);
+        self.set_camera(&name, params)
+    }
+
+    /// Sets the camera, at the current transform.
+    pub(super) fn set_camera(&mut self, name: &str, params: Params) -> Result<(), SceneError> {
+        let Selected { kind, params, .. } = self.check_kind(&CAMERA, name, params)?;
         let kind = kind.unwrap_or(CameraKind::Perspective);
         let world_from_camera = self.state.ctm.map(|ctm| ctm.inverse());
         let Some(motion) = Motion::between(world_from_camera)

@@ -100,7 +100,11 @@ impl SceneReader {
         if name == "image" && self.dialect == Dialect::V4 {
             self.dialect = Dialect::V3;
         }
-        let Selected { kind, params, .. } = self.check_kind(&FILM, &name, params)?;
+        self.set_film(&name, params)
+    }
+
+    pub(super) fn set_film(&mut self, name: &str, params: Params) -> Result<(), SceneError> {
+        let Selected { kind, params, .. } = self.check_kind(&FILM, name, params)?;
         self.film = kind.map(|kind| (kind, params));
         Ok(())
     }

@@ -74,7 +74,18 @@ static LIGHT_SOURCE: Directive<LightKind> = Directive {
 impl SceneReader {
     pub(super) fn light_source(&mut self) -> Result<(), SceneError> {
         self.require_in_world("LightSource")?;
-        let Selected { name, kind: Some(kind), params } = self.select(&LIGHT_SOURCE)? else {
+        let (name, params) = (self.string()?, self.params()?);
+        self.add_light_source(&name, params)
+    }
+
+    pub(super) fn add_light_source(
+        &mut self,
+        name: &str,
+        params: Params,
+    ) -> Result<(), SceneError> {
+        let Selected { name, kind: Some(kind), params } =
+            self.check_kind(&LIGHT_SOURCE, name, params)?
+        else {
             return Ok(());
         };
         let ctm = self.fixed_transform(&format!("a {name} light"));

@@ -147,7 +147,16 @@ impl SceneReader {
         let mut all = directive.params.clone();
         all.all.retain(|param| taken.iter().all(|other| other.name != param.name));
         all.all.extend(taken);
-        let draft = self.draft_material(&directive.kind, all, Naming::Unnamed)?;
+        self.unnamed_material(&directive.kind, all)
+    }
+
+    /// Adds a material without a name and returns its index.
+    pub(super) fn unnamed_material(
+        &mut self,
+        kind: &str,
+        params: Params,
+    ) -> Result<u32, SceneError> {
+        let draft = self.draft_material(kind, params, Naming::Unnamed)?;
         let index = self.builder.add_material(Material::diffuse([0.5; 3]));
         self.define_or_defer(Deferred::Material { index, draft })?;
         Ok(index)

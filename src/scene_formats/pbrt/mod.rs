@@ -6,9 +6,11 @@
 //!
 //! `lexer` splits text into tokens, `parser` reads values and parameter lists, `reader` holds the
 //! graphics state and runs the actions of `directives`, `recovery` goes on behind an error. Each
-//! directive has the table of its kinds and their parameters beside the code that reads them.
+//! directive has the table of its kinds and their parameters beside the code that reads them. `assembly`
+//! gives the same reader the parts of a scene that a program has in memory.
 
 mod area_lights;
+mod assembly;
 mod attributes;
 mod camera;
 mod camera_text;
@@ -57,6 +59,7 @@ mod texture_mapping;
 mod textures;
 mod transforms;
 
+pub use assembly::{KindSpec, MeshSpec, ParameterValue, SceneAssembly, ViewSpec};
 pub use camera_text::{CameraEdit, CameraValue};
 pub use description::{
     CameraSpec, Description, FilmSpec, FilterSpec, IrisSpec, RealisticSpec, SphericalSpec, ThinSpec,

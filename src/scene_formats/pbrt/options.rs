@@ -1,7 +1,8 @@
 //! The Sampler, Integrator and Option directives, and the directives of pbrt that have no effect
 //! here.
 
-use super::directive_kinds::{Directive, Ignored, SILENT, known, similar, unsupported};
+use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar, unsupported};
+use super::params::Params;
 use super::reader::SceneReader;
 use super::{SceneError, suggestion_or};
 use petzval_base::io::hint;
@@ -159,7 +160,12 @@ const UNSUPPORTED_OPTIONS: &[(&str, &str)] = &[
 impl SceneReader {
     pub(super) fn sampler(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Sampler")?;
-        let selected = self.select(&SAMPLER)?;
+        let (name, params) = (self.string()?, self.params()?);
+        self.set_sampler(&name, params)
+    }
+
+    pub(super) fn set_sampler(&mut self, name: &str, params: Params) -> Result<(), SceneError> {
+        let selected = self.check_kind(&SAMPLER, name, params)?;
         let (params, Some(())) = (selected.params, selected.kind) else { return Ok(()) };
         let strata = match (params.count("xsamples", 1 << 15)?, params.count("ysamples", 1 << 15)?)
         {
@@ -176,6 +182,15 @@ impl SceneReader {
     pub(super) fn integrator(&mut self) -> Result<(), SceneError> {
         self.require_before_world("Integrator")?;
         let selected = self.select_or(&INTEGRATOR, PATH_INSTEAD)?;
+        self.set_integrator(selected)
+    }
+
+    pub(super) fn set_path_integrator(&mut self, params: Params) -> Result<(), SceneError> {
+        let selected = self.check_kind(&INTEGRATOR, "path", params)?;
+        self.set_integrator(selected)
+    }
+
+    fn set_integrator(&mut self, selected: Selected<IntegratorKind>) -> Result<(), SceneError> {
         let params = selected.params;
         let supported = selected.kind.is_some();
         self.ignores_media =

@@ -135,9 +135,13 @@ impl SceneReader {
             all.push(Param { kind, name: name.to_owned(), values, at });
             self.params_end = self.lexers.last().map(|lexer| (self.lexers.len(), lexer.position()));
         }
+        Ok(self.params_of(all))
+    }
+
+    /// Returns parameters of the current directive.
+    pub(super) fn params_of(&self, all: Vec<Param>) -> Params {
         let (space, folder) = (self.state.colour_space, self.folder.clone());
-        let context = self.context.clone();
-        Ok(Params { all, at: self.at.clone(), space, folder, context })
+        Params { all, at: self.at.clone(), space, folder, context: self.context.clone() }
     }
 
     /// Reads one value, or several in brackets.

@@ -43,7 +43,7 @@ pub fn read(path: &Path) -> Result<Description, SceneErrors> {
 /// Returns all errors of the scene, up to 20, if a file cannot be read, its text is not valid, or
 /// the scene exceeds the budget.
 pub fn read_with(path: &Path, context: &ReadContext) -> Result<Description, SceneErrors> {
-    let mut reader = SceneReader::new(path, context)?;
+    let mut reader = SceneReader::open(path, context)?;
     reader.run();
     reader.finish()
 }
@@ -115,14 +115,25 @@ pub(super) struct SceneReader {
 }
 
 impl SceneReader {
-    fn new(path: &Path, context: &ReadContext) -> Result<Self, SceneError> {
+    fn open(path: &Path, context: &ReadContext) -> Result<Self, SceneError> {
         let text = context.bytes(path)?;
         let lexer = Lexer::new(Arc::from(path), Arc::new(text));
         lexer.check_language()?;
         let dialect = if lexer.has_world_end() { Dialect::V3 } else { Dialect::V4 };
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let reader = Self::new(lexer.here(), folder, context)?;
+        Ok(Self { lexers: vec![lexer], dialect, ..reader })
+    }
+
+    /// Returns a reader that is at no file. File names are relative to `folder`.
+    pub(super) fn new(
+        at: Location,
+        folder: &Path,
+        context: &ReadContext,
+    ) -> Result<Self, SceneError> {
         let mut builder = SceneBuilder::default();
         let material = builder.add_material(Material::diffuse([0.5; 3]));
-        let (at, folder) = (lexer.here(), Arc::from(path.parent().unwrap_or(Path::new(""))));
+        let folder = Arc::from(folder);
         let camera = CameraDirective::default_at(at.clone(), Arc::clone(&folder), context.clone());
         let memory_of_blocks = granted(&at, "a scene", context.hold(0))?;
         Ok(Self {
@@ -131,14 +142,14 @@ impl SceneReader {
             peeked: None,
             params_end: None,
             at,
-            lexers: vec![lexer],
+            lexers: Vec::new(),
             state: GraphicsState::new(material),
             open_blocks: Vec::new(),
             memory_of_blocks,
             coordinate_systems: HashMap::new(),
             in_world: false,
             ended: false,
-            dialect,
+            dialect: Dialect::V4,
             film: None,
             camera,
             samples: None,
@@ -244,7 +255,7 @@ impl SceneReader {
         }
     }
 
-    fn finish(mut self) -> Result<Description, SceneErrors> {
+    pub(super) fn finish(mut self) -> Result<Description, SceneErrors> {
         if !self.recovery.stopped {
             self.check_end();
         }

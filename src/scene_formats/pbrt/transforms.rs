@@ -39,9 +39,12 @@ impl SceneReader {
 
     pub(super) fn look_at(&mut self) -> Result<(), SceneError> {
         let n = self.numbers::<9>()?;
-        let eye = DVec3::new(n[0], n[1], n[2]);
-        let up = DVec3::new(n[6], n[7], n[8]);
-        let Some(forward) = (DVec3::new(n[3], n[4], n[5]) - eye).try_normalize() else {
+        self.look([0, 3, 6].map(|i| DVec3::new(n[i], n[i + 1], n[i + 2])))
+    }
+
+    /// Looks from a point at a target, both in space.
+    pub(super) fn look(&mut self, [eye, target, up]: [DVec3; 3]) -> Result<(), SceneError> {
+        let Some(forward) = (target - eye).try_normalize() else {
             return self.refuse("LookAt from a point to itself", "expected two points");
         };
         let Some(rotation) = look_at_rotation(forward, up) else {
