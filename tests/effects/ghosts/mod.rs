@@ -87,6 +87,11 @@ fn blocks(pixels: &[f64], side: usize) -> Vec<f64> {
 
 /// Returns the green channel of the ghosts of all pairs alone.
 fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
+    green(&picture_of_ghosts(job, samples))
+}
+
+/// Returns the ghosts of all pairs alone.
+fn picture_of_ghosts(job: &Job, samples: u32) -> Picture {
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
     let ghosts =
         estimate(&job.light_path_input()).expect("ghosts").ghosts_of_all_pairs(lens, &bands());
@@ -100,5 +105,5 @@ fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
         &mut film,
         &mut Stats::default(),
     );
-    green(&film.picture(samples))
+    film.picture(samples)
 }
