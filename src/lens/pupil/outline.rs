@@ -137,7 +137,8 @@ impl OutlineFinder {
         let mirrored = self.mirrored;
         let search = BoxSearch { points: GRID, margin: 1.0, mirrored };
         let mut starts = expected.enlarged([1.0, 5.0, 12.0]).chain([whole]);
-        starts.find_map(|start| search.zoom(start, |count, at| self.lit(film, count, at)))
+        starts
+            .find_map(|start| search.zoom(start, |grid| self.lit(film, grid.len(), |i| grid.at(i))))
     }
 
     /// Returns the edge of the light inside a box: the outermost lit point in every direction.

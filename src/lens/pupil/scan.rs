@@ -76,6 +76,33 @@ impl PupilScan {
     }
 }
 
+/// Points of a box in columns and rows, edges included.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BoxGrid {
+    corner: [f64; 2],
+    cell: [f64; 2],
+    points: usize,
+}
+
+impl BoxGrid {
+    fn new(pupil_box: PupilBox, points: usize) -> Self {
+        let cell = pupil_box.size().map(|size| size / (points - 1) as f64);
+        Self { corner: pupil_box.corner(), cell, points }
+    }
+
+    /// Returns the number of points.
+    pub fn len(self) -> usize {
+        self.points * self.points
+    }
+
+    /// Returns a point.
+    #[inline(always)]
+    pub fn at(self, i: usize) -> [f64; 2] {
+        let at = [i % self.points, i / self.points];
+        [0, 1].map(|axis| self.corner[axis] + self.cell[axis] * at[axis] as f64)
+    }
+}
+
 /// Search for a tight box around the light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoxSearch {
@@ -88,27 +115,22 @@ pub(crate) struct BoxSearch {
 }
 
 impl BoxSearch {
-    /// Zooms in until the light fills half of the box in both directions. `lit` returns which of so
-    /// many points see light. `None` if none does.
+    /// Zooms in until the light fills half of the box in both directions. `lit` returns which
+    /// points of a grid see light. `None` if none does.
     pub fn zoom(
         self,
         mut pupil_box: PupilBox,
-        mut lit: impl FnMut(usize, &dyn Fn(usize) -> [f64; 2]) -> Vec<bool>,
+        mut lit: impl FnMut(BoxGrid) -> Vec<bool>,
     ) -> Option<PupilBox> {
         let Self { points, margin, mirrored } = self;
         for _ in 0..ROUNDS {
-            let (corner, size) = (pupil_box.corner(), pupil_box.size());
-            let cell = size.map(|size| size / (points - 1) as f64);
-            let place = |i: usize| {
-                let at = [i % points, i / points];
-                [0, 1].map(|axis| corner[axis] + cell[axis] * at[axis] as f64)
-            };
-            let lit = lit(points * points, &place);
-            let seen: Vec<_> = (0..lit.len()).filter(|&i| lit[i]).map(place).collect();
+            let (grid, size) = (BoxGrid::new(pupil_box, points), pupil_box.size());
+            let lit = lit(grid);
+            let seen: Vec<_> = (0..lit.len()).filter(|&i| lit[i]).map(|i| grid.at(i)).collect();
             if seen.is_empty() {
                 return None;
             }
-            let tight = PupilBox::around(&seen).grown(cell.map(|side| margin * side));
+            let tight = PupilBox::around(&seen).grown(grid.cell.map(|side| margin * side));
             let tight = if mirrored { tight.mirrored() } else { tight };
             let filled = (0..2).all(|i| tight.size()[i] > 0.5 * size[i]);
             pupil_box = tight;
@@ -127,9 +149,8 @@ mod tests {
     #[test]
     fn a_search_finds_a_small_pupil_and_its_mirror_image() {
         // A disk of radius 0.1 about (3, 0.2).
-        let lit = |count: usize, at: &dyn Fn(usize) -> [f64; 2]| -> Vec<bool> {
-            (0..count).map(at).map(|[u, v]| (u - 3.0).hypot(v - 0.2) < 0.1).collect()
-        };
+        let sees = |[u, v]: [f64; 2]| (u - 3.0).hypot(v - 0.2) < 0.1;
+        let lit = |grid: BoxGrid| (0..grid.len()).map(|i| sees(grid.at(i))).collect();
         let first = PupilBox::around(&[[0.0, -2.0], [4.0, 2.0]]);
         for (mirrored, low) in [(false, 0.1), (true, -0.3)] {
             let search = BoxSearch { points: 65, margin: 1.0, mirrored };

@@ -63,8 +63,8 @@ impl PupilView {
 
     fn zoom(&mut self, pupil_box: PupilBox) -> Option<PupilBox> {
         let search = BoxSearch { points: GRID, margin: MARGIN, mirrored: false };
-        search.zoom(pupil_box, |count, at| {
-            self.light(count, at).into_iter().map(|light| light > 0.0).collect()
+        search.zoom(pupil_box, |grid| {
+            self.light(grid.len(), |i| grid.at(i)).into_iter().map(|light| light > 0.0).collect()
         })
     }
 
