@@ -132,8 +132,8 @@ impl Wave {
         if job.lamp_image_weights().is_some_and(|weights| weights.need_camera_pdf(&job.scene)) {
             lens.write_densities(rays);
         }
-        if let Some(ride) = timing.as_ref().and_then(|timing| timing.camera_motion.as_ref()) {
-            ride.transform_rays(&samples.time, rays);
+        if let Some(motion) = timing.as_ref().and_then(|timing| timing.camera_motion.as_ref()) {
+            motion.transform_rays(&samples.time, rays);
         }
         if job.scene.has_media() {
             rays.medium[..rays.len].fill(job.scene.camera_medium);

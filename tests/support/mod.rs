@@ -7,6 +7,7 @@ pub mod oracle;
 pub mod probe;
 pub mod reference;
 pub mod sampling;
+pub mod thin_film;
 pub mod workspace;
 pub mod world;
 

@@ -7,7 +7,7 @@ use petzval_lens::{Coating, RealLens};
 /// Measured by `cargo bench --bench effects -- fresnel`.
 const NS: [f64; 2] = [0.5, 0.95];
 /// Cost of a layer of a stack, measured likewise.
-const LAYER_NS: f64 = 1.3;
+const LAYER_NS: f64 = 3.7;
 
 /// The assumption about coatings, in words.
 pub(super) const ASSUMPTION: &str = "no coating is known, a layer of MgF2 is assumed";

@@ -1,12 +1,14 @@
 //! Naive tracer of every path with two reflections, and the comparison of ghosts with it.
 
 use glam::DVec3;
-use petzval_lens::{LensModel, Pose, Prescription};
+use petzval_lens::{Coating, LensModel, Pose, Prescription};
 use petzval_render::Backend;
 use petzval_render::job::Job;
+use petzval_spectrum::{BANDS, D_LINE, LightBand, bands};
 
-use super::{FILM, FOCUS, LENS, PIXELS, blocks, ghosts, green, job};
+use super::{FILM, FOCUS, LENS, PIXELS, blocks, coated, ghosts, green, job, picture_of_ghosts};
 use crate::support::reference::{reference, within};
+use crate::support::thin_film::{films, reflectances};
 use crate::support::{Random, picture};
 
 /// A ray of the naive tracer, in mm. +z points to the film; the front vertex is at z = 0.
@@ -15,6 +17,8 @@ struct NaiveRay {
     p: [f64; 3],
     d: [f64; 3],
     share: f64,
+    /// Wavelength (nm).
+    nm: f64,
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -88,29 +92,45 @@ fn trace_reflections(
     let reflectance = if sin2 >= 1.0 {
         1.0
     } else {
-        let cos_after = (1.0 - sin2).sqrt();
-        let s = (n * cos - n_after * cos_after) / (n * cos + n_after * cos_after);
-        let p = (n_after * cos - n * cos_after) / (n_after * cos + n * cos_after);
-        (s * s + p * p) / 2.0
+        let films = match &row.coating {
+            Some(Coating::Stack(stack)) => films(stack, [n, n_after], ray.nm),
+            _ => Vec::new(),
+        };
+        let [s, p] = reflectances(n, &films, n_after, cos.min(1.0).acos());
+        (s + p) / 2.0
     };
     if reflections < 2 {
         let d = [0, 1, 2].map(|i| ray.d[i] + 2.0 * cos * facing[i]);
         let share = ray.share * reflectance;
         let back = if forward { next - 1 } else { next + 1 };
-        trace_reflections(lens, NaiveRay { p, d, share }, back, !forward, reflections + 1, found);
+        trace_reflections(
+            lens,
+            NaiveRay { p, d, share, ..ray },
+            back,
+            !forward,
+            reflections + 1,
+            found,
+        );
     }
     if sin2 < 1.0 {
         let ratio = n / n_after;
         let along = ratio * cos - (1.0 - sin2).sqrt();
         let d = [0, 1, 2].map(|i| ratio * ray.d[i] + along * facing[i]);
         let share = ray.share * (1.0 - reflectance);
-        trace_reflections(lens, NaiveRay { p, d, share }, onward, forward, reflections, found);
+        trace_reflections(
+            lens,
+            NaiveRay { p, d, share, ..ray },
+            onward,
+            forward,
+            reflections,
+            found,
+        );
     }
 }
 
-/// Returns the film irradiance by pixel of a point light of intensity 1 at a point in camera space, mm,
-/// through a lens that is tilted and decentred as a whole.
-fn brute_force(job: &Job, pose: Pose, light: [f64; 3], side: u32) -> Vec<f64> {
+/// Returns the film irradiance by pixel of a point light of intensity 1 and a wavelength (nm), at a point in
+/// camera space, mm, through a lens that is tilted and decentred as a whole.
+fn brute_force(job: &Job, pose: Pose, light: [f64; 3], nm: f64, side: u32) -> Vec<f64> {
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
     let square = lens.prescription.centred();
     let half = square.rows[0].diameter / 2.0;
@@ -136,8 +156,8 @@ fn brute_force(job: &Job, pose: Pose, light: [f64; 3], side: u32) -> Vec<f64> {
         // Irradiance of the square, in units of the camera, for a light of 1 W/sr.
         let flux =
             d[2] / (length * length * lens.units_per_mm * lens.units_per_mm) * (2.4 * half).powi(2);
-        let ray = NaiveRay { p, d, share: flux / f64::from(side * side) };
-        let mut found = |NaiveRay { p, d, share }: NaiveRay| {
+        let ray = NaiveRay { p, d, share: flux / f64::from(side * side), nm };
+        let mut found = |NaiveRay { p, d, share, .. }: NaiveRay| {
             let p = motion.transform_point3(p.into());
             let d = motion.transform_vector3(d.into());
             let [x, y, _] = (p + d * ((film_at - p.z) / d.z)).to_array();
@@ -153,15 +173,22 @@ fn brute_force(job: &Job, pose: Pose, light: [f64; 3], side: u32) -> Vec<f64> {
     film
 }
 
+/// A point outside the field of view, so that only ghosts of its light reach the film (camera space, m).
+const OUTSIDE: [f64; 3] = [0.35, 0.2, 1.0];
+/// Effects that the naive tracer leaves out.
+const WITHOUT: &str = "-ghosts,-fresnel,-dispersion,-diffraction";
+
+fn point_light([x, y, z]: [f64; 3]) -> String {
+    format!(r#"LightSource "point" "rgb I" [1 1 1] "point3 from" [{x} {y} {z}]"#)
+}
+
 /// Compares ghosts of a point light with brute force, block by block, which `tests/references/ghosts.csv`
 /// keeps. The pose is that of the whole lens.
 fn compare(name: &str, lens: &str, pose: Pose, from: [f64; 3]) {
-    let [x, y, z] = from;
-    let world = format!(r#"LightSource "point" "rgb I" [1 1 1] "point3 from" [{x} {y} {z}]"#);
     let Pose { decentre, tilt } = pose;
     let group = format!("[[askew]]\nsurfaces = [1, 5]\ndecentre = {decentre:?}\ntilt = {tilt:?}\n");
     let lens = format!("{lens}{group}");
-    let job = job(&lens, &world, "-ghosts,-fresnel,-dispersion,-diffraction", 16);
+    let job = job(&lens, &point_light(from), WITHOUT, 16);
     let dark = green(&picture(&job, Backend::Simd, 1));
     assert!(dark.iter().all(|&v| v == 0.0), "the light itself is in the picture");
     let found = blocks(&ghosts(&job, 16_384), 8);
@@ -169,7 +196,7 @@ fn compare(name: &str, lens: &str, pose: Pose, from: [f64; 3]) {
     let subject = (&lens, from, PIXELS, FILM, FOCUS);
     let expected =
         reference("ghosts", &format!("{name}, 16 blocks"), subject, within(1e-4), || {
-            let film = brute_force(&job, pose, from.map(|v| 1e3 * v), 1200);
+            let film = brute_force(&job, pose, from.map(|v| 1e3 * v), D_LINE, 1200);
             blocks(&film, 8).iter().map(|light| light * scale).collect()
         });
     let most = expected.iter().fold(0.0, |a: f64, &b| a.max(b));
@@ -184,8 +211,7 @@ fn compare(name: &str, lens: &str, pose: Pose, from: [f64; 3]) {
 
 #[test]
 fn ghosts_of_a_point_light_agree_with_brute_force() {
-    // Outside the field of view, so that only ghosts reach the film.
-    compare("spheres", LENS, Pose::ALIGNED, [0.35, 0.2, 1.0]);
+    compare("spheres", LENS, Pose::ALIGNED, OUTSIDE);
 }
 
 #[test]
@@ -195,11 +221,44 @@ fn ghosts_of_every_kind_of_surface_agree_with_brute_force() {
         .replacen("radius = -90.0", "radius = -90.0\nasphere = [[4, 1e-5], [6, -2e-8]]", 1)
         .replacen("radius = 70.0", "radius = 70.0\nasphere = [[3, 2e-4], [4, 1e-5]]", 1)
         .replacen("radius = -60.0", "radius = -60.0\naxis = \"x\"", 1);
-    compare("surfaces of every kind", &shaped, Pose::ALIGNED, [0.35, 0.2, 1.0]);
+    compare("surfaces of every kind", &shaped, Pose::ALIGNED, OUTSIDE);
 }
 
 #[test]
 fn ghosts_of_a_tilted_lens_agree_with_brute_force() {
     let pose = Pose { decentre: [6.0, -2.0], tilt: [4.0, 8.0] };
-    compare("tilted lens", LENS, pose, [0.35, 0.2, 1.0]);
+    compare("tilted lens", LENS, pose, OUTSIDE);
+}
+
+#[test]
+fn ghosts_of_coated_surfaces_have_the_hue_of_their_films() {
+    // Quarter, half and quarter wave: green light passes, violet and red are reflected.
+    let films = r#"
+        [[coating]]
+        name = "three layers"
+        layers = [
+            { index = 1.38, thickness = 99.6 },
+            { index = 2.15, thickness = 127.9 },
+            { index = 1.7, thickness = 80.9 },
+        ]
+    "#;
+    let lens = coated("three layers") + films;
+    let job = job(&lens, &point_light(OUTSIDE), WITHOUT, 1);
+    let picture = picture_of_ghosts(&job, 16_384);
+    let subject = (&lens, OUTSIDE, PIXELS, FILM, FOCUS);
+    let expected = reference("ghosts", "three layers, rgb", subject, within(1e-4), || {
+        let mut sums = vec![0.0; 3];
+        for LightBand { wavelength, response } in bands() {
+            let light = OUTSIDE.map(|v| 1e3 * v);
+            let film = brute_force(&job, Pose::ALIGNED, light, wavelength, 300);
+            let light = film.iter().sum::<f64>() * job.camera.imaging_ratio / BANDS as f64;
+            (0..3).for_each(|channel| sums[channel] += response[channel] * light);
+        }
+        sums
+    });
+    for (channel, expected) in expected.into_iter().enumerate() {
+        let found: f64 = picture.pixels.iter().map(|pixel| f64::from(pixel[channel])).sum();
+        println!("channel {channel}: {found:.6e}, {expected:.6e}");
+        assert!((found / expected - 1.0).abs() < 0.01, "channel {channel}: {found}, {expected}");
+    }
 }

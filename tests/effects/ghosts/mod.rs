@@ -70,6 +70,17 @@ fn job(lens: &str, world: &str, effects: &str, samples: u32) -> Job {
     prepare(description, &changes).expect("a job").job
 }
 
+/// Returns the lens with this coating on all faces.
+fn coated(name: &str) -> String {
+    let coating = format!("coating = \"{name}\"");
+    let mut lens = LENS.replace("\ncoating = \"none\"", "");
+    // The rear faces of the elements too.
+    for key in ["index = 1.", "radius = -90.0", "radius = -60.0"] {
+        lens = lens.replace(key, &format!("{coating}\n{key}"));
+    }
+    lens
+}
+
 fn green(picture: &Picture) -> Vec<f64> {
     picture.pixels.iter().map(|pixel| f64::from(pixel[1])).collect()
 }

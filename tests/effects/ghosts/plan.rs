@@ -7,7 +7,7 @@ use petzval_render::job::Job;
 use petzval_render::light_tracing::ghosts::{estimate, pairs};
 use petzval_render::plan::{Effect, OmissionError};
 
-use super::{LENS, PIXELS, blocks, ghosts, green, job, picture_of_ghosts};
+use super::{LENS, PIXELS, blocks, coated, ghosts, green, job};
 use crate::support::picture;
 
 #[test]
@@ -104,44 +104,6 @@ fn the_estimated_brightness_of_ghosts_equals_that_in_the_picture() {
     let seen = 100.0 * most / mean;
     println!("{estimate:.2} % estimated, {seen:.2} % found");
     assert!(estimate / seen < 1.5 && seen / estimate < 1.5, "{estimate} {seen}");
-}
-
-/// Returns the lens with this coating on all faces.
-fn coated(name: &str) -> String {
-    let coating = format!("coating = \"{name}\"");
-    let mut lens = LENS.replace("\ncoating = \"none\"", "");
-    // The rear faces of the elements too.
-    for key in ["index = 1.", "radius = -90.0", "radius = -60.0"] {
-        lens = lens.replace(key, &format!("{coating}\n{key}"));
-    }
-    lens
-}
-
-#[test]
-fn ghosts_have_the_hue_of_a_stack_of_films() {
-    // Quarter, half and quarter wave: green light passes, violet and red are reflected.
-    let films = r#"
-        [[coating]]
-        name = "three layers"
-        layers = [
-            { index = 1.38, thickness = 99.6 },
-            { index = 2.15, thickness = 127.9 },
-            { index = 1.7, thickness = 80.9 },
-        ]
-    "#;
-    let sums = |lens: &str| {
-        let picture = picture_of_ghosts(&job(lens, &lit(), "+ghosts", 1), 256);
-        let sum = |channel: usize| {
-            picture.pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>()
-        };
-        [0, 1, 2].map(sum)
-    };
-    let bare = sums(&coated("none"));
-    let layers = sums(&(coated("three layers") + films));
-    println!("bare {bare:?}, three layers {layers:?}");
-    assert!((0..3).all(|i| (bare[i] / bare[1] - 1.0).abs() < 1e-3), "{bare:?}");
-    assert!(layers[0] > 1.3 * layers[1] && layers[2] > 5.0 * layers[1], "{layers:?}");
-    assert!(layers.iter().zip(bare).all(|(layers, bare)| *layers < bare / 5.0), "{layers:?}");
 }
 
 #[test]

@@ -5,41 +5,7 @@ use petzval_lens::{BROADBAND_REFLECTANCE, Coating, CoatingModel, DESIGN_WAVELENG
 use petzval_spectrum::D_LINE;
 
 use super::all;
-
-/// A complex number.
-type Complex = [f64; 2];
-
-fn product([a, b]: Complex, [c, d]: Complex) -> Complex {
-    [a * c - b * d, a * d + b * c]
-}
-
-fn quotient(a: Complex, [c, d]: Complex) -> Complex {
-    product(a, [c, -d]).map(|v| v / (c * c + d * d))
-}
-
-/// Returns the reflectances of a surface for s- and p-polarised light: Fresnel's amplitudes and the sum of
-/// all reflections in a layer (Airy 1833), from the last to the first (Rouard 1937). Each layer is an index
-/// and a thickness in vacuum wavelengths, in the order in which light meets them.
-fn reflectances(n: f64, layers: &[[f64; 2]], after: f64, angle: f64) -> [f64; 2] {
-    let cos = |m: f64| (1.0 - (n / m * angle.sin()).powi(2)).sqrt();
-    let amplitudes = |a: f64, b: f64| {
-        let (ca, cb) = (cos(a), cos(b));
-        [(a * ca - b * cb) / (a * ca + b * cb), (b * ca - a * cb) / (b * ca + a * cb)]
-    };
-    let before = |i: usize| if i == 0 { n } else { layers[i - 1][0] };
-    let last = amplitudes(before(layers.len()), after);
-    let mut sums = last.map(|r| [r, 0.0]);
-    for (i, &[index, thickness]) in layers.iter().enumerate().rev() {
-        let first = amplitudes(before(i), index);
-        let phase = 4.0 * std::f64::consts::PI * index * thickness * cos(index);
-        for (sum, first) in sums.iter_mut().zip(first) {
-            let there = product(*sum, [phase.cos(), phase.sin()]);
-            let bottom = product([first, 0.0], there);
-            *sum = quotient([first + there[0], there[1]], [1.0 + bottom[0], bottom[1]]);
-        }
-    }
-    sums.map(|[re, im]| re * re + im * im)
-}
+use crate::support::thin_film::{films, reflectances};
 
 /// Returns the transmittance of a coated surface for unpolarised light by naive formulas.
 pub fn naive_transmittance(coating: &Coating, [n, after]: [f64; 2], cos: f64, nm: f64) -> f64 {
@@ -53,12 +19,7 @@ pub fn naive_transmittance(coating: &Coating, [n, after]: [f64; 2], cos: f64, nm
             unpolarised(reflectances(n, &[layer], after, angle))
         }
         Coating::Stack(stack) if Coating::applies_to([n, after]) => {
-            let mut films: Vec<[f64; 2]> =
-                stack.layers.iter().map(|film| [film.index, film.thickness / nm]).collect();
-            if n > after {
-                films.reverse();
-            }
-            unpolarised(reflectances(n, &films, after, angle))
+            unpolarised(reflectances(n, &films(stack, [n, after], nm), after, angle))
         }
         Coating::Broadband if Coating::applies_to([n, after]) => {
             let rise = (bare(0.0) - bare(angle)) / bare(0.0);
