@@ -50,6 +50,7 @@ impl DeferredPaths {
         }
         let group = self.group(depth);
         group.samples.seed = samples.seed;
+        (group.samples.set, group.samples.hero) = (samples.set, samples.hero);
         for i in 0..rays.len {
             let (from, to) = (rays.slot[i] as usize, group.samples.len);
             group.samples.pixel[to] = samples.pixel[from];

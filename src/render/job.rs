@@ -1,11 +1,12 @@
 //! Description of one picture: everything that decides its pixels.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::aov;
 use crate::aov::{Aov, LayerRequest};
-use crate::film::{Frame, Response, Tile, TileSampler};
+use crate::film::{Frame, LightSplit, Response, SpectralSplit, Tile, TileSampler};
 use crate::light_tracing::Strategy;
 use crate::light_tracing::caustics::Caustics;
 use crate::light_tracing::ghosts::Ghosts;
@@ -16,10 +17,10 @@ use crate::sensor::Sensor;
 use crate::shade::{PathVertex, PixelFootprint, ShadeInputs};
 use crate::timing::Timing;
 use petzval_base::io::FileLog;
-use petzval_base::rays::{HitBatch, RayBatch};
+use petzval_base::rays::{HitBatch, RayBatch, SampleBatch};
 use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer};
 use petzval_lens::Camera;
-use petzval_scene::{PathLimits, Scene};
+use petzval_scene::{PathLimits, Scene, SpectralScene};
 use petzval_spectrum::Primaries;
 use petzval_spectrum::{BANDS, ColourSpace, LightBand};
 
@@ -28,6 +29,8 @@ use petzval_spectrum::{BANDS, ColourSpace, LightBand};
 pub struct Job {
     /// The scene.
     pub scene: Scene,
+    /// The same scene by wavelength, if paths carry spectra.
+    pub spectral: Option<Arc<SpectralScene>>,
     /// The camera.
     pub camera: Camera,
     /// The effects that are simulated, and the reasons.
@@ -94,7 +97,13 @@ impl Job {
     /// Returns the sampler of a tile. It leaves out pixels that no light reaches.
     pub fn sampler(&self, tile: &Tile, samples: Range<u32>) -> TileSampler {
         let margin = self.response.filter.margin();
-        TileSampler::new(tile, samples, self.camera.bands(), |low, high| {
+        let spectra = match &self.spectral {
+            None => SpectralSplit::Rgb,
+            Some(scene) if scene.disperses() => SpectralSplit::Heroes,
+            Some(_) => SpectralSplit::Sets,
+        };
+        let split = LightSplit { bands: self.camera.bands(), spectra };
+        TileSampler::new(tile, samples, split, |low, high| {
             let low = [0, 1].map(|i| f64::from(low[i]) - margin[i]);
             let high = [0, 1].map(|i| f64::from(high[i]) + margin[i]);
             self.camera.sees_light(low, high, self.frame.resolution)
@@ -132,16 +141,24 @@ impl Job {
         Some(LampImageWeights::new(lamp_images, camera, frame, timing.as_ref()))
     }
 
+    /// Returns the scene that the camera paths of some samples meet.
+    pub fn scene_of(&self, samples: &SampleBatch) -> &Scene {
+        self.spectral
+            .as_ref()
+            .map_or(&self.scene, |spectral| spectral.at(samples.set, samples.hero))
+    }
+
     /// Returns the inputs of shading for camera paths, with the weights of
     /// [`Self::lamp_image_weights`].
     pub(crate) fn shade_inputs<'a>(
         &'a self,
         vertex: PathVertex,
+        samples: &SampleBatch,
         (rays, hits): (&'a RayBatch, &'a HitBatch),
         weights: Option<&'a LampImageWeights<'_>>,
     ) -> ShadeInputs<'a> {
         ShadeInputs {
-            scene: &self.scene,
+            scene: self.scene_of(samples),
             vertex,
             rays,
             hits,

@@ -98,7 +98,9 @@ impl Wave {
                 taken += samples;
                 progress.samples.fetch_add(samples, Ordering::Relaxed);
             }
-            while let Some((depth, group)) = self.deferred.next(exhausted) {
+            // Only paths of the same wavelengths continue together.
+            let ends = exhausted || sampler.ends_group();
+            while let Some((depth, group)) = self.deferred.next(ends) {
                 let PathColumns { rays, radiance, .. } = &mut self.paths;
                 group.swap(&mut self.samples, rays, radiance);
                 self.follow_paths::<R>(job, depth, None, &mut sums, &mut clock);
@@ -177,7 +179,7 @@ impl Wave {
     ) {
         let Self { samples, paths, stats, .. } = self;
         let mut stages = CameraPaths { job, features, clock, stats };
-        paths.advance::<R>(&job.scene, samples, vertex, &mut stages);
+        paths.advance::<R>(job.scene_of(samples), samples, vertex, &mut stages);
         stats.add_bounce(vertex.depth, paths.occupancy);
     }
 }
@@ -202,12 +204,13 @@ impl<R: Real<Scalar = f32>> VertexStages<R> for CameraPaths<'_> {
     fn shade(&mut self, vertex: PathVertex, samples: &SampleBatch, paths: &mut PathColumns) {
         let PathColumns { rays, hits, shade: columns, radiance, shadows, next, .. } = paths;
         let weights = self.job.lamp_image_weights();
-        let inputs = self.job.shade_inputs(vertex, (rays, hits), weights.as_ref());
+        let inputs = self.job.shade_inputs(vertex, samples, (rays, hits), weights.as_ref());
         paths.occupancy.shade = shade::<R>(&inputs, samples, columns, radiance, shadows, next);
     }
 
     fn connect(&mut self, surroundings: &Surroundings, paths: &mut PathColumns) {
-        paths.trace_shadows::<R>(&self.job.scene, surroundings);
+        let scene = self.job.scene_of(surroundings.samples);
+        paths.trace_shadows::<R>(scene, surroundings);
     }
 
     fn lap(&mut self, stage: Stage, rays: usize) {

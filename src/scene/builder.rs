@@ -203,7 +203,7 @@ impl SceneBuilder {
             }
         }
         self.shapes.iter_mut().for_each(|shape| shape.light = NO_INDEX);
-        self.lights = vec![Light::Infinite(Sky { radiance: [1.0; 3], image: None })];
+        self.lights = vec![Light::Infinite(Sky::uniform([1.0; 3]))];
     }
 
     /// Removes the emission of a shape whose material is an interface, as pbrt-v4 does. Returns
@@ -216,7 +216,7 @@ impl SceneBuilder {
         };
         let dark = matches!(model, MaterialModel::Interface);
         if dark {
-            light.emission.radiance = [0.0; 3];
+            light.emission.radiance = [0.0; 3].into();
             shape.light = NO_INDEX;
         }
         dark
@@ -280,12 +280,18 @@ impl SceneBuilder {
         let vertex_colours = self.materials.iter().map(Material::has_vertex_colours).collect();
         let object_stack_size = objects.iter().map(|bvh| bvh.stack_size).max().unwrap_or(0);
         let Self { shapes, materials, mut media, camera_medium, .. } = self;
+        let spectral: Arc<[Material]> = materials.into();
+        let (materials, spectral_materials) = match spectral.iter().any(Material::has_spectrum) {
+            true => (spectral.iter().map(Material::in_rgb).collect(), Some(spectral)),
+            false => (spectral, None),
+        };
         if camera_medium.is_none() && shapes.iter().all(|shape| shape.interface.is_none()) {
             media.clear();
         }
         Ok(Scene {
             shapes: shapes.into(),
-            materials: materials.into(),
+            materials,
+            spectral_materials,
             lights: Arc::new(lights),
             media: media.into(),
             camera_medium: camera_medium.unwrap_or(VACUUM),

@@ -1,5 +1,6 @@
 //! Material of hairs and fur.
 
+use super::material::Quantity;
 use super::texture::Texture;
 
 /// Properties of hairs (Chiang, Bitterli, Tappan & Burley 2016), defined as in pbrt-v4.
@@ -30,17 +31,42 @@ pub enum HairColour {
         eumelanin: Texture,
         /// Concentration of the red pigment.
         pheomelanin: Texture,
+        /// Absorption of both pigments at concentration 1 [per radius].
+        absorption: [[f32; 3]; 2],
     },
 }
 
+impl HairColour {
+    /// The colour of these concentrations of pigments (d'Eon et al. 2011, "An energy-conserving hair
+    /// reflectance model").
+    pub fn melanin(eumelanin: Texture, pheomelanin: Texture) -> Self {
+        let absorption = [[0.419, 0.697, 1.37], [0.187, 0.4, 1.05]];
+        Self::Melanin { eumelanin, pheomelanin, absorption }
+    }
+}
+
 impl HairFibre {
+    /// Replaces the textures of colours.
+    pub(super) fn map_colours(&mut self, map: &mut dyn FnMut(&Texture, Quantity) -> Texture) {
+        match &mut self.colour {
+            HairColour::Absorption(texture) => *texture = map(texture, Quantity::Unbounded),
+            HairColour::Reflectance(texture) => *texture = map(texture, Quantity::Reflectance),
+            HairColour::Melanin { absorption, .. } => {
+                for pigment in absorption {
+                    let other = map(&Texture::Constant(*pigment), Quantity::Unbounded);
+                    *pigment = other.constant().unwrap_or(*pigment);
+                }
+            }
+        }
+    }
+
     /// Returns all textures.
     pub(super) fn textures(&self) -> Vec<&Texture> {
         let Self { colour, eta, beta_m, beta_n, alpha } = self;
         let mut all = vec![eta, beta_m, beta_n, alpha];
         match colour {
             HairColour::Absorption(texture) | HairColour::Reflectance(texture) => all.push(texture),
-            HairColour::Melanin { eumelanin, pheomelanin } => {
+            HairColour::Melanin { eumelanin, pheomelanin, .. } => {
                 all.extend([eumelanin, pheomelanin]);
             }
         }

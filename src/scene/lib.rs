@@ -21,6 +21,7 @@ mod material;
 mod measured;
 pub mod medium;
 mod path_limits;
+mod spectral;
 mod surfaces;
 mod tangents;
 mod texture;
@@ -54,6 +55,7 @@ pub use medium::{
     sample_henyey_greenstein_cosine,
 };
 pub use path_limits::PathLimits;
+pub use spectral::SpectralScene;
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{
     CheckerPattern, DotPattern, ImageMap, ImageTexture, Mapping, MipMap, Octaves, PendingImage,
@@ -142,6 +144,8 @@ pub struct Scene {
     pub shapes: Arc<[Shape]>,
     /// Materials of the shapes.
     pub materials: Arc<[Material]>,
+    /// The materials with the spectra of their colours, if any has one.
+    spectral_materials: Option<Arc<[Material]>>,
     /// Lights, including the area lights of shapes.
     pub lights: Arc<Lights>,
     /// Participating media.

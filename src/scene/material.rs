@@ -9,6 +9,7 @@ use super::hair::HairFibre;
 use super::measured::MeasuredSurface;
 use super::medium::Subsurface;
 use super::texture::{ImageMap, Texture};
+use petzval_spectrum::BandSpectrum;
 
 /// Scattering model of a surface, and changes of its shading normal.
 #[derive(Clone, Debug)]
@@ -19,6 +20,9 @@ pub struct Material {
     pub bump: Option<Texture>,
     /// Normals in the frame (u, v, normal); a colour c stands for the vector 2 c - 1.
     pub normal_map: Option<ImageMap>,
+    /// The channel that alone goes on, three times as strong, because the material refracts all others
+    /// into other directions. Each of the three is as probable.
+    pub only_channel: Option<usize>,
 }
 
 /// Scattering models, named and defined as in pbrt-v4 unless they say otherwise.
@@ -56,8 +60,10 @@ pub enum MaterialModel {
     },
     /// The interface of a transparent medium, such as glass or water.
     Dielectric {
-        /// Refractive index inside over that outside.
+        /// Refractive index inside over that outside, at the d line.
         eta: f32,
+        /// The same by wavelength; `None` if it is constant.
+        dispersion: Option<Arc<BandSpectrum>>,
         /// Roughness.
         roughness: Roughness,
     },
@@ -109,6 +115,15 @@ pub enum MaterialModel {
     },
 }
 
+/// What a colour of a material describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Quantity {
+    /// A fraction of light.
+    Reflectance,
+    /// A number without an upper limit, such as a refractive index.
+    Unbounded,
+}
+
 /// Complex refractive index of a metal, by colour channel.
 #[derive(Clone, Debug)]
 pub enum Metal {
@@ -119,8 +134,8 @@ pub enum Metal {
         /// Imaginary part.
         k: Texture,
         /// Factor of the Fresnel reflectance at normal incidence; above 1 if a metal's colour is
-        /// more saturated than the primaries.
-        tint: [f32; 3],
+        /// more saturated than the primaries; a constant.
+        tint: Texture,
     },
     /// The index 1 + i k that reflects this fraction of the light at normal incidence.
     Reflectance(Texture),
@@ -183,7 +198,7 @@ pub struct DielectricCoat {
 impl Material {
     /// Returns a material with unchanged normals.
     pub fn new(scatters: MaterialModel) -> Self {
-        Self { model: scatters, bump: None, normal_map: None }
+        Self { model: scatters, bump: None, normal_map: None, only_channel: None }
     }
 
     /// Returns whether a texture of the material is filtered over the footprint of a pixel.
@@ -204,7 +219,7 @@ impl Material {
 
     /// Returns whether the material needs texture coordinates and surface derivatives.
     pub fn needs_derivatives(&self) -> bool {
-        let constant = |texture: &&Texture| matches!(texture, Texture::Constant(_));
+        let constant = |texture: &&Texture| texture.constant().is_some();
         self.bump.is_some()
             || self.normal_map.is_some()
             || self.is_anisotropic()
@@ -246,6 +261,11 @@ impl MaterialModel {
         }
     }
 
+    /// Returns whether the refractive index depends on the wavelength.
+    pub(super) fn disperses(&self) -> bool {
+        matches!(self, Self::Dielectric { dispersion: Some(_), .. })
+    }
+
     /// Returns all textures of the model.
     fn textures(&self) -> Vec<&Texture> {
         let own = match self {
@@ -278,6 +298,40 @@ impl MaterialModel {
         own.into_iter().chain(roughnesses.flat_map(|roughness| &roughness.uv)).collect()
     }
 
+    /// Returns the model with other textures of colours. `map` gets what each colour describes.
+    pub(super) fn with_colours(&self, map: &mut dyn FnMut(&Texture, Quantity) -> Texture) -> Self {
+        let mut share = |texture: &Texture| map(texture, Quantity::Reflectance);
+        let mut model = self.clone();
+        match &mut model {
+            Self::Interface
+            | Self::Measured(_)
+            | Self::Dielectric { .. }
+            | Self::Subsurface { .. }
+            | Self::Mix { .. } => (),
+            Self::ThinDielectric { tint, .. } | Self::TintedDielectric { tint, .. } => {
+                *tint = share(tint);
+            }
+            Self::Diffuse { reflectance } => *reflectance = share(reflectance),
+            Self::DiffuseTransmission { reflectance, transmittance, .. } => {
+                (*reflectance, *transmittance) = (share(reflectance), share(transmittance));
+            }
+            Self::Conductor { metal, .. } => metal.map_colours(map),
+            Self::CoatedDiffuse { reflectance, coat } => {
+                (*reflectance, coat.albedo) = (share(reflectance), share(&coat.albedo));
+            }
+            Self::CoatedConductor { metal, coat, .. } => {
+                coat.albedo = share(&coat.albedo);
+                metal.map_colours(map);
+            }
+            Self::MetallicRoughness(surface) => {
+                surface.base_colour = share(&surface.base_colour);
+                surface.specular_colour = share(&surface.specular_colour);
+            }
+            Self::Hair(fibre) => fibre.map_colours(map),
+        }
+        model
+    }
+
     /// Returns the roughness of every rough interface of the model: two at most.
     fn roughnesses(&self) -> [Option<&Roughness>; 2] {
         match self {
@@ -304,6 +358,17 @@ impl MaterialModel {
 }
 
 impl Metal {
+    fn map_colours(&mut self, map: &mut dyn FnMut(&Texture, Quantity) -> Texture) {
+        match self {
+            Self::Index { eta, k, tint } => {
+                for texture in [eta, k, tint] {
+                    *texture = map(texture, Quantity::Unbounded);
+                }
+            }
+            Self::Reflectance(colour) => *colour = map(colour, Quantity::Reflectance),
+        }
+    }
+
     fn textures(&self) -> Vec<&Texture> {
         match self {
             Self::Index { eta, k, .. } => vec![eta, k],

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::observer::{daylight_at, integrate_over};
-use super::srgb_from_xyz;
+use super::{WAVELENGTHS, WAVELENGTHS_PER_PATH, srgb_from_xyz};
 
 /// Number of bands of dispersed light: neighbouring images lie so near to each other that no step
 /// is visible.
@@ -18,11 +18,18 @@ pub const BAND_RANGE: [f64; 2] = [400.0, 704.0];
 pub const BANDS_PER_RAY: usize = 4;
 
 /// Returns the bands that share the ray of a hero, the hero first. Each of them as hero gives the
-/// same set. Returns `None` if the number of bands is 1 or not a multiple of [`BANDS_PER_RAY`].
-pub fn bands_of_ray(hero: usize, bands: usize) -> Option<[usize; BANDS_PER_RAY]> {
-    let distance = bands / BANDS_PER_RAY;
-    let even = bands > 1 && bands.is_multiple_of(BANDS_PER_RAY);
-    even.then(|| std::array::from_fn(|i| (hero + i * distance) % bands))
+/// same set. They are [`BANDS_PER_RAY`], or those of its set of [`WAVELENGTHS`]. Returns none if the
+/// number of bands is 1 or not a multiple of their number.
+pub fn bands_of_ray(hero: usize, bands: usize) -> impl ExactSizeIterator<Item = usize> + Clone {
+    let count = match bands_per_ray(bands) {
+        count if bands > 1 && bands.is_multiple_of(count) => count,
+        _ => 0,
+    };
+    (0..count).map(move |i| (hero + i * (bands / count)) % bands)
+}
+
+fn bands_per_ray(bands: usize) -> usize {
+    if bands == WAVELENGTHS { WAVELENGTHS_PER_PATH } else { BANDS_PER_RAY }
 }
 
 /// Returns the hero of a sample from two random numbers in [0, 1): `u` selects the set of bands
@@ -30,8 +37,8 @@ pub fn bands_of_ray(hero: usize, bands: usize) -> Option<[usize; BANDS_PER_RAY]>
 /// cover the bands evenly.
 pub fn hero_band([u, v]: [f32; 2], bands: usize) -> usize {
     let select = |u: f32, count: usize| ((u * count as f32) as usize).min(count - 1);
-    match bands_of_ray(0, bands) {
-        Some([_, distance, ..]) => select(u, distance) + distance * select(v, BANDS_PER_RAY),
+    match bands_of_ray(0, bands).nth(1) {
+        Some(distance) => select(u, distance) + distance * select(v, bands / distance),
         None => select(u, bands),
     }
 }
@@ -129,17 +136,17 @@ mod tests {
         }
         assert_eq!(counts, [1; BANDS], "as many samples as bands have one hero each");
         for band in 0..BANDS {
-            let shared = bands_of_ray(band, BANDS).expect("32 is a multiple of 4");
-            assert_eq!(shared[0], band);
-            for other in shared {
-                let mut others = bands_of_ray(other, BANDS).expect("32 is a multiple of 4");
-                let mut shared = shared;
+            let shared: Vec<usize> = bands_of_ray(band, BANDS).collect();
+            assert_eq!((shared.len(), shared[0]), (4, band));
+            for &other in &shared {
+                let mut others: Vec<usize> = bands_of_ray(other, BANDS).collect();
+                let mut shared = shared.clone();
                 others.sort_unstable();
                 shared.sort_unstable();
                 assert_eq!(others, shared);
             }
         }
-        assert_eq!([1, 2, 33].map(|bands| bands_of_ray(0, bands)), [None; 3]);
+        assert_eq!([1, 2, 33].map(|bands| bands_of_ray(0, bands).len()), [0; 3]);
         assert_eq!([hero_band([0.999; 2], 33), hero_band([0.5; 2], 1)], [32, 0]);
     }
 

@@ -1,8 +1,9 @@
 //! Spectra and their colours.
 //!
-//! The renderer carries linear sRGB. This crate converts the spectra of a scene by the CIE's
-//! standard observer of 1931: reflectances are illuminated by daylight (D65), lights have their own
-//! colour. Integrals are sums over whole nanometres from 360 to 830, as in pbrt-v4.
+//! Without the effect `spectra`, the renderer carries linear sRGB. This crate converts the spectra of a
+//! scene by the CIE's standard observer of 1931: reflectances are illuminated by daylight (D65), lights
+//! have their own colour. Integrals are sums over whole nanometres from 360 to 830, as in pbrt-v4. With
+//! the effect, paths carry the wavelengths of a [set](WAVELENGTH_SETS), and colours become spectra.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
@@ -20,6 +21,8 @@ mod index_tables;
 mod metal;
 mod named;
 mod observer;
+mod uplift;
+mod wavelength_sets;
 
 use std::sync::Arc;
 
@@ -38,6 +41,11 @@ pub use metal::{ChannelMetal, fit_metal, fresnel, metal_reflectance};
 pub use named::{named_spectrum, spectrum_names};
 pub use observer::{VISIBLE, colour_matching};
 pub use primaries::{Primaries, adapt};
+pub use uplift::{Colour, uplift_matrix, uplift_reflectance, uplift_unbounded};
+pub use wavelength_sets::{
+    BandSpectrum, WAVELENGTH_SETS, WAVELENGTHS, WAVELENGTHS_PER_PATH, WavelengthBand, bands_of_set,
+    lens_bands, wavelength_bands, wavelength_set,
+};
 
 use observer::{LUMINOSITY, daylight_at, integrate};
 
@@ -163,6 +171,16 @@ impl Spectrum {
             return [0.0; 3];
         }
         srgb_from_xyz(xyz.map(|v| v / xyz[1])).map(|c| c.max(0.0) as f32)
+    }
+
+    /// Returns the values of a light of this spectrum by wavelength, relative to daylight; its luminance
+    /// is that of [`Self::light`].
+    pub fn light_by_wavelength(&self) -> BandSpectrum {
+        let luminance = self.to_xyz()[1];
+        match luminance > 0.0 && luminance.is_finite() {
+            true => BandSpectrum::light(self).scaled((1.0 / luminance) as f32),
+            false => BandSpectrum::of(|_| 0.0),
+        }
     }
 
     fn with_luminance_one(self) -> Self {

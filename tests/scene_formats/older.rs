@@ -121,7 +121,7 @@ fn black_bodies_have_a_scale_behind_their_temperature() {
     let intensity = |given: &str| {
         let scene = read_world(&format!("LightSource \"point\" {given}\nShape \"sphere\"")).scene;
         match &scene.lights.all[..] {
-            [Light::Point(point)] => point.intensity,
+            [Light::Point(point)] => point.intensity.clone(),
             other => panic!("{other:?}"),
         }
     };
@@ -130,7 +130,7 @@ fn black_bodies_have_a_scale_behind_their_temperature() {
         intensity("\"blackbody I\" 5500 \"float scale\" 250"),
     ];
     for channel in 0..3 {
-        assert!((old[channel] / new[channel] - 1.0).abs() < 1e-5, "{old:?} {new:?}");
+        assert!((old.rgb[channel] / new.rgb[channel] - 1.0).abs() < 1e-5, "{old:?} {new:?}");
     }
 }
 

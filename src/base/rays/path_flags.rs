@@ -24,8 +24,11 @@ impl PathFlags {
     pub const SCATTERED: Self = Self(2);
     /// The first surface of the path receives the caustics that light paths find.
     pub const FROM_RECEIVER: Self = Self(4);
+    /// The path has met glass that disperses, and goes on with one wavelength.
+    pub const ONE_WAVELENGTH: Self = Self(8);
     /// The flags that a path keeps from ray to ray.
-    pub const INHERITED: Self = Self(Self::SCATTERED.0 | Self::FROM_RECEIVER.0);
+    pub const INHERITED: Self =
+        Self(Self::SCATTERED.0 | Self::FROM_RECEIVER.0 | Self::ONE_WAVELENGTH.0);
 
     /// Returns whether all these flags are set.
     #[inline(always)]

@@ -83,6 +83,10 @@ pub struct SampleBatch {
     pub weight: Column<f32>,
     /// Spectral band of all samples, if the lens disperses light.
     pub band: usize,
+    /// Set of the wavelengths that the channels of all paths stand for, if paths carry spectra.
+    pub set: usize,
+    /// The channel whose wavelength alone goes on behind glass of the scene that disperses.
+    pub hero: usize,
     /// Two numbers in [0, 1) that select a point of the pupil.
     pub pupil: [Column<f32>; 2],
     /// Time as a fraction of the motion in the scene file; set only if something moves

@@ -98,7 +98,7 @@ impl TileSums {
         self.errors.resize(self.sums.len(), [0.0; 3]);
         let signed = film.filter.is_signed();
         for i in (0..samples.len).filter(|&i| samples.pixel[i] != NO_INDEX) {
-            let light = [0, 1, 2].map(|c| f64::from(radiance[c][i]));
+            let light = film.to_rgb(samples.set, [0, 1, 2].map(|c| f64::from(radiance[c][i])));
             if !(light[0] + light[1] + light[2]).is_finite() {
                 let pixel = self.tile.pixel(samples.pixel[i]);
                 self.dropped.record(SampleId::new(pixel, samples.sample[i], samples.seed));
@@ -142,8 +142,7 @@ mod tests {
         let film = Response {
             filter: PixelFilter::new(Profile::Box, [0.5, 0.5]),
             max_component: None,
-            sensor_from_srgb: None,
-            colour: None,
+            ..Response::default()
         };
         let tile = Tile { low: [0, 0], size: [1, 1] };
         let mut whole = TileSums::new(&tile);

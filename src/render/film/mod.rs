@@ -13,7 +13,7 @@ pub use film_sums::FilmSums;
 pub(crate) use film_sums::clamp_to_f32;
 pub use hero::HeroWeights;
 pub use response::Response;
-pub use sample::{TileSampler, sample};
+pub use sample::{LightSplit, SpectralSplit, TileSampler, sample};
 
 use std::ops::Range;
 

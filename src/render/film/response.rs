@@ -1,9 +1,11 @@
 //! Film response: the conversion of a sample's light to the value that its pixel adds up.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use petzval_scene::filter::PixelFilter;
-use petzval_spectrum::xyz_from_srgb;
+use petzval_spectrum::{WAVELENGTH_SETS, bands_of_set, wavelength_bands, xyz_from_srgb};
 
 /// Response of a film. By default it passes all samples on unchanged, with equal weights.
 #[derive(Clone, Debug, Default)]
@@ -18,9 +20,34 @@ pub struct Response {
     /// Matrix from linear sRGB to linear sRGB: the colours as the sensor sees them, with its white
     /// balance.
     pub colour: Option<DMat3>,
+    /// Matrix from the values at the wavelengths of each set to linear sRGB, if paths carry spectra.
+    pub rgb_from_set: Option<Arc<[DMat3]>>,
 }
 
 impl Response {
+    /// Lets the film receive paths that carry the wavelengths of a set.
+    pub fn receive_spectra(&mut self) {
+        let bands = wavelength_bands();
+        let of_set = |set: usize| {
+            // A path stands for those of all sets.
+            let response =
+                |band: usize| DVec3::from_array(bands[band].response) * WAVELENGTH_SETS as f64;
+            let [first, second, third] = bands_of_set(set).map(response);
+            DMat3::from_cols(first, second, third)
+        };
+        self.rgb_from_set = Some((0..WAVELENGTH_SETS).map(of_set).collect());
+    }
+
+    /// Returns the linear sRGB of the light of a sample, whose channels are the wavelengths of a set if
+    /// paths carry spectra.
+    #[inline(always)]
+    pub fn to_rgb(&self, set: usize, light: [f64; 3]) -> [f64; 3] {
+        match &self.rgb_from_set {
+            None => light,
+            Some(matrices) => (matrices[set] * DVec3::from_array(light)).to_array(),
+        }
+    }
+
     /// Returns the value that a sample of this light adds to its pixel.
     #[inline(always)]
     pub(super) fn apply(&self, mut light: [f64; 3]) -> [f64; 3] {

@@ -7,7 +7,7 @@ use petzval_base::rays::{SampleBatch, WAVE_SIZE};
 use petzval_base::sampler::{Dimension, fill_2d, pixel_key, sample_2d};
 use petzval_lens::FilmMap;
 use petzval_scene::filter::PixelFilter;
-use petzval_spectrum::hero_band;
+use petzval_spectrum::{WAVELENGTH_SETS, WAVELENGTHS, hero_band, wavelength_set};
 
 /// Samples of a tile, wave by wave.
 ///
@@ -20,18 +20,80 @@ pub struct TileSampler {
     samples: Range<u32>,
     pixel: usize,
     sample: u32,
-    /// Queue of each band: index into `pixels`, and sample. Empty without dispersion.
+    /// Queue of each band: index into `pixels`, and sample. Empty without dispersion and spectra.
     band_queues: Vec<Vec<(usize, u32)>>,
+    split: LightSplit,
+    /// Group of the last wave.
+    last_group: usize,
+}
+
+/// Division of the light of a picture among waves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightSplit {
+    /// Number of bands of the lens.
+    pub bands: usize,
+    /// What the channels of paths stand for.
+    pub spectra: SpectralSplit,
+}
+
+/// What the channels of the paths of a wave stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpectralSplit {
+    /// Red, green and blue.
+    Rgb,
+    /// The wavelengths of a set.
+    Sets,
+    /// The wavelengths of a set, one of which goes on behind glass of the scene that disperses.
+    Heroes,
+}
+
+impl LightSplit {
+    /// All light together, as red, green and blue.
+    pub const NONE: Self = Self { bands: 1, spectra: SpectralSplit::Rgb };
+
+    /// Returns the number of kinds of waves.
+    fn kinds(self) -> usize {
+        match (self.bands, self.spectra) {
+            (1, SpectralSplit::Sets) => WAVELENGTH_SETS,
+            (1, SpectralSplit::Heroes) => WAVELENGTHS,
+            (bands, _) => bands,
+        }
+    }
+
+    /// Returns the kind of waves of a sample, from two numbers in [0, 1).
+    fn kind(self, numbers: [f32; 2]) -> usize {
+        match (self.bands, self.spectra) {
+            (1, SpectralSplit::Sets) => wavelength_set(numbers[0]),
+            _ => hero_band(numbers, self.kinds()),
+        }
+    }
+
+    /// Returns the group of a kind of waves: paths of a group may go on together.
+    fn group(self, kind: usize) -> usize {
+        match self.spectra {
+            SpectralSplit::Rgb => 0,
+            SpectralSplit::Sets => kind % WAVELENGTH_SETS,
+            SpectralSplit::Heroes => kind,
+        }
+    }
+
+    /// Returns the band, and the set and the hero of its wavelengths, of a kind of waves.
+    fn light(self, kind: usize) -> [usize; 3] {
+        let band = if self.bands > 1 { kind } else { 0 };
+        match self.spectra {
+            SpectralSplit::Rgb => [band, 0, 0],
+            _ => [band, kind % WAVELENGTH_SETS, kind / WAVELENGTH_SETS],
+        }
+    }
 }
 
 impl TileSampler {
     /// The samples of a tile, without pixels that receive no light. `sees(low, high)` returns
-    /// whether any pixel from `low` to before `high` receives light. The light consists of `bands`
-    /// bands.
+    /// whether any pixel from `low` to before `high` receives light.
     pub fn new(
         tile: &Tile,
         samples: Range<u32>,
-        bands: usize,
+        split: LightSplit,
         sees: impl Fn([u32; 2], [u32; 2]) -> bool,
     ) -> Self {
         let end = [0, 1].map(|axis| tile.low[axis] + tile.size[axis]);
@@ -40,8 +102,20 @@ impl TileSampler {
             .map(|i| (i, tile.pixel(i)))
             .filter(|(_, pixel)| sees(*pixel, pixel.map(|p| p + 1)))
             .collect();
-        let band_queues = vec![Vec::new(); if bands > 1 { bands } else { 0 }];
-        Self { pixels, sample: samples.start, samples, pixel: 0, band_queues }
+        let kinds = split.kinds();
+        let band_queues = vec![Vec::new(); if kinds > 1 { kinds } else { 0 }];
+        Self { pixels, sample: samples.start, samples, pixel: 0, band_queues, split, last_group: 0 }
+    }
+
+    /// Returns whether no samples are left whose paths may go on together with those of the last wave.
+    pub fn ends_group(&self) -> bool {
+        if self.split.spectra == SpectralSplit::Rgb {
+            return false;
+        }
+        let of_group = |(kind, queue): (usize, &Vec<(usize, u32)>)| {
+            self.split.group(kind) == self.last_group && !queue.is_empty()
+        };
+        !self.band_queues.iter().enumerate().any(of_group)
     }
 
     /// Returns the number of samples of the tile.
@@ -67,21 +141,26 @@ impl TileSampler {
     }
 
     /// Queues samples until a band has a whole wave, or none is left, and returns a band with
-    /// samples.
+    /// samples. If paths carry spectra, all samples are queued, and those of a group follow each other.
     fn fill_band_queue(&mut self, seed: u32) -> Option<usize> {
         loop {
-            if let Some(full) = self.band_queues.iter().position(|queue| queue.len() >= WAVE_SIZE) {
+            let full = |queue: &Vec<(usize, u32)>| queue.len() >= WAVE_SIZE;
+            if self.split.spectra == SpectralSplit::Rgb
+                && let Some(full) = self.band_queues.iter().position(full)
+            {
                 return Some(full);
             }
             let Some((pixel, run)) = self.next_run(WAVE_SIZE) else {
-                return self.band_queues.iter().position(|queue| !queue.is_empty());
+                let left = |kind: &usize| !self.band_queues[*kind].is_empty();
+                let kinds = (0..self.band_queues.len()).filter(left);
+                return kinds.min_by_key(|&kind| self.split.group(kind));
             };
             let [x, y] = self.pixels[pixel].1;
             let key = pixel_key(x, y, seed);
             for sample in run {
                 let numbers = sample_2d(key, sample, Dimension::Wavelength);
-                let band = hero_band(numbers, self.band_queues.len());
-                self.band_queues[band].push((pixel, sample));
+                let kind = self.split.kind(numbers);
+                self.band_queues[kind].push((pixel, sample));
             }
         }
     }
@@ -113,7 +192,8 @@ pub fn sample(
         }
         len
     };
-    (batch.seed, batch.band) = (seed, 0);
+    batch.seed = seed;
+    [batch.band, batch.set, batch.hero] = [0; 3];
     if tile.band_queues.is_empty() {
         let mut room = WAVE_SIZE;
         while room > 0
@@ -121,12 +201,13 @@ pub fn sample(
         {
             room = WAVE_SIZE - push(tile.pixels[pixel], run);
         }
-    } else if let Some(band) = tile.fill_band_queue(seed) {
-        let queue = &mut tile.band_queues[band];
+    } else if let Some(kind) = tile.fill_band_queue(seed) {
+        let queue = &mut tile.band_queues[kind];
         for (pixel, sample) in queue.drain(..queue.len().min(WAVE_SIZE)) {
             push(tile.pixels[pixel], sample..sample + 1);
         }
-        batch.band = band;
+        [batch.band, batch.set, batch.hero] = tile.split.light(kind);
+        tile.last_group = tile.split.group(kind);
     }
     batch.len = len;
     let pitch = FilmMap::new(film, frame.resolution).pitch().map(|pitch| pitch as f32);

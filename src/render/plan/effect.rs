@@ -27,11 +27,13 @@ pub enum Effect {
     TiltShift,
     /// Participating media, such as fog, smoke and clouds.
     Media,
+    /// Spectra: paths carry wavelengths in place of red, green and blue.
+    Spectra,
 }
 
 impl Effect {
     /// All effects.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Dispersion,
         Self::Fresnel,
         Self::Ghosts,
@@ -42,6 +44,7 @@ impl Effect {
         Self::Sensor,
         Self::TiltShift,
         Self::Media,
+        Self::Spectra,
     ];
 
     /// Returns the name on the command line and in reports.
@@ -57,6 +60,7 @@ impl Effect {
             Self::Sensor => "sensor",
             Self::TiltShift => "tilt_shift",
             Self::Media => "media",
+            Self::Spectra => "spectra",
         }
     }
 }

@@ -17,6 +17,7 @@ mod projection;
 mod rolling_shutter;
 mod selection;
 mod sensor;
+mod spectra;
 mod tilt_shift;
 
 pub use decision::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
@@ -39,6 +40,8 @@ pub struct PlanInput<'a> {
     pub resolution: [u32; 2],
     /// The spectral bands of a lens with dispersion.
     pub bands: &'a [LightBand],
+    /// Whether the film sees a narrow band of light.
+    pub narrow_band: bool,
     /// Whether unknown dispersion is guessed.
     pub assumed_dispersion: bool,
     /// Whether the command line names a coating.
@@ -147,6 +150,7 @@ fn find(effect: Effect, input: &PlanInput) -> Finding {
             Effect::RollingShutter => rolling_shutter::find(input),
             Effect::TiltShift => tilt_shift::aligned(),
             Effect::Media => media::find(input),
+            Effect::Spectra => spectra::find(input),
             _ => Finding::unavailable(DecidedBy::Scene, "the camera has no lens of glass"),
         };
     };
@@ -161,6 +165,7 @@ fn find(effect: Effect, input: &PlanInput) -> Finding {
         Effect::RollingShutter => rolling_shutter::find(input),
         Effect::TiltShift => tilt_shift::find(input, lens),
         Effect::Media => media::find(input),
+        Effect::Spectra => spectra::find(input),
     }
 }
 

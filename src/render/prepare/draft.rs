@@ -80,6 +80,7 @@ pub(super) fn draft(
     let imaging_ratio = imaging_ratio * exposure.efficiency;
     let mut job = Job {
         scene,
+        spectral: None,
         camera: Camera { model, film: film_size, world_from_camera, imaging_ratio, depth },
         plan: Plan::default(),
         frame,

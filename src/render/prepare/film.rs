@@ -60,6 +60,7 @@ pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) 
             (Some(grey), Some(colour)) => Some(grey * colour),
             (grey, colour) => grey.or(colour),
         },
+        rgb_from_set: None,
     }
 }
 

@@ -15,6 +15,8 @@ mod viewpoint;
 pub use changes::{Changes, FocusOn};
 pub use viewpoint::Viewpoint;
 
+use std::sync::Arc;
+
 use crate::RenderError;
 use crate::job::{Job, StopCriteria};
 use crate::light_tracing::ghosts;
@@ -28,7 +30,9 @@ use crate::plan::{
 use petzval_base::io::{Location, ReadContext, Warning};
 use petzval_image::Notes;
 use petzval_lens::{FNumberError, LensError, LensModel, PupilSampling};
+use petzval_scene::SpectralScene;
 use petzval_scene_formats::pbrt::Description;
+use petzval_spectrum::lens_bands;
 
 use draft::{Draft, draft};
 use exposure::Exposure;
@@ -197,6 +201,7 @@ fn plan_job(
             camera: &job.camera,
             resolution: job.frame.resolution,
             bands: &job.bands,
+            narrow_band: changes.passband.is_some(),
             assumed_dispersion: changes.assume_vd,
             coating_given: changes.coating.is_some(),
             ghosts: ghost_estimate.as_ref(),
@@ -282,10 +287,17 @@ fn apply_plan(
         job.scene.remove_media();
     }
     job.timing = exposure.timing(&job.plan, &mut job.scene)?;
+    if job.plan.has(Effect::Spectra) {
+        job.spectral = Some(Arc::new(SpectralScene::new(&job.scene)));
+        job.response.receive_spectra();
+    }
     let LensModel::Real(lens) = &mut job.camera.model else { return Ok(()) };
     lens.fresnel = job.plan.has(Effect::Fresnel);
     if job.plan.has(Effect::Dispersion) {
-        lens.disperse(&job.bands);
+        match job.plan.has(Effect::Spectra) {
+            true => lens.disperse(&lens_bands()),
+            false => lens.disperse(&job.bands),
+        }
         lens.bound_all_bands();
     }
     if job.plan.has(Effect::Ghosts) {

@@ -68,7 +68,7 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
         wave.advance::<R>(job, vertex, None, &mut clock);
         let (throughput, steps) = (columns.rays.throughput(0), &mut replay.steps);
         let mut probe = Probe { job, wave: &wave, throughput, steps };
-        columns.advance::<R>(&job.scene, &wave.samples, vertex, &mut probe);
+        columns.advance::<R>(job.scene_of(&wave.samples), &wave.samples, vertex, &mut probe);
     }
     replay.radiance = first(&wave.paths.radiance);
     let mut sums = item.sums(job);
@@ -84,9 +84,8 @@ fn first(columns: &[Column<f32>; 3]) -> [f32; 3] {
 /// Returns the bands that share the ray of a sample.
 fn shared_bands(job: &Job, samples: &SampleBatch) -> Vec<SharedBand> {
     let LensModel::Real(lens) = &job.camera.model else { return Vec::new() };
-    let Some([hero, others @ ..]) = bands_of_ray(samples.band, lens.bands.len()) else {
-        return Vec::new();
-    };
+    let mut others = bands_of_ray(samples.band, lens.bands.len());
+    let Some(hero) = others.next() else { return Vec::new() };
     let (mut columns, mut rays) = (LensColumns::default(), Box::<RayBatch>::default());
     let mut stats = LensStats::default();
     job.camera.generate_rays::<f32>(samples, &mut columns, &mut rays, &mut stats);
@@ -121,9 +120,9 @@ struct Probe<'a> {
 impl<R: Real<Scalar = f32>> VertexStages<R> for Probe<'_> {
     fn shade(&mut self, vertex: PathVertex, samples: &SampleBatch, paths: &mut PathColumns) {
         let PathColumns { rays, hits, shade: columns, radiance, shadows, next, .. } = paths;
-        let (job, scene) = (self.job, &self.job.scene);
+        let (job, scene) = (self.job, self.job.scene_of(samples));
         let weights = job.lamp_image_weights();
-        let inputs = job.shade_inputs(vertex, (rays, hits), weights.as_ref());
+        let inputs = job.shade_inputs(vertex, samples, (rays, hits), weights.as_ref());
         shade::<R>(&inputs, samples, columns, radiance, shadows, next);
         let (ray, hit) = (rays.ray(0), hits[0]);
         let collision = (hit.shape == Hit::IN_MEDIUM && hit != Hit::ABSORBED).then(|| Collision {
@@ -167,7 +166,7 @@ impl<R: Real<Scalar = f32>> VertexStages<R> for Probe<'_> {
         let shadows = &paths.shadows;
         let shadow = (shadows.len > 0).then(|| (shadows.ray(0), shadows.throughput(0)));
         paths.clear_radiance(1);
-        paths.trace_shadows::<R>(&self.job.scene, surroundings);
+        paths.trace_shadows::<R>(self.job.scene_of(surroundings.samples), surroundings);
         // A shadow ray without any contribution is never sent.
         let unoccluded = first(&paths.radiance) != [0.0; 3];
         if let Some(step) = self.steps.last_mut() {

@@ -1,5 +1,7 @@
 //! Shading frames and BSDF parameters of a wave's vertices, material by material.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::bsdf::{BsdfKind, Columns, MediumScattering, SubsurfaceExit};
@@ -112,6 +114,9 @@ impl Vertices {
             return self.load_medium::<R>(run, medium);
         }
         let material = &scene.materials[run.material as usize];
+        if let Some(channel) = material.only_channel {
+            self.end_wavelengths(run.range.clone(), channel);
+        }
         if run.derivatives {
             return self.load_textured::<R>(inputs, run, material);
         }
@@ -126,6 +131,20 @@ impl Vertices {
             store_vector(&mut self.tangent, at, zero);
         }
         stage.fill(&material.model, &mut self.parameters, run.range.clone());
+    }
+
+    /// Ends all wavelengths of the paths at some vertices but one, which stands for all three.
+    #[inline(never)]
+    fn end_wavelengths(&mut self, range: Range<usize>, hero: usize) {
+        for at in range {
+            if self.flags[at].contains(PathFlags::ONE_WAVELENGTH) {
+                continue;
+            }
+            self.flags[at] = self.flags[at] | PathFlags::ONE_WAVELENGTH;
+            for (channel, throughput) in self.throughput.iter_mut().enumerate() {
+                throughput[at] *= if channel == hero { 3.0 } else { 0.0 };
+            }
+        }
     }
 
     /// Sets the shading frames and the parameters of collisions in a medium, to which light comes

@@ -4,23 +4,26 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
-use super::mean;
 use super::tree::{Cone, LightBounds};
 use super::visible_cap::SpherePacket;
+use super::{mean, uplifted};
 use crate::geometry::DiskPacket;
 use crate::texture::ImageMap;
 use crate::{Geometry, Mesh};
 use petzval_base::rays::Hit;
+use petzval_spectrum::Colour;
 
 /// Emission of a shape, as the scene file describes it.
 #[derive(Clone, Debug)]
 pub struct Emission {
-    /// Radiance, linear RGB, or the factor of an image.
-    pub radiance: [f32; 3],
+    /// Radiance, or the factor of an image.
+    pub radiance: Colour,
     /// Whether both sides emit.
     pub two_sided: bool,
     /// Image of the radiance over the texture coordinates.
     pub image: Option<ImageMap>,
+    /// Matrix of the colours of the image, if paths carry other channels than RGB.
+    pub uplift: Option<[[f32; 3]; 3]>,
     /// Whether the radiance is divided by the area of each triangle, bilinear patch or quadric, so
     /// that each emits as much as a surface of area 1 (as in pbrt-v4).
     pub normalize_by_area: bool,
@@ -28,8 +31,14 @@ pub struct Emission {
 
 impl Emission {
     /// Returns a constant radiance on the outside.
-    pub fn uniform(radiance: [f32; 3]) -> Self {
-        Self { radiance, two_sided: false, image: None, normalize_by_area: false }
+    pub fn uniform(radiance: impl Into<Colour>) -> Self {
+        Self {
+            radiance: radiance.into(),
+            two_sided: false,
+            image: None,
+            uplift: None,
+            normalize_by_area: false,
+        }
     }
 }
 
@@ -56,7 +65,7 @@ impl AreaLight {
     /// Makes the light of a shape.
     pub fn new(shape: u32, mut emission: Emission, geometry: &Geometry) -> Self {
         if let (Geometry::Quadric(quadric), true) = (geometry, emission.normalize_by_area) {
-            emission.radiance = emission.radiance.map(|r| r / quadric.area() as f32);
+            emission.radiance = emission.radiance.divided(quadric.area() as f32);
             emission.normalize_by_area = false;
         }
         let emitter_areas = match geometry {
@@ -85,10 +94,10 @@ impl AreaLight {
     /// Returns the radiance that a point of a primitive emits.
     pub(super) fn radiance(&self, primitive: u32, uv: Vec2) -> [f32; 3] {
         let emission = &self.emission;
-        let mut radiance = emission.radiance;
+        let mut radiance = emission.radiance.rgb;
         if let Some(image) = &emission.image {
-            let texel = image.colour(uv);
-            radiance = [0, 1, 2].map(|i| radiance[i] * texel[i].max(0.0));
+            let texel = uplifted(image.colour(uv).map(|c| c.max(0.0)), &emission.uplift);
+            radiance = [0, 1, 2].map(|i| radiance[i] * texel[i]);
         }
         match self.emitter_areas.get(primitive as usize) {
             Some(&area) if area > 0.0 => radiance.map(|r| r / area),
@@ -100,7 +109,7 @@ impl AreaLight {
 
     /// Returns the light bounds of a primitive, or `None` if it emits nothing.
     pub(super) fn bounds(&self, geometry: &Geometry, primitive: u32) -> Option<LightBounds> {
-        let strength = mean(self.emission.radiance.map(|r| r.max(0.0))) * mean(self.mean);
+        let strength = mean(self.emission.radiance.rgb.map(|r| r.max(0.0))) * mean(self.mean);
         let (low, high, area, normals) = match geometry {
             Geometry::Mesh(mesh) => {
                 let [a, b, c] = mesh.corners(primitive);

@@ -26,10 +26,11 @@ use glam::{Vec2, Vec3};
 
 use super::{Geometry, Scene, SurfacePoint};
 use petzval_base::rays::{Hit, Ray};
+use petzval_spectrum::Colour;
 use sampler::LightChoice;
 use tree::Receiver;
 
-/// A light source. Radiances are linear RGB in the units of the scene file.
+/// A light source. Radiances are in the units of the scene file: linear RGB, and spectra if they are known.
 #[derive(Clone, Debug)]
 pub enum Light {
     /// A shape that emits light.
@@ -41,7 +42,7 @@ pub enum Light {
         /// Unit vector towards the light, world space.
         towards: Vec3,
         /// Irradiance on a plane perpendicular to the light.
-        irradiance: [f32; 3],
+        irradiance: Colour,
     },
     /// Light from infinitely far away in all directions.
     Infinite(Sky),
@@ -65,6 +66,15 @@ pub struct LightSample {
     /// Whether BSDF sampling can never hit the light: a point light, a distant light, or a surface
     /// of alpha 0.
     pub singular: bool,
+}
+
+/// Returns linear RGB in the channels that paths carry.
+#[inline(always)]
+pub(crate) fn uplifted(texel: [f32; 3], matrix: &Option<[[f32; 3]; 3]>) -> [f32; 3] {
+    match matrix {
+        None => texel,
+        Some(rows) => rows.map(|row| (0..3).map(|c| row[c] * texel[c]).sum()),
+    }
 }
 
 fn mean([r, g, b]: [f32; 3]) -> f32 {
@@ -115,7 +125,7 @@ impl Scene {
             Light::Distant { towards, irradiance } => LightSample {
                 direction: *towards,
                 t_max: f32::INFINITY,
-                radiance: *irradiance,
+                radiance: irradiance.rgb,
                 density: 1.0,
                 singular: true,
             },

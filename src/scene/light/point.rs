@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::mean;
 use super::tree::{Cone, LightBounds};
+use super::{mean, uplifted};
 use petzval_base::equal_area;
 use petzval_image::Picture;
+use petzval_spectrum::Colour;
 
 /// A light at one position.
 #[derive(Clone, Debug)]
@@ -17,8 +18,8 @@ pub struct PointLight {
     pub position: Vec3,
     /// World space to light space, in which the light points along +z.
     pub light_from_world: Mat3,
-    /// Radiant intensity, or the factor of an image; linear RGB.
-    pub intensity: [f32; 3],
+    /// Radiant intensity, or the factor of an image.
+    pub intensity: Colour,
     /// Dependence of the intensity on direction.
     pub distribution: IntensityDistribution,
 }
@@ -42,6 +43,8 @@ pub enum IntensityDistribution {
     Projection {
         /// Image.
         picture: Arc<Picture>,
+        /// Matrix of its colours, if paths carry other channels than RGB.
+        uplift: Option<[[f32; 3]; 3]>,
         /// Tangent of half the field of view along the shorter side.
         tangent: f32,
     },
@@ -78,12 +81,15 @@ impl IntensityDistribution {
             Self::Isotropic => [1.0; 3],
             Self::Spot { cosines } => [smooth_step(d.z, *cosines); 3],
             Self::Goniometric(picture) => [mean(pixel(picture, equal_area::from_sphere(d))); 3],
-            Self::Projection { picture, tangent } => {
+            Self::Projection { picture, uplift, tangent } => {
                 let half = half_size(picture);
                 let at = Vec2::new(d.x, -d.y) / (d.z * *tangent);
                 // pbrt-v4 blocks directions this close to the plane of the pinhole.
                 let passes = d.z >= 1e-3 && at.abs().cmple(half).all();
-                if passes { pixel(picture, (at / half + 1.0) / 2.0) } else { [0.0; 3] }
+                match passes {
+                    true => uplifted(pixel(picture, (at / half + 1.0) / 2.0), uplift),
+                    false => [0.0; 3],
+                }
             }
         }
     }
@@ -97,7 +103,7 @@ impl IntensityDistribution {
                 2.0 * PI * ((1.0 - start) + (start - end) / 2.0)
             }
             Self::Goniometric(picture) => 4.0 * PI * average(picture, |_, _, pixel| mean(pixel)),
-            Self::Projection { picture, tangent } => {
+            Self::Projection { picture, tangent, .. } => {
                 let half = half_size(picture) * *tangent;
                 let [width, height] = picture.size.map(|n| n as f32);
                 let seen = average(picture, |x, y, pixel| {
@@ -128,12 +134,12 @@ impl PointLight {
     /// Returns the intensity in a direction, world space.
     pub fn towards(&self, direction: Vec3) -> [f32; 3] {
         let factor = self.distribution.factor((self.light_from_world * direction).normalize());
-        [0, 1, 2].map(|i| self.intensity[i] * factor[i])
+        [0, 1, 2].map(|i| self.intensity.rgb[i] * factor[i])
     }
 
     /// Returns the light bounds, or `None` if the light emits nothing.
     pub(super) fn bounds(&self) -> Option<LightBounds> {
-        let strength = mean(self.intensity.map(|i| i.max(0.0)));
+        let strength = mean(self.intensity.rgb.map(|i| i.max(0.0)));
         let axis = (self.light_from_world.inverse() * Vec3::Z).try_normalize();
         // A matrix that is not a rotation distorts the cone.
         let is_rotation = (self.light_from_world * self.light_from_world.transpose())
@@ -149,7 +155,7 @@ impl PointLight {
             (IntensityDistribution::Goniometric(picture), _) => {
                 (average(picture, |_, _, p| mean(p)), Cone::ALL, 0.0)
             }
-            (IntensityDistribution::Projection { picture, tangent }, Some(axis)) => {
+            (IntensityDistribution::Projection { picture, tangent, .. }, Some(axis)) => {
                 let corner = (half_size(picture).length() * tangent).atan();
                 let angle = if is_rotation { corner } else { PI };
                 (average(picture, |_, _, p| mean(p)), Cone { axis, angle }, 0.999)

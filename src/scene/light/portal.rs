@@ -5,14 +5,16 @@
 //! the directions through the portal from any point are a rectangle.
 
 use std::f32::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::mean;
 use super::sky::SkySample;
 use super::windowed_distribution::{Window, WindowedDistribution};
+use super::{mean, uplifted};
 use petzval_base::equal_area;
 use petzval_image::Picture;
+use petzval_spectrum::Colour;
 
 /// A light at infinite distance that is seen through a rectangle alone.
 ///
@@ -26,9 +28,11 @@ pub struct Portal {
     /// World space to the frame of the portal: two sides, and the direction of the light's origin.
     portal_from_world: Mat3,
     /// Image over the angles -90 to 90 degrees along the two sides: linear RGB.
-    rectified: Picture,
-    radiance: [f32; 3],
-    distribution: WindowedDistribution,
+    rectified: Arc<Picture>,
+    radiance: Colour,
+    /// Matrix of the colours of the image, if paths carry other channels than RGB.
+    uplift: Option<[[f32; 3]; 3]>,
+    distribution: Arc<WindowedDistribution>,
 }
 
 /// Why four points are no portal.
@@ -51,7 +55,7 @@ impl Portal {
         corners: [Vec3; 4],
         sky: &Picture,
         light_from_world: Mat3,
-        radiance: [f32; 3],
+        radiance: Colour,
     ) -> Result<Self, NoRectangle> {
         let side = |from: usize, to: usize| (corners[to] - corners[from]).try_normalize();
         let (Some(y), Some(x)) = (side(0, 1), side(0, 3)) else { return Err(NoRectangle) };
@@ -81,7 +85,22 @@ impl Portal {
             f64::from(brightness * solid_angle(to_direction(uv)))
         });
         let corners = [corners[0], corners[2]];
-        Ok(Self { corners, portal_from_world, rectified, radiance, distribution })
+        Ok(Self {
+            corners,
+            portal_from_world,
+            rectified: Arc::new(rectified),
+            radiance,
+            uplift: None,
+            distribution: Arc::new(distribution),
+        })
+    }
+
+    pub(crate) fn radiance_mut(&mut self) -> &mut Colour {
+        &mut self.radiance
+    }
+
+    pub(crate) fn set_uplift(&mut self, matrix: Option<[[f32; 3]; 3]>) {
+        self.uplift = matrix;
     }
 
     /// Returns the directions through the portal from a point; `None` in front of the portal.
@@ -96,7 +115,8 @@ impl Portal {
 
     fn at(&self, [x, y]: [usize; 2]) -> [f32; 3] {
         let texel = self.rectified.pixels[y * self.rectified.size[0] + x];
-        [0, 1, 2].map(|i| texel[i] * self.radiance[i])
+        let texel = uplifted(texel, &self.uplift);
+        [0, 1, 2].map(|i| texel[i] * self.radiance.rgb[i])
     }
 
     /// Returns the radiance at a point, world space, from a unit direction away from it.
@@ -114,7 +134,7 @@ impl Portal {
 
     /// Returns whether the portal passes no light.
     pub(super) fn is_dark(&self) -> bool {
-        mean(self.radiance.map(|r| r.max(0.0))) <= 0.0 || self.distribution.is_zero()
+        mean(self.radiance.rgb.map(|r| r.max(0.0))) <= 0.0 || self.distribution.is_zero()
     }
 
     /// Samples a direction through the portal from a point.
@@ -199,7 +219,8 @@ mod tests {
         let size = [32, 32];
         let pixels = (0..1024).map(|i| sky(i % 32, i / 32)).collect();
         let turned = Mat3::from_rotation_y(0.3);
-        Portal::new(CORNERS, &Picture { size, pixels }, turned, [2.0; 3]).expect("a rectangle")
+        Portal::new(CORNERS, &Picture { size, pixels }, turned, [2.0; 3].into())
+            .expect("a rectangle")
     }
 
     fn uneven() -> Portal {
@@ -295,7 +316,7 @@ mod tests {
     #[test]
     fn other_quadrangles_are_no_portals() {
         let sky = Picture { size: [1, 1], pixels: vec![[1.0; 3]] };
-        let make = |corners| Portal::new(corners, &sky, Mat3::IDENTITY, [1.0; 3]).is_ok();
+        let make = |corners| Portal::new(corners, &sky, Mat3::IDENTITY, [1.0; 3].into()).is_ok();
         assert!(make(CORNERS));
         let [a, b, c, d] = CORNERS;
         assert!(!make([a, c, b, d]) && !make([a, b, c, a]) && !make([a, b, c, d + Vec3::X]));

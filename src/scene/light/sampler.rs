@@ -1,5 +1,7 @@
 //! Light sampler: the random selection of a light for a point.
 
+use std::sync::Arc;
+
 use super::tree::{Emitter, LightTree, Receiver};
 use super::{AreaLight, Light, mean};
 use crate::{Geometry, Shape};
@@ -14,9 +16,9 @@ pub struct Lights {
     pub skies: Vec<u32>,
     /// Indices of the sampled lights at infinite distance: distant lights, and skies with an image.
     distant: Vec<u32>,
-    tree: LightTree,
+    tree: Arc<LightTree>,
     /// Light and primitive of every emitter of the tree.
-    emitters: Vec<EmitterSource>,
+    emitters: Arc<[EmitterSource]>,
 }
 
 /// Index of a light, and of a triangle if it is a mesh.
@@ -94,7 +96,7 @@ impl Lights {
                     near.extend(point.bounds().map(|bounds| Emitter { bounds, index }));
                 }
                 Light::Distant { irradiance, .. } => {
-                    if mean(irradiance.map(|e| e.max(0.0))) > 0.0 {
+                    if mean(irradiance.rgb.map(|e| e.max(0.0))) > 0.0 {
                         far.push(light);
                     }
                 }
@@ -121,7 +123,15 @@ impl Lights {
             .filter(|&i| matches!(all[i as usize], Light::Infinite(_) | Light::Portal(_)))
             .collect();
         let tree = LightTree::new(near, emitters.len());
+        let (tree, emitters) = (Arc::new(tree), emitters.into());
         Self { all, skies, distant: far, tree, emitters }
+    }
+
+    /// Returns lights that emit other colours, and are sampled as these are.
+    pub(crate) fn with_emission(&self, change: impl Fn(&mut Light)) -> Self {
+        let mut lights = self.clone();
+        lights.all.iter_mut().for_each(change);
+        lights
     }
 
     /// Returns the number of equally probable choices: every light at infinite distance, and the

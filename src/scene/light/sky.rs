@@ -1,22 +1,26 @@
 //! Light from infinitely far away in all directions: uniform, or from an image.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::mean;
 use super::point::luminance;
+use super::{mean, uplifted};
 use crate::texture::ImageMap;
 use petzval_base::distribution::Distribution;
 use petzval_base::equal_area;
+use petzval_spectrum::Colour;
 
 /// A light at infinite distance in all directions.
 #[derive(Clone, Debug)]
 pub struct Sky {
-    /// Radiance, or the factor of an image; linear RGB.
-    pub radiance: [f32; 3],
+    /// Radiance, or the factor of an image.
+    pub radiance: Colour,
     /// Image of all directions; `None` for a uniform sky.
-    pub image: Option<SkyImage>,
+    pub image: Option<Arc<SkyImage>>,
+    /// Matrix of the colours of the image, if paths carry other channels than RGB.
+    pub uplift: Option<[[f32; 3]; 3]>,
 }
 
 /// Image of all directions, with the distribution that samples it.
@@ -234,20 +238,27 @@ impl SkyImage {
 }
 
 impl Sky {
+    /// A sky of the same radiance in all directions.
+    pub fn uniform(radiance: impl Into<Colour>) -> Self {
+        Self { radiance: radiance.into(), image: None, uplift: None }
+    }
+
     /// Returns the radiance from a unit direction, world space, away from the scene.
     pub fn radiance(&self, direction: Vec3) -> [f32; 3] {
-        let Some(image) = &self.image else { return self.radiance };
+        let Some(image) = &self.image else { return self.radiance.rgb };
         self.scaled(image.at(image.locate(direction).0))
     }
 
     fn scaled(&self, texel: [f32; 3]) -> [f32; 3] {
-        [0, 1, 2].map(|i| texel[i] * self.radiance[i])
+        let texel = uplifted(texel, &self.uplift);
+        [0, 1, 2].map(|i| texel[i] * self.radiance.rgb[i])
     }
 
     /// Returns whether the sky emits nothing.
     pub(super) fn is_dark(&self) -> bool {
         let dark = |image: &SkyImage| image.complete.is_none();
-        mean(self.radiance.map(|r| r.max(0.0))) <= 0.0 || self.image.as_ref().is_some_and(dark)
+        mean(self.radiance.rgb.map(|r| r.max(0.0))) <= 0.0
+            || self.image.as_deref().is_some_and(dark)
     }
 
     /// Samples a direction of the image. Returns `None` without an image.

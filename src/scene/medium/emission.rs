@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use petzval_spectrum::blackbody;
+use petzval_spectrum::{BandSpectrum, blackbody, luminosity_integral};
+use rayon::prelude::*;
 
 /// Linear RGB of black bodies whose spectrum has the maximum 1, as pbrt-v4 scales them: the integral
 /// over the wavelengths in nm, weighted by the colour-matching functions.
@@ -20,15 +21,32 @@ const RANGE: [f32; 2] = [100.0, 100_000.0];
 /// Number of entries. Between them, radiances are wrong by at most 0.1 % above 1000 K.
 const ENTRIES: usize = 2049;
 
+/// Returns the temperature of an entry (K).
+fn temperature(entry: usize) -> f64 {
+    let step = (RANGE[1] / RANGE[0]).ln() / (ENTRIES - 1) as f32;
+    f64::from(RANGE[0] * (step * entry as f32).exp())
+}
+
 impl Blackbodies {
     /// Black bodies with a factor of the radiance.
     pub fn new(scale: f32) -> Self {
-        let step = (RANGE[1] / RANGE[0]).ln() / (ENTRIES - 1) as f32;
         let colour = |i: usize| {
-            let kelvin = f64::from(RANGE[0] * (step * i as f32).exp());
-            blackbody(kelvin).integrated_rgb().map(|channel| channel.max(0.0) as f32)
+            blackbody(temperature(i)).integrated_rgb().map(|channel| channel.max(0.0) as f32)
         };
         Self { scale, table: (0..ENTRIES).map(colour).collect() }
+    }
+
+    /// Returns the radiances by wavelength, relative to daylight, of all entries.
+    pub(super) fn by_wavelength(&self) -> Vec<BandSpectrum> {
+        let entry = |i: usize| {
+            BandSpectrum::light(&blackbody(temperature(i))).scaled(luminosity_integral() as f32)
+        };
+        (0..ENTRIES).into_par_iter().map(entry).collect()
+    }
+
+    /// The same factor, and other radiances of all entries.
+    pub(super) fn with_radiances(&self, table: impl Iterator<Item = [f32; 3]>) -> Self {
+        Self { scale: self.scale, table: table.collect() }
     }
 
     /// Returns the radiance at a temperature (K).

@@ -1,12 +1,15 @@
 //! Coefficients of a medium that vary from point to point. Points are in the unit cube that its box
 //! is mapped to.
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Vec3};
 
 use super::bricks::BrickGrid;
 use super::cloud::CloudPattern;
 use super::emission::Blackbodies;
 use super::grid::{VoxelGrid, Voxels};
+use crate::light::uplifted;
 
 /// Coefficients of a medium at a point, by channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,7 +74,7 @@ pub enum ScalarGrid {
     /// All voxels.
     Dense(PlacedGrid<VoxelGrid<f32>>),
     /// Bricks where there are any.
-    Sparse(Box<PlacedGrid<BrickGrid>>),
+    Sparse(Arc<PlacedGrid<BrickGrid>>),
 }
 
 impl ScalarGrid {
@@ -158,6 +161,8 @@ pub enum Field {
         emission: Option<PlacedGrid<VoxelGrid<Vec3>>>,
         /// Factor of absorption and scattering.
         scale: f32,
+        /// Matrix of the colours, if paths carry other channels than RGB.
+        uplift: Option<[[f32; 3]; 3]>,
     },
     /// A pattern of noise.
     Cloud {
@@ -224,16 +229,16 @@ impl Field {
                     emission: emission.as_ref().map_or([0.0; 3], |emission| emission.at(unit)),
                 }
             }
-            Self::Colour { absorption, scattering, emission, scale } => {
+            Self::Colour { absorption, scattering, emission, scale, uplift } => {
                 let of = |grid: &Option<PlacedGrid<VoxelGrid<Vec3>>>| {
                     let colour = grid.as_ref().map_or(Vec3::ONE, |grid| grid.at(unit));
-                    (*scale * colour).to_array()
+                    uplifted((*scale * colour).to_array(), uplift)
                 };
                 let emission = emission.as_ref().map_or(Vec3::ZERO, |grid| grid.at(unit));
                 Coefficients {
                     absorption: of(absorption),
                     scattering: of(scattering),
-                    emission: emission.to_array(),
+                    emission: uplifted(emission.to_array(), uplift),
                 }
             }
             Self::Cloud { pattern, absorption, scattering } => {

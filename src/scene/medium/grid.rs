@@ -1,6 +1,7 @@
 //! Grids of voxels, and trilinear interpolation between their centres.
 
 use std::ops::{Add, Mul, Range};
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -64,7 +65,7 @@ fn lerp<T: Add<Output = T> + Mul<f32, Output = T>>(t: f32, a: T, b: T) -> T {
 #[derive(Clone, Debug)]
 pub struct VoxelGrid<T> {
     resolution: [u32; 3],
-    values: Box<[T]>,
+    values: Arc<[T]>,
 }
 
 impl<T: Copy> VoxelGrid<T> {

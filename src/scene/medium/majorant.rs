@@ -1,5 +1,7 @@
 //! Majorants: upper bounds of the extinction coefficient in the cells of a grid.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -16,7 +18,7 @@ pub struct MajorantGrid {
     /// Numbers of cells along the axes.
     pub(super) resolution: [u32; 3],
     /// Bounds, x fastest.
-    values: Box<[f32]>,
+    values: Arc<[f32]>,
 }
 
 impl MajorantGrid {
@@ -31,6 +33,12 @@ impl MajorantGrid {
             field.maximum([low / size, (low + 1.0) / size])
         };
         Self { resolution, values: (0..nx * ny * nz).into_par_iter().map(value).collect() }
+    }
+
+    /// The bounds times a factor.
+    pub(super) fn scaled(&self, factor: f32) -> Self {
+        let values = self.values.iter().map(|value| value * factor).collect();
+        Self { resolution: self.resolution, values }
     }
 
     /// Returns the bound of a cell, 0 outside the cube.

@@ -62,6 +62,11 @@ impl VaryingMedium {
         usable.then_some(Self { field, majorants, cell_from_world })
     }
 
+    /// The medium with another field, whose extinction is at most `factor` times that of this one.
+    pub(super) fn with_field(&self, field: Field, factor: f32) -> Self {
+        Self { field, majorants: self.majorants.scaled(factor), ..*self }
+    }
+
     /// Returns its memory (bytes).
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.field.bytes() + self.majorants.bytes()

@@ -30,6 +30,7 @@ pub use texel::Wrap;
 
 use petzval_base::lanes::Real;
 use petzval_base::lanes::vector::{dot, splat};
+use petzval_spectrum::Colour;
 use value::Value;
 
 /// Point of a surface at which a texture is evaluated, in every lane.
@@ -59,6 +60,9 @@ pub struct TexturePoint<R = f32> {
 pub enum Texture {
     /// A constant.
     Constant([f32; 3]),
+    /// A constant of a known spectrum. `SceneBuilder::build` replaces it by its RGB in the materials that
+    /// are shaded.
+    Spectrum(Arc<Colour>),
     /// An image.
     Image(Arc<ImageTexture>),
     /// The colour of the vertices of a mesh; white without one.
@@ -100,6 +104,13 @@ pub enum Texture {
         /// First and second texture.
         textures: [Arc<Texture>; 2],
     },
+    /// A texture whose colours are RGB, in the channels that paths carry.
+    Uplifted {
+        /// Texture.
+        texture: Arc<Texture>,
+        /// Matrix from linear RGB.
+        matrix: Arc<[[f32; 3]; 3]>,
+    },
     /// Bilinear interpolation and extrapolation of four colours.
     Bilerp {
         /// Mapping to (s, t).
@@ -109,11 +120,62 @@ pub enum Texture {
     },
 }
 
+impl From<Colour> for Texture {
+    fn from(colour: Colour) -> Self {
+        match colour.spectrum {
+            None => Self::Constant(colour.rgb),
+            Some(_) => Self::Spectrum(Arc::new(colour)),
+        }
+    }
+}
+
 impl Texture {
     /// Returns the number of textures in the expression: an upper bound on the lookups of one
     /// value.
     pub fn node_count(&self) -> usize {
         1 + self.operands().map(Self::node_count).sum::<usize>()
+    }
+
+    /// Returns the linear RGB of a constant.
+    pub fn constant(&self) -> Option<[f32; 3]> {
+        match self {
+            Self::Constant(colour) => Some(*colour),
+            Self::Spectrum(colour) => Some(colour.rgb),
+            _ => None,
+        }
+    }
+
+    /// Returns the expression with other leaves: constants, images, colours of vertices, corners and
+    /// patterns of noise. Scalars stay as they are.
+    pub(super) fn with_leaves(&self, leaf: &mut dyn FnMut(&Self) -> Self) -> Self {
+        let mut pair = |textures: &[Arc<Self>; 2]| {
+            textures.each_ref().map(|texture| Arc::new(texture.with_leaves(leaf)))
+        };
+        match self {
+            Self::Constant(_)
+            | Self::Spectrum(_)
+            | Self::Image(_)
+            | Self::VertexColour
+            | Self::Bilerp { .. }
+            | Self::Solid(_) => leaf(self),
+            Self::VertexOpacity | Self::Scalar(_) | Self::Uplifted { .. } => self.clone(),
+            Self::Checkerboard { pattern, textures } => {
+                Self::Checkerboard { pattern: pattern.clone(), textures: pair(textures) }
+            }
+            Self::Dots { pattern, textures } => {
+                Self::Dots { pattern: pattern.clone(), textures: pair(textures) }
+            }
+            Self::Scale(one, other) => {
+                let [one, other] = pair(&[one.clone(), other.clone()]);
+                Self::Scale(one, other)
+            }
+            Self::Mix { amount, textures } => {
+                Self::Mix { amount: amount.clone(), textures: pair(textures) }
+            }
+            Self::DirectionMix { direction, textures } => {
+                Self::DirectionMix { direction: *direction, textures: pair(textures) }
+            }
+        }
     }
 
     /// Returns whether the texture is averaged over the footprint.
@@ -137,12 +199,13 @@ impl Texture {
     fn operands(&self) -> impl Iterator<Item = &Texture> {
         let operands = match self {
             Self::Constant(_)
+            | Self::Spectrum(_)
             | Self::Image(_)
             | Self::VertexColour
             | Self::VertexOpacity
             | Self::Bilerp { .. }
             | Self::Solid(_) => [None; 3],
-            Self::Scalar(texture) => [Some(texture), None, None],
+            Self::Scalar(texture) | Self::Uplifted { texture, .. } => [Some(texture), None, None],
             Self::Scale(one, other)
             | Self::Checkerboard { textures: [one, other], .. }
             | Self::Dots { textures: [one, other], .. }
@@ -166,6 +229,7 @@ impl Texture {
     fn value<R: Real<Scalar = f32>, V: Value<R>>(&self, at: &TexturePoint<R>) -> V {
         match self {
             Self::Constant(colour) => V::constant(*colour),
+            Self::Spectrum(colour) => V::constant(colour.rgb),
             Self::Image(image) => V::image(image, at),
             Self::VertexColour => match at.vertex_colour {
                 Some([r, g, b, _]) => V::colour([r, g, b]),
@@ -176,6 +240,7 @@ impl Texture {
                 None => V::constant([1.0; 3]),
             },
             Self::Scalar(texture) => V::scalar(texture.scalar(at)),
+            Self::Uplifted { texture, matrix } => texture.value::<R, V>(at).transformed(matrix),
             Self::Checkerboard { pattern, textures } => {
                 blend(textures, pattern.second_weight(at), at)
             }

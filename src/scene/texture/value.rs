@@ -11,6 +11,8 @@ pub(super) trait Value<R>: Copy {
     fn colour(colour: [R; 3]) -> Self;
     fn image(image: &ImageTexture, at: &TexturePoint<R>) -> Self;
     fn product(self, other: Self) -> Self;
+    /// Returns a colour times a matrix; a scalar stays as it is.
+    fn transformed(self, matrix: &[[f32; 3]; 3]) -> Self;
     /// Returns the blend of two values. `weight` is that of the second; a value of weight 0 does
     /// not count even if it is infinite or NaN.
     fn blend(self, other: Self, weight: R) -> Self;
@@ -38,6 +40,13 @@ impl<R: Real<Scalar = f32>> Value<R> for [R; 3] {
         [self[0] * other[0], self[1] * other[1], self[2] * other[2]]
     }
     #[inline(always)]
+    fn transformed(self, matrix: &[[f32; 3]; 3]) -> Self {
+        let row = |[r, g, b]: [f32; 3]| {
+            R::splat(r) * self[0] + R::splat(g) * self[1] + R::splat(b) * self[2]
+        };
+        [row(matrix[0]), row(matrix[1]), row(matrix[2])]
+    }
+    #[inline(always)]
     fn blend(self, other: Self, weight: R) -> Self {
         [
             self[0].blend(other[0], weight),
@@ -48,6 +57,10 @@ impl<R: Real<Scalar = f32>> Value<R> for [R; 3] {
 }
 
 impl<R: Real<Scalar = f32>> Value<R> for R {
+    #[inline(always)]
+    fn transformed(self, _: &[[f32; 3]; 3]) -> Self {
+        self
+    }
     #[inline(always)]
     fn constant([r, g, b]: [f32; 3]) -> Self {
         R::splat(if r == g && g == b { r } else { (r + g + b) / 3.0 })

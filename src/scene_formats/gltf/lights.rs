@@ -40,12 +40,14 @@ pub(super) fn read_light(
         Light::Point(PointLight {
             position: world_from_node.translation.as_vec3(),
             light_from_world: world_from_light.transpose().as_mat3(),
-            intensity: strength,
+            intensity: strength.into(),
             distribution,
         })
     };
     match &light.kind[..] {
-        "directional" => Ok(Light::Distant { towards: towards.as_vec3(), irradiance: strength }),
+        "directional" => {
+            Ok(Light::Distant { towards: towards.as_vec3(), irradiance: strength.into() })
+        }
         "point" => Ok(at_point(IntensityDistribution::Isotropic)),
         "spot" => {
             let spot = light.spot.as_ref();

@@ -17,7 +17,9 @@ impl MaterialReader<'_> {
         if self.volume().is_some() {
             let roughness = roughness.clone();
             return match tint {
-                Texture::Constant([1.0, 1.0, 1.0]) => MaterialModel::Dielectric { eta, roughness },
+                Texture::Constant([1.0, 1.0, 1.0]) => {
+                    MaterialModel::Dielectric { eta, dispersion: None, roughness }
+                }
                 tint => MaterialModel::TintedDielectric { eta, roughness, tint: tint.clone() },
             };
         }

@@ -79,7 +79,7 @@ fn describe(document: &Document) -> Result<Description, SceneError> {
     if parts.lights == 0 {
         let message = "the scene has no light: a white sky of radiance 1 lights it";
         document.warn("lights", message);
-        parts.builder.add_light(Light::Infinite(Sky { radiance: [1.0; 3], image: None }));
+        parts.builder.add_light(Light::Infinite(Sky::uniform([1.0; 3])));
     }
     let SceneParts { builder, camera, .. } = parts;
     let at = document.location("scenes");

@@ -30,7 +30,7 @@ impl SceneReader {
     }
 
     pub(super) fn emission(&mut self, params: &Params) -> Result<Emission, SceneError> {
-        let radiance = params.colour("L", ColourRole::Light)?;
+        let radiance = params.spectral_colour("L", ColourRole::Light)?;
         let scale = params.scale()?;
         let two_sided = params.boolean("twosided")?.unwrap_or(false);
         let image = self.light_image(params)?;
@@ -51,12 +51,12 @@ impl SceneReader {
                 return Err(params.refuse("power", found, "leave it out"));
             }
         }
-        let radiance = radiance.unwrap_or([1.0; 3]);
-        let strength = [0, 1, 2].map(|i| radiance[i] * scale[i]);
+        let strength = radiance.unwrap_or([1.0; 3].into()).scaled(scale);
         Ok(Emission {
             radiance: scaled(params, strength, factor, "power")?,
             two_sided,
             image: image.map(|picture| unframed(picture, false)),
+            uplift: None,
             normalize_by_area: power.is_some(),
         })
     }

@@ -1,10 +1,13 @@
 //! Colours and spectra of parameters, and the ColorSpace directive.
 
+use std::sync::Arc;
+
 use super::params::{Param, Params, Values};
 use super::{SceneError, resolve};
 use petzval_base::io::{hint, path_excerpt};
 use petzval_spectrum::{
-    ColourSpace, Spectrum, blackbody, named_spectrum, spectrum_names, srgb_from_xyz,
+    BandSpectrum, Colour, ColourSpace, Spectrum, blackbody, named_spectrum, spectrum_names,
+    srgb_from_xyz,
 };
 
 /// The physical role of a colour, which decides how a spectrum becomes RGB (pbrt-v4's
@@ -28,13 +31,23 @@ const KINDS: [&str; 5] = ["rgb", "xyz", "spectrum", "blackbody", "float"];
 const MAX_FILE_SIZE: usize = 1 << 24;
 
 impl Params {
-    /// Returns a colour, if it is given: linear sRGB, 0 or more.
+    /// Returns the linear sRGB of a colour, if it is given; 0 or more.
     pub(super) fn colour(
         &self,
         name: &str,
         role: ColourRole,
     ) -> Result<Option<[f32; 3]>, SceneError> {
+        Ok(self.spectral_colour(name, role)?.map(|colour| colour.rgb))
+    }
+
+    /// Returns a colour, if it is given, with its spectrum if that is given.
+    pub(super) fn spectral_colour(
+        &self,
+        name: &str,
+        role: ColourRole,
+    ) -> Result<Option<Colour>, SceneError> {
         let Some(param) = self.find(name) else { return Ok(None) };
+        let mut by_wavelength = None;
         let rgb = match (&param.values, param.kind.as_str()) {
             (Values::Numbers(v), "rgb") => match v[..] {
                 [r, g, b] if [r, g, b].into_iter().any(|c| c < 0.0) => {
@@ -63,16 +76,22 @@ impl Params {
                 let Some((spectrum, scale)) = self.scaled_spectrum(param)? else {
                     return Err(param.wrong_type(&KINDS));
                 };
-                let colour = match role {
-                    ColourRole::Light => spectrum.light(),
-                    ColourRole::Albedo | ColourRole::Unbounded => spectrum.reflectance(),
+                let (colour, values) = match role {
+                    ColourRole::Light => (spectrum.light(), spectrum.light_by_wavelength()),
+                    ColourRole::Albedo => {
+                        (spectrum.reflectance(), BandSpectrum::of(|nm| spectrum.at(nm).min(1.0)))
+                    }
+                    ColourRole::Unbounded => {
+                        (spectrum.reflectance(), BandSpectrum::of(|nm| spectrum.at(nm)))
+                    }
                 };
+                by_wavelength = Some(values.scaled(scale as f32));
                 colour.map(|c| scale * f64::from(c))
             }
         };
         let colour = rgb.map(|c| c.max(0.0) as f32);
         match colour.iter().all(|c| c.is_finite()) {
-            true => Ok(Some(colour)),
+            true => Ok(Some(Colour { rgb: colour, spectrum: by_wavelength.map(Arc::new) })),
             false => Err(self.refuse(
                 name,
                 format!("a colour that is not finite for \"{name}\""),

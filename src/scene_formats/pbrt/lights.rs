@@ -19,6 +19,7 @@ use petzval_image::{Picture, Transfer};
 use petzval_scene::{
     ImageMap, IntensityDistribution, Light, Mapping, PointLight, Sky, SkyImage, SkyLayout, Wrap,
 };
+use petzval_spectrum::Colour;
 
 /// The kinds of lights that are not shapes.
 #[derive(Clone, Copy)]
@@ -110,9 +111,8 @@ impl SceneReader {
             LightKind::Infinite | LightKind::Distant => "L",
             LightKind::Local(_) => "I",
         };
-        let colour = params.colour(colour, ColourRole::Light)?.unwrap_or([1.0; 3]);
-        let scale = params.scale()?;
-        let strength = [0, 1, 2].map(|i| colour[i] * scale[i]);
+        let colour = params.spectral_colour(colour, ColourRole::Light)?;
+        let strength = colour.unwrap_or([1.0; 3].into()).scaled(params.scale()?);
         match kind {
             LightKind::Distant => distant(params, ctm, strength),
             LightKind::Infinite => self.sky(params, light_from_world, strength),
@@ -124,7 +124,7 @@ impl SceneReader {
         &mut self,
         params: &Params,
         light_from_world: DMat3,
-        strength: [f32; 3],
+        strength: Colour,
     ) -> Result<Light, SceneError> {
         let picture = self.light_image(params)?;
         if let Some(corners) = portal_corners(params)? {
@@ -146,9 +146,10 @@ impl SceneReader {
                 })?)
             }
         };
-        let illuminance = || image.as_ref().map_or(PI, SkyImage::illuminance);
+        let image = image.map(Arc::new);
+        let illuminance = || image.as_deref().map_or(PI, SkyImage::illuminance);
         let radiance = sky_radiance(params, strength, illuminance)?;
-        Ok(Light::Infinite(Sky { radiance, image }))
+        Ok(Light::Infinite(Sky { radiance, image, uplift: None }))
     }
 
     fn local_light(
@@ -157,7 +158,7 @@ impl SceneReader {
         name: &str,
         params: &Params,
         ctm: &DAffine3,
-        strength: [f32; 3],
+        strength: Colour,
     ) -> Result<Light, SceneError> {
         let from = triple(params, "from", DVec3::ZERO)?;
         let mut light_from_world = ctm.matrix3.inverse();
@@ -176,7 +177,7 @@ impl SceneReader {
                 let picture = self.required_image(name, params)?;
                 let fov = angle(params, "fov", 90.0)?;
                 let tangent = (fov.to_radians() / 2.0).tan() as f32;
-                IntensityDistribution::Projection { picture, tangent }
+                IntensityDistribution::Projection { picture, uplift: None, tangent }
             }
             LocalLight::Goniometric => {
                 let swap = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
@@ -264,7 +265,7 @@ fn image_name(params: &Params) -> &'static str {
     if params.find("mapname").is_some() { "mapname" } else { "filename" }
 }
 
-fn distant(params: &Params, ctm: &DAffine3, strength: [f32; 3]) -> Result<Light, SceneError> {
+fn distant(params: &Params, ctm: &DAffine3, strength: Colour) -> Result<Light, SceneError> {
     let towards = triple(params, "from", DVec3::ZERO)? - triple(params, "to", DVec3::Z)?;
     let towards = ctm.transform_vector3(towards.normalize_or_zero()).try_normalize();
     let towards = towards.ok_or_else(|| {
@@ -302,9 +303,9 @@ pub(super) fn requested(params: &Params, name: &str) -> Result<Option<f32>, Scen
 /// that a scene requests. `illuminance` is that of the light with a factor of 1.
 pub(super) fn sky_radiance(
     params: &Params,
-    strength: [f32; 3],
+    strength: Colour,
     illuminance: impl FnOnce() -> f32,
-) -> Result<[f32; 3], SceneError> {
+) -> Result<Colour, SceneError> {
     let factor = match requested(params, "illuminance")? {
         Some(wanted) => wanted / illuminance(),
         None => 1.0,
@@ -319,13 +320,13 @@ pub(super) fn sky_radiance(
 /// Returns the emission of a light times the factor that the parameter `request` causes.
 pub(super) fn scaled(
     params: &Params,
-    strength: [f32; 3],
+    strength: Colour,
     factor: f32,
     request: &str,
-) -> Result<[f32; 3], SceneError> {
-    let product = strength.map(|s| s * factor);
+) -> Result<Colour, SceneError> {
+    let product = strength.scaled([factor; 3]);
     let at_fault = if params.find(request).is_some() { request } else { "scale" };
-    match product.iter().all(|s| s.is_finite()) {
+    match product.rgb.iter().all(|s| s.is_finite()) {
         true => Ok(product),
         false => Err(too_strong(params, at_fault)),
     }

@@ -103,19 +103,15 @@ impl MaterialBuilder<'_> {
         };
         for (name, meaning) in names.colours {
             let found = texture(meaning, ColourRole::Unbounded)?;
-            if !matches!(found, None | Some(Texture::Constant(_))) {
+            if found.is_some_and(|texture| texture.constant().is_none()) {
                 let feature = "a texture in a subsurface material";
                 let instead = "a diffuse surface of its reflectance, or of 0.5, is used";
                 self.warnings.unsupported(&params.location(name), feature, instead);
                 return Ok(self.substitute());
             }
         }
-        let colour = |name: &str, role| {
-            Ok(match texture(name, role)? {
-                Some(Texture::Constant(colour)) => Some(colour),
-                _ => None,
-            })
-        };
+        let colour =
+            |name: &str, role| Ok(texture(name, role)?.and_then(|texture| texture.constant()));
         let interior = subsurface(params, eta, colour)?;
         Ok(MaterialModel::Subsurface { interior, roughness: self.roughness("", 0.0)? })
     }
@@ -170,10 +166,10 @@ impl MaterialBuilder<'_> {
             (None, None) => {
                 // Brown if nothing is given.
                 let default = if pheomelanin.is_some() { 0.0 } else { 1.3 };
-                HairColour::Melanin {
-                    eumelanin: eumelanin.unwrap_or_else(|| grey(default)),
-                    pheomelanin: pheomelanin.unwrap_or_else(|| grey(0.0)),
-                }
+                HairColour::melanin(
+                    eumelanin.unwrap_or_else(|| grey(default)),
+                    pheomelanin.unwrap_or_else(|| grey(0.0)),
+                )
             }
         };
         Ok(HairFibre {

@@ -233,8 +233,8 @@ fn shiny_metal(read: &mut MaterialBuilder) -> Read {
 
 /// Reads an interface, whose refractive index has one of these names.
 fn dielectric(read: &mut MaterialBuilder, eta: &[&str]) -> Read {
-    let eta = read.index(eta)?;
-    Ok(MaterialModel::Dielectric { eta, roughness: read.roughness("", 0.0)? })
+    let (eta, dispersion) = read.dispersing_index(eta)?;
+    Ok(MaterialModel::Dielectric { eta, dispersion, roughness: read.roughness("", 0.0)? })
 }
 
 fn thin_dielectric(read: &mut MaterialBuilder) -> Read {

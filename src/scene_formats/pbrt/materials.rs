@@ -240,7 +240,7 @@ impl SceneReader {
             MaterialModel::Hair(_) => (None, None),
             _ => (bump, draft.normal_map.clone()),
         };
-        Ok(Material { model, bump, normal_map })
+        Ok(Material { bump, normal_map, ..Material::new(model) })
     }
 
     /// Reads the materials of a mix. As in pbrt-v4, those of a named mix must be defined before it,

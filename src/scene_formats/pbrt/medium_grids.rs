@@ -8,6 +8,8 @@ use super::params::Params;
 use super::{SceneError, resolve, suggestion_or};
 use crate::nanovdb;
 use crate::nanovdb::{NanoGrid, NanoVdbError};
+use std::sync::Arc;
+
 use petzval_base::io::{hint, path_excerpt};
 use petzval_scene::{
     Blackbodies, CloudPattern, DensityField, Field, FieldEmission, PlacedGrid, ScalarGrid,
@@ -124,6 +126,7 @@ pub(super) fn colour_field(params: &Params) -> Result<Field, SceneError> {
         scattering: colour_grid(params, "sigma_s", ColourRole::Unbounded, 1.0)?,
         emission: colour_grid(params, "Le", ColourRole::Light, strength)?,
         scale: non_negative(params, "scale", 1.0)?,
+        uplift: None,
     };
     match &field {
         Field::Colour { absorption: None, scattering: None, .. } => {
@@ -196,5 +199,5 @@ fn placed_in(grid: NanoGrid, medium_from_unit: &DAffine3) -> ScalarGrid {
     let index_from_unit = grid.medium_from_index.inverse() * *medium_from_unit;
     let voxel_from_unit = DAffine3::from_translation(-grid.first.as_dvec3()) * index_from_unit;
     let voxel_from_unit = voxel_from_unit.as_affine3a();
-    ScalarGrid::Sparse(Box::new(PlacedGrid { grid: grid.voxels, voxel_from_unit }))
+    ScalarGrid::Sparse(Arc::new(PlacedGrid { grid: grid.voxels, voxel_from_unit }))
 }

@@ -9,6 +9,7 @@ use super::lights::{sky_radiance, unframed};
 use super::params::Params;
 use petzval_image::Picture;
 use petzval_scene::{Light, Portal, SkyImage, SkyLayout};
+use petzval_spectrum::Colour;
 
 /// Reads the corners of a portal, if it is given: world space, whatever the transform.
 pub(super) fn portal_corners(params: &Params) -> Result<Option<[Vec3; 4]>, SceneError> {
@@ -31,7 +32,7 @@ pub(super) fn portal(
     corners: [Vec3; 4],
     picture: Option<Arc<Picture>>,
     light_from_world: Mat3,
-    strength: [f32; 3],
+    strength: Colour,
 ) -> Result<Light, SceneError> {
     let uniform = || Arc::new(Picture { size: [1, 1], pixels: vec![[1.0; 3]] });
     let picture = picture.unwrap_or_else(uniform);

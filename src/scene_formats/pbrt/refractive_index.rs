@@ -1,45 +1,42 @@
 //! Refractive indices of metals and glasses, from names, spectra, colours or numbers.
 
+use std::sync::Arc;
+
+use super::SceneError;
 use super::colour::ColourRole;
 use super::material_builder::MaterialBuilder;
 use super::params::Params;
-use super::{SceneError, WarningLog};
 use petzval_scene::{Metal, Texture};
 use petzval_spectrum::D_LINE;
-use petzval_spectrum::{ChannelMetal, Spectrum, fit_metal, named_spectrum};
+use petzval_spectrum::{BandSpectrum, ChannelMetal, Colour, Spectrum, fit_metal, named_spectrum};
 
 impl Params {
-    /// Returns the refractive index of a glass at the d line, 587.6 nm: the renderer carries no
-    /// wavelengths through a scene.
+    /// Returns the refractive index of a glass at the d line, 587.6 nm, and by wavelength if it is a
+    /// spectrum.
     fn refractive_index(
         &self,
         name: &str,
         default: f64,
-        warnings: &mut WarningLog,
-    ) -> Result<f64, SceneError> {
-        let Some(param) = self.find(name) else { return Ok(default) };
-        let index = match self.scaled_spectrum(param)? {
-            Some((spectrum, _)) => {
-                let feature = format!("dispersion, a spectrum for \"{name}\"");
-                warnings.unsupported(&param.at, &feature, "its value at 587.6 nm is used");
-                spectrum.index_at(D_LINE)
-            }
+    ) -> Result<(f64, Option<Spectrum>), SceneError> {
+        let Some(param) = self.find(name) else { return Ok((default, None)) };
+        let (index, spectrum) = match self.scaled_spectrum(param)? {
+            Some((spectrum, _)) => (spectrum.index_at(D_LINE), Some(spectrum)),
             None => match self.colour(name, ColourRole::Unbounded)? {
-                Some(rgb) => rgb.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0,
-                None => default,
+                Some(rgb) => (rgb.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0, None),
+                None => (default, None),
             },
         };
         match index > 0.0 && index.is_finite() {
-            true => Ok(index),
+            true => Ok((index, spectrum)),
             false => {
                 Err(self.refuse(name, format!("\"{name}\" is {index}"), "expected more than 0"))
             }
         }
     }
 
-    /// Returns the index and extinction coefficient of a metal by channel, from parameters that are
-    /// spectra or colours. A parameter that is not given, or is a texture, counts as copper's.
-    fn channel_metal(&self, eta: &str, k: &str) -> Result<ChannelMetal, SceneError> {
+    /// Returns the index and the extinction coefficient of a metal, from parameters that are spectra or
+    /// colours. A parameter that is not given, or is a texture, counts as copper's.
+    fn metal_indices(&self, eta: &str, k: &str) -> Result<MetalIndices, SceneError> {
         let spectrum = |name: &str, default: &str| -> Result<_, SceneError> {
             match self.find(name).filter(|param| param.kind != "texture") {
                 None => Ok(named_spectrum(default)),
@@ -47,19 +44,39 @@ impl Params {
             }
         };
         let spectra = [spectrum(eta, "metal-Cu-eta")?, spectrum(k, "metal-Cu-k")?];
+        let by_wavelength =
+            |rgb: [f32; 3], s: &Spectrum| Colour::new(rgb, BandSpectrum::of(|nm| s.index_at(nm)));
         if let [Some(eta), Some(k)] = &spectra {
-            return Ok(fit_metal(eta, k));
+            let ChannelMetal { eta: n, k: extinction, tint } = fit_metal(eta, k);
+            // By wavelength, no channel is more saturated than the metal.
+            let tint = Colour::new(tint, BandSpectrum::of(|_| 1.0));
+            let (eta, k) = (by_wavelength(n, eta), by_wavelength(extinction, k));
+            return Ok(MetalIndices { eta, k, tint });
         }
         let [eta_spectrum, k_spectrum] = spectra;
-        let colour = |name: &str, spectrum: Option<Spectrum>| -> Result<_, SceneError> {
+        let colour = |name: &str, spectrum: Option<Spectrum>| -> Result<Colour, SceneError> {
             match spectrum {
-                Some(spectrum) => Ok(spectrum.reflectance()),
-                None => Ok(self.colour(name, ColourRole::Unbounded)?.unwrap_or([1.0; 3])),
+                Some(spectrum) => Ok(by_wavelength(spectrum.reflectance(), &spectrum)),
+                None => {
+                    let colour = self.spectral_colour(name, ColourRole::Unbounded)?;
+                    Ok(colour.unwrap_or([1.0; 3].into()))
+                }
             }
         };
         let (eta, k) = (colour(eta, eta_spectrum)?, colour(k, k_spectrum)?);
-        Ok(ChannelMetal { eta, k, tint: [1.0; 3] })
+        Ok(MetalIndices { eta, k, tint: [1.0; 3].into() })
     }
+}
+
+/// Refractive index of a metal.
+#[derive(Clone, Debug)]
+struct MetalIndices {
+    /// Real part.
+    eta: Colour,
+    /// Extinction coefficient.
+    k: Colour,
+    /// Factor of the reflectance, as in [`ChannelMetal`].
+    tint: Colour,
 }
 
 impl MaterialBuilder<'_> {
@@ -85,30 +102,59 @@ impl MaterialBuilder<'_> {
         };
         let (eta_texture, k_texture) = (texture(eta)?, texture(k)?);
         if eta_texture.is_none() && k_texture.is_none() {
-            let ChannelMetal { eta, k, tint } = self.params.channel_metal(eta, k)?;
-            let [eta, k] = [eta, k].map(Texture::Constant);
-            return Ok(Metal::Index { eta, k, tint });
+            let MetalIndices { eta, k, tint } = self.params.metal_indices(eta, k)?;
+            return Ok(Metal::Index { eta: eta.into(), k: k.into(), tint: tint.into() });
         }
         // The parameter beside a texture is looked up by channel, too.
-        let constant = self.params.channel_metal(eta, k)?;
+        let constant = self.params.metal_indices(eta, k)?;
         Ok(Metal::Index {
-            eta: eta_texture.unwrap_or(Texture::Constant(constant.eta)),
-            k: k_texture.unwrap_or(Texture::Constant(constant.k)),
-            tint: [1.0; 3],
+            eta: eta_texture.unwrap_or(constant.eta.into()),
+            k: k_texture.unwrap_or(constant.k.into()),
+            tint: Texture::Constant([1.0; 3]),
         })
     }
 
-    /// Returns the index of a dielectric: the first of these parameters that is given, or 1.5.
+    /// Returns the index of a dielectric at the d line: the first of these parameters that is given, or
+    /// 1.5.
     pub(super) fn index(&mut self, names: &[&str]) -> Result<f32, SceneError> {
+        let (index, spectrum) = self.index_and_spectrum(names)?;
+        if let (Some(_), Some(param)) =
+            (spectrum, names.iter().find_map(|name| self.params.find(name)))
+        {
+            let feature = format!("dispersion of this material, a spectrum for \"{}\"", param.name);
+            self.warnings.unsupported(&param.at, &feature, "its value at 587.6 nm is used");
+        }
+        Ok(index)
+    }
+
+    /// Returns the index as [`Self::index`] does, and by wavelength if it is not constant.
+    pub(super) fn dispersing_index(
+        &mut self,
+        names: &[&str],
+    ) -> Result<(f32, Option<Arc<BandSpectrum>>), SceneError> {
+        let (index, spectrum) = self.index_and_spectrum(names)?;
+        let values = spectrum.map(|spectrum| BandSpectrum::of(|nm| spectrum.index_at(nm)));
+        let varies = |spectrum: &BandSpectrum| {
+            let [first, rest @ ..] = spectrum.values();
+            rest.iter().any(|value| value != first)
+        };
+        Ok((index, values.filter(varies).map(Arc::new)))
+    }
+
+    fn index_and_spectrum(
+        &mut self,
+        names: &[&str],
+    ) -> Result<(f32, Option<Spectrum>), SceneError> {
         let Some(param) = names.iter().find_map(|name| self.params.find(name)) else {
-            return Ok(1.5);
+            return Ok((1.5, None));
         };
         if param.kind == "texture" {
             let feature = format!("a texture for \"{}\"", param.name);
             self.warnings.unsupported(&param.at, &feature, "1.5 is used");
-            return Ok(1.5);
+            return Ok((1.5, None));
         }
-        Ok(self.params.refractive_index(&param.name, 1.5, self.warnings)? as f32)
+        let (index, spectrum) = self.params.refractive_index(&param.name, 1.5)?;
+        Ok((index as f32, spectrum))
     }
 }
 
@@ -119,7 +165,7 @@ mod tests {
     use super::*;
 
     fn index(params: &Params) -> Result<f64, SceneError> {
-        params.refractive_index("L", 1.5, &mut WarningLog::default())
+        params.refractive_index("L", 1.5).map(|(index, _)| index)
     }
 
     #[test]
@@ -133,10 +179,12 @@ mod tests {
     #[test]
     fn a_metal_comes_from_colours_and_is_copper_by_default() {
         let neither = given("float", Values::Numbers(vec![1.33]));
-        let ChannelMetal { eta, k, .. } = neither.channel_metal("eta", "k").unwrap();
-        assert!((eta[0] - 0.154).abs() < 0.02 && (k[2] - 2.36).abs() < 0.02, "{eta:?} {k:?}");
+        let MetalIndices { eta, k, .. } = neither.metal_indices("eta", "k").unwrap();
+        let (n, extinction) = (eta.rgb[0], k.rgb[2]);
+        assert!((n - 0.154).abs() < 0.02 && (extinction - 2.36).abs() < 0.02, "{eta:?} {k:?}");
         let rgb = given("rgb", Values::Numbers(vec![0.2, 0.9, 1.1]));
-        let found = rgb.channel_metal("L", "L").unwrap();
-        assert_eq!((found.eta, found.k, found.tint), ([0.2, 0.9, 1.1], [0.2, 0.9, 1.1], [1.0; 3]));
+        let found = rgb.metal_indices("L", "L").unwrap();
+        let wanted: Colour = [0.2, 0.9, 1.1].into();
+        assert_eq!((found.eta, found.k, found.tint), (wanted.clone(), wanted, [1.0; 3].into()));
     }
 }

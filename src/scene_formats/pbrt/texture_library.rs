@@ -66,7 +66,7 @@ impl TextureLibrary {
     ) -> Result<Option<Texture>, SceneError> {
         match params.texture(name)? {
             Some(texture) => Ok(Some(self.look_up(params, name, texture, TextureType::Spectrum))),
-            None => Ok(params.colour(name, role)?.map(Texture::Constant)),
+            None => Ok(params.spectral_colour(name, role)?.map(Texture::from)),
         }
     }
 

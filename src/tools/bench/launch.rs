@@ -7,7 +7,7 @@ use petzval_base::lanes::f32x8;
 use petzval_base::rays::{RayBatch, SampleBatch};
 use petzval_base::stats::LensStats;
 use petzval_lens::{Camera, LensColumns};
-use petzval_render::film::{Frame, Tile, TileSampler, sample};
+use petzval_render::film::{Frame, LightSplit, Tile, TileSampler, sample};
 use petzval_render::job::Job;
 use petzval_render::{DisperseColumns, disperse};
 use petzval_scene::filter::PixelFilter;
@@ -47,7 +47,7 @@ impl Launch {
             (&mut self.samples, &mut self.lens, &mut self.rays, &mut self.stats),
             camera,
             (frame, &PixelFilter::default()),
-            |tile| TileSampler::new(tile, samples.clone(), 1, sees),
+            |tile| TileSampler::new(tile, samples.clone(), LightSplit::NONE, sees),
             |_, _, _| {},
         )
     }

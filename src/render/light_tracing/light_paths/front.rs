@@ -50,7 +50,7 @@ impl FrontEntry {
 
     /// Returns the largest number of bands that share a path.
     pub fn bands_per_path(lens: &RealLens) -> u64 {
-        bands_of_ray(0, lens.bands.len()).map_or(1, |bands| bands.len() as u64)
+        (bands_of_ray(0, lens.bands.len()).len() as u64).max(1)
     }
 
     /// Returns the start of the ray (mm, the frame of the first surface) that passes an entry point
@@ -92,7 +92,8 @@ impl FrontEntry {
 fn bands_of_wave(count: usize, seed: u32, number: u32) -> Vec<usize> {
     let key = pixel_key(u32::MAX, u32::MAX - 6, seed);
     let hero = hero_band(sample_2d(key, number, Dimension::Wavelength), count);
-    bands_of_ray(hero, count).map_or_else(|| vec![hero], |bands| bands.to_vec())
+    let shared: Vec<usize> = bands_of_ray(hero, count).collect();
+    if shared.is_empty() { vec![hero] } else { shared }
 }
 
 #[cfg(test)]

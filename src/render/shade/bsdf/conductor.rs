@@ -4,7 +4,7 @@ use super::fresnel::conductor_reflectance;
 use super::microfacet::Microfacets;
 use super::{Bsdf, BsdfSample, CoatWalks, Gloss, SurfaceTextures, VertexParameters, columns};
 use petzval_base::lanes::Real;
-use petzval_base::lanes::vector::{dot, negate, scale, scale_add, select, splat, z_axis};
+use petzval_base::lanes::vector::{dot, negate, scale, scale_add, select, z_axis};
 use petzval_scene::{MaterialModel, Metal, Roughness};
 
 /// Largest refractive index, practically a perfect mirror; keeps its powers in the range of f32.
@@ -47,7 +47,7 @@ impl<R: Real<Scalar = f32>> ConductorParameters<R> {
         match metal {
             Metal::Index { eta, k, tint } => {
                 let (eta, k) = (textures.colour(eta), textures.colour(k));
-                Self { alpha, eta, k, tint: splat(*tint) }
+                Self { alpha, eta, k, tint: textures.colour(tint) }
             }
             Metal::Reflectance(reflectance) => {
                 // An index 1 + i k reflects k^2 / (4 + k^2) at normal incidence.

@@ -39,7 +39,7 @@ impl<R: Real<Scalar = f32>> VertexParameters<R> for TintedDielectricParameters<R
     #[inline(always)]
     fn of(model: &MaterialModel, textures: &impl SurfaceTextures<R>) -> Option<Self> {
         let (eta, roughness, tint) = match model {
-            MaterialModel::Dielectric { eta, roughness } => (*eta, roughness, None),
+            MaterialModel::Dielectric { eta, roughness, .. } => (*eta, roughness, None),
             MaterialModel::Subsurface { interior, roughness } => (interior.eta, roughness, None),
             MaterialModel::TintedDielectric { eta, roughness, tint } => {
                 (*eta, roughness, Some(tint))

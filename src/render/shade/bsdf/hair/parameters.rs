@@ -9,11 +9,6 @@ use petzval_scene::{HairColour, HairFibre, MaterialModel};
 /// Least reflectance of a hair: its absorption leaves no light, and its logarithm is finite.
 const LEAST_REFLECTANCE: f32 = 1e-30;
 
-/// Absorption of eumelanin and pheomelanin of concentration 1, by colour channel [per radius]
-/// (d'Eon et al. 2011, "An energy-conserving hair reflectance model").
-const EUMELANIN: [f32; 3] = [0.419, 0.697, 1.37];
-const PHEOMELANIN: [f32; 3] = [0.187, 0.4, 1.05];
-
 columns! {
     /// Properties of a hair at a point.
     #[derive(Clone, Copy, Debug)]
@@ -91,11 +86,11 @@ fn absorption<R: Real<Scalar = f32>>(
                 sum[channel] = (ln(share) * scale).square();
             }
         }
-        HairColour::Melanin { eumelanin, pheomelanin } => {
+        HairColour::Melanin { eumelanin, pheomelanin, absorption: [brown, rust] } => {
             let dark = textures.number(eumelanin).max(zero);
             let red = textures.number(pheomelanin).max(zero);
             for channel in 0..3 {
-                let (e, p) = (R::splat(EUMELANIN[channel]), R::splat(PHEOMELANIN[channel]));
+                let (e, p) = (R::splat(brown[channel]), R::splat(rust[channel]));
                 sum[channel] = dark * e + red * p;
             }
         }

@@ -1,0 +1,207 @@
+//! Scenes by wavelength: the same shapes, and lights, materials and media at the wavelengths of a set.
+//!
+//! Colours of the scene file that are spectra keep them; those that are RGB become smooth spectra. Images,
+//! vertex colours and colours at points of space are changed by a matrix when they are looked up.
+
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
+use petzval_spectrum::{
+    BandSpectrum, Colour, WAVELENGTH_SETS, WAVELENGTHS, bands_of_set, uplift_matrix,
+    uplift_reflectance, uplift_unbounded,
+};
+
+use super::light::{IntensityDistribution, Light};
+use super::material::{Material, MaterialModel, Quantity};
+use super::medium::MediumSpectra;
+use super::texture::{SolidPattern, Texture};
+use super::{Lights, Scene};
+
+/// A scene at the wavelengths of all sets. Each is made when it is first asked for; all share shapes,
+/// images, grids and hierarchies.
+#[derive(Clone, Debug)]
+pub struct SpectralScene {
+    /// The scene whose materials and lights have spectra.
+    base: Scene,
+    media: Vec<MediumSpectra>,
+    /// Whether glass disperses, so that there is a scene for each hero of a set.
+    disperses: bool,
+    /// By set, or by band.
+    scenes: Box<[OnceLock<Scene>]>,
+}
+
+impl SpectralScene {
+    /// Finds the spectra of all colours.
+    pub fn new(scene: &Scene) -> Self {
+        let mut known = HashMap::new();
+        let materials = scene.spectral_materials.as_ref().unwrap_or(&scene.materials);
+        let with_spectra = |material: &Material| material.with_spectra(&mut known);
+        let base = Scene {
+            materials: materials.iter().map(with_spectra).collect(),
+            spectral_materials: None,
+            lights: Arc::new(scene.lights.with_spectra()),
+            ..scene.clone()
+        };
+        let media = scene.media.iter().map(MediumSpectra::of).collect();
+        let disperses = base.materials.iter().any(|material| material.model.disperses());
+        let count = if disperses { WAVELENGTHS } else { WAVELENGTH_SETS };
+        Self { base, media, disperses, scenes: (0..count).map(|_| OnceLock::new()).collect() }
+    }
+
+    /// Returns whether glass of the scene disperses, so that paths need a hero among their wavelengths.
+    pub fn disperses(&self) -> bool {
+        self.disperses
+    }
+
+    /// Returns the scene at the wavelengths of a set. `hero` is the channel that goes on behind glass that
+    /// disperses.
+    pub fn at(&self, set: usize, hero: usize) -> &Scene {
+        let hero = if self.disperses { hero } else { 0 };
+        self.scenes[bands_of_set(set)[hero]].get_or_init(|| {
+            let Self { base, media, .. } = self;
+            let materials = base.materials.iter().map(|material| material.in_set(set, hero));
+            let media = base.media.iter().zip(media);
+            Scene {
+                materials: materials.collect(),
+                lights: Arc::new(base.lights.in_set(set)),
+                media: media.map(|(medium, spectra)| medium.in_set(spectra, set)).collect(),
+                ..base.clone()
+            }
+        })
+    }
+}
+
+/// Spectra of RGB colours by their bits.
+type KnownSpectra = HashMap<([u32; 3], Quantity), Arc<BandSpectrum>>;
+
+impl Material {
+    /// Returns the material with spectra in place of constant RGB.
+    fn with_spectra(&self, known: &mut KnownSpectra) -> Self {
+        let mut map = |texture: &Texture, quantity: Quantity| {
+            texture.with_leaves(&mut |leaf| match leaf {
+                Texture::Constant(rgb) => {
+                    let key = (rgb.map(f32::to_bits), quantity);
+                    let spectrum = known.entry(key).or_insert_with(|| {
+                        Arc::new(match quantity {
+                            Quantity::Reflectance => uplift_reflectance(*rgb),
+                            Quantity::Unbounded => uplift_unbounded(*rgb),
+                        })
+                    });
+                    let spectrum = Some(spectrum.clone());
+                    Texture::Spectrum(Arc::new(Colour { rgb: *rgb, spectrum }))
+                }
+                other => other.clone(),
+            })
+        };
+        Self { model: self.model.with_colours(&mut map), ..self.clone() }
+    }
+
+    /// Returns the material with RGB in place of spectra, as without the effect.
+    pub(super) fn in_rgb(&self) -> Self {
+        let mut map = |texture: &Texture, _| {
+            texture.with_leaves(&mut |leaf| match leaf {
+                Texture::Spectrum(colour) => Texture::Constant(colour.rgb),
+                other => other.clone(),
+            })
+        };
+        Self { model: self.model.with_colours(&mut map), ..self.clone() }
+    }
+
+    /// Returns whether a colour of the material has a spectrum.
+    pub(super) fn has_spectrum(&self) -> bool {
+        let mut any = false;
+        self.model.with_colours(&mut |texture, _| {
+            texture.with_leaves(&mut |leaf| {
+                any |= matches!(leaf, Texture::Spectrum(_));
+                leaf.clone()
+            })
+        });
+        any
+    }
+
+    /// Returns the material at the wavelengths of a set, with the index of the hero.
+    fn in_set(&self, set: usize, hero: usize) -> Self {
+        let matrix = Arc::new(uplift_matrix(set));
+        let mut map = |texture: &Texture, _| {
+            texture.with_leaves(&mut |leaf| match leaf {
+                Texture::Spectrum(colour) => match &colour.spectrum {
+                    Some(spectrum) => Texture::Constant(spectrum.in_set(set)),
+                    None => Texture::Constant(colour.rgb),
+                },
+                Texture::Bilerp { mapping, corners } => Texture::Bilerp {
+                    mapping: mapping.clone(),
+                    corners: corners.map(|rgb| uplift_reflectance(rgb).in_set(set)),
+                },
+                coloured if coloured.is_coloured() => {
+                    let (texture, matrix) = (Arc::new(coloured.clone()), matrix.clone());
+                    Texture::Uplifted { texture, matrix }
+                }
+                grey => grey.clone(),
+            })
+        };
+        let mut material = Self { model: self.model.with_colours(&mut map), ..self.clone() };
+        if let MaterialModel::Dielectric { eta, dispersion, .. } = &mut material.model
+            && let Some(spectrum) = dispersion.take()
+        {
+            *eta = spectrum.in_set(set)[hero];
+            material.only_channel = Some(hero);
+        }
+        material
+    }
+}
+
+impl Texture {
+    /// Returns whether a leaf may have other colours than grey.
+    fn is_coloured(&self) -> bool {
+        match self {
+            Self::Image(image) => image.picture.get().is_none_or(|picture| picture.channels() > 2),
+            Self::Solid(solid) => matches!(solid.pattern, SolidPattern::Marble { .. }),
+            _ => true,
+        }
+    }
+}
+
+impl Lights {
+    /// Returns the lights with spectra in place of constant RGB.
+    fn with_spectra(&self) -> Self {
+        self.with_emission(|light| {
+            let colour = light.emission_mut();
+            colour.spectrum = Some(colour.light());
+        })
+    }
+
+    /// Returns the lights at the wavelengths of a set.
+    fn in_set(&self, set: usize) -> Self {
+        self.with_emission(|light| {
+            let colour = light.emission_mut();
+            *colour = colour.light().in_set(set).into();
+            let matrix = Some(uplift_matrix(set));
+            match light {
+                Light::Area(area) => area.emission.uplift = matrix,
+                Light::Point(point) => {
+                    if let IntensityDistribution::Projection { uplift, .. } =
+                        &mut point.distribution
+                    {
+                        *uplift = matrix;
+                    }
+                }
+                Light::Distant { .. } => (),
+                Light::Infinite(sky) => sky.uplift = matrix,
+                Light::Portal(portal) => portal.set_uplift(matrix),
+            }
+        })
+    }
+}
+
+impl Light {
+    /// Returns the colour of its emission, or the factor of its image.
+    fn emission_mut(&mut self) -> &mut Colour {
+        match self {
+            Self::Area(area) => &mut area.emission.radiance,
+            Self::Point(point) => &mut point.intensity,
+            Self::Distant { irradiance, .. } => irradiance,
+            Self::Infinite(sky) => &mut sky.radiance,
+            Self::Portal(portal) => portal.radiance_mut(),
+        }
+    }
+}
