@@ -13,3 +13,4 @@ mod light_paths;
 mod motion;
 mod plan;
 mod sensor;
+mod spectra;
