@@ -46,6 +46,9 @@ pub(super) fn json(plan: &Plan, work: Work) -> Value {
             "error": error.map(|harm| match harm {
                 OmissionError::Blur { um, pixels } => json!({ "um": um, "px": pixels }),
                 OmissionError::Signal(percent) => json!({ "percent": percent }),
+                OmissionError::Colour { percent, difference } => {
+                    json!({ "percent": percent, "de2000": difference })
+                }
             }),
             "cost": cost.map(|cost| {
                 let Cost { ns_per_ray, percent } = cost;

@@ -157,7 +157,7 @@ impl Drop for StepBar {
 /// Returns the film samples of a job, if their number ends it.
 pub(super) fn film_samples(job: &Job) -> u64 {
     let count = |tile: &Tile| job.sampler(tile, job.samples.clone()).count();
-    job.frame.tiles().iter().map(count).sum()
+    job.tiles().iter().map(count).sum()
 }
 
 /// Bar of a render: completed samples, rate and remaining time.

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::aov;
 use crate::aov::{Aov, LayerRequest};
-use crate::film::{Frame, LightSplit, Response, SpectralSplit, Tile, TileSampler};
+use crate::film::{Frame, LightSplit, Response, SpectralSplit, TILE, Tile, TileSampler};
 use crate::light_tracing::Strategy;
 use crate::light_tracing::caustics::Caustics;
 use crate::light_tracing::ghosts::Ghosts;
@@ -92,6 +92,12 @@ impl Job {
     /// Returns the footprint of a pixel of this picture.
     pub fn pixel_footprint(&self) -> PixelFootprint {
         PixelFootprint::new(&self.camera, self.frame.resolution)
+    }
+
+    /// Returns the tiles of the picture. Those of a picture by wavelength are larger, so that waves of one
+    /// set are full: with 64 samples a pixel, waves of small tiles take 15 % longer.
+    pub fn tiles(&self) -> Vec<Tile> {
+        self.frame.tiles(if self.spectral.is_some() { 2 * TILE } else { TILE })
     }
 
     /// Returns the sampler of a tile. It leaves out pixels that no light reaches.

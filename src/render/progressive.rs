@@ -42,7 +42,7 @@ impl<'a> ProgressiveRender<'a> {
     /// Returns an error if the threads cannot be started.
     pub fn new(job: &'a Job, threads: usize) -> Result<Self, RenderError> {
         let pool = super::thread_pool(threads)?;
-        let tiles = job.frame.tiles();
+        let tiles = job.tiles();
         Ok(Self {
             job,
             waves: ColumnPool::default(),

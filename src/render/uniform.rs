@@ -83,7 +83,7 @@ pub(super) fn merge(
 
 impl<'a> Uniform<'a> {
     fn new(job: &'a Job) -> Self {
-        let tiles = job.frame.tiles();
+        let tiles = job.tiles();
         Self {
             job,
             film_state: Mutex::new(FilmState::new(job, tiles.len())),

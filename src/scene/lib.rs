@@ -22,6 +22,7 @@ mod measured;
 pub mod medium;
 mod path_limits;
 mod spectral;
+mod spectral_error;
 mod surfaces;
 mod tangents;
 mod texture;
@@ -56,6 +57,7 @@ pub use medium::{
 };
 pub use path_limits::PathLimits;
 pub use spectral::SpectralScene;
+pub use spectral_error::RgbError;
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{
     CheckerPattern, DotPattern, ImageMap, ImageTexture, Mapping, MipMap, Octaves, PendingImage,

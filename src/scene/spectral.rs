@@ -195,6 +195,16 @@ impl Lights {
 
 impl Light {
     /// Returns the colour of its emission, or the factor of its image.
+    pub(super) fn emission(&self) -> &Colour {
+        match self {
+            Self::Area(area) => &area.emission.radiance,
+            Self::Point(point) => &point.intensity,
+            Self::Distant { irradiance, .. } => irradiance,
+            Self::Infinite(sky) => &sky.radiance,
+            Self::Portal(portal) => portal.emission(),
+        }
+    }
+
     fn emission_mut(&mut self) -> &mut Colour {
         match self {
             Self::Area(area) => &mut area.emission.radiance,

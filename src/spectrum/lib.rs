@@ -13,6 +13,7 @@ mod bands;
 mod blackbody;
 mod camera_sensor;
 mod camera_tables;
+mod colour_difference;
 mod colour_space;
 mod fluorescent;
 mod glass;
@@ -31,6 +32,7 @@ pub use bands::{
 };
 pub use blackbody::blackbody;
 pub use camera_sensor::{CameraResponse, CameraSensor};
+pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use glass::{
     C_LINE, CatalogueGlass, D_LINE, F_LINE, Formula, Glass, GlassError, GlassLibrary, GlassMatch,

@@ -91,6 +91,11 @@ impl BandSpectrum {
         Self(Box::new(sums.map(|[sum, daylight]| (sum / daylight) as f32)))
     }
 
+    /// The values of a function of the band.
+    pub fn from_bands(value: impl Fn(usize) -> f32) -> Self {
+        Self(Box::new(std::array::from_fn(value)))
+    }
+
     /// The values times a factor.
     pub fn scaled(&self, factor: f32) -> Self {
         self.map(|value| factor * value)

@@ -190,7 +190,7 @@ fn an_adaptive_render_keeps_its_pilot_samples() {
         if exposed.partial_mean_spp.is_none() {
             continue;
         }
-        let pilots = holds_pilots(&path, job.frame.tiles().len());
+        let pilots = holds_pilots(&path, job.tiles().len());
         *(if pilots { &mut behind } else { &mut before }) += 1;
         let (exposed, taken) = render(&job, &path, u64::MAX);
         assert_eq!(taken, all, "stop {stop}, pilots: {pilots}");
@@ -246,7 +246,7 @@ fn impossible_sample_counts_are_refused() {
     let path = folder.path().join("checkpoint");
     render(&job, &path, 1);
     let honest = std::fs::read(&path).expect("a checkpoint");
-    let tiles = job.frame.tiles().len();
+    let tiles = job.tiles().len();
     // A time, then the samples that the tiles have taken, then those that they want.
     for (taken, wanted) in [(0, 1 << 28), (1 << 28, 1 << 28), (1 << 28, 1 << 29), (16, 4)] {
         forge(&path, |_, body| {

@@ -52,6 +52,7 @@ fn decisions(factor: f64) -> Vec<(String, f64)> {
     let decision = |decision: &petzval_render::plan::Decision| {
         let harm = match decision.error {
             Some(OmissionError::Signal(percent)) => percent,
+            Some(OmissionError::Colour { difference, .. }) => difference,
             Some(OmissionError::Blur { pixels, .. }) => pixels,
             None => 0.0,
         };

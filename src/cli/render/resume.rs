@@ -208,7 +208,7 @@ impl Resume {
 
 /// Describes how much of a job is done.
 fn done(head: &Head, job: &Job) -> String {
-    let lit: u64 = job.frame.tiles().iter().map(|tile| job.sampler(tile, 0..1).count()).sum();
+    let lit: u64 = job.tiles().iter().map(|tile| job.sampler(tile, 0..1).count()).sum();
     let mean = head.film_samples as f64 / lit.max(1) as f64;
     match job.stop_criteria.count_only() {
         true => format!("{mean:.1} of {} samples a pixel are done", job.samples.len()),

@@ -104,7 +104,7 @@ pub(super) fn render<R: Real<Scalar = f32>>(
 
 impl<'a> Adaptive<'a> {
     fn new(job: &'a Job) -> Self {
-        let tiles = job.frame.tiles().into_iter();
+        let tiles = job.tiles().into_iter();
         let lit = tiles.map(|tile| (tile, job.sampler(&tile, 0..1).count()));
         let (tiles, pixels): (Vec<Tile>, Vec<u64>) = lit.filter(|(_, count)| *count > 0).unzip();
         let most = job.samples.len() as u32 / StopCriteria::MIN_SAMPLES;

@@ -30,10 +30,10 @@ pub struct Frame {
     pub high: [u32; 2],
 }
 
-/// Side of a tile (pixels).
-const TILE: u32 = 16;
+/// Usual side of a tile (pixels).
+pub const TILE: u32 = 16;
 
-/// A rectangle of pixels, at most 16 x 16, that one worker owns.
+/// A rectangle of pixels that one worker owns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tile {
     /// First pixel, (x, y) in the whole picture.
@@ -85,12 +85,12 @@ impl Frame {
         [self.high[0] - self.low[0], self.high[1] - self.low[1]]
     }
 
-    /// Returns the tiles that cover the crop window, row by row.
-    pub fn tiles(&self) -> Vec<Tile> {
-        let steps = |axis: usize| (self.low[axis]..self.high[axis]).step_by(TILE as usize);
+    /// Returns the tiles of at most this width and height that cover the crop window, row by row.
+    pub fn tiles(&self, side: u32) -> Vec<Tile> {
+        let steps = |axis: usize| (self.low[axis]..self.high[axis]).step_by(side as usize);
         steps(1)
             .flat_map(|y| steps(0).map(move |x| [x, y]))
-            .map(|low| Tile { low, size: [0, 1].map(|i| TILE.min(self.high[i] - low[i])) })
+            .map(|low| Tile { low, size: [0, 1].map(|i| side.min(self.high[i] - low[i])) })
             .collect()
     }
 }

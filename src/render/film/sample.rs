@@ -21,7 +21,7 @@ pub struct TileSampler {
     pixel: usize,
     sample: u32,
     /// Queue of each band: index into `pixels`, and sample. Empty without dispersion and spectra.
-    band_queues: Vec<Vec<(usize, u32)>>,
+    band_queues: Vec<Vec<(u32, u32)>>,
     split: LightSplit,
     /// Group of the last wave.
     last_group: usize,
@@ -112,7 +112,7 @@ impl TileSampler {
         if self.split.spectra == SpectralSplit::Rgb {
             return false;
         }
-        let of_group = |(kind, queue): (usize, &Vec<(usize, u32)>)| {
+        let of_group = |(kind, queue): (usize, &Vec<(u32, u32)>)| {
             self.split.group(kind) == self.last_group && !queue.is_empty()
         };
         !self.band_queues.iter().enumerate().any(of_group)
@@ -144,7 +144,7 @@ impl TileSampler {
     /// samples. If paths carry spectra, all samples are queued, and those of a group follow each other.
     fn fill_band_queue(&mut self, seed: u32) -> Option<usize> {
         loop {
-            let full = |queue: &Vec<(usize, u32)>| queue.len() >= WAVE_SIZE;
+            let full = |queue: &Vec<(u32, u32)>| queue.len() >= WAVE_SIZE;
             if self.split.spectra == SpectralSplit::Rgb
                 && let Some(full) = self.band_queues.iter().position(full)
             {
@@ -160,7 +160,7 @@ impl TileSampler {
             for sample in run {
                 let numbers = sample_2d(key, sample, Dimension::Wavelength);
                 let kind = self.split.kind(numbers);
-                self.band_queues[kind].push((pixel, sample));
+                self.band_queues[kind].push((pixel as u32, sample));
             }
         }
     }
@@ -204,7 +204,7 @@ pub fn sample(
     } else if let Some(kind) = tile.fill_band_queue(seed) {
         let queue = &mut tile.band_queues[kind];
         for (pixel, sample) in queue.drain(..queue.len().min(WAVE_SIZE)) {
-            push(tile.pixels[pixel], sample..sample + 1);
+            push(tile.pixels[pixel as usize], sample..sample + 1);
         }
         [batch.band, batch.set, batch.hero] = tile.split.light(kind);
         tile.last_group = tile.split.group(kind);

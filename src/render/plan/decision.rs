@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{DecidedBy, Effect, VisibilityThreshold};
+use petzval_spectrum::VISIBLE_DIFFERENCE;
 
 /// Estimated error of the picture if an effect is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,13 @@ pub enum OmissionError {
     },
     /// Error of the brightness (percent).
     Signal(f64),
+    /// Error of a colour.
+    Colour {
+        /// The error of the channel that is most wrong, of the brightest one (percent).
+        percent: f64,
+        /// The difference of the colours (CIEDE2000).
+        difference: f64,
+    },
 }
 
 /// Visibility threshold of a change of brightness [percent]: the contrast threshold of the eye
@@ -25,11 +33,12 @@ pub(super) const VISIBLE_PERCENT: f64 = 1.0;
 
 impl OmissionError {
     /// Returns whether the error can be seen: a blur from the threshold on, a change of brightness
-    /// from 1 % on. Effects that are neither asked for nor excluded are simulated by this rule.
+    /// from 1 % on, a colour from a difference of 1 on. Effects that are neither asked for nor excluded are simulated by this rule.
     pub fn is_visible(&self, threshold: VisibilityThreshold) -> bool {
         match self {
             Self::Blur { pixels, .. } => *pixels >= threshold.pixels,
             Self::Signal(percent) => *percent >= VISIBLE_PERCENT,
+            Self::Colour { difference, .. } => *difference >= VISIBLE_DIFFERENCE,
         }
     }
 
@@ -38,6 +47,7 @@ impl OmissionError {
         match self {
             Self::Blur { .. } => format!("{} pixels", threshold.pixels),
             Self::Signal(_) => format!("{VISIBLE_PERCENT} %"),
+            Self::Colour { .. } => format!("dE2000 {VISIBLE_DIFFERENCE}"),
         }
     }
 }
@@ -47,6 +57,9 @@ impl fmt::Display for OmissionError {
         match self {
             Self::Blur { um, pixels } => write!(f, "{um:.2} um, {pixels:.2} px"),
             Self::Signal(percent) => write!(f, "{percent:.1} %"),
+            Self::Colour { percent, difference } => {
+                write!(f, "{percent:.1} %, dE2000 {difference:.1}")
+            }
         }
     }
 }

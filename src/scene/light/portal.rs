@@ -95,6 +95,10 @@ impl Portal {
         })
     }
 
+    pub(crate) fn emission(&self) -> &Colour {
+        &self.radiance
+    }
+
     pub(crate) fn radiance_mut(&mut self) -> &mut Colour {
         &mut self.radiance
     }

@@ -188,6 +188,16 @@ impl SkyImage {
         (sum / self.map.picture.pixels.len() as f64) as f32
     }
 
+    /// Returns the mean colour of its pixels.
+    pub(crate) fn mean_colour(&self) -> [f32; 3] {
+        let pixels = &self.map.picture.pixels;
+        let mut sum = [0.0; 3];
+        for pixel in pixels {
+            (0..3).for_each(|c| sum[c] += f64::from(pixel[c].max(0.0)));
+        }
+        sum.map(|sum| (sum / pixels.len() as f64) as f32)
+    }
+
     fn at(&self, uv: Vec2) -> [f32; 3] {
         let size = self.map.picture.size;
         let texel = match self.layout {

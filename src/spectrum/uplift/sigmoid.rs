@@ -4,9 +4,9 @@
 use glam::{DMat3, DVec3};
 
 use crate::BandSpectrum;
+use crate::lab_from_srgb;
 use crate::observer::VISIBLE;
 use crate::wavelength_sets::wavelength_bands;
-use crate::xyz_from_srgb;
 
 /// Most steps of a fit; most colours need four.
 const STEPS: usize = 30;
@@ -84,12 +84,7 @@ fn inverse_sigmoid(value: f64) -> f64 {
     (value - 0.5) / (value * (1.0 - value)).sqrt()
 }
 
-/// Converts linear sRGB to CIELAB, white D65.
+/// Converts linear sRGB to CIELAB.
 fn lab(rgb: DVec3) -> DVec3 {
-    let white = DVec3::from_array(xyz_from_srgb([1.0; 3]));
-    let f = (DVec3::from_array(xyz_from_srgb(rgb.to_array())) / white).to_array().map(|t| {
-        const EDGE: f64 = 6.0 / 29.0;
-        if t > EDGE.powi(3) { t.cbrt() } else { t / (3.0 * EDGE * EDGE) + 4.0 / 29.0 }
-    });
-    DVec3::new(116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2]))
+    DVec3::from_array(lab_from_srgb(rgb.to_array()))
 }

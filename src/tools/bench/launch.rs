@@ -7,7 +7,7 @@ use petzval_base::lanes::f32x8;
 use petzval_base::rays::{RayBatch, SampleBatch};
 use petzval_base::stats::LensStats;
 use petzval_lens::{Camera, LensColumns};
-use petzval_render::film::{Frame, LightSplit, Tile, TileSampler, sample};
+use petzval_render::film::{Frame, LightSplit, TILE, Tile, TileSampler, sample};
 use petzval_render::job::Job;
 use petzval_render::{DisperseColumns, disperse};
 use petzval_scene::filter::PixelFilter;
@@ -63,7 +63,7 @@ fn waves(
     mut after: impl FnMut(&SampleBatch, &mut LensColumns, &mut RayBatch),
 ) -> u64 {
     let mut left = 0;
-    for tile in frame.tiles() {
+    for tile in frame.tiles(TILE) {
         let mut tile = sampler(&tile);
         while sample(&mut tile, frame, filter, camera.film, 0, samples) {
             camera.generate_rays::<f32x8>(samples, lens, black_box(rays), stats);

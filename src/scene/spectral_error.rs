@@ -1,0 +1,201 @@
+//! Error of RGB in place of spectra: the colours of surfaces under the lights of a scene.
+
+use std::collections::HashSet;
+
+use petzval_spectrum::{BandSpectrum, ciede2000, fresnel, lab_from_srgb, uplift_reflectance};
+
+use super::light::{Light, luminance};
+use super::material::{Material, MaterialModel, Metal, Quantity};
+use super::texture::{Texture, TexturePoint};
+use super::{Scene, Sky};
+
+/// Most lights, and most colours of surfaces, that are compared.
+const MOST: usize = 48;
+
+/// Largest error of one reflection, calculated in RGB, over the lights and surfaces of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RgbError {
+    /// Difference of the colours (CIEDE2000), white being a white surface under the same light.
+    pub difference: f64,
+    /// Error of a channel, of the brightest one (percent).
+    pub percent: f64,
+    /// That channel: red, green or blue.
+    pub channel: usize,
+}
+
+/// A colour in RGB, and by wavelength.
+struct Seen {
+    rgb: [f64; 3],
+    spectrum: BandSpectrum,
+}
+
+impl Scene {
+    /// Returns whether glass of the scene disperses light.
+    pub fn disperses(&self) -> bool {
+        self.materials.iter().any(|material| material.model.disperses())
+    }
+
+    /// Returns the largest error of one reflection, without images of lights in detail, of which the mean
+    /// counts, and at most 48 lights and 48 colours.
+    pub fn rgb_error(&self) -> RgbError {
+        // Under daylight, RGB is right by definition.
+        let lights = self.lights.all.iter().filter(|light| !light.is_daylight());
+        let lights: Vec<Seen> = lights.take(MOST).filter_map(Light::seen).collect();
+        let mut worst = RgbError::default();
+        if lights.is_empty() {
+            return worst;
+        }
+        for surface in self.surface_colours() {
+            for light in &lights {
+                let exact = light.spectrum.times(&surface.spectrum).to_rgb();
+                let rgb = [0, 1, 2].map(|c| light.rgb[c] * surface.rgb[c]);
+                let brightest = exact.iter().fold(0.0f64, |a, &b| a.max(b));
+                let difference = ciede2000(lab_from_srgb(rgb), lab_from_srgb(exact));
+                if brightest <= 0.0 || difference.is_nan() || difference <= worst.difference {
+                    continue;
+                }
+                let off = |c: usize| 100.0 * (rgb[c] - exact[c]).abs() / brightest;
+                let channel = (0..3).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+                worst = RgbError { difference, percent: off(channel), channel };
+            }
+        }
+        worst
+    }
+
+    /// Returns different colours of surfaces.
+    fn surface_colours(&self) -> Vec<Seen> {
+        let materials = self.spectral_materials.as_ref().unwrap_or(&self.materials);
+        let mut colours = Colours::default();
+        for material in materials.iter() {
+            colours.add_metal(material);
+            material.model.with_colours(&mut |texture, quantity| {
+                if quantity == Quantity::Reflectance {
+                    texture.with_leaves(&mut |leaf| {
+                        colours.add(leaf);
+                        leaf.clone()
+                    });
+                }
+                texture.clone()
+            });
+        }
+        colours.all
+    }
+}
+
+/// Different colours.
+#[derive(Default)]
+struct Colours {
+    all: Vec<Seen>,
+    known: HashSet<[u32; 3]>,
+}
+
+impl Colours {
+    /// Adds the colour of a constant, or that of an image on average.
+    fn add(&mut self, leaf: &Texture) {
+        let everywhere = TexturePoint { uv: [0.5; 2], footprint: 1.0, ..TexturePoint::default() };
+        let rgb = match leaf {
+            Texture::Constant(rgb) => *rgb,
+            Texture::Spectrum(colour) => colour.rgb,
+            Texture::Image(_) => leaf.colour::<f32>(&everywhere),
+            _ => return,
+        };
+        if self.is_new(rgb) {
+            let spectrum = match leaf {
+                Texture::Spectrum(colour) => colour.spectrum.as_deref().cloned(),
+                _ => None,
+            };
+            let spectrum = spectrum.unwrap_or_else(|| uplift_reflectance(rgb));
+            self.all.push(Seen { rgb: rgb.map(f64::from), spectrum });
+        }
+    }
+
+    /// Adds a metal whose index is known by wavelength, as it reflects straight back.
+    fn add_metal(&mut self, material: &Material) {
+        let (MaterialModel::Conductor { metal, .. } | MaterialModel::CoatedConductor { metal, .. }) =
+            &material.model
+        else {
+            return;
+        };
+        let Metal::Index { eta: Texture::Spectrum(eta), k: Texture::Spectrum(k), tint } = metal
+        else {
+            return;
+        };
+        let (Some(n), Some(extinction)) = (&eta.spectrum, &k.spectrum) else { return };
+        let tint = tint.constant().unwrap_or([1.0; 3]);
+        let reflected = |c: usize| fresnel(1.0, eta.rgb[c].into(), k.rgb[c].into());
+        let rgb = [0, 1, 2].map(|c| f64::from(tint[c]) * reflected(c));
+        if self.is_new(rgb.map(|c| c as f32)) {
+            let value = |band: usize| {
+                fresnel(1.0, n.values()[band].into(), extinction.values()[band].into()) as f32
+            };
+            self.all.push(Seen { rgb, spectrum: BandSpectrum::from_bands(value) });
+        }
+    }
+
+    fn is_new(&mut self, rgb: [f32; 3]) -> bool {
+        let grey = rgb[0] == rgb[1] && rgb[1] == rgb[2];
+        !grey && self.all.len() < MOST && self.known.insert(rgb.map(f32::to_bits))
+    }
+}
+
+impl Light {
+    /// Returns whether the light is daylight of any strength.
+    fn is_daylight(&self) -> bool {
+        let colour = self.emission();
+        let [r, g, b] = colour.rgb;
+        let even = |spectrum: &BandSpectrum| {
+            let mean = spectrum.values().iter().sum::<f32>() / spectrum.values().len() as f32;
+            spectrum.values().iter().all(|value| (value - mean).abs() <= 1e-2 * mean)
+        };
+        let image = matches!(self, Self::Infinite(sky) if sky.image.is_some());
+        !image && r == g && g == b && colour.spectrum.as_deref().is_none_or(even)
+    }
+
+    /// Returns its colour at luminance 1, that of an image on average; `None` if it is dark.
+    fn seen(&self) -> Option<Seen> {
+        let mut colour = self.emission().clone();
+        if let Self::Infinite(Sky { image: Some(image), .. }) = self {
+            let mean = image.mean_colour();
+            colour = [0, 1, 2].map(|c| colour.rgb[c] * mean[c]).into();
+        }
+        let luminance = luminance(colour.rgb);
+        let usable = luminance > 0.0 && luminance.is_finite();
+        usable.then(|| Seen {
+            rgb: colour.rgb.map(|c| f64::from(c / luminance)),
+            spectrum: colour.light().scaled(1.0 / luminance),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PointLight, SceneBuilder};
+    use glam::{Mat3, Vec3};
+    use petzval_spectrum::{Colour, named_spectrum};
+
+    /// Returns the error of a pink surface under a lamp.
+    fn error(lamp: &str) -> RgbError {
+        let spectrum = named_spectrum(lamp).expect("a lamp");
+        let intensity = Colour::new(spectrum.light(), spectrum.light_by_wavelength());
+        let mut builder = SceneBuilder::default();
+        builder.add_material(Material::diffuse([0.8, 0.3, 0.4]));
+        builder.add_light(Light::Point(PointLight {
+            position: Vec3::ZERO,
+            light_from_world: Mat3::IDENTITY,
+            intensity,
+            distribution: crate::IntensityDistribution::Isotropic,
+        }));
+        builder.build().expect("a small scene").rgb_error()
+    }
+
+    /// The red of this pink is 11 % too strong under F2, beside pbrt-v4.
+    #[test]
+    fn a_fluorescent_lamp_needs_spectra_and_daylight_does_not() {
+        let lamp = error("stdillum-F2");
+        assert_eq!(lamp.channel, 0);
+        assert!((lamp.percent - 11.0).abs() < 0.5 && lamp.difference > 2.0, "{lamp:?}");
+        let day = error("stdillum-D65");
+        assert!(day.difference < 0.01, "{day:?}");
+    }
+}
