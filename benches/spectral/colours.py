@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Compares the colours of RGB transport with those of pbrt-v4, which carries four wavelengths.
+"""Compares the colours of petzval, in RGB and by wavelength, with those of pbrt-v4, which carries four wavelengths.
 
     python3 benches/spectral/colours.py --pbrt PATH --petzval PATH
 
-Prints a table: for each scene the mean of petzval over that of pbrt, by channel, and the difference of two pictures
-of pbrt. Needs numpy.
+Prints a table: for each scene the means of petzval over those of pbrt, by channel, without and with `+spectra`, and the
+largest difference of two pictures of pbrt. Needs numpy.
 """
 
 import argparse
@@ -103,7 +103,7 @@ def main():
     parser.add_argument("--pbrt", default="pbrt", help="pbrt-v4's program")
     parser.add_argument("--petzval", default="target/release/petzval", help="petzval's program")
     options = parser.parse_args()
-    print("| scene | red | green | blue | noise |\n|---|---|---|---|---|")
+    print("| scene | RGB: red | green | blue | spectra: red | green | blue | noise |\n|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, (text, depth)) in enumerate(SCENES.items()):
             scene = Path(folder) / f"{number}.pbrt"
@@ -113,12 +113,15 @@ def main():
                 picture = scene.with_suffix(f".{seed}.exr")
                 run(options.pbrt, "--quiet", "--seed", str(seed), "--outfile", picture, scene)
                 means.append(pictures.read(picture).mean((0, 1)))
-            picture = scene.with_suffix(".petzval.exr")
-            run(options.petzval, "render", scene, "-o", picture, "--spp", "256")
-            ours, theirs = pictures.read(picture).mean((0, 1)), np.mean(means, 0)
+            theirs = np.mean(means, 0)
             noise = np.abs((means[0] - means[1]) / theirs).max()
-            off = " | ".join(f"{100 * (a / b - 1):+.1f} %" for a, b in zip(ours, theirs))
-            print(f"| {name} | {off} | {100 * noise:.2f} % |", flush=True)
+            row = []
+            for effects in ("-spectra", "+spectra"):
+                picture = scene.with_suffix(".petzval.exr")
+                command = [options.petzval, "render", scene, "-o", picture, "--spp", "1024", f"--effects={effects}"]
+                run(*command)
+                row += [f"{100 * (a / b - 1):+.2f} %" for a, b in zip(pictures.read(picture).mean((0, 1)), theirs)]
+            print(f"| {name} | {' | '.join(row)} | {100 * noise:.2f} % |", flush=True)
 
 
 if __name__ == "__main__":

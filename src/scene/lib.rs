@@ -42,7 +42,7 @@ pub use hair::{HairColour, HairFibre};
 pub use light::{
     AreaLight, Emission, GlossyLobe, IntensityDistribution, Light, LightColumns, LightInputs,
     LightSample, LightSamples, Lights, LobeColumns, NoRectangle, PointLight, Portal, Reception,
-    Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere, luminance,
+    Sky, SkyImage, SkyLayout, SkySampling, cosine_hemisphere, luminance, uplifted,
 };
 pub use material::{
     DielectricCoat, Material, MaterialModel, Metal, MetallicRoughnessSurface, Roughness,

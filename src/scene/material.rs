@@ -23,6 +23,8 @@ pub struct Material {
     /// The channel that alone goes on, three times as strong, because the material refracts all others
     /// into other directions. Each of the three is as probable.
     pub only_channel: Option<usize>,
+    /// Matrix of the colours of a measured surface, if paths carry other channels than RGB.
+    pub measured_uplift: Option<[[f32; 3]; 3]>,
 }
 
 /// Scattering models, named and defined as in pbrt-v4 unless they say otherwise.
@@ -198,7 +200,13 @@ pub struct DielectricCoat {
 impl Material {
     /// Returns a material with unchanged normals.
     pub fn new(scatters: MaterialModel) -> Self {
-        Self { model: scatters, bump: None, normal_map: None, only_channel: None }
+        Self {
+            model: scatters,
+            bump: None,
+            normal_map: None,
+            only_channel: None,
+            measured_uplift: None,
+        }
     }
 
     /// Returns whether a texture of the material is filtered over the footprint of a pixel.

@@ -146,6 +146,9 @@ impl Material {
             *eta = spectrum.in_set(set)[hero];
             material.only_channel = Some(hero);
         }
+        if let MaterialModel::Measured(_) = &material.model {
+            material.measured_uplift = Some(*matrix);
+        }
         material
     }
 }

@@ -170,32 +170,48 @@ impl Light {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PointLight, SceneBuilder};
+    use crate::{IntensityDistribution, PointLight, SceneBuilder};
     use glam::{Mat3, Vec3};
-    use petzval_spectrum::{Colour, named_spectrum};
+    use petzval_spectrum::{Colour, Spectrum, colour_matching, named_spectrum, srgb_from_xyz};
 
-    /// Returns the error of a pink surface under a lamp.
-    fn error(lamp: &str) -> RgbError {
-        let spectrum = named_spectrum(lamp).expect("a lamp");
-        let intensity = Colour::new(spectrum.light(), spectrum.light_by_wavelength());
+    /// Returns the error of a surface of a pigment under a lamp.
+    fn error(lamp: &Spectrum, pigment: &Spectrum) -> RgbError {
         let mut builder = SceneBuilder::default();
-        builder.add_material(Material::diffuse([0.8, 0.3, 0.4]));
+        let reflectance = BandSpectrum::of(|nm| pigment.at(nm));
+        let reflectance = Colour::new(pigment.reflectance(), reflectance).into();
+        builder.add_material(Material::new(MaterialModel::Diffuse { reflectance }));
         builder.add_light(Light::Point(PointLight {
             position: Vec3::ZERO,
             light_from_world: Mat3::IDENTITY,
-            intensity,
-            distribution: crate::IntensityDistribution::Isotropic,
+            intensity: Colour::new(lamp.light(), lamp.light_by_wavelength()),
+            distribution: IntensityDistribution::Isotropic,
         }));
         builder.build().expect("a small scene").rgb_error()
     }
 
-    /// The red of this pink is 11 % too strong under F2, beside pbrt-v4.
+    /// Returns linear sRGB of an integral over the wavelength.
+    fn integral(value: impl Fn(f64) -> f64) -> [f64; 3] {
+        let mut xyz = [0.0; 3];
+        for nm in (360..=830).map(f64::from) {
+            (0..3).for_each(|c| xyz[c] += value(nm) * colour_matching(nm)[c]);
+        }
+        srgb_from_xyz(xyz)
+    }
+
     #[test]
     fn a_fluorescent_lamp_needs_spectra_and_daylight_does_not() {
-        let lamp = error("stdillum-F2");
-        assert_eq!(lamp.channel, 0);
-        assert!((lamp.percent - 11.0).abs() < 0.5 && lamp.difference > 2.0, "{lamp:?}");
-        let day = error("stdillum-D65");
+        let samples = vec![[400.0, 0.04], [580.0, 0.05], [600.0, 0.3], [620.0, 0.7], [700.0, 0.8]];
+        let red = Spectrum::samples(samples).expect("in order");
+        let named = |name: &str| named_spectrum(name).expect("a lamp");
+        let lamp = named("stdillum-F2");
+        let luminance = petzval_spectrum::luminosity_integral() * lamp.to_xyz()[1];
+        let exact = integral(|nm| lamp.at(nm) * red.at(nm)).map(|c| c / luminance);
+        let expected = 100.0 * (f64::from(lamp.light()[0] * red.reflectance()[0]) / exact[0] - 1.0);
+        let found = error(&lamp, &red);
+        assert_eq!(found.channel, 0);
+        assert!((found.percent - expected).abs() < 0.5, "{found:?}, not {expected} %");
+        assert!(expected > 20.0 && found.difference > 5.0, "{found:?}");
+        let day = error(&named("stdillum-D65"), &red);
         assert!(day.difference < 0.01, "{day:?}");
     }
 }

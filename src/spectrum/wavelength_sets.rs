@@ -42,11 +42,13 @@ pub struct WavelengthBand {
 }
 
 /// Returns the bands of a set, in ascending order.
+#[inline]
 pub fn bands_of_set(set: usize) -> [usize; WAVELENGTHS_PER_PATH] {
     std::array::from_fn(|i| set + i * WAVELENGTH_SETS)
 }
 
 /// Returns the set of a sample from a number in [0, 1).
+#[inline]
 pub fn wavelength_set(u: f32) -> usize {
     ((u * WAVELENGTH_SETS as f32) as usize).min(WAVELENGTH_SETS - 1)
 }

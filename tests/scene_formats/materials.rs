@@ -4,7 +4,7 @@ use crate::support::world::{
     colour, error, read_world, read_world_with_warnings, roughness_and_remap,
 };
 use petzval_render::shade::bsdf::conductor_reflectance;
-use petzval_scene::{Material, MaterialModel, Metal};
+use petzval_scene::{HairColour, Material, MaterialModel, Metal, Texture};
 
 /// Returns the material of a ball.
 fn material(world: &str) -> Material {
@@ -122,15 +122,17 @@ fn materials_read_their_parameters() {
         assert!((found - expected).abs() < 0.006, "{at_normal:?}");
     }
 
-    // A spectrum counts by its value at the d line, with a warning.
-    for (eta, expected, warnings) in [
-        ("\"float eta\" 1.33", 1.33, 0),
-        ("\"spectrum eta\" \"glass-BK7\"", 1.5168, 1),
-        ("\"spectrum eta\" [400 1.6 775.12 1.4]", 1.5, 1),
+    // RGB takes a spectrum by its value at the d line.
+    for (eta, expected, disperses) in [
+        ("\"float eta\" 1.33", 1.33, false),
+        ("\"spectrum eta\" \"glass-BK7\"", 1.5168, true),
+        ("\"spectrum eta\" [400 1.6 775.12 1.4]", 1.5, true),
+        ("\"spectrum eta\" [360 1.5 830 1.5]", 1.5, false),
     ] {
         let read =
             read_world_with_warnings(&format!("Material \"dielectric\" {eta} Shape \"sphere\""));
-        assert_eq!(read.warnings.len(), warnings, "{:#?}", read.warnings);
+        assert!(read.warnings.is_empty(), "{:#?}", read.warnings);
+        assert_eq!(read.scene.disperses(), disperses, "{eta}");
         let material = &read.scene.materials[read.scene.shapes[0].material as usize];
         let MaterialModel::Dielectric { eta, .. } = material.model else { panic!() };
         assert!((eta - expected).abs() < 1e-4, "{eta} instead of {expected}");
@@ -202,8 +204,10 @@ fn the_first_colour_of_a_hair_counts() {
         format!("{:?}", fibre.colour)
     };
     let number = |value: f32| format!("Constant([{value:?}, {value:?}, {value:?}])");
-    let melanin =
-        |e, p| format!("Melanin {{ eumelanin: {}, pheomelanin: {} }}", number(e), number(p));
+    let melanin = |e: f32, p: f32| {
+        let [e, p] = [e, p].map(|value| Texture::Constant([value; 3]));
+        format!("{:?}", HairColour::melanin(e, p))
+    };
     assert_eq!(colour(""), melanin(1.3, 0.0));
     assert_eq!(colour("\"float displacement\" 0.1"), melanin(1.3, 0.0));
     assert_eq!(colour("\"float pheomelanin\" 2"), melanin(0.0, 2.0));

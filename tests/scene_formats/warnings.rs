@@ -34,7 +34,7 @@ fn warnings_that_differ_in_numbers_alone_are_of_one_kind() {
 
 #[test]
 fn a_definition_that_waits_for_its_textures_is_one_warning() {
-    let world = "Material \"dielectric\" \"spectrum eta\" \"glass-BK7\" \"texture roughness\" \"t\"\n\
+    let world = "Material \"coateddiffuse\" \"spectrum eta\" \"glass-BK7\" \"texture roughness\" \"t\"\n\
                  Texture \"t\" \"float\" \"constant\" \"float value\" 0.5\nShape \"sphere\"";
     let found = warnings(world);
     let [message] = &found[..] else { panic!("{found:#?}") };

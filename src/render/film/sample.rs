@@ -179,32 +179,31 @@ pub fn sample(
     batch: &mut SampleBatch,
 ) -> bool {
     let mut len = 0;
-    let mut push = |(index, [x, y]): (u32, [u32; 2]), run: Range<u32>| {
-        let key = pixel_key(x, y, seed);
-        let to = len..len + run.len();
-        batch.pixel[to.clone()].fill(index);
-        batch.key[to.clone()].fill(key);
-        batch.film[0][to.clone()].fill(x as f32);
-        batch.film[1][to.clone()].fill(y as f32);
-        len = to.end;
-        for (slot, sample) in batch.sample[to].iter_mut().zip(run) {
-            *slot = sample;
-        }
-        len
-    };
     batch.seed = seed;
     [batch.band, batch.set, batch.hero] = [0; 3];
     if tile.band_queues.is_empty() {
-        let mut room = WAVE_SIZE;
-        while room > 0
-            && let Some((pixel, run)) = tile.next_run(room)
+        while len < WAVE_SIZE
+            && let Some((pixel, run)) = tile.next_run(WAVE_SIZE - len)
         {
-            room = WAVE_SIZE - push(tile.pixels[pixel], run);
+            let (index, [x, y]) = tile.pixels[pixel];
+            let to = len..len + run.len();
+            batch.pixel[to.clone()].fill(index);
+            batch.key[to.clone()].fill(pixel_key(x, y, seed));
+            batch.film[0][to.clone()].fill(x as f32);
+            batch.film[1][to.clone()].fill(y as f32);
+            len = to.end;
+            for (slot, sample) in batch.sample[to].iter_mut().zip(run) {
+                *slot = sample;
+            }
         }
     } else if let Some(kind) = tile.fill_band_queue(seed) {
         let queue = &mut tile.band_queues[kind];
-        for (pixel, sample) in queue.drain(..queue.len().min(WAVE_SIZE)) {
-            push(tile.pixels[pixel as usize], sample..sample + 1);
+        for (i, (pixel, number)) in queue.drain(..queue.len().min(WAVE_SIZE)).enumerate() {
+            let (index, [x, y]) = tile.pixels[pixel as usize];
+            (batch.pixel[i], batch.sample[i]) = (index, number);
+            batch.key[i] = pixel_key(x, y, seed);
+            [batch.film[0][i], batch.film[1][i]] = [x as f32, y as f32];
+            len = i + 1;
         }
         [batch.band, batch.set, batch.hero] = tile.split.light(kind);
         tile.last_group = tile.split.group(kind);

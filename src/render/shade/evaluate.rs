@@ -167,11 +167,9 @@ impl Vertices {
         for run in 0..self.runs.len() {
             // Runs of media have no material.
             let material = scene.materials.get(self.runs[run].material as usize);
-            let Some(MaterialModel::Measured(surface)) = material.map(|material| &material.model)
-            else {
-                continue;
-            };
-            let bsdf = Measured { surface };
+            let Some(material) = material else { continue };
+            let MaterialModel::Measured(surface) = &material.model else { continue };
+            let bsdf = Measured { surface, uplift: material.measured_uplift };
             for at in self.runs[run].range.clone() {
                 let packet = self.packet::<f32>(at);
                 let frame = ShadingFrame::about(packet.normal, packet.tangent);

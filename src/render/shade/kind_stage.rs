@@ -158,7 +158,7 @@ impl<R: Real<Scalar = f32>> KindStage<R> for MeasuredStage {
 
     fn albedo(&self, model: &MaterialModel, _: &ShadingContext<R>) -> [R; 3] {
         let MaterialModel::Measured(surface) = model else { return splat([1.0; 3]) };
-        clamp_to_unit(splat(Measured { surface }.albedo()))
+        clamp_to_unit(splat(Measured { surface, uplift: None }.albedo()))
     }
 
     fn evaluate(&self, vertices: &mut Vertices, _: Range<usize>, inputs: &Evaluation) {

@@ -70,7 +70,7 @@ pub struct LightSample {
 
 /// Returns linear RGB in the channels that paths carry.
 #[inline(always)]
-pub(crate) fn uplifted(texel: [f32; 3], matrix: &Option<[[f32; 3]; 3]>) -> [f32; 3] {
+pub fn uplifted(texel: [f32; 3], matrix: &Option<[[f32; 3]; 3]>) -> [f32; 3] {
     match matrix {
         None => texel,
         Some(rows) => rows.map(|row| (0..3).map(|c| row[c] * texel[c]).sum()),

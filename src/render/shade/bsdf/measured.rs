@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::BsdfSample;
-use petzval_scene::MeasuredSurface;
+use petzval_scene::{MeasuredSample, MeasuredSurface, uplifted};
 
 /// The reflection of a measured surface (Dupuy & Jakob 2018), the same from both sides.
 ///
@@ -12,6 +12,8 @@ use petzval_scene::MeasuredSurface;
 pub struct Measured<'a> {
     /// Table of the surface.
     pub surface: &'a MeasuredSurface,
+    /// Matrix of its colours, if paths carry other channels than RGB.
+    pub uplift: Option<[[f32; 3]; 3]>,
 }
 
 /// Returns the angle from the normal and the azimuth of a unit vector.
@@ -35,7 +37,11 @@ impl Measured<'_> {
         let viewer = spherical(wo.into());
         let sample = self.surface.sample_of(viewer, spherical(half.into()));
         let density = sample.density(wo.dot(half), half.x.hypot(half.y));
-        (self.surface.reflected(viewer, &sample), density)
+        (self.reflected(viewer, &sample), density)
+    }
+
+    fn reflected(&self, viewer: [f32; 2], sample: &MeasuredSample) -> [f32; 3] {
+        uplifted(self.surface.reflected(viewer, sample), &self.uplift)
     }
 
     /// Samples a direction; see [`super::Bsdf::sample`].
@@ -50,7 +56,7 @@ impl Measured<'_> {
         let wi = half * (2.0 * cos) - up;
         let pdf = sample.density(cos, sine);
         let valid = wi.z > 0.0 && up.z > 0.0 && pdf > 0.0;
-        let weight = self.surface.reflected(viewer, &sample).map(|f| f / pdf);
+        let weight = self.reflected(viewer, &sample).map(|f| f / pdf);
         let finite = weight.iter().all(|w| w.is_finite());
         let wi = if wo[2] < 0.0 { -wi } else { wi };
         BsdfSample {
@@ -100,7 +106,7 @@ mod tests {
     fn the_density_integrates_to_the_share_of_samples_above_the_surface() {
         for name in SURFACES {
             let surface = surface(name);
-            let bsdf = Measured { surface: &surface };
+            let bsdf = Measured { surface: &surface, uplift: None };
             for wo in viewers() {
                 let n = 500;
                 let (mut integral, mut above) = (0.0, 0.0);
@@ -121,7 +127,7 @@ mod tests {
     fn samples_have_the_value_and_the_density_of_their_direction() {
         for name in SURFACES {
             let surface = surface(name);
-            let bsdf = Measured { surface: &surface };
+            let bsdf = Measured { surface: &surface, uplift: None };
             for wo in viewers() {
                 let mut valid = 0;
                 for i in 0..400 {
@@ -151,7 +157,7 @@ mod tests {
     fn sampling_reflects_what_evaluation_does() {
         for name in SURFACES {
             let surface = surface(name);
-            let bsdf = Measured { surface: &surface };
+            let bsdf = Measured { surface: &surface, uplift: None };
             for wo in viewers() {
                 let n = 400;
                 let (mut sampled, mut evaluated) = (0.0, 0.0);
@@ -174,7 +180,7 @@ mod tests {
         let (wo, wi) = ([0.6, 0.0, 0.8], Vec3::new(-0.3, 0.5, 0.7).normalize().to_array());
         let change = |name: &str| {
             let surface = surface(name);
-            let bsdf = Measured { surface: &surface };
+            let bsdf = Measured { surface: &surface, uplift: None };
             let (here, _) = bsdf.evaluate(wo, wi);
             let (there, _) = bsdf.evaluate(turned(wo).into(), turned(wi).into());
             (here[1] / there[1] - 1.0).abs()
