@@ -1,69 +1,50 @@
-//! Effects that a plan decides about.
+//! Effects that a plan decides about, and the macro that makes them of their list.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Effect beyond rays of one wavelength through an ideal camera at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Effect {
-    /// Dispersion: the refractive index depends on the wavelength.
-    Dispersion,
-    /// Fresnel losses: surfaces of the lens reflect a part of the light.
-    Fresnel,
-    /// Ghosts: light that is reflected twice inside the lens.
-    Ghosts,
-    /// The shape of the stop.
-    Iris,
-    /// Diffraction at the stop.
-    Diffraction,
-    /// Motion blur: objects or the camera move while the shutter is open.
-    Motion,
-    /// Rolling shutter: the rows of the sensor are read one after another.
-    RollingShutter,
-    /// Noise, saturation and quantization of the sensor.
-    Sensor,
-    /// Tilt and shift of the film, and decentred or tilted lens elements.
-    TiltShift,
-    /// Participating media, such as fog, smoke and clouds.
-    Media,
-    /// Spectra: paths carry wavelengths in place of red, green and blue.
-    Spectra,
+use super::{Effect, Finding, PlanInput};
+use petzval_lens::RealLens;
+
+/// The function that finds the data for the decision about an effect.
+#[derive(Clone, Copy)]
+pub(super) enum Finder {
+    /// For an effect of any camera.
+    AnyCamera(fn(&PlanInput) -> Finding),
+    /// For an effect of lenses of glass.
+    LensOfGlass(fn(&PlanInput, &RealLens) -> Finding),
 }
 
-impl Effect {
-    /// All effects.
-    pub const ALL: [Self; 11] = [
-        Self::Dispersion,
-        Self::Fresnel,
-        Self::Ghosts,
-        Self::Iris,
-        Self::Diffraction,
-        Self::Motion,
-        Self::RollingShutter,
-        Self::Sensor,
-        Self::TiltShift,
-        Self::Media,
-        Self::Spectra,
-    ];
-
-    /// Returns the name on the command line and in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Dispersion => "dispersion",
-            Self::Fresnel => "fresnel",
-            Self::Ghosts => "ghosts",
-            Self::Iris => "iris",
-            Self::Diffraction => "diffraction",
-            Self::Motion => "motion",
-            Self::RollingShutter => "rolling_shutter",
-            Self::Sensor => "sensor",
-            Self::TiltShift => "tilt_shift",
-            Self::Media => "media",
-            Self::Spectra => "spectra",
+/// Defines [`Effect`] from the list of effects, in the order of reports: `Effect = "name" by finder`.
+macro_rules! effects {
+    ($($(#[$about:meta])* $effect:ident = $name:literal by $finder:ident($find:expr),)+) => {
+        /// Effect beyond rays of one wavelength through an ideal camera at rest.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Effect {
+            $($(#[$about])* $effect,)+
         }
-    }
+
+        impl Effect {
+            /// All effects.
+            pub const ALL: [Self; [$(Self::$effect),+].len()] = [$(Self::$effect),+];
+
+            /// Returns the name on the command line and in reports.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$effect => $name,)+
+                }
+            }
+
+            fn finder(self) -> Finder {
+                match self {
+                    $(Self::$effect => Finder::$finder($find),)+
+                }
+            }
+        }
+    };
 }
+pub(super) use effects;
 
 impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

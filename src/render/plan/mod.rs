@@ -21,15 +21,42 @@ mod spectra;
 mod tilt_shift;
 
 pub use decision::{Cost, Decision, LightTracingDecision, OmissionError, Plan};
-pub use effect::{DecidedBy, Effect};
+pub use effect::DecidedBy;
 pub use image_motion::MotionInput;
 pub use selection::{EffectSelection, VisibilityThreshold};
 pub use tilt_shift::Misalignment;
 
 use crate::light_tracing::ghosts::GhostEstimate;
 use crate::sensor::Sensor;
+use effect::{Finder, effects};
 use petzval_lens::{Camera, LensModel};
 use petzval_spectrum::LightBand;
+
+// A new effect adds its line here: `Effect = "name" by finder`.
+effects! {
+    /// Dispersion: the refractive index depends on the wavelength.
+    Dispersion = "dispersion" by LensOfGlass(dispersion::find),
+    /// Fresnel losses: surfaces of the lens reflect a part of the light.
+    Fresnel = "fresnel" by LensOfGlass(fresnel::find),
+    /// Ghosts: light that is reflected twice inside the lens.
+    Ghosts = "ghosts" by LensOfGlass(|input, _| ghosts::find(input)),
+    /// The shape of the stop.
+    Iris = "iris" by LensOfGlass(iris::find),
+    /// Diffraction at the stop.
+    Diffraction = "diffraction" by LensOfGlass(diffraction::find),
+    /// Motion blur: objects or the camera move while the shutter is open.
+    Motion = "motion" by AnyCamera(motion::find),
+    /// Rolling shutter: the rows of the sensor are read one after another.
+    RollingShutter = "rolling_shutter" by AnyCamera(rolling_shutter::find),
+    /// Noise, saturation and quantization of the sensor.
+    Sensor = "sensor" by AnyCamera(sensor::find),
+    /// Tilt and shift of the film, and decentred or tilted lens elements.
+    TiltShift = "tilt_shift" by AnyCamera(tilt_shift::find),
+    /// Participating media, such as fog, smoke and clouds.
+    Media = "media" by AnyCamera(media::find),
+    /// Spectra: paths carry wavelengths in place of red, green and blue.
+    Spectra = "spectra" by AnyCamera(spectra::find),
+}
 
 /// Data that the decisions are based on.
 #[derive(Clone, Copy, Debug)]
@@ -143,29 +170,12 @@ fn decide(effect: Effect, input: &PlanInput) -> Decision {
 }
 
 fn find(effect: Effect, input: &PlanInput) -> Finding {
-    let LensModel::Real(lens) = &input.camera.model else {
-        return match effect {
-            Effect::Motion => motion::find(input),
-            Effect::Sensor => sensor::find(input),
-            Effect::RollingShutter => rolling_shutter::find(input),
-            Effect::TiltShift => tilt_shift::aligned(),
-            Effect::Media => media::find(input),
-            Effect::Spectra => spectra::find(input),
-            _ => Finding::unavailable(DecidedBy::Scene, "the camera has no lens of glass"),
-        };
-    };
-    match effect {
-        Effect::Dispersion => dispersion::find(input, lens),
-        Effect::Diffraction => diffraction::find(input, lens),
-        Effect::Iris => iris::find(input, lens),
-        Effect::Fresnel => fresnel::find(input, lens),
-        Effect::Ghosts => ghosts::find(input),
-        Effect::Motion => motion::find(input),
-        Effect::Sensor => sensor::find(input),
-        Effect::RollingShutter => rolling_shutter::find(input),
-        Effect::TiltShift => tilt_shift::find(input, lens),
-        Effect::Media => media::find(input),
-        Effect::Spectra => spectra::find(input),
+    match (effect.finder(), &input.camera.model) {
+        (Finder::AnyCamera(find), _) => find(input),
+        (Finder::LensOfGlass(find), LensModel::Real(lens)) => find(input, lens),
+        (Finder::LensOfGlass(_), _) => {
+            Finding::unavailable(DecidedBy::Scene, "the camera has no lens of glass")
+        }
     }
 }
 

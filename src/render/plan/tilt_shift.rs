@@ -1,7 +1,7 @@
 //! Decision about tilt and shift of the film and of lens elements.
 
 use super::{DecidedBy, Finding, OmissionError, PlanInput, cost, pixels_per_um};
-use petzval_lens::{Pose, Prescription, RealLens};
+use petzval_lens::{LensModel, Pose, Prescription};
 
 /// Cost [ns per film sample] of shifted film; of tilted film or a misaligned lens; and of each change of
 /// frame between surfaces. Measured by `cargo bench --bench effects -- tilt_shift`.
@@ -19,10 +19,13 @@ pub struct Misalignment {
 }
 
 /// Calls for the effect whenever there is a misalignment, which is never the default.
-pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
-    let Some(Misalignment { lens: misaligned, film, by }) = input.misalignment else {
-        return aligned();
+pub(super) fn find(input: &PlanInput) -> Finding {
+    let (LensModel::Real(lens), Some(misalignment)) = (&input.camera.model, input.misalignment)
+    else {
+        let reason = "film and elements are perpendicular to the axis and centred on it";
+        return Finding::unavailable(DecidedBy::Scene, reason);
     };
+    let Misalignment { lens: misaligned, film, by } = misalignment;
     let um = lens.displacement(misaligned, *film, input.camera.film);
     let pixels = um * pixels_per_um(input);
     let mut parts = Vec::new();
@@ -43,12 +46,4 @@ pub(super) fn find(input: &PlanInput, lens: &RealLens) -> Finding {
         by_default: true,
         cost: cost(input, ns),
     }
-}
-
-/// Returns the finding for an aligned camera.
-pub(super) fn aligned() -> Finding {
-    Finding::unavailable(
-        DecidedBy::Scene,
-        "film and elements are perpendicular to the axis and centred on it",
-    )
 }
