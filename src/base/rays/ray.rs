@@ -217,27 +217,56 @@ pub struct Ray {
 
 #[cfg(test)]
 mod tests {
+    use bytemuck::{cast_mut, cast_slice_mut};
+
     use super::*;
+
+    /// Returns the entries of ray `i` in all columns.
+    fn entries(rays: &mut RayBatch, i: usize) -> Vec<&mut u32> {
+        let RayBatch {
+            len: _,
+            origin,
+            direction,
+            t_max,
+            throughput,
+            slot,
+            pdf,
+            flags,
+            roulette_scale,
+            facing,
+            wo,
+            gloss,
+            medium,
+            differential,
+        } = rays;
+        let vectors = [origin, direction, throughput, facing, wo].into_iter().flatten();
+        let numbers = vectors.chain(gloss).chain([t_max, pdf, roulette_scale]);
+        let mut entries: Vec<&mut u32> = numbers.map(|column| cast_mut(&mut column[i])).collect();
+        entries.extend([&mut slot[i], &mut medium[i], cast_mut(&mut flags[i])]);
+        entries.extend(cast_slice_mut(&mut differential[i..=i]));
+        entries
+    }
 
     #[test]
     fn rays_that_are_kept_stay_in_order_with_all_their_columns() {
-        let mut rays = RayBatch::default();
-        for i in 0..5u8 {
-            let value = f32::from(i);
-            let ray = Ray { origin: [value; 3], direction: [value; 3], t_max: value };
-            rays.push(ray, [value; 3], u32::from(i));
-            rays.pdf[usize::from(i)] = value;
+        let mut rays = RayBatch { len: 5, ..RayBatch::default() };
+        let mut before = Vec::new();
+        for i in 0..5 {
+            for (column, entry) in entries(&mut rays, i).into_iter().enumerate() {
+                *entry = (100 * i + column) as u32;
+            }
+            before.push(entries(&mut rays, i).into_iter().map(|entry| *entry).collect::<Vec<_>>());
         }
+        let slots: Vec<u32> = rays.slot[..5].to_vec();
         let mut seen = Vec::new();
         rays.retain(|rays, i| {
             seen.push(rays.slot[i]);
-            i % 2 == 1
+            i % 2 == 0
         });
-        assert_eq!(seen, [0, 1, 2, 3, 4]);
-        assert_eq!(rays.len, 2);
-        assert_eq!(rays.slot[..2], [1, 3]);
-        assert_eq!(rays.pdf[..2], [1.0, 3.0]);
-        assert_eq!([rays.ray(0).t_max, rays.ray(1).t_max], [1.0, 3.0]);
-        assert_eq!(rays.throughput(1), [3.0; 3]);
+        assert_eq!(seen, slots);
+        assert_eq!(rays.len, 3);
+        for (to, from) in [0, 2, 4].into_iter().enumerate() {
+            assert_eq!(entries(&mut rays, to), before[from].iter_mut().collect::<Vec<_>>());
+        }
     }
 }
