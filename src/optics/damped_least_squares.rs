@@ -155,6 +155,95 @@ mod tests {
         }
     }
 
+    /// The line v0 + v1 x through points that do not lie on one, with a lower bound of v0.
+    struct Line(f64);
+
+    impl Line {
+        const POINTS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 1.0], [2.0, 1.0], [3.0, 3.0]];
+        const BEST: [f64; 2] = [-0.1, 0.9];
+    }
+
+    impl Residuals for Line {
+        fn at(&self, v: &[f64]) -> Option<Vec<f64>> {
+            Some(Self::POINTS.map(|[x, y]| v[0] + v[1] * x - y).to_vec())
+        }
+        fn derivatives(&self, _: &[f64], _: &[f64]) -> Option<Vec<Vec<f64>>> {
+            Some(vec![vec![1.0; 4], Self::POINTS.map(|[x, _]| x).to_vec()])
+        }
+        fn bounds(&self, variable: usize) -> [f64; 2] {
+            [if variable == 0 { self.0 } else { f64::NEG_INFINITY }, f64::INFINITY]
+        }
+    }
+
+    /// A step whose sum of squares no longer counts is this near.
+    const NEAR: f64 = 1e-9;
+
+    fn assert_near(found: &[f64], expected: [f64; 2]) {
+        let error = [0, 1].map(|i| (found[i] - expected[i]).abs());
+        assert!(error.iter().all(|error| *error < NEAR), "{found:?} instead of {expected:?}");
+    }
+
+    /// ln v, which has no value for v <= 0.
+    struct Logarithm;
+
+    impl Residuals for Logarithm {
+        fn at(&self, v: &[f64]) -> Option<Vec<f64>> {
+            (v[0] > 0.0).then(|| vec![v[0].ln()])
+        }
+        fn derivatives(&self, v: &[f64], _: &[f64]) -> Option<Vec<Vec<f64>>> {
+            Some(vec![vec![1.0 / v[0]]])
+        }
+    }
+
+    #[test]
+    fn steps_of_a_linear_problem_converge_faster_and_faster() {
+        // The damping of four good steps, 1e-3 to 2e-6, leaves 1e-14 of the error. Steps that are 1 %
+        // too long leave 1e-8 of it.
+        let free = Line(f64::NEG_INFINITY);
+        let (end, _) = minimize(&free, vec![5.0, -3.0], 4, |_, _| true).expect("a start");
+        assert_near(&end, Line::BEST);
+    }
+
+    #[test]
+    fn a_bound_holds_a_variable_only_while_the_gradient_pushes_it_there() {
+        // With v0 = 1, the best v1 is the sum of x (y - 1) over that of x². The step of both variables
+        // together, cut at the bound, does not lead there.
+        let (end, _) = minimize(&Line(1.0), vec![5.0, -3.0], 6, |_, _| true).expect("a start");
+        assert_near(&end, [1.0, 6.0 / 14.0]);
+        let (end, _) = minimize(&Line(-2.0), vec![-2.0, 0.0], 6, |_, _| true).expect("a start");
+        assert_near(&end, Line::BEST);
+    }
+
+    #[test]
+    fn no_step_increases_the_sum_of_squares() {
+        let free = Valley([f64::NEG_INFINITY, f64::INFINITY]);
+        let mut sums = Vec::new();
+        let record = |_, sum| {
+            sums.push(sum);
+            true
+        };
+        // The first undamped step leads across the valley, to a hundred times the sum.
+        minimize(&free, vec![-1.2, 1.0], 100, record).expect("a start");
+        assert!(sums.len() > 5 && sums.windows(2).all(|pair| pair[1] < pair[0]), "{sums:?}");
+    }
+
+    #[test]
+    fn a_step_to_where_there_is_no_value_is_shortened() {
+        let (end, reason) = minimize(&Logarithm, vec![4.0], 100, |_, _| true).expect("a start");
+        assert!((end[0] - 1.0).abs() < NEAR, "{end:?}");
+        assert_eq!(reason, StopReason::Converged);
+        assert_eq!(minimize(&Logarithm, vec![-1.0], 100, |_, _| true), None);
+    }
+
+    #[test]
+    fn a_start_at_the_bottom_has_no_better_step() {
+        // The bound holds the first variable, and the derivative by the second is exactly 0.
+        let bound = Valley([-2.0, 0.5]);
+        let start = vec![0.5, 0.25];
+        let (end, reason) = minimize(&bound, start.clone(), 100, |_, _| true).expect("a start");
+        assert_eq!((end, reason), (start, StopReason::NoBetterStep));
+    }
+
     #[test]
     fn a_curved_valley_is_followed_to_its_end() {
         let free = Valley([f64::NEG_INFINITY, f64::INFINITY]);
