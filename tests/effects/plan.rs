@@ -3,7 +3,8 @@
 use crate::support::{mean, petzval, picture, root};
 use petzval_lens::Coating;
 use petzval_render::Backend;
-use petzval_render::plan::{Effect, OmissionError};
+use petzval_render::light_tracing::LightTracingSurvey;
+use petzval_render::plan::{Effect, OmissionError, Plan};
 use petzval_render::prepare::{Changes, FocusOn, prepare};
 use petzval_scene_formats::pbrt;
 use serde_json::Value;
@@ -53,6 +54,25 @@ fn the_first_picture_disperses_where_its_pixels_show_it() {
     for (pixels, on) in [("300x300", false), ("6000x6000", true)] {
         let effects = effects(&["scenes/dgauss.pbrt", "--resolution", pixels]);
         assert_eq!(of(&effects, "dispersion")["on"], on, "{pixels}: {effects:#?}");
+    }
+}
+
+#[test]
+fn nothing_is_measured_for_a_picture_whose_user_decides_all() {
+    // Its lamp makes ghosts, so that everything can be measured.
+    let plan = |effects: &str, light_paths| {
+        let description = pbrt::read(&root().join("scenes/fisheye.pbrt")).expect("a scene");
+        let effects = effects.parse().expect("a selection");
+        let changes = Changes { effects, light_paths, ..Changes::default() };
+        prepare(description, &changes).expect("a job").job.plan
+    };
+    let decided = plan("none", Some(false));
+    // Measured effects have errors, costs and longer reasons.
+    assert_eq!(decided.effects, Plan::unwanted().effects);
+    assert_eq!(decided.light_paths.reason, LightTracingSurvey::unwanted().reason);
+    assert_eq!(plan("none", Some(true)).effects, Plan::unwanted().effects);
+    for open in [plan("none", None), plan("auto", Some(false))] {
+        assert!(open.effects.iter().any(|decision| decision.cost.is_some()), "{open:?}");
     }
 }
 

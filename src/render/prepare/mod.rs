@@ -189,14 +189,8 @@ fn plan_job(
         Report { camera_at: description.camera_at.clone(), warnings, notes: Notes::new() };
     let Draft { mut job, misalignment, sensor, pitch } =
         draft(description, changes, context, excluded, &exposure, &mut report)?;
-    // Nothing is measured for decisions that the user has made.
-    let is_decided = changes.light_paths.is_some()
-        && Effect::ALL.iter().all(|&effect| changes.effects.of(effect) == Some(false));
-    let (ghost_estimate, pilot) = match is_decided {
-        true => (None, PilotEstimate::default()),
-        false => measure(&job, excluded)?,
-    };
-    let decide = || {
+    let measured = measure(&job, changes, excluded)?;
+    let decide = |measured: &Measured| {
         plan(&PlanInput {
             camera: &job.camera,
             resolution: job.frame.resolution,
@@ -204,8 +198,8 @@ fn plan_job(
             narrow_band: changes.passband.is_some(),
             assumed_dispersion: changes.assume_vd,
             coating_given: changes.coating.is_some(),
-            ghosts: ghost_estimate.as_ref(),
-            pilot,
+            ghosts: measured.ghosts.as_ref(),
+            pilot: measured.pilot,
             sensor: sensor.as_ref(),
             samples: job.samples.end,
             motion: MotionInput {
@@ -219,8 +213,9 @@ fn plan_job(
             threshold: changes.threshold,
         })
     };
-    job.plan = if is_decided { Plan::unwanted() } else { decide() };
-    apply_plan(&mut job, exposure, ghost_estimate.as_ref())?;
+    job.plan = measured.as_ref().map_or_else(Plan::unwanted, decide);
+    let Measured { ghosts, pilot } = measured.unwrap_or_default();
+    apply_plan(&mut job, exposure, ghosts.as_ref())?;
     plan_light_paths(&mut job, changes.light_paths, pilot.mean);
     report.warn_unavailable(&changes.effects, &job.plan);
     if let LensModel::Real(lens) = &job.camera.model {
@@ -245,20 +240,34 @@ fn plan_job(
     Ok((job, report))
 }
 
-/// Estimates the ghosts of a picture, its brightness and its cost.
+/// Estimates on which a plan is based.
+#[derive(Default)]
+struct Measured {
+    ghosts: Option<GhostEstimate>,
+    /// The brightness and the cost of the picture.
+    pilot: PilotEstimate,
+}
+
+/// Measures a picture without effects; `None` if the user has decided about all effects and the light
+/// paths, so that nothing needs to be measured.
 ///
 /// # Errors
 /// Returns an error if the pilot picture cannot be rendered.
 fn measure(
     job: &Job,
+    changes: &Changes,
     excluded: ExcludedEffects,
-) -> Result<(Option<GhostEstimate>, PilotEstimate), PrepareError> {
+) -> Result<Option<Measured>, PrepareError> {
+    let is_off = |&effect: &Effect| changes.effects.of(effect) == Some(false);
+    if changes.light_paths.is_some() && Effect::ALL.iter().all(is_off) {
+        return Ok(None);
+    }
     let ghosts = || match excluded.ghosts {
         true => None,
         false => ghosts::estimate(&job.light_path_input()),
     };
     let (ghosts, pilot) = rayon::join(ghosts, || pilot::estimate(job));
-    Ok((ghosts, pilot?))
+    Ok(Some(Measured { ghosts, pilot: pilot? }))
 }
 
 /// Decides whether light paths find images of lamps, and caustics. `mean` is the mean
