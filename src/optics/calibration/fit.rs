@@ -209,6 +209,22 @@ mod tests {
     }
 
     #[test]
+    fn every_pixel_moves_with_the_principal_point() {
+        let model = DistortionModel::BrownConrady;
+        let matrix = CameraMatrix { focal: [800.0; 2], centre: [320.0, 240.0] };
+        let points = points(model, matrix, &[0.1, -0.02, 0.0, 0.0, 0.01]);
+        let symmetry = FitSymmetry::None { start: [300.0, 250.0] };
+        let camera = CameraFit::new(model, &points, symmetry).unwrap();
+        let columns = camera.derivatives(&camera.start, &[]).unwrap();
+        for (axis, column) in columns[2..4].iter().enumerate() {
+            for (i, slope) in column[..2 * points.len()].iter().enumerate() {
+                let expected = if i % 2 == axis { 1.0 } else { 0.0 };
+                assert!((slope - expected).abs() < 1e-6, "{i}: {slope}");
+            }
+        }
+    }
+
+    #[test]
     fn a_pinhole_model_does_not_fit_directions_behind_the_camera() {
         let behind = FitPoint { direction: DVec3::new(1.0, 0.0, -0.1), pixel: [900.0, 200.0] };
         let round = FitSymmetry::Round([320.0, 240.0]);

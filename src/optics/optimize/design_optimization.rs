@@ -201,3 +201,50 @@ pub fn optimize_design(
     (lens.stated_focal_length, lens.stated_f_number) = (None, None);
     Ok(OptimizedDesign { lens, start, end, iterations: done, reason })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::conditions::ConditionChoices;
+    use petzval_lens::Row;
+
+    #[test]
+    fn derivatives_of_a_mirror_are_those_of_its_formula_from_inside_the_bounds() {
+        let row =
+            Row { radius: -200.0, diameter: 40.0, mirror: true, stop: true, ..Row::default() };
+        let lens = Prescription::new("mirror", vec![row]).expect("one stop");
+        let choices = ConditionChoices { image_height: Some(1.0), ..Default::default() };
+        let conditions = ImagingConditions::new(&lens, choices).expect("a focus");
+        let named = |name| DesignVariable::named(name, &lens).expect("a variable");
+        let mut goal = DesignGoal {
+            variables: ["film", "c1"].map(named).to_vec(),
+            targets: ["film=90", "efl=90"].map(|target| target.parse().expect("a target")).to_vec(),
+            refocus: Refocus::Off,
+            least_edge: 0.1,
+            shares: vec![0.0],
+            rings: 2,
+            iterations: 1,
+            threads: 1,
+        };
+        let mut slopes = |most: f64| {
+            goal.variables[1].bounds[1] = most;
+            let design = FilmedLens { lens: lens.clone(), film: conditions.film_distance };
+            let edges = EdgeConstraint::new(&lens, goal.least_edge);
+            let merit = VariableMerit::new(&goal, design, &conditions, &edges).expect("rays");
+            let at = merit.values();
+            let residuals = merit.at(&at).expect("residuals");
+            let [film, c] = &merit.derivatives(&at, &residuals).expect("derivatives")[..] else {
+                panic!("two columns")
+            };
+            assert!(
+                (film[0] - 1.0).abs() < 1e-6 && film[1] == 0.0 && c[0] == 0.0,
+                "{film:?} {c:?}"
+            );
+            c[1]
+        };
+        // f = -1 / (2 c) has the slope 1 / (2 c²), which grows with c.
+        let (free, bound, exact) = (slopes(f64::INFINITY), slopes(-0.005), 20_000.0);
+        assert!(exact < free && free < exact * (1.0 + 1e-5), "{free}");
+        assert!(exact * (1.0 - 1e-5) < bound && bound < exact, "{bound}");
+    }
+}
