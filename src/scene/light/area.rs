@@ -1,6 +1,7 @@
 //! Area lights: the emission of shapes.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
@@ -21,7 +22,7 @@ pub struct Emission {
     /// Whether both sides emit.
     pub two_sided: bool,
     /// Image of the radiance over the texture coordinates.
-    pub image: Option<ImageMap>,
+    pub image: Option<Arc<ImageMap>>,
     /// Matrix of the colours of the image, if paths carry other channels than RGB.
     pub uplift: Option<[[f32; 3]; 3]>,
     /// Whether the radiance is divided by the area of each triangle, bilinear patch or quadric, so
@@ -72,7 +73,7 @@ impl AreaLight {
             Geometry::Mesh(mesh) if emission.normalize_by_area => mesh.patch_areas(),
             _ => Vec::new(),
         };
-        let mean = emission.image.as_ref().map_or([1.0; 3], image_mean);
+        let mean = emission.image.as_deref().map_or([1.0; 3], image_mean);
         let (sphere, disk) = match geometry {
             Geometry::Quadric(quadric) => (quadric.whole_sphere(), quadric.whole_disk()),
             Geometry::Mesh(_) | Geometry::Patches(_) | Geometry::Curves(_) => (None, None),

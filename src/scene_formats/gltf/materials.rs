@@ -199,7 +199,9 @@ impl MaterialReader<'_> {
             Some(info) => {
                 let texture = TextureUse::new(info, format!("{}/emissiveTexture", self.element));
                 self.uv_sets.push(texture.set());
-                Some(image_map(self.document, self.images, &texture, false, |colour| colour)?)
+                Some(
+                    image_map(self.document, self.images, &texture, false, |colour| colour)?.into(),
+                )
             }
             None => None,
         };

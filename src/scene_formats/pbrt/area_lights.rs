@@ -1,6 +1,7 @@
 //! The AreaLightSource directive: the light that the shapes after it emit.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use super::SceneError;
 use super::attributes::Target;
@@ -55,7 +56,7 @@ impl SceneReader {
         Ok(Emission {
             radiance: scaled(params, strength, factor, "power")?,
             two_sided,
-            image: image.map(|picture| unframed(picture, false)),
+            image: image.map(|picture| Arc::new(unframed(picture, false))),
             uplift: None,
             normalize_by_area: power.is_some(),
         })
