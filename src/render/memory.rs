@@ -84,8 +84,10 @@ impl Estimate {
             true => 0,
             false => pixels * round_bytes(job),
         };
+        let spectral = job.spectral.as_ref().map_or(0, |scene| scene.bytes());
         let always = [
             ("scene, lens and program", resident.now),
+            ("scenes by wavelength", spectral),
             ("threads", threads * thread_bytes(job)),
             ("tile results", rounds),
         ];
@@ -154,13 +156,16 @@ impl fmt::Display for Estimate {
 
 /// Memory of a thread besides its columns: its stack, its heap and a tile (bytes).
 const THREAD_BYTES: u64 = 1 << 18;
+/// Memory of the samples of a tile that wait for a wave of their wavelengths (bytes).
+const QUEUE_BYTES: u64 = 4 << 20;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
 
 /// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
 fn thread_bytes(job: &Job) -> u64 {
     let depths = u64::from(job.path_limits.max_depth).min(MAX_DEFERRED_DEPTHS) + 1;
-    Wave::BYTES + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
+    let queues = if job.spectral.is_some() { QUEUE_BYTES } else { 0 };
+    queues + Wave::BYTES + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
 }
 
 /// Returns the largest memory of a pixel in adaptive rounds: its four quarters, and the results of a

@@ -269,6 +269,11 @@ impl MaterialModel {
         }
     }
 
+    /// Returns the number of textures in all expressions of the model.
+    pub(super) fn texture_nodes(&self) -> usize {
+        self.textures().into_iter().map(Texture::node_count).sum()
+    }
+
     /// Returns whether the refractive index depends on the wavelength.
     pub(super) fn disperses(&self) -> bool {
         matches!(self, Self::Dielectric { dispersion: Some(_), .. })

@@ -13,9 +13,12 @@ use petzval_spectrum::{
 
 use super::light::{IntensityDistribution, Light};
 use super::material::{Material, MaterialModel, Quantity};
-use super::medium::MediumSpectra;
+use super::medium::{Medium, MediumSpectra};
 use super::texture::{SolidPattern, Texture};
 use super::{Lights, Scene};
+
+/// Memory of a texture that a material of a set has alone (bytes).
+const NODE_BYTES: usize = 2 * size_of::<Texture>() + 16;
 
 /// A scene at the wavelengths of all sets. Each is made when it is first asked for; all share shapes,
 /// images, grids and hierarchies.
@@ -51,6 +54,20 @@ impl SpectralScene {
     /// Returns whether glass of the scene disperses, so that paths need a hero among their wavelengths.
     pub fn disperses(&self) -> bool {
         self.disperses
+    }
+
+    /// Returns the memory that the scenes of all sets take in addition to what they share (bytes).
+    pub fn bytes(&self) -> u64 {
+        let Scene { materials, lights, .. } = &self.base;
+        let textures =
+            materials.iter().map(|material| material.model.texture_nodes()).sum::<usize>();
+        let media = self.base.media.iter().map(Medium::own_bytes).sum::<usize>();
+        let one = size_of::<Scene>()
+            + size_of_val(&materials[..])
+            + size_of_val(&lights.all[..])
+            + textures * NODE_BYTES
+            + media;
+        (self.scenes.len() * one) as u64
     }
 
     /// Returns the scene at the wavelengths of a set. `hero` is the channel that goes on behind glass that

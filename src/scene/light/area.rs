@@ -53,7 +53,7 @@ pub struct AreaLight {
     /// Index of its first triangle, or of the quadric, among the emitters of the scene.
     pub(super) first_emitter: u32,
     /// Area that the radiance of each triangle is divided by; empty without normalization.
-    emitter_areas: Vec<f32>,
+    emitter_areas: Arc<[f32]>,
     /// Mean of the image by channel; 1 without an image.
     mean: [f32; 3],
     /// The sphere, if the shape is a whole one.
@@ -70,8 +70,8 @@ impl AreaLight {
             emission.normalize_by_area = false;
         }
         let emitter_areas = match geometry {
-            Geometry::Mesh(mesh) if emission.normalize_by_area => mesh.patch_areas(),
-            _ => Vec::new(),
+            Geometry::Mesh(mesh) if emission.normalize_by_area => mesh.patch_areas().into(),
+            _ => [].into(),
         };
         let mean = emission.image.as_deref().map_or([1.0; 3], image_mean);
         let (sphere, disk) = match geometry {

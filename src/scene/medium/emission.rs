@@ -44,6 +44,11 @@ impl Blackbodies {
         (0..ENTRIES).into_par_iter().map(entry).collect()
     }
 
+    /// Returns the memory of the table (bytes).
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.table[..])
+    }
+
     /// The same factor, and other radiances of all entries.
     pub(super) fn with_radiances(&self, table: impl Iterator<Item = [f32; 3]>) -> Self {
         Self { scale: self.scale, table: table.collect() }

@@ -283,6 +283,17 @@ impl Field {
         }
     }
 
+    /// Returns the memory of its table of black bodies (bytes).
+    pub(super) fn table_bytes(&self) -> usize {
+        match self {
+            Self::Density(DensityField {
+                emission: Some(FieldEmission::Thermal { radiance, .. }),
+                ..
+            }) => radiance.bytes(),
+            _ => 0,
+        }
+    }
+
     /// Returns its memory (bytes).
     pub(super) fn bytes(&self) -> usize {
         match self {

@@ -52,6 +52,15 @@ impl MediumSpectra {
 }
 
 impl Medium {
+    /// Returns the memory that the medium of a set has alone (bytes).
+    pub(crate) fn own_bytes(&self) -> usize {
+        let own = match &self.model {
+            MediumModel::Homogeneous(_) => 0,
+            MediumModel::Varying(varying) => varying.own_bytes(),
+        };
+        size_of::<Self>() + own
+    }
+
     /// Returns the medium at the wavelengths of a set.
     pub(crate) fn in_set(&self, spectra: &MediumSpectra, set: usize) -> Self {
         let absorption = spectra.absorption.in_set(set);

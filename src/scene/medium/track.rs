@@ -67,6 +67,11 @@ impl VaryingMedium {
         Self { field, majorants: self.majorants.scaled(factor), ..*self }
     }
 
+    /// Returns the memory of what [`Self::with_field`] does not share (bytes).
+    pub(super) fn own_bytes(&self) -> usize {
+        size_of::<Self>() + self.majorants.bytes() + self.field.table_bytes()
+    }
+
     /// Returns its memory (bytes).
     pub fn bytes(&self) -> usize {
         size_of::<Self>() + self.field.bytes() + self.majorants.bytes()
