@@ -73,6 +73,8 @@ def entry(pbrt, row, kept, scene):
     new = {"group": row.group, "name": row.name, "scene": row.scene}
     new |= {key: measured[key] for key in keys}
     new |= {key: getattr(row, key) for key in ("differs", "missing") if getattr(row, key)}
+    if row.spectra:
+        new["spectra"] = True
     return new | {"tolerance": row.tolerance}
 
 

@@ -107,7 +107,7 @@ for name, text in [
     ("coatedconductor, anisotropic", '"coatedconductor" "rgb reflectance" [0.8 0.8 0.8] "float conductor.uroughness" 0.1 "float conductor.vroughness" 0.4 "float interface.uroughness" 0.2 "float interface.vroughness" 0.05'),
 ]:
     metal = name.split("metal-")[-1] in ("Cu", "CuZn")
-    material(name, f"Material {text}", differs="RGB in place of spectra" if metal else "", tolerance=0.015 if metal else 0.01)
+    material(name, f"Material {text}", spectra=metal)
 for glass in ["BAF10", "FK51A", "LASF9", "F5", "F10", "F11"]:
     name = f"glass-{glass}"
     material(f"dielectric, {name}", f'Material "dielectric" "spectrum eta" "{name}"', differs="no dispersion at surfaces of the scene", tolerance=0.015)
@@ -233,7 +233,7 @@ for kelvin in [2200, 2700, 10000]:
     row("spectra", f"blackbody {kelvin}", GREY + BALL, lights=f'LightSource "infinite" "blackbody L" {kelvin}\n')
 row("spectra", "wavelengths and values", GREY + BALL, lights='LightSource "infinite" "spectrum L" [360 1 500 0.4 600 2 830 1]\n')
 row("spectra", "file", GREY + BALL, lights=f'LightSource "infinite" "spectrum L" "{FILES}/green.spd"\n')
-row("spectra", "of light and surface", 'Material "diffuse" "spectrum reflectance" [400 0.2 500 0.4 600 0.6 700 0.7]\n' + BALL, lights='LightSource "infinite" "spectrum L" "stdillum-A"\n', differs="RGB in place of spectra", tolerance=0.03)
+row("spectra", "of light and surface", 'Material "diffuse" "spectrum reflectance" [400 0.2 500 0.4 600 0.6 700 0.7]\n' + BALL, lights='LightSource "infinite" "spectrum L" "stdillum-A"\n', spectra=True)
 
 # Cameras
 for name, text in [

@@ -36,6 +36,8 @@ class Row:
     differs: str = ""
     tolerance: float = 0.01
     missing: str = ""
+    # Whether paths of petzval carry wavelengths (`--effects +spectra`).
+    spectra: bool = False
 
 
 ROWS = []
@@ -102,7 +104,7 @@ material("diffuse, coloured", 'Material "diffuse" "rgb reflectance" [0.7 0.3 0.1
 material("coateddiffuse", 'Material "coateddiffuse" "rgb reflectance" [0.5 0.5 0.5]')
 material("coateddiffuse, rough and thick", 'Material "coateddiffuse" "rgb reflectance" [0.5 0.5 0.5] "float roughness" 0.4 "float thickness" 0.1 "float eta" 1.7')
 material("coateddiffuse, absorbing coat", 'Material "coateddiffuse" "rgb reflectance" [0.6 0.6 0.6] "float thickness" 0.5 "rgb albedo" [0.4 0.4 0.4] "float g" 0.5 "integer maxdepth" 20 "integer nsamples" 4')
-material("conductor, metal-Au", 'Material "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0.1', differs="RGB in place of spectra", tolerance=0.015)
+material("conductor, metal-Au", 'Material "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "float roughness" 0.1', spectra=True)
 material("conductor, metal-Ag", 'Material "conductor" "spectrum eta" "metal-Ag-eta" "spectrum k" "metal-Ag-k" "float roughness" 0.3')
 material("conductor, smooth", 'Material "conductor" "rgb reflectance" [0.8 0.8 0.8] "float roughness" 0')
 material("conductor, anisotropic", 'Material "conductor" "rgb reflectance" [0.8 0.8 0.8] "float uroughness" 0.05 "float vroughness" 0.4 "bool remaproughness" false')

@@ -10,7 +10,7 @@ use crate::support::{folder, in_parallel, mean, picture, root, write};
 use glam::Vec3;
 use petzval_image::{DisplayExposure, Picture};
 use petzval_render::Backend;
-use petzval_render::prepare::prepare;
+use petzval_render::prepare::{Changes, prepare};
 use petzval_spectrum::Primaries;
 use serde_json::Value;
 
@@ -33,6 +33,8 @@ struct Row {
     error: [f64; 3],
     /// Luminance of each texel, row by row.
     thumbnail: Vec<f64>,
+    /// Whether paths carry wavelengths.
+    spectra: bool,
     differs: Option<String>,
     missing: Option<String>,
     /// Largest relative difference of the mean, without noise.
@@ -57,6 +59,7 @@ fn row(entry: &Value) -> Row {
         mean: triple("mean"),
         error: triple("error"),
         thumbnail: texels.0.iter().map(|hex| f64::from(byte(hex)) / 255.0 * white).collect(),
+        spectra: entry["spectra"] == true,
         differs: text("differs"),
         missing: text("missing"),
         tolerance: entry["tolerance"].as_f64().expect("a number"),
@@ -93,7 +96,9 @@ fn check(row: &Row) -> Option<String> {
     if row.missing.is_some() {
         return description.warnings.is_empty().then(|| "no warning".to_owned());
     }
-    let job = match prepare(description, &Default::default()) {
+    let effects = if row.spectra { "+spectra" } else { "auto" };
+    let effects = effects.parse().expect("effects");
+    let job = match prepare(description, &Changes { effects, ..Changes::default() }) {
         Ok(prepared) => prepared.job,
         Err(error) => return Some(error.to_string()),
     };
@@ -150,7 +155,7 @@ fn the_manual_shows_every_row() {
             (_, Some(missing)) => format!("not supported: {missing}"),
             (Some(differs), _) => format!("within {} %: {differs}", 100.0 * row.tolerance),
             _ => {
-                agreeing.push(row.name);
+                agreeing.push(row.name + if row.spectra { " (+spectra)" } else { "" });
                 continue;
             }
         };
