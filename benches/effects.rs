@@ -423,9 +423,38 @@ fn media(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Measures pictures of the gallery in RGB and by wavelength, without light that starts at lamps.
+fn spectra(criterion: &mut Criterion) {
+    const SIZE: [u32; 2] = [150, 100];
+    let mut group = criterion.benchmark_group("effect/spectra");
+    group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1]) * 64)).sample_size(10);
+    for scene in ["dgauss", "night", "atelier"] {
+        for sign in ["-", "+"] {
+            let effects = format!("{sign}spectra,-dispersion,-diffraction,-ghosts");
+            let changes = Changes {
+                effects: effects.parse().expect("effects"),
+                resolution: Some(SIZE),
+                samples: Some(64),
+                light_paths: Some(false),
+                ..Changes::default()
+            };
+            let description = pbrt::read(Path::new(&format!("scenes/{scene}.pbrt")));
+            let job = prepare(description.expect("a scene"), &changes).expect("a job").job;
+            print_estimate(&job, Effect::Spectra);
+            group.bench_function(format!("{scene}/{sign}spectra"), |bencher| {
+                bencher.iter(|| {
+                    render(&job, RenderOptions { threads: 1, ..RenderOptions::default() })
+                        .expect("a render")
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20);
-    targets = diffraction, dispersion, everything_off, fresnel, ghosts, media, motion, sensor, tilt_shift
+    targets = diffraction, dispersion, everything_off, fresnel, ghosts, media, motion, sensor, spectra, tilt_shift
 }
 criterion_main!(benches);
