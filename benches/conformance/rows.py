@@ -210,7 +210,6 @@ SIDE = '"integer nx" 4 "integer ny" 4 "integer nz" 4'
 CUBE = f'"point3 p0" [-0.6 -0.6 0] "point3 p1" [0.6 0.6 1.2] {SIDE}'
 CHROMATIC = '"rgb sigma_a" [0.2 0.3 0.4] "rgb sigma_s" [3 2 1]'
 BOUNDARY = 'Material "interface"\nMediumInterface "m" ""\n' + BALL
-COLOURED = "coefficients by channel in place of spectra"
 media("homogeneous", f'{MEDIUM} "homogeneous" {CHROMATIC}\n{BOUNDARY}')
 media("homogeneous, g 0.7", f'{MEDIUM} "homogeneous" {CHROMATIC} "float g" 0.7\n{BOUNDARY}')
 media("homogeneous, g -0.5, scale", f'{MEDIUM} "homogeneous" {CHROMATIC} "float g" -0.5 "float scale" 2\n{BOUNDARY}')
@@ -219,7 +218,7 @@ media(
     "homogeneous, Le",
     f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.5 0.5 0.5] "rgb sigma_s" [0.5 0.5 0.5] "rgb Le" [1 1 1] "float Lescale" 0.5\n{BOUNDARY}',
 )
-media("homogeneous, absorption only", f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.2 1 2] "rgb sigma_s" [0 0 0]\n{BOUNDARY}', differs=COLOURED, tolerance=0.02)
+media("homogeneous, absorption only", f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.2 1 2] "rgb sigma_s" [0 0 0]\n{BOUNDARY}', spectra=True)
 media("homogeneous in glass", f'{MEDIUM} "homogeneous" {CHROMATIC}\nMaterial "dielectric"\nMediumInterface "m" ""\n{BALL}')
 media("uniformgrid", f'{MEDIUM} "uniformgrid" {CUBE} "float density" [{grid(64, 3)}] {CHROMATIC}\n{BOUNDARY}')
 media(
@@ -233,15 +232,13 @@ media(
 media(
     "uniformgrid, temperature",
     f'{MEDIUM} "uniformgrid" {CUBE} "float density" [{grid(64, 3)}] "float temperature" [{grid(64, 3000)}] "float temperatureoffset" 100\n{BOUNDARY}',
-    differs=COLOURED,
-    tolerance=0.04,
+    spectra=True,
 )
 media("rgbgrid", f'{MEDIUM} "rgbgrid" {CUBE} "rgb sigma_a" [{grid(192, 0.5)}] "rgb sigma_s" [{grid(192, 4)}]\n{BOUNDARY}')
 media(
     "rgbgrid, Le",
     f'{MEDIUM} "rgbgrid" {CUBE} "rgb sigma_a" [{grid(192, 0.5)}] "rgb Le" [{grid(192, 0.03)}] "float scale" 0.5\n{BOUNDARY}',
-    differs=COLOURED,
-    tolerance=0.02,
+    spectra=True,
 )
 media(
     "cloud",
@@ -252,8 +249,7 @@ media("nanovdb", f'{MEDIUM} "nanovdb" {NANOVDB} "float Lescale" 0\n{BOUNDARY}')
 media(
     "nanovdb, temperature",
     f'{MEDIUM} "nanovdb" {NANOVDB} "float Lescale" 0.1\n{BOUNDARY}',
-    differs=COLOURED,
-    tolerance=0.04,
+    spectra=True,
 )
 FOG = f'{MEDIUM} "homogeneous" "rgb sigma_a" [0.01 0.01 0.01] "rgb sigma_s" [0.05 0.05 0.05]\nMediumInterface "" "m"\n'
 media("around the camera", "Material \"diffuse\"\n" + BALL, camera=FOG + CAMERA)
@@ -291,11 +287,10 @@ for name, text in [
     film = FILM.strip() + f" {text}\n"
     row("films", f"rgb, {name}", WORLD, film=film, differs=why, tolerance=0.35 if why else 0.01)
 COLOURED = 'Material "diffuse" "rgb reflectance" [0.6 0.3 0.15]\n' + BALL
-SENSOR = "a matrix takes the place of the camera's spectral response"
 for camera in ["canon_eos_100d", "nikon_d850", "sony_ilce_9"]:
     row("films", f"rgb, sensor {camera}", WORLD, film=FILM.strip() + f' "string sensor" "{camera}"\n')
-row("films", "rgb, sensor canon_eos_5d, coloured", COLOURED, film=FILM.strip() + ' "string sensor" "canon_eos_5d"\n', differs=SENSOR, tolerance=0.03)
-row("films", "rgb, sensor canon_eos_5d, iso, whitebalance", COLOURED, film=FILM.strip() + ' "string sensor" "canon_eos_5d" "float iso" 200 "float whitebalance" 5000\n', differs=SENSOR, tolerance=0.03)
+row("films", "rgb, sensor canon_eos_5d, coloured", COLOURED, film=FILM.strip() + ' "string sensor" "canon_eos_5d"\n', spectra=True)
+row("films", "rgb, sensor canon_eos_5d, iso, whitebalance", COLOURED, film=FILM.strip() + ' "string sensor" "canon_eos_5d" "float iso" 200 "float whitebalance" 5000\n', spectra=True)
 row("films", "rgb, sensor cie1931", COLOURED, film=FILM.strip() + ' "string sensor" "cie1931"\n')
 row("films", "rgb, whitebalance", COLOURED, film=FILM.strip() + ' "float whitebalance" 4500\n')
 row("films", "rgb, exposure time", WORLD, camera=CAMERA.strip() + ' "float shutteropen" 0 "float shutterclose" 0.5\n')
@@ -305,7 +300,7 @@ for space in ["dci-p3", "rec2020", "aces2065-1"]:
     clipped = "colours outside sRGB are clipped" if space == "aces2065-1" else ""
     row("films", f"rgb, ColorSpace {space} everywhere", COLOURED, camera=f'ColorSpace "{space}"\n{CAMERA}', differs=clipped, tolerance=0.02 if clipped else 0.01)
 row("films", "rgb, ColorSpace aces2065-1, whitebalance", COLOURED, camera=f'ColorSpace "aces2065-1"\n{CAMERA}', film=FILM.strip() + ' "float whitebalance" 5000\n', settings='ColorSpace "srgb"\n')
-row("films", "rgb, ColorSpace rec2020, sensor", COLOURED, camera=f'ColorSpace "rec2020"\n{CAMERA}', film=FILM.strip() + ' "string sensor" "nikon_d850"\n', settings='ColorSpace "srgb"\n', differs=SENSOR, tolerance=0.03)
+row("films", "rgb, ColorSpace rec2020, sensor", COLOURED, camera=f'ColorSpace "rec2020"\n{CAMERA}', film=FILM.strip() + ' "string sensor" "nikon_d850"\n', settings='ColorSpace "srgb"\n', spectra=True)
 row("films", "gbuffer", WORLD, film=FILM.replace('"rgb"', '"gbuffer"'))
 
 # Filters

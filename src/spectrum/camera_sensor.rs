@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use super::camera_tables::{CAMERAS, FIRST_WAVELENGTH, PATCHES, STEP};
 use super::colour_space::{ColourSpace, srgb_from_xyz};
 use super::observer::{VISIBLE, colour_matching};
+use super::wavelength_sets::daylight_in_bands;
 use super::{d_illuminant, d65};
 
 /// Colour temperature of the daylight that a camera makes white, unless the scene says another (K).
@@ -74,6 +75,19 @@ impl CameraSensor {
             (seen, response_to(&observer, &product(&patch, &output)) * scale)
         });
         CameraResponse { from_srgb: from_srgb(&camera), to_xyz: fit(pairs, None) }
+    }
+
+    /// Returns the response of the channels to the daylight in each band, in the unit of
+    /// [`CameraResponse::from_srgb`].
+    pub fn band_responses(self) -> [Vec<f64>; 3] {
+        self.sensitivities().map(|channel| {
+            daylight_in_bands(|nm| {
+                let x = nm - f64::from(VISIBLE[0]);
+                let below = (x as usize).min(channel.len() - 2);
+                let fraction = x - below as f64;
+                channel[below] + fraction * (channel[below + 1] - channel[below])
+            })
+        })
     }
 
     fn sensitivities(self) -> Sensitivities {

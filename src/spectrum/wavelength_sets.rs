@@ -26,7 +26,7 @@ pub const WAVELENGTH_SETS: usize = 64;
 pub const WAVELENGTHS: usize = WAVELENGTHS_PER_PATH * WAVELENGTH_SETS;
 
 /// Steps of the integrals over a band (1/nm).
-const STEPS_PER_NM: u32 = 4;
+const STEPS_PER_NM: u32 = 8;
 
 /// Weight of the range as a whole, beside the film's sensitivity, in the density of bands: light that
 /// daylight has little of has bands too.
@@ -134,6 +134,15 @@ impl BandSpectrum {
         }
         rgb
     }
+}
+
+/// Returns the integrals of a sensitivity times daylight of luminance 1 over the bands.
+pub(super) fn daylight_in_bands(sensitivity: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut sums = vec![0.0; WAVELENGTHS];
+    for Step { nm, daylight, band } in &TABLE.steps {
+        sums[*band] += sensitivity(*nm) * daylight / f64::from(STEPS_PER_NM);
+    }
+    sums
 }
 
 /// A step of the integrals over the bands.

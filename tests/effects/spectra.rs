@@ -98,6 +98,21 @@ fn pigments_under_lamps_have_the_colours_of_integrals() {
     }
 }
 
+/// White is exact for the matrix of a camera, so both must agree; the colours of cameras are judged by rows
+/// of `pbrt_language`.
+#[test]
+fn a_camera_sees_white_alike_in_rgb_and_by_wavelength() {
+    for camera in ["canon_eos_5d", "nikon_d850", "sony_ilce_9"] {
+        let sensor = format!("PixelFilter \"box\" Film \"rgb\" \"string sensor\" \"{camera}\"");
+        let white = wall("\"rgb L\" [1 1 1]", "\"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]");
+        let scene = white.replacen("Film \"rgb\"", &sensor, 1);
+        let [rgb, spectral] = ["-spectra", "+spectra"].map(|e| mean(&rendered(&scene, 64, e)));
+        for (found, wanted) in spectral.into_iter().zip(rgb) {
+            assert!((found / wanted - 1.0).abs() < 1e-3, "{camera}: {spectral:?}, not {rgb:?}");
+        }
+    }
+}
+
 #[test]
 fn metals_have_the_colours_of_their_indices() {
     // At normal incidence, but for 2 degrees.

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use petzval_scene::filter::PixelFilter;
-use petzval_spectrum::{WAVELENGTH_SETS, bands_of_set, wavelength_bands, xyz_from_srgb};
+use petzval_spectrum::{
+    CameraSensor, WAVELENGTH_SETS, bands_of_set, wavelength_bands, xyz_from_srgb,
+};
 
 /// Response of a film. By default it passes all samples on unchanged, with equal weights.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +17,8 @@ pub struct Response {
     /// Largest channel of a sample in the sensor. Brighter samples are scaled down to it, which
     /// removes fireflies but also energy (pbrt-v4's `maxcomponentvalue`).
     pub max_component: Option<f64>,
+    /// Measured camera, if the sensor is that of one.
+    pub camera: Option<CameraSensor>,
     /// Matrix from linear sRGB to the channels of the sensor. An ideal sensor has X, Y and Z.
     pub sensor_from_srgb: Option<DMat3>,
     /// Matrix from linear sRGB to linear sRGB: the colours as the sensor sees them, with its white
@@ -25,14 +29,25 @@ pub struct Response {
 }
 
 impl Response {
-    /// Lets the film receive paths that carry the wavelengths of a set.
+    /// Lets the film receive paths that carry the wavelengths of a set. A measured camera responds to
+    /// wavelengths by itself: the values are then the linear sRGB that the matrix of the camera turns into
+    /// its channels.
     pub fn receive_spectra(&mut self) {
         let bands = wavelength_bands();
+        let of_camera = self
+            .camera
+            .zip(self.sensor_from_srgb)
+            .map(|(camera, matrix)| (camera.band_responses(), matrix.inverse()));
+        let response = |band: usize| match &of_camera {
+            None => DVec3::from_array(bands[band].response),
+            Some((channels, to_srgb)) => {
+                *to_srgb * DVec3::from_array(channels.each_ref().map(|channel| channel[band]))
+            }
+        };
         let of_set = |set: usize| {
             // A path stands for those of all sets.
-            let response =
-                |band: usize| DVec3::from_array(bands[band].response) * WAVELENGTH_SETS as f64;
-            let [first, second, third] = bands_of_set(set).map(response);
+            let [first, second, third] =
+                bands_of_set(set).map(|band| response(band) * WAVELENGTH_SETS as f64);
             DMat3::from_cols(first, second, third)
         };
         self.rgb_from_set = Some((0..WAVELENGTH_SETS).map(of_set).collect());

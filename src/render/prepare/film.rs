@@ -54,6 +54,7 @@ pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) 
     Response {
         filter: PixelFilter::new(filter.profile, filter.radius),
         max_component: film.max_component,
+        camera: film.camera_sensor,
         sensor_from_srgb: sensor.map(|sensor| sensor.from_srgb),
         colour: match (changes.passband.map(|passband| passband.grey()), colour) {
             // A passband turns the colours grey.

@@ -3,7 +3,7 @@
 use petzval_image::Picture;
 use petzval_render::aov::Aov;
 use petzval_render::job::Job;
-use petzval_render::plan::{Effect, EffectSelection};
+use petzval_render::plan::Effect;
 use petzval_render::prepare::Changes;
 use petzval_render::{Backend, RenderOptions, render};
 use petzval_scene::shutter::ShutterSettings;
@@ -132,7 +132,7 @@ fn without_motion_the_picture_is_unchanged_bit_for_bit() {
     let back = "ActiveTransform EndTime Translate 1 0 0 Translate -1 0 0 ActiveTransform All";
     let changes = Changes {
         rolling: Some("20ms".parse().expect("a time")),
-        effects: EffectSelection::All,
+        effects: "+motion,+rolling_shutter".parse().expect("effects"),
         ..Changes::default()
     };
     let all = job(&text("TransformTimes 0 2", "", 16, &format!("{back} {things}")), &changes);
