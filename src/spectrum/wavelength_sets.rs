@@ -26,7 +26,7 @@ pub const WAVELENGTH_SETS: usize = 64;
 pub const WAVELENGTHS: usize = WAVELENGTHS_PER_PATH * WAVELENGTH_SETS;
 
 /// Steps of the integrals over a band (1/nm).
-const STEPS_PER_NM: u32 = 8;
+const STEPS_PER_NM: u32 = 16;
 
 /// Weight of the range as a whole, beside the film's sensitivity, in the density of bands: light that
 /// daylight has little of has bands too.

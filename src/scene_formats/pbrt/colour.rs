@@ -6,8 +6,8 @@ use super::params::{Param, Params, Values};
 use super::{SceneError, resolve};
 use petzval_base::io::{hint, path_excerpt};
 use petzval_spectrum::{
-    BandSpectrum, Colour, ColourSpace, Spectrum, blackbody, named_spectrum, spectrum_names,
-    srgb_from_xyz,
+    BandSpectrum, Colour, ColourSpace, Spectrum, VISIBLE, blackbody, named_spectrum,
+    spectrum_names, srgb_from_xyz,
 };
 
 /// The physical role of a colour, which decides how a spectrum becomes RGB (pbrt-v4's
@@ -185,13 +185,23 @@ impl Params {
 }
 
 const EXPECTED_SAMPLES: &str =
-    "expected at least two pairs of a wavelength [nm] and a value, in ascending order";
+    "expected at least two pairs of a wavelength [nm] and a value of 0 or more, in ascending order";
 
 /// Makes a spectrum of alternating wavelengths and values, or returns the fault.
 fn sampled_spectrum(numbers: &[f64]) -> Result<Spectrum, String> {
     let (pairs, rest) = numbers.as_chunks::<2>();
     if pairs.len() < 2 || !rest.is_empty() {
         return Err(format!("{} numbers", numbers.len()));
+    }
+    if let Some([nm, value]) = pairs.iter().find(|[_, value]| *value < 0.0) {
+        return Err(format!("the value {value} at {nm} nm, below 0"));
+    }
+    let [[first, _], .., [last, _]] = pairs else {
+        return Err(format!("{} numbers", numbers.len()));
+    };
+    let [low, high] = VISIBLE.map(f64::from);
+    if *first >= high || *last <= low {
+        return Err(format!("wavelengths from {first} to {last} nm, none of them visible"));
     }
     Spectrum::samples(pairs.to_vec()).map_err(|disorder| disorder.to_string())
 }
@@ -309,6 +319,9 @@ pub(super) mod tests {
             ("blackbody", vec![1.0, 2.0, 3.0]),
             ("spectrum", vec![400.0, 1.0]),
             ("spectrum", vec![400.0, 1.0, 390.0, 1.0]),
+            ("spectrum", vec![400.0, 1.0, 500.0, -0.1]),
+            ("spectrum", vec![900.0, 1.0, 1000.0, 1.0]),
+            ("spectrum", vec![0.4, 1.0, 0.7, 1.0]),
             ("spectrum", vec![400.0, 1.0, 500.0]),
             ("float", vec![-1.0]),
             ("point3", vec![1.0, 2.0, 3.0]),

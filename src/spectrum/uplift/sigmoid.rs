@@ -31,7 +31,13 @@ pub(super) fn fitted(rgb: [f32; 3]) -> BandSpectrum {
     for share in [0.25, 0.5, 0.75, 0.9, 1.0] {
         best = fit(best, lab(grey.lerp(target, share)));
     }
-    BandSpectrum::of(|nm| reflectance(best, nm))
+    let bands = wavelength_bands();
+    BandSpectrum::from_bands(|band| {
+        // A mean by Simpson's rule: the spectrum is smooth.
+        let [low, high] = bands[band].range;
+        let [first, middle, last] = [low, 0.5 * (low + high), high].map(|nm| reflectance(best, nm));
+        ((first + 4.0 * middle + last) / 6.0) as f32
+    })
 }
 
 /// Improves coefficients until their colour is a goal in CIELAB, by the Levenberg-Marquardt method.
