@@ -199,7 +199,9 @@ fn the_report_is_finished_within_its_budget() {
     let (options, stdout) = report.expect("a report within its budget");
     assert!(stdout.lines().all(|line| !line.contains("partial")) && stdout.contains("real f64"));
     let (answer, rest) = stdout.split_once("\n\n").expect("an answer before the table");
-    assert!(!answer.contains('\n') && answer.contains("real f32"), "{answer}");
+    // Which model is the fastest depends on what else the machine does.
+    let names_one = ["real f32", "real f64", "polynomial"].iter().any(|name| answer.contains(name));
+    assert!(!answer.contains('\n') && names_one, "{answer}");
     let table = rest.split("\n\n").next().expect("a table");
     assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
     assert!(is_complete(&folder.path().join("a/b")));
