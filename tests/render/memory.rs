@@ -132,7 +132,9 @@ fn the_memory_of_a_merge_does_not_grow_with_the_parts() {
         )
     };
     let ([few, _], [many, expected]) = (merge(2), merge(12));
-    assert!(many <= few + 3e6 && many <= expected, "{few}, {many} of {expected}");
+    // Less than the sums of one part more, however many blocks of the file wait to be written.
+    let part = 640.0 * 480.0 * 24.0;
+    assert!(many < few + part && many <= expected, "{few}, {many} of {expected}");
     let (code, stderr) = workspace.run("merge 2-1.petzval 2-2.petzval -o b.exr --memory 12MB");
     assert!(code == 2 && stderr.contains("--memory allows 12 MB"), "{stderr}");
 }

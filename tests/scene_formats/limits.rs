@@ -59,7 +59,7 @@ fn shapes_that_exceed_the_memory_are_refused_quickly() {
         copies(1000).replace("\"a\"", "\"b\""),
         copies(3000)
     );
-    let blocks = "AttributeBegin\n".repeat(500_000);
+    let blocks = "AttributeBegin\n".repeat(1_000_000);
     let curve = format!(
         "AreaLightSource \"diffuse\" Shape \"curve\" \"float width\" 0.01 \"point3 P\" [{}]",
         zigzag(90_001)
