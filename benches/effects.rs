@@ -428,7 +428,7 @@ fn spectra(criterion: &mut Criterion) {
     const SIZE: [u32; 2] = [150, 100];
     let mut group = criterion.benchmark_group("effect/spectra");
     group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1]) * 64)).sample_size(10);
-    for scene in ["dgauss", "night", "atelier"] {
+    for scene in ["snowman", "dgauss", "night", "atelier"] {
         for sign in ["-", "+"] {
             let effects = format!("{sign}spectra,-dispersion,-diffraction,-ghosts");
             let changes = Changes {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::animated::AnimatedInstances;
+use super::spectral::in_rgb;
 use super::tangents::drop_unused_tangents;
 use super::world::{build_object, build_world};
 use super::{
@@ -280,11 +281,7 @@ impl SceneBuilder {
         let vertex_colours = self.materials.iter().map(Material::has_vertex_colours).collect();
         let object_stack_size = objects.iter().map(|bvh| bvh.stack_size).max().unwrap_or(0);
         let Self { shapes, materials, mut media, camera_medium, .. } = self;
-        let spectral: Arc<[Material]> = materials.into();
-        let (materials, spectral_materials) = match spectral.iter().any(Material::has_spectrum) {
-            true => (spectral.iter().map(Material::in_rgb).collect(), Some(spectral)),
-            false => (spectral, None),
-        };
+        let (materials, spectral_materials) = in_rgb(materials.into());
         if camera_medium.is_none() && shapes.iter().all(|shape| shape.interface.is_none()) {
             media.clear();
         }

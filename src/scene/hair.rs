@@ -1,6 +1,5 @@
 //! Material of hairs and fur.
 
-use super::material::Quantity;
 use super::texture::Texture;
 
 /// Properties of hairs (Chiang, Bitterli, Tappan & Burley 2016), defined as in pbrt-v4.
@@ -46,20 +45,6 @@ impl HairColour {
 }
 
 impl HairFibre {
-    /// Replaces the textures of colours.
-    pub(super) fn map_colours(&mut self, map: &mut dyn FnMut(&Texture, Quantity) -> Texture) {
-        match &mut self.colour {
-            HairColour::Absorption(texture) => *texture = map(texture, Quantity::Unbounded),
-            HairColour::Reflectance(texture) => *texture = map(texture, Quantity::Reflectance),
-            HairColour::Melanin { absorption, .. } => {
-                for pigment in absorption {
-                    let other = map(&Texture::Constant(*pigment), Quantity::Unbounded);
-                    *pigment = other.constant().unwrap_or(*pigment);
-                }
-            }
-        }
-    }
-
     /// Returns all textures.
     pub(super) fn textures(&self) -> Vec<&Texture> {
         let Self { colour, eta, beta_m, beta_n, alpha } = self;

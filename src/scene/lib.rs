@@ -18,6 +18,7 @@ mod hair;
 mod intersect;
 mod light;
 mod material;
+mod material_colours;
 mod measured;
 pub mod medium;
 mod path_limits;

@@ -117,15 +117,6 @@ pub enum MaterialModel {
     },
 }
 
-/// What a colour of a material describes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Quantity {
-    /// A fraction of light.
-    Reflectance,
-    /// A number without an upper limit, such as a refractive index.
-    Unbounded,
-}
-
 /// Complex refractive index of a metal, by colour channel.
 #[derive(Clone, Debug)]
 pub enum Metal {
@@ -311,40 +302,6 @@ impl MaterialModel {
         own.into_iter().chain(roughnesses.flat_map(|roughness| &roughness.uv)).collect()
     }
 
-    /// Returns the model with other textures of colours. `map` gets what each colour describes.
-    pub(super) fn with_colours(&self, map: &mut dyn FnMut(&Texture, Quantity) -> Texture) -> Self {
-        let mut share = |texture: &Texture| map(texture, Quantity::Reflectance);
-        let mut model = self.clone();
-        match &mut model {
-            Self::Interface
-            | Self::Measured(_)
-            | Self::Dielectric { .. }
-            | Self::Subsurface { .. }
-            | Self::Mix { .. } => (),
-            Self::ThinDielectric { tint, .. } | Self::TintedDielectric { tint, .. } => {
-                *tint = share(tint);
-            }
-            Self::Diffuse { reflectance } => *reflectance = share(reflectance),
-            Self::DiffuseTransmission { reflectance, transmittance, .. } => {
-                (*reflectance, *transmittance) = (share(reflectance), share(transmittance));
-            }
-            Self::Conductor { metal, .. } => metal.map_colours(map),
-            Self::CoatedDiffuse { reflectance, coat } => {
-                (*reflectance, coat.albedo) = (share(reflectance), share(&coat.albedo));
-            }
-            Self::CoatedConductor { metal, coat, .. } => {
-                coat.albedo = share(&coat.albedo);
-                metal.map_colours(map);
-            }
-            Self::MetallicRoughness(surface) => {
-                surface.base_colour = share(&surface.base_colour);
-                surface.specular_colour = share(&surface.specular_colour);
-            }
-            Self::Hair(fibre) => fibre.map_colours(map),
-        }
-        model
-    }
-
     /// Returns the roughness of every rough interface of the model: two at most.
     fn roughnesses(&self) -> [Option<&Roughness>; 2] {
         match self {
@@ -371,17 +328,6 @@ impl MaterialModel {
 }
 
 impl Metal {
-    fn map_colours(&mut self, map: &mut dyn FnMut(&Texture, Quantity) -> Texture) {
-        match self {
-            Self::Index { eta, k, tint } => {
-                for texture in [eta, k, tint] {
-                    *texture = map(texture, Quantity::Unbounded);
-                }
-            }
-            Self::Reflectance(colour) => *colour = map(colour, Quantity::Reflectance),
-        }
-    }
-
     fn textures(&self) -> Vec<&Texture> {
         match self {
             Self::Index { eta, k, .. } => vec![eta, k],

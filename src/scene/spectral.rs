@@ -7,12 +7,13 @@ use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use petzval_spectrum::{
-    BandSpectrum, Colour, WAVELENGTH_SETS, WAVELENGTHS, bands_of_set, uplift_matrix,
-    uplift_reflectance, uplift_unbounded,
+    Colour, WAVELENGTH_SETS, WAVELENGTHS, bands_of_set, uplift_matrix, uplift_reflectance,
+    uplift_unbounded,
 };
 
 use super::light::{IntensityDistribution, Light};
-use super::material::{Material, MaterialModel, Quantity};
+use super::material::{Material, MaterialModel};
+use super::material_colours::Quantity;
 use super::medium::{Medium, MediumSpectra};
 use super::texture::{SolidPattern, Texture};
 use super::{Lights, Scene};
@@ -46,7 +47,7 @@ impl SpectralScene {
             ..scene.clone()
         };
         let media = scene.media.iter().map(MediumSpectra::of).collect();
-        let disperses = base.materials.iter().any(|material| material.model.disperses());
+        let disperses = base.disperses();
         let count = if disperses { WAVELENGTHS } else { WAVELENGTH_SETS };
         Self { base, media, disperses, scenes: (0..count).map(|_| OnceLock::new()).collect() }
     }
@@ -88,8 +89,17 @@ impl SpectralScene {
     }
 }
 
-/// Spectra of RGB colours by their bits.
-type KnownSpectra = HashMap<([u32; 3], Quantity), Arc<BandSpectrum>>;
+/// Returns materials with RGB in place of spectra, as they are shaded without the effect, and the materials
+/// as they were, if a colour has a spectrum.
+pub(super) fn in_rgb(materials: Arc<[Material]>) -> (Arc<[Material]>, Option<Arc<[Material]>>) {
+    match materials.iter().any(Material::has_spectrum) {
+        true => (materials.iter().map(Material::in_rgb).collect(), Some(materials)),
+        false => (materials, None),
+    }
+}
+
+/// Colours of known spectra by the bits of their RGB.
+type KnownSpectra = HashMap<([u32; 3], Quantity), Arc<Colour>>;
 
 impl Material {
     /// Returns the material with spectra in place of constant RGB.
@@ -98,14 +108,14 @@ impl Material {
             texture.with_leaves(&mut |leaf| match leaf {
                 Texture::Constant(rgb) => {
                     let key = (rgb.map(f32::to_bits), quantity);
-                    let spectrum = known.entry(key).or_insert_with(|| {
-                        Arc::new(match quantity {
-                            Quantity::Reflectance => uplift_reflectance(*rgb),
-                            Quantity::Unbounded => uplift_unbounded(*rgb),
-                        })
+                    let rgb = *rgb;
+                    let colour = known.entry(key).or_insert_with(|| {
+                        Arc::new(Colour::new(rgb, move || match quantity {
+                            Quantity::Reflectance => uplift_reflectance(rgb),
+                            Quantity::Unbounded => uplift_unbounded(rgb),
+                        }))
                     });
-                    let spectrum = Some(spectrum.clone());
-                    Texture::Spectrum(Arc::new(Colour { rgb: *rgb, spectrum }))
+                    Texture::Spectrum(colour.clone())
                 }
                 other => other.clone(),
             })
@@ -113,8 +123,8 @@ impl Material {
         Self { model: self.model.with_colours(&mut map), ..self.clone() }
     }
 
-    /// Returns the material with RGB in place of spectra, as without the effect.
-    pub(super) fn in_rgb(&self) -> Self {
+    /// Returns the material with RGB in place of spectra.
+    fn in_rgb(&self) -> Self {
         let mut map = |texture: &Texture, _| {
             texture.with_leaves(&mut |leaf| match leaf {
                 Texture::Spectrum(colour) => Texture::Constant(colour.rgb),
@@ -125,7 +135,7 @@ impl Material {
     }
 
     /// Returns whether a colour of the material has a spectrum.
-    pub(super) fn has_spectrum(&self) -> bool {
+    fn has_spectrum(&self) -> bool {
         let mut any = false;
         self.model.with_colours(&mut |texture, _| {
             texture.with_leaves(&mut |leaf| {
@@ -141,7 +151,7 @@ impl Material {
         let matrix = Arc::new(uplift_matrix(set));
         let mut map = |texture: &Texture, _| {
             texture.with_leaves(&mut |leaf| match leaf {
-                Texture::Spectrum(colour) => match &colour.spectrum {
+                Texture::Spectrum(colour) => match colour.spectrum() {
                     Some(spectrum) => Texture::Constant(spectrum.in_set(set)),
                     None => Texture::Constant(colour.rgb),
                 },
@@ -186,7 +196,7 @@ impl Lights {
     fn with_spectra(&self) -> Self {
         self.with_emission(|light| {
             let colour = light.emission_mut();
-            colour.spectrum = Some(colour.light());
+            *colour = colour.clone().into_light();
         })
     }
 
@@ -194,7 +204,7 @@ impl Lights {
     fn in_set(&self, set: usize) -> Self {
         self.with_emission(|light| {
             let colour = light.emission_mut();
-            *colour = colour.light().in_set(set).into();
+            *colour = colour.spectrum().map_or(colour.rgb, |bands| bands.in_set(set)).into();
             let matrix = Some(uplift_matrix(set));
             match light {
                 Light::Area(area) => area.emission.uplift = matrix,

@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use petzval_spectrum::{BandSpectrum, ciede2000, fresnel, lab_from_srgb, uplift_reflectance};
 
 use super::light::{Light, luminance};
-use super::material::{Material, MaterialModel, Metal, Quantity};
+use super::material::{Material, MaterialModel, Metal};
+use super::material_colours::Quantity;
 use super::texture::{Texture, TexturePoint};
 use super::{Scene, Sky};
 
@@ -35,8 +36,8 @@ impl Scene {
         self.materials.iter().any(|material| material.model.disperses())
     }
 
-    /// Returns the largest error of one reflection, without images of lights in detail, of which the mean
-    /// counts, and at most 48 lights and 48 colours.
+    /// Returns the largest error of one reflection, over at most 48 lights and 48 colours. The image of a sky
+    /// counts by its mean, images of other lights as white.
     pub fn rgb_error(&self) -> RgbError {
         // Under daylight, RGB is right by definition.
         let lights = self.lights.all.iter().filter(|light| !light.is_daylight());
@@ -101,7 +102,7 @@ impl Colours {
         };
         if self.is_new(rgb) {
             let spectrum = match leaf {
-                Texture::Spectrum(colour) => colour.spectrum.as_deref().cloned(),
+                Texture::Spectrum(colour) => colour.spectrum().cloned(),
                 _ => None,
             };
             let spectrum = spectrum.unwrap_or_else(|| uplift_reflectance(rgb));
@@ -120,7 +121,7 @@ impl Colours {
         else {
             return;
         };
-        let (Some(n), Some(extinction)) = (&eta.spectrum, &k.spectrum) else { return };
+        let (Some(n), Some(extinction)) = (eta.spectrum(), k.spectrum()) else { return };
         let tint = tint.constant().unwrap_or([1.0; 3]);
         let reflected = |c: usize| fresnel(1.0, eta.rgb[c].into(), k.rgb[c].into());
         let rgb = [0, 1, 2].map(|c| f64::from(tint[c]) * reflected(c));
@@ -148,7 +149,7 @@ impl Light {
             spectrum.values().iter().all(|value| (value - mean).abs() <= 1e-2 * mean)
         };
         let image = matches!(self, Self::Infinite(sky) if sky.image.is_some());
-        !image && r == g && g == b && colour.spectrum.as_deref().is_none_or(even)
+        !image && r == g && g == b && colour.spectrum().is_none_or(even)
     }
 
     /// Returns its colour at luminance 1, that of an image on average; `None` if it is dark.
@@ -160,10 +161,12 @@ impl Light {
         }
         let luminance = luminance(colour.rgb);
         let usable = luminance > 0.0 && luminance.is_finite();
-        usable.then(|| Seen {
-            rgb: colour.rgb.map(|c| f64::from(c / luminance)),
-            spectrum: colour.light().scaled(1.0 / luminance),
-        })
+        if !usable {
+            return None;
+        }
+        let colour = colour.divided(luminance).into_light();
+        let spectrum = colour.spectrum().cloned()?;
+        Some(Seen { rgb: colour.rgb.map(f64::from), spectrum })
     }
 }
 
@@ -177,13 +180,17 @@ mod tests {
     /// Returns the error of a surface of a pigment under a lamp.
     fn error(lamp: &Spectrum, pigment: &Spectrum) -> RgbError {
         let mut builder = SceneBuilder::default();
-        let reflectance = BandSpectrum::of(|nm| pigment.at(nm));
-        let reflectance = Colour::new(pigment.reflectance(), reflectance).into();
+        let of = pigment.clone();
+        let bands = move || BandSpectrum::of(|nm| of.at(nm));
+        let reflectance = Colour::new(pigment.reflectance(), bands).into();
         builder.add_material(Material::new(MaterialModel::Diffuse { reflectance }));
         builder.add_light(Light::Point(PointLight {
             position: Vec3::ZERO,
             light_from_world: Mat3::IDENTITY,
-            intensity: Colour::new(lamp.light(), lamp.light_by_wavelength()),
+            intensity: Colour::new(lamp.light(), {
+                let lamp = lamp.clone();
+                move || lamp.light_by_wavelength()
+            }),
             distribution: IntensityDistribution::Isotropic,
         }));
         builder.build().expect("a small scene").rgb_error()

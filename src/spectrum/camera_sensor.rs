@@ -80,14 +80,8 @@ impl CameraSensor {
     /// Returns the response of the channels to the daylight in each band, in the unit of
     /// [`CameraResponse::from_srgb`].
     pub fn band_responses(self) -> [Vec<f64>; 3] {
-        self.sensitivities().map(|channel| {
-            daylight_in_bands(|nm| {
-                let x = nm - f64::from(VISIBLE[0]);
-                let below = (x as usize).min(channel.len() - 2);
-                let fraction = x - below as f64;
-                channel[below] + fraction * (channel[below + 1] - channel[below])
-            })
-        })
+        self.sensitivities()
+            .map(|channel| daylight_in_bands(|nm| channel[(nm - f64::from(VISIBLE[0])) as usize]))
     }
 
     fn sensitivities(self) -> Sensitivities {

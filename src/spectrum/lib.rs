@@ -13,6 +13,7 @@ mod bands;
 mod blackbody;
 mod camera_sensor;
 mod camera_tables;
+mod colour;
 mod colour_difference;
 mod colour_space;
 mod fluorescent;
@@ -32,6 +33,7 @@ pub use bands::{
 };
 pub use blackbody::blackbody;
 pub use camera_sensor::{CameraResponse, CameraSensor};
+pub use colour::Colour;
 pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};
 pub use glass::{
@@ -43,7 +45,7 @@ pub use metal::{ChannelMetal, fit_metal, fresnel, metal_reflectance};
 pub use named::{named_spectrum, spectrum_names};
 pub use observer::{VISIBLE, colour_matching};
 pub use primaries::{Primaries, adapt};
-pub use uplift::{Colour, uplift_matrix, uplift_reflectance, uplift_unbounded};
+pub use uplift::{uplift_matrix, uplift_reflectance, uplift_unbounded};
 pub use wavelength_sets::{
     BandSpectrum, WAVELENGTH_SETS, WAVELENGTHS, WAVELENGTHS_PER_PATH, WavelengthBand, bands_of_set,
     lens_bands, wavelength_bands, wavelength_set,

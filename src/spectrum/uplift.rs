@@ -3,56 +3,10 @@
 mod basis;
 mod sigmoid;
 
-use std::sync::Arc;
-
 use super::BandSpectrum;
 use super::wavelength_sets::{WAVELENGTHS_PER_PATH, bands_of_set};
 use basis::BASIS;
 use sigmoid::fitted;
-
-/// A colour, and the spectrum that it stands for.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Colour {
-    /// Linear sRGB.
-    pub rgb: [f32; 3],
-    /// Values by wavelength, those of a light relative to daylight; `None` if only RGB is known.
-    pub spectrum: Option<Arc<BandSpectrum>>,
-}
-
-impl From<[f32; 3]> for Colour {
-    fn from(rgb: [f32; 3]) -> Self {
-        Self { rgb, spectrum: None }
-    }
-}
-
-impl Colour {
-    /// A colour of a known spectrum.
-    pub fn new(rgb: [f32; 3], spectrum: BandSpectrum) -> Self {
-        Self { rgb, spectrum: Some(Arc::new(spectrum)) }
-    }
-
-    /// The colour times a factor by channel. A factor that is not grey counts as the reflectance of
-    /// that colour.
-    pub fn scaled(&self, factor: [f32; 3]) -> Self {
-        let rgb = [0, 1, 2].map(|c| self.rgb[c] * factor[c]);
-        let times = |spectrum: &BandSpectrum| match factor {
-            [r, g, b] if r == g && g == b => spectrum.scaled(r),
-            _ => spectrum.times(&uplift_unbounded(factor)),
-        };
-        Self { rgb, spectrum: self.spectrum.as_deref().map(|spectrum| Arc::new(times(spectrum))) }
-    }
-
-    /// The colour divided by a number.
-    pub fn divided(&self, by: f32) -> Self {
-        let spectrum = self.spectrum.as_deref().map(|s| Arc::new(s.scaled(1.0 / by)));
-        Self { rgb: self.rgb.map(|c| c / by), spectrum }
-    }
-
-    /// Returns the values of light by wavelength, relative to daylight.
-    pub fn light(&self) -> Arc<BandSpectrum> {
-        self.spectrum.clone().unwrap_or_else(|| Arc::new(uplift_unbounded(self.rgb)))
-    }
-}
 
 /// Returns the reflectance of a colour in daylight: a smooth spectrum between 0 and 1 (Jakob & Hanika
 /// 2019, "A low-dimensional function space for efficient spectral upsampling"). Channels above 1 scale it.
@@ -145,17 +99,6 @@ mod tests {
             for (found, wanted) in found.into_iter().zip(rgb) {
                 assert!((found - f64::from(wanted)).abs() < 2e-3, "{found} of {rgb:?}");
             }
-        }
-    }
-
-    #[test]
-    fn a_factor_scales_both_the_colour_and_its_spectrum() {
-        let lamp = Colour::new([1.0, 0.5, 0.25], uplift_unbounded([1.0, 0.5, 0.25]));
-        for factor in [[3.0; 3], [1.0, 0.5, 0.2]] {
-            let scaled = lamp.scaled(factor);
-            let rgb = scaled.light().to_rgb();
-            assert_eq!(scaled.rgb, [0, 1, 2].map(|c| lamp.rgb[c] * factor[c]));
-            assert!((rgb[0] / f64::from(scaled.rgb[0]) - 1.0).abs() < 0.1, "{rgb:?}");
         }
     }
 }

@@ -25,7 +25,7 @@ pub const WAVELENGTH_SETS: usize = 64;
 /// Number of bands of all sets.
 pub const WAVELENGTHS: usize = WAVELENGTHS_PER_PATH * WAVELENGTH_SETS;
 
-/// Steps of the integrals over a band (1/nm).
+/// Steps of a nanometre at which bands may end.
 const STEPS_PER_NM: u32 = 16;
 
 /// Weight of the range as a whole, beside the film's sensitivity, in the density of bands: light that
@@ -39,6 +39,13 @@ pub struct WavelengthBand {
     pub range: [f64; 2],
     /// Linear sRGB of the daylight (D65) in the band; the sum over all bands is white.
     pub response: [f64; 3],
+}
+
+impl WavelengthBand {
+    /// Returns the wavelength in its middle (nm).
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.range[0] + self.range[1])
+    }
 }
 
 /// Returns the bands of a set, in ascending order.
@@ -62,7 +69,7 @@ pub fn wavelength_bands() -> &'static [WavelengthBand] {
 /// [`BAND_RANGE`], where many catalogues of glass end.
 pub fn lens_bands() -> Vec<LightBand> {
     let of = |band: &WavelengthBand| LightBand {
-        wavelength: (0.5 * (band.range[0] + band.range[1])).clamp(BAND_RANGE[0], BAND_RANGE[1]),
+        wavelength: band.middle().clamp(BAND_RANGE[0], BAND_RANGE[1]),
         response: band.response.map(|r| r * WAVELENGTHS as f64),
     };
     wavelength_bands().iter().map(of).collect()
@@ -73,22 +80,23 @@ pub fn lens_bands() -> Vec<LightBand> {
 pub struct BandSpectrum(Box<[f32; WAVELENGTHS]>);
 
 impl BandSpectrum {
-    /// The means of a quantity over the bands, weighted by daylight.
+    /// The means of a quantity over the bands, weighted by daylight. It counts by its values at whole
+    /// nanometres, linear between them.
     pub fn of(value: impl Fn(f64) -> f64) -> Self {
-        Self::ratios(|nm, daylight| value(nm) * daylight)
+        Self::ratios(|share| value(share.nm) * share.daylight)
     }
 
     /// The light of a spectrum relative to daylight, whose value is 1 in every band.
     pub fn light(spectrum: &Spectrum) -> Self {
-        Self::ratios(|nm, _| spectrum.at(nm) / *LUMINOSITY)
+        Self::ratios(|share| spectrum.at(share.nm) / *LUMINOSITY * share.width)
     }
 
     /// The sums of a quantity over the bands, divided by that of daylight.
-    fn ratios(quantity: impl Fn(f64, f64) -> f64) -> Self {
+    fn ratios(quantity: impl Fn(&Share) -> f64) -> Self {
         let mut sums = [[0.0; 2]; WAVELENGTHS];
-        for Step { nm, daylight, band } in &TABLE.steps {
-            sums[*band][0] += quantity(*nm, *daylight);
-            sums[*band][1] += daylight;
+        for share in &TABLE.shares {
+            sums[share.band][0] += quantity(share);
+            sums[share.band][1] += share.daylight;
         }
         Self(Box::new(sums.map(|[sum, daylight]| (sum / daylight) as f32)))
     }
@@ -136,16 +144,29 @@ impl BandSpectrum {
     }
 }
 
-/// Returns the integrals of a sensitivity times daylight of luminance 1 over the bands.
+/// Returns the integrals of a sensitivity at whole nanometres times daylight of luminance 1 over the bands.
 pub(super) fn daylight_in_bands(sensitivity: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut sums = vec![0.0; WAVELENGTHS];
-    for Step { nm, daylight, band } in &TABLE.steps {
-        sums[*band] += sensitivity(*nm) * daylight / f64::from(STEPS_PER_NM);
+    for Share { nm, band, daylight, .. } in &TABLE.shares {
+        sums[*band] += sensitivity(*nm) * daylight;
     }
     sums
 }
 
-/// A step of the integrals over the bands.
+/// Share of the value at a whole nanometre in the integral over a band.
+#[derive(Clone, Copy, Debug)]
+struct Share {
+    /// The wavelength (nm).
+    nm: f64,
+    /// Index of the band.
+    band: usize,
+    /// Weight of the value in the integral (nm).
+    width: f64,
+    /// The same of the value times daylight.
+    daylight: f64,
+}
+
+/// A step of the visible range.
 struct Step {
     /// Its middle (nm).
     nm: f64,
@@ -157,7 +178,7 @@ struct Step {
 
 struct Table {
     bands: Vec<WavelengthBand>,
-    steps: Vec<Step>,
+    shares: Vec<Share>,
 }
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
@@ -184,8 +205,33 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
         let nm = middle(i);
         steps.push(Step { nm, daylight: daylight_between(nm), band: band.min(WAVELENGTHS - 1) });
     }
-    Table { bands: bands_of(&steps), steps }
+    Table { bands: bands_of(&steps), shares: shares_of(&steps) }
 });
+
+/// Returns the shares of whole nanometres in the integrals over these steps.
+fn shares_of(steps: &[Step]) -> Vec<Share> {
+    let step = 1.0 / f64::from(STEPS_PER_NM);
+    let mut shares: Vec<Share> = Vec::new();
+    for Step { nm, daylight, band } in steps {
+        let t = nm - nm.floor();
+        for (nm, weight) in [(nm.floor(), (1.0 - t) * step), (nm.floor() + 1.0, t * step)] {
+            // Those of the last steps are at the end.
+            let known = shares.iter_mut().rev().take(4).find(|s| s.nm == nm && s.band == *band);
+            match known {
+                Some(share) => {
+                    share.width += weight;
+                    share.daylight += weight * daylight;
+                }
+                None => {
+                    let share =
+                        Share { nm, band: *band, width: weight, daylight: weight * daylight };
+                    shares.push(share);
+                }
+            }
+        }
+    }
+    shares
+}
 
 /// Returns the bands that these steps are in.
 fn bands_of(steps: &[Step]) -> Vec<WavelengthBand> {

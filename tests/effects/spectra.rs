@@ -136,7 +136,7 @@ fn metals_have_the_colours_of_their_indices() {
     }
 }
 
-/// What is RGB in the scene file stays that colour in daylight: paint, textures, vertex colours and lights.
+/// Paints, textures and lights that the scene file gives as RGB keep their colour in daylight.
 #[test]
 fn colours_in_daylight_stay_as_they_are() {
     let folder = folder();
@@ -349,8 +349,10 @@ fn replayed_samples_add_up_to_their_pixel() {
         let mut sum = [0.0; 3];
         for sample in 0..12 {
             let name = SampleId::new([x, y], sample, job.seed);
-            let value = replay(&job, Backend::Simd, name).and_then(|replay| replay.value);
-            let value = value.expect("a finite sample");
+            let replay = replay(&job, Backend::Simd, name).expect("a sample");
+            let [short, middle, long] = replay.wavelengths.expect("three wavelengths");
+            assert!(360.0 < short && short < middle && middle < long && long < 830.0);
+            let value = replay.value.expect("a finite sample");
             (0..3).for_each(|c| sum[c] += value[c] / 12.0);
         }
         let pixel = seen.pixels[(y * 40 + x) as usize];

@@ -8,8 +8,8 @@ use petzval_render::{PathStep, Replay, ShadowRay, SharedBand};
 use serde_json::{Value, json};
 
 pub(super) fn json(job: &Job, replay: &Replay) -> Value {
-    let Replay { name, film, time, band, weight, ray_path, shared, ray, steps, radiance, value } =
-        replay;
+    let Replay { name, film, time, wavelengths, band, weight, ray_path, .. } = replay;
+    let Replay { shared, ray, steps, radiance, value, .. } = replay;
     let wavelength = match (band, &job.camera.model) {
         (Some(band), LensModel::Real(lens)) => Some(lens.bands[*band].wavelength),
         _ => None,
@@ -20,6 +20,7 @@ pub(super) fn json(job: &Job, replay: &Replay) -> Value {
         "seed": name.seed,
         "film": list(film),
         "time": time.map(number),
+        "channels_nm": wavelengths,
         "band": band,
         "wavelength_nm": wavelength,
         "weight": number(*weight),

@@ -82,8 +82,12 @@ impl Text {
         self.line(name, text + mark);
     }
 
-    /// Describes the bands of the light.
+    /// Describes the wavelengths of the path and the bands of the light.
     fn light(&mut self, job: &Job, replay: &Replay) {
+        if let Some(nm) = replay.wavelengths {
+            let nm = nm.map(|nm| format!("{nm:.1}")).join(", ");
+            self.line("channels", format!("{nm} nm, in place of red, green and blue"));
+        }
         let (Some(band), LensModel::Real(lens)) = (replay.band, &job.camera.model) else { return };
         let (of, wavelength) = (lens.bands.len(), lens.bands[band].wavelength);
         self.line("light", format!("band {} of {of}, {wavelength:.1} nm", band + 1));

@@ -32,11 +32,11 @@ pub struct TileSampler {
 pub struct LightSplit {
     /// Number of bands of the lens.
     pub bands: usize,
-    /// What the channels of paths stand for.
+    /// Meaning of the channels of paths.
     pub spectra: SpectralSplit,
 }
 
-/// What the channels of the paths of a wave stand for.
+/// Meaning of the channels of the paths of a wave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpectralSplit {
     /// Red, green and blue.

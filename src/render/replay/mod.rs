@@ -22,7 +22,7 @@ use petzval_base::rays::{
 use petzval_base::stats::{LensStats, StageClock};
 use petzval_lens::{LensColumns, LensModel};
 use petzval_scene::Surroundings;
-use petzval_spectrum::bands_of_ray;
+use petzval_spectrum::{bands_of_ray, bands_of_set, wavelength_bands};
 
 /// Replays a sample of a job. Returns `None` if no light reaches its pixel. The sample number may exceed
 /// those of the job.
@@ -47,6 +47,10 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
         name,
         film: samples.film.each_ref().map(|column| column[0]),
         time: job.timing.is_some().then_some(samples.time[0]),
+        wavelengths: job
+            .spectral
+            .is_some()
+            .then(|| bands_of_set(samples.set).map(|band| wavelength_bands()[band].middle())),
         band: (job.camera.bands() > 1).then_some(samples.band),
         weight: if job.response.filter.is_signed() { samples.weight[0] } else { 1.0 },
         ray_path: job.camera.ray_path(samples),

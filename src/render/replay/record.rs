@@ -14,6 +14,9 @@ pub struct Replay {
     pub film: [f32; 2],
     /// The time, as in [`SampleBatch::time`](petzval_base::rays::SampleBatch::time), if anything moves.
     pub time: Option<f32>,
+    /// The wavelengths of the three channels of the path (nm), if paths carry spectra. Throughputs and
+    /// radiances are then those at these wavelengths, relative to daylight.
+    pub wavelengths: Option<[f64; 3]>,
     /// The hero band, which the ray is traced in, if the lens has dispersion.
     pub band: Option<usize>,
     /// The filter weight, which may be negative.

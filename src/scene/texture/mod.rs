@@ -122,9 +122,9 @@ pub enum Texture {
 
 impl From<Colour> for Texture {
     fn from(colour: Colour) -> Self {
-        match colour.spectrum {
-            None => Self::Constant(colour.rgb),
-            Some(_) => Self::Spectrum(Arc::new(colour)),
+        match colour.has_spectrum() {
+            false => Self::Constant(colour.rgb),
+            true => Self::Spectrum(Arc::new(colour)),
         }
     }
 }

@@ -1,7 +1,5 @@
 //! Colours and spectra of parameters, and the ColorSpace directive.
 
-use std::sync::Arc;
-
 use super::params::{Param, Params, Values};
 use super::{SceneError, resolve};
 use petzval_base::io::{hint, path_excerpt};
@@ -22,6 +20,17 @@ pub(super) enum ColourRole {
     /// Any other quantity by wavelength, such as a refractive index. It becomes RGB as an albedo
     /// does, without an upper limit.
     Unbounded,
+}
+
+impl ColourRole {
+    /// Returns the values of a spectrum in bands.
+    fn split(self, spectrum: &Spectrum) -> BandSpectrum {
+        match self {
+            Self::Light => spectrum.light_by_wavelength(),
+            Self::Albedo => BandSpectrum::of(|nm| spectrum.at(nm).min(1.0)),
+            Self::Unbounded => BandSpectrum::of(|nm| spectrum.at(nm)),
+        }
+    }
 }
 
 /// The types of parameters that are colours.
@@ -47,7 +56,7 @@ impl Params {
         role: ColourRole,
     ) -> Result<Option<Colour>, SceneError> {
         let Some(param) = self.find(name) else { return Ok(None) };
-        let mut by_wavelength = None;
+        let mut known = None;
         let rgb = match (&param.values, param.kind.as_str()) {
             (Values::Numbers(v), "rgb") => match v[..] {
                 [r, g, b] if [r, g, b].into_iter().any(|c| c < 0.0) => {
@@ -76,22 +85,22 @@ impl Params {
                 let Some((spectrum, scale)) = self.scaled_spectrum(param)? else {
                     return Err(param.wrong_type(&KINDS));
                 };
-                let (colour, values) = match role {
-                    ColourRole::Light => (spectrum.light(), spectrum.light_by_wavelength()),
-                    ColourRole::Albedo => {
-                        (spectrum.reflectance(), BandSpectrum::of(|nm| spectrum.at(nm).min(1.0)))
-                    }
-                    ColourRole::Unbounded => {
-                        (spectrum.reflectance(), BandSpectrum::of(|nm| spectrum.at(nm)))
-                    }
+                let colour = match role {
+                    ColourRole::Light => spectrum.light(),
+                    ColourRole::Albedo | ColourRole::Unbounded => spectrum.reflectance(),
                 };
-                by_wavelength = Some(values.scaled(scale as f32));
+                known = Some((spectrum, scale as f32));
                 colour.map(|c| scale * f64::from(c))
             }
         };
         let colour = rgb.map(|c| c.max(0.0) as f32);
         match colour.iter().all(|c| c.is_finite()) {
-            true => Ok(Some(Colour { rgb: colour, spectrum: by_wavelength.map(Arc::new) })),
+            true => Ok(Some(match known {
+                None => colour.into(),
+                Some((spectrum, scale)) => {
+                    Colour::new(colour, move || role.split(&spectrum).scaled(scale))
+                }
+            })),
             false => Err(self.refuse(
                 name,
                 format!("a colour that is not finite for \"{name}\""),
