@@ -247,11 +247,10 @@ fn a_prism_spreads_lamps_where_snell_puts_them() {
         }
         pixels as f64 / 2.0 * (1.0 + low.tan() / (fov / 2.0).to_radians().tan())
     };
-    let mut places = Vec::new();
-    for nm in [450.0, 550.0, 640.0] {
+    // 24 columns of the picture of a lamp of 8 nm.
+    let columns = |nm: f64, first: usize, samples: u32| {
         let distance = 1e6;
         let (x, z) = (distance * towards.sin(), distance * towards.cos());
-        let first = place(nm).round() as usize - 12;
         let scene = format!(
             "Film \"rgb\" \"integer xresolution\" {pixels} \"integer yresolution\" 7
              \"integer pixelbounds\" [{first} {} 0 7] PixelFilter \"box\"
@@ -272,8 +271,14 @@ fn a_prism_spreads_lamps_where_snell_puts_them() {
             tip = -0.5 / (APEX / 2.0).tan(),
             left = 0.5 / (APEX / 2.0).tan(),
         );
+        rendered(&scene, samples, "+spectra")
+    };
+    let first = |nm: f64| place(nm).round() as usize - 12;
+    let mut places = Vec::new();
+    for nm in [450.0, 550.0, 640.0] {
+        let first = first(nm);
         let strength = |rgb: [f64; 3]| rgb.iter().map(|c| c.abs()).sum::<f64>();
-        let seen = rendered(&scene, 16_384, "+spectra");
+        let seen = columns(nm, first, 16_384);
         let (mut sum, mut moment) = (0.0, 0.0);
         for (i, pixel) in seen.pixels.iter().enumerate() {
             let light = strength(pixel.map(f64::from));
@@ -295,6 +300,20 @@ fn a_prism_spreads_lamps_where_snell_puts_them() {
         assert!((found - expected).abs() < 0.1, "{places:?}");
     }
     assert!((places[0][0] - places[2][0]).abs() > 30.0, "blue and red are far apart: {places:?}");
+    // No light goes where the index of another wavelength would send it.
+    let elsewhere = columns(450.0, first(550.0), 1024);
+    assert!(elsewhere.pixels.iter().all(|pixel| *pixel == [0.0; 3]), "blue light beside its place");
+}
+
+#[test]
+fn glass_that_disperses_is_invisible_in_a_white_sky() {
+    // One wavelength goes on for three: all light that enters leaves again.
+    let scene = "Film \"rgb\" \"integer xresolution\" 8 \"integer yresolution\" 8 PixelFilter \"box\"
+         Integrator \"path\" \"integer maxdepth\" 200 Camera \"perspective\" \"float fov\" 10 WorldBegin
+         LightSource \"infinite\" \"rgb L\" [1 1 1] Translate 0 0 5
+         Material \"dielectric\" \"spectrum eta\" \"glass-SF11\" Shape \"sphere\"";
+    let seen = mean(&rendered(scene, 8192, "+spectra"));
+    assert!(seen.into_iter().all(|c| (c - 1.0).abs() < 4e-3), "{seen:?}");
 }
 
 /// Two walls of different kinds, lamps, an image, fog and glass that disperses, through a lens.
