@@ -103,17 +103,21 @@ impl Job {
     /// Returns the sampler of a tile. It leaves out pixels that no light reaches.
     pub fn sampler(&self, tile: &Tile, samples: Range<u32>) -> TileSampler {
         let margin = self.response.filter.margin();
+        TileSampler::new(tile, samples, self.light_split(), |low, high| {
+            let low = [0, 1].map(|i| f64::from(low[i]) - margin[i]);
+            let high = [0, 1].map(|i| f64::from(high[i]) + margin[i]);
+            self.camera.sees_light(low, high, self.frame.resolution)
+        })
+    }
+
+    /// Returns how the light of the picture is divided among waves.
+    fn light_split(&self) -> LightSplit {
         let spectra = match &self.spectral {
             None => SpectralSplit::Rgb,
             Some(scene) if scene.disperses() => SpectralSplit::Heroes,
             Some(_) => SpectralSplit::Sets,
         };
-        let split = LightSplit { bands: self.camera.bands(), spectra };
-        TileSampler::new(tile, samples, split, |low, high| {
-            let low = [0, 1].map(|i| f64::from(low[i]) - margin[i]);
-            let high = [0, 1].map(|i| f64::from(high[i]) + margin[i]);
-            self.camera.sees_light(low, high, self.frame.resolution)
-        })
+        LightSplit { bands: self.camera.bands(), spectra }
     }
 
     /// Converts layers to the frame and the colour space that the scene asks for.
@@ -192,6 +196,8 @@ impl Job {
     pub fn light_path_input(&self) -> LightPathInput<'_> {
         LightPathInput {
             scene: &self.scene,
+            spectral: self.spectral.as_deref(),
+            split: self.light_split(),
             camera: &self.camera,
             frame: &self.frame,
             response: &self.response,

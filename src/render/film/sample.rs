@@ -68,6 +68,11 @@ impl LightSplit {
         }
     }
 
+    /// Returns the band, and the set and the hero of its wavelengths, that two numbers in [0, 1) select.
+    pub(crate) fn light_of(self, numbers: [f32; 2]) -> [usize; 3] {
+        self.light(self.kind(numbers))
+    }
+
     /// Returns the group of a kind of waves: paths of a group may go on together.
     fn group(self, kind: usize) -> usize {
         match self.spectra {

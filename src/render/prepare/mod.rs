@@ -302,15 +302,16 @@ fn apply_plan(
     }
     let LensModel::Real(lens) = &mut job.camera.model else { return Ok(()) };
     lens.fresnel = job.plan.has(Effect::Fresnel);
+    let bands = match job.plan.has(Effect::Spectra) {
+        true => lens_bands(),
+        false => job.bands.to_vec(),
+    };
     if job.plan.has(Effect::Dispersion) {
-        match job.plan.has(Effect::Spectra) {
-            true => lens.disperse(&lens_bands()),
-            false => lens.disperse(&job.bands),
-        }
+        lens.disperse(&bands);
         lens.bound_all_bands();
     }
     if job.plan.has(Effect::Ghosts) {
-        job.ghosts = ghost_estimate.map(|estimate| estimate.ghosts(lens, &job.bands));
+        job.ghosts = ghost_estimate.map(|estimate| estimate.ghosts(lens, &bands));
     }
     Ok(())
 }

@@ -72,7 +72,9 @@ impl Caustics {
     ) -> Vec<Splat> {
         let count = self.path_count(input.frame);
         let key = pixel_key(sample, u32::MAX - 4, input.seed);
-        let bands = self.front.bands_of_wave(input.seed, count.wave_number([wave, sample]));
+        let light = input.wave_light(count.wave_number([wave, sample]));
+        let input = &light.input;
+        let bands = light.bands(|band| lens.bands[band].response);
         let lens = (lens, &self.front);
         let mut splats = Vec::new();
         self.walk::<R>(input, columns, [key, wave], &mut |Connected { paths, .. }| {

@@ -2,7 +2,7 @@
 //! through every pair of surfaces.
 
 use super::trace::sample_wave;
-use super::{GhostPair, Ghosts, pairs, sequences};
+use super::{GhostPair, Ghosts, pairs};
 use crate::light_tracing::entry::EntryGrid;
 use crate::light_tracing::light_paths::{FilmArrival, LightPathInput, LightPaths};
 use petzval_base::distribution::Distribution;
@@ -241,17 +241,16 @@ impl GhostEstimate {
         let is_coloured = |row: &Row| row.coating.as_ref().is_some_and(Coating::is_coloured);
         let coloured = lens.bands.len() > 1 || rows.iter().any(is_coloured);
         let wavelength = self.lens.design.primary_wavelength();
-        let whole = [LightBand { wavelength, response: [1.0; 3] }];
-        let bands = if coloured { bands } else { &whole };
+        let whole = LightBand { wavelength, response: [1.0; 3] };
+        let bands = if coloured { bands.to_vec() } else { vec![whole] };
         let total: f64 = kept.iter().map(|seen| seen.mean).sum();
         let count = kept.len() as f64;
         let pair = |seen: &&PairEstimate| GhostPair {
             rows: seen.rows,
             share: 0.9 * seen.mean / total + 0.1 / count,
             entry: seen.entry.clone(),
-            bands: sequences(&self.lens, seen.rows, bands),
         };
-        Ghosts { pairs: kept.iter().map(pair).collect() }
+        Ghosts { pairs: kept.iter().map(pair).collect(), lens: self.lens.clone(), bands }
     }
 }
 

@@ -25,6 +25,10 @@ use petzval_spectrum::LightBand;
 pub struct Ghosts {
     /// The brightest pairs.
     pub pairs: Vec<GhostPair>,
+    /// The lens with its coatings.
+    lens: Prescription,
+    /// Bands of the light: a single one if neither glass nor a coating has a colour.
+    bands: Vec<LightBand>,
 }
 
 /// Two surfaces that reflect.
@@ -36,8 +40,6 @@ pub struct GhostPair {
     pub share: f64,
     /// Sampling density of the entry points, over the square about the front surface.
     entry: Distribution,
-    /// For each band its surfaces at that wavelength, and its response in red, green and blue.
-    bands: Vec<(Vec<Surface<f32>>, [f64; 3])>,
 }
 
 /// Returns all pairs of rows that both reflect light.
@@ -48,15 +50,10 @@ pub fn pairs(lens: &Prescription) -> Vec<[usize; 2]> {
     mirrors.iter().flat_map(|second| below(second).map(move |&first| [first, *second])).collect()
 }
 
-/// Returns the surfaces of a pair and the response, by band.
-fn sequences(
-    lens: &Prescription,
-    rows: [usize; 2],
-    bands: &[LightBand],
-) -> Vec<(Vec<Surface<f32>>, [f64; 3])> {
-    let one = |band: &LightBand| {
-        let lens = lens.at_checked_wavelength(band.wavelength);
-        (ghost_sequence::<f32>(&lens, rows, band.wavelength), band.response)
-    };
-    bands.iter().map(one).collect()
+impl Ghosts {
+    /// Returns the surfaces of a pair at the wavelength of a band.
+    fn surfaces(&self, pair: &GhostPair, band: usize) -> Vec<Surface<f32>> {
+        let nm = self.bands[band].wavelength;
+        ghost_sequence::<f32>(&self.lens.at_checked_wavelength(nm), pair.rows, nm)
+    }
 }

@@ -1,12 +1,12 @@
 //! Light paths of ghosts: from a light by two reflections inside the lens to the film.
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Mat3, Vec3};
 
 use super::{GhostPair, Ghosts};
 use crate::film::Frame;
 use crate::light_tracing::entry::EntrySquare;
 use crate::light_tracing::light_paths::{
-    CameraPoses, LightPath, LightPathInput, LightPaths, PathCount, Splat,
+    CameraPoses, LightPath, LightPathInput, LightPaths, PathBand, PathCount, Splat, WaveLight,
 };
 use petzval_base::distribution::{Distribution, DistributionSample};
 use petzval_base::lanes::Real;
@@ -26,8 +26,8 @@ struct Arrival {
     /// Its index in the wave.
     slot: u32,
     pixel: [u32; 2],
-    /// Factor from its flux to the value of the pixel, by channel.
-    share: [f32; 3],
+    /// Matrix from its flux to the value of the pixel.
+    to_value: Mat3,
 }
 
 impl Ghosts {
@@ -50,36 +50,53 @@ impl Ghosts {
         // A low-discrepancy sequence distributes the waves of a sample index over pairs and bands.
         let of_sample = pixel_key(sample, u32::MAX - 1, input.seed);
         let [u, v] = sample_2d(of_sample, wave, Dimension::Wavelength);
-        let Some(GhostPair { share, entry, bands, .. }) = self.choose(f64::from(u)) else {
-            return Vec::new();
-        };
-        sample_wave(input, lens, pixel_key(wave, sample, of_sample), entry, wave_paths);
-        let traced_bands = bands.len().min(BANDS_PER_PATH);
-        let scale = self.path_count(input.frame).splat_scale(input);
-        let factor = scale / (share * traced_bands as f64);
-        let stride = bands.len() / traced_bands;
-        let first = (v * stride as f32) as usize;
+        let Some(pair) = self.choose(f64::from(u)) else { return Vec::new() };
+        let count = self.path_count(input.frame);
+        let light = input.wave_light(count.wave_number([wave, sample]));
+        let input = &light.input;
+        sample_wave(input, lens, pixel_key(wave, sample, of_sample), &pair.entry, wave_paths);
+        let (bands, shared) = self.bands_of_wave(&light, v);
+        let factor = count.splat_scale(input) / (pair.share * shared as f64);
         let mut arrivals: Vec<Arrival> = Vec::new();
-        for (surfaces, response) in bands.iter().skip(first).step_by(stride) {
-            if !wave_paths.trace::<R>(lens, surfaces) {
+        for PathBand { band, to_rgb } in bands {
+            if !wave_paths.trace::<R>(lens, &self.surfaces(pair, band)) {
                 continue;
             }
             for i in 0..wave_paths.len() {
                 let Some(hit) = wave_paths.film_hit(i) else { continue };
                 let Some(pixel) = film_pixel(input, hit.point) else { continue };
                 let exposure = input.row_exposure(wave_paths.arrival_time(i), pixel);
-                let share = response.map(|r| (hit.transmission * r * factor * exposure) as f32);
-                arrivals.push(Arrival { slot: i as u32, pixel, share });
+                let to_value = (to_rgb * hit.transmission * factor * exposure).as_mat3();
+                arrivals.push(Arrival { slot: i as u32, pixel, to_value });
             }
         }
         wave_paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.slot));
-        let splat = |&Arrival { slot, pixel, share }: &Arrival| {
-            let flux = wave_paths.flux(slot as usize);
-            let light = [0, 1, 2].map(|c| flux[c] * share[c]);
-            let is_lit = light != [0.0; 3] && light.iter().all(|c| c.is_finite());
-            is_lit.then_some(Splat { pixel, light })
+        let splat = |&Arrival { slot, pixel, to_value }: &Arrival| {
+            let light = to_value * Vec3::from_array(wave_paths.flux(slot as usize));
+            let is_lit = light != Vec3::ZERO && light.is_finite();
+            is_lit.then_some(Splat { pixel, light: light.to_array() })
         };
         arrivals.iter().filter_map(splat).collect()
+    }
+
+    /// Returns the bands in which the paths of a wave are traced, and how many of them each channel of the
+    /// film receives light in. `v` in [0, 1) selects bands of red, green and blue.
+    fn bands_of_wave(&self, light: &WaveLight<'_>, v: f32) -> (Vec<PathBand>, usize) {
+        let count = self.bands.len();
+        match light.rgb_from_set() {
+            Some(to_rgb) if count == 1 => (vec![PathBand { band: 0, to_rgb }], 1),
+            Some(to_rgb) => (light.wavelengths(to_rgb), 1),
+            None => {
+                let traced = count.min(BANDS_PER_PATH);
+                let stride = count / traced;
+                let first = (v * stride as f32) as usize;
+                let of_band = |band: usize| {
+                    let response = DVec3::from_array(self.bands[band].response);
+                    PathBand { band, to_rgb: DMat3::from_diagonal(response) }
+                };
+                ((first..count).step_by(stride).map(of_band).collect(), traced)
+            }
+        }
     }
 
     /// Returns the pair that a number in [0, 1) selects.

@@ -48,11 +48,13 @@ impl LampImages {
         [wave, sample]: [u32; 2],
     ) -> Vec<Splat> {
         let key = pixel_key(sample, u32::MAX - 2, input.seed);
+        let count = self.path_count(input.frame);
+        let light = input.wave_light(count.wave_number([wave, sample]));
+        let input = &light.input;
         self.sample(input, lens, columns, key, wave);
         let LampColumns { paths, densities, .. } = columns;
         let weights = LampImageWeights::new(self, input.camera, input.frame, input.timing);
-        let count = self.path_count(input.frame);
-        let bands = self.front.bands_of_wave(input.seed, count.wave_number([wave, sample]));
+        let bands = light.bands(|band| lens.bands[band].response);
         let weight = |i: usize, hit: &_| f64::from(weights.light_weight(lens, densities[i], hit));
         let (lens, mut splats) = ((lens, &self.front), Vec::new());
         add_splats::<R>(input, lens, (count, &bands), paths, weight, &mut splats);

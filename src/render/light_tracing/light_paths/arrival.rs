@@ -12,10 +12,13 @@
 //!
 //! The shares 1 - c_h come from the density of the camera rays of p_h. No band needs another.
 
+use glam::{DMat3, DVec3};
+
 use super::LightPathInput;
 use super::front::FrontEntry;
 use super::splat::{PathCount, Splat};
 use super::wave::{FilmHit, LightPaths};
+use super::wave_light::PathBand;
 use petzval_base::lanes::Real;
 use petzval_lens::RealLens;
 use petzval_scene::luminance;
@@ -24,8 +27,8 @@ use petzval_scene::luminance;
 struct Arrival {
     /// Index of the path.
     path: usize,
-    /// Response of the film to the band.
-    response: [f64; 3],
+    /// Matrix from the light of the path to the linear sRGB of the band.
+    to_rgb: DMat3,
     hit: FilmHit,
     /// Position in the whole picture (pixels).
     at: [f64; 2],
@@ -46,21 +49,20 @@ struct PixelLight {
 pub(crate) fn add_splats<R: Real<Scalar = f32>>(
     input: &LightPathInput<'_>,
     (lens, front): (&RealLens, &FrontEntry),
-    (count, bands): (PathCount, &[usize]),
+    (count, bands): (PathCount, &[PathBand]),
     paths: &mut LightPaths,
     weight: impl Fn(usize, &FilmHit) -> f64,
     splats: &mut Vec<Splat>,
 ) {
     let mut arrivals = Vec::new();
-    for &band in bands {
+    for &PathBand { band, to_rgb } in bands {
         front.trace::<R>(lens, band, paths);
-        add_arrivals(input, paths, lens.bands[band].response, &mut arrivals);
+        add_arrivals(input, paths, to_rgb, &mut arrivals);
     }
     // Stable: the bands of a path keep their order.
     arrivals.sort_by_key(|arrival| arrival.path);
     paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.path as u32));
     let scale = count.splat_scale(input);
-    let share = 1.0 / bands.len() as f64;
     let (mut lit, mut weights) = (Vec::new(), Vec::new());
     for of_path in arrivals.chunk_by(|a, b| a.path == b.path) {
         let flux = paths.flux(of_path[0].path);
@@ -85,16 +87,14 @@ pub(crate) fn add_splats<R: Real<Scalar = f32>>(
             if exposure <= 0.0 {
                 continue;
             }
-            let mut light = [0.0; 3];
+            let mut light = DVec3::ZERO;
             for PixelLight { arrival, filter, .. } in in_pixel {
-                let Arrival { hit, response, .. } = &of_path[*arrival];
+                let Arrival { hit, to_rgb, .. } = &of_path[*arrival];
                 let factor = hit.transmission * weight * scale;
-                for c in 0..3 {
-                    light[c] +=
-                        f64::from(flux[c]) * factor * filter * response[c] * share * exposure;
-                }
+                let arriving = flux.map(|c| f64::from(c) * factor * filter);
+                light += *to_rgb * DVec3::from_array(arriving) * exposure;
             }
-            splats.push(Splat { pixel, light: light.map(|c| c as f32) });
+            splats.push(Splat { pixel, light: light.as_vec3().to_array() });
         }
     }
 }
@@ -103,7 +103,7 @@ pub(crate) fn add_splats<R: Real<Scalar = f32>>(
 fn add_arrivals(
     input: &LightPathInput<'_>,
     paths: &LightPaths,
-    response: [f64; 3],
+    to_rgb: DMat3,
     arrivals: &mut Vec<Arrival>,
 ) {
     let frame = input.frame;
@@ -116,7 +116,7 @@ fn add_arrivals(
                 && at[i] < f64::from(frame.high[i]) + margin[i]
         });
         if near {
-            arrivals.push(Arrival { path, response, hit, at });
+            arrivals.push(Arrival { path, to_rgb, hit, at });
         }
     }
 }

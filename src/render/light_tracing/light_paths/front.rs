@@ -5,12 +5,11 @@ use glam::DVec3;
 use super::wave::LightPaths;
 use crate::light_tracing::entry::EntrySquare;
 use petzval_base::lanes::Real;
-use petzval_base::sampler::{Dimension, pixel_key, sample_2d};
 use petzval_lens::{
     Band, LensRay, RealLens, Side, Surface, retrace_in_f64, retrace_in_f64_lossy, trace,
     trace_lossy,
 };
-use petzval_spectrum::{bands_of_ray, hero_band};
+use petzval_spectrum::bands_of_ray;
 
 /// A lens as light paths enter it: through a square in the plane of its front vertex.
 #[derive(Clone, Debug)]
@@ -39,13 +38,6 @@ impl FrontEntry {
             surfaces_f64: band.sequence::<f64>(&lens.prescription, Side::Scene(start)),
         };
         Self { square, start, bands: lens.bands.iter().map(of_band).collect() }
-    }
-
-    /// Returns the bands in which the paths of a wave are traced, given by its number among the
-    /// waves of all sample numbers: those that share a camera ray. Every wave takes one set of
-    /// them, and consecutive waves take the sets evenly.
-    pub fn bands_of_wave(&self, seed: u32, number: u32) -> Vec<usize> {
-        bands_of_wave(self.bands.len(), seed, number)
     }
 
     /// Returns the largest number of bands that share a path.
@@ -85,36 +77,5 @@ impl FrontEntry {
                 }
             }
         });
-    }
-}
-
-/// Returns the bands of a wave out of this number of bands.
-fn bands_of_wave(count: usize, seed: u32, number: u32) -> Vec<usize> {
-    let key = pixel_key(u32::MAX, u32::MAX - 6, seed);
-    let hero = hero_band(sample_2d(key, number, Dimension::Wavelength), count);
-    let shared: Vec<usize> = bands_of_ray(hero, count).collect();
-    if shared.is_empty() { vec![hero] } else { shared }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn consecutive_waves_take_every_band_once() {
-        for seed in 0..9 {
-            for first in [0, 8, 800] {
-                let mut bands: Vec<usize> =
-                    (first..first + 8).flat_map(|number| bands_of_wave(32, seed, number)).collect();
-                bands.sort_unstable();
-                assert_eq!(bands, (0..32).collect::<Vec<_>>());
-            }
-        }
-        assert_eq!(bands_of_wave(1, 3, 5), [0]);
-        let mut alone: Vec<usize> = (0..64).flat_map(|i| bands_of_wave(3, 1, i)).collect();
-        assert_eq!(alone.len(), 64);
-        alone.sort_unstable();
-        alone.dedup();
-        assert_eq!(alone, [0, 1, 2], "bands that share no rays");
     }
 }

@@ -12,6 +12,7 @@ mod front;
 mod splat;
 mod survey;
 mod wave;
+mod wave_light;
 
 pub(crate) use arrival::add_splats;
 pub(crate) use camera_pose::{CameraPose, CameraPoses};
@@ -23,20 +24,25 @@ pub(crate) use splat::{PathCount, Splat};
 pub use survey::LightPathSelection;
 pub(crate) use survey::SurveyedPicture;
 pub(crate) use wave::{FilmArrival, FilmHit, LightPath, LightPaths};
+pub(crate) use wave_light::{PathBand, WaveLight};
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::film::{Frame, Response};
+use crate::film::{Frame, LightSplit, Response};
 use crate::timing::{ArrivalTime, Timing};
 use petzval_base::sampler::{Dimension, sample_2d};
 use petzval_lens::{Camera, FilmMap};
-use petzval_scene::{PathLimits, Scene};
+use petzval_scene::{PathLimits, Scene, SpectralScene};
 
 /// Parts of a job that light paths depend on.
 #[derive(Clone, Copy, Debug)]
 pub struct LightPathInput<'a> {
     /// The scene, with its lights.
     pub scene: &'a Scene,
+    /// The same scene by wavelength, if paths carry spectra.
+    pub spectral: Option<&'a SpectralScene>,
+    /// The division of the light among waves.
+    pub split: LightSplit,
     /// The camera.
     pub camera: &'a Camera,
     /// The pixels of the picture.
