@@ -39,13 +39,8 @@ pub struct WavelengthBand {
     pub range: [f64; 2],
     /// Linear sRGB of the daylight (D65) in the band; the sum over all bands is white.
     pub response: [f64; 3],
-}
-
-impl WavelengthBand {
-    /// Returns the wavelength in its middle (nm).
-    pub fn middle(&self) -> f64 {
-        0.5 * (self.range[0] + self.range[1])
-    }
+    /// Mean wavelength (nm), by the size of the response.
+    pub centre: f64,
 }
 
 /// Returns the bands of a set, in ascending order.
@@ -69,7 +64,7 @@ pub fn wavelength_bands() -> &'static [WavelengthBand] {
 /// [`BAND_RANGE`], where many catalogues of glass end.
 pub fn lens_bands() -> Vec<LightBand> {
     let of = |band: &WavelengthBand| LightBand {
-        wavelength: band.middle().clamp(BAND_RANGE[0], BAND_RANGE[1]),
+        wavelength: band.centre.clamp(BAND_RANGE[0], BAND_RANGE[1]),
         response: band.response.map(|r| r * WAVELENGTHS as f64),
     };
     wavelength_bands().iter().map(of).collect()
@@ -236,13 +231,20 @@ fn shares_of(steps: &[Step]) -> Vec<Share> {
 /// Returns the bands that these steps are in.
 fn bands_of(steps: &[Step]) -> Vec<WavelengthBand> {
     let half = 0.5 / f64::from(STEPS_PER_NM);
-    let empty = WavelengthBand { range: [f64::INFINITY, 0.0], response: [0.0; 3] };
+    let empty = WavelengthBand { range: [f64::INFINITY, 0.0], response: [0.0; 3], centre: 0.0 };
     let mut bands = vec![empty; WAVELENGTHS];
+    let mut sizes = [0.0; WAVELENGTHS];
     for Step { nm, daylight, band } in steps {
-        let WavelengthBand { range, response } = &mut bands[*band];
+        let WavelengthBand { range, response, centre } = &mut bands[*band];
         *range = [range[0].min(nm - half), range[1].max(nm + half)];
         let rgb = srgb_from_xyz(colour_matching(*nm).map(|v| v * daylight));
         (0..3).for_each(|c| response[c] += rgb[c]);
+        let size: f64 = rgb.iter().map(|c| c.abs()).sum();
+        *centre += size * nm;
+        sizes[*band] += size;
+    }
+    for (band, size) in bands.iter_mut().zip(sizes) {
+        band.centre /= size;
     }
     for channel in 0..3 {
         let sum: f64 = bands.iter().map(|band| band.response[channel]).sum();
@@ -272,6 +274,7 @@ mod tests {
         assert_eq!([bands[0].range[0], bands[WAVELENGTHS - 1].range[1]], [360.0, 830.0]);
         for [before, after] in bands.array_windows() {
             assert_eq!(before.range[1], after.range[0]);
+            assert!(before.range[0] < before.centre && before.centre < before.range[1]);
         }
         let day = BandSpectrum::light(&named_spectrum("stdillum-D65").expect("it is known"));
         for value in day.values() {

@@ -14,3 +14,4 @@ mod motion;
 mod plan;
 mod sensor;
 mod spectra;
+mod spectral_light_paths;

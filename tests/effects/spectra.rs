@@ -40,7 +40,7 @@ fn wall(sky: &str, material: &str) -> String {
 
 /// Returns the linear sRGB of a quantity by wavelength, by an integral in steps of 0.1 nm; that of light of
 /// luminance 1 is relative to it.
-fn colour(value: impl Fn(f64) -> f64) -> [f64; 3] {
+pub fn colour(value: impl Fn(f64) -> f64) -> [f64; 3] {
     let (mut xyz, mut luminosity) = ([0.0; 3], 0.0);
     for i in 0..4700 {
         let nm = 360.05 + 0.1 * f64::from(i);

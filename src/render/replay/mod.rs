@@ -50,7 +50,7 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
         wavelengths: job
             .spectral
             .is_some()
-            .then(|| bands_of_set(samples.set).map(|band| wavelength_bands()[band].middle())),
+            .then(|| bands_of_set(samples.set).map(|band| wavelength_bands()[band].centre)),
         band: (job.camera.bands() > 1).then_some(samples.band),
         weight: if job.response.filter.is_signed() { samples.weight[0] } else { 1.0 },
         ray_path: job.camera.ray_path(samples),

@@ -34,8 +34,8 @@ pub(super) fn fitted(rgb: [f32; 3]) -> BandSpectrum {
     let bands = wavelength_bands();
     BandSpectrum::from_bands(|band| {
         // A mean by Simpson's rule: the spectrum is smooth.
-        let ([low, high], middle) = (bands[band].range, bands[band].middle());
-        let [first, middle, last] = [low, middle, high].map(|nm| reflectance(best, nm));
+        let [low, high] = bands[band].range;
+        let [first, middle, last] = [low, 0.5 * (low + high), high].map(|nm| reflectance(best, nm));
         ((first + 4.0 * middle + last) / 6.0) as f32
     })
 }
@@ -73,7 +73,7 @@ fn fit(start: Coefficients, goal: DVec3) -> Coefficients {
 fn colour(c: Coefficients) -> DVec3 {
     let mut rgb = DVec3::ZERO;
     for band in wavelength_bands() {
-        rgb += reflectance(c, band.middle()) * DVec3::from_array(band.response);
+        rgb += reflectance(c, band.centre) * DVec3::from_array(band.response);
     }
     rgb
 }

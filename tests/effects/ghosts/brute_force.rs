@@ -4,7 +4,9 @@ use glam::DVec3;
 use petzval_lens::{Coating, LensModel, Pose, Prescription};
 use petzval_render::Backend;
 use petzval_render::job::Job;
-use petzval_spectrum::{BANDS, D_LINE, LightBand, bands};
+use petzval_spectrum::{
+    BAND_RANGE, BANDS, D_LINE, LightBand, bands, colour_matching, named_spectrum, srgb_from_xyz,
+};
 
 use super::{FILM, FOCUS, LENS, PIXELS, blocks, coated, ghosts, green, job, picture_of_ghosts};
 use crate::support::reference::{reference, within};
@@ -230,32 +232,83 @@ fn ghosts_of_a_tilted_lens_agree_with_brute_force() {
     compare("tilted lens", LENS, pose, OUTSIDE);
 }
 
+/// Quarter, half and quarter wave: green light passes, violet and red are reflected.
+const FILMS: &str = r#"
+    [[coating]]
+    name = "three layers"
+    layers = [
+        { index = 1.38, thickness = 99.6 },
+        { index = 2.15, thickness = 127.9 },
+        { index = 1.7, thickness = 80.9 },
+    ]
+"#;
+
+/// Returns the light of all ghosts of films of three layers under a white point light, in each of [`bands`]:
+/// by brute force, which `tests/references/ghosts.csv` keeps.
+fn ghosts_by_band(lens: &str, job: &Job) -> Vec<f64> {
+    let subject = (lens, OUTSIDE, PIXELS, FILM, FOCUS);
+    reference("ghosts", "three layers, bands", subject, within(1e-4), || {
+        let of_band = |band: &LightBand| {
+            let light = OUTSIDE.map(|v| 1e3 * v);
+            let film = brute_force(job, Pose::ALIGNED, light, band.wavelength, 300);
+            film.iter().sum::<f64>() * job.camera.imaging_ratio
+        };
+        bands().iter().map(of_band).collect()
+    })
+}
+
+/// Lamps of other spectra than daylight.
+#[test]
+fn ghosts_by_wavelength_are_those_of_brute_force() {
+    let lens = coated("three layers") + FILMS;
+    let [x, y, z] = OUTSIDE;
+    for name in ["stdillum-A", "stdillum-F2"] {
+        let lamp =
+            format!(r#"LightSource "point" "spectrum I" "{name}" "point3 from" [{x} {y} {z}]"#);
+        let job = job(&lens, &lamp, &format!("+spectra,{WITHOUT}"), 1);
+        let picture = picture_of_ghosts(&job, 16_384);
+        let by_band = ghosts_by_band(&lens, &job);
+        let step = bands()[1].wavelength - bands()[0].wavelength;
+        // Cubic between the middles of the bands (Lagrange); the lens is traced at no wavelength beyond them.
+        let ghosts_at = |nm: f64| {
+            let x = (nm.clamp(BAND_RANGE[0], BAND_RANGE[1]) - bands()[0].wavelength) / step;
+            let first = ((x - 1.0).max(0.0) as usize).min(by_band.len() - 4);
+            let weight = |i: usize| {
+                let others = (first..first + 4).filter(|&k| k != i);
+                others.map(|k| (x - k as f64) / (i as f64 - k as f64)).product::<f64>()
+            };
+            (first..first + 4).map(|i| weight(i) * by_band[i]).sum::<f64>()
+        };
+        let spectrum = named_spectrum(name).expect("a known lamp");
+        let mut expected = [0.0; 3];
+        let (mut luminance, steps) = (0.0, 4700);
+        for i in 0..steps {
+            let nm = 360.0 + 0.1 * (f64::from(i) + 0.5);
+            let xyz = colour_matching(nm).map(|v| v * spectrum.at(nm));
+            luminance += xyz[1];
+            let rgb = srgb_from_xyz(xyz);
+            (0..3).for_each(|c| expected[c] += rgb[c] * ghosts_at(nm));
+        }
+        let expected = expected.map(|v| v / luminance);
+        let most = expected.iter().fold(0.0f64, |a, &b| a.max(b));
+        for (channel, expected) in expected.into_iter().enumerate() {
+            let found: f64 = picture.pixels.iter().map(|p| f64::from(p[channel])).sum();
+            println!("{name}, channel {channel}: {found:.6e}, {expected:.6e}");
+            let allowed = 0.01 * expected.abs() + 0.002 * most;
+            assert!((found - expected).abs() < allowed, "{name}: {found}, not {expected}");
+        }
+    }
+}
+
 #[test]
 fn ghosts_of_coated_surfaces_have_the_hue_of_their_films() {
-    // Quarter, half and quarter wave: green light passes, violet and red are reflected.
-    let films = r#"
-        [[coating]]
-        name = "three layers"
-        layers = [
-            { index = 1.38, thickness = 99.6 },
-            { index = 2.15, thickness = 127.9 },
-            { index = 1.7, thickness = 80.9 },
-        ]
-    "#;
-    let lens = coated("three layers") + films;
+    let lens = coated("three layers") + FILMS;
     let job = job(&lens, &point_light(OUTSIDE), WITHOUT, 1);
     let picture = picture_of_ghosts(&job, 16_384);
-    let subject = (&lens, OUTSIDE, PIXELS, FILM, FOCUS);
-    let expected = reference("ghosts", "three layers, rgb", subject, within(1e-4), || {
-        let mut sums = vec![0.0; 3];
-        for LightBand { wavelength, response } in bands() {
-            let light = OUTSIDE.map(|v| 1e3 * v);
-            let film = brute_force(&job, Pose::ALIGNED, light, wavelength, 300);
-            let light = film.iter().sum::<f64>() * job.camera.imaging_ratio / BANDS as f64;
-            (0..3).for_each(|channel| sums[channel] += response[channel] * light);
-        }
-        sums
-    });
+    let mut expected = [0.0; 3];
+    for (light, LightBand { response, .. }) in ghosts_by_band(&lens, &job).iter().zip(bands()) {
+        (0..3).for_each(|c| expected[c] += response[c] * light / BANDS as f64);
+    }
     for (channel, expected) in expected.into_iter().enumerate() {
         let found: f64 = picture.pixels.iter().map(|pixel| f64::from(pixel[channel])).sum();
         println!("channel {channel}: {found:.6e}, {expected:.6e}");

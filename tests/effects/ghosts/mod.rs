@@ -14,7 +14,7 @@ use petzval_render::light_tracing::ghosts::estimate;
 use petzval_render::light_tracing::{SplatStage, Strategy};
 use petzval_render::prepare::{Changes, prepare};
 use petzval_scene_formats::pbrt;
-use petzval_spectrum::bands;
+use petzval_spectrum::{bands, lens_bands};
 
 /// Two uncoated elements and a stop between them.
 const LENS: &str = r#"
@@ -104,8 +104,9 @@ fn ghosts(job: &Job, samples: u32) -> Vec<f64> {
 /// Returns the ghosts of all pairs alone.
 fn picture_of_ghosts(job: &Job, samples: u32) -> Picture {
     let LensModel::Real(lens) = &job.camera.model else { panic!("a real lens") };
+    let bands = if job.spectral.is_some() { lens_bands() } else { bands().to_vec() };
     let ghosts =
-        estimate(&job.light_path_input()).expect("ghosts").ghosts_of_all_pairs(lens, &bands());
+        estimate(&job.light_path_input()).expect("ghosts").ghosts_of_all_pairs(lens, &bands);
     let job = Job { samples: 0..samples, ..job.clone() };
     let mut film = FilmSums::new(job.frame);
     SplatStage::default().run::<f32x8>(
