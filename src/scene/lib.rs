@@ -58,7 +58,7 @@ pub use medium::{
 };
 pub use path_limits::PathLimits;
 pub use spectral::SpectralScene;
-pub use spectral_error::RgbError;
+pub use spectral_error::{RgbError, RgbErrors};
 pub use surfaces::{SurfaceColumns, SurfaceInputs, VectorColumns, load_vector, store_vector};
 pub use texture::{
     CheckerPattern, DotPattern, ImageMap, ImageTexture, Mapping, MipMap, Octaves, PendingImage,

@@ -13,7 +13,17 @@ use super::{Scene, Sky};
 /// Most lights, and most colours of surfaces, that are compared.
 const MOST: usize = 48;
 
-/// Largest error of one reflection, calculated in RGB, over the lights and surfaces of a scene.
+/// Largest errors of one reflection, calculated in RGB, over the lights and surfaces of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RgbErrors {
+    /// That of a light and a surface of which at least one is given by wavelength.
+    pub stated: RgbError,
+    /// That of a light and a surface that are both given as RGB: the smooth spectra of which it is
+    /// calculated are guesses.
+    pub guessed: RgbError,
+}
+
+/// Error of one reflection, calculated in RGB.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RgbError {
     /// Difference of the colours (CIEDE2000), white being a white surface under the same light.
@@ -28,6 +38,8 @@ pub struct RgbError {
 struct Seen {
     rgb: [f64; 3],
     spectrum: BandSpectrum,
+    /// Whether the scene gives it by wavelength.
+    is_stated: bool,
 }
 
 impl Scene {
@@ -36,28 +48,26 @@ impl Scene {
         self.materials.iter().any(|material| material.model.disperses())
     }
 
-    /// Returns the largest error of one reflection, over at most 48 lights and 48 colours. The image of a sky
-    /// counts by its mean, images of other lights as white.
-    pub fn rgb_error(&self) -> RgbError {
+    /// Returns the largest errors of one reflection, over at most 48 lights and 48 colours. The image of a
+    /// sky counts by its mean, images of other lights as white.
+    pub fn rgb_errors(&self) -> RgbErrors {
         // Under daylight, RGB is right by definition.
         let lights = self.lights.all.iter().filter(|light| !light.is_daylight());
         let lights: Vec<Seen> = lights.take(MOST).filter_map(Light::seen).collect();
-        let mut worst = RgbError::default();
+        let mut worst = RgbErrors::default();
         if lights.is_empty() {
             return worst;
         }
         for surface in self.surface_colours() {
             for light in &lights {
-                let exact = light.spectrum.times(&surface.spectrum).to_rgb();
-                let rgb = [0, 1, 2].map(|c| light.rgb[c] * surface.rgb[c]);
-                let brightest = exact.iter().fold(0.0f64, |a, &b| a.max(b));
-                let difference = ciede2000(lab_from_srgb(rgb), lab_from_srgb(exact));
-                if brightest <= 0.0 || difference.is_nan() || difference <= worst.difference {
-                    continue;
+                let of_kind = match light.is_stated || surface.is_stated {
+                    true => &mut worst.stated,
+                    false => &mut worst.guessed,
+                };
+                let error = RgbError::of(light, &surface);
+                if error.difference > of_kind.difference {
+                    *of_kind = error;
                 }
-                let off = |c: usize| 100.0 * (rgb[c] - exact[c]).abs() / brightest;
-                let channel = (0..3).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
-                worst = RgbError { difference, percent: off(channel), channel };
             }
         }
         worst
@@ -83,6 +93,22 @@ impl Scene {
     }
 }
 
+impl RgbError {
+    /// Returns the error of a surface under a light; none if it is dark.
+    fn of(light: &Seen, surface: &Seen) -> Self {
+        let exact = light.spectrum.times(&surface.spectrum).to_rgb();
+        let rgb = [0, 1, 2].map(|c| light.rgb[c] * surface.rgb[c]);
+        let brightest = exact.iter().fold(0.0f64, |a, &b| a.max(b));
+        let difference = ciede2000(lab_from_srgb(rgb), lab_from_srgb(exact));
+        if brightest <= 0.0 || difference.is_nan() {
+            return Self::default();
+        }
+        let off = |c: usize| 100.0 * (rgb[c] - exact[c]).abs() / brightest;
+        let channel = (0..3).max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+        Self { difference, percent: off(channel), channel }
+    }
+}
+
 /// Different colours.
 #[derive(Default)]
 struct Colours {
@@ -105,8 +131,9 @@ impl Colours {
                 Texture::Spectrum(colour) => colour.spectrum().cloned(),
                 _ => None,
             };
+            let is_stated = spectrum.is_some();
             let spectrum = spectrum.unwrap_or_else(|| uplift_reflectance(rgb));
-            self.all.push(Seen { rgb: rgb.map(f64::from), spectrum });
+            self.all.push(Seen { rgb: rgb.map(f64::from), spectrum, is_stated });
         }
     }
 
@@ -129,7 +156,8 @@ impl Colours {
             let value = |band: usize| {
                 fresnel(1.0, n.values()[band].into(), extinction.values()[band].into()) as f32
             };
-            self.all.push(Seen { rgb, spectrum: BandSpectrum::from_bands(value) });
+            let spectrum = BandSpectrum::from_bands(value);
+            self.all.push(Seen { rgb, spectrum, is_stated: true });
         }
     }
 
@@ -164,9 +192,10 @@ impl Light {
         if !usable {
             return None;
         }
+        let is_stated = colour.has_spectrum();
         let colour = colour.divided(luminance).into_light();
         let spectrum = colour.spectrum().cloned()?;
-        Some(Seen { rgb: colour.rgb.map(f64::from), spectrum })
+        Some(Seen { rgb: colour.rgb.map(f64::from), spectrum, is_stated })
     }
 }
 
@@ -193,7 +222,7 @@ mod tests {
             }),
             distribution: IntensityDistribution::Isotropic,
         }));
-        builder.build().expect("a small scene").rgb_error()
+        builder.build().expect("a small scene").rgb_errors().stated
     }
 
     /// Returns linear sRGB of an integral over the wavelength.
@@ -220,5 +249,22 @@ mod tests {
         assert!(expected > 20.0 && found.difference > 5.0, "{found:?}");
         let day = error(&named("stdillum-D65"), &red);
         assert!(day.difference < 0.01, "{day:?}");
+    }
+
+    /// A blue lamp before a green wall, both of which may be anything of that colour.
+    #[test]
+    fn colours_that_are_given_as_rgb_are_guesses() {
+        let mut builder = SceneBuilder::default();
+        let reflectance = Texture::Constant([0.1, 0.6, 0.2]);
+        builder.add_material(Material::new(MaterialModel::Diffuse { reflectance }));
+        builder.add_light(Light::Point(PointLight {
+            position: Vec3::ZERO,
+            light_from_world: Mat3::IDENTITY,
+            intensity: [0.05, 0.2, 1.0].into(),
+            distribution: IntensityDistribution::Isotropic,
+        }));
+        let errors = builder.build().expect("a small scene").rgb_errors();
+        assert_eq!(errors.stated, RgbError::default());
+        assert!(errors.guessed.difference > 1.0, "{errors:?}");
     }
 }
