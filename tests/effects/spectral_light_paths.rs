@@ -1,5 +1,6 @@
 //! Light paths by wavelength: lamps, caustics and ghosts have the colours that camera paths find.
 
+use crate::support::workspace::Workspace;
 use crate::support::{folder, in_parallel, mean, mean_and_error, picture, root, write};
 use petzval_render::Backend;
 use petzval_render::job::Job;
@@ -120,5 +121,22 @@ fn caustics_have_the_light_of_camera_paths() {
         assert_same_light(found, expected, noise, glass);
         let in_rgb = job(&table(glass), 256, &effects("-spectra"));
         assert_other_light(mean(&picture(&in_rgb, Backend::Simd, 1)), expected, 0.05);
+    }
+}
+
+#[test]
+fn pictures_are_equal_for_all_backends_threads_and_shards() {
+    let glass = table("\"spectrum eta\" \"glass-SF11\"");
+    for (scene, dispersion) in [(lamp("triplet.toml"), "+"), (glass, "-")] {
+        let effects = format!("+spectra,+ghosts,{dispersion}dispersion,-diffraction");
+        let job = job(&scene, 70, &effects);
+        assert!(!job.light_strategies().is_empty(), "light paths");
+        let whole = picture(&job, Backend::Simd, 1);
+        assert_eq!(picture(&job, Backend::Simd, 2).pixels, whole.pixels, "two threads");
+        assert_eq!(picture(&job, Backend::Scalar, 1).pixels, whole.pixels, "one lane");
+        let workspace = Workspace::new();
+        std::fs::write(workspace.path("scene.pbrt"), &scene).expect("a scene");
+        let options = format!("--spp 70 --light-paths on --effects {effects}");
+        workspace.merges_to_the_whole(&format!("render scene.pbrt {options}"));
     }
 }

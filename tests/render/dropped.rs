@@ -111,9 +111,8 @@ fn a_replay_is_printed_as_text_and_as_json() {
     let scene = root().join("scenes/atelier.pbrt");
     let lens = root().join("lenses/triplet.toml");
     let (scene, lens) = (scene.display().to_string(), lens.display().to_string());
-    let mut arguments =
-        vec!["replay", &scene, "--lens", &lens, "--effects", "+dispersion", "--pixel", "600,500"];
-    arguments.extend(["--sample", "9", "--coating", "mgf2"]);
+    let mut arguments = vec!["replay", &scene, "--lens", &lens, "--pixel", "600,500"];
+    arguments.extend(["--effects", "+dispersion,-spectra", "--sample", "9", "--coating", "mgf2"]);
     let (code, text, stderr) = petzval(root(), &arguments);
     assert_eq!(code, 0, "{stderr}");
     assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
