@@ -1,19 +1,49 @@
 //! Sensors of measured cameras, as 3 x 3 matrices of linear sRGB.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 
 use super::camera_tables::{CAMERAS, FIRST_WAVELENGTH, PATCHES, STEP};
 use super::colour_space::{ColourSpace, srgb_from_xyz};
 use super::observer::{VISIBLE, colour_matching};
 use super::wavelength_sets::daylight_in_bands;
-use super::{d_illuminant, d65};
+use super::{Spectrum, UnorderedWavelengths, d_illuminant, d65};
 
 /// Colour temperature of the daylight that a camera makes white, unless the scene says another (K).
 const DEFAULT_WHITE: f64 = 6500.0;
 
+/// Smallest [`independence`] of the channels of a camera with three colours.
+const MIN_INDEPENDENCE: f64 = 1e-3;
+
 /// A camera whose spectral response has been measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CameraSensor(usize);
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraSensor(Table);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Table {
+    /// Number of a camera of [`CAMERAS`].
+    Known(usize),
+    /// A camera of one's own: its responses by whole nanometres. The largest is 1.
+    Own(Arc<Sensitivities>),
+}
+
+/// Error of a table of responses that are not those of a colour camera.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraTableError {
+    /// The wavelengths do not ascend.
+    #[error(transparent)]
+    Unordered(#[from] UnorderedWavelengths),
+    /// No light that the table can see reaches a channel.
+    #[error("no response of the {channel} channel to visible light")]
+    Blind {
+        /// The name of the channel.
+        channel: &'static str,
+    },
+    /// The channels do not distinguish three colours.
+    #[error("channels that do not tell three colours apart")]
+    Dependent,
+}
 
 /// The response of a camera in matrices.
 ///
@@ -47,7 +77,35 @@ type Sensitivities = [Samples; 3];
 impl CameraSensor {
     /// Returns the camera of a name, in pbrt-v4's spelling.
     pub fn from_name(name: &str) -> Option<Self> {
-        CAMERAS.iter().position(|(known, _)| *known == name).map(Self)
+        let number = CAMERAS.iter().position(|(known, _)| *known == name);
+        number.map(|number| Self(Table::Known(number)))
+    }
+
+    /// Creates the camera of a table: rows of a wavelength (nm) and the responses of red, green and
+    /// blue, 0 or more. They are linear between the rows and 0 beyond. Their unit does not matter: they
+    /// are divided by the largest.
+    ///
+    /// # Errors
+    /// Returns an error if the wavelengths do not ascend, or the channels are not those of a camera that
+    /// sees three colours.
+    pub fn from_table(rows: &[[f64; 4]]) -> Result<Self, CameraTableError> {
+        let sample = |channel: usize| -> Result<Samples, UnorderedWavelengths> {
+            let pairs = rows.iter().map(|row| [row[0], row[1 + channel]]).collect();
+            let spectrum = Spectrum::samples(pairs)?;
+            Ok(nanometres().map(|nm| spectrum.at(nm)).collect())
+        };
+        let mut channels: Sensitivities = [sample(0)?, sample(1)?, sample(2)?];
+        for (samples, channel) in channels.iter().zip(["red", "green", "blue"]) {
+            if !samples.iter().any(|&response| response > 0.0) {
+                return Err(CameraTableError::Blind { channel });
+            }
+        }
+        let largest = channels.iter().flatten().copied().fold(0.0, f64::max);
+        channels.iter_mut().flatten().for_each(|response| *response /= largest);
+        match independence(&channels) > MIN_INDEPENDENCE {
+            true => Ok(Self(Table::Own(Arc::new(channels)))),
+            false => Err(CameraTableError::Dependent),
+        }
     }
 
     /// Returns the names of all cameras.
@@ -61,7 +119,7 @@ impl CameraSensor {
     /// As in pbrt-v4, the matrix to X, Y and Z is a linear fit: the channels of the camera for
     /// reflectances in that daylight, to the X, Y and Z of the same reflectances in the white of
     /// the space.
-    pub fn response(self, white: Option<f64>, space: ColourSpace) -> CameraResponse {
+    pub fn response(&self, white: Option<f64>, space: ColourSpace) -> CameraResponse {
         let camera = self.sensitivities();
         let [scene, output] = [d_illuminant(white.unwrap_or(DEFAULT_WHITE)), space.illuminant()]
             .map(|s| nanometres().map(|nm| s.at(nm)).collect::<Samples>());
@@ -79,15 +137,28 @@ impl CameraSensor {
 
     /// Returns the response of the channels to the daylight in each band, in the unit of
     /// [`CameraResponse::from_srgb`].
-    pub fn band_responses(self) -> [Vec<f64>; 3] {
+    pub fn band_responses(&self) -> [Vec<f64>; 3] {
         self.sensitivities()
             .map(|channel| daylight_in_bands(|nm| channel[(nm - f64::from(VISIBLE[0])) as usize]))
     }
 
-    fn sensitivities(self) -> Sensitivities {
-        let (_, channels) = &CAMERAS[self.0];
-        [0, 1, 2].map(|channel| tabulated(&channels[channel], 1e-4))
+    fn sensitivities(&self) -> Sensitivities {
+        match &self.0 {
+            Table::Known(number) => {
+                let (_, channels) = &CAMERAS[*number];
+                [0, 1, 2].map(|channel| tabulated(&channels[channel], 1e-4))
+            }
+            Table::Own(channels) => (**channels).clone(),
+        }
     }
+}
+
+/// Returns how well channels distinguish colours: the determinant of their matrix from linear sRGB, relative to
+/// the product of their responses to white; 0 if they are dependent.
+fn independence(channels: &Sensitivities) -> f64 {
+    let matrix = from_srgb(channels);
+    let white = (matrix * DVec3::ONE).to_array();
+    matrix.determinant().abs() / white.into_iter().product::<f64>()
 }
 
 /// Returns the matrix from linear sRGB to a camera's channels: the linear fit over edges and bands
@@ -211,6 +282,55 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_table_of_any_unit_is_the_camera_that_it_describes() {
+        let (name, channels) = &CAMERAS[4];
+        let rows = |unit: f64| -> Vec<[f64; 4]> {
+            let row = |i: usize| {
+                let [red, green, blue] = [0, 1, 2].map(|c| unit * f64::from(channels[c][i]));
+                [f64::from(FIRST_WAVELENGTH + STEP * i as u32), red, green, blue]
+            };
+            (0..channels[0].len()).map(row).collect()
+        };
+        let known = CameraSensor::from_name(name).unwrap();
+        for unit in [1e-4, 2.5e-5, 7.0] {
+            let own = CameraSensor::from_table(&rows(unit)).unwrap();
+            let largest = channels.iter().flatten().max().copied().unwrap();
+            let scale = 1e4 / f64::from(largest);
+            for white in [None, Some(3200.0)] {
+                let [own, known] =
+                    [&own, &known].map(|camera| camera.response(white, ColourSpace::Srgb));
+                assert!(own.from_srgb.abs_diff_eq(known.from_srgb * scale, 1e-9));
+                assert!(own.to_srgb().abs_diff_eq(known.to_srgb(), 1e-9), "the same picture");
+            }
+            for (own, known) in own.band_responses().iter().zip(&known.band_responses()) {
+                let off = own.iter().zip(known).map(|(own, known)| (own - scale * known).abs());
+                assert!(off.fold(0.0, f64::max) < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_channels_of_known_cameras_are_independent() {
+        for name in CameraSensor::names() {
+            let camera = CameraSensor::from_name(name).unwrap();
+            let found = independence(&camera.sensitivities());
+            assert!(found > 100.0 * MIN_INDEPENDENCE, "{name}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_table_without_three_colours_is_refused() {
+        let table = |rows: [[f64; 4]; 3]| CameraSensor::from_table(&rows).unwrap_err();
+        let grey = [[400.0, 1.0, 2.0, 1.0], [500.0, 1.0, 2.0, 2.0], [600.0, 1.0, 2.0, 1.0]];
+        assert_eq!(table(grey), CameraTableError::Dependent);
+        let blind = [[400.0, 1.0, 0.0, 1.0], [500.0, 1.0, 0.0, 2.0], [600.0, 2.0, 0.0, 1.0]];
+        assert_eq!(table(blind), CameraTableError::Blind { channel: "green" });
+        let [first, second, third] = grey;
+        let disorder = UnorderedWavelengths { before: 500.0, after: 400.0 };
+        assert_eq!(table([second, first, third]), disorder.into());
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub use bands::{
     BAND_RANGE, BANDS, BANDS_PER_RAY, LightBand, Passband, bands, bands_of_ray, hero_band,
 };
 pub use blackbody::blackbody;
-pub use camera_sensor::{CameraResponse, CameraSensor};
+pub use camera_sensor::{CameraResponse, CameraSensor, CameraTableError};
 pub use colour::Colour;
 pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};
 pub use colour_space::{ColourSpace, srgb_from_xyz, white_balance, xyz_from_srgb};

@@ -7,10 +7,10 @@ use crate::support::workspace::{CAMERA, Workspace};
 use crate::support::write_picture;
 use petzval_image::Picture;
 
-/// Names a file of each kind that a scene reads: textures, a mesh, an included file.
+/// Names a file of each kind that a scene reads: textures, a mesh, an included file, a sensor.
 const SCENE: &str = r#"
     Film "rgb" "integer xresolution" 24 "integer yresolution" 16 "float diagonal" 43.27
-        "string filename" "wood.png"
+        "string filename" "wood.png" "string sensor" "camera.csv"
     Sampler "halton" "integer pixelsamples" 4
     WorldBegin
     LightSource "infinite" "rgb L" [0.2 0.25 0.3]
@@ -26,9 +26,12 @@ const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\np
                     property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
                     end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
+const SENSOR: &str = "400 0 0.1 0.8\n500 0.1 0.9 0.2\n600 1 0.3 0\n";
+
 /// All files that the commands of these tests read.
-const INPUTS: [&str; 9] = [
+const INPUTS: [&str; 10] = [
     "scene.pbrt",
+    "camera.csv",
     "floor.pbrt",
     "lens.dat",
     "lens.svg",
@@ -46,6 +49,7 @@ fn workspace() -> Workspace {
     fs::create_dir(workspace.path("sub")).expect("a folder");
     fs::write(workspace.path("scene.pbrt"), format!("{CAMERA}{SCENE}")).expect("a scene");
     fs::write(workspace.path("mesh.ply"), MESH).expect("a mesh");
+    fs::write(workspace.path("camera.csv"), SENSOR).expect("a sensor");
     fs::copy(workspace.path("lens.dat"), workspace.path("lens.svg")).expect("a lens");
     let picture = Picture { size: [2, 2], pixels: vec![[0.5; 3]; 4] };
     for name in INPUTS.into_iter().filter(|name| name.ends_with(".png")) {
@@ -114,6 +118,7 @@ fn an_input_is_recognised_behind_a_link() {
         ("floor.pbrt", "l.exr", "-o l.exr"),
         ("lens.dat", "l.png", "-o l.png"),
         ("mesh.ply", "l.jpg", "-o l.jpg"),
+        ("camera.csv", "l.exr", "-o l.exr"),
         ("wood.png", "l.petzval", part),
         ("scene.pbrt", "l.exr.checkpoint", "-o l.exr"),
         ("scene.pbrt", "l.exr.checkpoint", "-o l.exr --resume"),

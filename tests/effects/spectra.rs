@@ -102,7 +102,11 @@ fn pigments_under_lamps_have_the_colours_of_integrals() {
 /// of `pbrt_language`.
 #[test]
 fn a_camera_sees_white_alike_in_rgb_and_by_wavelength() {
-    for camera in ["canon_eos_5d", "nikon_d850", "sony_ilce_9"] {
+    let own = folder();
+    let table = "nm,red,green,blue\n390,0,0,0\n460,0.02,0.1,0.35\n540,0.03,0.4,0.08\n\
+        600,0.25,0.2,0.02\n700,0.01,0,0\n";
+    let own = write(&own, "own.csv", table).display().to_string();
+    for camera in ["canon_eos_5d", "nikon_d850", "sony_ilce_9", &own] {
         let sensor = format!("PixelFilter \"box\" Film \"rgb\" \"string sensor\" \"{camera}\"");
         let white = wall("\"rgb L\" [1 1 1]", "\"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]");
         let scene = white.replacen("Film \"rgb\"", &sensor, 1);

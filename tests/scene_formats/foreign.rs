@@ -31,6 +31,9 @@ fn a_placeholder_is_named_with_its_remedy_where_data_is_expected() {
             assert!(found.contains(expected) && found.contains(name), "{found}");
             assert!(found.contains("a.pbrt:2:"), "the place that names it: {found}");
         }
+        write(&folder, "own.csv", content);
+        let film = errors(&folder, "Film \"rgb\"\n\"string sensor\" \"own.csv\"\nWorldBegin\n");
+        assert!(film.contains(expected) && film.contains("a.pbrt:2:"), "{film}");
         write(&folder, "lens.dat", content);
         let scene = "Camera \"realistic\" \"string lensfile\" \"lens.dat\"\nWorldBegin\n";
         write(&folder, "lens.pbrt", scene);

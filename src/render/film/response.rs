@@ -36,6 +36,7 @@ impl Response {
         let bands = wavelength_bands();
         let of_camera = self
             .camera
+            .as_ref()
             .zip(self.sensor_from_srgb)
             .map(|(camera, matrix)| (camera.band_responses(), matrix.inverse()));
         let response = |band: usize| match &of_camera {

@@ -46,7 +46,8 @@ pub(super) fn frame(film: &FilmSpec, changes: &Changes) -> Result<Frame, Prepare
 /// Returns the pixel filter and the colour response.
 pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) -> Response {
     let white = film.white_balance;
-    let sensor = film.camera_sensor.map(|sensor| sensor.response(white, film.colour_space));
+    let camera = film.camera_sensor.as_ref();
+    let sensor = camera.map(|sensor| sensor.response(white, film.colour_space));
     let colour = match &sensor {
         Some(sensor) => Some(sensor.to_srgb()),
         None => white.map(|kelvin| white_balance(kelvin, film.colour_space)),
@@ -54,7 +55,7 @@ pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) 
     Response {
         filter: PixelFilter::new(filter.profile, filter.radius),
         max_component: film.max_component,
-        camera: film.camera_sensor,
+        camera: film.camera_sensor.clone(),
         sensor_from_srgb: sensor.map(|sensor| sensor.from_srgb),
         colour: match (changes.passband.map(|passband| passband.grey()), colour) {
             // A passband turns the colours grey.

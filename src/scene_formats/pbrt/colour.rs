@@ -241,10 +241,19 @@ pub(super) mod tests {
     use petzval_base::io::{Location, ReadContext};
 
     fn params(kind: &str, values: Values, space: ColourSpace, folder: &Path) -> Params {
+        Params { space, ..given_in("L", kind, values, folder) }
+    }
+
+    pub(in super::super) fn given_in(
+        name: &str,
+        kind: &str,
+        values: Values,
+        folder: &Path,
+    ) -> Params {
         let at = Location { file: Arc::from(Path::new("test.pbrt")), line: 2, column: 3 };
-        let param = Param { kind: kind.to_owned(), name: "L".to_owned(), values, at: at.clone() };
+        let param = Param { kind: kind.to_owned(), name: name.to_owned(), values, at: at.clone() };
         let (folder, context) = (Arc::from(folder), ReadContext::default());
-        Params { all: vec![param], at, space, folder, context }
+        Params { all: vec![param], at, space: ColourSpace::Srgb, folder, context }
     }
 
     pub(in super::super) fn given(kind: &str, values: Values) -> Params {

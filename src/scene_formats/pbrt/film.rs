@@ -7,9 +7,8 @@ use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, simila
 use super::params::Params;
 use super::reader::SceneReader;
 use super::{Dialect, SceneError};
-use petzval_base::io::hint;
 use petzval_scene::filter::Profile;
-use petzval_spectrum::{CameraSensor, ColourSpace};
+use petzval_spectrum::ColourSpace;
 
 /// The kinds of films.
 #[derive(Clone, Copy, PartialEq)]
@@ -18,9 +17,6 @@ pub(super) enum FilmKind {
     /// A picture and layers of geometry.
     Gbuffer,
 }
-
-/// pbrt-v4's name of the sensor that sees X, Y and Z.
-const IDEAL_SENSOR: &str = "cie1931";
 
 const FILM_READS: &[&str] = &[
     "xresolution",
@@ -188,18 +184,6 @@ fn camera_layers(params: &Params) -> Result<bool, SceneError> {
     }
 }
 
-/// Reads the name of a camera. The default of pbrt-v4 is the ideal sensor.
-fn camera_sensor(params: &Params) -> Result<Option<CameraSensor>, SceneError> {
-    let Some(name) = params.text("sensor")?.filter(|name| *name != IDEAL_SENSOR) else {
-        return Ok(None);
-    };
-    CameraSensor::from_name(name).map(Some).ok_or_else(|| {
-        let names: Vec<&str> = [IDEAL_SENSOR].into_iter().chain(CameraSensor::names()).collect();
-        let found = format!("unknown sensor \"{name}\"{}", hint(name, names.iter().copied()));
-        params.refuse("sensor", found, format!("expected one of {}", names.join(", ")))
-    })
-}
-
 pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, SceneError> {
     let default = FilmSpec::default();
     let resolution = [
@@ -237,7 +221,7 @@ pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, Sce
         max_component: max_component(params)?,
         // As in pbrt-v4, 0 is none.
         white_balance: params.maybe_float("whitebalance")?.filter(|&kelvin| kelvin != 0.0),
-        camera_sensor: camera_sensor(params)?,
+        camera_sensor: params.camera_sensor()?,
         colour_space: params.space,
         half: params.boolean("savefp16")?.unwrap_or(false),
         gbuffer: kind == FilmKind::Gbuffer,

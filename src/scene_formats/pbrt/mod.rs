@@ -13,6 +13,7 @@ mod area_lights;
 mod assembly;
 mod attributes;
 mod camera;
+mod camera_sensor;
 mod camera_text;
 mod colour;
 mod curves;
