@@ -148,6 +148,7 @@ fn sensor(bench: &mut Criterion) {
         bits: 14,
         black_level: 512,
         bayer: None,
+        filters: None,
     };
     let mosaic = Sensor { bayer: Some(Bayer::Rggb), ..on };
     for (name, sensor, value) in

@@ -4,6 +4,7 @@
 mod support;
 
 mod aov;
+mod camera_filters;
 mod caustics;
 mod diffraction;
 mod dispersion;

@@ -20,6 +20,7 @@ const COARSE: Sensor = Sensor {
     bits: 8,
     black_level: 15,
     bayer: None,
+    filters: None,
 };
 
 fn flat(value: [f32; 3], size: [usize; 2]) -> Picture {

@@ -106,6 +106,12 @@ pub(super) fn log_exposure(job: &Job, notes: &Notes) {
         sensor.white_electrons(),
         sensor.relative_noise(0.18)
     );
+    if let Some([red, green, blue]) = sensor.filters.map(|filters| filters.white()) {
+        say!(
+            "sensor: in white, the camera's red, green and blue get {red:.2}, {green:.2} and {blue:.2} \
+             of these electrons"
+        );
+    }
     if let Some(bayer) = sensor.bayer {
         say!("sensor: the picture is the mosaic, {bayer}: one channel a pixel, in grey");
     }

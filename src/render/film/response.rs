@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
+use crate::sensor::ColourFilters;
 use petzval_scene::filter::PixelFilter;
 use petzval_spectrum::{
     CameraSensor, WAVELENGTH_SETS, bands_of_set, wavelength_bands, xyz_from_srgb,
@@ -24,6 +25,8 @@ pub struct Response {
     /// Matrix from linear sRGB to linear sRGB: the colours as the sensor sees them, with its white
     /// balance.
     pub colour: Option<DMat3>,
+    /// Colour filters in front of the photosites of a measured camera.
+    pub filters: Option<ColourFilters>,
     /// Matrix from the values at the wavelengths of each set to linear sRGB, if paths carry spectra.
     pub rgb_from_set: Option<Arc<[DMat3]>>,
 }

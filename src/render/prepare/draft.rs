@@ -65,10 +65,19 @@ pub(super) fn draft(
     }
     let seed = changes.seed.unwrap_or(description.seed);
     let pitch = 1e3 * film::pixel_pitch(&model, &film, film_size, frame.resolution);
-    let asked = changes.sensor.map(|settings| settings.sensor(film.iso, pitch));
+    let filters = response.filters;
+    let asked =
+        changes.sensor.map(|settings| Sensor { filters, ..settings.sensor(film.iso, pitch) });
     let sensor = asked.filter(|_| !excluded.sensor);
     if let Some(sensor) = &sensor {
         report.text("sensor", sensor.to_string());
+        if let Some(filters) = &sensor.filters {
+            let numbers = |numbers: &[f64]| {
+                numbers.iter().map(|number| format!("{number:.6}")).collect::<Vec<_>>().join(" ")
+            };
+            report.text("sensorWhite", numbers(&filters.white()));
+            report.text("sensorToXYZ", numbers(filters.xyz_from_raw().as_flattened()));
+        }
     }
     report.number("isoSpeed", changes.iso(&film));
     report.number("filmWidth", film_size[0]);

@@ -3,6 +3,7 @@
 use super::{Changes, PrepareError};
 use crate::aov::Aov;
 use crate::film::{Frame, Response};
+use crate::sensor::ColourFilters;
 use petzval_lens::LensModel;
 use petzval_scene::filter::PixelFilter;
 use petzval_scene_formats::pbrt::{FilmSpec, FilterSpec};
@@ -52,6 +53,14 @@ pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) 
         Some(sensor) => Some(sensor.to_srgb()),
         None => white.map(|kelvin| white_balance(kelvin, film.colour_space)),
     };
+    // A passband leaves no colours, so photosites have no filters either.
+    let filters = match (&sensor, changes.passband) {
+        (Some(sensor), None) => {
+            let picture_from_raw = sensor.to_srgb() * sensor.from_srgb.inverse();
+            Some(ColourFilters::new(picture_from_raw, film.colour_space.light([1.0; 3])))
+        }
+        _ => None,
+    };
     Response {
         filter: PixelFilter::new(filter.profile, filter.radius),
         max_component: film.max_component,
@@ -62,6 +71,7 @@ pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) 
             (Some(grey), Some(colour)) => Some(grey * colour),
             (grey, colour) => grey.or(colour),
         },
+        filters,
         rgb_from_set: None,
     }
 }

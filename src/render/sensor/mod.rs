@@ -18,20 +18,23 @@
 //! last code 1. Codes below the black level are negative, so that noise has no bias: a dark frame has the
 //! mean 0 and all of its variance. (A black level of 0 cuts the noise below it, as a sensor would.)
 //!
-//! Channels are linear sRGB, and all have the same full well: there is no colour matrix and no
-//! white balance between photosites and picture. Without a mosaic, every pixel has a photosite for
-//! each channel.
+//! Channels are those of the film's measured camera ([`ColourFilters`]), whose matrix then makes the picture
+//! of them: so noise of one channel is in all colours. Without such a camera, channels are linear sRGB, with no
+//! colour matrix and no white balance between photosites and picture. All have the same full well. Without a
+//! mosaic, every pixel has a photosite for each channel.
 //!
 //! Noise is a function of pixel, channel and seed.
 
 mod bayer;
 mod exposure;
+mod filters;
 mod photosite_rng;
 mod poisson;
 mod settings;
 
 pub use bayer::Bayer;
 pub use exposure::ev100;
+pub use filters::ColourFilters;
 pub use settings::{SensorSettings, WELL_PER_UM2};
 
 use rayon::prelude::*;
@@ -56,8 +59,10 @@ pub struct Sensor {
     pub bits: u32,
     /// The code of no light, less than the last code.
     pub black_level: u32,
-    /// The colour filters; `None` if every pixel sees all channels.
+    /// The mosaic; `None` if every pixel sees all channels.
     pub bayer: Option<Bayer>,
+    /// The colour filters of a measured camera; `None` if channels are linear sRGB.
+    pub filters: Option<ColourFilters>,
 }
 
 impl Sensor {
@@ -80,7 +85,8 @@ impl Sensor {
     /// picture's first pixel in its frame.
     ///
     /// With a mosaic, a pixel keeps only the channel of its filter, as grey: red, green and blue
-    /// are equal. The result is finite and within 0 to 1 for any input.
+    /// are equal. The result is finite for any input, and within 0 to 1 unless a camera's matrix has
+    /// developed it or a code is below black.
     pub fn read_out(&self, picture: &Picture, origin: [u32; 2], seed: u32) -> Picture {
         let width = picture.size[0].max(1);
         let mut pixels = vec![[0.0; 3]; picture.pixels.len()];
@@ -88,13 +94,15 @@ impl Sensor {
         rows.enumerate().for_each(|(row, (to, from))| {
             let y = origin[1] + row as u32;
             for (x, (to, from)) in (origin[0]..).zip(to.iter_mut().zip(from)) {
+                let light = self.filters.map_or(*from, |filters| filters.raw(*from));
                 let read = |channel: usize| {
                     let mut rng = PhotositeRng::new([x, y], channel as u32, seed);
-                    self.value(self.code(from[channel], &mut rng))
+                    self.value(self.code(light[channel], &mut rng))
                 };
-                *to = match self.bayer {
-                    Some(bayer) => [read(bayer.channel([x, y])); 3],
-                    None => [read(0), read(1), read(2)],
+                *to = match (self.bayer, self.filters) {
+                    (Some(bayer), _) => [read(bayer.channel([x, y])); 3],
+                    (None, None) => [read(0), read(1), read(2)],
+                    (None, Some(filters)) => filters.develop([read(0), read(1), read(2)]),
                 };
             }
         });
@@ -121,16 +129,44 @@ impl Sensor {
         ((f64::from(code) - f64::from(self.black_level)) / self.code_span()) as f32
     }
 
-    /// Returns the noise that the sensor adds to pixels of this value, % of the signal: 100 / SNR.
+    /// Returns the noise that the sensor adds to grey pixels of this value, % of the signal: 100 / SNR;
+    /// that of the noisiest channel.
     ///
     /// Variances of shot noise, read noise and quantization add up. Values beyond the full well
     /// count as a full well; no light gives infinity.
     pub fn relative_noise(&self, value: f64) -> f64 {
+        let white = self.white_electrons();
+        let Some(filters) = &self.filters else {
+            let (electrons, variance) = self.reading(value);
+            return percentage(variance.sqrt(), electrons);
+        };
+        let readings = filters.white().map(|share| self.reading(value * share));
+        match self.bayer {
+            Some(_) => readings.map(|(electrons, variance)| percentage(variance.sqrt(), electrons)),
+            None => {
+                let variances = readings.map(|(_, variance)| variance / (white * white));
+                let signal = value.min(self.full_well / white);
+                filters
+                    .developed_deviations(variances)
+                    .map(|deviation| percentage(deviation, signal))
+            }
+        }
+        .into_iter()
+        .fold(0.0, f64::max)
+    }
+
+    /// Returns the mean electrons of a photosite that receives `value`, relative to white, and their
+    /// variance.
+    fn reading(&self, value: f64) -> (f64, f64) {
         let electrons = (value * self.white_electrons()).min(self.full_well);
         let step = self.white_electrons() / self.code_span();
-        let variance = electrons + self.read_noise * self.read_noise + step * step / 12.0;
-        if electrons > 0.0 { 100.0 * variance.sqrt() / electrons } else { f64::INFINITY }
+        (electrons, electrons + self.read_noise * self.read_noise + step * step / 12.0)
     }
+}
+
+/// Returns a deviation in % of a signal; infinity if there is none.
+fn percentage(deviation: f64, signal: f64) -> f64 {
+    if signal > 0.0 { 100.0 * deviation / signal } else { f64::INFINITY }
 }
 
 #[cfg(test)]
@@ -163,6 +199,7 @@ mod tests {
             bits: 14,
             black_level: 512,
             bayer: None,
+            filters: None,
         };
         let step = sensor.white_electrons() / sensor.code_span();
         let count = 1 << 20;
@@ -186,6 +223,7 @@ mod tests {
             bits: 7,
             black_level: 16,
             bayer: None,
+            filters: None,
         };
         for value in [0.05, 0.18, 0.6] {
             let [mean, variance] = readings(&sensor, value * sensor.white_electrons(), 200_000);

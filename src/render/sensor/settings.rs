@@ -31,7 +31,7 @@ pub struct SensorSettings {
     pub bits: u32,
     /// The code of no light; by default a thirty-second of all codes.
     pub black: Option<u32>,
-    /// The colour filters; `None` if every pixel sees all channels.
+    /// The mosaic; `None` if every pixel sees all channels.
     pub bayer: Option<Bayer>,
 }
 
@@ -43,7 +43,8 @@ impl Default for SensorSettings {
 }
 
 impl SensorSettings {
-    /// Returns the sensor for a film of this ISO speed and pixel pitch (um).
+    /// Returns the sensor for a film of this ISO speed and pixel pitch (um), without the filters of a
+    /// camera.
     pub fn sensor(&self, film_iso: f64, film_pitch: f64) -> Sensor {
         let pitch = self.pixel.unwrap_or(film_pitch);
         let well = self.well.unwrap_or(WELL_PER_UM2 * pitch * pitch);
@@ -54,6 +55,7 @@ impl SensorSettings {
             bits: self.bits,
             black_level: self.black.unwrap_or((1 << self.bits) / 32),
             bayer: self.bayer,
+            filters: None,
         }
     }
 }
@@ -114,7 +116,9 @@ impl FromStr for SensorSettings {
 impl fmt::Display for Sensor {
     /// Writes the sensor in the format of [`SensorSettings`].
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { iso, full_well: well, read_noise: read, bits, black_level: black, bayer } = self;
+        let Self {
+            iso, full_well: well, read_noise: read, bits, black_level: black, bayer, ..
+        } = self;
         write!(to, "iso={iso},well={well:.0},read={read},bits={bits},black={black}")?;
         match bayer {
             Some(bayer) => write!(to, ",bayer={bayer}"),
@@ -137,6 +141,7 @@ mod tests {
             bits: 14,
             black_level: 512,
             bayer: None,
+            filters: None,
         };
         assert_eq!(sensor, expected);
         let said: SensorSettings = "iso=800, read=3,well=40000,bits=12,bayer".parse().unwrap();
@@ -147,6 +152,7 @@ mod tests {
             bits: 12,
             black_level: 128,
             bayer: Some(Bayer::Rggb),
+            filters: None,
         };
         assert_eq!(said.sensor(100.0, 6.0), expected);
         let pitch: SensorSettings = "pixel=4".parse().unwrap();

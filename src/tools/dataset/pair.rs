@@ -155,6 +155,7 @@ pub fn prepare_pair(
     let sensor = spec.degraded.sensor.map(|settings| {
         let mut sensor = settings.sensor(petzval_render::sensor::BASE_ISO, 1e3 * pitch(&degraded));
         sensor.iso *= (-draw.light).exp2();
+        sensor.filters = degraded.response.filters;
         sensor
     });
     draw.f_number = changes.f_number;
