@@ -24,7 +24,7 @@ def read_pfm(path):
 
 
 def read_exr(path):
-    """Reads R, G and B of an EXR with one part in scan lines, uncompressed or ZIP."""
+    """Reads R, G and B, or Y in all three, of an EXR with one part in scan lines, uncompressed or ZIP."""
     data = path.read_bytes()
     at, header = 8, {}
     while data[at]:
@@ -42,6 +42,7 @@ def read_exr(path):
         raise ValueError(f"{path}: EXR compression {compression} is not supported; use none or ZIP")
     channels = exr_channels(header["channels"])
     row = np.dtype([(name, kind, width) for name, kind in channels])
+    names = "YYY" if "R" not in row.names else "RGB"
     picture = np.empty((height, width, 3))
     for (offset,) in struct.iter_unpack("<Q", data[at : at + 8 * -(-height // lines)]):
         y, size = struct.unpack_from("<2i", data, offset)
@@ -50,7 +51,7 @@ def read_exr(path):
         if compression and size < count * row.itemsize:
             block = exr_unzip(block)
         rows = np.frombuffer(block, row, count)
-        for i, name in enumerate("RGB"):
+        for i, name in enumerate(names):
             picture[y - y0 : y - y0 + count, :, i] = rows[name]
     return picture
 
