@@ -131,7 +131,7 @@ def summary(name, found, measured):
 def main():
     parser = argparse.ArgumentParser(description="Compares a Cornell box with raw pictures of a real one.")
     parser.add_argument("--petzval", default="target/release/petzval", help="petzval's program")
-    parser.add_argument("--spp", type=int, default=1024, help="samples per pixel")
+    parser.add_argument("--spp", type=int, default=2048, help="samples per pixel")
     parser.add_argument("--lamp", default=str(ROOT / "scenes/cornell/lamp.spd"), help="file of the lamp's spectrum")
     options = parser.parse_args()
     petzval = str(Path(options.petzval).resolve())
