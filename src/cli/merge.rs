@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use petzval_base::io::ByteSize;
 use petzval_base::io::{FileLog, Outputs};
-use petzval_image::{DisplayExposure, ImageFormat, ToneCurve, WhiteBalance};
+use petzval_image::{DisplayExposure, ImageFormat, SPECTRAL_LAYER, ToneCurve, WhiteBalance};
 use petzval_render::checkpoint::{Head, Inputs, SavedRender};
 use petzval_render::memory::MemoryTask;
 use petzval_render::merge;
@@ -20,7 +20,8 @@ use super::memory::{Memory, log_peak};
 use super::outputs::{check_writable, claim};
 use super::render::{
     Denoising, PictureOutput, add_guides, check_noisy_files, check_white_balance, default_exposure,
-    denoising_bytes, has_guides, inputs, job, noisy_files, resume_command,
+    denoising_bytes, has_guides, inputs, job, noisy_files, resume_command, warn_half,
+    warn_without_spectra,
 };
 use super::{Failure, Outcome, message};
 
@@ -30,7 +31,7 @@ pub(super) struct MergeArguments {
     /// Parts, in any order: together all samples, each once
     #[arg(required = true, value_name = "PART")]
     parts: Vec<PathBuf>,
-    /// Picture to write: .exr, .png, .jpg
+    /// Picture to write: .exr, .png, .jpg, or an array, .npy
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Write 16-bit floats (EXR)
@@ -82,7 +83,7 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
                 "{error}\nthe parts were rendered by\n  {command}\nmerge them where its files are"
             )
         })?;
-    let Prepared { mut job, notes, warnings } = job(&render, description, true)?;
+    let Prepared { mut job, notes, warnings } = job(&render, description, None)?;
     let hidden = if render.denoise.is_some() { add_guides(&mut job) } else { Vec::new() };
     if program.is_some() && !has_guides(&job) {
         let problem = "the parts hold no albedo and no normals; render them with --denoise, too";
@@ -112,7 +113,10 @@ pub(super) fn run(arguments: &MergeArguments) -> Result<Outcome, Failure> {
     }
     job.samples = 0..first.total_samples;
     if *half && format != ImageFormat::Exr {
-        say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
+        warn_half(output);
+    }
+    if job.buckets().is_some() && !format.holds(SPECTRAL_LAYER) {
+        warn_without_spectra(output);
     }
     let holds_layers = format == ImageFormat::Exr;
     let more = program.as_ref().map(|_| denoising_bytes(&job, holds_layers));

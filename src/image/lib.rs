@@ -5,12 +5,14 @@
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod array;
 mod channels;
 mod declared;
 mod display;
 mod exr;
 mod pfm;
 mod raster;
+mod spectral;
 mod tone;
 mod white_balance;
 
@@ -25,6 +27,7 @@ pub use display::decode_image;
 pub use display::{DisplayExposure, srgb_decode, srgb_encode};
 pub use pfm::write_pfm;
 pub use raster::{ImageSamples, Raster, Transfer};
+pub use spectral::{SPECTRAL_LAYER, channel_wavelength, spectral_layer};
 pub use tone::ToneCurve;
 pub use white_balance::WhiteBalance;
 
@@ -119,6 +122,9 @@ pub enum ImageFormat {
     Png,
     /// JPEG.
     Jpeg,
+    /// Array of NumPy: height x width x buckets of the spectral layer, or else height x width x 3 of
+    /// linear sRGB, or height x width of a grey picture. It has no metadata and cannot be read.
+    Npy,
 }
 
 /// Extensions of the formats that can be read.
@@ -148,7 +154,7 @@ pub enum ImageError {
     },
     /// The format cannot hold layers.
     #[error(
-        "{}: only EXR holds layers, and PNG the layer {ALPHA_LAYER}; name a picture.exr",
+        "{}: only EXR holds layers, PNG the layer {ALPHA_LAYER}, and NPY spectra; name a picture.exr",
         path_excerpt(path)
     )]
     NoLayers {
@@ -187,17 +193,18 @@ impl ImageFormat {
     /// Returns the format of a file name.
     ///
     /// # Errors
-    /// Returns an error if the extension is none of .exr, .png, .jpg and .jpeg.
+    /// Returns an error if the extension is none of .exr, .png, .jpg, .jpeg and .npy.
     pub fn of(path: &Path) -> Result<Self, ImageError> {
         let found = extension(path);
         match found.as_str() {
             "exr" => Ok(Self::Exr),
             "png" => Ok(Self::Png),
             "jpg" | "jpeg" => Ok(Self::Jpeg),
+            "npy" => Ok(Self::Npy),
             _ => Err(ImageError::Format {
                 path: path.to_owned(),
                 found,
-                known: ".exr, .png, .jpg and .jpeg",
+                known: ".exr, .png, .jpg, .jpeg and .npy",
             }),
         }
     }
@@ -210,7 +217,13 @@ impl ImageFormat {
             Self::Exr => true,
             Self::Png => layer == ALPHA_LAYER,
             Self::Jpeg => false,
+            Self::Npy => layer == SPECTRAL_LAYER,
         }
+    }
+
+    /// Returns whether files of this format hold linear light, instead of the 8 bits of a display.
+    pub fn is_linear(self) -> bool {
+        matches!(self, Self::Exr | Self::Npy)
     }
 }
 
@@ -342,6 +355,10 @@ impl Picture {
             ImageFormat::Exr => exr::write(self, layers, window, encoding, notes, file),
             ImageFormat::Png => {
                 display::write_png(self, alpha, encoding.mapping(), notes, BufWriter::new(file))
+            }
+            ImageFormat::Npy => {
+                let spectrum = layers.iter().find(|layer| layer.name == SPECTRAL_LAYER);
+                array::write(self, spectrum, encoding.grey, BufWriter::new(file))
             }
             ImageFormat::Jpeg => {
                 let mapping = encoding.mapping();

@@ -21,7 +21,8 @@ pub(super) struct FilmState {
 impl FilmState {
     pub fn new(job: &Job, tiles: usize) -> Self {
         Self {
-            film: FilmSums::with_squares(job.frame, job.layers.contains(&Aov::Variance)),
+            film: FilmSums::with_squares(job.frame, job.layers.contains(&Aov::Variance))
+                .with_buckets(job.buckets()),
             features: FeatureFilm::new(&job.layer_request()),
             dropped: vec![DroppedSamples::default(); tiles],
             done: vec![false; tiles],

@@ -22,7 +22,7 @@ use petzval_image::{DisplayExposure, EncodingOptions, ImageLayer};
 use petzval_lens::Camera;
 use petzval_scene::{PathLimits, Scene, SpectralScene};
 use petzval_spectrum::Primaries;
-use petzval_spectrum::{BANDS, ColourSpace, LightBand};
+use petzval_spectrum::{BANDS, BucketShares, ColourSpace, LightBand};
 
 /// Everything that decides the pixels of a picture.
 #[derive(Clone, Debug)]
@@ -87,6 +87,11 @@ impl Job {
     /// channels repeat.
     pub fn has_mosaic(&self) -> bool {
         self.sensor.is_some_and(|sensor| sensor.bayer.is_some())
+    }
+
+    /// Returns the shares of light in the buckets of a spectral film; `None` for other films.
+    pub fn buckets(&self) -> Option<&Arc<BucketShares>> {
+        self.response.buckets.as_ref()
     }
 
     /// Returns the footprint of a pixel of this picture.

@@ -159,13 +159,14 @@ impl RenderOutput {
         diffract(film.into_picture(job.samples.end - job.samples.start), job)
     }
 
-    /// Returns the layers of this job. They describe the light on the film, before diffraction and
-    /// sensor.
+    /// Returns the layers of this job, and that of the spectra of a spectral film. They describe the light
+    /// on the film, before diffraction and sensor.
     pub fn layers(&self, job: &Job) -> Vec<ImageLayer> {
         let samples = job.samples.end - job.samples.start;
         let request = job.layer_request();
         let mut layers = aov::layers(&request, samples, &self.film, self.features.as_ref());
         job.convert_layers(&mut layers);
+        layers.extend(self.film.spectrum(samples));
         layers
     }
 }

@@ -71,12 +71,13 @@ impl Estimate {
             MemoryTask::Merge => 0,
         };
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
-        let film = pixels * FilmSums::bytes_per_pixel(squares);
+        let buckets = bucket_count(job);
+        let film = pixels * (FilmSums::bytes_per_pixel(squares) + SUM_BYTES * buckets);
         let features = pixels * FeatureFilm::bytes(&job.layer_request());
         let splats = match &job.camera.model {
             LensModel::Real(lens) if !job.light_strategies().is_empty() => {
                 let stage = SplatStage::bytes(&job.response.filter, lens, threads);
-                pixels * FilmSums::bytes_per_pixel(false) + stage
+                pixels * (FilmSums::bytes_per_pixel(false) + SUM_BYTES * buckets) + stage
             }
             _ => 0,
         };
@@ -95,7 +96,10 @@ impl Estimate {
             vec![vec![("film", film), ("features", features), ("light paths", splats)]];
         if let Some(format) = format {
             let layers = match format {
-                ImageFormat::Exr => 4 * pixels * aov::channels(&job.layer_request()) as u64,
+                ImageFormat::Exr => {
+                    4 * pixels * (aov::channels(&job.layer_request()) as u64 + buckets)
+                }
+                ImageFormat::Npy => 4 * pixels * buckets,
                 ImageFormat::Png if job.hides_sky() => 4 * pixels,
                 _ => 0,
             };
@@ -117,6 +121,7 @@ impl Estimate {
                         u64::from(job.frame.size()[0]) * (PICTURE_BYTES + layers.1 / pixels.max(1));
                     BLOCK_LINES * BLOCK_COPIES * line * (machine::cores() as u64 + 2)
                 }
+                ImageFormat::Npy => 0,
                 _ => ENCODED_BYTES * pixels,
             };
             phases.push(vec![picture, layers, ("writing", writer)]);
@@ -161,16 +166,27 @@ const QUEUE_BYTES: u64 = 4 << 20;
 /// Largest number of depths with deferred paths in a thread. No known scene has more.
 const MAX_DEFERRED_DEPTHS: u64 = 100;
 
-/// Returns the approximate memory of a thread: its wave and its deferred paths (bytes).
+/// Size of a sum of light in a bucket of a pixel (bytes).
+const SUM_BYTES: u64 = size_of::<f64>() as u64;
+
+/// Returns the number of buckets of wavelength of the film.
+fn bucket_count(job: &Job) -> u64 {
+    job.buckets().map_or(0, |shares| shares.buckets().count() as u64)
+}
+
+/// Returns the approximate memory of a thread: its wave, its deferred paths, and the sums of a tile by bucket
+/// with their errors (bytes).
 fn thread_bytes(job: &Job) -> u64 {
     let depths = u64::from(job.path_limits.max_depth).min(MAX_DEFERRED_DEPTHS) + 1;
     let queues = if job.spectral.is_some() { QUEUE_BYTES } else { 0 };
-    queues + Wave::BYTES + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
+    let tile = job.tiles().first().map_or(0, |tile| u64::from(tile.size[0] * tile.size[1]));
+    let sums = 2 * SUM_BYTES * bucket_count(job) * tile;
+    queues + sums + Wave::BYTES + THREAD_BYTES + depths * size_of::<PathGroup>() as u64
 }
 
 /// Returns the largest memory of a pixel in adaptive rounds: its four quarters, and the results of a
 /// round, with features (bytes).
 fn round_bytes(job: &Job) -> u64 {
-    4 * FilmSums::bytes_per_pixel(false)
-        + 4 * (FilmSums::bytes_per_pixel(false) + FeatureFilm::bytes(&job.layer_request()))
+    let sums = FilmSums::bytes_per_pixel(false) + SUM_BYTES * bucket_count(job);
+    4 * sums + 4 * (sums + FeatureFilm::bytes(&job.layer_request()))
 }

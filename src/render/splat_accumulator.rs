@@ -22,7 +22,8 @@ pub(super) struct SplatAccumulator {
 
 impl SplatAccumulator {
     pub fn new(job: &Job) -> Self {
-        let film = (!job.light_strategies().is_empty()).then(|| FilmSums::new(job.frame));
+        let film = || FilmSums::new(job.frame).with_buckets(job.buckets());
+        let film = (!job.light_strategies().is_empty()).then(film);
         Self { film, samples: 0, stage: SplatStage::default() }
     }
 

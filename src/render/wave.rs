@@ -30,7 +30,7 @@ impl WorkItem {
     /// Returns empty sums of its tile.
     pub fn sums(&self, job: &Job) -> TileSums {
         let squares = job.stop_criteria.count_only() && job.layers.contains(&Aov::Variance);
-        TileSums::with_squares(&self.tile, squares)
+        TileSums::with_squares(&self.tile, squares).with_buckets(job.buckets())
     }
 }
 

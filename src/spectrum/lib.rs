@@ -11,6 +11,7 @@ mod primaries;
 
 mod bands;
 mod blackbody;
+mod buckets;
 mod camera_sensor;
 mod camera_tables;
 mod colour;
@@ -32,6 +33,7 @@ pub use bands::{
     BAND_RANGE, BANDS, BANDS_PER_RAY, LightBand, Passband, bands, bands_of_ray, hero_band,
 };
 pub use blackbody::blackbody;
+pub use buckets::{BucketShares, Buckets};
 pub use camera_sensor::{CameraResponse, CameraSensor, CameraTableError};
 pub use colour::Colour;
 pub use colour_difference::{VISIBLE_DIFFERENCE, ciede2000, lab_from_srgb};

@@ -254,7 +254,7 @@ fn bands_of(steps: &[Step]) -> Vec<WavelengthBand> {
 }
 
 /// Returns daylight, linear between whole nanometres.
-fn daylight_between(nm: f64) -> f64 {
+pub(super) fn daylight_between(nm: f64) -> f64 {
     let low = nm.floor();
     let high = (low + 1.0).min(f64::from(VISIBLE[1]));
     let t = nm - low;

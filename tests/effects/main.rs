@@ -15,4 +15,5 @@ mod motion;
 mod plan;
 mod sensor;
 mod spectra;
+mod spectral_film;
 mod spectral_light_paths;

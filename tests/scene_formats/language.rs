@@ -262,7 +262,10 @@ fn integrators_and_films_are_read_by_name() {
     assert!(!of("Integrator \"path\"").path_limits.regularize);
     assert!(of("Film \"gbuffer\" \"integer xresolution\" 9").film.gbuffer);
     assert!(!of("Film \"rgb\"").film.gbuffer);
-    assert_eq!(of("Film \"spectral\" \"integer nbuckets\" 16").warnings.len(), 1);
+    let spectral = of("Film \"spectral\" \"integer nbuckets\" 8 \"float lambdamin\" 400");
+    let buckets = spectral.film.buckets.expect("buckets");
+    assert_eq!((buckets.count(), buckets.range()), (8, [400.0, 830.0]));
+    assert!(spectral.warnings.is_empty() && of("Film \"rgb\"").film.buckets.is_none());
 }
 
 #[test]

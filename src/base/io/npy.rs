@@ -4,6 +4,18 @@ use std::io::Write as _;
 
 /// Returns a file that holds an array of 32-bit floats, the last axis fastest.
 pub fn encode(shape: &[usize], values: &[f32]) -> Vec<u8> {
+    let mut file = header(shape);
+    file.reserve(4 * values.len());
+    for value in values {
+        // A vector takes every byte.
+        let _ = file.write_all(&value.to_le_bytes());
+    }
+    file
+}
+
+/// Returns the beginning of a file of an array of 32-bit floats, which follow in little-endian order, the last
+/// axis fastest.
+pub fn header(shape: &[usize]) -> Vec<u8> {
     let axes: Vec<String> = shape.iter().map(|n| format!("{n},")).collect();
     let mut header =
         format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}), }}", axes.join(" "));
@@ -11,14 +23,10 @@ pub fn encode(shape: &[usize], values: &[f32]) -> Vec<u8> {
     let padded = (10 + header.len() + 1).next_multiple_of(64) - 10;
     header.extend(std::iter::repeat_n(' ', padded - header.len() - 1));
     header.push('\n');
-    let mut file = Vec::with_capacity(10 + padded + 4 * values.len());
+    let mut file = Vec::with_capacity(10 + padded);
     file.extend(b"\x93NUMPY\x01\x00");
     file.extend((padded as u16).to_le_bytes());
     file.extend(header.as_bytes());
-    for value in values {
-        // A vector takes every byte.
-        let _ = file.write_all(&value.to_le_bytes());
-    }
     file
 }
 

@@ -168,6 +168,18 @@ pub(in crate::cli) struct PictureArguments {
         help_heading = "Lens"
     )]
     pub passband: Option<Assignment>,
+    /// Add the spectral radiance in equal buckets of wavelength, of 360 to 830 nm or of a range, to the picture
+    /// (EXR; a .npy holds it alone)
+    ///
+    /// Paths then carry wavelengths (--effects +spectra). none: a film without buckets, whatever the
+    /// scene says
+    #[arg(
+        long,
+        value_name = "N[@NM..NM]",
+        value_parser = setting("buckets"),
+        help_heading = "Picture"
+    )]
+    pub buckets: Option<Assignment>,
     /// Simulate the light that lens surfaces lose by reflection, with this coating on glass-air
     /// surfaces for which the lens file gives none
     ///
@@ -243,6 +255,7 @@ impl PictureArguments {
             &self.film_shift,
             &self.film_tilt,
             &self.passband,
+            &self.buckets,
             &self.coating,
             &self.shutter,
             &self.rolling_shutter,
@@ -278,7 +291,7 @@ mod tests {
         }
         let line = "petzval render a.pbrt --spp 4 --seed 7 --resolution 6x4 --look-at 0,0,0,0,0,1 \
                     --focus 2m --focus-model pbrt --fstop f/4 --film-diagonal 43mm --film-shift 1,2 \
-                    --film-tilt 3,4 --effects none --light-paths off --visible 2px --passband 540..560 \
+                    --film-tilt 3,4 --effects none --light-paths off --visible 2px --passband 540..560 --buckets 31@400..710 \
                     --coating mgf2 --shutter time=1/60 --rolling-shutter 20ms --bayer bggr \
                     --sensor iso=800,bayer=rggb";
         let argv: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
@@ -286,6 +299,8 @@ mod tests {
         let changes = changes.picture.changes();
         assert_eq!((changes.samples, changes.seed), (Some(4), Some(7)));
         assert_eq!((changes.f_number, changes.film_diagonal), (Some(4.0), Some(43.0)));
+        let buckets = changes.buckets.flatten().expect("buckets");
+        assert_eq!((buckets.count(), buckets.range()), (31, [400.0, 710.0]));
         assert_eq!((changes.light_paths, changes.threshold.pixels), (Some(false), 2.0));
         // The option of the mosaic alone counts before that of the sensor.
         let sensor = changes.sensor.expect("a sensor");

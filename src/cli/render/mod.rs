@@ -16,7 +16,9 @@ pub(super) use denoising::{
 pub(super) use inputs::inputs;
 pub(super) use picture_output::PictureOutput;
 pub(super) use resume::{RenderFiles, checkpoint_name, partial_name, resume_command};
-pub(super) use task::{RenderTask, SweepItem, TaskResult, job, stop_at_signals};
+pub(super) use task::{
+    RenderTask, SweepItem, TaskResult, job, stop_at_signals, warn_half, warn_without_spectra,
+};
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -43,7 +45,7 @@ use super::{Failure, Outcome, message, sweep};
 /// Arguments of `petzval render`.
 #[derive(Debug, clap::Args)]
 pub(super) struct RenderArguments {
-    /// Picture to write: .exr, .png, .jpg; by default the name that the scene gives
+    /// Picture to write: .exr, .png, .jpg, or an array, .npy; by default the name that the scene gives
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
     #[command(flatten)]

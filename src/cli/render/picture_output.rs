@@ -3,7 +3,9 @@
 use std::time::{Duration, Instant};
 
 use petzval_base::io::OutputFile;
-use petzval_image::{DisplayExposure, EncodingOptions, ImageFormat, Note, Notes, WhiteBalance};
+use petzval_image::{
+    DisplayExposure, EncodingOptions, ImageFormat, Note, Notes, SPECTRAL_LAYER, WhiteBalance,
+};
 use petzval_render::aov::Aov;
 use petzval_render::film::{DroppedSamples, SampleId};
 use petzval_render::job::Job;
@@ -63,7 +65,8 @@ impl PictureOutput<'_> {
         }
         let window = job.frame.window();
         let pool = thread_pool(threads)?;
-        let is_held = job.layers.iter().any(|aov| format.holds(aov.name()));
+        let is_held = job.layers.iter().any(|aov| format.holds(aov.name()))
+            || (job.buckets().is_some() && format.holds(SPECTRAL_LAYER));
         let mut layers = match is_held || denoising.is_some() {
             true => pool.install(|| exposed.layers(job)),
             false => Vec::new(),
@@ -107,7 +110,7 @@ impl PictureOutput<'_> {
         });
         let developed = start.elapsed();
         let (mut found_stops, mut found_white) = (None, None);
-        if !holds_layers {
+        if !format.is_linear() {
             // A series can be locked to the exposure that is found, and the noisy picture is as bright.
             let by = DisplayExposure::by(encoding.exposure.factor(&picture));
             if let DisplayExposure::Stops(stops) = by {

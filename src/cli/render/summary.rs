@@ -74,7 +74,12 @@ impl RenderSummary<'_> {
         let name = self.output.display();
         if self.is_linear() {
             let bits = if self.encoding.half { 16 } else { 32 };
-            return format!("{name}, linear light, {bits}-bit floats");
+            let buckets = self.job.buckets().map_or(String::new(), |shares| {
+                let buckets = shares.buckets();
+                let (count, [first, last]) = (buckets.count(), buckets.range());
+                format!(", {count} buckets of wavelength from {first} to {last} nm")
+            });
+            return format!("{name}, linear light, {bits}-bit floats{buckets}");
         }
         let mut found = Vec::new();
         let mut locks = Vec::new();
@@ -96,7 +101,7 @@ impl RenderSummary<'_> {
     }
 
     fn is_linear(&self) -> bool {
-        matches!(ImageFormat::of(self.output), Ok(ImageFormat::Exr))
+        ImageFormat::of(self.output).is_ok_and(ImageFormat::is_linear)
     }
 
     fn next(&self) -> String {

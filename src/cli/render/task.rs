@@ -1,12 +1,12 @@
 //! One picture to render: prepared, checked against memory and output files, rendered, written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use petzval_base::io::Warning;
-use petzval_image::{ImageError, ImageFormat, Notes};
+use petzval_image::{ImageError, ImageFormat, Notes, SPECTRAL_LAYER};
 use petzval_render::aov::Aov;
 use petzval_render::checkpoint::{CheckpointError, Inputs};
 use petzval_render::job::{Job, StopCriteria};
@@ -76,16 +76,26 @@ impl<'a> RenderTask<'a> {
         start: Instant,
     ) -> Result<(Self, Vec<Warning>), Failure> {
         let output = output(arguments, &description)?;
-        let holds_layers = arguments.is_part() || ImageFormat::of(&output)? == ImageFormat::Exr;
-        let holds = |aov: &Aov| {
-            holds_layers || ImageFormat::of(&output).is_ok_and(|format| format.holds(aov.name()))
+        // A part of a picture holds all that the picture may.
+        let format = match arguments.is_part() {
+            true => None,
+            false => Some(ImageFormat::of(&output)?),
         };
-        if !arguments.aov.iter().all(holds) {
+        let holds = |layer: &str| format.is_none_or(|format| format.holds(layer));
+        let buckets = arguments.picture.changes().buckets;
+        let wants_spectra = matches!(buckets, Some(Some(_)));
+        let holds_spectra = holds(SPECTRAL_LAYER);
+        if !arguments.aov.iter().all(|aov| holds(aov.name())) || (wants_spectra && !holds_spectra) {
             return Err(ImageError::NoLayers { path: output }.into());
         }
+        let leaves_spectra =
+            !holds_spectra && buckets.is_none() && description.film.buckets.is_some();
         // Fail now rather than after a long render.
         check_writable(&output, "-o")?;
-        let Prepared { mut job, notes, warnings } = job(arguments, description, holds_layers)?;
+        let Prepared { mut job, notes, warnings } = job(arguments, description, format)?;
+        if leaves_spectra {
+            warn_without_spectra(&output);
+        }
         check_white_balance(arguments.white_balance, &job)?;
         let denoises = arguments.denoise.is_some();
         if denoises && !arguments.is_part() {
@@ -95,8 +105,8 @@ impl<'a> RenderTask<'a> {
         denoiser.iter().for_each(|denoiser| outputs.protect(&denoiser.files()));
         let files = RenderFiles::claim(&output, denoises, &outputs)?;
         let hidden = if denoises { add_guides(&mut job) } else { Vec::new() };
-        if arguments.half && !holds_layers {
-            say!("petzval: warning: --half is for EXR; {} has 8 bits", output.display());
+        if arguments.half && format.is_some_and(|format| format != ImageFormat::Exr) {
+            warn_half(&output);
         }
         let all = job.samples.len() as u32;
         let inputs = inputs(&argv, &job, all)?;
@@ -104,7 +114,7 @@ impl<'a> RenderTask<'a> {
             job.samples = samples;
         }
         let threads = arguments.threads.map_or_else(machine::cores, usize::from);
-        let format = if arguments.is_part() { None } else { Some(ImageFormat::of(&output)?) };
+        let holds_layers = format == Some(ImageFormat::Exr);
         let more = (denoises && format.is_some()).then(|| denoising::bytes(&job, holds_layers));
         let estimate = memory.check(&job, MemoryTask::Render { threads }, format, more)?;
         let task = Self {
@@ -214,17 +224,36 @@ impl<'a> RenderTask<'a> {
     }
 }
 
-/// Prepares the job of a command.
+/// Warns that a file holds no 16-bit floats.
+pub(in crate::cli) fn warn_half(output: &Path) {
+    let bits = match ImageFormat::of(output) {
+        Ok(ImageFormat::Npy) => "32-bit floats",
+        _ => "8 bits",
+    };
+    say!("petzval: warning: --half is for EXR; {} has {bits}", output.display());
+}
+
+/// Warns that a file does not hold the spectra of the scene's film.
+pub(in crate::cli) fn warn_without_spectra(output: &Path) {
+    say!(
+        "petzval: warning: the film of the scene has buckets of wavelength, and {} shows the colours \
+         alone; name a picture.exr, or an array .npy",
+        output.display()
+    );
+}
+
+/// Prepares the job of a command, for a picture of a format or for a part of a picture.
 pub(in crate::cli) fn job(
     arguments: &RenderArguments,
     description: Description,
-    holds_layers: bool,
+    format: Option<ImageFormat>,
 ) -> Result<Prepared, Failure> {
     let changes = Changes {
         crop: arguments.crop,
         aim: arguments.pupil.into(),
         layers: arguments.aov.clone(),
-        holds_layers,
+        holds_layers: format.is_none_or(|format| format == ImageFormat::Exr),
+        holds_spectra: format.is_none_or(|format| format.holds(SPECTRAL_LAYER)),
         stop_criteria: StopCriteria { noise: arguments.noise, time: arguments.time },
         ..arguments.picture.changes()
     };

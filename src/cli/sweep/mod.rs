@@ -144,7 +144,7 @@ impl Sweep<'_> {
             Some(sheet) => sheet.clone(),
             None => self.plan.folder().join("sweep.png"),
         };
-        if ImageFormat::of(&sheet)? == ImageFormat::Exr {
+        if ImageFormat::of(&sheet)?.is_linear() {
             return Err(format!("--contact {}: expected .png or .jpg", sheet.display()).into());
         }
         let table = claim(outputs, sheet.with_extension("csv"), "--contact")?;

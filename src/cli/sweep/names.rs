@@ -63,7 +63,10 @@ impl SweepPlan {
                 let name = name.display();
                 return Err(format!("-o {template}: both {one} and {other} would be {name}").into());
             }
-            ImageFormat::of(&name)?;
+            if ImageFormat::of(&name)? == ImageFormat::Npy {
+                let hint = "the contact sheet shows .exr, .png and .jpg";
+                return Err(format!("-o {template}: {hint}").into());
+            }
             names.push(name);
         }
         Ok(names)

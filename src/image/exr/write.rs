@@ -11,8 +11,10 @@ use exr::meta::header::Header;
 use exr::prelude::*;
 use glam::DVec3;
 
+use crate::spectral::spectral_notes;
 use crate::{
     ALPHA_LAYER, ChannelImage, EncodingOptions, ImageLayer, Note, Notes, Picture, PictureWindow,
+    SPECTRAL_LAYER,
 };
 use petzval_spectrum::Primaries;
 
@@ -38,7 +40,9 @@ pub(crate) fn write(
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let (mut layer, mut image) = attributes(notes);
+    let is_spectral = layers.iter().any(|layer| layer.name == SPECTRAL_LAYER);
+    let spectral = if is_spectral { spectral_notes() } else { Notes::new() };
+    let (mut layer, mut image) = attributes(notes.iter().chain(&spectral));
     if let (Some(space), Some(_)) = (space, &matrix) {
         let [red, green, blue, white] = space.coordinates().map(|[x, y]| Vec2(x as f32, y as f32));
         image.chromaticities = Some(Chromaticities { red, green, blue, white });
@@ -91,7 +95,7 @@ pub(crate) fn write_channels(
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let (mut layer, mut image) = attributes(notes);
+    let (mut layer, mut image) = attributes(notes.iter());
     layer.layer_position = Vec2(x, y);
     image.display_window =
         IntegerBounds::from_dimensions(Vec2(frame[0] as usize, frame[1] as usize));
@@ -182,7 +186,9 @@ impl SamplesWriter for Lines<'_> {
 }
 
 /// Converts notes to attributes. OpenEXR's standard attributes get their standard names and types.
-fn attributes(notes: &Notes) -> (LayerAttributes, ImageAttributes) {
+fn attributes<'a>(
+    notes: impl Iterator<Item = &'a (&'static str, Note)>,
+) -> (LayerAttributes, ImageAttributes) {
     let mut layer = LayerAttributes::default();
     let mut image = ImageAttributes::new(IntegerBounds::zero());
     for (name, note) in notes {

@@ -1,6 +1,7 @@
 //! Half buffer: two independent means of the same pixels, whose difference estimates their variance.
 
 use crate::film::{Tile, TileSums};
+use crate::job::Job;
 use petzval_spectrum::xyz_from_srgb;
 
 /// Two quarters of all samples.
@@ -21,11 +22,11 @@ impl HalfBuffer {
     }
 
     /// Sets the counts of all tiles, and allocates the sums of those that had no samples.
-    pub fn set_counts(&mut self, tiles: &[Tile], counts: &[u32]) {
+    pub fn set_counts(&mut self, job: &Job, tiles: &[Tile], counts: &[u32]) {
         for (i, (tile, &count)) in tiles.iter().zip(counts).enumerate() {
             if self.counts[i] == 0 && count > 0 {
                 for quarter in &mut self.quarters {
-                    quarter[i] = TileSums::new(tile);
+                    quarter[i] = TileSums::new(tile).with_buckets(job.buckets());
                 }
             }
         }

@@ -173,7 +173,7 @@ impl<'a> Adaptive<'a> {
         workers.render_items::<R>(&items, self);
         let Some(results) = self.completed.take_all() else { return };
         for (buffer, counts) in self.buffers.iter_mut().zip(&self.targets) {
-            buffer.set_counts(&self.tiles, counts);
+            buffer.set_counts(self.job, &self.tiles, counts);
         }
         for (ItemTarget { tile, quarter }, TileResult { sums, features }) in
             targets.into_iter().zip(results)
@@ -218,7 +218,7 @@ impl RenderState for Adaptive<'_> {
         let mut count = || from.below(MAX_COUNT, "samples").map(|count| count as u32);
         for buffer in &mut self.buffers {
             let counts = buffer.counts.iter().map(|_| count()).collect::<io::Result<Vec<u32>>>()?;
-            buffer.set_counts(&self.tiles, &counts);
+            buffer.set_counts(self.job, &self.tiles, &counts);
         }
         for target in self.targets.iter_mut().flatten() {
             *target = count()?;

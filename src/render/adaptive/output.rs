@@ -34,7 +34,15 @@ impl Adaptive<'_> {
             tile.paste(&frame, &mean, &mut means);
             tile.paste(&frame, &variance, &mut variances);
         }
-        let mut film = FilmSums::from_means(frame, means, variances);
+        let mut film =
+            FilmSums::from_means(frame, means, variances).with_buckets(self.job.buckets());
+        for half in [first, second] {
+            for (i, tile) in self.tiles.iter().enumerate() {
+                let scale = 0.25 / f64::from(half.counts[i].max(1));
+                let quarters = half.quarters.iter().map(|quarter| &quarter[i]);
+                quarters.for_each(|sums| film.add_bucket_means(tile, sums, scale));
+            }
+        }
         self.splats.add_mean_to(&mut film);
         let quarters = self.buffers.iter().flat_map(|buffer| &buffer.quarters).flatten();
         quarters.for_each(|sums| film.dropped.add(&sums.dropped));
@@ -53,7 +61,7 @@ impl Adaptive<'_> {
     /// Returns the output of a render that was stopped. All samples of a pixel have equal weight.
     pub(super) fn finish_partial(self, stats: Stats) -> RenderOutput {
         let (targets, items) = self.items();
-        let mut film = FilmSums::new(self.job.frame);
+        let mut film = FilmSums::new(self.job.frame).with_buckets(self.job.buckets());
         let mut features = self.features();
         let mut samples = vec![0; self.tiles.len()];
         for (i, tile) in self.tiles.iter().enumerate() {

@@ -1,10 +1,13 @@
 //! Accumulation stage: adds samples to the sums of a tile.
 
 use std::io;
+use std::sync::Arc;
 
+use super::bucket_sums::BucketSums;
 use super::{DroppedSamples, Response, SampleId, Tile};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
 use petzval_base::rays::{Column, NO_INDEX, SampleBatch};
+use petzval_spectrum::BucketShares;
 
 /// Sums of the radiance that the pixels of a tile received, row by row.
 ///
@@ -18,6 +21,7 @@ pub struct TileSums {
     errors: Vec<[f64; 3]>,
     /// Sums of squares; empty if no variance is wanted.
     pub(super) squares: Vec<[f64; 3]>,
+    pub(super) buckets: BucketSums,
     /// Samples that were not finite and were left out.
     pub dropped: DroppedSamples,
 }
@@ -32,8 +36,13 @@ impl TileSums {
     pub fn with_squares(tile: &Tile, squares: bool) -> Self {
         let pixels = (tile.size[0] * tile.size[1]) as usize;
         let squares = vec![[0.0; 3]; if squares { pixels } else { 0 }];
-        let dropped = DroppedSamples::default();
-        Self { tile: *tile, sums: vec![[0.0; 3]; pixels], errors: Vec::new(), squares, dropped }
+        Self { tile: *tile, sums: vec![[0.0; 3]; pixels], squares, ..Self::default() }
+    }
+
+    /// Adds the buckets of a spectral film, if it has any.
+    #[must_use]
+    pub fn with_buckets(self, shares: Option<&Arc<BucketShares>>) -> Self {
+        Self { buckets: BucketSums::new(shares, self.sums.len()), ..self }
     }
 
     /// Adds sums of other samples of the same tile, with the rounding errors of both.
@@ -47,6 +56,7 @@ impl TileSums {
                 self.errors[i][c] += lost + error[c];
             }
         }
+        self.buckets.add_exactly(&other.buckets);
         self.dropped.add(&other.dropped);
     }
 
@@ -55,6 +65,7 @@ impl TileSums {
         for (sum, error) in self.sums.iter_mut().zip(std::mem::take(&mut self.errors)) {
             *sum = [0, 1, 2].map(|c| sum[c] + error[c]);
         }
+        self.buckets.round();
     }
 
     /// Adds rounded sums of other samples of the same tile.
@@ -66,6 +77,7 @@ impl TileSums {
         };
         add(&mut self.sums, &other.sums);
         add(&mut self.squares, &other.squares);
+        self.buckets.add(&other.buckets, 1.0);
         self.dropped.add(&other.dropped);
     }
 
@@ -77,6 +89,7 @@ impl TileSums {
     pub(crate) fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
         to.triples(&self.sums)?;
         to.triples(&self.squares)?;
+        self.buckets.save(to)?;
         self.dropped.save(to)
     }
 
@@ -84,6 +97,7 @@ impl TileSums {
     pub(crate) fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
         from.add_triples(&mut self.sums)?;
         from.add_triples(&mut self.squares)?;
+        self.buckets.receive(from)?;
         self.dropped.receive(from, &self.tile)
     }
 
@@ -97,12 +111,20 @@ impl TileSums {
     ) {
         self.errors.resize(self.sums.len(), [0.0; 3]);
         let signed = film.filter.is_signed();
+        let has_buckets = self.buckets.count() > 0;
         for i in (0..samples.len).filter(|&i| samples.pixel[i] != NO_INDEX) {
-            let light = film.to_rgb(samples.set, [0, 1, 2].map(|c| f64::from(radiance[c][i])));
+            let received = [0, 1, 2].map(|c| f64::from(radiance[c][i]));
+            let light = film.to_rgb(samples.set, received);
             if !(light[0] + light[1] + light[2]).is_finite() {
                 let pixel = self.tile.pixel(samples.pixel[i]);
                 self.dropped.record(SampleId::new(pixel, samples.sample[i], samples.seed));
                 continue;
+            }
+            if has_buckets {
+                let weight = if signed { f64::from(samples.weight[i]) } else { 1.0 };
+                let spectrum = film.limit(light, received).map(|value| weight * value);
+                let pixel = samples.pixel[i] as usize;
+                self.buckets.add_exactly_to(pixel, samples.set, spectrum);
             }
             let mut light = film.apply(light);
             if signed {
@@ -124,7 +146,7 @@ impl TileSums {
 
 /// Returns the rounded sum of two numbers and its rounding error, which is exact (Knuth 1969). An
 /// infinite sum has none.
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let part = sum - a;
     let error = (a - (sum - part)) + (b - part);

@@ -1,10 +1,13 @@
 //! Film of a whole picture: sums of its samples' radiance, and the means and variances of them.
 
 use std::io;
+use std::sync::Arc;
 
+use super::bucket_sums::BucketSums;
 use super::{DroppedSamples, Frame, Tile, TileSums};
 use petzval_base::io::codec::{ChecksumReader, ChecksumWriter};
-use petzval_image::Picture;
+use petzval_image::{ImageLayer, Picture, spectral_layer};
+use petzval_spectrum::BucketShares;
 
 /// Rounds a value to f32, clamped to the range of finite numbers.
 ///
@@ -28,6 +31,7 @@ pub struct FilmSums {
     squares: Vec<[f64; 3]>,
     /// If the sums are means already: the variance of every pixel's mean, empty if unknown.
     mean_variance: Option<Vec<[f32; 3]>>,
+    buckets: BucketSums,
     /// Samples that were not finite and were left out.
     pub dropped: DroppedSamples,
 }
@@ -48,23 +52,44 @@ impl FilmSums {
         let [width, height] = frame.size().map(|n| n as usize);
         let squares = vec![[0.0; 3]; if squares { width * height } else { 0 }];
         let sums = vec![[0.0; 3]; width * height];
-        Self { frame, sums, squares, mean_variance: None, dropped: DroppedSamples::default() }
+        Self {
+            frame,
+            sums,
+            squares,
+            mean_variance: None,
+            buckets: BucketSums::default(),
+            dropped: DroppedSamples::default(),
+        }
+    }
+
+    /// Adds the buckets of a spectral film, if it has any.
+    #[must_use]
+    pub fn with_buckets(self, shares: Option<&Arc<BucketShares>>) -> Self {
+        Self { buckets: BucketSums::new(shares, self.sums.len()), ..self }
     }
 
     /// A film of means, for pixels that took different numbers of samples. `variance` is that of
     /// every mean, empty if unknown.
     pub fn from_means(frame: Frame, means: Vec<[f64; 3]>, variance: Vec<[f32; 3]>) -> Self {
-        let dropped = DroppedSamples::default();
-        Self { frame, sums: means, squares: Vec::new(), mean_variance: Some(variance), dropped }
+        Self {
+            frame,
+            sums: means,
+            squares: Vec::new(),
+            mean_variance: Some(variance),
+            buckets: BucketSums::default(),
+            dropped: DroppedSamples::default(),
+        }
     }
 
     pub(crate) fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
-        to.triples(&self.sums)
+        to.triples(&self.sums)?;
+        self.buckets.save(to)
     }
 
     /// Adds the saved sums of a film of the same pixels.
     pub(crate) fn receive(&mut self, from: &mut ChecksumReader) -> io::Result<()> {
-        from.add_triples(&mut self.sums)
+        from.add_triples(&mut self.sums)?;
+        self.buckets.receive(from)
     }
 
     /// Adds another film of the same pixels, multiplied by `scale`.
@@ -72,6 +97,7 @@ impl FilmSums {
         for (sum, light) in self.sums.iter_mut().zip(&other.sums) {
             *sum = [0, 1, 2].map(|c| sum[c] + scale * light[c]);
         }
+        self.buckets.add(&other.buckets, scale);
     }
 
     /// Returns the sums of a tile, without its dropped samples, which the film knows only in total.
@@ -81,6 +107,7 @@ impl FilmSums {
         if !self.squares.is_empty() {
             sums.squares = tile.cut(&self.frame, &self.squares);
         }
+        sums.buckets = self.buckets.cut(tile, &self.frame);
         sums
     }
 
@@ -90,6 +117,7 @@ impl FilmSums {
         if !self.squares.is_empty() {
             tile.paste(&self.frame, &received.squares, &mut self.squares);
         }
+        self.buckets.paste(tile, &self.frame, &received.buckets);
     }
 
     /// Adds sums of other samples to those of a tile.
@@ -100,6 +128,13 @@ impl FilmSums {
         self.dropped.add(&more.dropped);
     }
 
+    /// Adds the buckets of a tile, multiplied by `scale`, to those of a film of means.
+    pub fn add_bucket_means(&mut self, tile: &Tile, more: &TileSums, scale: f64) {
+        let mut sums = self.buckets.cut(tile, &self.frame);
+        sums.add(&more.buckets, scale);
+        self.buckets.paste(tile, &self.frame, &sums);
+    }
+
     /// Turns the sums into means, given the number of samples of each tile's pixels. The variance
     /// is unknown afterwards.
     pub fn normalize<'a>(&mut self, samples: impl Iterator<Item = (&'a Tile, u32)>) {
@@ -108,16 +143,31 @@ impl FilmSums {
             let mut means = tile.cut(&self.frame, &self.sums);
             means.as_flattened_mut().iter_mut().for_each(|sum| *sum *= scale);
             tile.paste(&self.frame, &means, &mut self.sums);
+            let mut means = self.buckets.cut(tile, &self.frame);
+            means.scale(scale);
+            self.buckets.paste(tile, &self.frame, &means);
         }
         (self.squares, self.mean_variance) = (Vec::new(), Some(Vec::new()));
     }
 
     /// Adds light that belongs to no sample to the pixel at (x, y) of the whole picture.
-    pub fn add_light(&mut self, [x, y]: [u32; 2], light: [f64; 3]) {
-        let row = self.frame.size()[0];
-        let index = (y - self.frame.low[1]) * row + (x - self.frame.low[0]);
-        let sum = &mut self.sums[index as usize];
+    pub fn add_light(&mut self, pixel: [u32; 2], light: [f64; 3]) {
+        let index = self.index(pixel);
+        let sum = &mut self.sums[index];
         *sum = [0, 1, 2].map(|c| sum[c] + light[c]);
+    }
+
+    /// Adds light that belongs to no sample to the buckets of the pixel at (x, y) of the whole picture, if
+    /// there are any: its values at the wavelengths of a set, relative to daylight, of a path that stands
+    /// for those of all sets.
+    pub fn add_spectrum(&mut self, pixel: [u32; 2], set: usize, light: [f64; 3]) {
+        let index = self.index(pixel);
+        self.buckets.add_to(index, set, light);
+    }
+
+    fn index(&self, [x, y]: [u32; 2]) -> usize {
+        let row = self.frame.size()[0];
+        ((y - self.frame.low[1]) * row + (x - self.frame.low[0])) as usize
     }
 
     /// Returns the variance of every pixel's mean by channel, the square of its standard error, or
@@ -136,6 +186,19 @@ impl FilmSums {
         };
         let all = self.sums.iter().zip(&self.squares).map(variance);
         (!self.squares.is_empty()).then(|| all.collect())
+    }
+
+    /// Returns the mean spectral radiance of every pixel by bucket as a layer, in the unit of
+    /// [`BucketShares::spread`]; `None` without buckets. `samples` is the number of samples of each pixel;
+    /// a film of means ignores it.
+    pub fn spectrum(&self, samples: u32) -> Option<ImageLayer> {
+        let shares = self.buckets.shares()?;
+        let scale = self.scale(samples);
+        let (sums, count) = (self.buckets.sums(), self.buckets.count());
+        let column = |bucket: usize| {
+            sums[bucket..].iter().step_by(count).map(|sum| clamp_to_f32(sum * scale)).collect()
+        };
+        Some(spectral_layer(&shares.buckets().middles(), column))
     }
 
     /// Returns whether no pixel has received light.
@@ -157,7 +220,7 @@ impl FilmSums {
     /// is written, so the two never exist in full at the same time.
     pub fn into_picture(mut self, samples: u32) -> Picture {
         let mean = self.mean(samples);
-        self.squares = Vec::new();
+        (self.squares, self.buckets) = (Vec::new(), BucketSums::default());
         let mut pixels = vec![[0.0; 3]; self.sums.len()];
         while !self.sums.is_empty() {
             let start = self.sums.len().saturating_sub(FREED_PIXELS);
@@ -172,11 +235,16 @@ impl FilmSums {
 
     /// Returns the function from a pixel's sum to its mean.
     fn mean(&self, samples: u32) -> impl Fn(&[f64; 3]) -> [f32; 3] + use<> {
-        let scale = match self.mean_variance {
+        let scale = self.scale(samples);
+        move |sum| sum.map(|s| clamp_to_f32(s * scale))
+    }
+
+    /// Returns the factor from a sum to a mean.
+    fn scale(&self, samples: u32) -> f64 {
+        match self.mean_variance {
             Some(_) => 1.0,
             None => 1.0 / f64::from(samples.max(1)),
-        };
-        move |sum| sum.map(|s| clamp_to_f32(s * scale))
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Film: pixels, the positions of their samples, and the sums of the light that they receive.
 
 mod accumulate;
+mod bucket_sums;
 mod dropped;
 mod film_sums;
 mod hero;
@@ -58,14 +59,27 @@ impl Tile {
 
     /// Copies values of the tile's pixels into values of a frame's rendered pixels.
     pub fn paste<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T]) {
-        for (row, pixels) in self.rows(frame).zip(from.chunks_exact(self.size[0] as usize)) {
-            to[row].copy_from_slice(pixels);
-        }
+        self.paste_columns(frame, from, to, 1);
     }
 
     /// Copies the values of the tile's pixels out of values of a frame's rendered pixels.
     pub fn cut<T: Copy>(&self, frame: &Frame, from: &[T]) -> Vec<T> {
-        self.rows(frame).flat_map(|row| &from[row]).copied().collect()
+        self.cut_columns(frame, from, 1)
+    }
+
+    /// Does the same as [`Self::paste`] for `count` values of each pixel.
+    fn paste_columns<T: Copy>(&self, frame: &Frame, from: &[T], to: &mut [T], count: usize) {
+        let width = self.size[0] as usize * count;
+        for (i, row) in self.rows(frame).enumerate() {
+            let to = &mut to[row.start * count..row.end * count];
+            to.copy_from_slice(&from[i * width..(i + 1) * width]);
+        }
+    }
+
+    /// Does the same as [`Self::cut`] for `count` values of each pixel.
+    fn cut_columns<T: Copy>(&self, frame: &Frame, from: &[T], count: usize) -> Vec<T> {
+        let rows = self.rows(frame).map(|row| row.start * count..row.end * count);
+        rows.flat_map(|row| &from[row]).copied().collect()
     }
 }
 

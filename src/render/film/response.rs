@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use crate::sensor::ColourFilters;
 use petzval_scene::filter::PixelFilter;
 use petzval_spectrum::{
-    CameraSensor, WAVELENGTH_SETS, bands_of_set, wavelength_bands, xyz_from_srgb,
+    BucketShares, CameraSensor, WAVELENGTH_SETS, bands_of_set, wavelength_bands, xyz_from_srgb,
 };
 
 /// Response of a film. By default it passes all samples on unchanged, with equal weights.
@@ -29,6 +29,9 @@ pub struct Response {
     pub filters: Option<ColourFilters>,
     /// Matrix from the values at the wavelengths of each set to linear sRGB, if paths carry spectra.
     pub rgb_from_set: Option<Arc<[DMat3]>>,
+    /// Buckets of wavelength that the film has beside its colours, if paths carry spectra. They receive
+    /// the light that reaches the film, whatever the sensor and its white balance are.
+    pub buckets: Option<Arc<BucketShares>>,
 }
 
 impl Response {
@@ -69,18 +72,24 @@ impl Response {
 
     /// Returns the value that a sample of this light adds to its pixel.
     #[inline(always)]
-    pub(super) fn apply(&self, mut light: [f64; 3]) -> [f64; 3] {
-        if let Some(limit) = self.max_component {
-            let channels = match &self.sensor_from_srgb {
-                Some(matrix) => (*matrix * DVec3::from_array(light)).to_array(),
-                None => xyz_from_srgb(light),
-            };
-            let most = channels.into_iter().fold(0.0, f64::max);
-            if most > limit {
-                light = light.map(|c| c * limit / most);
-            }
+    pub(super) fn apply(&self, light: [f64; 3]) -> [f64; 3] {
+        self.apply_colour(self.limit(light, light))
+    }
+
+    /// Returns values of a sample, scaled down as much as its light, linear sRGB, is to be at most
+    /// [`Self::max_component`].
+    #[inline(always)]
+    pub(super) fn limit(&self, light: [f64; 3], values: [f64; 3]) -> [f64; 3] {
+        let Some(limit) = self.max_component else { return values };
+        let channels = match &self.sensor_from_srgb {
+            Some(matrix) => (*matrix * DVec3::from_array(light)).to_array(),
+            None => xyz_from_srgb(light),
+        };
+        let most = channels.into_iter().fold(0.0, f64::max);
+        match most > limit {
+            true => values.map(|value| value * limit / most),
+            false => values,
         }
-        self.apply_colour(light)
     }
 
     /// Returns light as the sensor sees it. Light that belongs to no single sample takes only this

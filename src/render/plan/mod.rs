@@ -69,6 +69,8 @@ pub struct PlanInput<'a> {
     pub bands: &'a [LightBand],
     /// Whether the film sees a narrow band of light.
     pub narrow_band: bool,
+    /// The source of the wish for buckets of wavelength, if the film has any.
+    pub buckets: Option<DecidedBy>,
     /// Whether unknown dispersion is guessed.
     pub assumed_dispersion: bool,
     /// Whether the command line names a coating.

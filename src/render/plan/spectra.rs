@@ -9,7 +9,7 @@ const SORTING: f64 = 40.0;
 const INCOHERENCE: f64 = 0.1;
 
 /// Finds what RGB gets wrong. Spectra are simulated if colours that the scene gives by wavelength look
-/// wrong in RGB, or if glass of the scene disperses.
+/// wrong in RGB, if glass of the scene disperses, or if the film has buckets of wavelength.
 pub(super) fn find(input: &PlanInput) -> Finding {
     if input.narrow_band {
         let reason = "the film sees a narrow band, as one colour";
@@ -24,7 +24,9 @@ pub(super) fn find(input: &PlanInput) -> Finding {
         difference: error.difference,
     };
     let is_visible = |error: RgbError| harm(error).is_visible(input.threshold);
-    let by_default = disperses || errors.is_some_and(|errors| is_visible(errors.stated));
+    let by_default = input.buckets.is_some()
+        || disperses
+        || errors.is_some_and(|errors| is_visible(errors.stated));
     let largest = errors.map(|RgbErrors { stated, guessed }| {
         match is_visible(stated) || stated.difference >= guessed.difference {
             true => (stated, "where it errs most, over all lights and surfaces"),
@@ -36,6 +38,9 @@ pub(super) fn find(input: &PlanInput) -> Finding {
         Some((error, condition)) if error.difference > 0.0 => describe(error, condition),
         Some(_) => "no light of the scene has another colour than daylight".to_owned(),
     };
+    if input.buckets.is_some() {
+        reason += "; the film has buckets of wavelength";
+    }
     if disperses {
         reason += "; glass of the scene disperses";
     }
@@ -44,7 +49,7 @@ pub(super) fn find(input: &PlanInput) -> Finding {
         reason += "; '+spectra' takes that guess";
     }
     Finding {
-        by: DecidedBy::Scene,
+        by: input.buckets.unwrap_or(DecidedBy::Scene),
         reason,
         error: error.map(harm),
         possible: true,

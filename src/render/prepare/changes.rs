@@ -11,7 +11,7 @@ use petzval_lens::{Coating, FocusModel, PupilSampling};
 use petzval_lens_formats::LensOptions;
 use petzval_scene::shutter;
 use petzval_scene_formats::pbrt::FilmSpec;
-use petzval_spectrum::Passband;
+use petzval_spectrum::{Buckets, Passband};
 
 /// Object to focus on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,11 @@ pub struct Changes {
     pub layers: Vec<Aov>,
     /// Whether the format of the picture holds layers, so that those of the scene file are computed.
     pub holds_layers: bool,
+    /// The buckets of wavelength of the film; `Some(None)` for none, whatever the scene file asks for.
+    /// Buckets call for the effect `spectra`.
+    pub buckets: Option<Option<Buckets>>,
+    /// Whether the format of the picture holds spectra, so that the buckets of the scene file are filled.
+    pub holds_spectra: bool,
     /// The shutter.
     pub shutter: Option<shutter::ShutterSettings>,
     /// The rolling shutter.

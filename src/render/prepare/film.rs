@@ -3,11 +3,12 @@
 use super::{Changes, PrepareError};
 use crate::aov::Aov;
 use crate::film::{Frame, Response};
+use crate::plan::{DecidedBy, Effect};
 use crate::sensor::ColourFilters;
 use petzval_lens::LensModel;
 use petzval_scene::filter::PixelFilter;
 use petzval_scene_formats::pbrt::{FilmSpec, FilterSpec};
-use petzval_spectrum::white_balance;
+use petzval_spectrum::{Buckets, white_balance};
 
 /// Largest number of pixels of one render. Larger pictures are rendered in parts.
 const MAX_PIXELS: u64 = 1 << 27;
@@ -73,7 +74,38 @@ pub(super) fn response(filter: &FilterSpec, film: &FilmSpec, changes: &Changes) 
         },
         filters,
         rgb_from_set: None,
+        buckets: None,
     }
+}
+
+/// Returns the buckets of wavelength that the user or the scene file asks for, and which of them does.
+///
+/// # Errors
+/// Returns an error if the user excludes what buckets need.
+pub(super) fn buckets(
+    film: &FilmSpec,
+    changes: &Changes,
+) -> Result<Option<(Buckets, DecidedBy)>, PrepareError> {
+    let asked = match changes.buckets {
+        Some(asked) => asked.map(|buckets| (buckets, DecidedBy::Flag)),
+        None => film.buckets.map(|buckets| (buckets, DecidedBy::Scene)),
+    };
+    let Some((buckets, by)) = asked else { return Ok(None) };
+    let problem = if changes.passband.is_some() {
+        "a film with 'passband' sees one colour"
+    } else if changes.effects.of(Effect::Spectra) == Some(false) {
+        "'effects' turns spectra off, without which light has no wavelengths"
+    } else {
+        return Ok(asked);
+    };
+    let (count, [first, last]) = (buckets.count(), buckets.range());
+    Err(PrepareError::Request(match by {
+        DecidedBy::Flag => format!("'buckets' {count}@{first}..{last}: {problem}"),
+        _ => format!(
+            "the film of the scene has {count} buckets of wavelength, and {problem}; with 'buckets' none \
+             it is an RGB film"
+        ),
+    }))
 }
 
 /// Returns the distance from pixel to pixel (mm).

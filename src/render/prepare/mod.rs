@@ -32,7 +32,7 @@ use petzval_image::Notes;
 use petzval_lens::{FNumberError, LensError, LensModel, PupilSampling};
 use petzval_scene::SpectralScene;
 use petzval_scene_formats::pbrt::Description;
-use petzval_spectrum::lens_bands;
+use petzval_spectrum::{BucketShares, lens_bands};
 
 use draft::{Draft, draft};
 use exposure::Exposure;
@@ -187,6 +187,7 @@ fn plan_job(
     let warnings = description.warnings.clone();
     let mut report =
         Report { camera_at: description.camera_at.clone(), warnings, notes: Notes::new() };
+    let buckets = film::buckets(&description.film, changes)?;
     let Draft { mut job, misalignment, sensor, pitch } =
         draft(description, changes, context, excluded, &exposure, &mut report)?;
     let measured = measure(&job, changes, excluded)?;
@@ -196,6 +197,7 @@ fn plan_job(
             resolution: job.frame.resolution,
             bands: &job.bands,
             narrow_band: changes.passband.is_some(),
+            buckets: buckets.map(|(_, by)| by),
             assumed_dispersion: changes.assume_vd,
             coating_given: changes.coating.is_some(),
             ghosts: measured.ghosts.as_ref(),
@@ -216,6 +218,9 @@ fn plan_job(
     job.plan = measured.as_ref().map_or_else(Plan::unwanted, decide);
     let Measured { ghosts, pilot } = measured.unwrap_or_default();
     apply_plan(&mut job, exposure, ghosts.as_ref())?;
+    job.response.buckets = buckets
+        .filter(|(_, by)| *by == DecidedBy::Flag || changes.holds_spectra)
+        .map(|(buckets, _)| Arc::new(BucketShares::new(buckets)));
     plan_light_paths(&mut job, changes.light_paths, pilot.mean);
     report.warn_unavailable(&changes.effects, &job.plan);
     if let LensModel::Real(lens) = &job.camera.model {

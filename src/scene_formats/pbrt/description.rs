@@ -10,7 +10,7 @@ use petzval_scene::filter::Profile;
 use petzval_scene::motion::Motion;
 use petzval_scene::shutter::Shutter;
 use petzval_scene::{PathLimits, Scene};
-use petzval_spectrum::{CameraSensor, ColourSpace};
+use petzval_spectrum::{Buckets, CameraSensor, ColourSpace};
 
 /// The contents of a scene file. Clones share all large data, so that one may become many jobs.
 #[derive(Clone, Debug)]
@@ -74,6 +74,8 @@ pub struct FilmSpec {
     pub gbuffer: bool,
     /// Whether these layers are in camera space instead of world space.
     pub camera_layers: bool,
+    /// The buckets of wavelength that the file asks for beside the picture.
+    pub buckets: Option<Buckets>,
 }
 
 /// The pixel filter: a product of one function of x and one of y.

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use super::description::{FilmSpec, FilterSpec};
-use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known, similar};
+use super::directive_kinds::{Directive, Ignored, SILENT, Selected, known};
 use super::params::Params;
 use super::reader::SceneReader;
 use super::{Dialect, SceneError};
 use petzval_scene::filter::Profile;
-use petzval_spectrum::ColourSpace;
+use petzval_spectrum::{Buckets, ColourSpace};
 
 /// The kinds of films.
 #[derive(Clone, Copy, PartialEq)]
@@ -16,6 +16,8 @@ pub(super) enum FilmKind {
     Rgb,
     /// A picture and layers of geometry.
     Gbuffer,
+    /// A picture and buckets of wavelength.
+    Spectral,
 }
 
 const FILM_READS: &[&str] = &[
@@ -35,6 +37,8 @@ const FILM_READS: &[&str] = &[
     "scale",
     "maxsampleluminance",
 ];
+/// Parameters of the spectral film alone.
+const BUCKET_READS: &[&str] = &["nbuckets", "lambdamin", "lambdamax"];
 const FILM_IGNORES: &[Ignored] = &[
     ("display", SILENT),
     ("nbuckets", SILENT),
@@ -46,18 +50,12 @@ const FILM_IGNORES: &[Ignored] = &[
 static FILM: Directive<FilmKind> = Directive {
     name: "Film",
     target: None,
-    shared: &[],
+    shared: FILM_READS,
     kinds: &[
-        known("image", FilmKind::Rgb, FILM_READS, FILM_IGNORES),
-        known("rgb", FilmKind::Rgb, FILM_READS, FILM_IGNORES),
-        known("gbuffer", FilmKind::Gbuffer, FILM_READS, FILM_IGNORES),
-        similar(
-            "spectral",
-            FilmKind::Rgb,
-            FILM_READS,
-            FILM_IGNORES,
-            "the picture is RGB, without buckets of wavelengths",
-        ),
+        known("image", FilmKind::Rgb, &[], FILM_IGNORES),
+        known("rgb", FilmKind::Rgb, &[], FILM_IGNORES),
+        known("gbuffer", FilmKind::Gbuffer, &[], FILM_IGNORES),
+        known("spectral", FilmKind::Spectral, BUCKET_READS, FILM_IGNORES),
     ],
 };
 
@@ -159,6 +157,7 @@ impl Default for FilmSpec {
             half: false,
             gbuffer: false,
             camera_layers: false,
+            buckets: None,
         }
     }
 }
@@ -182,6 +181,19 @@ fn camera_layers(params: &Params) -> Result<bool, SceneError> {
             Err(params.refuse("coordinatesystem", found, "expected camera or world"))
         }
     }
+}
+
+/// Reads the buckets of a spectral film.
+fn buckets(params: &Params) -> Result<Buckets, SceneError> {
+    let default = Buckets::DEFAULT;
+    let count = params.count("nbuckets", Buckets::MOST)?.unwrap_or(default.count() as u32);
+    let [first, last] = default.range();
+    let range = [params.float("lambdamin", first)?, params.float("lambdamax", last)?];
+    Buckets::new(count, range).map_err(|expected| {
+        let named = ["lambdamin", "lambdamax"].into_iter().find(|name| params.find(name).is_some());
+        let found = format!("buckets from {} to {} nm", range[0], range[1]);
+        params.refuse(named.unwrap_or("nbuckets"), found, expected)
+    })
 }
 
 pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, SceneError> {
@@ -226,5 +238,6 @@ pub(super) fn film_spec(kind: FilmKind, params: &Params) -> Result<FilmSpec, Sce
         half: params.boolean("savefp16")?.unwrap_or(false),
         gbuffer: kind == FilmKind::Gbuffer,
         camera_layers: kind == FilmKind::Gbuffer && camera_layers(params)?,
+        buckets: (kind == FilmKind::Spectral).then(|| buckets(params)).transpose()?,
     })
 }

@@ -26,8 +26,8 @@ mod value;
 mod tests;
 
 pub use read::{
-    coating, crop, f_number, film_diagonal, film_shift, film_tilt, focus, focus_model, layers,
-    light_paths, noise, passband, resolution, samples, seed, time, zoom,
+    buckets, coating, crop, f_number, film_diagonal, film_shift, film_tilt, focus, focus_model,
+    layers, light_paths, noise, passband, resolution, samples, seed, time, zoom,
 };
 pub use table::{Assignment, PictureSetting, SETTINGS};
 pub use unit_range::{DEGREES, LENGTHS, UnitRange, Units, number_with_unit};

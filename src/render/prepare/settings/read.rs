@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use petzval_lens::{Coating, FocusModel, MAX_DECENTRE, MAX_TILT, Zoom};
 use petzval_scene::shutter::parse_seconds;
-use petzval_spectrum::{BAND_RANGE, Passband};
+use petzval_spectrum::{BAND_RANGE, Buckets, Passband};
 
 use super::unit_range::{DEGREES, LENGTHS, UnitRange};
 use super::value::{SettingError, SettingValue, type_error};
@@ -55,6 +55,8 @@ const TIME: UnitRange = UnitRange { name: "s", range: [f64::MIN_POSITIVE, 1e9], 
 
 const BAND_EDGE: UnitRange =
     UnitRange { units: &[("nm", 1.0)], name: "nm", range: BAND_RANGE, ..PLAIN };
+
+const BUCKET_EDGE: UnitRange = UnitRange { range: Buckets::VISIBLE, ..BAND_EDGE };
 
 const FOCAL_LENGTH: UnitRange = UnitRange { units: &[("mm", 1.0)], name: "mm", ..PLAIN };
 
@@ -269,6 +271,29 @@ pub fn passband(value: &SettingValue) -> Result<Passband, SettingError> {
         true => Ok(Passband { range }),
         false => Err(SettingError::Value(format!("expected {expected}"))),
     }
+}
+
+/// Reads buckets of wavelength: a number, of all visible light or of a range (nm), or none.
+pub fn buckets(value: &SettingValue) -> Result<Option<Buckets>, SettingError> {
+    let expected =
+        "a number of buckets, such as 16, or with a range in nm, such as 31@400..710, or none";
+    let unsound = || SettingError::Value(format!("expected {expected}"));
+    let (count, range) = match value {
+        SettingValue::Words(text) | SettingValue::Text(text) if text == "none" => return Ok(None),
+        SettingValue::Words(text) | SettingValue::Text(text) => {
+            let (count, range) = match text.split_once('@') {
+                Some((count, range)) => (count, Some(SettingValue::Words(range.to_owned()))),
+                None => (text.as_str(), None),
+            };
+            let range = range.map(|range| BUCKET_EDGE.read_pair(&range, "..", expected));
+            (count.trim().parse().ok(), range.transpose()?)
+        }
+        SettingValue::Whole(count) => (u32::try_from(*count).ok(), None),
+        _ => return Err(type_error(expected)),
+    };
+    let count = count.ok_or_else(unsound)?;
+    let made = Buckets::new(count, range.unwrap_or(Buckets::DEFAULT.range()));
+    made.map(Some).map_err(SettingError::Value)
 }
 
 /// Reads a zoom setting: a focal length (mm), or the name or number (#2) of a state.

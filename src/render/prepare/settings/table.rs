@@ -31,6 +31,7 @@ pub static SETTINGS: LazyLock<Vec<PictureSetting>> = LazyLock::new(|| {
         row("coating", read::coating, |changes, coating| changes.coating = Some(coating)),
         row("assume_vd", read::flag, |changes, on| changes.assume_vd = on),
         row("passband", read::passband, |changes, band| changes.passband = Some(band)),
+        row("buckets", read::buckets, |changes, buckets| changes.buckets = Some(buckets)),
         row(
             "effects",
             |value| {
