@@ -349,4 +349,4 @@ for name, text in [
     row("films", f"rgb, {name}", WORLD, film=FILM.strip() + f" {text}\n")
 for name in ["camera", "world"]:
     row("films", f"gbuffer, coordinatesystem {name}", WORLD, film=FILM.replace('"rgb"', '"gbuffer"').strip() + f' "string coordinatesystem" "{name}"\n')
-row("films", "spectral", WORLD, film=FILM.replace('"rgb"', '"spectral"').strip() + ' "integer nbuckets" 8\n', missing="buckets of wavelengths: the picture is RGB")
+row("films", "spectral", WORLD, film=FILM.replace('"rgb"', '"spectral"').strip() + ' "integer nbuckets" 8\n')

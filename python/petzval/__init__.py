@@ -153,6 +153,7 @@ def prepare(scene, camera=None, **settings):
     :param bayer: mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``. The pixels of
         the picture are then height x width
     :param passband: two wavelengths (nm)
+    :param buckets: number of buckets of wavelength, or a text such as ``"31@400..710"`` (nm) or ``"none"``
     :param zoom: focal length (mm), or the name of a state of the lens file
     :param focus_model: ``"sharpest"`` or ``"pbrt"``
     :param assume_vd: whether glass that is known by its index alone takes a similar glass's dispersion

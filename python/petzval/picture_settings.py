@@ -58,6 +58,8 @@ class _CommonSettings(TypedDict, total=False):
     """Mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``."""
     passband: Optional[tuple[float, float]]
     """Two wavelengths (nm)."""
+    buckets: Union[int, str, None]
+    """Number of buckets of wavelength, or a text such as ``"31@400..710"`` (nm) or ``"none"``."""
     zoom: Union[float, str, None]
     """Focal length (mm), or the name of a state of the lens file."""
     focus_model: _FocusModel
@@ -137,6 +139,8 @@ class SweepSettings(TypedDict, total=False):
     """Mosaic of the sensor: ``"rggb"``, ``"bggr"``, ``"grbg"`` or ``"gbrg"``."""
     passband: Union[tuple[float, float], None, list[tuple[float, float]]]
     """Two wavelengths (nm)."""
+    buckets: Union[int, str, None, Sequence[Union[int, str]]]
+    """Number of buckets of wavelength, or a text such as ``"31@400..710"`` (nm) or ``"none"``."""
     zoom: Union[float, str, None, Sequence[Union[float, str]]]
     """Focal length (mm), or the name of a state of the lens file."""
     focus_model: Union[_FocusModel, Sequence[_FocusModel]]

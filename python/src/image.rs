@@ -2,10 +2,15 @@
 
 use std::path::PathBuf;
 
-use numpy::{Ix3, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, ToPyArray};
+use numpy::{
+    IntoPyArray, Ix3, PyArray1, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods,
+    ToPyArray,
+};
 use petzval::{DisplayExposure, EncodingOptions, Picture};
 use petzval_base::io::{FileLog, OutputFile};
-use petzval_image::{ImageFormat, ImageLayer, Notes, PictureWindow};
+use petzval_image::{
+    ImageFormat, ImageLayer, Notes, PictureWindow, SPECTRAL_LAYER, channel_wavelength,
+};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -164,7 +169,26 @@ impl Image {
         (shape[1], shape[0])
     }
 
-    /// Writes the picture: .exr (linear, with all layers), .png (with the layer alpha) or .jpg.
+    /// Spectral radiance of a film with buckets of wavelength: an array of float32, height x width x
+    /// buckets, the layer "S0"; None for other films.
+    #[getter]
+    fn spectrum<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.layers.bind(py).get_item(SPECTRAL_LAYER)
+    }
+
+    /// Wavelengths in the middle of the buckets (nm), an array of float64; None for other films.
+    #[getter]
+    fn wavelengths<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let Some(names) = self.channels.bind(py).get_item(SPECTRAL_LAYER)? else { return Ok(None) };
+        let names: Vec<String> = names.extract()?;
+        let wavelengths: Option<Vec<f64>> =
+            names.iter().map(|name| channel_wavelength(name)).collect();
+        let problem = "channels: those of \"S0\" are called by wavelengths, such as \"500,000nm\"";
+        Ok(Some(wavelengths.ok_or_else(|| value_error(problem))?.into_pyarray(py)))
+    }
+
+    /// Writes the picture: .exr (linear, with all layers), .png (with the layer alpha), .jpg, or the
+    /// spectrum, or else the pixels, as an array, .npy.
     ///
     /// `exposure` is the brightness of PNG and JPEG in stops, or "auto". `half` writes 16-bit floats
     /// to EXR. A mosaic makes a file of one channel, `Y` in EXR. A file is replaced as a whole or not at all. Raises `ValueError` for a file of the scene
@@ -182,7 +206,9 @@ impl Image {
         let encoding = EncodingOptions { exposure, half, grey, ..EncodingOptions::default() };
         let format = ImageFormat::of(&path).ok();
         let mut layers = match format {
-            Some(ImageFormat::Exr | ImageFormat::Png) => self.image_layers(py)?,
+            Some(ImageFormat::Exr | ImageFormat::Png | ImageFormat::Npy) => {
+                self.image_layers(py)?
+            }
             _ => Vec::new(),
         };
         layers.retain(|layer| format.is_some_and(|format| format.holds(&layer.name)));

@@ -75,7 +75,8 @@ impl<'py> FromPyObject<'_, 'py> for Settings {
             })?;
             assignments.push(assignment);
         }
-        let mut changes = Changes { holds_layers: true, ..Changes::of(&assignments) };
+        let mut changes =
+            Changes { holds_layers: true, holds_spectra: true, ..Changes::of(&assignments) };
         let catalogue: Option<CatalogueSetting> =
             setting(&settings, "catalogue", CatalogueSetting::EXPECTED)?;
         let lens: Option<LensSetting<'py>> = setting(&settings, "lens", LensSetting::EXPECTED)?;

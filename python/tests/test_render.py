@@ -306,11 +306,27 @@ def test_words_of_the_command_set_sensor_shutter_and_zoom(scene_path, root):
         ("zoom", -3.0),
         ("focus_model", "pbrt-v4"),
         ("passband", (900.0, 100.0)),
+        ("buckets", "16@300..700"),
+        ("buckets", 0),
     ]:
         with pytest.raises(ValueError, match=setting):
             pz.prepare(scene_path, **{setting: words})
     with pytest.raises(ValueError, match="zoom"):
         pz.prepare(scene_path, zoom=35.0)
+
+
+def test_a_spectral_film_gives_radiance_by_wavelength(scene_path, tmp_path):
+    image = pz.render(scene_path, spp=4, buckets="8@400..720", resolution=(12, 8))
+    assert image.spectrum.shape == (8, 12, 8) and image.spectrum.dtype == np.float32
+    np.testing.assert_allclose(image.wavelengths, 420 + 40 * np.arange(8))
+    np.testing.assert_array_equal(image.spectrum, image.layers["S0"])
+    image.save(tmp_path / "a.npy")
+    np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), image.spectrum)
+    plain = pz.render(scene_path, spp=4, effects="+spectra", resolution=(12, 8))
+    assert plain.spectrum is None and plain.wavelengths is None
+    np.testing.assert_array_equal(plain.pixels, image.pixels)
+    plain.save(tmp_path / "b.npy")
+    np.testing.assert_array_equal(np.load(tmp_path / "b.npy"), plain.pixels)
 
 
 def test_pictures_are_read_written_and_compared(tmp_path):

@@ -4,10 +4,11 @@ use crate::support::workspace::{Workspace, finish, signal};
 use crate::support::{folder, petzval, write};
 use exr::prelude::{AttributeValue, read_all_flat_layers_from_file};
 use petzval_image::{ImageLayer, Picture, SPECTRAL_LAYER};
+use petzval_render::film::SampleId;
 use petzval_render::job::{Job, StopCriteria};
 use petzval_render::plan::{DecidedBy, Effect};
 use petzval_render::prepare::{Changes, prepare};
-use petzval_render::{Backend, RenderOptions, RenderOutput, render};
+use petzval_render::{Backend, RenderOptions, RenderOutput, render, replay};
 use petzval_scene_formats::pbrt;
 use petzval_spectrum::{
     Buckets, Spectrum, colour_matching, d65, luminosity_integral, named_spectrum, srgb_from_xyz,
@@ -234,6 +235,28 @@ fn dispersion_in_the_lens_and_in_the_scene_keeps_colours_and_spectra_together() 
     let job = prepare(description, &changes).expect("a job").job;
     assert!(job.plan.has(Effect::Dispersion) && job.plan.has(Effect::Spectra));
     assert_colours_of_spectra(&job, &taken(&job, 2, Backend::Simd), 0.03);
+}
+
+/// Replays of all samples of a pixel add up to what the picture has.
+#[test]
+fn replayed_samples_add_to_the_buckets_of_their_pixel() {
+    let film = "Film \"spectral\" \"integer nbuckets\" 9 \"integer xresolution\" 12
+                \"integer yresolution\" 8 ";
+    let changes = Changes { samples: Some(5), ..Changes::default() };
+    let job = job(&format!("{film}{COLOURS}"), changes);
+    let spectrum = spectrum(&job, &taken(&job, 2, Backend::Simd));
+    let (at, mut sums) = ([6, 4], vec![0.0; 9]);
+    for number in 0..5 {
+        let sample = SampleId::new(at, number, job.seed);
+        let replay = replay(&job, Backend::Scalar, sample).expect("a sample");
+        assert_eq!(replay.buckets.len(), 9);
+        sums.iter_mut().zip(replay.buckets).for_each(|(sum, added)| *sum += added);
+    }
+    assert!(sums.iter().any(|&sum| sum > 0.0), "{sums:?}");
+    for ((_, values), sum) in spectrum.channels.iter().zip(sums) {
+        let mean = f64::from(values[at[1] as usize * 12 + at[0] as usize]);
+        assert!((mean - sum / 5.0).abs() <= 1e-6 * mean.abs(), "{mean}, not {}", sum / 5.0);
+    }
 }
 
 #[test]

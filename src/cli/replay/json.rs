@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 
 pub(super) fn json(job: &Job, replay: &Replay) -> Value {
     let Replay { name, film, time, wavelengths, band, weight, ray_path, .. } = replay;
-    let Replay { shared, ray, steps, radiance, value, .. } = replay;
+    let Replay { shared, ray, steps, radiance, value, buckets, .. } = replay;
+    let middles = job.buckets().map(|shares| shares.buckets().middles());
     let wavelength = match (band, &job.camera.model) {
         (Some(band), LensModel::Real(lens)) => Some(lens.bands[*band].wavelength),
         _ => None,
@@ -29,6 +30,8 @@ pub(super) fn json(job: &Job, replay: &Replay) -> Value {
         "ray": ray.as_ref().map(|(ray, throughput)| ray_json(ray, throughput)),
         "surfaces": steps.iter().map(step).collect::<Vec<Value>>(),
         "radiance": list(radiance),
+        "buckets_nm": middles,
+        "buckets": list(buckets),
         "value": value.as_ref().map(|value| list(value)),
         "first_not_finite": replay.first_non_finite().map(super::describe),
     })

@@ -48,7 +48,8 @@ pub(super) fn run(arguments: &ReplayArguments) -> Result<Outcome, Failure> {
     let ReplayArguments { picture, pixel, sample, sample_seed, crop, pupil, backend, json } =
         arguments;
     let description = petzval_scene_formats::read(&picture.scene)?;
-    let changes = Changes { crop: *crop, aim: (*pupil).into(), ..picture.changes() };
+    let aim = (*pupil).into();
+    let changes = Changes { crop: *crop, aim, holds_spectra: true, ..picture.changes() };
     let Prepared { job, warnings, .. } = prepare(description, &changes)?;
     message::warnings(&warnings);
     let (frame, [x, y]) = (&job.frame, *pixel);

@@ -40,6 +40,7 @@ pub(super) fn text(job: &Job, replay: &Replay) -> String {
         Some([r, g, b]) => text.line("adds", format!("{r:e} {g:e} {b:e}")),
         None => text.line("adds", "nothing: the sample is not finite and is dropped"),
     }
+    text.buckets(job, replay);
     if job.ghosts.is_some() {
         text.line("", "ghosts add to the pixel too, but belong to no sample");
     }
@@ -99,6 +100,15 @@ impl Text {
                 None => "does not reach the film".to_owned(),
             };
             self.line("", format!("{:.1} nm shares its ray and {lands}", shared.wavelength));
+        }
+    }
+
+    /// Lists what the sample adds to the buckets of the film that it reaches.
+    fn buckets(&mut self, job: &Job, replay: &Replay) {
+        let Some(shares) = job.buckets() else { return };
+        let middles = shares.buckets().middles();
+        for (nm, added) in middles.iter().zip(&replay.buckets).filter(|(_, added)| **added != 0.0) {
+            self.line("", format!("{added:e} to the bucket about {nm:.3} nm"));
         }
     }
 

@@ -86,6 +86,11 @@ impl TileSums {
         &self.sums
     }
 
+    /// Returns the sums of the buckets of each pixel, pixel by pixel.
+    pub fn bucket_sums(&self) -> &[f64] {
+        self.buckets.sums()
+    }
+
     pub(crate) fn save(&self, to: &mut ChecksumWriter) -> io::Result<()> {
         to.triples(&self.sums)?;
         to.triples(&self.squares)?;

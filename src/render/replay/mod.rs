@@ -60,6 +60,7 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
         steps: Vec::new(),
         radiance: [0.0; 3],
         value: None,
+        buckets: Vec::new(),
     };
     let (mut columns, footprint) = (PathColumns::default(), job.pixel_footprint());
     for depth in 0..=job.path_limits.max_depth {
@@ -77,7 +78,10 @@ fn replay_with<R: Real<Scalar = f32>>(job: &Job, name: SampleId) -> Option<Repla
     replay.radiance = first(&wave.paths.radiance);
     let mut sums = item.sums(job);
     sums.accumulate(&job.response, &wave.samples, &wave.paths.radiance);
-    replay.value = (sums.dropped.count() == 0).then(|| sums.sums()[0]);
+    if sums.dropped.count() == 0 {
+        replay.value = Some(sums.sums()[0]);
+        replay.buckets = sums.bucket_sums().to_vec();
+    }
     Some(replay)
 }
 

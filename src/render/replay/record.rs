@@ -33,6 +33,9 @@ pub struct Replay {
     pub radiance: [f32; 3],
     /// The value that is added to the sum of the pixel, bit for bit; `None` if the sample is dropped.
     pub value: Option<[f64; 3]>,
+    /// The values that are added to the sums of the pixel by bucket, bit for bit; empty if the film has no
+    /// buckets of wavelength, or the sample is dropped.
+    pub buckets: Vec<f64>,
 }
 
 /// Band that shares a ray.
