@@ -212,29 +212,39 @@ fn neither_buckets_nor_threads_nor_lanes_change_a_bit() {
     }
 }
 
+/// Camera paths, lamp images, caustics and ghosts, whether the lens and the scene disperse or not.
 #[test]
-fn dispersion_in_the_lens_and_in_the_scene_keeps_colours_and_spectra_together() {
+fn all_light_adds_to_colours_and_spectra_alike() {
     let workspace = Workspace::new();
     let scene = std::fs::read_to_string(workspace.path("scene.pbrt")).expect("a scene");
-    let glass = "\nMaterial \"dielectric\" \"spectrum eta\" \"glass-SF11\"
-                 Translate 0.7 0 0 Shape \"sphere\" \"float radius\" 0.3";
-    let scene =
-        scene.replace("\"rgb L\" [0.2 0.25 0.3]", "\"spectrum L\" \"stdillum-F11\"") + glass;
-    std::fs::write(workspace.path("scene.pbrt"), scene).expect("a scene");
-    let description = pbrt::read(&workspace.path("scene.pbrt")).expect("a scene");
-    let changes = Changes {
-        samples: Some(32),
-        resolution: Some([36, 25]),
-        effects: "+dispersion,-ghosts,-diffraction".parse().expect("effects"),
-        light_paths: Some(false),
-        // The lens of the course has no Abbe numbers.
-        assume_vd: true,
-        buckets: Some(Some(Buckets::new(192, [360.0, 830.0]).expect("buckets"))),
-        ..Changes::default()
-    };
-    let job = prepare(description, &changes).expect("a job").job;
-    assert!(job.plan.has(Effect::Dispersion) && job.plan.has(Effect::Spectra));
-    assert_colours_of_spectra(&job, &taken(&job, 2, Backend::Simd), 0.03);
+    let scene = scene.replace("\"rgb L\" [0.2 0.25 0.3]", "\"spectrum L\" \"stdillum-F11\"");
+    let ball = "Translate 0.7 0 0 Shape \"sphere\" \"float radius\" 0.3";
+    for (glass, effects, light_paths) in [
+        ("glass-SF11", "+dispersion,-ghosts,-diffraction", false),
+        ("glass-SF11", "+dispersion,+ghosts,-diffraction", true),
+        ("", "-dispersion,+ghosts,-diffraction", true),
+    ] {
+        let glass = match glass {
+            "" => format!("\nMaterial \"dielectric\" {ball}"),
+            named => format!("\nMaterial \"dielectric\" \"spectrum eta\" \"{named}\" {ball}"),
+        };
+        std::fs::write(workspace.path("scene.pbrt"), format!("{scene}{glass}")).expect("a scene");
+        let description = pbrt::read(&workspace.path("scene.pbrt")).expect("a scene");
+        let changes = Changes {
+            samples: Some(32),
+            resolution: Some([36, 25]),
+            effects: effects.parse().expect("effects"),
+            light_paths: Some(light_paths),
+            // The lens of the course has no Abbe numbers.
+            assume_vd: true,
+            buckets: Some(Some(Buckets::new(192, [360.0, 830.0]).expect("buckets"))),
+            ..Changes::default()
+        };
+        let job = prepare(description, &changes).expect("a job").job;
+        assert_eq!(job.plan.has(Effect::Dispersion), effects.starts_with('+'));
+        assert_eq!(job.light_strategies().len(), if light_paths { 3 } else { 0 }, "{effects}");
+        assert_colours_of_spectra(&job, &taken(&job, 2, Backend::Simd), 0.03);
+    }
 }
 
 /// Replays of all samples of a pixel add up to what the picture has.

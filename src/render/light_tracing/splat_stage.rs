@@ -17,7 +17,7 @@ use petzval_base::stats::{Stage, StageStats, Stats, thread_time};
 use petzval_lens::{LensModel, RealLens};
 use petzval_scene::filter::PixelFilter;
 
-/// Number of splats that wait to be added to the film from which on no further wave begins: 2.6 MB.
+/// Number of splats that wait to be added to the film from which on no further wave begins: 3.1 MB.
 const MOST_WAITING: usize = 1 << 17;
 
 /// A kind of light paths, for light that camera paths hardly ever find.
@@ -161,9 +161,12 @@ impl OrderedSums<'_> {
     fn add(&mut self, wave: u64, splats: Vec<Splat>) {
         self.waiting.insert(wave, splats);
         while let Some(splats) = self.waiting.remove(&self.added) {
-            for Splat { pixel, light } in splats {
-                let light = self.input.response.apply_colour(light.map(f64::from));
-                self.film.add_light(pixel, light);
+            for Splat { pixel, set, light } in splats {
+                let (response, set) = (self.input.response, set as usize);
+                let light = light.map(f64::from);
+                let colour = response.apply_colour(response.to_rgb(set, light));
+                self.film.add_light(pixel, colour);
+                self.film.add_spectrum(pixel, set, light);
             }
             self.added += 1;
         }

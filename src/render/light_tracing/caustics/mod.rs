@@ -73,12 +73,12 @@ impl Caustics {
         let count = self.path_count(input.frame);
         let key = pixel_key(sample, u32::MAX - 4, input.seed);
         let light = input.wave_light(count.wave_number([wave, sample]));
-        let input = &light.input;
+        let (input, set) = (&light.input, light.set);
         let bands = light.bands(|band| lens.bands[band].response);
         let lens = (lens, &self.front);
         let mut splats = Vec::new();
         self.walk::<R>(input, columns, [key, wave], &mut |Connected { paths, .. }| {
-            add_splats::<R>(input, lens, (count, &bands), paths, |_, _| 1.0, &mut splats);
+            add_splats::<R>(input, lens, (count, set, &bands), paths, |_, _| 1.0, &mut splats);
         });
         splats
     }

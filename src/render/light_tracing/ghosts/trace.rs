@@ -1,6 +1,6 @@
 //! Light paths of ghosts: from a light by two reflections inside the lens to the film.
 
-use glam::{DMat3, DVec3, Mat3, Vec3};
+use glam::{DVec3, Vec3};
 
 use super::{GhostPair, Ghosts};
 use crate::film::Frame;
@@ -26,8 +26,8 @@ struct Arrival {
     /// Its index in the wave.
     slot: u32,
     pixel: [u32; 2],
-    /// Matrix from its flux to the value of the pixel.
-    to_value: Mat3,
+    /// Factor from its flux to the value of the pixel, by channel of the path.
+    share: [f32; 3],
 }
 
 impl Ghosts {
@@ -58,7 +58,7 @@ impl Ghosts {
         let (bands, shared) = self.bands_of_wave(&light, v);
         let factor = count.splat_scale(input) / (pair.share * shared as f64);
         let mut arrivals: Vec<Arrival> = Vec::new();
-        for PathBand { band, to_rgb } in bands {
+        for PathBand { band, weights } in bands {
             if !wave_paths.trace::<R>(lens, &self.surfaces(pair, band)) {
                 continue;
             }
@@ -66,15 +66,17 @@ impl Ghosts {
                 let Some(hit) = wave_paths.film_hit(i) else { continue };
                 let Some(pixel) = film_pixel(input, hit.point) else { continue };
                 let exposure = input.row_exposure(wave_paths.arrival_time(i), pixel);
-                let to_value = (to_rgb * hit.transmission * factor * exposure).as_mat3();
-                arrivals.push(Arrival { slot: i as u32, pixel, to_value });
+                let share = weights.map(|w| (w * hit.transmission * factor * exposure) as f32);
+                arrivals.push(Arrival { slot: i as u32, pixel, share });
             }
         }
         wave_paths.connect::<R>(input, arrivals.iter().map(|arrival| arrival.slot));
-        let splat = |&Arrival { slot, pixel, to_value }: &Arrival| {
-            let light = to_value * Vec3::from_array(wave_paths.flux(slot as usize));
-            let is_lit = light != Vec3::ZERO && light.is_finite();
-            is_lit.then_some(Splat { pixel, light: light.to_array() })
+        let set = light.set as u32;
+        let splat = |&Arrival { slot, pixel, share }: &Arrival| {
+            let flux = wave_paths.flux(slot as usize);
+            let light = [0, 1, 2].map(|c| flux[c] * share[c]);
+            let is_lit = light != [0.0; 3] && light.iter().all(|c| c.is_finite());
+            is_lit.then_some(Splat { pixel, set, light })
         };
         arrivals.iter().filter_map(splat).collect()
     }
@@ -83,17 +85,14 @@ impl Ghosts {
     /// film receives light in. `v` in [0, 1) selects bands of red, green and blue.
     fn bands_of_wave(&self, light: &WaveLight<'_>, v: f32) -> (Vec<PathBand>, usize) {
         let count = self.bands.len();
-        match light.rgb_from_set() {
-            Some(to_rgb) if count == 1 => (vec![PathBand { band: 0, to_rgb }], 1),
-            Some(to_rgb) => (light.wavelengths(to_rgb), 1),
-            None => {
+        match (light.is_spectral(), count) {
+            (true, 1) => (vec![PathBand { band: 0, weights: [1.0; 3] }], 1),
+            (true, _) => (light.wavelengths(), 1),
+            (false, _) => {
                 let traced = count.min(BANDS_PER_PATH);
                 let stride = count / traced;
                 let first = (v * stride as f32) as usize;
-                let of_band = |band: usize| {
-                    let response = DVec3::from_array(self.bands[band].response);
-                    PathBand { band, to_rgb: DMat3::from_diagonal(response) }
-                };
+                let of_band = |band: usize| PathBand { band, weights: self.bands[band].response };
                 ((first..count).step_by(stride).map(of_band).collect(), traced)
             }
         }

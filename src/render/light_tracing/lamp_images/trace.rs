@@ -57,7 +57,7 @@ impl LampImages {
         let bands = light.bands(|band| lens.bands[band].response);
         let weight = |i: usize, hit: &_| f64::from(weights.light_weight(lens, densities[i], hit));
         let (lens, mut splats) = ((lens, &self.front), Vec::new());
-        add_splats::<R>(input, lens, (count, &bands), paths, weight, &mut splats);
+        add_splats::<R>(input, lens, (count, light.set, &bands), paths, weight, &mut splats);
         splats
     }
 

@@ -12,8 +12,6 @@
 //!
 //! The shares 1 - c_h come from the density of the camera rays of p_h. No band needs another.
 
-use glam::{DMat3, DVec3};
-
 use super::LightPathInput;
 use super::front::FrontEntry;
 use super::splat::{PathCount, Splat};
@@ -27,8 +25,8 @@ use petzval_scene::luminance;
 struct Arrival {
     /// Index of the path.
     path: usize,
-    /// Matrix from the light of the path to the linear sRGB of the band.
-    to_rgb: DMat3,
+    /// Weights of the band in the channels of the path.
+    weights: [f64; 3],
     hit: FilmHit,
     /// Position in the whole picture (pixels).
     at: [f64; 2],
@@ -44,20 +42,20 @@ struct PixelLight {
 }
 
 /// Traces a wave of light paths of one sample number to the film, in the bands that share its paths,
-/// and adds its splats to `splats`. The sample number has `count` paths. `weight` returns the weight of
-/// a path by its index and its arrival on the film.
+/// and adds its splats to `splats`. The sample number has `count` paths, and the wave is of a set of
+/// wavelengths. `weight` returns the weight of a path by its index and its arrival on the film.
 pub(crate) fn add_splats<R: Real<Scalar = f32>>(
     input: &LightPathInput<'_>,
     (lens, front): (&RealLens, &FrontEntry),
-    (count, bands): (PathCount, &[PathBand]),
+    (count, set, bands): (PathCount, usize, &[PathBand]),
     paths: &mut LightPaths,
     weight: impl Fn(usize, &FilmHit) -> f64,
     splats: &mut Vec<Splat>,
 ) {
     let mut arrivals = Vec::new();
-    for &PathBand { band, to_rgb } in bands {
+    for &PathBand { band, weights } in bands {
         front.trace::<R>(lens, band, paths);
-        add_arrivals(input, paths, to_rgb, &mut arrivals);
+        add_arrivals(input, paths, weights, &mut arrivals);
     }
     // Stable: the bands of a path keep their order.
     arrivals.sort_by_key(|arrival| arrival.path);
@@ -87,14 +85,15 @@ pub(crate) fn add_splats<R: Real<Scalar = f32>>(
             if exposure <= 0.0 {
                 continue;
             }
-            let mut light = DVec3::ZERO;
+            let mut light = [0.0; 3];
             for PixelLight { arrival, filter, .. } in in_pixel {
-                let Arrival { hit, to_rgb, .. } = &of_path[*arrival];
+                let Arrival { hit, weights, .. } = &of_path[*arrival];
                 let factor = hit.transmission * weight * scale;
-                let arriving = flux.map(|c| f64::from(c) * factor * filter);
-                light += *to_rgb * DVec3::from_array(arriving) * exposure;
+                for c in 0..3 {
+                    light[c] += f64::from(flux[c]) * factor * filter * weights[c] * exposure;
+                }
             }
-            splats.push(Splat { pixel, light: light.as_vec3().to_array() });
+            splats.push(Splat { pixel, set: set as u32, light: light.map(|c| c as f32) });
         }
     }
 }
@@ -103,7 +102,7 @@ pub(crate) fn add_splats<R: Real<Scalar = f32>>(
 fn add_arrivals(
     input: &LightPathInput<'_>,
     paths: &LightPaths,
-    to_rgb: DMat3,
+    weights: [f64; 3],
     arrivals: &mut Vec<Arrival>,
 ) {
     let frame = input.frame;
@@ -116,7 +115,7 @@ fn add_arrivals(
                 && at[i] < f64::from(frame.high[i]) + margin[i]
         });
         if near {
-            arrivals.push(Arrival { path, to_rgb, hit, at });
+            arrivals.push(Arrival { path, weights, hit, at });
         }
     }
 }

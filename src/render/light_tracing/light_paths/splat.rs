@@ -7,6 +7,9 @@ use petzval_base::rays::WAVE_SIZE;
 #[derive(Clone, Copy)]
 pub(crate) struct Splat {
     pub pixel: [u32; 2],
+    /// Set of the wavelengths of the light, if paths carry spectra.
+    pub set: u32,
+    /// Light in the channels of its path.
     pub light: [f32; 3],
 }
 

@@ -1,7 +1,5 @@
 //! Light of a wave of light paths: its wavelengths, and the bands of the lens that share its paths.
 
-use glam::{DMat3, DVec3};
-
 use super::LightPathInput;
 use crate::film::LightSplit;
 use petzval_base::sampler::{Dimension, pixel_key, sample_2d};
@@ -15,7 +13,7 @@ pub(crate) struct WaveLight<'a> {
     /// Band of the lens for which the wave was chosen.
     band: usize,
     /// Set of its wavelengths, if paths carry spectra.
-    set: usize,
+    pub set: usize,
 }
 
 /// A band of the lens in which light paths are traced.
@@ -23,8 +21,9 @@ pub(crate) struct WaveLight<'a> {
 pub(crate) struct PathBand {
     /// Index of the band.
     pub band: usize,
-    /// Matrix from the light of a path to the linear sRGB that arrives in this band.
-    pub to_rgb: DMat3,
+    /// Weights of the light of a path in this band, by channel of the path: red, green and blue, or the
+    /// wavelengths of its set.
+    pub weights: [f64; 3],
 }
 
 impl<'a> LightPathInput<'a> {
@@ -54,28 +53,27 @@ impl WaveLight<'_> {
     pub fn bands(&self, response: impl Fn(usize) -> [f64; 3]) -> Vec<PathBand> {
         let shared = shared_bands(self.band, self.input.split.bands);
         let share = 1.0 / shared.len() as f64;
-        match self.rgb_from_set() {
-            None => {
-                let to_rgb = |band| DMat3::from_diagonal(DVec3::from_array(response(band)) * share);
-                shared.into_iter().map(|band| PathBand { band, to_rgb: to_rgb(band) }).collect()
+        match (self.is_spectral(), shared.len()) {
+            (true, 1) => vec![PathBand { band: self.band, weights: [1.0; 3] }],
+            (true, _) => self.wavelengths(),
+            (false, _) => {
+                let weights = |band| response(band).map(|c| c * share);
+                shared.into_iter().map(|band| PathBand { band, weights: weights(band) }).collect()
             }
-            Some(to_rgb) if shared.len() == 1 => vec![PathBand { band: self.band, to_rgb }],
-            Some(to_rgb) => self.wavelengths(to_rgb),
         }
     }
 
-    /// Returns the matrix from all wavelengths of the wave to linear sRGB, if paths carry spectra.
-    pub fn rgb_from_set(&self) -> Option<DMat3> {
-        self.input.response.rgb_from_set.as_ref().map(|matrices| matrices[self.set])
+    /// Returns whether the paths of the wave carry the wavelengths of a set.
+    pub fn is_spectral(&self) -> bool {
+        self.input.spectral.is_some()
     }
 
-    /// Returns the bands of the wavelengths of the wave, each with the part of the matrix of its set that
-    /// is its own.
-    pub fn wavelengths(&self, rgb_from_set: DMat3) -> Vec<PathBand> {
+    /// Returns the bands of the wavelengths of the wave, each for the channel of its own.
+    pub fn wavelengths(&self) -> Vec<PathBand> {
         let of_channel = |(channel, band): (usize, usize)| {
-            let mut to_rgb = DMat3::ZERO;
-            *to_rgb.col_mut(channel) = rgb_from_set.col(channel);
-            PathBand { band, to_rgb }
+            let mut weights = [0.0; 3];
+            weights[channel] = 1.0;
+            PathBand { band, weights }
         };
         bands_of_set(self.set).into_iter().enumerate().map(of_channel).collect()
     }
