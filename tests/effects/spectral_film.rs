@@ -323,7 +323,7 @@ fn files_have_the_layout_of_spectral_openexr_and_are_read_as_colours() {
     let spectra = ["S0.437,562nm", "S0.512,688nm", "S0.587,812nm", "S0.662,938nm"];
     assert_eq!(names, [&["B", "G", "R"][..], &spectra].concat());
     let attributes = || image.attributes.other.iter().chain(&layer.attributes.other);
-    let text = |wanted: &str| match attributes().find(|(name, _)| name.to_string() == wanted) {
+    let text = |wanted: &str| match attributes().find(|(name, _)| **name == *wanted) {
         Some((_, AttributeValue::Text(text))) => text.to_string(),
         other => panic!("{wanted}: {other:?}"),
     };
