@@ -125,17 +125,16 @@ impl TileSums {
                 self.dropped.record(SampleId::new(pixel, samples.sample[i], samples.seed));
                 continue;
             }
+            let pixel = samples.pixel[i] as usize;
             if has_buckets {
                 let weight = if signed { f64::from(samples.weight[i]) } else { 1.0 };
                 let spectrum = film.limit(light, received).map(|value| weight * value);
-                let pixel = samples.pixel[i] as usize;
                 self.buckets.add_exactly_to(pixel, samples.set, spectrum);
             }
             let mut light = film.apply(light);
             if signed {
                 light = light.map(|c| c * f64::from(samples.weight[i]));
             }
-            let pixel = samples.pixel[i] as usize;
             let (sum, error) = (&mut self.sums[pixel], &mut self.errors[pixel]);
             for c in 0..3 {
                 let (more, lost) = two_sum(sum[c], light[c]);
