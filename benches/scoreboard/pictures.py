@@ -23,8 +23,9 @@ def read_pfm(path):
     return values.reshape(height, width, 3)[::-1]
 
 
-def read_exr(path):
-    """Reads R, G and B, or Y in all three, of an EXR with one part in scan lines, uncompressed or ZIP."""
+def read_exr(path, spectra=False):
+    """Reads R, G and B, or Y in all three, or the channels of spectra, of an EXR with one part in scan lines,
+    uncompressed or ZIP."""
     data = path.read_bytes()
     at, header = 8, {}
     while data[at]:
@@ -43,7 +44,9 @@ def read_exr(path):
     channels = exr_channels(header["channels"])
     row = np.dtype([(name, kind, width) for name, kind in channels])
     names = "YYY" if "R" not in row.names else "RGB"
-    picture = np.empty((height, width, 3))
+    if spectra:
+        names = [name for name in row.names if name.startswith("S0.")]
+    picture = np.empty((height, width, len(names)))
     for (offset,) in struct.iter_unpack("<Q", data[at : at + 8 * -(-height // lines)]):
         y, size = struct.unpack_from("<2i", data, offset)
         block = data[offset + 8 : offset + 8 + size]

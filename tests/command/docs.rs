@@ -10,7 +10,7 @@ use std::process::Command;
 use crate::support::{folder, in_parallel, petzval, root, write};
 
 /// Commands of the manual that the test does not run, with the reason.
-const NOT_RUN: [(&str, &str); 25] = [
+const NOT_RUN: [(&str, &str); 26] = [
     ("petzval view scenes/atelier.pbrt", "waits for Ctrl-C; tests/view runs it"),
     (
         "petzval lens mine.toml --catalogue SCHOTT_OLD.AGF --catalogue catalogues/",
@@ -40,6 +40,7 @@ const NOT_RUN: [(&str, &str); 25] = [
     ),
     ("python3 benches/conformance/conformance.py --pbrt pbrt", "needs pbrt-v4"),
     ("python3 benches/spectral/colours.py --pbrt pbrt", "needs pbrt-v4"),
+    ("python3 benches/spectral/buckets.py --pbrt pbrt", "needs pbrt-v4"),
     ("python3 benches/spectral/cost.py", "takes minutes"),
     ("python3 benches/spectral/cornell.py", "takes half a minute"),
     (
