@@ -317,7 +317,11 @@ impl SceneBuilder {
             }
             let inside = self.media.len() as u32;
             let boundary = Some(DiffuseBoundary::new(interior.eta));
-            let medium = Medium { boundary, ..Medium::homogeneous(interior.medium, interior.g) };
+            let medium = Medium {
+                boundary,
+                colours: interior.colours.clone(),
+                ..Medium::homogeneous(interior.medium, interior.g)
+            };
             self.media.push(medium);
             for shape in self.shapes.iter_mut().filter(|shape| shape.material == material) {
                 let outside = shape.interface.map_or(VACUUM, |sides| sides.outside);

@@ -51,10 +51,9 @@ pub use material::{
 pub use measured::{MeasuredSample, MeasuredSurface};
 pub use medium::{
     Blackbodies, BrickGrid, CloudPattern, Coefficients, DensityField, DiffuseBoundary, Field,
-    FieldEmission, Homogeneous, MajorantGrid, MeasuredMedium, Medium, MediumColumns,
+    FieldEmission, Homogeneous, MajorantGrid, MeasuredMedium, Medium, MediumColours, MediumColumns,
     MediumInterface, MediumModel, PlacedGrid, ScalarGrid, Subsurface, Surroundings, VACUUM,
-    VaryingMedium, VoxelGrid, Voxels, albedo_of_reflectance, henyey_greenstein,
-    sample_henyey_greenstein_cosine,
+    VaryingMedium, VoxelGrid, Voxels, henyey_greenstein, sample_henyey_greenstein_cosine,
 };
 pub use path_limits::PathLimits;
 pub use spectral::SpectralScene;

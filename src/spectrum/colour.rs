@@ -54,6 +54,12 @@ impl Colour {
         self.with_changed_spectrum(self.rgb.map(|c| c / by), move |s| s.scaled(1.0 / by))
     }
 
+    /// Returns the values by wavelength of a quantity without an upper limit; those of a smooth spectrum
+    /// if only RGB is known.
+    pub fn unbounded_spectrum(&self) -> BandSpectrum {
+        self.spectrum().cloned().unwrap_or_else(|| uplift_unbounded(self.rgb))
+    }
+
     /// The colour as a light, whose spectrum is known: one made of its RGB if none is given.
     #[must_use]
     pub fn into_light(self) -> Self {

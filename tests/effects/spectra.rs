@@ -1,6 +1,8 @@
 //! Spectra in pictures: colours are those of integrals over the wavelength, dispersion is where Snell's law
 //! puts it, and pictures depend on the job alone.
 
+mod media;
+
 use crate::support::workspace::Workspace;
 use crate::support::{folder, mean, picture, root, write};
 use petzval_image::Picture;

@@ -1,5 +1,6 @@
 //! Homogeneous media: collisions and transmittance in closed form, over lanes.
 
+use super::colours::MediumColours;
 use petzval_base::lanes::Real;
 use petzval_base::lanes::math::{exp_negative, ln};
 
@@ -28,6 +29,13 @@ pub(super) struct Passage<R: Real> {
 }
 
 impl Homogeneous {
+    /// The medium of these coefficients, in RGB.
+    pub fn of(colours: &MediumColours) -> Self {
+        let MediumColours { absorption, scattering, emission } = colours;
+        let [absorption, scattering, emission] = [absorption, scattering, emission].map(|c| c.rgb);
+        Self { absorption, scattering, emission }
+    }
+
     /// Returns the extinction coefficient.
     #[inline(always)]
     fn extinction<R: Real<Scalar = f32>>(&self, channel: usize) -> R {

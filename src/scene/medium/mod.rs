@@ -5,6 +5,7 @@
 
 mod bricks;
 mod cloud;
+mod colours;
 mod emission;
 mod field;
 mod grid;
@@ -22,6 +23,7 @@ mod walk;
 
 pub use bricks::BrickGrid;
 pub use cloud::CloudPattern;
+pub use colours::MediumColours;
 pub use emission::Blackbodies;
 pub use field::{Coefficients, DensityField, Field, FieldEmission, PlacedGrid, ScalarGrid};
 pub use grid::{VoxelGrid, Voxels};
@@ -31,7 +33,7 @@ pub use measured::MeasuredMedium;
 pub use phase_function::{henyey_greenstein, sample_henyey_greenstein_cosine};
 pub(super) use spectral::MediumSpectra;
 pub use stage::{MediumColumns, Surroundings};
-pub use subsurface::{DiffuseBoundary, Subsurface, albedo_of_reflectance};
+pub use subsurface::{DiffuseBoundary, Subsurface};
 pub use track::VaryingMedium;
 
 use std::sync::Arc;
@@ -55,6 +57,8 @@ pub struct Medium {
     pub model: MediumModel,
     /// Boundary of a medium below a surface, through which paths walk; `None` for others.
     pub boundary: Option<DiffuseBoundary>,
+    /// The coefficients as colours, if a spectrum is known; `model` has their RGB.
+    pub colours: Option<Arc<MediumColours>>,
 }
 
 /// Coefficients of a medium.
@@ -69,7 +73,7 @@ pub enum MediumModel {
 impl Medium {
     /// A homogeneous medium that is not below a surface.
     pub fn homogeneous(medium: Homogeneous, g: f32) -> Self {
-        Self { g, model: MediumModel::Homogeneous(medium), boundary: None }
+        Self { g, model: MediumModel::Homogeneous(medium), boundary: None, colours: None }
     }
 
     /// Returns the name of its kind in reports.

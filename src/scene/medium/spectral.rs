@@ -1,10 +1,10 @@
 //! Media at the wavelengths of a set.
 
-use petzval_spectrum::{BandSpectrum, uplift_matrix, uplift_unbounded};
+use petzval_spectrum::{BandSpectrum, uplift_matrix};
 
 use super::field::{DensityField, Field, FieldEmission};
 use super::homogeneous::Homogeneous;
-use super::{Medium, MediumModel};
+use super::{Medium, MediumColours, MediumModel};
 
 /// Coefficients of a medium by wavelength.
 #[derive(Clone, Debug)]
@@ -18,22 +18,34 @@ pub(crate) struct MediumSpectra {
 
 impl MediumSpectra {
     pub fn of(medium: &Medium) -> Self {
+        let in_rgb;
+        let MediumColours { absorption, scattering, emission } = match &medium.colours {
+            Some(colours) => colours,
+            None => {
+                in_rgb = medium.model.colours();
+                &in_rgb
+            }
+        };
+        let [absorption, scattering, emission] =
+            [absorption, scattering, emission].map(|colour| colour.unbounded_spectrum());
+        Self { absorption, scattering, emission, thermal: medium.model.thermal_radiances() }
+    }
+}
+
+impl MediumModel {
+    /// Returns the coefficients as colours, those of a field at density 1.
+    fn colours(&self) -> MediumColours {
         let (mut absorption, mut scattering, mut emission) = ([1.0; 3], [1.0; 3], [0.0; 3]);
-        let mut thermal = Vec::new();
-        match &medium.model {
-            MediumModel::Homogeneous(medium) => {
+        match self {
+            Self::Homogeneous(medium) => {
                 (absorption, scattering) = (medium.absorption, medium.scattering);
                 emission = medium.emission;
             }
-            MediumModel::Varying(varying) => match &varying.field {
+            Self::Varying(varying) => match &varying.field {
                 Field::Density(field) => {
                     (absorption, scattering) = (field.absorption, field.scattering);
-                    match &field.emission {
-                        Some(FieldEmission::Scaled { radiance, .. }) => emission = *radiance,
-                        Some(FieldEmission::Thermal { radiance, .. }) => {
-                            thermal = radiance.by_wavelength();
-                        }
-                        None => (),
+                    if let Some(FieldEmission::Scaled { radiance, .. }) = &field.emission {
+                        emission = *radiance;
                     }
                 }
                 Field::Cloud { absorption: a, scattering: s, .. } => {
@@ -42,11 +54,21 @@ impl MediumSpectra {
                 Field::Colour { .. } => (),
             },
         }
-        Self {
-            absorption: uplift_unbounded(absorption),
-            scattering: uplift_unbounded(scattering),
-            emission: uplift_unbounded(emission),
-            thermal,
+        let [absorption, scattering, emission] = [absorption, scattering, emission].map(Into::into);
+        MediumColours { absorption, scattering, emission }
+    }
+
+    /// Returns the radiances of the table of black bodies, if there is one.
+    fn thermal_radiances(&self) -> Vec<BandSpectrum> {
+        match self {
+            Self::Varying(varying) => match &varying.field {
+                Field::Density(DensityField {
+                    emission: Some(FieldEmission::Thermal { radiance, .. }),
+                    ..
+                }) => radiance.by_wavelength(),
+                _ => Vec::new(),
+            },
+            Self::Homogeneous(_) => Vec::new(),
         }
     }
 }
@@ -76,7 +98,7 @@ impl Medium {
                 MediumModel::Varying(Box::new(varying.with_field(field, factor)))
             }
         };
-        Self { model, ..*self }
+        Self { model, colours: None, ..*self }
     }
 }
 

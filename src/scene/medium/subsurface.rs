@@ -7,13 +7,18 @@
 //! distribution 1 - F(cos) of Jensen et al. 2001, "A practical model for subsurface light
 //! transport", equation 5. Collisions do not count as path depth.
 
+use std::sync::Arc;
+
+use super::colours::MediumColours;
 use super::homogeneous::Homogeneous;
 
 /// A medium behind a boundary, with which a material describes what is below its surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Subsurface {
     /// The medium; it emits nothing.
     pub medium: Homogeneous,
+    /// Its coefficients as colours, if a spectrum is known.
+    pub colours: Option<Arc<MediumColours>>,
     /// Asymmetry of its phase function.
     pub g: f32,
     /// Refractive index of the medium over that outside.
@@ -41,6 +46,25 @@ impl DiffuseBoundary {
         let internal_reflectance = (1.0 - entering / (n * n)).clamp(0.0, 1.0) as f32;
         Self { eta, entering: entering as f32, internal_reflectance }
     }
+
+    /// Returns the single-scattering albedo of a medium that reflects a share of diffuse light, by the
+    /// dipole of Jensen et al. 2001 (equation 4, integrated over the surface; Jensen & Buhler 2002,
+    /// equation 15), for a mean free path that does not matter.
+    pub fn albedo_of_reflectance(&self, reflectance: f32) -> f32 {
+        let inside = f64::from(self.internal_reflectance);
+        let a = (1.0 + inside) / (1.0 - inside).max(1e-6);
+        let reflected = |albedo: f64| {
+            let root = (3.0 * (1.0 - albedo)).sqrt();
+            0.5 * albedo * (1.0 + (-4.0 / 3.0 * a * root).exp()) * (-root).exp()
+        };
+        let target = f64::from(reflectance).clamp(0.0, 1.0);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if reflected(middle) < target { low = middle } else { high = middle }
+        }
+        (0.5 * (low + high)) as f32
+    }
 }
 
 /// Returns the share of diffuse light that a smooth surface of relative index `n` reflects: the
@@ -59,25 +83,6 @@ fn diffuse_reflectance(n: f64) -> f64 {
         (s * s + p * p) * cos
     };
     (0..STEPS).map(at).sum::<f64>() / STEPS as f64
-}
-
-/// Returns the single-scattering albedo of a medium that reflects a share of diffuse light, by the
-/// dipole of Jensen et al. 2001 (equation 4, integrated over the surface; Jensen & Buhler 2002,
-/// equation 15), for a mean free path that does not matter.
-pub fn albedo_of_reflectance(reflectance: f32, eta: f32) -> f32 {
-    let inside = f64::from(DiffuseBoundary::new(eta).internal_reflectance);
-    let a = (1.0 + inside) / (1.0 - inside).max(1e-6);
-    let reflected = |albedo: f64| {
-        let root = (3.0 * (1.0 - albedo)).sqrt();
-        0.5 * albedo * (1.0 + (-4.0 / 3.0 * a * root).exp()) * (-root).exp()
-    };
-    let target = f64::from(reflectance).clamp(0.0, 1.0);
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if reflected(middle) < target { low = middle } else { high = middle }
-    }
-    (0.5 * (low + high)) as f32
 }
 
 #[cfg(test)]
@@ -99,7 +104,8 @@ mod tests {
 
     #[test]
     fn albedos_grow_with_the_reflectance() {
-        let found = [0.0, 0.1, 0.5, 0.9, 1.0].map(|r| albedo_of_reflectance(r, 1.33));
+        let boundary = DiffuseBoundary::new(1.33);
+        let found = [0.0, 0.1, 0.5, 0.9, 1.0].map(|r| boundary.albedo_of_reflectance(r));
         assert!(found.is_sorted() && found[0] < 1e-6 && found[4] > 0.999_99, "{found:?}");
     }
 }

@@ -145,6 +145,14 @@ impl Texture {
         }
     }
 
+    /// Returns the colour of a constant, with its spectrum if that is known.
+    pub fn constant_colour(&self) -> Option<Colour> {
+        match self {
+            Self::Spectrum(colour) => Some(Colour::clone(colour)),
+            other => other.constant().map(Colour::from),
+        }
+    }
+
     /// Returns the expression with other leaves: constants, images, colours of vertices, corners and
     /// patterns of noise. Scalars stay as they are.
     pub(super) fn with_leaves(&self, leaf: &mut dyn FnMut(&Self) -> Self) -> Self {

@@ -110,8 +110,9 @@ impl MaterialBuilder<'_> {
                 return Ok(self.substitute());
             }
         }
-        let colour =
-            |name: &str, role| Ok(texture(name, role)?.and_then(|texture| texture.constant()));
+        let colour = |name: &str, role| {
+            Ok(texture(name, role)?.and_then(|texture| texture.constant_colour()))
+        };
         let interior = subsurface(params, eta, colour)?;
         Ok(MaterialModel::Subsurface { interior, roughness: self.roughness("", 0.0)? })
     }

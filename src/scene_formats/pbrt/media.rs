@@ -15,7 +15,7 @@ use super::reader::SceneReader;
 use super::{SceneError, suggestion_or};
 use petzval_base::io::{Location, hint};
 use petzval_scene::{
-    Field, Homogeneous, Medium, MediumInterface, MediumModel, VACUUM, VaryingMedium,
+    Field, Homogeneous, Medium, MediumColours, MediumInterface, MediumModel, VACUUM, VaryingMedium,
 };
 
 /// The kinds of media.
@@ -156,23 +156,30 @@ impl SceneReader {
 
     fn medium(&mut self, kind: MediumKind, params: &Params) -> Result<Medium, SceneError> {
         let g = asymmetry(params)?;
-        let model = match kind {
+        let (model, colours) = match kind {
             MediumKind::Homogeneous => {
                 let [absorption, scattering] = coefficients(params)?;
-                let emission = radiance(params)?.unwrap_or([0.0; 3]);
+                let emission = radiance(params)?.unwrap_or([0.0; 3].into());
                 let scale = non_negative(params, "Lescale", 1.0)?;
-                let emission = emission.map(|channel| channel * scale);
-                MediumModel::Homogeneous(Homogeneous { absorption, scattering, emission })
+                let emission = emission.scaled([scale; 3]);
+                let colours = MediumColours { absorption, scattering, emission };
+                (MediumModel::Homogeneous(Homogeneous::of(&colours)), colours.if_spectral())
             }
-            MediumKind::UniformGrid => self.in_box(params, density_field(params)?)?,
-            MediumKind::RgbGrid => self.in_box(params, colour_field(params)?)?,
-            MediumKind::Cloud => self.in_box(params, cloud(params)?)?,
+            MediumKind::UniformGrid => {
+                let (field, colours) = density_field(params)?;
+                (self.in_box(params, field)?, colours.if_spectral())
+            }
+            MediumKind::RgbGrid => (self.in_box(params, colour_field(params)?)?, None),
+            MediumKind::Cloud => {
+                let (field, colours) = cloud(params)?;
+                (self.in_box(params, field)?, colours.if_spectral())
+            }
             MediumKind::NanoVdb => {
-                let (field, medium_from_unit) = nanovdb_field(params)?;
-                self.varying(params, field, &medium_from_unit)?
+                let (field, colours, medium_from_unit) = nanovdb_field(params)?;
+                (self.varying(params, field, &medium_from_unit)?, colours.if_spectral())
             }
         };
-        Ok(Medium { g, model, boundary: None })
+        Ok(Medium { g, model, boundary: None, colours })
     }
 
     /// Returns the medium of a field in the box from p0 to p1.

@@ -5,6 +5,7 @@ use super::params::Params;
 use super::{SceneError, suggestion_or};
 use petzval_base::io::hint;
 use petzval_scene::MeasuredMedium;
+use petzval_spectrum::Colour;
 
 /// Largest absorption or scattering coefficient.
 pub(super) const MAX_EXTINCTION: f32 = 1e9;
@@ -45,17 +46,17 @@ pub(super) fn measured(
 }
 
 /// Returns the absorption and the scattering coefficient.
-pub(super) fn coefficients(params: &Params) -> Result<[[f32; 3]; 2], SceneError> {
+pub(super) fn coefficients(params: &Params) -> Result<[Colour; 2], SceneError> {
     let preset = match params.text("preset")? {
         None | Some("") => None,
         Some(name) => Some(measured(params, "preset", name)?),
     };
-    let of = |name: &str, measured: Option<[f32; 3]>| -> Result<[f32; 3], SceneError> {
+    let of = |name: &str, measured: Option<[f32; 3]>| -> Result<Colour, SceneError> {
         let given = match measured {
-            Some(measured) => Some(measured),
-            None => params.colour(name, ColourRole::Unbounded)?,
+            Some(measured) => Some(measured.into()),
+            None => params.spectral_colour(name, ColourRole::Unbounded)?,
         };
-        scaled(params, given.unwrap_or([1.0; 3]))
+        scaled(params, &given.unwrap_or([1.0; 3].into()))
     };
     Ok([
         of("sigma_a", preset.map(|medium| medium.absorption))?,
@@ -64,20 +65,21 @@ pub(super) fn coefficients(params: &Params) -> Result<[[f32; 3]; 2], SceneError>
 }
 
 /// Returns coefficients times the parameter `scale`.
-pub(super) fn scaled(params: &Params, coefficients: [f32; 3]) -> Result<[f32; 3], SceneError> {
+pub(super) fn scaled(params: &Params, coefficients: &Colour) -> Result<Colour, SceneError> {
     let scale = non_negative(params, "scale", 1.0)?;
-    let scaled = coefficients.map(|channel| channel * scale);
-    match scaled.iter().all(|channel| *channel <= MAX_EXTINCTION) {
+    let scaled = coefficients.scaled([scale; 3]);
+    match scaled.rgb.iter().all(|channel| *channel <= MAX_EXTINCTION) {
         true => Ok(scaled),
         false => {
-            let found = format!("a coefficient of {:e}", scaled.into_iter().fold(0.0, f32::max));
+            let found =
+                format!("a coefficient of {:e}", scaled.rgb.into_iter().fold(0.0, f32::max));
             Err(params.refuse("scale", found, format!("expected at most {MAX_EXTINCTION:e}")))
         }
     }
 }
 
 /// Returns the emitted radiance, if there is any.
-pub(super) fn radiance(params: &Params) -> Result<Option<[f32; 3]>, SceneError> {
-    let colour = params.colour("Le", ColourRole::Light)?;
-    Ok(colour.filter(|colour| colour.iter().any(|&channel| channel > 0.0)))
+pub(super) fn radiance(params: &Params) -> Result<Option<Colour>, SceneError> {
+    let colour = params.spectral_colour("Le", ColourRole::Light)?;
+    Ok(colour.filter(|colour| colour.rgb.iter().any(|&channel| channel > 0.0)))
 }

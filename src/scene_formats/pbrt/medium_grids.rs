@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use petzval_base::io::{hint, path_excerpt};
 use petzval_scene::{
-    Blackbodies, CloudPattern, DensityField, Field, FieldEmission, PlacedGrid, ScalarGrid,
-    VoxelGrid, Voxels,
+    Blackbodies, CloudPattern, DensityField, Field, FieldEmission, MediumColours, PlacedGrid,
+    ScalarGrid, VoxelGrid, Voxels,
 };
 use petzval_spectrum::luminosity_integral;
 
@@ -79,12 +79,14 @@ where
     Ok(PlacedGrid::filling(grid))
 }
 
-pub(super) fn density_field(params: &Params) -> Result<Field, SceneError> {
+/// Returns the field of a grid of densities, and the colours of its coefficients.
+pub(super) fn density_field(params: &Params) -> Result<(Field, MediumColours), SceneError> {
     let Some(density) = scalar_grid(params, "density")? else {
         let found = "a grid without \"float density\"";
         return Err(SceneError::at(params.at.clone(), found, "expected a number for every voxel"));
     };
     let [absorption, scattering] = coefficients(params)?;
+    let mut colours = MediumColours::dark(absorption, scattering);
     let strength = scalar_grid(params, "Lescale")?;
     let emission = match (scalar_grid(params, "temperature")?, radiance(params)?) {
         (Some(_), Some(_)) => {
@@ -99,12 +101,15 @@ pub(super) fn density_field(params: &Params) -> Result<Field, SceneError> {
             strength: Some(strength.unwrap_or_else(one_voxel)),
             radiance: Blackbodies::new(1.0),
         }),
-        (None, Some(radiance)) => {
+        (None, Some(emission)) => {
+            let radiance = emission.rgb;
+            colours.emission = emission;
             Some(FieldEmission::Scaled { radiance, scale: strength.unwrap_or_else(one_voxel) })
         }
         (None, None) => None,
     };
-    Ok(Field::Density(DensityField { density, absorption, scattering, emission }))
+    let [absorption, scattering] = [&colours.absorption, &colours.scattering].map(|c| c.rgb);
+    Ok((Field::Density(DensityField { density, absorption, scattering, emission }), colours))
 }
 
 fn temperature_offset(params: &Params) -> Result<f32, SceneError> {
@@ -140,7 +145,8 @@ pub(super) fn colour_field(params: &Params) -> Result<Field, SceneError> {
     }
 }
 
-pub(super) fn cloud(params: &Params) -> Result<Field, SceneError> {
+/// Returns the field of a cloud, and the colours of its coefficients.
+pub(super) fn cloud(params: &Params) -> Result<(Field, MediumColours), SceneError> {
     let [low, high] = bounds(params)?;
     let [absorption, scattering] = coefficients(params)?;
     let pattern = CloudPattern {
@@ -150,12 +156,15 @@ pub(super) fn cloud(params: &Params) -> Result<Field, SceneError> {
         low: low.as_vec3(),
         size: (high - low).as_vec3(),
     };
-    Ok(Field::Cloud { pattern, absorption, scattering })
+    let field = Field::Cloud { pattern, absorption: absorption.rgb, scattering: scattering.rgb };
+    Ok((field, MediumColours::dark(absorption, scattering)))
 }
 
-/// Returns the field of the grids of a NanoVDB file, and the transform of its unit cube to medium
-/// space. The cube is the box of the active voxels.
-pub(super) fn nanovdb_field(params: &Params) -> Result<(Field, DAffine3), SceneError> {
+/// Returns the field of the grids of a NanoVDB file, the colours of its coefficients, and the transform of
+/// its unit cube to medium space. The cube is the box of the active voxels.
+pub(super) fn nanovdb_field(
+    params: &Params,
+) -> Result<(Field, MediumColours, DAffine3), SceneError> {
     let Some(name) = params.text("filename")? else {
         let found = "a medium without \"string filename\"";
         return Err(SceneError::at(params.at.clone(), found, "expected the name of a .nvdb file"));
@@ -190,8 +199,13 @@ pub(super) fn nanovdb_field(params: &Params) -> Result<(Field, DAffine3), SceneE
         _ => None,
     };
     let density = placed_in(density, &medium_from_unit);
-    let field = Field::Density(DensityField { density, absorption, scattering, emission });
-    Ok((field, medium_from_unit))
+    let field = Field::Density(DensityField {
+        density,
+        absorption: absorption.rgb,
+        scattering: scattering.rgb,
+        emission,
+    });
+    Ok((field, MediumColours::dark(absorption, scattering), medium_from_unit))
 }
 
 /// Places a grid in the unit cube of a medium.
